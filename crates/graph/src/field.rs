@@ -1,0 +1,138 @@
+//! The raster that travels on wires.
+
+use std::sync::Arc;
+
+use crate::world::Window;
+
+/// A row-major raster of `f32` with the window of the world it covers. Copies share the samples.
+///
+/// Shape: `planes` x `ny` x `nx`, plane after plane; one plane for heights, masks and scalars, two for vectors (x east,
+/// y south), three for linear RGB colour.
+#[derive(Clone, Debug)]
+pub struct Field {
+    window: Window,
+    planes: usize,
+    samples: Arc<Vec<f32>>,
+}
+
+impl PartialEq for Field {
+    /// Equal windows and equal bytes, so that two NaN of the same bits are equal.
+    fn eq(&self, other: &Self) -> bool {
+        self.window == other.window
+            && self.planes == other.planes
+            && self.samples.iter().zip(other.samples.iter()).all(|(a, b)| a.to_bits() == b.to_bits())
+    }
+}
+
+impl Field {
+    /// A raster of one plane from its samples, row by row from the north-west corner.
+    ///
+    /// # Panics
+    /// When there are not exactly `window.len()` samples: a kernel's mistake, never a file's.
+    #[must_use]
+    pub fn new(window: Window, samples: Vec<f32>) -> Self {
+        Self::with_planes(window, 1, samples)
+    }
+
+    /// A raster of several planes from its samples, plane after plane.
+    ///
+    /// # Panics
+    /// When there are not exactly `planes * window.len()` samples: a kernel's mistake, never a file's.
+    #[must_use]
+    pub fn with_planes(window: Window, planes: usize, samples: Vec<f32>) -> Self {
+        assert_eq!(samples.len(), planes * window.len(), "samples do not fill the window");
+        Self { window, planes, samples: Arc::new(samples) }
+    }
+
+    /// A raster that is `value` everywhere.
+    #[must_use]
+    pub fn constant(window: Window, value: f32) -> Self {
+        Self::new(window, vec![value; window.len()])
+    }
+
+    /// The window it covers.
+    #[must_use]
+    pub const fn window(&self) -> &Window {
+        &self.window
+    }
+
+    /// Number of planes.
+    #[must_use]
+    pub const fn planes(&self) -> usize {
+        self.planes
+    }
+
+    /// All samples, plane after plane, row after row.
+    #[must_use]
+    pub fn samples(&self) -> &[f32] {
+        &self.samples
+    }
+
+    /// The samples of one plane.
+    #[must_use]
+    pub fn plane(&self, plane: usize) -> &[f32] {
+        let len = self.window.len();
+        &self.samples[plane * len..(plane + 1) * len]
+    }
+
+    /// Takes the samples out, without a copy when nobody else holds them.
+    #[must_use]
+    pub fn into_samples(self) -> Vec<f32> {
+        Arc::try_unwrap(self.samples).unwrap_or_else(|shared| shared.as_ref().clone())
+    }
+
+    /// Bytes its samples take.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.samples.len() * size_of::<f32>()
+    }
+
+    /// Smallest and largest sample of a plane; `None` when it has no finite sample.
+    #[must_use]
+    pub fn range(&self, plane: usize) -> Option<(f32, f32)> {
+        let (lo, hi) = self
+            .plane(plane)
+            .iter()
+            .filter(|v| v.is_finite())
+            .fold((f32::INFINITY, f32::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)));
+        (lo <= hi).then_some((lo, hi))
+    }
+
+    /// The part that covers `window`.
+    ///
+    /// # Panics
+    /// When `window` is not inside this raster's window: an evaluator's mistake, never a file's.
+    #[must_use]
+    pub fn crop(&self, window: &Window) -> Self {
+        if self.window == *window {
+            return self.clone();
+        }
+        assert!(self.window.contains(window), "cannot crop beyond the raster");
+        let x0 = (window.origin[0] - self.window.origin[0]) as usize;
+        let y0 = (window.origin[1] - self.window.origin[1]) as usize;
+        let mut samples = Vec::with_capacity(self.planes * window.len());
+        for plane in 0..self.planes {
+            let plane = self.plane(plane);
+            for j in 0..window.ny() {
+                let start = (y0 + j) * self.window.nx() + x0;
+                samples.extend_from_slice(&plane[start..start + window.nx()]);
+            }
+        }
+        Self::with_planes(*window, self.planes, samples)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::World;
+
+    #[test]
+    fn a_crop_keeps_places() {
+        let world = World { size: [4.0, 3.0], cells: [4, 3], ..World::default() };
+        let field = Field::new(Window::whole(world), (0..12).map(|v| v as f32).collect());
+        let part = field.crop(&Window { world, origin: [1, 1], cells: [2, 2] });
+        assert_eq!(part.samples(), [5.0, 6.0, 9.0, 10.0]);
+        assert_eq!(field.range(0), Some((0.0, 11.0)));
+    }
+}

@@ -1,0 +1,367 @@
+//! The graph: instances of nodes and the wires between them, on petgraph.
+
+use std::collections::BTreeMap;
+
+use petgraph::{
+    Direction,
+    stable_graph::{NodeIndex, StableDiGraph},
+    visit::EdgeRef as _,
+};
+
+use crate::{
+    node::{Fallback, Node, OutputType},
+    param::ParamValues,
+    suggest::closest,
+    value::PortType,
+};
+
+/// A node in a graph: a kind with its parameters and its constants.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// Its name, unique in the graph.
+    pub name: String,
+    /// Its kind.
+    pub node: &'static Node,
+    /// Checked parameters.
+    pub params: ParamValues,
+    /// Per declared input, the number a file gives in place of a wire.
+    pub constants: Vec<Option<f64>>,
+}
+
+impl Instance {
+    /// A node with the defaults of its kind.
+    #[must_use]
+    pub fn new(name: impl Into<String>, node: &'static Node) -> Self {
+        Self {
+            name: name.into(),
+            node,
+            params: ParamValues::defaults(&node.specs()),
+            constants: vec![None; node.inputs.len()],
+        }
+    }
+}
+
+/// A wire, from an output of one node to an input of another, by position in their declarations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wire {
+    /// Position of the output.
+    pub output: usize,
+    /// Position of the input.
+    pub input: usize,
+}
+
+/// An output of a node in a graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Port {
+    /// The node.
+    pub node: NodeIndex,
+    /// Position of the output in its declaration.
+    pub output: usize,
+}
+
+/// Why a change of a graph was refused.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum GraphError {
+    /// No node has that name.
+    #[error("there is no node `{name}`{}", did_you_mean(.suggestion))]
+    UnknownNode {
+        /// The name asked for.
+        name: String,
+        /// A name that is near.
+        suggestion: Option<String>,
+    },
+    /// A node of that name exists.
+    #[error("there is a node `{0}` already")]
+    NameTaken(String),
+    /// The node has no such port.
+    #[error("`{node}` ({id}) has no {direction} `{port}`{}", did_you_mean(.suggestion))]
+    UnknownPort {
+        /// The node's name.
+        node: String,
+        /// Its kind.
+        id: &'static str,
+        /// `input` or `output`.
+        direction: &'static str,
+        /// The port asked for.
+        port: String,
+        /// A port that is near.
+        suggestion: Option<String>,
+    },
+    /// The types do not fit.
+    #[error("`{from}` gives a {gives}, but `{to}` takes a {takes}")]
+    Type {
+        /// The output, as `node.port`.
+        from: String,
+        /// What it gives.
+        gives: PortType,
+        /// The input, as `node.port`.
+        to: String,
+        /// What it takes.
+        takes: PortType,
+    },
+    /// The wire would close a circle.
+    #[error("the wire would close a circle: {}", .0.join(" → "))]
+    Cycle(Vec<String>),
+}
+
+fn did_you_mean(suggestion: &Option<String>) -> String {
+    suggestion.as_ref().map_or_else(String::new, |name| format!("; did you mean `{name}`?"))
+}
+
+/// Instances and wires. Every wire fits in type, every input has at most one, and there is no circle.
+#[derive(Clone, Debug, Default)]
+pub struct Graph {
+    inner: StableDiGraph<Instance, Wire>,
+    names: BTreeMap<String, NodeIndex>,
+}
+
+impl Graph {
+    /// Adds a node.
+    ///
+    /// # Errors
+    /// [`GraphError::NameTaken`].
+    pub fn add(&mut self, instance: Instance) -> Result<NodeIndex, GraphError> {
+        if self.names.contains_key(&instance.name) {
+            return Err(GraphError::NameTaken(instance.name));
+        }
+        let name = instance.name.clone();
+        let index = self.inner.add_node(instance);
+        self.names.insert(name, index);
+        Ok(index)
+    }
+
+    /// Removes a node with its wires.
+    pub fn remove(&mut self, index: NodeIndex) -> Option<Instance> {
+        let instance = self.inner.remove_node(index)?;
+        self.names.remove(&instance.name);
+        Some(instance)
+    }
+
+    /// The node of that name.
+    ///
+    /// # Errors
+    /// [`GraphError::UnknownNode`], with a name that is near.
+    pub fn find(&self, name: &str) -> Result<NodeIndex, GraphError> {
+        self.names.get(name).copied().ok_or_else(|| GraphError::UnknownNode {
+            name: name.to_owned(),
+            suggestion: closest(name, self.names.keys().map(String::as_str)).map(str::to_owned),
+        })
+    }
+
+    /// The instance at an index.
+    ///
+    /// # Panics
+    /// When the index is not of this graph.
+    #[must_use]
+    pub fn instance(&self, index: NodeIndex) -> &Instance {
+        &self.inner[index]
+    }
+
+    /// The instance at an index, to change its parameters and constants. Its name stays as it is.
+    ///
+    /// # Panics
+    /// When the index is not of this graph.
+    pub fn instance_mut(&mut self, index: NodeIndex) -> &mut Instance {
+        &mut self.inner[index]
+    }
+
+    /// All nodes, in the order they were added.
+    pub fn indices(&self) -> impl Iterator<Item = NodeIndex> {
+        self.inner.node_indices()
+    }
+
+    /// The output that a wire end such as `rivers` or `rivers.area` names; the first output where no port is named.
+    ///
+    /// # Errors
+    /// [`GraphError::UnknownNode`] or [`GraphError::UnknownPort`].
+    pub fn port(&self, end: &str) -> Result<Port, GraphError> {
+        let (name, output) = end.split_once('.').map_or((end, None), |(name, output)| (name, Some(output)));
+        let node = self.find(name)?;
+        let declared = self.inner[node].node;
+        let Some(output) = output else { return Ok(Port { node, output: 0 }) };
+        let output = declared.output_index(output).ok_or_else(|| GraphError::UnknownPort {
+            node: name.to_owned(),
+            id: declared.id,
+            direction: "output",
+            port: output.to_owned(),
+            suggestion: closest(output, declared.outputs.iter().map(|o| o.name)).map(str::to_owned),
+        })?;
+        Ok(Port { node, output })
+    }
+
+    /// Wires an output to an input, replacing the wire that was there.
+    ///
+    /// # Errors
+    /// [`GraphError::UnknownPort`], [`GraphError::Type`] or [`GraphError::Cycle`]; the graph is unchanged then.
+    pub fn connect(&mut self, from: Port, to: NodeIndex, input: &str) -> Result<(), GraphError> {
+        let target = &self.inner[to];
+        let position =
+            target.node.inputs.iter().position(|i| i.name == input).ok_or_else(|| GraphError::UnknownPort {
+                node: target.name.clone(),
+                id: target.node.id,
+                direction: "input",
+                port: input.to_owned(),
+                suggestion: closest(input, target.node.inputs.iter().map(|i| i.name)).map(str::to_owned),
+            })?;
+        if let Some(circle) = self.path(to, from.node) {
+            let mut names: Vec<String> = circle.iter().map(|n| self.inner[*n].name.clone()).collect();
+            names.push(target.name.clone());
+            return Err(GraphError::Cycle(names));
+        }
+        let (gives, takes) = (self.output_type(from), target.node.inputs[position].ty);
+        if !takes.accepts(gives) {
+            return Err(GraphError::Type {
+                from: self.port_name(from),
+                gives,
+                to: format!("{}.{input}", target.name),
+                takes,
+            });
+        }
+        self.disconnect(to, position);
+        self.inner.add_edge(from.node, to, Wire { output: from.output, input: position });
+        Ok(())
+    }
+
+    /// Removes the wire into an input, if any.
+    pub fn disconnect(&mut self, to: NodeIndex, input: usize) {
+        let edge = self.inner.edges_directed(to, Direction::Incoming).find(|e| e.weight().input == input);
+        if let Some(edge) = edge.map(|e| e.id()) {
+            self.inner.remove_edge(edge);
+        }
+    }
+
+    /// The output wired to an input.
+    #[must_use]
+    pub fn source(&self, to: NodeIndex, input: usize) -> Option<Port> {
+        self.inner
+            .edges_directed(to, Direction::Incoming)
+            .find(|e| e.weight().input == input)
+            .map(|e| Port { node: e.source(), output: e.weight().output })
+    }
+
+    /// The type an output has in this graph.
+    #[must_use]
+    pub fn output_type(&self, port: Port) -> PortType {
+        let instance = &self.inner[port.node];
+        match instance.node.outputs[port.output].ty {
+            OutputType::Fixed(ty) => ty,
+            OutputType::Chosen(choose) => choose(&instance.params),
+            OutputType::SameAs(input) => instance
+                .node
+                .inputs
+                .iter()
+                .position(|i| i.name == input)
+                .and_then(|position| self.source(port.node, position))
+                .map_or(PortType::Height, |source| self.output_type(source)),
+        }
+    }
+
+    /// An output as `node.port`.
+    #[must_use]
+    pub fn port_name(&self, port: Port) -> String {
+        let instance = &self.inner[port.node];
+        format!("{}.{}", instance.name, instance.node.outputs[port.output].name)
+    }
+
+    /// Inputs that must be wired and are not, as node and position.
+    #[must_use]
+    pub fn unwired(&self) -> Vec<(NodeIndex, usize)> {
+        let mut found = Vec::new();
+        for index in self.inner.node_indices() {
+            for (position, input) in self.inner[index].node.inputs.iter().enumerate() {
+                if input.fallback == Fallback::Required && self.source(index, position).is_none() {
+                    found.push((index, position));
+                }
+            }
+        }
+        found
+    }
+
+    /// The nodes on a way along wires from one node to another, both included; `None` when there is none.
+    fn path(&self, from: NodeIndex, to: NodeIndex) -> Option<Vec<NodeIndex>> {
+        let mut before: BTreeMap<NodeIndex, NodeIndex> = BTreeMap::new();
+        let mut queue = std::collections::VecDeque::from([from]);
+        while let Some(node) = queue.pop_front() {
+            if node == to {
+                let mut way = vec![node];
+                while let Some(previous) = before.get(way.last()?) {
+                    way.push(*previous);
+                }
+                way.reverse();
+                return Some(way);
+            }
+            for next in self.inner.neighbors(node) {
+                if next != from && !before.contains_key(&next) {
+                    before.insert(next, node);
+                    queue.push_back(next);
+                }
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Input, Output, Unit};
+
+    static SOURCE: Node = Node {
+        id: "Source",
+        outputs: &[
+            Output::gives("height", PortType::Height, "H."),
+            Output::gives("slope", PortType::Scalar(Unit::Degrees), "S."),
+        ],
+        ..Node::DEFAULT
+    };
+    static FILTER: Node = Node {
+        id: "Filter",
+        inputs: &[Input::needs("height", PortType::Height, "H."), Input::mask("mask", "M.")],
+        outputs: &[Output::same_as("height", "height", "H.")],
+        ..Node::DEFAULT
+    };
+
+    fn graph() -> Graph {
+        let mut graph = Graph::default();
+        graph.add(Instance::new("base", &SOURCE)).expect("new name");
+        graph.add(Instance::new("one", &FILTER)).expect("new name");
+        graph.add(Instance::new("two", &FILTER)).expect("new name");
+        graph
+    }
+
+    #[test]
+    fn wires_that_do_not_fit_are_refused_with_the_reason() {
+        let mut graph = graph();
+        let one = graph.find("one").expect("exists");
+        let slope = graph.port("base.slope").expect("exists");
+        let error = graph.connect(slope, one, "height").expect_err("a slope is no height").to_string();
+        assert!(error.contains("scalar (°)") && error.contains("height (m)"), "{error}");
+        assert!(
+            matches!(graph.port("base.slop"), Err(GraphError::UnknownPort { suggestion: Some(s), .. }) if s == "slope")
+        );
+        assert!(matches!(graph.add(Instance::new("one", &FILTER)), Err(GraphError::NameTaken(_))));
+    }
+
+    #[test]
+    fn circles_are_refused_and_named() {
+        let mut graph = graph();
+        let (one, two) = (graph.find("one").expect("exists"), graph.find("two").expect("exists"));
+        graph.connect(graph.port("base").expect("exists"), one, "height").expect("fits");
+        graph.connect(graph.port("one").expect("exists"), two, "height").expect("fits");
+        let error = graph.connect(graph.port("two").expect("exists"), one, "height").expect_err("a circle");
+        assert_eq!(error, GraphError::Cycle(vec!["one".into(), "two".into(), "one".into()]));
+        let own = graph.connect(graph.port("one").expect("exists"), one, "height").expect_err("a circle");
+        assert_eq!(own, GraphError::Cycle(vec!["one".into(), "one".into()]));
+        assert_eq!(graph.source(one, 0).map(|p| graph.port_name(p)), Some("base.height".into()));
+    }
+
+    #[test]
+    fn types_follow_wires() {
+        let mut graph = graph();
+        let one = graph.find("one").expect("exists");
+        assert_eq!(graph.unwired().len(), 2);
+        graph.connect(graph.port("base").expect("exists"), one, "height").expect("fits");
+        assert_eq!(graph.output_type(graph.port("one").expect("exists")), PortType::Height);
+        assert_eq!(graph.unwired().len(), 1);
+    }
+}

@@ -1,0 +1,266 @@
+//! One run of a kernel: what it reads, what it gives back, how it reports and stops.
+
+use std::{
+    path::PathBuf,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+use crate::{
+    field::Field,
+    node::Node,
+    param::{FileName, ParamValues, Seed},
+    value::Value,
+    world::{Window, World},
+};
+
+/// A switch that stops a running evaluation. Copies share it.
+#[derive(Clone, Debug, Default)]
+pub struct Cancel(Arc<AtomicBool>);
+
+impl Cancel {
+    /// Asks everything that holds a copy to stop.
+    pub fn cancel(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether somebody asked.
+    #[must_use]
+    pub fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// Why a kernel gave no result.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NodeError {
+    /// The evaluation was cancelled.
+    #[error("cancelled")]
+    Cancelled,
+    /// It could not be done.
+    #[error("{message}")]
+    Failed {
+        /// What is wrong, lower case, without a full stop.
+        message: String,
+        /// What would help.
+        hint: Option<String>,
+    },
+}
+
+impl NodeError {
+    /// A failure without a hint.
+    pub fn failed(message: impl Into<String>) -> Self {
+        Self::Failed { message: message.into(), hint: None }
+    }
+
+    /// A failure with what would help.
+    pub fn failed_with_hint(message: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self::Failed { message: message.into(), hint: Some(hint.into()) }
+    }
+}
+
+/// What stands at an input during a run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum InputValue {
+    /// A wire's value.
+    Value(Value),
+    /// A number that stands for the wire.
+    Constant(f64),
+    /// Nothing.
+    Absent,
+}
+
+/// The named results of a kernel.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outputs(Vec<(&'static str, Value)>);
+
+impl Outputs {
+    /// A single result.
+    pub fn one(name: &'static str, value: impl Into<Value>) -> Self {
+        Self::default().with(name, value)
+    }
+
+    /// The same with one more result.
+    #[must_use]
+    pub fn with(mut self, name: &'static str, value: impl Into<Value>) -> Self {
+        self.0.push((name, value.into()));
+        self
+    }
+
+    /// Takes the result of that name out.
+    pub fn take(&mut self, name: &str) -> Option<Value> {
+        let at = self.0.iter().position(|(n, _)| *n == name)?;
+        Some(self.0.swap_remove(at).1)
+    }
+}
+
+/// One run of a kernel over a window.
+///
+/// All fields of inputs and outputs cover exactly [`Job::window`]; the evaluator has grown it by the node's reach and
+/// crops the result. Kernels may use rayon; they run inside the evaluator's pool.
+pub struct Job<'a> {
+    /// The node's declaration.
+    pub node: &'a Node,
+    /// Checked parameters.
+    pub params: &'a ParamValues,
+    /// What stands at each declared input, in declaration order.
+    pub inputs: Vec<InputValue>,
+    /// What is computed.
+    pub window: Window,
+    /// Folder that file parameters are relative to.
+    pub folder: PathBuf,
+    /// The switch that stops it.
+    pub cancel: Cancel,
+    /// Receives the finished fraction, 0 to 1.
+    pub progress: &'a (dyn Fn(f32) + Sync),
+}
+
+impl Job<'_> {
+    /// The window, by value.
+    #[must_use]
+    pub const fn window(&self) -> Window {
+        self.window
+    }
+
+    /// The world.
+    #[must_use]
+    pub const fn world(&self) -> &World {
+        &self.window.world
+    }
+
+    /// Side of a cell in metres.
+    #[must_use]
+    pub fn cell_m(&self) -> f64 {
+        self.window.cell_m()
+    }
+
+    /// The seed of this run: the world's seed mixed with the node's parameter `seed`, where it has one.
+    ///
+    /// Two nodes of one kind with equal seeds draw the same numbers; give them different `seed`s to tell them apart.
+    #[must_use]
+    pub fn seed(&self) -> u32 {
+        let own = if self.params.get("seed").is_some() { self.params.read::<Seed>("seed").0 } else { 0 };
+        mix(self.world().seed ^ mix(own))
+    }
+
+    /// The full path of a file parameter.
+    ///
+    /// # Errors
+    /// When no file is named.
+    pub fn file(&self, name: &str) -> Result<PathBuf, NodeError> {
+        let FileName(file) = self.params.read(name);
+        if file.is_empty() {
+            return Err(NodeError::failed_with_hint(
+                "no file is named",
+                format!("write `{name}: \"my.tif\"`, relative to the graph file"),
+            ));
+        }
+        Ok(self.folder.join(file))
+    }
+
+    fn input(&self, name: &str) -> &InputValue {
+        let at = self.node.inputs.iter().position(|input| input.name == name);
+        at.and_then(|at| self.inputs.get(at))
+            .unwrap_or_else(|| panic!("`{}` reads input `{name}`, which it does not declare", self.node.id))
+    }
+
+    /// The field wired to an input that must be wired.
+    ///
+    /// # Errors
+    /// When nothing is wired; the graph's check reports it before a run.
+    pub fn field(&self, name: &str) -> Result<&Field, NodeError> {
+        self.optional(name).ok_or_else(|| NodeError::failed(format!("nothing is wired to `{name}`")))
+    }
+
+    /// The field wired to an input, if any.
+    #[must_use]
+    pub fn optional(&self, name: &str) -> Option<&Field> {
+        match self.input(name) {
+            InputValue::Value(value) => value.as_field(),
+            InputValue::Constant(_) | InputValue::Absent => None,
+        }
+    }
+
+    /// What stands at an input that takes a wire or a number.
+    ///
+    /// # Panics
+    /// When the input has neither a wire nor a constant, or carries a report: a mistake in the node's declaration.
+    #[must_use]
+    pub fn lane(&self, name: &str) -> Lane<'_> {
+        match self.input(name) {
+            InputValue::Constant(v) => Lane::Constant(*v as f32),
+            InputValue::Value(Value::Field(field)) => Lane::Samples(field.samples()),
+            InputValue::Value(Value::Report(_)) | InputValue::Absent => {
+                panic!("`{}` reads `{name}` as numbers, but it may be without", self.node.id)
+            }
+        }
+    }
+
+    /// Reports progress and asks whether to go on. Cheap; call it once per pass, at least ten times a second.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`] when the run is to stop.
+    pub fn advance(&self, fraction: f32) -> Result<(), NodeError> {
+        (self.progress)(fraction.clamp(0.0, 1.0));
+        self.check()
+    }
+
+    /// Asks whether to go on, from any thread.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`] when the run is to stop.
+    pub fn check(&self) -> Result<(), NodeError> {
+        if self.cancel.is_cancelled() { Err(NodeError::Cancelled) } else { Ok(()) }
+    }
+}
+
+/// An input per cell: a raster, or one number for all cells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lane<'a> {
+    /// The same everywhere.
+    Constant(f32),
+    /// One per cell, row-major.
+    Samples(&'a [f32]),
+}
+
+impl<'a> Lane<'a> {
+    /// The number at a cell index.
+    #[must_use]
+    #[inline]
+    pub fn at(&self, index: usize) -> f32 {
+        match self {
+            Self::Constant(v) => *v,
+            Self::Samples(samples) => samples[index],
+        }
+    }
+
+    /// The part for a range of cell indices.
+    #[must_use]
+    pub fn slice(&self, range: std::ops::Range<usize>) -> Lane<'a> {
+        match self {
+            Self::Constant(v) => Lane::Constant(*v),
+            Self::Samples(samples) => Lane::Samples(&samples[range]),
+        }
+    }
+
+    /// The number, if it is one for all cells.
+    #[must_use]
+    pub const fn constant(&self) -> Option<f32> {
+        match self {
+            Self::Constant(v) => Some(*v),
+            Self::Samples(_) => None,
+        }
+    }
+}
+
+/// A bijective 32-bit mixing function (C. Wellons, 2018, "lowbias32").
+#[must_use]
+pub const fn mix(mut x: u32) -> u32 {
+    x ^= x >> 16;
+    x = x.wrapping_mul(0x7feb_352d);
+    x ^= x >> 15;
+    x = x.wrapping_mul(0x846c_a68b);
+    x ^ (x >> 16)
+}

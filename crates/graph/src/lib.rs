@@ -1,0 +1,36 @@
+//! Orograph's core: values, node declarations, the graph, its file and its evaluation. It knows no terrain.
+//!
+//! - [`Value`] and [`Field`]: what travels on a wire, typed by meaning ([`PortType`]).
+//! - [`Node`]: one kind of node as plain data; a [`Registry`] holds them.
+//! - [`Graph`]: instances and wires, checked when they are made.
+
+mod backend;
+mod field;
+mod graph;
+mod job;
+mod migrate;
+mod node;
+mod param;
+mod registry;
+mod report;
+mod suggest;
+mod unit;
+mod value;
+mod world;
+
+pub use backend::{Backend, Cpu};
+pub use field::Field;
+pub use graph::{Graph, GraphError, Instance, Port, Wire};
+pub use job::{Cancel, InputValue, Job, Lane, NodeError, Outputs, mix};
+pub use migrate::{Migration, Step};
+pub use node::{Exactness, Fallback, Input, Kernel, Node, Output, OutputType, Reach, Resolution};
+pub use param::{
+    CurvePoints, FileName, Kind, ParamSpec, ParamType, ParamValue, ParamValues, Seed, check_value, range_text,
+};
+pub use petgraph::stable_graph::NodeIndex;
+pub use registry::Registry;
+pub use report::{Axis, Measure, Report, Series};
+pub use suggest::closest;
+pub use unit::{Unit, UnitError, plain};
+pub use value::{PortType, Value};
+pub use world::{Boundary, Edge, Window, World, WorldError, bytes};

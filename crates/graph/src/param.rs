@@ -1,0 +1,544 @@
+//! Parameters: their declaration as data, their values, and the macros that declare them once.
+
+use std::{collections::BTreeMap, fmt, ops::RangeFull, ops::RangeInclusive};
+
+use crate::unit::{Unit, plain};
+
+/// One parameter of a node, as data: what the loader checks, the inspector shows and the manual prints.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParamSpec {
+    /// Name in a file, in snake case.
+    pub name: &'static str,
+    /// Documentation; the first line is a sentence.
+    pub doc: &'static str,
+    /// Unit of its numbers.
+    pub unit: Unit,
+    /// Kind, default and range.
+    pub kind: Kind,
+}
+
+/// The kind of a parameter, with its default and its ranges.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Kind {
+    /// A real number.
+    Float {
+        /// Value when the file says nothing.
+        default: f64,
+        /// What a file may say.
+        hard: [f64; 2],
+        /// What a slider covers.
+        soft: [f64; 2],
+    },
+    /// A whole number.
+    Int {
+        /// Value when the file says nothing.
+        default: i64,
+        /// What a file may say.
+        hard: [i64; 2],
+        /// What a slider covers.
+        soft: [i64; 2],
+    },
+    /// Yes or no.
+    Bool {
+        /// Value when the file says nothing.
+        default: bool,
+    },
+    /// One of a few names.
+    Choice {
+        /// Value when the file says nothing.
+        default: &'static str,
+        /// Names in a file with their documentation.
+        options: &'static [(&'static str, &'static str)],
+    },
+    /// A seed, mixed with the world's.
+    Seed {
+        /// Value when the file says nothing.
+        default: u32,
+    },
+    /// A place or an extent in the world.
+    Point {
+        /// Value when the file says nothing.
+        default: [f64; 2],
+        /// What a file may say, for each component.
+        hard: [f64; 2],
+    },
+    /// A curve through points, x rising.
+    Curve {
+        /// Value when the file says nothing.
+        default: Vec<[f64; 2]>,
+    },
+    /// A file, relative to the graph's.
+    File,
+}
+
+/// The value of a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ParamValue {
+    /// Of [`Kind::Float`].
+    Float(f64),
+    /// Of [`Kind::Int`].
+    Int(i64),
+    /// Of [`Kind::Bool`].
+    Bool(bool),
+    /// Of [`Kind::Choice`].
+    Choice(&'static str),
+    /// Of [`Kind::Seed`].
+    Seed(u32),
+    /// Of [`Kind::Point`].
+    Point([f64; 2]),
+    /// Of [`Kind::Curve`].
+    Curve(Vec<[f64; 2]>),
+    /// Of [`Kind::File`]; empty when no file is named.
+    File(String),
+}
+
+impl Kind {
+    /// The default as a value.
+    #[must_use]
+    pub fn default_value(&self) -> ParamValue {
+        match self {
+            Self::Float { default, .. } => ParamValue::Float(*default),
+            Self::Int { default, .. } => ParamValue::Int(*default),
+            Self::Bool { default } => ParamValue::Bool(*default),
+            Self::Choice { default, .. } => ParamValue::Choice(default),
+            Self::Seed { default } => ParamValue::Seed(*default),
+            Self::Point { default, .. } => ParamValue::Point(*default),
+            Self::Curve { default } => ParamValue::Curve(default.clone()),
+            Self::File => ParamValue::File(String::new()),
+        }
+    }
+
+    /// What may be written, in words: "a number from 1 m to 1000 km".
+    #[must_use]
+    pub fn describe(&self, unit: Unit) -> String {
+        match self {
+            Self::Float { hard, .. } => format!("{}{}", unit.describe(), range_text(*hard, unit)),
+            Self::Int { hard, .. } => format!("a whole number from {} to {}", hard[0], hard[1]),
+            Self::Bool { .. } => "`true` or `false`".to_owned(),
+            Self::Choice { options, .. } => {
+                let names: Vec<String> = options.iter().map(|(name, _)| format!("`{name}`")).collect();
+                format!("one of {}", names.join(", "))
+            }
+            Self::Seed { .. } => "a whole number from 0 to 4294967295".to_owned(),
+            Self::Point { hard, .. } => format!("a pair `(x, y)`, each {}{}", unit.describe(), range_text(*hard, unit)),
+            Self::Curve { .. } => "a list of points `[(x, y), ...]` with x rising".to_owned(),
+            Self::File => "a file name in quotes, relative to the graph file".to_owned(),
+        }
+    }
+}
+
+/// ` from A to B`, leaving out what has no end.
+#[must_use]
+pub fn range_text(range: [f64; 2], unit: Unit) -> String {
+    let [lo, hi] = range;
+    match (lo.is_finite(), hi.is_finite()) {
+        (true, true) => format!(" from {} to {}", unit.display(lo), unit.display(hi)),
+        (true, false) => format!(" from {} up", unit.display(lo)),
+        (false, true) => format!(" up to {}", unit.display(hi)),
+        (false, false) => String::new(),
+    }
+}
+
+impl fmt::Display for ParamValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Float(v) => f.write_str(&plain(*v)),
+            Self::Int(v) => write!(f, "{v}"),
+            Self::Bool(v) => write!(f, "{v}"),
+            Self::Choice(v) => f.write_str(v),
+            Self::Seed(v) => write!(f, "{v}"),
+            Self::Point([x, y]) => write!(f, "({}, {})", plain(*x), plain(*y)),
+            Self::Curve(points) => {
+                let points: Vec<String> =
+                    points.iter().map(|[x, y]| format!("({}, {})", plain(*x), plain(*y))).collect();
+                write!(f, "[{}]", points.join(", "))
+            }
+            Self::File(name) => write!(f, "{name:?}"),
+        }
+    }
+}
+
+/// Checked values of a node's parameters, complete: what the file does not say is the default.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ParamValues(BTreeMap<&'static str, ParamValue>);
+
+impl ParamValues {
+    /// The defaults of a declaration.
+    #[must_use]
+    pub fn defaults(specs: &[ParamSpec]) -> Self {
+        Self(specs.iter().map(|spec| (spec.name, spec.kind.default_value())).collect())
+    }
+
+    /// Replaces a value. It must have been checked with [`check_value`].
+    pub fn set(&mut self, name: &'static str, value: ParamValue) {
+        self.0.insert(name, value);
+    }
+
+    /// The value of a parameter.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<&ParamValue> {
+        self.0.get(name)
+    }
+
+    /// Names and values, sorted by name.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, &ParamValue)> {
+        self.0.iter().map(|(name, value)| (*name, value))
+    }
+
+    /// Reads a parameter as its declared type.
+    ///
+    /// # Panics
+    /// When the parameter is not declared with that type: a mistake in a node's file, which the registry's self-check
+    /// and every test of the node would show.
+    #[must_use]
+    pub fn read<T: ParamType>(&self, name: &str) -> T {
+        self.get(name)
+            .and_then(T::from_value)
+            .unwrap_or_else(|| panic!("parameter `{name}` is not declared with the type it is read as"))
+    }
+}
+
+/// Checks a value against its declaration: kind, hard range, finite numbers, rising curve.
+///
+/// # Errors
+/// What is wrong, in words that say what is allowed.
+pub fn check_value(spec: &ParamSpec, value: &ParamValue) -> Result<(), String> {
+    let allowed = || format!("allowed is {}", spec.kind.describe(spec.unit));
+    let number = |v: f64, [lo, hi]: [f64; 2]| {
+        if v.is_finite() && v >= lo && v <= hi {
+            Ok(())
+        } else {
+            Err(format!("`{}` is {}, {}", spec.name, spec.unit.display(v), allowed()))
+        }
+    };
+    match (&spec.kind, value) {
+        (Kind::Float { hard, .. }, ParamValue::Float(v)) => number(*v, *hard),
+        (Kind::Int { hard, .. }, ParamValue::Int(v)) if (hard[0]..=hard[1]).contains(v) => Ok(()),
+        (Kind::Int { .. }, ParamValue::Int(v)) => Err(format!("`{}` is {v}, {}", spec.name, allowed())),
+        (Kind::Point { hard, .. }, ParamValue::Point(p)) => p.iter().try_for_each(|v| number(*v, *hard)),
+        (Kind::Choice { options, .. }, ParamValue::Choice(name)) if options.iter().any(|(n, _)| n == name) => Ok(()),
+        (Kind::Curve { .. }, ParamValue::Curve(points)) => {
+            if points.len() < 2 {
+                return Err(format!("`{}` has {} points, at least 2 are needed", spec.name, points.len()));
+            }
+            if points.iter().flatten().any(|v| !v.is_finite()) {
+                return Err(format!("`{}` has a point that is not finite", spec.name));
+            }
+            match points.windows(2).find(|pair| pair[1][0] <= pair[0][0]) {
+                Some(pair) => {
+                    Err(format!("the points of `{}` must rise in x: {} follows {}", spec.name, pair[1][0], pair[0][0]))
+                }
+                None => Ok(()),
+            }
+        }
+        (Kind::Bool { .. }, ParamValue::Bool(_))
+        | (Kind::Seed { .. }, ParamValue::Seed(_))
+        | (Kind::File, ParamValue::File(_)) => Ok(()),
+        _ => Err(format!("`{}` is `{value}`, {}", spec.name, allowed())),
+    }
+}
+
+/// A Rust type that a parameter can have.
+pub trait ParamType: Sized {
+    /// How its hard range is written in [`params!`](crate::params): a range, or `..` where there is none.
+    type Range;
+
+    /// The declaration of a parameter of this type.
+    fn kind(default: Self, hard: Self::Range) -> Kind;
+
+    /// The value as this type; `None` when it is of another kind.
+    fn from_value(value: &ParamValue) -> Option<Self>;
+}
+
+impl ParamType for f64 {
+    type Range = RangeInclusive<Self>;
+
+    fn kind(default: Self, hard: Self::Range) -> Kind {
+        let hard = [*hard.start(), *hard.end()];
+        Kind::Float { default, hard, soft: hard }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::Float(v) => Some(*v),
+            _ => None,
+        }
+    }
+}
+
+impl ParamType for i64 {
+    type Range = RangeInclusive<Self>;
+
+    fn kind(default: Self, hard: Self::Range) -> Kind {
+        let hard = [*hard.start(), *hard.end()];
+        Kind::Int { default, hard, soft: hard }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::Int(v) => Some(*v),
+            _ => None,
+        }
+    }
+}
+
+impl ParamType for bool {
+    type Range = RangeFull;
+
+    fn kind(default: Self, _: RangeFull) -> Kind {
+        Kind::Bool { default }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::Bool(v) => Some(*v),
+            _ => None,
+        }
+    }
+}
+
+/// A seed parameter: mixed with the world's seed, see [`crate::Job::seed`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Seed(pub u32);
+
+impl ParamType for Seed {
+    type Range = RangeFull;
+
+    fn kind(default: Self, _: RangeFull) -> Kind {
+        Kind::Seed { default: default.0 }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::Seed(v) => Some(Self(*v)),
+            _ => None,
+        }
+    }
+}
+
+impl ParamType for [f64; 2] {
+    type Range = RangeInclusive<f64>;
+
+    fn kind(default: Self, hard: Self::Range) -> Kind {
+        Kind::Point { default, hard: [*hard.start(), *hard.end()] }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::Point(v) => Some(*v),
+            _ => None,
+        }
+    }
+}
+
+/// A curve parameter: points with x rising; how it runs between them is the node's to say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CurvePoints(pub Vec<[f64; 2]>);
+
+impl ParamType for CurvePoints {
+    type Range = RangeFull;
+
+    fn kind(default: Self, _: RangeFull) -> Kind {
+        Kind::Curve { default: default.0 }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::Curve(points) => Some(Self(points.clone())),
+            _ => None,
+        }
+    }
+}
+
+/// A file parameter: a name relative to the graph's folder; read it through [`crate::Job::file`].
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FileName(pub String);
+
+impl ParamType for FileName {
+    type Range = RangeFull;
+
+    fn kind(_: Self, _: RangeFull) -> Kind {
+        Kind::File
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::File(name) => Some(Self(name.clone())),
+            _ => None,
+        }
+    }
+}
+
+impl Kind {
+    /// The same kind with a slider range narrower than the hard range; numbers only.
+    #[must_use]
+    pub fn with_soft(mut self, lo: f64, hi: f64) -> Self {
+        match &mut self {
+            Self::Float { soft, .. } => *soft = [lo, hi],
+            Self::Int { soft, .. } => *soft = [lo as i64, hi as i64],
+            _ => {}
+        }
+        self
+    }
+}
+
+/// Declares a node's parameters once: a typed struct `Params`, its specs and its reader.
+///
+/// A row is `name: type = default, Unit, hard range;` with an optional `soft lo..=hi` before the semicolon. The type is
+/// one of `f64`, `i64`, `bool`, [`Seed`], `[f64; 2]`, [`CurvePoints`], [`FileName`] or a [`choice!`](crate::choice)
+/// enum; types without a range write `..`.
+///
+/// ```
+/// use orograph_graph::params;
+///
+/// params! {
+///     /// Slope above which loose material slides.
+///     talus: f64 = 35.0, Degrees, 5.0..=80.0, soft 20.0..=45.0;
+///     /// Number of passes.
+///     passes: i64 = 60, Count, 0..=5000;
+/// }
+///
+/// let specs = Params::specs();
+/// assert_eq!(specs[0].name, "talus");
+/// let values = orograph_graph::ParamValues::defaults(&specs);
+/// assert_eq!(Params::read(&values).passes, 60);
+/// ```
+#[macro_export]
+macro_rules! params {
+    ($( $(#[doc = $doc:literal])+
+        $name:ident: $ty:ty = $default:expr, $unit:ident, $hard:expr $(, soft $lo:literal ..= $hi:literal)?; )*) => {
+        /// The node's parameters, typed.
+        #[derive(Clone, Debug, PartialEq)]
+        pub struct Params { $( $(#[doc = $doc])+ pub $name: $ty, )* }
+
+        impl Params {
+            /// The declarations, in the order they are shown.
+            #[must_use]
+            pub fn specs() -> Vec<$crate::ParamSpec> {
+                vec![ $( $crate::ParamSpec {
+                    name: stringify!($name),
+                    doc: concat!($($doc, "\n"),+).trim_ascii(),
+                    unit: $crate::Unit::$unit,
+                    kind: <$ty as $crate::ParamType>::kind($default, $hard)$(.with_soft($lo as f64, $hi as f64))?,
+                } ),* ]
+            }
+
+            /// Reads checked values.
+            #[must_use]
+            pub fn read(values: &$crate::ParamValues) -> Self {
+                let _ = values;
+                Self { $( $name: values.read(stringify!($name)) ),* }
+            }
+        }
+    };
+}
+
+/// Declares an enum that a parameter can choose from; its names in a file are chosen here, never derived from positions.
+///
+/// ```
+/// orograph_graph::choice! {
+///     /// How two heights are combined.
+///     pub enum Mode {
+///         /// The sum.
+///         Add = "add",
+///         /// The higher of the two.
+///         Max = "max",
+///     }
+/// }
+/// assert_eq!(Mode::Max.name(), "max");
+/// ```
+#[macro_export]
+macro_rules! choice {
+    ($(#[doc = $doc:literal])+ $vis:vis enum $name:ident {
+        $( $(#[doc = $vdoc:literal])+ $variant:ident = $text:literal, )+
+    }) => {
+        $(#[doc = $doc])+
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        $vis enum $name { $( $(#[doc = $vdoc])+ $variant, )+ }
+
+        impl $name {
+            /// Names in a file, with their documentation.
+            pub const OPTIONS: &'static [(&'static str, &'static str)] =
+                &[ $( ($text, concat!($($vdoc, "\n"),+).trim_ascii()), )+ ];
+
+            /// The name in a file.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $( Self::$variant => $text, )+ }
+            }
+        }
+
+        impl $crate::ParamType for $name {
+            type Range = core::ops::RangeFull;
+
+            fn kind(default: Self, _: Self::Range) -> $crate::Kind {
+                $crate::Kind::Choice { default: default.name(), options: Self::OPTIONS }
+            }
+
+            fn from_value(value: &$crate::ParamValue) -> Option<Self> {
+                match value {
+                    $( $crate::ParamValue::Choice($text) => Some(Self::$variant), )+
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    choice! {
+        /// A choice.
+        pub enum Mode {
+            /// One.
+            First = "first",
+            /// Two.
+            Second = "second",
+        }
+    }
+
+    params! {
+        /// A length.
+        length: f64 = 10.0, Metres, 1.0..=100.0, soft 5.0..=50.0;
+        /// A count.
+        count: i64 = 3, Count, 0..=9;
+        /// A mode.
+        mode: Mode = Mode::Second, One, ..;
+        /// A seed.
+        seed: Seed = Seed(0), Count, ..;
+        /// A place.
+        place: [f64; 2] = [1.0, 2.0], Metres, -1e6..=1e6;
+        /// A curve.
+        curve: CurvePoints = CurvePoints(vec![[0.0, 0.0], [1.0, 1.0]]), One, ..;
+    }
+
+    #[test]
+    fn a_declaration_becomes_data_and_reads_back() {
+        let specs = Params::specs();
+        assert_eq!(
+            specs.iter().map(|s| s.name).collect::<Vec<_>>(),
+            ["length", "count", "mode", "seed", "place", "curve"]
+        );
+        assert_eq!(specs[0].doc, "A length.");
+        assert_eq!(specs[0].kind, Kind::Float { default: 10.0, hard: [1.0, 100.0], soft: [5.0, 50.0] });
+        let mut values = ParamValues::defaults(&specs);
+        values.set("mode", ParamValue::Choice("first"));
+        let params = Params::read(&values);
+        assert_eq!((params.mode, params.count, params.place), (Mode::First, 3, [1.0, 2.0]));
+        assert_eq!(Mode::OPTIONS[1], ("second", "Two."));
+    }
+
+    #[test]
+    fn values_out_of_range_are_named_with_what_is_allowed() {
+        let specs = Params::specs();
+        let error = check_value(&specs[0], &ParamValue::Float(5000.0)).expect_err("too long");
+        assert!(error.contains("5 km") && error.contains("from 1 m to 100 m"), "{error}");
+        assert!(check_value(&specs[0], &ParamValue::Float(f64::NAN)).is_err());
+        assert!(check_value(&specs[0], &ParamValue::Int(3)).is_err());
+        assert!(check_value(&specs[1], &ParamValue::Int(10)).is_err());
+        assert!(check_value(&specs[5], &ParamValue::Curve(vec![[0.0, 0.0], [0.0, 1.0]])).is_err());
+        assert!(specs.iter().all(|spec| check_value(spec, &spec.kind.default_value()).is_ok()));
+    }
+}

@@ -1,0 +1,170 @@
+//! All kinds of nodes, looked up by id.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::{
+    node::{Fallback, Input, Node, OutputType},
+    param::{Kind, check_value},
+    suggest::closest,
+};
+
+/// The kinds of nodes a program knows, in palette order.
+#[derive(Clone, Debug, Default)]
+pub struct Registry {
+    nodes: Vec<&'static Node>,
+    by_id: BTreeMap<&'static str, &'static Node>,
+}
+
+impl Registry {
+    /// A registry of the listed nodes, in that order.
+    #[must_use]
+    pub fn new(nodes: impl IntoIterator<Item = &'static Node>) -> Self {
+        let nodes: Vec<&'static Node> = nodes.into_iter().collect();
+        let mut by_id = BTreeMap::new();
+        for node in &nodes {
+            for alias in node.aliases {
+                by_id.insert(*alias, *node);
+            }
+        }
+        by_id.extend(nodes.iter().map(|node| (node.id, *node)));
+        Self { nodes, by_id }
+    }
+
+    /// The node of that id or alias.
+    #[must_use]
+    pub fn get(&self, id: &str) -> Option<&'static Node> {
+        self.by_id.get(id).copied()
+    }
+
+    /// All nodes, in palette order.
+    #[must_use]
+    pub fn nodes(&self) -> &[&'static Node] {
+        &self.nodes
+    }
+
+    /// The id nearest to a misspelt one.
+    #[must_use]
+    pub fn suggest(&self, id: &str) -> Option<&'static str> {
+        closest(id, self.nodes.iter().map(|node| node.id))
+    }
+
+    /// Checks the declarations as data: names, documentation, defaults within ranges, versions and migrations.
+    ///
+    /// Returns one line per fault, each beginning with the node's id; none for a sound registry.
+    #[must_use]
+    pub fn faults(&self) -> Vec<String> {
+        let mut faults = Vec::new();
+        let mut ids = BTreeSet::new();
+        for node in &self.nodes {
+            for id in node.aliases.iter().chain([&node.id]) {
+                if !ids.insert(*id) {
+                    faults.push(format!("{id}: the id is taken twice"));
+                }
+            }
+            let mut found = Vec::new();
+            check_node(node, &mut found);
+            faults.extend(found.into_iter().map(|fault| format!("{}: {fault}", node.id)));
+        }
+        faults
+    }
+}
+
+fn check_node(node: &'static Node, faults: &mut Vec<String>) {
+    if !is_pascal_case(node.id) {
+        faults.push("the id is not one word in PascalCase".into());
+    }
+    check_sentence("summary", node.summary, faults);
+    if node.doc.is_empty() {
+        faults.push("it has no documentation".into());
+    }
+    if node.category.is_empty() || !is_snake_case(node.category) {
+        faults.push("the category is not a word in lower case".into());
+    }
+    if node.outputs.is_empty() {
+        faults.push("it has no output".into());
+    }
+    let mut names = BTreeSet::new();
+    for input in node.inputs {
+        check_name(input.name, input.doc, &mut names, faults);
+        check_fallback(input, faults);
+    }
+    for spec in node.specs() {
+        check_name(spec.name, spec.doc, &mut names, faults);
+        if let Err(error) = check_value(&spec, &spec.kind.default_value()) {
+            faults.push(format!("default of {error}"));
+        }
+        check_ranges(spec.name, &spec.kind, faults);
+    }
+    let mut outputs = BTreeSet::new();
+    for output in node.outputs {
+        check_name(output.name, output.doc, &mut outputs, faults);
+        if let OutputType::SameAs(input) = output.ty
+            && node.input(input).is_none()
+        {
+            faults.push(format!("output `{}` is typed by `{input}`, which is no input", output.name));
+        }
+    }
+    for (step, from) in node.migrations.iter().zip(1..) {
+        if step.from != from {
+            faults.push(format!("migration {} starts from version {}", from, step.from));
+        }
+    }
+    if node.migrations.len() as u32 + 1 != node.version {
+        faults.push(format!("version {} needs {} migrations", node.version, node.version.saturating_sub(1)));
+    }
+}
+
+fn check_sentence(what: &str, text: &str, faults: &mut Vec<String>) {
+    let first = text.lines().next().unwrap_or("").trim();
+    if first.is_empty() || !first.ends_with('.') || first.chars().count() > 120 {
+        faults.push(format!("the first line of the {what} is not a sentence of at most 120 characters"));
+    }
+}
+
+fn check_name(name: &'static str, doc: &str, names: &mut BTreeSet<&'static str>, faults: &mut Vec<String>) {
+    if !is_snake_case(name) {
+        faults.push(format!("`{name}` is not in snake case"));
+    }
+    if !names.insert(name) {
+        faults.push(format!("`{name}` is declared twice"));
+    }
+    if name == "version" {
+        faults.push("`version` is the name of a node's version in a file".into());
+    }
+    check_sentence(&format!("documentation of `{name}`"), doc, faults);
+}
+
+fn check_fallback(input: &Input, faults: &mut Vec<String>) {
+    if let Fallback::Constant { default, hard, soft } = input.fallback {
+        check_order(input.name, hard, soft, default, faults);
+        if input.ty.planes() != Some(1) {
+            faults.push(format!("`{}` cannot be a number", input.name));
+        }
+    }
+}
+
+fn check_ranges(name: &str, kind: &Kind, faults: &mut Vec<String>) {
+    match kind {
+        Kind::Float { default, hard, soft } => check_order(name, *hard, *soft, *default, faults),
+        Kind::Int { default, hard, soft } => {
+            check_order(name, hard.map(|v| v as f64), soft.map(|v| v as f64), *default as f64, faults);
+        }
+        _ => {}
+    }
+}
+
+fn check_order(name: &str, hard: [f64; 2], soft: [f64; 2], default: f64, faults: &mut Vec<String>) {
+    let ordered = hard[0] <= soft[0] && soft[0] <= soft[1] && soft[1] <= hard[1];
+    if !ordered || !(hard[0]..=hard[1]).contains(&default) {
+        faults.push(format!("the ranges of `{name}` are not nested: {hard:?}, {soft:?}, {default}"));
+    }
+}
+
+fn is_snake_case(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_lowercase())
+        && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
+}
+
+fn is_pascal_case(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_uppercase()) && name.chars().all(|c| c.is_ascii_alphanumeric())
+}

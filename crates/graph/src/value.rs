@@ -1,0 +1,144 @@
+//! What travels on a wire, and the meaning it carries.
+
+use std::{fmt, sync::Arc};
+
+use crate::{field::Field, report::Report, unit::Unit};
+
+/// The meaning of a value; ports are typed by it, so that a slope cannot be wired where a height belongs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum PortType {
+    /// Elevation in metres, one plane.
+    Height,
+    /// A selection from 0 to 1, one plane.
+    Mask,
+    /// Any other scalar, with its unit, one plane.
+    Scalar(Unit),
+    /// A vector per cell (x east, y south), two planes.
+    Vector(Unit),
+    /// Linear RGB, three planes, 0 to 1.
+    Colour,
+    /// Measures and curves.
+    Report,
+    /// On an input only: a height, a mask or any scalar.
+    AnyScalar,
+}
+
+impl PortType {
+    /// Whether an output of type `from` may be wired to an input of this type.
+    ///
+    /// A mask may stand for a plain number and a height for a length; everything else must match.
+    #[must_use]
+    pub fn accepts(self, from: Self) -> bool {
+        self == from
+            || match self {
+                Self::AnyScalar => matches!(from, Self::Height | Self::Mask | Self::Scalar(_)),
+                Self::Scalar(Unit::One) => from == Self::Mask,
+                Self::Scalar(Unit::Metres) => from == Self::Height,
+                _ => false,
+            }
+    }
+
+    /// The unit of its numbers.
+    #[must_use]
+    pub const fn unit(self) -> Unit {
+        match self {
+            Self::Height => Unit::Metres,
+            Self::Scalar(unit) | Self::Vector(unit) => unit,
+            Self::Mask | Self::Colour | Self::Report | Self::AnyScalar => Unit::One,
+        }
+    }
+
+    /// Planes of a field of this type; `None` for reports.
+    #[must_use]
+    pub const fn planes(self) -> Option<usize> {
+        match self {
+            Self::Height | Self::Mask | Self::Scalar(_) | Self::AnyScalar => Some(1),
+            Self::Vector(_) => Some(2),
+            Self::Colour => Some(3),
+            Self::Report => None,
+        }
+    }
+}
+
+impl fmt::Display for PortType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Height => f.write_str("height (m)"),
+            Self::Mask => f.write_str("mask"),
+            Self::Scalar(unit) if unit.symbol().is_empty() => f.write_str("scalar"),
+            Self::Scalar(unit) => write!(f, "scalar ({unit})"),
+            Self::Vector(unit) if unit.symbol().is_empty() => f.write_str("vector"),
+            Self::Vector(unit) => write!(f, "vector ({unit})"),
+            Self::Colour => f.write_str("colour"),
+            Self::Report => f.write_str("report"),
+            Self::AnyScalar => f.write_str("height, mask or scalar"),
+        }
+    }
+}
+
+/// A value on a wire. Copies share their contents.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A raster.
+    Field(Field),
+    /// Measures and curves.
+    Report(Arc<Report>),
+}
+
+impl Value {
+    /// The raster, if it is one.
+    #[must_use]
+    pub const fn as_field(&self) -> Option<&Field> {
+        match self {
+            Self::Field(field) => Some(field),
+            Self::Report(_) => None,
+        }
+    }
+
+    /// The report, if it is one.
+    #[must_use]
+    pub fn as_report(&self) -> Option<&Report> {
+        match self {
+            Self::Report(report) => Some(report),
+            Self::Field(_) => None,
+        }
+    }
+
+    /// Bytes its contents take.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::Field(field) => field.bytes(),
+            Self::Report(report) => report.bytes(),
+        }
+    }
+}
+
+impl From<Field> for Value {
+    fn from(field: Field) -> Self {
+        Self::Field(field)
+    }
+}
+
+impl From<Report> for Value {
+    fn from(report: Report) -> Self {
+        Self::Report(Arc::new(report))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_meanings_that_fit_are_accepted() {
+        assert!(PortType::Height.accepts(PortType::Height));
+        assert!(!PortType::Height.accepts(PortType::Scalar(Unit::Degrees)));
+        assert!(!PortType::Height.accepts(PortType::Scalar(Unit::Metres)));
+        assert!(PortType::Scalar(Unit::Metres).accepts(PortType::Height));
+        assert!(PortType::Scalar(Unit::One).accepts(PortType::Mask));
+        assert!(!PortType::Mask.accepts(PortType::Height));
+        assert!(PortType::AnyScalar.accepts(PortType::Scalar(Unit::Years)));
+        assert!(!PortType::AnyScalar.accepts(PortType::Colour));
+    }
+}

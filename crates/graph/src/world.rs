@@ -1,0 +1,259 @@
+//! The world: its extent in metres, its cells, its edges; and the window of it that a raster covers.
+
+use serde::Serialize;
+
+/// What happens to water, sediment and ice at one side of the world.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Edge {
+    /// A fixed base level: water and sediment leave, the elevation stays.
+    #[default]
+    Base,
+    /// Water and sediment leave; the elevation is free.
+    Open,
+    /// Nothing crosses.
+    Wall,
+    /// What leaves here comes in on the opposite side.
+    Periodic,
+}
+
+impl Edge {
+    /// Every kind of edge with the name it has in a file.
+    pub const NAMES: [(&'static str, Self); 4] =
+        [("base", Self::Base), ("open", Self::Open), ("wall", Self::Wall), ("periodic", Self::Periodic)];
+
+    /// The name of this kind of edge in a file.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Base => "base",
+            Self::Open => "open",
+            Self::Wall => "wall",
+            Self::Periodic => "periodic",
+        }
+    }
+}
+
+/// The four sides of the world. Row 0 of a raster is north, column 0 is west.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+pub struct Boundary {
+    /// Left column.
+    pub west: Edge,
+    /// Right column.
+    pub east: Edge,
+    /// First row.
+    pub north: Edge,
+    /// Last row.
+    pub south: Edge,
+}
+
+impl Boundary {
+    /// The same kind of edge on all four sides.
+    #[must_use]
+    pub const fn all(edge: Edge) -> Self {
+        Self { west: edge, east: edge, north: edge, south: edge }
+    }
+}
+
+/// Extent, resolution and seed: everything about the place that is not in a node.
+///
+/// The value of cell (i, j) is taken at its centre, `((i + 0.5) d, (j + 0.5) d)` metres from the world's north-west
+/// corner; x runs east, y south. Cells are square.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct World {
+    /// Width and height in metres.
+    pub size: [f64; 2],
+    /// Cells along x and y.
+    pub cells: [u32; 2],
+    /// Seed that every random draw depends on.
+    pub seed: u32,
+    /// Kind of each side.
+    pub boundary: Boundary,
+}
+
+/// Why a world cannot be evaluated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum WorldError {
+    /// No cells at all.
+    #[error("a world of {0} x {1} cells has nothing in it; give it at least 1 x 1")]
+    Empty(u32, u32),
+    /// More cells than a raster of this program can have.
+    #[error("a world of {0} x {1} cells needs {memory} for a single layer; the most is {most} cells a side",
+        memory = bytes(u64::from(*.0) * u64::from(*.1) * 4), most = World::MAX_SIDE)]
+    TooLarge(u32, u32),
+    /// Not a positive, finite extent.
+    #[error("a world of {0} x {1} m has no extent; both must be above zero and finite")]
+    NoExtent(f64, f64),
+    /// Cells would not be square.
+    #[error("cells would be {0} x {1} m; they must be square, so choose cells in the ratio of the size")]
+    NotSquare(f64, f64),
+}
+
+/// A number of bytes for people: `1.5 GiB`.
+#[must_use]
+pub fn bytes(count: u64) -> String {
+    let mut value = count as f64;
+    for unit in ["B", "KiB", "MiB", "GiB", "TiB", "PiB"] {
+        if value < 1024.0 {
+            return if unit == "B" { format!("{count} B") } else { format!("{value:.1} {unit}") };
+        }
+        value /= 1024.0;
+    }
+    format!("{value:.1} EiB")
+}
+
+impl Default for World {
+    /// 16.384 km a side, 1024 cells a side, seed 0, base level all around.
+    fn default() -> Self {
+        Self { size: [16384.0, 16384.0], cells: [1024, 1024], seed: 0, boundary: Boundary::default() }
+    }
+}
+
+impl World {
+    /// The most cells along one side: rasters are indexed by `u32`, and lattice phases assume 16-bit cell numbers.
+    pub const MAX_SIDE: u32 = 65_536;
+    /// The most cells in all: what `u32` indices with a spare value can name.
+    pub const MAX_CELLS: u64 = (1 << 32) - 2;
+
+    /// Side of a cell in metres.
+    #[must_use]
+    pub fn cell_m(&self) -> f64 {
+        self.size[0] / f64::from(self.cells[0])
+    }
+
+    /// Checks extent, cell count and squareness of cells.
+    ///
+    /// # Errors
+    /// [`WorldError`], with the numbers that are wrong.
+    pub fn check(&self) -> Result<(), WorldError> {
+        let [nx, ny] = self.cells;
+        let [w, h] = self.size;
+        if nx == 0 || ny == 0 {
+            return Err(WorldError::Empty(nx, ny));
+        }
+        if nx > Self::MAX_SIDE || ny > Self::MAX_SIDE || u64::from(nx) * u64::from(ny) > Self::MAX_CELLS {
+            return Err(WorldError::TooLarge(nx, ny));
+        }
+        if !(w.is_finite() && h.is_finite() && w > 0.0 && h > 0.0) {
+            return Err(WorldError::NoExtent(w, h));
+        }
+        let (dx, dy) = (w / f64::from(nx), h / f64::from(ny));
+        if (dx - dy).abs() > 1e-6 * dx {
+            return Err(WorldError::NotSquare(dx, dy));
+        }
+        Ok(())
+    }
+}
+
+/// A rectangle of the world's cells: what one raster covers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Window {
+    /// The world it is a part of.
+    pub world: World,
+    /// Column and row of its first cell in the world.
+    pub origin: [u32; 2],
+    /// Cells along x and y.
+    pub cells: [u32; 2],
+}
+
+impl Window {
+    /// The whole of a world.
+    #[must_use]
+    pub const fn whole(world: World) -> Self {
+        Self { world, origin: [0, 0], cells: world.cells }
+    }
+
+    /// Columns.
+    #[must_use]
+    pub const fn nx(&self) -> usize {
+        self.cells[0] as usize
+    }
+
+    /// Rows.
+    #[must_use]
+    pub const fn ny(&self) -> usize {
+        self.cells[1] as usize
+    }
+
+    /// Number of cells.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.nx() * self.ny()
+    }
+
+    /// Whether it has no cells.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Side of a cell in metres.
+    #[must_use]
+    pub fn cell_m(&self) -> f64 {
+        self.world.cell_m()
+    }
+
+    /// World position in metres of the centre of the window's cell (i, j).
+    #[must_use]
+    pub fn centre_m(&self, i: usize, j: usize) -> [f64; 2] {
+        let d = self.cell_m();
+        [(f64::from(self.origin[0]) + i as f64 + 0.5) * d, (f64::from(self.origin[1]) + j as f64 + 0.5) * d]
+    }
+
+    /// Whether it is the whole world.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.origin == [0, 0] && self.cells == self.world.cells
+    }
+
+    /// The window grown by `reach_m` metres on each side, rounded up to cells and cut at the world's edges.
+    #[must_use]
+    pub fn grown(&self, reach_m: f64) -> Self {
+        let halo = (reach_m / self.cell_m() - 1e-9).ceil().clamp(0.0, f64::from(u32::MAX / 4)) as u32;
+        let mut out = *self;
+        for axis in 0..2 {
+            let first = self.origin[axis].saturating_sub(halo);
+            let end = (self.origin[axis] + self.cells[axis]).saturating_add(halo).min(self.world.cells[axis]);
+            out.origin[axis] = first;
+            out.cells[axis] = end - first;
+        }
+        out
+    }
+
+    /// Whether every cell of `other` is in this window of the same world.
+    #[must_use]
+    pub fn contains(&self, other: &Self) -> bool {
+        self.world == other.world
+            && (0..2).all(|axis| {
+                self.origin[axis] <= other.origin[axis]
+                    && other.origin[axis] + other.cells[axis] <= self.origin[axis] + self.cells[axis]
+            })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn worlds_that_cannot_be_are_refused() {
+        let world = World::default();
+        assert_eq!(world.check(), Ok(()));
+        assert!(matches!(World { cells: [0, 5], ..world }.check(), Err(WorldError::Empty(..))));
+        let huge = World { cells: [1_000_000_000, 1], ..world };
+        assert!(huge.check().expect_err("too many").to_string().contains("3.7 GiB"));
+        assert!(matches!(World { size: [f64::NAN, 1.0], ..world }.check(), Err(WorldError::NoExtent(..))));
+        assert!(matches!(World { cells: [1024, 512], ..world }.check(), Err(WorldError::NotSquare(..))));
+    }
+
+    #[test]
+    fn a_window_grows_up_to_the_edges() {
+        let world = World::default(); // cells of 16 m
+        let window = Window { world, origin: [2, 100], cells: [10, 10] };
+        let grown = window.grown(64.0);
+        assert_eq!((grown.origin, grown.cells), ([0, 96], [16, 18]));
+        assert!(grown.contains(&window) && !window.contains(&grown));
+        assert!(window.grown(1e9).is_whole());
+        assert_eq!(window.grown(0.0), window);
+    }
+}
