@@ -1,1 +1,42 @@
-//! nodes
+//! Every node of Orograph: declarations and CPU kernels, one file per node in the folder of its category.
+
+pub mod combine;
+pub mod erosion;
+pub mod generate;
+pub mod hydrology;
+pub mod import;
+pub mod math;
+pub mod measure;
+pub mod par;
+mod prelude;
+pub mod render;
+pub mod select;
+pub mod simd;
+pub mod tectonics;
+
+use orograph_graph::{Node, Registry};
+
+/// All nodes, in palette order.
+#[must_use]
+pub fn registry() -> Registry {
+    let categories: [&[&'static Node]; 9] = [
+        generate::NODES,
+        import::NODES,
+        combine::NODES,
+        tectonics::NODES,
+        hydrology::NODES,
+        erosion::NODES,
+        select::NODES,
+        measure::NODES,
+        render::NODES,
+    ];
+    Registry::new(categories.into_iter().flatten().copied())
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn every_declaration_is_sound() {
+        assert_eq!(super::registry().faults(), Vec::<String>::new());
+    }
+}

@@ -1,0 +1,6 @@
+//! Arithmetic and curves over fields.
+
+use orograph_graph::Node;
+
+/// The nodes of this category, in palette order.
+pub static NODES: &[&Node] = &[];

@@ -1,0 +1,55 @@
+//! The same value everywhere.
+
+use crate::prelude::*;
+
+choice! {
+    /// What a value means.
+    pub enum Quantity {
+        /// An elevation in metres.
+        Height = "height",
+        /// A selection from 0 to 1.
+        Mask = "mask",
+        /// A plain number.
+        Scalar = "scalar",
+    }
+}
+
+params! {
+    /// The value, in metres for a height.
+    value: f64 = 0.0, One, -1e9..=1e9, soft -1000..=1000;
+    /// What the value means, and so where it may be wired.
+    quantity: Quantity = Quantity::Height, One, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Constant",
+    category: "generate",
+    summary: "The same value everywhere.",
+    doc: "A level plain, a full mask or a number shared by several nodes. Where one input needs one number, write the \
+          number at that input instead.",
+    outputs: &[Output::chosen("value", port_type, "The value in every cell.")],
+    params: Params::specs,
+    cpu: run,
+    example: "value: 250",
+    ..Node::DEFAULT
+};
+
+fn port_type(params: &ParamValues) -> PortType {
+    match Params::read(params).quantity {
+        Quantity::Height => PortType::Height,
+        Quantity::Mask => PortType::Mask,
+        Quantity::Scalar => PortType::Scalar(Unit::One),
+    }
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    if params.quantity == Quantity::Mask && !(0.0..=1.0).contains(&params.value) {
+        return Err(NodeError::failed_with_hint(
+            format!("a mask of {} is outside 0 to 1", params.value),
+            "choose a value from 0 to 1, or another `quantity`",
+        ));
+    }
+    Ok(Outputs::one("value", Field::constant(job.window(), params.value as f32)))
+}

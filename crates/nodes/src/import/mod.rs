@@ -1,0 +1,6 @@
+//! Land from files.
+
+use orograph_graph::Node;
+
+/// The nodes of this category, in palette order.
+pub static NODES: &[&Node] = &[];

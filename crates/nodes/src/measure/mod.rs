@@ -1,0 +1,6 @@
+//! Reports about a landscape.
+
+use orograph_graph::Node;
+
+/// The nodes of this category, in palette order.
+pub static NODES: &[&Node] = &[];

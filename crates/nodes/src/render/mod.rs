@@ -1,0 +1,6 @@
+//! Pictures.
+
+use orograph_graph::Node;
+
+/// The nodes of this category, in palette order.
+pub static NODES: &[&Node] = &[];

@@ -1,0 +1,6 @@
+//! What raises and lowers the land.
+
+use orograph_graph::Node;
+
+/// The nodes of this category, in palette order.
+pub static NODES: &[&Node] = &[];
