@@ -3,6 +3,7 @@
 pub mod combine;
 pub mod erosion;
 pub mod generate;
+pub mod gradient;
 pub mod hydrology;
 pub mod import;
 pub mod math;
@@ -13,6 +14,8 @@ pub mod render;
 pub mod select;
 pub mod simd;
 pub mod tectonics;
+#[cfg(test)]
+mod testing;
 
 use orograph_graph::{Node, Registry};
 

@@ -1,6 +1,8 @@
 //! Masks and measures per cell, for driving other nodes.
 
+pub mod slope;
+
 use orograph_graph::Node;
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] = &[];
+pub static NODES: &[&Node] = &[&slope::NODE];

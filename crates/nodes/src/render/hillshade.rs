@@ -1,0 +1,312 @@
+//! Shaded relief, plain and coloured by elevation.
+
+use orograph_graph::ParamValues;
+use rayon::prelude::*;
+
+use super::tints::Tints;
+use crate::{
+    gradient::{Method, Surface},
+    math,
+    prelude::*,
+    simd::simd,
+};
+
+choice! {
+    /// Where the light comes from.
+    pub enum Light {
+        /// One sun: the strongest forms, but steep slopes turned away from it are black.
+        Single = "single",
+        /// Four suns 45° apart, weighted by how they graze the slope (Mark 1992): forms show in the shade too.
+        Oblique = "oblique",
+        /// Half of each: strong forms, open shadows.
+        Blend = "blend",
+    }
+}
+
+params! {
+    /// Where the sun stands, clockwise from north.
+    azimuth: f64 = 315.0, Degrees, 0.0..=360.0;
+    /// How high the sun stands above the horizon.
+    altitude: f64 = 45.0, Degrees, 1.0..=90.0, soft 10.0..=80.0;
+    /// One sun or several.
+    light: Light = Light::Blend, One, ..;
+    /// Factor on heights before shading; gentle land wants 2 to 10.
+    exaggeration: f64 = 1.0, One, 0.0..=1000.0, soft 0.2..=10.0;
+    /// Colour by elevation; white paper when off.
+    tints: bool = true, One, ..;
+    /// Elevation of the first land colour, lowland green.
+    low: f64 = 0.0, Metres, -1e5..=1e5, soft 0.0..=3000.0;
+    /// Elevation of the last land colour, snow.
+    high: f64 = 3000.0, Metres, -1e5..=1e5, soft 100.0..=9000.0;
+    /// Colour what lies below 0 m as water.
+    water: bool = true, One, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Hillshade",
+    category: "render",
+    summary: "Shaded relief as a cartographer would draw it, plain and coloured by elevation.",
+    doc: "`shade` is the light that a matt surface reflects towards the sky: the cosine of the angle between the \
+          surface's normal and the sun, `(sin h − cos h (p sin A − q cos A)) / √(1 + p² + q²)` with the sun's azimuth A \
+          and altitude h and the slopes p to the east and q to the north (Horn's gradient); 0 in self-shadow. Level \
+          ground is sin h. No shadow is cast.\n\n\
+          Light from the north-west is the custom of maps: lit from below, valleys and ridges seem to change places. \
+          `oblique` mixes the light of four suns from 90° left of the azimuth to 45° right of it, each weighted by the \
+          squared sine of the angle between sun and aspect, so that the sun that grazes a slope draws it; `blend` is \
+          the mean of both.\n\n\
+          `colour` is the tint of the elevation under that light: sunlit slopes a little warm, shaded ones cool. Land \
+          runs from green at `low` to white at `high` in steps that look equal; water deepens as far below 0 m as \
+          `high` is above `low`.\n\n\
+          Raise `exaggeration` for gentle land, where 45° of sun leave no contrast.",
+    sources: &[
+        "B. K. P. Horn, 1981, Hill shading and the reflectance map, Proceedings of the IEEE 69(1), 14-47",
+        "R. K. Mark, 1992, Multidirectional, oblique-weighted, shaded-relief image of the Island of Hawaii, USGS \
+         Open-File Report 92-422",
+        "E. Imhof, 1965, Kartographische Geländedarstellung, de Gruyter",
+    ],
+    inputs: &[Input::needs("height", PortType::Height, "The land.")],
+    outputs: &[
+        Output::gives("shade", PortType::Mask, "Reflected light, 0 in the dark to 1 facing the sun."),
+        Output::gives("colour", PortType::Colour, "Elevation tints under that light, linear RGB."),
+    ],
+    params: Params::specs,
+    reach: Reach::Metres(|_, cell_m| cell_m),
+    cpu: run,
+    resolution: Resolution::Cells("the gradient is that between neighbouring cells: larger cells are gentler"),
+    example: "height: \"base\", light: \"single\", high: 2500",
+    ..Node::DEFAULT
+};
+
+impl Default for Params {
+    fn default() -> Self {
+        Self::read(&ParamValues::defaults(&Self::specs()))
+    }
+}
+
+impl Params {
+    /// The defaults, with tints over the heights of a field and gentle land exaggerated until it shows.
+    #[must_use]
+    pub fn fitted(height: &Field) -> Self {
+        let (low, high) = height.range(0).map_or((0.0, 1.0), |(low, high)| (f64::from(low), f64::from(high)));
+        let surface = Surface::new(height, Method::Central);
+        let (nx, ny) = (height.window().nx(), height.window().ny());
+        let steepness: f64 = (0..ny)
+            .map(|j| {
+                let mut sum = 0.0;
+                surface.row(j, |_, east, south| {
+                    sum += east.iter().zip(south).map(|(&p, &q)| f64::from((p * p + q * q).sqrt())).sum::<f64>();
+                });
+                sum
+            })
+            .sum();
+        let mean = steepness / (nx * ny) as f64;
+        let exaggeration = if mean > 0.0 && mean.is_finite() { (0.3 / mean).clamp(1.0, 50.0) } else { 1.0 };
+        let low = if high > 0.0 { low.max(0.0) } else { low };
+        Self { low, high, exaggeration, ..Self::default() }
+    }
+}
+
+/// Shaded relief of a height field: `shade`, one plane, and `colour`, three planes of linear RGB.
+#[must_use]
+pub fn relief(height: &Field, params: &Params) -> [Field; 2] {
+    match paint(height, params, || Ok::<_, std::convert::Infallible>(())) {
+        Ok(fields) => fields,
+        Err(never) => match never {},
+    }
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    if params.low > params.high {
+        return Err(NodeError::failed_with_hint(
+            format!("`low` is {} m, above `high`, {} m", params.low, params.high),
+            "exchange the two",
+        ));
+    }
+    let [shade, colour] = paint(job.field("height")?, &params, || job.check())?;
+    Ok(Outputs::one("shade", shade).with("colour", colour))
+}
+
+/// Paints all rows, asking `check` before each whether to go on.
+fn paint<E: Send>(height: &Field, params: &Params, check: impl Fn() -> Result<(), E> + Sync) -> Result<[Field; 2], E> {
+    let window = *height.window();
+    let nx = window.nx();
+    let surface = Surface::new(height, Method::Horn);
+    let sun = Sun::new(params);
+    let tints = params.tints.then(|| Tints::new(params.low, params.high, params.water));
+    let mut shade = vec![0.0; window.len()];
+    let mut colour = vec![0.0; 3 * window.len()];
+    let (red, rest) = colour.split_at_mut(window.len());
+    let (green, blue) = rest.split_at_mut(window.len());
+    (shade.par_chunks_mut(nx), red.par_chunks_mut(nx), green.par_chunks_mut(nx), blue.par_chunks_mut(nx))
+        .into_par_iter()
+        .zip(height.plane(0).par_chunks(nx))
+        .enumerate()
+        .try_for_each(|(j, ((shade, red, green, blue), heights))| {
+            check()?;
+            surface.row(j, |start, east, south| sun.shade(east, south, &mut shade[start..start + east.len()]));
+            let rgb = red.iter_mut().zip(green).zip(blue);
+            for (((&shade, &height), ((red, green), blue)), _) in shade.iter().zip(heights).zip(rgb).zip(0..nx) {
+                let tint = tints.as_ref().map_or([1.0; 3], |tints| tints.of(height));
+                [*red, *green, *blue] = sun.lit(tint, shade);
+            }
+            Ok(())
+        })?;
+    Ok([Field::new(window, shade), Field::with_planes(window, 3, colour)])
+}
+
+/// Directions of light and how much of each.
+struct Sun {
+    /// Unit vectors towards the sun in the plane (east, south): the sun itself, then the four of oblique light.
+    towards: [[f32; 2]; 5],
+    cos_altitude: f32,
+    sin_altitude: f32,
+    exaggeration: f32,
+    /// Share of oblique light.
+    oblique: f32,
+}
+
+impl Sun {
+    fn new(params: &Params) -> Self {
+        let altitude = params.altitude.to_radians();
+        let towards = [0.0, -90.0, -45.0, 0.0, 45.0].map(|turn: f64| {
+            let azimuth = (params.azimuth + turn).to_radians();
+            [math::sin(azimuth) as f32, -math::cos(azimuth) as f32]
+        });
+        let oblique = match params.light {
+            Light::Single => 0.0,
+            Light::Oblique => 1.0,
+            Light::Blend => 0.5,
+        };
+        Self {
+            towards,
+            cos_altitude: math::cos(altitude) as f32,
+            sin_altitude: math::sin(altitude) as f32,
+            exaggeration: params.exaggeration as f32,
+            oblique,
+        }
+    }
+
+    fn shade(&self, east: &[f32], south: &[f32], out: &mut [f32]) {
+        shade(self, east, south, out);
+    }
+
+    /// A tint under light: level ground is a little below full brightness, so that sunlit slopes stand out from it.
+    fn lit(&self, tint: [f32; 3], shade: f32) -> [f32; 3] {
+        /// Skylight on all slopes alike, then sunlight on level ground: cool shadows, warm light.
+        const SKY: [f32; 3] = [0.16, 0.18, 0.23];
+        const SUN: [f32; 3] = [0.70, 0.68, 0.63];
+        let sunlight = shade / self.sin_altitude;
+        [0, 1, 2].map(|c| (tint[c] * (SKY[c] + SUN[c] * sunlight)).min(1.0))
+    }
+}
+
+simd! {
+    fn shade(sun: &Sun, east: &[f32], south: &[f32], out: &mut [f32]) {
+        /// Keeps level ground, which no sun grazes, from dividing zero by zero.
+        const LEVEL: f32 = 1e-12;
+        for ((out, &p), &q) in out.iter_mut().zip(east).zip(south) {
+            let (p, q) = (p * sun.exaggeration, q * sun.exaggeration);
+            let steepness = p * p + q * q;
+            let length = (1.0 + steepness).sqrt();
+            let mut light = [0.0; 5];
+            let mut oblique = 0.0;
+            for (k, [x, y]) in sun.towards.iter().enumerate() {
+                let facing = (sun.sin_altitude - sun.cos_altitude * (p * x + q * y)) / length;
+                light[k] = if facing > 0.0 { facing } else { 0.0 };
+                let across = p * y - q * x;
+                oblique += if k > 0 { (across * across + LEVEL) * light[k] } else { 0.0 };
+            }
+            // the four squared sines add up to two for any aspect
+            let oblique = oblique / (2.0 * steepness + 4.0 * LEVEL);
+            let blend = light[0] + (oblique - light[0]) * sun.oblique;
+            *out = if blend < 1.0 { blend } else { 1.0 };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{at_every_level, field, run, run_in, with_params, world};
+
+    fn hills() -> Field {
+        field(world(300, 40, 25.0), |x, y| 900.0 * libm::sin(x / 700.0) * libm::cos(y / 300.0) + 200.0)
+    }
+
+    /// The cosine between normal and sun, on planes of known attitude.
+    #[test]
+    fn planes_reflect_by_lamberts_law() {
+        let params = with_params(&NODE, "light=single, azimuth=315, altitude=30");
+        let shade_of = |east: f64, south: f64| {
+            let height = field(world(6, 6, 10.0), |x, y| east * x + south * y);
+            run(&NODE, &params, &[("height", &height)], "shade").samples()[14]
+        };
+        assert!((shade_of(0.0, 0.0) - 0.5).abs() < 1e-6);
+        // down to the north-west at 60°: square to the sun
+        let t = 3.0_f64.sqrt() * 0.5_f64.sqrt();
+        assert!((shade_of(t, t) - 1.0).abs() < 1e-6);
+        // down to the south-east at 60°: in the dark
+        assert_eq!(shade_of(-t, -t), 0.0);
+    }
+
+    #[test]
+    fn level_ground_is_the_sine_of_the_altitude_in_every_light() {
+        let flat = field(world(5, 5, 10.0), |_, _| 120.0);
+        for light in ["single", "oblique", "blend"] {
+            let params = with_params(&NODE, &format!("light={light}, altitude=30"));
+            let shade = run(&NODE, &params, &[("height", &flat)], "shade");
+            assert!(shade.samples().iter().all(|s| (s - 0.5).abs() < 1e-6), "{light}");
+        }
+    }
+
+    /// On a steep slope turned away, one sun leaves all black and four show the gullies.
+    #[test]
+    fn oblique_light_shows_forms_in_the_shade() {
+        // down to the south-east at 1.4 m/m, with gullies down the slope
+        let slope = field(world(64, 64, 10.0), |x, y| 4.0 * libm::sin((x - y) / 30.0) - x - y);
+        let contrast = |light: &str| {
+            let params = with_params(&NODE, &format!("light={light}"));
+            let (low, high) = run(&NODE, &params, &[("height", &slope)], "shade").range(0).unwrap();
+            high - low
+        };
+        assert_eq!(contrast("single"), 0.0);
+        assert!(contrast("oblique") > 0.02, "{}", contrast("oblique"));
+    }
+
+    #[test]
+    fn windows_threads_and_simd_levels_give_the_same_bits() {
+        let height = hills();
+        let params = ParamValues::defaults(&NODE.specs());
+        let inputs = [("height", &height)];
+        let one = run_in(1, &NODE, &params, &inputs);
+        assert_eq!(one, run_in(4, &NODE, &params, &inputs));
+        at_every_level(|| run_in(2, &NODE, &params, &inputs));
+        let part = Window { origin: [30, 11], cells: [260, 20], ..*height.window() };
+        for output in ["shade", "colour"] {
+            let whole = run(&NODE, &params, &inputs, output);
+            let grown = run(&NODE, &params, &[("height", &height.crop(&part.grown(25.0)))], output);
+            assert_eq!(grown.crop(&part), whole.crop(&part));
+        }
+        assert_eq!(relief(&height, &Params::default())[1], run(&NODE, &params, &inputs, "colour"));
+    }
+
+    #[test]
+    fn colours_stay_within_range_on_any_land() {
+        let cliff = field(world(4, 4, 1e-3), |x, _| if x > 2e-3 { 1e9 } else { -1e9 });
+        for height in [cliff, field(world(1, 7, 1.0), |_, y| y), field(world(3, 1, 1.0), |_, _| 0.0), hills()] {
+            for changes in
+                ["light=oblique, exaggeration=1000, altitude=1", "exaggeration=0", "tints=false, azimuth=360"]
+            {
+                let params = with_params(&NODE, changes);
+                for output in ["shade", "colour"] {
+                    let field = run(&NODE, &params, &[("height", &height)], output);
+                    assert!(field.samples().iter().all(|v| (0.0..=1.0).contains(v)), "{changes}");
+                }
+            }
+            let fitted = Params::fitted(&height);
+            assert!(fitted.low <= fitted.high && fitted.exaggeration >= 1.0);
+        }
+    }
+}
