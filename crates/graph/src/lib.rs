@@ -3,8 +3,11 @@
 //! - [`Value`] and [`Field`]: what travels on a wire, typed by meaning ([`PortType`]).
 //! - [`Node`]: one kind of node as plain data; a [`Registry`] holds them.
 //! - [`Graph`]: instances and wires, checked when they are made.
+//! - [`Document`]: the graph as a file; all its problems as [`Diagnostic`]s.
 
 mod backend;
+mod diagnostic;
+mod document;
 mod field;
 mod graph;
 mod job;
@@ -19,6 +22,8 @@ mod value;
 mod world;
 
 pub use backend::{Backend, Cpu};
+pub use diagnostic::{Diagnostic, Severity, line_column};
+pub use document::{Document, LoadError, NodeEntry, OutputDecl};
 pub use field::Field;
 pub use graph::{Graph, GraphError, Instance, Port, Wire};
 pub use job::{Cancel, InputValue, Job, Lane, NodeError, Outputs, mix};

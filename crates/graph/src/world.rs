@@ -121,6 +121,19 @@ impl World {
         self.size[0] / f64::from(self.cells[0])
     }
 
+    /// The same world with `nx` cells along x, and along y as many as make the cells square.
+    ///
+    /// Where the size is no whole number of such cells the nearest number is taken, which [`Self::check`] refuses.
+    #[must_use]
+    pub fn with_cells_along_x(self, nx: u32) -> Self {
+        let ratio = self.size[1] / self.size[0];
+        if nx == 0 || !ratio.is_finite() || ratio <= 0.0 {
+            return Self { cells: [nx, nx], ..self };
+        }
+        // The conversion saturates, which the check refuses as well.
+        Self { cells: [nx, ((f64::from(nx) * ratio).round() as u32).max(1)], ..self }
+    }
+
     /// Checks extent, cell count and squareness of cells.
     ///
     /// # Errors

@@ -1,0 +1,99 @@
+//! What a file says of one node: its version and its named values, brought to the version this program knows.
+
+use std::ops::Range;
+
+use super::{
+    literal::{Literal, begins_like_a_number},
+    syntax::{Expr, ExprKind, Group, parse_value},
+};
+use crate::{migrate::Step, node::Node};
+
+/// A named value in a node's brackets.
+#[derive(Clone, Debug)]
+pub(super) struct Arg {
+    pub(super) name: String,
+    pub(super) literal: Literal,
+    /// Place of the name.
+    pub(super) name_span: Range<usize>,
+    /// Place of the value.
+    pub(super) span: Range<usize>,
+    /// Position in the brackets; `None` for what a migration added.
+    pub(super) item: Option<usize>,
+    /// Whether a migration changed the value.
+    pub(super) rewritten: bool,
+}
+
+/// The place and name of a node's kind, and its brackets if it has any; `None` when the value is no node.
+pub(super) fn kind_of(value: &Expr) -> Option<(Range<usize>, Option<&Group>)> {
+    match &value.kind {
+        ExprKind::Word => Some((value.span.clone(), None)),
+        ExprKind::Group(group) => group.name.clone().map(|name| (name, Some(group))),
+        _ => None,
+    }
+}
+
+/// The named values in a node's brackets, without its version.
+pub(super) fn args(group: &Group, source: &str) -> Vec<Arg> {
+    let mut out: Vec<Arg> = Vec::new();
+    for (position, item) in group.items.iter().enumerate() {
+        if let Some(key) = &item.key
+            && key.text != "version"
+            && group.position(&key.text) == Some(position)
+        {
+            out.push(Arg {
+                name: key.text.clone(),
+                literal: Literal::read(&item.value, source),
+                name_span: key.span.clone(),
+                span: item.value.span.clone(),
+                item: Some(position),
+                rewritten: false,
+            });
+        }
+    }
+    out
+}
+
+/// The version a node is written in: 1 where nothing is said; `None` when what is said is no version.
+pub(super) fn version(group: &Group, source: &str) -> Option<u32> {
+    match group.get("version").map(|item| Literal::read(&item.value, source)) {
+        None => Some(1),
+        Some(Literal::Number(_, Some(version))) => u32::try_from(version).ok().filter(|v| *v > 0),
+        Some(_) => None,
+    }
+}
+
+/// Applies the steps from `version` to the node's own version, in order. `place` is where additions are reported.
+pub(super) fn migrate(args: &mut Vec<Arg>, node: &Node, version: u32, place: &Range<usize>) {
+    let due = node.migrations.iter().filter(|migration| migration.from >= version);
+    for step in due.flat_map(|migration| migration.steps) {
+        match *step {
+            Step::Rename { from, to } => {
+                if let Some(arg) = args.iter_mut().find(|arg| arg.name == from) {
+                    arg.name = to.to_owned();
+                }
+            }
+            Step::Keep { name, value } => {
+                if !args.iter().any(|arg| arg.name == name) {
+                    let literal = parse_value(value).map_or(Literal::Bad, |expr| Literal::read(&expr, value));
+                    let (name_span, span) = (place.clone(), place.clone());
+                    args.push(Arg { name: name.to_owned(), literal, name_span, span, item: None, rewritten: true });
+                }
+            }
+            Step::Drop { name } => args.retain(|arg| arg.name != name),
+            Step::Scale { name, factor } => {
+                for arg in args.iter_mut().filter(|arg| arg.name == name) {
+                    // What says its unit means the same as before; a wire cannot be scaled.
+                    let number = match &arg.literal {
+                        Literal::Number(value, _) => Some(*value),
+                        Literal::Text(text) if begins_like_a_number(text) => text.trim().parse().ok(),
+                        _ => None,
+                    };
+                    if let Some(value) = number {
+                        arg.literal = Literal::Number(value * factor, None);
+                        arg.rewritten = true;
+                    }
+                }
+            }
+        }
+    }
+}

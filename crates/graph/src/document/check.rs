@@ -1,0 +1,501 @@
+//! From a syntax tree to a graph: every problem of the file, and what is sound.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    ops::Range,
+};
+
+use petgraph::stable_graph::NodeIndex;
+
+use super::{
+    args::{self, Arg},
+    literal::{Literal, Misfit, constant, is_name, param},
+    syntax::{Expr, Group, Item, Tree},
+    wires::{self, Pending},
+    world,
+};
+use crate::{
+    closest,
+    diagnostic::Diagnostic,
+    graph::{Graph, Instance, Port},
+    node::{Node, OutputType},
+    registry::Registry,
+    value::PortType,
+    world::World,
+};
+
+/// The newest form of the file that this program reads.
+pub(super) const FORMAT: i64 = 1;
+
+/// The most problems that are kept.
+const MAX_PROBLEMS: usize = 500;
+
+const FIELDS: [&str; 5] = ["format", "world", "nodes", "outputs", "layout"];
+
+/// A node of the file, in file order.
+#[derive(Clone, Debug)]
+pub struct NodeEntry {
+    /// Its name.
+    pub name: String,
+    /// Its kind as written; empty where what is written is no node.
+    pub kind: String,
+    /// The node in the graph; `None` for a placeholder: a node that this program does not know, kept as it is.
+    pub index: Option<NodeIndex>,
+    /// Bytes of the whole entry, from its name to its closing bracket.
+    pub span: Range<usize>,
+    /// Bytes of its kind.
+    pub kind_span: Range<usize>,
+    /// Where an editor shows it.
+    pub layout: Option<[f64; 2]>,
+}
+
+/// An output of the file: a name for a value that a run writes.
+#[derive(Clone, Debug)]
+pub struct OutputDecl {
+    /// Its name.
+    pub name: String,
+    /// What is written.
+    pub port: Port,
+    /// The type of what is written.
+    pub ty: PortType,
+    /// Bytes of the entry.
+    pub span: Range<usize>,
+}
+
+/// What a file says.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Checked {
+    pub(super) graph: Graph,
+    pub(super) world: World,
+    pub(super) nodes: Vec<NodeEntry>,
+    pub(super) outputs: Vec<OutputDecl>,
+    pub(super) problems: Vec<Diagnostic>,
+}
+
+/// The problems found so far.
+pub(super) struct Problems {
+    found: Vec<Diagnostic>,
+    /// Where mistakes of notation begin, rising: what lies around one may lack something for that reason only.
+    syntax: Vec<usize>,
+}
+
+impl Problems {
+    fn new(syntax: Vec<Diagnostic>) -> Self {
+        let mut starts: Vec<usize> = syntax.iter().map(|problem| problem.span.start).collect();
+        starts.sort_unstable();
+        Self { found: syntax, syntax: starts }
+    }
+
+    pub(super) fn push(&mut self, problem: Diagnostic) {
+        if self.found.len() < MAX_PROBLEMS {
+            self.found.push(problem);
+        }
+    }
+
+    /// Whether a mistake of notation lies in a range.
+    fn has_syntax_in(&self, span: &Range<usize>) -> bool {
+        self.syntax.get(self.syntax.partition_point(|at| *at < span.start)).is_some_and(|at| *at <= span.end)
+    }
+
+    /// Uses a value that was read, or reports why it does not fit; says whether it was used.
+    pub(super) fn take<T>(
+        &mut self,
+        result: Result<T, Misfit>,
+        literal: &Literal,
+        span: &Range<usize>,
+        set: impl FnOnce(T),
+    ) -> bool {
+        match result {
+            Ok(value) => {
+                set(value);
+                true
+            }
+            Err(misfit) => {
+                if !literal.is_bad() {
+                    let mut problem = Diagnostic::error(misfit.code, span.clone(), misfit.message);
+                    problem.hint = misfit.hint;
+                    self.push(problem);
+                }
+                false
+            }
+        }
+    }
+
+    /// Reports a value that is not what a field takes.
+    pub(super) fn misplaced(&mut self, value: &Expr, name: &str, takes: &str, source: &str) {
+        let literal = Literal::read(value, source);
+        if !literal.is_bad() {
+            let message = format!("`{name}` is {}, but takes {takes}", literal.describe());
+            self.push(Diagnostic::error("type", value.span.clone(), message));
+        }
+    }
+
+    /// Reports things without a name, names given twice and names that are not known.
+    pub(super) fn names(&mut self, group: &Group, owner: &str, known: &[&str]) {
+        self.duplicates(group, &format!("in {owner}"));
+        for key in group.items.iter().filter_map(|item| item.key.as_ref()) {
+            if !known.contains(&key.text.as_str()) {
+                let message = format!("{owner} has no field `{}`", key.text);
+                let problem = Diagnostic::error("unknown-field", key.span.clone(), message);
+                self.push(match closest(&key.text, known.iter().copied()) {
+                    Some(near) => problem.hint(format!("did you mean `{near}`?")),
+                    None => problem.hint(format!("it has {}", list(known.iter().copied()))),
+                });
+            }
+        }
+    }
+
+    /// Reports things without a name and names given twice; gives what is left.
+    fn duplicates<'a>(&mut self, group: &'a Group, place: &str) -> Vec<(&'a str, &'a Item)> {
+        let mut seen: BTreeSet<&str> = BTreeSet::new();
+        let mut unique = Vec::new();
+        for item in &group.items {
+            match &item.key {
+                None if self.has_syntax_in(&(group.open..item.value.span.end + 1)) => {}
+                None => {
+                    let problem = Diagnostic::error(
+                        "unnamed",
+                        item.value.span.clone(),
+                        format!("a value without a name stands {place}"),
+                    );
+                    self.push(problem.hint("values are written `name: value`"));
+                }
+                Some(key) if !seen.insert(&key.text) => {
+                    let message = format!("`{}` stands twice {place}", key.text);
+                    let problem = Diagnostic::error("duplicate", key.span.clone(), message);
+                    self.push(problem.label("again here").hint("remove or rename one of them"));
+                }
+                Some(key) => unique.push((key.text.as_str(), item)),
+            }
+        }
+        unique
+    }
+}
+
+fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let names: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
+/// Checks a whole file. `syntax` are the mistakes of notation that were found already.
+pub(super) fn check(source: &str, tree: &Tree, registry: &Registry, syntax: Vec<Diagnostic>) -> Checked {
+    let mut problems = Problems::new(syntax);
+    let mut checked = match root(source, tree, &mut problems) {
+        Some(root) => {
+            let mut checker = Checker { source, registry, problems, out: Checked::default(), bad: BTreeSet::new() };
+            checker.file(root);
+            problems = checker.problems;
+            checker.out
+        }
+        None => Checked::default(),
+    };
+    checked.problems = problems.found;
+    checked.problems.sort_by_key(|problem| (problem.span.start, problem.span.end));
+    checked
+}
+
+/// The outermost brackets, of a format that can be read.
+fn root<'a>(source: &str, tree: &'a Tree, problems: &mut Problems) -> Option<&'a Group> {
+    let Some(root) = &tree.root else {
+        if problems.found.is_empty() {
+            let problem = Diagnostic::error("empty", 0..0, "the file says nothing");
+            problems.push(problem.hint("a graph file is `( format: 1, nodes: { … }, outputs: { … } )`"));
+        }
+        return None;
+    };
+    let Some(group) = root.as_group().filter(|g| g.name.is_none() && g.bracket == super::lex::Bracket::Round) else {
+        if problems.found.is_empty() {
+            let start = root.span.start..(root.span.start + 1).min(root.span.end);
+            let problem = Diagnostic::error("type", start, "a graph file begins with `(`");
+            problems.push(problem.hint("a graph file is `( format: 1, nodes: { … }, outputs: { … } )`"));
+        }
+        return None;
+    };
+    let Some(item) = group.get("format") else { return Some(group) };
+    match Literal::read(&item.value, source) {
+        Literal::Number(_, Some(FORMAT)) | Literal::Bad => Some(group),
+        Literal::Number(_, Some(format)) if format > FORMAT => {
+            // What else seems wrong may be right in that form.
+            problems.found.clear();
+            let message = format!("the file is of format {format}, this program reads formats up to {FORMAT}");
+            let problem = Diagnostic::error("format", item.value.span.clone(), message);
+            problems.push(problem.hint("update the program"));
+            None
+        }
+        other => {
+            let message = format!("`format` is {}, but takes a whole number from 1", other.describe());
+            let problem = Diagnostic::error("format", item.value.span.clone(), message);
+            problems.push(problem.hint(format!("write `format: {FORMAT}`")));
+            Some(group)
+        }
+    }
+}
+
+struct Checker<'a> {
+    source: &'a str,
+    registry: &'a Registry,
+    problems: Problems,
+    out: Checked,
+    /// Nodes with a parameter that was refused, so that what it would choose is not known.
+    bad: BTreeSet<NodeIndex>,
+}
+
+impl Checker<'_> {
+    fn file(&mut self, root: &Group) {
+        self.problems.names(root, "a graph file", &FIELDS);
+        if let Some(item) = root.get("world") {
+            self.out.world = world::read(&item.value, self.source, &mut self.problems);
+        }
+        let mut pending = Vec::new();
+        match root.get("nodes") {
+            Some(item) => {
+                if let Some(group) = self.map(&item.value, "nodes", "`{ \"name\": Kind(…), … }`") {
+                    pending = self.nodes(group);
+                }
+            }
+            None if self.problems.has_syntax_in(&(0..self.source.len())) => {}
+            None => {
+                let problem = Diagnostic::error("no-nodes", root.open..root.open + 1, "the file has no `nodes`");
+                self.problems.push(problem.hint("write `nodes: { \"name\": Kind(…), … }`"));
+            }
+        }
+        let entries: BTreeMap<String, Option<NodeIndex>> =
+            self.out.nodes.iter().map(|entry| (entry.name.clone(), entry.index)).collect();
+        let wired: BTreeSet<(NodeIndex, usize)> = pending.iter().map(|wire| (wire.node, wire.input)).collect();
+        wires::connect(&mut self.out.graph, pending, &entries, &self.bad, &mut self.problems);
+        self.unwired(&wired);
+        self.outputs(root, &entries);
+        if let Some(item) = root.get("layout")
+            && let Some(group) = self.map(&item.value, "layout", "`{ \"node\": (0, 0), … }`")
+        {
+            self.layout(group, &entries);
+        }
+    }
+
+    /// The curly brackets that a field takes.
+    fn map<'e>(&mut self, value: &'e Expr, name: &str, takes: &str) -> Option<&'e Group> {
+        let group = value.as_group().filter(|g| g.name.is_none() && g.bracket == super::lex::Bracket::Curly);
+        if group.is_none() {
+            self.problems.misplaced(value, name, takes, self.source);
+        }
+        group
+    }
+
+    fn nodes(&mut self, group: &Group) -> Vec<Pending> {
+        let mut pending = Vec::new();
+        for (name, item) in self.problems.duplicates(group, "in `nodes`") {
+            self.check_name(name, item, "a node");
+            let (kind_span, body) = args::kind_of(&item.value).unwrap_or((item.value.span.clone(), None));
+            let is_node = args::kind_of(&item.value).is_some();
+            let kind = if is_node { self.source[kind_span.clone()].to_owned() } else { String::new() };
+            let mut entry =
+                NodeEntry { name: name.to_owned(), kind, index: None, span: item.span(), kind_span, layout: None };
+            if !is_node {
+                self.problems.misplaced(&item.value, name, "a node such as `Perlin(…)`", self.source);
+            } else if let Some(node) = self.known_kind(&entry)
+                && let Some(version) = self.known_version(node, &entry, body)
+            {
+                entry.index = self.node(node, version, &entry, body, &mut pending);
+            }
+            self.out.nodes.push(entry);
+        }
+        pending
+    }
+
+    fn check_name(&mut self, name: &str, item: &Item, what: &str) {
+        if let Some(key) = &item.key
+            && !is_name(name)
+            && !self.problems.has_syntax_in(&key.span)
+        {
+            let problem =
+                Diagnostic::error("name", key.span.clone(), format!("`{}` cannot name {what}", name.escape_debug()));
+            self.problems.push(problem.hint("a name is a letter, then letters, digits, `_` and `-`"));
+        }
+    }
+
+    fn known_kind(&mut self, entry: &NodeEntry) -> Option<&'static Node> {
+        let node = self.registry.get(&entry.kind);
+        if node.is_none() {
+            let message = format!("unknown node `{}`", entry.kind);
+            let problem = Diagnostic::error("unknown-node", entry.kind_span.clone(), message);
+            self.problems.push(match self.registry.suggest(&entry.kind) {
+                Some(near) => problem.hint(format!("did you mean `{near}`?")),
+                None => problem.hint("`orograph nodes` lists all nodes"),
+            });
+        }
+        node
+    }
+
+    fn known_version(&mut self, node: &Node, entry: &NodeEntry, body: Option<&Group>) -> Option<u32> {
+        let Some(group) = body else { return Some(1) };
+        let version = args::version(group, self.source);
+        if version.is_some_and(|version| version <= node.version) {
+            return version;
+        }
+        let span = group.get("version").map_or_else(|| entry.kind_span.clone(), |item| item.value.span.clone());
+        let (message, hint) = match version {
+            Some(version) => (
+                format!(
+                    "`{}` ({}) is of version {version}, this program knows up to {}",
+                    entry.name, node.id, node.version
+                ),
+                "update the program",
+            ),
+            None => (format!("the version of `{}` is no whole number from 1", entry.name), "write `version: 1`"),
+        };
+        if !self.problems.has_syntax_in(&span) {
+            self.problems.push(Diagnostic::error("version", span, message).hint(hint));
+        }
+        None
+    }
+
+    fn node(
+        &mut self,
+        node: &'static Node,
+        version: u32,
+        entry: &NodeEntry,
+        body: Option<&Group>,
+        pending: &mut Vec<Pending>,
+    ) -> Option<NodeIndex> {
+        let mut instance = Instance::new(&entry.name, node);
+        let specs = node.specs();
+        let mut given = Vec::new();
+        if let Some(group) = body {
+            self.problems.duplicates(group, &format!("in `{}`", entry.name));
+            given = args::args(group, self.source);
+        }
+        args::migrate(&mut given, node, version, &entry.kind_span);
+        let mut sound = true;
+        let mut wires = Vec::new();
+        for arg in &given {
+            if let Some(position) = node.inputs.iter().position(|input| input.name == arg.name) {
+                match arg.literal.as_wire() {
+                    Some(end) => wires.push((position, Some(end.to_owned()), arg.span.clone())),
+                    None => {
+                        let value = constant(&node.inputs[position], &arg.literal);
+                        let constants = &mut instance.constants;
+                        self.problems.take(owned(value, entry), &arg.literal, &arg.span, |value| {
+                            constants[position] = Some(value);
+                        });
+                        // Whatever is wrong with it, the input was not forgotten.
+                        wires.push((position, None, arg.span.clone()));
+                    }
+                }
+            } else if let Some(spec) = specs.iter().find(|spec| spec.name == arg.name) {
+                let value = owned(param(spec, &arg.literal), entry);
+                let params = &mut instance.params;
+                sound &= self.problems.take(value, &arg.literal, &arg.span, |value| params.set(spec.name, value));
+            } else {
+                self.unknown_arg(node, entry, arg);
+            }
+        }
+        // The name is new: an entry of a name that is taken was left out before.
+        let index = self.out.graph.add(instance).ok()?;
+        if !sound {
+            self.bad.insert(index);
+        }
+        pending.extend(wires.into_iter().map(|(input, end, span)| Pending { node: index, input, end, span }));
+        Some(index)
+    }
+
+    fn unknown_arg(&mut self, node: &Node, entry: &NodeEntry, arg: &Arg) {
+        let specs = node.specs();
+        let names = || node.inputs.iter().map(|input| input.name).chain(specs.iter().map(|spec| spec.name));
+        let message = format!("`{}` ({}) has no input or parameter `{}`", entry.name, node.id, arg.name);
+        let problem = Diagnostic::error("unknown-parameter", arg.name_span.clone(), message);
+        self.problems.push(match closest(&arg.name, names()) {
+            Some(near) => problem.hint(format!("did you mean `{near}`?")),
+            None => problem.hint(format!("it has {}", list(names()))),
+        });
+    }
+
+    /// Reports inputs that need a wire and for which the file says nothing.
+    fn unwired(&mut self, wired: &BTreeSet<(NodeIndex, usize)>) {
+        let entries: BTreeMap<NodeIndex, usize> =
+            self.out.nodes.iter().enumerate().filter_map(|(i, entry)| Some((entry.index?, i))).collect();
+        for (index, position) in self.out.graph.unwired() {
+            let Some(entry) = entries.get(&index).map(|i| &self.out.nodes[*i]) else { continue };
+            if wired.contains(&(index, position)) || self.problems.has_syntax_in(&entry.span) {
+                continue;
+            }
+            let node = self.out.graph.instance(index).node;
+            let input = node.inputs[position].name;
+            let message = format!("`{}` ({}) needs a wire into `{input}`", entry.name, node.id);
+            let problem = Diagnostic::error("unwired", entry.kind_span.clone(), message);
+            let hint =
+                format!("write `{input}: \"…\"` with the name of a node that gives a {}", node.inputs[position].ty);
+            self.problems.push(problem.hint(hint));
+        }
+    }
+
+    fn outputs(&mut self, root: &Group, entries: &BTreeMap<String, Option<NodeIndex>>) {
+        let group = match root.get("outputs") {
+            Some(item) => match self.map(&item.value, "outputs", "`{ \"name\": \"node.port\", … }`") {
+                Some(group) => group,
+                None => return,
+            },
+            None => root,
+        };
+        if group.items.is_empty() || std::ptr::eq(group, root) {
+            let place = group.open..group.open + 1;
+            let problem = Diagnostic::warning("no-outputs", place, "the file has no outputs, so a run writes nothing");
+            self.problems.push(problem.hint("write `outputs: { \"height\": \"node\" }`"));
+            return;
+        }
+        for (name, item) in self.problems.duplicates(group, "in `outputs`") {
+            self.check_name(name, item, "an output");
+            let literal = Literal::read(&item.value, self.source);
+            let span = &item.value.span;
+            let Some(end) = literal.as_wire() else {
+                let takes = "a node, or one of its outputs, in quotes";
+                self.problems.misplaced(&item.value, name, takes, self.source);
+                continue;
+            };
+            let what = format!("output `{name}`");
+            if let Some(port) = wires::resolve(&self.out.graph, end, &what, span, entries, &mut self.problems) {
+                let ty = self.out.graph.output_type(port);
+                self.out.outputs.push(OutputDecl { name: name.to_owned(), port, ty, span: item.span() });
+            }
+        }
+    }
+
+    fn layout(&mut self, group: &Group, entries: &BTreeMap<String, Option<NodeIndex>>) {
+        let positions: BTreeMap<String, usize> =
+            self.out.nodes.iter().enumerate().map(|(i, entry)| (entry.name.clone(), i)).collect();
+        for (name, item) in self.problems.duplicates(group, "in `layout`") {
+            let literal = Literal::read(&item.value, self.source);
+            let Some(entry) = positions.get(name) else {
+                let span = item.key.as_ref().map_or_else(|| item.span(), |key| key.span.clone());
+                let message = format!("`layout` places `{name}`, but there is no such node");
+                let problem = Diagnostic::warning("unknown-layout", span, message);
+                self.problems.push(problem.suggest(closest(name, entries.keys().map(String::as_str))));
+                continue;
+            };
+            match &literal {
+                Literal::Tuple(items) => match items.as_slice() {
+                    [Literal::Number(x, _), Literal::Number(y, _)] if x.is_finite() && y.is_finite() => {
+                        self.out.nodes[*entry].layout = Some([*x, *y]);
+                    }
+                    _ => self.problems.misplaced(&item.value, name, "a place such as `(240, 80)`", self.source),
+                },
+                _ => self.problems.misplaced(&item.value, name, "a place such as `(240, 80)`", self.source),
+            }
+        }
+    }
+}
+
+/// A misfit that says which node it is of: `` `rivers.m` is … ``.
+fn owned<T>(result: Result<T, Misfit>, entry: &NodeEntry) -> Result<T, Misfit> {
+    result.map_err(|misfit| {
+        let message = match misfit.message.strip_prefix('`') {
+            Some(rest) => format!("`{}.{rest}", entry.name),
+            None => format!("`{}`: {}", entry.name, misfit.message),
+        };
+        Misfit { message, ..misfit }
+    })
+}
+
+/// Whether the output's type follows from something that could not be read.
+pub(super) fn chosen_by_bad_parameter(graph: &Graph, port: Port, bad: &BTreeSet<NodeIndex>) -> bool {
+    bad.contains(&port.node) && matches!(graph.instance(port.node).node.outputs[port.output].ty, OutputType::Chosen(_))
+}

@@ -1,0 +1,102 @@
+//! A document on disk: read whole, written beside its name and renamed into place.
+
+use std::{
+    fs::File,
+    io::{self, Read as _, Write as _},
+    path::{Path, PathBuf},
+};
+
+use super::Document;
+use crate::{registry::Registry, world::bytes};
+
+/// The largest file that is read, in bytes. A graph of ten thousand nodes takes about 3 MB.
+const MAX_BYTES: u64 = 16 << 20;
+
+/// Why a file could not be read as a text at all.
+#[derive(Debug, thiserror::Error)]
+pub enum LoadError {
+    /// There is no such file.
+    #[error("there is no file `{}`; check the name", .0.display())]
+    Missing(PathBuf),
+    /// A folder stands there.
+    #[error("`{}` is a folder; name a graph file in it", .0.display())]
+    Folder(PathBuf),
+    /// It is too large to be a graph file.
+    #[error("`{}` has more than {most}; a graph file is a short text, rasters are named in it", .0.display(), most = bytes(MAX_BYTES))]
+    TooLarge(PathBuf),
+    /// It is no text.
+    #[error("`{}` is no text in UTF-8 (byte {} is not); save it as UTF-8, or name a graph file", .path.display(), .at)]
+    NotText {
+        /// The file.
+        path: PathBuf,
+        /// The first byte that is wrong.
+        at: usize,
+    },
+    /// The system refused.
+    #[error("`{}` cannot be read: {source}", .path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+}
+
+impl Document {
+    /// Reads a file. Problems of what it says are in [`Document::problems`].
+    ///
+    /// # Errors
+    /// [`LoadError`] when it cannot be read as a text of at most 16 MiB.
+    pub fn load(path: impl AsRef<Path>, registry: &Registry) -> Result<Self, LoadError> {
+        Ok(Self::parse(read(path.as_ref())?, registry))
+    }
+
+    /// Writes the file: a temporary one beside it, flushed to the disk, then renamed into place, so that a reader never
+    /// sees half of it and a failure leaves the earlier file as it was.
+    ///
+    /// # Errors
+    /// What the system says, when the folder cannot be written or the disk is full.
+    pub fn save(&self, path: impl AsRef<Path>) -> io::Result<()> {
+        // A link is followed, so that it stays one.
+        let path = path.as_ref();
+        let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let folder = match target.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".orograph-").suffix(".tmp");
+        #[cfg(unix)]
+        {
+            // A temporary file is private by default; the saved one has the rights of the earlier file, or the usual.
+            use std::os::unix::fs::PermissionsExt as _;
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        let mut file = builder.tempfile_in(folder)?;
+        file.write_all(self.source.as_bytes())?;
+        if let Ok(earlier) = std::fs::metadata(&target) {
+            file.as_file().set_permissions(earlier.permissions())?;
+        }
+        file.as_file().sync_all()?;
+        file.persist(&target).map_err(|error| error.error)?;
+        Ok(())
+    }
+}
+
+fn read(path: &Path) -> Result<String, LoadError> {
+    let unreadable = |source| LoadError::Unreadable { path: path.to_owned(), source };
+    if path.is_dir() {
+        return Err(LoadError::Folder(path.to_owned()));
+    }
+    let file = File::open(path).map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => LoadError::Missing(path.to_owned()),
+        _ => unreadable(error),
+    })?;
+    let mut text = Vec::new();
+    file.take(MAX_BYTES + 1).read_to_end(&mut text).map_err(unreadable)?;
+    if text.len() as u64 > MAX_BYTES {
+        return Err(LoadError::TooLarge(path.to_owned()));
+    }
+    String::from_utf8(text)
+        .map_err(|error| LoadError::NotText { path: path.to_owned(), at: error.utf8_error().valid_up_to() })
+}

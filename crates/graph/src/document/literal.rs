@@ -1,0 +1,333 @@
+//! What a value in a file means to a parameter, an input or the world: checked, with the remedy where it does not fit.
+
+use super::{
+    lex::{Bracket, quote},
+    syntax::{Expr, ExprKind},
+};
+use crate::{
+    node::{Fallback, Input},
+    param::{Kind, ParamSpec, ParamValue, check_value, range_text},
+    unit::Unit,
+    value::PortType,
+};
+
+/// A value without its place.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Literal {
+    /// A number, and whether it is whole: `1e3` is.
+    Number(f64, Option<i64>),
+    /// What begins like a number and is none.
+    NotANumber(String),
+    Word(String),
+    Text(String),
+    /// Things in round brackets without names.
+    Tuple(Vec<Literal>),
+    /// Things in square brackets.
+    List(Vec<Literal>),
+    /// Any other brackets.
+    Other,
+    /// Could not be read; reported already.
+    Bad,
+}
+
+/// Why a value does not fit, and what to do about it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Misfit {
+    pub(super) code: &'static str,
+    pub(super) message: String,
+    pub(super) hint: Option<String>,
+}
+
+impl Misfit {
+    pub(super) fn new(code: &'static str, message: String) -> Self {
+        Self { code, message, hint: None }
+    }
+
+    pub(super) fn hint(mut self, hint: impl Into<String>) -> Self {
+        self.hint = Some(hint.into());
+        self
+    }
+}
+
+impl Literal {
+    /// The value that stands in a source.
+    pub(super) fn read(expr: &Expr, source: &str) -> Self {
+        match &expr.kind {
+            ExprKind::Number => number(&source[expr.span.clone()]),
+            ExprKind::Word => match &source[expr.span.clone()] {
+                "inf" => Self::Number(f64::INFINITY, None),
+                "NaN" => Self::Number(f64::NAN, None),
+                word => Self::Word(word.to_owned()),
+            },
+            ExprKind::Text(text) => Self::Text(text.clone()),
+            ExprKind::Group(group) if group.close.is_none() => Self::Bad,
+            ExprKind::Group(group) if group.name.is_some() || group.items.iter().any(|item| item.key.is_some()) => {
+                Self::Other
+            }
+            ExprKind::Group(group) => {
+                let items = group.items.iter().map(|item| Self::read(&item.value, source)).collect();
+                match group.bracket {
+                    Bracket::Round => Self::Tuple(items),
+                    Bracket::Square => Self::List(items),
+                    Bracket::Curly => Self::Other,
+                }
+            }
+            ExprKind::Bad => Self::Bad,
+        }
+    }
+
+    /// What it is, for messages: "the word `max`".
+    pub(super) fn describe(&self) -> String {
+        match self {
+            Self::Number(value, _) => format!("the number `{value}`"),
+            Self::NotANumber(text) => format!("`{text}`"),
+            Self::Word(word) => format!("the word `{word}`"),
+            Self::Text(text) => format!("the text {}", quote(text)),
+            Self::Tuple(items) => format!("{} in round brackets", things(items.len())),
+            Self::List(items) => format!("a list of {}", things(items.len())),
+            Self::Other | Self::Bad => "something in brackets".to_owned(),
+        }
+    }
+
+    /// Whether it or a part of it was reported already.
+    pub(super) fn is_bad(&self) -> bool {
+        match self {
+            Self::Bad => true,
+            Self::Tuple(items) | Self::List(items) => items.iter().any(Self::is_bad),
+            _ => false,
+        }
+    }
+
+    /// Whether it is a wire: a text that does not begin like a number.
+    pub(super) fn as_wire(&self) -> Option<&str> {
+        match self {
+            Self::Text(text) if !begins_like_a_number(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// The literal as it would be written.
+    pub(super) fn write(&self) -> String {
+        let list = |items: &[Self]| items.iter().map(Self::write).collect::<Vec<_>>().join(", ");
+        match self {
+            Self::Number(_, Some(whole)) => whole.to_string(),
+            Self::Number(value, None) => number_text(*value),
+            Self::NotANumber(text) | Self::Word(text) => text.clone(),
+            Self::Text(text) => quote(text),
+            Self::Tuple(items) => format!("({})", list(items)),
+            Self::List(items) => format!("[{}]", list(items)),
+            Self::Other | Self::Bad => "()".to_owned(),
+        }
+    }
+}
+
+fn things(count: usize) -> String {
+    if count == 1 { "1 thing".to_owned() } else { format!("{count} things") }
+}
+
+/// Whether a text is a quantity such as `2 km`, and no wire.
+pub(super) fn begins_like_a_number(text: &str) -> bool {
+    text.trim_start().starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.'))
+}
+
+/// Whether a text can name a node or an output: a letter or `_`, then letters, digits, `_` and `-`.
+pub(super) fn is_name(text: &str) -> bool {
+    text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        && text.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'))
+}
+
+fn number(text: &str) -> Literal {
+    let plain: String = text.chars().filter(|c| *c != '_').collect();
+    let (sign, digits) = match plain.strip_prefix('-') {
+        Some(rest) => (-1, rest),
+        None => (1, plain.strip_prefix('+').unwrap_or(&plain)),
+    };
+    for (prefix, radix) in [("0x", 16), ("0b", 2), ("0o", 8)] {
+        if let Some(digits) = digits.strip_prefix(prefix) {
+            let starts_with_digit = digits.starts_with(|c: char| c.is_ascii_hexdigit());
+            return match i64::from_str_radix(digits, radix) {
+                Ok(value) if starts_with_digit => Literal::Number((sign * value) as f64, Some(sign * value)),
+                _ => Literal::NotANumber(text.to_owned()),
+            };
+        }
+    }
+    match plain.parse::<f64>() {
+        Ok(value) => Literal::Number(value, plain.parse().ok().or_else(|| whole(value))),
+        Err(_) => Literal::NotANumber(text.to_owned()),
+    }
+}
+
+/// A real number as a whole one, where it is one and every whole number near it can be told apart.
+fn whole(value: f64) -> Option<i64> {
+    (value.fract() == 0.0 && value.abs() < 9.007_199_254_740_992e15).then_some(value as i64)
+}
+
+/// The shortest text that reads back as the same number.
+pub(super) fn number_text(value: f64) -> String {
+    let (plain, power) = (format!("{value}"), format!("{value:e}"));
+    let magnitude = value.abs();
+    if value == 0.0 || ((1e-4..1e6).contains(&magnitude) || plain.len() <= power.len()) { plain } else { power }
+}
+
+/// A checked value as it is written in a file.
+pub(super) fn value_text(value: &ParamValue) -> String {
+    let pair = |[x, y]: &[f64; 2]| format!("({}, {})", number_text(*x), number_text(*y));
+    match value {
+        ParamValue::Float(v) => number_text(*v),
+        ParamValue::Int(v) => v.to_string(),
+        ParamValue::Bool(v) => v.to_string(),
+        ParamValue::Choice(name) => (*name).to_owned(),
+        ParamValue::Seed(v) => v.to_string(),
+        ParamValue::Point(point) => pair(point),
+        ParamValue::Curve(points) => format!("[{}]", points.iter().map(pair).collect::<Vec<_>>().join(", ")),
+        ParamValue::File(name) => quote(name),
+    }
+}
+
+/// Reads a number or a quantity in quotes.
+pub(super) fn quantity(name: &str, unit: Unit, literal: &Literal) -> Result<f64, Misfit> {
+    match literal {
+        Literal::Number(value, _) if value.is_finite() => Ok(*value),
+        Literal::Number(value, _) => {
+            let text = if value.is_nan() { "no number (NaN)" } else { "infinite, or too large for a number" };
+            Err(Misfit::new("value", format!("`{name}` is {text}")).hint("write a finite number"))
+        }
+        Literal::Text(text) => unit.parse(text).map_err(|error| {
+            let misfit = Misfit::new("unit", format!("`{name}` cannot be read: {error}"));
+            misfit.hint(format!("write {}", unit_example(unit)))
+        }),
+        Literal::NotANumber(text) => {
+            let misfit = Misfit::new("value", format!("`{name}` is `{text}`, which is no number"));
+            Err(match unit.parse(text) {
+                Ok(_) => misfit.hint(format!("a number with a unit stands in quotes: \"{text}\"")),
+                Err(_) => misfit.hint(format!("write {}", unit_example(unit))),
+            })
+        }
+        other => {
+            let misfit =
+                Misfit::new("type", format!("`{name}` is {}, but takes {}", other.describe(), unit.describe()));
+            Err(misfit.hint(format!("write {}", unit_example(unit))))
+        }
+    }
+}
+
+fn unit_example(unit: Unit) -> String {
+    match unit.suffixes().iter().rfind(|(suffix, factor)| !suffix.is_empty() && *factor != 1.0) {
+        Some((suffix, _)) => format!("a number, or a quantity in quotes such as \"2 {suffix}\""),
+        None => "a number".to_owned(),
+    }
+}
+
+/// Reads a pair of quantities.
+pub(super) fn pair(name: &str, unit: Unit, literal: &Literal) -> Option<Result<[f64; 2], Misfit>> {
+    match literal {
+        Literal::Tuple(items) if items.len() == 2 => {
+            let x = quantity(name, unit, &items[0]);
+            Some(x.and_then(|x| Ok([x, quantity(name, unit, &items[1])?])))
+        }
+        _ => None,
+    }
+}
+
+/// Reads and checks the value of a parameter.
+pub(super) fn param(spec: &ParamSpec, literal: &Literal) -> Result<ParamValue, Misfit> {
+    let name = spec.name;
+    let wrong = || {
+        let allowed = spec.kind.describe(spec.unit);
+        Misfit::new("type", format!("`{name}` is {}, but takes {allowed}", literal.describe()))
+    };
+    let value = match (&spec.kind, literal) {
+        (Kind::Float { .. }, _) => ParamValue::Float(quantity(name, spec.unit, literal)?),
+        (Kind::Int { .. }, Literal::Number(_, Some(value))) => ParamValue::Int(*value),
+        (Kind::Int { .. }, Literal::Text(text)) => {
+            let value = quantity(name, spec.unit, &Literal::Text(text.clone()))?;
+            ParamValue::Int(whole(value).ok_or_else(wrong)?)
+        }
+        (Kind::Bool { .. }, Literal::Word(word)) if word == "true" || word == "false" => {
+            ParamValue::Bool(word == "true")
+        }
+        (Kind::Choice { options, .. }, Literal::Word(word) | Literal::Text(word)) => {
+            let found = options.iter().find(|(option, _)| option == word).ok_or_else(|| {
+                let near = crate::closest(word, options.iter().map(|(option, _)| *option));
+                match near {
+                    Some(near) => wrong().hint(format!("did you mean `{near}`?")),
+                    None => wrong(),
+                }
+            })?;
+            if matches!(literal, Literal::Text(_)) {
+                return Err(wrong().hint(format!("write `{word}` without quotes")));
+            }
+            ParamValue::Choice(found.0)
+        }
+        (Kind::Seed { .. }, Literal::Number(_, Some(value))) => {
+            let seed = u32::try_from(*value).map_err(|_| {
+                let allowed = spec.kind.describe(spec.unit);
+                Misfit::new("range", format!("`{name}` is {value}, allowed is {allowed}"))
+            })?;
+            ParamValue::Seed(seed)
+        }
+        (Kind::Point { .. }, _) => ParamValue::Point(pair(name, spec.unit, literal).ok_or_else(wrong)??),
+        (Kind::Curve { .. }, Literal::List(items)) => {
+            let points = items.iter().map(|item| pair(name, spec.unit, item).ok_or_else(wrong)?);
+            ParamValue::Curve(points.collect::<Result<_, _>>()?)
+        }
+        (Kind::File, Literal::Text(text)) => ParamValue::File(text.clone()),
+        (Kind::Int { .. } | Kind::Seed { .. }, Literal::NotANumber(_)) => {
+            return Err(quantity(name, spec.unit, literal).err().unwrap_or_else(wrong));
+        }
+        (Kind::Choice { .. }, Literal::Number(..)) | (Kind::File, Literal::Word(_)) => {
+            return Err(wrong().hint("a file name stands in quotes, a choice is a bare word"));
+        }
+        _ => return Err(wrong()),
+    };
+    check_value(spec, &value).map_err(|message| Misfit::new("range", message))?;
+    Ok(value)
+}
+
+/// Reads and checks the number that stands for an input's wire.
+pub(super) fn constant(input: &Input, literal: &Literal) -> Result<f64, Misfit> {
+    let name = input.name;
+    let Fallback::Constant { hard, .. } = input.fallback else {
+        let misfit =
+            Misfit::new("type", format!("`{name}` is {}, but takes a wire from a {}", literal.describe(), input.ty));
+        return Err(misfit.hint(format!("write the name of a node in quotes: {name}: \"node\"")));
+    };
+    let unit = input.ty.unit();
+    let value = quantity(name, unit, literal).map_err(|misfit| match literal {
+        Literal::Word(word) => Misfit { hint: Some(format!("a wire stands in quotes: \"{word}\"")), ..misfit },
+        _ => misfit,
+    })?;
+    if (hard[0]..=hard[1]).contains(&value) {
+        return Ok(value);
+    }
+    let what = if input.ty == PortType::Mask { "a mask" } else { unit.describe() };
+    let message = format!("`{name}` is {}, allowed is {what}{}", unit.display(value), range_text(hard, unit));
+    Err(Misfit::new("range", message))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn literal(text: &str) -> Literal {
+        Literal::read(&super::super::syntax::parse_value(text).expect(text), text)
+    }
+
+    #[test]
+    fn numbers_are_read_exactly() {
+        assert_eq!(literal("1_000"), Literal::Number(1000.0, Some(1000)));
+        assert_eq!(literal("-0x1F"), Literal::Number(-31.0, Some(-31)));
+        assert_eq!(literal("2.5e3"), Literal::Number(2500.0, Some(2500)));
+        assert_eq!(literal("9223372036854775807"), Literal::Number(9.223_372_036_854_776e18, Some(i64::MAX)));
+        assert_eq!(literal("0x-1"), Literal::NotANumber("0x-1".into()));
+        assert_eq!(literal("2km"), Literal::NotANumber("2km".into()));
+        assert!(matches!(literal("-inf"), Literal::Number(v, None) if v == f64::NEG_INFINITY));
+        for value in [0.1, 2e6, 1e-9, 16384.0, 1.0 / 3.0, -0.0, 123_456_789.25, 1e300, 6000.0] {
+            assert_eq!(number_text(value).parse(), Ok(value), "{}", number_text(value));
+        }
+        assert_eq!(
+            (number_text(2e6), number_text(6000.0), number_text(2e-6)),
+            ("2e6".into(), "6000".into(), "2e-6".into())
+        );
+    }
+}

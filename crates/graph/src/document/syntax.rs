@@ -1,0 +1,405 @@
+//! The syntax tree of a graph file: what stands where, and where a mistake is, with the rest read on.
+
+use std::ops::Range;
+
+use super::lex::{Bracket, Comment, Token, TokenKind, decode_text, lex};
+use crate::diagnostic::Diagnostic;
+
+/// Brackets nested deeper than this are refused; a graph file needs six.
+const MAX_DEPTH: usize = 64;
+
+/// The most mistakes of notation that are listed.
+const MAX_PROBLEMS: usize = 100;
+
+/// A file as a tree. Places are byte offsets into the source it was parsed from.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tree {
+    /// The outermost value; `None` for a file without any.
+    pub(super) root: Option<Expr>,
+    /// All comments, in file order.
+    pub(super) comments: Vec<Comment>,
+}
+
+/// A value with its place.
+#[derive(Clone, Debug)]
+pub(super) struct Expr {
+    pub(super) span: Range<usize>,
+    pub(super) kind: ExprKind,
+}
+
+/// What a value is.
+#[derive(Clone, Debug)]
+pub(super) enum ExprKind {
+    /// What begins like a number.
+    Number,
+    /// A bare word.
+    Word,
+    /// A text in quotes, decoded.
+    Text(String),
+    /// Things in brackets.
+    Group(Group),
+    /// Nothing, or something that could not be read; reported already.
+    Bad,
+}
+
+/// Things in brackets, with or without a name before them.
+#[derive(Clone, Debug)]
+pub(super) struct Group {
+    /// The word before the brackets.
+    pub(super) name: Option<Range<usize>>,
+    pub(super) bracket: Bracket,
+    /// Offset of the opening bracket.
+    pub(super) open: usize,
+    /// Offset of the closing bracket; `None` where it is missing.
+    pub(super) close: Option<usize>,
+    pub(super) items: Vec<Item>,
+}
+
+/// One thing in brackets.
+#[derive(Clone, Debug)]
+pub(super) struct Item {
+    pub(super) key: Option<Key>,
+    pub(super) value: Expr,
+    /// Offset of the comma after it.
+    pub(super) comma: Option<usize>,
+}
+
+/// The name of a thing in brackets.
+#[derive(Clone, Debug)]
+pub(super) struct Key {
+    pub(super) span: Range<usize>,
+    pub(super) text: String,
+}
+
+impl Expr {
+    /// The brackets, if it is any.
+    pub(super) const fn as_group(&self) -> Option<&Group> {
+        match &self.kind {
+            ExprKind::Group(group) => Some(group),
+            _ => None,
+        }
+    }
+}
+
+impl Group {
+    /// Position of the item of that name.
+    pub(super) fn position(&self, name: &str) -> Option<usize> {
+        self.items.iter().position(|item| item.key.as_ref().is_some_and(|key| key.text == name))
+    }
+
+    /// The item of that name.
+    pub(super) fn get(&self, name: &str) -> Option<&Item> {
+        self.items.get(self.position(name)?)
+    }
+}
+
+impl Item {
+    /// From its name, or its value where it has none, to its end without the comma.
+    pub(super) fn span(&self) -> Range<usize> {
+        self.key.as_ref().map_or(self.value.span.start, |key| key.span.start)..self.value.span.end
+    }
+}
+
+/// Parses a source; always gives a tree, with all mistakes of notation.
+pub(super) fn parse(source: &str) -> (Tree, Vec<Diagnostic>) {
+    let lexed = lex(source);
+    let mut parser = Parser {
+        source,
+        tokens: &lexed.tokens,
+        strays: lexed.problems.iter().map(|problem| problem.span.start).collect(),
+        next: 0,
+        open: Vec::new(),
+        problems: Vec::new(),
+        unclosed: false,
+        too_deep: false,
+    };
+    let root = (!lexed.tokens.is_empty()).then(|| parser.value());
+    if let Some(token) = parser.peek() {
+        let problem = Diagnostic::error("syntax", token.span.clone(), "the file goes on after its closing bracket");
+        parser.problems.push(problem.hint("remove what follows, or look for a bracket that closes too early"));
+    }
+    let mut problems = lexed.problems;
+    problems.append(&mut parser.problems);
+    problems.sort_by_key(|problem| problem.span.start);
+    if problems.len() > MAX_PROBLEMS {
+        problems.truncate(MAX_PROBLEMS);
+        let end = problems.last().map_or(0, |problem| problem.span.end);
+        problems.push(Diagnostic::error("syntax", end..end, "there are more mistakes of notation after these"));
+    }
+    (Tree { root, comments: lexed.comments }, problems)
+}
+
+/// Parses a single value, such as one typed on a command line; `None` when it is not exactly one.
+pub(super) fn parse_value(source: &str) -> Option<Expr> {
+    let (tree, problems) = parse(source);
+    if problems.is_empty() && tree.comments.is_empty() { tree.root } else { None }
+}
+
+struct Parser<'a> {
+    source: &'a str,
+    tokens: &'a [Token],
+    /// Where the source has something that is no token, rising.
+    strays: Vec<usize>,
+    next: usize,
+    /// Brackets that are open, from the outermost.
+    open: Vec<Bracket>,
+    problems: Vec<Diagnostic>,
+    /// Whether a missing closing bracket was reported where the file ends.
+    unclosed: bool,
+    /// Whether too deep nesting was reported.
+    too_deep: bool,
+}
+
+impl<'a> Parser<'a> {
+    fn peek(&self) -> Option<&'a Token> {
+        self.tokens.get(self.next)
+    }
+
+    fn peek_kind(&self, ahead: usize) -> Option<TokenKind> {
+        self.tokens.get(self.next + ahead).map(|token| token.kind)
+    }
+
+    fn problem(&mut self, span: Range<usize>, message: impl Into<String>, hint: &str) {
+        self.problems.push(Diagnostic::error("syntax", span, message).hint(hint));
+    }
+
+    /// Whether something that is no token, reported already, stands before the next token.
+    fn after_stray(&self) -> bool {
+        let next = self.peek().map_or(self.source.len(), |token| token.span.start);
+        let first = self.strays.partition_point(|at| *at < self.last_end());
+        self.strays.get(first).is_some_and(|at| *at < next)
+    }
+
+    /// Where the token before ends.
+    fn last_end(&self) -> usize {
+        self.next.checked_sub(1).map_or(0, |at| self.tokens[at].span.end)
+    }
+
+    /// A value; something [`ExprKind::Bad`], without a token consumed, where none begins.
+    fn value(&mut self) -> Expr {
+        let Some(token) = self.peek() else {
+            let end = self.last_end();
+            return Expr { span: end..end, kind: ExprKind::Bad };
+        };
+        let span = token.span.clone();
+        match token.kind {
+            TokenKind::Number => {
+                self.next += 1;
+                Expr { span, kind: ExprKind::Number }
+            }
+            TokenKind::Text => {
+                self.next += 1;
+                let kind = ExprKind::Text(self.text(&span));
+                Expr { span, kind }
+            }
+            TokenKind::Word => {
+                self.next += 1;
+                if self.peek_kind(0) == Some(TokenKind::Open(Bracket::Round)) {
+                    self.group(Bracket::Round, Some(span))
+                } else {
+                    Expr { span, kind: ExprKind::Word }
+                }
+            }
+            TokenKind::Open(bracket) => self.group(bracket, None),
+            TokenKind::Close(_) | TokenKind::Comma | TokenKind::Colon => {
+                let end = self.last_end();
+                Expr { span: end..end, kind: ExprKind::Bad }
+            }
+        }
+    }
+
+    fn text(&mut self, span: &Range<usize>) -> String {
+        decode_text(&self.source[span.clone()]).unwrap_or_else(|escape| {
+            let place = span.start + escape.start..(span.start + escape.end).min(span.end);
+            self.problem(place, "the escape does not exist", "a backslash is written `\\\\`; paths may use `/`");
+            String::new()
+        })
+    }
+
+    /// Things in brackets, from the opening one.
+    fn group(&mut self, bracket: Bracket, name: Option<Range<usize>>) -> Expr {
+        let open = self.tokens[self.next].span.start;
+        let start = name.as_ref().map_or(open, |name| name.start);
+        if self.open.len() >= MAX_DEPTH {
+            return self.skip_nested(start);
+        }
+        self.next += 1;
+        self.open.push(bracket);
+        let mut group = Group { name, bracket, open, close: None, items: Vec::new() };
+        loop {
+            match self.peek().map(|token| token.kind) {
+                Some(TokenKind::Close(close)) if close == bracket => {
+                    group.close = Some(self.tokens[self.next].span.start);
+                    self.next += 1;
+                    break;
+                }
+                Some(TokenKind::Close(close)) if self.open.contains(&close) => {
+                    self.not_closed(open, bracket);
+                    break;
+                }
+                None => {
+                    if !self.unclosed {
+                        self.unclosed = true;
+                        self.not_closed(open, bracket);
+                    }
+                    break;
+                }
+                _ if self.belongs_outside(bracket) => {
+                    self.not_closed(open, bracket);
+                    break;
+                }
+                Some(TokenKind::Close(_) | TokenKind::Comma | TokenKind::Colon) => {
+                    let token = &self.tokens[self.next];
+                    let text = &self.source[token.span.clone()];
+                    self.problem(token.span.clone(), format!("`{text}` stands where a value belongs"), "remove it");
+                    self.next += 1;
+                }
+                Some(_) => {
+                    let item = self.item(bracket);
+                    group.items.push(item);
+                }
+            }
+        }
+        self.open.pop();
+        Expr { span: start..self.last_end(), kind: ExprKind::Group(group) }
+    }
+
+    /// Whether what comes next can only be a thing of the brackets around these, so that these were not closed.
+    fn belongs_outside(&self, bracket: Bracket) -> bool {
+        let keyed = self.peek_kind(1) == Some(TokenKind::Colon);
+        let Some(outer) = self.open.len().checked_sub(2).map(|at| self.open[at]) else { return false };
+        keyed
+            && match self.peek_kind(0) {
+                Some(TokenKind::Text) => bracket == Bracket::Round && outer == Bracket::Curly,
+                Some(TokenKind::Word) => bracket != Bracket::Round && outer == Bracket::Round,
+                _ => false,
+            }
+    }
+
+    fn not_closed(&mut self, open: usize, bracket: Bracket) {
+        let message = format!("`{}` is not closed", bracket.open());
+        self.problem(open..open + 1, message, &format!("close it with `{}`", bracket.close()));
+    }
+
+    /// Leaves out what is nested too deep.
+    fn skip_nested(&mut self, start: usize) -> Expr {
+        if !self.too_deep {
+            self.too_deep = true;
+            let place = self.tokens[self.next].span.clone();
+            let message = format!("brackets are nested deeper than {MAX_DEPTH}");
+            self.problem(place, message, "a graph file needs about six levels; was a bracket repeated?");
+        }
+        let mut depth = 0_usize;
+        while let Some(token) = self.peek() {
+            match token.kind {
+                TokenKind::Open(_) => depth += 1,
+                TokenKind::Close(_) => depth = depth.saturating_sub(1),
+                _ => {}
+            }
+            self.next += 1;
+            if depth == 0 {
+                break;
+            }
+        }
+        // Brackets around it that are not closed either follow from the same mistake.
+        self.unclosed = true;
+        Expr { span: start..self.last_end(), kind: ExprKind::Bad }
+    }
+
+    /// A thing in brackets, with its comma.
+    fn item(&mut self, bracket: Bracket) -> Item {
+        let key = if self.peek_kind(1) == Some(TokenKind::Colon) { self.key(bracket) } else { None };
+        let value = self.value();
+        let bad = matches!(value.kind, ExprKind::Bad);
+        // What is missing around brackets that are not closed follows from that.
+        let unclosed = value.as_group().is_some_and(|group| group.close.is_none());
+        match &key {
+            Some(key) if bad && value.span.is_empty() && !self.after_stray() => {
+                self.problem(key.span.clone(), format!("`{}` has no value", key.text), "write it after the colon");
+            }
+            None if bracket == Bracket::Curly && !bad && !unclosed => {
+                let hint = "things in `{ }` are written `\"name\": value`";
+                self.problem(value.span.clone(), "this has no name", hint);
+            }
+            _ => {}
+        }
+        let comma = (self.peek_kind(0) == Some(TokenKind::Comma)).then(|| self.tokens[self.next].span.start);
+        if comma.is_some() {
+            self.next += 1;
+        } else if self.begins_item() && !unclosed && !self.belongs_outside(bracket) && !self.after_stray() {
+            let end = self.last_end();
+            self.problem(end..end, "a comma is missing", "things in brackets are separated by commas");
+        }
+        Item { key, value, comma }
+    }
+
+    fn begins_item(&self) -> bool {
+        matches!(self.peek_kind(0), Some(TokenKind::Open(_) | TokenKind::Number | TokenKind::Word | TokenKind::Text))
+    }
+
+    /// A name with its colon.
+    fn key(&mut self, bracket: Bracket) -> Option<Key> {
+        let token = &self.tokens[self.next];
+        let span = token.span.clone();
+        let text = match token.kind {
+            TokenKind::Word => self.source[span.clone()].to_owned(),
+            TokenKind::Text => self.text(&span),
+            _ => return None,
+        };
+        match (bracket, token.kind) {
+            (Bracket::Square, _) => self.problem(span.clone(), "things in `[ ]` have no names", "remove the name"),
+            (Bracket::Curly, TokenKind::Word) => {
+                self.problem(span.clone(), format!("the name `{text}` needs quotes here"), "write it as \"name\"");
+            }
+            (Bracket::Round, TokenKind::Text) => {
+                self.problem(span.clone(), format!("the name `{text}` has no quotes here"), "write it without quotes");
+            }
+            _ => {}
+        }
+        self.next += 2;
+        Some(Key { span, text })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn messages(source: &str) -> Vec<String> {
+        parse(source).1.into_iter().map(|p| format!("{}: {}", p.span.start, p.message)).collect()
+    }
+
+    #[test]
+    fn each_mistake_is_reported_once() {
+        assert_eq!(messages("(a: 1 b: 2)"), ["5: a comma is missing"]);
+        assert_eq!(messages("(a: 1; b: 2)"), ["5: `;` has no meaning here"]);
+        assert_eq!(messages("(a: 'x', b: ?)"), ["4: texts stand in double quotes", "12: `?` has no meaning here"]);
+        assert_eq!(messages("(a: , b: 2)"), ["1: `a` has no value"]);
+        assert_eq!(messages("({\"a\": P(x: 1, \"b\": Q(y: 2)})"), ["8: `(` is not closed"]);
+        assert_eq!(messages("(n: {\"a\": P, o: {})"), ["4: `{` is not closed"]);
+        assert_eq!(messages("((((1"), ["3: `(` is not closed"]);
+        assert_eq!(messages("(a: 1))"), ["6: the file goes on after its closing bracket"]);
+        assert_eq!(messages("{a: 1}"), ["1: the name `a` needs quotes here"]);
+        assert_eq!(messages("(a: [1, 2)"), ["4: `[` is not closed"]);
+        assert_eq!(messages("(a: 1, , b: 2)"), ["7: `,` stands where a value belongs"]);
+        assert_eq!(messages("(a: \"\\q\")"), ["5: the escape does not exist"]);
+    }
+
+    #[test]
+    fn deep_nesting_is_refused_at_once() {
+        for text in ["(", "[", "{", "a(", "[[", "(a:"] {
+            let source = text.repeat(100_000);
+            let (_, problems) = parse(&source);
+            assert_eq!(problems.len(), 1, "{text}: {problems:?}");
+            assert!(problems[0].message.contains("deeper than 64"));
+        }
+        let closed = format!("{}{}", "(".repeat(50_000), ")".repeat(50_000));
+        assert_eq!(parse(&closed).1.len(), 1);
+    }
+
+    #[test]
+    fn endless_mistakes_take_linear_time_and_are_cut_short() {
+        let source = format!("(nodes: {{{}}})", "1,".repeat(300_000));
+        assert_eq!(parse(&source).1.len(), MAX_PROBLEMS + 1);
+    }
+}

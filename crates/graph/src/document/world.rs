@@ -1,0 +1,171 @@
+//! The `world` of a graph file.
+
+use std::ops::Range;
+
+use super::{
+    check::Problems,
+    literal::{Literal, Misfit, pair, quantity},
+    syntax::{Expr, ExprKind, Group},
+};
+use crate::{
+    closest,
+    diagnostic::Diagnostic,
+    unit::Unit,
+    world::{Boundary, Edge, World, WorldError, bytes},
+};
+
+const FIELDS: [&str; 4] = ["size", "cells", "seed", "boundary"];
+const SIDES: [&str; 4] = ["west", "east", "north", "south"];
+
+/// Reads `(size: .., cells: .., seed: .., boundary: ..)`; what is left out or wrong is the default.
+///
+/// One number of cells means that many along x; the number along y follows from the size, so that cells are square.
+pub(super) fn read(value: &Expr, source: &str, problems: &mut Problems) -> World {
+    let default = World::default();
+    let Some(group) = value.as_group().filter(|group| group.name.is_none()) else {
+        problems.misplaced(value, "world", "brackets such as `(size: (16384, 16384), cells: (1024, 1024))`", source);
+        return default;
+    };
+    problems.names(group, "`world`", &FIELDS);
+    let mut world = default;
+    let field = |name: &str| group.get(name).map(|item| (Literal::read(&item.value, source), item.value.span.clone()));
+    let mut sound = true;
+
+    if let Some((literal, span)) = field("size") {
+        sound &= problems.take(size(&literal), &literal, &span, |size| world.size = size);
+    }
+    let mut along_x = Some(default.cells[0]);
+    if let Some((literal, span)) = field("cells") {
+        sound &= problems.take(cells(&literal), &literal, &span, |cells| match cells {
+            (nx, None) => along_x = Some(nx),
+            (nx, Some(ny)) => {
+                along_x = None;
+                world.cells = [nx, ny];
+            }
+        });
+    }
+    if let Some(nx) = along_x {
+        world = world.with_cells_along_x(nx);
+    }
+    if let Some((literal, span)) = field("seed") {
+        problems.take(seed(&literal), &literal, &span, |seed| world.seed = seed);
+    }
+    if let Some(item) = group.get("boundary") {
+        world.boundary = boundary(&item.value, source, problems);
+    }
+    if sound && let Err(error) = world.check() {
+        problems.push(impossible(&error, group, value));
+        (world.size, world.cells) = (default.size, default.cells);
+    } else if !sound {
+        (world.size, world.cells) = (default.size, default.cells);
+    }
+    world
+}
+
+/// A problem with extent or cells, at the field that is at fault.
+fn impossible(error: &WorldError, group: &Group, value: &Expr) -> Diagnostic {
+    let place = |name: &str| group.get(name).map(|item| item.value.span.clone());
+    let (span, hint) = match error {
+        WorldError::Empty(..) => (place("cells"), "for example `cells: (1024, 1024)`"),
+        WorldError::TooLarge(..) => (place("cells"), "choose fewer cells; a larger land needs larger cells"),
+        WorldError::NoExtent(..) => (place("size"), "for example `size: (\"16 km\", \"16 km\")`"),
+        WorldError::NotSquare(..) => (
+            place("cells").or_else(|| place("size")),
+            "with one number, `cells: 1024`, the other side follows from the size",
+        ),
+    };
+    Diagnostic::error("world", span.unwrap_or_else(|| value.span.clone()), error.to_string()).hint(hint)
+}
+
+fn size(literal: &Literal) -> Result<[f64; 2], Misfit> {
+    match pair("size", Unit::Metres, literal) {
+        Some(size) => size,
+        None if matches!(literal, Literal::Tuple(_) | Literal::List(_)) => Err(Misfit::new(
+            "type",
+            format!("`size` is {}, but takes a length or a pair of lengths", literal.describe()),
+        )
+        .hint("write `size: (16384, 16384)` or `size: \"16 km\"`")),
+        None => quantity("size", Unit::Metres, literal).map(|side| [side, side]),
+    }
+}
+
+/// Cells along x, and along y where they are said.
+fn cells(literal: &Literal) -> Result<(u32, Option<u32>), Misfit> {
+    match literal {
+        Literal::Tuple(items) if items.len() == 2 => Ok((count(&items[0])?, Some(count(&items[1])?))),
+        other => Ok((count(other)?, None)),
+    }
+}
+
+fn count(literal: &Literal) -> Result<u32, Misfit> {
+    match literal {
+        Literal::Number(_, Some(cells)) => u32::try_from(*cells).map_err(|_| {
+            if *cells < 0 {
+                return Misfit::new("world", format!("`cells` is {cells}, but a world has at least 1 x 1"));
+            }
+            let memory = bytes(cells.unsigned_abs().saturating_mul(4));
+            let most = World::MAX_SIDE;
+            Misfit::new(
+                "world",
+                format!("a row of {cells} cells needs {memory} alone; the most is {most} cells a side"),
+            )
+        }),
+        other => Err(Misfit::new("type", format!("`cells` is {}, but takes whole numbers", other.describe()))
+            .hint("write `cells: (1024, 1024)` or `cells: 1024`")),
+    }
+}
+
+fn seed(literal: &Literal) -> Result<u32, Misfit> {
+    match literal {
+        Literal::Number(_, Some(seed)) => u32::try_from(*seed)
+            .map_err(|_| Misfit::new("range", format!("`seed` is {seed}, allowed is 0 to {}", u32::MAX))),
+        other => Err(Misfit::new("type", format!("`seed` is {}, but takes a whole number", other.describe()))),
+    }
+}
+
+fn boundary(value: &Expr, source: &str, problems: &mut Problems) -> Boundary {
+    let mut boundary = Boundary::default();
+    match &value.kind {
+        ExprKind::Group(group) if group.name.is_none() => {
+            problems.names(group, "`boundary`", &SIDES);
+            let sides = [&mut boundary.west, &mut boundary.east, &mut boundary.north, &mut boundary.south];
+            for (name, side) in SIDES.into_iter().zip(sides) {
+                if let Some(item) = group.get(name) {
+                    let literal = Literal::read(&item.value, source);
+                    problems.take(edge(&literal), &literal, &item.value.span, |edge| *side = edge);
+                }
+            }
+            let opposite = [(boundary.west, boundary.east), (boundary.north, boundary.south)];
+            if opposite.iter().any(|(a, b)| (*a == Edge::Periodic) != (*b == Edge::Periodic)) {
+                let problem = Diagnostic::error(
+                    "boundary",
+                    value.span.clone(),
+                    "a periodic side needs the opposite side periodic too",
+                );
+                problems.push(problem.hint("what leaves on one side comes in on the other"));
+            }
+        }
+        _ => {
+            let literal = Literal::read(value, source);
+            let span: &Range<usize> = &value.span;
+            problems.take(edge(&literal), &literal, span, |edge| boundary = Boundary::all(edge));
+        }
+    }
+    boundary
+}
+
+fn edge(literal: &Literal) -> Result<Edge, Misfit> {
+    let names = || Edge::NAMES.map(|(name, _)| format!("`{name}`")).join(", ");
+    let wrong = || Misfit::new("type", format!("a side is {}, but takes one of {}", literal.describe(), names()));
+    match literal {
+        Literal::Word(word) => {
+            Edge::NAMES.iter().find(|(name, _)| name == word).map(|(_, edge)| *edge).ok_or_else(|| {
+                match closest(word, Edge::NAMES.iter().map(|(name, _)| *name)) {
+                    Some(near) => wrong().hint(format!("did you mean `{near}`?")),
+                    None => wrong(),
+                }
+            })
+        }
+        _ => Err(wrong()),
+    }
+}
