@@ -148,6 +148,12 @@ impl Graph {
         })
     }
 
+    /// The instance at an index, if the graph has one there.
+    #[must_use]
+    pub fn get(&self, index: NodeIndex) -> Option<&Instance> {
+        self.inner.node_weight(index)
+    }
+
     /// The instance at an index.
     ///
     /// # Panics

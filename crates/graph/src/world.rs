@@ -233,6 +233,19 @@ impl Window {
         out
     }
 
+    /// The smallest window that contains this one and another of the same world.
+    #[must_use]
+    pub fn union(&self, other: &Self) -> Self {
+        let mut out = *self;
+        for axis in 0..2 {
+            let first = self.origin[axis].min(other.origin[axis]);
+            let end = (self.origin[axis] + self.cells[axis]).max(other.origin[axis] + other.cells[axis]);
+            out.origin[axis] = first;
+            out.cells[axis] = end - first;
+        }
+        out
+    }
+
     /// Whether every cell of `other` is in this window of the same world.
     #[must_use]
     pub fn contains(&self, other: &Self) -> bool {
@@ -268,5 +281,14 @@ mod tests {
         assert!(grown.contains(&window) && !window.contains(&grown));
         assert!(window.grown(1e9).is_whole());
         assert_eq!(window.grown(0.0), window);
+    }
+
+    #[test]
+    fn a_union_is_the_smallest_window_around_both() {
+        let world = World::default();
+        let a = Window { world, origin: [10, 20], cells: [5, 5] };
+        let b = Window { world, origin: [12, 0], cells: [10, 3] };
+        assert_eq!(a.union(&b), Window { world, origin: [10, 0], cells: [12, 25] });
+        assert_eq!(a.union(&a), a);
     }
 }
