@@ -4,10 +4,12 @@
 //! - [`Node`]: one kind of node as plain data; a [`Registry`] holds them.
 //! - [`Graph`]: instances and wires, checked when they are made.
 //! - [`Document`]: the graph as a file; all its problems as [`Diagnostic`]s.
+//! - [`Evaluator`]: builds outputs of a graph, and remembers them.
 
 mod backend;
 mod diagnostic;
 mod document;
+mod eval;
 mod field;
 mod graph;
 mod job;
@@ -24,6 +26,7 @@ mod world;
 pub use backend::{Backend, Cpu};
 pub use diagnostic::{Diagnostic, Severity, line_column};
 pub use document::{Document, LoadError, NodeEntry, OutputDecl};
+pub use eval::{DiskCacheOptions, EvalError, Evaluator, EvaluatorOptions, Event, Key, Origin};
 pub use field::Field;
 pub use graph::{Graph, GraphError, Instance, Port, Wire};
 pub use job::{Cancel, InputValue, Job, Lane, NodeError, Outputs, mix};

@@ -1,0 +1,75 @@
+//! What a kernel gave back, held against its declaration.
+
+use rayon::prelude::*;
+
+use super::{error::EvalError, plan::Step};
+use crate::{
+    field::Field,
+    job::Outputs,
+    value::{PortType, Value},
+    world::Window,
+};
+
+/// The declared outputs, each checked and cut to the window that is wanted.
+pub(super) fn take(step: &Step<'_>, mut outputs: Outputs) -> Result<Vec<Value>, EvalError> {
+    let declared = step.instance.node.outputs.iter().zip(&step.types);
+    declared
+        .map(|(output, ty)| {
+            let value = outputs.take(output.name).ok_or_else(|| "was not given".to_owned());
+            value.and_then(|value| fitting(value, *ty, &step.window, &step.wanted)).map_err(|message| {
+                EvalError::Output {
+                    node: step.instance.name.clone(),
+                    id: step.instance.node.id,
+                    output: output.name,
+                    message,
+                }
+            })
+        })
+        .collect()
+}
+
+fn fitting(value: Value, ty: PortType, window: &Window, wanted: &Window) -> Result<Value, String> {
+    match (value, ty.planes()) {
+        (Value::Report(report), None) => Ok(Value::Report(report)),
+        (Value::Report(_), Some(_)) => Err(format!("gave a report instead of a {ty}")),
+        (Value::Field(_), None) => Err("gave a raster instead of a report".to_owned()),
+        (Value::Field(field), Some(planes)) => {
+            if field.planes() != planes {
+                return Err(format!("gave {} planes; a {ty} has {planes}", field.planes()));
+            }
+            if field.window() != window {
+                return Err(format!(
+                    "gave the window {}, not the one asked for, {}",
+                    describe(field.window()),
+                    describe(window)
+                ));
+            }
+            let field = field.crop(wanted);
+            match first_not_finite(&field) {
+                Some(place) => Err(place),
+                None => Ok(Value::Field(field)),
+            }
+        }
+    }
+}
+
+fn describe(window: &Window) -> String {
+    let ([x, y], [nx, ny]) = (window.origin, window.cells);
+    format!("{nx} x {ny} cells from ({x}, {y})")
+}
+
+/// The first sample that is no number, in words, with its cell in the world.
+fn first_not_finite(field: &Field) -> Option<String> {
+    const CHUNK: usize = 1 << 16;
+    let samples = field.samples();
+    // Without an early exit inside a chunk the loop vectorises.
+    let chunk =
+        samples.par_chunks(CHUNK).position_first(|chunk| chunk.iter().fold(false, |bad, v| bad | !v.is_finite()))?;
+    let at = chunk * CHUNK + samples[chunk * CHUNK..].iter().position(|v| !v.is_finite())?;
+    let window = field.window();
+    let (plane, cell) = (at / window.len(), at % window.len());
+    let i = window.origin[0] as usize + cell % window.nx();
+    let j = window.origin[1] as usize + cell / window.nx();
+    let of_plane = if field.planes() > 1 { format!(" of plane {plane}") } else { String::new() };
+    Some(format!("gave {} at cell ({i}, {j}){of_plane}", samples[at]))
+}

@@ -1,0 +1,216 @@
+//! Keys: 128-bit hashes of where a value comes from.
+//!
+//! Provenance, not content: hashing the rasters themselves at each edit would cost more than many nodes. What enters is
+//! what can change the result, and nothing else: the kind and version of the node, its parameters, the world, what
+//! stands at its inputs, the content of the files it reads, and the backend where the node is not exact. Names of nodes,
+//! the rest of the graph, thread counts and the order of evaluation do not.
+//!
+//! A window does not enter the keys of what reads it, since a result does not depend on the window that it was computed
+//! in: that is what a node's reach states. So a node keeps its key when another reader makes its input wider.
+
+use std::{fmt, path::Path};
+
+use super::{
+    error::EvalError,
+    files::{Files, Stamped},
+    plan::{Plan, Source, Step},
+};
+use crate::{
+    backend::{Backend, Cpu},
+    job::Cancel,
+    node::{Exactness, Node},
+    param::{ParamValue, ParamValues},
+    world::{Window, World},
+};
+
+/// Names the scheme of the keys; change it when what enters them or how it is written changes.
+const SCHEME: &str = "orograph evaluation key 1";
+
+/// A 128-bit hash of where a value comes from (the first half of a BLAKE3 hash).
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Key([u8; 16]);
+
+impl Key {
+    /// Its bytes.
+    #[must_use]
+    pub const fn bytes(&self) -> &[u8; 16] {
+        &self.0
+    }
+
+    /// The key of one output on a window.
+    pub(super) fn output(&self, output: usize, window: &Window) -> Self {
+        let mut hash = Hash::new(b'o');
+        hash.bytes(&self.0);
+        hash.u32(output as u32);
+        [window.origin, window.cells].as_flattened().iter().for_each(|v| hash.u32(*v));
+        hash.finish()
+    }
+}
+
+impl fmt::Display for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+impl fmt::Debug for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Key({self})")
+    }
+}
+
+/// What a step's results come from.
+pub(super) struct Origins {
+    pub(super) key: Key,
+    /// The files that its kernel reads, as they were when the key was made.
+    pub(super) files: Vec<Stamped>,
+}
+
+/// The keys of all steps, without their windows.
+pub(super) fn origins(
+    plan: &Plan<'_>,
+    backend: &dyn Backend,
+    files: &Files,
+    folder: &Path,
+    cancel: &Cancel,
+) -> Result<Vec<Origins>, EvalError> {
+    let mut all: Vec<Origins> = Vec::with_capacity(plan.steps.len());
+    for step in &plan.steps {
+        let read = files.of_step(step, folder, cancel)?;
+        let key = key(step, backend, &read, &all);
+        all.push(Origins { key, files: read });
+    }
+    Ok(all)
+}
+
+/// The backend that runs a kind of node: the chosen one, or the CPU, which runs them all.
+pub(super) fn backend_of<'a>(chosen: &'a dyn Backend, node: &Node) -> &'a dyn Backend {
+    if chosen.supports(node) { chosen } else { &Cpu }
+}
+
+fn key(step: &Step<'_>, backend: &dyn Backend, files: &[Stamped], earlier: &[Origins]) -> Key {
+    let node = step.instance.node;
+    let mut hash = Hash::new(b'n');
+    hash.text(node.id);
+    hash.u32(node.version);
+    hash.world(&step.wanted.world);
+    hash.params(&step.instance.params);
+    for file in files {
+        hash.bytes(&file.content);
+    }
+    for source in &step.inputs {
+        match source {
+            Source::Wire { step, output } => {
+                hash.bytes(b"w");
+                hash.bytes(&earlier[*step].key.0);
+                hash.u32(*output as u32);
+            }
+            Source::Constant(value) => {
+                hash.bytes(b"c");
+                hash.f64(*value);
+            }
+            Source::Absent => hash.bytes(b"-"),
+        }
+    }
+    if node.exactness != Exactness::Exact {
+        hash.text(backend_of(backend, node).name());
+    }
+    hash.finish()
+}
+
+/// Writes values so that no two different sequences of them give the same bytes.
+struct Hash(blake3::Hasher);
+
+impl Hash {
+    fn new(tag: u8) -> Self {
+        let mut hash = blake3::Hasher::new_derive_key(SCHEME);
+        hash.update(&[tag]);
+        Self(hash)
+    }
+
+    fn bytes(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
+    }
+
+    fn u32(&mut self, v: u32) {
+        self.bytes(&v.to_le_bytes());
+    }
+
+    fn u64(&mut self, v: u64) {
+        self.bytes(&v.to_le_bytes());
+    }
+
+    /// The bits of a number; both zeros are one.
+    fn f64(&mut self, v: f64) {
+        self.u64((v + 0.0).to_bits());
+    }
+
+    fn text(&mut self, text: &str) {
+        self.u64(text.len() as u64);
+        self.bytes(text.as_bytes());
+    }
+
+    fn world(&mut self, world: &World) {
+        world.size.iter().for_each(|v| self.f64(*v));
+        world.cells.iter().for_each(|v| self.u32(*v));
+        self.u32(world.seed);
+        let sides = world.boundary;
+        for side in [sides.west, sides.east, sides.north, sides.south] {
+            self.text(side.name());
+        }
+    }
+
+    /// Parameters in the order of their names. Of a file, its own name enters beside its content, since its ending may
+    /// say how it is read; the folders above it do not, so that a project can be moved.
+    fn params(&mut self, params: &ParamValues) {
+        for (name, value) in params.iter() {
+            self.text(name);
+            match value {
+                ParamValue::Float(v) => {
+                    self.bytes(b"f");
+                    self.f64(*v);
+                }
+                ParamValue::Int(v) => {
+                    self.bytes(b"i");
+                    self.bytes(&v.to_le_bytes());
+                }
+                ParamValue::Bool(v) => self.bytes(&[b'b', u8::from(*v)]),
+                ParamValue::Choice(name) => {
+                    self.bytes(b"c");
+                    self.text(name);
+                }
+                ParamValue::Seed(v) => {
+                    self.bytes(b"s");
+                    self.u32(*v);
+                }
+                ParamValue::Point(p) => {
+                    self.bytes(b"p");
+                    p.iter().for_each(|v| self.f64(*v));
+                }
+                ParamValue::Curve(points) => {
+                    self.bytes(b"l");
+                    self.u64(points.len() as u64);
+                    points.as_flattened().iter().for_each(|v| self.f64(*v));
+                }
+                ParamValue::File(file) => {
+                    self.bytes(b"F");
+                    self.text(&Path::new(file).file_name().unwrap_or_default().to_string_lossy());
+                }
+            }
+        }
+    }
+
+    fn finish(&self) -> Key {
+        let mut key = [0; 16];
+        self.0.finalize_xof().fill(&mut key);
+        Key(key)
+    }
+}
+
+#[cfg(test)]
+impl Key {
+    /// A key for tests.
+    pub(super) const fn from_bytes(bytes: [u8; 16]) -> Self {
+        Self(bytes)
+    }
+}

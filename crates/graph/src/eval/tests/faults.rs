@@ -1,0 +1,107 @@
+//! Nodes that fail, and graphs that cannot be built.
+
+use super::*;
+
+/// A node whose kernel does something it must not.
+const fn faulty(id: &'static str, cpu: crate::Kernel) -> Node {
+    Node { id, outputs: HEIGHT, params: || Vec::<ParamSpec>::new(), cpu, ..Node::DEFAULT }
+}
+
+static PANICS: Node = faulty("Panics", |_| panic!("out of luck"));
+static GIVES_NOTHING: Node = faulty("GivesNothing", |_| Ok(Outputs::default()));
+static GIVES_NAN: Node = faulty("GivesNan", |job| height(job, |i, j| if (i, j) == (3, 5) { f32::NAN } else { 0.0 }));
+static GIVES_REPORT: Node = faulty("GivesReport", |_| Ok(Outputs::one("height", Report::default())));
+static GIVES_PLANES: Node = faulty("GivesPlanes", |job| {
+    Ok(Outputs::one("height", Field::with_planes(job.window(), 2, vec![0.0; 2 * job.window().len()])))
+});
+static GIVES_WHOLE: Node =
+    faulty("GivesWhole", |job| Ok(Outputs::one("height", Field::constant(Window::whole(*job.world()), 0.0))));
+static REFUSES: Node = faulty("Refuses", |_| Err(NodeError::failed_with_hint("the well is dry", "dig deeper")));
+static STOPS: Node = faulty("Stops", |_| Err(NodeError::Cancelled));
+
+/// A height or a slope, as a parameter says.
+static EITHER: Node = Node {
+    id: "Either",
+    outputs: &[Output::chosen("height", slope_from_level, "H.")],
+    params: Params::specs,
+    ..Node::DEFAULT
+};
+
+fn slope_from_level(params: &ParamValues) -> PortType {
+    if params.read::<f64>("level") > 0.0 { PortType::Scalar(Unit::Degrees) } else { PortType::Height }
+}
+
+fn error_of(node: &'static Node) -> EvalError {
+    let graph = Build::default().node("bad", node, &[]).node("after", &ADD, &[("height", "bad")]).0;
+    let window = Window { origin: [10, 20], cells: [8, 8], ..Window::whole(world(32)) };
+    run(&evaluator(2), &graph, &["after"], window).err().expect("it fails")
+}
+
+#[test]
+fn what_a_kernel_gives_is_held_against_its_declaration() {
+    let said = |node| error_of(node).to_string();
+    assert_eq!(said(&GIVES_NOTHING), "`bad.height` (GivesNothing) was not given");
+    assert_eq!(said(&GIVES_NAN), "`bad.height` (GivesNan) gave NaN at cell (13, 25)");
+    assert_eq!(said(&GIVES_REPORT), "`bad.height` (GivesReport) gave a report instead of a height (m)");
+    assert_eq!(said(&GIVES_PLANES), "`bad.height` (GivesPlanes) gave 2 planes; a height (m) has 1");
+    assert!(said(&GIVES_WHOLE).contains("32 x 32 cells from (0, 0), not the one asked for, 8 x 8 cells from (10, 20)"));
+}
+
+#[test]
+fn what_a_kernel_says_is_told_with_its_node() {
+    let error = error_of(&REFUSES);
+    assert_eq!(
+        (error.to_string().as_str(), error.hint().as_deref()),
+        ("`bad` (Refuses): the well is dry", Some("dig deeper"))
+    );
+    assert!(matches!(error_of(&STOPS), EvalError::Node { .. }), "nobody cancelled it");
+}
+
+#[test]
+fn a_panic_is_an_error_and_leaves_the_rest_usable() {
+    let evaluator = evaluator(2);
+    let graph = Build::default()
+        .node("good", &WAVES, &[])
+        .node("bad", &PANICS, &[])
+        .node("both", &ADD, &[("height", "good"), ("other", "bad")])
+        .0;
+    let window = Window::whole(world(16));
+    let error = run(&evaluator, &graph, &["both"], window).err().expect("it fails");
+    assert_eq!(error, EvalError::Panicked { node: "bad".into(), id: "Panics", message: "out of luck".into() });
+    assert_eq!(run(&evaluator, &graph, &["good"], window).expect("runs").values.len(), 1);
+}
+
+#[test]
+fn a_required_input_must_be_wired_where_it_is_needed() {
+    let graph = Build::default().node("base", &WAVES, &[]).node("soft", &BLUR, &[]).0;
+    let window = Window::whole(world(16));
+    assert!(run(&evaluator(1), &graph, &["base"], window).is_ok());
+    let error = run(&evaluator(1), &graph, &["soft"], window).err().expect("refused");
+    assert_eq!(error, EvalError::Unwired { node: "soft".into(), id: "Blur", input: "height" });
+}
+
+#[test]
+fn a_parameter_that_changes_a_type_under_a_wire_is_found() {
+    let graph = Build::default().node("base", &EITHER, &[]).node("soft", &BLUR, &[("height", "base")]);
+    let graph = graph.set("base", "level", ParamValue::Float(1.0)).0;
+    let error = run(&evaluator(1), &graph, &["soft"], Window::whole(world(16))).err().expect("refused");
+    assert_eq!(error.to_string(), "`base.height` gives a scalar (°), but `soft.height` takes a height (m)");
+}
+
+#[test]
+fn what_does_not_fit_into_memory_is_refused_with_what_it_would_take() {
+    let graph = Build::default().node("base", &WAVES, &[]).node("soft", &BLUR, &[("height", "base")]).0;
+    let evaluator = with(EvaluatorOptions { memory_limit: Some(1 << 20), ..EvaluatorOptions::default() });
+    let error = run(&evaluator, &graph, &["soft"], Window::whole(world(1024))).err().expect("refused");
+    assert_eq!(error.to_string(), "building `soft` needs 8.0 MiB of memory; the limit is 1.0 MiB");
+    assert!(run(&evaluator, &graph, &["soft"], Window::whole(world(256))).is_ok());
+}
+
+#[test]
+fn a_world_that_cannot_be_is_refused() {
+    let graph = Build::default().node("base", &WAVES, &[]).0;
+    for cells in [[0, 0], [1_000_000_000, 1]] {
+        let window = Window::whole(World { cells, ..world(1) });
+        assert!(matches!(run(&evaluator(1), &graph, &["base"], window), Err(EvalError::World(_))));
+    }
+}

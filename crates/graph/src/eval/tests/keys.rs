@@ -1,0 +1,157 @@
+//! What enters a key, and what does not.
+
+use std::fs;
+
+use super::*;
+use crate::{Backend, Boundary, Edge, Exactness};
+
+static INEXACT: Node = Node {
+    id: "Waves",
+    exactness: Exactness::Within { tolerance: 1e-3, why: "a test" },
+    outputs: HEIGHT,
+    params: Params::specs,
+    cpu: WAVES.cpu,
+    ..Node::DEFAULT
+};
+static NEWER: Node = Node { id: "Waves", version: 2, outputs: HEIGHT, params: Params::specs, ..Node::DEFAULT };
+static OTHER: Node = Node { id: "Ripples", outputs: HEIGHT, params: Params::specs, ..Node::DEFAULT };
+
+struct Elsewhere;
+
+impl Backend for Elsewhere {
+    fn name(&self) -> &'static str {
+        "elsewhere"
+    }
+
+    fn supports(&self, _: &Node) -> bool {
+        true
+    }
+
+    fn run(&self, node: &Node, job: &Job<'_>) -> Result<Outputs, NodeError> {
+        (node.cpu)(job)
+    }
+}
+
+fn key(graph: &Graph, end: &str, window: Window) -> Key {
+    key_in(graph, end, window, Path::new(""))
+}
+
+fn key_in(graph: &Graph, end: &str, window: Window, folder: &Path) -> Key {
+    evaluator(1).key(graph, folder, graph.port(end).expect("exists"), window).expect("a key")
+}
+
+fn graph() -> Graph {
+    Build::default().node("a", &WAVES, &[]).node("b", &ADD, &[("height", "a")]).0
+}
+
+#[test]
+fn names_order_and_the_rest_of_the_graph_do_not_enter() {
+    let window = Window::whole(world(16));
+    let other = Build::default()
+        .node("unused", &WAVES, &[])
+        .set("unused", "level", ParamValue::Float(3.0))
+        .node("sum", &ADD, &[("height", "unused")])
+        .node("source", &WAVES, &[]);
+    let mut other = other.0;
+    let (source, sum) = (other.port("source").expect("exists"), other.find("sum").expect("exists"));
+    other.connect(source, sum, "height").expect("fits");
+    assert_eq!(key(&graph(), "b", window), key(&other, "sum", window));
+}
+
+#[test]
+fn a_default_that_is_written_is_the_same_as_one_that_is_not() {
+    let window = Window::whole(world(16));
+    let mut written = graph();
+    let b = written.find("b").expect("exists");
+    written.instance_mut(b).constants[1] = Some(1.0);
+    assert_eq!(key(&graph(), "b", window), key(&written, "b", window));
+    let zero = |v| key(&Build(graph()).set("a", "level", ParamValue::Float(v)).0, "b", window);
+    assert_eq!(zero(0.0), zero(-0.0));
+}
+
+#[test]
+fn whatever_can_change_the_result_enters() {
+    let whole = world(16);
+    let window = Window::whole(whole);
+    let base = key(&graph(), "b", window);
+    let mut constant = graph();
+    let b = constant.find("b").expect("exists");
+    constant.instance_mut(b).constants[1] = Some(2.0);
+    let worlds = [
+        World { seed: 8, ..whole },
+        World { cells: [32; 2], ..whole },
+        World { size: [32.0; 2], ..whole },
+        World { boundary: Boundary { east: Edge::Wall, ..whole.boundary }, ..whole },
+    ];
+    let mut keys = vec![
+        base,
+        key(&graph(), "a", window),
+        key(&constant, "b", window),
+        key(&graph(), "b", Window { cells: [8, 16], ..window }),
+        key(&graph(), "b", Window { cells: [8, 16], origin: [1, 0], ..window }),
+    ];
+    keys.extend(worlds.map(|world| key(&graph(), "b", Window::whole(world))));
+    let values = [("level", ParamValue::Float(1.0)), ("radius", ParamValue::Float(1.0)), ("seed", ParamValue::Seed(1))];
+    keys.extend(values.map(|(name, value)| key(&Build(graph()).set("a", name, value).0, "b", window)));
+    for node in [&NEWER, &OTHER, &INEXACT] {
+        let graph = Build::default().node("a", node, &[]).node("b", &ADD, &[("height", "a")]).0;
+        keys.push(key(&graph, "b", window));
+    }
+    let count = keys.len();
+    keys.sort();
+    keys.dedup();
+    assert_eq!(keys.len(), count);
+}
+
+#[test]
+fn outputs_of_one_node_are_told_apart() {
+    let graph = Build::default().node("base", &WAVES, &[]).node("stats", &ANOMALY, &[("height", "base")]).0;
+    let window = Window::whole(world(16));
+    assert_ne!(key(&graph, "stats.height", window), key(&graph, "stats.report", window));
+}
+
+#[test]
+fn the_backend_enters_only_where_it_may_matter() {
+    let window = Window::whole(world(16));
+    let elsewhere = with(EvaluatorOptions { backend: Arc::new(Elsewhere), ..EvaluatorOptions::default() });
+    let differs = |node| {
+        let graph = Build::default().node("a", node, &[]).0;
+        let port = graph.port("a").expect("exists");
+        key(&graph, "a", window) != elsewhere.key(&graph, Path::new(""), port, window).expect("a key")
+    };
+    assert!(differs(&INEXACT) && !differs(&WAVES));
+}
+
+#[test]
+fn the_content_of_a_file_enters_and_its_folder_does_not() {
+    let window = Window::whole(world(16));
+    let folder = tempfile::tempdir().expect("a folder");
+    let graph = |name: &str| Build(graph()).set("a", "file", ParamValue::File(name.to_owned())).0;
+    fs::create_dir(folder.path().join("sub")).expect("made");
+    fs::write(folder.path().join("a.txt"), "one").expect("written");
+    fs::write(folder.path().join("sub/a.txt"), "one").expect("written");
+    let evaluator = evaluator(1);
+    let key = |name: &str| {
+        let graph = graph(name);
+        evaluator.key(&graph, folder.path(), graph.port("b").expect("exists"), window).expect("a key")
+    };
+    let first = key("a.txt");
+    assert_eq!(first, key("sub/a.txt"));
+    // equal length, written within the resolution of the file system's clock
+    fs::write(folder.path().join("a.txt"), "two").expect("written");
+    assert_ne!(first, key("a.txt"));
+}
+
+#[test]
+fn a_file_that_is_not_there_is_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let error = |name: &str| {
+        let graph = Build(graph()).set("a", "file", ParamValue::File(name.to_owned())).0;
+        let port = graph.port("b").expect("exists");
+        evaluator(1).key(&graph, folder.path(), port, Window::whole(world(16))).expect_err("no file")
+    };
+    let missing = error("gone.tif");
+    assert!(missing.to_string().contains("`a` cannot read") && missing.to_string().contains("gone.tif"), "{missing}");
+    assert!(missing.hint().expect("a hint").contains("`file`"));
+    assert!(error(".").to_string().contains("it is a folder"));
+}

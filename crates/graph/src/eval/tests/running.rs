@@ -1,0 +1,148 @@
+//! Side by side, cancelled, with progress.
+
+use std::{
+    sync::atomic::{AtomicUsize, Ordering},
+    time::Duration,
+};
+
+use super::*;
+
+static MET: AtomicUsize = AtomicUsize::new(0);
+
+/// Waits until two of its kind run at once.
+static MEETS: Node = Node {
+    id: "Meets",
+    outputs: HEIGHT,
+    params: Params::specs,
+    cpu: |job| {
+        MET.fetch_add(1, Ordering::SeqCst);
+        for _ in 0..2000 {
+            if MET.load(Ordering::SeqCst) >= 2 {
+                return height(job, |_, _| 1.0);
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        Err(NodeError::failed("nobody came within ten seconds"))
+    },
+    ..Node::DEFAULT
+};
+
+/// Runs until it is cancelled, for a minute at most.
+static ENDLESS: Node = Node {
+    id: "Endless",
+    outputs: HEIGHT,
+    params: Params::specs,
+    cpu: |job| {
+        for i in 0..30_000 {
+            job.advance(i as f32 / 30_000.0)?;
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        Err(NodeError::failed("nobody cancelled it"))
+    },
+    ..Node::DEFAULT
+};
+
+static FAILS: Node = Node { id: "Fails", outputs: HEIGHT, cpu: |_| Err(NodeError::failed("no")), ..Node::DEFAULT };
+
+/// Tells a thousand fractions at once.
+static EAGER: Node = Node {
+    id: "Eager",
+    outputs: HEIGHT,
+    cpu: |job| {
+        for i in 0..1000 {
+            job.advance(i as f32 / 1000.0)?;
+        }
+        height(job, |_, _| 0.0)
+    },
+    ..Node::DEFAULT
+};
+
+fn pair(left: &'static Node, right: &'static Node) -> Graph {
+    Build::default()
+        .node("left", left, &[])
+        .node("right", right, &[])
+        .node("both", &ADD, &[("height", "left"), ("other", "right")])
+        .0
+}
+
+#[test]
+fn independent_nodes_run_side_by_side() {
+    let graph = Build(pair(&MEETS, &MEETS)).set("right", "level", ParamValue::Float(1.0)).0;
+    assert!(run(&evaluator(2), &graph, &["both"], Window::whole(world(4))).is_ok());
+}
+
+#[test]
+fn a_cancel_is_heard_within_a_tenth_of_a_second() {
+    let graph = pair(&ENDLESS, &WAVES);
+    let evaluator = evaluator(2);
+    let cancel = Cancel::default();
+    let cancelled_at = Mutex::new(None);
+    let events = |event: Event| {
+        if matches!(event, Event::NodeProgress { fraction, .. } if fraction > 0.0) {
+            cancelled_at.lock().expect("no panic").get_or_insert_with(event::now);
+            cancel.cancel();
+        }
+    };
+    let requests = [(graph.port("both").expect("exists"), Window::whole(world(16)))];
+    let result = evaluator.evaluate(&graph, Path::new(""), &requests, &cancel, &events);
+    assert_eq!(result.err(), Some(EvalError::Cancelled));
+    let latency = cancelled_at.into_inner().expect("no panic").expect("cancelled").elapsed();
+    assert!(latency < Duration::from_millis(100), "{latency:?}");
+}
+
+#[test]
+fn a_failure_stops_the_others() {
+    let graph = pair(&ENDLESS, &FAILS);
+    let start = event::now();
+    let error = run(&evaluator(2), &graph, &["both"], Window::whole(world(4))).err().expect("it fails");
+    assert!(matches!(&error, EvalError::Node { node, .. } if node == "right"), "{error}");
+    assert!(start.elapsed() < Duration::from_secs(30), "the endless node was stopped");
+}
+
+#[test]
+fn what_is_cancelled_before_it_begins_runs_nothing() {
+    let cancel = Cancel::default();
+    cancel.cancel();
+    let graph = pair(&WAVES, &WAVES);
+    let requests = [(graph.port("both").expect("exists"), Window::whole(world(16)))];
+    let started = AtomicUsize::new(0);
+    let events = |event: Event| {
+        if matches!(event, Event::NodeStarted { .. }) {
+            started.fetch_add(1, Ordering::Relaxed);
+        }
+    };
+    let result = evaluator(2).evaluate(&graph, Path::new(""), &requests, &cancel, &events);
+    assert_eq!((result.err(), started.into_inner()), (Some(EvalError::Cancelled), 0));
+}
+
+#[test]
+fn progress_rises_and_is_told_sparingly() {
+    let graph = Build::default().node("eager", &EAGER, &[]).0;
+    let fractions = Mutex::new(Vec::new());
+    let start = event::now();
+    let events = |event: Event| {
+        if let Event::NodeProgress { fraction, .. } = event {
+            fractions.lock().expect("no panic").push(fraction);
+        }
+    };
+    let requests = [(graph.port("eager").expect("exists"), Window::whole(world(4)))];
+    evaluator(1).evaluate(&graph, Path::new(""), &requests, &Cancel::default(), &events).expect("runs");
+    let fractions = fractions.into_inner().expect("no panic");
+    assert!(fractions.is_sorted() && !fractions.is_empty());
+    // one at once, then one every 50 ms
+    assert!(fractions.len() as u128 <= 1 + start.elapsed().as_millis() / 50, "{}", fractions.len());
+}
+
+#[test]
+fn evaluations_of_several_threads_share_an_evaluator() {
+    let evaluator = evaluator(2);
+    let graph = pair(&WAVES, &WAVES);
+    let window = Window::whole(world(32));
+    let values: Vec<Value> = std::thread::scope(|scope| {
+        let all: Vec<_> = (0..4)
+            .map(|_| scope.spawn(|| run(&evaluator, &graph, &["both"], window).expect("runs").values.remove(0)))
+            .collect();
+        all.into_iter().map(|one| one.join().expect("no panic")).collect()
+    });
+    assert!(values.windows(2).all(|pair| pair[0] == pair[1]));
+}
