@@ -1,2 +1,5 @@
-//! app
-fn main() {}
+//! The program `orograph`.
+
+fn main() -> std::process::ExitCode {
+    orograph::run(std::env::args_os())
+}

@@ -1,0 +1,71 @@
+//! The command line: one file per command.
+
+mod nodes;
+
+use std::{ffi::OsString, process::ExitCode};
+
+use clap::{Parser, Subcommand};
+
+use crate::{
+    failure::{Exit, Failure},
+    terminal,
+};
+
+/// Terrain from a graph of nodes.
+///
+/// A graph file names nodes (noise, uplift, rivers, scree, measures), wires them and says what is to be built. The same
+/// file gives the same bytes on every machine, and the same land at every resolution.
+#[derive(Debug, Parser)]
+#[command(name = "orograph", version, subcommand_required = true, arg_required_else_help = true, after_help = AFTER)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const AFTER: &str = "\
+Exit codes: 0 everything asked for was done, 1 the file or the request is wrong, 2 it could not be done (disk, memory), \
+130 stopped with Ctrl-C.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Nodes(nodes::Args),
+}
+
+impl Command {
+    fn run(self) -> Result<(), Failure> {
+        match self {
+            Self::Nodes(args) => args.run(),
+        }
+    }
+}
+
+/// Runs the program on its arguments, the first of which is its own name.
+pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let cli = match Cli::try_parse_from(args) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Nothing can be told when the terminal is closed.
+            let _ = error.print();
+            return if error.use_stderr() { Exit::Wrong.into() } else { Exit::Done.into() };
+        }
+    };
+    match cli.command.run() {
+        Ok(()) => Exit::Done.into(),
+        Err(failure) => {
+            terminal::complain(&failure);
+            failure.exit.into()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_sound() {
+        Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,47 @@
+//! The list of all nodes.
+
+use std::fmt::Write as _;
+
+use orograph_graph::{Node, Registry};
+
+use crate::terminal::{Align, Page, Table, counted};
+
+/// Nodes of one category after another, in palette order.
+fn categories(registry: &Registry) -> Vec<(&'static str, Vec<&'static Node>)> {
+    let mut groups: Vec<(&str, Vec<&Node>)> = Vec::new();
+    for node in registry.nodes() {
+        match groups.iter_mut().find(|(category, _)| *category == node.category) {
+            Some((_, nodes)) => nodes.push(node),
+            None => groups.push((node.category, vec![node])),
+        }
+    }
+    groups
+}
+
+/// The list for a terminal.
+pub fn table(registry: &Registry, page: Page) -> String {
+    let mut table = Table::new(&[("category", Align::Left), ("node", Align::Left), ("what it does", Align::Left)]);
+    for (category, nodes) in categories(registry) {
+        for (at, node) in nodes.into_iter().enumerate() {
+            let category = if at == 0 { page.dim(category) } else { String::new() };
+            table.row([category, page.name(node.id), node.summary.to_owned()]);
+        }
+    }
+    let mut out = table.render(page, 0);
+    let count = counted(registry.nodes().len(), "node");
+    // Writing to a string cannot fail.
+    let _ = writeln!(out, "\n{}", page.dim(&format!("{count}; `orograph nodes NODE` prints the page of one")));
+    out
+}
+
+/// The list in Markdown, each node a link to its page beside it.
+pub fn markdown(registry: &Registry) -> String {
+    let mut out = String::from("# Nodes\n");
+    for (category, nodes) in categories(registry) {
+        let _ = write!(out, "\n## {category}\n\n| node | what it does |\n|---|---|\n");
+        for node in nodes {
+            let _ = writeln!(out, "| [{0}]({0}.md) | {1} |", node.id, node.summary.replace('|', "\\|"));
+        }
+    }
+    out
+}

@@ -1,0 +1,110 @@
+//! `orograph nodes`: the manual of the nodes, made from their declarations.
+
+mod list;
+mod markdown;
+mod page;
+mod text;
+
+use clap::ValueEnum;
+use orograph_graph::{Node, Registry};
+
+use crate::{
+    failure::Failure,
+    terminal::{self, Page},
+};
+use page::NodePage;
+
+/// The manual of the nodes: all of them, or the page of one
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  orograph nodes                                 what there is
+  orograph nodes StreamPower                     one page, with units, defaults, ranges and sources
+  orograph nodes StreamPower --format md > StreamPower.md")]
+pub struct Args {
+    /// Kind of node, such as `StreamPower`
+    node: Option<String>,
+    /// How to print it
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    format: Format,
+}
+
+/// A form of the manual.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For a terminal
+    Table,
+    /// Markdown
+    Md,
+    /// JSON, for other programs
+    Json,
+}
+
+impl Args {
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let registry = orograph_nodes::registry();
+        let text = match &self.node {
+            Some(id) => {
+                let page = NodePage::of(find(&registry, id)?);
+                match self.format {
+                    Format::Table => text::render(&page, Page::stdout()),
+                    Format::Md => markdown::render(&page),
+                    Format::Json => json(&page)?,
+                }
+            }
+            None => match self.format {
+                Format::Table => list::table(&registry, Page::stdout()),
+                Format::Md => list::markdown(&registry),
+                Format::Json => json(&registry.nodes().iter().map(|node| NodePage::of(node)).collect::<Vec<_>>())?,
+            },
+        };
+        terminal::print(&text)
+    }
+}
+
+fn json(value: &impl serde::Serialize) -> Result<String, Failure> {
+    serde_json::to_string_pretty(value)
+        .map(|text| text + "\n")
+        .map_err(|error| Failure::unable(format!("cannot write the nodes as JSON: {error}")))
+}
+
+/// The node of that id, also when its letters are in another case.
+fn find(registry: &Registry, id: &str) -> Result<&'static Node, Failure> {
+    let same = || registry.nodes().iter().find(|node| node.id.eq_ignore_ascii_case(id)).copied();
+    registry.get(id).or_else(same).ok_or_else(|| {
+        let failure = Failure::wrong(format!("there is no node `{id}`"));
+        match registry.suggest(id) {
+            Some(near) => failure.hint(format!("did you mean `{near}`?")),
+            None => failure.hint("`orograph nodes` lists all of them"),
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_node_has_a_page_in_every_form() {
+        let page = Page { width: 80, colour: false, terminal: false };
+        for node in orograph_nodes::registry().nodes() {
+            let entry = NodePage::of(node);
+            let (text, md) = (text::render(&entry, page), markdown::render(&entry));
+            for spec in node.specs() {
+                assert!(text.contains(spec.name) && md.contains(spec.name), "{}.{}", node.id, spec.name);
+            }
+            assert!(text.contains(node.summary) && md.starts_with(&format!("# {}\n", node.id)), "{}", node.id);
+            let value = serde_json::to_value(&entry).expect("serialises");
+            assert_eq!(value["id"], node.id);
+        }
+    }
+
+    #[test]
+    fn a_slip_is_recognised() {
+        let registry = orograph_nodes::registry();
+        assert_eq!(find(&registry, "constant").expect("case is forgiven").id, "Constant");
+        let failure = find(&registry, "Constent").expect_err("misspelt");
+        assert_eq!(failure.hint.as_deref(), Some("did you mean `Constant`?"));
+        assert_eq!(find(&registry, "Volcano").expect_err("no such node").exit, crate::Exit::Wrong);
+    }
+}

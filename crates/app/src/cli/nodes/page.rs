@@ -1,0 +1,239 @@
+//! What a page of the manual says, as data: serialised it is the page in JSON.
+
+use orograph_graph::{
+    Exactness, Fallback, Input, Kind, Node, OutputType, ParamSpec, ParamValue, ParamValues, PortType, Reach,
+    Resolution, Unit, World,
+};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+/// The page of one kind of node.
+#[derive(Debug, Serialize)]
+pub struct NodePage {
+    pub id: &'static str,
+    pub version: u32,
+    pub category: &'static str,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    pub aliases: &'static [&'static str],
+    pub summary: &'static str,
+    pub doc: &'static str,
+    pub inputs: Vec<Entry>,
+    pub parameters: Vec<Entry>,
+    pub outputs: Vec<Entry>,
+    /// How far around a cell it reads, in words.
+    pub reach: String,
+    /// Whether its result is the same everywhere, in words.
+    pub exactness: String,
+    /// How results at different cell sizes are related, in words.
+    pub resolution: String,
+    pub sources: &'static [&'static str],
+    /// A use of it in a graph file.
+    pub example: String,
+}
+
+/// An input, a parameter or an output.
+#[derive(Debug, Serialize)]
+pub struct Entry {
+    pub name: &'static str,
+    /// What it is: a port's type, a parameter's kind.
+    #[serde(rename = "type")]
+    pub ty: String,
+    /// Symbol of the unit; empty for pure numbers.
+    pub unit: &'static str,
+    /// Whether it must be wired.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub required: bool,
+    /// Value when the file says nothing, in base units.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub default: Option<Value>,
+    /// What a file may say, in base units; null where there is no end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range: Option<[f64; 2]>,
+    /// What is usual, in base units.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub usual: Option<[f64; 2]>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub choices: Vec<Choice>,
+    pub doc: &'static str,
+    /// The default for people.
+    #[serde(skip)]
+    pub default_text: String,
+    /// The range for people.
+    #[serde(skip)]
+    pub range_text: String,
+    /// What is usual, for people; empty where it is the whole range.
+    #[serde(skip)]
+    pub usual_text: String,
+}
+
+/// A name to choose.
+#[derive(Debug, Serialize)]
+pub struct Choice {
+    pub name: &'static str,
+    pub doc: &'static str,
+}
+
+impl NodePage {
+    /// The page of a node.
+    pub fn of(node: &'static Node) -> Self {
+        let params = ParamValues::defaults(&node.specs());
+        Self {
+            id: node.id,
+            version: node.version,
+            category: node.category,
+            aliases: node.aliases,
+            summary: node.summary,
+            doc: node.doc,
+            inputs: node.inputs.iter().map(Entry::input).collect(),
+            parameters: node.specs().iter().map(Entry::parameter).collect(),
+            outputs: node
+                .outputs
+                .iter()
+                .map(|output| {
+                    let (ty, unit) = output_type(output.ty, &params);
+                    Entry { ty, unit, ..Entry::blank(output.name, output.doc) }
+                })
+                .collect(),
+            reach: reach(node.reach, &params),
+            exactness: match node.exactness {
+                Exactness::Exact => "the same bits on every machine and with any number of threads".to_owned(),
+                Exactness::Within { tolerance, why } => format!("equal everywhere within {tolerance:e}: {why}"),
+            },
+            resolution: match node.resolution {
+                Resolution::Within(share) => {
+                    format!("the same land at every cell size, within {} % of its standard deviation", share * 100.0)
+                }
+                Resolution::Cells(why) => format!("it depends on the cells: {why}"),
+            },
+            sources: node.sources,
+            example: format!("\"{}\": {}({})", node.id.to_lowercase(), node.id, node.example),
+        }
+    }
+}
+
+impl Entry {
+    const fn blank(name: &'static str, doc: &'static str) -> Self {
+        Self {
+            name,
+            ty: String::new(),
+            unit: "",
+            required: false,
+            default: None,
+            range: None,
+            usual: None,
+            choices: Vec::new(),
+            doc,
+            default_text: String::new(),
+            range_text: String::new(),
+            usual_text: String::new(),
+        }
+    }
+
+    fn input(input: &Input) -> Self {
+        let unit = input.ty.unit();
+        let mut entry = Self { ty: input.ty.to_string(), unit: unit.symbol(), ..Self::blank(input.name, input.doc) };
+        match input.fallback {
+            Fallback::Required => entry.required = true,
+            Fallback::None => {}
+            Fallback::Constant { default, hard, soft } => {
+                entry.default = Some(json!(default));
+                entry.default_text = unit.display(default);
+                entry.ranges(unit, hard, soft);
+            }
+        }
+        entry
+    }
+
+    fn parameter(spec: &ParamSpec) -> Self {
+        let mut entry = Self { unit: spec.unit.symbol(), ..Self::blank(spec.name, spec.doc) };
+        let default = spec.kind.default_value();
+        entry.default = Some(value(&default));
+        entry.default_text = default.to_string();
+        match &spec.kind {
+            Kind::Float { default, hard, soft } => {
+                entry.ty = "number".into();
+                entry.default_text = spec.unit.display(*default);
+                entry.ranges(spec.unit, *hard, *soft);
+            }
+            Kind::Int { hard, soft, .. } => {
+                entry.ty = "whole number".into();
+                entry.ranges(spec.unit, hard.map(|v| v as f64), soft.map(|v| v as f64));
+            }
+            Kind::Bool { .. } => entry.ty = "true or false".into(),
+            Kind::Choice { default, options } => {
+                entry.ty = "choice".into();
+                entry.default_text = format!("\"{default}\"");
+                entry.choices = options.iter().map(|(name, doc)| Choice { name, doc }).collect();
+            }
+            Kind::Seed { .. } => entry.ty = "seed".into(),
+            Kind::Point { default, hard } => {
+                entry.ty = "point (x, y)".into();
+                entry.default_text = format!("({}, {})", spec.unit.display(default[0]), spec.unit.display(default[1]));
+                entry.ranges(spec.unit, *hard, *hard);
+            }
+            Kind::Curve { .. } => entry.ty = "curve".into(),
+            Kind::File => {
+                entry.ty = "file".into();
+                entry.default = None;
+                entry.default_text = String::new();
+            }
+        }
+        entry
+    }
+
+    fn ranges(&mut self, unit: Unit, hard: [f64; 2], soft: [f64; 2]) {
+        self.range = Some(hard);
+        self.range_text = between(hard, unit);
+        if soft != hard {
+            self.usual = Some(soft);
+            self.usual_text = between(soft, unit);
+        }
+    }
+}
+
+/// A range for people: `1 m to 1000 km`.
+fn between([lo, hi]: [f64; 2], unit: Unit) -> String {
+    match (lo.is_finite(), hi.is_finite()) {
+        (true, true) => format!("{} to {}", unit.display(lo), unit.display(hi)),
+        (true, false) => format!("{} or more", unit.display(lo)),
+        (false, true) => format!("{} or less", unit.display(hi)),
+        (false, false) => "any".to_owned(),
+    }
+}
+
+fn value(value: &ParamValue) -> Value {
+    match value {
+        ParamValue::Float(v) => json!(v),
+        ParamValue::Int(v) => json!(v),
+        ParamValue::Bool(v) => json!(v),
+        ParamValue::Choice(v) => json!(v),
+        ParamValue::Seed(v) => json!(v),
+        ParamValue::Point(v) => json!(v),
+        ParamValue::Curve(v) => json!(v),
+        ParamValue::File(v) => json!(v),
+    }
+}
+
+fn output_type(ty: OutputType, defaults: &ParamValues) -> (String, &'static str) {
+    let unit = |ty: PortType| ty.unit().symbol();
+    match ty {
+        OutputType::Fixed(ty) => (ty.to_string(), unit(ty)),
+        OutputType::SameAs(input) => (format!("what `{input}` is"), ""),
+        OutputType::Chosen(choose) => {
+            let ty = choose(defaults);
+            (format!("{ty}, or what the parameters choose"), unit(ty))
+        }
+    }
+}
+
+fn reach(reach: Reach, defaults: &ParamValues) -> String {
+    match reach {
+        Reach::Point => "each cell by itself".to_owned(),
+        Reach::World => "the whole world".to_owned(),
+        Reach::Metres(metres) => {
+            let cell_m = World::default().cell_m();
+            let reach_m = Unit::Metres.display(metres(defaults, cell_m));
+            format!("{reach_m} around a cell, at the defaults and with cells of {cell_m} m")
+        }
+    }
+}

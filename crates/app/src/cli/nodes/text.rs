@@ -1,0 +1,88 @@
+//! A page of the manual for a terminal.
+
+use std::fmt::Write as _;
+
+use console::measure_text_width;
+
+use super::page::{Entry, NodePage};
+use crate::terminal::Page;
+
+/// The page as text.
+pub fn render(node: &NodePage, page: Page) -> String {
+    let mut out = String::new();
+    let place = format!("{} · version {}", node.category, node.version);
+    let gap = page.width.saturating_sub(node.id.len() + measure_text_width(&place)).max(2);
+    // Writing to a string cannot fail, here and below.
+    let _ = writeln!(out, "{}{}{}", page.bold(node.id), " ".repeat(gap), page.dim(&place));
+    out.push_str(&page.paragraphs(node.summary, 0));
+    if !node.aliases.is_empty() {
+        let _ = writeln!(out, "Earlier names: {}", node.aliases.join(", "));
+    }
+    out.push('\n');
+    out.push_str(&page.paragraphs(node.doc, 2));
+    section(&mut out, page, "Inputs", &node.inputs);
+    section(&mut out, page, "Parameters", &node.parameters);
+    section(&mut out, page, "Outputs", &node.outputs);
+
+    heading(&mut out, page, "Example");
+    let _ = writeln!(out, "  {}", page.name(&node.example));
+    heading(&mut out, page, "Nature");
+    for (name, text) in [("reads", &node.reach), ("result", &node.exactness), ("cells", &node.resolution)] {
+        let _ = writeln!(out, "{}", labelled(page, name, text));
+    }
+    if !node.sources.is_empty() {
+        heading(&mut out, page, "Sources");
+        for source in node.sources {
+            out.push_str(&page.paragraphs(&format!("- {source}"), 2));
+        }
+    }
+    out
+}
+
+fn heading(out: &mut String, page: Page, text: &str) {
+    let _ = writeln!(out, "\n{}", page.bold(text));
+}
+
+/// A name with text beside it, broken to the width.
+fn labelled(page: Page, name: &str, text: &str) -> String {
+    const COLUMN: usize = 10;
+    let body = page.paragraphs(text, COLUMN);
+    let body = body.trim_start().trim_end();
+    format!("  {}{}{body}", page.dim(name), " ".repeat((COLUMN - 2).saturating_sub(name.len()).max(1)))
+}
+
+fn section(out: &mut String, page: Page, title: &str, entries: &[Entry]) {
+    if entries.is_empty() {
+        return;
+    }
+    heading(out, page, title);
+    let column = entries.iter().map(|entry| entry.name.len()).max().unwrap_or(0) + 4;
+    for entry in entries {
+        let pad = " ".repeat(column - 2 - entry.name.len());
+        let facts = page.paragraphs(&facts(entry), column);
+        let _ = writeln!(out, "  {}{pad}{}", page.name(entry.name), page.dim(facts.trim()));
+        out.push_str(&page.paragraphs(entry.doc, column));
+        for choice in &entry.choices {
+            let text = format!("\"{}\"  {}", choice.name, choice.doc.replace('\n', " "));
+            out.push_str(&page.paragraphs(&format!("- {text}"), column));
+        }
+    }
+}
+
+/// Type, default and ranges in one line.
+fn facts(entry: &Entry) -> String {
+    let mut facts = vec![entry.ty.clone()];
+    if entry.required {
+        facts.push("must be wired".to_owned());
+    }
+    if !entry.default_text.is_empty() {
+        facts.push(format!("default {}", entry.default_text));
+    }
+    if !entry.range_text.is_empty() && entry.range_text != "any" {
+        facts.push(entry.range_text.clone());
+    }
+    if !entry.usual_text.is_empty() {
+        facts.push(format!("usually {}", entry.usual_text));
+    }
+    facts.join(" · ")
+}
