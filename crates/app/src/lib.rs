@@ -4,6 +4,7 @@
 pub mod cli;
 
 mod failure;
+pub mod problems;
 pub mod terminal;
 
 pub use cli::run;

@@ -1,5 +1,6 @@
 //! The command line: one file per command.
 
+mod check;
 mod nodes;
 
 use std::{ffi::OsString, process::ExitCode};
@@ -28,12 +29,14 @@ Exit codes: 0 everything asked for was done, 1 the file or the request is wrong,
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Check(check::Args),
     Nodes(nodes::Args),
 }
 
 impl Command {
     fn run(self) -> Result<(), Failure> {
         match self {
+            Self::Check(args) => args.run(),
             Self::Nodes(args) => args.run(),
         }
     }

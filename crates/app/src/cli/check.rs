@@ -1,0 +1,60 @@
+//! `orograph check`: problems of files.
+
+use std::path::PathBuf;
+
+use crate::{
+    failure::{Exit, Failure},
+    problems,
+    terminal::{self, Page, counted},
+};
+
+/// Problems of graph files, all at once, with place and remedy
+///
+/// Nothing is built. Ends with 1 when a file has an error; warnings alone do not count as one.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Graph files
+    #[arg(required = true, value_name = "GRAPH.ron")]
+    files: Vec<PathBuf>,
+    /// Print the problems as JSON, one per line
+    #[arg(long)]
+    json: bool,
+}
+
+impl Args {
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let registry = orograph_nodes::registry();
+        let mut worst = Exit::Done;
+        for file in &self.files {
+            let document = match problems::load(file, &registry) {
+                Ok(document) => document,
+                Err(failure) => {
+                    worst = if worst == Exit::Unable { worst } else { failure.exit };
+                    terminal::complain(&failure);
+                    continue;
+                }
+            };
+            if document.has_errors() && worst == Exit::Done {
+                worst = Exit::Wrong;
+            }
+            if self.json {
+                let lines: String = problems::as_json(&document, file).iter().map(|line| format!("{line}\n")).collect();
+                terminal::print(&lines)?;
+                continue;
+            }
+            terminal::remark(&problems::report(&document, file, Page::stderr()));
+            if !document.has_errors() {
+                let page = Page::stdout();
+                let nodes = counted(document.nodes().len(), "node");
+                let outputs = counted(document.outputs().len(), "output");
+                let name = file.display();
+                terminal::print(&format!(
+                    "{} {name}  {}\n",
+                    page.good("ok"),
+                    page.dim(&format!("{nodes}, {outputs}"))
+                ))?;
+            }
+        }
+        if worst == Exit::Done { Ok(()) } else { Err(Failure::silent(worst)) }
+    }
+}
