@@ -10,6 +10,7 @@ pub mod math;
 pub mod measure;
 pub mod par;
 mod prelude;
+pub mod raster;
 pub mod render;
 pub mod select;
 pub mod simd;

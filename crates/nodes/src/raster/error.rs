@@ -1,0 +1,176 @@
+//! What can be wrong with a raster file, and what helps.
+
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
+
+use orograph_graph::NodeError;
+
+/// A raster file that could not be read or written: the file and its [`Problem`].
+#[derive(Debug, thiserror::Error)]
+#[error("`{}`: {problem}", path.display())]
+pub struct RasterError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong.
+    #[source]
+    pub problem: Problem,
+}
+
+/// What is wrong with a raster file. [`Problem::remedy`] says what helps.
+#[derive(Debug, thiserror::Error)]
+pub enum Problem {
+    /// Nothing has that name.
+    #[error("there is no such file")]
+    Missing,
+    /// The name is a folder's.
+    #[error("this is a folder, not a file")]
+    Folder,
+    /// The name is of a device, a pipe or a socket.
+    #[error("this is not a regular file")]
+    NotRegular,
+    /// The system refused to read it.
+    #[error("it cannot be read: {0}")]
+    Unreadable(#[source] io::Error),
+    /// Neither its first bytes nor its extension are known.
+    #[error("its format is not known")]
+    UnknownFormat,
+    /// It has no cells.
+    #[error("a raster of {columns} x {rows} cells has nothing in it")]
+    Empty {
+        /// Columns it claims.
+        columns: u64,
+        /// Rows it claims.
+        rows: u64,
+    },
+    /// It has more cells than this program reads.
+    #[error("a raster of {columns} x {rows} cells is more than can be read; the most is {most} cells", most = super::MAX_CELLS)]
+    TooLarge {
+        /// Columns it claims.
+        columns: u64,
+        /// Rows it claims.
+        rows: u64,
+    },
+    /// Its header claims more than the file can hold under any compression.
+    #[error("its header claims {columns} x {rows} cells, which its {held} bytes cannot hold")]
+    Lying {
+        /// Columns it claims.
+        columns: u64,
+        /// Rows it claims.
+        rows: u64,
+        /// Bytes there are.
+        held: u64,
+    },
+    /// It ends too early.
+    #[error("it is cut off: {0}")]
+    Truncated(String),
+    /// It contradicts itself or its format.
+    #[error("it is damaged: {0}")]
+    Damaged(String),
+    /// It is sound, but of a variant that is not read.
+    #[error("{what} is not supported")]
+    Unsupported {
+        /// The variant.
+        what: String,
+        /// How to get a variant that is.
+        remedy: &'static str,
+    },
+    /// A raw file whose shape nobody tells.
+    #[error("it has no header, no sidecar, and its {bytes} bytes are not a square of {per_cell}-byte cells")]
+    NoShape {
+        /// Length of the file.
+        bytes: u64,
+        /// Bytes per cell.
+        per_cell: u64,
+    },
+    /// The sidecar beside it is wrong.
+    #[error("its sidecar `{}` is wrong: {what}", path.display())]
+    Sidecar {
+        /// The sidecar.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// No cell has a value.
+    #[error("every cell is void")]
+    AllVoid,
+    /// Its cells are in degrees and its latitude is not known, or is beyond the poles.
+    #[error("its cells are in degrees, but it does not say at which latitude")]
+    NoLatitude,
+    /// Nothing says how large its cells are.
+    #[error("it does not say how large its cells are")]
+    NoCellSize,
+    /// The system refused to write it.
+    #[error("it cannot be written: {0}")]
+    Unwritable(#[source] io::Error),
+    /// A 16-bit format cannot hold samples that are not numbers.
+    #[error("{count} cells are not finite, which a 16-bit format cannot hold")]
+    NotFinite {
+        /// How many.
+        count: usize,
+    },
+}
+
+impl Problem {
+    /// What helps, as one clause without a full stop.
+    #[must_use]
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::Missing => "check the name; it is relative to the graph file's folder",
+            Self::Folder => "name a file inside it",
+            Self::NotRegular => "copy its contents into a file first",
+            Self::Unreadable(_) => "check that the file may be read and the disk is sound",
+            Self::UnknownFormat => {
+                "readable are GeoTIFF, grey PNG, OpenEXR, ESRI ASCII grids (.asc), SRTM (.hgt) and raw .r16 and .r32"
+            }
+            Self::Empty { .. } => "export it again with at least one row and one column",
+            Self::TooLarge { .. } => "cut out the part that is needed, or average it to larger cells",
+            Self::Lying { .. } | Self::Truncated(_) | Self::Damaged(_) => {
+                "fetch or export the file again; it may not have been copied whole"
+            }
+            Self::Unsupported { remedy, .. } => remedy,
+            Self::NoShape { .. } => {
+                "write a sidecar beside it, such as `NAME.r16.json` with {\"columns\": 1024, \"rows\": 512}"
+            }
+            Self::Sidecar { .. } => {
+                "correct the sidecar, or remove it and say the range and the cell size in the graph"
+            }
+            Self::AllVoid => "choose a file that has data, or check the value it declares as no data",
+            Self::NoLatitude => {
+                "say the size of a cell in metres, or give the file its place (N40W106.hgt, a GeoTIFF with tags)"
+            }
+            Self::NoCellSize => "say the size of a cell in metres",
+            Self::Unwritable(_) => "choose a folder that may be written to, and check that the disk has room",
+            Self::NotFinite { .. } => "find the node that gives them, or write exr, tiff or r32",
+        }
+    }
+
+    /// The same, of a file.
+    #[must_use]
+    pub fn of(self, path: &Path) -> RasterError {
+        RasterError { path: path.to_owned(), problem: self }
+    }
+
+    pub(super) fn damaged(what: impl Into<String>) -> Self {
+        Self::Damaged(what.into())
+    }
+
+    pub(super) fn truncated(what: impl Into<String>) -> Self {
+        Self::Truncated(what.into())
+    }
+}
+
+impl RasterError {
+    /// What helps, as one clause without a full stop.
+    #[must_use]
+    pub fn remedy(&self) -> &'static str {
+        self.problem.remedy()
+    }
+}
+
+impl From<RasterError> for NodeError {
+    fn from(error: RasterError) -> Self {
+        Self::failed_with_hint(error.to_string(), error.remedy())
+    }
+}

@@ -1,0 +1,90 @@
+//! OpenEXR: real numbers in named channels.
+//!
+//! Source: Academy Software Foundation, "OpenEXR File Layout". Of the first layer the channel `Y` is read, else `Z`, `height`
+//! or `R`, else the first; 16-bit and 32-bit reals and whole numbers. Written is one channel `Y` of 32-bit reals.
+
+use std::io::{Cursor, Seek, Write};
+
+use ::exr::{
+    error::Error,
+    meta::MetaData,
+    prelude::{
+        AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, ReadChannels, ReadLayers,
+        SmallVec, WritableImage, read as reader,
+    },
+};
+
+use super::{MAX_RATIO, Problem, Raster, Sidecar, claimed_cells};
+
+/// Names of a height channel, best first.
+const CHANNELS: [&str; 4] = ["Y", "Z", "height", "R"];
+
+/// Decodes the first layer, on the calling thread: the crate's own pool would not keep to the number of threads asked for.
+pub(super) fn read(bytes: &[u8], sidecar: Option<&Sidecar>) -> Result<Raster, Problem> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(fault)?;
+    for header in &meta.headers {
+        if header.deep {
+            return Err(Problem::Unsupported {
+                what: "deep data".into(),
+                remedy: "export a flat image with one height channel",
+            });
+        }
+        let [columns, rows] = [header.layer_size.0 as u64, header.layer_size.1 as u64];
+        claimed_cells(columns, rows, header.channels.bytes_per_pixel as u64, bytes.len() as u64, MAX_RATIO)?;
+    }
+    let image = reader()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(fault)?;
+    let layer = image.layer_data;
+    let (columns, rows) = (layer.size.0, layer.size.1);
+    let channels = layer.channel_data.list;
+    let found = CHANNELS.iter().find_map(|name| channels.iter().position(|c| c.name.eq_case_insensitive(name)));
+    let Some(channel) = channels.into_iter().nth(found.unwrap_or(0)) else {
+        return Err(Problem::damaged("it has no channels"));
+    };
+    let samples = match channel.sample_data {
+        FlatSamples::F32(samples) => samples,
+        FlatSamples::F16(samples) => samples.iter().map(|v| v.to_f32()).collect(),
+        FlatSamples::U32(samples) => samples.iter().map(|v| *v as f32).collect(),
+    };
+    if samples.len() != columns * rows {
+        return Err(Problem::Unsupported {
+            what: format!("the subsampled channel `{}`", channel.name),
+            remedy: "export the height channel at full resolution",
+        });
+    }
+    let mut raster = Raster::new(columns, rows, samples);
+    raster.cell = sidecar.and_then(Sidecar::cell);
+    Ok(raster)
+}
+
+fn fault(error: Error) -> Problem {
+    match error {
+        Error::NotSupported(what) => Problem::Unsupported {
+            what: what.into_owned(),
+            remedy: "export it again without compression or with ZIP, as scan lines",
+        },
+        Error::Io(_) => Problem::truncated("it ends in the middle of a block"),
+        other => Problem::damaged(other.to_string()),
+    }
+}
+
+/// Writes one channel `Y` of 32-bit reals.
+///
+/// Uncompressed: the noise-like mantissas of a terrain shrink by a tenth under ZIP, which takes some ten times as long.
+pub(super) fn write(to: impl Write + Seek, columns: u32, rows: u32, samples: &[f32]) -> Result<(), Error> {
+    let channel = AnyChannel::new("Y", FlatSamples::F32(samples.to_vec()));
+    let layer = Layer::new(
+        (columns as usize, rows as usize),
+        LayerAttributes::named("height"),
+        Encoding::UNCOMPRESSED,
+        AnyChannels::sort(SmallVec::from_elem(channel, 1)),
+    );
+    Image::from_layer(layer).write().non_parallel().to_buffered(to)
+}

@@ -1,0 +1,160 @@
+//! Filling voids smoothly from what surrounds them.
+//!
+//! Push-pull (S. J. Gortler, R. Grzeszczuk, R. Szeliski, M. F. Cohen, 1996, "The Lumigraph", SIGGRAPH 96, section 3.4): values are
+//! averaged up a pyramid, weighted by how much of each coarse cell is known, until nothing is missing; then each level
+//! is completed from the bilinear interpolation of the coarser one. A void of n cells across is filled from about n
+//! cells around it, so narrow gaps keep detail and wide ones become smooth. What differs: known cells are never changed, so the
+//! weights of the finest level are 0 or 1.
+
+use orograph_graph::NodeError;
+use rayon::prelude::*;
+
+/// One level of the pyramid: values, and from 0 to 1 how much of each is known.
+struct Level {
+    columns: usize,
+    rows: usize,
+    values: Vec<f32>,
+    weights: Vec<f32>,
+}
+
+/// Fills the NaN of a row-major raster in place; every other cell keeps its bits. A raster without a single number is
+/// left as it is. `check` is called once a row, and stops the work by its error.
+///
+/// # Errors
+/// What `check` returned.
+///
+/// # Panics
+/// When there are not exactly `columns * rows` samples.
+pub fn fill_voids(
+    columns: usize,
+    rows: usize,
+    samples: &mut [f32],
+    check: &(dyn Fn() -> Result<(), NodeError> + Sync),
+) -> Result<(), NodeError> {
+    assert_eq!(samples.len(), columns * rows, "samples do not fill the raster");
+    let voids = samples.par_iter().filter(|v| v.is_nan()).count();
+    if voids == 0 || voids == samples.len() {
+        return Ok(());
+    }
+    let mut pyramid =
+        vec![coarser(columns, rows, |at| (samples[at], f32::from(u8::from(!samples[at].is_nan()))), check)?];
+    while let Some(fine) = pyramid.last().filter(|level| level.values.len() > 1) {
+        let coarse = coarser(fine.columns, fine.rows, |at| (fine.values[at], fine.weights[at]), check)?;
+        pyramid.push(coarse);
+    }
+    while let Some(coarse) = pyramid.pop() {
+        match pyramid.last_mut() {
+            Some(fine) => {
+                let Level { columns, values, weights, .. } = fine;
+                values.par_chunks_mut(*columns).zip(weights.par_chunks(*columns)).enumerate().try_for_each(
+                    |(j, (values, weights))| {
+                        for (i, (v, w)) in values.iter_mut().zip(weights).enumerate() {
+                            if *w < 1.0 {
+                                *v = *w * *v + (1.0 - *w) * coarse.between(i, j);
+                            }
+                        }
+                        check()
+                    },
+                )?;
+            }
+            None => samples.par_chunks_mut(columns).enumerate().try_for_each(|(j, row)| {
+                for (i, v) in row.iter_mut().enumerate().filter(|(_, v)| v.is_nan()) {
+                    *v = coarse.between(i, j);
+                }
+                check()
+            })?,
+        }
+    }
+    Ok(())
+}
+
+/// The next level: means of 2 x 2 cells, weighted by what is known of them; where nothing is, value and weight are 0.
+fn coarser(
+    columns: usize,
+    rows: usize,
+    cell: impl Fn(usize) -> (f32, f32) + Sync,
+    check: &(dyn Fn() -> Result<(), NodeError> + Sync),
+) -> Result<Level, NodeError> {
+    let (nx, ny) = (columns.div_ceil(2), rows.div_ceil(2));
+    let (mut values, mut weights) = (vec![0.0; nx * ny], vec![0.0; nx * ny]);
+    values.par_chunks_mut(nx).zip(weights.par_chunks_mut(nx)).enumerate().try_for_each(|(j, (values, weights))| {
+        for i in 0..nx {
+            let (mut sum, mut weight) = (0.0, 0.0);
+            for y in 2 * j..(2 * j + 2).min(rows) {
+                for x in 2 * i..(2 * i + 2).min(columns) {
+                    let (v, w) = cell(y * columns + x);
+                    if w > 0.0 {
+                        sum += w * v;
+                        weight += w;
+                    }
+                }
+            }
+            if weight > 0.0 {
+                values[i] = sum / weight;
+                weights[i] = weight.min(1.0);
+            }
+        }
+        check()
+    })?;
+    Ok(Level { columns: nx, rows: ny, values, weights })
+}
+
+impl Level {
+    /// Bilinear interpolation at the centre of cell (i, j) of the next finer level: a quarter of a cell off the centre.
+    fn between(&self, i: usize, j: usize) -> f32 {
+        let (x, y) = (i / 2, j / 2);
+        let aside = |at: usize, fine: usize, len: usize| {
+            if fine.is_multiple_of(2) { at.saturating_sub(1) } else { (at + 1).min(len - 1) }
+        };
+        let (x1, y1) = (aside(x, i, self.columns), aside(y, j, self.rows));
+        let at = |x: usize, y: usize| self.values[y * self.columns + x];
+        let near = 0.75 * at(x, y) + 0.25 * at(x1, y);
+        let far = 0.75 * at(x, y1) + 0.25 * at(x1, y1);
+        0.75 * near + 0.25 * far
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn filled(columns: usize, rows: usize, mut samples: Vec<f32>) -> Vec<f32> {
+        fill_voids(columns, rows, &mut samples, &|| Ok(())).unwrap();
+        samples
+    }
+
+    #[test]
+    fn known_cells_keep_their_bits_and_voids_stay_between_them() {
+        let (nx, ny) = (37, 23);
+        let source: Vec<f32> = (0..nx * ny)
+            .map(|at| {
+                let (i, j) = (at % nx, at / nx);
+                if (8..29).contains(&i) && (3..20).contains(&j) { f32::NAN } else { 100.0 + i as f32 }
+            })
+            .collect();
+        let out = filled(nx, ny, source.clone());
+        for (before, after) in source.iter().zip(&out) {
+            assert!(before.is_nan() || before.to_bits() == after.to_bits());
+            // Convex combinations of 100..=136; the margin is rounding.
+            assert!((99.99..=136.01).contains(after), "{after}");
+        }
+        // The slope carries on across the hole: west of its middle is lower than east.
+        assert!(out[11 * nx + 10] < out[11 * nx + 18] && out[11 * nx + 18] < out[11 * nx + 26]);
+    }
+
+    #[test]
+    fn a_single_number_fills_everything_and_none_nothing() {
+        let mut one = vec![f32::NAN; 5 * 7];
+        one[17] = 42.0;
+        assert_eq!(filled(5, 7, one), [42.0; 35]);
+        assert!(filled(3, 1, vec![f32::NAN; 3]).iter().all(|v| v.is_nan()));
+        assert_eq!(filled(1, 1, vec![3.0]), [3.0]);
+    }
+
+    #[test]
+    fn it_stops_when_told() {
+        let mut samples = vec![f32::NAN; 64];
+        samples[0] = 1.0;
+        assert_eq!(fill_voids(8, 8, &mut samples, &|| Err(NodeError::Cancelled)), Err(NodeError::Cancelled));
+    }
+}

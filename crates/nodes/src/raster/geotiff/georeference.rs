@@ -1,0 +1,90 @@
+//! Where a GeoTIFF lies and how large its cells are.
+
+use super::directory::{Directory, tag};
+use crate::raster::{Cell, Problem, Raster, looks_geographic};
+
+/// The keys of the GeoKey directory that are read.
+mod key {
+    pub const MODEL_TYPE: u64 = 1024;
+    pub const RASTER_TYPE: u64 = 1025;
+    pub const GEOGRAPHIC_TYPE: u64 = 2048;
+    pub const PROJECTED_TYPE: u64 = 3072;
+    pub const LINEAR_UNITS: u64 = 3076;
+}
+
+/// Code that stands for "said by other keys".
+const USER_DEFINED: u64 = 32_767;
+
+/// Cell size, north-west corner and reference system from the tags. A raster stored south up is turned north up; the
+/// orientation of one that is rotated against its axes is passed over.
+pub(super) fn read(directory: &Directory<'_>, raster: &mut Raster) -> Result<(), Problem> {
+    let keys = directory.numbers(tag::GEO_KEY_DIRECTORY)?;
+    // Four shorts of header, then four a key: name, where its value is (0 = here), count, value.
+    let find = |name: u64| {
+        keys.chunks_exact(4).skip(1).find(|k| k[0] == name && k[1] == 0).map(|k| k[3]).filter(|v| *v != USER_DEFINED)
+    };
+    let model = find(key::MODEL_TYPE);
+    let geographic = find(key::GEOGRAPHIC_TYPE);
+    let projected = find(key::PROJECTED_TYPE);
+    raster.epsg = projected.or(geographic).and_then(|code| u32::try_from(code).ok()).filter(|code| *code > 0);
+    let Some(transform) = transform(directory) else { return Ok(()) };
+    let [a, b, c, d, e, f] = transform;
+    let cell = [(a * a + d * d).sqrt(), (b * b + e * e).sqrt()];
+    if !(cell.iter().all(|side| side.is_finite() && *side > 0.0) && c.is_finite() && f.is_finite()) {
+        return Err(Problem::damaged("its cells have no size"));
+    }
+    let mut origin = [c, f];
+    if find(key::RASTER_TYPE) == Some(2) {
+        // The place given is that of a cell's centre, not of its corner.
+        origin = [c - 0.5 * (a + b), f - 0.5 * (d + e)];
+    }
+    if e > 0.0 {
+        let rows = raster.rows as f64;
+        origin = [origin[0] + b * rows, origin[1] + e * rows];
+        let columns = raster.columns;
+        let (samples, rows) = (&mut raster.samples, raster.rows);
+        for row in 0..rows / 2 {
+            let (north, south) = samples.split_at_mut((rows - 1 - row) * columns);
+            north[row * columns..(row + 1) * columns].swap_with_slice(&mut south[..columns]);
+        }
+    }
+    let in_degrees = match model {
+        Some(2) => true,
+        Some(_) => false,
+        None => geographic.is_some() || looks_geographic(origin, cell, raster.columns, raster.rows),
+    };
+    raster.origin = Some(origin);
+    raster.cell = Some(if in_degrees {
+        Cell::Degrees(cell)
+    } else {
+        let metres = metres_per_unit(find(key::LINEAR_UNITS))?;
+        Cell::Metres(cell.map(|side| side * metres))
+    });
+    Ok(())
+}
+
+/// The map from (column, row) to (x, y): `x = a column + b row + c`, `y = d column + e row + f`.
+fn transform(directory: &Directory<'_>) -> Option<[f64; 6]> {
+    if let [a, b, _, c, d, e, _, f, ..] = directory.reals(tag::MODEL_TRANSFORMATION)[..] {
+        return Some([a, b, c, d, e, f]);
+    }
+    let [sx, sy, ..] = directory.reals(tag::MODEL_PIXEL_SCALE)[..] else { return None };
+    let (i, j, x, y) = match directory.reals(tag::MODEL_TIEPOINT)[..] {
+        [i, j, _, x, y, ..] => (i, j, x, y),
+        _ => (0.0, 0.0, 0.0, 0.0),
+    };
+    Some([sx, 0.0, x - i * sx, 0.0, -sy, y + j * sy])
+}
+
+fn metres_per_unit(code: Option<u64>) -> Result<f64, Problem> {
+    match code {
+        None | Some(0 | 9001) => Ok(1.0),
+        Some(9002) => Ok(0.3048),
+        Some(9003) => Ok(1200.0 / 3937.0),
+        Some(9036) => Ok(1000.0),
+        Some(other) => Err(Problem::Unsupported {
+            what: format!("a reference system in units of EPSG code {other}"),
+            remedy: "reproject it to metres: `gdalwarp -t_srs EPSG:32632 in.tif out.tif`, with the zone it lies in",
+        }),
+    }
+}

@@ -1,0 +1,40 @@
+//! GeoTIFF: one band of whole or real numbers in strips or tiles, with its place on the globe.
+//!
+//! Sources: Adobe, "TIFF Revision 6.0" (1992); Adobe Photoshop, "TIFF Technical Note 3" (2005; predictor 3); AWare Systems,
+//! "The BigTIFF file format" (2007); OGC 19-008r4, "GeoTIFF Standard" (2019); GDAL's tag 42113 for no data.
+//!
+//! Read: classic and BigTIFF of either byte order; whole numbers of 8, 16 and 32 bits, real numbers of 32 and 64; no
+//! compression, deflate, LZW; predictors 1, 2 and 3; the first band of several; the first image of the file. Written: f32
+//! in uncompressed strips.
+//!
+//! The container is read here rather than by the `tiff` crate, which fails on some sound LZW tiles (image-tiff issue 395)
+//! and computes with the sizes a header claims before it has checked them; the decompressors are `weezl` and `flate2`.
+
+mod chunks;
+mod directory;
+mod georeference;
+mod write;
+
+use chunks::Layout;
+use directory::{Directory, tag};
+pub(super) use write::write;
+
+use super::{MAX_RATIO, Problem, Raster, claimed_cells};
+
+/// Decodes the first image of a file.
+pub(super) fn read(bytes: &[u8]) -> Result<Raster, Problem> {
+    let directory = Directory::parse(bytes)?;
+    let columns = directory.number(tag::IMAGE_WIDTH)?.unwrap_or(0);
+    let rows = directory.number(tag::IMAGE_LENGTH)?.unwrap_or(0);
+    let layout = Layout::new(&directory, columns, rows)?;
+    let ratio = if layout.is_compressed() { MAX_RATIO } else { 1 };
+    claimed_cells(columns, rows, layout.sample_bytes() as u64, bytes.len() as u64, ratio)?;
+    let nodata = directory.text(tag::GDAL_NODATA).and_then(|text| text.trim().parse::<f64>().ok());
+    let samples = layout.decode(bytes, nodata)?;
+    let mut raster = Raster::new(columns as usize, rows as usize, samples);
+    georeference::read(&directory, &mut raster)?;
+    Ok(raster)
+}
+
+#[cfg(test)]
+mod tests;

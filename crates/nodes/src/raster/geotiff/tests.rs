@@ -1,0 +1,117 @@
+use super::{directory::tag, *};
+use crate::raster::Cell;
+
+/// A little-endian classic TIFF of 16-bit samples in one strip, with the given tags (tag, type, values) beside it.
+fn tiff(columns: u32, rows: u32, samples: &[u16], extra: &[(u16, u16, Vec<u8>)]) -> Vec<u8> {
+    let short = |v: u16| v.to_le_bytes().to_vec();
+    let long = |v: u32| v.to_le_bytes().to_vec();
+    let mut file = vec![b'I', b'I', 42, 0, 0, 0, 0, 0];
+    file.extend(samples.iter().flat_map(|v| v.to_le_bytes()));
+    let mut entries: Vec<(u16, u16, Vec<u8>)> = vec![
+        (tag::IMAGE_WIDTH, 4, long(columns)),
+        (tag::IMAGE_LENGTH, 4, long(rows)),
+        (tag::BITS_PER_SAMPLE, 3, short(16)),
+        (tag::STRIP_OFFSETS, 4, long(8)),
+        (tag::STRIP_BYTE_COUNTS, 4, long(2 * samples.len() as u32)),
+    ];
+    entries.retain(|(name, ..)| extra.iter().all(|(other, ..)| other != name));
+    entries.extend(extra.iter().cloned());
+    let mut table = Vec::new();
+    for (name, kind, data) in &entries {
+        let width = match kind {
+            1 | 2 => 1,
+            3 => 2,
+            4 => 4,
+            _ => 8,
+        };
+        table.extend(name.to_le_bytes());
+        table.extend(kind.to_le_bytes());
+        table.extend((data.len() as u32 / width).to_le_bytes());
+        if data.len() <= 4 {
+            let mut word = data.clone();
+            word.resize(4, 0);
+            table.extend(word);
+        } else {
+            table.extend((file.len() as u32).to_le_bytes());
+            file.extend(data);
+        }
+    }
+    let at = file.len() as u32;
+    file[4..8].copy_from_slice(&at.to_le_bytes());
+    file.extend((entries.len() as u16).to_le_bytes());
+    file.extend(table);
+    file.extend([0; 4]);
+    file
+}
+
+fn reals(values: &[f64]) -> Vec<u8> {
+    values.iter().flat_map(|v| v.to_le_bytes()).collect()
+}
+
+fn shorts(values: &[u16]) -> Vec<u8> {
+    values.iter().flat_map(|v| v.to_le_bytes()).collect()
+}
+
+#[test]
+fn a_raster_stored_south_up_is_turned() {
+    let transform = reals(&[10.0, 0.0, 0.0, 500.0, 0.0, 10.0, 0.0, 900.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    let file = tiff(2, 3, &[1, 2, 3, 4, 5, 6], &[(tag::MODEL_TRANSFORMATION, 12, transform)]);
+    let raster = read(&file).unwrap();
+    assert_eq!(raster.samples, [5.0, 6.0, 3.0, 4.0, 1.0, 2.0]);
+    assert_eq!(raster.origin, Some([500.0, 930.0]));
+    assert_eq!(raster.cell, Some(Cell::Metres([10.0, 10.0])));
+}
+
+#[test]
+fn feet_become_metres_and_unknown_units_are_refused() {
+    let with_units = |code: u16| {
+        let keys = shorts(&[1, 1, 0, 2, 1024, 0, 1, 1, 3076, 0, 1, code]);
+        let scale = reals(&[100.0, 100.0, 0.0]);
+        read(&tiff(1, 1, &[7], &[(tag::MODEL_PIXEL_SCALE, 12, scale), (tag::GEO_KEY_DIRECTORY, 3, keys)]))
+    };
+    let Some(Cell::Metres([feet, _])) = with_units(9002).unwrap().cell else { panic!("metres") };
+    assert!((feet - 30.48).abs() < 1e-12);
+    assert!(matches!(with_units(9014), Err(Problem::Unsupported { .. })));
+}
+
+#[test]
+fn a_header_that_claims_gigabytes_is_refused() {
+    let small = [0_u16; 400];
+    let claim = |columns, rows, extra: &[(u16, u16, Vec<u8>)]| read(&tiff(columns, rows, &small, extra)).unwrap_err();
+    assert!(matches!(claim(32_000, 32_000, &[]), Problem::Lying { columns: 32_000, rows: 32_000, .. }));
+    assert!(matches!(claim(u32::MAX, u32::MAX, &[]), Problem::Lying { .. }));
+    // Compressed: within the strongest ratio of the file, but not of its only strip.
+    let deflate = (tag::COMPRESSION, 3, shorts(&[8]));
+    assert!(matches!(claim(32_000, 32_000, std::slice::from_ref(&deflate)), Problem::Lying { .. }));
+    let strip = (tag::STRIP_BYTE_COUNTS, 4, 10_u32.to_le_bytes().to_vec());
+    assert!(matches!(claim(1000, 900, &[deflate, strip]), Problem::Truncated(_)));
+    // A tile far larger than the image.
+    let tiles = [
+        (tag::TILE_WIDTH, 4, u32::MAX.to_le_bytes().to_vec()),
+        (tag::TILE_LENGTH, 4, u32::MAX.to_le_bytes().to_vec()),
+        (tag::TILE_OFFSETS, 4, 8_u32.to_le_bytes().to_vec()),
+        (tag::TILE_BYTE_COUNTS, 4, 800_u32.to_le_bytes().to_vec()),
+    ];
+    assert!(matches!(claim(10, 10, &tiles), Problem::Truncated(_)));
+    assert!(matches!(claim(0, 10, &[]), Problem::Empty { .. }));
+}
+
+#[test]
+fn variants_that_are_not_read_are_named() {
+    let with = |name, value: u16| read(&tiff(2, 2, &[1; 4], &[(name, 3, shorts(&[value]))])).unwrap_err().to_string();
+    assert!(with(tag::COMPRESSION, 34_887).contains("LERC"));
+    assert!(with(tag::COMPRESSION, 50_000).contains("Zstandard"));
+    assert!(with(tag::PHOTOMETRIC, 2).contains("colour"));
+    assert!(with(tag::PREDICTOR, 9).contains("predictor 9"));
+    assert!(with(tag::BITS_PER_SAMPLE, 12).contains("12-bit"));
+}
+
+#[test]
+fn a_chunk_that_was_never_written_is_void() {
+    let offsets = [8_u32, 0].iter().flat_map(|v| v.to_le_bytes()).collect();
+    let counts = [4_u32, 0].iter().flat_map(|v| v.to_le_bytes()).collect();
+    let extra =
+        [(tag::ROWS_PER_STRIP, 3, shorts(&[1])), (tag::STRIP_OFFSETS, 4, offsets), (tag::STRIP_BYTE_COUNTS, 4, counts)];
+    let raster = read(&tiff(2, 2, &[11, 12], &extra)).unwrap();
+    assert_eq!((raster.samples[1], raster.voids()), (12.0, 2));
+}

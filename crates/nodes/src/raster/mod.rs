@@ -1,0 +1,199 @@
+//! Raster files: reading elevation models, writing results.
+//!
+//! Read: GeoTIFF, grey PNG, OpenEXR, ESRI ASCII grids, SRTM tiles, raw 16-bit and 32-bit samples ([`read`]). Written:
+//! OpenEXR, GeoTIFF, 16-bit PNG, raw samples, colour PNG ([`write`], [`write_colour`]), always under a temporary name
+//! that is renamed into place, with a JSON [`Sidecar`] for what a format cannot say itself.
+//!
+//! Files come from anywhere, so no reader trusts one. What a reader allocates is bounded by the length of the file: the
+//! cells a header claims are compared with the bytes there are and the strongest compression the format knows
+//! (`claimed_cells`), before anything of that size is allocated. Every offset is checked against the file.
+
+mod ascii;
+mod error;
+mod exr;
+mod fill;
+mod geotiff;
+mod hgt;
+mod metric;
+mod png;
+mod raw;
+mod resample;
+mod save;
+mod sidecar;
+
+use std::{fs, io, io::Read, path::Path};
+
+pub use error::{Problem, RasterError};
+pub use fill::fill_voids;
+pub use metric::height_field;
+pub use resample::{Axis, resample};
+pub use save::{Format, Meta, replace, write, write_colour};
+pub use sidecar::{Sidecar, sidecar_path};
+
+/// The most cells a file may have: 4 GiB of samples, 32768 cells a side.
+pub const MAX_CELLS: u64 = 1 << 30;
+
+/// The most bytes that one byte of a compressed file can stand for. Deflate reaches 1032 (a 258-byte match in two
+/// bits), 12-bit LZW 1302 (codes that each grow by one byte until the table is full); twice that leaves room for
+/// OpenEXR's own schemes.
+const MAX_RATIO: u64 = 2600;
+
+/// Samples this large are no measurement: some programs write the lowest `f32` for "no data" without declaring it.
+const VOID_FROM: f32 = 1e30;
+
+/// A raster as a file holds it: row-major from the north-west corner, voids as NaN.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Raster {
+    /// Number of columns.
+    pub columns: usize,
+    /// Number of rows.
+    pub rows: usize,
+    /// `rows * columns` samples, row by row, north first; NaN where there is no data.
+    pub samples: Vec<f32>,
+    /// How samples that are codes stand for numbers; `None` when they are numbers.
+    pub coding: Option<Coding>,
+    /// Size of a cell, if the file says so.
+    pub cell: Option<Cell>,
+    /// Easting or longitude, and northing or latitude, of the outer north-west corner, if the file says so.
+    pub origin: Option<[f64; 2]>,
+    /// EPSG code of the coordinate reference system, if the file says so.
+    pub epsg: Option<u32>,
+}
+
+/// Size of a raster's cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cell {
+    /// Width and height in metres.
+    Metres([f64; 2]),
+    /// Width in degrees of longitude and height in degrees of latitude.
+    Degrees([f64; 2]),
+}
+
+/// Whole numbers that stand for a range: 0 for its low end, `full` for its high end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coding {
+    /// The largest code: 255 or 65535.
+    pub full: u32,
+    /// What the ends stand for, where a sidecar says so.
+    pub range: Option<[f64; 2]>,
+}
+
+impl Raster {
+    /// A raster of bare samples; everything that is no number, or too large to be one, becomes void.
+    fn new(columns: usize, rows: usize, mut samples: Vec<f32>) -> Self {
+        debug_assert_eq!(samples.len(), columns * rows);
+        for v in &mut samples {
+            if v.is_nan() || v.abs() >= VOID_FROM {
+                *v = f32::NAN;
+            }
+        }
+        Self { columns, rows, samples, coding: None, cell: None, origin: None, epsg: None }
+    }
+
+    /// Number of cells without data.
+    #[must_use]
+    pub fn voids(&self) -> usize {
+        self.samples.iter().filter(|v| v.is_nan()).count()
+    }
+
+    /// Turns codes into numbers: the range of the file, else `range`. Numbers stay as they are.
+    #[must_use]
+    pub fn decoded(mut self, range: [f64; 2]) -> Self {
+        if let Some(Coding { full, range: own }) = self.coding.take() {
+            let [lo, hi] = own.unwrap_or(range);
+            let full = f64::from(full);
+            for v in &mut self.samples {
+                // The ends are met exactly: a weighted mean, not a step times a count.
+                let t = f64::from(*v) / full;
+                *v = (lo * (1.0 - t) + hi * t) as f32;
+            }
+        }
+        self
+    }
+}
+
+/// Reads a raster file of any known format, told by its first bytes, else by its extension.
+///
+/// PNG, OpenEXR and raw files are read together with their sidecar, if there is one ([`sidecar_path`]).
+///
+/// # Errors
+/// [`RasterError`] with the file, the [`Problem`] and its remedy. Never panics, whatever the bytes.
+pub fn read(path: &Path) -> Result<Raster, RasterError> {
+    let sidecar = Sidecar::beside(path)?;
+    let bytes = load(path).map_err(|problem| problem.of(path))?;
+    decode(&bytes, path, sidecar.as_ref()).map_err(|problem| problem.of(path))
+}
+
+fn load(path: &Path) -> Result<Vec<u8>, Problem> {
+    let unreadable = |error: io::Error| match error.kind() {
+        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => Problem::Missing,
+        _ => Problem::Unreadable(error),
+    };
+    let meta = fs::metadata(path).map_err(unreadable)?;
+    if meta.is_dir() {
+        return Err(Problem::Folder);
+    }
+    // A pipe would block for ever, a device never end.
+    if !meta.is_file() {
+        return Err(Problem::NotRegular);
+    }
+    if meta.len() / 16 > MAX_CELLS {
+        return Err(Problem::Unsupported {
+            what: format!("a file of {}", orograph_graph::bytes(meta.len())),
+            remedy: "cut out the part that is needed, or average it to larger cells",
+        });
+    }
+    let mut bytes = Vec::new();
+    fs::File::open(path).and_then(|file| file.take(meta.len()).read_to_end(&mut bytes)).map_err(unreadable)?;
+    Ok(bytes)
+}
+
+/// Decodes the bytes of a file; `path` is only asked for its extension and its name.
+fn decode(bytes: &[u8], path: &Path, sidecar: Option<&Sidecar>) -> Result<Raster, Problem> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let raster = match (bytes, extension.as_str()) {
+        ([b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..], _) => geotiff::read(bytes)?,
+        ([0x89, b'P', b'N', b'G', ..], _) => png::read(bytes, sidecar)?,
+        ([0x76, 0x2f, 0x31, 0x01, ..], _) => exr::read(bytes, sidecar)?,
+        (_, "asc") => ascii::read(bytes)?,
+        (_, "hgt") => hgt::read(bytes, path.file_stem().and_then(|s| s.to_str()).unwrap_or_default())?,
+        (_, "r16" | "raw") => raw::read_r16(bytes, sidecar)?,
+        (_, "r32") => raw::read_r32(bytes, sidecar)?,
+        (_, "tif" | "tiff" | "png" | "exr") => {
+            return Err(Problem::damaged(format!("it does not begin like a .{extension} file")));
+        }
+        _ => return Err(Problem::UnknownFormat),
+    };
+    if raster.samples.iter().all(|v| v.is_nan()) {
+        return Err(Problem::AllVoid);
+    }
+    Ok(raster)
+}
+
+/// Checks the shape a header claims, before anything of that size is allocated: not empty, not beyond [`MAX_CELLS`],
+/// and not more than `held` bytes can hold when one of them stands for at most `ratio`. Returns the number of cells.
+fn claimed_cells(columns: u64, rows: u64, bytes_per_cell: u64, held: u64, ratio: u64) -> Result<usize, Problem> {
+    if columns == 0 || rows == 0 {
+        return Err(Problem::Empty { columns, rows });
+    }
+    let cells = u128::from(columns) * u128::from(rows);
+    if cells * u128::from(bytes_per_cell) > u128::from(held) * u128::from(ratio) {
+        return Err(Problem::Lying { columns, rows, held });
+    }
+    match usize::try_from(cells) {
+        Ok(count) if cells <= u128::from(MAX_CELLS) => Ok(count),
+        _ => Err(Problem::TooLarge { columns, rows }),
+    }
+}
+
+/// Whether a grid of unknown reference system is one of longitude and latitude: its cells are at most a tenth of a
+/// degree, and all of it lies on the globe. A survey in metres with an origin at zero and a few dozen metres across
+/// looks the same; where that happens, the size of a cell is said in the graph.
+fn looks_geographic(origin: [f64; 2], cell: [f64; 2], columns: usize, rows: usize) -> bool {
+    let east = origin[0] + cell[0] * columns as f64;
+    let south = origin[1] - cell[1] * rows as f64;
+    cell[0] <= 0.1 && cell[1] <= 0.1 && origin[0] >= -180.0 && east <= 360.0 && origin[1] <= 90.0 && south >= -90.0
+}
+
+#[cfg(test)]
+mod tests;

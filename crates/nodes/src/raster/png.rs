@@ -1,0 +1,102 @@
+//! Grey PNG as codes for heights; PNG as a picture.
+//!
+//! Source: W3C, "Portable Network Graphics (PNG) Specification (Third Edition)" (2025). Grey of up to 8 bits is read as codes
+//! from 0 to 255, of 16 bits from 0 to 65535; what they stand for is told by the sidecar or by the graph. A fully
+//! transparent cell is void.
+
+use std::io::{Cursor, Write};
+
+use ::png::{BitDepth, ColorType, Compression, Decoder, DecodingError, Encoder, EncodingError, Transformations};
+use rayon::prelude::*;
+
+use super::{Coding, MAX_RATIO, Problem, Raster, Sidecar, claimed_cells};
+
+/// Decodes a grey PNG.
+pub(super) fn read(bytes: &[u8], sidecar: Option<&Sidecar>) -> Result<Raster, Problem> {
+    let mut decoder = Decoder::new(Cursor::new(bytes));
+    decoder.set_transformations(Transformations::EXPAND);
+    decoder.ignore_checksums(false);
+    let header = decoder.read_header_info().map_err(fault)?;
+    let (columns, rows, colour) = (header.width, header.height, header.color_type);
+    let bits = header.bit_depth as u64 * colour.samples() as u64;
+    if !matches!(colour, ColorType::Grayscale | ColorType::GrayscaleAlpha) {
+        return Err(Problem::Unsupported {
+            what: "a colour PNG".into(),
+            remedy: "convert it to 16-bit grey: a height has one channel",
+        });
+    }
+    let held = bytes.len() as u64;
+    // Cells of less than a byte are packed, so that one byte stands for several.
+    let cells = claimed_cells(columns.into(), rows.into(), bits.div_ceil(8), held, MAX_RATIO * (8 / bits.min(8)))?;
+    let mut reader = decoder.read_info().map_err(fault)?;
+    let size = reader.output_buffer_size().ok_or(Problem::TooLarge { columns: columns.into(), rows: rows.into() })?;
+    let mut buffer = vec![0; size];
+    let frame = reader.next_frame(&mut buffer).map_err(fault)?;
+    let bytes = &buffer[..frame.buffer_size()];
+    let (samples, full): (Vec<f32>, u32) = match (frame.color_type, frame.bit_depth) {
+        (ColorType::Grayscale, BitDepth::Eight) => (bytes.iter().map(|v| f32::from(*v)).collect(), 255),
+        (ColorType::GrayscaleAlpha, BitDepth::Eight) => {
+            (bytes.chunks_exact(2).map(|c| visible(u16::from(c[0]), u16::from(c[1]))).collect(), 255)
+        }
+        (ColorType::Grayscale, BitDepth::Sixteen) => {
+            (bytes.chunks_exact(2).map(|c| f32::from(word(c))).collect(), 65_535)
+        }
+        (ColorType::GrayscaleAlpha, BitDepth::Sixteen) => {
+            (bytes.chunks_exact(4).map(|c| visible(word(c), word(&c[2..]))).collect(), 65_535)
+        }
+        _ => return Err(Problem::damaged("its samples are not of the kind it declares")),
+    };
+    if samples.len() != cells {
+        return Err(Problem::damaged("its first picture does not fill it"));
+    }
+    let mut raster = Raster::new(columns as usize, rows as usize, samples);
+    raster.coding = Some(Coding { full, range: sidecar.and_then(|s| s.range) });
+    raster.cell = sidecar.and_then(Sidecar::cell);
+    Ok(raster)
+}
+
+fn word(bytes: &[u8]) -> u16 {
+    u16::from_be_bytes([bytes[0], bytes[1]])
+}
+
+fn visible(value: u16, alpha: u16) -> f32 {
+    if alpha == 0 { f32::NAN } else { f32::from(value) }
+}
+
+fn fault(error: DecodingError) -> Problem {
+    match error {
+        DecodingError::IoError(_) => Problem::truncated("the picture does not reach its end"),
+        other => Problem::damaged(other.to_string()),
+    }
+}
+
+/// Writes 16-bit codes as grey, compressed fast: about a ninth larger than the best, some twenty times as fast.
+pub(super) fn write_grey(to: impl Write, columns: u32, rows: u32, codes: &[u16]) -> Result<(), EncodingError> {
+    let mut bytes = vec![0; 2 * codes.len()];
+    bytes.par_chunks_mut(2).zip(codes).for_each(|(out, code)| out.copy_from_slice(&code.to_be_bytes()));
+    write_samples(to, [columns, rows], ColorType::Grayscale, BitDepth::Sixteen, &bytes)
+}
+
+/// Writes 8-bit sRGB, three bytes a cell.
+pub(super) fn write_rgb(to: impl Write, columns: u32, rows: u32, bytes: &[u8]) -> Result<(), EncodingError> {
+    write_samples(to, [columns, rows], ColorType::Rgb, BitDepth::Eight, bytes)
+}
+
+fn write_samples(
+    to: impl Write,
+    [columns, rows]: [u32; 2],
+    colour: ColorType,
+    depth: BitDepth,
+    bytes: &[u8],
+) -> Result<(), EncodingError> {
+    let mut encoder = Encoder::new(to, columns, rows);
+    encoder.set_color(colour);
+    encoder.set_depth(depth);
+    encoder.set_compression(Compression::Fast);
+    if colour == ColorType::Rgb {
+        encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
+    }
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(bytes)?;
+    writer.finish()
+}

@@ -1,0 +1,232 @@
+//! Resampling one grid of cells onto another, axis by axis.
+//!
+//! Cells are areas. Where target cells are larger, each is the mean of what it covers (conservative: the volume of the land is
+//! kept). Where they are smaller, values are interpolated by the Catmull-Rom cubic (E. Catmull, R. Rom, 1974, "A class of local
+//! interpolating splines"), cut to the two samples it lies between, so that it invents no summit and no pit. Where grids coincide,
+//! samples are copied bit by bit.
+
+use orograph_graph::NodeError;
+use rayon::prelude::*;
+
+/// How target cells lie on the source cells along one axis: target cell i covers `offset + i * step` to
+/// `offset + (i + 1) * step`, in source cells from the first one's edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axis {
+    /// Number of source cells.
+    pub source: usize,
+    /// Where target cell 0 begins.
+    pub offset: f64,
+    /// Source cells per target cell.
+    pub step: f64,
+}
+
+/// How far from one and from a whole number a step and an offset may be, through rounding, and still coincide.
+const SNAP: f64 = 1e-6;
+
+/// What a target cell takes along an axis: weights, summing to one, of neighbouring source cells.
+struct Taps {
+    first: usize,
+    weights: Vec<f64>,
+    /// The two cells an interpolated value must stay between.
+    between: Option<[usize; 2]>,
+    /// Whether the centre of the target cell is on the source grid.
+    inside: bool,
+}
+
+impl Axis {
+    /// The axis with a step of one, and an offset of whole cells, where they are meant to be so.
+    ///
+    /// A step of one with an offset of a half cell, as centring gives between an even and an odd number, becomes a whole
+    /// offset: a shift of half a cell for samples that stay as they were measured.
+    #[must_use]
+    pub fn snapped(mut self) -> Self {
+        let whole = (self.offset + SNAP).floor();
+        if (self.step - 1.0).abs() * self.source as f64 <= SNAP {
+            self.step = 1.0;
+            let rest = self.offset - whole;
+            if rest.abs() <= SNAP || (rest - 0.5).abs() <= SNAP {
+                self.offset = whole;
+            }
+        }
+        self
+    }
+
+    fn taps(&self, target: usize) -> Taps {
+        let last = self.source - 1;
+        let cell = |at: f64| (at.max(0.0) as usize).min(last);
+        let lo = self.offset + target as f64 * self.step;
+        let hi = self.offset + (target + 1) as f64 * self.step;
+        let centre = 0.5 * (lo + hi);
+        let inside = centre >= 0.0 && centre <= self.source as f64;
+        let single = |first| Taps { first, weights: vec![1.0], between: None, inside };
+        if self.step > 1.0 {
+            let (lo, hi) = (lo.max(0.0), hi.min(self.source as f64));
+            if lo >= hi {
+                return single(cell(centre.floor()));
+            }
+            let (first, end) = (cell(lo.floor()), cell(hi.ceil() - 1.0));
+            let weights = (first..=end)
+                .map(|at| ((at as f64 + 1.0).min(hi) - (at as f64).max(lo)).max(0.0) / (hi - lo))
+                .collect();
+            return Taps { first, weights, between: None, inside };
+        }
+        let at = centre - 0.5;
+        let left = at.floor();
+        let t = at - left;
+        if t == 0.0 || last == 0 {
+            return single(cell(left));
+        }
+        let (t2, t3) = (t * t, t * t * t);
+        let cubic = [
+            0.5 * (2.0 * t2 - t3 - t),
+            0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
+            0.5 * (4.0 * t2 - 3.0 * t3 + t),
+            0.5 * (t3 - t2),
+        ];
+        // Beyond the edge the outermost sample goes on; its weights gather in one tap.
+        let places = [cell(left - 1.0), cell(left), cell(left + 1.0), cell(left + 2.0)];
+        let mut weights = vec![0.0; places[3] - places[0] + 1];
+        for (place, weight) in places.into_iter().zip(cubic) {
+            weights[place - places[0]] += weight;
+        }
+        Taps { first: places[0], weights, between: Some([places[1], places[2]]), inside }
+    }
+}
+
+/// Resamples a row-major raster without NaN onto `cells` target cells from `origin`, along x and y.
+///
+/// Target cells whose centre is beyond the source take `beyond`, or, for `None`, the nearest of its edge. Sums are made in
+/// f64 in a fixed order, so the result does not depend on threads or on which part is asked for. `check` is called once a row and
+/// stops the work by its error.
+///
+/// # Errors
+/// What `check` returned.
+///
+/// # Panics
+/// When there are not exactly as many samples as the axes say, or none.
+pub fn resample(
+    samples: &[f32],
+    axes: [Axis; 2],
+    origin: [u32; 2],
+    cells: [u32; 2],
+    beyond: Option<f32>,
+    check: &(dyn Fn() -> Result<(), NodeError> + Sync),
+) -> Result<Vec<f32>, NodeError> {
+    let columns = axes[0].source;
+    assert!(!samples.is_empty() && samples.len() == columns * axes[1].source, "samples do not fill the raster");
+    let taps = |axis: usize| -> Vec<Taps> {
+        let first = origin[axis] as usize;
+        (first..first + cells[axis] as usize).map(|target| axes[axis].taps(target)).collect()
+    };
+    let (across, down) = (taps(0), taps(1));
+    let nx = across.len();
+    // Source rows are narrowed first, only those that are needed.
+    let top = down.iter().map(|t| t.first).min().unwrap_or(0);
+    let bottom = down.iter().map(|t| t.first + t.weights.len()).max().unwrap_or(0);
+    let mut narrowed = vec![0.0_f32; nx * (bottom - top)];
+    narrowed.par_chunks_mut(nx).zip(samples[top * columns..].par_chunks(columns)).try_for_each(|(out, row)| {
+        for (out, taps) in out.iter_mut().zip(&across) {
+            let reach = &row[taps.first..taps.first + taps.weights.len()];
+            let sum: f64 = reach.iter().zip(&taps.weights).map(|(v, w)| f64::from(*v) * w).sum();
+            *out = taps.between.map_or(sum as f32, |[a, b]| between(sum as f32, row[a], row[b]));
+        }
+        check()
+    })?;
+    let mut out = vec![0.0_f32; nx * down.len()];
+    out.par_chunks_mut(nx).zip(&down).try_for_each_init(
+        || vec![0.0_f64; nx],
+        |sums, (out, taps)| {
+            let row = |at: usize| &narrowed[(at - top) * nx..(at - top + 1) * nx];
+            sums.fill(0.0);
+            for (at, weight) in (taps.first..).zip(&taps.weights) {
+                for (sum, v) in sums.iter_mut().zip(row(at)) {
+                    *sum += f64::from(*v) * weight;
+                }
+            }
+            match taps.between {
+                None => out.iter_mut().zip(sums.iter()).for_each(|(out, sum)| *out = *sum as f32),
+                Some([a, b]) => {
+                    for (((out, sum), a), b) in out.iter_mut().zip(sums.iter()).zip(row(a)).zip(row(b)) {
+                        *out = between(*sum as f32, *a, *b);
+                    }
+                }
+            }
+            if let Some(level) = beyond {
+                for (out, across) in out.iter_mut().zip(&across) {
+                    if !(across.inside && taps.inside) {
+                        *out = level;
+                    }
+                }
+            }
+            check()
+        },
+    )?;
+    Ok(out)
+}
+
+fn between(v: f32, a: f32, b: f32) -> f32 {
+    v.clamp(a.min(b), a.max(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(source: &[f32], offset: f64, step: f64, cells: u32, beyond: Option<f32>) -> Vec<f32> {
+        let along = Axis { source: source.len(), offset, step };
+        let across = Axis { source: 1, offset: 0.0, step: 1.0 };
+        let row = resample(source, [along, across], [0, 0], [cells, 1], beyond, &|| Ok(())).unwrap();
+        let column = resample(source, [across, along], [0, 0], [1, cells], beyond, &|| Ok(())).unwrap();
+        assert_eq!(row, column, "both axes are alike");
+        row
+    }
+
+    #[test]
+    fn coinciding_cells_are_copied() {
+        let source = [0.1, -7.3, 1e-20, 5e7, 3.3];
+        assert_eq!(line(&source, 0.0, 1.0, 5, None), source);
+        assert_eq!(line(&source, 2.0, 1.0, 2, None), source[2..4]);
+        assert_eq!(line(&source, -1.0, 1.0, 3, Some(9.0)), [9.0, 0.1, -7.3]);
+        let snapped = Axis { source: 5, offset: 1.5, step: 1.0 + 1e-12 }.snapped();
+        assert_eq!((snapped.offset, snapped.step), (1.0, 1.0));
+    }
+
+    #[test]
+    fn larger_cells_take_the_mean_of_what_they_cover() {
+        let source = [1.0, 3.0, 5.0, 11.0];
+        assert_eq!(line(&source, 0.0, 2.0, 2, None), [2.0, 8.0]);
+        // 1.5 cells each: (1 + 0.5 * 3) / 1.5 and (0.5 * 3 + 5) / 1.5; the tolerance is the rounding of f32.
+        let out = line(&source, 0.0, 1.5, 2, None);
+        assert!((out[0] - 5.0 / 3.0).abs() < 1e-6 && (out[1] - 13.0 / 3.0).abs() < 1e-6, "{out:?}");
+        // Half outside: only what is there counts.
+        assert_eq!(line(&source, -1.0, 2.0, 1, None), [1.0]);
+        assert_eq!(line(&source, -4.0, 2.0, 1, None), [1.0]);
+        assert_eq!(line(&source, -4.0, 2.0, 1, Some(7.0)), [7.0]);
+    }
+
+    #[test]
+    fn smaller_cells_are_interpolated_without_overshoot() {
+        let ramp: Vec<f32> = (0..8).map(|v| v as f32).collect();
+        let fine = line(&ramp, 0.0, 0.25, 32, None);
+        for (at, v) in fine.iter().enumerate().skip(6).take(20) {
+            // The cubic reproduces straight lines; the tolerance is the rounding of f32.
+            let expected = (at as f32 + 0.5) * 0.25 - 0.5;
+            assert!((v - expected).abs() < 1e-6, "{at}: {v} instead of {expected}");
+        }
+        let step = line(&[0.0, 0.0, 0.0, 10.0, 10.0, 10.0], 0.0, 0.125, 48, None);
+        assert!(step.windows(2).all(|w| w[0] <= w[1]) && step[0] == 0.0 && step[47] == 10.0, "{step:?}");
+    }
+
+    #[test]
+    fn a_part_equals_the_same_part_of_the_whole() {
+        let source: Vec<f32> = (0..20 * 15).map(|v| ((v * 7919) % 101) as f32).collect();
+        for step in [0.37, 1.0, 2.3] {
+            let axes = [Axis { source: 20, offset: -1.3, step }, Axis { source: 15, offset: 0.7, step }];
+            let whole = resample(&source, axes, [0, 0], [24, 18], Some(-1.0), &|| Ok(())).unwrap();
+            let part = resample(&source, axes, [5, 3], [9, 8], Some(-1.0), &|| Ok(())).unwrap();
+            for j in 0..8 {
+                assert_eq!(part[j * 9..(j + 1) * 9], whole[(j + 3) * 24 + 5..(j + 3) * 24 + 14]);
+            }
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! Writing results: whole files or none.
+//!
+//! A file is written under a temporary name in its own folder and renamed into place when it is complete, so a reader
+//! never sees half of one, and a full disk leaves what was there before as it was.
+
+use std::{
+    io::{self, BufWriter, Write},
+    path::Path,
+};
+
+use orograph_graph::Field;
+use rayon::prelude::*;
+use tempfile::NamedTempFile;
+
+use super::{Problem, RasterError, Sidecar, exr, geotiff, png, sidecar_path};
+use crate::math;
+
+/// A format for heights, masks and scalars.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// OpenEXR, 32-bit reals, uncompressed.
+    Exr,
+    /// 16-bit grey PNG: codes over a range.
+    Png16,
+    /// GeoTIFF, 32-bit reals, with cell size.
+    Tiff,
+    /// Raw 16-bit codes over a range, little-endian.
+    R16,
+    /// Raw 32-bit reals, little-endian.
+    R32,
+}
+
+impl Format {
+    /// Every format, best first.
+    pub const ALL: [Self; 5] = [Self::Exr, Self::Png16, Self::Tiff, Self::R16, Self::R32];
+
+    /// Its name on a command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Exr => "exr",
+            Self::Png16 => "png16",
+            Self::Tiff => "tiff",
+            Self::R16 => "r16",
+            Self::R32 => "r32",
+        }
+    }
+
+    /// The extension of its files.
+    #[must_use]
+    pub const fn extension(self) -> &'static str {
+        match self {
+            Self::Exr => "exr",
+            Self::Png16 => "png",
+            Self::Tiff => "tif",
+            Self::R16 => "r16",
+            Self::R32 => "r32",
+        }
+    }
+
+    /// The format of that name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|format| format.name() == name)
+    }
+
+    /// Whether it holds 16-bit codes over a range rather than numbers.
+    #[must_use]
+    pub const fn is_coded(self) -> bool {
+        matches!(self, Self::Png16 | Self::R16)
+    }
+}
+
+/// What a sidecar says beyond the raster itself.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Meta {
+    /// What the values are, such as `height`.
+    pub quantity: String,
+    /// Symbol of their unit.
+    pub unit: String,
+    /// Hash of the graph that made them.
+    pub graph_hash: Option<String>,
+}
+
+/// Writes the first plane of a field, and its sidecar beside it; returns what the sidecar says.
+///
+/// `range` is what the codes of a 16-bit format stand for, values beyond it are cut off; `None` takes the smallest and
+/// largest value. Codes are rounded to the nearest. Tiles of one world need one `range` to fit together.
+///
+/// # Errors
+/// [`Problem::Unwritable`] when either file cannot be written, [`Problem::NotFinite`] when a 16-bit format cannot hold it;
+/// earlier files of these names are then as they were.
+pub fn write(
+    path: &Path,
+    format: Format,
+    field: &Field,
+    range: Option<[f64; 2]>,
+    meta: &Meta,
+) -> Result<Sidecar, RasterError> {
+    let window = field.window();
+    let samples = field.plane(0);
+    let [columns, rows] = window.cells;
+    let own = field.range(0).map_or([0.0, 0.0], |(lo, hi)| [f64::from(lo), f64::from(hi)]);
+    let range = if format.is_coded() { range.unwrap_or(own) } else { own };
+    let codes = if format.is_coded() { encode(samples, range).map_err(|p| p.of(path))? } else { Vec::new() };
+    let sidecar = Sidecar {
+        columns: Some(u64::from(columns)),
+        rows: Some(u64::from(rows)),
+        cell_m: Some(window.cell_m()),
+        range: Some(range),
+        unit: Some(meta.unit.clone()),
+        quantity: Some(meta.quantity.clone()),
+        step: format.is_coded().then(|| (range[1] - range[0]) / 65_535.0),
+        seed: Some(window.world.seed),
+        graph_hash: meta.graph_hash.clone(),
+    };
+    let raster = stage(path, |to| match format {
+        Format::Exr => exr::write(to, columns, rows, samples).map_err(io::Error::other),
+        Format::Png16 => png::write_grey(to, columns, rows, &codes).map_err(io::Error::other),
+        Format::Tiff => geotiff::write(to, window, samples).map_err(io::Error::other),
+        Format::R16 => codes.iter().try_for_each(|code| to.write_all(&code.to_le_bytes())),
+        Format::R32 => samples.iter().try_for_each(|v| to.write_all(&v.to_le_bytes())),
+    })?;
+    let beside = sidecar_path(path);
+    let text = stage(&beside, |to| {
+        serde_json::to_writer_pretty(&mut *to, &sidecar)?;
+        to.write_all(b"\n")
+    })?;
+    // Both are complete: what may still fail are two renames.
+    persist(raster, path)?;
+    persist(text, &beside)?;
+    Ok(sidecar)
+}
+
+/// Writes three planes of linear RGB, 0 to 1, as an 8-bit sRGB picture.
+///
+/// # Errors
+/// [`Problem::Unwritable`]; an earlier file of this name is then as it was.
+///
+/// # Panics
+/// When the field has fewer than three planes: a caller's mistake, never a file's.
+pub fn write_colour(path: &Path, field: &Field) -> Result<(), RasterError> {
+    let [columns, rows] = field.window().cells;
+    let curve = Srgb::new();
+    let [red, green, blue] = [field.plane(0), field.plane(1), field.plane(2)];
+    let mut bytes = vec![0; 3 * red.len()];
+    bytes.par_chunks_mut(3).zip(red.par_iter().zip(green).zip(blue)).for_each(|(out, ((r, g), b))| {
+        out.copy_from_slice(&[curve.code(*r), curve.code(*g), curve.code(*b)]);
+    });
+    replace(path, |to| png::write_rgb(to, columns, rows, &bytes).map_err(io::Error::other))
+}
+
+/// Writes a file of any kind whole: `fill` writes under a temporary name, which is renamed into place.
+///
+/// # Errors
+/// [`Problem::Unwritable`]; an earlier file of this name is then as it was.
+pub fn replace(
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<NamedTempFile>) -> io::Result<()>,
+) -> Result<(), RasterError> {
+    persist(stage(path, fill)?, path)
+}
+
+fn stage(
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<NamedTempFile>) -> io::Result<()>,
+) -> Result<NamedTempFile, RasterError> {
+    let unwritable = |error| Problem::Unwritable(error).of(path);
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".orograph-").suffix(".part");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // Temporary files are private by default; a result is an ordinary file, as the umask would have it.
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    let file = builder.tempfile_in(folder).map_err(unwritable)?;
+    let mut to = BufWriter::with_capacity(1 << 18, file);
+    fill(&mut to).map_err(unwritable)?;
+    to.into_inner().map_err(|error| unwritable(error.into_error()))
+}
+
+fn persist(file: NamedTempFile, path: &Path) -> Result<(), RasterError> {
+    match file.persist(path) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(Problem::Unwritable(error.error).of(path)),
+    }
+}
+
+/// 16-bit codes of samples over a range, rounded to the nearest.
+fn encode(samples: &[f32], [lo, hi]: [f64; 2]) -> Result<Vec<u16>, Problem> {
+    let count = samples.par_iter().filter(|v| !v.is_finite()).count();
+    if count > 0 {
+        return Err(Problem::NotFinite { count });
+    }
+    // A level raster has no span; all its codes are 0.
+    let per_unit = if hi > lo { 65_535.0 / (hi - lo) } else { 0.0 };
+    Ok(samples.par_iter().map(|v| ((f64::from(*v) - lo) * per_unit + 0.5).clamp(0.0, 65_535.0) as u16).collect())
+}
+
+/// The transfer curve of sRGB (IEC 61966-2-1), exact to the nearest 8-bit code, by table.
+struct Srgb {
+    /// Code at the low end of each of 65536 equal steps from 0 to 1.
+    start: Vec<u8>,
+    /// Linear value from which a code becomes the next.
+    next: [f32; 256],
+}
+
+impl Srgb {
+    fn new() -> Self {
+        let linear = |v: f64| if v <= 0.04045 { v / 12.92 } else { math::pow((v + 0.055) / 1.055, 2.4) };
+        let mut next = [f32::INFINITY; 256];
+        for (code, limit) in next.iter_mut().enumerate().take(255) {
+            *limit = linear((code as f64 + 0.5) / 255.0) as f32;
+        }
+        // The narrowest code is twenty steps wide, so two steps hold at most one limit; entries begin one step early,
+        // for the index may be rounded up.
+        let mut code = 0;
+        let start = (0..=65_535_u32)
+            .map(|step| {
+                while next[usize::from(code)] <= step.saturating_sub(1) as f32 / 65_535.0 {
+                    code += 1;
+                }
+                code
+            })
+            .collect();
+        Self { start, next }
+    }
+
+    fn code(&self, linear: f32) -> u8 {
+        let v = linear.clamp(0.0, 1.0);
+        let code = self.start[(v * 65_535.0) as usize];
+        code + u8::from(v >= self.next[usize::from(code)])
+    }
+}

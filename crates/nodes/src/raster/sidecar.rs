@@ -1,0 +1,136 @@
+//! The JSON file beside a raster file that says what its format cannot: `NAME.png.json` beside `NAME.png`.
+
+use std::{
+    ffi::OsString,
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use serde::{Deserialize, Serialize};
+
+use super::{Cell, Problem, RasterError};
+
+/// What a raster file holds. Written beside every height file; read beside PNG, OpenEXR and raw files.
+///
+/// Reading, everything may be left out, unknown names are passed over, and `z_min` and `z_max` may stand for `range`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Sidecar {
+    /// Number of columns.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub columns: Option<u64>,
+    /// Number of rows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rows: Option<u64>,
+    /// Side of a cell in metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cell_m: Option<f64>,
+    /// Smallest and largest value, in `unit`; in a 16-bit format, what the codes 0 and 65535 stand for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range: Option<[f64; 2]>,
+    /// Symbol of the unit; empty for pure numbers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// What the values are, such as `height` or `mask`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quantity: Option<String>,
+    /// In a 16-bit format, what one step of the code is worth, in `unit`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step: Option<f64>,
+    /// The world's seed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u32>,
+    /// Hash of the graph that made it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub graph_hash: Option<String>,
+}
+
+/// Name of the sidecar of a file: the file's name with `.json` after it.
+#[must_use]
+pub fn sidecar_path(path: &Path) -> PathBuf {
+    let mut name = OsString::from(path);
+    name.push(".json");
+    PathBuf::from(name)
+}
+
+/// A sidecar is a few lines; a file beyond this is something else.
+const MOST_BYTES: u64 = 1 << 20;
+
+#[derive(Deserialize)]
+struct Other {
+    z_min: Option<f64>,
+    z_max: Option<f64>,
+}
+
+impl Sidecar {
+    /// The sidecar of a file of a format that takes one; `None` when there is none.
+    ///
+    /// # Errors
+    /// [`Problem::Sidecar`] when there is one that is wrong.
+    pub(super) fn beside(path: &Path) -> Result<Option<Self>, RasterError> {
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+        if !["png", "exr", "r16", "raw", "r32"].contains(&extension.as_str()) {
+            return Ok(None);
+        }
+        let beside = sidecar_path(path);
+        let wrong = |what: String| Problem::Sidecar { path: beside.clone(), what }.of(path);
+        match fs::metadata(&beside) {
+            Ok(meta) if meta.is_file() && meta.len() <= MOST_BYTES => {}
+            Ok(_) => return Err(wrong("it is no small file".into())),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(wrong(error.to_string())),
+        }
+        let text = fs::read(&beside).map_err(|error| wrong(error.to_string()))?;
+        Self::parse(&text).map(Some).map_err(wrong)
+    }
+
+    fn parse(text: &[u8]) -> Result<Self, String> {
+        let mut sidecar: Self = serde_json::from_slice(text).map_err(|error| error.to_string())?;
+        let other: Other = serde_json::from_slice(text).map_err(|error| error.to_string())?;
+        sidecar.range = sidecar.range.or(other.z_min.zip(other.z_max).map(|(lo, hi)| [lo, hi]));
+        if let Some([lo, hi]) = sidecar.range
+            && !(lo.is_finite() && hi.is_finite() && lo <= hi)
+        {
+            return Err(format!("its range from {lo} to {hi} does not rise"));
+        }
+        if let Some(cell) = sidecar.cell_m
+            && !(cell.is_finite() && cell > 0.0)
+        {
+            return Err(format!("a cell of {cell} m has no extent"));
+        }
+        Ok(sidecar)
+    }
+
+    /// Size of a cell.
+    pub(super) fn cell(&self) -> Option<Cell> {
+        self.cell_m.map(|d| Cell::Metres([d, d]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_forms_are_read() {
+        let own = Sidecar {
+            columns: Some(3),
+            rows: Some(2),
+            cell_m: Some(12.5),
+            range: Some([-1.0, 4.0]),
+            seed: Some(7),
+            ..Sidecar::default()
+        };
+        let text = serde_json::to_vec(&own).unwrap();
+        assert_eq!(Sidecar::parse(&text).unwrap(), own);
+        let other = Sidecar::parse(br#"{"z_min": -1.2, "z_max": 1344.9, "formula": "z"}"#).unwrap();
+        assert_eq!(other.range, Some([-1.2, 1344.9]));
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        for text in [r#"{"range": [5, 1]}"#, r#"{"cell_m": 0}"#, r#"{"cell_m": -3}"#, "[1", r#"{"columns": -1}"#] {
+            assert!(Sidecar::parse(text.as_bytes()).is_err(), "{text}");
+        }
+        assert_eq!(sidecar_path(Path::new("a/b.png")), Path::new("a/b.png.json"));
+    }
+}
