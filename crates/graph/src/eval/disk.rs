@@ -107,11 +107,11 @@ impl DiskCache {
         };
         match (value, &report) {
             (Value::Field(field), _) => {
-                let mut buffer = Vec::with_capacity(CHUNK * size_of::<f32>());
+                let mut buffer = vec![0; CHUNK.min(field.samples().len()) * size_of::<f32>()];
                 for chunk in field.samples().chunks(CHUNK) {
-                    buffer.clear();
-                    buffer.extend(chunk.iter().flat_map(|v| v.to_le_bytes()));
-                    put(&buffer)?;
+                    let bytes = &mut buffer[..size_of_val(chunk)];
+                    bytes.as_chunks_mut().0.iter_mut().zip(chunk).for_each(|(to, v)| *to = v.to_le_bytes());
+                    put(bytes)?;
                 }
             }
             (Value::Report(_), Some(json)) => put(json)?,

@@ -64,13 +64,13 @@ pub enum EvalError {
         message: String,
     },
     /// It would take more memory than there is.
-    #[error("building `{node}` needs {} of memory{}", bytes(*.needs), more_than(*.available))]
+    #[error("building `{node}` needs {} of memory{}", bytes(*.needs), room(*.available))]
     TooLarge {
         /// The node at which the need is greatest.
         node: String,
         /// Bytes needed.
         needs: u64,
-        /// Bytes allowed, where a limit is set; otherwise the machine refused.
+        /// Bytes there are: the limit that was set, or what the machine has free; `None` where it only refused.
         available: Option<u64>,
     },
     /// A kernel said that it cannot do it.
@@ -112,10 +112,10 @@ pub enum EvalError {
     Threads(String),
 }
 
-fn more_than(available: Option<u64>) -> String {
+fn room(available: Option<u64>) -> String {
     available.map_or_else(
         || ", which this machine does not give".to_owned(),
-        |limit| format!("; the limit is {}", bytes(limit)),
+        |available| format!("; {} is available", bytes(available)),
     )
 }
 

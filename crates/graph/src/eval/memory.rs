@@ -2,9 +2,9 @@
 
 use super::{error::EvalError, needs::Needs, plan::Plan};
 
-/// Refuses a plan whose values would take more than the limit, or whose largest single step the machine has no room
-/// for. The estimate is of samples alive at once when steps run one after another; what kernels use beside their
-/// inputs and outputs is not known.
+/// Refuses a plan whose values would take more than the limit or, without one, more than the machine has to give. The
+/// estimate is of samples alive at once when steps run one after another; what kernels use beside their inputs and
+/// outputs is not known.
 pub(super) fn check(plan: &Plan<'_>, needs: &Needs, limit: Option<u64>) -> Result<(), EvalError> {
     let estimate = estimate(plan, needs);
     let refuse = |(needs, step): (u64, usize), available| EvalError::TooLarge {
@@ -12,10 +12,11 @@ pub(super) fn check(plan: &Plan<'_>, needs: &Needs, limit: Option<u64>) -> Resul
         needs,
         available,
     };
-    if let Some(limit) = limit
-        && estimate.peak.0 > limit
+    let available = limit.or_else(|| Some(system::available()? + estimate.held));
+    if let Some(available) = available
+        && estimate.peak.0 > available
     {
-        return Err(refuse(estimate.peak, Some(limit)));
+        return Err(refuse(estimate.peak, Some(available)));
     }
     if !can_allocate(estimate.largest.0) {
         return Err(refuse(estimate.largest, None));
@@ -26,6 +27,8 @@ pub(super) fn check(plan: &Plan<'_>, needs: &Needs, limit: Option<u64>) -> Resul
 /// Bytes, and the step at which they are needed.
 #[derive(Debug, Default, PartialEq)]
 struct Estimate {
+    /// What the values found in a cache take already.
+    held: u64,
     /// All values alive at once.
     peak: (u64, usize),
     /// What one step reads for itself and gives.
@@ -33,9 +36,10 @@ struct Estimate {
 }
 
 fn estimate(plan: &Plan<'_>, needs: &Needs) -> Estimate {
-    let mut estimate = Estimate::default();
+    let held = needs.found.iter().flatten().flatten().map(|value| value.bytes() as u64).sum();
+    let mut estimate = Estimate { held, ..Estimate::default() };
     let mut readers = needs.readers.clone();
-    let mut alive: u64 = needs.found.iter().flatten().flatten().map(|value| value.bytes() as u64).sum();
+    let mut alive = held;
     for (at, step) in plan.steps.iter().enumerate().filter(|(at, _)| needs.compute[*at]) {
         let cuts = step.wires().filter(|(source, _)| plan.steps[*source].wanted != step.window);
         let cuts: u64 = cuts.map(|(source, output)| plan.steps[source].output_bytes(output, &step.window)).sum();
@@ -59,4 +63,48 @@ fn estimate(plan: &Plan<'_>, needs: &Needs) -> Estimate {
 /// Asks the system for so much address space and gives it back untouched.
 fn can_allocate(bytes: u64) -> bool {
     usize::try_from(bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok())
+}
+
+/// What the machine has to give.
+#[cfg(target_os = "linux")]
+mod system {
+    use std::fs;
+
+    /// Bytes that can be taken without others having to yield, as the kernel estimates them: memory and free swap,
+    /// within the limit of the container, if there is one.
+    pub(super) fn available() -> Option<u64> {
+        let info = fs::read_to_string("/proc/meminfo").ok()?;
+        let free = free(&info)?;
+        let container = fs::read_to_string("/sys/fs/cgroup/memory.max").ok();
+        let container = container.and_then(|limit| limit.trim().parse().ok());
+        Some(container.map_or(free, |limit: u64| free.min(limit)))
+    }
+
+    /// Available memory and free swap of a `/proc/meminfo`.
+    pub(super) fn free(info: &str) -> Option<u64> {
+        let kib = |name: &str| -> Option<u64> {
+            let rest = info.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':'))?;
+            rest.trim().strip_suffix("kB")?.trim().parse().ok()
+        };
+        Some((kib("MemAvailable")? + kib("SwapFree").unwrap_or(0)) * 1024)
+    }
+}
+
+/// What the machine has to give: not known here; an allocation that fails says it.
+#[cfg(not(target_os = "linux"))]
+mod system {
+    pub(super) const fn available() -> Option<u64> {
+        None
+    }
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    #[test]
+    fn free_memory_is_read() {
+        let info = "MemTotal:        8000 kB\nMemAvailable:    3000 kB\nSwapFree:         100 kB\n";
+        assert_eq!(super::system::free(info), Some(3100 * 1024));
+        assert_eq!(super::system::free("MemTotal: 1 kB"), None);
+        assert!(super::system::available().is_some_and(|bytes| bytes > 0));
+    }
 }

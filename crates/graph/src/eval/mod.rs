@@ -41,8 +41,8 @@ pub struct EvaluatorOptions {
     pub backend: Arc<dyn Backend>,
     /// Bytes of results that are kept in memory between evaluations.
     pub memory_budget: usize,
-    /// Bytes that the values of one evaluation may take at once, estimated before it starts; `None` for as much as the
-    /// machine gives. What kernels use beside their inputs and outputs is not counted.
+    /// Bytes that the values of one evaluation may take at once, estimated before it starts; `None` for what the machine
+    /// has free. What kernels use beside their inputs and outputs is not counted.
     pub memory_limit: Option<u64>,
     /// Keeps results between runs of the program.
     pub disk_cache: Option<DiskCacheOptions>,
@@ -60,7 +60,7 @@ pub struct DiskCacheOptions {
 }
 
 impl Default for EvaluatorOptions {
-    /// The CPU, 1 GiB of results in memory, no limit, none on disk, a thread per core.
+    /// The CPU, 1 GiB of results in memory, the machine's limit, none on disk, a thread per core.
     fn default() -> Self {
         Self { backend: Arc::new(Cpu), memory_budget: 1 << 30, memory_limit: None, disk_cache: None, threads: None }
     }

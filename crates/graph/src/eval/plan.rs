@@ -10,7 +10,7 @@ use crate::{
     node::{Fallback, OutputType, Reach},
     param::ParamValues,
     value::PortType,
-    world::Window,
+    world::{Edge, Window},
 };
 
 /// The nodes that requests need, each after those that it reads.
@@ -253,9 +253,24 @@ fn reached(reach: Reach, params: &ParamValues, wanted: &Window) -> Window {
         Reach::Point => *wanted,
         Reach::World => Window::whole(wanted.world),
         Reach::Metres(from) => match from(params, wanted.cell_m()) {
-            reach_m if reach_m >= 0.0 => wanted.grown(reach_m),
+            0.0 => *wanted,
+            reach_m if reach_m > 0.0 => around(wanted.grown(reach_m)),
             // not a distance: nothing less than the whole is certain to be enough
             _ => Window::whole(wanted.world),
         },
     }
+}
+
+/// A halo that comes to a periodic side goes on at the opposite one, so the window takes the whole of that axis.
+fn around(mut window: Window) -> Window {
+    let world = window.world;
+    let sides = [[world.boundary.west, world.boundary.east], [world.boundary.north, world.boundary.south]];
+    for (axis, sides) in sides.iter().enumerate() {
+        let ends = [window.origin[axis] == 0, window.origin[axis] + window.cells[axis] == world.cells[axis]];
+        if sides.contains(&Edge::Periodic) && ends.contains(&true) {
+            window.origin[axis] = 0;
+            window.cells[axis] = world.cells[axis];
+        }
+    }
+    window
 }

@@ -93,8 +93,21 @@ fn what_does_not_fit_into_memory_is_refused_with_what_it_would_take() {
     let graph = Build::default().node("base", &WAVES, &[]).node("soft", &BLUR, &[("height", "base")]).0;
     let evaluator = with(EvaluatorOptions { memory_limit: Some(1 << 20), ..EvaluatorOptions::default() });
     let error = run(&evaluator, &graph, &["soft"], Window::whole(world(1024))).err().expect("refused");
-    assert_eq!(error.to_string(), "building `soft` needs 8.0 MiB of memory; the limit is 1.0 MiB");
+    assert_eq!(error.to_string(), "building `soft` needs 8.0 MiB of memory; 1.0 MiB is available");
     assert!(run(&evaluator, &graph, &["soft"], Window::whole(world(256))).is_ok());
+}
+
+#[test]
+fn values_that_nobody_will_read_are_not_counted() {
+    let mut build = Build::default().node("n0", &WAVES, &[]);
+    for i in 1..50 {
+        build = build.node(&format!("n{i}"), &ADD, &[("height", &format!("n{}", i - 1))]);
+    }
+    let layer = 64 * 64 * 4;
+    let limited = |bytes| with(EvaluatorOptions { memory_limit: Some(bytes), ..EvaluatorOptions::default() });
+    let build = |bytes| run(&limited(bytes), &build.0, &["n49"], Window::whole(world(64)));
+    assert!(build(2 * layer).is_ok(), "one that is read and one that is made");
+    assert!(matches!(build(2 * layer - 1), Err(EvalError::TooLarge { needs, .. }) if needs == 2 * layer));
 }
 
 #[test]

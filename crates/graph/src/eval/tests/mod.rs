@@ -4,6 +4,7 @@ mod caches;
 mod faults;
 mod keys;
 mod pull;
+mod random;
 mod running;
 mod windows;
 

@@ -1,6 +1,24 @@
 //! Parts of the world: halos, unions, cuts.
 
 use super::*;
+use crate::{Boundary, Edge};
+
+/// The average with the next three cells to the east, around the world where its sides are periodic.
+static EASTWARD: Node = Node {
+    id: "Eastward",
+    inputs: ONE,
+    outputs: HEIGHT,
+    reach: Reach::Metres(|_, cell_m| 3.0 * cell_m),
+    cpu: |job| {
+        let (field, window) = (job.field("height")?, job.window());
+        let wraps = job.world().boundary.east == Edge::Periodic && window.nx() == job.world().cells[0] as usize;
+        height(job, |i, j| {
+            let at = |i: usize| if wraps { i % window.nx() } else { i.min(window.nx() - 1) };
+            (0..4).map(|k| field.samples()[j * window.nx() + at(i + k)]).sum::<f32>() / 4.0
+        })
+    },
+    ..Node::DEFAULT
+};
 
 fn chain() -> Graph {
     Build::default()
@@ -88,5 +106,18 @@ fn a_window_outside_the_world_is_refused() {
     for (origin, cells) in [([30, 0], [3, 3]), ([0, 0], [0, 3]), ([u32::MAX, 0], [2, 2])] {
         let error = run(&evaluator(1), &graph, &["sum"], Window { origin, cells, ..whole }).err().expect("refused");
         assert!(matches!(&error, EvalError::Request(message) if message.contains("32 x 32")), "{error}");
+    }
+}
+
+#[test]
+fn a_halo_goes_around_a_periodic_world() {
+    let graph = Build::default().node("base", &WAVES, &[]).node("east", &EASTWARD, &[("height", "base")]).0;
+    let sides = Boundary { west: Edge::Periodic, east: Edge::Periodic, ..Boundary::default() };
+    let whole = Window::whole(World { boundary: sides, ..world(32) });
+    let all = run(&evaluator(1), &graph, &["east"], whole).expect("runs").values.remove(0);
+    for origin in [[0, 0], [24, 8], [12, 12], [27, 0]] {
+        let part = Window { origin, cells: [5, 4], ..whole };
+        let got = run(&evaluator(1), &graph, &["east"], part).expect("runs").values.remove(0);
+        assert_eq!(got.as_field(), Some(&all.as_field().expect("a field").crop(&part)), "{origin:?}");
     }
 }
