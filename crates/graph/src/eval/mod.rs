@@ -80,6 +80,27 @@ impl fmt::Debug for EvaluatorOptions {
 
 /// Evaluates graphs, and remembers results by what they come from. It can be shared: evaluations of several threads
 /// take turns on its workers and find each other's results.
+///
+/// ```
+/// use orograph_graph::{
+///     Cancel, Evaluator, EvaluatorOptions, Field, Graph, Instance, Node, Output, Outputs, PortType, Window, World,
+/// };
+///
+/// static PLAIN: Node = Node {
+///     id: "Plain",
+///     outputs: &[Output::gives("height", PortType::Height, "Elevation.")],
+///     cpu: |job| Ok(Outputs::one("height", Field::constant(job.window(), 120.0))),
+///     ..Node::DEFAULT
+/// };
+///
+/// let mut graph = Graph::default();
+/// graph.add(Instance::new("plain", &PLAIN))?;
+/// let evaluator = Evaluator::new(EvaluatorOptions::default())?;
+/// let requests = [(graph.port("plain.height")?, Window::whole(World::default()))];
+/// let values = evaluator.evaluate(&graph, ".".as_ref(), &requests, &Cancel::default(), &|_| {})?;
+/// assert_eq!(values[0].as_field().and_then(|field| field.range(0)), Some((120.0, 120.0)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Evaluator {
     backend: Arc<dyn Backend>,
     pool: rayon::ThreadPool,

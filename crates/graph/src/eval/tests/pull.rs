@@ -28,6 +28,19 @@ fn a_second_evaluation_takes_the_result_and_looks_no_further() {
 }
 
 #[test]
+fn each_output_is_found_again_as_itself() {
+    let (evaluator, graph) = (evaluator(2), graph());
+    let window = Window::whole(world(32));
+    let first = run(&evaluator, &graph, &["aside.height", "aside.report"], window).expect("runs");
+    for (end, value) in ["aside.height", "aside.report"].iter().zip(&first.values) {
+        let again = run(&evaluator, &graph, &[end], window).expect("runs");
+        assert_eq!(again.from(Origin::Memory), ["aside"]);
+        assert_eq!(again.values[0].as_field(), value.as_field());
+        assert_eq!(again.values[0].as_report().is_some(), value.as_report().is_some());
+    }
+}
+
+#[test]
 fn a_change_runs_what_is_downstream_of_it() {
     let (evaluator, mut graph) = (evaluator(2), graph());
     let window = Window::whole(world(32));
