@@ -79,7 +79,7 @@ impl fmt::Debug for EvaluatorOptions {
 }
 
 /// Evaluates graphs, and remembers results by what they come from. It can be shared: evaluations of several threads
-/// take turns on its workers and find each other's results.
+/// find each other's results, and take turns on its workers, so that one may wait for a kernel of another.
 ///
 /// ```
 /// use orograph_graph::{
