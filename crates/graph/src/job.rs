@@ -154,8 +154,8 @@ impl Job<'_> {
         mix(self.world().seed ^ mix(own))
     }
 
-    /// The full path of a file parameter. A kernel reads no files but these: their content is a part of what its results
-    /// are remembered by, that of others is not.
+    /// The full path of a file parameter. A kernel reads no files but these and, beside `NAME.png`, its companion
+    /// `NAME.png.json`: their content is a part of what its results are remembered by, that of others is not.
     ///
     /// # Errors
     /// When no file is named.

@@ -1,4 +1,7 @@
 //! The content of the files that nodes read, hashed once as long as they stay as they are.
+//!
+//! With a file goes its companion, where there is one: `NAME.png.json` beside `NAME.png`, which says what the format of
+//! the file cannot.
 
 use std::{
     collections::BTreeMap,
@@ -19,19 +22,26 @@ struct Stamp {
     bytes: u64,
 }
 
-/// A file as it was when it was hashed.
+/// A file of a parameter, and its companion, as they were when they were hashed.
 #[derive(Clone, Debug)]
 pub(super) struct Stamped {
     parameter: &'static str,
-    path: PathBuf,
-    stamp: Stamp,
-    /// BLAKE3 hash of its content.
-    pub(super) content: [u8; 32],
+    parts: [Part; 2],
 }
+
+/// One file; what was seen of it is `None` where there was none.
+#[derive(Clone, Debug)]
+struct Part {
+    path: PathBuf,
+    seen: Option<(Stamp, Content)>,
+}
+
+/// BLAKE3 hash of a file's content.
+type Content = [u8; 32];
 
 /// Hashes of files by path.
 #[derive(Default)]
-pub(super) struct Files(Mutex<BTreeMap<PathBuf, (Stamp, [u8; 32])>>);
+pub(super) struct Files(Mutex<BTreeMap<PathBuf, (Stamp, Content)>>);
 
 impl Files {
     /// Coarser than the clock of any file system in use: a file as young as this may change once more without its
@@ -48,43 +58,62 @@ impl Files {
                 continue;
             }
             let path = folder.join(name);
-            match self.hash(parameter, &path, cancel) {
-                Ok(file) => found.push(file),
-                Err(_) if cancel.is_cancelled() => return Err(EvalError::Cancelled),
-                Err(error) => return Err(unreadable(&step.instance.name, parameter, path, words(&error))),
-            }
+            let fault = |path: PathBuf, error: &io::Error| match cancel.is_cancelled() {
+                true => EvalError::Cancelled,
+                false => unreadable(&step.instance.name, parameter, path, words(error)),
+            };
+            let file = match self.hash(&path, cancel) {
+                Ok(seen) => Part { path, seen: Some(seen) },
+                Err(error) => return Err(fault(path, &error)),
+            };
+            let path = companion(&file.path);
+            let companion = match self.hash(&path, cancel) {
+                Ok(seen) => Part { path, seen: Some(seen) },
+                Err(error) if error.kind() == io::ErrorKind::NotFound => Part { path, seen: None },
+                Err(error) => return Err(fault(path, &error)),
+            };
+            found.push(Stamped { parameter, parts: [file, companion] });
         }
         Ok(found)
     }
 
-    fn hash(&self, parameter: &'static str, path: &Path, cancel: &Cancel) -> io::Result<Stamped> {
+    fn hash(&self, path: &Path, cancel: &Cancel) -> io::Result<(Stamp, Content)> {
         let stamp = stamp(path)?;
-        let known = lock(&self.0).get(path).filter(|known| known.0 == stamp).map(|known| known.1);
-        let content = match known {
-            Some(content) => content,
-            None => {
-                let content = hash_content(path, cancel)?;
-                if is_settled(&stamp) {
-                    lock(&self.0).insert(path.to_owned(), (stamp, content));
-                }
-                content
-            }
-        };
-        Ok(Stamped { parameter, path: path.to_owned(), stamp, content })
+        let known = lock(&self.0).get(path).filter(|known| known.0 == stamp).copied();
+        if let Some(known) = known {
+            return Ok(known);
+        }
+        let content = hash_content(path, cancel)?;
+        if is_settled(&stamp) {
+            lock(&self.0).insert(path.to_owned(), (stamp, content));
+        }
+        Ok((stamp, content))
     }
 }
 
 impl Stamped {
-    /// Checks, after the kernel has read it, that the file is still the one that was hashed.
+    /// The hashes of the file and of its companion.
+    pub(super) fn contents(&self) -> impl Iterator<Item = Option<&Content>> {
+        self.parts.iter().map(|part| part.seen.as_ref().map(|(_, content)| content))
+    }
+
+    /// Checks, after the kernel has read them, that the files are still the ones that were hashed.
     pub(super) fn check_unchanged(&self, node: &str) -> Result<(), EvalError> {
-        match stamp(&self.path) {
-            Ok(stamp) if stamp == self.stamp => Ok(()),
-            _ => {
+        for part in &self.parts {
+            if stamp(&part.path).ok() != part.seen.map(|(stamp, _)| stamp) {
                 let message = "it changed while it was being read; build again".to_owned();
-                Err(unreadable(node, self.parameter, self.path.clone(), message))
+                return Err(unreadable(node, self.parameter, part.path.clone(), message));
             }
         }
+        Ok(())
     }
+}
+
+/// The name of the companion of a file: the file's with `.json` after it.
+fn companion(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".json");
+    PathBuf::from(name)
 }
 
 fn unreadable(node: &str, parameter: &'static str, path: PathBuf, message: String) -> EvalError {
@@ -116,7 +145,7 @@ fn is_settled(stamp: &Stamp) -> bool {
     SystemTime::now().duration_since(stamp.modified).is_ok_and(|age| age > Files::SETTLED)
 }
 
-fn hash_content(path: &Path, cancel: &Cancel) -> io::Result<[u8; 32]> {
+fn hash_content(path: &Path, cancel: &Cancel) -> io::Result<Content> {
     let mut file = File::open(path)?;
     let mut hash = blake3::Hasher::new();
     let mut buffer = vec![0; 1 << 20];

@@ -95,8 +95,14 @@ fn key(step: &Step<'_>, backend: &dyn Backend, files: &[Stamped], earlier: &[Ori
     hash.u32(node.version);
     hash.world(&step.wanted.world);
     hash.params(&step.instance.params);
-    for file in files {
-        hash.bytes(&file.content);
+    for content in files.iter().flat_map(Stamped::contents) {
+        match content {
+            Some(content) => {
+                hash.bytes(b"+");
+                hash.bytes(content);
+            }
+            None => hash.bytes(b"-"),
+        }
     }
     for source in &step.inputs {
         match source {

@@ -140,6 +140,35 @@ fn the_content_of_a_file_enters_and_its_folder_does_not() {
     // equal length, written within the resolution of the file system's clock
     fs::write(folder.path().join("a.txt"), "two").expect("written");
     assert_ne!(first, key("a.txt"));
+    // the companion
+    fs::write(folder.path().join("sub/a.txt.json"), "{}").expect("written");
+    let with_companion = key("sub/a.txt");
+    assert_ne!(first, with_companion);
+    fs::write(folder.path().join("sub/a.txt.json"), "[]").expect("written");
+    assert_ne!(with_companion, key("sub/a.txt"));
+}
+
+/// Appends to its file while it is at it.
+static RESTLESS: Node = Node {
+    id: "Restless",
+    outputs: HEIGHT,
+    params: Params::specs,
+    cpu: |job| {
+        fs::write(job.file("file")?, "longer than before").map_err(|e| NodeError::failed(e.to_string()))?;
+        height(job, |_, _| 0.0)
+    },
+    ..Node::DEFAULT
+};
+
+#[test]
+fn a_file_that_changes_while_it_is_read_is_an_error() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("a.txt");
+    fs::write(&file, "short").expect("written");
+    let name = ParamValue::File(file.to_str().expect("unicode").to_owned());
+    let graph = Build::default().node("a", &RESTLESS, &[]).set("a", "file", name).0;
+    let error = run(&evaluator(1), &graph, &["a"], Window::whole(world(4))).err().expect("it fails");
+    assert!(error.to_string().ends_with("it changed while it was being read; build again"), "{error}");
 }
 
 #[test]
