@@ -1,0 +1,325 @@
+//! A raster file as land: placed, resampled and completed.
+//!
+//! The formats are read by [`crate::raster`]. What differs from a geographic information system: the world is a plane in
+//! metres without a reference system, so degrees become metres at the latitude of the raster's middle, and coordinates
+//! only tell the size of cells, not a place.
+
+use crate::{
+    prelude::*,
+    raster::{self, Axis, Problem, Raster, fill_voids, resample},
+};
+
+choice! {
+    /// What the numbers of a file mean.
+    pub enum Quantity {
+        /// An elevation in metres.
+        Height = "height",
+        /// A selection, cut to 0 to 1.
+        Mask = "mask",
+        /// A plain number.
+        Scalar = "scalar",
+    }
+}
+
+choice! {
+    /// How a raster lies in the world.
+    pub enum Placement {
+        /// At true scale, its middle on the world's middle. With cells of the world's size it moves by up to half a cell, so
+        /// that its samples stay as they were measured.
+        Centre = "centre",
+        /// At true scale, its north-west corner on the world's.
+        Corner = "corner",
+        /// Over the whole world, whatever the size of its cells.
+        Stretch = "stretch",
+    }
+}
+
+choice! {
+    /// What lies beyond a raster.
+    pub enum Beyond {
+        /// The raster's edge goes on.
+        Extend = "extend",
+        /// A plain at `level`.
+        Level = "level",
+    }
+}
+
+choice! {
+    /// What a cell without data becomes.
+    pub enum Voids {
+        /// Filled smoothly from what surrounds it.
+        Fill = "fill",
+        /// Set to `level`.
+        Level = "level",
+    }
+}
+
+params! {
+    /// The file, relative to the graph's folder.
+    file: FileName = FileName::default(), One, ..;
+    /// What its numbers mean, and so where they may be wired.
+    quantity: Quantity = Quantity::Height, One, ..;
+    /// What the lowest and the highest code of PNG and r16 stand for.
+    ///
+    /// A sidecar that says it goes before; without one, a mask spans 0 to 1 whatever stands here.
+    range: [f64; 2] = [0.0, 1000.0], Metres, -1e6..=1e6;
+    /// Side of the file's cells; 0 takes it from the file.
+    ///
+    /// A file that does not say it either is stretched over the world.
+    cell: f64 = 0.0, Metres, 0.0..=1e6, soft 0.0..=100.0;
+    /// How it lies in the world.
+    placement: Placement = Placement::Centre, One, ..;
+    /// What lies beyond it.
+    beyond: Beyond = Beyond::Extend, One, ..;
+    /// What a cell without data becomes.
+    voids: Voids = Voids::Fill, One, ..;
+    /// The value that `beyond` and `voids` may choose.
+    level: f64 = 0.0, Metres, -1e6..=1e6, soft -500.0..=5000.0;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Import",
+    category: "import",
+    summary: "A raster file as land, placed and resampled into the world.",
+    doc: "Reads GeoTIFF (whole numbers of 8, 16 and 32 bits, real numbers of 32 and 64; strips and tiles; uncompressed, deflate, \
+LZW; predictors 1 to 3), grey PNG of 8 and 16 bits, OpenEXR, ESRI ASCII grids (`.asc`), SRTM tiles (`.hgt`) and raw `.r16` and \
+`.r32`. The format is told by the file's first bytes, else by its extension.
+
+**Scale.** GeoTIFF, ASCII grids and SRTM tiles say how large their cells are. Degrees become metres by the WGS84 ellipsoid at the \
+latitude of the raster's middle: a local equirectangular approximation, good to a percent over some 100 km. For wider areas reproject the file to \
+metres first (`gdalwarp -t_srs ...`). PNG, OpenEXR and raw files take their cell size, and codes their range, from a JSON file beside them \
+(`NAME.png.json` with `cell_m` and `range`), as this program writes it; or from `cell` and `range`.
+
+**Resampling.** Where the world's cells are larger, each takes the mean of what it covers. Where they are smaller, values are \
+interpolated by a Catmull-Rom cubic that stays between the samples on either side, so no summit and no pit is invented. \
+Where cells coincide, samples are copied bit by bit.
+
+**Voids**, that is cells of the declared no-data value, of -32768 in SRTM tiles, or that are not finite, are filled by a pyramid of \
+means (push-pull) before resampling: narrow gaps keep detail, wide ones become smooth. Known cells are never changed.",
+    sources: &[
+        "E. Catmull, R. Rom, 1974, A class of local interpolating splines",
+        "S. J. Gortler, R. Grzeszczuk, R. Szeliski, M. F. Cohen, 1996, The Lumigraph",
+        "J. P. Snyder, 1987, Map Projections: A Working Manual, USGS Professional Paper 1395",
+    ],
+    outputs: &[Output::chosen("value", port_type, "What the file holds; a height unless `quantity` says otherwise.")],
+    params: Params::specs,
+    cpu: run,
+    example: "file: \"glencoe_128.tif\"",
+    ..Node::DEFAULT
+};
+
+fn port_type(params: &ParamValues) -> PortType {
+    match Params::read(params).quantity {
+        Quantity::Height => PortType::Height,
+        Quantity::Mask => PortType::Mask,
+        Quantity::Scalar => PortType::Scalar(Unit::One),
+    }
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let path = job.file("file")?;
+    job.advance(0.0)?;
+    let raster = raster::read(&path)?;
+    job.advance(0.5)?;
+    let axes = axes(&params, &raster, job.window()).map_err(|problem| problem.of(&path))?;
+    let range = if params.quantity == Quantity::Mask { [0.0, 1.0] } else { params.range };
+    let Raster { columns, rows, mut samples, .. } = raster.decoded(range);
+    let level = params.level as f32;
+    let check = || job.check();
+    match params.voids {
+        Voids::Fill => fill_voids(columns, rows, &mut samples, &check)?,
+        Voids::Level => samples.iter_mut().filter(|v| v.is_nan()).for_each(|v| *v = level),
+    }
+    job.advance(0.75)?;
+    let beyond = (params.beyond == Beyond::Level).then_some(level);
+    let Window { origin, cells, .. } = job.window();
+    let mut out = resample(&samples, axes, origin, cells, beyond, &check)?;
+    if params.quantity == Quantity::Mask {
+        out.iter_mut().for_each(|v| *v = v.clamp(0.0, 1.0));
+    }
+    job.advance(1.0)?;
+    Ok(Outputs::one("value", Field::new(job.window(), out)))
+}
+
+/// How the world's cells lie on the raster's.
+fn axes(params: &Params, raster: &Raster, window: Window) -> Result<[Axis; 2], Problem> {
+    let source = [raster.columns, raster.rows];
+    let size = if params.cell > 0.0 { Some([params.cell; 2]) } else { raster.cell_m()? };
+    let axis = |axis: usize| {
+        let (source, target) = (source[axis], f64::from(window.world.cells[axis]));
+        let (step, offset) = match (params.placement, size) {
+            (Placement::Stretch, _) | (_, None) => (source as f64 / target, 0.0),
+            (Placement::Corner, Some(size)) => (window.cell_m() / size[axis], 0.0),
+            (Placement::Centre, Some(size)) => {
+                let step = window.cell_m() / size[axis];
+                (step, 0.5 * (source as f64 - target * step))
+            }
+        };
+        Axis { source, offset, step }.snapped()
+    };
+    Ok([axis(0), axis(1)])
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::{Path, PathBuf};
+
+    use orograph_graph::{Cancel, ParamValue, World};
+
+    use super::*;
+    use crate::testing::world;
+
+    fn folder() -> PathBuf {
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data")).to_owned()
+    }
+
+    fn params(file: &str, changes: &[(&'static str, ParamValue)]) -> ParamValues {
+        let mut params = ParamValues::defaults(&Params::specs());
+        params.set("file", ParamValue::File(file.to_owned()));
+        for (name, value) in changes {
+            params.set(name, value.clone());
+        }
+        params
+    }
+
+    fn outputs(params: &ParamValues, window: Window, cancel: Cancel) -> Result<Field, NodeError> {
+        let progress = |fraction: f32| assert!((0.0..=1.0).contains(&fraction));
+        let job =
+            Job { node: &NODE, params, inputs: Vec::new(), window, folder: folder(), cancel, progress: &progress };
+        (NODE.cpu)(&job).map(|mut outputs| outputs.take("value").unwrap().as_field().unwrap().clone())
+    }
+
+    fn import(file: &str, world: World, changes: &[(&'static str, ParamValue)]) -> Field {
+        outputs(&params(file, changes), Window::whole(world), Cancel::default()).unwrap()
+    }
+
+    fn choice(name: &'static str) -> ParamValue {
+        ParamValue::Choice(name)
+    }
+
+    fn mean(samples: &[f32]) -> f64 {
+        samples.iter().map(|v| f64::from(*v)).sum::<f64>() / samples.len() as f64
+    }
+
+    #[test]
+    fn cells_of_equal_size_are_copied() {
+        let source = raster::read(&folder().join("glencoe_128.tif")).unwrap();
+        let same = import("glencoe_128.tif", world(128, 128, 50.0), &[]);
+        assert_eq!(same.samples(), source.samples);
+        // An odd number of cells in the middle of an even one, and beyond it the edge or a level.
+        let large = import("glencoe_128.tif", world(131, 131, 50.0), &[]);
+        let level = [("beyond", choice("level")), ("level", ParamValue::Float(-7.0))];
+        let framed = import("glencoe_128.tif", world(131, 131, 50.0), &level);
+        let first = (0..131).find(|i| framed.samples()[65 * 131 + i] != -7.0).unwrap();
+        for (j, row) in source.samples.chunks_exact(128).enumerate() {
+            let at = (j + first) * 131 + first;
+            assert_eq!(&large.samples()[at..at + 128], row);
+            assert_eq!(&framed.samples()[at..at + 128], row);
+        }
+        assert_eq!(large.samples()[0], source.samples[0]);
+        assert_eq!(framed.samples()[0], -7.0);
+        assert_eq!(framed.samples().iter().filter(|v| **v == -7.0).count(), 131 * 131 - 128 * 128);
+    }
+
+    #[test]
+    fn larger_cells_keep_the_volume() {
+        let source = mean(&raster::read(&folder().join("glencoe_128.tif")).unwrap().samples);
+        for cells in [64, 37, 5, 1] {
+            let coarse = import("glencoe_128.tif", world(cells, cells, 6400.0 / f64::from(cells)), &[]);
+            // Only f32 rounding of means below 1400 m.
+            assert!((mean(coarse.samples()) - source).abs() < 1e-3, "{cells}");
+        }
+        // At true scale, a world of half the size sees the middle half, from either placement's own origin.
+        let corner = import("glencoe_128.tif", world(32, 32, 100.0), &[("placement", choice("corner"))]);
+        let stretched = import("glencoe_128.tif", world(32, 32, 100.0), &[("placement", choice("stretch"))]);
+        assert_ne!(corner, stretched);
+        let whole = import("glencoe_128.tif", world(64, 64, 100.0), &[]);
+        assert_eq!(corner.samples()[..32], whole.samples()[..32]);
+        let centred = import("glencoe_128.tif", world(32, 32, 100.0), &[]);
+        assert_eq!(centred.samples()[..32], whole.samples()[16 * 64 + 16..16 * 64 + 48]);
+    }
+
+    #[test]
+    fn degrees_become_metres() {
+        // 60 x 40 cells of 3 arc-seconds near 40 degrees north: 70.9 m by 92.5 m each, so 4257 m by 3701 m.
+        let world = World { size: [4257.0, 3701.0], cells: [4257, 3701], ..World::default() };
+        let level = [("beyond", choice("level")), ("level", ParamValue::Float(-1.0))];
+        let field = import("frontrange_3arcsec.asc", world, &level);
+        let outside = field.samples().iter().filter(|v| **v == -1.0).count();
+        // The raster fills the world to a few metres.
+        assert!(outside < 8 * (4257 + 3701), "{outside} m² are outside");
+        let source = raster::read(&folder().join("frontrange_3arcsec.asc")).unwrap();
+        let (row, column) = (30, 50);
+        let (x, y) = ((column as f64 + 0.5) * 70.95, (row as f64 + 0.5) * 92.53);
+        let found = field.samples()[y as usize * 4257 + x as usize];
+        // Within a metre of the middle of a cell, on a slope of less than one.
+        assert!((found - source.samples[row * 60 + column]).abs() < 1.5);
+    }
+
+    #[test]
+    fn voids_are_filled_or_levelled() {
+        let file = "mandakini_basin_f32_nodata.tif";
+        let source = raster::read(&folder().join(file)).unwrap();
+        let (lo, hi) = source
+            .samples
+            .iter()
+            .filter(|v| !v.is_nan())
+            .fold((f32::MAX, f32::MIN), |(lo, hi), v| (lo.min(*v), hi.max(*v)));
+        let stretch = ("placement", choice("stretch"));
+        let filled = import(file, world(100, 100, 10.0), std::slice::from_ref(&stretch));
+        let levelled = import(file, world(100, 100, 10.0), &[stretch, ("voids", choice("level"))]);
+        for ((before, filled), levelled) in source.samples.iter().zip(filled.samples()).zip(levelled.samples()) {
+            if before.is_nan() {
+                assert!((lo..=hi).contains(filled) && *levelled == 0.0);
+            } else {
+                assert!(filled == before && levelled == before);
+            }
+        }
+    }
+
+    #[test]
+    fn codes_span_a_mask_and_a_file_without_cells_is_stretched() {
+        let file = "glencoe_48x64_u16.png";
+        let field = import(file, world(48, 64, 3.0), &[]);
+        // Its sidecar's.
+        assert_eq!(field.range(0), Some((11.7, 709.8)));
+        let alone = tempfile::tempdir().unwrap();
+        let copy = alone.path().join("alone.png");
+        std::fs::copy(folder().join(file), &copy).unwrap();
+        let copy = copy.to_str().unwrap();
+        let mask = import(copy, world(48, 64, 3.0), &[("quantity", choice("mask"))]);
+        assert_eq!(mask.range(0), Some((0.0, 1.0)));
+        let range = ("range", ParamValue::Point([-50.0, 250.0]));
+        assert_eq!(import(copy, world(48, 64, 3.0), &[range]).range(0), Some((-50.0, 250.0)));
+    }
+
+    #[test]
+    fn a_window_equals_its_part_of_the_whole() {
+        for (file, cell_m) in [("glencoe_128.tif", 50.0), ("glencoe_128.tif", 17.3), ("frontrange_3arcsec.asc", 210.0)]
+        {
+            let params = params(file, &[("beyond", choice("level"))]);
+            let whole = Window::whole(world(60, 50, cell_m));
+            let part = Window { origin: [13, 9], cells: [30, 22], ..whole };
+            let all = outputs(&params, whole, Cancel::default()).unwrap();
+            assert_eq!(outputs(&params, part, Cancel::default()).unwrap(), all.crop(&part), "{file}");
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_with_a_remedy() {
+        let fails = |file: &str, cancel: Cancel| {
+            outputs(&params(file, &[]), Window::whole(world(4, 4, 50.0)), cancel).unwrap_err()
+        };
+        for (file, words) in
+            [("", "no file"), ("none.tif", "no such file"), (".", "folder"), ("README.md", "format is not known")]
+        {
+            let NodeError::Failed { message, hint } = fails(file, Cancel::default()) else { panic!("cancelled") };
+            assert!(message.contains(words) && hint.is_some(), "{message}");
+        }
+        let cancel = Cancel::default();
+        cancel.cancel();
+        assert_eq!(fails("glencoe_128.tif", cancel), NodeError::Cancelled);
+    }
+}
