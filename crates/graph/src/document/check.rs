@@ -80,7 +80,7 @@ pub(super) struct Problems {
 }
 
 impl Problems {
-    fn new(syntax: Vec<Diagnostic>) -> Self {
+    pub(super) fn new(syntax: Vec<Diagnostic>) -> Self {
         let mut starts: Vec<usize> = syntax.iter().map(|problem| problem.span.start).collect();
         starts.sort_unstable();
         Self { found: syntax, syntax: starts }
@@ -90,6 +90,10 @@ impl Problems {
         if self.found.len() < MAX_PROBLEMS {
             self.found.push(problem);
         }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.found.is_empty()
     }
 
     /// Whether a mistake of notation lies in a range.

@@ -3,6 +3,8 @@
 use super::*;
 use crate::{CurvePoints, FileName, Input, Migration, Node, Output, PortType, Seed, Step, Unit};
 
+mod edits;
+
 #[expect(dead_code, reason = "only the declarations are looked at")]
 mod nodes {
     use super::*;

@@ -1,0 +1,111 @@
+//! Applying edits, and taking them back.
+
+use std::collections::BTreeMap;
+
+use super::{
+    Document,
+    check::check,
+    edit::{Edit, EditError},
+    splice::{Draft, Splice, redo, undo},
+    syntax,
+};
+use crate::diagnostic::{Diagnostic, Severity};
+
+/// Edits that were made, and those that were taken back, each as the bytes it replaced.
+#[derive(Clone, Debug, Default)]
+pub(super) struct History {
+    done: Vec<Vec<Splice>>,
+    undone: Vec<Vec<Splice>>,
+}
+
+impl Document {
+    /// Makes an edit. What it does not concern stays as it is in the text, to the byte; an edit that changes nothing is
+    /// not kept for [`Self::undo`].
+    ///
+    /// A file may have problems before and after it, but the edit must not add one, save that an input lacks its wire
+    /// while a graph is being made.
+    ///
+    /// # Errors
+    /// [`EditError`] when the file would be wrong, with the reason; the document is unchanged then.
+    pub fn apply(&mut self, edit: &Edit) -> Result<(), EditError> {
+        if let Some(problem) = self.problems().iter().find(|problem| problem.code == "syntax") {
+            return Err(EditError::Notation(problem.message.clone()));
+        }
+        let mut draft = Draft::new(&self.source);
+        edit.carry_out(&mut draft, &self.registry)?;
+        if draft.splices.is_empty() {
+            return Ok(());
+        }
+        let (tree, notation) = syntax::parse(&draft.source);
+        let checked = check(&draft.source, &tree, &self.registry, notation);
+        if let Some(problem) = added(self.problems(), &checked.problems, edit.renames()) {
+            return Err(EditError::Refused { message: problem.message.clone(), hint: problem.hint.clone() });
+        }
+        self.source = draft.source;
+        self.checked = checked;
+        self.history.done.push(draft.splices);
+        self.history.undone.clear();
+        Ok(())
+    }
+
+    /// Sets a parameter or an input of a node from what a person typed, such as `2 km`, `0.3`, `max`, `(1, 2)` or a
+    /// wire `base.height`.
+    ///
+    /// # Errors
+    /// As [`Self::apply`].
+    pub fn set_from_text(&mut self, node: &str, name: &str, text: &str) -> Result<(), EditError> {
+        self.apply(&Edit::SetText { node: node.to_owned(), name: name.to_owned(), text: text.to_owned() })
+    }
+
+    /// Takes the last edit back; says whether there was one.
+    pub fn undo(&mut self) -> bool {
+        let Some(splices) = self.history.done.pop() else { return false };
+        undo(&mut self.source, &splices);
+        self.history.undone.push(splices);
+        self.read_again();
+        true
+    }
+
+    /// Makes the edit again that was taken back last; says whether there was one.
+    pub fn redo(&mut self) -> bool {
+        let Some(splices) = self.history.undone.pop() else { return false };
+        redo(&mut self.source, &splices);
+        self.history.done.push(splices);
+        self.read_again();
+        true
+    }
+
+    /// Whether there is an edit to take back.
+    #[must_use]
+    pub fn can_undo(&self) -> bool {
+        !self.history.done.is_empty()
+    }
+
+    /// Whether there is an edit to make again.
+    #[must_use]
+    pub fn can_redo(&self) -> bool {
+        !self.history.undone.is_empty()
+    }
+
+    fn read_again(&mut self) {
+        let (tree, notation) = syntax::parse(&self.source);
+        self.checked = check(&self.source, &tree, &self.registry, notation);
+    }
+}
+
+/// An error that an edit would add, other than an input that is not wired yet.
+fn added<'a>(before: &[Diagnostic], after: &'a [Diagnostic], renames: bool) -> Option<&'a Diagnostic> {
+    let is_error = |problem: &&Diagnostic| problem.severity == Severity::Error && problem.code != "unwired";
+    let key = |problem: &Diagnostic| (problem.code, if renames { String::new() } else { problem.message.clone() });
+    let mut known: BTreeMap<(&str, String), usize> = BTreeMap::new();
+    for problem in before.iter().filter(is_error) {
+        *known.entry(key(problem)).or_default() += 1;
+    }
+    after.iter().filter(is_error).find(|problem| match known.get_mut(&key(problem)) {
+        Some(count) if *count > 0 => {
+            *count -= 1;
+            false
+        }
+        _ => true,
+    })
+}

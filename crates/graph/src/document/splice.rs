@@ -1,0 +1,188 @@
+//! Changes of a text at a syntax tree's offsets: what is not touched stays as it is, to the byte.
+
+use std::ops::Range;
+
+use super::{
+    lex::{Bracket, Comment},
+    syntax::{Group, Tree, parse},
+};
+
+/// Bytes replaced by others.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Splice {
+    at: usize,
+    removed: String,
+    inserted: String,
+}
+
+impl Splice {
+    fn forth(&self, text: &mut String) {
+        text.replace_range(self.at..self.at + self.removed.len(), &self.inserted);
+    }
+
+    fn back(&self, text: &mut String) {
+        text.replace_range(self.at..self.at + self.inserted.len(), &self.removed);
+    }
+}
+
+/// Makes the changes of an edit again.
+pub(super) fn redo(text: &mut String, splices: &[Splice]) {
+    splices.iter().for_each(|splice| splice.forth(text));
+}
+
+/// Takes the changes of an edit back.
+pub(super) fn undo(text: &mut String, splices: &[Splice]) {
+    splices.iter().rev().for_each(|splice| splice.back(text));
+}
+
+/// A text replacement: which bytes, and what stands there instead.
+pub(super) type Change = (Range<usize>, String);
+
+/// A text with its tree, being edited; the tree is without mistakes of notation.
+pub(super) struct Draft {
+    pub(super) source: String,
+    pub(super) tree: Tree,
+    pub(super) splices: Vec<Splice>,
+}
+
+impl Draft {
+    pub(super) fn new(source: &str) -> Self {
+        Self { source: source.to_owned(), tree: parse(source).0, splices: Vec::new() }
+    }
+
+    /// Makes changes that do not overlap, and reads the text again.
+    pub(super) fn change(&mut self, mut changes: Vec<Change>) {
+        changes.retain(|(range, text)| self.source[range.clone()] != **text);
+        changes.sort_by_key(|(range, _)| std::cmp::Reverse((range.start, range.end)));
+        for (range, inserted) in changes {
+            let splice = Splice { at: range.start, removed: self.source[range].to_owned(), inserted };
+            splice.forth(&mut self.source);
+            self.splices.push(splice);
+        }
+        self.tree = parse(&self.source).0;
+    }
+
+    /// The outermost brackets.
+    pub(super) fn root(&self) -> Option<&Group> {
+        self.tree.root.as_ref()?.as_group()
+    }
+
+    /// The brackets of a field of the file, such as `nodes`.
+    pub(super) fn field(&self, name: &str) -> Option<&Group> {
+        self.root()?.get(name)?.value.as_group()
+    }
+
+    /// The changes that add an item to the end of brackets; `own_line` says how it goes into empty ones.
+    pub(super) fn insertion(&self, group: &Group, text: &str, own_line: bool) -> Vec<Change> {
+        let source = self.source.as_str();
+        let newline = if source.contains("\r\n") { "\r\n" } else { "\n" };
+        let Some(close) = group.close else { return Vec::new() };
+        let closing_indent = indent(source, close);
+        let Some(last) = group.items.last() else {
+            let start = group.open + 1 + source[group.open + 1..close].trim_end().len();
+            let inner = &source[group.open + 1..close];
+            if first_on_line(source, close) && inner.contains('\n') {
+                let line = line_start(source, close);
+                return vec![(line..line, format!("{closing_indent}    {text},{newline}"))];
+            }
+            let new = if own_line {
+                format!("{newline}{closing_indent}    {text},{newline}{closing_indent}")
+            } else if group.bracket == Bracket::Curly {
+                format!(" {text} ")
+            } else if inner.trim().is_empty() {
+                text.to_owned()
+            } else {
+                format!(" {text}")
+            };
+            return vec![(start..close, new)];
+        };
+        let end = last.span().end;
+        let after = last.comma.map_or(end, |comma| comma + 1);
+        match line_end(source, &self.tree.comments, after).filter(|at| *at < close) {
+            Some(line_feed) => {
+                let indent = if first_on_line(source, last.span().start) {
+                    indent(source, last.span().start).to_owned()
+                } else {
+                    format!("{closing_indent}    ")
+                };
+                let mut changes = vec![(line_feed + 1..line_feed + 1, format!("{indent}{text},{newline}"))];
+                if last.comma.is_none() {
+                    changes.push((end..end, ",".to_owned()));
+                }
+                changes
+            }
+            None if last.comma.is_some() => vec![(after..after, format!(" {text},"))],
+            None => vec![(end..end, format!(", {text}"))],
+        }
+    }
+
+    /// The changes that remove an item with its comma. Comments around it stay.
+    pub(super) fn removal(&self, group: &Group, position: usize) -> Vec<Change> {
+        let source = self.source.as_str();
+        let item = &group.items[position];
+        let span = item.span();
+        let gone = |range: Range<usize>| (range, String::new());
+        let Some(close) = group.close else { return Vec::new() };
+        if let Some(comma) = item.comma
+            && !source[span.end..comma].trim().is_empty()
+        {
+            // A comment stands before the comma.
+            let spaced = source[..span.start].ends_with(' ') && source[span.end..].starts_with(' ');
+            let start = span.start - usize::from(spaced && !first_on_line(source, span.start));
+            return vec![gone(start..span.end), gone(comma..comma + 1)];
+        }
+        let end = item.comma.map_or(span.end, |comma| comma + 1);
+        let blank_to = end + source[end..].find(|c: char| c != ' ' && c != '\t').unwrap_or(0);
+        if first_on_line(source, span.start) {
+            let rest = &source[blank_to..];
+            let line = line_start(source, span.start);
+            return match rest.strip_prefix('\r').unwrap_or(rest).starts_with('\n') {
+                true => vec![gone(line..blank_to + rest.find('\n').map_or(0, |at| at + 1))],
+                false => vec![gone(span.start..blank_to)],
+            };
+        }
+        if group.items.len() == 1 && source[group.open + 1..span.start].trim().is_empty() {
+            let all_blank = source[end..close].trim().is_empty();
+            return vec![gone(group.open + 1..if all_blank { close } else { blank_to })];
+        }
+        let is_last = position + 1 == group.items.len();
+        if is_last && source[end..close].trim().is_empty() {
+            // Nothing follows: the comma before goes too, where there is none after.
+            let before = position.checked_sub(1).and_then(|at| group.items[at].comma);
+            let start = source[..span.start].trim_end().len();
+            return match before {
+                Some(comma) if item.comma.is_none() && start == comma + 1 => vec![gone(comma..end)],
+                _ if source[..start].ends_with("*/") || start > group.open + 1 => vec![gone(start..end)],
+                _ => vec![gone(span.start..end)],
+            };
+        }
+        vec![gone(span.start..blank_to)]
+    }
+}
+
+/// The next line feed that is in no comment.
+fn line_end(source: &str, comments: &[Comment], from: usize) -> Option<usize> {
+    let mut at = from;
+    loop {
+        at += source[at..].find('\n')?;
+        let before = comments.partition_point(|comment| comment.span.start <= at);
+        match before.checked_sub(1).map(|i| &comments[i]) {
+            Some(comment) if comment.span.end > at => at = comment.span.end,
+            _ => return Some(at),
+        }
+    }
+}
+
+fn line_start(source: &str, at: usize) -> usize {
+    source[..at].rfind('\n').map_or(0, |feed| feed + 1)
+}
+
+fn first_on_line(source: &str, at: usize) -> bool {
+    source[line_start(source, at)..at].trim().is_empty()
+}
+
+/// The white space a line begins with.
+fn indent(source: &str, at: usize) -> &str {
+    let line = &source[line_start(source, at)..];
+    &line[..line.find(|c: char| c != ' ' && c != '\t').unwrap_or(line.len())]
+}
