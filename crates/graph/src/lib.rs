@@ -25,7 +25,7 @@ mod world;
 
 pub use backend::{Backend, Cpu};
 pub use diagnostic::{Diagnostic, Severity, line_column};
-pub use document::{Document, Edit, EditError, LoadError, NodeEntry, OutputDecl};
+pub use document::{Document, Edit, EditError, LoadError, NodeEntry, OutputDecl, diff, format_source};
 pub use eval::{DiskCacheOptions, EvalError, Evaluator, EvaluatorOptions, Event, Key, Origin};
 pub use field::Field;
 pub use graph::{Graph, GraphError, Instance, Port, Wire};

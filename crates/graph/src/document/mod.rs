@@ -12,8 +12,10 @@
 
 mod args;
 mod check;
+mod diff;
 mod edit;
 mod file;
+mod format;
 mod history;
 mod lex;
 mod literal;
@@ -23,8 +25,10 @@ mod wires;
 mod world;
 
 pub use check::{NodeEntry, OutputDecl};
+pub use diff::diff;
 pub use edit::{Edit, EditError};
 pub use file::LoadError;
+pub use format::format_source;
 
 use crate::{
     diagnostic::{Diagnostic, Severity},

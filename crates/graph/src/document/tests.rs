@@ -4,6 +4,7 @@ use super::*;
 use crate::{CurvePoints, FileName, Input, Migration, Node, Output, PortType, Seed, Step, Unit};
 
 mod edits;
+mod form;
 
 #[expect(dead_code, reason = "only the declarations are looked at")]
 mod nodes {
