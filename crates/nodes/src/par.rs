@@ -37,3 +37,25 @@ pub fn rows_within(
 pub fn rows(job: &Job<'_>, out: &mut [f32], row: impl Fn(usize, &mut [f32]) + Sync) -> Result<(), NodeError> {
     rows_within(job, [0.0, 1.0], out, row)
 }
+
+/// Calls `band(j, rows)` for each band of `height` rows of `out` (the last may be lower), in parallel, where j is the
+/// band's first row. For kernels that keep something from row to row.
+///
+/// # Errors
+/// What `band` gives back, or [`NodeError::Cancelled`].
+pub fn bands_within(
+    job: &Job<'_>,
+    share: [f32; 2],
+    height: usize,
+    out: &mut [f32],
+    band: impl Fn(usize, &mut [f32]) -> Result<(), NodeError> + Sync,
+) -> Result<(), NodeError> {
+    let size = job.window().nx().max(1) * height.max(1);
+    let count = out.len().div_ceil(size);
+    let done = AtomicUsize::new(0);
+    out.par_chunks_mut(size).enumerate().try_for_each(|(k, rows)| {
+        band(k * height, rows)?;
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        job.advance(share[0] + (share[1] - share[0]) * done as f32 / count as f32)
+    })
+}

@@ -1,8 +1,10 @@
 //! Land from nothing: noise, spectra, shapes.
 
 pub mod constant;
+pub mod noise;
+pub mod perlin;
 
 use orograph_graph::Node;
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] = &[&constant::NODE];
+pub static NODES: &[&Node] = &[&constant::NODE, &perlin::NODE];

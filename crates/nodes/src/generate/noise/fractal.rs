@@ -1,0 +1,114 @@
+//! Octaves of a fractal sum: wavelengths, shares, seeds; which of them a raster can hold.
+
+use orograph_graph::mix;
+
+use super::{Gradients, lattice::Axis};
+
+/// A fractal sum as it is asked for, in world terms.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Fractal {
+    /// Wavelength of the first octave in metres.
+    pub wavelength_m: f64,
+    /// Octaves asked for; finer ones than the raster can hold are left out.
+    pub octaves: i64,
+    /// Ratio of each octave's wavelength to that of the next.
+    pub lacunarity: f64,
+    /// Ratio of each octave's amplitude to that of the one before.
+    pub gain: f64,
+    /// Seed of the run.
+    pub seed: u32,
+    /// Directions of the gradients.
+    pub gradients: Gradients,
+}
+
+/// One octave on a raster.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Octave {
+    /// Positions along x and y.
+    pub axes: [Axis; 2],
+    /// Seed of its gradients.
+    pub seed: u32,
+    /// Wavelength in cells.
+    pub wavelength_cells: f64,
+    /// Its share of the sum of all octaves asked for: gainᵏ / Σ gainᵏ.
+    pub share: f64,
+    /// How much of it the raster can hold: 1 for wavelengths of 4.8 cells and more, 0 for 2.4 and less.
+    pub fade: f64,
+}
+
+impl Fractal {
+    /// The octaves that a raster of cells of `cell_m` metres can hold, from coarse to fine.
+    ///
+    /// 99 % of the energy of gradient noise is below 1.2 cycles per wavelength, so that 2.4 cells a wavelength are
+    /// needed; the fade ends at twice that. An octave's share is that of the sum of all octaves asked for, whether the
+    /// raster holds them or not, so that a finer raster adds detail and changes nothing else.
+    pub fn octaves(&self, cell_m: f64) -> Vec<Octave> {
+        let total: f64 = self.amplitudes().sum();
+        let wavelengths = std::iter::successors(Some(self.wavelength_m), |w| Some(w / self.lacunarity));
+        self.amplitudes()
+            .zip(wavelengths)
+            .zip(0..)
+            .map(|((amplitude, wavelength_m), k)| {
+                let seed = mix(self.seed.wrapping_add(k));
+                let shift = [mix(seed ^ 0x9e37_79b9), mix(seed ^ 0x3c6e_f372)];
+                let wavelength_cells = wavelength_m / cell_m;
+                Octave {
+                    axes: shift.map(|shift| Axis::new(cell_m, wavelength_m, shift)),
+                    seed,
+                    wavelength_cells,
+                    share: amplitude / total,
+                    fade: smoothstep(2.4, 4.8, wavelength_cells),
+                }
+            })
+            .take_while(|octave| octave.fade > 0.0)
+            .collect()
+    }
+
+    /// gainᵏ of every octave asked for.
+    pub fn amplitudes(&self) -> impl Iterator<Item = f64> {
+        let gain = self.gain;
+        let octaves = usize::try_from(self.octaves).unwrap_or(0);
+        std::iter::successors(Some(1.0), move |a| Some(a * gain)).take(octaves)
+    }
+}
+
+/// 0 up to `from`, 1 from `to` on, a cubic with level ends between.
+fn smoothstep(from: f64, to: f64, x: f64) -> f64 {
+    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FRACTAL: Fractal = Fractal {
+        wavelength_m: 4000.0,
+        octaves: 16,
+        lacunarity: 2.0,
+        gain: 0.5,
+        seed: 7,
+        gradients: Gradients::Even,
+    };
+
+    #[test]
+    fn the_raster_decides_how_many_octaves_there_are_and_nothing_else() {
+        let (coarse, fine) = (FRACTAL.octaves(20.0), FRACTAL.octaves(10.0));
+        // 4000 m / 20 m = 200 cells; 200 / 2⁶ = 3.1 cells is the last above 2.4.
+        assert_eq!((coarse.len(), fine.len()), (7, 8));
+        for (a, b) in coarse.iter().zip(&fine) {
+            assert_eq!((a.seed, a.share.to_bits()), (b.seed, b.share.to_bits()));
+        }
+        assert_eq!((coarse[5].fade, fine[6].fade), (1.0, 1.0));
+        assert!(coarse[6].fade > 0.0 && coarse[6].fade < 1.0);
+        // The shares of all octaves asked for add up to 1.
+        let all: f64 = FRACTAL.octaves(1e-3).iter().map(|octave| octave.share).sum();
+        assert!((all - 1.0).abs() < 1e-12, "{all}");
+    }
+
+    #[test]
+    fn a_wavelength_below_the_cells_leaves_no_octave() {
+        assert!(FRACTAL.octaves(4000.0).is_empty());
+        assert!(FRACTAL.octaves(f64::MAX).is_empty());
+    }
+}

@@ -1,0 +1,33 @@
+//! Fractal gradient noise on a raster: the engine behind the noise generators.
+//!
+//! An octave is gradient noise (K. Perlin, 1985, "An image synthesizer"; 2002, "Improving noise") on a square lattice
+//! of one wavelength. What differs from the source: gradients are drawn by an integer hash instead of a permutation
+//! table, so the noise never repeats; there are 32 directions instead of 8, so that no direction stands out; and
+//! positions are fixed-point numbers of 32.32 bits built from cell indices, so that a tile has the bits of the whole
+//! and the fraction is as exact 1000 km from the origin as at it.
+//!
+//! Octaves are decorrelated by a hashed seed and a hashed shift of the lattice each, never by a rotation: with lattice
+//! rows along raster rows, everything that depends on the column alone is computed once per lattice row instead of
+//! once per sample, which is worth a factor of three (see [`raster`](self::raster)), and with 32 directions the aspect
+//! of the land is even without it (the tests measure its fourfold and eightfold harmonics).
+
+mod fractal;
+mod lattice;
+pub(crate) mod raster;
+#[cfg(test)]
+pub(crate) mod reference;
+
+use orograph_graph::choice;
+
+pub(crate) use fractal::{Fractal, Octave};
+pub(crate) use lattice::NOISE_SCALE;
+
+choice! {
+    /// The directions that gradients are drawn from.
+    pub enum Gradients {
+        /// 32 directions, 11.25° apart and none along the axes: no preferred direction.
+        Even = "32",
+        /// 8 directions, 45° apart, the axes among them: the classic look, with features along axes and diagonals.
+        Classic = "8",
+    }
+}
