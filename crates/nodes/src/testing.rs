@@ -26,13 +26,14 @@ pub(crate) fn field(world: World, value: impl Fn(f64, f64) -> f64) -> Field {
 pub(crate) fn with_params(node: &'static Node, changes: &str) -> ParamValues {
     let specs = node.specs();
     let mut params = ParamValues::defaults(&specs);
-    for change in changes.split(',') {
+    for change in changes.split(',').filter(|change| !change.is_empty()) {
         let (name, text) = change.trim().split_once('=').expect("name=value");
         let spec = specs.iter().find(|spec| spec.name == name).expect("a declared parameter");
         let value = match &spec.kind {
             Kind::Float { .. } => ParamValue::Float(text.parse().expect("a number")),
             Kind::Int { .. } => ParamValue::Int(text.parse().expect("a whole number")),
             Kind::Bool { .. } => ParamValue::Bool(text.parse().expect("true or false")),
+            Kind::Seed { .. } => ParamValue::Seed(text.parse().expect("a seed")),
             Kind::Choice { options, .. } => {
                 ParamValue::Choice(options.iter().find(|(name, _)| *name == text).expect("an option").0)
             }
@@ -46,6 +47,16 @@ pub(crate) fn with_params(node: &'static Node, changes: &str) -> ParamValues {
 
 /// Runs a node on the window of its first field; inputs without a field have their constant.
 pub(crate) fn outputs(node: &Node, params: &ParamValues, fields: &[(&str, &Field)]) -> Result<Outputs, NodeError> {
+    outputs_on(*fields[0].1.window(), node, params, fields)
+}
+
+/// Runs a node on a window; inputs without a field have their constant.
+pub(crate) fn outputs_on(
+    window: Window,
+    node: &Node,
+    params: &ParamValues,
+    fields: &[(&str, &Field)],
+) -> Result<Outputs, NodeError> {
     let inputs =
         node.inputs.iter().map(|input| match (fields.iter().find(|(name, _)| *name == input.name), input.fallback) {
             (Some((_, field)), _) => InputValue::Value(Value::Field((*field).clone())),
@@ -56,7 +67,7 @@ pub(crate) fn outputs(node: &Node, params: &ParamValues, fields: &[(&str, &Field
         node,
         params,
         inputs: inputs.collect(),
-        window: *fields[0].1.window(),
+        window,
         folder: std::path::PathBuf::new(),
         cancel: Cancel::default(),
         progress: &|fraction| assert!((0.0..=1.0).contains(&fraction)),
@@ -68,6 +79,32 @@ pub(crate) fn outputs(node: &Node, params: &ParamValues, fields: &[(&str, &Field
 pub(crate) fn run(node: &Node, params: &ParamValues, fields: &[(&str, &Field)], output: &str) -> Field {
     let value = outputs(node, params, fields).expect("a result").take(output).expect("a declared output");
     value.as_field().expect("a field").clone()
+}
+
+/// The first output of a node without wires, on a window, with changes as for [`with_params`].
+pub(crate) fn generate(window: Window, node: &'static Node, changes: &str) -> Field {
+    let value =
+        outputs_on(window, node, &with_params(node, changes), &[]).expect("a result").take(node.outputs[0].name);
+    value.expect("a declared output").as_field().expect("a field").clone()
+}
+
+/// Mean and standard deviation.
+pub(crate) fn moments(samples: &[f32]) -> (f64, f64) {
+    let n = samples.len() as f64;
+    let mean = samples.iter().map(|&v| f64::from(v)).sum::<f64>() / n;
+    let square = |v: &f32| (f64::from(*v) - mean) * (f64::from(*v) - mean);
+    (mean, (samples.iter().map(square).sum::<f64>() / n).sqrt())
+}
+
+/// Means over squares of `side` x `side` cells, which must fit.
+pub(crate) fn block_means(field: &Field, side: usize) -> Vec<f32> {
+    let (nx, ny) = (field.window().nx(), field.window().ny());
+    let blocks = (0..ny / side).flat_map(|j| (0..nx / side).map(move |i| (i * side, j * side)));
+    let mean = |(x, y)| {
+        let cells = (y..y + side).flat_map(|j| (x..x + side).map(move |i| j * nx + i));
+        cells.map(|at| f64::from(field.samples()[at])).sum::<f64>() / (side * side) as f64
+    };
+    blocks.map(|block| mean(block) as f32).collect()
 }
 
 /// All outputs, computed by that many threads.

@@ -3,8 +3,9 @@
 pub mod constant;
 pub mod noise;
 pub mod perlin;
+pub mod ridged;
 
 use orograph_graph::Node;
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] = &[&constant::NODE, &perlin::NODE];
+pub static NODES: &[&Node] = &[&constant::NODE, &perlin::NODE, &ridged::NODE];

@@ -2,7 +2,7 @@
 
 use orograph_graph::mix;
 
-use super::{Gradients, lattice::Axis};
+use super::lattice::Axis;
 
 /// A fractal sum as it is asked for, in world terms.
 #[derive(Clone, Copy, Debug)]
@@ -17,8 +17,6 @@ pub(crate) struct Fractal {
     pub gain: f64,
     /// Seed of the run.
     pub seed: u32,
-    /// Directions of the gradients.
-    pub gradients: Gradients,
 }
 
 /// One octave on a raster.
@@ -82,14 +80,7 @@ fn smoothstep(from: f64, to: f64, x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const FRACTAL: Fractal = Fractal {
-        wavelength_m: 4000.0,
-        octaves: 16,
-        lacunarity: 2.0,
-        gain: 0.5,
-        seed: 7,
-        gradients: Gradients::Even,
-    };
+    const FRACTAL: Fractal = Fractal { wavelength_m: 4000.0, octaves: 16, lacunarity: 2.0, gain: 0.5, seed: 7 };
 
     #[test]
     fn the_raster_decides_how_many_octaves_there_are_and_nothing_else() {

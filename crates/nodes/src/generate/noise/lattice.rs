@@ -11,10 +11,10 @@ pub(crate) const NOISE_SCALE: f32 = std::f32::consts::SQRT_2;
 const QUADRANT: [[f32; 2]; 8] = [
     [0.995_184_7, 0.098_017_14],
     [0.956_940_35, 0.290_284_66],
-    [0.881_921_27, 0.471_396_74],
+    [0.881_921_3, 0.471_396_74],
     [0.773_010_43, 0.634_393_3],
     [0.634_393_3, 0.773_010_43],
-    [0.471_396_74, 0.881_921_27],
+    [0.471_396_74, 0.881_921_3],
     [0.290_284_66, 0.956_940_35],
     [0.098_017_14, 0.995_184_7],
 ];
@@ -97,8 +97,8 @@ pub(super) fn fade(t: f32) -> f32 {
 /// numbers: the whole part names the lattice cell, the rest is the exact fraction within it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Axis {
-    base: i64,
-    step: i64,
+    pub(super) base: i64,
+    pub(super) step: i64,
 }
 
 impl Axis {

@@ -16,6 +16,8 @@ mod lattice;
 pub(crate) mod raster;
 #[cfg(test)]
 pub(crate) mod reference;
+#[cfg(test)]
+pub(crate) mod spectrum;
 
 use orograph_graph::choice;
 
@@ -26,8 +28,8 @@ choice! {
     /// The directions that gradients are drawn from.
     pub enum Gradients {
         /// 32 directions, 11.25° apart and none along the axes: no preferred direction.
-        Even = "32",
+        Even = "even",
         /// 8 directions, 45° apart, the axes among them: the classic look, with features along axes and diagonals.
-        Classic = "8",
+        Classic = "classic",
     }
 }

@@ -11,7 +11,6 @@
 //! cache. Neither changes a bit of the result.
 
 use orograph_graph::{Job, NodeError, Window};
-use rayon::prelude::*;
 
 use super::{
     Gradients, Octave,
@@ -69,8 +68,8 @@ pub(crate) trait Combine: Sync {
 /// [`NodeError::Cancelled`].
 pub(crate) fn raster<C: Combine>(
     job: &Job<'_>,
-    octaves: &[Octave],
     gradients: Gradients,
+    octaves: &[Octave],
     combine: &C,
 ) -> Result<Vec<f32>, NodeError> {
     let window = job.window();
@@ -78,7 +77,7 @@ pub(crate) fn raster<C: Combine>(
     crate::par::bands_within(job, [0.0, 1.0], BAND, &mut out, |first_row, rows| {
         for first_column in (0..window.nx()).step_by(STRIP) {
             job.check()?;
-            strip(&window, [first_column, first_row], octaves, gradients, combine, rows);
+            strip(&window, [first_column, first_row], gradients, octaves, combine, rows);
         }
         Ok(())
     })?;
@@ -89,8 +88,8 @@ pub(crate) fn raster<C: Combine>(
 fn strip<C: Combine>(
     window: &Window,
     [first_column, first_row]: [usize; 2],
-    octaves: &[Octave],
     gradients: Gradients,
+    octaves: &[Octave],
     combine: &C,
     rows: &mut [f32],
 ) {

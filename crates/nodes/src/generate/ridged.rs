@@ -1,0 +1,294 @@
+//! Ridged multifractal: octaves of gradient noise folded into crests, each fed by the one before.
+//!
+//! F. K. Musgrave, in D. S. Ebert et al. (2003), "Texturing and Modeling", chapter 16. What differs: the sum is divided
+//! by the largest it can be; crests are rounded over a fraction of a cell; an octave that the raster cannot hold is
+//! replaced by what it would be on average, since unlike plain noise its mean is not zero and leaving it out would sink
+//! the land.
+
+use super::noise::{Fractal, Gradients, NOISE_SCALE, Octave, raster};
+use crate::prelude::*;
+use crate::simd::simd;
+
+mod crest;
+
+use crest::{Crest, Tail};
+
+params! {
+    /// Wavelength of the largest ridges: about twice the distance between neighbouring crests.
+    wavelength: f64 = 6000.0, Metres, 1.0..=1e6, soft 500..=30000;
+    /// Octaves, from coarse to fine; those finer than the cells can hold are left out.
+    octaves: i64 = 12, Count, 1..=24, soft 1..=16;
+    /// Ratio of the wavelength of an octave to that of the next finer one.
+    lacunarity: f64 = 2.2, One, 1.1..=8.0, soft 1.7..=3.0;
+    /// Ratio of the amplitude of an octave to that of the one before: how rough the land is.
+    gain: f64 = 0.48, One, 0.0..=1.0, soft 0.3..=0.7;
+    /// Height that no crest exceeds; valleys do not fall below 0.
+    amplitude: f64 = 2000.0, Metres, 0.0..=1e6, soft 0..=6000;
+    /// Where, in the noise's range of 0 to 1, the slope down from a crest ends in a flat valley floor.
+    offset: f64 = 1.0, One, 0.1..=2.0, soft 0.4..=1.2;
+    /// How sharp crests are: 1 gives straight flanks, more gives steep crests over wide valleys.
+    exponent: f64 = 2.0, One, 0.5..=8.0, soft 1..=4;
+    /// How much of an octave's height lets the next one through: small values keep valleys smooth, large ones roughen all.
+    weight_gain: f64 = 2.0, One, 0.0..=100.0, soft 0.5..=4;
+    /// Directions of the gradients.
+    gradients: Gradients = Gradients::Even, One, ..;
+    /// Which of the endless landscapes this is.
+    seed: Seed = Seed(0), Count, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Ridged",
+    category: "generate",
+    summary: "Mountain crests over smoother valleys: a ridged multifractal.",
+    doc: include_str!("ridged.md"),
+    sources: &[
+        "F. K. Musgrave, C. E. Kolb, R. S. Mace, 1989, The synthesis and rendering of eroded fractal terrains",
+        "D. S. Ebert, F. K. Musgrave, D. Peachey, K. Perlin, S. Worley, 2003, Texturing and Modeling, chapter 16",
+        "K. Perlin, 2002, Improving noise",
+    ],
+    outputs: &[Output::gives("height", PortType::Height, "Elevation, from 0 to `amplitude`.")],
+    params: Params::specs,
+    cpu: run,
+    example: "wavelength: 6000, octaves: 12, lacunarity: 2.3, gain: 0.48, amplitude: 2400",
+    ..Node::DEFAULT
+};
+
+impl Params {
+    fn fractal(&self, seed: u32) -> Fractal {
+        Fractal {
+            wavelength_m: self.wavelength,
+            octaves: self.octaves,
+            lacunarity: self.lacunarity,
+            gain: self.gain,
+            seed,
+        }
+    }
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let fractal = params.fractal(job.seed());
+    let octaves = fractal.octaves(job.cell_m());
+    let ridges = Ridges::new(&params, &fractal, &octaves);
+    let samples = raster::raster(job, params.gradients, &octaves, &ridges)?;
+    Ok(Outputs::one("height", Field::new(job.window(), samples)))
+}
+
+/// The recursion over octaves, with all constants at hand.
+struct Ridges {
+    crest: Crest,
+    /// Of each octave on the raster.
+    layers: Vec<Layer>,
+    /// What the octaves that are not on the raster would add.
+    tail: Tail,
+}
+
+/// Constants of one octave.
+#[derive(Clone, Copy, Debug)]
+struct Layer {
+    /// Half-width r of the rounding of crests, in the noise's range; 1 / 2r; r / 2.
+    round: f32,
+    half_per_round: f32,
+    half_round: f32,
+    /// Metres that the octave adds at most.
+    height_m: f32,
+    /// How much of it the raster holds.
+    fade: f32,
+}
+
+impl Ridges {
+    fn new(params: &Params, fractal: &Fractal, octaves: &[Octave]) -> Self {
+        let crest = Crest::new(params.offset, params.exponent, params.weight_gain);
+        let layers = octaves.iter().map(|octave| {
+            // The mean of |n| over a cell where the noise crosses zero with its typical slope, 1.2 per wavelength: |n|
+            // itself beyond half a cell of the crossing, (n² + r²) / 2r within.
+            let round = (0.6 / octave.wavelength_cells) as f32;
+            Layer {
+                round,
+                half_per_round: 0.5 / round,
+                half_round: 0.5 * round,
+                height_m: (params.amplitude * octave.share) as f32,
+                fade: octave.fade as f32,
+            }
+        });
+        let total: f64 = fractal.amplitudes().sum();
+        let left: Vec<f64> =
+            fractal.amplitudes().skip(octaves.len()).map(|share| params.amplitude * share / total).collect();
+        Self { crest, layers: layers.collect(), tail: Tail::new(&crest, &left) }
+    }
+}
+
+impl raster::Combine for Ridges {
+    /// The weight of the next octave at each sample.
+    type Row = Vec<f32>;
+
+    fn scale(&self, _: usize) -> f32 {
+        NOISE_SCALE
+    }
+
+    fn begin(&self, weights: &mut Vec<f32>, heights: &mut [f32]) {
+        heights.fill(0.0);
+        weights.clear();
+        weights.resize(heights.len(), 1.0);
+    }
+
+    fn add(&self, octave: usize, noise: &raster::OctaveRow<'_>, weights: &mut Vec<f32>, heights: &mut [f32]) {
+        let (crest, layer) = (&self.crest, &self.layers[octave]);
+        if crest.exponent == 2.0 {
+            add_squared(heights, weights, noise, crest, layer);
+        } else {
+            add_power(heights, weights, noise, crest, layer);
+        }
+    }
+
+    fn end(&self, weights: &mut Vec<f32>, heights: &mut [f32]) {
+        self.tail.add(weights, heights);
+    }
+}
+
+/// One octave at one sample: takes the noise and the weight from the octave before, adds to the height and gives the
+/// weight for the next octave.
+#[inline(always)]
+fn step(noise: f32, weight: &mut f32, height: &mut f32, crest: &Crest, layer: &Layer, sharpen: impl Fn(f32) -> f32) {
+    let distance = noise.abs();
+    let near = distance.min(layer.round);
+    let rounded = (distance - near) + (near * near * layer.half_per_round + layer.half_round);
+    let ridge = sharpen((1.0 - rounded * crest.per_offset).max(0.0));
+    let ridge = *weight * (crest.mean + layer.fade * (ridge - crest.mean));
+    *height += layer.height_m * ridge;
+    *weight = (crest.weight_gain * ridge).min(1.0);
+}
+
+simd! {
+    /// Adds an octave of exponent 2 to a row.
+    fn add_squared(
+        heights: &mut [f32],
+        weights: &mut [f32],
+        noise: &raster::OctaveRow<'_>,
+        crest: &Crest,
+        layer: &Layer,
+    ) {
+        let (crest, layer, t, v) = (*crest, *layer, noise.t, noise.v);
+        let rows = noise.p.iter().zip(noise.q).zip(noise.e).zip(noise.f);
+        for ((height, weight), (((p, q), e), f)) in heights.iter_mut().zip(weights).zip(rows) {
+            step(p + t * q + v * (e + t * f), weight, height, &crest, &layer, |ridge| ridge * ridge);
+        }
+    }
+}
+
+simd! {
+    /// Adds an octave of any exponent to a row.
+    fn add_power(
+        heights: &mut [f32],
+        weights: &mut [f32],
+        noise: &raster::OctaveRow<'_>,
+        crest: &Crest,
+        layer: &Layer,
+    ) {
+        let (crest, layer, t, v) = (*crest, *layer, noise.t, noise.v);
+        let rows = noise.p.iter().zip(noise.q).zip(noise.e).zip(noise.f);
+        for ((height, weight), (((p, q), e), f)) in heights.iter_mut().zip(weights).zip(rows) {
+            let noise = p + t * q + v * (e + t * f);
+            step(noise, weight, height, &crest, &layer, |ridge| crest::power(ridge, crest.exponent));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::noise::reference, *};
+    use crate::testing::{at_every_level, block_means, generate, moments, with_params, world};
+
+    const STEEP: &str = "wavelength=900,octaves=10,lacunarity=2.13,exponent=1.4,offset=0.8,weight_gain=1.3,seed=5";
+
+    #[test]
+    fn the_raster_equals_the_reference_at_every_simd_level() {
+        for changes in [STEEP, "wavelength=26,gradients=classic", "wavelength=2"] {
+            let window = Window { world: world(1000, 900, 10.0), origin: [37, 51], cells: [300, 99] };
+            at_every_level(|| generate(window, &NODE, changes));
+            let field = generate(window, &NODE, changes);
+            let params = Params::read(&with_params(&NODE, changes));
+            let fractal = params.fractal(orograph_graph::mix(orograph_graph::mix(params.seed.0)));
+            let octaves = fractal.octaves(10.0);
+            let ridges = Ridges::new(&params, &fractal, &octaves);
+            for (at, &got) in field.samples().iter().enumerate() {
+                let cell = [37 + (at % 300) as u32, 51 + (at / 300) as u32];
+                let (mut weight, mut height) = (1.0, [0.0]);
+                for (octave, layer) in octaves.iter().zip(&ridges.layers) {
+                    let noise = reference::sample(octave, params.gradients, NOISE_SCALE, cell);
+                    step(noise, &mut weight, &mut height[0], &ridges.crest, layer, |ridge| {
+                        if params.exponent == 2.0 { ridge * ridge } else { crest::power(ridge, ridges.crest.exponent) }
+                    });
+                }
+                ridges.tail.add(&[weight], &mut height);
+                assert_eq!(got.to_bits(), height[0].to_bits(), "{changes} {cell:?}: {got} {height:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_tile_has_the_bits_of_the_whole() {
+        let world = world(700, 300, 12.5);
+        let whole = generate(Window::whole(world), &NODE, STEEP);
+        for (origin, cells) in [([0, 0], [1, 1]), ([255, 63], [3, 3]), ([123, 77], [300, 200])] {
+            let window = Window { world, origin, cells };
+            assert_eq!(generate(window, &NODE, STEEP), whole.crop(&window));
+        }
+    }
+
+    /// Musgrave's recursion at his parameters: with eight octaves of lacunarity 2 and gain ½ the raw sum has mean 1.08
+    /// and deviation 0.38; here it is divided by 255/128, the largest it can be.
+    #[test]
+    fn the_manual_states_the_mean_and_the_deviation() {
+        let window = Window::whole(world(2048, 2048, 1.0));
+        let changes = "wavelength=640,octaves=8,lacunarity=2,gain=0.5,amplitude=1";
+        let all: Vec<f32> =
+            (0..8).flat_map(|seed| generate(window, &NODE, &format!("{changes},seed={seed}")).into_samples()).collect();
+        let (mean, std) = moments(&all);
+        let largest = 255.0 / 128.0;
+        assert!((mean - 1.08 / largest).abs() < 0.015, "{mean}");
+        assert!((std - 0.38 / largest).abs() < 0.015, "{std}");
+        assert!(all.iter().all(|h| (0.0..=1.0).contains(h)));
+    }
+
+    /// Also where the coarse raster holds two octaves and the fine one four: leaving octaves out does not sink the land.
+    #[test]
+    fn finer_cells_only_add_detail() {
+        let cases = [
+            ("", 40.0, 0.02),
+            ("offset=0.7,weight_gain=1,gain=0.6", 40.0, 0.03),
+            ("exponent=1.3,weight_gain=4", 40.0, 0.03),
+            ("octaves=8", 700.0, 0.15),
+        ];
+        for (changes, cell_m, tolerance) in cases {
+            let coarse = generate(Window::whole(world(256, 256, cell_m)), &NODE, changes);
+            let fine = generate(Window::whole(world(1024, 1024, cell_m / 4.0)), &NODE, changes);
+            let (_, std) = moments(coarse.samples());
+            let (coarse, fine) = (block_means(&coarse, 4), block_means(&fine, 16));
+            let difference: Vec<f32> = coarse.iter().zip(&fine).map(|(a, b)| a - b).collect();
+            let (offset, rms) = moments(&difference);
+            assert!(rms < tolerance * std && offset.abs() < 0.02 * std, "{changes}: {rms} {offset} of {std}");
+        }
+    }
+
+    #[test]
+    fn nothing_extreme_breaks_it() {
+        let changes = [
+            "wavelength=1,exponent=8",
+            "wavelength=1e6,octaves=24,lacunarity=1.1,gain=1,weight_gain=100",
+            "wavelength=1e6,octaves=24,lacunarity=8,gain=0,exponent=0.5",
+            "weight_gain=0,offset=0.1",
+            "amplitude=0",
+            "offset=2,octaves=1",
+        ];
+        for cell_m in [1e-3, 1.0, 1e6] {
+            for changes in changes {
+                let field = generate(Window::whole(world(70, 5, cell_m)), &NODE, changes);
+                let amplitude = Params::read(&with_params(&NODE, changes)).amplitude as f32;
+                let sound = |h: &f32| (-1e-3..=amplitude * 1.000_01 + 1e-3).contains(h);
+                assert!(field.samples().iter().all(sound), "{changes} {cell_m} {:?}", field.range(0));
+            }
+        }
+    }
+}
