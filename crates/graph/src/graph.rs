@@ -228,6 +228,11 @@ impl Graph {
         Ok(())
     }
 
+    /// Wires an output to an input that has no wire. The caller has checked that the types fit and that no circle closes.
+    pub(crate) fn add_wire(&mut self, from: Port, to: NodeIndex, input: usize) {
+        self.inner.add_edge(from.node, to, Wire { output: from.output, input });
+    }
+
     /// Removes the wire into an input, if any.
     pub fn disconnect(&mut self, to: NodeIndex, input: usize) {
         let edge = self.inner.edges_directed(to, Direction::Incoming).find(|e| e.weight().input == input);
@@ -248,17 +253,18 @@ impl Graph {
     /// The type an output has in this graph.
     #[must_use]
     pub fn output_type(&self, port: Port) -> PortType {
-        let instance = &self.inner[port.node];
-        match instance.node.outputs[port.output].ty {
-            OutputType::Fixed(ty) => ty,
-            OutputType::Chosen(choose) => choose(&instance.params),
-            OutputType::SameAs(input) => instance
-                .node
-                .inputs
-                .iter()
-                .position(|i| i.name == input)
-                .and_then(|position| self.source(port.node, position))
-                .map_or(PortType::Height, |source| self.output_type(source)),
+        let mut port = port;
+        loop {
+            let instance = &self.inner[port.node];
+            let source = match instance.node.outputs[port.output].ty {
+                OutputType::Fixed(ty) => return ty,
+                OutputType::Chosen(choose) => return choose(&instance.params),
+                OutputType::SameAs(input) => instance.node.inputs.iter().position(|i| i.name == input),
+            };
+            match source.and_then(|position| self.source(port.node, position)) {
+                Some(source) => port = source,
+                None => return PortType::Height,
+            }
         }
     }
 

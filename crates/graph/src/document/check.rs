@@ -18,7 +18,7 @@ use crate::{
     closest,
     diagnostic::Diagnostic,
     graph::{Graph, Instance, Port},
-    node::{Node, OutputType},
+    node::Node,
     registry::Registry,
     value::PortType,
     world::World,
@@ -77,18 +77,22 @@ pub(super) struct Problems {
     found: Vec<Diagnostic>,
     /// Where mistakes of notation begin, rising: what lies around one may lack something for that reason only.
     syntax: Vec<usize>,
+    /// How many are not kept.
+    dropped: usize,
 }
 
 impl Problems {
     pub(super) fn new(syntax: Vec<Diagnostic>) -> Self {
         let mut starts: Vec<usize> = syntax.iter().map(|problem| problem.span.start).collect();
         starts.sort_unstable();
-        Self { found: syntax, syntax: starts }
+        Self { found: syntax, syntax: starts, dropped: 0 }
     }
 
     pub(super) fn push(&mut self, problem: Diagnostic) {
         if self.found.len() < MAX_PROBLEMS {
             self.found.push(problem);
+        } else {
+            self.dropped += 1;
         }
     }
 
@@ -195,6 +199,10 @@ pub(super) fn check(source: &str, tree: &Tree, registry: &Registry, syntax: Vec<
     };
     checked.problems = problems.found;
     checked.problems.sort_by_key(|problem| (problem.span.start, problem.span.end));
+    if problems.dropped > 0 {
+        let message = format!("{} more problems are not listed", problems.dropped);
+        checked.problems.push(Diagnostic::error("more", source.len()..source.len(), message));
+    }
     checked
 }
 
@@ -266,9 +274,9 @@ impl Checker<'_> {
         let entries: BTreeMap<String, Option<NodeIndex>> =
             self.out.nodes.iter().map(|entry| (entry.name.clone(), entry.index)).collect();
         let wired: BTreeSet<(NodeIndex, usize)> = pending.iter().map(|wire| (wire.node, wire.input)).collect();
-        wires::connect(&mut self.out.graph, pending, &entries, &self.bad, &mut self.problems);
+        let types = wires::connect(&mut self.out.graph, pending, &entries, &self.bad, &mut self.problems);
         self.unwired(&wired);
-        self.outputs(root, &entries);
+        self.outputs(root, &entries, &types);
         if let Some(item) = root.get("layout")
             && let Some(group) = self.map(&item.value, "layout", "`{ \"node\": (0, 0), … }`")
         {
@@ -432,7 +440,12 @@ impl Checker<'_> {
         }
     }
 
-    fn outputs(&mut self, root: &Group, entries: &BTreeMap<String, Option<NodeIndex>>) {
+    fn outputs(
+        &mut self,
+        root: &Group,
+        entries: &BTreeMap<String, Option<NodeIndex>>,
+        types: &BTreeMap<Port, PortType>,
+    ) {
         let group = match root.get("outputs") {
             Some(item) => match self.map(&item.value, "outputs", "`{ \"name\": \"node.port\", … }`") {
                 Some(group) => group,
@@ -457,7 +470,8 @@ impl Checker<'_> {
             };
             let what = format!("output `{name}`");
             if let Some(port) = wires::resolve(&self.out.graph, end, &what, span, entries, &mut self.problems) {
-                let ty = self.out.graph.output_type(port);
+                // What follows from a mistake is taken for a height, as the graph does.
+                let ty = types.get(&port).copied().unwrap_or(PortType::Height);
                 self.out.outputs.push(OutputDecl { name: name.to_owned(), port, ty, span: item.span() });
             }
         }
@@ -497,9 +511,4 @@ fn owned<T>(result: Result<T, Misfit>, entry: &NodeEntry) -> Result<T, Misfit> {
         };
         Misfit { message, ..misfit }
     })
-}
-
-/// Whether the output's type follows from something that could not be read.
-pub(super) fn chosen_by_bad_parameter(graph: &Graph, port: Port, bad: &BTreeSet<NodeIndex>) -> bool {
-    bad.contains(&port.node) && matches!(graph.instance(port.node).node.outputs[port.output].ty, OutputType::Chosen(_))
 }

@@ -423,7 +423,8 @@ impl Editor<'_> {
     }
 
     fn set(&mut self, node: &str, name: &str, text: &str) -> Result<(), EditError> {
-        self.current(node)?;
+        let kind = self.current(node)?;
+        has_value(kind, node, name)?;
         self.write_arg(node, name, text)
     }
 
@@ -445,9 +446,7 @@ impl Editor<'_> {
 
     fn reset(&mut self, node: &str, name: &str) -> Result<(), EditError> {
         let kind = self.current(node)?;
-        if kind.input(name).is_none() && kind.specs().iter().all(|spec| spec.name != name) {
-            return Err(refused(format!("`{node}` ({}) has no input or parameter `{name}`", kind.id)));
-        }
+        has_value(kind, node, name)?;
         let group = kind_of(&self.item(node)?.value).and_then(|(_, group)| group);
         match group.and_then(|group| group.position(name)) {
             Some(position) => self.remove_from_node(node, position),
@@ -584,6 +583,18 @@ impl Editor<'_> {
 
 fn refused(message: String) -> EditError {
     EditError::Refused { message, hint: None }
+}
+
+/// Whether a kind of node has an input or a parameter of that name.
+fn has_value(kind: &Node, node: &str, name: &str) -> Result<(), EditError> {
+    let specs = kind.specs();
+    let names = || kind.inputs.iter().map(|input| input.name).chain(specs.iter().map(|spec| spec.name));
+    if names().any(|known| known == name) {
+        return Ok(());
+    }
+    let message = format!("`{node}` ({}) has no input or parameter `{name}`", kind.id);
+    let hint = closest(name, names()).map(|near| format!("did you mean `{near}`?"));
+    Err(EditError::Refused { message, hint })
 }
 
 /// What an entry is wired to.

@@ -33,7 +33,7 @@ impl Document {
         }
         let mut draft = Draft::new(&self.source);
         edit.carry_out(&mut draft, &self.registry)?;
-        if draft.splices.is_empty() {
+        if draft.source == self.source {
             return Ok(());
         }
         let (tree, notation) = syntax::parse(&draft.source);

@@ -5,6 +5,7 @@ use crate::{CurvePoints, FileName, Input, Migration, Node, Output, PortType, See
 
 mod edits;
 mod form;
+mod fuzz;
 
 #[expect(dead_code, reason = "only the declarations are looked at")]
 mod nodes {

@@ -7,12 +7,13 @@ use std::{
 
 use petgraph::stable_graph::NodeIndex;
 
-use super::check::{Problems, chosen_by_bad_parameter};
+use super::check::Problems;
 use crate::{
     closest,
     diagnostic::Diagnostic,
     graph::{Graph, GraphError, Port},
     node::OutputType,
+    value::PortType,
 };
 
 /// What the file gives an input.
@@ -76,13 +77,16 @@ pub(super) fn resolve(
 }
 
 /// Connects all wires that are sound and reports the others, each once.
+///
+/// Gives the types of all outputs, found once in the order of the wires; one that follows from something that could not
+/// be read is not among them.
 pub(super) fn connect(
     graph: &mut Graph,
     pending: Vec<Pending>,
     entries: &BTreeMap<String, Option<NodeIndex>>,
     bad: &BTreeSet<NodeIndex>,
     problems: &mut Problems,
-) {
+) -> BTreeMap<Port, PortType> {
     // Inputs whose wire could not be made: what follows from their type is not known.
     let mut broken: BTreeSet<(NodeIndex, usize)> = BTreeSet::new();
     let mut wires = Vec::new();
@@ -104,45 +108,55 @@ pub(super) fn connect(
     for wire in wires.iter().filter(|wire| wire.sound) {
         into.entry(wire.to).or_default().push(wire);
     }
-    let mut unknown: BTreeSet<Port> = BTreeSet::new();
+    let mut types: BTreeMap<Port, PortType> = BTreeMap::new();
     for node in order {
+        let declared = graph.instance(node).node;
+        let mut given: BTreeMap<usize, PortType> = BTreeMap::new();
         for wire in into.get(&node).map_or(&[][..], Vec::as_slice) {
-            let input = graph.instance(node).node.inputs[wire.input].name;
-            if unknown.contains(&wire.from) {
-                broken.insert((node, wire.input));
-            } else if let Err(error) = graph.connect(wire.from, node, input) {
-                broken.insert((node, wire.input));
-                problems.push(refused(graph, wire, &error));
+            match types.get(&wire.from) {
+                Some(gives) if declared.inputs[wire.input].ty.accepts(*gives) => {
+                    graph.add_wire(wire.from, node, wire.input);
+                    given.insert(wire.input, *gives);
+                }
+                Some(gives) => {
+                    broken.insert((node, wire.input));
+                    problems.push(refused(graph, wire, *gives, &types));
+                }
+                None => {
+                    broken.insert((node, wire.input));
+                }
             }
         }
-        let outputs = graph.instance(node).node.outputs;
-        for (output, declared) in outputs.iter().enumerate() {
-            let port = Port { node, output };
-            let from_broken = match declared.ty {
-                OutputType::SameAs(input) => graph
-                    .instance(node)
-                    .node
-                    .inputs
-                    .iter()
-                    .position(|i| i.name == input)
-                    .is_some_and(|input| broken.contains(&(node, input))),
-                _ => chosen_by_bad_parameter(graph, port, bad),
+        for (output, port) in declared.outputs.iter().enumerate() {
+            let ty = match port.ty {
+                OutputType::Fixed(ty) => Some(ty),
+                OutputType::Chosen(choose) => (!bad.contains(&node)).then(|| choose(&graph.instance(node).params)),
+                OutputType::SameAs(input) => match declared.inputs.iter().position(|i| i.name == input) {
+                    Some(input) if broken.contains(&(node, input)) => None,
+                    Some(input) => Some(given.get(&input).copied().unwrap_or(PortType::Height)),
+                    None => Some(PortType::Height),
+                },
             };
-            if from_broken {
-                unknown.insert(port);
+            if let Some(ty) = ty {
+                types.insert(Port { node, output }, ty);
             }
         }
     }
+    types
 }
 
 /// A wire whose type does not fit, with outputs of the same node that do.
-fn refused(graph: &Graph, wire: &Found, error: &GraphError) -> Diagnostic {
+fn refused(graph: &Graph, wire: &Found, gives: PortType, types: &BTreeMap<Port, PortType>) -> Diagnostic {
+    let target = graph.instance(wire.to);
+    let input = &target.node.inputs[wire.input];
+    let takes = input.ty;
+    let from = graph.port_name(wire.from);
+    let error = GraphError::Type { from, gives, to: format!("{}.{}", target.name, input.name), takes };
     let problem = Diagnostic::error("type", wire.span.clone(), error.to_string());
-    let takes = graph.instance(wire.to).node.inputs[wire.input].ty;
     let source = graph.instance(wire.from.node);
     let fitting: Vec<String> = (0..source.node.outputs.len())
         .map(|output| Port { node: wire.from.node, output })
-        .filter(|port| takes.accepts(graph.output_type(*port)))
+        .filter(|port| types.get(port).is_some_and(|ty| takes.accepts(*ty)))
         .map(|port| format!("`{}`", graph.port_name(port)))
         .collect();
     if fitting.is_empty() {

@@ -202,6 +202,7 @@ fn what_would_be_wrong_is_refused() {
     assert!(refused(text("base", "wavelength", "2 yr")).contains("no unit of a length"));
     assert!(refused(text("base", "shape", "round")).contains("one of `sharp`, `billow`"));
     assert!(refused(text("base", "wavelenght", "2 km")).contains("did you mean `wavelength`?"));
+    assert!(refused(text("scree", "version", "2")).contains("no input or parameter `version`"));
     assert!(refused(text("bace", "wavelength", "2 km")).contains("did you mean `base`?"));
     assert!(refused(Edit::AddNode { name: "base".into(), kind: "Ridged".into(), at: None }).contains("already"));
     assert!(refused(Edit::AddNode { name: "b".into(), kind: "Rigded".into(), at: None }).contains("`Ridged`"));
