@@ -1,10 +1,18 @@
 //! The program `orograph`, as a library so that tests can call its parts: the command line ([`cli`]), what it says and
-//! where ([`terminal`]), and how it fails ([`Failure`]).
+//! where ([`terminal`], [`progress`], [`problems`]), what is asked for ([`request`]), how it is built and written
+//! ([`build`], [`outputs`]), and how it fails ([`Failure`]).
 
+pub mod build;
 pub mod cli;
-
 mod failure;
+pub mod heightfile;
+mod machine;
+pub mod outputs;
+pub mod picture;
 pub mod problems;
+pub mod progress;
+pub mod request;
+mod stop;
 pub mod terminal;
 
 pub use cli::run;

@@ -37,21 +37,21 @@ pub fn load(path: &Path, registry: &Registry) -> Result<Document, Failure> {
 pub fn load_sound(path: &Path, registry: &Registry, warnings: bool) -> Result<Document, Failure> {
     let document = load(path, registry)?;
     if document.has_errors() || warnings && !document.problems().is_empty() {
-        terminal::remark(&report(&document, path, Page::stderr()));
+        terminal::remark(&report(document.problems(), document.source(), path, Page::stderr()));
     }
     if document.has_errors() { Err(Failure::silent(Exit::Wrong)) } else { Ok(document) }
 }
 
-/// All problems of a document with their places, and their number; empty when there are none.
+/// All problems of a source with their places, and their number; empty when there are none.
 #[must_use]
-pub fn report(document: &Document, path: &Path, page: Page) -> String {
-    let (problems, file) = (document.problems(), path.display().to_string());
+pub fn report(problems: &[Diagnostic], source: &str, path: &Path, page: Page) -> String {
+    let file = path.display().to_string();
     if problems.is_empty() {
         return String::new();
     }
     let mut out = String::new();
     for problem in problems.iter().take(MOST_SHOWN) {
-        out.push_str(&excerpt(problem, document.source(), &file, page));
+        out.push_str(&excerpt(problem, source, &file, page));
         out.push('\n');
     }
     let errors = problems.iter().filter(|problem| problem.severity == Severity::Error).count();
@@ -157,10 +157,11 @@ mod tests {
             "(\n  nodes: { \"a\": Constent(), \"b\": Constant(valeu: 3) },\n  outputs: { \"o\": \"c\" },\n)",
             &orograph_nodes::registry(),
         );
-        let text = report(&document, Path::new("g.ron"), PAGE);
+        let text = report(document.problems(), document.source(), Path::new("g.ron"), PAGE);
         assert!(text.ends_with("3 problems in g.ron\n"), "{text}");
         assert!(text.contains("did you mean `Constant`?") && text.contains("g.ron:2:17"), "{text}");
-        let plain = report(&document, Path::new("g.ron"), Page { terminal: false, ..PAGE });
+        let plain =
+            report(document.problems(), document.source(), Path::new("g.ron"), Page { terminal: false, ..PAGE });
         assert!(plain.contains("--> g.ron:2:17") && plain.is_ascii(), "{plain}");
         assert_eq!(as_json(&document, Path::new("g.ron"))[0]["line"], 2);
     }
@@ -169,7 +170,7 @@ mod tests {
     fn one_endless_line_is_clipped() {
         let source = format!("({}", "x".repeat(1_000_000));
         let document = Document::parse(source, &orograph_nodes::registry());
-        let text = report(&document, Path::new("g.ron"), PAGE);
+        let text = report(document.problems(), document.source(), Path::new("g.ron"), PAGE);
         assert!(!text.is_empty() && text.len() < 4000, "{} bytes", text.len());
     }
 }

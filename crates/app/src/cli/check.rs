@@ -42,7 +42,7 @@ impl Args {
                 terminal::print(&lines)?;
                 continue;
             }
-            terminal::remark(&problems::report(&document, file, Page::stderr()));
+            terminal::remark(&problems::report(document.problems(), document.source(), file, Page::stderr()));
             if !document.has_errors() {
                 let page = Page::stdout();
                 let nodes = counted(document.nodes().len(), "node");

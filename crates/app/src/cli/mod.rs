@@ -1,7 +1,11 @@
 //! The command line: one file per command.
 
 mod check;
+mod diff;
+mod fmt;
 mod nodes;
+mod render;
+mod run;
 
 use std::{ffi::OsString, process::ExitCode};
 
@@ -29,14 +33,22 @@ Exit codes: 0 everything asked for was done, 1 the file or the request is wrong,
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Run(Box<run::Args>),
     Check(check::Args),
+    Fmt(fmt::Args),
+    Diff(diff::Args),
+    Render(Box<render::Args>),
     Nodes(nodes::Args),
 }
 
 impl Command {
     fn run(self) -> Result<(), Failure> {
         match self {
+            Self::Run(args) => args.run(),
             Self::Check(args) => args.run(),
+            Self::Fmt(args) => args.run(),
+            Self::Diff(args) => args.run(),
+            Self::Render(args) => args.run(),
             Self::Nodes(args) => args.run(),
         }
     }

@@ -46,7 +46,7 @@ fn section(out: &mut String, title: &str, entries: &[Entry], noun: &str) {
         let meaning = entry
             .choices
             .iter()
-            .fold(meaning, |text, choice| format!("{text}<br>`\"{}\"`: {}", choice.name, cell(choice.doc)));
+            .fold(meaning, |text, choice| format!("{text}<br>`{}`: {}", choice.name, cell(choice.doc)));
         let ty = cell(&entry.ty);
         if noun == "output" {
             let _ = writeln!(out, "| `{}` | {ty} | {meaning} |", entry.name);

@@ -162,7 +162,7 @@ impl Entry {
             Kind::Bool { .. } => entry.ty = "true or false".into(),
             Kind::Choice { default, options } => {
                 entry.ty = "choice".into();
-                entry.default_text = format!("\"{default}\"");
+                entry.default_text = (*default).to_owned();
                 entry.choices = options.iter().map(|(name, doc)| Choice { name, doc }).collect();
             }
             Kind::Seed { .. } => entry.ty = "seed".into(),

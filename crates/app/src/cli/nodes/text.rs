@@ -63,7 +63,7 @@ fn section(out: &mut String, page: Page, title: &str, entries: &[Entry]) {
         let _ = writeln!(out, "  {}{pad}{}", page.name(entry.name), page.dim(facts.trim()));
         out.push_str(&page.paragraphs(entry.doc, column));
         for choice in &entry.choices {
-            let text = format!("\"{}\"  {}", choice.name, choice.doc.replace('\n', " "));
+            let text = format!("{}  {}", choice.name, choice.doc.replace('\n', " "));
             out.push_str(&page.paragraphs(&format!("- {text}"), column));
         }
     }

@@ -1,0 +1,35 @@
+//! `orograph diff`: what changed between two graph files.
+
+use std::path::PathBuf;
+
+use crate::{failure::Failure, problems, terminal};
+
+/// What changed from one graph file to another, in words
+///
+/// Comments, order, layout and the way a value is written do not count: two files without a difference build the same.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The earlier file
+    #[arg(value_name = "A.ron")]
+    a: PathBuf,
+    /// The later file
+    #[arg(value_name = "B.ron")]
+    b: PathBuf,
+    /// End with 1 when there is a difference
+    #[arg(long)]
+    exit_code: bool,
+}
+
+impl Args {
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let registry = orograph_nodes::registry();
+        let a = problems::load_sound(&self.a, &registry, false)?;
+        let b = problems::load_sound(&self.b, &registry, false)?;
+        let changes = orograph_graph::diff(&a, &b);
+        if changes.is_empty() {
+            return terminal::print("no difference in what they build\n");
+        }
+        terminal::print(&changes.iter().map(|change| format!("{change}\n")).collect::<String>())?;
+        if self.exit_code { Err(Failure::silent(crate::Exit::Wrong)) } else { Ok(()) }
+    }
+}

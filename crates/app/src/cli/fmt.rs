@@ -1,0 +1,68 @@
+//! `orograph fmt`: the canonical form of graph files.
+
+use std::path::{Path, PathBuf};
+
+use orograph_graph::{Document, format_source};
+
+use crate::{
+    failure::{Exit, Failure, reason},
+    problems,
+    terminal::{self, Page, counted},
+};
+
+/// Writes graph files in canonical form; comments, order and meaning stay
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Graph files
+    #[arg(required = true, value_name = "GRAPH.ron")]
+    files: Vec<PathBuf>,
+    /// Change nothing: name the files that are not in canonical form, and end with 1 if there are any
+    #[arg(long)]
+    check: bool,
+}
+
+impl Args {
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let mut worst = Exit::Done;
+        let mut changed = Vec::new();
+        for file in &self.files {
+            match self.format(file) {
+                Ok(true) => changed.push(file),
+                Ok(false) => {}
+                Err(failure) => {
+                    worst = if worst == Exit::Unable { worst } else { failure.exit };
+                    terminal::complain(&failure);
+                }
+            }
+        }
+        let (page, what) = (Page::stdout(), if self.check { "not canonical" } else { "formatted" });
+        let lines: String =
+            changed.iter().map(|file| format!("{what} {}\n", page.name(&file.display().to_string()))).collect();
+        terminal::print(&lines)?;
+        if self.check && !changed.is_empty() && worst == Exit::Done {
+            return Err(Failure::wrong(format!("{} not in canonical form", counted(changed.len(), "file")))
+                .hint("`orograph fmt` writes it"));
+        }
+        if worst == Exit::Done { Ok(()) } else { Err(Failure::silent(worst)) }
+    }
+
+    /// Formats one file; says whether it was in another form.
+    fn format(&self, file: &Path) -> Result<bool, Failure> {
+        let registry = orograph_nodes::registry();
+        let document = problems::load(file, &registry)?;
+        let canonical = format_source(document.source()).map_err(|mistakes| {
+            terminal::remark(&problems::report(&mistakes, document.source(), file, Page::stderr()));
+            Failure::silent(Exit::Wrong)
+        })?;
+        if canonical == document.source() {
+            return Ok(false);
+        }
+        if !self.check {
+            Document::parse(canonical, &registry).save(file).map_err(|error| {
+                Failure::unable(format!("cannot write `{}`: {}", file.display(), reason(&error)))
+                    .hint("the file is as it was")
+            })?;
+        }
+        Ok(true)
+    }
+}

@@ -1,0 +1,75 @@
+//! Height files that are read directly, without a graph.
+
+use std::path::Path;
+
+use orograph_graph::Field;
+use orograph_nodes::raster::{self, Problem};
+
+use crate::failure::Failure;
+
+/// What a height file may not say itself.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct Scale {
+    /// Size of a height file's cell in metres, where the file does not say it or says it wrong
+    #[arg(long, value_name = "METRES", value_parser = length)]
+    pub cell: Option<f64>,
+    /// Heights in metres that the lowest and the highest code of a 16-bit or 8-bit file stand for, where nothing beside it
+    /// says so
+    #[arg(long, value_name = "LO,HI", value_parser = range, allow_hyphen_values = true)]
+    pub range: Option<[f64; 2]>,
+}
+
+impl Scale {
+    /// The first option that is given, by its name.
+    #[must_use]
+    pub const fn given(&self) -> Option<&'static str> {
+        match self {
+            Self { cell: Some(_), .. } => Some("--cell"),
+            Self { range: Some(_), .. } => Some("--range"),
+            _ => None,
+        }
+    }
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    match orograph_graph::Unit::Metres.parse(text) {
+        Ok(metres) if metres > 0.0 => Ok(metres),
+        Ok(_) => Err("a cell has an extent above zero".to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+fn range(text: &str) -> Result<[f64; 2], String> {
+    let (lo, hi) = text.split_once(',').ok_or("write two heights with a comma between, such as `0,2500`")?;
+    let metres = |text: &str| orograph_graph::Unit::Metres.parse(text).map_err(|error| error.to_string());
+    match [metres(lo)?, metres(hi)?] {
+        [lo, hi] if lo < hi => Ok([lo, hi]),
+        _ => Err("the first must be the lower one".to_owned()),
+    }
+}
+
+/// Reads a height file of any known format, voids filled, over a world of its own.
+///
+/// # Errors
+/// When it is no such file, or says neither its cell size nor what its codes stand for and `scale` does not either.
+pub fn read(path: &Path, scale: &Scale) -> Result<Field, Failure> {
+    let raster = raster::read(path).map_err(|error| {
+        let remedy = match &error.problem {
+            Problem::Missing => "check the name",
+            _ => error.remedy(),
+        };
+        let failure = match &error.problem {
+            Problem::Unreadable(_) => Failure::unable(error.to_string()),
+            _ => Failure::wrong(error.to_string()),
+        };
+        failure.hint(remedy)
+    })?;
+    let wrong = |what: &str, hint: &str| Failure::wrong(format!("`{}` {what}", path.display())).hint(hint);
+    if raster.coding.is_some_and(|coding| coding.range.is_none()) && scale.range.is_none() {
+        return Err(wrong("has codes, and nothing says which heights they stand for", "say it: `--range 0,2500`"));
+    }
+    raster::height_field(raster, scale.range.unwrap_or([0.0, 1.0]), scale.cell).map_err(|problem| match problem {
+        Problem::NoCellSize => wrong("does not say how large its cells are", "say it in metres: `--cell 30`"),
+        problem => Failure::wrong(format!("`{}`: {problem}", path.display())).hint(problem.remedy()),
+    })
+}

@@ -1,0 +1,243 @@
+//! What is to be built: a graph file, and what the command line says differently.
+
+use std::{
+    num::NonZero,
+    path::{Path, PathBuf},
+    str::FromStr,
+};
+
+use clap::ValueEnum;
+use orograph_graph::{Document, OutputDecl, Registry, Window, World, WorldError, closest};
+
+use crate::{failure::Failure, problems};
+
+/// What the command line says differently from the file.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct Changes {
+    /// Cells along the world's longer side, or along both (`2048x1024`); cells stay square
+    #[arg(long, value_name = "N|WxH")]
+    pub cells: Option<Cells>,
+    /// The world's seed
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u32>,
+    /// A parameter or an input of a node, as it would be written in the file; may be given several times
+    ///
+    /// For example `--set rivers.duration="2 Myr"`, or a wire: `--set scree.talus=strata.repose`.
+    #[arg(long, value_name = "NODE.PARAM=VALUE")]
+    pub set: Vec<Setting>,
+}
+
+/// How it is built.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Means {
+    /// What computes; this build has no GPU backend, so `auto` is the CPU
+    #[arg(long, value_enum, default_value_t = BackendName::Auto)]
+    pub backend: BackendName,
+    /// Threads that work; one per core unless said otherwise. The result is the same for any number
+    #[arg(long, value_name = "N")]
+    pub threads: Option<NonZero<usize>>,
+    /// Folder that keeps results between runs, so that only what has changed is computed; up to 10 GiB
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+}
+
+/// What computes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BackendName {
+    /// The best there is
+    Auto,
+    /// The processor
+    Cpu,
+    /// The graphics card
+    Gpu,
+}
+
+impl BackendName {
+    /// Refuses a backend that this build does not have.
+    ///
+    /// # Errors
+    /// For `gpu`.
+    pub fn check(self) -> Result<(), Failure> {
+        match self {
+            Self::Auto | Self::Cpu => Ok(()),
+            Self::Gpu => Err(Failure::wrong("this build has no GPU backend")
+                .hint("leave `--backend` out, or say `--backend cpu`; the result is the same")),
+        }
+    }
+}
+
+/// A number of cells as typed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cells {
+    /// Along the longer side.
+    Longer(u32),
+    /// Along x and y.
+    Both([u32; 2]),
+}
+
+impl FromStr for Cells {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = |text: &str| {
+            let text = text.trim();
+            text.parse::<u32>().map_err(|_| format!("`{text}` is not a whole number from 0 to {}", u32::MAX))
+        };
+        match text.split_once(['x', 'X', '×']) {
+            Some((x, y)) => Ok(Self::Both([number(x)?, number(y)?])),
+            None => number(text).map(Self::Longer),
+        }
+    }
+}
+
+/// `node.param=value` as typed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setting {
+    node: String,
+    param: String,
+    value: String,
+}
+
+impl FromStr for Setting {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (place, value) = text.split_once('=').ok_or("there is no `=`; write `node.param=value`")?;
+        let (node, param) = place.split_once('.').ok_or("there is no `.`; write `node.param=value`")?;
+        Ok(Self { node: node.trim().to_owned(), param: param.trim().to_owned(), value: value.trim().to_owned() })
+    }
+}
+
+/// A graph with what is to be built of it.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// The file.
+    pub path: PathBuf,
+    /// Its text and graph, with the changes of the command line.
+    pub document: Document,
+    /// The world that is built.
+    pub world: World,
+    /// The outputs that are built.
+    pub outputs: Vec<OutputDecl>,
+}
+
+impl Request {
+    /// Reads a file and makes the changes.
+    ///
+    /// # Errors
+    /// When the file cannot be read or has errors, which are shown then, or the command line asks for what does not
+    /// exist.
+    pub fn new(path: &Path, changes: &Changes, registry: &Registry, warnings: bool) -> Result<Self, Failure> {
+        let mut document = problems::load_sound(path, registry, warnings)?;
+        for Setting { node, param, value } in &changes.set {
+            document
+                .set_from_text(node, param, value)
+                .map_err(|error| Failure::wrong(format!("`--set {node}.{param}={value}`: {error}")))?;
+        }
+        let mut world = document.world();
+        world.seed = changes.seed.unwrap_or(world.seed);
+        if let Some(cells) = changes.cells {
+            world = with_cells(world, cells)?;
+        }
+        let outputs = document.outputs().to_vec();
+        Ok(Self { path: path.to_owned(), document, world, outputs })
+    }
+
+    /// Keeps only the outputs of these names; all of them when there are none.
+    ///
+    /// # Errors
+    /// When there is no such output.
+    pub fn only(mut self, names: &[String]) -> Result<Self, Failure> {
+        let known = |name: &String| self.outputs.iter().any(|output| output.name == *name);
+        if let Some(name) = names.iter().find(|name| !known(name)) {
+            let all: Vec<&str> = self.outputs.iter().map(|output| output.name.as_str()).collect();
+            let failure = Failure::wrong(format!("`{}` has no output `{name}`", self.path.display()));
+            return Err(match closest(name, all.iter().copied()) {
+                Some(near) => failure.hint(format!("did you mean `{near}`?")),
+                None => failure.hint(format!("it has `{}`", all.join("`, `"))),
+            });
+        }
+        if !names.is_empty() {
+            self.outputs.retain(|output| names.contains(&output.name));
+        }
+        Ok(self)
+    }
+
+    /// Folder that the graph's files are relative to.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
+
+    /// The whole world.
+    #[must_use]
+    pub const fn window(&self) -> Window {
+        Window::whole(self.world)
+    }
+}
+
+/// The world with other cells, which must be square.
+fn with_cells(world: World, cells: Cells) -> Result<World, Failure> {
+    let axis = usize::from(world.size[1] > world.size[0]);
+    let ratio = world.size[1 - axis] / world.size[axis];
+    let on_longer = |longer: u32| {
+        let mut cells = [longer; 2];
+        // The conversion saturates; what it gives is checked below.
+        cells[1 - axis] = if longer == 0 { 0 } else { ((f64::from(longer) * ratio).round() as u32).max(1) };
+        World { cells, ..world }
+    };
+    let world = match cells {
+        Cells::Longer(longer) => on_longer(longer),
+        Cells::Both(cells) => World { cells, ..world },
+    };
+    world.check().map(|()| world).map_err(|error| {
+        let failure = Failure::wrong(format!("`--cells`: {error}"));
+        match error {
+            WorldError::NotSquare(..) => {
+                let asked = i64::from(world.cells[axis]);
+                let near = |way: i64| {
+                    (0..10_000)
+                        .filter_map(|step| u32::try_from(asked + way * step).ok())
+                        .find(|longer| *longer > 0 && on_longer(*longer).check().is_ok())
+                };
+                let near: Vec<String> = [near(-1), near(1)]
+                    .into_iter()
+                    .flatten()
+                    .map(|longer| on_longer(longer).cells.map(|cells| cells.to_string()).join("x"))
+                    .collect();
+                if near.is_empty() { failure } else { failure.hint(format!("near and square: {}", near.join(", "))) }
+            }
+            _ => failure,
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_follow_the_longer_side() {
+        let world = World { size: [1000.0, 2000.0], cells: [100, 200], ..World::default() };
+        assert_eq!(with_cells(world, Cells::Longer(50)).expect("square").cells, [25, 50]);
+        assert_eq!(with_cells(world, Cells::Both([5, 10])).expect("square").cells, [5, 10]);
+        let failure = with_cells(world, Cells::Longer(51)).expect_err("25.5 cells");
+        assert_eq!(failure.hint.as_deref(), Some("near and square: 25x50, 26x52"));
+        assert!(with_cells(world, Cells::Longer(0)).expect_err("nothing").message.contains("nothing in it"));
+        let failure = with_cells(World::default(), Cells::Longer(1_000_000_000)).expect_err("too many");
+        assert!(failure.message.contains("EiB"), "{failure}");
+    }
+
+    #[test]
+    fn what_is_typed_is_read() {
+        assert_eq!("512".parse(), Ok(Cells::Longer(512)));
+        assert_eq!("512x256".parse(), Ok(Cells::Both([512, 256])));
+        assert!("many".parse::<Cells>().is_err() && "-5".parse::<Cells>().is_err());
+        let setting: Setting = "rivers.duration = 2 Myr".parse().expect("is one");
+        assert_eq!(
+            (setting.node.as_str(), setting.param.as_str(), setting.value.as_str()),
+            ("rivers", "duration", "2 Myr")
+        );
+        assert!("rivers=2".parse::<Setting>().is_err() && "rivers.duration".parse::<Setting>().is_err());
+    }
+}

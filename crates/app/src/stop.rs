@@ -1,0 +1,22 @@
+//! Ctrl-C: the first asks the work to stop, which removes what is half done; the second ends the program at once.
+
+use orograph_graph::Cancel;
+
+use crate::failure::{Exit, Failure};
+
+/// A switch that Ctrl-C turns, or a polite request of the system to end.
+///
+/// # Errors
+/// When the system gives no handler for signals. A program can ask for one only once.
+pub fn on_interrupt() -> Result<Cancel, Failure> {
+    let cancel = Cancel::default();
+    let switch = cancel.clone();
+    let handler = move || {
+        if switch.is_cancelled() {
+            std::process::exit(i32::from(Exit::Stopped as u8));
+        }
+        switch.cancel();
+    };
+    ctrlc::set_handler(handler).map_err(|error| Failure::unable(format!("cannot listen for Ctrl-C: {error}")))?;
+    Ok(cancel)
+}

@@ -1,0 +1,155 @@
+//! Bad input: a clear message with the place and the remedy, the right exit code, earlier outputs untouched.
+
+use std::fs;
+
+use super::{Place, SMALL};
+
+#[test]
+fn files_that_are_no_graphs() {
+    let place = Place::new();
+    fs::create_dir(place.path("folder")).expect("made");
+    fs::write(place.path("binary.ron"), [0xff, 0xfe, 0x00]).expect("written");
+    place.write("empty.ron", "");
+    for command in ["run", "check"] {
+        place.run(&[command, "none.ron"]).ended(1, &["none.ron", "check the name"]);
+        place.run(&[command, "folder"]).ended(1, &["`folder` is a folder"]);
+        place.run(&[command, "binary.ron"]).ended(1, &["UTF-8"]);
+        place.run(&[command, "empty.ron"]).ended(1, &["empty.ron"]);
+    }
+    assert_eq!(place.names("."), ["binary.ron", "empty.ron", "folder"], "no `out` is left");
+}
+
+#[test]
+fn six_mistakes_are_six_problems() {
+    let place = Place::new();
+    place.write(
+        "six.ron",
+        r#"(
+    format: 1,
+    world: (size: (3200, 1600), cells: (32, 16)),
+    nodes: {
+        "plain": Constent(value: 700),
+        "high": Constant(valeu: 700),
+        "far": Constant(value: 1e12),
+        "steep": Slope(height: "nowhere"),
+        "high": Constant(value: 3),
+        "light": Hillshade(height: "far", azimuth: "2 km"),
+    },
+    outputs: { "steep": "steep" },
+)
+"#,
+    );
+    let ran = place.run(&["check", "six.ron"]).ended(
+        1,
+        &[
+            "6 problems in six.ron",
+            "did you mean `Constant`?",
+            "did you mean `value`?",
+            "six.ron:7:",
+            "nowhere",
+            "`km`",
+        ],
+    );
+    assert_eq!(ran.err.matches("error:").count(), 6, "{}", ran.err);
+    assert_eq!(super::json_lines(&place.run(&["check", "--json", "six.ron"]).ended(1, &[]).out).len(), 6);
+    place.run(&["run", "six.ron"]).ended(1, &["6 problems in six.ron"]);
+    assert!(!place.path("out").exists());
+}
+
+#[test]
+fn graphs_that_cannot_be() {
+    let place = Place::new();
+    let deep = format!("(nodes: {{ \"a\": Constant(value: {}1{}) }})", "(".repeat(100_000), ")".repeat(100_000));
+    let cycle = SMALL.replace("Slope(height: \"plain\")", "Slope(height: \"steep\")");
+    for (name, text, said) in [
+        ("cycle", cycle.as_str(), "circle"),
+        ("newer", &SMALL.replace("format: 1", "format: 99"), "99"),
+        ("type", &SMALL.replace("Slope(height: \"plain\")", "Slope(height: \"relief.colour\")"), "colour"),
+        ("port", &SMALL.replace("relief.colour", "relief.color"), "colour"),
+        ("deep", &deep, "deep"),
+        ("nothing", &SMALL.replace("cells: (32, 16)", "cells: (0, 0)"), "nothing in it"),
+        ("huge", &SMALL.replace("cells: (32, 16)", "cells: (1000000000, 500000000)"), "EiB"),
+        ("oblong", &SMALL.replace("cells: (32, 16)", "cells: (32, 32)"), "square"),
+    ] {
+        let file = place.write(&format!("{name}.ron"), text);
+        let file = file.to_str().expect("plain name");
+        place.run(&["check", file]).ended(1, &[said, &format!("{name}.ron:")]);
+        place.run(&["run", file]).ended(1, &[said]);
+    }
+    assert!(!place.path("out").exists());
+}
+
+#[test]
+fn requests_that_cannot_be() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    for (args, said) in [
+        (vec!["--cells", "0"], "nothing in it"),
+        (vec!["--cells", "1000000000"], "EiB"),
+        (vec!["--cells", "33"], "near and square: 32x16, 34x17"),
+        (vec!["--cells", "many"], "not a whole number"),
+        (vec!["--threads", "0"], "--threads"),
+        (vec!["--format", "jpeg"], "possible values: exr"),
+        (vec!["--only", "hieght"], "did you mean `height`?"),
+        (vec!["--set", "plain.value"], "node.param=value"),
+        (vec!["--set", "plian.value=3"], "did you mean `plain`?"),
+        (vec!["--set", "plain.valeu=3"], "did you mean `value`?"),
+        (vec!["--set", "plain.value=2 yr"], "yr"),
+        (vec!["--backend", "gpu"], "no GPU backend"),
+        (vec!["--colour"], "--colour"),
+    ] {
+        place.run(&[&["run", "g.ron"], &args[..]].concat()).ended(1, &[said]);
+    }
+    assert!(!place.path("out").exists());
+    place.run(&["run", "g.ron", "--cells", "65536x32768"]).ended(2, &["GiB", "fewer cells"]);
+    assert!(!place.path("out").exists(), "a folder made for nothing is removed");
+}
+
+#[test]
+fn outputs_that_cannot_be_files() {
+    let place = Place::new();
+    place.write("up.ron", &SMALL.replace("\"picture\":", "\"../picture\":"));
+    let ran = place.run(&["run", "up.ron"]);
+    assert_eq!(ran.code, 1, "{ran:?}");
+    place.write(
+        "none.ron",
+        &SMALL.replace(
+            "outputs: { \"height\": \"plain\", \"picture\": \"relief.colour\", \"steep\": \"steep\" }",
+            "outputs: {}",
+        ),
+    );
+    place.run(&["run", "none.ron"]).ended(1, &["no outputs"]);
+    assert_eq!(place.names("."), ["none.ron", "up.ron"]);
+}
+
+#[test]
+fn folders_that_cannot_be_written_to() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    place.run(&["run", "g.ron", "-o", "g.ron"]).ended(2, &["g.ron", "not a folder"]);
+    place.run(&["run", "g.ron", "-o", "g.ron/below"]).ended(2, &["not a folder"]);
+    assert_eq!(place.read("g.ron"), SMALL);
+    if cfg!(target_os = "linux") {
+        // Nobody can make a folder there, root neither.
+        place.run(&["run", "g.ron", "-o", "/proc/orograph"]).ended(2, &["/proc/orograph"]);
+    }
+    fs::create_dir_all(place.path("out/height.exr")).expect("made");
+    place.run(&["run", "g.ron"]).ended(2, &["`out/height.exr` is a folder"]);
+    assert_eq!(place.names("out"), ["height.exr"]);
+}
+
+#[test]
+fn a_failure_leaves_earlier_outputs_as_they_were() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    place.run(&["run", "g.ron", "-q"]).done();
+    let before: Vec<Vec<u8>> =
+        place.names("out").iter().map(|name| fs::read(place.path("out").join(name)).unwrap()).collect();
+    // The mask is refused by its kernel, after the other nodes have run.
+    let broken = SMALL.replace("Slope(height: \"plain\")", "Constant(value: 2, quantity: mask)");
+    place.write("g.ron", &broken.replace("value: 700", "value: 900"));
+    place.run(&["run", "g.ron", "-q"]).ended(1, &["`steep` (Constant)", "0 to 1"]);
+    let after: Vec<Vec<u8>> =
+        place.names("out").iter().map(|name| fs::read(place.path("out").join(name)).unwrap()).collect();
+    assert!(before == after, "{:?}", place.names("out"));
+}

@@ -1,0 +1,66 @@
+//! `check`, `fmt`, `diff` and `render`: commands about files.
+
+use std::fs;
+
+use super::{Place, SMALL, repository};
+
+#[test]
+fn check_passes_sound_files_and_counts_the_rest() {
+    let place = Place::new();
+    place.write("a.ron", SMALL);
+    place.write("b.ron", &SMALL.replace("Slope(", "Slop("));
+    assert!(place.run(&["check", "a.ron"]).done().out.contains("ok a.ron  3 nodes, 3 outputs"));
+    let ran = place.run(&["check", "a.ron", "none.ron", "b.ron"]).ended(1, &["1 problem in b.ron", "none.ron"]);
+    assert!(ran.out.contains("ok a.ron"), "{ran:?}");
+}
+
+#[test]
+fn fmt_keeps_comments_and_is_idempotent() {
+    let place = Place::new();
+    let crooked = SMALL.replace("    nodes: {", "nodes   :   {").replace("3200, 1600", "3200,1600");
+    place.write("g.ron", &crooked);
+    let ran = place.run(&["fmt", "--check", "g.ron"]).ended(1, &["1 file not in canonical form"]);
+    assert!(ran.out.contains("g.ron"), "{ran:?}");
+    assert_eq!(place.read("g.ron"), crooked, "`--check` changes nothing");
+    place.run(&["fmt", "g.ron"]).done();
+    let canonical = place.read("g.ron");
+    assert!(canonical.contains("// A plain and its shade.") && canonical.contains("// metres"), "{canonical}");
+    place.run(&["fmt", "--check", "g.ron"]).done();
+    assert_eq!(place.run(&["diff", "g.ron", "g.ron"]).done().out, "no difference in what they build\n");
+    place.write("broken.ron", "(nodes: {");
+    place.run(&["fmt", "broken.ron"]).ended(1, &["broken.ron:1:"]);
+    assert_eq!(place.read("broken.ron"), "(nodes: {");
+}
+
+#[test]
+fn diff_says_what_changed() {
+    let place = Place::new();
+    place.write("a.ron", SMALL);
+    place.write("b.ron", &SMALL.replace("value: 700", "value: 900").replace("// metres", "// feet"));
+    let ran = place.run(&["diff", "a.ron", "b.ron"]).done();
+    assert_eq!(ran.out, "plain.value 700 → 900\n");
+    place.run(&["diff", "a.ron", "b.ron", "--exit-code"]).ended(1, &[]);
+    place.run(&["diff", "a.ron", "none.ron"]).ended(1, &["none.ron"]);
+}
+
+#[test]
+fn pictures_of_graphs_and_of_height_files() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    place.run(&["render", "g.ron", "-o", "map.png", "--cells", "64"]).done();
+    place.run(&["render", "g.ron", "-o", "steep.png", "--output", "steep"]).done();
+    let dem = repository("tests/data/glencoe_128.tif");
+    let dem = dem.to_str().expect("plain name");
+    for view in ["map", "hillshade"] {
+        place.run(&["render", dem, "-o", &format!("{view}.png"), "--view", view]).done();
+    }
+    assert!(fs::read(place.path("map.png")).unwrap() != fs::read(place.path("hillshade.png")).unwrap());
+    place.run(&["render", "g.ron", "-o", "map.jpg"]).ended(1, &[".png"]);
+    place.run(&["render", "g.ron", "-o", "no/map.png"]).ended(2, &["no/map.png"]);
+    place.run(&["render", "g.ron", "-o", "map.png", "--output", "step"]).ended(1, &["did you mean `steep`?"]);
+    place.run(&["render", dem, "-o", "map.png", "--cells", "8"]).ended(1, &["`--cells` is for graph files"]);
+    place.run(&["render", "none.tif", "-o", "map.png"]).ended(1, &["none.tif"]);
+    fs::write(place.path("raw.r16"), [0; 32]).unwrap();
+    place.run(&["render", "raw.r16", "-o", "map.png", "--cell", "30"]).ended(1, &["--range"]);
+    place.run(&["render", "raw.r16", "-o", "raw.png", "--cell", "30", "--range", "0,100"]).done();
+}

@@ -1,0 +1,120 @@
+//! The program as a person runs it: what it writes, what it says, how it ends.
+
+mod bad_input;
+mod files;
+mod manual;
+mod run;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+use tempfile::TempDir;
+
+/// A folder for one test, removed at its end.
+struct Place(TempDir);
+
+/// A graph of three outputs that builds in no time.
+const SMALL: &str = r#"// A plain and its shade.
+(
+    format: 1,
+    world: (size: (3200, 1600), cells: (32, 16), seed: 7),
+    nodes: {
+        "plain": Constant(value: 700), // metres
+        "relief": Hillshade(height: "plain"),
+        "steep": Slope(height: "plain"),
+    },
+    outputs: { "height": "plain", "picture": "relief.colour", "steep": "steep" },
+)
+"#;
+
+impl Place {
+    fn new() -> Self {
+        Self(tempfile::tempdir().expect("a folder for the test"))
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.path(name);
+        fs::write(&path, text).expect("written");
+        path
+    }
+
+    fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+
+    /// All names in a folder, sorted, hidden ones too.
+    fn names(&self, folder: &str) -> Vec<String> {
+        let entries = fs::read_dir(self.path(folder)).expect("a folder");
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.expect("readable").file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    fn command(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_orograph"));
+        command.current_dir(self.0.path()).env("NO_COLOR", "1").args(args);
+        command
+    }
+
+    /// Runs the program in the folder.
+    fn run(&self, args: &[&str]) -> Ran {
+        let output = self.command(args).output().expect("the program starts");
+        Ran::from(output)
+    }
+}
+
+/// How a run of the program ended.
+#[derive(Debug)]
+struct Ran {
+    code: i32,
+    out: String,
+    err: String,
+}
+
+impl From<Output> for Ran {
+    fn from(output: Output) -> Self {
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("the program writes UTF-8");
+        Self {
+            code: output.status.code().expect("it ends by itself"),
+            out: text(output.stdout),
+            err: text(output.stderr),
+        }
+    }
+}
+
+impl Ran {
+    #[track_caller]
+    fn done(self) -> Self {
+        assert_eq!(self.code, 0, "{self:?}");
+        self
+    }
+
+    /// Ended with this code and said, on standard error, each of these.
+    #[track_caller]
+    fn ended(self, code: i32, said: &[&str]) -> Self {
+        assert_eq!(self.code, code, "{self:?}");
+        for text in said {
+            assert!(self.err.contains(text), "`{text}` is not in:\n{}", self.err);
+        }
+        self
+    }
+}
+
+/// The lines of a text as JSON.
+#[track_caller]
+fn json_lines(text: &str) -> Vec<serde_json::Value> {
+    text.lines().map(|line| serde_json::from_str(line).unwrap_or_else(|error| panic!("{error}: {line}"))).collect()
+}
+
+/// A file of the repository.
+fn repository(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
+}

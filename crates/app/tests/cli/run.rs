@@ -1,0 +1,126 @@
+//! `run`: files, formats, events, caches.
+
+use std::fs;
+
+use orograph_nodes::raster;
+
+use super::{Place, SMALL, json_lines};
+
+#[test]
+fn every_output_is_written_with_its_companions() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    let ran = place.run(&["run", "g.ron", "-o", "deep/out"]).done();
+    assert!(ran.out.contains("built 4 files"), "{}", ran.out);
+    assert_eq!(
+        place.names("deep/out"),
+        ["height.exr", "height.exr.json", "height.preview.png", "picture.png", "steep.exr", "steep.exr.json"]
+    );
+    let sidecar: serde_json::Value = serde_json::from_str(&place.read("deep/out/height.exr.json")).expect("JSON");
+    assert_eq!(
+        (&sidecar["columns"], &sidecar["rows"], &sidecar["cell_m"], &sidecar["unit"], &sidecar["seed"]),
+        (&32.into(), &16.into(), &100.0.into(), &"m".into(), &7.into())
+    );
+    assert_eq!(sidecar["graph_hash"].as_str().map(str::len), Some(32));
+    let land = raster::read(&place.path("deep/out/height.exr")).expect("readable");
+    assert_eq!((land.columns, land.rows), (32, 16));
+    assert!(land.samples.iter().all(|v| *v == 700.0));
+}
+
+#[test]
+fn the_command_line_changes_what_is_built() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    let args = ["run", "g.ron", "--cells", "8", "--seed", "9", "--set", "plain.value=1200", "--only", "height"];
+    place.run(&[&args[..], &["--format", "r32", "--no-preview", "--threads", "1", "-q"]].concat()).done();
+    assert_eq!(place.names("out"), ["height.r32", "height.r32.json"]);
+    let sidecar: serde_json::Value = serde_json::from_str(&place.read("out/height.r32.json")).expect("JSON");
+    assert_eq!((&sidecar["columns"], &sidecar["rows"], &sidecar["seed"]), (&8.into(), &4.into(), &9.into()));
+    let bytes = fs::read(place.path("out/height.r32")).expect("written");
+    assert_eq!(bytes, 1200f32.to_le_bytes().repeat(32));
+    assert_eq!(place.read("g.ron"), SMALL, "the file stays as it is");
+}
+
+#[test]
+fn every_format_is_read_back() {
+    let place = Place::new();
+    place.write("g.ron", &SMALL.replace("Constant(value: 700)", "Constant(value: 250.5)"));
+    for (format, file) in [
+        ("exr", "height.exr"),
+        ("png16", "height.png"),
+        ("tiff", "height.tif"),
+        ("r16", "height.r16"),
+        ("r32", "height.r32"),
+    ] {
+        place.run(&["run", "g.ron", "-o", format, "--format", format, "-q"]).done();
+        let land = raster::read(&place.path(format).join(file)).expect("readable").decoded([0.0, 1.0]);
+        assert!(land.samples.iter().all(|v| *v == 250.5), "{format}");
+    }
+}
+
+#[test]
+fn events_are_lines_of_json() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    let ran = place.run(&["run", "g.ron", "--json", "--timings"]).done();
+    let lines = json_lines(&ran.out);
+    let of = |kind: &str| lines.iter().filter(|line| line["event"] == kind).count();
+    assert_eq!(
+        (lines[0]["event"].as_str(), of("plan"), of("node"), of("output")),
+        (Some("start"), 1, 3, 4),
+        "{lines:?}"
+    );
+    assert_eq!(lines.last().map(|line| &line["event"]), Some(&"done".into()));
+    assert!(ran.err.contains("total"), "timings go to standard error: {}", ran.err);
+
+    place.write("bad.ron", &SMALL.replace("Slope(", "Slop("));
+    let ran = place.run(&["run", "bad.ron", "--json"]).ended(1, &["did you mean `Slope`?"]);
+    let lines = json_lines(&ran.out);
+    assert_eq!((lines.len(), &lines[0]["event"], &lines[0]["exit"]), (1, &"error".into(), &1.into()));
+    assert_eq!(lines[0]["problems"][0]["line"], 8);
+    let lines = json_lines(&place.run(&["run", "none.ron", "--json"]).ended(1, &["none.ron"]).out);
+    assert!(lines[0]["message"].as_str().is_some_and(|message| message.contains("none.ron")));
+}
+
+#[test]
+fn a_cache_keeps_results_between_runs() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    let origins = |args: &[&str]| {
+        let ran = place.run(&[&["run", "g.ron", "--json", "--cache", "kept"], args].concat()).done();
+        let lines = json_lines(&ran.out);
+        let nodes = lines.into_iter().filter(|line| line["event"] == "node");
+        nodes.map(|line| line["origin"].as_str().unwrap_or_default().to_owned()).collect::<Vec<_>>()
+    };
+    assert!(origins(&[]).iter().all(|origin| origin == "computed"));
+    let first = fs::read(place.path("out/steep.exr")).expect("written");
+    assert!(origins(&[]).iter().all(|origin| origin == "disk"));
+    assert_eq!(fs::read(place.path("out/steep.exr")).expect("written"), first);
+    assert!(origins(&["--seed", "8"]).iter().all(|origin| origin == "computed"));
+    place.write("file", "");
+    place.run(&["run", "g.ron", "--cache", "file"]).ended(1, &["`file` is a file"]);
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    for threads in ["1", "2", "5"] {
+        place.run(&["run", "g.ron", "-o", threads, "--threads", threads, "-q"]).done();
+        for name in place.names("1") {
+            let bytes = |folder: &str| fs::read(place.path(folder).join(&name)).expect("written");
+            assert!(bytes("1") == bytes(threads), "{name} with {threads} threads");
+        }
+    }
+}
+
+#[test]
+fn timings_name_every_node() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    let ran = place.run(&["run", "g.ron", "--timings"]).done();
+    for name in ["plain", "relief", "steep", "computed", "total"] {
+        assert!(ran.out.contains(name), "{}", ran.out);
+    }
+    assert!(place.run(&["run", "g.ron", "--quiet"]).done().err.is_empty());
+}
