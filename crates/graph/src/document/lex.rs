@@ -19,6 +19,8 @@ pub(super) enum TokenKind {
     Word,
     /// A text in quotes.
     Text,
+    /// A text that is not closed; reported already.
+    Broken,
 }
 
 /// A pair of brackets.
@@ -105,16 +107,14 @@ pub(super) fn lex(source: &str) -> Lexed {
             out.comments.push(Comment { span: start..at, line: false });
             continue;
         } else if c == '"' {
-            at = text(source, start, &mut out.problems);
-            TokenKind::Text
+            text(source, start, &mut at, &mut out.problems)
         } else if let Some(len) = single_quoted(rest) {
             at += len;
             let problem = Diagnostic::error("syntax", start..at, "texts stand in double quotes");
             out.problems.push(problem.hint(format!("write \"{}\"", &source[start + 1..at - 1])));
             TokenKind::Text
         } else if let Some(hashes) = raw_text_hashes(rest) {
-            at = raw_text(source, start, hashes, &mut out.problems);
-            TokenKind::Text
+            raw_text(source, start, hashes, &mut at, &mut out.problems)
         } else if c.is_ascii_digit() || matches!(c, '+' | '-' | '.') {
             at += rest.find(|c: char| !is_number_char(c)).unwrap_or(rest.len());
             TokenKind::Number
@@ -193,31 +193,34 @@ fn block_comment(source: &str, start: usize, problems: &mut Vec<Diagnostic>) -> 
     source.len()
 }
 
-/// The end of a text in quotes. A text ends on its line, so that a missing quote spoils one line, not the file.
-fn text(source: &str, start: usize, problems: &mut Vec<Diagnostic>) -> usize {
+/// Finds the end of a text in quotes. A text ends on its line, so that a missing quote spoils one line, not the file.
+fn text(source: &str, start: usize, at: &mut usize, problems: &mut Vec<Diagnostic>) -> TokenKind {
     let mut chars = source[start + 1..].char_indices();
     while let Some((i, c)) = chars.next() {
         match c {
-            '"' => return start + 1 + i + 1,
-            '\n' => return unclosed_text(source, start, start + 1 + i, problems),
-            '\\' => {
-                // A line feed cannot be escaped.
-                if chars.as_str().starts_with('\n') || chars.as_str().starts_with("\r\n") {
-                    continue;
-                }
+            '"' => {
+                *at = start + 1 + i + 1;
+                return TokenKind::Text;
+            }
+            '\n' => break,
+            // A line feed cannot be escaped.
+            '\\' if !chars.as_str().starts_with(['\n', '\r']) => {
                 chars.next();
             }
             _ => {}
         }
     }
-    unclosed_text(source, start, source.len(), problems)
+    unclosed_text(source, start, at, problems)
 }
 
-fn unclosed_text(source: &str, start: usize, end: usize, problems: &mut Vec<Diagnostic>) -> usize {
-    let end = start + source[start..end].trim_end().len();
-    problems
-        .push(Diagnostic::error("syntax", start..end, "the text is not closed on its line").hint("close it with `\"`"));
-    end
+/// Ends an unclosed text before the brackets and commas its line ends with, which hardly belong to it.
+fn unclosed_text(source: &str, start: usize, at: &mut usize, problems: &mut Vec<Diagnostic>) -> TokenKind {
+    let line = source[start..].split('\n').next().unwrap_or("");
+    let text = line.trim_end_matches(|c: char| c.is_whitespace() || matches!(c, ',' | ')' | ']' | '}'));
+    *at = start + text.len().max(1);
+    let problem = Diagnostic::error("syntax", start..*at, "the text is not closed on its line");
+    problems.push(problem.hint("close it with `\"`"));
+    TokenKind::Broken
 }
 
 /// Number of `#` where a raw text `r"…"` or `r#"…"#` begins.
@@ -227,13 +230,16 @@ fn raw_text_hashes(rest: &str) -> Option<usize> {
     rest[hashes..].starts_with('"').then_some(hashes)
 }
 
-fn raw_text(source: &str, start: usize, hashes: usize, problems: &mut Vec<Diagnostic>) -> usize {
+fn raw_text(source: &str, start: usize, hashes: usize, at: &mut usize, problems: &mut Vec<Diagnostic>) -> TokenKind {
     let body = start + 2 + hashes;
-    let line_end = source[body..].find('\n').map_or(source.len(), |at| body + at);
+    let line = source[body..].split('\n').next().unwrap_or("");
     let closing = format!("\"{}", "#".repeat(hashes));
-    match source[body..line_end].find(&closing) {
-        Some(at) => body + at + closing.len(),
-        None => unclosed_text(source, start, line_end, problems),
+    match line.find(&closing) {
+        Some(end) => {
+            *at = body + end + closing.len();
+            TokenKind::Text
+        }
+        None => unclosed_text(source, start, at, problems),
     }
 }
 
@@ -246,8 +252,7 @@ pub(super) fn decode_text(token: &str) -> Result<String, Range<usize>> {
         let inner = token.get(2 + hashes..token.len().saturating_sub(1 + hashes)).unwrap_or("");
         return Ok(inner.to_owned());
     }
-    let closed = token.len() > 1 && token.as_bytes().last() == token.as_bytes().first();
-    let body = &token[1..token.len() - usize::from(closed)];
+    let body = &token[1..token.len() - 1];
     let mut out = String::with_capacity(body.len());
     let mut chars = body.char_indices();
     while let Some((at, c)) = chars.next() {

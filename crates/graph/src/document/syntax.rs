@@ -8,6 +8,9 @@ use crate::diagnostic::Diagnostic;
 /// Brackets nested deeper than this are refused; a graph file needs six.
 const MAX_DEPTH: usize = 64;
 
+/// The fields of a graph file.
+pub(super) const FIELDS: [&str; 5] = ["format", "world", "nodes", "outputs", "layout"];
+
 /// The most mistakes of notation that are listed.
 const MAX_PROBLEMS: usize = 100;
 
@@ -115,8 +118,17 @@ pub(super) fn parse(source: &str) -> (Tree, Vec<Diagnostic>) {
     };
     let root = (!lexed.tokens.is_empty()).then(|| parser.value());
     if let Some(token) = parser.peek() {
-        let problem = Diagnostic::error("syntax", token.span.clone(), "the file goes on after its closing bracket");
-        parser.problems.push(problem.hint("remove what follows, or look for a bracket that closes too early"));
+        let (message, hint) = match root.as_ref().map(|root| &root.kind) {
+            Some(ExprKind::Group(_)) => (
+                "the file goes on after its closing bracket",
+                "remove what follows, or look for a bracket that closes too early",
+            ),
+            _ => (
+                "a graph file stands in round brackets",
+                "a graph file is `( format: 1, nodes: { … }, outputs: { … } )`",
+            ),
+        };
+        parser.problems.push(Diagnostic::error("syntax", token.span.clone(), message).hint(hint));
     }
     let mut problems = lexed.problems;
     problems.append(&mut parser.problems);
@@ -185,12 +197,16 @@ impl<'a> Parser<'a> {
         match token.kind {
             TokenKind::Number => {
                 self.next += 1;
-                Expr { span, kind: ExprKind::Number }
+                self.number(span)
             }
             TokenKind::Text => {
                 self.next += 1;
-                let kind = ExprKind::Text(self.text(&span));
+                let kind = self.text(&span).map_or(ExprKind::Bad, ExprKind::Text);
                 Expr { span, kind }
+            }
+            TokenKind::Broken => {
+                self.next += 1;
+                Expr { span, kind: ExprKind::Bad }
             }
             TokenKind::Word => {
                 self.next += 1;
@@ -208,12 +224,31 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn text(&mut self, span: &Range<usize>) -> String {
-        decode_text(&self.source[span.clone()]).unwrap_or_else(|escape| {
-            let place = span.start + escape.start..(span.start + escape.end).min(span.end);
-            self.problem(place, "the escape does not exist", "a backslash is written `\\\\`; paths may use `/`");
-            String::new()
-        })
+    /// A number; a unit that follows it without quotes is reported here.
+    fn number(&mut self, span: Range<usize>) -> Expr {
+        if let Some(token) = self.peek()
+            && token.kind == TokenKind::Word
+            && self.source[span.end..token.span.start].chars().all(|c| c == ' ')
+            && !matches!(self.peek_kind(1), Some(TokenKind::Colon | TokenKind::Open(_)))
+        {
+            let place = span.start..token.span.end;
+            let hint = format!("write \"{}\"", &self.source[place.clone()]);
+            self.problem(place.clone(), "a number with a unit stands in quotes", &hint);
+            self.next += 1;
+            return Expr { span: place, kind: ExprKind::Bad };
+        }
+        Expr { span, kind: ExprKind::Number }
+    }
+
+    fn text(&mut self, span: &Range<usize>) -> Option<String> {
+        match decode_text(&self.source[span.clone()]) {
+            Ok(text) => Some(text),
+            Err(escape) => {
+                let place = span.start + escape.start..(span.start + escape.end).min(span.end);
+                self.problem(place, "the escape does not exist", "a backslash is written `\\\\`; paths may use `/`");
+                None
+            }
+        }
     }
 
     /// Things in brackets, from the opening one.
@@ -271,7 +306,15 @@ impl<'a> Parser<'a> {
         keyed
             && match self.peek_kind(0) {
                 Some(TokenKind::Text) => bracket == Bracket::Round && outer == Bracket::Curly,
-                Some(TokenKind::Word) => bracket != Bracket::Round && outer == Bracket::Round,
+                Some(TokenKind::Word) if outer == Bracket::Round => match bracket {
+                    Bracket::Round => false,
+                    Bracket::Square => true,
+                    // A name in curly brackets may just lack its quotes.
+                    Bracket::Curly => {
+                        let word = &self.source[self.tokens[self.next].span.clone()];
+                        self.open.len() == 2 && FIELDS.contains(&word)
+                    }
+                },
                 _ => false,
             }
     }
@@ -334,7 +377,10 @@ impl<'a> Parser<'a> {
     }
 
     fn begins_item(&self) -> bool {
-        matches!(self.peek_kind(0), Some(TokenKind::Open(_) | TokenKind::Number | TokenKind::Word | TokenKind::Text))
+        matches!(
+            self.peek_kind(0),
+            Some(TokenKind::Open(_) | TokenKind::Number | TokenKind::Word | TokenKind::Text | TokenKind::Broken)
+        )
     }
 
     /// A name with its colon.
@@ -343,7 +389,8 @@ impl<'a> Parser<'a> {
         let span = token.span.clone();
         let text = match token.kind {
             TokenKind::Word => self.source[span.clone()].to_owned(),
-            TokenKind::Text => self.text(&span),
+            // A name with a wrong escape, reported, is taken as it is written.
+            TokenKind::Text => self.text(&span).unwrap_or_else(|| self.source[span.clone()].to_owned()),
             _ => return None,
         };
         match (bracket, token.kind) {
@@ -376,13 +423,17 @@ mod tests {
         assert_eq!(messages("(a: 'x', b: ?)"), ["4: texts stand in double quotes", "12: `?` has no meaning here"]);
         assert_eq!(messages("(a: , b: 2)"), ["1: `a` has no value"]);
         assert_eq!(messages("({\"a\": P(x: 1, \"b\": Q(y: 2)})"), ["8: `(` is not closed"]);
-        assert_eq!(messages("(n: {\"a\": P, o: {})"), ["4: `{` is not closed"]);
+        assert_eq!(messages("(n: {\"a\": P, layout: {})"), ["4: `{` is not closed"]);
         assert_eq!(messages("((((1"), ["3: `(` is not closed"]);
         assert_eq!(messages("(a: 1))"), ["6: the file goes on after its closing bracket"]);
         assert_eq!(messages("{a: 1}"), ["1: the name `a` needs quotes here"]);
         assert_eq!(messages("(a: [1, 2)"), ["4: `[` is not closed"]);
         assert_eq!(messages("(a: 1, , b: 2)"), ["7: `,` stands where a value belongs"]);
         assert_eq!(messages("(a: \"\\q\")"), ["5: the escape does not exist"]);
+        assert_eq!(messages("(size: 3 km, a: 1)"), ["7: a number with a unit stands in quotes"]);
+        assert_eq!(messages("(n: {\"a\": \"b },\n o: 1)"), ["10: the text is not closed on its line"]);
+        assert_eq!(messages("(nodes: {a: P}, b: 1)"), ["9: the name `a` needs quotes here"]);
+        assert_eq!(messages("nodes: {}"), ["5: a graph file stands in round brackets"]);
     }
 
     #[test]

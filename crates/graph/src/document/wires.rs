@@ -7,7 +7,7 @@ use std::{
 
 use petgraph::stable_graph::NodeIndex;
 
-use super::check::Problems;
+use super::problems::Problems;
 use crate::{
     closest,
     diagnostic::Diagnostic,

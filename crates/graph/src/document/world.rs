@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use super::{
-    check::Problems,
     literal::{Literal, Misfit, pair, quantity},
+    problems::Problems,
     syntax::{Expr, ExprKind, Group},
 };
 use crate::{
