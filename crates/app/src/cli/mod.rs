@@ -6,6 +6,7 @@ mod fmt;
 mod nodes;
 mod render;
 mod run;
+mod watch;
 
 use std::{ffi::OsString, process::ExitCode};
 
@@ -38,6 +39,7 @@ enum Command {
     Fmt(fmt::Args),
     Diff(diff::Args),
     Render(Box<render::Args>),
+    Watch(Box<watch::Args>),
     Nodes(nodes::Args),
 }
 
@@ -49,6 +51,7 @@ impl Command {
             Self::Fmt(args) => args.run(),
             Self::Diff(args) => args.run(),
             Self::Render(args) => args.run(),
+            Self::Watch(args) => args.run(),
             Self::Nodes(args) => args.run(),
         }
     }

@@ -4,6 +4,8 @@ mod bad_input;
 mod files;
 mod manual;
 mod run;
+#[cfg(unix)]
+mod signals;
 
 use std::{
     fs,

@@ -1,0 +1,171 @@
+//! `orograph watch`: builds a graph again whenever it, or a file it reads, is saved.
+
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+    sync::mpsc::{Receiver, RecvTimeoutError, channel},
+    time::Duration,
+};
+
+use notify_debouncer_full::{
+    DebounceEventResult, Debouncer, RecommendedCache, new_debouncer,
+    notify::{
+        EventKind, RecommendedWatcher, RecursiveMode,
+        event::{AccessKind, AccessMode},
+    },
+};
+use orograph_graph::{Cancel, ParamValue};
+use orograph_nodes::raster;
+
+use crate::{
+    build::Builder,
+    cli::run::summary,
+    failure::{Exit, Failure},
+    outputs::Form,
+    progress,
+    request::{Changes, Means, Request},
+    stop,
+    terminal::{self, Page},
+};
+
+/// Bytes of results that are remembered, so that only what has changed is computed.
+const REMEMBERED: usize = 2 << 30;
+
+/// How long a file must be left alone before it counts as saved.
+const SETTLED: Duration = Duration::from_millis(150);
+
+/// How often Ctrl-C is looked for while nothing happens.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// Builds a graph file, and again at every save of it or of a file it reads
+///
+/// Results are remembered, so that only what has changed is computed. Problems are shown, and watching goes on; the files
+/// of the last build that succeeded stay. Ctrl-C ends it.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Graph file
+    #[arg(value_name = "GRAPH.ron")]
+    file: PathBuf,
+    /// Folder for the files; made if it does not exist
+    #[arg(short, long, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+    /// Build only this output; may be given several times
+    #[arg(long, value_name = "NAME")]
+    only: Vec<String>,
+    #[command(flatten)]
+    changes: Changes,
+    #[command(flatten)]
+    form: Form,
+    #[command(flatten)]
+    means: Means,
+}
+
+impl Args {
+    pub(super) fn run(self) -> Result<(), Failure> {
+        if !self.file.is_file() {
+            return Err(Failure::wrong(format!("there is no file `{}` to watch", self.file.display())));
+        }
+        let cancel = stop::on_interrupt()?;
+        let builder = Builder::new(&self.means, REMEMBERED, cancel.clone())?;
+        let mut watch = Watch::new()?;
+        watch.add(&self.file)?;
+        loop {
+            let read = self.build(&builder);
+            if cancel.is_cancelled() {
+                return Ok(());
+            }
+            match read {
+                Ok(files) => files.iter().try_for_each(|file| watch.add(file))?,
+                Err(failure) => terminal::complain(&failure),
+            }
+            let page = Page::stdout();
+            terminal::print(&page.dim(&format!("watching {}\n", self.file.display())))?;
+            let Some(changed) = watch.next(&cancel)? else { return Ok(()) };
+            terminal::print(&format!("{} changed\n", page.name(&changed)))?;
+        }
+    }
+
+    /// Builds once; returns the files that the graph reads, whose changes matter from then on.
+    fn build(&self, builder: &Builder) -> Result<Vec<PathBuf>, Failure> {
+        let request = Request::new(&self.file, &self.changes, &orograph_nodes::registry(), true)?.only(&self.only)?;
+        let read = files_read(&request);
+        match builder.build(&request, &self.out, &self.form, &*progress::for_people()) {
+            Ok(built) => terminal::print(&summary(&request, &built, Page::stdout()))?,
+            // The files are watched also when one of them is what is wrong.
+            Err(failure) if failure.exit != Exit::Stopped => terminal::complain(&failure),
+            Err(_) => {}
+        }
+        Ok(read)
+    }
+}
+
+/// The files that nodes of the graph name, with what may lie beside them.
+fn files_read(request: &Request) -> Vec<PathBuf> {
+    let graph = request.document.graph();
+    let values = graph.indices().flat_map(|node| graph.instance(node).params.iter().map(|(_, value)| value));
+    let named = values.filter_map(|value| match value {
+        ParamValue::File(name) if !name.is_empty() => Some(request.folder().join(name)),
+        _ => None,
+    });
+    named.flat_map(|file| [raster::sidecar_path(&file), file]).collect()
+}
+
+/// Folders that are watched, and the files in them that matter.
+struct Watch {
+    watcher: Debouncer<RecommendedWatcher, RecommendedCache>,
+    events: Receiver<DebounceEventResult>,
+    folders: BTreeSet<PathBuf>,
+    files: BTreeSet<PathBuf>,
+}
+
+impl Watch {
+    fn new() -> Result<Self, Failure> {
+        let (tell, events) = channel();
+        let watcher = new_debouncer(SETTLED, None, tell).map_err(|error| refused(&error))?;
+        Ok(Self { watcher, events, folders: BTreeSet::new(), files: BTreeSet::new() })
+    }
+
+    /// Watches a file. Its folder is what the system watches, since many editors save by renaming a new file into place;
+    /// a folder that does not exist is left out.
+    fn add(&mut self, file: &Path) -> Result<(), Failure> {
+        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let (Ok(folder), Some(name)) = (folder.canonicalize(), file.file_name()) else { return Ok(()) };
+        self.files.insert(folder.join(name));
+        if self.folders.insert(folder.clone()) {
+            self.watcher.watch(&folder, RecursiveMode::NonRecursive).map_err(|error| refused(&error))?;
+        }
+        Ok(())
+    }
+
+    /// Waits until a file has changed, and returns its name; `None` when it is time to end.
+    fn next(&self, cancel: &Cancel) -> Result<Option<String>, Failure> {
+        while !cancel.is_cancelled() {
+            match self.events.recv_timeout(LOOK) {
+                Ok(Ok(events)) => {
+                    let changed = events.iter().filter(|event| is_change(&event.kind)).flat_map(|event| &event.paths);
+                    let file = changed.into_iter().find(|path| self.files.contains(*path));
+                    if let Some(name) = file.and_then(|path| path.file_name()) {
+                        return Ok(Some(name.to_string_lossy().into_owned()));
+                    }
+                }
+                Ok(Err(errors)) => return errors.first().map_or(Ok(None), |error| Err(refused(error))),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Ok(None),
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// Whether a file may say something else after the event. Reading one is an event too.
+const fn is_change(kind: &EventKind) -> bool {
+    match kind {
+        EventKind::Create(_) | EventKind::Modify(_) | EventKind::Any => true,
+        EventKind::Access(kind) => matches!(kind, AccessKind::Close(AccessMode::Write)),
+        EventKind::Remove(_) | EventKind::Other => false,
+    }
+}
+
+fn refused(error: &notify_debouncer_full::notify::Error) -> Failure {
+    Failure::unable(format!("cannot watch files: {error}"))
+}

@@ -1,0 +1,128 @@
+//! Ctrl-C, and watching, which only Ctrl-C ends.
+
+use std::{
+    fs,
+    io::{BufRead as _, BufReader},
+    process::{Child, Command, Stdio},
+    sync::mpsc::{Receiver, channel},
+    time::{Duration, Instant},
+};
+
+use super::{Place, SMALL, repository};
+
+/// Longer than anything here takes on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The program while it runs, with the lines of its standard output as they come.
+struct Running {
+    child: Child,
+    lines: Receiver<String>,
+}
+
+impl Running {
+    fn start(place: &Place, args: &[&str]) -> Self {
+        let mut child =
+            place.command(args).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("the program starts");
+        let (tell, lines) = channel();
+        let stdout = BufReader::new(child.stdout.take().expect("piped"));
+        std::thread::Builder::new()
+            .name("lines".to_owned())
+            .spawn(move || stdout.lines().map_while(Result::ok).try_for_each(|line| tell.send(line)))
+            .expect("a thread");
+        Self { child, lines }
+    }
+
+    /// Waits for a line that contains the text.
+    #[track_caller]
+    fn wait_for(&self, text: &str) {
+        let mut seen = Vec::new();
+        loop {
+            match self.lines.recv_timeout(PATIENCE) {
+                Ok(line) if line.contains(text) => return,
+                Ok(line) => seen.push(line),
+                Err(error) => panic!("`{text}` did not come ({error}); there was {seen:?}"),
+            }
+        }
+    }
+
+    /// Sends the signal of Ctrl-C; returns the exit code and how long the program went on.
+    fn interrupt(mut self) -> (Option<i32>, Duration) {
+        let sent = Command::new("kill").args(["-INT", &self.child.id().to_string()]).status().expect("kill runs");
+        assert!(sent.success());
+        let start = now();
+        loop {
+            if let Some(status) = self.child.try_wait().expect("is a child") {
+                return (status.code(), start.elapsed());
+            }
+            assert!(start.elapsed() < PATIENCE, "it goes on");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+}
+
+impl Drop for Running {
+    /// A test that failed leaves no program behind.
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[expect(clippy::disallowed_methods, reason = "the test measures how long the program takes to end")]
+fn now() -> Instant {
+    Instant::now()
+}
+
+#[test]
+fn ctrl_c_stops_a_run_at_once_and_leaves_nothing() {
+    let place = Place::new();
+    // Hundreds of layers of many octaves: half a minute of work, of which the test sees a moment.
+    let nodes: String = (0..400).map(|n| format!("\"n{n}\": Perlin(octaves: 16, seed: {n}),\n")).collect();
+    let outputs: String = (0..400).map(|n| format!("\"n{n}\": \"n{n}\",\n")).collect();
+    let graph = format!("(world: (cells: (512, 512)), nodes: {{\n{nodes}}}, outputs: {{\n{outputs}}})");
+    place.write("long.ron", &graph);
+    fs::create_dir(place.path("out")).expect("made");
+    place.write("out/n0.exr", "from before");
+    let running = Running::start(&place, &["run", "long.ron", "--json"]);
+    running.wait_for("\"event\":\"node\"");
+    let (code, time) = running.interrupt();
+    assert_eq!(code, Some(130));
+    assert!(time < Duration::from_secs(1), "it went on for {time:?}");
+    assert_eq!(place.names("out"), ["n0.exr"]);
+    assert_eq!(place.read("out/n0.exr"), "from before");
+}
+
+#[test]
+fn watching_builds_at_every_save_and_survives_mistakes() {
+    let place = Place::new();
+    fs::copy(repository("tests/data/glencoe_128.tif"), place.path("land.tif")).expect("copied");
+    let graph = SMALL.replace("\"plain\": Constant(value: 700), // metres", "\"plain\": Import(file: \"land.tif\"),");
+    place.write("g.ron", &graph);
+    let running = Running::start(&place, &["watch", "g.ron", "--only", "height"]);
+    running.wait_for("watching g.ron");
+    let first = place.read("out/height.exr.json");
+
+    place.write("g.ron", &graph.replace("seed: 7", "seed: 8"));
+    running.wait_for("g.ron changed");
+    running.wait_for("watching g.ron");
+    let second = place.read("out/height.exr.json");
+    assert_ne!(first, second);
+
+    place.write("g.ron", "(nodes: {");
+    running.wait_for("watching g.ron");
+    assert_eq!(place.read("out/height.exr.json"), second, "a mistake leaves the last good files");
+
+    // Many editors write a new file and rename it into place.
+    place.write("g.ron.new", &graph);
+    fs::rename(place.path("g.ron.new"), place.path("g.ron")).expect("renamed");
+    running.wait_for("g.ron changed");
+    running.wait_for("built");
+    running.wait_for("watching g.ron");
+
+    fs::copy(repository("tests/data/bigtujunga_i32.tif"), place.path("land.tif")).expect("copied");
+    running.wait_for("land.tif changed");
+    running.wait_for("watching g.ron");
+    assert_ne!(place.read("out/height.exr.json"), first, "the land is another");
+    let (code, time) = running.interrupt();
+    assert_eq!((code, time < Duration::from_secs(1)), (Some(0), true), "{time:?}");
+}
