@@ -6,7 +6,7 @@
 
 use crate::{
     prelude::*,
-    raster::{self, Axis, Problem, Raster, fill_voids, resample},
+    raster::{self, GridAxis, Problem, Raster, fill_voids, resample},
 };
 
 choice! {
@@ -121,7 +121,9 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let path = job.file("file")?;
     job.advance(0.0)?;
-    let raster = raster::read(&path)?;
+    let raster = raster::read_while(&path, &|| job.check().is_ok());
+    job.check()?;
+    let raster = raster?;
     job.advance(0.5)?;
     let axes = axes(&params, &raster, job.window()).map_err(|problem| problem.of(&path))?;
     let range = if params.quantity == Quantity::Mask { [0.0, 1.0] } else { params.range };
@@ -144,7 +146,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 }
 
 /// How the world's cells lie on the raster's.
-fn axes(params: &Params, raster: &Raster, window: Window) -> Result<[Axis; 2], Problem> {
+fn axes(params: &Params, raster: &Raster, window: Window) -> Result<[GridAxis; 2], Problem> {
     let source = [raster.columns, raster.rows];
     let size = if params.cell > 0.0 { Some([params.cell; 2]) } else { raster.cell_m()? };
     let axis = |axis: usize| {
@@ -157,7 +159,7 @@ fn axes(params: &Params, raster: &Raster, window: Window) -> Result<[Axis; 2], P
                 (step, 0.5 * (source as f64 - target * step))
             }
         };
-        Axis { source, offset, step }.snapped()
+        GridAxis { source, offset, step }.snapped()
     };
     Ok([axis(0), axis(1)])
 }

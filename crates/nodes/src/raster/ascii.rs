@@ -5,7 +5,7 @@
 //! the south-west cell. The format names no reference system: grids that fit on the globe in cells of at most a tenth
 //! of a degree are taken for longitude and latitude.
 
-use super::{Cell, Problem, Raster, claimed_cells, looks_geographic};
+use super::{Cell, GoOn, Problem, Raster, claimed_cells, looks_geographic};
 
 #[derive(Default)]
 struct Header {
@@ -19,7 +19,7 @@ struct Header {
 }
 
 /// Decodes a grid.
-pub(super) fn read(bytes: &[u8]) -> Result<Raster, Problem> {
+pub(super) fn read(bytes: &[u8], go_on: GoOn<'_>) -> Result<Raster, Problem> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut words = bytes.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).peekable();
     let mut header = Header::default();
@@ -41,6 +41,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raster, Problem> {
             let (row, column) = (at / columns + 1, at % columns + 1);
             Problem::damaged(format!("`{}` in row {row}, column {column} is not a number", excerpt(word)))
         })?;
+        if samples.len() % (1 << 15) == 0 && !go_on() {
+            return Err(Problem::Stopped);
+        }
         samples.push(if header.nodata == Some(value) { f32::NAN } else { value });
     }
     if samples.len() < cells {
@@ -111,7 +114,7 @@ mod tests {
     fn words_are_read_in_any_case_and_the_corner_from_the_centre() {
         let text = b"NCOLS 3\r\nnrows 2\nXLLCENTER 500015\nyllCenter 4000015\nCellSize 30\nnodata_VALUE -9999\n\
                      1 2.5 -9999\n4e1 nan -6\n";
-        let raster = read(text).unwrap();
+        let raster = read(text, &|| true).unwrap();
         assert_eq!((raster.columns, raster.rows, raster.voids()), (3, 2, 2));
         assert_eq!((raster.samples[1], raster.samples[3], raster.samples[5]), (2.5, 40.0, -6.0));
         assert_eq!(raster.cell, Some(Cell::Metres([30.0, 30.0])));
@@ -120,7 +123,7 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_named() {
-        let message = |text: &[u8]| read(text).expect_err("wrong").to_string();
+        let message = |text: &[u8]| read(text, &|| true).expect_err("wrong").to_string();
         assert!(message(b"ncols 2 nrows 2 cellsize 1 1 2 x 4").contains("row 2, column 1"));
         assert!(message(b"ncols 2 nrows 2 cellsize 1 1 2 3").contains("3 of 4 cells"));
         assert!(message(b"ncols 2 nrows 2 1 2 3 4 5").contains("`5` follows"));

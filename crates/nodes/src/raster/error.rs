@@ -101,6 +101,9 @@ pub enum Problem {
     /// Nothing says how large its cells are.
     #[error("it does not say how large its cells are")]
     NoCellSize,
+    /// It was told to stop.
+    #[error("reading was stopped")]
+    Stopped,
     /// The system refused to write it.
     #[error("it cannot be written: {0}")]
     Unwritable(#[source] io::Error),
@@ -140,6 +143,7 @@ impl Problem {
             Self::NoLatitude => {
                 "say the size of a cell in metres, or give the file its place (N40W106.hgt, a GeoTIFF with tags)"
             }
+            Self::Stopped => "read it again",
             Self::NoCellSize => "say the size of a cell in metres",
             Self::Unwritable(_) => "choose a folder that may be written to, and check that the disk has room",
             Self::NotFinite { .. } => "find the node that gives them, or write exr, tiff or r32",

@@ -7,7 +7,7 @@
 
 use orograph_graph::{Field, NodeError, Window, World};
 
-use super::{Cell, MAX_CELLS, Problem, Raster, fill_voids, resample, resample::Axis};
+use super::{Cell, MAX_CELLS, Problem, Raster, fill_voids, resample, resample::GridAxis};
 use crate::math;
 
 /// Semi-major axis of WGS84 in metres.
@@ -79,8 +79,8 @@ pub fn height_field(raster: Raster, range: [f64; 2], cell_m: Option<f64>) -> Res
     };
     if nx as usize != columns {
         let axes = [
-            Axis { source: columns, offset: 0.0, step: columns as f64 / f64::from(nx) },
-            Axis { source: rows, offset: 0.0, step: 1.0 },
+            GridAxis { source: columns, offset: 0.0, step: columns as f64 / f64::from(nx) },
+            GridAxis { source: rows, offset: 0.0, step: 1.0 },
         ];
         samples = resample(&samples, axes, [0, 0], [nx, ny], None, &|| Ok(())).map_err(never)?;
     }

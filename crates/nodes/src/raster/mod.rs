@@ -26,7 +26,7 @@ use std::{fs, io, io::Read, path::Path};
 pub use error::{Problem, RasterError};
 pub use fill::fill_voids;
 pub use metric::height_field;
-pub use resample::{Axis, resample};
+pub use resample::{GridAxis, resample};
 pub use save::{Format, Meta, replace, write, write_colour};
 pub use sidecar::{Sidecar, sidecar_path};
 
@@ -119,12 +119,24 @@ impl Raster {
 /// # Errors
 /// [`RasterError`] with the file, the [`Problem`] and its remedy. Never panics, whatever the bytes.
 pub fn read(path: &Path) -> Result<Raster, RasterError> {
-    let sidecar = Sidecar::beside(path)?;
-    let bytes = load(path).map_err(|problem| problem.of(path))?;
-    decode(&bytes, path, sidecar.as_ref()).map_err(|problem| problem.of(path))
+    read_while(path, &|| true)
 }
 
-fn load(path: &Path) -> Result<Vec<u8>, Problem> {
+/// [`read`] that stops soon after `go_on` has become false. It is asked every few milliseconds, except inside OpenEXR and
+/// interlaced PNG.
+///
+/// # Errors
+/// As [`read`]; [`Problem::Stopped`] when it stopped.
+pub fn read_while(path: &Path, go_on: GoOn<'_>) -> Result<Raster, RasterError> {
+    let sidecar = Sidecar::beside(path)?;
+    let bytes = load(path, go_on).map_err(|problem| problem.of(path))?;
+    decode(&bytes, path, sidecar.as_ref(), go_on).map_err(|problem| problem.of(path))
+}
+
+/// Asked again and again whether to go on.
+pub type GoOn<'a> = &'a (dyn Fn() -> bool + Sync);
+
+fn load(path: &Path, go_on: GoOn<'_>) -> Result<Vec<u8>, Problem> {
     let unreadable = |error: io::Error| match error.kind() {
         io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => Problem::Missing,
         _ => Problem::Unreadable(error),
@@ -143,19 +155,24 @@ fn load(path: &Path) -> Result<Vec<u8>, Problem> {
             remedy: "cut out the part that is needed, or average it to larger cells",
         });
     }
+    let mut file = fs::File::open(path).map_err(unreadable)?.take(meta.len());
     let mut bytes = Vec::new();
-    fs::File::open(path).and_then(|file| file.take(meta.len()).read_to_end(&mut bytes)).map_err(unreadable)?;
+    while file.by_ref().take(1 << 23).read_to_end(&mut bytes).map_err(unreadable)? > 0 {
+        if !go_on() {
+            return Err(Problem::Stopped);
+        }
+    }
     Ok(bytes)
 }
 
 /// Decodes the bytes of a file; `path` is only asked for its extension and its name.
-fn decode(bytes: &[u8], path: &Path, sidecar: Option<&Sidecar>) -> Result<Raster, Problem> {
+fn decode(bytes: &[u8], path: &Path, sidecar: Option<&Sidecar>, go_on: GoOn<'_>) -> Result<Raster, Problem> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     let raster = match (bytes, extension.as_str()) {
-        ([b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..], _) => geotiff::read(bytes)?,
-        ([0x89, b'P', b'N', b'G', ..], _) => png::read(bytes, sidecar)?,
+        ([b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..], _) => geotiff::read(bytes, go_on)?,
+        ([0x89, b'P', b'N', b'G', ..], _) => png::read(bytes, sidecar, go_on)?,
         ([0x76, 0x2f, 0x31, 0x01, ..], _) => exr::read(bytes, sidecar)?,
-        (_, "asc") => ascii::read(bytes)?,
+        (_, "asc") => ascii::read(bytes, go_on)?,
         (_, "hgt") => hgt::read(bytes, path.file_stem().and_then(|s| s.to_str()).unwrap_or_default())?,
         (_, "r16" | "raw") => raw::read_r16(bytes, sidecar)?,
         (_, "r32") => raw::read_r32(bytes, sidecar)?,

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 /// How target cells lie on the source cells along one axis: target cell i covers `offset + i * step` to
 /// `offset + (i + 1) * step`, in source cells from the first one's edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Axis {
+pub struct GridAxis {
     /// Number of source cells.
     pub source: usize,
     /// Where target cell 0 begins.
@@ -33,7 +33,7 @@ struct Taps {
     inside: bool,
 }
 
-impl Axis {
+impl GridAxis {
     /// The axis with a step of one, and an offset of whole cells, where they are meant to be so.
     ///
     /// A step of one with an offset of a half cell, as centring gives between an even and an odd number, becomes a whole
@@ -106,7 +106,7 @@ impl Axis {
 /// When there are not exactly as many samples as the axes say, or none.
 pub fn resample(
     samples: &[f32],
-    axes: [Axis; 2],
+    axes: [GridAxis; 2],
     origin: [u32; 2],
     cells: [u32; 2],
     beyond: Option<f32>,
@@ -173,8 +173,8 @@ mod tests {
     use super::*;
 
     fn line(source: &[f32], offset: f64, step: f64, cells: u32, beyond: Option<f32>) -> Vec<f32> {
-        let along = Axis { source: source.len(), offset, step };
-        let across = Axis { source: 1, offset: 0.0, step: 1.0 };
+        let along = GridAxis { source: source.len(), offset, step };
+        let across = GridAxis { source: 1, offset: 0.0, step: 1.0 };
         let row = resample(source, [along, across], [0, 0], [cells, 1], beyond, &|| Ok(())).unwrap();
         let column = resample(source, [across, along], [0, 0], [1, cells], beyond, &|| Ok(())).unwrap();
         assert_eq!(row, column, "both axes are alike");
@@ -187,7 +187,7 @@ mod tests {
         assert_eq!(line(&source, 0.0, 1.0, 5, None), source);
         assert_eq!(line(&source, 2.0, 1.0, 2, None), source[2..4]);
         assert_eq!(line(&source, -1.0, 1.0, 3, Some(9.0)), [9.0, 0.1, -7.3]);
-        let snapped = Axis { source: 5, offset: 1.5, step: 1.0 + 1e-12 }.snapped();
+        let snapped = GridAxis { source: 5, offset: 1.5, step: 1.0 + 1e-12 }.snapped();
         assert_eq!((snapped.offset, snapped.step), (1.0, 1.0));
     }
 
@@ -221,7 +221,7 @@ mod tests {
     fn a_part_equals_the_same_part_of_the_whole() {
         let source: Vec<f32> = (0..20 * 15).map(|v| ((v * 7919) % 101) as f32).collect();
         for step in [0.37, 1.0, 2.3] {
-            let axes = [Axis { source: 20, offset: -1.3, step }, Axis { source: 15, offset: 0.7, step }];
+            let axes = [GridAxis { source: 20, offset: -1.3, step }, GridAxis { source: 15, offset: 0.7, step }];
             let whole = resample(&source, axes, [0, 0], [24, 18], Some(-1.0), &|| Ok(())).unwrap();
             let part = resample(&source, axes, [5, 3], [9, 8], Some(-1.0), &|| Ok(())).unwrap();
             for j in 0..8 {

@@ -118,8 +118,8 @@ pub fn write(
         Format::Exr => exr::write(to, columns, rows, samples).map_err(io::Error::other),
         Format::Png16 => png::write_grey(to, columns, rows, &codes).map_err(io::Error::other),
         Format::Tiff => geotiff::write(to, window, samples).map_err(io::Error::other),
-        Format::R16 => codes.iter().try_for_each(|code| to.write_all(&code.to_le_bytes())),
-        Format::R32 => samples.iter().try_for_each(|v| to.write_all(&v.to_le_bytes())),
+        Format::R16 => to.write_all(&bytes_of(&codes, u16::to_le_bytes)),
+        Format::R32 => to.write_all(&bytes_of(samples, f32::to_le_bytes)),
     })?;
     let beside = sidecar_path(path);
     let text = stage(&beside, |to| {
@@ -189,6 +189,13 @@ fn persist(file: NamedTempFile, path: &Path) -> Result<(), RasterError> {
         Ok(_) => Ok(()),
         Err(error) => Err(Problem::Unwritable(error.error).of(path)),
     }
+}
+
+/// The bytes of numbers, one after the other.
+pub(super) fn bytes_of<T: Copy + Sync, const N: usize>(numbers: &[T], bytes: impl Fn(T) -> [u8; N] + Sync) -> Vec<u8> {
+    let mut all = vec![0; N * numbers.len()];
+    all.par_chunks_mut(N).zip(numbers).for_each(|(out, number)| out.copy_from_slice(&bytes(*number)));
+    all
 }
 
 /// 16-bit codes of samples over a range, rounded to the nearest.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use weezl::{BitOrder, LzwStatus};
 
 use super::directory::{Directory, tag};
-use crate::raster::{MAX_RATIO, Problem};
+use crate::raster::{GoOn, MAX_RATIO, Problem};
 
 const CONVERT: &str = "convert it: `gdal_translate -co COMPRESS=DEFLATE in.tif out.tif`";
 
@@ -172,7 +172,7 @@ impl Layout {
     }
 
     /// Decodes the first band of the image, whose shape has been checked against the file's length.
-    pub(super) fn decode(&self, file: &[u8], nodata: Option<f64>) -> Result<Vec<f32>, Problem> {
+    pub(super) fn decode(&self, file: &[u8], nodata: Option<f64>, go_on: GoOn<'_>) -> Result<Vec<f32>, Problem> {
         let columns = self.columns as usize;
         let across = self.columns.div_ceil(self.chunk[0]) as usize;
         let mut samples = vec![f32::NAN; columns * self.rows as usize];
@@ -180,6 +180,9 @@ impl Layout {
         let band_rows = self.chunk[1].min(self.rows) as usize;
         samples.par_chunks_mut(columns * band_rows).enumerate().try_for_each(|(down, band)| {
             for along in 0..across {
+                if !go_on() {
+                    return Err(Problem::Stopped);
+                }
                 let index = down * across + along;
                 let chunk_rows = if self.tiled { self.chunk[1] } else { (band.len() / columns) as u64 };
                 let Some(chunk) = self.unpack(file, index, chunk_rows)? else { continue };

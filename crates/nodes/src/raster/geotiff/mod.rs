@@ -19,10 +19,10 @@ use chunks::Layout;
 use directory::{Directory, tag};
 pub(super) use write::write;
 
-use super::{MAX_RATIO, Problem, Raster, claimed_cells};
+use super::{GoOn, MAX_RATIO, Problem, Raster, claimed_cells};
 
 /// Decodes the first image of a file.
-pub(super) fn read(bytes: &[u8]) -> Result<Raster, Problem> {
+pub(super) fn read(bytes: &[u8], go_on: GoOn<'_>) -> Result<Raster, Problem> {
     let directory = Directory::parse(bytes)?;
     let columns = directory.number(tag::IMAGE_WIDTH)?.unwrap_or(0);
     let rows = directory.number(tag::IMAGE_LENGTH)?.unwrap_or(0);
@@ -30,7 +30,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raster, Problem> {
     let ratio = if layout.is_compressed() { MAX_RATIO } else { 1 };
     claimed_cells(columns, rows, layout.sample_bytes() as u64, bytes.len() as u64, ratio)?;
     let nodata = directory.text(tag::GDAL_NODATA).and_then(|text| text.trim().parse::<f64>().ok());
-    let samples = layout.decode(bytes, nodata)?;
+    let samples = layout.decode(bytes, nodata, go_on)?;
     let mut raster = Raster::new(columns as usize, rows as usize, samples);
     georeference::read(&directory, &mut raster)?;
     Ok(raster)
