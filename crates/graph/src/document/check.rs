@@ -87,14 +87,14 @@ pub(super) fn check(source: &str, tree: &Tree, registry: &Registry, syntax: Vec<
 /// The outermost brackets, of a format that can be read.
 fn root<'a>(source: &str, tree: &'a Tree, problems: &mut Problems) -> Option<&'a Group> {
     let Some(root) = &tree.root else {
-        if problems.found.is_empty() {
+        if problems.is_empty() {
             let problem = Diagnostic::error("empty", 0..0, "the file says nothing");
             problems.push(problem.hint("a graph file is `( format: 1, nodes: { … }, outputs: { … } )`"));
         }
         return None;
     };
     let Some(group) = root.as_group().filter(|g| g.name.is_none() && g.bracket == super::lex::Bracket::Round) else {
-        if problems.found.is_empty() {
+        if problems.is_empty() {
             let start = root.span.start..(root.span.start + 1).min(root.span.end);
             let problem = Diagnostic::error("type", start, "a graph file begins with `(`");
             problems.push(problem.hint("a graph file is `( format: 1, nodes: { … }, outputs: { … } )`"));
@@ -106,7 +106,7 @@ fn root<'a>(source: &str, tree: &'a Tree, problems: &mut Problems) -> Option<&'a
         Literal::Number(_, Some(FORMAT)) | Literal::Bad => Some(group),
         Literal::Number(_, Some(format)) if format > FORMAT => {
             // What else seems wrong may be right in that form.
-            problems.found.clear();
+            *problems = Problems::new(Vec::new());
             let message = format!("the file is of format {format}, this program reads formats up to {FORMAT}");
             let problem = Diagnostic::error("format", item.value.span.clone(), message);
             problems.push(problem.hint("update the program"));
@@ -275,8 +275,9 @@ impl Checker<'_> {
                 let value = owned(param(spec, &arg.literal), entry);
                 let params = &mut instance.params;
                 sound &= self.problems.take(value, &arg.literal, &arg.span, |value| params.set(spec.name, value));
-            } else {
-                self.unknown_arg(node, entry, arg);
+            } else if let Some(meant) = self.unknown_arg(node, entry, arg) {
+                // The input that was meant was not forgotten either.
+                wires.push((meant, None, arg.span.clone()));
             }
         }
         // The name is new: an entry of a name that is taken was left out before.
@@ -288,15 +289,18 @@ impl Checker<'_> {
         Some(index)
     }
 
-    fn unknown_arg(&mut self, node: &Node, entry: &NodeEntry, arg: &Arg) {
+    /// Reports a name that the node does not have; gives the input that was probably meant.
+    fn unknown_arg(&mut self, node: &Node, entry: &NodeEntry, arg: &Arg) -> Option<usize> {
         let specs = node.specs();
         let names = || node.inputs.iter().map(|input| input.name).chain(specs.iter().map(|spec| spec.name));
         let message = format!("`{}` ({}) has no input or parameter `{}`", entry.name, node.id, arg.name);
         let problem = Diagnostic::error("unknown-parameter", arg.name_span.clone(), message);
-        self.problems.push(match closest(&arg.name, names()) {
+        let near = closest(&arg.name, names());
+        self.problems.push(match near {
             Some(near) => problem.hint(format!("did you mean `{near}`?")),
             None => problem.hint(format!("it has {}", list(names()))),
         });
+        node.inputs.iter().position(|input| Some(input.name) == near)
     }
 
     /// Reports inputs that need a wire and for which the file says nothing.
@@ -332,6 +336,9 @@ impl Checker<'_> {
             None => root,
         };
         if group.items.is_empty() || std::ptr::eq(group, root) {
+            if self.problems.has_syntax_in(&(0..self.source.len())) {
+                return;
+            }
             let place = group.open..group.open + 1;
             let problem = Diagnostic::warning("no-outputs", place, "the file has no outputs, so a run writes nothing");
             self.problems.push(problem.hint("write `outputs: { \"height\": \"node\" }`"));

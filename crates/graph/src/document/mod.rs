@@ -44,13 +44,21 @@ use history::History;
 /// A graph as a file: its text, what is wrong with it, and the graph of what is sound.
 ///
 /// ```
-/// use orograph_graph::{Document, Registry};
+/// use orograph_graph::{Document, Edit, Registry};
 ///
 /// let registry = Registry::new([]);
 /// let document = Document::parse("(nodes: { \"a\": Perlni(octaves: 3) })", &registry);
 /// assert_eq!(document.problems()[0].message, "the file has no outputs, so a run writes nothing");
 /// assert_eq!(document.problems()[1].message, "unknown node `Perlni`");
 /// assert!(document.has_errors());
+///
+/// let mut document = Document::parse("(nodes: {}, /* kept */ world: (seed: 7))", &registry);
+/// let world = orograph_graph::World { seed: 8, ..document.world() };
+/// document.apply(&Edit::SetWorld(world))?;
+/// assert_eq!(document.source(), "(nodes: {}, /* kept */ world: (seed: 8))");
+/// document.undo();
+/// assert_eq!(document.world().seed, 7);
+/// # Ok::<(), orograph_graph::EditError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Document {

@@ -13,7 +13,7 @@ const MAX_PROBLEMS: usize = 500;
 
 /// The problems found so far.
 pub(super) struct Problems {
-    pub(super) found: Vec<Diagnostic>,
+    found: Vec<Diagnostic>,
     /// Where mistakes of notation begin, rising: what lies around one may lack something for that reason only.
     syntax: Vec<usize>,
     /// How many are not kept.

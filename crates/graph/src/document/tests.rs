@@ -223,6 +223,10 @@ fn every_kind_of_mistake_is_one_problem_with_its_name() {
         (r#""a": Ridged(3)"#, "unnamed: a value without a name stands in `a`"),
         (r#""a": Metrics"#, "unwired: `a` (Metrics) needs a wire into `height`"),
         (
+            r#""a": Metrics(heigth: "b"), "b": Ridged"#,
+            "unknown-parameter: `a` (Metrics) has no input or parameter `heigth`",
+        ),
+        (
             r#""a": Metrics(height: 3)"#,
             "type: `a.height` is the number `3`, but takes a wire from a height, mask or scalar",
         ),
