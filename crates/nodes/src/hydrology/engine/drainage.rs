@@ -1,0 +1,272 @@
+//! The order in which water runs, and how much land drains through each cell.
+//!
+//! The raster is cut into strips of rows, of a fixed height. A cell is *local* when all the land that drains through it
+//! is in its strip; the others are the *trunk*: every receiver of a trunk cell is a trunk cell. So strips can be walked
+//! side by side, donors first, before the trunk; and upstream, receivers first, after it. Inside a strip, walks start
+//! at cells without donors and go on where the last donor has arrived. Receivers form a forest, so each cell is visited
+//! once (Braun and Willett 2013 order the same forest by a depth-first search).
+
+use orograph_graph::{Job, NodeError};
+use rayon::prelude::*;
+
+use super::{
+    Grid,
+    code::{LINK, has_receiver, opposite},
+};
+use crate::simd::simd;
+
+/// Rows of a strip. Part of the definition of weighted sums, whose order follows from it.
+const STRIP_ROWS: usize = 64;
+/// Marks a cell that has been visited.
+const VISITED: u8 = u8::MAX;
+
+/// Donors-first order of the cells of a forest of receivers. Its buffers are kept between uses.
+#[derive(Debug, Default)]
+pub struct Drainage {
+    missing: Vec<u8>,
+    /// For each strip, a slot of as many places as it has cells, filled from the front.
+    local: Vec<u32>,
+    /// Number of local cells of each strip.
+    counts: Vec<usize>,
+    trunk: Vec<u32>,
+}
+
+/// What is added up along the flow.
+pub trait Amount: Copy + Send + Sync {
+    /// The sum.
+    #[must_use]
+    fn plus(self, other: Self) -> Self;
+}
+
+impl Amount for u32 {
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        self + other
+    }
+}
+
+impl Amount for f64 {
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        self + other
+    }
+}
+
+impl Drainage {
+    /// Orders the cells and adds `amounts` up downstream: afterwards each is the sum over the cell and all that drains
+    /// through it. Start with 1 everywhere for the number of cells.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn accumulate<A: Amount>(
+        &mut self,
+        job: &Job<'_>,
+        grid: &Grid,
+        codes: &[u8],
+        amounts: &mut [A],
+    ) -> Result<(), NodeError> {
+        let strip = STRIP_ROWS * grid.nx;
+        self.missing.resize(grid.len(), 0);
+        self.local.resize(grid.len(), 0);
+        count_donors(job, grid, codes, &mut self.missing)?;
+        let walked: Vec<(usize, Vec<u32>)> = self
+            .missing
+            .par_chunks_mut(strip)
+            .zip(self.local.par_chunks_mut(strip))
+            .zip(amounts.par_chunks_mut(strip))
+            .enumerate()
+            .map(|(at, ((missing, order), amounts))| {
+                walk_strip(job, grid, codes, (at * strip) as u32, missing, order, amounts)
+            })
+            .collect::<Result<_, _>>()?;
+        self.counts.clear();
+        self.trunk.clear();
+        // The trunk starts where water crosses from one strip to another.
+        for (at, (count, exits)) in walked.into_iter().enumerate() {
+            if at % 16 == 0 {
+                job.check()?;
+            }
+            self.counts.push(count);
+            for exit in exits {
+                let mut cell = exit;
+                loop {
+                    let code = codes[cell as usize];
+                    if !has_receiver(code) {
+                        break;
+                    }
+                    let receiver = grid.receiver(cell, code);
+                    let missing = &mut self.missing[receiver as usize];
+                    *missing -= 1;
+                    let ready = *missing == 0;
+                    amounts[receiver as usize] = amounts[receiver as usize].plus(amounts[cell as usize]);
+                    if !ready {
+                        break;
+                    }
+                    self.trunk.push(receiver);
+                    cell = receiver;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Visits every cell that has a receiver after that receiver, and changes its value: `link(cell, code, own value,
+    /// receiver's value)`. Values of cells without a receiver stay.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn upstream(
+        &self,
+        job: &Job<'_>,
+        grid: &Grid,
+        codes: &[u8],
+        values: &mut [f64],
+        link: impl Fn(usize, u8, f64, f64) -> f64 + Sync,
+    ) -> Result<(), NodeError> {
+        for cells in self.trunk.rchunks(1 << 16) {
+            job.check()?;
+            for &cell in cells.iter().rev() {
+                let code = codes[cell as usize];
+                if has_receiver(code) {
+                    let below = values[grid.receiver(cell, code) as usize];
+                    values[cell as usize] = link(cell as usize, code, values[cell as usize], below);
+                }
+            }
+        }
+        // A local cell's receiver is local too, or it is of the trunk and lies in this strip or in a row next to it.
+        let (nx, strip) = (grid.nx, STRIP_ROWS * grid.nx);
+        let row = |y: Option<usize>| y.map_or(&[][..], |y| &values[y * nx..(y + 1) * nx]).to_vec();
+        let beside: Vec<[(Option<usize>, Vec<f64>); 2]> = (0..grid.ny)
+            .step_by(STRIP_ROWS)
+            .map(|first| {
+                let last = (first + STRIP_ROWS).min(grid.ny) - 1;
+                [grid.row_above(first), grid.row_below(last)].map(|y| (y, row(y)))
+            })
+            .collect();
+        values
+            .par_chunks_mut(strip)
+            .zip(self.local.par_chunks(strip))
+            .zip(&self.counts)
+            .zip(&beside)
+            .enumerate()
+            .try_for_each(|(at, (((values, order), &count), beside))| {
+                let first = at * strip;
+                for cells in order[..count].rchunks(1 << 14) {
+                    job.check()?;
+                    for &cell in cells.iter().rev() {
+                        let code = codes[cell as usize];
+                        if !has_receiver(code) {
+                            continue;
+                        }
+                        let receiver = grid.receiver(cell, code) as usize;
+                        let below = match values.get(receiver.wrapping_sub(first)) {
+                            Some(value) => *value,
+                            None => {
+                                let [above, below] = beside;
+                                let (_, row) = if above.0 == Some(receiver / nx) { above } else { below };
+                                row[receiver % nx]
+                            }
+                        };
+                        let value = &mut values[cell as usize - first];
+                        *value = link(cell as usize, code, *value, below);
+                    }
+                }
+                Ok(())
+            })
+    }
+}
+
+/// Walks the local cells of a strip; gives their number and those whose receiver is in another strip.
+fn walk_strip<A: Amount>(
+    job: &Job<'_>,
+    grid: &Grid,
+    codes: &[u8],
+    first: u32,
+    missing: &mut [u8],
+    order: &mut [u32],
+    amounts: &mut [A],
+) -> Result<(usize, Vec<u32>), NodeError> {
+    let mut count = 0;
+    let mut exits = Vec::new();
+    for source in 0..missing.len() {
+        if source.is_multiple_of(1 << 14) {
+            job.check()?;
+        }
+        if missing[source] != 0 {
+            continue;
+        }
+        let mut at = source;
+        loop {
+            let cell = first + at as u32;
+            order[count] = cell;
+            count += 1;
+            missing[at] = VISITED;
+            let code = codes[cell as usize];
+            if !has_receiver(code) {
+                break;
+            }
+            let receiver = grid.receiver(cell, code).wrapping_sub(first) as usize;
+            let Some(left) = missing.get_mut(receiver) else {
+                exits.push(cell);
+                break;
+            };
+            *left -= 1;
+            let ready = *left == 0;
+            amounts[receiver] = amounts[receiver].plus(amounts[at]);
+            if !ready {
+                break;
+            }
+            at = receiver;
+        }
+    }
+    Ok((count, exits))
+}
+
+simd! {
+    /// Donors of the inner cells of a row; `around` are the codes of the neighbours.
+    fn count_row(around: [&[u8]; 8], counts: &mut [u8]) {
+        let len = counts.len();
+        let around = around.map(|row| &row[..len]);
+        for x in 0..len {
+            let mut count = 0;
+            for direction in 0..8 {
+                count += u8::from(around[direction][x] & LINK == opposite(direction) as u8);
+            }
+            counts[x] = count;
+        }
+    }
+}
+
+/// The number of neighbours that drain into each cell.
+fn count_donors(job: &Job<'_>, grid: &Grid, codes: &[u8], counts: &mut [u8]) -> Result<(), NodeError> {
+    let nx = grid.nx;
+    counts.par_chunks_mut(nx).enumerate().with_min_len(8).try_for_each(|(y, counts)| {
+        job.check()?;
+        let count = |x: usize| {
+            let cell = (y * nx + x) as u32;
+            (0..8)
+                .filter_map(|direction| Some((direction, grid.neighbour(cell, direction)?)))
+                .filter(|&(direction, donor)| codes[donor as usize] & LINK == opposite(direction) as u8)
+                .count() as u8
+        };
+        if grid.is_border_row(y) || nx < 3 {
+            (0..nx).for_each(|x| counts[x] = count(x));
+            return Ok(());
+        }
+        let row = |y: usize, x: usize| &codes[y * nx + x..y * nx + x + nx - 2];
+        let around = [
+            row(y, 2),
+            row(y - 1, 2),
+            row(y - 1, 1),
+            row(y - 1, 0),
+            row(y, 0),
+            row(y + 1, 0),
+            row(y + 1, 1),
+            row(y + 1, 2),
+        ];
+        count_row(around, &mut counts[1..nx - 1]);
+        counts[0] = count(0);
+        counts[nx - 1] = count(nx - 1);
+        Ok(())
+    })
+}

@@ -1,0 +1,94 @@
+//! Heights in single or double precision, and their total order.
+
+/// A height that flow is routed on.
+pub trait Elevation: Copy + PartialOrd + Send + Sync + 'static {
+    /// A pass between two cells: its height above its number, ordered as one integer.
+    type Pass: Copy + Ord + Send + Sync;
+
+    /// A pass later than any other.
+    const NO_PASS: Self::Pass;
+
+    /// The pass over a link between two heights: the higher of them, ties broken by the link's number.
+    fn pass(self, other: Self, link: u32) -> Self::Pass;
+
+    /// The height of a pass.
+    fn pass_height(pass: Self::Pass) -> Self;
+
+    /// The number of a pass.
+    fn pass_link(pass: Self::Pass) -> u32;
+
+    /// A codes row by steepest descent, see [`super::receivers::d8`].
+    fn d8_row(around: [&[Self]; 9], codes: &mut [u8]);
+
+    /// A height above every other.
+    const TOP: Self;
+
+    /// The drop to another height times a factor.
+    fn slope(self, lower: Self, per_distance: f64) -> f64;
+}
+
+macro_rules! elevation {
+    ($float:ty, $bits:ty, $pass:ty, $row:path) => {
+        impl Elevation for $float {
+            type Pass = $pass;
+
+            const NO_PASS: $pass = <$pass>::MAX;
+            const TOP: Self = Self::INFINITY;
+
+            #[inline(always)]
+            fn pass(self, other: Self, link: u32) -> $pass {
+                // Integers in the order of the heights: negative numbers have all bits turned, others the sign bit.
+                let ordered = |height: Self| {
+                    let bits = height.to_bits();
+                    let sign = 1 << (<$bits>::BITS - 1);
+                    if bits & sign == 0 { bits | sign } else { !bits }
+                };
+                <$pass>::from(ordered(self).max(ordered(other))) << 32 | <$pass>::from(link)
+            }
+
+            #[inline(always)]
+            fn pass_height(pass: $pass) -> Self {
+                let bits = (pass >> 32) as $bits;
+                let sign = 1 << (<$bits>::BITS - 1);
+                Self::from_bits(if bits & sign == 0 { !bits } else { bits ^ sign })
+            }
+
+            #[inline(always)]
+            fn pass_link(pass: $pass) -> u32 {
+                pass as u32
+            }
+
+            #[inline(always)]
+            fn d8_row(around: [&[Self]; 9], codes: &mut [u8]) {
+                $row(around, codes);
+            }
+
+            #[inline(always)]
+            fn slope(self, lower: Self, per_distance: f64) -> f64 {
+                f64::from((self - lower) * per_distance as $float)
+            }
+        }
+    };
+}
+
+elevation!(f32, u32, u64, super::receivers::d8_row_single);
+elevation!(f64, u64, u128, super::receivers::d8_row_double);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_are_ordered_by_height_then_number_and_keep_both() {
+        let heights = [-1e30_f32, -2.5, -0.0, 0.0, 1e-30, 7.25, 1e30];
+        for (at, &height) in heights.iter().enumerate() {
+            let pass = height.pass(-f32::INFINITY, 9);
+            assert_eq!(f32::pass_height(pass).to_bits(), height.to_bits());
+            assert_eq!(f32::pass_link(pass), 9);
+            assert!(pass < height.pass(height, 10));
+            assert!(heights[at + 1..].iter().all(|&above| pass < above.pass(height, 0)));
+        }
+        let pass = (-3.0_f64).pass(1234.5678, u32::MAX);
+        assert_eq!((f64::pass_height(pass), f64::pass_link(pass)), (1234.5678, u32::MAX));
+    }
+}

@@ -1,0 +1,183 @@
+//! The topology of the raster: neighbours, and where water leaves.
+
+use orograph_graph::{Edge, NodeError, Window};
+
+use super::code::{BORDER, STEPS, direction};
+
+/// Whether water leaves the world at a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outlet {
+    /// It does not.
+    No,
+    /// Always: the cell is at base level and passes nothing on inside the world.
+    Base,
+    /// Where no neighbour is lower, or where a depression overflows.
+    Open,
+}
+
+/// Columns, rows, and how the sides are connected.
+#[derive(Clone, Debug)]
+pub struct Grid {
+    /// Columns.
+    pub nx: usize,
+    /// Rows.
+    pub ny: usize,
+    wrap: [bool; 2],
+    west: Outlet,
+    east: Outlet,
+    north: Outlet,
+    south: Outlet,
+    offsets: [u32; 8],
+}
+
+impl Grid {
+    /// The most cells that flow is routed over: a link between two cells is numbered in 32 bits, eight to a cell.
+    pub const MAX_CELLS: usize = 1 << 29;
+
+    /// The grid of a whole world.
+    ///
+    /// # Errors
+    /// When no side lets water out, a periodic side faces one that is not, or there are more than [`Self::MAX_CELLS`].
+    pub fn new(window: &Window) -> Result<Self, NodeError> {
+        let sides = window.world.boundary;
+        let wrap = |one: Edge, other: Edge, names: [&str; 2]| match (one, other) {
+            (Edge::Periodic, Edge::Periodic) => Ok(true),
+            (Edge::Periodic, _) | (_, Edge::Periodic) => Err(NodeError::failed_with_hint(
+                format!("of the sides {} and {} one is periodic and the other is not", names[0], names[1]),
+                "make both `periodic`, or neither, in the world's `boundary`",
+            )),
+            _ => Ok(false),
+        };
+        let outlet = |edge: Edge| match edge {
+            Edge::Base => Outlet::Base,
+            Edge::Open => Outlet::Open,
+            Edge::Wall | Edge::Periodic => Outlet::No,
+        };
+        let (nx, ny) = (window.nx(), window.ny());
+        if window.len() > Self::MAX_CELLS {
+            return Err(NodeError::failed_with_hint(
+                format!("flow cannot be routed over {} cells; the most is {}", window.len(), Self::MAX_CELLS),
+                "choose fewer `cells`",
+            ));
+        }
+        let grid = Self {
+            nx,
+            ny,
+            wrap: [wrap(sides.west, sides.east, ["west", "east"])?, wrap(sides.north, sides.south, ["north", "south"])?],
+            west: outlet(sides.west),
+            east: outlet(sides.east),
+            north: outlet(sides.north),
+            south: outlet(sides.south),
+            offsets: STEPS.map(|(dx, dy)| (dy * nx as i32 + dx) as u32),
+        };
+        if [grid.west, grid.east, grid.north, grid.south] == [Outlet::No; 4] {
+            return Err(NodeError::failed_with_hint(
+                "no side of the world lets water out",
+                "set a side of the world's `boundary` to `base` or `open`",
+            ));
+        }
+        Ok(grid)
+    }
+
+    /// Number of cells.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.nx * self.ny
+    }
+
+    /// Whether water leaves at column `x` of row `y`. A cell of two sides is at base level if one of them is.
+    #[must_use]
+    pub fn outlet(&self, x: usize, y: usize) -> Outlet {
+        let sides = [
+            (x == 0, self.west),
+            (x + 1 == self.nx, self.east),
+            (y == 0, self.north),
+            (y + 1 == self.ny, self.south),
+        ];
+        let touches = |outlet| sides.contains(&(true, outlet));
+        if touches(Outlet::Base) {
+            Outlet::Base
+        } else if touches(Outlet::Open) {
+            Outlet::Open
+        } else {
+            Outlet::No
+        }
+    }
+
+    /// Whether a side of the world is open.
+    #[must_use]
+    pub fn has_open_side(&self) -> bool {
+        [self.west, self.east, self.north, self.south].contains(&Outlet::Open)
+    }
+
+    /// Whether a row is the first or the last.
+    #[must_use]
+    pub const fn is_border_row(&self, y: usize) -> bool {
+        y == 0 || y + 1 == self.ny
+    }
+
+    /// The row to the north, if any.
+    #[must_use]
+    pub const fn row_above(&self, y: usize) -> Option<usize> {
+        match (y, self.wrap[1]) {
+            (0, false) => None,
+            (0, true) => Some(self.ny - 1),
+            _ => Some(y - 1),
+        }
+    }
+
+    /// The row to the south, if any.
+    #[must_use]
+    pub const fn row_below(&self, y: usize) -> Option<usize> {
+        if y + 1 < self.ny {
+            Some(y + 1)
+        } else if self.wrap[1] {
+            Some(0)
+        } else {
+            None
+        }
+    }
+
+    /// The cell next to any cell, if there is one.
+    #[must_use]
+    pub fn neighbour(&self, cell: u32, direction: usize) -> Option<u32> {
+        let (dx, dy) = STEPS[direction];
+        let along = |at: usize, step: i32, count: usize, wrap: bool| {
+            let to = at as i64 + i64::from(step);
+            if wrap {
+                Some(to.rem_euclid(count as i64) as usize)
+            } else {
+                (0..count as i64).contains(&to).then_some(to as usize)
+            }
+        };
+        let x = along(cell as usize % self.nx, dx, self.nx, self.wrap[0])?;
+        let y = along(cell as usize / self.nx, dy, self.ny, self.wrap[1])?;
+        Some((y * self.nx + x) as u32)
+    }
+
+    /// The cell next to one that is not on the border.
+    #[must_use]
+    #[inline(always)]
+    pub const fn inner_neighbour(&self, cell: u32, direction: usize) -> u32 {
+        cell.wrapping_add(self.offsets[direction])
+    }
+
+    /// The neighbour of a cell of the given code, if there is one.
+    #[must_use]
+    #[inline(always)]
+    pub fn beside(&self, cell: u32, code: u8, direction: usize) -> Option<u32> {
+        if code & BORDER == 0 { Some(self.inner_neighbour(cell, direction)) } else { self.neighbour(cell, direction) }
+    }
+
+    /// The receiver of a cell of a code that has one.
+    #[must_use]
+    #[inline(always)]
+    pub fn receiver(&self, cell: u32, code: u8) -> u32 {
+        let direction = direction(code);
+        if code & BORDER != 0 && (self.wrap[0] || self.wrap[1]) {
+            self.neighbour(cell, direction).unwrap_or(cell)
+        } else {
+            self.inner_neighbour(cell, direction)
+        }
+    }
+}

@@ -1,0 +1,23 @@
+//! Flow routing over a raster: who drains to whom, where water stands, how much land drains through each cell.
+//!
+//! 1. [`Grid`]: the raster's topology and its outlets, from the world's boundary.
+//! 2. [`receivers`]: one receiver per cell, from the heights.
+//! 3. [`basins`]: depressions, their fill levels, and receivers that lead out of them.
+//! 4. [`drainage`]: donors-first order and drainage area.
+//!
+//! Every stage is O(N), parallel, and bit-identical for any thread count. A receiver is one byte, a [`code`]: no index
+//! is stored, and a neighbour is an offset.
+
+pub mod basins;
+pub mod code;
+pub mod drainage;
+mod elevation;
+mod grid;
+pub mod receivers;
+#[cfg(test)]
+pub mod reference;
+
+pub use basins::Depressions;
+pub use drainage::Drainage;
+pub use elevation::Elevation;
+pub use grid::{Grid, Outlet};
