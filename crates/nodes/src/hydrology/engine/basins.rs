@@ -198,18 +198,12 @@ impl<T: Elevation> Depressions<T> {
                 }
                 Ok(group)
             })
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<_, NodeError>>()?;
         Ok(())
     }
 
     /// The lowest pass between each two basins that touch.
-    fn edges(
-        &self,
-        job: &Job<'_>,
-        grid: &Grid,
-        heights: &[T],
-        codes: &[u8],
-    ) -> Result<Vec<Edge<T::Pass>>, NodeError> {
+    fn edges(&self, job: &Job<'_>, grid: &Grid, heights: &[T], codes: &[u8]) -> Result<Vec<Edge<T::Pass>>, NodeError> {
         let basins = self.groups.iter().map(|group| group.starts.len() - 1).sum::<usize>() + 1;
         let open = grid.has_open_side();
         let per_group: Vec<Vec<Edge<T::Pass>>> = self
@@ -255,7 +249,7 @@ impl<T: Elevation> Depressions<T> {
                     Ok(edges)
                 },
             )
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<_, NodeError>>()?;
         Ok(per_group.concat())
     }
 }
@@ -278,7 +272,7 @@ fn pits(job: &Job<'_>, grid: &Grid, codes: &[u8]) -> Result<Vec<u32>, NodeError>
             let first = (block * grid.nx * 8) as u32;
             Ok((first..).zip(codes).filter(|(_, code)| *code & PIT != 0).map(|(cell, _)| cell).collect())
         })
-        .collect::<Result<_, _>>()?;
+        .collect::<Result<_, NodeError>>()?;
     Ok(rows.concat())
 }
 

@@ -78,7 +78,7 @@ impl Drainage {
             .map(|(at, ((missing, order), amounts))| {
                 walk_strip(job, grid, codes, (at * strip) as u32, missing, order, amounts)
             })
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<_, NodeError>>()?;
         self.counts.clear();
         self.trunk.clear();
         // The trunk starts where water crosses from one strip to another.

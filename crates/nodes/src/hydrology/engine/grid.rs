@@ -63,7 +63,10 @@ impl Grid {
         let grid = Self {
             nx,
             ny,
-            wrap: [wrap(sides.west, sides.east, ["west", "east"])?, wrap(sides.north, sides.south, ["north", "south"])?],
+            wrap: [
+                wrap(sides.west, sides.east, ["west", "east"])?,
+                wrap(sides.north, sides.south, ["north", "south"])?,
+            ],
             west: outlet(sides.west),
             east: outlet(sides.east),
             north: outlet(sides.north),
@@ -88,12 +91,8 @@ impl Grid {
     /// Whether water leaves at column `x` of row `y`. A cell of two sides is at base level if one of them is.
     #[must_use]
     pub fn outlet(&self, x: usize, y: usize) -> Outlet {
-        let sides = [
-            (x == 0, self.west),
-            (x + 1 == self.nx, self.east),
-            (y == 0, self.north),
-            (y + 1 == self.ny, self.south),
-        ];
+        let sides =
+            [(x == 0, self.west), (x + 1 == self.nx, self.east), (y == 0, self.north), (y + 1 == self.ny, self.south)];
         let touches = |outlet| sides.contains(&(true, outlet));
         if touches(Outlet::Base) {
             Outlet::Base

@@ -63,19 +63,26 @@ simd! {
 /// # Errors
 /// [`NodeError::Cancelled`].
 pub fn d8<T: Elevation>(job: &Job<'_>, grid: &Grid, heights: &[T], codes: &mut [u8]) -> Result<(), NodeError> {
-    rows(job, grid, heights, codes, |_, around, codes| T::d8_row(around, codes), |_, around| {
-        let mut steepest = 0.0;
-        let mut code = PIT;
-        for (direction, height) in around[1..].iter().enumerate() {
-            let per_distance = if is_diagonal(direction) { std::f64::consts::FRAC_1_SQRT_2 } else { 1.0 };
-            let slope = around[0].slope(*height, per_distance);
-            if slope > steepest {
-                steepest = slope;
-                code = direction as u8;
+    rows(
+        job,
+        grid,
+        heights,
+        codes,
+        |_, around, codes| T::d8_row(around, codes),
+        |_, around| {
+            let mut steepest = 0.0;
+            let mut code = PIT;
+            for (direction, height) in around[1..].iter().enumerate() {
+                let per_distance = if is_diagonal(direction) { std::f64::consts::FRAC_1_SQRT_2 } else { 1.0 };
+                let slope = around[0].slope(*height, per_distance);
+                if slope > steepest {
+                    steepest = slope;
+                    code = direction as u8;
+                }
             }
-        }
-        code
-    })
+            code
+        },
+    )
 }
 
 /// Fills `codes` with receivers drawn between the neighbours that bound the steepest facet. `seed` chooses the draw;
@@ -83,13 +90,7 @@ pub fn d8<T: Elevation>(job: &Job<'_>, grid: &Grid, heights: &[T], codes: &mut [
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
-pub fn rho_infinity(
-    job: &Job<'_>,
-    grid: &Grid,
-    heights: &[f64],
-    codes: &mut [u8],
-    seed: u32,
-) -> Result<(), NodeError> {
+pub fn rho_infinity(job: &Job<'_>, grid: &Grid, heights: &[f64], codes: &mut [u8], seed: u32) -> Result<(), NodeError> {
     let row = |first: u32, around: [&[f64]; 9], codes: &mut [u8]| rho_row(around, first, seed, codes);
     let single = |cell: u32, around: [f64; 9]| {
         let mut code = [PIT];
