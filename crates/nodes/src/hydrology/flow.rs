@@ -72,8 +72,8 @@ pub static NODE: Node = Node {
         Output::gives(
             "direction",
             PortType::Scalar(Unit::Count),
-            "Where each cell drains: 0 to 7 counter-clockwise from east (E, NE, N, NW, W, SW, S, SE), -1 where water \
-             leaves the world or stays.",
+            "The neighbour each cell drains to.\n\
+             0 to 7 are E, NE, N, NW, W, SW, S, SE; -1 is where water leaves the world or stays.",
         ),
     ],
     params: Params::specs,
@@ -91,7 +91,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let height = job.field("height")?;
     let grid = Grid::new(&job.window())?;
 
-    let mut codes = vec![0; grid.len()];
+    let mut codes = vec![0; grid.cells()];
     receivers::d8(job, &grid, height.samples(), &mut codes)?;
     job.advance(0.1)?;
     let mut depressions = Depressions::default();
@@ -106,13 +106,13 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 
     let area = area(job, &grid, &codes)?;
     job.advance(0.9)?;
-    let mut depth = vec![0.0; grid.len()];
+    let mut depth = vec![0.0; grid.cells()];
     depth
         .par_iter_mut()
         .zip(&filled)
         .zip(height.samples())
         .for_each(|((depth, filled), height)| *depth = if filled > height { filled - height } else { 0.0 });
-    let mut direction = vec![-1.0; grid.len()];
+    let mut direction = vec![-1.0; grid.cells()];
     direction
         .par_iter_mut()
         .zip(&codes)
@@ -133,7 +133,7 @@ fn area(job: &Job<'_>, grid: &Grid, codes: &[u8]) -> Result<Vec<f32>, NodeError>
     let weight = |rain: f32| if rain > 0.0 { f64::from(rain) } else { 0.0 };
     match job.lane("rain") {
         Lane::Constant(rain) => {
-            let mut cells = vec![1_u32; grid.len()];
+            let mut cells = vec![1_u32; grid.cells()];
             drainage.accumulate(job, grid, codes, &mut cells)?;
             let each_m2 = cell_m2 * weight(rain);
             Ok(cells.par_iter().map(|&cells| (f64::from(cells) * each_m2) as f32).collect())

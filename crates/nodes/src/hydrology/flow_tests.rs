@@ -89,6 +89,27 @@ fn every_cell_drains_and_its_area_is_counted_exactly() {
     }
 }
 
+/// Real land whose drainage is unique: four other programs agree on it (see `tests/data/README.md`).
+#[test]
+fn real_land_drains_as_others_say() {
+    let read =
+        |name: &str| std::fs::read(format!("{}/../../tests/data/{name}", env!("CARGO_MANIFEST_DIR"))).expect(name);
+    let heights = read("bigtujunga_drained_256.f32");
+    let heights = heights.chunks_exact(4).map(|bytes| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]));
+    let heights: Vec<f32> = heights.collect();
+    let directions = read("bigtujunga_drained_256_d8.u8");
+    for (edge, shift) in [(Edge::Base, 0), (Edge::Open, 4)] {
+        let world = with_boundary(testing::world(256, 256, 30.0), Boundary::all(edge));
+        let height = Field::new(Window::whole(world), heights.clone());
+        let result = flow(&height, "");
+        let code = |byte: u8| byte >> shift & 15;
+        let expected: Vec<f32> =
+            directions.iter().map(|&byte| if code(byte) == 15 { -1.0 } else { f32::from(code(byte)) }).collect();
+        assert!(result.direction == expected);
+        assert!(result.filled == heights);
+    }
+}
+
 #[test]
 fn with_only_one_open_side_everything_drains_there() {
     let south = |edge| Boundary { south: edge, ..Boundary::all(Edge::Wall) };

@@ -155,12 +155,12 @@ impl<T: Elevation> Depressions<T> {
 
     /// Makes every cell's label [`OUTSIDE`].
     fn forget(&mut self, grid: &Grid) {
-        if self.labels.len() == grid.len() {
+        if self.labels.len() == grid.cells() {
             self.groups.par_iter().flat_map_iter(|group| &group.cells).for_each(|&cell| {
                 self.labels[cell as usize].store(OUTSIDE, Relaxed);
             });
         } else {
-            self.labels = std::iter::repeat_with(|| AtomicU32::new(OUTSIDE)).take(grid.len()).collect();
+            self.labels = std::iter::repeat_with(|| AtomicU32::new(OUTSIDE)).take(grid.cells()).collect();
         }
         self.groups.clear();
         self.spills.clear();

@@ -66,8 +66,8 @@ impl Drainage {
         amounts: &mut [A],
     ) -> Result<(), NodeError> {
         let strip = STRIP_ROWS * grid.nx;
-        self.missing.resize(grid.len(), 0);
-        self.local.resize(grid.len(), 0);
+        self.missing.resize(grid.cells(), 0);
+        self.local.resize(grid.cells(), 0);
         count_donors(job, grid, codes, &mut self.missing)?;
         let walked: Vec<(usize, Vec<u32>)> = self
             .missing
@@ -229,8 +229,8 @@ simd! {
         let around = around.map(|row| &row[..len]);
         for x in 0..len {
             let mut count = 0;
-            for direction in 0..8 {
-                count += u8::from(around[direction][x] & LINK == opposite(direction) as u8);
+            for (direction, neighbours) in around.iter().enumerate() {
+                count += u8::from(neighbours[x] & LINK == opposite(direction) as u8);
             }
             counts[x] = count;
         }

@@ -84,7 +84,7 @@ impl Grid {
 
     /// Number of cells.
     #[must_use]
-    pub const fn len(&self) -> usize {
+    pub const fn cells(&self) -> usize {
         self.nx * self.ny
     }
 
