@@ -57,6 +57,17 @@ pub(crate) fn outputs_on(
     params: &ParamValues,
     fields: &[(&str, &Field)],
 ) -> Result<Outputs, NodeError> {
+    outputs_until(&Cancel::default(), window, node, params, fields)
+}
+
+/// The same with a switch that stops it.
+pub(crate) fn outputs_until(
+    cancel: &Cancel,
+    window: Window,
+    node: &Node,
+    params: &ParamValues,
+    fields: &[(&str, &Field)],
+) -> Result<Outputs, NodeError> {
     let inputs =
         node.inputs.iter().map(|input| match (fields.iter().find(|(name, _)| *name == input.name), input.fallback) {
             (Some((_, field)), _) => InputValue::Value(Value::Field((*field).clone())),
@@ -69,7 +80,7 @@ pub(crate) fn outputs_on(
         inputs: inputs.collect(),
         window,
         folder: std::path::PathBuf::new(),
-        cancel: Cancel::default(),
+        cancel: cancel.clone(),
         progress: &|fraction| assert!((0.0..=1.0).contains(&fraction)),
     };
     (node.cpu)(&job)

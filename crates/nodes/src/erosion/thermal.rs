@@ -1,0 +1,300 @@
+//! Scree: slopes steeper than the angle of repose shed their material.
+
+use super::repose::{STEP, Slump, wraps};
+use crate::{math, par, prelude::*};
+
+choice! {
+    /// When the ground comes to rest.
+    pub enum Until {
+        /// When no slope is above repose.
+        Equilibrium = "equilibrium",
+        /// After `duration` years, or at equilibrium if that comes first.
+        Duration = "duration",
+    }
+}
+
+params! {
+    /// Whether slopes come to rest or slide for a time.
+    until: Until = Until::Equilibrium, One, ..;
+    /// How long material slides; `until: \"duration\"` only.
+    duration: f64 = 1000.0, Years, 0.0..=1e6, soft 0.0..=1e5;
+    /// Diffusivity of what is above repose; `until: \"duration\"` only.
+    diffusivity: f64 = 1.0, SquareMetresPerYear, 0.0..=100.0, soft 0.0..=10.0;
+    /// Excess over repose that counts as none, as a share of it.
+    tolerance: f64 = 0.02, One, 0.0001..=0.2, soft 0.001..=0.05;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Thermal",
+    category: "erosion",
+    summary: "Slopes steeper than the angle of repose shed material, which comes to rest as scree below.",
+    doc: "Loose material holds up to its angle of repose: sand about 32°, scree 35°, soil 38°, fractured rock 45°, \
+          massive rock 56° to 72°. What is steeper slides, and gathers at the foot in straight slopes at that angle. \
+          Slopes below repose are left as they are, to the last bit.\n\n\
+          The ground moves as `∂h/∂t = ∇·(D (1 − S/|∇h|)₊ ∇h)`, with S the tangent of `talus`. At `equilibrium` the \
+          pace does not matter: the result is the land in which nothing is steeper than repose by more than \
+          `tolerance`. With `duration`, slopes slide for that time with the diffusivity D = `diffusivity`; widths of \
+          `√(D · duration)` have come to rest.\n\n\
+          `mask` confines it: 0 holds everything in place, and between 0 and 1 the ground holds at tan(talus) / mask. \
+          The volume of the land stays the same, and nothing crosses the edge of the world, except between two \
+          `periodic` sides, which are joined.\n\n\
+          Musgrave, Kolb and Mace compare a cell with each of its eight neighbours, which lets slopes that face in \
+          between be up to 8 % too steep and turns cones into octagons. Here the slope of the surface itself is held \
+          to repose, so cones are round. Sweeps begin on a grid of some 64 cells a side and are refined level by \
+          level, so that the time it takes is nearly proportional to the number of cells.",
+    sources: &[
+        "F. K. Musgrave, C. E. Kolb, R. S. Mace, 1989, The synthesis and rendering of eroded fractal terrains, SIGGRAPH",
+        "B. Beneš, R. Forsbach, 2001, Layered data representation for visual simulation of terrain erosion, SCCG",
+    ],
+    inputs: &[
+        Input::needs("height", PortType::Height, "The land."),
+        Input::number("talus", Unit::Degrees, 35.0, [5.0, 80.0], [20.0, 60.0], "Angle of repose, per cell if wired."),
+        Input::mask("mask", "Where it acts: 0 holds the ground in place."),
+    ],
+    outputs: &[
+        Output::gives("height", PortType::Height, "The land at rest."),
+        Output::gives("moved", PortType::Scalar(Unit::Metres), "What each cell has gained; below 0 where it has lost."),
+    ],
+    params: Params::specs,
+    reach: Reach::World,
+    cpu: run,
+    resolution: Resolution::Within(0.05),
+    example: "height: \"base\", talus: 35",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let window = job.window();
+    let height = job.field("height")?.samples();
+    let rise = rises(job, height)?;
+    let cells = [window.nx(), window.ny()];
+    let wraps = if window.is_whole() { wraps(&job.world().boundary) } else { [false; 2] };
+    let mut slump = Slump::new(cells, height, &rise, wraps, params.tolerance as f32);
+    match params.until {
+        Until::Equilibrium => slump.settle(job)?,
+        Until::Duration => {
+            // corners and faces each diffuse by `step` cells² a sweep
+            let diffused = params.diffusivity * params.duration / (job.cell_m() * job.cell_m());
+            let sweeps = (diffused / f64::from(2.0 * STEP)).ceil();
+            if sweeps > 0.0 {
+                slump.slide(sweeps as u64, (0.5 * diffused / sweeps) as f32, job)?;
+            }
+        }
+    }
+    let moved = slump.moved();
+    let rest = height.iter().zip(&moved).map(|(h, d)| if *d == 0.0 { *h } else { h + d }).collect();
+    Ok(Outputs::one("height", Field::new(window, rest)).with("moved", Field::new(window, moved)))
+}
+
+/// Heights from here on, in metres, are holes in the data: their squares would overflow.
+const HIGHEST: f32 = 1e15;
+
+/// Rise between neighbours at repose, in metres; infinite where the mask or the height holds nothing that may move.
+fn rises(job: &Job<'_>, height: &[f32]) -> Result<Vec<f32>, NodeError> {
+    let (talus, mask) = (job.lane("talus"), job.lane("mask"));
+    let cell_m = job.cell_m() as f32;
+    let tangent = |degrees: f32| math::f32::tan(degrees.clamp(1.0, 89.0).to_radians());
+    let constant = talus.constant().map(tangent);
+    let nx = job.window().nx();
+    let mut rise = vec![0.0; height.len()];
+    par::rows_within(job, [0.0, 0.0], &mut rise, |j, row| {
+        for (i, rise) in row.iter_mut().enumerate() {
+            let at = j * nx + i;
+            let rise_m = constant.unwrap_or_else(|| tangent(talus.at(at))) * cell_m / mask.at(at).clamp(0.0, 1.0);
+            *rise = if rise_m.is_finite() && height[at].abs() < HIGHEST { rise_m } else { f32::INFINITY };
+        }
+    })?;
+    Ok(rise)
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::{Boundary, Edge, World};
+
+    use super::*;
+    use crate::testing::{at_every_level, field, outputs_until, run, run_in, with_params, world};
+
+    const REPOSE: f64 = 0.700_207_538_209_709_7; // tan 35°
+
+    fn rest(params: &ParamValues, height: &Field) -> [Field; 2] {
+        ["height", "moved"].map(|output| run(&NODE, params, &[("height", height)], output))
+    }
+
+    fn defaults() -> ParamValues {
+        ParamValues::defaults(&NODE.specs())
+    }
+
+    /// Steepest rise between any two of a cell's eight neighbours, in m/m.
+    fn steepest(field: &Field) -> f64 {
+        let (nx, ny, d) = (field.window().nx(), field.window().ny(), field.window().cell_m());
+        let z = |i: usize, j: usize| f64::from(field.samples()[j * nx + i]);
+        let mut most = 0.0_f64;
+        for j in 0..ny - 1 {
+            for i in 0..nx - 1 {
+                let diagonal = d * 2.0_f64.sqrt();
+                most = most
+                    .max((z(i + 1, j) - z(i, j)).abs() / d)
+                    .max((z(i, j + 1) - z(i, j)).abs() / d)
+                    .max((z(i + 1, j + 1) - z(i, j)).abs() / diagonal)
+                    .max((z(i + 1, j) - z(i, j + 1)).abs() / diagonal);
+            }
+        }
+        most
+    }
+
+    fn total(field: &Field) -> f64 {
+        field.samples().iter().map(|&v| f64::from(v)).sum()
+    }
+
+    /// A step of 60 m becomes a straight ramp at repose, centred on the step, with nothing lost (Musgrave et al. 1989).
+    #[test]
+    fn a_step_becomes_a_ramp_at_repose() {
+        let step = field(world(256, 128, 1.0), |x, _| if x < 128.0 { 60.0 } else { 0.0 });
+        let [height, moved] = rest(&with_params(&NODE, "tolerance=0.0005"), &step);
+        assert!(steepest(&height) <= REPOSE * 1.001, "{}", steepest(&height) / REPOSE);
+        assert!((total(&height) / total(&step) - 1.0).abs() < 1e-6);
+        let row = &height.samples()[64 * 256..65 * 256];
+        assert!((f64::from(row[127] + row[128]) / 2.0 - 30.0).abs() < 0.05);
+        // where the ramp's middle straight, drawn out, meets the two levels
+        let slope = f64::from(row[118] - row[137]) / 19.0;
+        assert!((30.0 / slope / 42.844_440_202_263_44 - 1.0).abs() < 0.01, "{}", 30.0 / slope);
+        let first = (row.iter().position(|&z| z < 59.0).unwrap() as f64) - 128.0;
+        assert!((first + 41.416).abs() < 2.0, "{first}");
+        assert_eq!(moved.samples()[64 * 256], 0.0);
+    }
+    /// A pillar becomes a cone as round as the grid can show, at repose, of the same volume, as high as without coarse
+    /// grids.
+    #[test]
+    fn a_pillar_becomes_a_round_cone() {
+        let n = 192;
+        let pillar =
+            field(world(n, n, 5.0), |x, y| if libm::hypot(x - 480.0, y - 480.0) < 100.0 { 250.0 } else { 0.0 });
+        let [cone, _] = rest(&defaults(), &pillar);
+        assert!((total(&cone) / total(&pillar) - 1.0).abs() < 1e-6);
+        assert!(steepest(&cone) <= REPOSE * 1.02 + 1e-6);
+        assert!(cone.range(0).unwrap().0 > -1e-5);
+        // radius of the contour at 60 m, between cells, along the axes and in between
+        let z = |x: f64, y: f64| {
+            let (i, j) = ((x / 5.0 - 0.5) as usize, (y / 5.0 - 0.5) as usize);
+            let (u, v) = (x / 5.0 - 0.5 - i as f64, y / 5.0 - 0.5 - j as f64);
+            let at = |i: usize, j: usize| f64::from(cone.samples()[j * n as usize + i]);
+            (at(i, j) * (1.0 - u) + at(i + 1, j) * u) * (1.0 - v)
+                + (at(i, j + 1) * (1.0 - u) + at(i + 1, j + 1) * u) * v
+        };
+        let radii: Vec<f64> = (0..32)
+            .map(|k| {
+                let angle = std::f64::consts::TAU * f64::from(k) / 32.0;
+                let along = |r: f64| z(480.0 + r * libm::cos(angle), 480.0 + r * libm::sin(angle));
+                (0..4000).map(|step| f64::from(step) * 0.1).find(|&r| along(r) < 60.0).unwrap()
+            })
+            .collect();
+        let (least, most) = radii.iter().fold((f64::MAX, 0.0_f64), |(a, b), &r| (a.min(r), b.max(r)));
+        // one cell is 5 m of 135 m; eight neighbours alone would give 8 %
+        assert!(most / least < 1.015, "{least} to {most}");
+        let [single, _] = rest(&with_params(&NODE, "until=duration, duration=1000000, diffusivity=100"), &pillar);
+        let (peak, expected) = (cone.range(0).unwrap().1, single.range(0).unwrap().1);
+        assert!((peak / expected - 1.0).abs() < 0.02, "{peak} {expected}");
+    }
+
+    #[test]
+    fn gentle_ground_keeps_its_bits() {
+        let gentle = field(world(150, 131, 10.0), |x, y| 100.0 * libm::sin(x / 200.0) * libm::cos(y / 230.0) + 2000.1);
+        let [height, moved] = rest(&defaults(), &gentle);
+        assert_eq!(height, gentle);
+        assert!(moved.samples().iter().all(|&d| d == 0.0));
+    }
+
+    #[test]
+    fn masked_ground_stays_and_the_rest_conserves() {
+        let step = field(world(160, 160, 2.0), |x, y| if x + 0.3 * y < 200.0 { 80.0 } else { 0.0 });
+        let mask = field(step.window().world, |_, y| if y < 150.0 { 1.0 } else { 0.0 });
+        let height = run(&NODE, &defaults(), &[("height", &step), ("mask", &mask)], "height");
+        for ((after, before), mask) in height.samples().iter().zip(step.samples()).zip(mask.samples()) {
+            assert!(*mask > 0.0 || after == before);
+        }
+        assert_ne!(height, step);
+        assert!((total(&height) / total(&step) - 1.0).abs() < 1e-6);
+    }
+
+    /// A wire sets the angle per cell: the same cliff lies at 25° in sand and 50° in rock.
+    #[test]
+    fn the_angle_may_differ_from_place_to_place() {
+        let step = field(world(128, 256, 1.0), |x, _| if x < 64.0 { 40.0 } else { 0.0 });
+        let talus = field(step.window().world, |_, y| if y < 128.0 { 25.0 } else { 50.0 });
+        let height = run(&NODE, &defaults(), &[("height", &step), ("talus", &talus)], "height");
+        for (row, degrees) in [(30, 25.0_f64), (225, 50.0)] {
+            let slope = f64::from(height.samples()[row * 128 + 60] - height.samples()[row * 128 + 67]) / 7.0;
+            assert!((slope / libm::tan(degrees.to_radians()) - 1.0).abs() < 0.03, "{degrees}: {slope}");
+        }
+    }
+
+    /// On a world joined at its sides, moving the land moves the result, where it moves by whole cells of the coarsest
+    /// grid.
+    #[test]
+    fn periodic_sides_are_joined() {
+        let joined = World { boundary: Boundary::all(Edge::Periodic), ..world(256, 128, 4.0) };
+        let block = |x0: f64, y0: f64| {
+            field(joined, move |x, y| {
+                let (x, y) = ((x - x0).rem_euclid(1024.0), (y - y0).rem_euclid(512.0));
+                if x < 200.0 && y < 150.0 { 120.0 } else { 3.0 }
+            })
+        };
+        let [inside, _] = rest(&defaults(), &block(300.0, 200.0));
+        let [across, _] = rest(&defaults(), &block(300.0 - 512.0, 200.0 - 256.0));
+        for (at, &z) in inside.samples().iter().enumerate() {
+            let (i, j) = (at % 256, at / 256);
+            assert_eq!(z, across.samples()[(j + 64) % 128 * 256 + (i + 128) % 256]);
+        }
+    }
+
+    #[test]
+    fn time_stops_the_slide_on_its_way() {
+        let step = field(world(96, 80, 2.0), |x, _| if x < 96.0 { 50.0 } else { 0.0 });
+        let steep = |duration: f64| {
+            let params = with_params(&NODE, &format!("until=duration, duration={duration}, diffusivity=0.5"));
+            steepest(&rest(&params, &step)[0])
+        };
+        assert_eq!(steep(0.0), 25.0);
+        let slopes: Vec<f64> = [10.0, 100.0, 1000.0, 100_000.0].map(steep).to_vec();
+        assert!(slopes.windows(2).all(|pair| pair[1] < pair[0]), "{slopes:?}");
+        assert!(slopes[0] < 25.0 && slopes[2] > REPOSE * 1.02 && slopes[3] < REPOSE * 1.021, "{slopes:?}");
+    }
+
+    #[test]
+    fn threads_and_simd_levels_give_the_same_bits() {
+        let rough = field(world(300, 150, 10.0), |x, y| 400.0 * libm::sin(x / 80.0) * libm::cos(y / 60.0));
+        let one = run_in(1, &NODE, &defaults(), &[("height", &rough)]);
+        assert_eq!(one, run_in(4, &NODE, &defaults(), &[("height", &rough)]));
+        at_every_level(|| run_in(2, &NODE, &defaults(), &[("height", &rough)]));
+    }
+
+    #[test]
+    fn any_land_comes_to_rest() {
+        let hostile: [&dyn Fn(f64, f64) -> f64; 4] =
+            [&|_, _| 7.0, &|x, _| 1e9 * x, &|x, y| if x > y { 1e30 } else { -1e30 }, &|x, _| {
+                if x > 2.0 { f64::NAN } else { x }
+            }];
+        for (nx, ny) in [(1, 1), (1, 9), (9, 1), (2, 2), (67, 33)] {
+            for land in hostile {
+                let height = field(world(nx, ny, 1.0), land);
+                for changes in ["tolerance=0.2", "until=duration, duration=1000, diffusivity=100"] {
+                    let params = with_params(&NODE, changes);
+                    let [after, moved] = rest(&params, &height);
+                    assert!(moved.samples().iter().all(|d| d.is_finite()));
+                    let holes = |f: &Field| f.samples().iter().map(|v| v.is_nan()).collect::<Vec<_>>();
+                    assert_eq!(holes(&after), holes(&height));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_cancelled_slide_stops() {
+        let rough = field(world(64, 64, 10.0), |x, _| 100.0 * libm::sin(x));
+        let cancel = orograph_graph::Cancel::default();
+        cancel.cancel();
+        assert_eq!(outputs_until(&cancel, *rough.window(), &NODE, &defaults(), &[("height", &rough)]), Err(NodeError::Cancelled));
+    }
+}
