@@ -232,7 +232,7 @@ impl Level {
                         found.steep |= seen.steep;
                     }
                 }
-                Ok(found)
+                Ok::<_, NodeError>(found)
             })
             .try_reduce(Sweep::default, |a, b| {
                 Ok(Sweep { changed: a.changed | b.changed, steep: a.steep | b.steep })

@@ -295,6 +295,9 @@ mod tests {
         let rough = field(world(64, 64, 10.0), |x, _| 100.0 * libm::sin(x));
         let cancel = orograph_graph::Cancel::default();
         cancel.cancel();
-        assert_eq!(outputs_until(&cancel, *rough.window(), &NODE, &defaults(), &[("height", &rough)]), Err(NodeError::Cancelled));
+        assert_eq!(
+            outputs_until(&cancel, *rough.window(), &NODE, &defaults(), &[("height", &rough)]),
+            Err(NodeError::Cancelled)
+        );
     }
 }
