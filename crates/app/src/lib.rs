@@ -7,6 +7,7 @@ pub mod cli;
 mod failure;
 pub mod heightfile;
 mod machine;
+pub mod measure;
 pub mod outputs;
 pub mod picture;
 pub mod problems;

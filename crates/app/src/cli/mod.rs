@@ -3,6 +3,7 @@
 mod check;
 mod diff;
 mod fmt;
+mod metrics;
 mod nodes;
 mod render;
 mod run;
@@ -38,6 +39,7 @@ enum Command {
     Check(check::Args),
     Fmt(fmt::Args),
     Diff(diff::Args),
+    Metrics(metrics::Args),
     Render(Box<render::Args>),
     Watch(Box<watch::Args>),
     Nodes(nodes::Args),
@@ -50,6 +52,7 @@ impl Command {
             Self::Check(args) => args.run(),
             Self::Fmt(args) => args.run(),
             Self::Diff(args) => args.run(),
+            Self::Metrics(args) => args.run(),
             Self::Render(args) => args.run(),
             Self::Watch(args) => args.run(),
             Self::Nodes(args) => args.run(),

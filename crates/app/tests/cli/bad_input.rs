@@ -153,3 +153,22 @@ fn a_failure_leaves_earlier_outputs_as_they_were() {
         place.names("out").iter().map(|name| fs::read(place.path("out").join(name)).unwrap()).collect();
     assert!(before == after, "{:?}", place.names("out"));
 }
+
+/// A limit on the size of files stands for a full disk: both end a write in the middle.
+#[cfg(unix)]
+#[test]
+fn a_write_that_fails_leaves_earlier_outputs_as_they_were() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    place.run(&["run", "g.ron", "-q"]).done();
+    let before = fs::read(place.path("out/height.exr")).expect("written");
+    let names = place.names("out");
+    // The signal that would end the program is ignored, so that the write fails instead.
+    let limited = "trap '' XFSZ; ulimit -f 64; exec \"$0\" run g.ron --cells 1024 --set plain.value=900";
+    let mut shell = std::process::Command::new("sh");
+    shell.current_dir(place.path(".")).args(["-c", limited, env!("CARGO_BIN_EXE_orograph")]);
+    let ran = super::Ran::from(shell.output().expect("a shell"));
+    ran.ended(2, &["cannot write `out/height.exr`", "earlier files are as they were"]);
+    assert!(fs::read(place.path("out/height.exr")).expect("there") == before);
+    assert_eq!(place.names("out"), names);
+}

@@ -64,3 +64,18 @@ fn pictures_of_graphs_and_of_height_files() {
     place.run(&["render", "raw.r16", "-o", "map.png", "--cell", "30"]).ended(1, &["--range"]);
     place.run(&["render", "raw.r16", "-o", "raw.png", "--cell", "30", "--range", "0,100"]).done();
 }
+
+#[test]
+fn metrics_of_a_height_file_and_its_distance_from_another() {
+    let place = Place::new();
+    let dem = repository("tests/data/glencoe_128.tif");
+    let dem = dem.to_str().expect("plain name");
+    assert!(place.run(&["metrics", dem]).done().out.contains("128 x 128 cells"));
+    let text = place.run(&["metrics", dem, "--against", dem, "--json"]).done().out;
+    let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!((&value["cells"][0], &value["difference"]["heights"]["largest_m"]), (&128.into(), &0.0.into()));
+    place.run(&["metrics", "none.tif"]).ended(1, &["none.tif", "check the name"]);
+    place.run(&["metrics", dem, "--against", "."]).ended(1, &["folder"]);
+    fs::write(place.path("short.tif"), &fs::read(dem).expect("readable")[..2000]).expect("written");
+    place.run(&["metrics", "short.tif"]).ended(1, &["short.tif", "fetch or export"]);
+}

@@ -1,0 +1,144 @@
+//! Measures of a height field: what every node of the category `measure` reports of it, and how two fields differ.
+
+use std::path::PathBuf;
+
+use orograph_graph::{
+    Cancel, Fallback, Field, InputValue, Job, Measure, Node, NodeError, ParamValues, PortType, Registry, Report, Value,
+};
+use serde::Serialize;
+
+use crate::failure::Failure;
+
+/// Runs every measuring node that needs nothing but a height, with its defaults, and joins what they report.
+///
+/// # Errors
+/// When a node cannot measure the field, or it is stopped.
+pub fn measure(height: &Field, registry: &Registry, cancel: &Cancel) -> Result<Report, Failure> {
+    let mut joined = Report::default();
+    for node in registry.nodes().iter().filter(|node| node.category == "measure") {
+        let Some(inputs) = inputs(node, height) else { continue };
+        let job = Job {
+            node,
+            params: &ParamValues::defaults(&node.specs()),
+            inputs,
+            window: *height.window(),
+            folder: PathBuf::new(),
+            cancel: cancel.clone(),
+            progress: &|_| {},
+        };
+        let mut outputs = (node.cpu)(&job).map_err(|error| failure(node, error))?;
+        for output in node.outputs {
+            if let Some(Value::Report(report)) = outputs.take(output.name) {
+                joined.measures.extend_from_slice(&report.measures);
+                joined.series.extend_from_slice(&report.series);
+                joined.notes.extend_from_slice(&report.notes);
+            }
+        }
+    }
+    Ok(joined)
+}
+
+/// The height wherever one must be wired; `None` when something else must be, too.
+fn inputs(node: &Node, height: &Field) -> Option<Vec<InputValue>> {
+    let stand_in = |fallback| match fallback {
+        Fallback::Required => None,
+        Fallback::None => Some(InputValue::Absent),
+        Fallback::Constant { default, .. } => Some(InputValue::Constant(default)),
+    };
+    let value = InputValue::Value(Value::Field(height.clone()));
+    let inputs = node.inputs.iter().map(|input| match (input.ty, input.fallback) {
+        (PortType::Height | PortType::AnyScalar, Fallback::Required) => Some(value.clone()),
+        (_, fallback) => stand_in(fallback),
+    });
+    inputs.collect()
+}
+
+fn failure(node: &Node, error: NodeError) -> Failure {
+    match error {
+        NodeError::Cancelled => Failure::stopped(),
+        NodeError::Failed { message, hint } => Failure { hint, ..Failure::wrong(format!("{}: {message}", node.id)) },
+    }
+}
+
+/// How far a field is from a reference.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Distance {
+    /// Each measure of the field less that of the reference.
+    pub measures: Vec<Measure>,
+    /// Root mean square difference of each curve that is given at the same abscissae, in the unit of its ordinate.
+    pub series: Vec<Measure>,
+    /// Of heights cell by cell; absent when the two have other cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub heights: Option<HeightDistance>,
+}
+
+/// Differences of heights, cell by cell.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct HeightDistance {
+    /// Mean difference in metres: above zero where the field is higher than the reference.
+    pub mean_m: f64,
+    /// Root of the mean squared difference in metres.
+    pub root_mean_square_m: f64,
+    /// Largest absolute difference in metres.
+    pub largest_m: f64,
+}
+
+/// The distance of a field from a reference, by what was measured of both.
+#[must_use]
+pub fn distance(field: (&Field, &Report), reference: (&Field, &Report)) -> Distance {
+    let (a, b) = (field.1, reference.1);
+    let measures = a.measures.iter().filter_map(|measure| {
+        b.get(&measure.name).map(|other| Measure { value: measure.value - other, ..measure.clone() })
+    });
+    let series = a.series.iter().filter_map(|series| {
+        let other = b.series.iter().find(|other| other.name == series.name && other.x.values == series.x.values)?;
+        let squares = series.y.values.iter().zip(&other.y.values).map(|(y, other)| (y - other) * (y - other));
+        let value = (squares.sum::<f64>() / series.y.values.len().max(1) as f64).sqrt();
+        Some(Measure { name: series.name.clone(), value, unit: series.y.unit.clone() })
+    });
+    Distance { measures: measures.collect(), series: series.collect(), heights: heights(field.0, reference.0) }
+}
+
+fn heights(field: &Field, reference: &Field) -> Option<HeightDistance> {
+    let same_cells = field.window().cells == reference.window().cells;
+    let same_size = (field.window().cell_m() / reference.window().cell_m() - 1.0).abs() < 1e-6;
+    if !same_cells || !same_size {
+        return None;
+    }
+    let count = field.samples().len() as f64;
+    let (mut sum, mut squares, mut largest) = (0.0, 0.0, 0f64);
+    for (a, b) in field.samples().iter().zip(reference.samples()) {
+        let difference = f64::from(*a) - f64::from(*b);
+        sum += difference;
+        squares += difference * difference;
+        largest = largest.max(difference.abs());
+    }
+    Some(HeightDistance { mean_m: sum / count, root_mean_square_m: (squares / count).sqrt(), largest_m: largest })
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::{Axis, Series, Window, World};
+
+    use super::*;
+
+    #[test]
+    fn distances_are_of_cells_measures_and_curves() {
+        let world = World { size: [20.0, 10.0], cells: [2, 1], ..World::default() };
+        let field = |samples: [f32; 2]| Field::new(Window::whole(world), samples.to_vec());
+        let report = |relief: f64, y: [f64; 2]| {
+            let mut report = Report::default();
+            report.measure("relief", relief, "m");
+            let axis = |values: [f64; 2]| Axis { label: String::new(), unit: String::new(), values: values.to_vec() };
+            report.series.push(Series { name: "curve".into(), x: axis([0.0, 1.0]), y: axis(y) });
+            report
+        };
+        let (a, b) = (report(5.0, [1.0, 2.0]), report(2.0, [4.0, 6.0]));
+        let found = distance((&field([4.0, 0.0]), &a), (&field([1.0, 1.0]), &b));
+        assert_eq!((found.measures[0].value, found.series[0].value), (3.0, 12.5f64.sqrt()));
+        let heights = found.heights.expect("the same cells");
+        assert_eq!((heights.mean_m, heights.root_mean_square_m, heights.largest_m), (1.0, 5f64.sqrt(), 3.0));
+        let other = Field::constant(Window::whole(World { cells: [4, 2], ..world }), 0.0);
+        assert_eq!(distance((&other, &a), (&field([1.0, 1.0]), &b)).heights, None);
+    }
+}
