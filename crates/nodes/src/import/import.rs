@@ -87,7 +87,7 @@ LZW; predictors 1 to 3), grey PNG of 8 and 16 bits, OpenEXR, ESRI ASCII grids (`
 `.r32`. The format is told by the file's first bytes, else by its extension.
 
 **Scale.** GeoTIFF, ASCII grids and SRTM tiles say how large their cells are. Degrees become metres by the WGS84 ellipsoid at the \
-latitude of the raster's middle: a local equirectangular approximation, good to a percent over some 100 km. For wider areas reproject the file to \
+latitude of the raster's middle: a local equirectangular approximation, good to a percent over some 100 km from north to south. For larger areas reproject the file to \
 metres first (`gdalwarp -t_srs ...`). PNG, OpenEXR and raw files take their cell size, and codes their range, from a JSON file beside them \
 (`NAME.png.json` with `cell_m` and `range`), as this program writes it; or from `cell` and `range`.
 

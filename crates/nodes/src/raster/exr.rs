@@ -77,7 +77,8 @@ fn fault(error: Error) -> Problem {
 
 /// Writes one channel `Y` of 32-bit reals.
 ///
-/// Uncompressed: the noise-like mantissas of a terrain shrink by a tenth under ZIP, which takes some ten times as long.
+/// Uncompressed: the noise-like mantissas of a 2048 x 2048 terrain shrink by 1 % (ZIP1) to 9 % (ZIP16), which takes 30 to 50
+/// times as long to write.
 pub(super) fn write(to: impl Write + Seek, columns: u32, rows: u32, samples: &[f32]) -> Result<(), Error> {
     let channel = AnyChannel::new("Y", FlatSamples::F32(samples.to_vec()));
     let layer = Layer::new(

@@ -3,7 +3,7 @@
 //! Degrees become metres by the lengths of a degree of longitude and of latitude on the WGS84 ellipsoid at the latitude
 //! of the raster's middle (J. P. Snyder, 1987, "Map Projections: A Working Manual", USGS Professional Paper 1395, equations
 //! 4-19 and 4-21): a local equirectangular approximation. East-west lengths are off by about `tan(latitude)` times the
-//! distance from the middle in radians: 1 % at 70 km north or south of the middle at 45 degrees.
+//! distance from the middle in radians: 1 % at 64 km north or south of the middle at 45 degrees.
 
 use orograph_graph::{Field, NodeError, Window, World};
 

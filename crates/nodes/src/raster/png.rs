@@ -81,7 +81,7 @@ fn fault(error: DecodingError) -> Problem {
     }
 }
 
-/// Writes 16-bit codes as grey, compressed fast: about a ninth larger than the best, some twenty times as fast.
+/// Writes 16-bit codes as grey, compressed fast: about an eighth larger than the best, some twenty times as fast.
 pub(super) fn write_grey(to: impl Write, columns: u32, rows: u32, codes: &[u16]) -> Result<(), EncodingError> {
     let bytes = bytes_of(codes, u16::to_be_bytes);
     write_samples(to, [columns, rows], ColorType::Grayscale, BitDepth::Sixteen, &bytes)

@@ -1,7 +1,6 @@
 //! Writing GeoTIFF: one band of f32, uncompressed strips, cell size and place as GDAL writes and reads them.
 //!
-//! Uncompressed, because noise-like mantissas hardly shrink: a 4096 x 4096 terrain loses a tenth of its size to deflate and
-//! takes some thirty times as long.
+//! Uncompressed, because deflate hardly shrinks the noise-like mantissas of terrain, and takes far longer than writing them.
 
 use std::io::{Seek, Write};
 
