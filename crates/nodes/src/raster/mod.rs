@@ -1,7 +1,7 @@
 //! Raster files: reading elevation models, writing results.
 //!
 //! Read: GeoTIFF, grey PNG, OpenEXR, ESRI ASCII grids, SRTM tiles, raw 16-bit and 32-bit samples ([`read`]). Written:
-//! OpenEXR, GeoTIFF, 16-bit PNG, raw samples, colour PNG ([`write`], [`write_colour`]), always under a temporary name
+//! OpenEXR, GeoTIFF, 16-bit PNG, raw samples, colour PNG ([`write()`], [`write_colour`]), always under a temporary name
 //! that is renamed into place, with a JSON [`Sidecar`] for what a format cannot say itself.
 //!
 //! Files come from anywhere, so no reader trusts one. What a reader allocates is bounded by the length of the file: the
