@@ -154,6 +154,18 @@ impl Input {
         Self { name, ty: PortType::Scalar(unit), fallback: Fallback::Constant { default, hard, soft }, doc }
     }
 
+    /// An input for any height, mask or scalar that takes a wire or a number, `default` unless the file says otherwise.
+    #[must_use]
+    pub const fn any_number(
+        name: &'static str,
+        default: f64,
+        hard: [f64; 2],
+        soft: [f64; 2],
+        doc: &'static str,
+    ) -> Self {
+        Self { name, ty: PortType::AnyScalar, fallback: Fallback::Constant { default, hard, soft }, doc }
+    }
+
     /// An input for a mask that takes a wire or a number from 0 to 1; 1 unless the file says otherwise.
     #[must_use]
     pub const fn mask(name: &'static str, doc: &'static str) -> Self {

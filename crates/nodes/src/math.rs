@@ -65,6 +65,31 @@ pub mod lane {
         let angle = r + r * z * q;
         (if middle { offset + angle } else { angle }).copysign(x)
     }
+
+    /// x to the power of y for x of 0 and more.
+    ///
+    /// 2^(y log₂ x), with the series of the area tangent for the logarithm and of the exponential. The relative error is below
+    /// 1e-7 (4 + |log₂ of the result|). A result below 1e-30 becomes 0, as does any power of 0; one above 2¹²⁷ becomes that.
+    #[must_use]
+    #[inline(always)]
+    pub fn pow(x: f32, y: f32) -> f32 {
+        // x = m 2^k with m from √½ to √2
+        let bits = x.max(f32::MIN_POSITIVE).to_bits() as i32;
+        let k = (bits - 0x3f35_04f3) >> 23;
+        let m = f32::from_bits((bits - (k << 23)) as u32);
+        let z = (m - 1.0) / (m + 1.0);
+        let z2 = z * z;
+        let series = 1.0 + z2 * (1.0 / 3.0 + z2 * (1.0 / 5.0 + z2 * (1.0 / 7.0 + z2 * (1.0 / 9.0))));
+        let log2 = k as f32 + z * series * (2.0 * std::f32::consts::LOG2_E);
+        // 2^e = 2^whole 2^rest with the rest from -½ to ½
+        let e = (y * log2).clamp(-126.0, 127.0);
+        let whole = (e + 0.5).floor();
+        let r = (e - whole) * std::f32::consts::LN_2;
+        let tail = 1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0 + r * (1.0 / 5040.0)));
+        let exp = 1.0 + r * (1.0 + r * (0.5 + r * (1.0 / 6.0 + r * tail)));
+        let result = exp * f32::from_bits(((whole as i32 + 127) << 23) as u32);
+        if e > -100.0 && x > 0.0 { result } else { 0.0 }
+    }
 }
 
 #[cfg(test)]
@@ -83,5 +108,20 @@ mod tests {
         assert!(worst < 2e-7, "{worst}");
         assert_eq!(super::lane::atan(f32::INFINITY), std::f32::consts::FRAC_PI_2);
         assert!(super::lane::atan(f32::NAN).is_nan());
+    }
+
+    #[test]
+    fn the_power_of_lanes_is_a_power() {
+        for y in [-2.0_f32, 0.25, 0.5, 1.0, 1.4, 3.0, 8.0] {
+            assert_eq!((super::lane::pow(0.0, y), super::lane::pow(1.0, y)), (0.0, 1.0));
+            for k in 1..8000 {
+                let x = k as f32 / 2000.0;
+                let expected = super::pow(f64::from(x), f64::from(y));
+                let error = (f64::from(super::lane::pow(x, y)) - expected).abs();
+                let bound = 1e-7 * (4.0 + super::log2(expected).abs()) * expected;
+                assert!(error <= bound.max(1e-30), "{x}^{y}: {error} {expected}");
+            }
+        }
+        assert_eq!(super::lane::pow(1e30, 100.0), super::f32::exp2(127.0));
     }
 }

@@ -6,8 +6,7 @@
 //! the land.
 
 use super::noise::{Fractal, Gradients, NOISE_SCALE, Octave, raster};
-use crate::prelude::*;
-use crate::simd::simd;
+use crate::{math, prelude::*, simd::simd};
 
 mod crest;
 
@@ -148,16 +147,33 @@ impl raster::Combine for Ridges {
 }
 
 /// One octave at one sample: takes the noise and the weight from the octave before, adds to the height and gives the
-/// weight for the next octave.
+/// weight for the next octave. `SQUARED` is for an exponent of 2, ten times as fast as any other.
 #[inline(always)]
-fn step(noise: f32, weight: &mut f32, height: &mut f32, crest: &Crest, layer: &Layer, sharpen: impl Fn(f32) -> f32) {
+fn step<const SQUARED: bool>(noise: f32, weight: &mut f32, height: &mut f32, crest: &Crest, layer: &Layer) {
     let distance = noise.abs();
     let near = distance.min(layer.round);
     let rounded = (distance - near) + (near * near * layer.half_per_round + layer.half_round);
-    let ridge = sharpen((1.0 - rounded * crest.per_offset).max(0.0));
+    let ridge = (1.0 - rounded * crest.per_offset).max(0.0);
+    let ridge = if SQUARED { ridge * ridge } else { math::lane::pow(ridge, crest.exponent) };
     let ridge = *weight * (crest.mean + layer.fade * (ridge - crest.mean));
     *height += layer.height_m * ridge;
     *weight = (crest.weight_gain * ridge).min(1.0);
+}
+
+/// Adds an octave to a row.
+#[inline(always)]
+fn add_row<const SQUARED: bool>(
+    heights: &mut [f32],
+    weights: &mut [f32],
+    noise: &raster::OctaveRow<'_>,
+    crest: &Crest,
+    layer: &Layer,
+) {
+    let (crest, layer, t, v) = (*crest, *layer, noise.t, noise.v);
+    let rows = noise.p.iter().zip(noise.q).zip(noise.e).zip(noise.f);
+    for ((height, weight), (((p, q), e), f)) in heights.iter_mut().zip(weights).zip(rows) {
+        step::<SQUARED>(p + t * q + v * (e + t * f), weight, height, &crest, &layer);
+    }
 }
 
 simd! {
@@ -169,11 +185,7 @@ simd! {
         crest: &Crest,
         layer: &Layer,
     ) {
-        let (crest, layer, t, v) = (*crest, *layer, noise.t, noise.v);
-        let rows = noise.p.iter().zip(noise.q).zip(noise.e).zip(noise.f);
-        for ((height, weight), (((p, q), e), f)) in heights.iter_mut().zip(weights).zip(rows) {
-            step(p + t * q + v * (e + t * f), weight, height, &crest, &layer, |ridge| ridge * ridge);
-        }
+        add_row::<true>(heights, weights, noise, crest, layer);
     }
 }
 
@@ -186,12 +198,7 @@ simd! {
         crest: &Crest,
         layer: &Layer,
     ) {
-        let (crest, layer, t, v) = (*crest, *layer, noise.t, noise.v);
-        let rows = noise.p.iter().zip(noise.q).zip(noise.e).zip(noise.f);
-        for ((height, weight), (((p, q), e), f)) in heights.iter_mut().zip(weights).zip(rows) {
-            let noise = p + t * q + v * (e + t * f);
-            step(noise, weight, height, &crest, &layer, |ridge| crest::power(ridge, crest.exponent));
-        }
+        add_row::<false>(heights, weights, noise, crest, layer);
     }
 }
 
@@ -217,9 +224,8 @@ mod tests {
                 let (mut weight, mut height) = (1.0, [0.0]);
                 for (octave, layer) in octaves.iter().zip(&ridges.layers) {
                     let noise = reference::sample(octave, params.gradients, NOISE_SCALE, cell);
-                    step(noise, &mut weight, &mut height[0], &ridges.crest, layer, |ridge| {
-                        if params.exponent == 2.0 { ridge * ridge } else { crest::power(ridge, ridges.crest.exponent) }
-                    });
+                    let step = if params.exponent == 2.0 { step::<true> } else { step::<false> };
+                    step(noise, &mut weight, &mut height[0], &ridges.crest, layer);
                 }
                 ridges.tail.add(&[weight], &mut height);
                 assert_eq!(got.to_bits(), height[0].to_bits(), "{changes} {cell:?}: {got} {height:?}");

@@ -95,29 +95,6 @@ simd! {
     }
 }
 
-/// x to the power of y for x from 0 to 1 and y above 0, without branches, so that it is compiled into vector code:
-/// 2^(y log₂ x), with the series of artanh for the logarithm and of the exponential. The relative error is
-/// below 1e-7 (4 + |log₂ of the result|); results below 1e-30 become 0.
-#[inline(always)]
-pub(super) fn power(x: f32, y: f32) -> f32 {
-    // x = m 2^k with m from √½ to √2
-    let bits = x.max(f32::MIN_POSITIVE).to_bits() as i32;
-    let k = (bits - 0x3f35_04f3) >> 23;
-    let m = f32::from_bits((bits - (k << 23)) as u32);
-    let z = (m - 1.0) / (m + 1.0);
-    let z2 = z * z;
-    let series = 1.0 + z2 * (1.0 / 3.0 + z2 * (1.0 / 5.0 + z2 * (1.0 / 7.0 + z2 * (1.0 / 9.0))));
-    let log2 = k as f32 + z * series * (2.0 * std::f32::consts::LOG2_E);
-    // 2^e = 2^whole 2^rest with the rest from -½ to ½
-    let e = (y * log2).max(-126.0);
-    let whole = (e + 0.5).floor();
-    let r = (e - whole) * std::f32::consts::LN_2;
-    let tail = 1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0 + r * (1.0 / 5040.0)));
-    let exp = 1.0 + r * (1.0 + r * (0.5 + r * (1.0 / 6.0 + r * tail)));
-    let result = exp * f32::from_bits(((whole as i32 + 127) << 23) as u32);
-    if e > -100.0 && x > 0.0 { result } else { 0.0 }
-}
-
 #[cfg(test)]
 mod tests {
     use orograph_graph::Window;
@@ -137,20 +114,6 @@ mod tests {
             for (part, expected) in all.chunks_exact(part).zip(DISTRIBUTION) {
                 let mean = part.iter().map(|&n| f64::from(n)).sum::<f64>() / part.len() as f64;
                 assert!((mean - expected).abs() < 0.005, "{gradients}: {mean} {expected}");
-            }
-        }
-    }
-
-    #[test]
-    fn the_power_is_a_power() {
-        for y in [0.5_f32, 1.0, 1.4, 3.0, 8.0] {
-            assert_eq!((power(0.0, y), power(1.0, y)), (0.0, 1.0));
-            for k in 1..2000 {
-                let x = k as f32 / 2000.0;
-                let expected = libm::pow(f64::from(x), f64::from(y));
-                let error = (f64::from(power(x, y)) - expected).abs();
-                let bound = 1e-7 * (4.0 + libm::log2(expected).abs()) * expected;
-                assert!(error <= bound.max(1e-30), "{x}^{y}: {error} {expected}");
             }
         }
     }
