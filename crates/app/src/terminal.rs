@@ -84,6 +84,16 @@ impl Page {
         self.paint("1;33", text)
     }
 
+    /// Markdown's `**strong**` words as weight.
+    fn weights(self, line: &str) -> String {
+        let parts: Vec<&str> = line.split("**").collect();
+        // Every other part is strong; a single pair of stars is none.
+        let strong = |at: usize| at % 2 == 1 && at + 1 < parts.len();
+        let drawn =
+            parts.iter().enumerate().map(|(at, part)| if strong(at) { self.bold(part) } else { (*part).to_owned() });
+        drawn.collect()
+    }
+
     /// Paragraphs broken to the width, each line set in by `indent`. Lines that belong together in the source are
     /// joined; blank lines part paragraphs; list items and indented lines stay lines of their own.
     #[must_use]
@@ -92,8 +102,9 @@ impl Page {
         let margin = " ".repeat(indent);
         let mut out = String::new();
         for line in joined(text) {
-            let hang = line.len() - line.trim_start_matches([' ', '-', '*']).len();
-            let hanging = " ".repeat(hang);
+            let item = line.starts_with("- ") || line.starts_with("* ");
+            let hanging = " ".repeat(if item { 2 } else { line.len() - line.trim_start().len() });
+            let line = self.weights(&line);
             for wrapped in textwrap::wrap(&line, textwrap::Options::new(width).subsequent_indent(&hanging)) {
                 out.push_str(format!("{margin}{wrapped}").trim_end());
                 out.push('\n');
@@ -276,6 +287,13 @@ mod tests {
             PLAIN.paragraphs(text, 2),
             "  One line goes on.\n\n  - an item that is so long that it must\n    be broken\n  - another\n"
         );
+    }
+
+    #[test]
+    fn strong_words_have_weight_where_it_shows() {
+        assert_eq!(PLAIN.paragraphs("**Scale.** A word", 0), "Scale. A word\n");
+        let coloured = Page { colour: true, ..PLAIN };
+        assert_eq!(coloured.paragraphs("**Scale.** A word", 0), "\x1b[1mScale.\x1b[0m A word\n");
     }
 
     #[test]

@@ -12,6 +12,7 @@ mod watch;
 use std::{ffi::OsString, process::ExitCode};
 
 use clap::{Parser, Subcommand};
+pub use nodes::manual;
 
 use crate::{
     failure::{Exit, Failure},

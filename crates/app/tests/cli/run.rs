@@ -21,6 +21,7 @@ fn every_output_is_written_with_its_companions() {
         (&sidecar["columns"], &sidecar["rows"], &sidecar["cell_m"], &sidecar["unit"], &sidecar["seed"]),
         (&32.into(), &16.into(), &100.0.into(), &"m".into(), &7.into())
     );
+    assert!(sidecar["program"].as_str().is_some_and(|program| program.starts_with("orograph ")));
     assert_eq!(sidecar["graph_hash"].as_str().map(str::len), Some(32));
     let land = raster::read(&place.path("deep/out/height.exr")).expect("readable");
     assert_eq!((land.columns, land.rows), (32, 16));

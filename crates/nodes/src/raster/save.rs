@@ -113,6 +113,7 @@ pub fn write(
         step: format.is_coded().then(|| (range[1] - range[0]) / 65_535.0),
         seed: Some(window.world.seed),
         graph_hash: meta.graph_hash.clone(),
+        program: Some(concat!("orograph ", env!("CARGO_PKG_VERSION")).to_owned()),
     };
     let raster = stage(path, |to| match format {
         Format::Exr => exr::write(to, columns, rows, samples).map_err(io::Error::other),

@@ -42,6 +42,9 @@ pub struct Sidecar {
     /// Hash of the graph that made it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub graph_hash: Option<String>,
+    /// Name and version of the program that wrote it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub program: Option<String>,
 }
 
 /// Name of the sidecar of a file: the file's name with `.json` after it.

@@ -62,6 +62,14 @@ impl Args {
     }
 }
 
+/// The whole manual in Markdown, as names of files and their texts: the list, `README.md`, and a page for each node.
+#[must_use]
+pub fn manual(registry: &Registry) -> Vec<(String, String)> {
+    let page = |node: &&'static Node| (format!("{}.md", node.id), markdown::render(&NodePage::of(node)));
+    let list = ("README.md".to_owned(), list::markdown(registry));
+    std::iter::once(list).chain(registry.nodes().iter().map(page)).collect()
+}
+
 fn json(value: &impl serde::Serialize) -> Result<String, Failure> {
     serde_json::to_string_pretty(value)
         .map(|text| text + "\n")
@@ -86,7 +94,7 @@ mod tests {
 
     #[test]
     fn every_node_has_a_page_in_every_form() {
-        let page = Page { width: 80, colour: false, terminal: false };
+        let page = Page { width: 130, colour: false, terminal: false };
         for node in orograph_nodes::registry().nodes() {
             let entry = NodePage::of(node);
             let (text, md) = (text::render(&entry, page), markdown::render(&entry));
@@ -94,6 +102,7 @@ mod tests {
                 assert!(text.contains(spec.name) && md.contains(spec.name), "{}.{}", node.id, spec.name);
             }
             assert!(text.contains(node.summary) && md.starts_with(&format!("# {}\n", node.id)), "{}", node.id);
+            assert!(!text.contains("**"), "{}: stars are drawn as weight", node.id);
             let value = serde_json::to_value(&entry).expect("serialises");
             assert_eq!(value["id"], node.id);
         }

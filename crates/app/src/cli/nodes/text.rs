@@ -63,10 +63,15 @@ fn section(out: &mut String, page: Page, title: &str, entries: &[Entry]) {
         let _ = writeln!(out, "  {}{pad}{}", page.name(entry.name), page.dim(facts.trim()));
         out.push_str(&page.paragraphs(entry.doc, column));
         for choice in &entry.choices {
-            let text = format!("{}  {}", choice.name, choice.doc.replace('\n', " "));
+            let text = format!("{}  {}", choice.name, one_line(choice.doc));
             out.push_str(&page.paragraphs(&format!("- {text}"), column));
         }
     }
+}
+
+/// A text without its line ends.
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// Type, default and ranges in one line.
