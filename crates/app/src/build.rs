@@ -83,6 +83,7 @@ impl Builder {
         ports: &[Port],
         progress: &dyn Progress,
     ) -> Result<(Vec<Value>, Vec<Timing>), Failure> {
+        progress.started(request, self.evaluator.threads());
         let graph = request.document.graph();
         let timings = Mutex::new(Vec::new());
         let events = |event: Event| {
@@ -135,7 +136,6 @@ impl Builder {
     ) -> Result<Built, Failure> {
         let start = machine::now();
         let mut staging = OutputFolder::prepare(folder, &request.outputs, form)?;
-        progress.started(request, self.evaluator.threads());
         let ports: Vec<Port> = request.outputs.iter().map(|output| output.port).collect();
         let (values, timings) = self.evaluate(request, &ports, progress)?;
         progress.writing();

@@ -40,7 +40,7 @@ pub struct Form {
 fn formats() -> impl clap::builder::TypedValueParser<Value = Format> {
     use clap::builder::{PossibleValuesParser, TypedValueParser as _};
     let names = PossibleValuesParser::new(Format::ALL.map(Format::name));
-    names.map(|name| Format::from_name(&name).unwrap_or(Format::Exr))
+    names.try_map(|name| Format::from_name(&name).ok_or("no such format"))
 }
 
 /// A file that was written.

@@ -1,4 +1,5 @@
-//! Ctrl-C: the first asks the work to stop, which removes what is half done; the second ends the program at once.
+//! Ctrl-C: the first asks the work to stop, which removes what is half done; the second ends the program at once, which
+//! may leave the hidden folder of half-written files.
 
 use orograph_graph::Cancel;
 

@@ -100,7 +100,6 @@ impl Args {
         request.outputs = vec![output.clone()];
         let progress: Box<dyn Progress> = if self.quiet { Box::new(Quiet) } else { progress::for_people() };
         let builder = Builder::new(&self.means, 0, stop::on_interrupt()?)?;
-        progress.started(&request, 0);
         let values = builder.evaluate(&request, &[output.port], &*progress);
         progress.ended();
         let (values, _) = values?;

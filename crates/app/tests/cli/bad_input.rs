@@ -101,7 +101,16 @@ fn requests_that_cannot_be() {
         place.run(&[&["run", "g.ron"], &args[..]].concat()).ended(1, &[said]);
     }
     assert!(!place.path("out").exists());
-    place.run(&["run", "g.ron", "--cells", "65536x32768"]).ended(2, &["GiB", "fewer cells"]);
+}
+
+/// However much memory the machine has, the shell gives the program 4 GiB of addresses.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_world_that_does_not_fit_into_memory_is_refused_before_it_is_built() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    let limited = "ulimit -v 4194304; exec \"$0\" run g.ron --threads 2 --cells 65536";
+    place.shell(limited).ended(2, &["GiB of memory", "fewer cells"]);
     assert!(!place.path("out").exists(), "a folder made for nothing is removed");
 }
 
@@ -165,10 +174,7 @@ fn a_write_that_fails_leaves_earlier_outputs_as_they_were() {
     let names = place.names("out");
     // The signal that would end the program is ignored, so that the write fails instead.
     let limited = "trap '' XFSZ; ulimit -f 64; exec \"$0\" run g.ron --cells 1024 --set plain.value=900";
-    let mut shell = std::process::Command::new("sh");
-    shell.current_dir(place.path(".")).args(["-c", limited, env!("CARGO_BIN_EXE_orograph")]);
-    let ran = super::Ran::from(shell.output().expect("a shell"));
-    ran.ended(2, &["cannot write `out/height.exr`", "earlier files are as they were"]);
+    place.shell(limited).ended(2, &["cannot write `out/height.exr`", "earlier files are as they were"]);
     assert!(fs::read(place.path("out/height.exr")).expect("there") == before);
     assert_eq!(place.names("out"), names);
 }

@@ -71,6 +71,14 @@ impl Place {
         let output = self.command(args).output().expect("the program starts");
         Ran::from(output)
     }
+
+    /// Runs a line of the shell in the folder, in which `$0` is the program.
+    #[cfg(unix)]
+    fn shell(&self, line: &str) -> Ran {
+        let mut shell = Command::new("sh");
+        shell.current_dir(self.0.path()).env("NO_COLOR", "1").args(["-c", line, env!("CARGO_BIN_EXE_orograph")]);
+        Ran::from(shell.output().expect("a shell"))
+    }
 }
 
 /// How a run of the program ended.

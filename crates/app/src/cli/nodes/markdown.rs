@@ -36,6 +36,9 @@ fn section(out: &mut String, title: &str, entries: &[Entry], noun: &str) {
         return;
     }
     let _ = write!(out, "\n## {title}\n\n");
+    if noun == "input" && entries.iter().any(|entry| entry.default.is_some()) {
+        out.push_str("Each takes a wire, or a number where there is a default.\n\n");
+    }
     if noun == "output" {
         let _ = writeln!(out, "| {noun} | type | meaning |\n|---|---|---|");
     } else {

@@ -20,9 +20,11 @@ pub fn render(node: &NodePage, page: Page) -> String {
     }
     out.push('\n');
     out.push_str(&page.paragraphs(node.doc, 2));
-    section(&mut out, page, "Inputs", &node.inputs);
-    section(&mut out, page, "Parameters", &node.parameters);
-    section(&mut out, page, "Outputs", &node.outputs);
+    let numbers = node.inputs.iter().any(|input| input.default.is_some());
+    let inputs = if numbers { "a wire, or a number where there is a default" } else { "" };
+    section(&mut out, page, ("Inputs", inputs), &node.inputs);
+    section(&mut out, page, ("Parameters", ""), &node.parameters);
+    section(&mut out, page, ("Outputs", ""), &node.outputs);
 
     heading(&mut out, page, "Example");
     let _ = writeln!(out, "  {}", page.name(&node.example));
@@ -51,11 +53,12 @@ fn labelled(page: Page, name: &str, text: &str) -> String {
     format!("  {}{}{body}", page.dim(name), " ".repeat((COLUMN - 2).saturating_sub(name.len()).max(1)))
 }
 
-fn section(out: &mut String, page: Page, title: &str, entries: &[Entry]) {
+fn section(out: &mut String, page: Page, (title, remark): (&str, &str), entries: &[Entry]) {
     if entries.is_empty() {
         return;
     }
-    heading(out, page, title);
+    let title = format!("{}  {}", page.bold(title), page.dim(remark));
+    let _ = writeln!(out, "\n{}", title.trim_end());
     let column = entries.iter().map(|entry| entry.name.len()).max().unwrap_or(0) + 4;
     for entry in entries {
         let pad = " ".repeat(column - 2 - entry.name.len());
