@@ -1,6 +1,9 @@
 //! Reports about a landscape.
 
+pub mod distribution;
+pub mod metrics;
+
 use orograph_graph::Node;
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] = &[];
+pub static NODES: &[&Node] = &[&metrics::NODE];

@@ -1,0 +1,289 @@
+//! What a landscape measures: elevations, hypsometry, slopes, local relief, drainage density.
+
+use orograph_graph::{Axis, Series};
+use rayon::prelude::*;
+
+use super::distribution::{quantiles, wasserstein};
+use crate::{
+    gradient::{Method, Surface, slope_degrees},
+    hydrology::engine::{Depressions, Drainage, Grid, code, receivers},
+    prelude::*,
+};
+
+params! {
+    /// Drainage area from which a cell counts as a channel.
+    channel_area: f64 = 1e5, SquareMetres, 1.0..=1e12, soft 1e4..=1e7;
+    /// Side of the windows in which local relief is taken.
+    local_window: f64 = 2500.0, Metres, 1.0..=1e6, soft 500.0..=10000.0;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Metrics",
+    category: "measure",
+    summary: "What a landscape measures: hypsometry, relief, slopes, drainage density.",
+    doc: "- **Elevation**: least, greatest, mean, standard deviation (m), and `relief`, their span.\n\
+          - **Hypsometric integral**: `(mean − min) / (max − min)`, the area under the hypsometric curve, which gives \
+          the share of the area at or above each relative height. Above 0.6 land counts as young, below 0.35 as old \
+          (Strahler 1952); the classes are meant for drainage basins, not for maps.\n\
+          - **Local relief**: highest minus lowest point within windows of `local_window`, laid side by side from the \
+          north-west; mean and greatest. Divided by 2.5 km it is 0.4 to 0.5 in the Alps and 0.6 to 0.8 in the \
+          Himalaya.\n\
+          - **Slope** in degrees by Horn's gradient, without the outermost cells: mean, percentiles, and a histogram \
+          by whole degrees as shares of the area.\n\
+          - **Drainage density**: length of the channels over the area, along the steepest descent of each cell with \
+          at least `channel_area` of drainage area, after depressions have been drained through their lowest passes. \
+          It goes with `1/√channel_area`, about 0.6 of it, so it means nothing without that number.\n\n\
+          Slopes and drainage depend on the cell size: compare at equal cells only. Holes in the data are left out; \
+          where they are, or no side of the world lets water out, drainage density is not measured.",
+    sources: &[
+        "A. N. Strahler, 1952, Hypsometric (area-altitude) analysis of erosional topography, GSA Bulletin 63, 1117-1142",
+        "R. J. Pike, S. E. Wilson, 1971, Elevation-relief ratio, hypsometric integral, and geomorphic area-altitude \
+         analysis, GSA Bulletin 82, 1079-1084",
+        "R. E. Horton, 1945, Erosional development of streams and their drainage basins, GSA Bulletin 56, 275-370",
+    ],
+    inputs: &[Input::needs("height", PortType::Height, "The land.")],
+    outputs: &[Output::gives("report", PortType::Report, "Measures, hypsometric curve and slope histogram.")],
+    params: Params::specs,
+    reach: Reach::World,
+    cpu: run,
+    resolution: Resolution::Cells("slopes and channels are those of the cells"),
+    example: "height: \"base\", channel_area: 500000",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    Ok(Outputs::one("report", metrics(job, job.field("height")?, &Params::read(job.params))?))
+}
+
+/// Measures a height field over the job's window.
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub fn metrics(job: &Job<'_>, height: &Field, params: &Params) -> Result<Report, NodeError> {
+    let window = *height.window();
+    let mut report = Report::default();
+    report.measure("cell_size", window.cell_m(), "m");
+    elevations(height, &mut report);
+    job.advance(0.2)?;
+    local_relief(height, params.local_window, &mut report);
+    job.advance(0.3)?;
+    slopes(&interior_slopes(height), &mut report);
+    job.advance(0.5)?;
+    drainage(job, height, params.channel_area, &mut report)?;
+    Ok(report)
+}
+
+/// How far a landscape is from a reference: Wasserstein-1 distances of slope and elevation divided by the reference's
+/// interquartile range, and the mean difference of the hypsometric curves. 0 is no difference in distribution.
+#[must_use]
+pub fn compare(field: &Field, reference: &Field) -> Report {
+    let mut report = Report::default();
+    let mut distance = |name: &str, a: &[f32], b: &[f32]| {
+        let quartiles = quantiles(b, &[0.25, 0.75]);
+        report.measure(name, wasserstein(a, b) / (quartiles[1] - quartiles[0]), "");
+    };
+    distance("elevation_distance", &finite(field), &finite(reference));
+    distance("slope_distance", &interior_slopes(field), &interior_slopes(reference));
+    let curves = [field, reference].map(|field| Elevations::of(field).curve(field));
+    let difference: f64 = curves[0].iter().zip(&curves[1]).map(|(a, b)| (a - b).abs()).sum();
+    report.measure("hypsometry_distance", difference / curves[0].len() as f64, "");
+    let [a, b] = [field, reference].map(|field| field.window().cell_m());
+    if (a / b - 1.0).abs() > 1e-3 {
+        report.notes.push(format!("cells of {a} m are compared with cells of {b} m; slopes depend on the cell size"));
+    }
+    report
+}
+
+/// Sum over the finite samples, row by row, so that it is the same for any number of threads.
+fn sum(field: &Field, value: impl Fn(f64) -> f64 + Sync) -> f64 {
+    let rows: Vec<f64> = field
+        .plane(0)
+        .par_chunks(field.window().nx())
+        .map(|row| row.iter().filter(|z| z.is_finite()).map(|&z| value(f64::from(z))).sum())
+        .collect();
+    rows.iter().sum()
+}
+
+fn finite(field: &Field) -> Vec<f32> {
+    field.plane(0).iter().copied().filter(|z| z.is_finite()).collect()
+}
+
+/// Elevations of a field in metres; not numbers where it has none.
+#[derive(Clone, Copy, Debug)]
+struct Elevations {
+    count: f64,
+    min: f64,
+    max: f64,
+    mean: f64,
+    std: f64,
+}
+
+/// Steps of the hypsometric curve.
+const STEPS: usize = 100;
+
+impl Elevations {
+    fn of(field: &Field) -> Self {
+        let count = sum(field, |_| 1.0);
+        let (min, max) = field.range(0).map_or((f64::NAN, f64::NAN), |(a, b)| (f64::from(a), f64::from(b)));
+        let mean = sum(field, |z| z) / count;
+        let std = (sum(field, |z| (z - mean) * (z - mean)) / count).sqrt();
+        Self { count, min, max, mean, std }
+    }
+
+    /// Share of the area at or above each of the relative heights 0, 1/100, ... 1.
+    fn curve(&self, field: &Field) -> Vec<f64> {
+        let level = |step: usize| self.min + step as f64 / STEPS as f64 * (self.max - self.min);
+        let mut at_step = [0_u64; STEPS + 1];
+        for z in field.plane(0).iter().filter(|z| z.is_finite()).map(|&z| f64::from(z)) {
+            let guess = (z - self.min) / (self.max - self.min) * STEPS as f64;
+            let mut step = (guess.max(0.0) as usize).min(STEPS);
+            while step > 0 && level(step) > z {
+                step -= 1;
+            }
+            while step < STEPS && level(step + 1) <= z {
+                step += 1;
+            }
+            at_step[step] += 1;
+        }
+        let mut above = 0;
+        let mut curve: Vec<f64> = at_step
+            .iter()
+            .rev()
+            .map(|count| {
+                above += count;
+                above as f64 / self.count
+            })
+            .collect();
+        curve.reverse();
+        curve
+    }
+}
+
+fn axis(label: &str, unit: &str, values: Vec<f64>) -> Axis {
+    Axis { label: label.to_owned(), unit: unit.to_owned(), values }
+}
+
+fn elevations(height: &Field, report: &mut Report) {
+    let found = Elevations::of(height);
+    let relief = found.max - found.min;
+    report.measure("elevation_min", found.min, "m");
+    report.measure("elevation_max", found.max, "m");
+    report.measure("elevation_mean", found.mean, "m");
+    report.measure("elevation_std", found.std, "m");
+    report.measure("relief", relief, "m");
+    report.measure("hypsometric_integral", (found.mean - found.min) / relief, "");
+    let holes = height.window().len() as f64 - found.count;
+    if holes > 0.0 {
+        report.notes.push(format!("{holes} cells without a height are left out"));
+    }
+    report.series.push(Series {
+        name: "hypsometric_curve".to_owned(),
+        x: axis("share of the area at or above", "", found.curve(height)),
+        y: axis("relative height", "", (0..=STEPS).map(|step| step as f64 / STEPS as f64).collect()),
+    });
+}
+
+fn local_relief(height: &Field, window_m: f64, report: &mut Report) {
+    let window = height.window();
+    let side = ((window_m / window.cell_m()).round().max(1.0) as usize).max(1);
+    let (columns, rows) = (window.nx() / side, window.ny() / side);
+    let reliefs: Vec<f64> = (0..columns * rows)
+        .into_par_iter()
+        .filter_map(|at| {
+            let (i, j) = (at % columns * side, at / columns * side);
+            let cells = (j..j + side).flat_map(|j| &height.plane(0)[j * window.nx() + i..][..side]);
+            let (min, max) = cells
+                .filter(|z| z.is_finite())
+                .fold((f32::INFINITY, f32::NEG_INFINITY), |(min, max), &z| (min.min(z), max.max(z)));
+            (min <= max).then(|| f64::from(max) - f64::from(min))
+        })
+        .collect();
+    if reliefs.is_empty() {
+        report.notes.push(format!("the land is smaller than a window of {window_m} m: no local relief"));
+    }
+    report.measure("local_window", side as f64 * window.cell_m(), "m");
+    report.measure("local_relief_mean", reliefs.iter().sum::<f64>() / reliefs.len() as f64, "m");
+    report.measure("local_relief_max", reliefs.iter().copied().fold(f64::NAN, f64::max), "m");
+}
+
+/// Slopes in degrees of all cells but the outermost, without holes.
+fn interior_slopes(height: &Field) -> Vec<f32> {
+    let (nx, ny) = (height.window().nx(), height.window().ny());
+    if nx < 3 || ny < 3 {
+        return Vec::new();
+    }
+    let surface = Surface::new(height, Method::Horn);
+    let mut slopes = vec![0.0; nx * (ny - 2)];
+    slopes.par_chunks_mut(nx).enumerate().for_each(|(j, row)| {
+        surface.row(j + 1, |start, east, south| slope_degrees(east, south, &mut row[start..start + east.len()]));
+    });
+    slopes.chunks_exact(nx).flat_map(|row| &row[1..nx - 1]).copied().filter(|s| s.is_finite()).collect()
+}
+
+fn slopes(slopes: &[f32], report: &mut Report) {
+    if slopes.is_empty() {
+        report.notes.push("fewer than 3 x 3 cells with heights: no slopes".to_owned());
+    }
+    let sums: Vec<f64> = slopes.par_chunks(4096).map(|part| part.iter().map(|&s| f64::from(s)).sum()).collect();
+    report.measure("slope_mean", sums.iter().sum::<f64>() / slopes.len() as f64, "°");
+    let names = ["slope_p5", "slope_p25", "slope_p50", "slope_p75", "slope_p95"];
+    for (name, value) in names.into_iter().zip(quantiles(slopes, &[0.05, 0.25, 0.5, 0.75, 0.95])) {
+        report.measure(name, value, "°");
+    }
+    let mut counts = vec![0_u64; 90];
+    for &slope in slopes {
+        counts[(slope as usize).min(89)] += 1;
+    }
+    report.series.push(Series {
+        name: "slope_histogram".to_owned(),
+        x: axis("slope from", "°", (0..90).map(f64::from).collect()),
+        y: axis("share of the area", "", counts.iter().map(|&n| n as f64 / slopes.len() as f64).collect()),
+    });
+}
+
+fn drainage(job: &Job<'_>, height: &Field, channel_area_m2: f64, report: &mut Report) -> Result<(), NodeError> {
+    report.measure("channel_area", channel_area_m2, "m²");
+    let density = match channel_cells(job, height, channel_area_m2) {
+        Ok([straight, diagonal]) => {
+            let cells = straight as f64 + diagonal as f64 * std::f64::consts::SQRT_2;
+            // m/m² to km/km²
+            1e3 * cells / (height.window().len() as f64 * height.window().cell_m())
+        }
+        Err(NodeError::Cancelled) => return Err(NodeError::Cancelled),
+        Err(NodeError::Failed { message, .. }) => {
+            report.notes.push(format!("drainage density is not measured: {message}"));
+            f64::NAN
+        }
+    };
+    report.measure("drainage_density", density, "km/km²");
+    Ok(())
+}
+
+/// Channel cells that drain to a side and to a corner.
+fn channel_cells(job: &Job<'_>, height: &Field, channel_area_m2: f64) -> Result<[u64; 2], NodeError> {
+    let heights = height.plane(0);
+    if heights.iter().any(|z| !z.is_finite()) {
+        return Err(NodeError::failed("there are cells without a height"));
+    }
+    let grid = Grid::new(height.window())?;
+    let mut codes = vec![0; grid.cells()];
+    receivers::d8(job, &grid, heights, &mut codes)?;
+    let mut depressions = Depressions::default();
+    depressions.find(job, &grid, heights, &codes)?;
+    depressions.carve(job, &grid, heights, &mut codes)?;
+    let mut cells = vec![1_u32; grid.cells()];
+    Drainage::default().accumulate(job, &grid, &codes, &mut cells)?;
+    let cell_m2 = height.window().cell_m() * height.window().cell_m();
+    let mut links = [0; 2];
+    for (&code, &cells) in codes.iter().zip(&cells) {
+        if code::has_receiver(code) && f64::from(cells) * cell_m2 >= channel_area_m2 {
+            links[usize::from(code::is_diagonal(code::direction(code)))] += 1;
+        }
+    }
+    Ok(links)
+}
+
+#[cfg(test)]
+#[path = "metrics_tests.rs"]
+mod tests;
