@@ -95,3 +95,39 @@ fn threads_and_simd_levels_give_the_same_bits() {
     assert_eq!(text(1), text(4));
     at_every_level(|| text(2));
 }
+
+/// A piece of the San Gabriel Mountains without pits or flats, against NumPy in double precision: sums, Horn's slopes and
+/// `numpy.percentile`, and D8 links along directions on which four other programs agree.
+#[test]
+fn real_land_measures_what_other_programs_say() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/bigtujunga_drained_256.f32");
+    let bytes = std::fs::read(path).expect("the test's data");
+    let samples = bytes.as_chunks().0.iter().map(|&b| f32::from_le_bytes(b)).collect();
+    let report = report(&Field::new(Window::whole(world(256, 256, 30.0)), samples));
+    for (name, expected, tolerance) in [
+        ("elevation_min", 1000.0545654296875, 0.0),
+        ("elevation_max", 1903.0260009765625, 0.0),
+        ("elevation_mean", 1320.7361728847027, 1e-9),
+        ("elevation_std", 178.45011649368, 1e-9),
+        ("hypsometric_integral", 0.355_140_367_492_132, 1e-12),
+        ("local_relief_mean", 521.1275634765625, 1e-9),
+        ("local_relief_max", 736.040771484375, 1e-9),
+        // slopes are single precision: a few units in the seventh digit
+        ("slope_mean", 17.914_759_694_872_668, 1e-5),
+        ("slope_p5", 5.452_440_775_685_238, 1e-5),
+        ("slope_p25", 12.546_791_649_439_532, 1e-5),
+        ("slope_p50", 18.020_843_929_600_694, 1e-5),
+        ("slope_p75", 23.230_302_303_910_594, 1e-5),
+        ("slope_p95", 30.057_230_753_985_15, 1e-5),
+        ("drainage_density", 1.936_087_045_136_852_8, 1e-9),
+    ] {
+        let got = value(&report, name);
+        assert!((got - expected).abs() <= tolerance, "{name}: {got}, not {expected}");
+    }
+    let curve = &report.series.iter().find(|series| series.name == "hypsometric_curve").unwrap().x.values;
+    assert_eq!([curve[20], curve[50], curve[100]], [0.759_216_308_593_75, 0.231_796_264_648_437_5, 1.0 / 65536.0]);
+    let histogram = &report.series.iter().find(|series| series.name == "slope_histogram").unwrap().y.values;
+    // one cell of 64516 may round to the other side of a whole degree
+    assert!((histogram[20] - 0.048_685_597_371_194_746).abs() < 1.6e-5);
+    assert!((histogram[35] - 0.002_929_505_859_011_718).abs() < 1.6e-5);
+}
