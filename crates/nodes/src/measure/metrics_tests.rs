@@ -16,7 +16,8 @@ fn value(report: &Report, name: &str) -> f64 {
 #[test]
 fn simple_forms_have_their_hypsometric_integral() {
     let centre = 256.5;
-    let forms: [(&dyn Fn(f64, f64) -> f64, f64); 4] = [
+    type Form<'a> = &'a dyn Fn(f64, f64) -> f64;
+    let forms: [(Form<'_>, f64); 4] = [
         (&|x, _| x, 0.5),
         (&|x, y| -(x - centre).abs().max((y - centre).abs()), 1.0 / 3.0),
         (&|x, y| (x - centre) * (x - centre) - (y - centre) * (y - centre), 0.5),
