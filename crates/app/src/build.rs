@@ -51,15 +51,14 @@ pub struct Built {
 #[derive(Debug)]
 pub struct Builder {
     evaluator: Evaluator,
-    cancel: Cancel,
 }
 
 impl Builder {
-    /// A builder that stops when `cancel` is turned. `memory` is how many bytes of results it remembers.
+    /// A builder that remembers so many bytes of results.
     ///
     /// # Errors
     /// When the means asked for do not exist.
-    pub fn new(means: &Means, memory: usize, cancel: Cancel) -> Result<Self, Failure> {
+    pub fn new(means: &Means, memory: usize) -> Result<Self, Failure> {
         means.backend.check()?;
         if let Some(cache) = means.cache.as_ref().filter(|cache| cache.exists() && !cache.is_dir()) {
             return Err(Failure::wrong(format!("`{}` is a file; `--cache` takes a folder", cache.display())));
@@ -70,7 +69,7 @@ impl Builder {
             threads: means.threads,
             ..EvaluatorOptions::default()
         };
-        Ok(Self { evaluator: Evaluator::new(options).map_err(failure)?, cancel })
+        Ok(Self { evaluator: Evaluator::new(options).map_err(failure)? })
     }
 
     /// Evaluates outputs of the graph on the whole world.
@@ -81,6 +80,7 @@ impl Builder {
         &self,
         request: &Request,
         ports: &[Port],
+        cancel: &Cancel,
         progress: &dyn Progress,
     ) -> Result<(Vec<Value>, Vec<Timing>), Failure> {
         progress.started(request, self.evaluator.threads());
@@ -102,7 +102,7 @@ impl Builder {
         };
         let window: Window = request.window();
         let wanted: Vec<(Port, Window)> = ports.iter().map(|port| (*port, window)).collect();
-        let values = self.evaluator.evaluate(graph, request.folder(), &wanted, &self.cancel, &events);
+        let values = self.evaluator.evaluate(graph, request.folder(), &wanted, cancel, &events);
         let timings = timings.into_inner().unwrap_or_else(PoisonError::into_inner);
         Ok((values.map_err(failure)?, timings))
     }
@@ -116,9 +116,10 @@ impl Builder {
         request: &Request,
         folder: &Path,
         form: &Form,
+        cancel: &Cancel,
         progress: &dyn Progress,
     ) -> Result<Built, Failure> {
-        let built = self.build_files(request, folder, form, progress);
+        let built = self.build_files(request, folder, form, cancel, progress);
         progress.ended();
         match &built {
             Ok(built) => progress.finished(built),
@@ -132,18 +133,19 @@ impl Builder {
         request: &Request,
         folder: &Path,
         form: &Form,
+        cancel: &Cancel,
         progress: &dyn Progress,
     ) -> Result<Built, Failure> {
         let start = machine::now();
         let mut staging = OutputFolder::prepare(folder, &request.outputs, form)?;
         let ports: Vec<Port> = request.outputs.iter().map(|output| output.port).collect();
-        let (values, timings) = self.evaluate(request, &ports, progress)?;
+        let (values, timings) = self.evaluate(request, &ports, cancel, progress)?;
         progress.writing();
         for (output, value) in request.outputs.iter().zip(&values) {
             let (graph, window) = (request.document.graph(), request.window());
             let key = self.evaluator.key(graph, request.folder(), output.port, window).map_err(failure)?;
             staging.write(output, value, &key.to_string())?;
-            if self.cancel.is_cancelled() {
+            if cancel.is_cancelled() {
                 return Err(Failure::stopped());
             }
         }

@@ -99,8 +99,8 @@ impl Args {
         let output = chosen(&self.file, &request.outputs, self.output.as_deref())?.clone();
         request.outputs = vec![output.clone()];
         let progress: Box<dyn Progress> = if self.quiet { Box::new(Quiet) } else { progress::for_people() };
-        let builder = Builder::new(&self.means, 0, stop::on_interrupt()?)?;
-        let values = builder.evaluate(&request, &[output.port], &*progress);
+        let builder = Builder::new(&self.means, 0)?;
+        let values = builder.evaluate(&request, &[output.port], &stop::on_interrupt()?, &*progress);
         progress.ended();
         let (values, _) = values?;
         match (values.first().and_then(|value| value.as_field()), output.ty) {

@@ -65,10 +65,10 @@ impl Args {
                 JsonLines::refused(failure, &problems);
             }
         })?;
-        let built = self
-            .builder()
-            .inspect_err(|failure| progress.failed(failure))?
-            .build(&request, &self.out, &self.form, &*progress)?;
+        // Nothing is asked for twice in one run, so nothing is remembered in memory.
+        let begin = || Ok((Builder::new(&self.means, 0)?, stop::on_interrupt()?));
+        let (builder, cancel) = begin().inspect_err(|failure| progress.failed(failure))?;
+        let built = builder.build(&request, &self.out, &self.form, &cancel, &*progress)?;
         if self.timings {
             let text = timings(&built, if self.json { Page::stderr() } else { Page::stdout() });
             if self.json { terminal::remark(&text) } else { terminal::print(&text)? }
@@ -94,11 +94,6 @@ impl Args {
     fn problems(&self) -> Vec<serde_json::Value> {
         let document = Document::load(&self.file, &orograph_nodes::registry());
         document.map_or_else(|_| Vec::new(), |document| problems::as_json(&document, &self.file))
-    }
-
-    /// Nothing is asked for twice in one run, so nothing is remembered in memory.
-    fn builder(&self) -> Result<Builder, Failure> {
-        Builder::new(&self.means, 0, stop::on_interrupt()?)
     }
 }
 

@@ -20,7 +20,7 @@ use orograph_nodes::raster;
 use crate::{
     build::Builder,
     cli::run::summary,
-    failure::{Exit, Failure},
+    failure::{Exit, Failure, reason},
     outputs::Form,
     progress,
     request::{Changes, Means, Request},
@@ -39,8 +39,8 @@ const LOOK: Duration = Duration::from_millis(100);
 
 /// Builds a graph file, and again at every save of it or of a file it reads
 ///
-/// Results are remembered, so that only what has changed is computed. Problems are shown, and watching goes on; the files
-/// of the last build that succeeded stay. Ctrl-C ends it.
+/// Results are remembered, so that only what has changed is computed; a save during a build starts it anew. Problems are
+/// shown, and watching goes on; the files of the last build that succeeded stay. Ctrl-C ends it.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Graph file
@@ -65,31 +65,58 @@ impl Args {
         if !self.file.is_file() {
             return Err(Failure::wrong(format!("there is no file `{}` to watch", self.file.display())));
         }
+        let builder = Builder::new(&self.means, REMEMBERED)?;
         let cancel = stop::on_interrupt()?;
-        let builder = Builder::new(&self.means, REMEMBERED, cancel.clone())?;
         let mut watch = Watch::new()?;
         watch.add(&self.file)?;
         loop {
-            let read = self.build(&builder);
+            let (built, overtaken) = self.build_watching(&builder, &watch, &cancel)?;
             if cancel.is_cancelled() {
                 return Ok(());
             }
-            match read {
-                Ok(files) => files.iter().try_for_each(|file| watch.add(file))?,
+            match built {
+                Ok(read) => read.iter().try_for_each(|file| watch.add(file))?,
                 Err(failure) => terminal::complain(&failure),
             }
             let page = Page::stdout();
-            terminal::print(&page.dim(&format!("watching {}\n", self.file.display())))?;
-            let Some(changed) = watch.next(&cancel)? else { return Ok(()) };
+            let changed = match overtaken {
+                Some(changed) => changed,
+                None => {
+                    terminal::print(&page.dim(&format!("watching {}\n", self.file.display())))?;
+                    let Some(changed) = watch.next(&cancel)? else { return Ok(()) };
+                    changed
+                }
+            };
             terminal::print(&format!("{} changed\n", page.name(&changed)))?;
         }
     }
 
+    /// Builds once, and stops as soon as a file changes, since the result is out of date then.
+    fn build_watching(&self, builder: &Builder, watch: &Watch, cancel: &Cancel) -> Result<Overtaken, Failure> {
+        let stop = cancel.child();
+        std::thread::scope(|scope| {
+            let worker = std::thread::Builder::new()
+                .name("build".to_owned())
+                .spawn_scoped(scope, || self.build(builder, &stop))
+                .map_err(|error| Failure::unable(format!("cannot start a thread: {}", reason(&error))))?;
+            let mut changed = None;
+            while !worker.is_finished() {
+                // The scope waits for the worker, also on the way out.
+                if let Some(name) = watch.poll().inspect_err(|_| stop.cancel())? {
+                    stop.cancel();
+                    changed = Some(name);
+                }
+            }
+            let fault = |_| Err(Failure::unable("the build ended with an internal fault"));
+            Ok((worker.join().unwrap_or_else(fault), changed))
+        })
+    }
+
     /// Builds once; returns the files that the graph reads, whose changes matter from then on.
-    fn build(&self, builder: &Builder) -> Result<Vec<PathBuf>, Failure> {
+    fn build(&self, builder: &Builder, stop: &Cancel) -> Result<Vec<PathBuf>, Failure> {
         let request = Request::new(&self.file, &self.changes, &orograph_nodes::registry(), true)?.only(&self.only)?;
         let read = files_read(&request);
-        match builder.build(&request, &self.out, &self.form, &*progress::for_people()) {
+        match builder.build(&request, &self.out, &self.form, stop, &*progress::for_people()) {
             Ok(built) => terminal::print(&summary(&request, &built, Page::stdout()))?,
             // The files are watched also when one of them is what is wrong.
             Err(failure) if failure.exit != Exit::Stopped => terminal::complain(&failure),
@@ -98,6 +125,9 @@ impl Args {
         Ok(read)
     }
 }
+
+/// What came of a build, and the file that changed before it was done.
+type Overtaken = (Result<Vec<PathBuf>, Failure>, Option<String>);
 
 /// The files that nodes of the graph name, with what may lie beside them.
 fn files_read(request: &Request) -> Vec<PathBuf> {
@@ -140,20 +170,25 @@ impl Watch {
     /// Waits until a file has changed, and returns its name; `None` when it is time to end.
     fn next(&self, cancel: &Cancel) -> Result<Option<String>, Failure> {
         while !cancel.is_cancelled() {
-            match self.events.recv_timeout(LOOK) {
-                Ok(Ok(events)) => {
-                    let changed = events.iter().filter(|event| is_change(&event.kind)).flat_map(|event| &event.paths);
-                    let file = changed.into_iter().find(|path| self.files.contains(*path));
-                    if let Some(name) = file.and_then(|path| path.file_name()) {
-                        return Ok(Some(name.to_string_lossy().into_owned()));
-                    }
-                }
-                Ok(Err(errors)) => return errors.first().map_or(Ok(None), |error| Err(refused(error))),
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return Ok(None),
+            if let Some(changed) = self.poll()? {
+                return Ok(Some(changed));
             }
         }
         Ok(None)
+    }
+
+    /// Waits a moment for a file to change, and returns its name.
+    fn poll(&self) -> Result<Option<String>, Failure> {
+        match self.events.recv_timeout(LOOK) {
+            Ok(Ok(events)) => {
+                let changed = events.iter().filter(|event| is_change(&event.kind)).flat_map(|event| &event.paths);
+                let file = changed.into_iter().find(|path| self.files.contains(*path));
+                Ok(file.and_then(|path| path.file_name()).map(|name| name.to_string_lossy().into_owned()))
+            }
+            Ok(Err(errors)) => errors.first().map_or(Ok(None), |error| Err(refused(error))),
+            Err(RecvTimeoutError::Timeout) => Ok(None),
+            Err(RecvTimeoutError::Disconnected) => Err(Failure::unable("the system stopped telling of changed files")),
+        }
     }
 }
 

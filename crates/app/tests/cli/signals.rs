@@ -73,14 +73,17 @@ fn now() -> Instant {
     Instant::now()
 }
 
+/// Hundreds of layers of many octaves: far more work than a test waits for.
+fn long_graph() -> String {
+    let nodes: String = (0..400).map(|n| format!("\"n{n}\": Perlin(octaves: 16, seed: {n}),\n")).collect();
+    let outputs: String = (0..400).map(|n| format!("\"n{n}\": \"n{n}\",\n")).collect();
+    format!("(world: (cells: (512, 512)), nodes: {{\n{nodes}}}, outputs: {{\n{outputs}}})")
+}
+
 #[test]
 fn ctrl_c_stops_a_run_at_once_and_leaves_nothing() {
     let place = Place::new();
-    // Hundreds of layers of many octaves: half a minute of work, of which the test sees a moment.
-    let nodes: String = (0..400).map(|n| format!("\"n{n}\": Perlin(octaves: 16, seed: {n}),\n")).collect();
-    let outputs: String = (0..400).map(|n| format!("\"n{n}\": \"n{n}\",\n")).collect();
-    let graph = format!("(world: (cells: (512, 512)), nodes: {{\n{nodes}}}, outputs: {{\n{outputs}}})");
-    place.write("long.ron", &graph);
+    place.write("long.ron", &long_graph());
     fs::create_dir(place.path("out")).expect("made");
     place.write("out/n0.exr", "from before");
     let running = Running::start(&place, &["run", "long.ron", "--json"]);
@@ -125,4 +128,23 @@ fn watching_builds_at_every_save_and_survives_mistakes() {
     assert_ne!(place.read("out/height.exr.json"), first, "the land is another");
     let (code, time) = running.interrupt();
     assert_eq!((code, time < Duration::from_secs(1)), (Some(0), true), "{time:?}");
+}
+
+#[test]
+fn a_save_overtakes_the_build_that_it_puts_out_of_date() {
+    let place = Place::new();
+    place.write("g.ron", &long_graph().replace("512", "1024"));
+    let running = Running::start(&place, &["watch", "g.ron"]);
+    // The build has begun when its folder is there.
+    let start = now();
+    while !place.path("out").exists() {
+        assert!(start.elapsed() < PATIENCE, "it does not begin");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    place.write("g.ron", SMALL);
+    running.wait_for("g.ron changed");
+    running.wait_for("built 4 files");
+    running.wait_for("watching g.ron");
+    assert_eq!(place.names("out").len(), 6, "{:?}", place.names("out"));
+    assert_eq!(running.interrupt().0, Some(0));
 }
