@@ -88,7 +88,7 @@ pub mod lane {
         let tail = 1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0 + r * (1.0 / 5040.0)));
         let exp = 1.0 + r * (1.0 + r * (0.5 + r * (1.0 / 6.0 + r * tail)));
         let result = exp * f32::from_bits(((whole as i32 + 127) << 23) as u32);
-        if e > -100.0 && x > 0.0 { result } else { 0.0 }
+        if (e > -100.0) & (x > 0.0) { result } else { 0.0 }
     }
 }
 

@@ -4,7 +4,10 @@
 //! Mace (1989), "The synthesis and rendering of eroded fractal terrains". What differs from them is told in
 //! [`super::noise`].
 
-use super::noise::{Fractal, Gradients, NOISE_SCALE, Octave, raster};
+use super::noise::{
+    Fractal, Gradients, NOISE_SCALE, Octave,
+    raster::{self, LatticeRows, Line},
+};
 use crate::prelude::*;
 use crate::simd::simd;
 
@@ -75,28 +78,31 @@ struct Sum {
 }
 
 impl raster::Combine for Sum {
-    type Row = ();
-
     fn scale(&self, octave: usize) -> f32 {
         self.scales[octave]
     }
 
-    fn begin(&self, (): &mut (), heights: &mut [f32]) {
-        heights.fill(0.0);
+    fn row(&self, octaves: &[LatticeRows], heights: &mut Line) {
+        sum(octaves, heights);
     }
-
-    fn add(&self, _: usize, noise: &raster::OctaveRow<'_>, (): &mut (), heights: &mut [f32]) {
-        add_row(heights, noise.p, noise.q, noise.e, noise.f, noise.t, noise.v);
-    }
-
-    fn end(&self, (): &mut (), _: &mut [f32]) {}
 }
 
 simd! {
-    /// Adds an octave to a row of heights.
-    fn add_row(heights: &mut [f32], p: &[f32], q: &[f32], e: &[f32], f: &[f32], t: f32, v: f32) {
-        for ((((h, p), q), e), f) in heights.iter_mut().zip(p).zip(q).zip(e).zip(f) {
-            *h += p + t * q + v * (e + t * f);
+    /// Sums octaves, two at a time to spare loads and stores.
+    fn sum(octaves: &[LatticeRows], heights: &mut Line) {
+        heights.0.fill(0.0);
+        let mut pairs = octaves.chunks_exact(2);
+        for pair in &mut pairs {
+            let (coarse, fine) = (pair[0].noise(), pair[1].noise());
+            for (i, height) in heights.0.iter_mut().enumerate() {
+                *height = (*height + coarse.at(i)) + fine.at(i);
+            }
+        }
+        for last in pairs.remainder() {
+            let noise = last.noise();
+            for (i, height) in heights.0.iter_mut().enumerate() {
+                *height += noise.at(i);
+            }
         }
     }
 }

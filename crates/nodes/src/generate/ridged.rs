@@ -5,7 +5,10 @@
 //! replaced by what it would be on average, since unlike plain noise its mean is not zero and leaving it out would sink
 //! the land.
 
-use super::noise::{Fractal, Gradients, NOISE_SCALE, Octave, raster};
+use super::noise::{
+    Fractal, Gradients, NOISE_SCALE, Octave,
+    raster::{self, LatticeRows, Line},
+};
 use crate::{math, prelude::*, simd::simd};
 
 mod crest;
@@ -119,30 +122,16 @@ impl Ridges {
 }
 
 impl raster::Combine for Ridges {
-    /// The weight of the next octave at each sample.
-    type Row = Vec<f32>;
-
     fn scale(&self, _: usize) -> f32 {
         NOISE_SCALE
     }
 
-    fn begin(&self, weights: &mut Vec<f32>, heights: &mut [f32]) {
-        heights.fill(0.0);
-        weights.clear();
-        weights.resize(heights.len(), 1.0);
-    }
-
-    fn add(&self, octave: usize, noise: &raster::OctaveRow<'_>, weights: &mut Vec<f32>, heights: &mut [f32]) {
-        let (crest, layer) = (&self.crest, &self.layers[octave]);
-        if crest.exponent == 2.0 {
-            add_squared(heights, weights, noise, crest, layer);
+    fn row(&self, octaves: &[LatticeRows], heights: &mut Line) {
+        if self.crest.exponent == 2.0 {
+            squared(octaves, self, heights);
         } else {
-            add_power(heights, weights, noise, crest, layer);
+            power(octaves, self, heights);
         }
-    }
-
-    fn end(&self, weights: &mut Vec<f32>, heights: &mut [f32]) {
-        self.tail.add(weights, heights);
     }
 }
 
@@ -160,45 +149,35 @@ fn step<const SQUARED: bool>(noise: f32, weight: &mut f32, height: &mut f32, cre
     *weight = (crest.weight_gain * ridge).min(1.0);
 }
 
-/// Adds an octave to a row.
+/// The recursion over octaves along a row.
 #[inline(always)]
-fn add_row<const SQUARED: bool>(
-    heights: &mut [f32],
-    weights: &mut [f32],
-    noise: &raster::OctaveRow<'_>,
-    crest: &Crest,
-    layer: &Layer,
-) {
-    let (crest, layer, t, v) = (*crest, *layer, noise.t, noise.v);
-    let rows = noise.p.iter().zip(noise.q).zip(noise.e).zip(noise.f);
-    for ((height, weight), (((p, q), e), f)) in heights.iter_mut().zip(weights).zip(rows) {
-        step::<SQUARED>(p + t * q + v * (e + t * f), weight, height, &crest, &layer);
+fn recursion<const SQUARED: bool>(octaves: &[LatticeRows], ridges: &Ridges, heights: &mut Line) {
+    let mut weights = Line::filled(1.0);
+    heights.0.fill(0.0);
+    let crest = ridges.crest;
+    for (octave, layer) in octaves.iter().zip(&ridges.layers) {
+        let (noise, layer) = (octave.noise(), *layer);
+        for (i, (height, weight)) in heights.0.iter_mut().zip(&mut weights.0).enumerate() {
+            step::<SQUARED>(noise.at(i), weight, height, &crest, &layer);
+        }
+    }
+    let tail = ridges.tail;
+    for (height, weight) in heights.0.iter_mut().zip(&weights.0) {
+        *height += tail.at(*weight);
     }
 }
 
 simd! {
-    /// Adds an octave of exponent 2 to a row.
-    fn add_squared(
-        heights: &mut [f32],
-        weights: &mut [f32],
-        noise: &raster::OctaveRow<'_>,
-        crest: &Crest,
-        layer: &Layer,
-    ) {
-        add_row::<true>(heights, weights, noise, crest, layer);
+    /// A row of exponent 2.
+    fn squared(octaves: &[LatticeRows], ridges: &Ridges, heights: &mut Line) {
+        recursion::<true>(octaves, ridges, heights);
     }
 }
 
 simd! {
-    /// Adds an octave of any exponent to a row.
-    fn add_power(
-        heights: &mut [f32],
-        weights: &mut [f32],
-        noise: &raster::OctaveRow<'_>,
-        crest: &Crest,
-        layer: &Layer,
-    ) {
-        add_row::<false>(heights, weights, noise, crest, layer);
+    /// A row of any exponent.
+    fn power(octaves: &[LatticeRows], ridges: &Ridges, heights: &mut Line) {
+        recursion::<false>(octaves, ridges, heights);
     }
 }
 
@@ -227,7 +206,7 @@ mod tests {
                     let step = if params.exponent == 2.0 { step::<true> } else { step::<false> };
                     step(noise, &mut weight, &mut height[0], &ridges.crest, layer);
                 }
-                ridges.tail.add(&[weight], &mut height);
+                height[0] += ridges.tail.at(weight);
                 assert_eq!(got.to_bits(), height[0].to_bits(), "{changes} {cell:?}: {got} {height:?}");
             }
         }

@@ -25,41 +25,59 @@ const BAND: usize = 64;
 /// Lanes that are written at once; lattice rows are padded by as many.
 const LANES: usize = 16;
 
-/// A padded row of a strip.
-type Line = [f32; STRIP + LANES];
+/// A row of a strip, aligned with the cache's lines.
+#[derive(Clone)]
+#[repr(align(64))]
+pub(crate) struct Line(pub [f32; STRIP]);
+
+/// A row of a strip that may be written beyond its end.
+#[derive(Clone)]
+#[repr(align(64))]
+struct Padded([f32; STRIP + LANES]);
+
+impl Line {
+    /// The same value everywhere.
+    pub const fn filled(value: f32) -> Self {
+        Self([value; STRIP])
+    }
+}
+
+impl Padded {
+    const ZERO: Self = Self([0.0; STRIP + LANES]);
+
+    /// The row without what is beyond its end.
+    #[inline(always)]
+    fn line(&self) -> &[f32; STRIP] {
+        self.0.first_chunk().expect("a padded line is longer than a strip")
+    }
+}
 
 /// What one octave contributes to one row of a strip: sample i is `p[i] + t * q[i] + v * (e[i] + t * f[i])`.
+#[derive(Clone, Copy)]
 pub(crate) struct OctaveRow<'a> {
-    /// P₀.
-    pub p: &'a [f32],
-    /// Q₀.
-    pub q: &'a [f32],
-    /// P₁ − Q₁ − P₀.
-    pub e: &'a [f32],
-    /// Q₁ − Q₀.
-    pub f: &'a [f32],
-    /// Place within the lattice row, 0 to 1.
-    pub t: f32,
-    /// Fade of t.
-    pub v: f32,
+    p: &'a [f32; STRIP],
+    q: &'a [f32; STRIP],
+    e: &'a [f32; STRIP],
+    f: &'a [f32; STRIP],
+    t: f32,
+    v: f32,
+}
+
+impl OctaveRow<'_> {
+    /// The noise at a column of the strip.
+    #[inline(always)]
+    pub fn at(&self, i: usize) -> f32 {
+        self.p[i] + self.t * self.q[i] + self.v * (self.e[i] + self.t * self.f[i])
+    }
 }
 
 /// How octaves become heights.
 pub(crate) trait Combine: Sync {
-    /// What it keeps per sample of a row from one octave to the next.
-    type Row: Default;
-
     /// Factor on the noise of an octave, applied to its gradients.
     fn scale(&self, octave: usize) -> f32;
 
-    /// Begins a row of heights.
-    fn begin(&self, row: &mut Self::Row, heights: &mut [f32]);
-
-    /// Adds an octave to a row.
-    fn add(&self, octave: usize, noise: &OctaveRow<'_>, row: &mut Self::Row, heights: &mut [f32]);
-
-    /// Ends a row.
-    fn end(&self, row: &mut Self::Row, heights: &mut [f32]);
+    /// Computes a row of heights from its octaves, from coarse to fine. Columns beyond the raster's have any values.
+    fn row(&self, octaves: &[LatticeRows], heights: &mut Line);
 }
 
 /// Evaluates octaves at the cells of the job's window and combines them.
@@ -102,14 +120,13 @@ fn strip<C: Combine>(
         .enumerate()
         .map(|(k, octave)| LatticeRows::new(octave, gradients, combine.scale(k), x0, columns))
         .collect();
-    let mut row = C::Row::default();
+    let mut line = Line::filled(0.0);
     for (y, heights) in (y0..).zip(rows.chunks_exact_mut(nx)) {
-        let heights = &mut heights[first_column..first_column + columns];
-        combine.begin(&mut row, heights);
-        for (k, lattice) in lattices.iter_mut().enumerate() {
-            combine.add(k, &lattice.row(y), &mut row, heights);
+        for lattice in &mut lattices {
+            lattice.go_to(y);
         }
-        combine.end(&mut row, heights);
+        combine.row(&lattices, &mut line);
+        heights[first_column..first_column + columns].copy_from_slice(&line.0[..columns]);
     }
 }
 
@@ -117,38 +134,40 @@ fn strip<C: Combine>(
 type Run = u16;
 
 /// The two lattice rows of an octave about a raster row, on the columns of a strip.
-struct LatticeRows {
+pub(crate) struct LatticeRows {
     octave: Octave,
     table: &'static [[f32; 2]; 32],
     scale: f32,
-    columns: usize,
     /// Lattice cell of the first column.
     first_cell: i32,
     /// Where the runs of columns of each lattice cell begin, and their end.
     runs: Vec<Run>,
     /// Place of each column in its lattice cell, and its fade.
-    s: Line,
-    fade_s: Line,
+    s: Padded,
+    fade_s: Padded,
     /// Gradients of a lattice row, scaled.
     corners: Vec<[f32; 2]>,
     /// The lattice row above the raster row.
     cell_row: Option<i32>,
-    p: [Line; 2],
-    q: [Line; 2],
-    e: Line,
-    f: Line,
+    /// Place of the raster row between the lattice rows, and its fade.
+    t: f32,
+    v: f32,
+    p: [Padded; 2],
+    q: [Padded; 2],
+    e: Padded,
+    f: Padded,
 }
 
 impl LatticeRows {
     fn new(octave: &Octave, gradients: Gradients, scale: f32, x0: u32, columns: usize) -> Self {
-        let (mut s, mut fade_s) = ([0.0; STRIP + LANES], [0.0; STRIP + LANES]);
+        let (mut s, mut fade_s) = (Padded::ZERO, Padded::ZERO);
         let (first_cell, _) = octave.axes[0].at(x0);
         let mut runs = Vec::new();
         let mut last = None;
         for (i, x) in (0..columns).zip(x0..) {
             let (cell, place) = octave.axes[0].at(x);
-            s[i] = place;
-            fade_s[i] = fade(place);
+            s.0[i] = place;
+            fade_s.0[i] = fade(place);
             if last != Some(cell) {
                 runs.push(i as Run);
                 last = Some(cell);
@@ -159,29 +178,29 @@ impl LatticeRows {
             octave: *octave,
             table: gradients.table(),
             scale,
-            columns,
             first_cell,
             runs,
             s,
             fade_s,
             corners: Vec::new(),
             cell_row: None,
-            p: [[0.0; STRIP + LANES]; 2],
-            q: [[0.0; STRIP + LANES]; 2],
-            e: [0.0; STRIP + LANES],
-            f: [0.0; STRIP + LANES],
+            t: 0.0,
+            v: 0.0,
+            p: [Padded::ZERO; 2],
+            q: [Padded::ZERO; 2],
+            e: Padded::ZERO,
+            f: Padded::ZERO,
         }
     }
 
-    /// What the octave contributes to the world's row `y`; rows must come in order.
-    fn row(&mut self, y: u32) -> OctaveRow<'_> {
+    /// Moves to the world's row `y`; cheapest where rows come in order.
+    fn go_to(&mut self, y: u32) {
         let (cell_row, t) = self.octave.axes[1].at(y);
+        (self.t, self.v) = (t, fade(t));
         if self.cell_row != Some(cell_row) {
             if self.cell_row.is_some_and(|above| above + 1 == cell_row) {
-                let [p, p_below] = &mut self.p;
-                std::mem::swap(p, p_below);
-                let [q, q_below] = &mut self.q;
-                std::mem::swap(q, q_below);
+                self.p.swap(0, 1);
+                self.q.swap(0, 1);
             } else {
                 self.lattice_row(cell_row, 0);
             }
@@ -189,8 +208,12 @@ impl LatticeRows {
             difference(&mut self.e, &mut self.f, &self.p, &self.q);
             self.cell_row = Some(cell_row);
         }
-        let n = self.columns;
-        OctaveRow { p: &self.p[0][..n], q: &self.q[0][..n], e: &self.e[..n], f: &self.f[..n], t, v: fade(t) }
+    }
+
+    /// What the octave contributes to the row.
+    #[inline(always)]
+    pub fn noise(&self) -> OctaveRow<'_> {
+        OctaveRow { p: self.p[0].line(), q: self.q[0].line(), e: self.e.line(), f: self.f.line(), t: self.t, v: self.v }
     }
 
     /// Computes P and Q of a lattice row.
@@ -209,14 +232,14 @@ impl LatticeRows {
 simd! {
     /// P and Q along a lattice row. Runs are written in whole lanes, from left to right: what a run writes beyond its
     /// end, the next overwrites.
-    fn line(p: &mut Line, q: &mut Line, s: &Line, fade_s: &Line, runs: &[Run], corners: &[[f32; 2]]) {
+    fn line(p: &mut Padded, q: &mut Padded, s: &Padded, fade_s: &Padded, runs: &[Run], corners: &[[f32; 2]]) {
         for (run, corner) in runs.windows(2).zip(corners.windows(2)) {
             let ([x0, y0], [x1, y1]) = (corner[0], corner[1]);
             let mut at = usize::from(run[0]);
             while at < usize::from(run[1]) {
                 let end = at + LANES;
                 for (((p, q), s), u) in
-                    p[at..end].iter_mut().zip(&mut q[at..end]).zip(&s[at..end]).zip(&fade_s[at..end])
+                    p.0[at..end].iter_mut().zip(&mut q.0[at..end]).zip(&s.0[at..end]).zip(&fade_s.0[at..end])
                 {
                     let (left, right) = (x0 * s, x1 * (s - 1.0));
                     *p = left + u * (right - left);
@@ -230,10 +253,10 @@ simd! {
 
 simd! {
     /// E and F of a pair of lattice rows.
-    fn difference(e: &mut Line, f: &mut Line, p: &[Line; 2], q: &[Line; 2]) {
+    fn difference(e: &mut Padded, f: &mut Padded, p: &[Padded; 2], q: &[Padded; 2]) {
         for i in 0..STRIP {
-            e[i] = (p[1][i] - q[1][i]) - p[0][i];
-            f[i] = q[1][i] - q[0][i];
+            e.0[i] = (p[1].0[i] - q[1].0[i]) - p[0].0[i];
+            f.0[i] = q[1].0[i] - q[0].0[i];
         }
     }
 }
