@@ -83,11 +83,13 @@ pub mod lane {
         let log2 = k as f32 + z * series * (2.0 * std::f32::consts::LOG2_E);
         // 2^e = 2^whole 2^rest with the rest from -½ to ½
         let e = (y * log2).clamp(-126.0, 127.0);
-        let whole = (e + 0.5).floor();
-        let r = (e - whole) * std::f32::consts::LN_2;
+        const SHIFT: f32 = 12_582_912.0; // 1.5 · 2²³: a sum with it is rounded to a whole number, kept in the low bits
+        let shifted = e + SHIFT;
+        let whole = (shifted.to_bits() as i32) - (SHIFT.to_bits() as i32);
+        let r = (e - (shifted - SHIFT)) * std::f32::consts::LN_2;
         let tail = 1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0 + r * (1.0 / 5040.0)));
         let exp = 1.0 + r * (1.0 + r * (0.5 + r * (1.0 / 6.0 + r * tail)));
-        let result = exp * f32::from_bits(((whole as i32 + 127) << 23) as u32);
+        let result = exp * f32::from_bits(((whole + 127) << 23) as u32);
         if (e > -100.0) & (x > 0.0) { result } else { 0.0 }
     }
 }

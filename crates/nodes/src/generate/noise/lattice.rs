@@ -115,6 +115,13 @@ impl Axis {
     #[inline(always)]
     pub(super) fn at(self, index: u32) -> (i32, f32) {
         let position = self.base + i64::from(index) * self.step;
-        ((position >> 32) as i32, ((position as u32) >> 8) as f32 * (1.0 / 16_777_216.0))
+        ((position >> 32) as i32, self.fraction(index))
+    }
+
+    /// The fraction alone, which needs the low halves of the numbers only.
+    #[inline(always)]
+    pub(super) fn fraction(self, index: u32) -> f32 {
+        let position = (self.base as u32).wrapping_add(index.wrapping_mul(self.step as u32));
+        (position >> 8) as f32 * (1.0 / 16_777_216.0)
     }
 }

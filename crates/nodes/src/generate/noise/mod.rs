@@ -6,10 +6,10 @@
 //! positions are fixed-point numbers of 32.32 bits built from cell indices, so that a tile has the bits of the whole
 //! and the fraction is as exact 1000 km from the origin as at it.
 //!
-//! Octaves are decorrelated by a hashed seed and a hashed shift of the lattice each, never by a rotation: with lattice
-//! rows along raster rows, everything that depends on the column alone is computed once per lattice row instead of
-//! once per sample, which is worth a factor of three (see [`raster`](self::raster)), and with 32 directions the aspect
-//! of the land is even without it (the tests measure its fourfold and eightfold harmonics).
+//! Octaves are decorrelated by a hashed seed and a hashed shift of the lattice each, never by a rotation. With lattice
+//! rows along raster rows, everything that depends on the column alone is computed once per lattice row (see [`raster`]);
+//! a turned lattice needs hashes, gradients, fades and four dot products per sample, several times the work. With 32
+//! directions the aspects of a fractal sum are even all the same: a test measures their fourfold and eightfold harmonics.
 
 mod fractal;
 mod lattice;

@@ -14,7 +14,7 @@ use orograph_graph::{Job, NodeError, Window};
 
 use super::{
     Gradients, Octave,
-    lattice::{fade, gradient, hash, hash_row},
+    lattice::{Axis, fade, gradient, hash, hash_row},
 };
 use crate::simd::simd;
 
@@ -161,13 +161,13 @@ pub(crate) struct LatticeRows {
 impl LatticeRows {
     fn new(octave: &Octave, gradients: Gradients, scale: f32, x0: u32, columns: usize) -> Self {
         let (mut s, mut fade_s) = (Padded::ZERO, Padded::ZERO);
-        let (first_cell, _) = octave.axes[0].at(x0);
-        let mut runs = Vec::new();
+        let axis = octave.axes[0];
+        places(&mut s, &mut fade_s, axis, x0);
+        let (first_cell, _) = axis.at(x0);
+        let mut runs = Vec::with_capacity(columns / 2 + 2);
         let mut last = None;
         for (i, x) in (0..columns).zip(x0..) {
-            let (cell, place) = octave.axes[0].at(x);
-            s.0[i] = place;
-            fade_s.0[i] = fade(place);
+            let (cell, _) = axis.at(x);
             if last != Some(cell) {
                 runs.push(i as Run);
                 last = Some(cell);
@@ -226,6 +226,16 @@ impl LatticeRows {
             [x * self.scale, y * self.scale]
         }));
         line(&mut self.p[which], &mut self.q[which], &self.s, &self.fade_s, &self.runs, &self.corners);
+    }
+}
+
+simd! {
+    /// Places of a strip's columns in their lattice cells, and their fades.
+    fn places(s: &mut Padded, fade_s: &mut Padded, axis: Axis, x0: u32) {
+        for (i, (s, u)) in s.0.iter_mut().zip(&mut fade_s.0).enumerate() {
+            *s = axis.fraction(x0.wrapping_add(i as u32));
+            *u = fade(*s);
+        }
     }
 }
 
