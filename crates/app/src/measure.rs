@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use orograph_graph::{
     Cancel, Fallback, Field, InputValue, Job, Measure, Node, NodeError, ParamValues, PortType, Registry, Report, Value,
 };
+use orograph_nodes::measure::metrics;
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -65,8 +66,8 @@ fn failure(node: &Node, error: NodeError) -> Failure {
 pub struct Distance {
     /// Each measure of the field less that of the reference.
     pub measures: Vec<Measure>,
-    /// Root mean square difference of each curve that is given at the same abscissae, in the unit of its ordinate.
-    pub series: Vec<Measure>,
+    /// Distances of their distributions, see [`metrics::compare`].
+    pub distributions: Report,
     /// Of heights cell by cell; absent when the two have other cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub heights: Option<HeightDistance>,
@@ -90,13 +91,11 @@ pub fn distance(field: (&Field, &Report), reference: (&Field, &Report)) -> Dista
     let measures = a.measures.iter().filter_map(|measure| {
         b.get(&measure.name).map(|other| Measure { value: measure.value - other, ..measure.clone() })
     });
-    let series = a.series.iter().filter_map(|series| {
-        let other = b.series.iter().find(|other| other.name == series.name && other.x.values == series.x.values)?;
-        let squares = series.y.values.iter().zip(&other.y.values).map(|(y, other)| (y - other) * (y - other));
-        let value = (squares.sum::<f64>() / series.y.values.len().max(1) as f64).sqrt();
-        Some(Measure { name: series.name.clone(), value, unit: series.y.unit.clone() })
-    });
-    Distance { measures: measures.collect(), series: series.collect(), heights: heights(field.0, reference.0) }
+    Distance {
+        measures: measures.collect(),
+        distributions: metrics::compare(field.0, reference.0),
+        heights: heights(field.0, reference.0),
+    }
 }
 
 fn heights(field: &Field, reference: &Field) -> Option<HeightDistance> {
@@ -118,27 +117,25 @@ fn heights(field: &Field, reference: &Field) -> Option<HeightDistance> {
 
 #[cfg(test)]
 mod tests {
-    use orograph_graph::{Axis, Series, Window, World};
+    use orograph_graph::{Window, World};
 
     use super::*;
 
     #[test]
-    fn distances_are_of_cells_measures_and_curves() {
-        let world = World { size: [20.0, 10.0], cells: [2, 1], ..World::default() };
-        let field = |samples: [f32; 2]| Field::new(Window::whole(world), samples.to_vec());
-        let report = |relief: f64, y: [f64; 2]| {
+    fn distances_are_of_measures_distributions_and_cells() {
+        let world = World { size: [40.0, 40.0], cells: [4, 4], ..World::default() };
+        let field = |lift: f32| Field::new(Window::whole(world), (0..16).map(|v| (v * v) as f32 + lift).collect());
+        let report = |relief: f64| {
             let mut report = Report::default();
             report.measure("relief", relief, "m");
-            let axis = |values: [f64; 2]| Axis { label: String::new(), unit: String::new(), values: values.to_vec() };
-            report.series.push(Series { name: "curve".into(), x: axis([0.0, 1.0]), y: axis(y) });
             report
         };
-        let (a, b) = (report(5.0, [1.0, 2.0]), report(2.0, [4.0, 6.0]));
-        let found = distance((&field([4.0, 0.0]), &a), (&field([1.0, 1.0]), &b));
-        assert_eq!((found.measures[0].value, found.series[0].value), (3.0, 12.5f64.sqrt()));
+        let found = distance((&field(3.0), &report(5.0)), (&field(0.0), &report(2.0)));
+        assert_eq!(found.measures[0].value, 3.0);
+        assert_eq!(found.distributions.get("slope_distance"), Some(0.0));
         let heights = found.heights.expect("the same cells");
-        assert_eq!((heights.mean_m, heights.root_mean_square_m, heights.largest_m), (1.0, 5f64.sqrt(), 3.0));
-        let other = Field::constant(Window::whole(World { cells: [4, 2], ..world }), 0.0);
-        assert_eq!(distance((&other, &a), (&field([1.0, 1.0]), &b)).heights, None);
+        assert_eq!((heights.mean_m, heights.root_mean_square_m, heights.largest_m), (3.0, 3.0, 3.0));
+        let other = Field::constant(Window::whole(World { cells: [8, 8], ..world }), 0.0);
+        assert_eq!(distance((&other, &report(1.0)), (&field(0.0), &report(1.0))).heights, None);
     }
 }

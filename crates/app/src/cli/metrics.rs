@@ -18,6 +18,9 @@ use crate::{
 /// Read are GeoTIFF, grey PNG, OpenEXR, ESRI ASCII, SRTM (.hgt), .r16 and .r32; voids are filled. What is measured and how
 /// is in the manual: the nodes of the category `measure` (`orograph nodes`), with their defaults. Curves and histograms
 /// are in the JSON.
+///
+/// With `--against`, the distances of elevation and slope are those of their distributions (Wasserstein) in interquartile
+/// ranges of the reference, that of hypsometry the mean difference of the curves; 0 is no difference.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Height file
@@ -107,8 +110,8 @@ fn as_text(field: &Measured<'_>, compared: Option<(&Measured<'_>, &Distance)>, p
             let value = if sign { signed(value) } else { number(value) };
             table.row([name.to_owned(), String::new(), String::new(), page.bold(&value), page.dim(unit)]);
         };
-        for Measure { name, value, unit } in &distance.series {
-            differ(&format!("{}, root mean square", name.replace('_', " ")), *value, unit, false);
+        for Measure { name, value, unit } in &distance.distributions.measures {
+            differ(&name.replace('_', " "), *value, unit, false);
         }
         if let Some(heights) = distance.heights {
             differ("heights, mean", heights.mean_m, "m", true);
@@ -120,7 +123,9 @@ fn as_text(field: &Measured<'_>, compared: Option<(&Measured<'_>, &Distance)>, p
         out.push('\n');
         out.push_str(&table.render(page, 0));
     }
-    let notes = compared.iter().flat_map(|(reference, _)| &reference.report.notes);
+    let notes = compared
+        .iter()
+        .flat_map(|(reference, distance)| reference.report.notes.iter().chain(&distance.distributions.notes));
     let mut said: Vec<&String> = Vec::new();
     for note in field.report.notes.iter().chain(notes) {
         if !said.contains(&note) {

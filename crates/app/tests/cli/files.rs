@@ -70,7 +70,8 @@ fn metrics_of_a_height_file_and_its_distance_from_another() {
     let place = Place::new();
     let dem = repository("tests/data/glencoe_128.tif");
     let dem = dem.to_str().expect("plain name");
-    assert!(place.run(&["metrics", dem]).done().out.contains("128 x 128 cells"));
+    let text = place.run(&["metrics", dem]).done().out;
+    assert!(text.contains("128 x 128 cells") && text.contains("hypsometric integral"), "{text}");
     let text = place.run(&["metrics", dem, "--against", dem, "--json"]).done().out;
     let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     assert_eq!((&value["cells"][0], &value["difference"]["heights"]["largest_m"]), (&128.into(), &0.0.into()));
