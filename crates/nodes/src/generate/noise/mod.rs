@@ -7,7 +7,7 @@
 //! and the fraction is as exact 1000 km from the origin as at it.
 //!
 //! Octaves are decorrelated by a hashed seed and a hashed shift of the lattice each, never by a rotation. With lattice
-//! rows along raster rows, everything that depends on the column alone is computed once per lattice row (see [`raster`]);
+//! rows along raster rows, everything that depends on the column alone is computed once per lattice row (see `raster`);
 //! a turned lattice needs hashes, gradients, fades and four dot products per sample, several times the work. With 32
 //! directions the aspects of a fractal sum are even all the same: a test measures their fourfold and eightfold harmonics.
 
