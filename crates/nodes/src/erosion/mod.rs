@@ -1,9 +1,11 @@
 //! What wears the land down.
 
+mod incision;
 mod repose;
+pub mod stream_power;
 pub mod thermal;
 
 use orograph_graph::Node;
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] = &[&thermal::NODE];
+pub static NODES: &[&Node] = &[&stream_power::NODE, &thermal::NODE];

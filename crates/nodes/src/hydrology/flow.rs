@@ -98,7 +98,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     depressions.find(job, &grid, height.samples(), &codes)?;
     job.advance(0.5)?;
     if params.depressions == Routing::Carve {
-        depressions.carve(job, &grid, height.samples(), &mut codes)?;
+        depressions.carve(job, &grid, &mut codes)?;
     }
     let mut filled = height.samples().to_vec();
     depressions.fill(&mut filled);

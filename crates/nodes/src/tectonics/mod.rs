@@ -1,6 +1,8 @@
 //! What raises and lowers the land.
 
+pub mod uplift;
+
 use orograph_graph::Node;
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] = &[];
+pub static NODES: &[&Node] = &[&uplift::NODE];

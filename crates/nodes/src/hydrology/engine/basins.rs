@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 use super::{
     Elevation, Grid, Outlet,
-    code::{BORDER, LINK, OUTLET, PIT, UPHILL, direction, opposite},
+    code::{BORDER, LINK, OUTLET, PIT, direction, opposite},
 };
 
 /// Label of the cells whose water leaves the world without crossing a depression.
@@ -96,7 +96,7 @@ impl<T: Elevation> Depressions<T> {
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
-    pub fn carve(&self, job: &Job<'_>, grid: &Grid, heights: &[T], codes: &mut [u8]) -> Result<(), NodeError> {
+    pub fn carve(&self, job: &Job<'_>, grid: &Grid, codes: &mut [u8]) -> Result<(), NodeError> {
         for (basin, spill) in self.spills.iter().enumerate().skip(1) {
             if basin % 4096 == 0 {
                 job.check()?;
@@ -118,15 +118,7 @@ impl<T: Elevation> Depressions<T> {
             loop {
                 let code = codes[cell as usize];
                 let next = (code & PIT == 0).then(|| (grid.receiver(cell, code), opposite(direction(code))));
-                codes[cell as usize] = code & BORDER
-                    | match to {
-                        None => OUTLET,
-                        Some(way) => {
-                            let receiver = grid.neighbour(cell, way).map_or(cell, |receiver| receiver);
-                            let falls = heights[cell as usize] > heights[receiver as usize];
-                            way as u8 | if falls { 0 } else { UPHILL }
-                        }
-                    };
+                codes[cell as usize] = code & BORDER | to.map_or(OUTLET, |way| way as u8);
                 let Some((downstream, back)) = next else { break };
                 (cell, to) = (downstream, Some(back));
             }
