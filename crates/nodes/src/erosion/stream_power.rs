@@ -168,6 +168,8 @@ struct Land<'a> {
     grid: Grid,
     heights: Vec<f64>,
     codes: Vec<u8>,
+    /// Directions of steepest descent, for random receivers.
+    tangents: Vec<u8>,
     depressions: Depressions<f64>,
     drainage: Drainage,
     cells: Vec<u32>,
@@ -206,6 +208,7 @@ impl<'a> Land<'a> {
         Ok(Self {
             heights: start.samples().par_iter().map(|&height| f64::from(height)).collect(),
             codes: vec![0; cells],
+            tangents: vec![0; if params.receivers == Receivers::RhoInfinity { cells } else { 0 }],
             depressions: Depressions::default(),
             drainage: Drainage::default(),
             cells: vec![0; cells],
@@ -259,7 +262,7 @@ impl<'a> Land<'a> {
         match step {
             Some(step) if self.receivers == Receivers::RhoInfinity => {
                 let seed = orograph_graph::mix(self.seed ^ orograph_graph::mix(step));
-                receivers::rho_infinity(job, grid, heights, codes, seed)?;
+                receivers::rho_infinity(job, grid, heights, codes, &mut self.tangents, seed)?;
             }
             _ => receivers::d8(job, grid, heights, codes)?,
         }
@@ -272,11 +275,14 @@ impl<'a> Land<'a> {
     /// Solves the law over a step, receivers first.
     fn erode(&mut self, job: &Job<'_>, step_yr: f64) -> Result<(), NodeError> {
         let mut heights = std::mem::take(&mut self.heights);
-        let Self { law, cells, area, erodibility, .. } = &*self;
-        let distances_m = [self.cell_m, self.cell_m * std::f64::consts::SQRT_2];
-        let base = distances_m.map(|distance_m| step_yr / math::pow(distance_m, self.n));
+        let Self { law, cells, area, tangents, erodibility, .. } = &*self;
+        // By direction of steepest descent, for links across a side and across a corner.
+        let lengths_m = [false, true].map(|diagonal| {
+            std::array::from_fn::<_, 256, _>(|tangent| self.cell_m * receivers::length(diagonal, tangent as u8))
+        });
+        let bases = lengths_m.map(|row| row.map(|length_m| step_yr / math::pow(length_m, self.n)));
         let coefficient = |erodibility: f32, base: f64| law.coefficient(f64::from(erodibility).max(0.0) * base);
-        let everywhere = erodibility.constant().map(|k| base.map(|base| coefficient(k, base)));
+        let everywhere = erodibility.constant().map(|k| bases.map(|row| row.map(|base| coefficient(k, base))));
         let solve = |cell: usize, code: u8, height: f64, below: f64| {
             let drop = height - below;
             // The floor of a lake waits until the pass it drains through is cut below it.
@@ -284,16 +290,20 @@ impl<'a> Land<'a> {
                 return height;
             }
             let diagonal = usize::from(code::is_diagonal(code::direction(code)));
-            let without_area = match everywhere {
-                Some(coefficients) => coefficients[diagonal],
-                None => coefficient(erodibility.at(cell), base[diagonal]),
+            let along = match tangents.get(cell) {
+                Some(tangent) if code & code::TURNED == 0 => usize::from(*tangent),
+                _ => 255 * diagonal,
+            };
+            let without_area = match &everywhere {
+                Some(coefficients) => coefficients[diagonal][along],
+                None => coefficient(erodibility.at(cell), bases[diagonal][along]),
             };
             let left = law.left(law.times(without_area, area.of(law, cells[cell])), drop);
             let slope = match &self.steepest {
                 Steepest::Everywhere(slope) => *slope,
                 Steepest::Each(slopes) => f64::from(slopes[cell]),
             };
-            let steepest = slope * distances_m[diagonal];
+            let steepest = slope * lengths_m[diagonal][along];
             below + if left > steepest { steepest } else { left }
         };
         let solved = self.drainage.upstream(job, &self.grid, &self.codes, &mut heights, solve);

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 use super::{
     Elevation, Grid, Outlet,
-    code::{BORDER, LINK, OUTLET, PIT, direction, opposite},
+    code::{BORDER, LINK, OUTLET, PIT, TURNED, direction, opposite},
 };
 
 /// Label of the cells whose water leaves the world without crossing a depression.
@@ -118,7 +118,7 @@ impl<T: Elevation> Depressions<T> {
             loop {
                 let code = codes[cell as usize];
                 let next = (code & PIT == 0).then(|| (grid.receiver(cell, code), opposite(direction(code))));
-                codes[cell as usize] = code & BORDER | to.map_or(OUTLET, |way| way as u8);
+                codes[cell as usize] = code & BORDER | to.map_or(OUTLET, |way| way as u8 | TURNED);
                 let Some((downstream, back)) = next else { break };
                 (cell, to) = (downstream, Some(back));
             }

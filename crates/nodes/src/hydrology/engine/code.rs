@@ -3,6 +3,8 @@
 //! Bits 0 to 2 are the direction, counter-clockwise from east: E, NE, N, NW, W, SW, S, SE. The other bits say what the
 //! cell is.
 
+/// Set where a path out of a depression turned the link around: it may lead up.
+pub const TURNED: u8 = 1 << 3;
 /// Set on the outermost cells of the raster, whose neighbours may be missing or on the opposite side.
 pub const BORDER: u8 = 1 << 4;
 /// Set where no neighbour is lower and water stays: the bottom of a depression.

@@ -63,12 +63,13 @@ simd! {
 /// # Errors
 /// [`NodeError::Cancelled`].
 pub fn d8<T: Elevation>(job: &Job<'_>, grid: &Grid, heights: &[T], codes: &mut [u8]) -> Result<(), NodeError> {
+    let out = codes.par_chunks_mut(grid.nx).map(|codes| (codes, &mut [][..]));
     rows(
         job,
         grid,
         heights,
-        codes,
-        |_, around, codes| T::d8_row(around, codes),
+        out,
+        |_, around, codes, _| T::d8_row(around, codes),
         |_, around| {
             let mut steepest = 0.0;
             let mut code = PIT;
@@ -80,7 +81,7 @@ pub fn d8<T: Elevation>(job: &Job<'_>, grid: &Grid, heights: &[T], codes: &mut [
                     code = direction as u8;
                 }
             }
-            code
+            (code, 0)
         },
     )
 }
@@ -88,21 +89,46 @@ pub fn d8<T: Elevation>(job: &Job<'_>, grid: &Grid, heights: &[T], codes: &mut [
 /// Fills `codes` with receivers drawn between the neighbours that bound the steepest facet. `seed` chooses the draw;
 /// another one should be given at every step.
 ///
+/// `tangents` receives the direction of steepest descent on that facet: the tangent of its angle from the neighbour
+/// across a side, 0 to 1, in units of 1 / 255. See [`length`].
+///
 /// # Errors
 /// [`NodeError::Cancelled`].
-pub fn rho_infinity(job: &Job<'_>, grid: &Grid, heights: &[f64], codes: &mut [u8], seed: u32) -> Result<(), NodeError> {
-    let row = |first: u32, around: [&[f64]; 9], codes: &mut [u8]| rho_row(around, first, seed, codes);
-    let single = |cell: u32, around: [f64; 9]| {
-        let mut code = [PIT];
-        rho_row(std::array::from_fn(|at| &around[at..=at]), cell, seed, &mut code);
-        code[0]
+pub fn rho_infinity(
+    job: &Job<'_>,
+    grid: &Grid,
+    heights: &[f64],
+    codes: &mut [u8],
+    tangents: &mut [u8],
+    seed: u32,
+) -> Result<(), NodeError> {
+    let row = |first: u32, around: [&[f64]; 9], codes: &mut [u8], tangents: &mut [u8]| {
+        rho_row(around, first, seed, codes, tangents);
     };
-    rows(job, grid, heights, codes, row, single)
+    let single = |cell: u32, around: [f64; 9]| {
+        let (mut code, mut tangent) = ([PIT], [0]);
+        rho_row(std::array::from_fn(|at| &around[at..=at]), cell, seed, &mut code, &mut tangent);
+        (code[0], tangent[0])
+    };
+    let out = codes.par_chunks_mut(grid.nx).zip(tangents.par_chunks_mut(grid.nx));
+    rows(job, grid, heights, out, row, single)
+}
+
+/// The length of a link along the direction of steepest descent, in cells, from a tangent of [`rho_infinity`].
+///
+/// A plane of gradient S that falls at an angle from the link drops by S times this along it. Laws of slope that use it
+/// in place of the distance treat all directions alike; with the distance, slopes would be regular octagons.
+#[must_use]
+pub fn length(diagonal: bool, tangent: u8) -> f64 {
+    let tangent = f64::from(tangent) / 255.0;
+    let cosine = 1.0 / (1.0 + tangent * tangent).sqrt();
+    if diagonal { cosine * (1.0 + tangent) } else { cosine }
 }
 
 simd! {
-    fn rho_row(around: [&[f64]; 9], first: u32, seed: u32, codes: &mut [u8]) {
+    fn rho_row(around: [&[f64]; 9], first: u32, seed: u32, codes: &mut [u8], tangents: &mut [u8]) {
         let len = codes.len();
+        let tangents = &mut tangents[..len];
         let [centre, e, ne, n, nw, w, sw, s, se] = around.map(|row| &row[..len]);
         for x in 0..len {
             let here = centre[x];
@@ -145,24 +171,26 @@ simd! {
             let draw = f64::from(mix((first + x as u32).wrapping_mul(0x9E37_79B9) ^ seed) >> 8) * (1.0 / 16_777_216.0);
             let choose_across = (draw < angle && across_falls) || !beside_falls;
             codes[x] = if choose_across { across as u8 } else { beside as u8 };
+            tangents[x] = (tangent * 255.0 + 0.5) as u8;
         }
     }
 }
 
-/// Calls `row` for the inner columns of every row with the number of the first cell, the cells and their neighbours, and
+/// Calls `row` for the inner columns of every row of `out` with the number of the first cell, the cells and their
+/// neighbours, and
 /// `single` for the cells of the first and last column. A neighbour beyond the raster is above everything.
-fn rows<T: Elevation>(
+fn rows<'a, T: Elevation>(
     job: &Job<'_>,
     grid: &Grid,
     heights: &[T],
-    codes: &mut [u8],
-    row: impl Fn(u32, [&[T]; 9], &mut [u8]) + Sync,
-    single: impl Fn(u32, [T; 9]) -> u8 + Sync,
+    out: impl IndexedParallelIterator<Item = (&'a mut [u8], &'a mut [u8])>,
+    row: impl Fn(u32, [&[T]; 9], &mut [u8], &mut [u8]) + Sync,
+    single: impl Fn(u32, [T; 9]) -> (u8, u8) + Sync,
 ) -> Result<(), NodeError> {
     let nx = grid.nx;
     let beyond = vec![T::TOP; nx];
     let line = |y: Option<usize>| y.map_or(&beyond[..], |y| &heights[y * nx..(y + 1) * nx]);
-    codes.par_chunks_mut(nx).enumerate().with_min_len(8).try_for_each(|(y, codes)| {
+    out.enumerate().with_min_len(8).try_for_each(|(y, (codes, tangents))| {
         job.check()?;
         let (above, here, below) = (line(grid.row_above(y)), line(Some(y)), line(grid.row_below(y)));
         let first = (y * nx) as u32;
@@ -179,7 +207,8 @@ fn rows<T: Elevation>(
                 &below[mid],
                 &below[east],
             ];
-            row(first + 1, around, &mut codes[1..nx - 1]);
+            let inner = if tangents.is_empty() { 0..0 } else { 1..nx - 1 };
+            row(first + 1, around, &mut codes[1..nx - 1], &mut tangents[inner]);
         }
         for x in [0, nx - 1] {
             let cell = first + x as u32;
@@ -187,7 +216,11 @@ fn rows<T: Elevation>(
                 0 => here[x],
                 _ => grid.neighbour(cell, at - 1).map_or(T::TOP, |cell| heights[cell as usize]),
             });
-            codes[x] = single(cell, around) | BORDER;
+            let (code, tangent) = single(cell, around);
+            codes[x] = code | BORDER;
+            if let Some(slot) = tangents.get_mut(x) {
+                *slot = tangent;
+            }
         }
         let mut mark = |x: usize| {
             codes[x] |= BORDER;
