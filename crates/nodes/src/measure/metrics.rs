@@ -271,7 +271,7 @@ fn channel_cells(job: &Job<'_>, height: &Field, channel_area_m2: f64) -> Result<
     receivers::d8(job, &grid, heights, &mut codes)?;
     let mut depressions = Depressions::default();
     depressions.find(job, &grid, heights, &codes)?;
-    depressions.carve(job, &grid, heights, &mut codes)?;
+    depressions.carve(job, &grid, &mut codes)?;
     let mut cells = vec![1_u32; grid.cells()];
     Drainage::default().accumulate(job, &grid, &codes, &mut cells)?;
     let cell_m2 = height.window().cell_m() * height.window().cell_m();
