@@ -2,6 +2,7 @@
 
 mod incision;
 mod repose;
+mod slides;
 pub mod stream_power;
 pub mod thermal;
 

@@ -3,12 +3,12 @@
 //! Howard (1994) for the law, Braun and Willett (2013) for the implicit solution along the drainage tree, receivers
 //! first. What differs from the paper: depressions are routed through (Cordonnier, Bovy and Braun 2019), receivers may
 //! be drawn at random between the two neighbours of the steepest facet, the drainage area has a lower limit, and slopes
-//! an upper one. Heights are kept in double precision through the whole run, because the uplift of one step can be less
+//! an upper one, and erodibility may vary at random. Heights are kept in double precision through the whole run, because the uplift of one step can be less
 //! than a height in single precision can hold.
 
 use rayon::prelude::*;
 
-use super::incision::Law;
+use super::{incision::Law, slides};
 use crate::{
     hydrology::engine::{Depressions, Drainage, Grid, Outlet, code, receivers},
     math,
@@ -37,7 +37,11 @@ params! {
     ///
     /// Smaller areas erode as if they were this large, which makes the hillslopes between rivers the same at every
     /// cell size whose cells are smaller than this.
-    critical_area: f64 = 5e4, SquareMetres, 0.0..=1e12, soft 0..=1e6;
+    critical_area: f64 = 2e4, SquareMetres, 0.0..=1e12, soft 0..=1e6;
+    /// How much the erodibility differs from cell to cell: the standard deviation of its natural logarithm.
+    ///
+    /// Rock is never the same everywhere, and perfectly even land keeps rivers that follow rows and columns.
+    variation: f64 = 0.3, One, 0.0..=2.0, soft 0..=1;
     /// How the receiver of a cell is chosen.
     receivers: Receivers = Receivers::RhoInfinity, One, ..;
     /// Time step; 0 is a hundredth of the duration.
@@ -45,7 +49,7 @@ params! {
     /// Any step is stable. Longer ones give rivers less chances to find their way and smear waves of erosion. At most
     /// 10000 steps are made, longer ones than asked for if need be.
     time_step: f64 = 0.0, Years, 0.0..=1e9, soft 0..=1e5;
-    /// Seed of the random receivers.
+    /// Seed of the random receivers and of the variation.
     seed: Seed = Seed(0), Count, ..;
 }
 
@@ -71,8 +75,9 @@ pub static NODE: Node = Node {
           Where the drainage area is below `critical_area`, erosion is that of this area: these are hillslopes, which \
           the law is not about. Without it relief grows without limit as cells shrink. It must be larger than a cell; \
           where it is not, hillslopes are not resolved and the land depends on the cell size. `repose` is the steepest \
-          slope towards the receiver: what is steeper slides and is gone by the end of the step; 90° lets everything \
-          stand. With `critical_area: 0` and `repose: 90` what remains is the law itself.\n\n\
+          slope: what is steeper slides and is gone by the end of the step; 90° lets everything stand. `variation` makes \
+          each cell's erodibility differ a little, as rock does. With `critical_area: 0`, `variation: 0`, `repose: 90` \
+          and `receivers: d8` what remains is the law itself.\n\n\
           Rivers follow what they find. Start from land with some roughness (any noise of a few metres) unless straight \
           parallel valleys are wanted. Outlines of the network change with the cell size and the seed; slopes, relief \
           and the spacing of valleys do not.",
@@ -85,6 +90,8 @@ pub static NODE: Node = Node {
          power equation governing fluvial incision and landscape evolution, Geomorphology 180-181, 170-179",
         "G. Cordonnier, B. Bovy and J. Braun (2019), A versatile, linear complexity algorithm for flow routing in \
          topographies with depressions, Earth Surface Dynamics 7, 549-562",
+        "E. Rouy and A. Tourin (1992), A viscosity solutions approach to shape-from-shading, SIAM Journal on Numerical \
+         Analysis 29, 867-884",
         "D. G. Tarboton (1997), A new method for the determination of flow directions and upslope areas in grid \
          digital elevation models, Water Resources Research 33, 309-319",
     ],
@@ -112,7 +119,7 @@ pub static NODE: Node = Node {
             35.0,
             [0.0, 90.0],
             [20.0, 60.0],
-            "Steepest slope towards the receiver; 90° is without limit.",
+            "Steepest slope that stands; 90° is without limit.",
         ),
     ],
     outputs: &[
@@ -182,6 +189,8 @@ struct Land<'a> {
     law: Law,
     n: f64,
     area: AreaFactor,
+    /// Coefficients of the variation of erodibility; a cell draws one.
+    variation: Option<[f64; 256]>,
 }
 
 /// The steepest drop over a distance of 1.
@@ -218,6 +227,7 @@ impl<'a> Land<'a> {
             steepest,
             receivers: params.receivers,
             seed: job.seed(),
+            variation: (params.variation > 0.0).then(|| variation(&law, params.variation)),
             area: AreaFactor::new(&law, params, job.cell_m() * job.cell_m()),
             law,
             n: params.n,
@@ -234,7 +244,14 @@ impl<'a> Land<'a> {
     fn step(&mut self, job: &Job<'_>, step_yr: f64, step: u32) -> Result<(), NodeError> {
         self.raise(job, step_yr)?;
         self.route(job, Some(step))?;
-        self.erode(job, step_yr)
+        self.erode(job, step_yr)?;
+        match &self.steepest {
+            Steepest::Everywhere(f64::INFINITY) => Ok(()),
+            Steepest::Everywhere(slope) => slides::settle(job, &self.grid, &mut self.heights, self.cell_m, |_| *slope),
+            Steepest::Each(slopes) => {
+                slides::settle(job, &self.grid, &mut self.heights, self.cell_m, |cell| f64::from(slopes[cell]))
+            }
+        }
     }
 
     fn raise(&mut self, job: &Job<'_>, step_yr: f64) -> Result<(), NodeError> {
@@ -275,7 +292,7 @@ impl<'a> Land<'a> {
     /// Solves the law over a step, receivers first.
     fn erode(&mut self, job: &Job<'_>, step_yr: f64) -> Result<(), NodeError> {
         let mut heights = std::mem::take(&mut self.heights);
-        let Self { law, cells, area, tangents, erodibility, .. } = &*self;
+        let Self { law, cells, area, tangents, erodibility, variation, seed, .. } = &*self;
         // By direction of steepest descent, for links across a side and across a corner.
         let lengths_m = [false, true].map(|diagonal| {
             std::array::from_fn::<_, 256, _>(|tangent| self.cell_m * receivers::length(diagonal, tangent as u8))
@@ -298,7 +315,12 @@ impl<'a> Land<'a> {
                 Some(coefficients) => coefficients[diagonal][along],
                 None => coefficient(erodibility.at(cell), bases[diagonal][along]),
             };
-            let left = law.left(law.times(without_area, area.of(law, cells[cell])), drop);
+            let mut coefficient = law.times(without_area, area.of(law, cells[cell]));
+            if let Some(variation) = variation {
+                let draw = orograph_graph::mix((cell as u32).wrapping_mul(0x9E37_79B9) ^ seed) >> 24;
+                coefficient = law.times(coefficient, variation[draw as usize]);
+            }
+            let left = law.left(coefficient, drop);
             let slope = match &self.steepest {
                 Steepest::Everywhere(slope) => *slope,
                 Steepest::Each(slopes) => f64::from(slopes[cell]),
@@ -310,6 +332,15 @@ impl<'a> Land<'a> {
         self.heights = heights;
         solved
     }
+}
+
+/// Equally likely factors of the erodibility, as coefficients: their logarithm is uniform around 0 and has the given
+/// standard deviation.
+fn variation(law: &Law, deviation: f64) -> [f64; 256] {
+    std::array::from_fn(|at| {
+        let uniform = (at as f64 + 0.5) / 128.0 - 1.0;
+        law.coefficient(math::exp(deviation * 3.0_f64.sqrt() * uniform))
+    })
 }
 
 /// The factor Aᵐ of the law by number of cells, as a coefficient. Nearly all cells drain few others: theirs are

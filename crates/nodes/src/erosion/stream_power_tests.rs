@@ -5,8 +5,8 @@ use orograph_graph::{Boundary, Edge, World, mix};
 use super::NODE;
 use crate::{hydrology::engine::reference, math, prelude::*, testing};
 
-/// The law alone: no critical area, no limit of slopes, steepest descent.
-const PLAIN: &str = "critical_area=0,receivers=d8";
+/// The law alone, but for the limit of slopes.
+const PLAIN: &str = "critical_area=0,variation=0,receivers=d8";
 
 struct Case<'a> {
     height: &'a Field,
@@ -132,26 +132,17 @@ fn a_step_is_the_plain_reference() {
         bytes.chunks_exact(4).map(|bytes| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])).collect();
     let height = Field::new(Window::whole(testing::world(256, 256, 30.0)), samples.clone());
     for (m, n, k) in [(0.5, 1.0, 3e-5_f32), (0.5, 1.2, 3e-5), (0.6, 1.5, 1e-5), (0.4, 0.8, 5e-5)] {
-        let changes = format!("critical_area=20000,receivers=d8,duration=50000,time_step=50000,m={m},n={n}");
-        let case = Case { height: &height, uplift: 0.0, erodibility: f64::from(k), repose: 40.0, changes };
-        let expected = reference_step(256, 30.0, &samples, f64::from(k) * 5e4, m, n, 2e4, 40.0);
+        let changes =
+            format!("critical_area=20000,variation=0,receivers=d8,duration=50000,time_step=50000,m={m},n={n}");
+        let case = Case { height: &height, uplift: 0.0, erodibility: f64::from(k), repose: 90.0, changes };
+        let expected = reference_step(256, 30.0, &samples, f64::from(k) * 5e4, m, n, 2e4);
         // 1e-3 m: the heights are f32.
         let error = case.height().iter().zip(&expected).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max);
         assert!(error < 1e-3, "m {m}, n {n}: {error}");
     }
 }
 
-#[expect(clippy::too_many_arguments, reason = "the symbols of the equation")]
-fn reference_step(
-    nx: usize,
-    cell_m: f64,
-    heights: &[f32],
-    k_dt: f64,
-    m: f64,
-    n: f64,
-    critical_m2: f64,
-    repose: f64,
-) -> Vec<f64> {
+fn reference_step(nx: usize, cell_m: f64, heights: &[f32], k_dt: f64, m: f64, n: f64, critical_m2: f64) -> Vec<f64> {
     let len = heights.len();
     let distance = |way: usize| if way % 2 == 1 { cell_m * 2_f64.sqrt() } else { cell_m };
     let link = |cell: usize| {
@@ -176,7 +167,7 @@ fn reference_step(
             let mid = 0.5 * (lo + hi);
             if mid + c * math::pow(mid, n) > drop { hi = mid } else { lo = mid }
         }
-        eroded[cell] = eroded[next] + lo.min(math::tan(repose.to_radians()) * distance(way));
+        eroded[cell] = eroded[next] + lo;
     }
     eroded
 }
@@ -220,6 +211,34 @@ fn slopes_are_equally_steep_in_all_directions() {
         // 5 %: links are drawn at random, and slides only lower. Slopes along links would make octagons, 8 % too steep.
         assert!((slope / 0.5 - 1.0).abs() < 0.05, "{degrees}: {slope}");
     }
+}
+
+/// The scarp of a plateau gives way at once, also where the plateau drains to the other side.
+#[test]
+fn scarps_give_way() {
+    let world = testing::world(60, 60, 10.0);
+    let height = testing::field(world, |x, _| if x < 305.0 { 0.0 } else { 100.0 - 0.01 * x });
+    let changes = "duration=1000,time_step=1000".to_owned();
+    let case = Case { height: &height, uplift: 0.0, erodibility: 0.0, repose: 45.0, changes };
+    let after = case.height();
+    for column in 31..59 {
+        let stands = (10.0 * (column - 30) as f32).min(height.samples()[column]);
+        assert!((after[30 * 60 + column] - stands).abs() < 1e-3, "a ramp of 45°: {}", after[30 * 60 + column]);
+    }
+}
+
+#[test]
+fn variation_is_around_the_erodibility_and_its_seed_counts() {
+    let height = testing::field(testing::world(40, 40, 100.0), |x, y| 100.0 * white(x, y));
+    let run = |changes: &str| {
+        let changes = format!("duration=1e6,{changes}");
+        Case { height: &height, uplift: 0.001, erodibility: 1e-5, repose: 90.0, changes }.height()
+    };
+    let mean = |heights: &[f32]| heights.iter().sum::<f32>() / heights.len() as f32;
+    let (even, varied) = (run("variation=0"), run("variation=0.3"));
+    assert!(even != varied && varied != run("variation=0.3,seed=5"));
+    // 10 %: the mean of 1 / K grows with half the variance, and the drainage is another.
+    assert!((mean(&varied) / mean(&even) - 1.0).abs() < 0.1, "{} {}", mean(&varied), mean(&even));
 }
 
 #[test]

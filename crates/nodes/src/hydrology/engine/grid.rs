@@ -137,6 +137,30 @@ impl Grid {
         }
     }
 
+    /// The column to the west, if any.
+    #[must_use]
+    #[inline(always)]
+    pub const fn column_before(&self, x: usize) -> Option<usize> {
+        match (x, self.wrap[0]) {
+            (0, false) => None,
+            (0, true) => Some(self.nx - 1),
+            _ => Some(x - 1),
+        }
+    }
+
+    /// The column to the east, if any.
+    #[must_use]
+    #[inline(always)]
+    pub const fn column_after(&self, x: usize) -> Option<usize> {
+        if x + 1 < self.nx {
+            Some(x + 1)
+        } else if self.wrap[0] {
+            Some(0)
+        } else {
+            None
+        }
+    }
+
     /// The cell next to any cell, if there is one.
     #[must_use]
     pub fn neighbour(&self, cell: u32, direction: usize) -> Option<u32> {
