@@ -217,7 +217,7 @@ fn slopes_are_equally_steep_in_all_directions() {
 #[test]
 fn scarps_give_way() {
     let world = testing::world(60, 60, 10.0);
-    let height = testing::field(world, |x, _| if x < 305.0 { 0.0 } else { 100.0 - 0.01 * x });
+    let height = testing::field(world, |x, _| if x < 310.0 { 0.0 } else { 100.0 - 0.01 * x });
     let changes = "duration=1000,time_step=1000".to_owned();
     let case = Case { height: &height, uplift: 0.0, erodibility: 0.0, repose: 45.0, changes };
     let after = case.height();
