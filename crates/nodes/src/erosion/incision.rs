@@ -115,9 +115,9 @@ fn log2(x: f64) -> f64 {
     let (exponent, mantissa) = if high { (exponent + 1.0, mantissa * 0.5) } else { (exponent, mantissa) };
     // ln m = 2 artanh((m - 1) / (m + 1)), as its series.
     let s = (mantissa - 1.0) / (mantissa + 1.0);
-    let t = s * s;
-    let series = 1.0
-        + t * (1.0 / 3.0 + t * (1.0 / 5.0 + t * (1.0 / 7.0 + t * (1.0 / 9.0 + t * (1.0 / 11.0 + t * (1.0 / 13.0))))));
+    let (t, t2) = (s * s, s * s * (s * s));
+    let upper = 1.0 / 5.0 + t * (1.0 / 7.0) + t2 * (1.0 / 9.0 + t * (1.0 / 11.0) + t2 * (1.0 / 13.0));
+    let series = 1.0 + t * (1.0 / 3.0) + t2 * upper;
     exponent + s * series * (2.0 * std::f64::consts::LOG2_E)
 }
 
