@@ -1,1 +1,9 @@
-//! tests
+//! What the tests over the whole registry share: land to feed to nodes, ways to run one node, golden files.
+
+mod bless;
+mod land;
+mod run;
+
+pub use bless::{blessing, golden_folder, write_golden};
+pub use land::{LAND, SELECTION, world};
+pub use run::{Case, cases, evaluate, evaluate_window};
