@@ -6,4 +6,4 @@ mod run;
 
 pub use bless::{blessing, golden_folder, write_golden};
 pub use land::{LAND, SELECTION, world};
-pub use run::{Case, cases, evaluate, evaluate_window};
+pub use run::{Case, cases, data_folder, evaluate, evaluate_window, example};

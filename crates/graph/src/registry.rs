@@ -168,3 +168,82 @@ fn is_snake_case(name: &str) -> bool {
 fn is_pascal_case(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_uppercase()) && name.chars().all(|c| c.is_ascii_alphanumeric())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Migration, Output, PortType, Unit, param::ParamSpec};
+
+    const SOUND: Node = Node {
+        id: "Sound",
+        category: "test",
+        summary: "A sentence.",
+        doc: "Text.",
+        outputs: &[Output::gives("height", PortType::Height, "A sentence.")],
+        ..Node::DEFAULT
+    };
+    static FINE: Node = SOUND;
+    static ALIASED: Node = Node { id: "Renamed", aliases: &["Former"], ..SOUND };
+
+    fn faults(node: &'static Node) -> String {
+        Registry::new([node]).faults().join("\n")
+    }
+
+    #[test]
+    fn nodes_are_found_by_id_and_by_former_id() {
+        let registry = Registry::new([&FINE, &ALIASED]);
+        assert_eq!(registry.faults(), Vec::<String>::new());
+        assert_eq!(registry.get("Former").map(|node| node.id), Some("Renamed"));
+        assert_eq!(registry.suggest("Sonud"), Some("Sound"));
+        assert!(registry.get("sound").is_none());
+    }
+
+    #[test]
+    fn bad_names_and_sentences_are_found() {
+        static BAD: Node = Node {
+            id: "bad_id",
+            summary: "no full stop",
+            doc: "",
+            inputs: &[Input::mask("Mask", "A sentence.")],
+            ..SOUND
+        };
+        let found = faults(&BAD);
+        for part in ["PascalCase", "summary is not a sentence", "no documentation", "`Mask` is not in snake case"] {
+            assert!(found.contains(part), "{part} is not in:\n{found}");
+        }
+    }
+
+    #[test]
+    fn ids_and_names_that_clash_are_found() {
+        static TWICE: Node =
+            Node { inputs: &[Input::mask("mask", "A sentence."), Input::mask("mask", "A sentence.")], ..SOUND };
+        assert!(faults(&TWICE).contains("`mask` is declared twice"));
+        assert!(Registry::new([&FINE, &TWICE]).faults().join("\n").contains("taken twice"));
+    }
+
+    #[test]
+    fn ranges_and_defaults_that_do_not_fit_are_found() {
+        static LOOSE: Node = Node {
+            inputs: &[Input::number("rate", Unit::One, 2.0, [0.0, 1.0], [0.0, 3.0], "A sentence.")],
+            params: || {
+                vec![ParamSpec {
+                    name: "gain",
+                    doc: "A sentence.",
+                    unit: Unit::One,
+                    kind: Kind::Float { default: 5.0, hard: [0.0, 1.0], soft: [0.0, 1.0] },
+                }]
+            },
+            ..SOUND
+        };
+        let found = faults(&LOOSE);
+        assert!(found.contains("ranges of `rate` are not nested") && found.contains("default of `gain`"), "{found}");
+    }
+
+    #[test]
+    fn versions_need_their_migrations() {
+        static NEWER: Node = Node { version: 2, ..SOUND };
+        static WRONG: Node = Node { version: 2, migrations: &[Migration { from: 3, steps: &[] }], ..SOUND };
+        assert!(faults(&NEWER).contains("version 2 needs 1 migrations"));
+        assert!(faults(&WRONG).contains("starts from version 3"));
+    }
+}

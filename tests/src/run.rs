@@ -1,0 +1,169 @@
+//! Running one node of the registry on test land.
+
+use std::{path::PathBuf, sync::Arc};
+
+use orograph_graph::{
+    Cancel, Cpu, Document, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, Kind, Node, NodeIndex, ParamValue,
+    Port, PortType, Registry, Value, Window, World,
+};
+
+use crate::land::{LAND, SELECTION};
+
+/// A node wired to test land, with some choice of parameters.
+pub struct Case {
+    /// What is special about it, such as `default` or `mode=max`.
+    pub name: String,
+    /// The node with its inputs.
+    pub graph: Graph,
+    /// Where the node is in the graph.
+    pub node: NodeIndex,
+}
+
+impl Case {
+    /// The node's kind.
+    #[must_use]
+    pub fn kind(&self) -> &'static Node {
+        self.graph.instance(self.node).node
+    }
+
+    /// All outputs of the node.
+    #[must_use]
+    pub fn outputs(&self) -> Vec<Port> {
+        (0..self.kind().outputs.len()).map(|output| Port { node: self.node, output }).collect()
+    }
+}
+
+/// The registry with the test's own nodes added.
+fn registry() -> Registry {
+    let nodes = orograph_nodes::registry();
+    Registry::new(nodes.nodes().iter().copied().chain([&LAND, &SELECTION]))
+}
+
+/// The node as its declaration's example has it, in a graph where the names that examples use exist.
+///
+/// # Panics
+/// When the example has a problem.
+#[must_use]
+pub fn example(node: &'static Node) -> Case {
+    let source = format!(
+        r#"(
+            nodes: {{
+                "base": TestLand,
+                "other": TestLand,
+                "mask": TestSelection,
+                "node": {}({}),
+            }},
+            outputs: {{ "node": "node" }},
+        )"#,
+        node.id, node.example
+    );
+    let document = Document::parse(source, &registry());
+    let problems: Vec<String> = document.problems().iter().map(|problem| problem.message.clone()).collect();
+    assert!(problems.is_empty(), "the example of {} has problems: {problems:?}", node.id);
+    let graph = document.graph().clone();
+    let index = graph.find("node").expect("just written");
+    Case { name: "example".into(), graph, node: index }
+}
+
+/// The cases every node is tried on: its example; every choice and switch; all numbers at their least and at their
+/// most; every input that can take test land wired to it.
+#[must_use]
+pub fn cases(node: &'static Node) -> Vec<Case> {
+    let mut cases = vec![example(node), wired(node)];
+    for spec in node.specs() {
+        match &spec.kind {
+            Kind::Choice { options, .. } => {
+                for (option, _) in *options {
+                    cases.push(changed(
+                        node,
+                        format!("{}={option}", spec.name),
+                        &[(spec.name, ParamValue::Choice(option))],
+                    ));
+                }
+            }
+            Kind::Bool { default } => {
+                cases.push(changed(
+                    node,
+                    format!("{}={}", spec.name, !default),
+                    &[(spec.name, ParamValue::Bool(!default))],
+                ));
+            }
+            _ => {}
+        }
+    }
+    for (name, end) in [("least", 0), ("most", 1)] {
+        let mut case = example(node);
+        let instance = case.graph.instance_mut(case.node);
+        for spec in node.specs() {
+            match spec.kind {
+                Kind::Float { hard, .. } => instance.params.set(spec.name, ParamValue::Float(hard[end])),
+                Kind::Int { hard, .. } => instance.params.set(spec.name, ParamValue::Int(hard[end])),
+                Kind::Point { hard, .. } => instance.params.set(spec.name, ParamValue::Point([hard[end]; 2])),
+                _ => {}
+            }
+        }
+        for (position, input) in node.inputs.iter().enumerate() {
+            if let Fallback::Constant { hard, .. } = input.fallback {
+                instance.constants[position] = Some(hard[end]);
+            }
+        }
+        case.name = name.into();
+        cases.push(case);
+    }
+    cases
+}
+
+fn changed(node: &'static Node, name: String, values: &[(&'static str, ParamValue)]) -> Case {
+    let mut case = example(node);
+    for (param, value) in values {
+        case.graph.instance_mut(case.node).params.set(param, value.clone());
+    }
+    Case { name, ..case }
+}
+
+/// The example with test land at every input that takes it.
+fn wired(node: &'static Node) -> Case {
+    let mut case = example(node);
+    for (position, input) in node.inputs.iter().enumerate() {
+        if case.graph.source(case.node, position).is_some() {
+            continue;
+        }
+        let source = match input.ty {
+            PortType::Height | PortType::AnyScalar => "other",
+            PortType::Mask => "mask",
+            _ => continue,
+        };
+        let port = case.graph.port(source).expect("a test node");
+        case.graph.connect(port, case.node, input.name).expect("the types fit");
+    }
+    Case { name: "wired".into(), ..case }
+}
+
+/// All outputs of a case over the whole of a world.
+///
+/// # Errors
+/// What the evaluator says.
+pub fn evaluate(case: &Case, world: World, threads: usize) -> Result<Vec<Value>, EvalError> {
+    evaluate_window(case, Window::whole(world), threads)
+}
+
+/// All outputs of a case over a window.
+///
+/// # Errors
+/// What the evaluator says.
+pub fn evaluate_window(case: &Case, window: Window, threads: usize) -> Result<Vec<Value>, EvalError> {
+    let evaluator = Evaluator::new(EvaluatorOptions {
+        backend: Arc::new(Cpu),
+        memory_budget: 0,
+        threads: Some(threads),
+        ..EvaluatorOptions::default()
+    })?;
+    let requests: Vec<(Port, Window)> = case.outputs().into_iter().map(|port| (port, window)).collect();
+    evaluator.evaluate(&case.graph, &data_folder(), &requests, &Cancel::default(), &|_| {})
+}
+
+/// The folder that examples read files from.
+#[must_use]
+pub fn data_folder() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("data")
+}

@@ -1,0 +1,115 @@
+//! The lock of declarations: what a graph file of a node's version means may never change.
+//!
+//! `golden/specs.txt` holds every declaration of every version there ever was. Since a file writes only what differs from
+//! the default, a default, range or port may change only together with the version, and then with a migration.
+
+use std::{collections::BTreeMap, fmt::Write as _};
+
+use orograph_graph::{Fallback, Kind, Node, OutputType};
+use orograph_nodes::registry;
+use orograph_tests::{blessing, golden_folder, write_golden};
+
+const LOCK: &str = "specs.txt";
+
+/// Everything of a declaration that decides what a file means, a line each.
+fn declaration(node: &Node) -> Vec<String> {
+    let mut lines = Vec::new();
+    for alias in node.aliases {
+        lines.push(format!("alias {alias}"));
+    }
+    for input in node.inputs {
+        let fallback = match input.fallback {
+            Fallback::Required => "required".to_owned(),
+            Fallback::None => "optional".to_owned(),
+            Fallback::Constant { default, hard, .. } => format!("{default} in {hard:?}"),
+        };
+        lines.push(format!("input {}: {:?}, {fallback}", input.name, input.ty));
+    }
+    for spec in node.specs() {
+        let kind = match &spec.kind {
+            Kind::Float { default, hard, .. } => format!("{default} in {hard:?}"),
+            Kind::Int { default, hard, .. } => format!("{default} in {hard:?}"),
+            Kind::Bool { default } => format!("{default}"),
+            Kind::Choice { default, options } => {
+                let names: Vec<&str> = options.iter().map(|(name, _)| *name).collect();
+                format!("{default} of {}", names.join("|"))
+            }
+            Kind::Seed { default } => format!("seed {default}"),
+            Kind::Point { default, hard } => format!("{default:?} in {hard:?}"),
+            Kind::Curve { default } => format!("curve {default:?}"),
+            Kind::File => "file".to_owned(),
+        };
+        lines.push(format!("param {} [{:?}]: {kind}", spec.name, spec.unit));
+    }
+    for output in node.outputs {
+        let ty = match output.ty {
+            OutputType::Fixed(ty) => format!("{ty:?}"),
+            OutputType::SameAs(input) => format!("as {input}"),
+            OutputType::Chosen(_) => "by parameters".to_owned(),
+        };
+        lines.push(format!("output {}: {ty}", output.name));
+    }
+    lines
+}
+
+type Lock = BTreeMap<String, Vec<String>>;
+
+fn read_lock(text: &str) -> Lock {
+    let mut lock = Lock::new();
+    let mut head = String::new();
+    for line in text.lines() {
+        if let Some(detail) = line.strip_prefix("  ") {
+            lock.entry(head.clone()).or_default().push(detail.to_owned());
+        } else if !line.is_empty() {
+            head = line.to_owned();
+            lock.entry(head.clone()).or_default();
+        }
+    }
+    lock
+}
+
+#[test]
+fn a_declaration_changes_only_with_its_version() {
+    let mut lock = read_lock(&std::fs::read_to_string(golden_folder().join(LOCK)).unwrap_or_default());
+    let mut problems = Vec::new();
+    let mut grown = false;
+    for node in registry().nodes() {
+        let key = format!("{} v{}", node.id, node.version);
+        let now = declaration(node);
+        match lock.get(&key) {
+            Some(locked) if *locked == now => {}
+            Some(locked) => {
+                let differing: Vec<&String> =
+                    now.iter().filter(|l| !locked.contains(l)).chain(locked.iter().filter(|l| !now.contains(l))).collect();
+                problems.push(format!("{key} is not what it was: {differing:#?}\nraise its version and add a migration"));
+            }
+            None => {
+                grown = true;
+                lock.insert(key, now);
+            }
+        }
+    }
+    assert!(problems.is_empty(), "\n{}", problems.join("\n"));
+    if blessing() {
+        let mut text = String::new();
+        for (key, lines) in &lock {
+            writeln!(text, "{key}").expect("writing to memory");
+            for line in lines {
+                writeln!(text, "  {line}").expect("writing to memory");
+            }
+        }
+        write_golden(LOCK, text.as_bytes());
+    } else {
+        assert!(!grown, "there is a new node or version; run `cargo bless` to lock its declaration");
+    }
+}
+
+#[test]
+fn nothing_that_was_locked_is_gone() {
+    let lock = read_lock(&std::fs::read_to_string(golden_folder().join(LOCK)).unwrap_or_default());
+    let registry = registry();
+    for key in lock.keys() {
+        let id = key.split(' ').next().expect("a key has an id");
+        assert!(registry.get(id).is_some(), "{id} is gone; keep its id as an alias of what takes its place");
+    }
+}

@@ -1,0 +1,79 @@
+//! House rules that no compiler knows.
+
+use std::path::{Path, PathBuf};
+
+use orograph_nodes::registry;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Source files below a folder, sorted.
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display())) {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+fn all_sources() -> Vec<PathBuf> {
+    ["crates/graph", "crates/nodes", "crates/app", "tests"].iter().flat_map(|folder| sources(&root().join(folder))).collect()
+}
+
+#[test]
+fn files_fit_in_a_head() {
+    for path in all_sources() {
+        let lines = std::fs::read_to_string(&path).expect("a source file").lines().count();
+        assert!(lines <= 700, "{} has {lines} lines; split it", path.display());
+    }
+}
+
+#[test]
+fn every_file_says_what_it_is() {
+    for path in all_sources() {
+        let text = std::fs::read_to_string(&path).expect("a source file");
+        assert!(text.starts_with("//!"), "{} does not begin with `//!`", path.display());
+    }
+}
+
+#[test]
+fn every_declaration_is_registered() {
+    let declared: usize = sources(&root().join("crates/nodes/src"))
+        .iter()
+        .map(|path| std::fs::read_to_string(path).expect("a source file").matches("pub static NODE: Node").count())
+        .sum();
+    assert_eq!(declared, registry().nodes().len(), "a node's file is missing in its category's list");
+}
+
+#[test]
+fn nothing_is_left_for_later() {
+    let marks = ["TO", "FIX", "HA"].into_iter().zip(["DO", "ME", "CK"]).map(|(a, b)| format!("{a}{b}"));
+    let marks: Vec<String> = marks.collect();
+    for path in all_sources() {
+        let text = std::fs::read_to_string(&path).expect("a source file");
+        for mark in &marks {
+            assert!(!text.contains(mark.as_str()), "{} has a {mark}", path.display());
+        }
+    }
+}
+
+#[test]
+fn the_readme_names_the_two_commands() {
+    let readme = std::fs::read_to_string(root().join("README.md")).expect("README.md");
+    let commands: Vec<&str> = readme.lines().map(str::trim).filter(|line| line.starts_with("cargo ")).collect();
+    assert_eq!(
+        commands,
+        ["cargo run --release -- run graphs/carve_dem.ron -o out", "cargo test --workspace"],
+        "the README has one command for the main job and one for the tests"
+    );
+}
