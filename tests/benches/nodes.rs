@@ -2,19 +2,15 @@
 //!
 //! The node runs on its example. Its inputs are computed once, before, and only its own kernel is timed.
 
-#![expect(missing_docs, reason = "criterion's macros make functions without documentation")]
-
-use std::{path::PathBuf, sync::Arc};
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use orograph_graph::{Cancel, Cpu, Evaluator, EvaluatorOptions, Fallback, InputValue, Job, Port, Window};
+use orograph_graph::{Cancel, Evaluator, EvaluatorOptions, Fallback, InputValue, Job, Port, Window};
 use orograph_nodes::registry;
 use orograph_tests::{Case, data_folder, example, world};
 
 /// The inputs of a case over a window, as its kernel gets them.
 fn inputs(case: &Case, window: Window) -> Vec<InputValue> {
-    let evaluator = Evaluator::new(EvaluatorOptions { backend: Arc::new(Cpu), ..EvaluatorOptions::default() })
-        .expect("an evaluator");
+    let evaluator = Evaluator::new(EvaluatorOptions::default()).expect("an evaluator");
     let value = |port: Port| {
         let values = evaluator.evaluate(&case.graph, &data_folder(), &[(port, window)], &Cancel::default(), &|_| {});
         values.expect("an input").remove(0)
@@ -44,7 +40,7 @@ fn nodes(c: &mut Criterion) {
                 params: &case.graph.instance(case.node).params.clone(),
                 inputs: inputs(&case, window),
                 window,
-                folder: PathBuf::from(data_folder()),
+                folder: data_folder(),
                 cancel: Cancel::default(),
                 progress: &|_| {},
             };

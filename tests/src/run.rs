@@ -1,10 +1,10 @@
 //! Running one node of the registry on test land.
 
-use std::{path::PathBuf, sync::Arc};
+use std::{num::NonZero, path::PathBuf};
 
 use orograph_graph::{
-    Cancel, Cpu, Document, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, Kind, Node, NodeIndex, ParamValue,
-    Port, PortType, Registry, Value, Window, World,
+    Cancel, Document, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, Kind, Node, NodeIndex, ParamValue, Port,
+    PortType, Registry, Value, Window, World,
 };
 
 use crate::land::{LAND, SELECTION};
@@ -153,9 +153,8 @@ pub fn evaluate(case: &Case, world: World, threads: usize) -> Result<Vec<Value>,
 /// What the evaluator says.
 pub fn evaluate_window(case: &Case, window: Window, threads: usize) -> Result<Vec<Value>, EvalError> {
     let evaluator = Evaluator::new(EvaluatorOptions {
-        backend: Arc::new(Cpu),
         memory_budget: 0,
-        threads: Some(threads),
+        threads: NonZero::new(threads),
         ..EvaluatorOptions::default()
     })?;
     let requests: Vec<(Port, Window)> = case.outputs().into_iter().map(|port| (port, window)).collect();

@@ -38,11 +38,7 @@ fn picture(field: &Field) -> Vec<u8> {
     };
     let image = image::RgbImage::from_fn(nx as u32, ny as u32, |i, j| {
         let at = j as usize * nx + i as usize;
-        if planes == 3 {
-            image::Rgb([level(0, at), level(1, at), level(2, at)])
-        } else {
-            image::Rgb([level(0, at); 3])
-        }
+        if planes == 3 { image::Rgb([level(0, at), level(1, at), level(2, at)]) } else { image::Rgb([level(0, at); 3]) }
     });
     let mut bytes = std::io::Cursor::new(Vec::new());
     if planes == 3 {
@@ -84,7 +80,8 @@ fn every_node_still_gives_what_it_gave() {
     let known = std::fs::read_to_string(golden_folder().join(HASHES)).unwrap_or_default();
     let known: BTreeMap<String, String> =
         known.lines().filter_map(|line| line.split_once(' ')).map(|(a, b)| (a.to_owned(), b.to_owned())).collect();
-    let mut changed: Vec<&String> = now.iter().filter(|(name, hash)| known.get(*name) != Some(hash)).map(|(n, _)| n).collect();
+    let mut changed: Vec<&String> =
+        now.iter().filter(|(name, hash)| known.get(*name) != Some(hash)).map(|(n, _)| n).collect();
     changed.extend(known.keys().filter(|name| !now.contains_key(*name)));
     assert!(
         changed.is_empty(),

@@ -1,11 +1,9 @@
 //! The graph files that come with the program: each is in canonical form, has no problems, builds, and builds to the same
 //! bytes on one and on two threads.
 
-use std::{path::PathBuf, sync::Arc};
+use std::{num::NonZero, path::PathBuf};
 
-use orograph_graph::{
-    Cancel, Cpu, Document, Evaluator, EvaluatorOptions, Port, Value, Window, World, format_source,
-};
+use orograph_graph::{Cancel, Document, Evaluator, EvaluatorOptions, Port, Value, Window, World, format_source};
 use orograph_nodes::registry;
 
 fn folder() -> PathBuf {
@@ -28,12 +26,8 @@ fn build(document: &Document, threads: usize) -> Vec<Value> {
     let cells = world.cells.map(|n| (128.0 * f64::from(n) / longest).round() as u32);
     let window = Window::whole(World { cells, ..world });
     let requests: Vec<(Port, Window)> = document.outputs().iter().map(|output| (output.port, window)).collect();
-    let evaluator = Evaluator::new(EvaluatorOptions {
-        backend: Arc::new(Cpu),
-        threads: Some(threads),
-        ..EvaluatorOptions::default()
-    })
-    .expect("an evaluator");
+    let evaluator = Evaluator::new(EvaluatorOptions { threads: NonZero::new(threads), ..EvaluatorOptions::default() })
+        .expect("an evaluator");
     evaluator
         .evaluate(document.graph(), &folder(), &requests, &Cancel::default(), &|_| {})
         .unwrap_or_else(|error| panic!("{error}"))

@@ -79,9 +79,13 @@ fn a_declaration_changes_only_with_its_version() {
         match lock.get(&key) {
             Some(locked) if *locked == now => {}
             Some(locked) => {
-                let differing: Vec<&String> =
-                    now.iter().filter(|l| !locked.contains(l)).chain(locked.iter().filter(|l| !now.contains(l))).collect();
-                problems.push(format!("{key} is not what it was: {differing:#?}\nraise its version and add a migration"));
+                let differing: Vec<&String> = now
+                    .iter()
+                    .filter(|l| !locked.contains(l))
+                    .chain(locked.iter().filter(|l| !now.contains(l)))
+                    .collect();
+                problems
+                    .push(format!("{key} is not what it was: {differing:#?}\nraise its version and add a migration"));
             }
             None => {
                 grown = true;

@@ -27,7 +27,10 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
 }
 
 fn all_sources() -> Vec<PathBuf> {
-    ["crates/graph", "crates/nodes", "crates/app", "tests"].iter().flat_map(|folder| sources(&root().join(folder))).collect()
+    ["crates/graph", "crates/nodes", "crates/app", "tests"]
+        .iter()
+        .flat_map(|folder| sources(&root().join(folder)))
+        .collect()
 }
 
 #[test]

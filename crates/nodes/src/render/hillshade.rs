@@ -74,7 +74,7 @@ pub static NODE: Node = Node {
     reach: Reach::Metres(|_, cell_m| cell_m),
     cpu: run,
     resolution: Resolution::Cells("the gradient is that between neighbouring cells: larger cells are gentler"),
-    example: "height: \"base\", light: \"single\", high: 2500",
+    example: "height: \"base\", light: single, high: 2500",
     ..Node::DEFAULT
 };
 
