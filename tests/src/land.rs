@@ -10,14 +10,14 @@ pub fn world(cells: u32) -> World {
     World { size: [16_384.0, 16_384.0], cells: [cells, cells], seed: 7, boundary: Boundary::default() }
 }
 
-/// Hills from 9 km down to 600 m in wavelength, 300 m to 1500 m high, with closed hollows.
+/// Hills from 9 km down to 600 m in wavelength, some 1500 m of relief, with closed hollows.
 pub static LAND: Node = Node {
     id: "TestLand",
     category: "test",
     summary: "Hills by a formula.",
     doc: "Test input.",
     outputs: &[Output::gives("height", PortType::Height, "Elevation.")],
-    cpu: |job| Ok(Outputs::one("height", surface(job, |h| 900.0 + 260.0 * h)?)),
+    cpu: |job| Ok(Outputs::one("height", surface(job, |h| 900.0 + 450.0 * h)?)),
     ..Node::DEFAULT
 };
 
@@ -28,7 +28,7 @@ pub static SELECTION: Node = Node {
     summary: "A selection by a formula.",
     doc: "Test input.",
     outputs: &[Output::gives("mask", PortType::Mask, "Selection.")],
-    cpu: |job| Ok(Outputs::one("mask", surface(job, |h| (0.5 + 0.6 * h).clamp(0.0, 1.0))?)),
+    cpu: |job| Ok(Outputs::one("mask", surface(job, |h| (0.5 + 0.5 * h).clamp(0.0, 1.0))?)),
     ..Node::DEFAULT
 };
 
@@ -42,7 +42,7 @@ fn surface(job: &Job<'_>, map: impl Fn(f64) -> f64) -> Result<Field, NodeError> 
             let azimuth = 2.399_963 * f64::from(k);
             let number = std::f64::consts::TAU / wavelength_m;
             let phase = f64::from(mix(k + job.node.id.len() as u32)) * 1e-9;
-            [number * math::cos(azimuth), number * math::sin(azimuth), phase, math::pow(0.82, f64::from(k))]
+            [number * math::cos(azimuth), number * math::sin(azimuth), phase, math::pow(0.62, f64::from(k))]
         })
         .collect();
     let window = job.window();

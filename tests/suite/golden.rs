@@ -10,7 +10,7 @@ use orograph_nodes::registry;
 use orograph_tests::{blessing, evaluate, example, golden_folder, world, write_golden};
 
 const HASHES: &str = "hashes.txt";
-const CELLS: u32 = 96;
+const CELLS: u32 = 80;
 /// The most a golden picture may take: it is to show what is tested and nothing else.
 const MOST_BYTES: usize = 20 * 1024;
 

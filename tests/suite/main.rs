@@ -2,7 +2,7 @@
 
 mod conformance;
 mod golden;
-// mod graphs;
+mod graphs;
 mod manual;
 mod spec_lock;
 mod tidy;

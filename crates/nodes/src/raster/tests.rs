@@ -1,3 +1,5 @@
+//! Tests over all raster formats.
+
 use std::{fs, path::PathBuf};
 
 use orograph_graph::{Field, Window, World};

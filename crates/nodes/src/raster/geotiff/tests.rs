@@ -1,3 +1,5 @@
+//! Tests of the GeoTIFF reader and writer.
+
 use super::{directory::tag, *};
 use crate::raster::Cell;
 
