@@ -29,7 +29,12 @@ fn hash(value: &Value) -> String {
     hasher.finalize().to_hex()[..32].to_owned()
 }
 
-/// A field as an 8-bit picture, from its least to its largest sample.
+/// Linear light as a level of a picture, near enough to sRGB to be looked at.
+fn gamma(linear: f32) -> u8 {
+    (255.0 * linear.clamp(0.0, 1.0).sqrt()).round() as u8
+}
+
+/// A field as an 8-bit picture: colours as they are, anything else from its least to its largest sample.
 fn picture(field: &Field) -> Vec<u8> {
     let (nx, ny, planes) = (field.window().nx(), field.window().ny(), field.planes());
     let level = |plane: usize, at: usize| {
