@@ -2,7 +2,6 @@
 //!
 //! The node runs on its example. Its inputs are computed once, before, and only its own kernel is timed.
 
-
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use orograph_graph::{Cancel, Evaluator, EvaluatorOptions, Fallback, InputValue, Job, Port, Window};
 use orograph_nodes::registry;

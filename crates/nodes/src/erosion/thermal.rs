@@ -16,9 +16,9 @@ choice! {
 params! {
     /// Whether slopes come to rest or slide for a time.
     until: Until = Until::Equilibrium, One, ..;
-    /// How long material slides; `until: \"duration\"` only.
+    /// How long material slides; `until: duration` only.
     duration: f64 = 1000.0, Years, 0.0..=1e6, soft 0.0..=1e5;
-    /// Diffusivity of what is above repose; `until: \"duration\"` only.
+    /// Diffusivity of what is above repose; `until: duration` only.
     diffusivity: f64 = 1.0, SquareMetresPerYear, 0.0..=100.0, soft 0.0..=10.0;
     /// Excess over repose that counts as none, as a share of it.
     tolerance: f64 = 0.02, One, 0.0001..=0.2, soft 0.001..=0.05;
@@ -59,7 +59,8 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
-    resolution: Resolution::Within(0.05),
+    // what slides is decided by slopes at the scale of the cells: coarser cells see fewer steep places
+    resolution: Resolution::Within(0.1),
     example: "height: \"base\", talus: 35",
     ..Node::DEFAULT
 };
