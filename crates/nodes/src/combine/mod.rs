@@ -3,11 +3,12 @@
 #[expect(clippy::module_inception, reason = "a node's file has the name of the node")]
 pub mod combine;
 pub mod curve;
+pub mod remap;
 
 use orograph_graph::{Job, Lane, Node};
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] = &[&combine::NODE, &curve::NODE];
+pub static NODES: &[&Node] = &[&combine::NODE, &curve::NODE, &remap::NODE];
 
 /// Cells that are worked on at once: few enough for the first-level cache.
 const BLOCK: usize = 1024;

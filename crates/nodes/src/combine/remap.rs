@@ -1,0 +1,148 @@
+//! Values stretched from one range to another and given another meaning: the converter between kinds of fields.
+
+use super::blocks;
+use crate::prelude::*;
+
+choice! {
+    /// What the result means, and so where it may be wired.
+    pub enum Quantity {
+        /// An elevation in metres.
+        Height = "height",
+        /// A selection; the result is kept between 0 and 1.
+        Mask = "mask",
+        /// A plain number.
+        Scalar = "scalar",
+        /// A length in metres that is no elevation.
+        Length = "length",
+        /// An angle in degrees.
+        Angle = "angle",
+        /// A rate of uplift, erosion or rain in metres per year.
+        Rate = "rate",
+        /// The coefficient of the stream-power law, in m^(1−2m)/yr.
+        Erodibility = "erodibility",
+    }
+}
+
+choice! {
+    /// How values between the ends are spread.
+    pub enum Spacing {
+        /// Evenly.
+        Linear = "linear",
+        /// Evenly in their logarithm, for quantities that span powers of ten; both ends of `to` must be above 0.
+        Logarithmic = "logarithmic",
+    }
+}
+
+params! {
+    /// The input's value that becomes the first of `to`, and the one that becomes the second.
+    from: [f64; 2] = [0.0, 1.0], One, -1e12..=1e12;
+    /// What the two values of `from` become, in the unit of `quantity`.
+    to: [f64; 2] = [0.0, 1.0], One, -1e12..=1e12;
+    /// What the result means, and so where it may be wired.
+    quantity: Quantity = Quantity::Mask, One, ..;
+    /// How values between the ends are spread.
+    spacing: Spacing = Spacing::Linear, One, ..;
+    /// Keeps the result between the two values of `to`.
+    clamp: bool = true, One, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Remap",
+    category: "combine",
+    summary: "Stretches values from one range to another and gives them another meaning.",
+    doc: "Ports are typed by what they carry, so a height cannot be wired where an erodibility belongs. This node says \
+          how one becomes the other: `from` and `to` name two pairs of values, and everything between is spread evenly, \
+          `v = to₀ + (to₁ − to₀) (x − from₀) / (from₁ − from₀)`, or evenly in the logarithm. The two values of `to` may \
+          be in either order.\n\n\
+          **Advice.** Rock is never the same everywhere: noise from ±1 to a band of erodibilities, spread \
+          logarithmically, makes rivers wind and ridges stand out. A slope remapped to a mask chooses cliffs with a \
+          soft edge.",
+    inputs: &[Input::needs("value", PortType::AnyScalar, "What is remapped.")],
+    outputs: &[Output::chosen("value", port_type, "The remapped values.")],
+    params: Params::specs,
+    cpu: run,
+    example: "value: \"base\", from: (0, 2000), to: (1e-6, 1e-5), quantity: erodibility, spacing: logarithmic",
+    ..Node::DEFAULT
+};
+
+fn port_type(params: &ParamValues) -> PortType {
+    match Params::read(params).quantity {
+        Quantity::Height => PortType::Height,
+        Quantity::Mask => PortType::Mask,
+        Quantity::Scalar => PortType::Scalar(Unit::One),
+        Quantity::Length => PortType::Scalar(Unit::Metres),
+        Quantity::Angle => PortType::Scalar(Unit::Degrees),
+        Quantity::Rate => PortType::Scalar(Unit::MetresPerYear),
+        Quantity::Erodibility => PortType::Scalar(Unit::Erodibility),
+    }
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let ([from0, from1], [to0, to1]) = (params.from, params.to);
+    if from0 == from1 {
+        return Err(NodeError::failed_with_hint(
+            format!("both values of `from` are {from0}, so nothing lies between them"),
+            "give `from` two different values",
+        ));
+    }
+    let logarithmic = params.spacing == Spacing::Logarithmic;
+    if logarithmic && (to0 <= 0.0 || to1 <= 0.0) {
+        return Err(NodeError::failed_with_hint(
+            format!("a logarithmic spacing from {to0} to {to1} does not exist"),
+            "make both values of `to` greater than 0, or choose `spacing: linear`",
+        ));
+    }
+    let is_mask = params.quantity == Quantity::Mask;
+    let (low, high) = (to0.min(to1), to0.max(to1));
+    // In double precision: the ends must come out exactly, and a rate of 1e-12 has neighbours.
+    let map = |x: f32| {
+        let share = (f64::from(x) - from0) / (from1 - from0);
+        let share = if params.clamp { share.clamp(0.0, 1.0) } else { share };
+        let value =
+            if logarithmic { to0 * crate::math::pow(to1 / to0, share) } else { to0 * (1.0 - share) + to1 * share };
+        let value = if params.clamp { value.clamp(low, high) } else { value };
+        let value = if is_mask { value.clamp(0.0, 1.0) } else { value };
+        value.clamp(-f64::from(f32::MAX), f64::from(f32::MAX)) as f32
+    };
+    let mut out = job.field("value")?.samples().to_vec();
+    blocks(job, &mut out, |cells, _| cells.iter_mut().for_each(|cell| *cell = map(*cell)))?;
+    Ok(Outputs::one("value", Field::new(job.window(), out)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{field, run as result, world};
+    use orograph_graph::ParamValue;
+
+    fn remapped(from: [f64; 2], to: [f64; 2], quantity: &'static str, spacing: &'static str, clamp: bool) -> Vec<f32> {
+        let input = field(world(5, 1, 1.0), |x, _| (x - 0.5) * 250.0); // 0, 250, 500, 750, 1000
+        let mut params = ParamValues::defaults(&NODE.specs());
+        params.set("from", ParamValue::Point(from));
+        params.set("to", ParamValue::Point(to));
+        params.set("quantity", ParamValue::Choice(quantity));
+        params.set("spacing", ParamValue::Choice(spacing));
+        params.set("clamp", ParamValue::Bool(clamp));
+        result(&NODE, &params, &[("value", &input)], "value").samples().to_vec()
+    }
+
+    #[test]
+    fn values_are_spread_evenly_and_ends_are_exact() {
+        assert_eq!(remapped([0.0, 1000.0], [10.0, 20.0], "height", "linear", true), [10.0, 12.5, 15.0, 17.5, 20.0]);
+        assert_eq!(remapped([1000.0, 0.0], [10.0, 20.0], "height", "linear", true), [20.0, 17.5, 15.0, 12.5, 10.0]);
+        let spread = remapped([0.0, 1000.0], [1e-6, 1e-2], "erodibility", "logarithmic", true);
+        for (value, expected) in spread.iter().zip([1e-6_f32, 1e-5, 1e-4, 1e-3, 1e-2]) {
+            // the rounding of the logarithm's library, far below a bit of f32 away from the ends
+            assert!((value / expected - 1.0).abs() < 1e-6, "{value} {expected}");
+        }
+    }
+
+    #[test]
+    fn what_lies_beyond_is_kept_or_goes_on() {
+        assert_eq!(remapped([250.0, 750.0], [0.0, 1.0], "scalar", "linear", true), [0.0, 0.0, 0.5, 1.0, 1.0]);
+        assert_eq!(remapped([250.0, 750.0], [0.0, 1.0], "scalar", "linear", false), [-0.5, 0.0, 0.5, 1.0, 1.5]);
+        assert_eq!(remapped([250.0, 750.0], [0.0, 1.0], "mask", "linear", false), [0.0, 0.0, 0.5, 1.0, 1.0]);
+    }
+}
