@@ -37,13 +37,11 @@ fn gamma(linear: f32) -> u8 {
 /// A field as an 8-bit picture: colours as they are, anything else from its least to its largest sample.
 fn picture(field: &Field) -> Vec<u8> {
     let (nx, ny, planes) = (field.window().nx(), field.window().ny(), field.planes());
-    let level = |plane: usize, at: usize| {
-        let (lo, hi) = field.range(plane).expect("a finite field");
-        (255.0 * (field.plane(plane)[at] - lo) / (hi - lo).max(f32::MIN_POSITIVE)).round() as u8
-    };
+    let (lo, hi) = field.range(0).expect("a finite field");
+    let level = |at: usize| (255.0 * (field.plane(0)[at] - lo) / (hi - lo).max(f32::MIN_POSITIVE)).round() as u8;
     let image = image::RgbImage::from_fn(nx as u32, ny as u32, |i, j| {
         let at = j as usize * nx + i as usize;
-        if planes == 3 { image::Rgb([level(0, at), level(1, at), level(2, at)]) } else { image::Rgb([level(0, at); 3]) }
+        if planes == 3 { image::Rgb([0, 1, 2].map(|k| gamma(field.plane(k)[at]))) } else { image::Rgb([level(at); 3]) }
     });
     let mut bytes = std::io::Cursor::new(Vec::new());
     if planes == 3 {

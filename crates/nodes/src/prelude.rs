@@ -2,5 +2,5 @@
 
 pub(crate) use orograph_graph::{
     CurvePoints, Field, FileName, Input, Job, Lane, Node, NodeError, Output, Outputs, ParamValues, PortType, Reach,
-    Report, Resolution, Seed, Unit, Value, Window, choice, params,
+    Report, Resolution, Seed, Unit, Window, choice, params,
 };

@@ -1,6 +1,6 @@
 //! Run-time choice of the SIMD width, with the same bytes at every width.
 //!
-//! A kernel is an ordinary loop over slices, written without branches so that the compiler can vectorise it. [`simd!`]
+//! A kernel is an ordinary loop over slices, written without branches so that the compiler can vectorise it. `simd!`
 //! compiles it once per instruction set and calls the widest that the machine has. Rust never contracts or reorders
 //! floating-point operations, so every version gives the same bits; a test in the workspace's suite compares them.
 

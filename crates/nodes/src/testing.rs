@@ -1,6 +1,6 @@
 //! What the tests of nodes share: small worlds, fields from formulas, runs of a kernel.
 
-use orograph_graph::{Cancel, Fallback, InputValue, Kind, ParamValue, World, check_value};
+use orograph_graph::{Cancel, Fallback, InputValue, Kind, ParamValue, Value, World, check_value};
 
 use crate::{
     prelude::*,

@@ -1,3 +1,5 @@
+//! Tests of Metrics against land whose measures are known.
+
 use orograph_graph::{Boundary, Edge, World};
 
 use super::*;
