@@ -1,8 +1,6 @@
 //! What wears the land down.
 
-mod incision;
 mod repose;
-mod slides;
 pub mod stream_power;
 pub mod thermal;
 

@@ -241,13 +241,84 @@ fn variation_is_around_the_erodibility_and_its_seed_counts() {
     assert!((mean(&varied) / mean(&even) - 1.0).abs() < 0.1, "{} {}", mean(&varied), mean(&even));
 }
 
+fn outputs(changes: &str, fields: &[(&str, &Field)]) -> Result<Outputs, NodeError> {
+    testing::outputs(&NODE, &testing::with_params(&NODE, changes), fields)
+}
+
+fn samples(outputs: &mut Outputs, output: &str) -> Vec<f32> {
+    outputs.take(output).expect("an output").as_field().expect("a field").clone().into_samples()
+}
+
+#[test]
+fn a_reference_rate_is_another_name_of_the_erodibility() {
+    let height = testing::field(testing::world(30, 30, 100.0), |x, y| 100.0 * white(x, y));
+    let map = |value: f32| Field::constant(*height.window(), value);
+    let run = |input: &str, value: f32, changes: &str| {
+        let changes = format!("duration=1e6,time_step=1e5,{changes}");
+        let mut found = outputs(&changes, &[("height", &height), (input, &map(value))]).expect("a result");
+        samples(&mut found, "height")
+    };
+    // K = E / ((1 km²)^m 0.1^n): 1e-3 / 1e3 / 0.1, and 1e-3 / 1e6^0.4 / 0.01.
+    for (k, changes) in [(1e-5, "m=0.5,n=1"), (3.981_071_7e-4, "m=0.4,n=2")] {
+        for (a, b) in run("reference_rate", 1e-3, changes).iter().zip(run("erodibility", k, changes)) {
+            // 1e-3 m: the constants are f32, and differ by up to 1e-7 of the height.
+            assert!((a - b).abs() < 1e-3, "{changes}: {a} {b}");
+        }
+    }
+    let both = outputs("", &[("height", &height), ("reference_rate", &map(1e-3)), ("erodibility", &map(1e-5))]);
+    assert!(both.expect_err("two erodibilities").to_string().contains("both"));
+}
+
+/// Where it rains p(x) the steady slope is (U / K)^(1/n) (∫ p)^(-m/n).
+#[test]
+fn rain_weights_the_drainage_area() {
+    let height = strip(100, |x| 500.0 * white(x, 0.5));
+    let world = height.window().world;
+    let rain = |x: f64| if x < 5000.0 { 3.0 } else { 0.5 };
+    let rain_field = testing::field(world, |x, _| rain(x));
+    let [uplift, erodibility, repose] = [0.001, 1e-5, 90.0].map(|value| Field::constant(*height.window(), value));
+    let fields = [("height", &height), ("uplift", &uplift), ("erodibility", &erodibility), ("repose", &repose)];
+    let changes = format!("{PLAIN},duration=4e7,time_step=1e5");
+    let with = |rain: &Field| outputs(&changes, &[&fields[..], &[("rain", rain)]].concat()).expect("a result");
+    let (mut found, mut area_m2, mut expected) = (with(&rain_field), vec![0.0; 101], vec![0.0; 101]);
+    let mut drained_m2 = 0.0;
+    for cell in 0..100 {
+        drained_m2 += rain(cell as f64 * 100.0 + 50.0) * 1e4;
+        area_m2[cell] = drained_m2;
+    }
+    for cell in (0..100).rev() {
+        expected[cell] = expected[cell + 1] + 100.0 / area_m2[cell].sqrt() * 100.0;
+    }
+    // 1e-6: constants and heights are f32.
+    assert!(largest_relative_error(&samples(&mut found, "height"), &expected) < 1e-6);
+    assert_eq!(samples(&mut found, "area")[99], area_m2[99] as f32);
+    // At the end what the uplift brings is what goes.
+    for rate in &samples(&mut found, "erosion_rate")[..100] {
+        // 1e-6 of the rate: the uplift is f32.
+        assert!((rate - 0.001).abs() < 1e-9, "{rate}");
+    }
+    // Even rain of 4 is twice the erodibility when m is 0.5, whether it is a number or a map.
+    let doubled = Field::constant(*height.window(), 2e-5);
+    let twice =
+        outputs(&changes, &[("height", &height), ("uplift", &uplift), ("erodibility", &doubled), ("repose", &repose)]);
+    let expected = samples(&mut twice.expect("a result"), "height");
+    let four = samples(&mut with(&Field::constant(*height.window(), 4.0)), "height");
+    for (found, expected) in four.iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-3, "{found} {expected}");
+    }
+    let none = samples(&mut with(&Field::constant(*height.window(), -1.0)), "erosion");
+    assert!(none.iter().all(|&erosion| erosion < 1e-6), "without water and a critical area nothing erodes");
+}
+
 #[test]
 fn no_time_changes_nothing() {
     let height = testing::field(testing::world(40, 70, 10.0), |x, y| 1000.0 * white(x, y));
     let case =
         Case { height: &height, uplift: 0.001, erodibility: 1e-5, repose: 5.0, changes: "duration=0".to_owned() };
     assert!(case.height() == height.samples());
-    assert!(case.take("erosion").iter().all(|&erosion| erosion == 0.0));
+    for output in ["erosion", "erosion_rate"] {
+        assert!(case.take(output).iter().all(|&erosion| erosion == 0.0));
+    }
 }
 
 #[test]

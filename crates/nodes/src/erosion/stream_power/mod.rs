@@ -1,0 +1,218 @@
+//! River incision by the stream-power law, in balance with uplift.
+//!
+//! Howard (1994) for the law, Braun and Willett (2013) for the implicit solution along the drainage tree, receivers
+//! first. What differs from the paper: depressions are routed through (Cordonnier, Bovy and Braun 2019), receivers may
+//! be drawn at random between the two neighbours of the steepest facet, the drainage area has a lower limit, and slopes
+//! an upper one, and erodibility may vary at random. Heights are kept in double precision through the whole run, because
+//! the uplift of one step can be less than a height in single precision can hold.
+
+mod area;
+mod incision;
+mod land;
+mod rock;
+mod slides;
+#[cfg(test)]
+mod tests;
+
+use rayon::prelude::*;
+
+use self::{land::Land, rock::DEFAULT_ERODIBILITY};
+use crate::prelude::*;
+
+choice! {
+    /// How the receiver of a cell is chosen.
+    pub enum Receivers {
+        /// At random at each step between the two neighbours of the steepest facet, so that rivers run in every
+        /// direction alike.
+        RhoInfinity = "rho_infinity",
+        /// The neighbour of steepest descent.
+        D8 = "d8",
+    }
+}
+
+params! {
+    /// Time that passes.
+    duration: f64 = 2e6, Years, 0.0..=1e9, soft 0..=10e6;
+    /// Exponent m of the drainage area.
+    m: f64 = 0.5, One, 0.0..=2.0, soft 0.3..=0.7;
+    /// Exponent n of the slope.
+    n: f64 = 1.0, One, 0.1..=5.0, soft 0.7..=2.0;
+    /// Drainage area at which rivers begin; 0 begins them at every cell.
+    ///
+    /// Smaller areas erode as if they were this large, which makes the hillslopes between rivers the same at every
+    /// cell size whose cells are smaller than this.
+    critical_area: f64 = 2e4, SquareMetres, 0.0..=1e12, soft 0..=1e6;
+    /// How much the erodibility differs from cell to cell: the standard deviation of its natural logarithm.
+    ///
+    /// Rock is never the same everywhere, and perfectly even land keeps rivers that follow rows and columns.
+    variation: f64 = 0.3, One, 0.0..=2.0, soft 0..=1;
+    /// How the receiver of a cell is chosen.
+    receivers: Receivers = Receivers::RhoInfinity, One, ..;
+    /// Time step; 0 is a hundredth of the duration.
+    ///
+    /// Any step is stable. Longer ones give rivers less chances to find their way and smear waves of erosion. At most
+    /// 10000 steps are made, longer ones than asked for if need be.
+    time_step: f64 = 0.0, Years, 0.0..=1e9, soft 0..=1e5;
+    /// Seed of the random receivers and of the variation.
+    seed: Seed = Seed(0), Count, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "StreamPower",
+    category: "erosion",
+    summary: "Rivers that cut into rising land until erosion balances uplift.",
+    doc: "The height h of every cell that drains follows\n\n\
+          > ∂h/∂t = U − K Aᵐ Sⁿ\n\n\
+          with U the `uplift`, K the `erodibility`, A the drainage area in m² and S the slope to the cell's receiver, \
+          a plain ratio. All that is eroded leaves the world (detachment-limited erosion). Where uplift and erosion \
+          balance, S = (U / K)^(1/n) A^(−m/n): steep headwaters, gentle rivers, with m/n near 0.5 in real land. \
+          Land rises until it does; a river of length L takes some L / (K Aᵐ) years to answer a change when n is 1, \
+          a few million years in most mountains.\n\n\
+          K has the unit m^(1−2m)/yr, so it must be chosen with m. For m = 0.5 and n = 1 hard rock has 1e-7 to 1e-6, \
+          weak rock 1e-5 to 1e-4 per year. Wire a map to make bands of hard and soft rock. Easier to read is \
+          `reference_rate`, the rate E at which a river that drains 1 km² cuts down where its slope is 10 %, from \
+          0.01 mm/yr in hard to 10 mm/yr in weak rock; with it\n\n\
+          > K = E / ((10⁶ m²)ᵐ 0.1ⁿ)\n\n\
+          whatever m and n are. The default K of 2e-6 is a rate of 0.2 mm/yr. A file gives one of the two.\n\n\
+          `rain` weights the land: A is the discharge divided by the mean rain.\n\n\
+          Each step solves the law implicitly, from the outlets upstream, so it is stable for any time step and never \
+          cuts below the receiver. Water crosses depressions through their lowest pass and incises it; a lake's floor \
+          does not erode until the pass is below it. Cells at sides that are `base` keep their height: the sea, or the \
+          valley that everything drains to. Cells at `open` sides rise with the uplift, and where no neighbour is lower \
+          water leaves there without cutting.\n\n\
+          Where the drainage area is below `critical_area`, erosion is that of this area: these are hillslopes, which \
+          the law is not about. Without it relief grows without limit as cells shrink. It must be larger than a cell; \
+          where it is not, hillslopes are not resolved and the land depends on the cell size. `repose` is the steepest \
+          slope: what is steeper slides and is gone by the end of the step; 90° lets everything stand. `variation` makes \
+          each cell's erodibility differ a little, as rock does. With `critical_area: 0`, `variation: 0`, `repose: 90` \
+          and `receivers: d8` what remains is the law itself.\n\n\
+          Rivers follow what they find. Start from land with some roughness (any noise of a few metres) unless straight \
+          parallel valleys are wanted. Outlines of the network change with the cell size and the seed; the \
+          mean height changes by some 2 % when cells are halved, as long as they are well below the critical area.",
+    sources: &[
+        "A. D. Howard (1994), A detachment-limited model of drainage basin evolution, Water Resources Research 30, \
+         2261-2285",
+        "K. X. Whipple and G. E. Tucker (1999), Dynamics of the stream-power river incision model, Journal of \
+         Geophysical Research 104, 17661-17674",
+        "J. Braun and S. D. Willett (2013), A very efficient O(n), implicit and parallel method to solve the stream \
+         power equation governing fluvial incision and landscape evolution, Geomorphology 180-181, 170-179",
+        "G. Cordonnier, B. Bovy and J. Braun (2019), A versatile, linear complexity algorithm for flow routing in \
+         topographies with depressions, Earth Surface Dynamics 7, 549-562",
+        "E. Rouy and A. Tourin (1992), A viscosity solutions approach to shape-from-shading, SIAM Journal on Numerical \
+         Analysis 29, 867-884",
+        "D. G. Tarboton (1997), A new method for the determination of flow directions and upslope areas in grid \
+         digital elevation models, Water Resources Research 33, 309-319",
+    ],
+    inputs: &[
+        Input::needs("height", PortType::Height, "The land at the start."),
+        Input::number(
+            "uplift",
+            Unit::MetresPerYear,
+            0.0,
+            [-1.0, 1.0],
+            [0.0, 0.005],
+            "Rate at which the land rises, or sinks where it is below 0.",
+        ),
+        Input::number(
+            "erodibility",
+            Unit::Erodibility,
+            DEFAULT_ERODIBILITY,
+            [0.0, 1e3],
+            [0.0, 1e-4],
+            "The coefficient K of the law. Below 0 counts as 0: nothing erodes.",
+        ),
+        Input::number(
+            "reference_rate",
+            Unit::MetresPerYear,
+            0.0,
+            [0.0, 1.0],
+            [0.0, 0.01],
+            "In place of `erodibility`: how fast a river that drains 1 km² cuts down where its slope is 10 %.\n\
+             0 leaves it to `erodibility`; in a map, nothing erodes where it is 0 or below.",
+        ),
+        Input::number(
+            "rain",
+            Unit::One,
+            1.0,
+            [0.0, 1e6],
+            [0.0, 4.0],
+            "Rain as a share of the mean: where it is 2, a cell counts as two in the drainage area. Below 0 counts as 0.",
+        ),
+        Input::number(
+            "repose",
+            Unit::Degrees,
+            35.0,
+            [0.0, 90.0],
+            [20.0, 60.0],
+            "Steepest slope that stands; 90° is without limit.",
+        ),
+    ],
+    outputs: &[
+        Output::gives("height", PortType::Height, "The land at the end."),
+        Output::gives(
+            "area",
+            PortType::Scalar(Unit::SquareMetres),
+            "Drainage area at the end, by steepest descent, weighted by the rain.",
+        ),
+        Output::gives("erosion", PortType::Scalar(Unit::Metres), "Thickness of the rock that was eroded."),
+        Output::gives(
+            "erosion_rate",
+            PortType::Scalar(Unit::MetresPerYear),
+            "How fast the land was worn down during the last time step. It nears the uplift where both balance.",
+        ),
+    ],
+    params: Params::specs,
+    reach: Reach::World,
+    cpu: run,
+    resolution: Resolution::Cells(
+        "the drainage network that forms depends on the cells; the mean height hardly does, as long as cells are well \
+         below the critical area",
+    ),
+    example: "height: \"base\", uplift: 0.001, erodibility: 2e-6, duration: 2e6, m: 0.5, n: 1.2",
+    ..Node::DEFAULT
+};
+
+/// The most steps of a run.
+const MAX_STEPS: f64 = 10_000.0;
+/// A shorter step counts as this long where its rates are told, so that they are finite.
+const SHORTEST_YR: f64 = 1e-30;
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let start = job.field("height")?;
+    let mut land = Land::new(job, &params, start)?;
+    let asked_yr = if params.time_step > 0.0 { params.time_step } else { params.duration / 100.0 };
+    let steps = if params.duration > 0.0 { (params.duration / asked_yr).ceil().min(MAX_STEPS) as u32 } else { 0 };
+    let step_yr = params.duration / f64::from(steps.max(1));
+    let mut before_last = Vec::new();
+    for step in 0..steps {
+        job.advance(step as f32 / (steps + 1) as f32)?;
+        if step + 1 == steps {
+            before_last.clone_from(&land.heights);
+        }
+        land.step(job, step_yr, step)?;
+    }
+    job.advance(steps as f32 / (steps + 1) as f32)?;
+    land.route(job, None)?;
+
+    let uplift = job.lane("uplift");
+    let risen = |cell: usize, span_yr: f64| if land.is_base(cell) { 0.0 } else { f64::from(uplift.at(cell)) * span_yr };
+    let cells = || (0..land.heights.len()).into_par_iter();
+    let height = cells().map(|cell| land.heights[cell] as f32).collect();
+    let area = cells().map(|cell| land.area.m2(cell) as f32).collect();
+    // The heights of many steps add up to rounding errors of the order of 1e-12 m where nothing was eroded.
+    let erosion = cells().map(|cell| {
+        let eroded = f64::from(start.samples()[cell]) + risen(cell, params.duration) - land.heights[cell];
+        eroded.max(0.0) as f32
+    });
+    let rate = cells().map(|cell| {
+        let before = before_last.get(cell).copied().unwrap_or(land.heights[cell]);
+        ((before + risen(cell, step_yr) - land.heights[cell]) / step_yr.max(SHORTEST_YR)) as f32
+    });
+    let field = |samples| Field::new(job.window(), samples);
+    Ok(Outputs::one("height", field(height))
+        .with("area", field(area))
+        .with("erosion", field(erosion.collect()))
+        .with("erosion_rate", field(rate.collect())))
+}
