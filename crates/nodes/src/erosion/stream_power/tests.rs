@@ -280,12 +280,15 @@ fn rain_weights_the_drainage_area() {
     let fields = [("height", &height), ("uplift", &uplift), ("erodibility", &erodibility), ("repose", &repose)];
     let changes = format!("{PLAIN},duration=4e7,time_step=1e5");
     let with = |rain: &Field| outputs(&changes, &[&fields[..], &[("rain", rain)]].concat()).expect("a result");
-    let (mut found, mut area_m2, mut expected) = (with(&rain_field), vec![0.0; 101], vec![0.0; 101]);
+    let mut found = with(&rain_field);
     let mut drained_m2 = 0.0;
-    for cell in 0..100 {
-        drained_m2 += rain(cell as f64 * 100.0 + 50.0) * 1e4;
-        area_m2[cell] = drained_m2;
-    }
+    let area_m2: Vec<f64> = (0..100)
+        .map(|cell| {
+            drained_m2 += rain(f64::from(cell) * 100.0 + 50.0) * 1e4;
+            drained_m2
+        })
+        .collect();
+    let mut expected = vec![0.0; 101];
     for cell in (0..100).rev() {
         expected[cell] = expected[cell + 1] + 100.0 / area_m2[cell].sqrt() * 100.0;
     }
