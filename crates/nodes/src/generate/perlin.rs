@@ -6,7 +6,7 @@
 
 use super::noise::{
     Fractal, Gradients, NOISE_SCALE, Octave,
-    raster::{self, LatticeRows, Line},
+    raster::{self, Line},
 };
 use crate::prelude::*;
 use crate::simd::simd;
@@ -54,6 +54,7 @@ impl Params {
             octaves: self.octaves,
             lacunarity: self.lacunarity,
             gain: self.gain,
+            gradients: self.gradients,
             seed,
         }
     }
@@ -63,7 +64,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let octaves = params.fractal(job.seed()).octaves(job.cell_m());
     let sum = Sum { scales: octaves.iter().map(|octave| scale(octave, params.amplitude)).collect() };
-    let samples = raster::raster(job, params.gradients, &octaves, &sum)?;
+    let samples = raster::raster(job, &octaves, &sum)?;
     Ok(Outputs::one("height", Field::new(job.window(), samples)))
 }
 
@@ -82,26 +83,25 @@ impl raster::Combine for Sum {
         self.scales[octave]
     }
 
-    fn row(&self, octaves: &[LatticeRows], heights: &mut Line) {
+    fn row(&self, octaves: &[Line], heights: &mut Line) {
         sum(octaves, heights);
     }
 }
 
 simd! {
     /// Sums octaves, two at a time to spare loads and stores.
-    fn sum(octaves: &[LatticeRows], heights: &mut Line) {
-        heights.0.fill(0.0);
+    fn sum(octaves: &[Line], heights: &mut Line) {
+        heights.row_mut().fill(0.0);
         let mut pairs = octaves.chunks_exact(2);
         for pair in &mut pairs {
-            let (coarse, fine) = (pair[0].noise(), pair[1].noise());
-            for (i, height) in heights.0.iter_mut().enumerate() {
-                *height = (*height + coarse.at(i)) + fine.at(i);
+            let (coarse, fine) = (pair[0].row(), pair[1].row());
+            for ((height, coarse), fine) in heights.row_mut().iter_mut().zip(coarse).zip(fine) {
+                *height = (*height + coarse) + fine;
             }
         }
         for last in pairs.remainder() {
-            let noise = last.noise();
-            for (i, height) in heights.0.iter_mut().enumerate() {
-                *height += noise.at(i);
+            for (height, noise) in heights.row_mut().iter_mut().zip(last.row()) {
+                *height += noise;
             }
         }
     }
@@ -134,7 +134,7 @@ mod tests {
             for (at, &height) in field.samples().iter().enumerate() {
                 let cell = [37 + (at % 531) as u32, 51 + (at / 531) as u32];
                 let expected = octaves.iter().fold(0.0_f32, |sum, octave| {
-                    sum + reference::sample(octave, params.gradients, scale(octave, params.amplitude), cell)
+                    sum + reference::sample(octave, scale(octave, params.amplitude), cell)
                 });
                 assert_eq!(height.to_bits(), expected.to_bits(), "{cell:?}: {height} {expected}");
             }

@@ -7,7 +7,7 @@
 
 use super::noise::{
     Fractal, Gradients, NOISE_SCALE, Octave,
-    raster::{self, LatticeRows, Line},
+    raster::{self, Line},
 };
 use crate::{math, prelude::*, simd::simd};
 
@@ -63,6 +63,7 @@ impl Params {
             octaves: self.octaves,
             lacunarity: self.lacunarity,
             gain: self.gain,
+            gradients: self.gradients,
             seed,
         }
     }
@@ -73,7 +74,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let fractal = params.fractal(job.seed());
     let octaves = fractal.octaves(job.cell_m());
     let ridges = Ridges::new(&params, &fractal, &octaves);
-    let samples = raster::raster(job, params.gradients, &octaves, &ridges)?;
+    let samples = raster::raster(job, &octaves, &ridges)?;
     Ok(Outputs::one("height", Field::new(job.window(), samples)))
 }
 
@@ -126,7 +127,7 @@ impl raster::Combine for Ridges {
         NOISE_SCALE
     }
 
-    fn row(&self, octaves: &[LatticeRows], heights: &mut Line) {
+    fn row(&self, octaves: &[Line], heights: &mut Line) {
         if self.crest.exponent == 2.0 {
             squared(octaves, self, heights);
         } else {
@@ -151,32 +152,31 @@ fn step<const SQUARED: bool>(noise: f32, weight: &mut f32, height: &mut f32, cre
 
 /// The recursion over octaves along a row.
 #[inline(always)]
-fn recursion<const SQUARED: bool>(octaves: &[LatticeRows], ridges: &Ridges, heights: &mut Line) {
+fn recursion<const SQUARED: bool>(octaves: &[Line], ridges: &Ridges, heights: &mut Line) {
     let mut weights = Line::filled(1.0);
-    heights.0.fill(0.0);
+    heights.row_mut().fill(0.0);
     let crest = ridges.crest;
-    for (octave, layer) in octaves.iter().zip(&ridges.layers) {
-        let (noise, layer) = (octave.noise(), *layer);
-        for (i, (height, weight)) in heights.0.iter_mut().zip(&mut weights.0).enumerate() {
-            step::<SQUARED>(noise.at(i), weight, height, &crest, &layer);
+    for (octave, &layer) in octaves.iter().zip(&ridges.layers) {
+        for ((height, weight), &noise) in heights.row_mut().iter_mut().zip(weights.row_mut()).zip(octave.row()) {
+            step::<SQUARED>(noise, weight, height, &crest, &layer);
         }
     }
     let tail = ridges.tail;
-    for (height, weight) in heights.0.iter_mut().zip(&weights.0) {
+    for (height, weight) in heights.row_mut().iter_mut().zip(weights.row()) {
         *height += tail.at(*weight);
     }
 }
 
 simd! {
     /// A row of exponent 2.
-    fn squared(octaves: &[LatticeRows], ridges: &Ridges, heights: &mut Line) {
+    fn squared(octaves: &[Line], ridges: &Ridges, heights: &mut Line) {
         recursion::<true>(octaves, ridges, heights);
     }
 }
 
 simd! {
     /// A row of any exponent.
-    fn power(octaves: &[LatticeRows], ridges: &Ridges, heights: &mut Line) {
+    fn power(octaves: &[Line], ridges: &Ridges, heights: &mut Line) {
         recursion::<false>(octaves, ridges, heights);
     }
 }
@@ -202,7 +202,7 @@ mod tests {
                 let cell = [37 + (at % 300) as u32, 51 + (at / 300) as u32];
                 let (mut weight, mut height) = (1.0, [0.0]);
                 for (octave, layer) in octaves.iter().zip(&ridges.layers) {
-                    let noise = reference::sample(octave, params.gradients, NOISE_SCALE, cell);
+                    let noise = reference::sample(octave, NOISE_SCALE, cell);
                     let step = if params.exponent == 2.0 { step::<true> } else { step::<false> };
                     step(noise, &mut weight, &mut height[0], &ridges.crest, layer);
                 }

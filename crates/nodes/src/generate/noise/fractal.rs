@@ -2,7 +2,7 @@
 
 use orograph_graph::mix;
 
-use super::lattice::Axis;
+use super::{Gradients, lattice::Lattice};
 
 /// A fractal sum as it is asked for, in world terms.
 #[derive(Clone, Copy, Debug)]
@@ -15,6 +15,8 @@ pub(crate) struct Fractal {
     pub lacunarity: f64,
     /// Ratio of each octave's amplitude to that of the one before.
     pub gain: f64,
+    /// Directions of the gradients.
+    pub gradients: Gradients,
     /// Seed of the run.
     pub seed: u32,
 }
@@ -22,8 +24,10 @@ pub(crate) struct Fractal {
 /// One octave on a raster.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Octave {
-    /// Positions along x and y.
-    pub axes: [Axis; 2],
+    /// Positions in its lattice.
+    pub lattice: Lattice,
+    /// Directions of its gradients.
+    pub gradients: Gradients,
     /// Seed of its gradients.
     pub seed: u32,
     /// Wavelength in cells.
@@ -45,13 +49,15 @@ impl Fractal {
         let wavelengths = std::iter::successors(Some(self.wavelength_m), |w| Some(w / self.lacunarity));
         self.amplitudes()
             .zip(wavelengths)
+            .zip(self.gradients.turns())
             .zip(0..)
-            .map(|((amplitude, wavelength_m), k)| {
+            .map(|(((amplitude, wavelength_m), turn), k)| {
                 let seed = mix(self.seed.wrapping_add(k));
                 let shift = [mix(seed ^ 0x9e37_79b9), mix(seed ^ 0x3c6e_f372)];
                 let wavelength_cells = wavelength_m / cell_m;
                 Octave {
-                    axes: shift.map(|shift| Axis::new(cell_m, wavelength_m, shift)),
+                    lattice: Lattice::new(cell_m, wavelength_m, turn, shift),
+                    gradients: self.gradients,
                     seed,
                     wavelength_cells,
                     share: amplitude / total,
@@ -80,7 +86,8 @@ fn smoothstep(from: f64, to: f64, x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const FRACTAL: Fractal = Fractal { wavelength_m: 4000.0, octaves: 16, lacunarity: 2.0, gain: 0.5, seed: 7 };
+    const FRACTAL: Fractal =
+        Fractal { wavelength_m: 4000.0, octaves: 16, lacunarity: 2.0, gain: 0.5, gradients: Gradients::Even, seed: 7 };
 
     #[test]
     fn the_raster_decides_how_many_octaves_there_are_and_nothing_else() {

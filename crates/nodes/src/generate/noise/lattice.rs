@@ -67,6 +67,22 @@ impl Gradients {
             Self::Classic => &CLASSIC,
         }
     }
+
+    /// By how much the lattices of octaves are turned, from coarse to fine, as `[cos, sin]`: multiples of 36.87°, whose
+    /// sine is 3/5, less right angles, which leave a square lattice as it is. Their quadruples, which tell how the
+    /// lattice's own fourfold pattern lies, are 147.5° apart, so that octaves that follow each other all but undo what
+    /// they prefer. `Classic` lattices are not turned.
+    pub(super) fn turns(self) -> impl Iterator<Item = [f64; 2]> {
+        let turn = move |&[cos, sin]: &[f64; 2]| {
+            let [c, s] = match self {
+                Self::Even => [0.8 * cos - 0.6 * sin, 0.6 * cos + 0.8 * sin],
+                Self::Classic => [cos, sin],
+            };
+            Some(if c < 0.0 { [s, -c] } else { [c, s] })
+        };
+        let first = turn(&[1.0, 0.0]);
+        std::iter::successors(first, turn)
+    }
 }
 
 /// The part of the hash that is the same along a lattice row.
@@ -87,41 +103,45 @@ pub(super) fn gradient(table: &[[f32; 2]; 32], hash: u32) -> [f32; 2] {
     table[(hash >> 27) as usize]
 }
 
-/// The quintic fade 6t⁵ − 15t⁴ + 10t³: first and second derivatives are zero at 0 and 1.
+/// A fraction of 2⁻³² units to 24 bits, exactly.
 #[inline(always)]
-pub(super) fn fade(t: f32) -> f32 {
-    t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
+pub(super) fn fraction(units: u32) -> f32 {
+    (units >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
-/// Positions of cell centres along one axis of an octave's lattice, in units of its wavelength, as 32.32 fixed-point
-/// numbers: the whole part names the lattice cell, the rest is the exact fraction within it.
+/// Positions of cell centres in an octave's lattice, in units of its wavelength, as 32.32 fixed-point numbers: the whole
+/// part names the lattice cell, the rest is the exact fraction within it. They are linear in the world's cell indices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Axis {
-    pub(super) base: i64,
-    pub(super) step: i64,
+pub(crate) struct Lattice {
+    pub(super) base: [i64; 2],
+    /// Steps from column to column, never negative and less than one half.
+    pub(super) along: [i64; 2],
+    /// Steps from row to row.
+    pub(super) across: [i64; 2],
 }
 
-impl Axis {
-    /// The positions of an axis with cells of `cell_m` metres, a lattice of `wavelength_m` metres and a shift of
-    /// `shift / 2³²` wavelengths.
-    pub(super) fn new(cell_m: f64, wavelength_m: f64, shift: u32) -> Self {
+impl Lattice {
+    /// A lattice of `wavelength_m` metres under cells of `cell_m` metres, turned by the angle of the unit vector
+    /// `[cos, sin]`, neither of which is negative, and shifted by `shift / 2³²` wavelengths.
+    pub(super) fn new(cell_m: f64, wavelength_m: f64, [cos, sin]: [f64; 2], shift: [u32; 2]) -> Self {
         const ONE: f64 = 4_294_967_296.0;
-        let step = (ONE * (cell_m / wavelength_m)).round() as i64;
-        Self { base: step / 2 + i64::from(shift), step }
+        let step = |part: f64| (ONE * (part * (cell_m / wavelength_m))).round() as i64;
+        let (along, across) = ([step(cos), step(sin)], [step(-sin), step(cos)]);
+        let base = std::array::from_fn(|axis| (along[axis] + across[axis]) / 2 + i64::from(shift[axis]));
+        Self { base, along, across }
     }
 
-    /// The lattice cell and the fraction within it, 0 to below 1 in steps of 2⁻²⁴, of the centre of a cell of the
-    /// world.
+    /// The position of the centre of a cell of the world.
     #[inline(always)]
-    pub(super) fn at(self, index: u32) -> (i32, f32) {
-        let position = self.base + i64::from(index) * self.step;
-        ((position >> 32) as i32, self.fraction(index))
+    pub(super) fn at(&self, [column, row]: [u32; 2]) -> [i64; 2] {
+        std::array::from_fn(|axis| {
+            self.base[axis] + i64::from(column) * self.along[axis] + i64::from(row) * self.across[axis]
+        })
     }
 
-    /// The fraction alone, which needs the low halves of the numbers only.
+    /// Steps from column to column in wavelengths.
     #[inline(always)]
-    pub(super) fn fraction(self, index: u32) -> f32 {
-        let position = (self.base as u32).wrapping_add(index.wrapping_mul(self.step as u32));
-        (position >> 8) as f32 * (1.0 / 16_777_216.0)
+    pub(super) fn steps(&self) -> [f32; 2] {
+        self.along.map(|step| step as f32 * (1.0 / 4_294_967_296.0))
     }
 }

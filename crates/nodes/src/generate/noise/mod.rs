@@ -6,16 +6,17 @@
 //! positions are fixed-point numbers of 32.32 bits built from cell indices, so that a tile has the bits of the whole
 //! and the fraction is as exact 1000 km from the origin as at it.
 //!
-//! Octaves are decorrelated by a hashed seed and a hashed shift of the lattice each, never by a rotation. With lattice
-//! rows along raster rows, everything that depends on the column alone is computed once per lattice row (see `raster`);
-//! a turned lattice needs hashes, gradients, fades and four dot products per sample, several times the work. With 32
-//! directions the aspects of a fractal sum are even all the same: a test measures their fourfold and eightfold harmonics.
+//! The lattice of each octave is turned, shifted and seeded on its own. A square lattice shows: noise is zero at its points
+//! and its spectrum has a fourfold pattern, so that octaves whose lattices lie alike leave creases along rows, columns
+//! and diagonals; a test measures the spectrum by direction. A turned lattice is crossed by a raster row in runs of
+//! samples of one lattice cell, for which the work about corners is done once (see `runs`).
 
 mod fractal;
 mod lattice;
 pub(crate) mod raster;
 #[cfg(test)]
 pub(crate) mod reference;
+mod runs;
 #[cfg(test)]
 pub(crate) mod spectrum;
 
@@ -27,9 +28,10 @@ pub(crate) use lattice::NOISE_SCALE;
 choice! {
     /// The directions that gradients are drawn from.
     pub enum Gradients {
-        /// 32 directions, 11.25° apart and none along the axes: no preferred direction.
+        /// 32 directions, 11.25° apart, on lattices turned from octave to octave: no preferred direction.
         Even = "even",
-        /// 8 directions, 45° apart, the axes among them: the classic look, with features along axes and diagonals.
+        /// 8 directions, 45° apart, the axes among them, on lattices along the axes: the classic look, with features along
+        /// axes and diagonals.
         Classic = "classic",
     }
 }

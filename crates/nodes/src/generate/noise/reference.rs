@@ -1,24 +1,28 @@
-//! One sample at a time: the reference that the row-coherent evaluation must equal to the last bit.
+//! One sample at a time: the reference that the evaluation by runs must equal to the last bit.
 
 use super::{
-    Gradients, Octave,
-    lattice::{fade, gradient, hash, hash_row},
+    Octave,
+    lattice::{fraction, gradient, hash, hash_row},
+    runs::{STRIP, Terms},
 };
 
 /// Gradient noise of one octave at a cell of the world, times `scale`, in the order of operations that defines it.
-pub(crate) fn sample(octave: &Octave, gradients: Gradients, scale: f32, [x, y]: [u32; 2]) -> f32 {
-    let ((column, s), (row, t)) = (octave.axes[0].at(x), octave.axes[1].at(y));
-    let (u, v) = (fade(s), fade(t));
-    let [[p0, q0], [p1, q1]] = [row, row + 1].map(|row| {
-        let [[x0, y0], [x1, y1]] = [column, column + 1].map(|column| {
-            let [x, y] = gradient(gradients.table(), hash(column, hash_row(row, octave.seed)));
-            [x * scale, y * scale]
-        });
-        let (left, right) = (x0 * s, x1 * (s - 1.0));
-        [left + u * (right - left), y0 + u * (y1 - y0)]
-    });
-    let (e, f) = ((p1 - q1) - p0, q1 - q0);
-    p0 + t * q0 + v * (e + t * f)
+pub(crate) fn sample(octave: &Octave, scale: f32, [x, y]: [u32; 2]) -> f32 {
+    let lattice = octave.lattice;
+    let cell = |x: u32| lattice.at([x, y]).map(|position| (position >> 32) as i32);
+    let mut start = x;
+    while start % STRIP as u32 > 0 && cell(start - 1) == cell(x) {
+        start -= 1;
+    }
+    let place = lattice.at([start, y]).map(|position| fraction(position as u32));
+    let terms = Terms::new(corners(octave, cell(x)).map(|g| g.map(|g| g * scale)), place, lattice.steps());
+    terms.at((x - start) as f32, lattice.steps())
+}
+
+/// The gradients at the corners (0, 0), (1, 0), (0, 1) and (1, 1) of a lattice cell.
+fn corners(octave: &Octave, [column, row]: [i32; 2]) -> [[f32; 2]; 4] {
+    [(0, 0), (1, 0), (0, 1), (1, 1)]
+        .map(|(i, j)| gradient(octave.gradients.table(), hash(column + i, hash_row(row + j, octave.seed))))
 }
 
 /// Gradient noise and its gradient in units of the wavelength, in double precision, as textbooks write it: the dot
@@ -41,33 +45,30 @@ pub(crate) fn textbook(gradients: [[f64; 2]; 4], [s, t]: [f64; 2]) -> (f64, [f64
 
 #[cfg(test)]
 mod tests {
-    use super::{super::lattice::Axis, *};
-    use crate::generate::noise::{Fractal, NOISE_SCALE};
+    use super::{super::lattice::Lattice, *};
+    use crate::generate::noise::{Fractal, Gradients, NOISE_SCALE};
 
-    const FRACTAL: Fractal = Fractal { wavelength_m: 100.0, octaves: 1, lacunarity: 2.0, gain: 0.5, seed: 11 };
+    const FRACTAL: Fractal =
+        Fractal { wavelength_m: 100.0, octaves: 1, lacunarity: 2.0, gain: 0.5, gradients: Gradients::Even, seed: 11 };
 
-    /// An octave of 64 cells a wavelength without a shift: every 64th cell is a lattice point.
+    /// An octave of 64 cells a wavelength without a turn or a shift: every 64th cell is a lattice point.
     fn octave() -> Octave {
-        let axis = Axis { base: 0, step: 1 << 26 };
-        Octave { axes: [axis; 2], ..FRACTAL.octaves(1.0)[0] }
+        let lattice = Lattice { base: [0; 2], along: [1 << 26, 0], across: [0, 1 << 26] };
+        Octave { lattice, ..FRACTAL.octaves(1.0)[0] }
     }
 
-    fn corners(octave: &Octave, column: i32, row: i32) -> [[f64; 2]; 4] {
-        [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| {
-            let hash = hash(column + i, hash_row(row + j, octave.seed));
-            gradient(Gradients::Even.table(), hash).map(f64::from)
-        })
+    fn corners(octave: &Octave, cell: [i32; 2]) -> [[f64; 2]; 4] {
+        super::corners(octave, cell).map(|g| g.map(f64::from))
     }
 
     #[test]
     fn noise_is_zero_at_lattice_points_and_within_one() {
         let octave = octave();
         for (i, j) in (0..9).flat_map(|i| (0..9).map(move |j| (i, j))) {
-            assert_eq!(sample(&octave, Gradients::Even, 1.0, [64 * i, 64 * j]), 0.0);
+            assert_eq!(sample(&octave, 1.0, [64 * i, 64 * j]), 0.0);
         }
-        let extreme = (0..512 * 512)
-            .map(|k| sample(&octave, Gradients::Even, NOISE_SCALE, [k % 512, k / 512]).abs())
-            .fold(0.0, f32::max);
+        let extreme =
+            (0..512 * 512).map(|k| sample(&octave, NOISE_SCALE, [k % 512, k / 512]).abs()).fold(0.0, f32::max);
         assert!(extreme > 0.5 && extreme <= 1.0 + 1e-6, "{extreme}");
     }
 
@@ -75,13 +76,15 @@ mod tests {
     /// 6e-8 of terms below 1.
     #[test]
     fn the_factored_form_is_gradient_noise() {
-        let octave = octave();
-        for k in 0..256 * 256_u32 {
-            let [x, y] = [k % 256, k / 256];
-            let place = [f64::from(x % 64) / 64.0, f64::from(y % 64) / 64.0];
-            let (expected, _) = textbook(corners(&octave, (x / 64) as i32, (y / 64) as i32), place);
-            let got = f64::from(sample(&octave, Gradients::Even, 1.0, [x, y]));
-            assert!((got - expected).abs() < 6e-7, "({x}, {y}): {got} {expected}");
+        for octave in [octave(), FRACTAL.octaves(1.0)[0], FRACTAL.octaves(30.0)[0]] {
+            for k in 0..256 * 256_u32 {
+                let cell = [k % 256, k / 256];
+                let position = octave.lattice.at(cell);
+                let place = position.map(|p| f64::from(p as u32) / 4_294_967_296.0);
+                let (expected, _) = textbook(corners(&octave, position.map(|p| (p >> 32) as i32)), place);
+                let got = f64::from(sample(&octave, 1.0, cell));
+                assert!((got - expected).abs() < 6e-7, "{cell:?}: {got} {expected}");
+            }
         }
     }
 
@@ -91,7 +94,7 @@ mod tests {
     fn differences_agree_with_the_gradient_across_lattice_lines() {
         let octave = octave();
         let at = |x: f64, y: f64| {
-            let corners = corners(&octave, x.floor() as i32, y.floor() as i32);
+            let corners = corners(&octave, [x.floor() as i32, y.floor() as i32]);
             textbook(corners, [x - x.floor(), y - y.floor()])
         };
         let h = 1e-3;
