@@ -124,6 +124,22 @@ pub(crate) fn run_in(threads: usize, node: &Node, params: &ParamValues, fields: 
     pool.install(|| outputs(node, params, fields)).expect("a result")
 }
 
+/// Power by direction of the waves of 4 to 8 cells on land of 512 x 512 cells, the mean of four seeds; see
+/// [`crate::generate::noise::spectrum::by_direction`].
+pub(crate) fn power_by_direction(node: &'static Node, changes: &str) -> [f64; 10] {
+    let mut mean = [0.0; 10];
+    for seed in 0..4 {
+        let field = generate(
+            Window::whole(world(512, 512, 1.0)),
+            node,
+            &format!("wavelength=128,octaves=10,seed={seed},{changes}"),
+        );
+        let powers = crate::generate::noise::spectrum::by_direction(field.samples(), 512, 4.0, 8.0);
+        mean.iter_mut().zip(powers).for_each(|(mean, power)| *mean += power / 4.0);
+    }
+    mean
+}
+
 /// Asserts that a result is the same at every SIMD level of this machine.
 pub(crate) fn at_every_level<T: PartialEq + std::fmt::Debug>(result: impl Fn() -> T) {
     let widest = result();

@@ -20,7 +20,7 @@ params! {
     lacunarity: f64 = 2.0, One, 1.1..=8.0, soft 1.7..=3.0;
     /// Ratio of the amplitude of an octave to that of the one before: how rough the land is.
     gain: f64 = 0.5, One, 0.0..=1.0, soft 0.3..=0.7;
-    /// Largest height above and depth below zero; the standard deviation is about 0.18 of it at the defaults.
+    /// Largest height above and depth below zero; the standard deviation is about 0.15 of it at the defaults.
     amplitude: f64 = 1000.0, Metres, 0.0..=1e6, soft 0..=4000;
     /// Directions of the gradients.
     gradients: Gradients = Gradients::Even, One, ..;
@@ -151,8 +151,9 @@ mod tests {
         }
     }
 
-    /// The variance of an octave in closed form: with independent gradients of variance ½ a component, four corners of
-    /// weight w = (1 − q(s)) (1 − q(t)), and the factor √2 on the noise, it is 8 ∫(1 − q)² ds ∫(1 − q)² s² ds.
+    /// The variance of an octave in closed form: with independent gradients of variance ½ a component, independent values
+    /// of variance 1/12 and four corners of weight w = (1 − q(s)) (1 − q(t)) it is the square of the factor on the noise
+    /// times 4 ∫(1 − q)² ds (∫(1 − q)² s² ds + ∫(1 − q)² ds / 12).
     #[test]
     fn an_octave_has_its_standard_deviation() {
         let n = 10_000;
@@ -165,8 +166,8 @@ mod tests {
                 })
                 .sum::<f64>()
         };
-        let closed = (8.0 * moment(0.0) * moment(2.0)).sqrt();
-        assert!((closed - 0.305).abs() < 5e-4, "{closed}");
+        let closed = f64::from(NOISE_SCALE) * (4.0 * moment(0.0) * (moment(2.0) + moment(0.0) / 12.0)).sqrt();
+        assert!((closed - 0.259).abs() < 5e-4, "{closed}");
         let window = Window::whole(world(2048, 2048, 10.0));
         // Some 36 000 lattice cells: the deviation of the estimate is about 0.4 %.
         let (mean, std) =
@@ -179,7 +180,7 @@ mod tests {
     fn the_sum_has_the_deviation_the_manual_states() {
         let window = Window::whole(world(2048, 2048, 10.0));
         let (_, std) = moments(generate(window, &NODE, "wavelength=400,octaves=4,amplitude=1").samples());
-        let expected = 0.305 * ((1.0 - 1.0 / 256.0) / 0.75_f64).sqrt() / 1.875;
+        let expected = 0.259 * ((1.0 - 1.0 / 256.0) / 0.75_f64).sqrt() / 1.875;
         assert!((std / expected - 1.0).abs() < 0.03, "{std} {expected}"); // 2600 hills
     }
 
@@ -194,7 +195,7 @@ mod tests {
             let (coarse, fine) = (block_means(&coarse, 8), block_means(&fine, 16));
             let difference: Vec<f32> = coarse.iter().zip(&fine).map(|(a, b)| a - b).collect();
             let (offset, rms) = moments(&difference);
-            assert!(rms < 0.02 * std && offset.abs() < 0.002 * std, "{changes}: {rms} {offset} of {std}");
+            assert!(rms < 0.03 * std && offset.abs() < 0.003 * std, "{changes}: {rms} {offset} of {std}");
         }
     }
 
@@ -231,6 +232,16 @@ mod tests {
                 let harmonic = math::hypot(sum[0], sum[1]) / (948.0 * 948.0);
                 assert!(harmonic < 0.02, "{changes}: {harmonic} of {fold}");
             }
+        }
+    }
+
+    /// The power of the finest octaves is the same in every direction: the mean of four seeds in ten bins of 9° is within
+    /// 10 %. Lattices that are not turned prefer axes over diagonals by 45 %; chance alone gives 2 %.
+    #[test]
+    fn the_spectrum_is_the_same_in_every_direction() {
+        for changes in ["lacunarity=2", "lacunarity=2.3", "lacunarity=1.9"] {
+            let powers = crate::testing::power_by_direction(&NODE, changes);
+            assert!(powers.iter().all(|p| (p - 1.0).abs() < 0.1), "{changes}: {powers:?}");
         }
     }
 

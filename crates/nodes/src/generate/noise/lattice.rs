@@ -4,8 +4,8 @@ use orograph_graph::mix;
 
 use super::Gradients;
 
-/// Factor that brings gradient noise of unit gradients, whose extremes are ±√½, to ±1.
-pub(crate) const NOISE_SCALE: f32 = std::f32::consts::SQRT_2;
+/// Factor that brings noise of unit gradients and of values within ±½, whose extremes are ±(√½ + ½), to ±1.
+pub(crate) const NOISE_SCALE: f32 = 0.828_427_1;
 
 /// The unit vectors at (k + ½) · 11.25° in the first quadrant.
 const QUADRANT: [[f32; 2]; 8] = [
@@ -101,6 +101,12 @@ pub(super) fn hash(column: i32, row_hash: u32) -> u32 {
 #[inline(always)]
 pub(super) fn gradient(table: &[[f32; 2]; 32], hash: u32) -> [f32; 2] {
     table[(hash >> 27) as usize]
+}
+
+/// The value at a lattice point, from −½ to below ½ evenly: the 24 lowest bits of its hash.
+#[inline(always)]
+pub(super) fn value(hash: u32) -> f32 {
+    (hash & 0xff_ffff) as f32 * (1.0 / 16_777_216.0) - 0.5
 }
 
 /// A fraction of 2⁻³² units to 24 bits, exactly.

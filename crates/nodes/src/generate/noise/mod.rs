@@ -6,10 +6,14 @@
 //! positions are fixed-point numbers of 32.32 bits built from cell indices, so that a tile has the bits of the whole
 //! and the fraction is as exact 1000 km from the origin as at it.
 //!
-//! The lattice of each octave is turned, shifted and seeded on its own. A square lattice shows: noise is zero at its points
-//! and its spectrum has a fourfold pattern, so that octaves whose lattices lie alike leave creases along rows, columns
-//! and diagonals; a test measures the spectrum by direction. A turned lattice is crossed by a raster row in runs of
-//! samples of one lattice cell, for which the work about corners is done once (see `runs`).
+//! The lattice of each octave is turned, shifted and seeded on its own. A square lattice has a fourfold pattern in its
+//! spectrum, so octaves whose lattices lie alike leave creases along rows, columns and diagonals. And pure gradient noise
+//! is zero at all lattice points, so that the crests of ridged land meet in a regular grid: here a lattice point has a
+//! value of its own too, evenly drawn from −½ to ½. That is the one width for which the variance is the same at lattice
+//! points, σ², and at the centres of cells, 1/16 + σ²/4. Tests measure the power by direction.
+//!
+//! A raster row crosses a turned lattice in runs of samples of one lattice cell, for which the work about corners is done
+//! once (see `runs`).
 
 mod fractal;
 mod lattice;

@@ -2,7 +2,7 @@
 
 use super::{
     Octave,
-    lattice::{fraction, gradient, hash, hash_row},
+    lattice::{fraction, gradient, hash, hash_row, value},
     runs::{STRIP, Terms},
 };
 
@@ -19,19 +19,23 @@ pub(crate) fn sample(octave: &Octave, scale: f32, [x, y]: [u32; 2]) -> f32 {
     terms.at((x - start) as f32, lattice.steps())
 }
 
-/// The gradients at the corners (0, 0), (1, 0), (0, 1) and (1, 1) of a lattice cell.
-fn corners(octave: &Octave, [column, row]: [i32; 2]) -> [[f32; 2]; 4] {
-    [(0, 0), (1, 0), (0, 1), (1, 1)]
-        .map(|(i, j)| gradient(octave.gradients.table(), hash(column + i, hash_row(row + j, octave.seed))))
+/// The gradients and values at the corners (0, 0), (1, 0), (0, 1) and (1, 1) of a lattice cell.
+fn corners(octave: &Octave, [column, row]: [i32; 2]) -> [[f32; 3]; 4] {
+    [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| {
+        let hash = hash(column + i, hash_row(row + j, octave.seed));
+        let [x, y] = gradient(octave.gradients.table(), hash);
+        [x, y, value(hash)]
+    })
 }
 
 /// Gradient noise and its gradient in units of the wavelength, in double precision, as textbooks write it: the dot
-/// products at the four corners, interpolated. `gradients` are those at (0, 0), (1, 0), (0, 1) and (1, 1).
-pub(crate) fn textbook(gradients: [[f64; 2]; 4], [s, t]: [f64; 2]) -> (f64, [f64; 2]) {
+/// products at the four corners plus their values, interpolated. `corners` are the gradients and values at (0, 0), (1, 0),
+/// (0, 1) and (1, 1).
+pub(crate) fn textbook(corners: [[f64; 3]; 4], [s, t]: [f64; 2]) -> (f64, [f64; 2]) {
     let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
     let slope = |t: f64| 30.0 * t * t * (t - 1.0) * (t - 1.0);
-    let [g00, g10, g01, g11] = gradients;
-    let dot = |g: [f64; 2], x: f64, y: f64| g[0] * x + g[1] * y;
+    let [g00, g10, g01, g11] = corners;
+    let dot = |g: [f64; 3], x: f64, y: f64| g[0] * x + g[1] * y + g[2];
     let (a, b, c, d) = (dot(g00, s, t), dot(g10, s - 1.0, t), dot(g01, s, t - 1.0), dot(g11, s - 1.0, t - 1.0));
     let (u, v) = (fade(s), fade(t));
     let cross = a - b - c + d;
@@ -57,15 +61,18 @@ mod tests {
         Octave { lattice, ..FRACTAL.octaves(1.0)[0] }
     }
 
-    fn corners(octave: &Octave, cell: [i32; 2]) -> [[f64; 2]; 4] {
+    fn corners(octave: &Octave, cell: [i32; 2]) -> [[f64; 3]; 4] {
         super::corners(octave, cell).map(|g| g.map(f64::from))
     }
 
+    /// At lattice points the noise is their value, to two roundings; a long look comes near the largest there can be.
     #[test]
-    fn noise_is_zero_at_lattice_points_and_within_one() {
+    fn noise_has_its_values_at_lattice_points_and_is_within_one() {
         let octave = octave();
         for (i, j) in (0..9).flat_map(|i| (0..9).map(move |j| (i, j))) {
-            assert_eq!(sample(&octave, 1.0, [64 * i, 64 * j]), 0.0);
+            let value = corners(&octave, [i as i32, j as i32])[0][2];
+            let noise = f64::from(sample(&octave, 1.0, [64 * i, 64 * j]));
+            assert!((noise - value).abs() < 3e-7, "{noise} {value}");
         }
         let extreme =
             (0..512 * 512).map(|k| sample(&octave, NOISE_SCALE, [k % 512, k / 512]).abs()).fold(0.0, f32::max);

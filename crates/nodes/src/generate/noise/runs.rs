@@ -2,7 +2,7 @@
 //!
 //! A raster row crosses a turned lattice in runs of samples that share a lattice cell. Within a run everything about the
 //! corners is a linear function of the sample's number. With σ and τ the place in the cell from its centre, a, b, c and d
-//! the dot products at the corners (0, 0), (1, 0), (0, 1) and (1, 1), and U = q(σ + ½) − ½ the odd part of the fade,
+//! the values plus the dot products at the corners (0, 0), (1, 0), (0, 1) and (1, 1), and U = q(σ + ½) − ½ the odd part of the fade,
 //! gradient noise is `M + U(σ) B + U(τ) (C + U(σ) D)` with the mean `M = (a + b + c + d) / 4` and the differences
 //! `B = (b + d − a − c) / 2`, `C = (c + d − a − b) / 2`, `D = a + d − b − c`. σ, τ, M, B, C and D are linear, so a run
 //! needs ten numbers, which are computed once, many runs at a time in vector lanes, and a sample then some thirty sums
@@ -13,7 +13,7 @@
 
 use super::{
     Octave,
-    lattice::{fraction, gradient, hash, hash_row},
+    lattice::{fraction, gradient, hash, hash_row, value},
 };
 use crate::simd::simd;
 
@@ -68,14 +68,15 @@ pub(super) struct Terms {
 }
 
 impl Terms {
-    /// From the gradients at the corners (0, 0), (1, 0), (0, 1) and (1, 1), the fractions of the first sample and the
+    /// From the gradients and values at the corners (0, 0), (1, 0), (0, 1) and (1, 1), the fractions of the first sample and the
     /// steps from sample to sample, both in lattice cells.
     #[inline(always)]
-    pub fn new(corners: [[f32; 2]; 4], [s, t]: [f32; 2], [ds, dt]: [f32; 2]) -> Self {
+    pub fn new(corners: [[f32; 3]; 4], [s, t]: [f32; 2], [ds, dt]: [f32; 2]) -> Self {
         let [g00, g10, g01, g11] = corners;
-        let dot = |[x, y]: [f32; 2], s: f32, t: f32| x * s + y * t;
-        let at =
-            Self::differences(dot(g00, s, t), dot(g10, s - 1.0, t), dot(g01, s, t - 1.0), dot(g11, s - 1.0, t - 1.0));
+        let dot = |[x, y, _]: [f32; 3], s: f32, t: f32| x * s + y * t;
+        let near = |corner: [f32; 3], s: f32, t: f32| corner[2] + dot(corner, s, t);
+        let (s1, t1) = (s - 1.0, t - 1.0);
+        let at = Self::differences(near(g00, s, t), near(g10, s1, t), near(g01, s, t1), near(g11, s1, t1));
         let step = Self::differences(dot(g00, ds, dt), dot(g10, ds, dt), dot(g01, ds, dt), dot(g11, ds, dt));
         Self {
             place: [s - 0.5, t - 0.5],
@@ -268,7 +269,7 @@ simd! {
                 }
             }
             for lane in 0..LANES {
-                let corner = |k: usize| [x[k][lane] * scale, y[k][lane] * scale];
+                let corner = |k: usize| [x[k][lane] * scale, y[k][lane] * scale, value(hashes[k][lane]) * scale];
                 let place = [fraction(batch.fractions[0][lane]), fraction(batch.fractions[1][lane])];
                 let terms = Terms::new([corner(0), corner(1), corner(2), corner(3)], place, steps);
                 [batch.terms[0][lane], batch.terms[1][lane]] = terms.place;

@@ -1,12 +1,12 @@
 //! The crest function of a ridged octave and what octaves are on average.
 
-/// The distribution of |n| for gradient noise n scaled to ±1: the means of its 32 equal parts, from small to large.
+/// The distribution of |n| for noise n scaled to ±1: the means of its 32 equal parts, from small to large.
 ///
-/// Measured on 67 million samples; a test measures it again.
+/// Measured on 33 million samples; a test measures it again.
 pub(super) const DISTRIBUTION: [f64; 32] = [
-    0.0066, 0.0200, 0.0334, 0.0468, 0.0602, 0.0735, 0.0869, 0.1003, 0.1138, 0.1273, 0.1407, 0.1542, 0.1678, 0.1814,
-    0.1950, 0.2085, 0.2225, 0.2374, 0.2533, 0.2701, 0.2882, 0.3076, 0.3284, 0.3507, 0.3751, 0.4013, 0.4305, 0.4626,
-    0.4992, 0.5420, 0.5954, 0.6877,
+    0.0055, 0.0166, 0.0277, 0.0389, 0.0500, 0.0613, 0.0726, 0.0841, 0.0956, 0.1073, 0.1191, 0.1311, 0.1432, 0.1557,
+    0.1683, 0.1813, 0.1946, 0.2082, 0.2223, 0.2369, 0.2521, 0.2680, 0.2847, 0.3024, 0.3213, 0.3416, 0.3638, 0.3884,
+    0.4165, 0.4501, 0.4944, 0.5834,
 ];
 
 /// The crest function (1 − |n| / offset)^exponent, 0 beyond, and the weights between octaves.
@@ -111,7 +111,7 @@ mod tests {
     #[test]
     fn the_tail_is_the_mean_of_what_is_left() {
         let crest = Crest::new(1.0, 2.0, 2.0);
-        assert!((crest.mean - 0.595).abs() < 0.002, "{}", crest.mean); // 1 − 2 E|n| + E n²
+        assert!((crest.mean - 0.643).abs() < 0.002, "{}", crest.mean); // 1 − 2 E|n| + E n²
         assert_eq!(Tail::new(&crest, &[]), Tail { linear: 0.0, square: 0.0 });
         let one = Tail::new(&crest, &[10.0]);
         assert!((one.linear - 10.0 * crest.mean).abs() < 1e-4 && one.square.abs() < 1e-4, "{one:?}");
