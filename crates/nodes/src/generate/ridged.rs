@@ -104,9 +104,9 @@ impl Ridges {
     fn new(params: &Params, fractal: &Fractal, octaves: &[Octave]) -> Self {
         let crest = Crest::new(params.offset, params.exponent, params.weight_gain);
         let layers = octaves.iter().map(|octave| {
-            // The mean of |n| over a cell where the noise crosses zero with its typical slope, 1.2 per wavelength: |n|
+            // The mean of |n| over a cell where the noise crosses zero with its typical slope, 0.9 per wavelength: |n|
             // itself beyond half a cell of the crossing, (n² + r²) / 2r within.
-            let round = (0.6 / octave.wavelength_cells) as f32;
+            let round = (0.45 / octave.wavelength_cells) as f32;
             Layer {
                 round,
                 half_per_round: 0.5 / round,

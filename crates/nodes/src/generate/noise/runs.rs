@@ -253,8 +253,8 @@ simd! {
         let steps = octave.lattice.steps();
         for batch in batches {
             let mut hashes = [[0; LANES]; 4];
-            for lane in 0..LANES {
-                let (column, row) = (batch.cells[0][lane], batch.cells[1][lane]);
+            let [columns, rows] = &batch.cells;
+            for (lane, (&column, &row)) in columns.iter().zip(rows).enumerate() {
                 let (right, below) = (column.wrapping_add(1), hash_row(row.wrapping_add(1), octave.seed));
                 let above = hash_row(row, octave.seed);
                 hashes[0][lane] = hash(column, above);
