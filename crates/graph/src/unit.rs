@@ -28,6 +28,20 @@ pub enum Unit {
     Count,
     /// The coefficient K of the stream-power law, in m^(1−2m)/yr: its dimension depends on the exponent m.
     Erodibility,
+    /// Spans of a flood or a storm, in seconds.
+    Seconds,
+    /// Rates of decay, per second.
+    PerSecond,
+    /// Speeds, in metres per second.
+    MetresPerSecond,
+    /// Rates of rain and infiltration, in millimetres per hour.
+    MillimetresPerHour,
+    /// Discharge of a river, in cubic metres per second.
+    CubicMetresPerSecond,
+    /// Discharge per metre of width, in square metres per second.
+    SquareMetresPerSecond,
+    /// Manning's roughness, in s/m^(1/3).
+    Roughness,
 }
 
 /// A suffix a person may type, with the factor to the base unit.
@@ -35,7 +49,7 @@ type Suffix = (&'static str, f64);
 
 impl Unit {
     /// Every unit, in declaration order.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 17] = [
         Self::One,
         Self::Metres,
         Self::SquareMetres,
@@ -46,6 +60,13 @@ impl Unit {
         Self::Degrees,
         Self::Count,
         Self::Erodibility,
+        Self::Seconds,
+        Self::PerSecond,
+        Self::MetresPerSecond,
+        Self::MillimetresPerHour,
+        Self::CubicMetresPerSecond,
+        Self::SquareMetresPerSecond,
+        Self::Roughness,
     ];
 
     /// The symbol of the base unit; empty for pure numbers.
@@ -61,6 +82,13 @@ impl Unit {
             Self::SquareMetresPerYear => "m²/yr",
             Self::Degrees => "°",
             Self::Erodibility => "m^(1−2m)/yr",
+            Self::Seconds => "s",
+            Self::PerSecond => "1/s",
+            Self::MetresPerSecond => "m/s",
+            Self::MillimetresPerHour => "mm/h",
+            Self::CubicMetresPerSecond => "m³/s",
+            Self::SquareMetresPerSecond => "m²/s",
+            Self::Roughness => "s/m^(1/3)",
         }
     }
 
@@ -78,6 +106,13 @@ impl Unit {
             Self::Degrees => "an angle in °",
             Self::Count => "a count",
             Self::Erodibility => "an erodibility in m^(1−2m)/yr",
+            Self::Seconds => "a time in s",
+            Self::PerSecond => "a rate per second",
+            Self::MetresPerSecond => "a speed in m/s",
+            Self::MillimetresPerHour => "a rate in mm/h",
+            Self::CubicMetresPerSecond => "a discharge in m³/s",
+            Self::SquareMetresPerSecond => "a discharge per width in m²/s",
+            Self::Roughness => "a roughness in s/m^(1/3)",
         }
     }
 
@@ -103,6 +138,13 @@ impl Unit {
             Self::SquareMetresPerYear => &[("m²/yr", 1.0), ("m2/yr", 1.0), ("m²/kyr", 1e-3), ("m2/kyr", 1e-3)],
             Self::Degrees => &[("°", 1.0), ("deg", 1.0), ("rad", 180.0 / std::f64::consts::PI)],
             Self::Erodibility => &[("m^(1−2m)/yr", 1.0), ("m^(1-2m)/yr", 1.0)],
+            Self::Seconds => &[("s", 1.0), ("min", 60.0), ("h", 3600.0), ("d", 86400.0)],
+            Self::PerSecond => &[("1/s", 1.0), ("1/min", 1.0 / 60.0), ("1/h", 1.0 / 3600.0)],
+            Self::MetresPerSecond => &[("m/s", 1.0), ("mm/s", 1e-3), ("cm/s", 1e-2), ("km/h", 1.0 / 3.6)],
+            Self::MillimetresPerHour => &[("mm/h", 1.0), ("m/s", 3.6e6)],
+            Self::CubicMetresPerSecond => &[("m³/s", 1.0), ("m3/s", 1.0), ("l/s", 1e-3)],
+            Self::SquareMetresPerSecond => &[("m²/s", 1.0), ("m2/s", 1.0)],
+            Self::Roughness => &[("s/m^(1/3)", 1.0)],
         }
     }
 

@@ -1,5 +1,6 @@
 //! What wears the land down.
 
+pub mod hydraulic_pipe;
 mod repose;
 pub mod stream_power;
 pub mod thermal;
@@ -7,4 +8,4 @@ pub mod thermal;
 use orograph_graph::Node;
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] = &[&stream_power::NODE, &thermal::NODE];
+pub static NODES: &[&Node] = &[&stream_power::NODE, &hydraulic_pipe::NODE, &thermal::NODE];

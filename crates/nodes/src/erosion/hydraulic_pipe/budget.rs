@@ -1,0 +1,59 @@
+//! Where the water and the ground have gone.
+
+use super::{
+    band::State,
+    run::{Pacing, Run},
+};
+use crate::prelude::*;
+
+/// Sum over the world's rows of the sums of rows, in order, so that it is the same for any number of bands.
+fn total(run: &Run<'_>, row: impl Fn(usize) -> f64) -> f64 {
+    (0..run.scene.cells[1]).map(row).sum()
+}
+
+/// Volumes in m³, and how far the balances are from closed, as a share of what was turned over.
+pub(super) fn report(run: &Run<'_>, pacing: &Pacing) -> Report {
+    let physics = &run.scene.physics;
+    let nx = run.scene.cells[0];
+    let cell_m2 = physics.cell_m * physics.cell_m;
+    let sum = |row: &[f32], part: &dyn Fn(f64) -> f64| row[..nx].iter().map(|&v| part(f64::from(v))).sum::<f64>();
+    let state = |state: State, part: &dyn Fn(f64) -> f64| cell_m2 * total(run, |j| sum(run.row(state, j), part));
+    let land = |at: usize| run.scene.land[at].abs() < super::flow::HIGHEST;
+    let rain = total(run, |j| {
+        let cells = (j * nx..(j + 1) * nx).filter(|&at| land(at));
+        cells.map(|at| f64::from(run.scene.rain.at(at).max(0.0))).sum()
+    });
+    let left = |part: &dyn Fn(&super::band::Left) -> f64| {
+        cell_m2 * run.bands.iter().flat_map(|band| &band.left).map(part).sum::<f64>()
+    };
+
+    let water_in = rain * cell_m2 * pacing.time_s / 3.6e6;
+    let (water_out, water_lost) = (left(&|row| row.water), left(&|row| row.lost));
+    let water_stored = state(State::Water, &|depth| depth);
+    let acceleration = f64::from(physics.pace(1.0).acceleration);
+    let eroded = -state(State::Change, &|gain| gain.min(0.0));
+    let deposited = state(State::Change, &|gain| gain.max(0.0));
+    let suspended = acceleration * state(State::Sediment, &|depth| depth);
+    let solid_out = acceleration * left(&|row| row.solid);
+
+    let mut report = Report::default();
+    report.measure("steps", pacing.steps as f64, "");
+    report.measure("time_step_mean", pacing.time_s / pacing.steps.max(1) as f64, "s");
+    report.measure("time_step_least", pacing.shortest_s, "s");
+    report.measure("water_in", water_in, "m³");
+    report.measure("water_out", water_out, "m³");
+    report.measure("water_lost", water_lost, "m³");
+    report.measure("water_stored", water_stored, "m³");
+    report.measure("water_error", share(water_in - water_out - water_lost - water_stored, water_in), "");
+    report.measure("eroded", eroded, "m³");
+    report.measure("deposited", deposited, "m³");
+    report.measure("suspended", suspended, "m³");
+    report.measure("solid_out", solid_out, "m³");
+    report.measure("solid_error", share(eroded - deposited - suspended - solid_out, eroded), "");
+    report
+}
+
+/// A part of a whole; 0 of nothing.
+fn share(part: f64, whole: f64) -> f64 {
+    if whole > 0.0 { part / whole } else { 0.0 }
+}

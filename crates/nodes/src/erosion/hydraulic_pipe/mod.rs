@@ -1,0 +1,207 @@
+//! Hydraulic erosion by shallow water.
+//!
+//! X. Mei, P. Decaudin and B.-G. Hu (2007) for the order of steps and the virtual pipes; P. D. Bates, M. S. Horritt and
+//! T. J. Fewtrell (2010) for water with inertia and friction; C. T. Yang (1973) for the capacity; A. Selle et al. (2008)
+//! for MacCormack's transport. What differs from them is told in the node's manual page.
+
+mod band;
+mod bed;
+mod budget;
+mod flow;
+mod physics;
+mod ring;
+mod run;
+mod slip;
+#[cfg(test)]
+mod tests;
+mod transport;
+
+use orograph_graph::Edge;
+
+use self::{
+    band::{Scene, State},
+    physics::{Law, Physics, Scheme, Transport},
+    run::Run,
+};
+use crate::{par, prelude::*};
+
+params! {
+    /// How long it rains and runs.
+    duration: f64 = 7200.0, Seconds, 0.0..=1e7, soft 0.0..=36000.0;
+    /// Morphological factor: how many times the bed changes for what one run of the water takes and leaves.
+    acceleration: f64 = 2000.0, One, 0.0..=1e5, soft 1.0..=10000.0;
+    /// What drives the water.
+    scheme: Scheme = Scheme::Inertial, One, ..;
+    /// How sediment is carried along.
+    transport: Transport = Transport::Upwind, One, ..;
+    /// How much sediment water carries, and how fast it takes and leaves it.
+    law: Law = Law::StreamPower, One, ..;
+    /// Manning's roughness of the bed; `inertial` only.
+    roughness: f64 = 0.05, Roughness, 0.005..=0.5, soft 0.02..=0.15;
+    /// Rate at which pipes lose their discharge; `pipes` only.
+    damping: f64 = 0.0, PerSecond, 0.0..=10.0, soft 0.0..=1.0;
+    /// Efficiency of transport: concentration of sediment per unit stream power over settling velocity.
+    capacity: f64 = 0.01, One, 0.0..=10.0, soft 0.001..=0.1;
+    /// Settling velocity of the grains.
+    settling: f64 = 0.02, MetresPerSecond, 1e-5..=2.0, soft 0.002..=0.2;
+    /// Rate at which loose ground fills water to its capacity.
+    entrainment: f64 = 0.2, PerSecond, 0.0..=100.0, soft 0.01..=1.0;
+    /// How fast rock gives way, as a share of loose ground.
+    rock: f64 = 0.01, One, 0.0..=1.0;
+    /// Angle above which loose ground slides.
+    talus: f64 = 35.0, Degrees, 1.0..=89.0, soft 20.0..=60.0;
+    /// Depth of a film of water that is too thin to erode.
+    film: f64 = 0.005, Metres, 1e-4..=1.0, soft 0.001..=0.02;
+    /// Share of the water that evaporates.
+    evaporation: f64 = 0.0, PerSecond, 0.0..=1.0, soft 0.0..=0.001;
+    /// Water that seeps into the ground.
+    infiltration: f64 = 0.0, MillimetresPerHour, 0.0..=1e4, soft 0.0..=50.0;
+    /// Discharge of a spring.
+    river: f64 = 0.0, CubicMetresPerSecond, 0.0..=1e6, soft 0.0..=500.0;
+    /// Where the spring is.
+    river_at: [f64; 2] = [0.0, 0.0], Metres, -1e7..=1e7;
+    /// Radius of the spring; its water is strongest in the middle.
+    river_radius: f64 = 100.0, Metres, 0.0..=1e6, soft 1.0..=1000.0;
+    /// Share of a cell that waves may cross in a step.
+    courant: f64 = 0.6, One, 0.05..=0.7;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "HydraulicPipe",
+    category: "erosion",
+    summary: "A storm: rain runs off as shallow water, takes ground where it is steep and fast, and leaves it where it slows.",
+    doc: include_str!("page.md"),
+    sources: &[
+        "X. Mei, P. Decaudin, B.-G. Hu, 2007, Fast hydraulic erosion simulation and visualization on GPU, Pacific Graphics",
+        "O. Št'ava, B. Beneš, M. Brisbin, J. Křivánek, 2008, Interactive terrain modeling using hydraulic erosion, SCA",
+        "P. D. Bates, M. S. Horritt, T. J. Fewtrell, 2010, A simple inertial formulation of the shallow water equations \
+         for efficient two-dimensional flood inundation modelling, Journal of Hydrology 387, 33-45",
+        "C. T. Yang, 1973, Incipient motion and sediment transport, Journal of the Hydraulics Division 99, 1679-1704",
+        "A. Selle, R. Fedkiw, B. Kim, Y. Liu, J. Rossignac, 2008, An unconditionally stable MacCormack method, Journal \
+         of Scientific Computing 35, 350-371",
+    ],
+    inputs: &[
+        Input::needs("height", PortType::Height, "The land."),
+        Input::number("rain", Unit::MillimetresPerHour, 20.0, [0.0, 1e5], [0.0, 200.0], "Rain, per cell if wired."),
+        Input::number(
+            "erodibility",
+            Unit::One,
+            1.0,
+            [0.0, 1e6],
+            [0.0, 4.0],
+            "Factor on `entrainment`, per cell if wired: a mask, or the softness of the ground.",
+        ),
+        Input::number(
+            "regolith",
+            Unit::Metres,
+            10.0,
+            [0.0, 1e9],
+            [0.0, 50.0],
+            "Thickness of loose ground on the rock at the start, per cell if wired.",
+        ),
+    ],
+    outputs: &[
+        Output::gives("height", PortType::Height, "The land after it."),
+        Output::gives("water", PortType::Scalar(Unit::Metres), "Depth of water at the end."),
+        Output::gives("velocity", PortType::Vector(Unit::MetresPerSecond), "Velocity of the water at the end."),
+        Output::gives(
+            "sediment",
+            PortType::Scalar(Unit::Metres),
+            "Suspended sediment at the end, as a depth of solid.",
+        ),
+        Output::gives(
+            "deposition",
+            PortType::Scalar(Unit::Metres),
+            "What each cell has gained; below 0 where it has lost.",
+        ),
+        Output::gives(
+            "flow",
+            PortType::Scalar(Unit::SquareMetresPerSecond),
+            "Discharge per metre of width, mean over the run.",
+        ),
+        Output::gives("report", PortType::Report, "Steps, and the balances of water and of solids."),
+    ],
+    params: Params::specs,
+    reach: Reach::World,
+    cpu: run,
+    resolution: Resolution::Cells("channels are as wide as cells let them be, and so is what they cut"),
+    example: "height: \"base\", duration: 3600, rain: 60, acceleration: 4000",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let window = job.window();
+    let boundary = job.world().boundary;
+    for (one, other, names) in
+        [(boundary.west, boundary.east, "west and east"), (boundary.north, boundary.south, "north and south")]
+    {
+        if (one == Edge::Periodic) != (other == Edge::Periodic) {
+            return Err(NodeError::failed_with_hint(
+                format!("of the sides {names} one is periodic and the other is not"),
+                "make both `periodic`, or neither, in the world's `boundary`",
+            ));
+        }
+    }
+    let height = job.field("height")?;
+    let rain = rain(job, &params);
+    let scene = Scene {
+        cells: [window.nx(), window.ny()],
+        boundary,
+        land: height.samples(),
+        rain: rain.as_deref().map_or(job.lane("rain"), Lane::Samples),
+        erodibility: job.lane("erodibility"),
+        physics: Physics::new(&params, job.cell_m()),
+    };
+    let mut run = Run::new(scene, job.lane("regolith"));
+    let pacing = run.advance(params.duration, job)?;
+    let report = budget::report(&run, &pacing);
+
+    let nx = window.nx();
+    let per_second = if pacing.time_s > 0.0 { (1.0 / pacing.time_s) as f32 } else { 0.0 };
+    let raster = |row: &(dyn Fn(usize, &mut [f32]) + Sync)| {
+        let mut samples = vec![0.0; window.len()];
+        par::rows_within(job, [1.0, 1.0], &mut samples, row).map(|()| samples)
+    };
+    let copy = |state: State| raster(&|j, out| out.copy_from_slice(&run.row(state, j)[..nx]));
+    let rest = raster(&|j, out| {
+        for ((out, land), change) in out.iter_mut().zip(&height.samples()[j * nx..]).zip(run.row(State::Change, j)) {
+            *out = if *change == 0.0 { *land } else { land + change };
+        }
+    })?;
+    let flow = raster(&|j, out| {
+        out.iter_mut().zip(run.flow(j)).for_each(|(out, flow)| *out = flow * per_second);
+    })?;
+    let mut velocity = raster(&|j, out| run.velocity(j, 0, out))?;
+    velocity.extend(raster(&|j, out| run.velocity(j, 1, out))?);
+    let field = |samples| Field::new(window, samples);
+    Ok(Outputs::one("height", field(rest))
+        .with("water", field(copy(State::Water)?))
+        .with("velocity", Field::with_planes(window, 2, velocity))
+        .with("sediment", field(copy(State::Sediment)?))
+        .with("deposition", field(copy(State::Change)?))
+        .with("flow", field(flow))
+        .with("report", report))
+}
+
+/// Rain with the spring in it, in mm/h; none where there is no spring.
+///
+/// The spring's water is spread with the weight (1 - distance / radius)₊, or falls on the cell it is in.
+fn rain(job: &Job<'_>, params: &Params) -> Option<Vec<f32>> {
+    if params.river <= 0.0 {
+        return None;
+    }
+    let window = job.window();
+    let weight = |at: usize| {
+        let [x, y] = window.centre_m(at % window.nx(), at / window.nx());
+        let [dx, dy] = [x - params.river_at[0], y - params.river_at[1]];
+        let radius_m = params.river_radius.max(job.cell_m());
+        (1.0 - (dx * dx + dy * dy).sqrt() / radius_m).max(0.0)
+    };
+    let sum: f64 = (0..window.len()).map(weight).sum();
+    // mm/h over one cell that are 1 m³/s
+    let rate = 3.6e6 * params.river / (job.cell_m() * job.cell_m()) / sum.max(f64::MIN_POSITIVE);
+    let lane = job.lane("rain");
+    Some((0..window.len()).map(|at| lane.at(at).max(0.0) + (weight(at) * rate) as f32).collect())
+}

@@ -1,0 +1,212 @@
+//! The constants of a run, and those of one of its steps.
+
+use crate::prelude::*;
+
+choice! {
+    /// What drives the water.
+    pub enum Scheme {
+        /// Local inertia and Manning's friction: water runs as fast as real rivers do.
+        Inertial = "inertial",
+        /// Virtual pipes without friction: water sloshes.
+        Pipes = "pipes",
+    }
+}
+
+choice! {
+    /// How suspended sediment is carried along.
+    pub enum Transport {
+        /// With the water through the faces of cells: nothing is lost.
+        Upwind = "upwind",
+        /// Traced back along the flow and interpolated: sharper, but neither loss nor gain is made good.
+        SemiLagrangian = "semi_lagrangian",
+        /// Traced back and forth to correct the interpolation, within the bounds of its neighbours: sharpest.
+        MacCormack = "maccormack",
+    }
+}
+
+choice! {
+    /// How much sediment water carries, and how fast it takes and leaves it.
+    pub enum Law {
+        /// Unit stream power, settling and entrainment, with the parameters below.
+        StreamPower = "stream_power",
+        /// The numbers of WebGL-Erosion, for pipes of one section: `capacity`, `settling`, `entrainment`, `roughness`,
+        /// `scheme`, `evaporation` and `film` do not count.
+        WebglErosion = "webgl_erosion",
+    }
+}
+
+/// Acceleration by gravity, m/s².
+pub(super) const GRAVITY: f64 = 9.81;
+/// Depth of water that bounds the step where there is less, in metres.
+const SHALLOW_M: f32 = 0.05;
+/// Largest slope of the water surface that drives it, in m/m; steeper faces are waterfalls.
+const STEEPEST: f64 = 2.0;
+/// Largest concentration by volume: beyond it water is mud, whose flow is another one.
+const THICKEST: f64 = 0.3;
+/// WebGL-Erosion's gravity in cells per time unit², which defines its unit of time, and A/l of its pipes in cells.
+const SEED_GRAVITY: f64 = 0.8;
+const SEED_SECTION: f64 = 0.75;
+/// Its capacity in cells per (cell per time unit), and rates per time unit of 20 steps of 0.05: −20 ln(1 − rate).
+const SEED_CAPACITY: f64 = 0.06;
+const SEED_ENTRAINMENT: f64 = 0.733_279_7;
+const SEED_SETTLING: f64 = 0.120_361_45;
+const SEED_EVAPORATION: f64 = 0.060_090_18;
+
+/// What holds during a whole run, in metres and seconds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Physics {
+    pub scheme: Scheme,
+    pub transport: Transport,
+    pub cell_m: f64,
+    pub courant: f64,
+    pub roughness: f64,
+    pub damping: f64,
+    /// Height of pipes, 0 where it is the depth of water.
+    pub section_m: f64,
+    pub film_m: f64,
+    /// Capacity per tilt and speed: as a concentration for unit stream power, as a depth of sediment else.
+    pub capacity: f64,
+    pub by_depth: bool,
+    pub tilt_floor: f64,
+    /// Settling as a speed for unit stream power, as a rate else.
+    pub settling: f64,
+    pub entrainment: f64,
+    pub rock: f64,
+    pub acceleration: f64,
+    pub evaporation: f64,
+    pub infiltration_mm_h: f64,
+    pub talus: f64,
+}
+
+impl Physics {
+    pub fn new(params: &super::Params, cell_m: f64) -> Self {
+        let physics = Self {
+            scheme: params.scheme,
+            transport: params.transport,
+            cell_m,
+            courant: params.courant,
+            roughness: params.roughness,
+            damping: params.damping,
+            section_m: 0.0,
+            film_m: params.film,
+            capacity: params.capacity / params.settling,
+            by_depth: true,
+            tilt_floor: 0.05,
+            settling: params.settling,
+            entrainment: params.entrainment,
+            rock: params.rock,
+            acceleration: params.acceleration,
+            evaporation: params.evaporation,
+            infiltration_mm_h: params.infiltration,
+            talus: crate::math::tan(params.talus.to_radians()),
+        };
+        match params.law {
+            Law::StreamPower => physics,
+            Law::WebglErosion => {
+                let unit_s = (SEED_GRAVITY * cell_m / GRAVITY).sqrt();
+                Self {
+                    scheme: Scheme::Pipes,
+                    damping: 0.0,
+                    section_m: SEED_SECTION * cell_m,
+                    film_m: 0.01 * cell_m,
+                    capacity: SEED_CAPACITY * unit_s,
+                    by_depth: false,
+                    tilt_floor: 0.1,
+                    settling: SEED_SETTLING / unit_s,
+                    entrainment: SEED_ENTRAINMENT / unit_s,
+                    evaporation: SEED_EVAPORATION / unit_s,
+                    ..physics
+                }
+            }
+        }
+    }
+
+    /// The longest stable step where water is at most `deepest_m` deep (Bates, Horritt and Fewtrell 2010): waves cross
+    /// `courant` of a cell.
+    pub fn step_s(&self, deepest_m: f32) -> f64 {
+        let depth_m = if self.section_m > 0.0 { self.section_m } else { f64::from(deepest_m.max(SHALLOW_M)) };
+        self.courant * self.cell_m / (GRAVITY * depth_m).sqrt()
+    }
+
+    /// The constants of a step.
+    pub fn pace(&self, dt_s: f64) -> Pace {
+        let acceleration = self.acceleration.max(f64::from(f32::MIN_POSITIVE)) as f32;
+        Pace {
+            scheme: self.scheme,
+            by_depth: self.by_depth,
+            dt_s: dt_s as f32,
+            step: (dt_s / self.cell_m) as f32,
+            rain_m: (dt_s / 3.6e6) as f32,
+            push: (GRAVITY * dt_s / self.cell_m) as f32,
+            steepest_m: (STEEPEST * self.cell_m) as f32,
+            friction: (GRAVITY * dt_s * self.roughness * self.roughness) as f32,
+            critical: GRAVITY.sqrt() as f32,
+            section_m: self.section_m as f32,
+            damping: crate::math::exp(-self.damping * dt_s) as f32,
+            per_film: (1.0 / self.film_m) as f32,
+            tilt: (0.5 / self.cell_m) as f32,
+            tilt_floor: (self.tilt_floor * self.tilt_floor) as f32,
+            capacity: self.capacity as f32,
+            thickest: THICKEST as f32,
+            settling: (self.settling * dt_s) as f32,
+            entrainment: (self.entrainment * dt_s) as f32,
+            rock: self.rock as f32,
+            acceleration,
+            per_acceleration: 1.0 / acceleration,
+            most_m: (0.05 * self.cell_m) as f32,
+            evaporation: crate::math::exp(-self.evaporation * dt_s) as f32,
+            infiltration_m: (self.infiltration_mm_h * dt_s / 3.6e6) as f32,
+        }
+    }
+}
+
+/// The constants of a step, as row kernels use them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pace {
+    pub scheme: Scheme,
+    pub by_depth: bool,
+    pub dt_s: f32,
+    /// dt / dx, s/m.
+    pub step: f32,
+    /// Metres of rain per mm/h.
+    pub rain_m: f32,
+    /// g dt / dx, m/s per metre of fall and metre of depth.
+    pub push: f32,
+    /// Largest fall between cells that drives water.
+    pub steepest_m: f32,
+    /// g dt n².
+    pub friction: f32,
+    /// √g.
+    pub critical: f32,
+    pub section_m: f32,
+    /// Share of its discharge that a pipe keeps.
+    pub damping: f32,
+    /// 1 / depth of the film.
+    pub per_film: f32,
+    /// 1 / (2 dx).
+    pub tilt: f32,
+    /// Square of the least tilt.
+    pub tilt_floor: f32,
+    pub capacity: f32,
+    pub thickest: f32,
+    /// Metres settled, or share where capacity is a depth of sediment.
+    pub settling: f32,
+    /// Decay exponent of entrainment.
+    pub entrainment: f32,
+    /// Rate of rock as a share of that of loose ground.
+    pub rock: f32,
+    pub acceleration: f32,
+    pub per_acceleration: f32,
+    /// The most that the bed changes in a step.
+    pub most_m: f32,
+    /// Share of the water that evaporation leaves.
+    pub evaporation: f32,
+    pub infiltration_m: f32,
+}
+
+impl Pace {
+    /// Whether water leaves to the air or the ground.
+    pub fn dries(&self) -> bool {
+        self.evaporation < 1.0 || self.infiltration_m > 0.0
+    }
+}

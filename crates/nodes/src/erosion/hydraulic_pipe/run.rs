@@ -1,0 +1,135 @@
+//! The run: bands side by side, step after step.
+
+use orograph_graph::{Job, Lane, NodeError};
+use rayon::prelude::*;
+
+use super::{
+    band::{Band, HALO, STATES, Scene, State},
+    flow::film,
+    slip::STEPS_PER_SLIP,
+};
+
+/// Rows that a band has at least: below that, the halo would cost more than a second thread gives.
+const LEAST_ROWS: usize = 32;
+
+/// How a run went.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Pacing {
+    pub steps: u64,
+    pub shortest_s: f64,
+    /// Sum of the steps as the kernels took them.
+    pub time_s: f64,
+}
+
+/// The bands of a run, and what their halos are exchanged through.
+pub(super) struct Run<'a> {
+    pub scene: Scene<'a>,
+    pub bands: Vec<Band>,
+    halos: Vec<f32>,
+}
+
+impl<'a> Run<'a> {
+    /// Dry land, with `loose` metres of loose ground on it.
+    pub fn new(scene: Scene<'a>, loose: Lane<'_>) -> Self {
+        let [nx, ny] = scene.cells;
+        let count = rayon::current_num_threads().min(ny / LEAST_ROWS).max(1);
+        let start = |k: usize| ny * k / count;
+        let bands: Vec<Band> =
+            (0..count).into_par_iter().map(|k| Band::new(&scene, start(k)..start(k + 1), loose)).collect();
+        let halos = vec![0.0; count * 2 * HALO * STATES.len() * (nx + 1)];
+        Self { scene, bands, halos }
+    }
+
+    /// The band that holds a row of the world, and the row's number in it.
+    fn find(&self, row: usize) -> (usize, isize) {
+        let k = self.bands.partition_point(|band| band.world_rows().end <= row);
+        (k, row as isize - self.bands[k].world_rows().start as isize)
+    }
+
+    /// A row of a state.
+    pub fn row(&self, state: State, row: usize) -> &[f32] {
+        let (k, y) = self.find(row);
+        self.bands[k].row(state, y)
+    }
+
+    /// The time integral of discharge in a row, m².
+    pub fn flow(&self, row: usize) -> &[f32] {
+        let (k, y) = self.find(row);
+        self.bands[k].flow(y as usize)
+    }
+
+    /// Velocity of the water of a row in m/s, east (`axis` 0) or south (1): the mean discharge of opposite faces over the
+    /// depth, 0 where there is but a film.
+    pub fn velocity(&self, row: usize, axis: usize, out: &mut [f32]) {
+        let (k, y) = self.find(row);
+        let band = &self.bands[k];
+        let pace = self.scene.physics.pace(1.0);
+        let (west, north, depth) = (band.row(State::West, y), band.row(State::North, y), band.row(State::Water, y));
+        let south = band.row(State::North, y + 1);
+        for (i, out) in out.iter_mut().enumerate() {
+            let discharge = 0.5 * if axis == 0 { west[i] + west[i + 1] } else { north[i] + south[i] };
+            let speed = discharge / depth[i].max(1e-6);
+            *out = speed * film(depth[i], &pace);
+        }
+    }
+
+    /// Renews the bands' copies of rows of their neighbours: first all are read, then all are written.
+    fn exchange(&mut self) {
+        let width = self.scene.cells[0] + 1;
+        let mut halos = std::mem::take(&mut self.halos);
+        let mut slots = halos.chunks_exact_mut(width);
+        for band in &self.bands {
+            for (_, row) in halo(band, &self.scene) {
+                for (state, slot) in STATES.into_iter().zip(&mut slots) {
+                    slot.copy_from_slice(self.row(state, row));
+                }
+            }
+        }
+        let mut slots = halos.chunks_exact(width);
+        for band in &mut self.bands {
+            for (y, _) in halo(band, &self.scene) {
+                for (state, slot) in STATES.into_iter().zip(&mut slots) {
+                    band.row_mut(state, y).copy_from_slice(slot);
+                }
+            }
+        }
+        self.halos = halos;
+    }
+
+    /// Runs for `duration_s`.
+    pub fn advance(&mut self, duration_s: f64, job: &Job<'_>) -> Result<Pacing, NodeError> {
+        let mut pacing = Pacing::default();
+        let mut left_s = duration_s;
+        while left_s > 0.0 {
+            let deepest_m = self.bands.iter().fold(0.0_f32, |most, band| most.max(band.deepest_m));
+            let longest_s = self.scene.physics.step_s(deepest_m);
+            // the last two steps share what is left, so that none is tiny
+            let dt_s = if left_s <= longest_s { left_s } else { longest_s.min(0.5 * left_s) };
+            let pace = self.scene.physics.pace(dt_s);
+            self.exchange();
+            let scene = self.scene;
+            self.bands.par_iter_mut().try_for_each(|band| band.step(&scene, &pace, job))?;
+            pacing.steps += 1;
+            if pacing.steps.is_multiple_of(STEPS_PER_SLIP) {
+                self.exchange();
+                self.bands.par_iter_mut().try_for_each(|band| band.slip(&scene, job))?;
+            }
+            pacing.shortest_s = if pacing.steps == 1 { dt_s } else { pacing.shortest_s.min(dt_s) };
+            pacing.time_s += f64::from(pace.dt_s);
+            left_s -= dt_s;
+            job.advance((1.0 - left_s / duration_s) as f32)?;
+        }
+        Ok(pacing)
+    }
+}
+
+/// Rows of a band's halo that exist, with their numbers in the world.
+fn halo(band: &Band, scene: &Scene<'_>) -> impl Iterator<Item = (isize, usize)> + use<> {
+    let rows = band.world_rows();
+    let (first, end, ny) = (rows.start as isize, rows.end as isize, scene.cells[1] as isize);
+    let joined = scene.joined()[1];
+    (first - HALO as isize..first)
+        .chain(end..end + HALO as isize)
+        .filter(move |row| joined || (0..ny).contains(row))
+        .map(move |row| (row - first, row.rem_euclid(ny) as usize))
+}
