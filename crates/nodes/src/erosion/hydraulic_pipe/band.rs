@@ -409,7 +409,7 @@ impl Band {
 }
 
 /// The discharge through the faces of a row of cells: west, east, north, south.
-fn faces_of<'a>(states: &'a [Vec<f32>; 6], [at, below]: [usize; 2], nx: usize) -> [&'a [f32]; 4] {
+fn faces_of(states: &[Vec<f32>; 6], [at, below]: [usize; 2], nx: usize) -> [&[f32]; 4] {
     let [.., west, north] = states;
     [&west[at..][..nx], &west[at + 1..][..nx], &north[at..][..nx], &north[below..][..nx]]
 }
