@@ -1,3 +1,5 @@
+//! Closed forms, invariants and hostile input.
+
 use orograph_graph::{Boundary, Edge, World};
 
 use super::*;
