@@ -185,6 +185,8 @@ mod tests {
     }
 
     /// A finer raster adds detail and changes nothing else: seen through a low-pass filter it is the coarse raster.
+    /// To 3 %: values at lattice points give the fine octaves a little power at long waves too, and means over squares
+    /// are no sharp filter.
     #[test]
     fn finer_cells_only_add_detail() {
         for changes in ["wavelength=4000,octaves=12", "wavelength=4000,octaves=12,gain=0.6,lacunarity=2.3"] {
@@ -195,7 +197,7 @@ mod tests {
             let (coarse, fine) = (block_means(&coarse, 8), block_means(&fine, 16));
             let difference: Vec<f32> = coarse.iter().zip(&fine).map(|(a, b)| a - b).collect();
             let (offset, rms) = moments(&difference);
-            assert!(rms < 0.03 * std && offset.abs() < 0.003 * std, "{changes}: {rms} {offset} of {std}");
+            assert!(rms < 0.03 * std && offset.abs() < 0.002 * std, "{changes}: {rms} {offset} of {std}");
         }
     }
 
