@@ -37,6 +37,7 @@ fn declaration(node: &Node) -> Vec<String> {
             Kind::Seed { default } => format!("seed {default}"),
             Kind::Point { default, hard } => format!("{default:?} in {hard:?}"),
             Kind::Curve { default } => format!("curve {default:?}"),
+            Kind::Path { default, hard } => format!("path {default:?} in {hard:?}"),
             Kind::File => "file".to_owned(),
         };
         lines.push(format!("param {} [{:?}]: {kind}", spec.name, spec.unit));

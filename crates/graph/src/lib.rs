@@ -33,7 +33,8 @@ pub use job::{Cancel, InputValue, Job, Lane, NodeError, Outputs, mix};
 pub use migrate::{Migration, Step};
 pub use node::{Exactness, Fallback, Input, Kernel, Node, Output, OutputType, Reach, Resolution};
 pub use param::{
-    CurvePoints, FileName, Kind, ParamSpec, ParamType, ParamValue, ParamValues, Seed, check_value, range_text,
+    CurvePoints, FileName, Kind, ParamSpec, ParamType, ParamValue, ParamValues, PathPoints, Seed, check_value,
+    range_text,
 };
 pub use petgraph::stable_graph::NodeIndex;
 pub use registry::Registry;

@@ -67,6 +67,13 @@ pub enum Kind {
         /// Value when the file says nothing.
         default: Vec<[f64; 2]>,
     },
+    /// A way through places in the world, in order; straight from each to the next.
+    Path {
+        /// Value when the file says nothing.
+        default: Vec<[f64; 2]>,
+        /// What a file may say, for each component.
+        hard: [f64; 2],
+    },
     /// A file, relative to the graph's.
     File,
 }
@@ -88,6 +95,8 @@ pub enum ParamValue {
     Point([f64; 2]),
     /// Of [`Kind::Curve`].
     Curve(Vec<[f64; 2]>),
+    /// Of [`Kind::Path`].
+    Path(Vec<[f64; 2]>),
     /// Of [`Kind::File`]; empty when no file is named.
     File(String),
 }
@@ -104,6 +113,7 @@ impl Kind {
             Self::Seed { default } => ParamValue::Seed(*default),
             Self::Point { default, .. } => ParamValue::Point(*default),
             Self::Curve { default } => ParamValue::Curve(default.clone()),
+            Self::Path { default, .. } => ParamValue::Path(default.clone()),
             Self::File => ParamValue::File(String::new()),
         }
     }
@@ -122,6 +132,9 @@ impl Kind {
             Self::Seed { .. } => "a whole number from 0 to 4294967295".to_owned(),
             Self::Point { hard, .. } => format!("a pair `(x, y)`, each {}{}", unit.describe(), range_text(*hard, unit)),
             Self::Curve { .. } => "a list of points `[(x, y), ...]` with x rising".to_owned(),
+            Self::Path { hard, .. } => {
+                format!("a list of places `[(x, y), ...]`, each {}{}", unit.describe(), range_text(*hard, unit))
+            }
             Self::File => "a file name in quotes, relative to the graph file".to_owned(),
         }
     }
@@ -148,7 +161,7 @@ impl fmt::Display for ParamValue {
             Self::Choice(v) => f.write_str(v),
             Self::Seed(v) => write!(f, "{v}"),
             Self::Point([x, y]) => write!(f, "({}, {})", plain(*x), plain(*y)),
-            Self::Curve(points) => {
+            Self::Curve(points) | Self::Path(points) => {
                 let points: Vec<String> =
                     points.iter().map(|[x, y]| format!("({}, {})", plain(*x), plain(*y))).collect();
                 write!(f, "[{}]", points.join(", "))
@@ -198,7 +211,7 @@ impl ParamValues {
     }
 }
 
-/// Checks a value against its declaration: kind, hard range, finite numbers, rising curve.
+/// Checks a value against its declaration: kind, hard range, finite numbers, rising curve, path that goes somewhere.
 ///
 /// # Errors
 /// What is wrong, in words that say what is allowed.
@@ -230,6 +243,16 @@ pub fn check_value(spec: &ParamSpec, value: &ParamValue) -> Result<(), String> {
                 }
                 None => Ok(()),
             }
+        }
+        (Kind::Path { hard, .. }, ParamValue::Path(points)) => {
+            if points.len() < 2 {
+                return Err(format!("`{}` has {} places, at least 2 are needed", spec.name, points.len()));
+            }
+            if let Some(pair) = points.windows(2).find(|pair| pair[0] == pair[1]) {
+                let [x, y] = pair[0].map(plain);
+                return Err(format!("`{}` goes from ({x}, {y}) to the same place", spec.name));
+            }
+            points.as_flattened().iter().try_for_each(|v| number(*v, *hard))
         }
         (Kind::Bool { .. }, ParamValue::Bool(_))
         | (Kind::Seed { .. }, ParamValue::Seed(_))
@@ -350,6 +373,25 @@ impl ParamType for CurvePoints {
     }
 }
 
+/// A path parameter: at least two places in the world, each different from the one before.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PathPoints(pub Vec<[f64; 2]>);
+
+impl ParamType for PathPoints {
+    type Range = RangeInclusive<f64>;
+
+    fn kind(default: Self, hard: Self::Range) -> Kind {
+        Kind::Path { default: default.0, hard: [*hard.start(), *hard.end()] }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::Path(points) => Some(Self(points.clone())),
+            _ => None,
+        }
+    }
+}
+
 /// A file parameter: a name relative to the graph's folder; read it through [`crate::Job::file`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FileName(pub String);
@@ -385,7 +427,7 @@ impl Kind {
 /// Declares a node's parameters once: a typed struct `Params`, its specs and its reader.
 ///
 /// A row is `name: type = default, Unit, hard range;` with an optional `soft lo..=hi` before the semicolon. The type is
-/// one of `f64`, `i64`, `bool`, [`Seed`], `[f64; 2]`, [`CurvePoints`], [`FileName`] or a [`choice!`](crate::choice)
+/// one of `f64`, `i64`, `bool`, [`Seed`], `[f64; 2]`, [`CurvePoints`], [`PathPoints`], [`FileName`] or a [`choice!`](crate::choice)
 /// enum; types without a range write `..`.
 ///
 /// ```
@@ -471,7 +513,7 @@ macro_rules! choice {
         impl $crate::ParamType for $name {
             type Range = core::ops::RangeFull;
 
-            fn kind(default: Self, _: Self::Range) -> $crate::Kind {
+            fn kind(default: Self, _: core::ops::RangeFull) -> $crate::Kind {
                 $crate::Kind::Choice { default: default.name(), options: Self::OPTIONS }
             }
 
@@ -512,6 +554,8 @@ mod tests {
         place: [f64; 2] = [1.0, 2.0], Metres, -1e6..=1e6;
         /// A curve.
         curve: CurvePoints = CurvePoints(vec![[0.0, 0.0], [1.0, 1.0]]), One, ..;
+        /// A way.
+        way: PathPoints = PathPoints(vec![[5.0, 0.0], [1.0, 1.0]]), Metres, -10.0..=10.0;
     }
 
     #[test]
@@ -519,7 +563,7 @@ mod tests {
         let specs = Params::specs();
         assert_eq!(
             specs.iter().map(|s| s.name).collect::<Vec<_>>(),
-            ["length", "count", "mode", "seed", "place", "curve"]
+            ["length", "count", "mode", "seed", "place", "curve", "way"]
         );
         assert_eq!(specs[0].doc, "A length.");
         assert_eq!(specs[0].kind, Kind::Float { default: 10.0, hard: [1.0, 100.0], soft: [5.0, 50.0] });
@@ -539,6 +583,11 @@ mod tests {
         assert!(check_value(&specs[0], &ParamValue::Int(3)).is_err());
         assert!(check_value(&specs[1], &ParamValue::Int(10)).is_err());
         assert!(check_value(&specs[5], &ParamValue::Curve(vec![[0.0, 0.0], [0.0, 1.0]])).is_err());
+        let way = |points: &[[f64; 2]]| check_value(&specs[6], &ParamValue::Path(points.to_vec()));
+        assert_eq!(way(&[[3.0, 0.0], [-3.0, 0.0], [3.0, 0.0]]), Ok(()));
+        assert!(way(&[[3.0, 0.0]]).expect_err("a place").contains("at least 2"));
+        assert!(way(&[[3.0, 0.0], [3.0, 0.0]]).expect_err("no way").contains("same place"));
+        assert!(way(&[[3.0, 0.0], [3.0, 11.0]]).expect_err("too far").contains("from -10 m to 10 m"));
         assert!(specs.iter().all(|spec| check_value(spec, &spec.kind.default_value()).is_ok()));
     }
 }

@@ -66,6 +66,13 @@ pub mod lane {
         (if middle { offset + angle } else { angle }).copysign(x)
     }
 
+    /// e to the power of x, with the error of [`pow`].
+    #[must_use]
+    #[inline(always)]
+    pub fn exp(x: f32) -> f32 {
+        pow(std::f32::consts::E, x)
+    }
+
     /// x to the power of y for x of 0 and more.
     ///
     /// 2^(y log₂ x), with the series of the area tangent for the logarithm and of the exponential. The relative error is below

@@ -179,7 +179,9 @@ pub(super) fn value_text(value: &ParamValue) -> String {
         ParamValue::Choice(name) => (*name).to_owned(),
         ParamValue::Seed(v) => v.to_string(),
         ParamValue::Point(point) => pair(point),
-        ParamValue::Curve(points) => format!("[{}]", points.iter().map(pair).collect::<Vec<_>>().join(", ")),
+        ParamValue::Curve(points) | ParamValue::Path(points) => {
+            format!("[{}]", points.iter().map(pair).collect::<Vec<_>>().join(", "))
+        }
         ParamValue::File(name) => quote(name),
     }
 }
@@ -270,6 +272,10 @@ pub(super) fn param(spec: &ParamSpec, literal: &Literal) -> Result<ParamValue, M
         (Kind::Curve { .. }, Literal::List(items)) => {
             let points = items.iter().map(|item| pair(name, spec.unit, item).ok_or_else(wrong)?);
             ParamValue::Curve(points.collect::<Result<_, _>>()?)
+        }
+        (Kind::Path { .. }, Literal::List(items)) => {
+            let points = items.iter().map(|item| pair(name, spec.unit, item).ok_or_else(wrong)?);
+            ParamValue::Path(points.collect::<Result<_, _>>()?)
         }
         (Kind::File, Literal::Text(text)) => ParamValue::File(text.clone()),
         (Kind::Int { .. } | Kind::Seed { .. }, Literal::NotANumber(_)) => {

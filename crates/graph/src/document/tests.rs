@@ -1,7 +1,7 @@
 //! Tests of the document as a whole, on a few nodes that resemble real ones.
 
 use super::*;
-use crate::{CurvePoints, FileName, Input, Migration, Node, Output, PortType, Seed, Step, Unit};
+use crate::{CurvePoints, FileName, Input, Migration, Node, Output, PathPoints, PortType, Seed, Step, Unit};
 
 mod edits;
 mod form;
@@ -41,6 +41,8 @@ mod nodes {
             centre: [f64; 2] = [0.0, 0.0], Metres, -1e6..=1e6;
             /// Profile.
             profile: CurvePoints = CurvePoints(vec![[0.0, 0.0], [1.0, 1.0]]), One, ..;
+            /// Ridge.
+            ridge: PathPoints = PathPoints(vec![[0.0, 0.0], [1.0, 1.0]]), Metres, -1e6..=1e6;
             /// File.
             file: FileName = FileName(String::new()), One, ..;
         }
@@ -260,6 +262,12 @@ fn every_kind_of_mistake_is_one_problem_with_its_name() {
         (
             r#""a": Ridged(profile: [(0, 0), (0, 1)])"#,
             "range: `a`: the points of `profile` must rise in x: 0 follows 0",
+        ),
+        (r#""a": Ridged(ridge: [("1 km", 0), (1000, 0)])"#, "range: `a.ridge` goes from (1000, 0) to the same place"),
+        (
+            r#""a": Ridged(ridge: (1, 0))"#,
+            "type: `a.ridge` is 2 things in round brackets, but takes a list of places `[(x, y), ...]`, each a length in m \
+             from -1000 km to 1000 km",
         ),
         (
             r#""a": Ridged(file: x)"#,

@@ -198,6 +198,11 @@ impl Hash {
                     self.u64(points.len() as u64);
                     points.as_flattened().iter().for_each(|v| self.f64(*v));
                 }
+                ParamValue::Path(points) => {
+                    self.bytes(b"w");
+                    self.u64(points.len() as u64);
+                    points.as_flattened().iter().for_each(|v| self.f64(*v));
+                }
                 ParamValue::File(file) => {
                     self.bytes(b"F");
                     self.text(&Path::new(file).file_name().unwrap_or_default().to_string_lossy());

@@ -63,19 +63,26 @@ impl Params {
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let octaves = params.fractal(job.seed()).octaves(job.cell_m());
-    let sum = Sum { scales: octaves.iter().map(|octave| scale(octave, params.amplitude)).collect() };
+    let sum = Sum::new(&octaves, params.amplitude);
     let samples = raster::raster(job, &octaves, &sum)?;
     Ok(Outputs::one("height", Field::new(job.window(), samples)))
 }
 
-/// Factor on an octave's noise: its share of the amplitude, in metres.
-fn scale(octave: &Octave, amplitude_m: f64) -> f32 {
-    (amplitude_m * octave.share * octave.fade) as f32 * NOISE_SCALE
+/// Factor on an octave's noise: its share of the amplitude.
+fn scale(octave: &Octave, amplitude: f64) -> f32 {
+    (amplitude * octave.share * octave.fade) as f32 * NOISE_SCALE
 }
 
 /// The plain sum of octaves.
-struct Sum {
+pub(crate) struct Sum {
     scales: Vec<f32>,
+}
+
+impl Sum {
+    /// The sum with that amplitude, in the unit of the result.
+    pub(crate) fn new(octaves: &[Octave], amplitude: f64) -> Self {
+        Self { scales: octaves.iter().map(|octave| scale(octave, amplitude)).collect() }
+    }
 }
 
 impl raster::Combine for Sum {

@@ -1,31 +1,94 @@
-//! A dome of uplift.
+//! Uplift: domes, ranges, faults and plates.
+//!
+//! The shapes are those of landscape evolution models; each module tells its formula. Values of the whole land at once
+//! are computed here: what varies them and what is made of them.
 
-use crate::{math, par, prelude::*};
+mod fault;
+mod plates;
+mod range;
+
+use self::{fault::Fault, plates::Plates, range::Range};
+use crate::{
+    generate::{
+        noise::{Fractal, Gradients, raster},
+        perlin::Sum,
+    },
+    math, par,
+    prelude::*,
+};
+
+choice! {
+    /// What rises.
+    pub enum Shape {
+        /// A dome about `centre`.
+        Gaussian = "gaussian",
+        /// A range along `path`, with a `front` to its right and a `back` to its left.
+        Range = "range",
+        /// Two blocks along the line through `centre` at `azimuth`: the left one rises and the right one sinks.
+        Fault = "fault",
+        /// Drifting plates: land rises where they meet and sinks where they part.
+        Plates = "plates",
+        /// Everything alike.
+        Uniform = "uniform",
+    }
+}
 
 params! {
-    /// Place of the highest rate, from the world's north-west corner.
-    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7;
-    /// Distance from the centre at which the rate has fallen to 61 % (one standard deviation).
-    radius: f64 = 5000.0, Metres, 1.0..=1e7, soft 500..=50000;
-    /// Rate at the centre; the land sinks where it is below 0.
+    /// What rises.
+    shape: Shape = Shape::Gaussian, One, ..;
+    /// Rate where it is highest: in the middle of a dome, on the crest of a range, of the throw of a fault, between plates that collide head-on; land sinks where it is below 0.
     rate: f64 = 0.001, MetresPerYear, -1.0..=1.0, soft 0..=0.005;
+    /// Time that `displacement` has risen for.
+    duration: f64 = 1e6, Years, 0.0..=1e9, soft 0..=1e7;
+    /// Middle of a dome, or a place on a fault, from the world's north-west corner.
+    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7;
+    /// Distance from the middle of a dome at which the rate has fallen to 61 % (one standard deviation).
+    radius: f64 = 5000.0, Metres, 1.0..=1e7, soft 500..=50000;
+    /// Crest of a range, from place to place.
+    path: PathPoints = PathPoints(vec![[1500.0, 11500.0], [6500.0, 9500.0], [10000.0, 6500.0], [15000.0, 5000.0]]), Metres, -1e7..=1e7;
+    /// Distance to the right of a range's path at which the rate has fallen to 61 %.
+    front: f64 = 1500.0, Metres, 1.0..=1e7, soft 500..=50000;
+    /// Distance to the left of a range's path at which the rate has fallen to 61 %.
+    back: f64 = 3000.0, Metres, 1.0..=1e7, soft 500..=100000;
+    /// Direction of a fault, clockwise from north; the block to its right sinks.
+    azimuth: f64 = 30.0, Degrees, -360.0..=360.0, soft 0..=360;
+    /// Distance from a fault within which 71 % of the step is made.
+    step: f64 = 100.0, Metres, 0.1..=1e6, soft 10..=2000;
+    /// Distance from a fault at which the motion of both blocks has fallen to 37 %.
+    decay: f64 = 10000.0, Metres, 1.0..=1e9, soft 5000..=20000;
+    /// Share of a fault's throw by which the left block rises; the right one sinks by the rest.
+    footwall: f64 = 0.3, One, 0.0..=1.0;
+    /// Distance between the middles of neighbouring plates, on average.
+    plate_size: f64 = 8000.0, Metres, 100.0..=1e8, soft 2000..=1000000;
+    /// Width of the belts where plates meet; a tenth of `plate_size` at most.
+    belt: f64 = 500.0, Metres, 1.0..=1e7, soft 100..=100000;
+    /// How much the rate varies from place to place, as a share of it.
+    variation: f64 = 0.0, One, 0.0..=1.0, soft 0..=0.5;
+    /// Wavelength of that variation.
+    variation_size: f64 = 5000.0, Metres, 1.0..=1e7, soft 1000..=50000;
+    /// Which plates and which variation these are.
+    seed: Seed = Seed(0), Count, ..;
 }
 
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Uplift",
     category: "tectonics",
-    summary: "A dome of uplift: fastest in the middle, fading outwards.",
-    doc: "U = U₀ exp(−r² / 2R²), with U₀ the `rate`, R the `radius` and r the distance to the `centre`. Within one \
-          radius of the centre land rises at 61 % of the rate or more, within two at 14 %, beyond three at 1 %.\n\n\
-          Stable continents rise at 0.01 to 0.05 mm/yr, old mountains at 0.05 to 0.3, the Alps at 0.5 to 1.5, the \
-          Himalaya and Taiwan at 2 to 6. Wire it to the uplift of a node that erodes for as long as the land rises. The \
-          default centre is the middle of a default world.",
+    summary: "Land that rises and sinks: domes, ranges, faults, plates.",
+    doc: include_str!("uplift.md"),
     sources: &[
         "J. Braun and S. D. Willett (2013), A very efficient O(n), implicit and parallel method to solve the stream \
          power equation governing fluvial incision and landscape evolution, Geomorphology 180-181, 170-179",
+        "G. Cordonnier, J. Braun, M.-P. Cani, B. Benes, É. Galin, A. Peytavie and É. Guérin (2016), Large scale terrain \
+         generation from tectonic uplift and fluvial erosion, Computer Graphics Forum 35 (2), 165-175",
+        "P. England and D. McKenzie (1982), A thin viscous sheet model for continental deformation, Geophysical \
+         Journal of the Royal Astronomical Society 70, 295-321",
     ],
-    outputs: &[Output::gives("uplift", PortType::Scalar(Unit::MetresPerYear), "Rate at which the land rises.")],
+    inputs: &[Input::mask("map", "Share of the rate, per cell if wired: a painted map of uplift.")],
+    outputs: &[
+        Output::gives("uplift", PortType::Scalar(Unit::MetresPerYear), "Rate at which the land rises."),
+        Output::gives("displacement", PortType::Height, "What it rises by in `duration`."),
+    ],
     params: Params::specs,
     reach: Reach::Point,
     cpu: run,
@@ -34,48 +97,96 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
-    let Params { centre, radius, rate } = Params::read(job.params);
+    let params = Params::read(job.params);
     let window = job.window();
-    // The exponential of the sum of two squares is the product of one for each.
-    let falloff = |at_m: f64, centre_m: f64| {
-        let distance = (at_m - centre_m) / radius;
-        math::exp(-0.5 * distance * distance)
-    };
-    let columns: Vec<f64> = (0..window.nx()).map(|i| falloff(window.centre_m(i, 0)[0], centre[0])).collect();
-    let mut uplift = vec![0.0; window.len()];
+    let mut uplift = params.shape(job)?;
+    if params.variation > 0.0 {
+        let noise = params.noise(job)?;
+        par::rows(job, &mut uplift, |j, row| {
+            for (uplift, noise) in row.iter_mut().zip(&noise[j * window.nx()..]) {
+                *uplift *= 1.0 + noise;
+            }
+        })?;
+    }
+    let map = job.lane("map");
+    let duration_yr = params.duration as f32;
+    let mut displacement = vec![0.0; window.len()];
     par::rows(job, &mut uplift, |j, row| {
-        let along = rate * falloff(window.centre_m(0, j)[1], centre[1]);
-        for (uplift, across) in row.iter_mut().zip(&columns) {
-            *uplift = (along * across) as f32;
+        let map = map.slice(j * window.nx()..(j + 1) * window.nx());
+        for (i, uplift) in row.iter_mut().enumerate() {
+            *uplift *= map.at(i);
         }
     })?;
-    Ok(Outputs::one("uplift", Field::new(window, uplift)))
+    par::rows(job, &mut displacement, |j, row| {
+        for (displacement, uplift) in row.iter_mut().zip(&uplift[j * window.nx()..]) {
+            *displacement = uplift * duration_yr;
+        }
+    })?;
+    Ok(Outputs::one("uplift", Field::new(window, uplift)).with("displacement", Field::new(window, displacement)))
+}
+
+impl Params {
+    /// The rate of the shape alone.
+    fn shape(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
+        match self.shape {
+            Shape::Gaussian => self.dome(job),
+            Shape::Range => {
+                Range { path: &self.path.0, widths_m: [self.front, self.back], rate: self.rate }.raster(job)
+            }
+            Shape::Fault => Fault {
+                centre: self.centre,
+                azimuth_deg: self.azimuth,
+                step_m: self.step,
+                decay_m: self.decay,
+                footwall: self.footwall,
+                rate: self.rate,
+            }
+            .raster(job),
+            Shape::Plates if self.belt > plates::WIDEST * self.plate_size => Err(NodeError::failed_with_hint(
+                "the belts between the plates are wider than a tenth of a plate",
+                format!("write `belt: {}` or less", orograph_graph::plain(plates::WIDEST * self.plate_size)),
+            )),
+            Shape::Plates => {
+                Plates { size_m: self.plate_size, belt_m: self.belt, rate: self.rate, seed: job.seed() }.raster(job)
+            }
+            Shape::Uniform => Ok(vec![self.rate as f32; job.window().len()]),
+        }
+    }
+
+    /// U = U₀ exp(−r² / 2R²).
+    fn dome(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
+        let window = job.window();
+        // The exponential of the sum of two squares is the product of one for each.
+        let falloff = |at_m: f64, centre_m: f64| {
+            let distance = (at_m - centre_m) / self.radius;
+            math::exp(-0.5 * distance * distance)
+        };
+        let columns: Vec<f64> = (0..window.nx()).map(|i| falloff(window.centre_m(i, 0)[0], self.centre[0])).collect();
+        let mut uplift = vec![0.0; window.len()];
+        par::rows(job, &mut uplift, |j, row| {
+            let along = self.rate * falloff(window.centre_m(0, j)[1], self.centre[1]);
+            for (uplift, across) in row.iter_mut().zip(&columns) {
+                *uplift = (along * across) as f32;
+            }
+        })?;
+        Ok(uplift)
+    }
+
+    /// Noise between ± `variation`.
+    fn noise(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
+        let fractal = Fractal {
+            wavelength_m: self.variation_size,
+            octaves: 2,
+            lacunarity: 2.0,
+            gain: 0.5,
+            gradients: Gradients::Even,
+            // other draws than the plates'
+            seed: orograph_graph::mix(job.seed() ^ 0x5851_f42d),
+        };
+        let octaves = fractal.octaves(job.cell_m());
+        raster::raster(job, &octaves, &Sum::new(&octaves, self.variation))
+    }
 }
 
 #[cfg(test)]
-mod tests {
-    use orograph_graph::ParamValue;
-
-    use super::*;
-    use crate::testing;
-
-    #[test]
-    fn a_gaussian_of_the_distance() {
-        let window = Window::whole(testing::world(40, 30, 100.0));
-        let mut params = testing::with_params(&NODE, "radius=900,rate=0.002");
-        params.set("centre", ParamValue::Point([1250.0, 3150.0]));
-        let mut outputs = testing::outputs_on(window, &NODE, &params, &[]).expect("a result");
-        let uplift = outputs.take("uplift").expect("an output").as_field().expect("a field").clone();
-        for (at, value) in uplift.samples().iter().enumerate() {
-            let [x, y] = window.centre_m(at % 40, at / 40);
-            let distance = math::hypot(x - 1250.0, y - 3150.0);
-            let expected = 0.002 * math::exp(-distance * distance / (2.0 * 900.0 * 900.0));
-            // A few roundings in double precision and one to single: 1e-7 of the value.
-            assert!((f64::from(*value) - expected).abs() <= 1e-7 * expected, "{value} is not {expected}");
-        }
-        assert_eq!(
-            uplift.samples()[29 * 40 + 12],
-            (0.002 * math::exp(-0.5 * (200.0_f64 / 900.0 * 200.0 / 900.0))) as f32
-        );
-    }
-}
+mod tests;

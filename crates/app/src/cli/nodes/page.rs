@@ -172,6 +172,10 @@ impl Entry {
                 entry.ranges(spec.unit, *hard, *hard);
             }
             Kind::Curve { .. } => entry.ty = "curve".into(),
+            Kind::Path { hard, .. } => {
+                entry.ty = "path [(x, y), ...]".into();
+                entry.ranges(spec.unit, *hard, *hard);
+            }
             Kind::File => {
                 entry.ty = "file".into();
                 entry.default = None;
@@ -209,7 +213,7 @@ fn value(value: &ParamValue) -> Value {
         ParamValue::Choice(v) => json!(v),
         ParamValue::Seed(v) => json!(v),
         ParamValue::Point(v) => json!(v),
-        ParamValue::Curve(v) => json!(v),
+        ParamValue::Curve(v) | ParamValue::Path(v) => json!(v),
         ParamValue::File(v) => json!(v),
     }
 }

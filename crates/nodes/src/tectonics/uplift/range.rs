@@ -1,0 +1,82 @@
+//! A range along a path: a Gaussian of the distance to it, with a width for each side.
+//!
+//! Each stretch of the path makes a range of its own, and the highest counts. Beyond the ends of a stretch the width
+//! goes over from that of one side to that of the other, by a cubic of the sine of the angle from the stretch's
+//! direction. So no seam shows anywhere, however the path winds; and where the path goes straight on, each stretch is
+//! the highest beside itself.
+
+use crate::{math::lane, par, prelude::*, simd::simd};
+
+/// Where the range runs and how wide it is.
+pub(super) struct Range<'a> {
+    /// Places along the crest, in order.
+    pub path: &'a [[f64; 2]],
+    /// Standard deviations in metres to the right of the path and to its left.
+    pub widths_m: [f64; 2],
+    /// Rate on the path.
+    pub rate: f64,
+}
+
+/// A straight stretch of the path.
+#[derive(Clone, Copy)]
+struct Stretch {
+    start: [f64; 2],
+    /// Unit vector along it; to its right is (-y, x).
+    along: [f64; 2],
+    length_m: f64,
+    /// One over the squares of the widths to the right and to the left.
+    sides: [f64; 2],
+}
+
+impl Range<'_> {
+    /// The rate at every cell of the job's window.
+    pub(super) fn raster(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
+        let stretches: Vec<Stretch> = self.path.windows(2).map(|pair| self.stretch(pair[0], pair[1])).collect();
+        let window = job.window();
+        let xs: Vec<f64> = (0..window.nx()).map(|i| window.centre_m(i, 0)[0]).collect();
+        let mut uplift = vec![f32::INFINITY; window.len()];
+        par::rows(job, &mut uplift, |j, row| {
+            for stretch in &stretches {
+                approach(row, &xs, window.centre_m(0, j)[1], *stretch);
+            }
+            fall_off(row, self.rate as f32);
+        })?;
+        Ok(uplift)
+    }
+
+    fn stretch(&self, start: [f64; 2], end: [f64; 2]) -> Stretch {
+        let [dx, dy] = [end[0] - start[0], end[1] - start[1]];
+        let length_m = (dx * dx + dy * dy).sqrt();
+        let sides = self.widths_m.map(|width_m| 1.0 / (width_m * width_m));
+        Stretch { start, along: [dx / length_m, dy / length_m], length_m, sides }
+    }
+}
+
+simd! {
+    /// Lowers each sample to the square of the distance to a stretch, in widths.
+    fn approach(row: &mut [f32], xs: &[f64], y: f64, stretch: Stretch) {
+        let Stretch { start, along: [ux, uy], length_m, sides } = stretch;
+        let dy = y - start[1];
+        for (nearest, x) in row.iter_mut().zip(xs) {
+            let dx = x - start[0];
+            let ahead = dx * ux + dy * uy;
+            let right = dy * ux - dx * uy;
+            let beyond = (-ahead).max(ahead - length_m).max(0.0);
+            let square = beyond * beyond + right * right;
+            // exactly 1 and -1 beside the stretch
+            let sine = right / square.sqrt().max(f64::MIN_POSITIVE);
+            let share = 0.5 + sine * (0.75 - 0.25 * (sine * sine));
+            let widths = (square * (share * sides[0] + (1.0 - share) * sides[1])) as f32;
+            *nearest = nearest.min(widths);
+        }
+    }
+}
+
+simd! {
+    /// Turns squares of distances in widths into rates.
+    fn fall_off(row: &mut [f32], rate: f32) {
+        for value in row {
+            *value = rate * lane::exp(-0.5 * *value);
+        }
+    }
+}
