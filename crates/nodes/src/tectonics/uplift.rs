@@ -36,7 +36,7 @@ choice! {
 params! {
     /// What rises.
     shape: Shape = Shape::Gaussian, One, ..;
-    /// Rate where it is highest: in the middle of a dome, on the crest of a range, of the throw of a fault, between plates that collide head-on; land sinks where it is below 0.
+    /// Rate where it is highest, or of a fault's whole throw; land sinks where it is below 0.
     rate: f64 = 0.001, MetresPerYear, -1.0..=1.0, soft 0..=0.005;
     /// Time that `displacement` has risen for.
     duration: f64 = 1e6, Years, 0.0..=1e9, soft 0..=1e7;
