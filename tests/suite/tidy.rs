@@ -73,7 +73,11 @@ fn nothing_is_left_for_later() {
 #[test]
 fn the_readme_names_the_two_commands() {
     let readme = std::fs::read_to_string(root().join("README.md")).expect("README.md");
-    let commands: Vec<&str> = readme.lines().map(str::trim).filter(|line| line.starts_with("cargo run ") || line.starts_with("cargo test ")).collect();
+    let commands: Vec<&str> = readme
+        .lines()
+        .map(str::trim)
+        .filter(|line| line.starts_with("cargo run ") || line.starts_with("cargo test "))
+        .collect();
     assert_eq!(
         commands,
         ["cargo run --release -- run graphs/carve_dem.ron -o out", "cargo test --workspace"],
