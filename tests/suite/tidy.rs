@@ -71,6 +71,14 @@ fn nothing_is_left_for_later() {
 }
 
 #[test]
+fn the_readme_explains_the_graph_as_it_is() {
+    let text =
+        |path: &str| std::fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"));
+    let quoted: String = text("graphs/hello.ron").lines().map(|line| format!("    {line}\n")).collect();
+    assert!(text("README.md").contains(&quoted), "the README explains another `graphs/hello.ron`");
+}
+
+#[test]
 fn the_readme_names_the_two_commands() {
     let readme = std::fs::read_to_string(root().join("README.md")).expect("README.md");
     let commands: Vec<&str> = readme

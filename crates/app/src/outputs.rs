@@ -6,7 +6,7 @@
 //! | vector | the same twice: `NAME.x.exr` (east) and `NAME.y.exr` (south) |
 //! | colour | `NAME.png` |
 //! | report | `NAME.json` |
-//! | height, to look at | `NAME.preview.png`: shaded relief, tinted over its range |
+//! | height, to look at | `NAME.preview.png`: shaded relief, tinted over its range, at most 4096 pixels a side |
 
 use std::{
     collections::BTreeSet,
@@ -14,13 +14,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use orograph_graph::{Field, OutputDecl, PortType, Value};
+use orograph_graph::{Cancel, Field, OutputDecl, PortType, Value};
 use orograph_nodes::raster::{self, Format, Meta, Problem, RasterError};
 use tempfile::TempDir;
 
 use crate::{
     failure::{Failure, reason},
-    picture::{self, View},
+    picture,
 };
 
 /// In which form outputs are written.
@@ -141,9 +141,10 @@ impl OutputFolder {
     /// Writes an output's files, not yet under their names. `key` is the hash of what the value comes from.
     ///
     /// # Errors
-    /// When they cannot be written.
-    pub fn write(&mut self, output: &OutputDecl, value: &Value, key: &str) -> Result<(), Failure> {
+    /// When they cannot be written, or it is stopped.
+    pub fn write(&mut self, output: &OutputDecl, value: &Value, key: &str, cancel: &Cancel) -> Result<(), Failure> {
         let names = names(output, &self.form);
+        let go_on = || !cancel.is_cancelled();
         match value {
             Value::Report(report) => {
                 let path = self.place(&names[0]);
@@ -156,16 +157,16 @@ impl OutputFolder {
             }
             Value::Field(field) if output.ty == PortType::Colour => {
                 let path = self.place(&names[0]);
-                raster::write_colour(&path, field).map_err(|error| self.failure(&names[0], error))?;
+                raster::write_colour(&path, field, &go_on).map_err(|error| self.failure(&names[0], error))?;
                 self.add(output, &names[0], quantity(output.ty), None)
             }
             Value::Field(field) => {
                 for plane in 0..field.planes() {
-                    self.write_plane(output, &names[2 * plane..2 * plane + 2], field, plane, key)?;
+                    self.write_plane(output, &names[2 * plane..2 * plane + 2], field, plane, (key, &go_on))?;
                 }
                 if let Some(preview) = names.get(2 * field.planes()) {
                     let path = self.place(preview);
-                    raster::write_colour(&path, &picture::of_height(field, View::Map))
+                    raster::write_colour(&path, &picture::preview(field), &go_on)
                         .map_err(|error| self.failure(preview, error))?;
                     self.add(output, preview, "picture", None)?;
                 }
@@ -180,7 +181,7 @@ impl OutputFolder {
         names: &[String],
         field: &Field,
         plane: usize,
-        key: &str,
+        (key, go_on): (&str, raster::GoOn<'_>),
     ) -> Result<(), Failure> {
         let single = match field.planes() {
             1 => field.clone(),
@@ -192,7 +193,7 @@ impl OutputFolder {
             graph_hash: Some(key.to_owned()),
         };
         let range = (output.ty == PortType::Mask).then_some([0.0, 1.0]);
-        raster::write(&self.place(&names[0]), self.form.format, &single, range, &meta)
+        raster::write(&self.place(&names[0]), self.form.format, &single, range, &meta, go_on)
             .map_err(|error| self.failure(&names[0], error))?;
         let range = single.range(0).map(|(lo, hi)| [f64::from(lo), f64::from(hi)]);
         self.files.push(names[1].clone());
@@ -234,6 +235,7 @@ impl OutputFolder {
     fn failure(&self, name: &str, error: RasterError) -> Failure {
         match &error.problem {
             Problem::Unwritable(error) => self.unwritable(name, error),
+            Problem::Stopped => Failure::stopped(),
             problem => {
                 let path = self.folder.join(name);
                 Failure::unable(format!("`{}`: {problem}", path.display())).hint(error.remedy())

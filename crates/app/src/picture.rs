@@ -1,7 +1,7 @@
 //! Pictures to look at: linear RGB, three planes.
 
 use clap::ValueEnum;
-use orograph_graph::Field;
+use orograph_graph::{Field, Window, World};
 use orograph_nodes::{math::f32 as math, render::hillshade};
 use rayon::prelude::*;
 
@@ -24,6 +24,41 @@ pub fn of_height(height: &Field, view: View) -> Field {
     }
 }
 
+/// The most pixels of a preview along its longer side.
+const PREVIEW_SIDE: u32 = 4096;
+
+/// A picture of heights that any viewer opens: the map, of larger cells where there are more than 4096 along a side.
+#[must_use]
+pub fn preview(height: &Field) -> Field {
+    of_height(&shrunk(height, PREVIEW_SIDE), View::Map)
+}
+
+/// The means of squares of cells, as large as it takes for no side to have more than `most` of them. Those at the east
+/// and south sides may be cut.
+fn shrunk(height: &Field, most: u32) -> Field {
+    let window = height.window();
+    let side = window.cells[0].max(window.cells[1]).div_ceil(most) as usize;
+    if side == 1 {
+        return height.clone();
+    }
+    let cells = window.cells.map(|count| count.div_ceil(side as u32));
+    let size = cells.map(|count| f64::from(count) * side as f64 * window.cell_m());
+    let (nx, samples) = (window.nx(), height.plane(0));
+    let rows = samples.par_chunks(side * nx).flat_map_iter(|band| {
+        let mean = move |first: usize| {
+            let columns = first..(first + side).min(nx);
+            let (mut sum, mut count) = (0.0, 0.0);
+            for row in band.chunks_exact(nx) {
+                sum += row[columns.clone()].iter().map(|z| f64::from(*z)).sum::<f64>();
+                count += columns.len() as f64;
+            }
+            (sum / count) as f32
+        };
+        (0..nx).step_by(side).map(mean)
+    });
+    Field::new(Window::whole(World { size, cells, ..window.world }), rows.collect())
+}
+
 /// A picture of one plane of numbers: black at the lowest, white at the highest.
 #[must_use]
 pub fn of_numbers(field: &Field) -> Field {
@@ -42,9 +77,18 @@ fn grey(field: &Field, level: impl Fn(f32) -> f32 + Sync) -> Field {
 
 #[cfg(test)]
 mod tests {
-    use orograph_graph::{Window, World};
-
     use super::*;
+
+    #[test]
+    fn a_preview_has_no_more_cells_than_it_may() {
+        let world = World { size: [70.0, 30.0], cells: [7, 3], ..World::default() };
+        let height = Field::new(Window::whole(world), (0..21).map(|v| v as f32).collect());
+        assert_eq!(shrunk(&height, 7), height);
+        let small = shrunk(&height, 4);
+        // squares of 2 x 2 cells, those in the east of 1 x 2, in the south of 2 x 1
+        assert_eq!(small.samples(), [4.0, 6.0, 8.0, 9.5, 14.5, 16.5, 18.5, 20.0]);
+        assert_eq!((small.window().cells, small.window().cell_m()), ([4, 2], 20.0));
+    }
 
     #[test]
     fn pictures_have_three_planes_between_black_and_white() {

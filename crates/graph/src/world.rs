@@ -78,8 +78,8 @@ pub enum WorldError {
     #[error("a world of {0} x {1} cells has nothing in it; give it at least 1 x 1")]
     Empty(u32, u32),
     /// More cells than a raster of this program can have.
-    #[error("a world of {0} x {1} cells needs {memory} for a single layer; the most is {most} cells a side",
-        memory = bytes(u64::from(*.0) * u64::from(*.1) * 4), most = World::MAX_SIDE)]
+    #[error("a world of {0} x {1} cells needs {memory} for a single layer; the most is {side} cells a side and {most} in all",
+        memory = bytes(u64::from(*.0) * u64::from(*.1) * 4), side = World::MAX_SIDE, most = World::MAX_CELLS)]
     TooLarge(u32, u32),
     /// Not a positive, finite extent.
     #[error("a world of {0} x {1} m has no extent; both must be above zero and finite")]
@@ -112,8 +112,8 @@ impl Default for World {
 impl World {
     /// The most cells along one side: rasters are indexed by `u32`, and lattice phases assume 16-bit cell numbers.
     pub const MAX_SIDE: u32 = 65_536;
-    /// The most cells in all: what `u32` indices with a spare value can name.
-    pub const MAX_CELLS: u64 = (1 << 32) - 2;
+    /// The most cells in all, 2 GiB a layer: the links of a cell with its eight neighbours are numbered in 32 bits.
+    pub const MAX_CELLS: u64 = 1 << 29;
 
     /// Side of a cell in metres.
     #[must_use]
@@ -268,6 +268,10 @@ mod tests {
         assert!(matches!(World { cells: [0, 5], ..world }.check(), Err(WorldError::Empty(..))));
         let huge = World { cells: [1_000_000_000, 1], ..world };
         assert!(huge.check().expect_err("too many").to_string().contains("3.7 GiB"));
+        // 10^9 cells, few enough a side, and the most there can be
+        let square = |side: u32| World { cells: [side; 2], ..world };
+        assert!(square(31_623).check().expect_err("too many").to_string().contains("536870912 in all"));
+        assert_eq!(World { size: [2.0, 1.0], cells: [32_768, 16_384], ..world }.check(), Ok(()));
         assert!(matches!(World { size: [f64::NAN, 1.0], ..world }.check(), Err(WorldError::NoExtent(..))));
         assert!(matches!(World { cells: [1024, 512], ..world }.check(), Err(WorldError::NotSquare(..))));
     }

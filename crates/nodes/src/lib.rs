@@ -9,6 +9,8 @@ pub mod import;
 pub mod math;
 pub mod measure;
 pub mod par;
+#[cfg(test)]
+mod peer_tests;
 mod prelude;
 pub mod raster;
 pub mod render;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use orograph_graph::{Field, OutputDecl, PortType, closest};
+use orograph_graph::{Cancel, Field, OutputDecl, PortType, closest};
 use orograph_nodes::raster::{self, Problem};
 
 use crate::{
@@ -52,16 +52,20 @@ impl Args {
             return Err(Failure::wrong(format!("`{}` does not end with .png", self.out.display()))
                 .hint("pictures are PNG files: `-o picture.png`"));
         }
+        let cancel = stop::on_interrupt()?;
         let picture = if self.file.extension().is_some_and(|extension| extension == "ron") {
-            self.of_graph()?
+            self.of_graph(&cancel)?
         } else {
             self.of_file()?
         };
-        raster::write_colour(&self.out, &picture).map_err(|error| match &error.problem {
-            Problem::Unwritable(error) => {
-                Failure::unable(format!("cannot write `{}`: {}", self.out.display(), reason(error)))
+        raster::write_colour(&self.out, &picture, &|| !cancel.is_cancelled()).map_err(|error| {
+            match &error.problem {
+                Problem::Unwritable(error) => {
+                    Failure::unable(format!("cannot write `{}`: {}", self.out.display(), reason(error)))
+                }
+                Problem::Stopped => Failure::stopped(),
+                _ => Failure::unable(error.to_string()).hint(error.remedy()),
             }
-            _ => Failure::unable(error.to_string()).hint(error.remedy()),
         })?;
         if self.quiet {
             return Ok(());
@@ -91,7 +95,7 @@ impl Args {
         Ok(picture::of_height(&heightfile::read(&self.file, &self.scale)?, self.view))
     }
 
-    fn of_graph(&self) -> Result<Field, Failure> {
+    fn of_graph(&self, cancel: &Cancel) -> Result<Field, Failure> {
         if let Some(option) = self.scale.given() {
             return Err(Failure::wrong(format!("`{option}` is for height files; a graph states its world")));
         }
@@ -100,7 +104,7 @@ impl Args {
         request.outputs = vec![output.clone()];
         let progress: Box<dyn Progress> = if self.quiet { Box::new(Quiet) } else { progress::for_people() };
         let builder = Builder::new(&self.means, 0)?;
-        let values = builder.evaluate(&request, &[output.port], &stop::on_interrupt()?, &*progress);
+        let values = builder.evaluate(&request, &[output.port], cancel, &*progress);
         progress.ended();
         let (values, _) = values?;
         match (values.first().and_then(|value| value.as_field()), output.ty) {

@@ -69,6 +69,7 @@ fn graphs_that_cannot_be() {
         ("deep", &deep, "deep"),
         ("nothing", &SMALL.replace("cells: (32, 16)", "cells: (0, 0)"), "nothing in it"),
         ("huge", &SMALL.replace("cells: (32, 16)", "cells: (1000000000, 500000000)"), "EiB"),
+        ("billion", &SMALL.replace("cells: (32, 16)", "cells: (44800, 22400)"), "3.7 GiB"),
         ("oblong", &SMALL.replace("cells: (32, 16)", "cells: (32, 32)"), "square"),
     ] {
         let file = place.write(&format!("{name}.ron"), text);
@@ -86,6 +87,7 @@ fn requests_that_cannot_be() {
     for (args, said) in [
         (vec!["--cells", "0"], "nothing in it"),
         (vec!["--cells", "1000000000"], "EiB"),
+        (vec!["--cells", "44800"], "3.7 GiB"),
         (vec!["--cells", "33"], "near and square: 32x16, 34x17"),
         (vec!["--cells", "many"], "not a whole number"),
         (vec!["--threads", "0"], "--threads"),
@@ -109,7 +111,7 @@ fn requests_that_cannot_be() {
 fn a_world_that_does_not_fit_into_memory_is_refused_before_it_is_built() {
     let place = Place::new();
     place.write("g.ron", SMALL);
-    let limited = "ulimit -v 4194304; exec \"$0\" run g.ron --threads 2 --cells 65536";
+    let limited = "ulimit -v 4194304; exec \"$0\" run g.ron --threads 2 --cells 32768";
     place.shell(limited).ended(2, &["GiB of memory", "fewer cells"]);
     assert!(!place.path("out").exists(), "a folder made for nothing is removed");
 }

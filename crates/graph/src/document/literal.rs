@@ -214,7 +214,8 @@ pub(super) fn quantity(name: &str, unit: Unit, literal: &Literal) -> Result<f64,
 }
 
 fn unit_example(unit: Unit) -> String {
-    match unit.suffixes().iter().rfind(|(suffix, factor)| !suffix.is_empty() && *factor != 1.0) {
+    let typed = |(suffix, factor): &&(&str, f64)| *factor == 1.0 && !suffix.is_empty() && suffix.is_ascii();
+    match unit.suffixes().iter().find(typed) {
         Some((suffix, _)) => format!("a number, or a quantity in quotes such as \"2 {suffix}\""),
         None => "a number".to_owned(),
     }

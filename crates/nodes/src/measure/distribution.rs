@@ -49,10 +49,9 @@ fn order_statistics(samples: &[f32], places: &[usize]) -> Vec<f32> {
             members.push(Vec::new());
         }
     }
-    for &sample in samples {
-        if let Some(members) = members.get_mut(slots[(key(sample) >> 16) as usize]) {
-            members.push(sample);
-        }
+    let wanted = |sample: &f32| slots[(key(*sample) >> 16) as usize] != usize::MAX;
+    for sample in samples.par_iter().copied().filter(wanted).collect::<Vec<f32>>() {
+        members[slots[(key(sample) >> 16) as usize]].push(sample);
     }
     members.par_iter_mut().for_each(|members| members.sort_unstable_by(f32::total_cmp));
     places.iter().map(|&place| members[slots[bucket_of(place)]][place - starts[bucket_of(place)]]).collect()

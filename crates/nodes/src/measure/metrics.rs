@@ -64,11 +64,14 @@ pub fn metrics(job: &Job<'_>, height: &Field, params: &Params) -> Result<Report,
     let window = *height.window();
     let mut report = Report::default();
     report.measure("cell_size", window.cell_m(), "m");
-    elevations(height, &mut report);
+    elevations(job, height, &mut report)?;
     job.advance(0.2)?;
     local_relief(height, params.local_window, &mut report);
     job.advance(0.3)?;
-    slopes(&interior_slopes(height), &mut report);
+    let steepness = interior_slopes(height);
+    job.advance(0.4)?;
+    slopes(job, &steepness, &mut report)?;
+    drop(steepness);
     job.advance(0.5)?;
     drainage(job, height, params.channel_area, &mut report)?;
     Ok(report)
@@ -134,8 +137,7 @@ impl Elevations {
     /// Share of the area at or above each of the relative heights 0, 1/100, ... 1.
     fn curve(&self, field: &Field) -> Vec<f64> {
         let level = |step: usize| self.min + step as f64 / STEPS as f64 * (self.max - self.min);
-        let mut at_step = [0_u64; STEPS + 1];
-        for z in field.plane(0).iter().filter(|z| z.is_finite()).map(|&z| f64::from(z)) {
+        let step_of = |z: f64| {
             let guess = (z - self.min) / (self.max - self.min) * STEPS as f64;
             let mut step = (guess.max(0.0) as usize).min(STEPS);
             while step > 0 && level(step) > z {
@@ -144,8 +146,9 @@ impl Elevations {
             while step < STEPS && level(step + 1) <= z {
                 step += 1;
             }
-            at_step[step] += 1;
-        }
+            step
+        };
+        let at_step = histogram(field.plane(0), STEPS + 1, |z| z.is_finite().then(|| step_of(f64::from(z))));
         let mut above = 0;
         let mut curve: Vec<f64> = at_step
             .iter()
@@ -160,12 +163,24 @@ impl Elevations {
     }
 }
 
+/// How many samples fall into each of `bins`; those without a bin are not counted.
+fn histogram(samples: &[f32], bins: usize, bin: impl Fn(f32) -> Option<usize> + Sync) -> Vec<u64> {
+    let count = |part: &[f32]| {
+        let mut counts = vec![0_u64; bins];
+        part.iter().filter_map(|&sample| bin(sample)).for_each(|bin| counts[bin] += 1);
+        counts
+    };
+    let parts: Vec<Vec<u64>> = samples.par_chunks(1 << 16).map(count).collect();
+    (0..bins).map(|bin| parts.iter().map(|counts| counts[bin]).sum()).collect()
+}
+
 fn axis(label: &str, unit: &str, values: Vec<f64>) -> Axis {
     Axis { label: label.to_owned(), unit: unit.to_owned(), values }
 }
 
-fn elevations(height: &Field, report: &mut Report) {
+fn elevations(job: &Job<'_>, height: &Field, report: &mut Report) -> Result<(), NodeError> {
     let found = Elevations::of(height);
+    job.advance(0.1)?;
     let relief = found.max - found.min;
     report.measure("elevation_min", found.min, "m");
     report.measure("elevation_max", found.max, "m");
@@ -182,6 +197,7 @@ fn elevations(height: &Field, report: &mut Report) {
         x: axis("share of the area at or above", "", found.curve(height)),
         y: axis("relative height", "", (0..=STEPS).map(|step| step as f64 / STEPS as f64).collect()),
     });
+    Ok(())
 }
 
 fn local_relief(height: &Field, window_m: f64, report: &mut Report) {
@@ -214,14 +230,21 @@ fn interior_slopes(height: &Field) -> Vec<f32> {
         return Vec::new();
     }
     let surface = Surface::new(height, Method::Horn);
-    let mut slopes = vec![0.0; nx * (ny - 2)];
-    slopes.par_chunks_mut(nx).enumerate().for_each(|(j, row)| {
-        surface.row(j + 1, |start, east, south| slope_degrees(east, south, &mut row[start..start + east.len()]));
-    });
-    slopes.chunks_exact(nx).flat_map(|row| &row[1..nx - 1]).copied().filter(|s| s.is_finite()).collect()
+    let mut slopes = vec![0.0; (nx - 2) * (ny - 2)];
+    slopes.par_chunks_mut(nx - 2).enumerate().for_each_init(
+        || vec![0.0; nx],
+        |whole, (j, row)| {
+            surface.row(j + 1, |start, east, south| slope_degrees(east, south, &mut whole[start..start + east.len()]));
+            row.copy_from_slice(&whole[1..nx - 1]);
+        },
+    );
+    if slopes.par_iter().any(|s| !s.is_finite()) {
+        slopes.retain(|s| s.is_finite());
+    }
+    slopes
 }
 
-fn slopes(slopes: &[f32], report: &mut Report) {
+fn slopes(job: &Job<'_>, slopes: &[f32], report: &mut Report) -> Result<(), NodeError> {
     if slopes.is_empty() {
         report.notes.push("fewer than 3 x 3 cells with heights: no slopes".to_owned());
     }
@@ -231,15 +254,14 @@ fn slopes(slopes: &[f32], report: &mut Report) {
     for (name, value) in names.into_iter().zip(quantiles(slopes, &[0.05, 0.25, 0.5, 0.75, 0.95])) {
         report.measure(name, value, "°");
     }
-    let mut counts = vec![0_u64; 90];
-    for &slope in slopes {
-        counts[(slope as usize).min(89)] += 1;
-    }
+    job.check()?;
+    let counts = histogram(slopes, 90, |slope| Some((slope as usize).min(89)));
     report.series.push(Series {
         name: "slope_histogram".to_owned(),
         x: axis("slope from", "°", (0..90).map(f64::from).collect()),
         y: axis("share of the area", "", counts.iter().map(|&n| n as f64 / slopes.len() as f64).collect()),
     });
+    Ok(())
 }
 
 fn drainage(job: &Job<'_>, height: &Field, channel_area_m2: f64, report: &mut Report) -> Result<(), NodeError> {
@@ -263,7 +285,7 @@ fn drainage(job: &Job<'_>, height: &Field, channel_area_m2: f64, report: &mut Re
 /// Channel cells that drain to a side and to a corner.
 fn channel_cells(job: &Job<'_>, height: &Field, channel_area_m2: f64) -> Result<[u64; 2], NodeError> {
     let heights = height.plane(0);
-    if heights.iter().any(|z| !z.is_finite()) {
+    if heights.par_iter().any(|z| !z.is_finite()) {
         return Err(NodeError::failed("there are cells without a height"));
     }
     let grid = Grid::new(height.window())?;
@@ -272,16 +294,17 @@ fn channel_cells(job: &Job<'_>, height: &Field, channel_area_m2: f64) -> Result<
     let mut depressions = Depressions::default();
     depressions.find(job, &grid, heights, &codes)?;
     depressions.carve(job, &grid, &mut codes)?;
+    job.advance(0.8)?;
     let mut cells = vec![1_u32; grid.cells()];
     Drainage::default().accumulate(job, &grid, &codes, &mut cells)?;
     let cell_m2 = height.window().cell_m() * height.window().cell_m();
-    let mut links = [0; 2];
-    for (&code, &cells) in codes.iter().zip(&cells) {
-        if code::has_receiver(code) && f64::from(cells) * cell_m2 >= channel_area_m2 {
-            links[usize::from(code::is_diagonal(code::direction(code)))] += 1;
-        }
-    }
-    Ok(links)
+    let links = |(&code, &cells): (&u8, &u32)| {
+        let channel = code::has_receiver(code) && f64::from(cells) * cell_m2 >= channel_area_m2;
+        let diagonal = code::is_diagonal(code::direction(code));
+        [u64::from(channel && !diagonal), u64::from(channel && diagonal)]
+    };
+    let add = |a: [u64; 2], b: [u64; 2]| [a[0] + b[0], a[1] + b[1]];
+    Ok(codes.par_iter().zip(&cells).map(links).reduce(|| [0; 2], add))
 }
 
 #[cfg(test)]

@@ -53,7 +53,7 @@ pub enum Problem {
         rows: u64,
     },
     /// Its header claims more than the file can hold under any compression.
-    #[error("its header claims {columns} x {rows} cells, which its {held} bytes cannot hold")]
+    #[error("its header or sidecar claims {columns} x {rows} cells, which its {held} bytes cannot hold")]
     Lying {
         /// Columns it claims.
         columns: u64,
@@ -102,7 +102,7 @@ pub enum Problem {
     #[error("it does not say how large its cells are")]
     NoCellSize,
     /// It was told to stop.
-    #[error("reading was stopped")]
+    #[error("it was stopped before its end")]
     Stopped,
     /// The system refused to write it.
     #[error("it cannot be written: {0}")]
@@ -143,7 +143,7 @@ impl Problem {
             Self::NoLatitude => {
                 "say the size of a cell in metres, or give the file its place (N40W106.hgt, a GeoTIFF with tags)"
             }
-            Self::Stopped => "read it again",
+            Self::Stopped => "try again",
             Self::NoCellSize => "say the size of a cell in metres",
             Self::Unwritable(_) => "choose a folder that may be written to, and check that the disk has room",
             Self::NotFinite { .. } => "find the node that gives them, or write exr, tiff or r32",

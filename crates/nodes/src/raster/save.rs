@@ -4,7 +4,7 @@
 //! never sees half of one, and a full disk leaves what was there before as it was.
 
 use std::{
-    io::{self, BufWriter, Write},
+    io::{self, BufWriter, Seek, SeekFrom, Write},
     path::Path,
 };
 
@@ -12,7 +12,7 @@ use orograph_graph::Field;
 use rayon::prelude::*;
 use tempfile::NamedTempFile;
 
-use super::{Problem, RasterError, Sidecar, exr, geotiff, png, sidecar_path};
+use super::{GoOn, Problem, RasterError, Sidecar, exr, geotiff, png, sidecar_path};
 use crate::math;
 
 /// A format for heights, masks and scalars.
@@ -88,14 +88,15 @@ pub struct Meta {
 /// largest value. Codes are rounded to the nearest. Tiles of one world need one `range` to fit together.
 ///
 /// # Errors
-/// [`Problem::Unwritable`] when either file cannot be written, [`Problem::NotFinite`] when a 16-bit format cannot hold it;
-/// earlier files of these names are then as they were.
+/// [`Problem::Unwritable`] when either file cannot be written, [`Problem::NotFinite`] when a 16-bit format cannot hold it,
+/// [`Problem::Stopped`] when `go_on` said no; earlier files of these names are then as they were.
 pub fn write(
     path: &Path,
     format: Format,
     field: &Field,
     range: Option<[f64; 2]>,
     meta: &Meta,
+    go_on: GoOn<'_>,
 ) -> Result<Sidecar, RasterError> {
     let window = field.window();
     let samples = field.plane(0);
@@ -115,7 +116,7 @@ pub fn write(
         graph_hash: meta.graph_hash.clone(),
         program: Some(concat!("orograph ", env!("CARGO_PKG_VERSION")).to_owned()),
     };
-    let raster = stage(path, |to| match format {
+    let raster = stage(path, go_on, |to| match format {
         Format::Exr => exr::write(to, columns, rows, samples).map_err(io::Error::other),
         Format::Png16 => png::write_grey(to, columns, rows, &codes).map_err(io::Error::other),
         Format::Tiff => geotiff::write(to, window, samples).map_err(io::Error::other),
@@ -123,7 +124,7 @@ pub fn write(
         Format::R32 => to.write_all(&bytes_of(samples, f32::to_le_bytes)),
     })?;
     let beside = sidecar_path(path);
-    let text = stage(&beside, |to| {
+    let text = stage(&beside, go_on, |to| {
         serde_json::to_writer_pretty(&mut *to, &sidecar)?;
         to.write_all(b"\n")
     })?;
@@ -136,11 +137,11 @@ pub fn write(
 /// Writes three planes of linear RGB, 0 to 1, as an 8-bit sRGB picture.
 ///
 /// # Errors
-/// [`Problem::Unwritable`]; an earlier file of this name is then as it was.
+/// [`Problem::Unwritable`], and [`Problem::Stopped`] when `go_on` said no; an earlier file of this name is then as it was.
 ///
 /// # Panics
 /// When the field has fewer than three planes: a caller's mistake, never a file's.
-pub fn write_colour(path: &Path, field: &Field) -> Result<(), RasterError> {
+pub fn write_colour(path: &Path, field: &Field, go_on: GoOn<'_>) -> Result<(), RasterError> {
     let [columns, rows] = field.window().cells;
     let curve = Srgb::new();
     let [red, green, blue] = [field.plane(0), field.plane(1), field.plane(2)];
@@ -148,25 +149,45 @@ pub fn write_colour(path: &Path, field: &Field) -> Result<(), RasterError> {
     bytes.par_chunks_mut(3).zip(red.par_iter().zip(green).zip(blue)).for_each(|(out, ((r, g), b))| {
         out.copy_from_slice(&[curve.code(*r), curve.code(*g), curve.code(*b)]);
     });
-    replace(path, |to| png::write_rgb(to, columns, rows, &bytes).map_err(io::Error::other))
+    persist(stage(path, go_on, |to| png::write_rgb(to, columns, rows, &bytes).map_err(io::Error::other))?, path)
 }
 
 /// Writes a file of any kind whole: `fill` writes under a temporary name, which is renamed into place.
 ///
 /// # Errors
 /// [`Problem::Unwritable`]; an earlier file of this name is then as it was.
-pub fn replace(
-    path: &Path,
-    fill: impl FnOnce(&mut BufWriter<NamedTempFile>) -> io::Result<()>,
-) -> Result<(), RasterError> {
-    persist(stage(path, fill)?, path)
+pub fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), RasterError> {
+    persist(stage(path, &|| true, |to| fill(to))?, path)
+}
+
+/// A file under its temporary name, which takes no more bytes once it is told to stop.
+struct Part<'a> {
+    file: NamedTempFile,
+    go_on: GoOn<'a>,
+}
+
+impl Write for Part<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if (self.go_on)() { self.file.write(bytes) } else { Err(io::Error::other("stopped")) }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Seek for Part<'_> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
+    }
 }
 
 fn stage(
     path: &Path,
-    fill: impl FnOnce(&mut BufWriter<NamedTempFile>) -> io::Result<()>,
+    go_on: GoOn<'_>,
+    fill: impl FnOnce(&mut BufWriter<Part<'_>>) -> io::Result<()>,
 ) -> Result<NamedTempFile, RasterError> {
-    let unwritable = |error| Problem::Unwritable(error).of(path);
+    let unwritable = |error| if go_on() { Problem::Unwritable(error) } else { Problem::Stopped }.of(path);
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
@@ -180,9 +201,9 @@ fn stage(
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     let file = builder.tempfile_in(folder).map_err(unwritable)?;
-    let mut to = BufWriter::with_capacity(1 << 18, file);
+    let mut to = BufWriter::with_capacity(1 << 18, Part { file, go_on });
     fill(&mut to).map_err(unwritable)?;
-    to.into_inner().map_err(|error| unwritable(error.into_error()))
+    to.into_inner().map(|part| part.file).map_err(|error| unwritable(error.into_error()))
 }
 
 fn persist(file: NamedTempFile, path: &Path) -> Result<(), RasterError> {

@@ -62,8 +62,7 @@ pub static NODE: Node = Node {
     id: "StreamPower",
     category: "erosion",
     summary: "Rivers that cut into rising land until erosion balances uplift.",
-    doc: "The height h of every cell that drains follows\n\n\
-          > ∂h/∂t = U − K Aᵐ Sⁿ\n\n\
+    doc: "The height h of every cell that drains follows\n\n    ∂h/∂t = U − K Aᵐ Sⁿ\n\n\
           with U the `uplift`, K the `erodibility`, A the drainage area in m² and S the slope to the cell's receiver, \
           a plain ratio. All that is eroded leaves the world (detachment-limited erosion). Where uplift and erosion \
           balance, S = (U / K)^(1/n) A^(−m/n): steep headwaters, gentle rivers, with m/n near 0.5 in real land. \
