@@ -71,8 +71,7 @@ pub static NODE: Node = Node {
           K has the unit m^(1−2m)/yr, so it must be chosen with m. For m = 0.5 and n = 1 hard rock has 1e-7 to 1e-6, \
           weak rock 1e-5 to 1e-4 per year. Wire a map to make bands of hard and soft rock. Easier to read is \
           `reference_rate`, the rate E at which a river that drains 1 km² cuts down where its slope is 10 %, from \
-          0.01 mm/yr in hard to 10 mm/yr in weak rock; with it\n\n\
-          > K = E / ((10⁶ m²)ᵐ 0.1ⁿ)\n\n\
+          0.01 mm/yr in hard to 10 mm/yr in weak rock; with it\n\n    K = E / ((10⁶ m²)ᵐ 0.1ⁿ)\n\n\
           whatever m and n are. The default K of 2e-6 is a rate of 0.2 mm/yr. A file gives one of the two.\n\n\
           `rain` weights the land: A is the discharge divided by the mean rain.\n\n\
           Each step solves the law implicitly, from the outlets upstream, so it is stable for any time step and never \
