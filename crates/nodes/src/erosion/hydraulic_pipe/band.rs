@@ -17,7 +17,7 @@ use super::{
 };
 
 /// Rows beyond a band that a step of it depends on.
-pub(super) const HALO: usize = 4;
+pub(super) const HALO: usize = 5;
 /// Bed slope taken beyond an open side where the land does not fall towards it.
 const LEAST_OUTFLOW_SLOPE: f32 = 1e-3;
 /// Rows between questions whether to go on.
@@ -66,6 +66,10 @@ pub(super) const STATES: [State; 6] =
 struct Rings {
     bed: Ring,
     water: Ring,
+    /// Discharge eastward and southward before the step, in the middle of cells.
+    before: [Ring; 2],
+    /// Half the fall of the water surface across cells, eastward and southward.
+    fall: [Ring; 2],
     share: Ring,
     capacity: Ring,
     load: Ring,
@@ -120,6 +124,8 @@ impl Band {
             rings: Rings {
                 bed: ring(),
                 water: ring(),
+                before: [ring(), ring()],
+                fall: [ring(), ring()],
                 share: ring(),
                 capacity: ring(),
                 load: ring(),
@@ -199,7 +205,10 @@ impl Band {
             if loaded.contains(&y) {
                 self.load(scene, pace, y, known.clone());
                 if y > loaded.start {
-                    self.faces(pace, y, known.contains(&y));
+                    self.north_faces(pace, y);
+                }
+                if y > loaded.start + 1 {
+                    self.west_faces(scene, pace, y - 1);
                 }
             }
             self.share(scene, pace, y - 1, &shared, &known);
@@ -236,6 +245,8 @@ impl Band {
                 self.rings.bed.whole_mut(y)[i] = bed;
                 self.rings.water.whole_mut(y)[i] = water;
             }
+            let Rings { before, fall: [east, _], .. } = &mut self.rings;
+            before.iter_mut().chain([east]).for_each(|ring| ring.copy(near, y));
             return;
         }
         self.load_row(scene, pace, y);
@@ -244,7 +255,12 @@ impl Band {
     fn load_row(&mut self, scene: &Scene<'_>, pace: &Pace, y: isize) {
         let (nx, start) = (self.nx, self.world_row(scene, y) * self.nx);
         let at = self.at(y);
-        let [change, _, water, ..] = &self.states;
+        let [change, _, water, _, west, north] = &self.states;
+        let [east, south] = &mut self.rings.before;
+        flow::middle(east.cells_mut(y), [&west[at..], &west[at + 1..]]);
+        flow::middle(south.cells_mut(y), [&north[at..], &north[at + self.stride..]]);
+        east.close(y, scene.joined()[0]);
+        south.close(y, scene.joined()[0]);
         flow::bed(self.rings.bed.cells_mut(y), &scene.land[start..][..nx], &change[at..][..nx]);
         let rain = lane_row(&mut self.rain, scene.rain, start);
         flow::rain(self.rings.water.cells_mut(y), &water[at..][..nx], rain, self.rings.bed.cells(y), pace);
@@ -258,23 +274,33 @@ impl Band {
                 beyond(edge, [bed[near], bed[second]], water[near], scene.physics.cell_m as f32)
             };
         }
+        let (bed, water) = (self.rings.bed.whole(y), self.rings.water.whole(y));
+        flow::fall(self.rings.fall[0].cells_mut(y), [bed, &bed[2..]], [water, &water[2..]]);
     }
 
-    /// Discharge through the faces north of a row and within it.
-    fn faces(&mut self, pace: &Pace, y: isize, own: bool) {
+    /// Discharge through the faces north of a row.
+    fn north_faces(&mut self, pace: &Pace, y: isize) {
         let (at, nx) = (self.at(y), self.nx);
-        let Rings { bed, water, .. } = &self.rings;
-        let [.., west, north] = &mut self.states;
-        flow::faces(
-            &mut north[at..][..nx],
-            [bed.cells(y - 1), bed.cells(y)],
-            [water.cells(y - 1), water.cells(y)],
-            pace,
-        );
-        if own {
-            let (bed, water) = (bed.whole(y), water.whole(y));
-            flow::faces(&mut west[at..][..nx + 1], [bed, &bed[1..]], [water, &water[1..]], pace);
-        }
+        let Rings { bed, water, before: [flowing, _], fall: [falling, _], .. } = &self.rings;
+        let [bed, water, flowing, falling] =
+            [bed, water, flowing, falling].map(|ring| [ring.cells(y - 1), ring.cells(y)]);
+        let [.., north] = &mut self.states;
+        flow::faces(&mut north[at..][..nx], [flowing, falling], bed, water, pace);
+    }
+
+    /// Discharge through the faces within a row whose neighbours are known.
+    fn west_faces(&mut self, scene: &Scene<'_>, pace: &Pace, y: isize) {
+        let (at, nx) = (self.at(y), self.nx);
+        let Rings { bed, water, before: [_, flowing], fall: [_, falling], .. } = &mut self.rings;
+        let [beds, waters] = [&*bed, &*water].map(|ring| [ring.cells(y - 1), ring.cells(y + 1)]);
+        flow::fall(falling.cells_mut(y), beds, waters);
+        falling.close(y, scene.joined()[0]);
+        let [.., west, _] = &mut self.states;
+        let [bed, water, flowing, falling] = [&*bed, &*water, &*flowing, &*falling].map(|ring| {
+            let row = ring.whole(y);
+            [row, &row[1..]]
+        });
+        flow::faces(&mut west[at..][..nx + 1], [flowing, falling], bed, water, pace);
     }
 
     /// What share of its outflow each cell of a row can give.
@@ -303,14 +329,16 @@ impl Band {
     fn exchange(&mut self, scene: &Scene<'_>, pace: &Pace, y: isize) {
         let (at, below, nx) = (self.at(y), self.at(y + 1), self.nx);
         let own = (0..self.rows as isize).contains(&y);
-        let Rings { bed, water, share, capacity, load, part, way } = &mut self.rings;
+        let Rings { bed, water, share, capacity, load, part, way, .. } = &mut self.rings;
         let [change, loose, depth, sediment, west, north] = &mut self.states;
         let faces = [&west[at..][..nx], &west[at + 1..][..nx], &north[at..][..nx], &north[below..][..nx]];
         // the shares of this row have been used: what flowed in the halo is not asked for and goes in their place
         let flowed = if own { &mut self.flow[y as usize * nx..][..nx] } else { share.cells_mut(y) };
         let depth = &mut depth[at..][..nx];
         let deepest = flow::water(depth, flowed, capacity.cells_mut(y), water.cells(y), faces, pace);
-        self.deepest_m = self.deepest_m.max(deepest);
+        if own {
+            self.deepest_m = self.deepest_m.max(deepest);
+        }
 
         let beds = [bed.cells(y), &bed.whole(y)[..nx], &bed.whole(y)[2..], bed.cells(y - 1), bed.cells(y + 1)];
         bed::capacity(capacity.cells_mut(y), beds, water.cells(y), depth, pace);

@@ -19,7 +19,8 @@ fn rise(before: f32, here: f32, after: f32) -> f32 {
 }
 
 simd! {
-    /// Sediment that the water could carry, in metres: capacity · sine of the bed's tilt · speed (· depth).
+    /// Sediment that the water could carry, in metres: capacity · sine of the bed's tilt · speed (· depth), falling to 0
+    /// in deep water.
     ///
     /// `bed` is the cell, then those on its west, east, north and south; `speed` is overwritten.
     pub fn capacity(speed: &mut [f32], bed: [&[f32]; 5], before: &[f32], after: &[f32], pace: &Pace) {
@@ -31,10 +32,13 @@ simd! {
             let squared = x * x + y * y;
             let sine2 = squared / (1.0 + squared);
             let sine2 = if sine2 > pace.tilt_floor { sine2 } else { pace.tilt_floor };
-            let most = pace.capacity * sine2.sqrt() * speed[i];
+            let depth = 0.5 * (before[i] + after[i]);
+            let shallow = 1.0 - depth * pace.per_deep;
+            let shallow = if shallow > 0.0 { shallow } else { 0.0 };
+            let most = pace.capacity * sine2.sqrt() * speed[i] * shallow;
             let most = if pace.by_depth {
                 let most = if most < pace.thickest { most } else { pace.thickest };
-                most * (0.5 * (before[i] + after[i]))
+                most * depth
             } else {
                 most
             };

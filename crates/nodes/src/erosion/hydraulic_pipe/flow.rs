@@ -63,8 +63,12 @@ fn inverse_sixth_root(x: f32) -> f32 {
 }
 
 /// Local inertia with Manning's friction (Bates, Horritt and Fewtrell 2010, equation 11), at most critical flow.
+///
+/// `along` is the discharge along the face and the fall of the surface that way. Friction counts both directions, as de
+/// Almeida et al. (2012) have it; on steep ground, where flow would be faster than its waves, it grows until it is not
+/// (Grant 1997). With the face's own direction alone, water would turn towards the diagonals of the raster.
 #[inline(always)]
-fn inertial(q: f32, bed: [f32; 2], water: [f32; 2], pace: &Pace) -> f32 {
+fn inertial(q: f32, along: [f32; 2], bed: [f32; 2], water: [f32; 2], pace: &Pace) -> f32 {
     let (depth, fall) = face(bed, water);
     let open = (depth > DRY_M) & (fall.abs() < HIGHEST);
     let depth = if depth > DRY_M { depth } else { DRY_M };
@@ -72,8 +76,10 @@ fn inertial(q: f32, bed: [f32; 2], water: [f32; 2], pace: &Pace) -> f32 {
     let fall = if fall < -pace.steepest_m { -pace.steepest_m } else { fall };
     let root = inverse_sixth_root(depth);
     let root3 = root * root * root;
-    let root7 = root3 * root3 * root;
-    let friction = pace.friction * q.abs() * (root7 * root7);
+    let (root6, root7) = (root3 * root3, root3 * root3 * root);
+    let rough = pace.friction * (root7 * root7);
+    let steep = pace.step * (fall * fall + along[1] * along[1]).sqrt() * (root6 * root6);
+    let friction = (if rough > steep { rough } else { steep }) * (q * q + along[0] * along[0]).sqrt();
     let moved = (q + pace.push * depth * fall) / (1.0 + friction);
     let critical = pace.critical * (depth * depth) * root3;
     let moved = if moved > critical { critical } else { moved };
@@ -93,15 +99,17 @@ fn pipe(q: f32, bed: [f32; 2], water: [f32; 2], pace: &Pace) -> f32 {
 }
 
 simd! {
-    /// Discharge through faces after a step, m²/s, not yet limited to the water there is. `bed` and `water` are the cells
-    /// on the face's west and east, or north and south.
-    pub fn faces(discharge: &mut [f32], bed: [&[f32]; 2], water: [&[f32]; 2], pace: &Pace) {
+    /// Discharge through faces after a step, m²/s, not yet limited to the water there is. `bed` and `water` are those of
+    /// the cells on the face's west and east, or north and south; `along` the discharge before the step and the fall in
+    /// the face's direction of the same cells.
+    pub fn faces(discharge: &mut [f32], along: [[&[f32]; 2]; 2], bed: [&[f32]; 2], water: [&[f32]; 2], pace: &Pace) {
         let n = discharge.len();
-        let (bed, water) = (bed.map(|row| &row[..n]), water.map(|row| &row[..n]));
+        let [flowing, falling, bed, water] = [along[0], along[1], bed, water].map(|rows| rows.map(|row| &row[..n]));
         match pace.scheme {
             Scheme::Inertial => {
                 for i in 0..n {
-                    discharge[i] = inertial(discharge[i], [bed[0][i], bed[1][i]], [water[0][i], water[1][i]], pace);
+                    let along = [flowing, falling].map(|[before, after]| 0.5 * (before[i] + after[i]));
+                    discharge[i] = inertial(discharge[i], along, [bed[0][i], bed[1][i]], [water[0][i], water[1][i]], pace);
                 }
             }
             Scheme::Pipes => {
@@ -109,6 +117,29 @@ simd! {
                     discharge[i] = pipe(discharge[i], [bed[0][i], bed[1][i]], [water[0][i], water[1][i]], pace);
                 }
             }
+        }
+    }
+}
+
+simd! {
+    /// The mean of two rows of faces: discharge in the middle of cells.
+    pub fn middle(out: &mut [f32], faces: [&[f32]; 2]) {
+        let n = out.len();
+        let [before, after] = faces.map(|row| &row[..n]);
+        for i in 0..n {
+            out[i] = 0.5 * (before[i] + after[i]);
+        }
+    }
+}
+
+simd! {
+    /// Half the fall of the water surface from the cells `before` to those `after`, 0 beside what is no land.
+    pub fn fall(out: &mut [f32], bed: [&[f32]; 2], water: [&[f32]; 2]) {
+        let n = out.len();
+        let [bed, water] = [bed, water].map(|rows| rows.map(|row| &row[..n]));
+        for i in 0..n {
+            let fall = 0.5 * ((bed[0][i] - bed[1][i]) + (water[0][i] - water[1][i]));
+            out[i] = if fall.abs() < HIGHEST { fall } else { 0.0 };
         }
     }
 }

@@ -52,6 +52,8 @@ params! {
     talus: f64 = 35.0, Degrees, 1.0..=89.0, soft 20.0..=60.0;
     /// Depth of a film of water that is too thin to erode.
     film: f64 = 0.005, Metres, 1e-4..=1.0, soft 0.001..=0.02;
+    /// Depth from which water takes nothing from its bed; capacity falls to 0 towards it.
+    deep: f64 = 5.0, Metres, 0.01..=1e4, soft 1.0..=20.0;
     /// Share of the water that evaporates.
     evaporation: f64 = 0.0, PerSecond, 0.0..=1.0, soft 0.0..=0.001;
     /// Water that seeps into the ground.

@@ -30,7 +30,7 @@ choice! {
         /// Unit stream power, settling and entrainment, with the parameters below.
         StreamPower = "stream_power",
         /// The numbers of WebGL-Erosion, for pipes of one section: `capacity`, `settling`, `entrainment`, `roughness`,
-        /// `scheme`, `evaporation` and `film` do not count.
+        /// `scheme`, `evaporation`, `film` and `deep` do not count.
         WebglErosion = "webgl_erosion",
     }
 }
@@ -64,6 +64,7 @@ pub(super) struct Physics {
     /// Height of pipes, 0 where it is the depth of water.
     pub section_m: f64,
     pub film_m: f64,
+    pub deep_m: f64,
     /// Capacity per tilt and speed: as a concentration for unit stream power, as a depth of sediment else.
     pub capacity: f64,
     pub by_depth: bool,
@@ -89,6 +90,7 @@ impl Physics {
             damping: params.damping,
             section_m: 0.0,
             film_m: params.film,
+            deep_m: params.deep,
             capacity: params.capacity / params.settling,
             by_depth: true,
             tilt_floor: 0.05,
@@ -109,6 +111,7 @@ impl Physics {
                     damping: 0.0,
                     section_m: SEED_SECTION * cell_m,
                     film_m: 0.01 * cell_m,
+                    deep_m: f64::INFINITY,
                     capacity: SEED_CAPACITY * unit_s,
                     by_depth: false,
                     tilt_floor: 0.1,
@@ -144,6 +147,7 @@ impl Physics {
             section_m: self.section_m as f32,
             damping: crate::math::exp(-self.damping * dt_s) as f32,
             per_film: (1.0 / self.film_m) as f32,
+            per_deep: (1.0 / self.deep_m) as f32,
             tilt: (0.5 / self.cell_m) as f32,
             tilt_floor: (self.tilt_floor * self.tilt_floor) as f32,
             capacity: self.capacity as f32,
@@ -183,6 +187,8 @@ pub(super) struct Pace {
     pub damping: f32,
     /// 1 / depth of the film.
     pub per_film: f32,
+    /// 1 / (depth in which water takes nothing).
+    pub per_deep: f32,
     /// 1 / (2 dx).
     pub tilt: f32,
     /// Square of the least tilt.

@@ -128,3 +128,197 @@ fn a_plane_runs_at_normal_depth() {
         assert!((found / expected - 1.0).abs() < 0.02, "{i}: {found} {expected}");
     }
 }
+
+/// A run without rain that begins with water up to `surface`.
+fn lake<'a>(land: &'a Field, changes: &str, surface: impl Fn(f64, f64) -> f64) -> Run<'a> {
+    let window = *land.window();
+    let params = Params::read(&with_params(&NODE, changes));
+    let scene = Scene {
+        cells: [window.nx(), window.ny()],
+        boundary: window.world.boundary,
+        land: land.samples(),
+        rain: Lane::Constant(0.0),
+        erodibility: Lane::Constant(1.0),
+        physics: Physics::new(&params, window.cell_m()),
+    };
+    let mut run = Run::new(scene, Lane::Constant(10.0));
+    for band in &mut run.bands {
+        let rows = band.world_rows();
+        for j in rows.clone() {
+            for i in 0..window.nx() {
+                let [x, y] = window.centre_m(i, j);
+                let depth = (surface(x, y) as f32 - land.samples()[j * window.nx() + i]).max(0.0);
+                band.row_mut(State::Water, (j - rows.start) as isize)[i] = depth;
+                band.deepest_m = band.deepest_m.max(depth);
+            }
+        }
+    }
+    run
+}
+
+/// Runs on its own, outside of a graph.
+fn advance(run: &mut Run<'_>, land: &Field, seconds: f64) -> u64 {
+    let params = with_params(&NODE, "");
+    let job = Job {
+        node: &NODE,
+        params: &params,
+        inputs: vec![],
+        window: *land.window(),
+        folder: std::path::PathBuf::new(),
+        cancel: orograph_graph::Cancel::default(),
+        progress: &|_| (),
+    };
+    run.advance(seconds, &job).expect("no cancel").steps
+}
+
+/// A level lake 3 km up stays as it is, islands and all: speeds below 1e-6 m/s after more than 1000 steps.
+#[test]
+fn a_lake_stays_at_rest() {
+    let land =
+        field(sides(world(64, 64, 10.0), Edge::Wall), |x, y| 3000.0 + 20.0 * libm::sin(x / 90.0) * libm::cos(y / 70.0));
+    for changes in ["", "scheme=pipes", "transport=maccormack"] {
+        let mut run = lake(&land, changes, |_, _| 3007.3);
+        assert!(advance(&mut run, &land, 1000.0) > 1000);
+        let mut row = vec![0.0; 64];
+        for (j, axis) in (0..64).flat_map(|j| [(j, 0), (j, 1)]) {
+            run.velocity(j, axis, &mut row);
+            assert!(row.iter().all(|v| v.abs() < 1e-6), "{changes}: {row:?}");
+            assert!(run.row(State::Change, j).iter().all(|&change| change == 0.0));
+        }
+    }
+}
+
+/// Water in a closed basin of length ℓ swings with the period 2ℓ/√(g d), within 3 %.
+#[test]
+fn a_basin_swings_in_its_period() {
+    let (length_m, depth_m) = (1000.0, 5.0);
+    let land = field(sides(world(100, 3, 10.0), Edge::Wall), |_, _| 0.0);
+    for changes in ["roughness=0.005", "scheme=pipes"] {
+        let wave = |x: f64, _: f64| depth_m + 0.01 * libm::cos(std::f64::consts::PI * x / length_m);
+        let mut run = lake(&land, &format!("acceleration=0, {changes}"), wave);
+        // from the first to the fifth time that the west end falls or rises through the mean
+        let (mut crossings, mut before, mut time_s) = (vec![], 1.0_f32, 0.0);
+        while crossings.len() < 5 {
+            advance(&mut run, &land, 0.5);
+            time_s += 0.5;
+            let now = run.row(State::Water, 1)[0] - depth_m as f32;
+            if now * before < 0.0 {
+                crossings.push(time_s - 0.5 * f64::from(now / (now - before)));
+            }
+            before = now;
+        }
+        let period = (crossings[4] - crossings[0]) / 2.0;
+        let expected = 2.0 * length_m / libm::sqrt(9.81 * depth_m);
+        assert!((period / expected - 1.0).abs() < 0.03, "{changes}: {period} {expected}");
+    }
+}
+
+/// Land and result turned over in the same way: along x, along y; and across the diagonal, without slippage, whose sums
+/// are in another order there.
+#[test]
+fn symmetric_land_stays_symmetric() {
+    let n = 61;
+    let land = field(sides(world(n, n, 10.0), Edge::Open), |x, y| {
+        let (x, y) = (x - 305.0, y - 305.0);
+        100.0 * libm::exp(-(x * x + y * y) / 4e4) + 5.0 * libm::cos(x / 17.0) * libm::cos(y / 17.0)
+    });
+    for changes in ["duration=900", "duration=900, talus=89", "duration=900, transport=maccormack"] {
+        let params = with_params(&NODE, changes);
+        for name in ["height", "water", "flow"] {
+            let result = output(&NODE, &params, &[("height", &land)], name);
+            let at = |i: usize, j: usize| result.samples()[j * n as usize + i];
+            for (i, j) in (0..61).flat_map(|j| (0..61).map(move |i| (i, j))) {
+                assert_eq!(at(i, j), at(60 - i, j), "{name}, {changes}");
+                assert_eq!(at(i, j), at(i, 60 - j), "{name}, {changes}");
+                assert!(!changes.contains("talus") || at(i, j) == at(j, i), "{name}, {changes}");
+            }
+        }
+    }
+}
+
+/// Runoff on a plane follows its slope whichever way that faces, within 3°: critical flow bounds each direction as well.
+#[test]
+fn water_runs_down_the_slope() {
+    for degrees in [0.0_f64, 10.0, 22.5, 35.0, 45.0] {
+        for slope in [0.02, 0.5] {
+            let (cos, sin) = (libm::cos(degrees.to_radians()), libm::sin(degrees.to_radians()));
+            let plane = field(sides(world(60, 60, 10.0), Edge::Open), |x, y| 900.0 - slope * (x * cos + y * sin));
+            let params = with_params(&NODE, "duration=1200, acceleration=0");
+            let velocity = output(&NODE, &params, &[("height", &plane)], "velocity");
+            let at = 40 * 60 + 40;
+            let (east, south) = (velocity.plane(0)[at], velocity.plane(1)[at]);
+            let found = libm::atan2(f64::from(south), f64::from(east)).to_degrees();
+            assert!((found - degrees).abs() < 3.0, "{degrees}, {slope}: {found}");
+        }
+    }
+}
+
+/// A spring gives what it is said to, whatever the cells, also where its circle holds no centre of a cell.
+#[test]
+fn a_spring_gives_its_discharge() {
+    for (n, radius) in [(40, 0.0), (40, 90.0), (80, 30.0)] {
+        let land = field(sides(world(n, n, 800.0 / f64::from(n)), Edge::Wall), |x, _| 0.01 * x);
+        let mut values = with_params(&NODE, &format!("duration=100, river=7, river_radius={radius}"));
+        values.set("river_at", orograph_graph::ParamValue::Point([301.0, 299.0]));
+        let dry = Field::constant(*land.window(), 0.0);
+        let mut outputs = outputs(&NODE, &values, &[("height", &land), ("rain", &dry)]).unwrap();
+        let report = outputs.take("report").unwrap();
+        let stored = report.as_report().unwrap().get("water_stored").unwrap();
+        assert!((stored / 700.0 - 1.0).abs() < 1e-4, "{n} {radius}: {stored}");
+    }
+}
+
+/// Nothing is taken where nothing may be, rock gives way less than loose ground, and sides at base level stay.
+#[test]
+fn the_ground_decides_what_is_taken() {
+    let land = rough(sides(world(80, 64, 10.0), Edge::Base));
+    let half = field(land.window().world, |x, _| if x < 400.0 { 0.0 } else { 1.0 });
+    let lost = |changes: &str, more: &[(&str, &Field)]| {
+        let fields: Vec<_> = [("height", &land)].into_iter().chain(more.iter().copied()).collect();
+        output(&NODE, &with_params(&NODE, changes), &fields, "deposition")
+    };
+    let masked = lost("duration=900, talus=89", &[("erodibility", &half)]);
+    assert!(masked.samples().chunks(80).all(|row| row[..40].iter().all(|&gain| gain >= 0.0)));
+    assert!(masked.range(0).unwrap().0 < -0.1);
+    let bare = Field::constant(*land.window(), 0.0);
+    let rock = lost("duration=900", &[("regolith", &bare)]);
+    let loose = lost("duration=900", &[]);
+    let eroded = |field: &Field| field.samples().iter().map(|&gain| f64::from(gain.min(0.0))).sum::<f64>();
+    assert!(eroded(&rock) > 0.1 * eroded(&loose) && eroded(&rock) < 0.0);
+    for field in [&rock, &loose] {
+        for (at, &gain) in field.samples().iter().enumerate() {
+            let (i, j) = (at % 80, at / 80);
+            assert!(gain == 0.0 || (1..79).contains(&i) && (1..63).contains(&j));
+        }
+    }
+}
+
+/// What tracing gains or loses is reported.
+#[test]
+fn tracing_tells_what_it_loses() {
+    let land = field(sides(world(96, 96, 10.0), Edge::Wall), |x, y| 60.0 * libm::sin(x / 150.0) * libm::cos(y / 130.0));
+    let error = |transport: &str| {
+        outcome(&format!("duration=1800, transport={transport}"), &[("height", &land)]).1.get("solid_error").unwrap()
+    };
+    let errors = ["upwind", "semi_lagrangian", "maccormack"].map(error);
+    assert!(errors[0].abs() < 1e-5 && errors[1..].iter().all(|error| error.abs() > 1e-3), "{errors:?}");
+    assert!(errors[1] != errors[2] && errors[1] != errors[0]);
+}
+
+#[test]
+fn a_cancelled_storm_stops() {
+    let land = rough(world(64, 64, 10.0));
+    let cancel = orograph_graph::Cancel::default();
+    cancel.cancel();
+    let stopped =
+        crate::testing::outputs_until(&cancel, *land.window(), &NODE, &with_params(&NODE, ""), &[("height", &land)]);
+    assert_eq!(stopped, Err(NodeError::Cancelled));
+}
+
+#[test]
+fn sides_that_do_not_match_are_refused() {
+    let boundary = Boundary { west: Edge::Periodic, ..Boundary::default() };
+    let land = rough(World { boundary, ..world(8, 8, 10.0) });
+    let error = outputs(&NODE, &with_params(&NODE, ""), &[("height", &land)]).unwrap_err();
+    assert!(error.to_string().contains("west and east"), "{error}");
+}
