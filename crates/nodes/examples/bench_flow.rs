@@ -129,6 +129,7 @@ fn accumulate(job: &Job<'_>, grid: &Grid, heights: &[f32], sinks: bool) -> Resul
 }
 
 /// Runs a kernel that many times after a first one that is not counted, and prints how long it took.
+#[expect(clippy::disallowed_methods, reason = "it measures time")]
 fn time<T>(name: &str, repeats: usize, kernel: impl Fn() -> Result<T, NodeError>) -> Result<T, Box<dyn Error>> {
     let mut result = kernel()?;
     let before_s = processor_s()?;

@@ -6,9 +6,9 @@
 //! The highest pass on the way out is the basin's fill level, so that `max(height, level)` is the surface of the
 //! priority flood (Barnes, Lehman and Mulla 2014), to the last bit. Heights are never changed.
 //!
-//! What differs from the paper: only cells of inner basins are ever visited (found upstream from the pits), so that a
-//! landscape with few pits costs next to nothing; the tree is Borůvka's; passes of equal height are ordered by the
-//! number of their link, which makes the tree unique.
+//! What differs from the paper: basins are found upstream from the pits and most links are dropped by what is around
+//! them (see [`super::passes`]), so that a landscape with few pits costs little; the tree is Borůvka's; passes of equal
+//! height are ordered by the number of their link, which makes the tree unique.
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -16,34 +16,23 @@ use orograph_graph::{Job, NodeError};
 use rayon::prelude::*;
 
 use super::{
-    Elevation, Grid, Outlet,
-    code::{BORDER, LINK, OUTLET, PIT, TURNED, direction, opposite},
+    Elevation, Grid,
+    code::{BORDER, OUTLET, PIT, TURNED, direction, opposite},
+    donors,
+    passes::{self, Edge, FORWARD, LEAVES},
 };
 
 /// Label of the cells whose water leaves the world without crossing a depression.
-const OUTSIDE: u32 = 0;
-/// Directions that number the links of a cell; the other four belong to its neighbours.
-const FORWARD: [usize; 4] = [0, 5, 6, 7];
-/// Number, beside those of [`FORWARD`], of the link from a cell on an open side out of the world.
-const LEAVES: u32 = 4;
+pub const OUTSIDE: u32 = 0;
 
 /// The basins of a surface and where they spill. Its buffers are kept between uses.
 #[derive(Debug)]
 pub struct Depressions<T: Elevation> {
-    labels: Vec<AtomicU32>,
-    groups: Vec<Group>,
+    /// The basin of each cell: the place of its pit, from 1, or [`OUTSIDE`]. Of no meaning without pits.
+    labels: Vec<u32>,
+    /// The set of directions from which water comes to each cell.
+    donors: Vec<u8>,
     spills: Vec<Spill<T>>,
-}
-
-/// Basins that are neighbours in the order of their pits, and their cells.
-#[derive(Debug, Default)]
-struct Group {
-    /// Label of the first basin.
-    first: u32,
-    /// Cells, basin after basin, each from its pit upstream.
-    cells: Vec<u32>,
-    /// Where each basin's cells start, and where the last one's end.
-    starts: Vec<usize>,
 }
 
 /// Where a basin spills.
@@ -54,16 +43,9 @@ struct Spill<T> {
     link: u32,
 }
 
-/// The lowest pass between two basins.
-#[derive(Clone, Copy, Debug)]
-struct Edge<P> {
-    basins: [u32; 2],
-    pass: P,
-}
-
 impl<T: Elevation> Default for Depressions<T> {
     fn default() -> Self {
-        Self { labels: Vec::new(), groups: Vec::new(), spills: Vec::new() }
+        Self { labels: Vec::new(), donors: Vec::new(), spills: Vec::new() }
     }
 }
 
@@ -73,13 +55,13 @@ impl<T: Elevation> Depressions<T> {
     /// # Errors
     /// [`NodeError::Cancelled`].
     pub fn find(&mut self, job: &Job<'_>, grid: &Grid, heights: &[T], codes: &[u8]) -> Result<(), NodeError> {
-        self.forget(grid);
+        self.spills.clear();
         let pits = pits(job, grid, codes)?;
         if pits.is_empty() {
             return Ok(());
         }
         self.label(job, grid, codes, &pits)?;
-        let edges = self.edges(job, grid, heights, codes)?;
+        let edges = passes::find(job, grid, heights, &self.labels)?;
         let tree = spanning_tree(job, pits.len() + 1, edges)?;
         self.spills = spills(pits.len() + 1, &tree);
         Ok(())
@@ -107,7 +89,7 @@ impl<T: Elevation> Depressions<T> {
             } else {
                 let forward = FORWARD[way as usize];
                 grid.neighbour(cell, forward).map(|far| {
-                    if self.label_of(cell) == basin as u32 {
+                    if self.labels[cell as usize] == basin as u32 {
                         (cell, Some(forward))
                     } else {
                         (far, Some(opposite(forward)))
@@ -128,130 +110,58 @@ impl<T: Elevation> Depressions<T> {
 
     /// Raises `heights` to the surface of standing water: the lowest surface above them from which every cell drains.
     pub fn fill(&self, heights: &mut [T]) {
-        for group in &self.groups {
-            for (at, span) in group.starts.windows(2).enumerate() {
-                let level = self.spills[group.first as usize + at].level;
-                for &cell in &group.cells[span[0]..span[1]] {
-                    let height = &mut heights[cell as usize];
-                    if *height < level {
-                        *height = level;
+        if self.spills.is_empty() {
+            return;
+        }
+        heights.par_iter_mut().zip(&self.labels).with_min_len(1 << 14).for_each(|(height, &label)| {
+            let level = self.spills[label as usize].level;
+            if label != OUTSIDE && *height < level {
+                *height = level;
+            }
+        });
+    }
+
+    /// Labels the cells that drain to each pit, upstream from it.
+    fn label(&mut self, job: &Job<'_>, grid: &Grid, codes: &[u8], pits: &[u32]) -> Result<(), NodeError> {
+        self.donors.resize(grid.cells(), 0);
+        donors::sums(job, grid, codes, donors::BITS, &mut self.donors)?;
+        self.labels.clear();
+        self.labels.resize(grid.cells(), OUTSIDE);
+        // Basins have no cell in common, so that the order of the stores does not matter.
+        let labels: Vec<AtomicU32> = std::mem::take(&mut self.labels).into_iter().map(AtomicU32::new).collect();
+        let per_group = pits.len().div_ceil(64).max(32);
+        let done = pits.par_chunks(per_group).enumerate().try_for_each(|(group, pits)| {
+            // First in, first out, so that a cell does not wait for the one before it.
+            let mut queue = vec![0_u32; 64];
+            for (basin, &pit) in ((group * per_group + 1) as u32..).zip(pits) {
+                queue[0] = pit;
+                let (mut next, mut end) = (0, 1);
+                while next < end {
+                    let cell = queue[next];
+                    next += 1;
+                    if next.is_multiple_of(8192) {
+                        job.check()?;
+                    }
+                    if end + 8 > queue.len() {
+                        queue.resize(2 * queue.len(), 0);
+                    }
+                    labels[cell as usize].store(basin, Relaxed);
+                    let code = codes[cell as usize];
+                    let from = self.donors[cell as usize];
+                    // Every neighbour is written, and overwritten by the next where it is no donor: no branch.
+                    for direction in 0..8 {
+                        if let Some(donor) = grid.beside(cell, code, direction) {
+                            queue[end] = donor;
+                            end += usize::from(from >> direction & 1);
+                        }
                     }
                 }
             }
-        }
+            Ok(())
+        });
+        self.labels = labels.into_iter().map(AtomicU32::into_inner).collect();
+        done
     }
-
-    fn label_of(&self, cell: u32) -> u32 {
-        self.labels[cell as usize].load(Relaxed)
-    }
-
-    /// Makes every cell's label [`OUTSIDE`].
-    fn forget(&mut self, grid: &Grid) {
-        if self.labels.len() == grid.cells() {
-            self.groups.par_iter().flat_map_iter(|group| &group.cells).for_each(|&cell| {
-                self.labels[cell as usize].store(OUTSIDE, Relaxed);
-            });
-        } else {
-            self.labels = std::iter::repeat_with(|| AtomicU32::new(OUTSIDE)).take(grid.cells()).collect();
-        }
-        self.groups.clear();
-        self.spills.clear();
-    }
-
-    /// Labels the cells that drain to each pit, upstream from it. A basin's label is the place of its pit, from 1.
-    fn label(&mut self, job: &Job<'_>, grid: &Grid, codes: &[u8], pits: &[u32]) -> Result<(), NodeError> {
-        let labels = &self.labels;
-        let per_group = pits.len().div_ceil(64).max(32);
-        self.groups = pits
-            .par_chunks(per_group)
-            .enumerate()
-            .map(|(at, pits)| {
-                let first = (at * per_group + 1) as u32;
-                let mut group = Group { first, cells: Vec::new(), starts: vec![0] };
-                for (basin, &pit) in (first..).zip(pits) {
-                    let mut next = group.cells.len();
-                    group.cells.push(pit);
-                    while let Some(&cell) = group.cells.get(next) {
-                        if next.is_multiple_of(8192) {
-                            job.check()?;
-                        }
-                        next += 1;
-                        labels[cell as usize].store(basin, Relaxed);
-                        let code = codes[cell as usize];
-                        for direction in 0..8 {
-                            if let Some(donor) = grid.beside(cell, code, direction)
-                                && codes[donor as usize] & LINK == opposite(direction) as u8
-                            {
-                                group.cells.push(donor);
-                            }
-                        }
-                    }
-                    group.starts.push(next);
-                }
-                Ok(group)
-            })
-            .collect::<Result<_, NodeError>>()?;
-        Ok(())
-    }
-
-    /// The lowest pass between each two basins that touch.
-    fn edges(&self, job: &Job<'_>, grid: &Grid, heights: &[T], codes: &[u8]) -> Result<Vec<Edge<T::Pass>>, NodeError> {
-        let basins = self.groups.iter().map(|group| group.starts.len() - 1).sum::<usize>() + 1;
-        let open = grid.has_open_side();
-        let per_group: Vec<Vec<Edge<T::Pass>>> = self
-            .groups
-            .par_iter()
-            .map_init(
-                || vec![0_u32; basins],
-                |slots, group| {
-                    let mut edges: Vec<Edge<T::Pass>> = Vec::new();
-                    for (basin, span) in (group.first..).zip(group.starts.windows(2)) {
-                        job.check()?;
-                        let start = edges.len();
-                        // The edge to another basin, if this one has it yet: a slot of an older basin fails the check.
-                        let mut meet = |other: u32, pass: T::Pass| {
-                            let slot = start + slots[other as usize] as usize;
-                            match edges.get_mut(slot) {
-                                Some(edge) if edge.basins[1] == other => edge.pass = edge.pass.min(pass),
-                                _ => {
-                                    slots[other as usize] = (edges.len() - start) as u32;
-                                    edges.push(Edge { basins: [basin, other], pass });
-                                }
-                            }
-                        };
-                        for &cell in &group.cells[span[0]..span[1]] {
-                            let code = codes[cell as usize];
-                            let height = heights[cell as usize];
-                            for direction in 0..8 {
-                                let Some(other) = grid.beside(cell, code, direction) else { continue };
-                                let label = self.label_of(other);
-                                if label < basin {
-                                    let link = link(cell, other, direction);
-                                    meet(label, height.pass(heights[other as usize], link));
-                                }
-                            }
-                            if open && code & BORDER != 0 {
-                                let (x, y) = (cell as usize % grid.nx, cell as usize / grid.nx);
-                                if grid.outlet(x, y) == Outlet::Open {
-                                    meet(OUTSIDE, height.pass(height, cell << 3 | LEAVES));
-                                }
-                            }
-                        }
-                    }
-                    Ok(edges)
-                },
-            )
-            .collect::<Result<_, NodeError>>()?;
-        Ok(per_group.concat())
-    }
-}
-
-/// The number of the link between two neighbours, the same from both sides.
-#[inline(always)]
-fn link(cell: u32, other: u32, way: usize) -> u32 {
-    const NUMBER: [u32; 8] = [0, 1, 2, 3, 0, 1, 2, 3];
-    let backward = (1..5).contains(&way);
-    (if backward { other } else { cell }) << 3 | NUMBER[way]
 }
 
 /// The pits in the order of their cells.

@@ -9,11 +9,7 @@
 use orograph_graph::{Job, NodeError};
 use rayon::prelude::*;
 
-use super::{
-    Grid,
-    code::{LINK, has_receiver, opposite},
-};
-use crate::simd::simd;
+use super::{Grid, code::has_receiver, donors};
 
 /// Rows of a strip. Part of the definition of weighted sums, whose order follows from it.
 const STRIP_ROWS: usize = 64;
@@ -68,7 +64,7 @@ impl Drainage {
         let strip = STRIP_ROWS * grid.nx;
         self.missing.resize(grid.cells(), 0);
         self.local.resize(grid.cells(), 0);
-        count_donors(job, grid, codes, &mut self.missing)?;
+        donors::sums(job, grid, codes, [1; 8], &mut self.missing)?;
         let walked: Vec<(usize, Vec<u32>)> = self
             .missing
             .par_chunks_mut(strip)
@@ -220,53 +216,4 @@ fn walk_strip<A: Amount>(
         }
     }
     Ok((count, exits))
-}
-
-simd! {
-    /// Donors of the inner cells of a row; `around` are the codes of the neighbours.
-    fn count_row(around: [&[u8]; 8], counts: &mut [u8]) {
-        let len = counts.len();
-        let around = around.map(|row| &row[..len]);
-        for x in 0..len {
-            let mut count = 0;
-            for (direction, neighbours) in around.iter().enumerate() {
-                count += u8::from(neighbours[x] & LINK == opposite(direction) as u8);
-            }
-            counts[x] = count;
-        }
-    }
-}
-
-/// The number of neighbours that drain into each cell.
-fn count_donors(job: &Job<'_>, grid: &Grid, codes: &[u8], counts: &mut [u8]) -> Result<(), NodeError> {
-    let nx = grid.nx;
-    counts.par_chunks_mut(nx).enumerate().with_min_len(8).try_for_each(|(y, counts)| {
-        job.check()?;
-        let count = |x: usize| {
-            let cell = (y * nx + x) as u32;
-            (0..8)
-                .filter_map(|direction| Some((direction, grid.neighbour(cell, direction)?)))
-                .filter(|&(direction, donor)| codes[donor as usize] & LINK == opposite(direction) as u8)
-                .count() as u8
-        };
-        if grid.is_border_row(y) || nx < 3 {
-            (0..nx).for_each(|x| counts[x] = count(x));
-            return Ok(());
-        }
-        let row = |y: usize, x: usize| &codes[y * nx + x..y * nx + x + nx - 2];
-        let around = [
-            row(y, 2),
-            row(y - 1, 2),
-            row(y - 1, 1),
-            row(y - 1, 0),
-            row(y, 0),
-            row(y + 1, 0),
-            row(y + 1, 1),
-            row(y + 1, 2),
-        ];
-        count_row(around, &mut counts[1..nx - 1]);
-        counts[0] = count(0);
-        counts[nx - 1] = count(nx - 1);
-        Ok(())
-    })
 }

@@ -5,9 +5,6 @@ pub trait Elevation: Copy + PartialOrd + Send + Sync + 'static {
     /// A pass between two cells: its height above its number, ordered as one integer.
     type Pass: Copy + Ord + Send + Sync;
 
-    /// A pass later than any other.
-    const NO_PASS: Self::Pass;
-
     /// The pass over a link between two heights: the higher of them, ties broken by the link's number.
     fn pass(self, other: Self, link: u32) -> Self::Pass;
 
@@ -20,6 +17,9 @@ pub trait Elevation: Copy + PartialOrd + Send + Sync + 'static {
     /// A codes row by steepest descent, see [`super::receivers::d8`].
     fn d8_row(around: [&[Self]; 9], codes: &mut [u8]);
 
+    /// The links of a row that may be lowest passes, see [`super::passes`].
+    fn passes_row(heights: [&[Self]; 3], labels: [&[u32]; 3], links: &mut [u8]);
+
     /// A height above every other.
     const TOP: Self;
 
@@ -28,11 +28,10 @@ pub trait Elevation: Copy + PartialOrd + Send + Sync + 'static {
 }
 
 macro_rules! elevation {
-    ($float:ty, $bits:ty, $pass:ty, $row:path) => {
+    ($float:ty, $bits:ty, $pass:ty, $d8_row:path, $passes_row:path) => {
         impl Elevation for $float {
             type Pass = $pass;
 
-            const NO_PASS: $pass = <$pass>::MAX;
             const TOP: Self = Self::INFINITY;
 
             #[inline(always)]
@@ -60,7 +59,12 @@ macro_rules! elevation {
 
             #[inline(always)]
             fn d8_row(around: [&[Self]; 9], codes: &mut [u8]) {
-                $row(around, codes);
+                $d8_row(around, codes);
+            }
+
+            #[inline(always)]
+            fn passes_row(heights: [&[Self]; 3], labels: [&[u32]; 3], links: &mut [u8]) {
+                $passes_row(heights, labels, links);
             }
 
             #[inline(always)]
@@ -71,8 +75,8 @@ macro_rules! elevation {
     };
 }
 
-elevation!(f32, u32, u64, super::receivers::d8_row_single);
-elevation!(f64, u64, u128, super::receivers::d8_row_double);
+elevation!(f32, u32, u64, super::receivers::d8_row_single, super::passes::passes_row_single);
+elevation!(f64, u64, u128, super::receivers::d8_row_double, super::passes::passes_row_double);
 
 #[cfg(test)]
 mod tests {

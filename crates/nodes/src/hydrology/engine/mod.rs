@@ -10,9 +10,11 @@
 
 pub mod basins;
 pub mod code;
+mod donors;
 pub mod drainage;
 mod elevation;
 mod grid;
+mod passes;
 pub mod receivers;
 #[cfg(test)]
 pub mod reference;
