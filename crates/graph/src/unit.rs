@@ -20,6 +20,8 @@ pub enum Unit {
     Years,
     /// Rates of uplift, erosion and rain, in metres per year.
     MetresPerYear,
+    /// Fluxes of sediment, in cubic metres per year.
+    CubicMetresPerYear,
     /// Diffusivities, in square metres per year.
     SquareMetresPerYear,
     /// Angles, in degrees.
@@ -49,13 +51,14 @@ type Suffix = (&'static str, f64);
 
 impl Unit {
     /// Every unit, in declaration order.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::One,
         Self::Metres,
         Self::SquareMetres,
         Self::PerMetre,
         Self::Years,
         Self::MetresPerYear,
+        Self::CubicMetresPerYear,
         Self::SquareMetresPerYear,
         Self::Degrees,
         Self::Count,
@@ -79,6 +82,7 @@ impl Unit {
             Self::PerMetre => "1/m",
             Self::Years => "yr",
             Self::MetresPerYear => "m/yr",
+            Self::CubicMetresPerYear => "m³/yr",
             Self::SquareMetresPerYear => "m²/yr",
             Self::Degrees => "°",
             Self::Erodibility => "m^(1−2m)/yr",
@@ -102,6 +106,7 @@ impl Unit {
             Self::PerMetre => "a number per metre",
             Self::Years => "a time in yr",
             Self::MetresPerYear => "a rate in m/yr",
+            Self::CubicMetresPerYear => "a flux in m³/yr",
             Self::SquareMetresPerYear => "a diffusivity in m²/yr",
             Self::Degrees => "an angle in °",
             Self::Count => "a count",
@@ -135,6 +140,7 @@ impl Unit {
                 ("m/Myr", 1e-6),
                 ("km/Myr", 1e-3),
             ],
+            Self::CubicMetresPerYear => &[("m³/yr", 1.0), ("m3/yr", 1.0), ("km³/yr", 1e9), ("km3/yr", 1e9)],
             Self::SquareMetresPerYear => &[("m²/yr", 1.0), ("m2/yr", 1.0), ("m²/kyr", 1e-3), ("m2/kyr", 1e-3)],
             Self::Degrees => &[("°", 1.0), ("deg", 1.0), ("rad", 180.0 / std::f64::consts::PI)],
             Self::Erodibility => &[("m^(1−2m)/yr", 1.0), ("m^(1-2m)/yr", 1.0)],

@@ -7,8 +7,10 @@
 //! the uplift of one step can be less than a height in single precision can hold.
 
 mod area;
+mod deposition;
 mod incision;
 mod land;
+mod links;
 mod rock;
 mod slides;
 #[cfg(test)]
@@ -42,6 +44,10 @@ params! {
     /// Smaller areas erode as if they were this large, which makes the hillslopes between rivers the same at every
     /// cell size whose cells are smaller than this.
     critical_area: f64 = 2e4, SquareMetres, 0.0..=1e12, soft 0..=1e6;
+    /// Level of the sea: what is lower does not erode, and rivers end there.
+    ///
+    /// A level below all land makes no sea.
+    sea_level: f64 = -12000.0, Metres, -12000.0..=12000.0, soft -1000..=1000;
     /// How much the erodibility differs from cell to cell: the standard deviation of its natural logarithm.
     ///
     /// Rock is never the same everywhere, and perfectly even land keeps rivers that follow rows and columns.
@@ -79,6 +85,14 @@ pub static NODE: Node = Node {
           does not erode until the pass is below it. Cells at sides that are `base` keep their height: the sea, or the \
           valley that everything drains to. Cells at `open` sides rise with the uplift, and where no neighbour is lower \
           water leaves there without cutting.\n\n\
+          Above 0, `deposition` makes rivers carry what they erode, and drop it where they are too gentle for it:\n\n\
+          > ∂h/∂t = U − K Aᵐ S + G Q / A\n\n\
+          with Q the flux of sediment in m³/yr and G the `deposition`, 0.1 to 2 in most rivers; n must be 1. It is the \
+          shared stream-power law with the transport coefficient K / G: a large G with an equally larger K makes rivers \
+          that carry as much as they can everywhere. Slopes that balance uplift are 1 + G times as steep, and alluvial \
+          plains and fans form where land sinks or mountains end. Lakes and the sea (below `sea_level`) fill from their \
+          shores up to the water's surface, and pass on what they cannot hold. What slides joins the rivers at the next step. The mass of the sediment is kept to \
+          rounding errors: what is eroded lies somewhere or has left at an outlet.\n\n\
           Where the drainage area is below `critical_area`, erosion is that of this area: these are hillslopes, which \
           the law is not about. Without it relief grows without limit as cells shrink. It must be larger than a cell; \
           where it is not, hillslopes are not resolved and the land depends on the cell size. `repose` is the steepest \
@@ -95,6 +109,13 @@ pub static NODE: Node = Node {
          Geophysical Research 104, 17661-17674",
         "J. Braun and S. D. Willett (2013), A very efficient O(n), implicit and parallel method to solve the stream \
          power equation governing fluvial incision and landscape evolution, Geomorphology 180-181, 170-179",
+        "S. Hergarten (2020), Transport-limited fluvial erosion - simple formulation and efficient numerical treatment, \
+         Earth Surface Dynamics 8, 841-854",
+        "X. P. Yuan, J. Braun, L. Guerit, D. Rouby and G. Cordonnier (2019), A new efficient method to solve the stream \
+         power law model taking into account sediment deposition, Journal of Geophysical Research: Earth Surface 124, \
+         1346-1365",
+        "P. Davy and D. Lague (2009), Fluvial erosion/transport equation of landscape evolution models revisited, \
+         Journal of Geophysical Research 114, F03007",
         "G. Cordonnier, B. Bovy and J. Braun (2019), A versatile, linear complexity algorithm for flow routing in \
          topographies with depressions, Earth Surface Dynamics 7, 549-562",
         "E. Rouy and A. Tourin (1992), A viscosity solutions approach to shape-from-shading, SIAM Journal on Numerical \
@@ -138,6 +159,14 @@ pub static NODE: Node = Node {
             "Rain as a share of the mean: where it is 2, a cell counts as two in the drainage area. Below 0 counts as 0.",
         ),
         Input::number(
+            "deposition",
+            Unit::One,
+            0.0,
+            [0.0, 1e3],
+            [0.0, 4.0],
+            "The coefficient G of deposition: how readily the load of rivers settles. 0 carries all of it out of the world.",
+        ),
+        Input::number(
             "repose",
             Unit::Degrees,
             35.0,
@@ -157,7 +186,18 @@ pub static NODE: Node = Node {
         Output::gives(
             "erosion_rate",
             PortType::Scalar(Unit::MetresPerYear),
-            "How fast the land was worn down during the last time step. It nears the uplift where both balance.",
+            "How fast the land was worn down during the last time step, below 0 where it was built up.\n\
+             It nears the uplift where both balance.",
+        ),
+        Output::gives(
+            "sediment",
+            PortType::Scalar(Unit::Metres),
+            "Thickness of the sediment that lies on the rock at the end; 0 without `deposition`.",
+        ),
+        Output::gives(
+            "sediment_flux",
+            PortType::Scalar(Unit::CubicMetresPerYear),
+            "What rivers carried out of each cell during the last time step.",
         ),
     ],
     params: Params::specs,
@@ -183,34 +223,39 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let asked_yr = if params.time_step > 0.0 { params.time_step } else { params.duration / 100.0 };
     let steps = if params.duration > 0.0 { (params.duration / asked_yr).ceil().min(MAX_STEPS) as u32 } else { 0 };
     let step_yr = params.duration / f64::from(steps.max(1));
-    let mut before_last = Vec::new();
+    let mut work = None;
     for step in 0..steps {
         job.advance(step as f32 / (steps + 1) as f32)?;
-        if step + 1 == steps {
-            before_last.clone_from(&land.heights);
-        }
-        land.step(job, step_yr, step)?;
+        work = land.step(job, step_yr, step, step + 1 == steps)?;
     }
     job.advance(steps as f32 / (steps + 1) as f32)?;
     land.route(job, None)?;
 
     let uplift = job.lane("uplift");
-    let risen = |cell: usize, span_yr: f64| if land.is_base(cell) { 0.0 } else { f64::from(uplift.at(cell)) * span_yr };
+    let cell_m2 = job.cell_m() * job.cell_m();
     let cells = || (0..land.heights.len()).into_par_iter();
     let height = cells().map(|cell| land.heights[cell] as f32).collect();
     let area = cells().map(|cell| land.area.m2(cell) as f32).collect();
     // The heights of many steps add up to rounding errors of the order of 1e-12 m where nothing was eroded.
     let erosion = cells().map(|cell| {
-        let eroded = f64::from(start.samples()[cell]) + risen(cell, params.duration) - land.heights[cell];
-        eroded.max(0.0) as f32
+        let risen_m = if land.is_base(cell) { 0.0 } else { f64::from(uplift.at(cell)) * params.duration };
+        (f64::from(start.samples()[cell]) + risen_m - land.heights[cell]).max(0.0) as f32
     });
-    let rate = cells().map(|cell| {
-        let before = before_last.get(cell).copied().unwrap_or(land.heights[cell]);
-        ((before + risen(cell, step_yr) - land.heights[cell]) / step_yr.max(SHORTEST_YR)) as f32
-    });
+    let erosion = erosion.collect();
+    let sediment = cells().map(|cell| land.sediment_m(cell)).collect();
+    let per_yr = |metres: f64| metres / step_yr.max(SHORTEST_YR);
+    let (rate, flux) = match work {
+        Some(work) => (
+            work.lowered.par_iter().map(|&lowered_m| per_yr(lowered_m) as f32).collect(),
+            work.flux.par_iter().map(|&carried_m| (per_yr(carried_m).max(0.0) * cell_m2) as f32).collect(),
+        ),
+        None => (vec![0.0; land.heights.len()], vec![0.0; land.heights.len()]),
+    };
     let field = |samples| Field::new(job.window(), samples);
     Ok(Outputs::one("height", field(height))
         .with("area", field(area))
-        .with("erosion", field(erosion.collect()))
-        .with("erosion_rate", field(rate.collect())))
+        .with("erosion", field(erosion))
+        .with("erosion_rate", field(rate))
+        .with("sediment", field(sediment))
+        .with("sediment_flux", field(flux)))
 }

@@ -6,7 +6,7 @@ use super::NODE;
 use crate::{hydrology::engine::reference, math, prelude::*, testing};
 
 /// The law alone, but for the limit of slopes.
-const PLAIN: &str = "critical_area=0,variation=0,receivers=d8";
+pub const PLAIN: &str = "critical_area=0,variation=0,receivers=d8";
 
 struct Case<'a> {
     height: &'a Field,
@@ -33,12 +33,12 @@ impl Case<'_> {
     }
 }
 
-fn white(x: f64, y: f64) -> f64 {
+pub fn white(x: f64, y: f64) -> f64 {
     f64::from(mix((x * 8.0) as u32 ^ mix((y * 8.0) as u32))) / 4_294_967_296.0
 }
 
 /// One row of cells from a divide in the west to a base cell in the east.
-fn strip(cells: u32, start: impl Fn(f64) -> f64) -> Field {
+pub fn strip(cells: u32, start: impl Fn(f64) -> f64) -> Field {
     let boundary = Boundary { east: Edge::Base, ..Boundary::all(Edge::Wall) };
     let world = World { boundary, ..testing::world(cells + 1, 1, 100.0) };
     let end_m = f64::from(cells) * 100.0;
@@ -46,7 +46,7 @@ fn strip(cells: u32, start: impl Fn(f64) -> f64) -> Field {
 }
 
 /// Steady heights of a strip: every slope is (U / K)^(1/n) A^(-m/n).
-fn steady(cells: usize, slope_at_1_m2: f64, concavity: f64) -> Vec<f64> {
+pub fn steady(cells: usize, slope_at_1_m2: f64, concavity: f64) -> Vec<f64> {
     let mut heights = vec![0.0; cells + 1];
     for cell in (0..cells).rev() {
         let area_m2 = (cell + 1) as f64 * 1e4;
@@ -55,7 +55,7 @@ fn steady(cells: usize, slope_at_1_m2: f64, concavity: f64) -> Vec<f64> {
     heights
 }
 
-fn largest_relative_error(found: &[f32], expected: &[f64]) -> f64 {
+pub fn largest_relative_error(found: &[f32], expected: &[f64]) -> f64 {
     found.iter().zip(expected).map(|(f, e)| (f64::from(*f) - e).abs() / e.abs().max(1.0)).fold(0.0, f64::max)
 }
 
@@ -241,11 +241,11 @@ fn variation_is_around_the_erodibility_and_its_seed_counts() {
     assert!((mean(&varied) / mean(&even) - 1.0).abs() < 0.1, "{} {}", mean(&varied), mean(&even));
 }
 
-fn outputs(changes: &str, fields: &[(&str, &Field)]) -> Result<Outputs, NodeError> {
+pub fn outputs(changes: &str, fields: &[(&str, &Field)]) -> Result<Outputs, NodeError> {
     testing::outputs(&NODE, &testing::with_params(&NODE, changes), fields)
 }
 
-fn samples(outputs: &mut Outputs, output: &str) -> Vec<f32> {
+pub fn samples(outputs: &mut Outputs, output: &str) -> Vec<f32> {
     outputs.take(output).expect("an output").as_field().expect("a field").clone().into_samples()
 }
 
@@ -415,8 +415,10 @@ fn the_same_for_any_thread_count_and_simd_level() {
     let erodibility = testing::field(world, |x, _| if x > 2000.0 { 1e-6 } else { 8e-6 });
     let uplift = testing::field(world, |_, y| y * 1e-7);
     let fields = [("height", &height), ("erodibility", &erodibility), ("uplift", &uplift)];
-    for n in ["1", "1.3"] {
+    let deposition = Field::constant(Window::whole(world), 0.5);
+    for (n, more) in [("1", None), ("1.3", None), ("1", Some(("deposition", &deposition)))] {
         let params = testing::with_params(&NODE, &format!("duration=1e6,time_step=1e5,n={n}"));
+        let fields: Vec<_> = fields.into_iter().chain(more).collect();
         assert!(testing::run_in(1, &NODE, &params, &fields) == testing::run_in(7, &NODE, &params, &fields));
         testing::at_every_level(|| testing::outputs(&NODE, &params, &fields));
     }

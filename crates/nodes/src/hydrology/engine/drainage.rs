@@ -48,6 +48,13 @@ impl Amount for f64 {
     }
 }
 
+impl Amount for [f64; 2] {
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        [self[0] + other[0], self[1] + other[1]]
+    }
+}
+
 impl Drainage {
     /// Orders the cells and adds `amounts` up downstream: afterwards each is the sum over the cell and all that drains
     /// through it. Start with 1 everywhere for the number of cells.
@@ -106,18 +113,75 @@ impl Drainage {
         Ok(())
     }
 
+    /// Visits every cell that has a receiver after all its donors, and adds what it passes on to its receiver's amount:
+    /// `link(cell, code, own amount)`. The order is that of the last [`Self::accumulate`].
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn downstream<A: Amount>(
+        &self,
+        job: &Job<'_>,
+        grid: &Grid,
+        codes: &[u8],
+        amounts: &mut [A],
+        link: impl Fn(usize, u8, A) -> A + Sync,
+    ) -> Result<(), NodeError> {
+        let strip = STRIP_ROWS * grid.nx;
+        let crossing: Vec<Vec<(u32, A)>> = amounts
+            .par_chunks_mut(strip)
+            .zip(self.local.par_chunks(strip))
+            .zip(&self.counts)
+            .enumerate()
+            .map(|(at, ((amounts, order), &count))| {
+                let first = (at * strip) as u32;
+                let mut crossing = Vec::new();
+                for cells in order[..count].chunks(1 << 14) {
+                    job.check()?;
+                    for &cell in cells {
+                        let code = codes[cell as usize];
+                        if !has_receiver(code) {
+                            continue;
+                        }
+                        let passed_on = link(cell as usize, code, amounts[(cell - first) as usize]);
+                        let receiver = grid.receiver(cell, code);
+                        match amounts.get_mut(receiver.wrapping_sub(first) as usize) {
+                            Some(amount) => *amount = amount.plus(passed_on),
+                            None => crossing.push((receiver, passed_on)),
+                        }
+                    }
+                }
+                Ok(crossing)
+            })
+            .collect::<Result<_, NodeError>>()?;
+        for (receiver, passed_on) in crossing.into_iter().flatten() {
+            amounts[receiver as usize] = amounts[receiver as usize].plus(passed_on);
+        }
+        for cells in self.trunk.chunks(1 << 16) {
+            job.check()?;
+            for &cell in cells {
+                let code = codes[cell as usize];
+                if has_receiver(code) {
+                    let passed_on = link(cell as usize, code, amounts[cell as usize]);
+                    let receiver = grid.receiver(cell, code) as usize;
+                    amounts[receiver] = amounts[receiver].plus(passed_on);
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Visits every cell that has a receiver after that receiver, and changes its value: `link(cell, code, own value,
     /// receiver's value)`. Values of cells without a receiver stay.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
-    pub fn upstream(
+    pub fn upstream<V: Copy + Send + Sync>(
         &self,
         job: &Job<'_>,
         grid: &Grid,
         codes: &[u8],
-        values: &mut [f64],
-        link: impl Fn(usize, u8, f64, f64) -> f64 + Sync,
+        values: &mut [V],
+        link: impl Fn(usize, u8, V, V) -> V + Sync,
     ) -> Result<(), NodeError> {
         for cells in self.trunk.rchunks(1 << 16) {
             job.check()?;
@@ -132,7 +196,7 @@ impl Drainage {
         // A local cell's receiver is local too, or it is of the trunk and lies in this strip or in a row next to it.
         let (nx, strip) = (grid.nx, STRIP_ROWS * grid.nx);
         let row = |y: Option<usize>| y.map_or(&[][..], |y| &values[y * nx..(y + 1) * nx]).to_vec();
-        let beside: Vec<[(Option<usize>, Vec<f64>); 2]> = (0..grid.ny)
+        let beside: Vec<[(Option<usize>, Vec<V>); 2]> = (0..grid.ny)
             .step_by(STRIP_ROWS)
             .map(|first| {
                 let last = (first + STRIP_ROWS).min(grid.ny) - 1;

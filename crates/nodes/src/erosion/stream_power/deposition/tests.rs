@@ -1,0 +1,172 @@
+//! Tests of erosion and deposition: steady states in closed form, filled water, and the limits of the law.
+
+use crate::{
+    erosion::stream_power::tests::{PLAIN, largest_relative_error, outputs, samples, steady, strip, white},
+    prelude::*,
+    testing,
+};
+
+/// Results for even uplift, erodibility and deposition; nothing slides.
+fn run(height: &Field, changes: &str, uplift: f32, erodibility: f32, deposition: f32) -> Outputs {
+    let [uplift, erodibility, deposition, repose] =
+        [uplift, erodibility, deposition, 90.0].map(|value| Field::constant(*height.window(), value));
+    let mut fields = vec![("height", height), ("uplift", &uplift), ("erodibility", &erodibility), ("repose", &repose)];
+    if deposition.samples()[0] > 0.0 {
+        fields.push(("deposition", &deposition));
+    }
+    outputs(&format!("{PLAIN},{changes}"), &fields).expect("a result")
+}
+
+/// At steady state Q = U A, so that slopes are those of the plain law with K / (1 + G): 1 / K = 1 / K_d + 1 / K_t.
+#[test]
+fn steady_slopes_are_those_of_both_coefficients() {
+    let height = strip(100, |x| 500.0 * white(x, 0.5));
+    for (erodibility, deposition) in [(1.5e-5, 0.5), (2e-5, 1.0), (4e-5, 3.0), (1.001e-2, 1000.0)] {
+        for step_yr in [1e5, 4e6] {
+            let changes = format!("duration=8e7,time_step={step_yr}");
+            let mut found = run(&height, &changes, 0.001, erodibility, deposition);
+            // 1e-6: constants and heights are f32.
+            let error = largest_relative_error(&samples(&mut found, "height"), &steady(100, 100.0, 0.5));
+            assert!(error < 1e-6, "G {deposition}, step {step_yr}: {error}");
+            // All that rises above it leaves through a cell.
+            for (cell, flux) in samples(&mut found, "sediment_flux")[..100].iter().enumerate() {
+                let expected = 0.001 * 1e4 * (cell + 1) as f32;
+                assert!((flux / expected - 1.0).abs() < 1e-5, "{cell}: {flux} {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn relief_is_that_of_both_coefficients() {
+    let height = testing::field(testing::world(64, 64, 100.0), white);
+    let mean = |erodibility: f32, deposition: f32| {
+        let heights =
+            samples(&mut run(&height, "duration=2e7,time_step=5e4", 0.001, erodibility, deposition), "height");
+        heights.iter().sum::<f32>() / heights.len() as f32
+    };
+    let (plain, both) = (mean(1e-5, 0.0), mean(2e-5, 1.0));
+    // 3 %: other networks formed on the way.
+    assert!((both / plain - 1.0).abs() < 0.03, "{plain} {both}");
+}
+
+#[test]
+fn a_map_of_no_deposition_is_the_plain_law() {
+    // Too steep for lakes.
+    let height = testing::field(testing::world(50, 150, 100.0), |x, y| 0.5 * x + 10.0 * white(x, y));
+    let changes = "duration=1e5,time_step=1e5";
+    let plain = samples(&mut run(&height, changes, 0.001, 1e-5, 0.0), "height");
+    let none = testing::field(height.window().world, |x, _| if x < 1000.0 { 0.0 } else { -1.0 });
+    let [uplift, erodibility, repose] = [0.001, 1e-5, 90.0].map(|value| Field::constant(*height.window(), value));
+    let fields = [
+        ("height", &height),
+        ("uplift", &uplift),
+        ("erodibility", &erodibility),
+        ("deposition", &none),
+        ("repose", &repose),
+    ];
+    let mapped = samples(&mut outputs(&format!("{PLAIN},{changes}"), &fields).expect("a result"), "height");
+    for (cell, (plain, mapped)) in plain.iter().zip(&mapped).enumerate() {
+        // 1e-3 m: heights are f32.
+        assert!((plain - mapped).abs() < 1e-3, "{cell}: {plain} {mapped}");
+    }
+}
+
+/// A hillside above a lake of known volume behind a bar.
+fn lake() -> Field {
+    strip(60, |x| match (x / 100.0) as usize {
+        cell @ 0..20 => 200.0 - 5.0 * cell as f64,
+        20..40 => 80.0,
+        _ => 100.0 - 0.001 * (x - 4000.0),
+    })
+}
+
+/// The lake after a time, and what was carried at its end; the bar is not eroded.
+fn fill_lake(duration_yr: f64) -> (Field, Vec<f32>, Vec<f32>) {
+    let height = lake();
+    let erodibility = testing::field(height.window().world, |x, _| if x < 4000.0 { 1e-5 } else { 0.0 });
+    let [deposition, repose] = [0.1, 90.0].map(|value| Field::constant(*height.window(), value));
+    let fields = [("height", &height), ("erodibility", &erodibility), ("deposition", &deposition), ("repose", &repose)];
+    let changes = format!("{PLAIN},duration={duration_yr},time_step={duration_yr}");
+    let mut found = outputs(&changes, &fields).expect("a result");
+    (height, samples(&mut found, "height"), samples(&mut found, "sediment_flux"))
+}
+
+#[test]
+fn a_lake_keeps_what_it_can_hold() {
+    let (height, after, flux) = fill_lake(2e3);
+    let change = |cells: std::ops::Range<usize>| -> f64 {
+        cells.map(|cell| f64::from(after[cell]) - f64::from(height.samples()[cell])).sum()
+    };
+    // 1e-3 m: heights are f32.
+    assert!(change(0..20) < -1.0 && (change(0..20) + change(20..40)).abs() < 1e-3, "{}", change(0..20));
+    assert!((change(0..20) + f64::from(flux[19]) * 2e3 / 1e4).abs() < 1e-3);
+    assert!(flux[39] == 0.0 && after[39] == 80.0 && after[20] > 80.0);
+    // No higher than the bar, filled from the shore.
+    assert!(after[20..40].iter().all(|&after| after <= height.samples()[40]) && after[20] >= after[21]);
+}
+
+#[test]
+fn a_full_lake_passes_on_the_rest() {
+    let (height, after, flux) = fill_lake(5e5);
+    let level = height.samples()[40];
+    for height in &after[20..40] {
+        assert!((height - level).abs() < 1e-4, "{height}");
+    }
+    assert!(flux[19] > flux[39] && flux[39] > 0.0);
+    let filled_m3_yr = 20.0 * (level - 80.0) * 1e4 / 5e5;
+    assert!((flux[19] - flux[39] - filled_m3_yr).abs() < 1e-3 * filled_m3_yr, "{} {}", flux[19], flux[39]);
+}
+
+#[test]
+fn a_delta_grows_to_the_level_of_the_sea() {
+    let height = strip(100, |x| 150.0 - 0.02 * x);
+    let changes = "duration=2e4,time_step=1e3,sea_level=50";
+    let mut found = run(&height, changes, 0.0, 1e-5, 0.5);
+    let (after, sediment) = (samples(&mut found, "height"), samples(&mut found, "sediment"));
+    let shore = height.samples().iter().position(|&height| height < 50.0).expect("a shore");
+    assert!(after[shore] >= 50.0 && sediment[shore] > 0.0, "{}", after[shore]);
+    assert!(after[99] == height.samples()[99] && sediment[99] == 0.0, "the deep sea is as it was");
+    for (after, before) in after[shore..].iter().zip(&height.samples()[shore..]) {
+        assert!(after >= before, "the sea's floor is not eroded");
+    }
+    // Without deposition the floor of the sea stays, and rivers end at the shore.
+    let plain = samples(&mut run(&height, changes, 0.0, 1e-5, 0.0), "height");
+    assert!(plain[shore..] == height.samples()[shore..] && plain[..shore].iter().all(|&height| height >= 50.0));
+}
+
+#[test]
+fn extreme_inputs_give_heights() {
+    for (nx, ny) in [(1, 1), (1, 20), (20, 1), (2, 3), (33, 70)] {
+        let rough = testing::field(testing::world(nx, ny, 10.0), |x, y| 500.0 * white(x, y));
+        for (uplift, erodibility, deposition) in
+            [(0.001, 1e3, 1e3), (-1.0, 1e-30, 1e3), (1.0, 0.0, 0.5), (0.0, 1e3, 1e-30)]
+        {
+            for changes in ["m=2,receivers=rho_infinity", "m=0,sea_level=250"] {
+                let changes = format!("{changes},duration=1e9,time_step=1e8");
+                for output in ["height", "sediment", "sediment_flux"] {
+                    let found = samples(&mut run(&rough, &changes, uplift, erodibility, deposition), output);
+                    assert!(found.iter().all(|value| value.is_finite()), "{changes}: {output}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn without_water_all_settles() {
+    let height = strip(40, |x| 100.0 - 0.01 * x);
+    let dry = Field::constant(*height.window(), 0.0);
+    let deposition = Field::constant(*height.window(), 0.5);
+    let mut found =
+        outputs("duration=1e5", &[("height", &height), ("rain", &dry), ("deposition", &deposition)]).expect("a result");
+    assert!(samples(&mut found, "sediment_flux").iter().all(|&flux| flux < 1e-6));
+}
+
+#[test]
+fn other_exponents_of_slope_are_refused() {
+    let height = strip(4, |_| 1.0);
+    let deposition = Field::constant(*height.window(), 0.5);
+    let error = outputs("n=1.5", &[("height", &height), ("deposition", &deposition)]).expect_err("n is not 1");
+    assert!(matches!(error, NodeError::Failed { hint: Some(_), .. }), "{error}");
+}

@@ -1,0 +1,60 @@
+//! What the law needs to know of the link from a cell to its receiver.
+
+use super::{area::Area, incision::Law, rock::Rock};
+use crate::{
+    hydrology::engine::{code, receivers},
+    math,
+};
+
+/// The links of one step.
+pub struct Links<'a> {
+    law: &'a Law,
+    rock: &'a Rock<'a>,
+    area: &'a Area<'a>,
+    tangents: &'a [u8],
+    /// By direction of steepest descent, for links across a side and across a corner.
+    lengths_m: [[f64; 256]; 2],
+    /// Δt / dⁿ in the same order.
+    bases: [[f64; 256]; 2],
+    /// K Δt / dⁿ as a coefficient, where K is the same everywhere.
+    everywhere: Option<[[f64; 256]; 2]>,
+}
+
+impl<'a> Links<'a> {
+    /// Links of cells of `cell_m` for a step of `step_yr` and the slope exponent `n`. `tangents` are the directions of
+    /// steepest descent of random receivers; without them links are as long as the way to the receiver's centre.
+    #[must_use]
+    pub fn new(
+        law: &'a Law,
+        rock: &'a Rock<'a>,
+        area: &'a Area<'a>,
+        tangents: &'a [u8],
+        cell_m: f64,
+        step_yr: f64,
+        n: f64,
+    ) -> Self {
+        let lengths_m = [false, true].map(|diagonal| {
+            std::array::from_fn::<_, 256, _>(|tangent| cell_m * receivers::length(diagonal, tangent as u8))
+        });
+        let bases = lengths_m.map(|row| row.map(|length_m| step_yr / math::pow(length_m, n)));
+        let everywhere = rock.everywhere().map(|k| bases.map(|row| row.map(|base| law.coefficient(k * base))));
+        Self { law, rock, area, tangents, lengths_m, bases, everywhere }
+    }
+
+    /// The coefficient C = K Aᵐ Δt / dⁿ of a cell's link, as [`Law::left`] takes it, and the link's length d in metres.
+    #[must_use]
+    #[inline(always)]
+    pub fn of(&self, cell: usize, code: u8) -> (f64, f64) {
+        let diagonal = usize::from(code::is_diagonal(code::direction(code)));
+        let along = match self.tangents.get(cell) {
+            Some(tangent) if code & code::TURNED == 0 => usize::from(*tangent),
+            _ => 255 * diagonal,
+        };
+        let without_area = match &self.everywhere {
+            Some(coefficients) => coefficients[diagonal][along],
+            None => self.law.coefficient(self.rock.erodibility(cell) * self.bases[diagonal][along]),
+        };
+        let coefficient = self.law.times(without_area, self.area.power(self.law, cell));
+        (self.rock.vary(self.law, cell, coefficient), self.lengths_m[diagonal][along])
+    }
+}
