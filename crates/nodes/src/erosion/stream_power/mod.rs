@@ -85,8 +85,7 @@ pub static NODE: Node = Node {
           does not erode until the pass is below it. Cells at sides that are `base` keep their height: the sea, or the \
           valley that everything drains to. Cells at `open` sides rise with the uplift, and where no neighbour is lower \
           water leaves there without cutting.\n\n\
-          Above 0, `deposition` makes rivers carry what they erode, and drop it where they are too gentle for it:\n\n\
-          > ∂h/∂t = U − K Aᵐ S + G Q / A\n\n\
+          Above 0, `deposition` makes rivers carry what they erode, and drop it where they are too gentle for it:\n\n    ∂h/∂t = U − K Aᵐ S + G Q / A\n\n\
           with Q the flux of sediment in m³/yr and G the `deposition`, 0.1 to 2 in most rivers; n must be 1. It is the \
           shared stream-power law with the transport coefficient K / G: a large G with an equally larger K makes rivers \
           that carry as much as they can everywhere. Slopes that balance uplift are 1 + G times as steep, and alluvial \
