@@ -6,7 +6,7 @@
 mod fourier;
 
 use self::fourier::Grid;
-use crate::{math, par, prelude::*};
+use crate::{par, prelude::*};
 
 choice! {
     /// What fills the hollow that a load makes.
@@ -197,7 +197,10 @@ impl Taps {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{field, run, run_in, with_params, world};
+    use crate::{
+        math,
+        testing::{field, run, run_in, with_params, world},
+    };
 
     /// A line load of q newtons a metre: `w = w₀ e^(−x/α) (cos x/α + sin x/α)`, `w₀ = q α³ / 8D` (Turcotte and Schubert).
     #[test]
