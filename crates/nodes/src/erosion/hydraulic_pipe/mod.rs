@@ -9,6 +9,8 @@ mod bed;
 mod budget;
 mod flow;
 mod physics;
+#[cfg(test)]
+mod reference;
 mod ring;
 mod run;
 mod slip;

@@ -1,0 +1,107 @@
+//! One step in double precision, as the manual page tells it: cell by cell, without bands, rows or tricks.
+
+/// Bed, water and sediment of an n by n world with walls, and discharge through west and north faces.
+pub(super) struct World {
+    pub n: usize,
+    pub cell_m: f64,
+    pub bed: Vec<f64>,
+    pub water: Vec<f64>,
+    pub sediment: Vec<f64>,
+    pub west: Vec<f64>,
+    pub north: Vec<f64>,
+}
+
+impl World {
+    /// A step of `dt` seconds with the node's defaults, without rain, rock and slippage.
+    pub fn step(&mut self, dt: f64) {
+        let (n, dx, g) = (self.n, self.cell_m, 9.81);
+        let at = |i: usize, j: usize| j * n + i;
+        let (bed, west, north) = (self.bed.clone(), self.west.clone(), self.north.clone());
+        let water = self.water.clone();
+        // the value at a cell, or `None` beyond the walls
+        let cell = |values: &[f64], i: isize, j: isize| {
+            let inside = (0..n as isize).contains(&i) && (0..n as isize).contains(&j);
+            inside.then(|| values[at(i as usize, j as usize)])
+        };
+        let level: Vec<f64> = bed.iter().zip(&water).map(|(b, d)| b + d).collect();
+        let half_fall = |i: isize, j: isize, di: isize, dj: isize| {
+            cell(&level, i - di, j - dj).zip(cell(&level, i + di, j + dj)).map_or(0.0, |(a, b)| 0.5 * (a - b))
+        };
+        let middle = |i: isize, j: isize, di: isize, dj: isize| {
+            let faces = if di == 1 { &west } else { &north };
+            let next = cell(faces, i + di, j + dj).unwrap_or(0.0);
+            0.5 * (faces[at(i as usize, j as usize)] + next)
+        };
+        // discharge from the cell before to (i, j), for the axis (di, dj)
+        let face = |i: isize, j: isize, di: isize, dj: isize, q: f64| {
+            let (k, l) = (i - di, j - dj);
+            if k < 0 || l < 0 {
+                return 0.0;
+            }
+            let [a, b] = [at(k as usize, l as usize), at(i as usize, j as usize)];
+            let h = level[a].max(level[b]) - bed[a].max(bed[b]);
+            if h <= 1e-4 {
+                return 0.0;
+            }
+            let fall = (level[a] - level[b]).clamp(-2.0 * dx, 2.0 * dx);
+            let along_fall = 0.5 * (half_fall(k, l, dj, di) + half_fall(i, j, dj, di));
+            let along = 0.5 * (middle(k, l, dj, di) + middle(i, j, dj, di));
+            let slope = libm::hypot(fall, along_fall) / dx;
+            let resistance = (g * 0.05 * 0.05 * libm::pow(h, -7.0 / 3.0)).max(slope / (h * h));
+            let moved = (q + g * h * dt * fall / dx) / (1.0 + dt * resistance * libm::hypot(q, along));
+            let critical = h * libm::sqrt(g * h);
+            moved.clamp(-critical, critical)
+        };
+        for j in 0..n {
+            for i in 0..n {
+                self.west[at(i, j)] = face(i as isize, j as isize, 1, 0, west[at(i, j)]);
+                self.north[at(i, j)] = face(i as isize, j as isize, 0, 1, north[at(i, j)]);
+            }
+        }
+        let faces = |west: &[f64], north: &[f64], i: usize, j: usize| {
+            let east = if i + 1 < n { west[at(i + 1, j)] } else { 0.0 };
+            let south = if j + 1 < n { north[at(i, j + 1)] } else { 0.0 };
+            [west[at(i, j)], -east, north[at(i, j)], -south]
+        };
+        let mut share = vec![1.0; n * n];
+        for (k, share) in share.iter_mut().enumerate() {
+            let out: f64 = faces(&self.west, &self.north, k % n, k / n).iter().map(|q| (-q).max(0.0)).sum();
+            *share = (water[k] * dx / (dt * out)).min(1.0);
+        }
+        for k in 0..n * n {
+            self.west[k] *= share[if self.west[k] > 0.0 { k - 1 } else { k }];
+            self.north[k] *= share[if self.north[k] > 0.0 { k - n } else { k }];
+        }
+        let mut load = self.sediment.clone();
+        for k in 0..n * n {
+            let (i, j) = (k % n, k / n);
+            let [w, e, no, s] = faces(&self.west, &self.north, i, j);
+            self.water[k] = water[k] + dt / dx * (w + e + no + s);
+            let depth = 0.5 * (water[k] + self.water[k]);
+            let film = ((depth / 0.005 - 1.0) / 2.0).clamp(0.0, 1.0);
+            let speed = 0.5 * libm::hypot(w - e, no - s) / depth * film * film * (3.0 - 2.0 * film);
+            let rise = |di: isize, dj: isize| {
+                let (i, j) = (i as isize, j as isize);
+                let ends = [cell(&bed, i + di, j + dj), cell(&bed, i - di, j - dj)].map(|z| z.unwrap_or(bed[k]));
+                (ends[0] - ends[1]) / (2.0 * dx)
+            };
+            let slope = libm::hypot(rise(1, 0), rise(0, 1));
+            let sine = (slope / libm::sqrt(1.0 + slope * slope)).max(0.05);
+            let thick = (0.01 * sine * speed / 0.02 * (1.0 - depth / 5.0).max(0.0)).min(0.3);
+            let missing = thick * depth - load[k];
+            let rate = if missing > 0.0 { 0.2 * dt } else { 0.02 * dt / depth };
+            let most = (0.01 + 0.1 * depth).min(0.05 * dx);
+            let taken = (2000.0 * missing * (1.0 - libm::exp(-rate))).clamp(-most, most).max(-2000.0 * load[k]);
+            self.bed[k] -= taken;
+            load[k] += taken / 2000.0;
+        }
+        for k in 0..n * n {
+            let part = |from: usize| load[from] / water[from];
+            let carried = |q: f64, from: usize| q * part(if q > 0.0 { from } else { k });
+            let [w, e, no, s] = faces(&self.west, &self.north, k % n, k / n);
+            let near = [k.wrapping_sub(1), k + 1, k.wrapping_sub(n), k + n];
+            let gain: f64 = [w, e, no, s].into_iter().zip(near).map(|(q, from)| carried(q, from)).sum();
+            self.sediment[k] = load[k] + dt / dx * gain;
+        }
+    }
+}
