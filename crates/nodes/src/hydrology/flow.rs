@@ -5,12 +5,12 @@
 
 use rayon::prelude::*;
 
-use super::engine::{Depressions, Drainage, Grid, code, receivers};
+use super::engine::{Depressions, Drainage, Grid, Spread, code, receivers, spread};
 use crate::prelude::*;
 
 choice! {
     /// What happens to water in depressions.
-    pub enum Routing {
+    pub enum Sinks {
         /// It leaves through the lowest pass, along the shortest way down that a spilling lake would cut: every cell
         /// drains out of the world.
         Carve = "carve",
@@ -19,9 +19,28 @@ choice! {
     }
 }
 
+choice! {
+    /// How the water of a cell is shared among its neighbours.
+    pub enum Routing {
+        /// The neighbour of steepest descent takes it all: rivers one cell wide.
+        D8 = "d8",
+        /// The two neighbours that bound the direction of steepest descent share it, so that slopes drain in every
+        /// direction alike.
+        DInfinity = "d_infinity",
+        /// All lower neighbours share it, in proportion to a power of the slope: smooth maps of wetness.
+        Mfd = "mfd",
+    }
+}
+
 params! {
     /// What happens to water in depressions.
-    depressions: Routing = Routing::Carve, One, ..;
+    depressions: Sinks = Sinks::Carve, One, ..;
+    /// How `area` is gathered.
+    routing: Routing = Routing::D8, One, ..;
+    /// The power of the slope, of `mfd` alone.
+    ///
+    /// 1 spreads widely; from 8 up it is hardly wider than `d8`.
+    exponent: f64 = 1.1, One, 0.0..=20.0, soft 1..=8;
 }
 
 /// The declaration.
@@ -40,6 +59,11 @@ pub static NODE: Node = Node {
           sea begins there. On an `open` side water leaves where no neighbour inside is lower. At a `wall` nothing \
           leaves; `periodic` sides are joined. With walls or periodic sides all around there is nowhere to drain to, \
           and the node says so.\n\n\
+          `routing` says how `area` is gathered. `d_infinity` shares water between the two neighbours that bound the \
+          steepest of the eight triangular facets around the cell, each by how near it is to the direction of descent. \
+          `mfd` shares it among all lower neighbours in proportion to slope^`exponent`. Both see lakes as level \
+          surfaces, which their water crosses along `direction`, and where no neighbour is lower than the surface they \
+          do as `d8` does. Area is then no longer whole cells, and rivers on flat ground are wide.\n\n\
           `rain` weights the land: where it is 2, a cell counts twice. With rain as a share of the mean, `area` is \
           discharge divided by the mean rain.\n\n\
           Heights of equal slope are decided by the order E, NE, N, NW, W, SW, S, SE; large exact flats, such as the \
@@ -49,6 +73,10 @@ pub static NODE: Node = Node {
     sources: &[
         "J. F. O'Callaghan and D. M. Mark (1984), The extraction of drainage networks from digital elevation data, \
          Computer Vision, Graphics, and Image Processing 28, 323-344",
+        "D. G. Tarboton (1997), A new method for the determination of flow directions and upslope areas in grid \
+         digital elevation models, Water Resources Research 33, 309-319",
+        "T. G. Freeman (1991), Calculating catchment area with divergent flow based on a regular grid, Computers & \
+         Geosciences 17, 413-422",
         "R. Barnes, C. Lehman and D. Mulla (2014), Priority-flood: an optimal depression-filling and \
          watershed-labeling algorithm for digital elevation models, Computers & Geosciences 62, 117-127",
         "G. Cordonnier, B. Bovy and J. Braun (2019), A versatile, linear complexity algorithm for flow routing in \
@@ -72,7 +100,7 @@ pub static NODE: Node = Node {
         Output::gives(
             "direction",
             PortType::Scalar(Unit::Count),
-            "The neighbour each cell drains to.\n\
+            "The neighbour of steepest descent, which each cell drains to.\n\
              0 to 7 are E, NE, N, NW, W, SW, S, SE; -1 is where water leaves the world or stays.",
         ),
     ],
@@ -97,14 +125,25 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let mut depressions = Depressions::default();
     depressions.find(job, &grid, height.samples(), &codes)?;
     job.advance(0.5)?;
-    if params.depressions == Routing::Carve {
+    if params.depressions == Sinks::Carve {
         depressions.carve(job, &grid, &mut codes)?;
     }
     let mut filled = height.samples().to_vec();
     depressions.fill(&mut filled);
     job.advance(0.6)?;
 
-    let area = area(job, &grid, &codes)?;
+    let spread = match params.routing {
+        Routing::D8 => None,
+        Routing::DInfinity => Some(Spread::DInfinity),
+        Routing::Mfd => Some(Spread::Freeman { exponent: params.exponent }),
+    };
+    let area = match spread {
+        None => area(job, &grid, &codes)?,
+        Some(spread) => {
+            let surface = if params.depressions == Sinks::Carve { &filled } else { height.samples() };
+            spread_area(job, &grid, surface, &codes, spread)?
+        }
+    };
     job.advance(0.9)?;
     let mut depth = vec![0.0; grid.cells()];
     depth
@@ -125,12 +164,16 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         .with("direction", field(direction)))
 }
 
+/// How much a cell counts.
+fn weight(rain: f32) -> f64 {
+    if rain > 0.0 { f64::from(rain) } else { 0.0 }
+}
+
 /// Drainage area in square metres. Cells are counted exactly; their weights, where they differ, are added in double
 /// precision.
 fn area(job: &Job<'_>, grid: &Grid, codes: &[u8]) -> Result<Vec<f32>, NodeError> {
     let cell_m2 = job.cell_m() * job.cell_m();
     let mut drainage = Drainage::default();
-    let weight = |rain: f32| if rain > 0.0 { f64::from(rain) } else { 0.0 };
     match job.lane("rain") {
         Lane::Constant(rain) => {
             let mut cells = vec![1_u32; grid.cells()];
@@ -139,11 +182,20 @@ fn area(job: &Job<'_>, grid: &Grid, codes: &[u8]) -> Result<Vec<f32>, NodeError>
             Ok(cells.par_iter().map(|&cells| (f64::from(cells) * each_m2) as f32).collect())
         }
         Lane::Samples(rain) => {
-            let mut weights: Vec<f64> = rain.par_iter().map(|&rain| weight(rain)).collect();
+            let mut weights: Vec<f64> = rain.par_iter().copied().map(weight).collect();
             drainage.accumulate(job, grid, codes, &mut weights)?;
             Ok(weights.par_iter().map(|&weight| (weight * cell_m2) as f32).collect())
         }
     }
+}
+
+/// Drainage area in square metres of water that spreads over a surface.
+fn spread_area(job: &Job<'_>, grid: &Grid, surface: &[f32], codes: &[u8], how: Spread) -> Result<Vec<f32>, NodeError> {
+    let cell_m2 = job.cell_m() * job.cell_m();
+    let rain = job.lane("rain");
+    let mut amounts: Vec<f64> = (0..grid.cells()).into_par_iter().map(|cell| weight(rain.at(cell)) * cell_m2).collect();
+    spread::accumulate(job, grid, surface, codes, how, &mut amounts)?;
+    Ok(amounts.par_iter().map(|&amount| amount as f32).collect())
 }
 
 #[cfg(test)]

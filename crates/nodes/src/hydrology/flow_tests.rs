@@ -111,6 +111,44 @@ fn real_land_drains_as_others_say() {
 }
 
 #[test]
+fn spreading_water_drains_real_land_as_others_say() {
+    let read = |name: &str| -> Vec<f32> {
+        let bytes = std::fs::read(format!("{}/../../tests/data/{name}", env!("CARGO_MANIFEST_DIR"))).expect(name);
+        bytes.chunks_exact(4).map(|bytes| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])).collect()
+    };
+    let world = with_boundary(testing::world(256, 256, 1.0), Boundary::all(Edge::Base));
+    let height = Field::new(Window::whole(world), read("bigtujunga_drained_256.f32"));
+    let expected = read("bigtujunga_drained_256_spread.f32");
+    let (d_infinity, mfd) = expected.split_at(expected.len() / 2);
+    for (changes, expected) in [("routing=d_infinity", d_infinity), ("routing=mfd,exponent=1.1", mfd)] {
+        let area = flow(&height, changes).area;
+        for (found, expected) in area.iter().step_by(7).zip(expected) {
+            // 1e-5: shares and the result are in f32.
+            assert!((found - expected).abs() <= 1e-5 * expected, "{changes}: {found}, not {expected}");
+        }
+    }
+}
+
+#[test]
+fn spreading_water_is_conserved() {
+    for changes in ["routing=d_infinity", "routing=mfd", "routing=mfd,exponent=20", "routing=mfd,exponent=0"] {
+        for (nx, ny) in [(1, 9), (9, 1), (2, 2), (17, 150), (200, 150)] {
+            for edge in [Edge::Base, Edge::Open] {
+                let world = with_boundary(testing::world(nx, ny, 10.0), Boundary::all(edge));
+                for height in [noise(world), hills(world), Field::constant(Window::whole(world), 7.0)] {
+                    let left = area_that_leaves(&flow(&height, changes));
+                    let all = (nx * ny * 100) as f32;
+                    // 1e-5: sums of areas in f32.
+                    assert!((left / all - 1.0).abs() < 1e-5, "{changes}, {nx} x {ny}: {left} of {all}");
+                    let kept = flow(&height, &format!("{changes},depressions=keep"));
+                    assert!((area_that_leaves(&kept) / all - 1.0).abs() < 1e-5, "{changes}: kept");
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn with_only_one_open_side_everything_drains_there() {
     let south = |edge| Boundary { south: edge, ..Boundary::all(Edge::Wall) };
     for edge in [Edge::Base, Edge::Open] {
@@ -212,4 +250,8 @@ fn the_same_for_any_thread_count_and_simd_level() {
     let fields = [("height", &height), ("rain", &rain)];
     assert_eq!(testing::run_in(1, &NODE, &params, &fields), testing::run_in(7, &NODE, &params, &fields));
     testing::at_every_level(|| testing::outputs(&NODE, &params, &fields));
+    for changes in ["routing=d_infinity", "routing=mfd"] {
+        let params = testing::with_params(&NODE, changes);
+        assert_eq!(testing::run_in(1, &NODE, &params, &fields), testing::run_in(7, &NODE, &params, &fields));
+    }
 }

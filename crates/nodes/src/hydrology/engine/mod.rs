@@ -4,8 +4,9 @@
 //! 2. [`receivers`]: one receiver per cell, from the heights.
 //! 3. [`basins`]: depressions, their fill levels, and receivers that lead out of them.
 //! 4. [`drainage`]: donors-first order and drainage area.
+//! 5. [`spread`]: drainage area where water spreads over several receivers.
 //!
-//! Every stage is O(N), parallel, and bit-identical for any thread count. A receiver is one byte, a [`code`]: no index
+//! Every stage is O(N), parallel (the last in part), and bit-identical for any thread count. A receiver is one byte, a [`code`]: no index
 //! is stored, and a neighbour is an offset.
 
 pub mod basins;
@@ -18,8 +19,10 @@ mod passes;
 pub mod receivers;
 #[cfg(test)]
 pub mod reference;
+pub mod spread;
 
 pub use basins::Depressions;
 pub use drainage::Drainage;
 pub use elevation::Elevation;
 pub use grid::{Grid, Outlet};
+pub use spread::Spread;
