@@ -6,7 +6,7 @@
 //! | vector | the same twice: `NAME.x.exr` (east) and `NAME.y.exr` (south) |
 //! | colour | `NAME.png` |
 //! | report | `NAME.json` |
-//! | height, to look at | `NAME.preview.png`: shaded relief, tinted over its range, at most 4096 pixels a side |
+//! | height, to look at | `NAME.preview.png`: shaded relief, tinted over its range, at most 2048 pixels a side |
 
 use std::{
     collections::BTreeSet,
@@ -130,7 +130,7 @@ impl OutputFolder {
             Failure::unable(format!("cannot write to the folder `{}`: {}", folder.display(), reason(&error)))
                 .hint("choose another folder with `-o`")
         };
-        if folder.is_file() {
+        if folder.exists() && !folder.is_dir() {
             return Err(refused(io::ErrorKind::NotADirectory.into()));
         }
         fs::create_dir_all(folder).map_err(refused)?;

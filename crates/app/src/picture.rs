@@ -25,9 +25,9 @@ pub fn of_height(height: &Field, view: View) -> Field {
 }
 
 /// The most pixels of a preview along its longer side.
-const PREVIEW_SIDE: u32 = 4096;
+const PREVIEW_SIDE: u32 = 2048;
 
-/// A picture of heights that any viewer opens: the map, of larger cells where there are more than 4096 along a side.
+/// A picture of heights that any viewer opens: the map, of larger cells where there are more than 2048 along a side.
 #[must_use]
 pub fn preview(height: &Field) -> Field {
     of_height(&shrunk(height, PREVIEW_SIDE), View::Map)

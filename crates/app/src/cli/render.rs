@@ -62,6 +62,7 @@ impl Args {
             match &error.problem {
                 Problem::Unwritable(error) => {
                     Failure::unable(format!("cannot write `{}`: {}", self.out.display(), reason(error)))
+                        .hint("an earlier file is as it was; make room, or name another place with `-o`")
                 }
                 Problem::Stopped => Failure::stopped(),
                 _ => Failure::unable(error.to_string()).hint(error.remedy()),

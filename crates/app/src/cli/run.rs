@@ -20,7 +20,7 @@ use crate::{
 ///
 /// Heights, masks and other scalars become OpenEXR files (or another `--format`) with a JSON file beside each that states
 /// size, cell, range, unit, seed and a hash of all they come from; colours become PNG, reports JSON. Of each height there
-/// is also a shaded picture, NAME.preview.png, of at most 4096 pixels a side.
+/// is also a shaded picture, NAME.preview.png, of at most 2048 pixels a side.
 ///
 /// All files are complete before the first appears under its name: a failure or Ctrl-C leaves earlier ones as they were.
 #[derive(Debug, clap::Args)]

@@ -175,8 +175,11 @@ fn a_write_that_fails_leaves_earlier_outputs_as_they_were() {
     let before = fs::read(place.path("out/height.exr")).expect("written");
     let names = place.names("out");
     // The signal that would end the program is ignored, so that the write fails instead.
-    let limited = "trap '' XFSZ; ulimit -f 64; exec \"$0\" run g.ron --cells 1024 --set plain.value=900";
-    place.shell(limited).ended(2, &["cannot write `out/height.exr`", "earlier files are as they were"]);
+    let limited = "trap '' XFSZ; ulimit -f 64; exec \"$0\" run g.ron --cells 1024 --set plain.value=900 --format";
+    for (format, file) in [("exr", "height.exr"), ("tiff", "height.tif"), ("r32", "height.r32")] {
+        let said = format!("cannot write `out/{file}`: the system does not allow a file of that size");
+        place.shell(&format!("{limited} {format}")).ended(2, &[&said, "earlier files are as they were"]);
+    }
     assert!(fs::read(place.path("out/height.exr")).expect("there") == before);
     assert_eq!(place.names("out"), names);
 }

@@ -68,7 +68,7 @@ pub fn metrics(job: &Job<'_>, height: &Field, params: &Params) -> Result<Report,
     job.advance(0.2)?;
     local_relief(height, params.local_window, &mut report);
     job.advance(0.3)?;
-    let steepness = interior_slopes(height);
+    let steepness = interior_slopes(height, &|| job.check())?;
     job.advance(0.4)?;
     slopes(job, &steepness, &mut report)?;
     drop(steepness);
@@ -87,7 +87,8 @@ pub fn compare(field: &Field, reference: &Field) -> Report {
         report.measure(name, wasserstein(a, b) / (quartiles[1] - quartiles[0]), "");
     };
     distance("elevation_distance", &finite(field), &finite(reference));
-    distance("slope_distance", &interior_slopes(field), &interior_slopes(reference));
+    let [a, b] = [field, reference].map(|field| interior_slopes(field, &|| Ok(())).unwrap_or_default());
+    distance("slope_distance", &a, &b);
     let curves = [field, reference].map(|field| Elevations::of(field).curve(field));
     let difference: f64 = curves[0].iter().zip(&curves[1]).map(|(a, b)| (a - b).abs()).sum();
     report.measure("hypsometry_distance", difference / curves[0].len() as f64, "");
@@ -223,25 +224,26 @@ fn local_relief(height: &Field, window_m: f64, report: &mut Report) {
     report.measure("local_relief_max", reliefs.iter().copied().fold(f64::NAN, f64::max), "m");
 }
 
-/// Slopes in degrees of all cells but the outermost, without holes.
-fn interior_slopes(height: &Field) -> Vec<f32> {
+/// Slopes in degrees of all cells but the outermost, without holes. `check` is asked at each row whether to stop.
+fn interior_slopes(height: &Field, check: &(dyn Fn() -> Result<(), NodeError> + Sync)) -> Result<Vec<f32>, NodeError> {
     let (nx, ny) = (height.window().nx(), height.window().ny());
     if nx < 3 || ny < 3 {
-        return Vec::new();
+        return Ok(Vec::new());
     }
     let surface = Surface::new(height, Method::Horn);
     let mut slopes = vec![0.0; (nx - 2) * (ny - 2)];
-    slopes.par_chunks_mut(nx - 2).enumerate().for_each_init(
+    slopes.par_chunks_mut(nx - 2).enumerate().try_for_each_init(
         || vec![0.0; nx],
         |whole, (j, row)| {
             surface.row(j + 1, |start, east, south| slope_degrees(east, south, &mut whole[start..start + east.len()]));
             row.copy_from_slice(&whole[1..nx - 1]);
+            check()
         },
-    );
+    )?;
     if slopes.par_iter().any(|s| !s.is_finite()) {
         slopes.retain(|s| s.is_finite());
     }
-    slopes
+    Ok(slopes)
 }
 
 fn slopes(job: &Job<'_>, slopes: &[f32], report: &mut Report) -> Result<(), NodeError> {

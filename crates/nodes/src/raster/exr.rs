@@ -3,7 +3,7 @@
 //! Source: Academy Software Foundation, "OpenEXR File Layout". Of the first layer the channel `Y` is read, else `Z`, `height`
 //! or `R`, else the first; 16-bit and 32-bit reals and whole numbers. Written is one channel `Y` of 32-bit reals.
 
-use std::io::{Cursor, Seek, Write};
+use std::io::{self, Cursor, Seek, Write};
 
 use ::exr::{
     error::Error,
@@ -79,7 +79,7 @@ fn fault(error: Error) -> Problem {
 ///
 /// Uncompressed: the noise-like mantissas of a 2048 x 2048 terrain shrink by 1 % (ZIP1) to 9 % (ZIP16), which takes 30 to 50
 /// times as long to write.
-pub(super) fn write(to: impl Write + Seek, columns: u32, rows: u32, samples: &[f32]) -> Result<(), Error> {
+pub(super) fn write(to: impl Write + Seek, columns: u32, rows: u32, samples: &[f32]) -> io::Result<()> {
     let channel = AnyChannel::new("Y", FlatSamples::F32(samples.to_vec()));
     let layer = Layer::new(
         (columns as usize, rows as usize),
@@ -87,5 +87,8 @@ pub(super) fn write(to: impl Write + Seek, columns: u32, rows: u32, samples: &[f
         Encoding::UNCOMPRESSED,
         AnyChannels::sort(SmallVec::from_elem(channel, 1)),
     );
-    Image::from_layer(layer).write().non_parallel().to_buffered(to)
+    Image::from_layer(layer).write().non_parallel().to_buffered(to).map_err(|error| match error {
+        Error::Io(error) => error,
+        other => io::Error::other(other),
+    })
 }

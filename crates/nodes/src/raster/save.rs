@@ -117,9 +117,9 @@ pub fn write(
         program: Some(concat!("orograph ", env!("CARGO_PKG_VERSION")).to_owned()),
     };
     let raster = stage(path, go_on, |to| match format {
-        Format::Exr => exr::write(to, columns, rows, samples).map_err(io::Error::other),
-        Format::Png16 => png::write_grey(to, columns, rows, &codes).map_err(io::Error::other),
-        Format::Tiff => geotiff::write(to, window, samples).map_err(io::Error::other),
+        Format::Exr => exr::write(to, columns, rows, samples),
+        Format::Png16 => png::write_grey(to, columns, rows, &codes),
+        Format::Tiff => geotiff::write(to, window, samples),
         Format::R16 => to.write_all(&bytes_of(&codes, u16::to_le_bytes)),
         Format::R32 => to.write_all(&bytes_of(samples, f32::to_le_bytes)),
     })?;
@@ -149,7 +149,7 @@ pub fn write_colour(path: &Path, field: &Field, go_on: GoOn<'_>) -> Result<(), R
     bytes.par_chunks_mut(3).zip(red.par_iter().zip(green).zip(blue)).for_each(|(out, ((r, g), b))| {
         out.copy_from_slice(&[curve.code(*r), curve.code(*g), curve.code(*b)]);
     });
-    persist(stage(path, go_on, |to| png::write_rgb(to, columns, rows, &bytes).map_err(io::Error::other))?, path)
+    persist(stage(path, go_on, |to| png::write_rgb(to, columns, rows, &bytes))?, path)
 }
 
 /// Writes a file of any kind whole: `fill` writes under a temporary name, which is renamed into place.

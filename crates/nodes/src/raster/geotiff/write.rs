@@ -2,11 +2,11 @@
 //!
 //! Uncompressed, because deflate hardly shrinks the noise-like mantissas of terrain, and takes far longer than writing them.
 
-use std::io::{Seek, Write};
+use std::io::{self, Seek, Write};
 
 use orograph_graph::Window;
 use tiff::{
-    TiffResult,
+    TiffError, TiffResult,
     encoder::{TiffEncoder, TiffKind, TiffKindBig, TiffKindStandard, colortype::Gray32Float},
     tags::Tag,
 };
@@ -16,12 +16,16 @@ const CLASSIC_MOST: usize = 0xF000_0000;
 
 /// Writes a plane of `window.len()` samples. The reference system is a local one in metres, x east and y north from the
 /// world's south-west corner, so that tiles of a world fit together.
-pub(in crate::raster) fn write(to: impl Write + Seek, window: &Window, samples: &[f32]) -> TiffResult<()> {
-    if size_of_val(samples) > CLASSIC_MOST {
-        encode::<_, TiffKindBig>(TiffEncoder::new_big(to)?, window, samples)
+pub(in crate::raster) fn write(to: impl Write + Seek, window: &Window, samples: &[f32]) -> io::Result<()> {
+    let written = if size_of_val(samples) > CLASSIC_MOST {
+        TiffEncoder::new_big(to).and_then(|to| encode::<_, TiffKindBig>(to, window, samples))
     } else {
-        encode::<_, TiffKindStandard>(TiffEncoder::new(to)?, window, samples)
-    }
+        TiffEncoder::new(to).and_then(|to| encode::<_, TiffKindStandard>(to, window, samples))
+    };
+    written.map_err(|error| match error {
+        TiffError::IoError(error) => error,
+        other => io::Error::other(other),
+    })
 }
 
 fn encode<W: Write + Seek, K: TiffKind>(
