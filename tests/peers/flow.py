@@ -84,6 +84,8 @@ class Peers:
 
         run("route", "fastscapelib", repeats, lambda: cells(plain))
         run("route", "py-richdem", repeats, lambda: np.asarray(rd.FlowAccumulation(rich, method="D8")))
+        for kernel, method in (("d_infinity", {"method": "Dinf"}), ("mfd", {"method": "Freeman", "exponent": 1.1})):
+            run(kernel, "py-richdem", repeats, lambda: np.asarray(rd.FlowAccumulation(rich, **method)))
         run("route_sinks", "fastscapelib", repeats, lambda: cells(sinks))
         run("route_sinks", "topotoolbox", repeats, lambda: np.asarray(tt.FlowObject(dem).flow_accumulation().z))
 
@@ -139,6 +141,10 @@ def check(height, results, peers):
             same = np.abs(cells - results[kernel]) < 0.5
             agree[kernel, program] = same
             print(f"  {kernel}: {same[~border].mean():.3%} of inner cells drain as many cells as in {program}")
+    for kernel in ("d_infinity", "mfd"):
+        for program, _, _, cells in peers.runs[kernel]:
+            same = np.abs(cells - results[kernel]) < 1e-3 * cells
+            print(f"  {kernel}: {same[~border].mean():.3%} of inner cells drain as much as in {program}")
     lakes = results["fill"] > height
     for n in LAWS:
         name = f"first_n{n:g}"

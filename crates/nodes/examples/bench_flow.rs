@@ -14,7 +14,7 @@ use orograph_graph::{
 use orograph_nodes::{
     erosion::stream_power,
     hydrology::{
-        engine::{Depressions, Drainage, Grid, receivers},
+        engine::{Depressions, Drainage, Grid, Spread, receivers, spread},
         flow,
     },
 };
@@ -52,6 +52,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     write(&out.join("cells.f32"), &cells)?;
     let cells = time("route_sinks", repeats, || accumulate(&job, &grid, height.samples(), true))?;
     write(&out.join("cells_sinks.f32"), &cells)?;
+    for (name, how) in [("d_infinity", Spread::DInfinity), ("mfd", Spread::Freeman { exponent: 1.1 })] {
+        let cells = time(name, repeats, || spread_out(&job, &grid, height.samples(), how))?;
+        write(&out.join(format!("{name}.f32")), &cells)?;
+    }
     for (n, m, erodibility) in LAWS {
         for (name, steps) in [("steps", STEPS), ("first", 1)] {
             let params = incision(n, m, steps);
@@ -125,6 +129,15 @@ fn accumulate(job: &Job<'_>, grid: &Grid, heights: &[f32], sinks: bool) -> Resul
     }
     let mut cells = vec![1_u32; grid.cells()];
     Drainage::default().accumulate(job, grid, &codes, &mut cells)?;
+    Ok(cells)
+}
+
+/// The same where water spreads; depressions keep theirs.
+fn spread_out(job: &Job<'_>, grid: &Grid, heights: &[f32], how: Spread) -> Result<Vec<f64>, NodeError> {
+    let mut codes = vec![0; grid.cells()];
+    receivers::d8(job, grid, heights, &mut codes)?;
+    let mut cells = vec![1.0; grid.cells()];
+    spread::accumulate(job, grid, heights, &codes, how, &mut cells)?;
     Ok(cells)
 }
 

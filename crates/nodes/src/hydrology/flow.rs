@@ -61,9 +61,9 @@ pub static NODE: Node = Node {
           and the node says so.\n\n\
           `routing` says how `area` is gathered. `d_infinity` shares water between the two neighbours that bound the \
           steepest of the eight triangular facets around the cell, each by how near it is to the direction of descent. \
-          `mfd` shares it among all lower neighbours in proportion to slope^`exponent`. Both see lakes as level \
-          surfaces, which their water crosses along `direction`, and where no neighbour is lower than the surface they \
-          do as `d8` does. Area is then no longer whole cells, and rivers on flat ground are wide.\n\n\
+          `mfd` shares it among all lower neighbours in proportion to slope^`exponent`. With `carve` both \
+          see lakes as level surfaces, which their water crosses along `direction`; with `keep` it runs on the land \
+          itself and stays in pits. Area is then no longer whole cells, and rivers on flat ground are wide.\n\n\
           `rain` weights the land: where it is 2, a cell counts twice. With rain as a share of the mean, `area` is \
           discharge divided by the mean rain.\n\n\
           Heights of equal slope are decided by the order E, NE, N, NW, W, SW, S, SE; large exact flats, such as the \
