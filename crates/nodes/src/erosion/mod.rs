@@ -1,5 +1,6 @@
 //! What wears the land down.
 
+mod debris;
 pub mod hydraulic_pipe;
 mod repose;
 pub mod stream_power;

@@ -268,7 +268,7 @@ impl Awake<'_> {
 }
 
 /// Copies the ring from the opposite side of the axes that wrap.
-fn wrap(raster: &mut [f32], nx: usize, ny: usize, wraps: [bool; 2]) {
+pub fn wrap(raster: &mut [f32], nx: usize, ny: usize, wraps: [bool; 2]) {
     let stride = nx + 2;
     if wraps[0] {
         for row in raster.chunks_exact_mut(stride) {

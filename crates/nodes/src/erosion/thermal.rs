@@ -1,6 +1,9 @@
 //! Scree: slopes steeper than the angle of repose shed their material.
 
-use super::repose::{STEP, Slump, wraps};
+use super::{
+    debris::Debris,
+    repose::{STEP, Slump, wraps},
+};
 use crate::{math, par, prelude::*};
 
 choice! {
@@ -22,6 +25,10 @@ params! {
     diffusivity: f64 = 1.0, SquareMetresPerYear, 0.0..=100.0, soft 0.0..=10.0;
     /// Excess over repose that counts as none, as a share of it.
     tolerance: f64 = 0.02, One, 0.0001..=0.2, soft 0.001..=0.05;
+    /// Steepest angle that rock holds at; with `debris` wired only.
+    rock: f64 = 60.0, Degrees, 20.0..=85.0, soft 45.0..=75.0;
+    /// Volume of debris that a volume of rock becomes; with `debris` wired only.
+    bulking: f64 = 1.3, One, 1.0..=2.0, soft 1.0..=1.6;
 }
 
 /// The declaration.
@@ -37,8 +44,13 @@ pub static NODE: Node = Node {
           `tolerance`. With `duration`, slopes slide for that time with the diffusivity D = `diffusivity`; widths of \
           `√(D · duration)` have come to rest.\n\n\
           `mask` confines it: 0 holds everything in place, and between 0 and 1 the ground holds at tan(talus) / mask. \
+          With `debris` wired, only that much on top of the land is loose, and below it is rock. Loose material lies and \
+          slides as above; rock holds up to the angle `rock`, and what is steeper, cell against neighbouring cell and at \
+          once, crumbles to `bulking` times its volume of debris. All other rock stays, so that steep walls stand bare \
+          above their scree. This is computed on the cells themselves, without coarser grids: it takes time where debris \
+          has far to go.\n\n\
           The volume of the land stays the same, and nothing crosses the edge of the world, except between two \
-          `periodic` sides, which are joined.\n\n\
+          `periodic` sides, which are joined; rock that crumbles gains its `bulking`.\n\n\
           Musgrave, Kolb and Mace compare a cell with each of its eight neighbours, which lets slopes that face in \
           between be up to 8 % too steep and turns cones into octagons. Here the slope of the surface itself is held \
           to repose, so cones are round. Sweeps begin on a grid of some 64 cells a side and are refined level by \
@@ -51,10 +63,16 @@ pub static NODE: Node = Node {
         Input::needs("height", PortType::Height, "The land."),
         Input::number("talus", Unit::Degrees, 35.0, [5.0, 80.0], [20.0, 60.0], "Angle of repose, per cell if wired."),
         Input::mask("mask", "Where it acts: 0 holds the ground in place."),
+        Input::takes("debris", PortType::Scalar(Unit::Metres), "Thickness of what is loose; everything, if not wired."),
     ],
     outputs: &[
         Output::gives("height", PortType::Height, "The land at rest."),
         Output::gives("moved", PortType::Scalar(Unit::Metres), "What each cell has gained; below 0 where it has lost."),
+        Output::gives(
+            "debris",
+            PortType::Scalar(Unit::Metres),
+            "Thickness of what is loose; what was gained, if not wired.",
+        ),
     ],
     params: Params::specs,
     reach: Reach::World,
@@ -69,41 +87,98 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let window = job.window();
     let height = job.field("height")?.samples();
-    let rise = rises(job, height)?;
+    let rise = rises(job, height, job.lane("talus"))?;
     let cells = [window.nx(), window.ny()];
     let wraps = if window.is_whole() { wraps(&job.world().boundary) } else { [false; 2] };
+    if let Some(debris) = job.optional("debris") {
+        return layered(job, &params, height, debris.samples(), &rise, wraps);
+    }
     let mut slump = Slump::new(cells, height, &rise, wraps, params.tolerance as f32);
     match params.until {
         Until::Equilibrium => slump.settle(job)?,
         Until::Duration => {
-            // corners and faces each diffuse by `step` cells² a sweep
-            let diffused = params.diffusivity * params.duration / (job.cell_m() * job.cell_m());
-            let sweeps = (diffused / f64::from(2.0 * STEP)).ceil();
-            if sweeps > 0.0 {
-                slump.slide(sweeps as u64, (0.5 * diffused / sweeps) as f32, job)?;
+            if let Some((sweeps, step)) = params.sweeps(job.cell_m()) {
+                slump.slide(sweeps, step, job)?;
             }
         }
     }
     let moved = slump.moved();
     let rest = height.iter().zip(&moved).map(|(h, d)| if *d == 0.0 { *h } else { h + d }).collect();
-    Ok(Outputs::one("height", Field::new(window, rest)).with("moved", Field::new(window, moved)))
+    let gained = moved.iter().map(|d| d.max(0.0)).collect();
+    Ok(outputs(window, [rest, moved, gained]))
+}
+
+fn outputs(window: Window, [rest, moved, debris]: [Vec<f32>; 3]) -> Outputs {
+    Outputs::one("height", Field::new(window, rest))
+        .with("moved", Field::new(window, moved))
+        .with("debris", Field::new(window, debris))
+}
+
+impl Params {
+    /// How many sweeps make up `duration`, and the step of each; none for no time at all.
+    fn sweeps(&self, cell_m: f64) -> Option<(u64, f32)> {
+        // corners and faces each diffuse by `step` cells² a sweep
+        let diffused = self.diffusivity * self.duration / (cell_m * cell_m);
+        let sweeps = (diffused / f64::from(2.0 * STEP)).ceil();
+        (sweeps > 0.0).then(|| (sweeps as u64, (0.5 * diffused / sweeps) as f32))
+    }
+}
+
+/// The most sweeps of a slide of debris to rest.
+const SWEEPS: u64 = 20_000;
+
+/// Debris on rock.
+fn layered(
+    job: &Job<'_>,
+    params: &Params,
+    height: &[f32],
+    debris: &[f32],
+    rise: &[f32],
+    wraps: [bool; 2],
+) -> Result<Outputs, NodeError> {
+    let window = job.window();
+    let thickness: Vec<f32> = debris.iter().map(|thickness| thickness.max(0.0)).collect();
+    let rock: Vec<f32> = height.iter().zip(&thickness).map(|(h, r)| h - r).collect();
+    let mut layers = Debris::new([window.nx(), window.ny()], &rock, &thickness, rise, wraps);
+    let rock_rise = rises(job, height, Lane::Constant(params.rock as f32))?;
+    layers.crumble(&rock_rise, params.bulking as f32, job)?;
+    let tolerance = params.tolerance as f32;
+    match params.until {
+        Until::Equilibrium => layers.slide(SWEEPS, STEP, tolerance, job)?,
+        Until::Duration => {
+            if let Some((sweeps, step)) = params.sweeps(job.cell_m()) {
+                layers.slide(sweeps, step, tolerance, job)?;
+            }
+        }
+    }
+    let [left, mut loose] = layers.layers();
+    let (mut rest, mut moved) = (height.to_vec(), vec![0.0; height.len()]);
+    for at in 0..height.len() {
+        if rise[at].is_infinite() {
+            loose[at] = thickness[at];
+        } else if left[at] != rock[at] || loose[at] != thickness[at] {
+            moved[at] = (left[at] - rock[at]) + (loose[at] - thickness[at]);
+            rest[at] = height[at] + moved[at];
+        }
+    }
+    Ok(outputs(window, [rest, moved, loose]))
 }
 
 /// Heights from here on, in metres, are holes in the data: their squares would overflow.
 const HIGHEST: f32 = 1e15;
 
-/// Rise between neighbours at repose, in metres; infinite where the mask or the height holds nothing that may move.
-fn rises(job: &Job<'_>, height: &[f32]) -> Result<Vec<f32>, NodeError> {
-    let (talus, mask) = (job.lane("talus"), job.lane("mask"));
+/// Rise between neighbours at an angle, in metres; infinite where the mask or the height holds nothing that may move.
+fn rises(job: &Job<'_>, height: &[f32], angle: Lane<'_>) -> Result<Vec<f32>, NodeError> {
+    let mask = job.lane("mask");
     let cell_m = job.cell_m() as f32;
     let tangent = |degrees: f32| math::f32::tan(degrees.clamp(1.0, 89.0).to_radians());
-    let constant = talus.constant().map(tangent);
+    let constant = angle.constant().map(tangent);
     let nx = job.window().nx();
     let mut rise = vec![0.0; height.len()];
     par::rows_within(job, [0.0, 0.0], &mut rise, |j, row| {
         for (i, rise) in row.iter_mut().enumerate() {
             let at = j * nx + i;
-            let rise_m = constant.unwrap_or_else(|| tangent(talus.at(at))) * cell_m / mask.at(at).clamp(0.0, 1.0);
+            let rise_m = constant.unwrap_or_else(|| tangent(angle.at(at))) * cell_m / mask.at(at).clamp(0.0, 1.0);
             *rise = if rise_m.is_finite() && height[at].abs() < HIGHEST { rise_m } else { f32::INFINITY };
         }
     })?;
@@ -229,6 +304,83 @@ mod tests {
             let slope = f64::from(height.samples()[row * 128 + 60] - height.samples()[row * 128 + 67]) / 7.0;
             assert!((slope / libm::tan(degrees.to_radians()) - 1.0).abs() < 0.03, "{degrees}: {slope}");
         }
+    }
+
+    /// A wall of rock at 51° stands bare above the scree that its loose cover has become; nothing is lost, and only what
+    /// is loose has moved.
+    #[test]
+    fn loose_cover_slides_off_rock_that_stays() {
+        let wall = field(world(160, 64, 5.0), |x, _| 10.0 + 1.25 * (x - 200.0).clamp(0.0, 200.0));
+        let cover = field(wall.window().world, |x, _| if x > 250.0 && x < 400.0 { 6.0 } else { 0.0 });
+        let inputs = [("height", &wall), ("debris", &cover)];
+        let [height, moved, debris] =
+            ["height", "moved", "debris"].map(|name| run(&NODE, &with_params(&NODE, "rock=75"), &inputs, name));
+        assert!((total(&debris) / total(&cover) - 1.0).abs() < 1e-6);
+        assert!((total(&height) / total(&wall) - 1.0).abs() < 1e-6);
+        let row = 32 * 160..33 * 160;
+        let (mut bare, mut scree) = (0, 0);
+        for at in row {
+            let rock = f64::from(wall.samples()[at] - cover.samples()[at]);
+            let thickness = f64::from(debris.samples()[at]);
+            assert!((f64::from(height.samples()[at]) - thickness - rock).abs() < 1e-4);
+            assert!(thickness >= 0.0);
+            let x = (at % 160) as f64 * 5.0;
+            if (300.0..390.0).contains(&x) && thickness < 0.01 {
+                bare += 1;
+            } else if thickness > 1.0 {
+                scree += 1;
+                if x < 240.0 {
+                    // the toe is below repose, the scree above it at repose at most
+                    let slope = f64::from(height.samples()[at + 1] - height.samples()[at]) / 5.0;
+                    assert!(slope <= REPOSE * 1.03, "{x}: {slope}");
+                }
+            }
+        }
+        assert!(bare > 12 && scree > 12, "{bare} bare, {scree} scree");
+        assert!(moved.range(0).is_some_and(|(lo, _)| lo >= -6.0));
+    }
+
+    /// A cliff of rock without loose cover fails back to the rock's angle, and its debris is 1.3 times what it lost.
+    #[test]
+    fn rock_above_its_angle_becomes_debris() {
+        let cliff = field(world(120, 64, 5.0), |x, _| if x > 300.0 { 200.0 } else { 0.0 });
+        let none = field(cliff.window().world, |_, _| 0.0);
+        let [height, debris] =
+            ["height", "debris"].map(|name| run(&NODE, &defaults(), &[("height", &cliff), ("debris", &none)], name));
+        let rock: Vec<f64> = height.samples().iter().zip(debris.samples()).map(|(h, r)| f64::from(h - r)).collect();
+        let lost = total(&cliff) - rock.iter().sum::<f64>();
+        assert!(lost > 0.0 && (total(&debris) / (1.3 * lost) - 1.0).abs() < 1e-5);
+        // tan 60° over cells of 5 m, from the foot up; single precision of 200 m
+        for i in 60..120 {
+            let expected = (f64::from(i - 59) * 5.0 * 3.0_f64.sqrt()).min(200.0);
+            assert!((rock[32 * 120 + i as usize] - expected).abs() < 1e-3, "{i}");
+        }
+        let gentle = field(world(120, 64, 5.0), |x, y| 0.3 * x + 0.2 * y);
+        let [same, still] =
+            ["height", "debris"].map(|name| run(&NODE, &defaults(), &[("height", &gentle), ("debris", &none)], name));
+        assert_eq!(same, gentle);
+        assert!(still.samples().iter().all(|&r| r == 0.0));
+    }
+
+    /// With all of it loose and deep, the same as without layers; also joined at the sides, on any number of threads.
+    #[test]
+    fn deep_debris_is_all_loose() {
+        let hill = field(world(96, 80, 5.0), |x, y| if libm::hypot(x - 240.0, y - 200.0) < 60.0 { 150.0 } else { 0.0 });
+        let deep = Field::new(*hill.window(), hill.samples().iter().map(|h| h + 100.0).collect());
+        let inputs = [("height", &hill), ("debris", &deep)];
+        let layered = run(&NODE, &defaults(), &inputs, "height");
+        let single = run(
+            &NODE,
+            &with_params(&NODE, "until=duration, duration=1000000, diffusivity=100"),
+            &[("height", &hill)],
+            "height",
+        );
+        assert!((total(&layered) / total(&hill) - 1.0).abs() < 1e-5);
+        // both stop within 2 % of repose, over slopes of 100 m
+        for (a, b) in layered.samples().iter().zip(single.samples()) {
+            assert!((a - b).abs() < 2.0, "{a} {b}");
+        }
+        assert_eq!(run_in(1, &NODE, &defaults(), &inputs), run_in(3, &NODE, &defaults(), &inputs));
     }
 
     /// On a world joined at its sides, moving the land moves the result, where it moves by whole cells of the coarsest
