@@ -197,14 +197,14 @@ impl Debris {
         let moving = interior
             .map(|(j, share)| {
                 let mut moving = false;
-                for i in 1..=nx {
-                    let at = (j + 1) * stride + i;
+                for (i, share) in share[1..=nx].iter_mut().enumerate() {
+                    let at = (j + 1) * stride + i + 1;
                     let gains = gains(flows, at, stride);
                     let (loss, most) = gains.iter().fold((0.0, 0.0_f32), |(sum, most), gain| {
                         let loss = (-gain).max(0.0);
                         (sum + loss, most.max(loss))
                     });
-                    share[i] = if loss > self.loose[at] { self.loose[at] / loss } else { 1.0 };
+                    *share = if loss > self.loose[at] { self.loose[at] / loss } else { 1.0 };
                     // closed cells lose nothing
                     moving |= self.loose[at] > FILM * self.rise[at] && most > 0.5 * slow * self.rise[at];
                 }
@@ -220,8 +220,8 @@ impl Debris {
         let [nx, ny] = self.cells;
         let stride = nx + 2;
         self.loose[stride..stride * (ny + 1)].par_chunks_mut(stride).enumerate().for_each(|(j, loose)| {
-            for i in 1..=nx {
-                let at = (j + 1) * stride + i;
+            for (i, loose) in loose[1..=nx].iter_mut().enumerate() {
+                let at = (j + 1) * stride + i + 1;
                 let gains = gains(flows, at, stride);
                 let donors = around(at, stride);
                 let (mut gain, mut loss) = (0.0, 0.0);
@@ -230,7 +230,7 @@ impl Debris {
                     loss += (-gains[k]).max(0.0);
                 }
                 // a loss of more than there is was cut to all there is
-                loose[i] = (loose[i] - loss.min(loose[i])) + gain;
+                *loose = (*loose - loss.min(*loose)) + gain;
             }
         });
         super::repose::wrap(&mut self.loose, nx, ny, self.wraps);
