@@ -60,6 +60,8 @@ pub struct Transport<'a> {
     pub cell_m2: f64,
     /// The coefficient G.
     pub deposition: Lane<'a>,
+    /// The steepest drop per metre at a cell.
+    pub steepest: &'a (dyn Fn(usize) -> f64 + Sync),
     /// Level of the sea in metres.
     pub sea_level_m: f64,
     /// Surface of the land and of all water on it before the step.
@@ -92,7 +94,7 @@ impl Transport<'_> {
         let mut beds: Vec<Bed> = heights.par_iter().map(bed).collect();
         self.drainage.upstream(job, self.grid, self.codes, &mut beds, |cell, code, Bed { height, .. }, below| {
             let [load, response] = arriving[cell];
-            let (c, _) = self.links.of(cell, code);
+            let (c, length_m) = self.links.of(cell, code);
             if let Some(depth) = self.depth(cell, height) {
                 let filled = height + load.min(depth);
                 let height =
@@ -109,8 +111,10 @@ impl Transport<'_> {
             let change = (settling * load - c * (height - level)) * share;
             // What the receiver's water, had it been that low from the start, would have got.
             let late = c * gone * share;
-            let height = height + change - late;
-            Bed { height, water: height.max(below.water), loose: d * late }
+            let eroded = height + change - late;
+            // What stands too steep over the receiver slides, and joins the rivers at the next step as well.
+            let height = eroded.min(below.water + (self.steepest)(cell) * length_m);
+            Bed { height, water: height.max(below.water), loose: d * (late + eroded - height) }
         })?;
         let cells = arriving.par_iter().zip(heights).zip(&beds);
         let flux =

@@ -57,6 +57,16 @@ enum Steepest {
     Each(Vec<f32>),
 }
 
+impl Steepest {
+    #[inline(always)]
+    fn at(&self, cell: usize) -> f64 {
+        match self {
+            Self::Everywhere(slope) => *slope,
+            Self::Each(slopes) => f64::from(slopes[cell]),
+        }
+    }
+}
+
 impl<'a> Land<'a> {
     /// The land at the start.
     ///
@@ -207,11 +217,7 @@ impl<'a> Land<'a> {
             }
             let (coefficient, length_m) = links.of(cell, code);
             let left = self.law.left(coefficient, drop);
-            let slope = match &self.steepest {
-                Steepest::Everywhere(slope) => *slope,
-                Steepest::Each(slopes) => f64::from(slopes[cell]),
-            };
-            let steepest = slope * length_m;
+            let steepest = self.steepest.at(cell) * length_m;
             below + if left > steepest { steepest } else { left }
         };
         let solved = self.drainage.upstream(job, &self.grid, &self.codes, &mut heights, solve);
@@ -233,6 +239,7 @@ impl<'a> Land<'a> {
             area: &self.area,
             cell_m2: self.cell_m * self.cell_m,
             deposition: sediment.deposition,
+            steepest: &|cell| self.steepest.at(cell),
             sea_level_m,
             surface: &surface,
         };
