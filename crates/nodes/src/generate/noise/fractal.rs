@@ -51,20 +51,23 @@ impl Fractal {
             .zip(wavelengths)
             .zip(self.gradients.turns())
             .zip(0..)
-            .map(|(((amplitude, wavelength_m), turn), k)| {
+            .map_while(|(((amplitude, wavelength_m), turn), k)| {
+                let wavelength_cells = wavelength_m / cell_m;
+                let fade = smoothstep(2.4, 4.8, wavelength_cells);
+                if fade <= 0.0 {
+                    return None;
+                }
                 let seed = mix(self.seed.wrapping_add(k));
                 let shift = [mix(seed ^ 0x9e37_79b9), mix(seed ^ 0x3c6e_f372)];
-                let wavelength_cells = wavelength_m / cell_m;
-                Octave {
+                Some(Octave {
                     lattice: Lattice::new(cell_m, wavelength_m, turn, shift),
                     gradients: self.gradients,
                     seed,
                     wavelength_cells,
                     share: amplitude / total,
-                    fade: smoothstep(2.4, 4.8, wavelength_cells),
-                }
+                    fade,
+                })
             })
-            .take_while(|octave| octave.fade > 0.0)
             .collect()
     }
 

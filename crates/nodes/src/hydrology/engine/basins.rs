@@ -7,7 +7,7 @@
 //! priority flood (Barnes, Lehman and Mulla 2014), to the last bit. Heights are never changed.
 //!
 //! What differs from the paper: basins are found upstream from the pits and most links are dropped by what is around
-//! them (see [`super::passes`]), so that a landscape with few pits costs little; the tree is Borůvka's; passes of equal
+//! them (see the module `passes`), so that a landscape with few pits costs little; the tree is Borůvka's; passes of equal
 //! height are ordered by the number of their link, which makes the tree unique.
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};

@@ -17,7 +17,7 @@ pub trait Elevation: Copy + PartialOrd + Send + Sync + 'static {
     /// A codes row by steepest descent, see [`super::receivers::d8`].
     fn d8_row(around: [&[Self]; 9], codes: &mut [u8]);
 
-    /// The links of a row that may be lowest passes, see [`super::passes`].
+    /// The links of a row that may be lowest passes, see the module `passes`.
     fn passes_row(heights: [&[Self]; 3], labels: [&[u32]; 3], links: &mut [u8]);
 
     /// A height above every other.
