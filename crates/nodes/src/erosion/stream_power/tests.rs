@@ -89,7 +89,7 @@ fn one_immense_step_lands_on_the_steady_state() {
 
 #[test]
 fn slopes_of_a_steady_landscape_follow_the_area() {
-    let (cells, cell_m) = (64, 100.0);
+    let (cells, cell_m) = (128, 100.0);
     let height = testing::field(testing::world(cells, cells, cell_m), white);
     let changes = format!("{PLAIN},duration=2e7,time_step=2e4,m=0.45");
     let case = Case { height: &height, uplift: 0.001, erodibility: 2e-5, repose: 90.0, changes };
