@@ -12,6 +12,7 @@ pub mod par;
 #[cfg(test)]
 mod peer_tests;
 mod prelude;
+pub mod quantity;
 pub mod raster;
 pub mod render;
 pub mod select;

@@ -121,11 +121,11 @@ impl Debris {
     }
 
     /// Sweeps that many times with a given step, at most [`super::repose::STEP`], or until nothing loose exceeds repose
-    /// by more than `tolerance`, as a share of it.
+    /// by more than `tolerance`, as a share of it: whether it came to rest.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
-    pub fn slide(&mut self, sweeps: u64, step: f32, tolerance: f32, job: &Job<'_>) -> Result<(), NodeError> {
+    pub fn slide(&mut self, sweeps: u64, step: f32, tolerance: f32, job: &Job<'_>) -> Result<bool, NodeError> {
         let len = self.rock.len();
         let (mut surface, mut lean, mut flows) = (vec![0.0; len], vec![[0.0; 2]; len], vec![Flows::default(); len]);
         let mut share = vec![0.0; len];
@@ -135,12 +135,12 @@ impl Debris {
             self.faces(&surface, step, &lean, &mut flows);
             job.check()?;
             if !self.limit(&flows, step * tolerance, &mut share) {
-                break;
+                return Ok(true);
             }
             self.pass_on(&flows, &share);
             job.advance(sweep as f32 / sweeps as f32)?;
         }
-        Ok(())
+        Ok(false)
     }
 
     /// The rise of the plane at each corner, and what flows across it.

@@ -144,7 +144,14 @@ fn layered(
     layers.crumble(&rock_rise, params.bulking as f32, job)?;
     let tolerance = params.tolerance as f32;
     match params.until {
-        Until::Equilibrium => layers.slide(SWEEPS, STEP, tolerance, job)?,
+        Until::Equilibrium => {
+            if !layers.slide(SWEEPS, STEP, tolerance, job)? {
+                return Err(NodeError::failed_with_hint(
+                    format!("debris still slides after {SWEEPS} sweeps over the land"),
+                    "raise `tolerance`, choose `until: duration`, or give the world fewer cells",
+                ));
+            }
+        }
         Until::Duration => {
             if let Some((sweeps, step)) = params.sweeps(job.cell_m()) {
                 layers.slide(sweeps, step, tolerance, job)?;

@@ -1,18 +1,9 @@
 //! The same value everywhere.
 
-use crate::prelude::*;
-
-choice! {
-    /// What a value means.
-    pub enum Quantity {
-        /// An elevation in metres.
-        Height = "height",
-        /// A selection from 0 to 1.
-        Mask = "mask",
-        /// A plain number.
-        Scalar = "scalar",
-    }
-}
+use crate::{
+    prelude::*,
+    quantity::{self, Quantity},
+};
 
 params! {
     /// The value, in metres for a height.
@@ -28,20 +19,12 @@ pub static NODE: Node = Node {
     summary: "The same value everywhere.",
     doc: "A level plain, a full mask or a number shared by several nodes. Where one input needs one number, write the \
           number at that input instead.",
-    outputs: &[Output::chosen("value", port_type, "The value in every cell.")],
+    outputs: &[Output::chosen("value", quantity::port_type, "The value in every cell.")],
     params: Params::specs,
     cpu: run,
     example: "value: 250",
     ..Node::DEFAULT
 };
-
-fn port_type(params: &ParamValues) -> PortType {
-    match Params::read(params).quantity {
-        Quantity::Height => PortType::Height,
-        Quantity::Mask => PortType::Mask,
-        Quantity::Scalar => PortType::Scalar(Unit::One),
-    }
-}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);

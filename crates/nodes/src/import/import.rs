@@ -6,20 +6,9 @@
 
 use crate::{
     prelude::*,
+    quantity::{self, Quantity},
     raster::{self, GridAxis, Problem, Raster, fill_voids, resample},
 };
-
-choice! {
-    /// What the numbers of a file mean.
-    pub enum Quantity {
-        /// An elevation in metres.
-        Height = "height",
-        /// A selection, cut to 0 to 1.
-        Mask = "mask",
-        /// A plain number.
-        Scalar = "scalar",
-    }
-}
 
 choice! {
     /// How a raster lies in the world.
@@ -57,7 +46,7 @@ choice! {
 params! {
     /// The file, relative to the graph's folder.
     file: FileName = FileName::default(), One, ..;
-    /// What its numbers mean, and so where they may be wired.
+    /// What its numbers mean, and so where they may be wired; a mask is cut to 0 to 1.
     quantity: Quantity = Quantity::Height, One, ..;
     /// What the lowest and the highest code of PNG and r16 stand for.
     ///
@@ -102,20 +91,12 @@ means (push-pull) before resampling: narrow gaps keep detail, wide ones become s
         "S. J. Gortler, R. Grzeszczuk, R. Szeliski, M. F. Cohen, 1996, The Lumigraph",
         "J. P. Snyder, 1987, Map Projections: A Working Manual, USGS Professional Paper 1395",
     ],
-    outputs: &[Output::chosen("value", port_type, "What the file holds; a height unless `quantity` says otherwise.")],
+    outputs: &[Output::chosen("value", quantity::port_type, "What the file holds; a height unless `quantity` says otherwise.")],
     params: Params::specs,
     cpu: run,
     example: "file: \"glencoe_128.tif\"",
     ..Node::DEFAULT
 };
-
-fn port_type(params: &ParamValues) -> PortType {
-    match Params::read(params).quantity {
-        Quantity::Height => PortType::Height,
-        Quantity::Mask => PortType::Mask,
-        Quantity::Scalar => PortType::Scalar(Unit::One),
-    }
-}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
