@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use orograph_graph::{Cancel, Evaluator, EvaluatorOptions, Fallback, InputValue, Job, Port, Window};
+use orograph_graph::{Cancel, Evaluator, EvaluatorOptions, Fallback, InputValue, Job, Port, Warnings, Window};
 use orograph_nodes::registry;
 use orograph_tests::{Case, data_folder, example, world};
 
@@ -48,6 +48,7 @@ fn nodes(c: &mut Criterion) {
                 folder: data_folder(),
                 cancel: Cancel::default(),
                 progress: &|_| {},
+                warnings: Warnings::default(),
             };
             group.throughput(Throughput::Elements(window.len() as u64));
             group.bench_function(BenchmarkId::from_parameter(cells), |b| b.iter(|| (node.cpu)(&job)));

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use orograph_graph::{
     Cancel, Fallback, Field, InputValue, Job, Measure, Node, NodeError, ParamValues, PortType, Registry, Report, Value,
+    Warnings,
 };
 use orograph_nodes::measure::metrics;
 use serde::Serialize;
@@ -26,6 +27,7 @@ pub fn measure(height: &Field, registry: &Registry, cancel: &Cancel) -> Result<R
             folder: PathBuf::new(),
             cancel: cancel.clone(),
             progress: &|_| {},
+            warnings: Warnings::default(),
         };
         let mut outputs = (node.cpu)(&job).map_err(|error| failure(node, error))?;
         for output in node.outputs {

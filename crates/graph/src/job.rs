@@ -3,7 +3,7 @@
 use std::{
     path::PathBuf,
     sync::{
-        Arc,
+        Arc, Mutex, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
 };
@@ -70,6 +70,25 @@ impl NodeError {
     }
 }
 
+/// What a kernel has to say of a result that is there, but may not be what was meant: each text once, in the order told.
+#[derive(Debug, Default)]
+pub struct Warnings(Mutex<Vec<String>>);
+
+impl Warnings {
+    fn add(&self, message: String) {
+        let mut told = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if !told.contains(&message) {
+            told.push(message);
+        }
+    }
+
+    /// Takes them out.
+    #[must_use]
+    pub fn take(&self) -> Vec<String> {
+        std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
 /// What stands at an input during a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum InputValue {
@@ -124,6 +143,8 @@ pub struct Job<'a> {
     pub cancel: Cancel,
     /// Receives the finished fraction, 0 to 1.
     pub progress: &'a (dyn Fn(f32) + Sync),
+    /// Receives what [`Job::warn`] tells.
+    pub warnings: Warnings,
 }
 
 impl Job<'_> {
@@ -206,6 +227,15 @@ impl Job<'_> {
                 panic!("`{}` reads `{name}` as numbers, but it may be without", self.node.id)
             }
         }
+    }
+
+    /// Tells the user, beside the result, that it may not be what was meant: what, and what would help. Lower case, without a
+    /// full stop, as the message of an error: `cells of 90 m do not resolve hillslopes; ...`.
+    ///
+    /// It is told when the kernel runs, not when its result is taken from a cache. It must depend on nothing but what the
+    /// result depends on.
+    pub fn warn(&self, message: impl Into<String>) {
+        self.warnings.add(message.into());
     }
 
     /// Reports progress and asks whether to go on. Cheap; call it once per pass, at least ten times a second.

@@ -29,7 +29,7 @@ pub use document::{Document, Edit, EditError, LoadError, NodeEntry, OutputDecl, 
 pub use eval::{DiskCacheOptions, EvalError, Evaluator, EvaluatorOptions, Event, Key, Origin};
 pub use field::Field;
 pub use graph::{Graph, GraphError, Instance, Port, Wire};
-pub use job::{Cancel, InputValue, Job, Lane, NodeError, Outputs, mix};
+pub use job::{Cancel, InputValue, Job, Lane, NodeError, Outputs, Warnings, mix};
 pub use migrate::{Migration, Step};
 pub use node::{Exactness, Fallback, Input, Kernel, Node, Output, OutputType, Reach, Resolution};
 pub use param::{

@@ -8,8 +8,8 @@
 use std::{error::Error, path::Path, time::Instant};
 
 use orograph_graph::{
-    Boundary, Cancel, Edge, Fallback, Field, InputValue, Job, Node, NodeError, ParamValue, ParamValues, Value, Window,
-    World,
+    Boundary, Cancel, Edge, Fallback, Field, InputValue, Job, Node, NodeError, ParamValue, ParamValues, Value,
+    Warnings, Window, World,
 };
 use orograph_nodes::{
     erosion::stream_power,
@@ -88,6 +88,7 @@ fn job<'a>(node: &'static Node, params: &'a ParamValues, height: &Field, erodibi
         folder: std::path::PathBuf::new(),
         cancel: Cancel::default(),
         progress: &|_| {},
+        warnings: Warnings::default(),
     }
 }
 

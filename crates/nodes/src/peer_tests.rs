@@ -1,7 +1,7 @@
 //! Small cases from the tests of other landscape programs (fastscapelib, Landlab, RichDEM), as in
 //! `tests/data/peer_cases`. Where a program's conventions differ from ours, the test says how it adapts them.
 
-use orograph_graph::{Boundary, Cancel, Edge, World};
+use orograph_graph::{Boundary, Cancel, Edge, Warnings, World};
 use serde_json::Value as Json;
 
 use crate::{
@@ -134,6 +134,7 @@ fn cells_are_counted_along_given_directions() {
             folder: std::path::PathBuf::new(),
             cancel: Cancel::default(),
             progress: &|_| {},
+            warnings: Warnings::default(),
         };
         Drainage::default().accumulate(&job, &grid, &codes, &mut cells).expect("not stopped");
         let cells: Vec<f64> = cells.into_iter().map(f64::from).collect();

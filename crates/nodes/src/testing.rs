@@ -1,6 +1,6 @@
 //! What the tests of nodes share: small worlds, fields from formulas, runs of a kernel.
 
-use orograph_graph::{Cancel, Fallback, InputValue, Kind, ParamValue, Value, World, check_value};
+use orograph_graph::{Cancel, Fallback, InputValue, Kind, ParamValue, Value, Warnings, World, check_value};
 
 use crate::{
     prelude::*,
@@ -68,6 +68,17 @@ pub(crate) fn outputs_until(
     params: &ParamValues,
     fields: &[(&str, &Field)],
 ) -> Result<Outputs, NodeError> {
+    outputs_and_warnings(cancel, window, node, params, fields).0
+}
+
+/// The same with what the kernel warns of.
+pub(crate) fn outputs_and_warnings(
+    cancel: &Cancel,
+    window: Window,
+    node: &Node,
+    params: &ParamValues,
+    fields: &[(&str, &Field)],
+) -> (Result<Outputs, NodeError>, Vec<String>) {
     let inputs =
         node.inputs.iter().map(|input| match (fields.iter().find(|(name, _)| *name == input.name), input.fallback) {
             (Some((_, field)), _) => InputValue::Value(Value::Field((*field).clone())),
@@ -82,8 +93,10 @@ pub(crate) fn outputs_until(
         folder: std::path::PathBuf::new(),
         cancel: cancel.clone(),
         progress: &|fraction| assert!((0.0..=1.0).contains(&fraction)),
+        warnings: Warnings::default(),
     };
-    (node.cpu)(&job)
+    let outputs = (node.cpu)(&job);
+    (outputs, job.warnings.take())
 }
 
 /// The output of that name as a field.

@@ -58,7 +58,8 @@ pub enum Event {
         /// Where they came from.
         origin: Origin,
     },
-    /// Something did not work that the results do not depend on, such as writing to the cache.
+    /// A result is there, but may not be what was meant ([`Job::warn`](crate::Job::warn)); or something did not work that the
+    /// results do not depend on, such as writing to the cache.
     Warning {
         /// The node.
         node: NodeIndex,

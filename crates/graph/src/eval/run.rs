@@ -26,7 +26,7 @@ use super::{
     plan::{Plan, Source, Step},
 };
 use crate::{
-    job::{Cancel, InputValue, Job, NodeError},
+    job::{Cancel, InputValue, Job, NodeError, Warnings},
     value::Value,
     world::Window,
 };
@@ -159,9 +159,11 @@ impl<'r> Run<'r> {
             folder: self.folder.to_owned(),
             cancel: self.stop.clone(),
             progress: &progress,
+            warnings: Warnings::default(),
         };
         let backend = backend_of(&*self.evaluator.backend, node);
         let outcome = catch_unwind(AssertUnwindSafe(|| backend.run(node, &job)));
+        let warnings = job.warnings.take();
         drop(job);
 
         let (name, id) = (|| step.instance.name.clone(), node.id);
@@ -182,6 +184,9 @@ impl<'r> Run<'r> {
         let values = check::take(step, outputs)?;
         for file in &self.origins[at].files {
             file.check_unchanged(&step.instance.name)?;
+        }
+        for message in warnings {
+            (self.events)(Event::Warning { node: step.index, name: step.name.clone(), message });
         }
         (self.events)(Event::NodeFinished {
             node: step.index,

@@ -149,7 +149,7 @@ fn axes(params: &Params, raster: &Raster, window: Window) -> Result<[GridAxis; 2
 mod tests {
     use std::path::{Path, PathBuf};
 
-    use orograph_graph::{Cancel, ParamValue, World};
+    use orograph_graph::{Cancel, ParamValue, Warnings, World};
 
     use super::*;
     use crate::testing::world;
@@ -169,8 +169,16 @@ mod tests {
 
     fn outputs(params: &ParamValues, window: Window, cancel: Cancel) -> Result<Field, NodeError> {
         let progress = |fraction: f32| assert!((0.0..=1.0).contains(&fraction));
-        let job =
-            Job { node: &NODE, params, inputs: Vec::new(), window, folder: folder(), cancel, progress: &progress };
+        let job = Job {
+            node: &NODE,
+            params,
+            inputs: Vec::new(),
+            window,
+            folder: folder(),
+            cancel,
+            progress: &progress,
+            warnings: Warnings::default(),
+        };
         (NODE.cpu)(&job).map(|mut outputs| outputs.take("value").unwrap().as_field().unwrap().clone())
     }
 

@@ -57,6 +57,18 @@ static EAGER: Node = Node {
     ..Node::DEFAULT
 };
 
+/// Says twice the same.
+static DOUBTS: Node = Node {
+    id: "Doubts",
+    outputs: HEIGHT,
+    cpu: |job| {
+        job.warn("cells are wide");
+        job.warn("cells are wide");
+        height(job, |_, _| 0.0)
+    },
+    ..Node::DEFAULT
+};
+
 fn pair(left: &'static Node, right: &'static Node) -> Graph {
     Build::default()
         .node("left", left, &[])
@@ -136,6 +148,25 @@ fn progress_rises_and_is_told_sparingly() {
     assert!(fractions.is_sorted() && !fractions.is_empty());
     // one at once, then one every 50 ms
     assert!(fractions.len() as u128 <= 1 + start.elapsed().as_millis() / 50, "{}", fractions.len());
+}
+
+#[test]
+fn a_warning_is_told_once_and_when_computed() {
+    let graph = Build::default().node("land", &DOUBTS, &[]).0;
+    let evaluator = evaluator(1);
+    let told = || {
+        let warnings = Mutex::new(Vec::new());
+        let events = |event: Event| {
+            if let Event::Warning { name, message, .. } = event {
+                warnings.lock().expect("no panic").push(format!("{name}: {message}"));
+            }
+        };
+        let requests = [(graph.port("land").expect("exists"), Window::whole(world(4)))];
+        evaluator.evaluate(&graph, Path::new(""), &requests, &Cancel::default(), &events).expect("runs");
+        warnings.into_inner().expect("no panic")
+    };
+    assert_eq!(told(), ["land: cells are wide"]);
+    assert_eq!(told(), [""; 0], "from memory");
 }
 
 #[test]

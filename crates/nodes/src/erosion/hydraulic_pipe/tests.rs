@@ -1,6 +1,6 @@
 //! Closed forms, invariants and hostile input.
 
-use orograph_graph::{Boundary, Edge, World};
+use orograph_graph::{Boundary, Edge, Warnings, World};
 
 use super::*;
 use crate::testing::{at_every_level, field, outputs, run as output, run_in, with_params, world};
@@ -167,6 +167,7 @@ fn advance(run: &mut Run<'_>, land: &Field, seconds: f64) -> u64 {
         folder: std::path::PathBuf::new(),
         cancel: orograph_graph::Cancel::default(),
         progress: &|_| (),
+        warnings: Warnings::default(),
     };
     run.advance(seconds, &job).expect("no cancel").steps
 }
