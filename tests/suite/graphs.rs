@@ -15,7 +15,7 @@ fn files() -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();
     files.retain(|path| path.extension().is_some_and(|extension| extension == "ron"));
     files.sort();
-    assert!(files.len() >= 3, "hello, ridges and carve_dem at least");
+    assert!(files.len() >= 4, "hello, ridges, carve_dem and alps at least");
     files
 }
 
