@@ -2,6 +2,7 @@
 
 pub mod combine;
 pub mod erosion;
+pub mod filter;
 pub mod generate;
 pub mod gradient;
 pub mod hydrology;
@@ -26,10 +27,11 @@ use orograph_graph::{Node, Registry};
 /// All nodes, in palette order.
 #[must_use]
 pub fn registry() -> Registry {
-    let categories: [&[&'static Node]; 9] = [
+    let categories: [&[&'static Node]; 10] = [
         generate::NODES,
         import::NODES,
         combine::NODES,
+        filter::NODES,
         tectonics::NODES,
         hydrology::NODES,
         erosion::NODES,
