@@ -1,6 +1,8 @@
 //! What wears the land down.
 
+pub mod creep;
 mod debris;
+mod hillslope;
 pub mod hydraulic_pipe;
 mod repose;
 pub mod stream_power;
@@ -9,4 +11,4 @@ pub mod thermal;
 use orograph_graph::Node;
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] = &[&stream_power::NODE, &hydraulic_pipe::NODE, &thermal::NODE];
+pub static NODES: &[&Node] = &[&stream_power::NODE, &hydraulic_pipe::NODE, &thermal::NODE, &creep::NODE];
