@@ -55,6 +55,8 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
+    // what moves is what bends, and coarser cells see less of it
+    resolution: Resolution::Within(0.1),
     example: "height: \"base\", diffusivity: 0.02, duration: 2e5",
     ..Node::DEFAULT
 };

@@ -352,9 +352,9 @@ fn close(bundle: &mut Bundle) {
         bundle.end[0][lane] = (rhs + before * bundle.end[cells - 1][lane] + after * bundle.end[1][lane]) / stays;
     }
     let joined = bundle.end[0];
-    for i in 1..cells {
-        for lane in 0..LANES {
-            bundle.end[i][lane] += joined[lane] * (1.0 - bundle.ends[i][lane]);
+    for (end, ends) in bundle.end.iter_mut().zip(&bundle.ends).skip(1) {
+        for ((end, ends), joined) in end.iter_mut().zip(ends).zip(joined) {
+            *end += joined * (1.0 - ends);
         }
     }
 }
@@ -364,9 +364,9 @@ fn release(bundle: &mut Bundle, all: bool) -> bool {
     let cells = bundle.start.len();
     let mut gives = [false; LANES];
     for i in 0..cells {
-        for lane in 0..LANES {
+        for (lane, gives) in gives.iter_mut().enumerate() {
             if bundle.hold[i][lane] == SINK && bundle.arriving(lane, i) < -GIVEN_M {
-                gives[lane] = true;
+                *gives = true;
                 bundle.hold[i][lane] = FREE;
             }
         }
@@ -374,8 +374,8 @@ fn release(bundle: &mut Bundle, all: bool) -> bool {
     let any = gives.contains(&true);
     if all && any {
         for hold in &mut bundle.hold {
-            for lane in 0..LANES {
-                hold[lane] = if gives[lane] && hold[lane] == SINK { FREE } else { hold[lane] };
+            for (hold, gives) in hold.iter_mut().zip(gives) {
+                *hold = if gives && *hold == SINK { FREE } else { *hold };
             }
         }
     }
