@@ -22,6 +22,9 @@ fn hash(value: &Value) -> String {
                 hasher.update(&sample.to_bits().to_le_bytes());
             }
         }
+        Value::Lines(lines) => {
+            hasher.update(&serde_json::to_vec(lines.as_ref()).expect("lines are plain data"));
+        }
         Value::Report(report) => {
             hasher.update(&serde_json::to_vec(report.as_ref()).expect("a report is plain data"));
         }

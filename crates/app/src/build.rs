@@ -144,7 +144,7 @@ impl Builder {
         for (output, value) in request.outputs.iter().zip(&values) {
             let (graph, window) = (request.document.graph(), request.window());
             let key = self.evaluator.key(graph, request.folder(), output.port, window).map_err(failure)?;
-            staging.write(output, value, &key.to_string(), cancel)?;
+            staging.write(output, value, &window.world, &key.to_string(), cancel)?;
             if cancel.is_cancelled() {
                 return Err(Failure::stopped());
             }

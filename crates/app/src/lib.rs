@@ -5,6 +5,7 @@
 pub mod build;
 pub mod cli;
 mod failure;
+mod geojson;
 pub mod heightfile;
 mod machine;
 pub mod measure;

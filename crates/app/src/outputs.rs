@@ -5,6 +5,7 @@
 //! | height, mask, other scalar | `NAME.exr` or another format, with `NAME.exr.json` beside it |
 //! | vector | the same twice: `NAME.x.exr` (east) and `NAME.y.exr` (south) |
 //! | colour | `NAME.png` |
+//! | lines | `NAME.geojson` |
 //! | report | `NAME.json` |
 //! | height, to look at | `NAME.preview.png`: shaded relief, tinted over its range, at most 2048 pixels a side |
 
@@ -14,19 +15,19 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use orograph_graph::{Cancel, Field, OutputDecl, PortType, Value};
+use orograph_graph::{Cancel, Field, OutputDecl, PortType, Value, World};
 use orograph_nodes::raster::{self, Format, Meta, Problem, RasterError};
 use tempfile::TempDir;
 
 use crate::{
     failure::{Failure, reason},
-    picture,
+    geojson, picture,
 };
 
 /// In which form outputs are written.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Form {
-    /// Format of heights, masks and other scalars; colours are PNG, reports JSON
+    /// Format of heights, masks and other scalars; colours are PNG, lines GeoJSON, reports JSON
     ///
     /// png16 and r16 hold whole numbers from 0 to 65535 over the range that the JSON file beside them states: 0 to 1 for
     /// masks, lowest to highest for the rest.
@@ -66,6 +67,9 @@ fn names(output: &OutputDecl, form: &Form) -> Vec<String> {
     let extension = form.format.extension();
     let with_sidecar = |stem: String| [format!("{stem}.{extension}"), format!("{stem}.{extension}.json")];
     match output.ty {
+        // the check of a document has refused it
+        PortType::Flow => Vec::new(),
+        PortType::Lines => vec![format!("{name}.geojson")],
         PortType::Report => vec![format!("{name}.json")],
         PortType::Colour => vec![format!("{name}.png")],
         PortType::Vector(_) => ["x", "y"].into_iter().flat_map(|axis| with_sidecar(format!("{name}.{axis}"))).collect(),
@@ -138,14 +142,31 @@ impl OutputFolder {
         Ok(prepared)
     }
 
-    /// Writes an output's files, not yet under their names. `key` is the hash of what the value comes from.
+    /// Writes an output's files, not yet under their names. `world` is where it lies, `key` the hash of what it comes
+    /// from.
     ///
     /// # Errors
     /// When they cannot be written, or it is stopped.
-    pub fn write(&mut self, output: &OutputDecl, value: &Value, key: &str, cancel: &Cancel) -> Result<(), Failure> {
+    pub fn write(
+        &mut self,
+        output: &OutputDecl,
+        value: &Value,
+        world: &World,
+        key: &str,
+        cancel: &Cancel,
+    ) -> Result<(), Failure> {
         let names = names(output, &self.form);
         let go_on = || !cancel.is_cancelled();
         match value {
+            _ if !output.ty.is_writable() => {
+                Err(Failure::wrong(format!("`{}` is a {}, which is not written to a file", output.name, output.ty)))
+            }
+            Value::Lines(lines) => {
+                let path = self.place(&names[0]);
+                let filled = raster::replace(&path, |to| geojson::write(to, lines, world));
+                filled.map_err(|error| self.failure(&names[0], error))?;
+                self.add(output, &names[0], quantity(output.ty), None)
+            }
             Value::Report(report) => {
                 let path = self.place(&names[0]);
                 let filled = raster::replace(&path, |to| {
@@ -284,6 +305,8 @@ const fn quantity(ty: PortType) -> &'static str {
         PortType::Scalar(_) | PortType::AnyScalar => "scalar",
         PortType::Vector(_) => "vector",
         PortType::Colour => "colour",
+        PortType::Flow => "flow",
+        PortType::Lines => "lines",
         PortType::Report => "report",
     }
 }

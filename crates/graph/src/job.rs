@@ -217,13 +217,13 @@ impl Job<'_> {
     /// What stands at an input that takes a wire or a number.
     ///
     /// # Panics
-    /// When the input has neither a wire nor a constant, or carries a report: a mistake in the node's declaration.
+    /// When the input has neither a wire nor a constant, or carries no raster: a mistake in the node's declaration.
     #[must_use]
     pub fn lane(&self, name: &str) -> Lane<'_> {
         match self.input(name) {
             InputValue::Constant(v) => Lane::Constant(*v as f32),
             InputValue::Value(Value::Field(field)) => Lane::Samples(field.samples()),
-            InputValue::Value(Value::Report(_)) | InputValue::Absent => {
+            InputValue::Value(Value::Lines(_) | Value::Report(_)) | InputValue::Absent => {
                 panic!("`{}` reads `{name}` as numbers, but it may be without", self.node.id)
             }
         }

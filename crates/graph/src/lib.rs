@@ -13,6 +13,7 @@ mod eval;
 mod field;
 mod graph;
 mod job;
+mod lines;
 mod migrate;
 mod node;
 mod param;
@@ -30,6 +31,7 @@ pub use eval::{DiskCacheOptions, EvalError, Evaluator, EvaluatorOptions, Event, 
 pub use field::Field;
 pub use graph::{Graph, GraphError, Instance, Port, Wire};
 pub use job::{Cancel, InputValue, Job, Lane, NodeError, Outputs, Warnings, mix};
+pub use lines::{Line, Lines, Vertex};
 pub use migrate::{Migration, Step};
 pub use node::{Exactness, Fallback, Input, Kernel, Node, Output, OutputType, Reach, Resolution};
 pub use param::{

@@ -2,7 +2,7 @@
 
 use std::{fmt, sync::Arc};
 
-use crate::{field::Field, report::Report, unit::Unit};
+use crate::{field::Field, lines::Lines, report::Report, unit::Unit};
 
 /// The meaning of a value; ports are typed by it, so that a slope cannot be wired where a height belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -17,6 +17,10 @@ pub enum PortType {
     Vector(Unit),
     /// Linear RGB, three planes, 0 to 1.
     Colour,
+    /// Where water runs: four planes, written and read by nodes of hydrology. It travels on wires only.
+    Flow,
+    /// Lines in the world, such as rivers.
+    Lines,
     /// Measures and curves.
     Report,
     /// On an input only: a height, a mask or any scalar.
@@ -44,19 +48,26 @@ impl PortType {
         match self {
             Self::Height => Unit::Metres,
             Self::Scalar(unit) | Self::Vector(unit) => unit,
-            Self::Mask | Self::Colour | Self::Report | Self::AnyScalar => Unit::One,
+            Self::Mask | Self::Colour | Self::Flow | Self::Lines | Self::Report | Self::AnyScalar => Unit::One,
         }
     }
 
-    /// Planes of a field of this type; `None` for reports.
+    /// Planes of a field of this type; `None` for what is no field.
     #[must_use]
     pub const fn planes(self) -> Option<usize> {
         match self {
             Self::Height | Self::Mask | Self::Scalar(_) | Self::AnyScalar => Some(1),
             Self::Vector(_) => Some(2),
             Self::Colour => Some(3),
-            Self::Report => None,
+            Self::Flow => Some(4),
+            Self::Lines | Self::Report => None,
         }
+    }
+
+    /// Whether a value of this type can be written to a file. A flow cannot: its parts are outputs of their own.
+    #[must_use]
+    pub const fn is_writable(self) -> bool {
+        !matches!(self, Self::Flow)
     }
 }
 
@@ -70,6 +81,8 @@ impl fmt::Display for PortType {
             Self::Vector(unit) if unit.symbol().is_empty() => f.write_str("vector"),
             Self::Vector(unit) => write!(f, "vector ({unit})"),
             Self::Colour => f.write_str("colour"),
+            Self::Flow => f.write_str("flow"),
+            Self::Lines => f.write_str("lines"),
             Self::Report => f.write_str("report"),
             Self::AnyScalar => f.write_str("height, mask or scalar"),
         }
@@ -81,6 +94,8 @@ impl fmt::Display for PortType {
 pub enum Value {
     /// A raster.
     Field(Field),
+    /// Lines in the world.
+    Lines(Arc<Lines>),
     /// Measures and curves.
     Report(Arc<Report>),
 }
@@ -91,7 +106,16 @@ impl Value {
     pub const fn as_field(&self) -> Option<&Field> {
         match self {
             Self::Field(field) => Some(field),
-            Self::Report(_) => None,
+            Self::Lines(_) | Self::Report(_) => None,
+        }
+    }
+
+    /// The lines, if it is such.
+    #[must_use]
+    pub fn as_lines(&self) -> Option<&Lines> {
+        match self {
+            Self::Lines(lines) => Some(lines),
+            Self::Field(_) | Self::Report(_) => None,
         }
     }
 
@@ -100,7 +124,7 @@ impl Value {
     pub fn as_report(&self) -> Option<&Report> {
         match self {
             Self::Report(report) => Some(report),
-            Self::Field(_) => None,
+            Self::Field(_) | Self::Lines(_) => None,
         }
     }
 
@@ -109,6 +133,7 @@ impl Value {
     pub fn bytes(&self) -> usize {
         match self {
             Self::Field(field) => field.bytes(),
+            Self::Lines(lines) => lines.bytes(),
             Self::Report(report) => report.bytes(),
         }
     }
@@ -117,6 +142,12 @@ impl Value {
 impl From<Field> for Value {
     fn from(field: Field) -> Self {
         Self::Field(field)
+    }
+}
+
+impl From<Lines> for Value {
+    fn from(lines: Lines) -> Self {
+        Self::Lines(Arc::new(lines))
     }
 }
 
@@ -140,5 +171,6 @@ mod tests {
         assert!(!PortType::Mask.accepts(PortType::Height));
         assert!(PortType::AnyScalar.accepts(PortType::Scalar(Unit::Years)));
         assert!(!PortType::AnyScalar.accepts(PortType::Colour));
+        assert!(PortType::Flow.accepts(PortType::Flow) && !PortType::AnyScalar.accepts(PortType::Flow));
     }
 }

@@ -112,7 +112,7 @@ impl Args {
             (Some(field), PortType::Height) => Ok(picture::of_height(field, self.view)),
             (Some(field), PortType::Colour) => Ok(field.clone()),
             (Some(field), _) => Ok(picture::of_numbers(field)),
-            (None, _) => Err(Failure::wrong(format!("`{}` is a report, which has no picture", output.name))),
+            (None, _) => Err(Failure::wrong(format!("`{}` is a {}, which has no picture", output.name, output.ty))),
         }
     }
 }
@@ -129,7 +129,7 @@ fn chosen<'a>(file: &Path, outputs: &'a [OutputDecl], name: Option<&str>) -> Res
         }),
         None => {
             let height = outputs.iter().find(|output| output.ty == PortType::Height);
-            height.or_else(|| outputs.iter().find(|output| output.ty != PortType::Report)).ok_or_else(|| {
+            height.or_else(|| outputs.iter().find(|output| output.ty.planes().is_some())).ok_or_else(|| {
                 Failure::wrong(format!("`{}` has no output that can be shown", file.display()))
                     .hint("add one, such as `outputs: { \"height\": \"NODE\" }`")
             })

@@ -357,8 +357,29 @@ impl Checker<'_> {
             if let Some(port) = wires::resolve(&self.out.graph, end, &what, span, entries, &mut self.problems) {
                 // What follows from a mistake is taken for a height, as the graph does.
                 let ty = types.get(&port).copied().unwrap_or(PortType::Height);
+                if !ty.is_writable() {
+                    let message = format!("output `{name}` is a {ty}, which is not written to a file");
+                    let problem = Diagnostic::error("not-writable", span.clone(), message);
+                    let hint = self.writable(port, types);
+                    self.problems.push(problem.hint(hint));
+                }
                 self.out.outputs.push(OutputDecl { name: name.to_owned(), port, ty, span: item.span() });
             }
+        }
+    }
+
+    /// What can be written in place of an output that cannot.
+    fn writable(&self, port: Port, types: &BTreeMap<Port, PortType>) -> String {
+        let outputs = 0..self.out.graph.instance(port.node).node.outputs.len();
+        let ports = outputs.map(|output| Port { node: port.node, output });
+        let names: Vec<String> = ports
+            .filter(|port| types.get(port).is_some_and(|ty| ty.is_writable()))
+            .map(|port| format!("`{}`", self.out.graph.port_name(port)))
+            .collect();
+        match names.split_last() {
+            Some((last, [])) => format!("write {last}"),
+            Some((last, rest)) => format!("write {} or {last}", rest.join(", ")),
+            None => "wire it to a node, and write what that gives".to_owned(),
         }
     }
 

@@ -123,10 +123,21 @@ mod nodes {
         outputs: &[Output::gives("report", PortType::Report, "R.")],
         ..Node::DEFAULT
     };
+
+    pub(super) static FLOW: Node = Node {
+        id: "Flow",
+        inputs: &[Input::needs("height", PortType::Height, "H.")],
+        outputs: &[
+            Output::gives("area", PortType::Scalar(Unit::SquareMetres), "A."),
+            Output::gives("flow", PortType::Flow, "F."),
+            Output::gives("filled", PortType::Height, "H."),
+        ],
+        ..Node::DEFAULT
+    };
 }
 
 pub(super) fn registry() -> Registry {
-    Registry::new([&nodes::ridged::NODE, &nodes::rivers::NODE, &nodes::thermal::NODE, &nodes::METRICS])
+    Registry::new([&nodes::ridged::NODE, &nodes::rivers::NODE, &nodes::thermal::NODE, &nodes::METRICS, &nodes::FLOW])
 }
 
 /// The example that the file form was designed on.
@@ -182,6 +193,19 @@ fn a_sound_file_becomes_a_graph() {
         ]
     );
     assert_eq!(document.nodes()[1].layout, Some([240.0, 80.0]));
+}
+
+#[test]
+fn what_no_file_can_hold_is_refused_before_a_run() {
+    let source = r#"(nodes: { "base": Ridged, "water": Flow(height: "base") }, outputs: { "o": "water.flow" })"#;
+    let document = parse(source);
+    let [problem] = document.problems() else { panic!("one problem: {:?}", document.problems()) };
+    assert_eq!(
+        (problem.code, problem.message.as_str()),
+        ("not-writable", "output `o` is a flow, which is not written to a file")
+    );
+    assert_eq!(problem.hint.as_deref(), Some("write `water.area` or `water.filled`"));
+    assert_eq!(parse(&source.replace("water.flow", "water.area")).problems(), []);
 }
 
 #[test]

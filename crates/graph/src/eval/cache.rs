@@ -37,13 +37,13 @@ impl MemoryCache {
         Self { budget, inner: Mutex::default() }
     }
 
-    /// The value on a window, also as a part of one that was kept for a wider window. A report is not made of parts:
-    /// it is found on its own window only.
+    /// The value on a window, also as a part of one that was kept for a wider window. What is no raster is
+    /// not made of parts: it is found on its own window only.
     pub(super) fn get(&self, slot: Slot, window: &Window) -> Option<Value> {
         let found = lock(&self.inner).touch(slot, window)?;
         Some(match found {
             Value::Field(field) => Value::Field(field.crop(window)),
-            report @ Value::Report(_) => report,
+            whole @ (Value::Lines(_) | Value::Report(_)) => whole,
         })
     }
 
@@ -76,7 +76,7 @@ impl Inner {
     fn touch(&mut self, slot: Slot, window: &Window) -> Option<Value> {
         let entry = self.entries.get_mut(&slot)?.iter_mut().find(|entry| match entry.value {
             Value::Field(_) => entry.window.contains(window),
-            Value::Report(_) => entry.window == *window,
+            Value::Lines(_) | Value::Report(_) => entry.window == *window,
         })?;
         self.clock += 1;
         self.by_use.remove(&entry.used);

@@ -30,9 +30,14 @@ pub(super) fn take(step: &Step<'_>, mut outputs: Outputs) -> Result<Vec<Value>, 
 
 fn fitting(value: Value, ty: PortType, window: &Window, wanted: &Window) -> Result<Value, String> {
     match (value, ty.planes()) {
-        (Value::Report(report), None) => Ok(Value::Report(report)),
-        (Value::Report(_), Some(_)) => Err(format!("gave a report instead of a {ty}")),
-        (Value::Field(_), None) => Err("gave a raster instead of a report".to_owned()),
+        (Value::Lines(lines), None) if ty == PortType::Lines => match lines.fault() {
+            Some(fault) => Err(fault),
+            None => Ok(Value::Lines(lines)),
+        },
+        (Value::Report(report), None) if ty == PortType::Report => Ok(Value::Report(report)),
+        (Value::Lines(_), _) => Err(format!("gave lines instead of a {ty}")),
+        (Value::Report(_), _) => Err(format!("gave a report instead of a {ty}")),
+        (Value::Field(_), None) => Err(format!("gave a raster instead of a {ty}")),
         (Value::Field(field), Some(planes)) => {
             if field.planes() != planes {
                 return Err(format!("gave {} planes; a {ty} has {planes}", field.planes()));

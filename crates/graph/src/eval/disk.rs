@@ -2,7 +2,7 @@
 //!
 //! A file is named by the key of its result and begins with a header: magic and version, the key, the kind of the
 //! value, planes, window, length of the payload, and the BLAKE3 hash of all that and the payload. The payload is the
-//! samples as little-endian `f32`, or a report as JSON. A file that is not exactly what its name promises is deleted and
+//! samples as little-endian `f32`, or lines or a report as JSON. A file that is not exactly what its name promises is deleted and
 //! the result computed again. Files are written beside their name and renamed into place, so that several programs can
 //! share a folder.
 
@@ -18,6 +18,7 @@ use super::{event::lock, key::Key};
 use crate::{
     field::Field,
     job::Cancel,
+    lines::{Line, Lines, Vertex},
     report::{Axis, Measure, Report, Series},
     value::{PortType, Value},
     world::Window,
@@ -85,11 +86,12 @@ impl DiskCache {
     /// # Errors
     /// When the folder cannot be written to, the disk is full, or the evaluation was cancelled meanwhile.
     pub(super) fn store(&self, key: Key, value: &Value, window: &Window, cancel: &Cancel) -> io::Result<()> {
-        let report = match value {
-            Value::Report(report) => Some(encode(report)?),
+        let json = match value {
             Value::Field(_) => None,
+            Value::Lines(lines) => Some(encode_lines(lines)?),
+            Value::Report(report) => Some(encode_report(report)?),
         };
-        let payload = report.as_ref().map_or_else(|| value.bytes(), Vec::len) as u64;
+        let payload = json.as_ref().map_or_else(|| value.bytes(), Vec::len) as u64;
         let bytes = HEADER_BYTES as u64 + payload;
         if bytes > self.budget {
             return Ok(());
@@ -105,8 +107,9 @@ impl DiskCache {
             hash.update(bytes);
             file.write_all(bytes)
         };
-        match (value, &report) {
-            (Value::Field(field), _) => {
+        match (value, &json) {
+            (_, Some(json)) => put(json)?,
+            (Value::Field(field), None) => {
                 let mut buffer = vec![0; CHUNK.min(field.samples().len()) * size_of::<f32>()];
                 for chunk in field.samples().chunks(CHUNK) {
                     let bytes = &mut buffer[..size_of_val(chunk)];
@@ -114,8 +117,7 @@ impl DiskCache {
                     put(bytes)?;
                 }
             }
-            (Value::Report(_), Some(json)) => put(json)?,
-            (Value::Report(_), None) => {}
+            (Value::Lines(_) | Value::Report(_), None) => {}
         }
         file.rewind()?;
         file.write_all(&promise)?;
@@ -192,7 +194,7 @@ fn touch(path: &Path) {
     }
 }
 
-/// The header up to its hash. `planes` is 0 for a report.
+/// The header up to its hash. `planes` is 0 for what is no raster.
 fn promise(key: Key, planes: usize, window: &Window, payload: u64) -> Vec<u8> {
     let mut header = Vec::with_capacity(HEADER_BYTES);
     header.extend(MAGIC);
@@ -258,7 +260,8 @@ fn read(mut file: File, key: Key, ty: PortType, window: &Window, cancel: &Cancel
     }
     match value {
         Stored::Samples(samples, planes) => Ok(Field::with_planes(*window, planes, samples).into()),
-        Stored::Json(json) => Ok(decode(&json)?.into()),
+        Stored::Json(json) if ty == PortType::Lines => Ok(decode_lines(&json)?.into()),
+        Stored::Json(json) => Ok(decode_report(&json)?.into()),
     }
 }
 
@@ -272,12 +275,16 @@ fn stop_if(cancel: &Cancel) -> io::Result<()> {
     if cancel.is_cancelled() { Err(io::Error::other("cancelled")) } else { Ok(()) }
 }
 
-/// A report as JSON arrays with numbers as their bits: JSON has no infinities, and a round trip must be exact.
+/// Numbers in JSON are written as their bits: it has no infinities, and a round trip must be exact.
 type Bits = u64;
 type StoredAxis = (String, String, Vec<Bits>);
+/// Measures, series and notes.
 type StoredReport = (Vec<(String, Bits, String)>, Vec<(String, StoredAxis, StoredAxis)>, Vec<String>);
 
-fn encode(report: &Report) -> io::Result<Vec<u8>> {
+/// Order, the line downstream, and the numbers of the vertices.
+type StoredLine = (u32, Option<u32>, Vec<[Bits; 6]>);
+
+fn encode_report(report: &Report) -> io::Result<Vec<u8>> {
     let axis = |axis: &Axis| -> StoredAxis {
         (axis.label.clone(), axis.unit.clone(), axis.values.iter().map(|v| v.to_bits()).collect())
     };
@@ -287,7 +294,7 @@ fn encode(report: &Report) -> io::Result<Vec<u8>> {
     Ok(serde_json::to_vec(&stored)?)
 }
 
-fn decode(json: &[u8]) -> io::Result<Report> {
+fn decode_report(json: &[u8]) -> io::Result<Report> {
     let (measures, series, notes): StoredReport = serde_json::from_slice(json)?;
     let axis = |(label, unit, values): StoredAxis| Axis {
         label,
@@ -297,4 +304,22 @@ fn decode(json: &[u8]) -> io::Result<Report> {
     let measures = measures.into_iter().map(|(name, bits, unit)| Measure { name, value: f64::from_bits(bits), unit });
     let series = series.into_iter().map(|(name, x, y)| Series { name, x: axis(x), y: axis(y) });
     Ok(Report { measures: measures.collect(), series: series.collect(), notes })
+}
+
+fn encode_lines(lines: &Lines) -> io::Result<Vec<u8>> {
+    let stored = lines.lines.iter().map(|line| -> StoredLine {
+        let vertices = line.vertices.iter().map(|vertex| vertex.numbers().map(f64::to_bits));
+        (line.order, line.downstream, vertices.collect())
+    });
+    Ok(serde_json::to_vec(&stored.collect::<Vec<_>>())?)
+}
+
+fn decode_lines(json: &[u8]) -> io::Result<Lines> {
+    let stored: Vec<StoredLine> = serde_json::from_slice(json)?;
+    let lines = stored.into_iter().map(|(order, downstream, vertices)| Line {
+        order,
+        downstream,
+        vertices: vertices.into_iter().map(|bits| Vertex::from_numbers(bits.map(f64::from_bits))).collect(),
+    });
+    Ok(Lines { lines: lines.collect() })
 }

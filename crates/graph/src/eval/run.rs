@@ -285,7 +285,7 @@ impl State {
 fn cut(value: &Value, window: &Window) -> Value {
     match value {
         Value::Field(field) => Value::Field(field.crop(window)),
-        Value::Report(_) => value.clone(),
+        Value::Lines(_) | Value::Report(_) => value.clone(),
     }
 }
 

@@ -12,7 +12,7 @@ fn graph() -> Graph {
         .0
 }
 
-const ENDS: &[&str] = &["stats.height", "stats.report"];
+const ENDS: &[&str] = &["stats.height", "stats.report", "stats.lines"];
 
 /// An evaluator that remembers on disk only.
 fn on_disk(folder: &Path, budget: u64) -> Evaluator {
@@ -30,6 +30,9 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 fn bits(values: &[Value]) -> Vec<Vec<u64>> {
     let one = |value: &Value| match value {
         Value::Field(field) => field.samples().iter().map(|v| u64::from(v.to_bits())).collect(),
+        Value::Lines(lines) => {
+            lines.lines.iter().flat_map(|line| &line.vertices).map(|v| v.width_m.to_bits()).collect()
+        }
         Value::Report(report) => report.measures.iter().map(|m| m.value.to_bits()).collect(),
     };
     values.iter().map(one).collect()
@@ -58,6 +61,8 @@ fn results_come_back_from_disk_bit_by_bit() {
     assert_eq!(second.from(Origin::Disk), ["stats"]);
     assert_eq!(second.origins.len(), 1);
     assert_eq!(bits(&first.values), bits(&second.values));
+    assert!(second.values[2].as_lines().is_some_and(|lines| lines.lines.len() == 2));
+    assert_eq!(second.values[2], first.values[2]);
     assert!(second.values[1].as_report().and_then(|r| r.get("undefined")).expect("kept").is_nan());
     assert!(files(&cache).iter().all(|file| file.extension().is_some_and(|e| e == "orovalue")), "no leftovers");
 }

@@ -11,6 +11,13 @@ static PANICS: Node = faulty("Panics", |_| panic!("out of luck"));
 static GIVES_NOTHING: Node = faulty("GivesNothing", |_| Ok(Outputs::default()));
 static GIVES_NAN: Node = faulty("GivesNan", |job| height(job, |i, j| if (i, j) == (3, 5) { f32::NAN } else { 0.0 }));
 static GIVES_REPORT: Node = faulty("GivesReport", |_| Ok(Outputs::one("height", Report::default())));
+static GIVES_LINES: Node = Node {
+    outputs: &[Output::gives("height", PortType::Lines, "L.")],
+    ..faulty("GivesLines", |_| {
+        let line = Line { order: 1, downstream: Some(1), vertices: vec![Vertex::default(); 2] };
+        Ok(Outputs::one("height", Lines { lines: vec![line] }))
+    })
+};
 static GIVES_PLANES: Node = faulty("GivesPlanes", |job| {
     Ok(Outputs::one("height", Field::with_planes(job.window(), 2, vec![0.0; 2 * job.window().len()])))
 });
@@ -43,6 +50,9 @@ fn what_a_kernel_gives_is_held_against_its_declaration() {
     assert_eq!(said(&GIVES_NOTHING), "`bad.height` (GivesNothing) was not given");
     assert_eq!(said(&GIVES_NAN), "`bad.height` (GivesNan) gave NaN at cell (13, 25)");
     assert_eq!(said(&GIVES_REPORT), "`bad.height` (GivesReport) gave a report instead of a height (m)");
+    let graph = Build::default().node("bad", &GIVES_LINES, &[]).0;
+    let error = run(&evaluator(1), &graph, &["bad"], Window::whole(world(4))).err().expect("it fails");
+    assert!(error.to_string().ends_with("gave line 0 that flows into one that is not there"), "{error}");
     assert_eq!(said(&GIVES_PLANES), "`bad.height` (GivesPlanes) gave 2 planes; a height (m) has 1");
     assert!(said(&GIVES_WHOLE).contains("32 x 32 cells from (0, 0), not the one asked for, 8 x 8 cells from (10, 20)"));
 }

@@ -12,8 +12,8 @@ use std::{collections::BTreeMap, num::NonZero, path::Path, sync::Mutex};
 
 use super::*;
 use crate::{
-    Field, FileName, Input, Instance, Job, Node, NodeError, Output, Outputs, ParamSpec, ParamValue, ParamValues,
-    PortType, Reach, Report, Unit, World, params,
+    Field, FileName, Input, Instance, Job, Line, Lines, Node, NodeError, Output, Outputs, ParamSpec, ParamValue,
+    ParamValues, PortType, Reach, Report, Unit, Vertex, World, params,
 };
 
 params! {
@@ -94,7 +94,11 @@ static BLUR: Node = Node {
 static ANOMALY: Node = Node {
     id: "Anomaly",
     inputs: ONE,
-    outputs: &[HEIGHT[0], Output::gives("report", PortType::Report, "R.")],
+    outputs: &[
+        HEIGHT[0],
+        Output::gives("report", PortType::Report, "R."),
+        Output::gives("lines", PortType::Lines, "L."),
+    ],
     reach: Reach::World,
     cpu: |job| {
         let samples = job.field("height")?.samples();
@@ -104,7 +108,11 @@ static ANOMALY: Node = Node {
         report.measure("undefined", f64::NAN, "");
         report.measure("infinite", f64::NEG_INFINITY, "");
         let nx = job.window().nx();
-        Ok(height(job, |i, j| (f64::from(samples[j * nx + i]) - mean) as f32)?.with("report", report))
+        let vertex = |x| Vertex { position_m: [x, 0.1], width_m: mean, area_m2: 1.0 / 3.0, ..Vertex::default() };
+        let line = |downstream| Line { order: 3, downstream, vertices: vec![vertex(0.0), vertex(mean / 3.0)] };
+        let lines = Lines { lines: vec![line(Some(1)), line(None)] };
+        let heights = height(job, |i, j| (f64::from(samples[j * nx + i]) - mean) as f32)?;
+        Ok(heights.with("report", report).with("lines", lines))
     },
     ..Node::DEFAULT
 };
