@@ -51,6 +51,7 @@ pub fn example(node: &'static Node) -> Case {
                 "base": TestLand,
                 "other": TestLand,
                 "mask": TestSelection,
+                "flow": Flow(height: "base"),
                 "node": {}({}),
             }},
             outputs: {{ "node": "node" }},

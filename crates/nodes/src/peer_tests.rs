@@ -54,6 +54,13 @@ fn flow(fields: &[(&str, &Field)], changes: &str, output: &str) -> Vec<f32> {
     testing::run(&flow::NODE, &testing::with_params(&flow::NODE, changes), fields, output).into_samples()
 }
 
+/// The area that drains through each cell, in whole square metres, where only some of them count.
+fn area_from(land: &Field, counts: &Field) -> Vec<f32> {
+    const SECONDS_PER_YEAR: f32 = 31_557_600.0;
+    let discharge = flow(&[("height", land), ("runoff", counts)], "", "discharge");
+    discharge.iter().map(|discharge| (discharge * SECONDS_PER_YEAR).round()).collect()
+}
+
 /// Base level at the two ends of a row of cells, nothing across.
 const PROFILE: Boundary = Boundary { west: Edge::Base, east: Edge::Base, north: Edge::Wall, south: Edge::Wall };
 
@@ -89,7 +96,7 @@ fn a_short_step_of_stream_power_is_an_explicit_one() {
 fn a_sheet_of_water_drains_row_by_row() {
     let case = case("LL01_sheet_flow_D8");
     let land = input(&case, Boundary::all(Edge::Base));
-    let area = flow(&[("height", &land), ("rain", &without_border(&land))], "", "area");
+    let area = area_from(&land, &without_border(&land));
     assert_eq!(area, singles(&case["expected"]["area"]));
 }
 
@@ -97,14 +104,29 @@ fn a_sheet_of_water_drains_row_by_row() {
 fn a_lake_fills_to_its_outlet_and_drains_through_it() {
     let case = case("LL03_depression_reroute");
     let land = input(&case, Boundary::all(Edge::Base));
-    assert_eq!(flow(&[("height", &land)], "", "filled"), singles(&case["expected"]["filled"]));
+    assert_eq!(flow(&[("height", &land)], "", "conditioned"), singles(&case["expected"]["filled"]));
     let inside = without_border(&land);
-    let area = flow(&[("height", &land), ("rain", &inside)], "", "area");
+    let area = area_from(&land, &inside);
     let outlet = &case["expected"]["outlet"];
     let [row, column, cells] = ["row", "column", "cells"].map(|name| outlet[name].as_f64().expect("a number"));
     assert_eq!(area[row as usize * land.window().nx() + column as usize], cells as f32);
     let left: f32 = area.iter().zip(inside.samples()).filter(|(_, inside)| **inside == 0.0).map(|(area, _)| area).sum();
     assert_eq!(left, 25.0, "all of the 5 x 5 cells inside leave");
+}
+
+/// The plane x + (√2 − 1) y, whose steepest descent is halfway between west and north-west.
+#[test]
+fn a_plane_halfway_between_two_directions_is_shared_evenly() {
+    let case = case("LL07_dinf_equal_split");
+    let land = input(&case, Boundary::all(Edge::Base));
+    let nx = land.window().nx();
+    let area = flow(&[("height", &land)], "routing=d_infinity", "area");
+    let at = |x: usize, y: usize| area[y * nx + x];
+    for (x, y) in (1..nx - 2).flat_map(|x| (1..nx - 2).map(move |y| (x, y))) {
+        let expected = 1.0 + 0.5 * at(x + 1, y) + 0.5 * at(x + 1, y + 1);
+        // 2e-5: heights are rounded to f32, and shares follow from small differences of them.
+        assert!((at(x, y) / expected - 1.0).abs() < 2e-5, "({x}, {y}): {}, not {expected}", at(x, y));
+    }
 }
 
 #[test]
@@ -146,7 +168,7 @@ fn cells_are_counted_along_given_directions() {
 fn a_flat_without_a_depression_stays_and_drains_to_the_border() {
     let case = case("RD2_garbrecht_flat_resolution");
     let land = input(&case, Boundary::all(Edge::Base));
-    assert_eq!(flow(&[("height", &land)], "", "filled"), singles(&case["expected"]["filled"]));
+    assert_eq!(flow(&[("height", &land)], "", "conditioned"), singles(&case["expected"]["filled"]));
     let [area, direction] = ["area", "direction"].map(|output| flow(&[("height", &land)], "", output));
     let inside = without_border(&land);
     let ends = |at: &usize| direction[*at] < 0.0;

@@ -1,19 +1,29 @@
 //! Drainage of a surface by steepest descent, with its lakes.
 //!
-//! O'Callaghan and Mark (1984) for directions, Cordonnier, Bovy and Braun (2019) for depressions; the method is in
-//! [`super::engine`].
+//! O'Callaghan and Mark (1984) for directions, Cordonnier, Bovy and Braun (2019) for depressions, Lindsay (2016) for
+//! breaching; the method is in [`super::engine`].
 
 use rayon::prelude::*;
 
-use super::engine::{Depressions, Drainage, Grid, Spread, code, receivers, spread};
+use super::{
+    drained::Drained,
+    engine::{Depressions, Drainage, Grid, Limits, Spread, code, drainage::Amount, receivers, spread},
+    lakes,
+};
 use crate::prelude::*;
 
 choice! {
     /// What happens to water in depressions.
     pub enum Sinks {
-        /// It leaves through the lowest pass, along the shortest way down that a spilling lake would cut: every cell
-        /// drains out of the world.
+        /// It leaves through the lowest pass, along the way up from the bottom that a spilling lake would cut: every
+        /// cell drains out of the world.
         Carve = "carve",
+        /// It leaves through the lowest pass and crosses the lake on its surface, by the shortest way.
+        Fill = "fill",
+        /// As carved, and the land is cut open where the cut is neither deep nor long.
+        Breach = "breach",
+        /// It appears on the far side of the lowest pass.
+        Jump = "jump",
         /// It stays at the bottom: every pit ends a river, as in dry basins and karst.
         Keep = "keep",
     }
@@ -35,6 +45,10 @@ choice! {
 params! {
     /// What happens to water in depressions.
     depressions: Sinks = Sinks::Carve, One, ..;
+    /// The deepest cut of `breach`.
+    breach_depth: f64 = 10.0, Metres, 0.0..=1e5, soft 0.0..=100.0;
+    /// The longest cut of `breach`, from the bottom of a depression to ground that is not higher.
+    breach_length: f64 = 500.0, Metres, 0.0..=1e6, soft 0.0..=5000.0;
     /// How `area` is gathered.
     routing: Routing = Routing::D8, One, ..;
     /// The power of the slope, of `mfd` alone.
@@ -48,28 +62,7 @@ pub static NODE: Node = Node {
     id: "Flow",
     category: "hydrology",
     summary: "Where water runs, how much land it drains, and where it stands.",
-    doc: "Every cell passes its water to the neighbour of steepest descent, the drop divided by the distance to the \
-          neighbour's centre (D8). The **drainage area** of a cell is the area of all cells whose water passes through \
-          it, its own included.\n\n\
-          Real surfaces have depressions. `filled` is the lowest surface above the land from which every cell drains: \
-          land under water stands at the level at which it spills. `lake_depth` is what was filled. With `depressions: \
-          carve` a lake's water follows the steepest way up from its bottom to its pass and leaves there, so that \
-          rivers go on below it; the height itself is never changed. With `keep` it ends in the lake.\n\n\
-          Water leaves at the sides of the world that are `base` or `open`. Cells of a `base` side pass nothing on: the \
-          sea begins there. On an `open` side water leaves where no neighbour inside is lower. At a `wall` nothing \
-          leaves; `periodic` sides are joined. With walls or periodic sides all around there is nowhere to drain to, \
-          and the node says so.\n\n\
-          `routing` says how `area` is gathered. `d_infinity` shares water between the two neighbours that bound the \
-          steepest of the eight triangular facets around the cell, each by how near it is to the direction of descent. \
-          `mfd` shares it among all lower neighbours in proportion to slope^`exponent`. With `carve` both \
-          see lakes as level surfaces, which their water crosses along `direction`; with `keep` it runs on the land \
-          itself and stays in pits. Area is then no longer whole cells, and rivers on flat ground are wide.\n\n\
-          `rain` weights the land: where it is 2, a cell counts twice. With rain as a share of the mean, `area` is \
-          discharge divided by the mean rain.\n\n\
-          Heights of equal slope are decided by the order E, NE, N, NW, W, SW, S, SE; large exact flats, such as the \
-          terraces of rasters in whole metres, are crossed in straight lines. D8 prefers multiples of 45° on smooth \
-          slopes. The share of cells near a divide changes with the cell size; rivers and lakes wider than a few cells \
-          do not.",
+    doc: include_str!("flow.md"),
     sources: &[
         "J. F. O'Callaghan and D. M. Mark (1984), The extraction of drainage networks from digital elevation data, \
          Computer Vision, Graphics, and Image Processing 28, 323-344",
@@ -81,27 +74,45 @@ pub static NODE: Node = Node {
          watershed-labeling algorithm for digital elevation models, Computers & Geosciences 62, 117-127",
         "G. Cordonnier, B. Bovy and J. Braun (2019), A versatile, linear complexity algorithm for flow routing in \
          topographies with depressions, Earth Surface Dynamics 7, 549-562",
+        "J. B. Lindsay (2016), Efficient hybrid breaching-filling sink removal methods for flow path enforcement in \
+         digital elevation models, Hydrological Processes 30, 846-857",
     ],
     inputs: &[
         Input::needs("height", PortType::Height, "The land."),
         Input::number(
-            "rain",
-            Unit::One,
+            "runoff",
+            Unit::MetresPerYear,
             1.0,
             [0.0, 1e6],
             [0.0, 4.0],
-            "How much each cell counts, as a share of the mean. Below 0 counts as 0.",
+            "Rain that runs off: what neither evaporates nor is used by plants. Below 0 counts as 0.",
         ),
     ],
     outputs: &[
         Output::gives("area", PortType::Scalar(Unit::SquareMetres), "Drainage area of each cell, its own included."),
-        Output::gives("filled", PortType::Height, "The land with depressions filled to the level at which they spill."),
+        Output::gives(
+            "flow",
+            PortType::Flow,
+            "Directions, areas, discharge and water level, for nodes that go on from here.",
+        ),
+        Output::gives("discharge", PortType::Scalar(Unit::CubicMetresPerSecond), "Mean discharge through each cell."),
+        Output::gives(
+            "conditioned",
+            PortType::Height,
+            "The land as water runs on it: depressions filled to the level at which they spill, or cut open.",
+        ),
         Output::gives("lake_depth", PortType::Scalar(Unit::Metres), "Depth of standing water, 0 on dry land."),
+        Output::gives(
+            "lake",
+            PortType::Scalar(Unit::Count),
+            "The number of the lake, 0 on dry land.\n\
+             Water that touches is one lake; from 1 in the order of their first cells, row by row from the north-west.",
+        ),
         Output::gives(
             "direction",
             PortType::Scalar(Unit::Count),
-            "The neighbour of steepest descent, which each cell drains to.\n\
-             0 to 7 are E, NE, N, NW, W, SW, S, SE; -1 is where water leaves the world or stays.",
+            "The neighbour that each cell drains to.\n\
+             0 to 7 are E, NE, N, NW, W, SW, S, SE; -1 is where water leaves the world or stays, -2 where it jumps.",
         ),
     ],
     params: Params::specs,
@@ -114,90 +125,150 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
+/// Seconds of a year of 365.25 days.
+const SECONDS_PER_YEAR: f64 = 31_557_600.0;
+
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    let height = job.field("height")?;
+    let land = job.field("height")?.samples();
     let grid = Grid::new(&job.window())?;
+    if params.depressions == Sinks::Jump && params.routing != Routing::D8 {
+        return Err(NodeError::failed_with_hint(
+            "water that spreads over several receivers cannot jump out of depressions",
+            "set `routing: d8`, or other `depressions`",
+        ));
+    }
 
     let mut codes = vec![0; grid.cells()];
-    receivers::d8(job, &grid, height.samples(), &mut codes)?;
+    receivers::d8(job, &grid, land, &mut codes)?;
     job.advance(0.1)?;
     let mut depressions = Depressions::default();
-    depressions.find(job, &grid, height.samples(), &codes)?;
-    job.advance(0.5)?;
-    if params.depressions == Sinks::Carve {
-        depressions.carve(job, &grid, &mut codes)?;
+    depressions.find(job, &grid, land, &codes)?;
+    job.advance(0.4)?;
+    match params.depressions {
+        Sinks::Carve | Sinks::Breach => depressions.carve(job, &grid, &mut codes)?,
+        Sinks::Fill => depressions.cross(job, &grid, land, &mut codes)?,
+        Sinks::Jump | Sinks::Keep => {}
     }
-    let mut filled = height.samples().to_vec();
-    depressions.fill(&mut filled);
+    job.advance(0.5)?;
+    let level = if params.depressions == Sinks::Breach {
+        let limits = Limits { depth_m: params.breach_depth, length_m: params.breach_length, cell_m: job.cell_m() };
+        depressions.breach(job, &grid, land, &codes, limits)?
+    } else {
+        let mut level = land.to_vec();
+        depressions.fill(&mut level);
+        level
+    };
     job.advance(0.6)?;
 
-    let spread = match params.routing {
-        Routing::D8 => None,
-        Routing::DInfinity => Some(Spread::DInfinity),
-        Routing::Mfd => Some(Spread::Freeman { exponent: params.exponent }),
-    };
-    let area = match spread {
-        None => area(job, &grid, &codes)?,
-        Some(spread) => {
-            let surface = if params.depressions == Sinks::Carve { &filled } else { height.samples() };
-            spread_area(job, &grid, surface, &codes, spread)?
-        }
-    };
+    let surface = if params.depressions == Sinks::Keep { land } else { &level };
+    let water = Water { job, grid: &grid, codes: &codes, depressions: &depressions, surface, params: &params };
+    let (area, discharge) = water.gather()?;
     job.advance(0.9)?;
     let mut depth = vec![0.0; grid.cells()];
     depth
         .par_iter_mut()
-        .zip(&filled)
-        .zip(height.samples())
-        .for_each(|((depth, filled), height)| *depth = if filled > height { filled - height } else { 0.0 });
+        .zip(&level)
+        .zip(land)
+        .for_each(|((depth, level), height)| *depth = if level > height { level - height } else { 0.0 });
+    let lake = lakes::numbers(job, &grid, &depth)?;
     let mut direction = vec![-1.0; grid.cells()];
     direction
         .par_iter_mut()
         .zip(&codes)
         .filter(|(_, code)| code::has_receiver(**code))
         .for_each(|(direction, &code)| *direction = code::direction(code) as f32);
+    if params.depressions == Sinks::Jump {
+        depressions.jumps(&grid).for_each(|pit| direction[pit as usize] = -2.0);
+    }
+    let drained = Drained { direction: &direction, area_m2: &area, discharge_m3_per_s: &discharge, level_m: &level };
+    let flow = drained.field(job.window());
     let field = |samples| Field::new(job.window(), samples);
     Ok(Outputs::one("area", field(area))
-        .with("filled", field(filled))
+        .with("flow", flow)
+        .with("discharge", field(discharge))
+        .with("conditioned", field(level))
         .with("lake_depth", field(depth))
+        .with("lake", field(lake))
         .with("direction", field(direction)))
 }
 
-/// How much a cell counts.
-fn weight(rain: f32) -> f64 {
-    if rain > 0.0 { f64::from(rain) } else { 0.0 }
+/// Runoff in metres per year.
+fn runoff(rate: f32) -> f64 {
+    if rate > 0.0 { f64::from(rate) } else { 0.0 }
 }
 
-/// Drainage area in square metres. Cells are counted exactly; their weights, where they differ, are added in double
-/// precision.
-fn area(job: &Job<'_>, grid: &Grid, codes: &[u8]) -> Result<Vec<f32>, NodeError> {
-    let cell_m2 = job.cell_m() * job.cell_m();
-    let mut drainage = Drainage::default();
-    match job.lane("rain") {
-        Lane::Constant(rain) => {
-            let mut cells = vec![1_u32; grid.cells()];
-            drainage.accumulate(job, grid, codes, &mut cells)?;
-            let each_m2 = cell_m2 * weight(rain);
-            Ok(cells.par_iter().map(|&cells| (f64::from(cells) * each_m2) as f32).collect())
-        }
-        Lane::Samples(rain) => {
-            let mut weights: Vec<f64> = rain.par_iter().copied().map(weight).collect();
-            drainage.accumulate(job, grid, codes, &mut weights)?;
-            Ok(weights.par_iter().map(|&weight| (weight * cell_m2) as f32).collect())
+/// What is needed to gather water.
+struct Water<'a> {
+    job: &'a Job<'a>,
+    grid: &'a Grid,
+    codes: &'a [u8],
+    depressions: &'a Depressions<f32>,
+    /// What water runs on where it spreads.
+    surface: &'a [f32],
+    params: &'a Params,
+}
+
+impl Water<'_> {
+    /// Drainage area in m² and discharge in m³/s. Cells are counted exactly, and runoff, where it differs, is added in
+    /// double precision.
+    fn gather(&self) -> Result<(Vec<f32>, Vec<f32>), NodeError> {
+        let cell_m2 = self.job.cell_m() * self.job.cell_m();
+        let per_s = cell_m2 / SECONDS_PER_YEAR;
+        match (self.spread(), self.job.lane("runoff")) {
+            (None, Lane::Constant(rate)) => {
+                let mut cells = vec![1_u32; self.grid.cells()];
+                self.accumulate(&mut cells)?;
+                let times = |each: f64| cells.par_iter().map(|&cells| (f64::from(cells) * each) as f32).collect();
+                Ok((times(cell_m2), times(per_s * runoff(rate))))
+            }
+            (None, Lane::Samples(rates)) => {
+                let mut amounts: Vec<[f64; 2]> = rates.par_iter().map(|&rate| [1.0, runoff(rate)]).collect();
+                self.accumulate(&mut amounts)?;
+                Ok(amounts
+                    .par_iter()
+                    .map(|[cells, runoff]| ((cells * cell_m2) as f32, (runoff * per_s) as f32))
+                    .unzip())
+            }
+            (Some(spread), rates) => {
+                let gather = |weight: &(dyn Fn(usize) -> f64 + Sync)| {
+                    let mut amounts: Vec<f64> = (0..self.grid.cells()).into_par_iter().map(weight).collect();
+                    spread::accumulate(self.job, self.grid, self.surface, self.codes, spread, &mut amounts)?;
+                    Ok::<_, NodeError>(amounts)
+                };
+                let cells = gather(&|_| 1.0)?;
+                let amounts = match rates {
+                    Lane::Constant(rate) => cells.par_iter().map(|cells| cells * runoff(rate)).collect(),
+                    Lane::Samples(rates) => gather(&|cell| runoff(rates[cell]))?,
+                };
+                let times =
+                    |amounts: &[f64], each: f64| amounts.par_iter().map(|&amount| (amount * each) as f32).collect();
+                Ok((times(&cells, cell_m2), times(&amounts, per_s)))
+            }
         }
     }
-}
 
-/// Drainage area in square metres of water that spreads over a surface.
-fn spread_area(job: &Job<'_>, grid: &Grid, surface: &[f32], codes: &[u8], how: Spread) -> Result<Vec<f32>, NodeError> {
-    let cell_m2 = job.cell_m() * job.cell_m();
-    let rain = job.lane("rain");
-    let mut amounts: Vec<f64> = (0..grid.cells()).into_par_iter().map(|cell| weight(rain.at(cell)) * cell_m2).collect();
-    spread::accumulate(job, grid, surface, codes, how, &mut amounts)?;
-    Ok(amounts.par_iter().map(|&amount| amount as f32).collect())
+    /// How water spreads, unless each cell has one receiver.
+    fn spread(&self) -> Option<Spread> {
+        match self.params.routing {
+            Routing::D8 => None,
+            Routing::DInfinity => Some(Spread::DInfinity),
+            Routing::Mfd => Some(Spread::Freeman { exponent: self.params.exponent }),
+        }
+    }
+
+    fn accumulate<A: Amount>(&self, amounts: &mut Vec<A>) -> Result<(), NodeError> {
+        match self.params.depressions {
+            Sinks::Jump => self.depressions.accumulate_jumping(self.job, self.grid, self.codes, amounts),
+            _ => Drainage::default().accumulate(self.job, self.grid, self.codes, amounts),
+        }
+    }
 }
 
 #[cfg(test)]
 #[path = "flow_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "sinks_tests.rs"]
+mod sinks_tests;

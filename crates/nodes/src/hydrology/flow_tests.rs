@@ -11,32 +11,39 @@ fn white(x: f64, y: f64) -> f64 {
 }
 
 /// White noise, full of depressions.
-fn noise(world: World) -> Field {
+pub(super) fn noise(world: World) -> Field {
     testing::field(world, white)
 }
 
 /// Hills with noise on top: large nested depressions beside small ones.
-fn hills(world: World) -> Field {
+pub(super) fn hills(world: World) -> Field {
     let wave = |at: f64, length_m: f64| (at / length_m).fract() - 0.5;
     testing::field(world, |x, y| 1500.0 + 4000.0 * wave(x, 310.0) * wave(y, 270.0) + white(x, y) / 1000.0)
 }
 
-struct Drained {
-    area: Vec<f32>,
-    filled: Vec<f32>,
-    depth: Vec<f32>,
-    direction: Vec<f32>,
+pub(super) struct Drained {
+    pub(super) area: Vec<f32>,
+    pub(super) filled: Vec<f32>,
+    pub(super) depth: Vec<f32>,
+    pub(super) direction: Vec<f32>,
+    pub(super) lake: Vec<f32>,
 }
 
-fn flow(height: &Field, changes: &str) -> Drained {
+pub(super) fn flow(height: &Field, changes: &str) -> Drained {
     let params =
         if changes.is_empty() { ParamValues::defaults(&NODE.specs()) } else { testing::with_params(&NODE, changes) };
     let mut outputs = testing::outputs(&NODE, &params, &[("height", height)]).expect("a result");
     let mut take = |name| outputs.take(name).expect("an output").as_field().expect("a field").clone().into_samples();
-    Drained { area: take("area"), filled: take("filled"), depth: take("lake_depth"), direction: take("direction") }
+    Drained {
+        area: take("area"),
+        filled: take("conditioned"),
+        depth: take("lake_depth"),
+        direction: take("direction"),
+        lake: take("lake"),
+    }
 }
 
-fn receivers(height: &Field, direction: &[f32]) -> Vec<Option<usize>> {
+pub(super) fn receivers(height: &Field, direction: &[f32]) -> Vec<Option<usize>> {
     let (nx, len) = (height.window().nx(), direction.len());
     let to = |cell: usize| {
         reference::neighbours(nx, len, cell).find(|(way, _)| *way as f32 == direction[cell]).map(|(_, next)| next)
@@ -44,11 +51,11 @@ fn receivers(height: &Field, direction: &[f32]) -> Vec<Option<usize>> {
     (0..len).map(to).collect()
 }
 
-fn area_that_leaves(drained: &Drained) -> f32 {
-    drained.area.iter().zip(&drained.direction).filter(|(_, direction)| **direction < 0.0).map(|(area, _)| area).sum()
+pub(super) fn area_that_leaves(drained: &Drained) -> f32 {
+    drained.area.iter().zip(&drained.direction).filter(|(_, direction)| **direction == -1.0).map(|(area, _)| area).sum()
 }
 
-fn with_boundary(world: World, boundary: Boundary) -> World {
+pub(super) fn with_boundary(world: World, boundary: Boundary) -> World {
     World { boundary, ..world }
 }
 
@@ -181,19 +188,31 @@ fn periodic_sides_are_joined() {
     }
 }
 
+/// A metre of runoff a year from one square metre, in m³/s.
+const METRE_PER_YEAR: f32 = 1.0 / 31_557_600.0;
+
 #[test]
-fn rain_weights_the_land() {
+fn runoff_becomes_discharge() {
     let world = testing::world(90, 140, 10.0);
     let height = hills(world);
-    let params = ParamValues::defaults(&NODE.specs());
-    let area = |rain: &Field| testing::run(&NODE, &params, &[("height", &height), ("rain", rain)], "area");
-    let plain = flow(&height, "").area;
-    let double = area(&Field::constant(*height.window(), 2.0));
-    assert!(double.samples().iter().zip(&plain).all(|(double, plain)| *double == plain * 2.0));
-    let east = area(&testing::field(world, |x, _| if x > 450.0 { 1.0 } else { -1.0 }));
-    let dry = flow(&height, "");
-    let wet = Drained { area: east.into_samples(), ..dry };
-    assert_eq!(area_that_leaves(&wet), 45.0 * 140.0 * 100.0, "rain below zero counts as none");
+    for changes in ["", "depressions=jump", "routing=d_infinity", "routing=mfd"] {
+        let params = testing::with_params(&NODE, changes);
+        let of = |runoff: &Field, output: &str| {
+            testing::run(&NODE, &params, &[("height", &height), ("runoff", runoff)], output).into_samples()
+        };
+        let plain = flow(&height, changes);
+        let double = Field::constant(*height.window(), 2.0);
+        assert_eq!(of(&double, "area"), plain.area);
+        for (discharge, area) in of(&double, "discharge").iter().zip(&plain.area) {
+            // 1e-6: two roundings to f32.
+            assert!((discharge / (2.0 * area * METRE_PER_YEAR) - 1.0).abs() < 1e-6, "{changes}");
+        }
+        let east = testing::field(world, |x, _| if x > 450.0 { 1.0 } else { -1.0 });
+        let wet = Drained { area: of(&east, "discharge"), ..plain };
+        let leaves = area_that_leaves(&wet) / METRE_PER_YEAR;
+        // 1e-5: a sum of discharges in f32. Runoff below zero counts as none.
+        assert!((leaves / (45.0 * 140.0 * 100.0) - 1.0).abs() < 1e-5, "{changes}: {leaves}");
+    }
 }
 
 #[test]
@@ -245,9 +264,9 @@ fn heights_that_are_not_numbers_do_no_harm() {
 #[test]
 fn the_same_for_any_thread_count_and_simd_level() {
     let world = testing::world(150, 200, 10.0);
-    let (height, rain) = (hills(world), noise(world));
+    let (height, runoff) = (hills(world), noise(world));
     let params = ParamValues::defaults(&NODE.specs());
-    let fields = [("height", &height), ("rain", &rain)];
+    let fields = [("height", &height), ("runoff", &runoff)];
     assert_eq!(testing::run_in(1, &NODE, &params, &fields), testing::run_in(7, &NODE, &params, &fields));
     testing::at_every_level(|| testing::outputs(&NODE, &params, &fields));
     for changes in ["routing=d_infinity", "routing=mfd"] {

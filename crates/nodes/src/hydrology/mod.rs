@@ -1,7 +1,9 @@
 //! Where water goes.
 
+pub mod drained;
 pub mod engine;
 pub mod flow;
+mod lakes;
 
 use orograph_graph::Node;
 

@@ -29,23 +29,25 @@ pub const OUTSIDE: u32 = 0;
 #[derive(Debug)]
 pub struct Depressions<T: Elevation> {
     /// The basin of each cell: the place of its pit, from 1, or [`OUTSIDE`]. Of no meaning without pits.
-    labels: Vec<u32>,
+    pub(super) labels: Vec<u32>,
     /// The set of directions from which water comes to each cell.
     donors: Vec<u8>,
-    spills: Vec<Spill<T>>,
+    /// The pit of each basin, without that of the outside.
+    pub(super) pits: Vec<u32>,
+    pub(super) spills: Vec<Spill<T>>,
 }
 
 /// Where a basin spills.
 #[derive(Clone, Copy, Debug)]
-struct Spill<T> {
-    level: T,
+pub(super) struct Spill<T> {
+    pub(super) level: T,
     /// The pass: number of the link.
-    link: u32,
+    pub(super) link: u32,
 }
 
 impl<T: Elevation> Default for Depressions<T> {
     fn default() -> Self {
-        Self { labels: Vec::new(), donors: Vec::new(), spills: Vec::new() }
+        Self { labels: Vec::new(), donors: Vec::new(), pits: Vec::new(), spills: Vec::new() }
     }
 }
 
@@ -56,6 +58,7 @@ impl<T: Elevation> Depressions<T> {
     /// [`NodeError::Cancelled`].
     pub fn find(&mut self, job: &Job<'_>, grid: &Grid, heights: &[T], codes: &[u8]) -> Result<(), NodeError> {
         self.spills.clear();
+        self.pits.clear();
         let pits = pits(job, grid, codes)?;
         if pits.is_empty() {
             return Ok(());
@@ -64,6 +67,7 @@ impl<T: Elevation> Depressions<T> {
         let edges = passes::find(job, grid, heights, &self.labels)?;
         let tree = spanning_tree(job, pits.len() + 1, edges)?;
         self.spills = spills(pits.len() + 1, &tree);
+        self.pits = pits;
         Ok(())
     }
 
@@ -83,20 +87,7 @@ impl<T: Elevation> Depressions<T> {
             if basin % 4096 == 0 {
                 job.check()?;
             }
-            let (cell, way) = (spill.link >> 3, spill.link & 7);
-            let ends = if way == LEAVES {
-                Some((cell, None))
-            } else {
-                let forward = FORWARD[way as usize];
-                grid.neighbour(cell, forward).map(|far| {
-                    if self.labels[cell as usize] == basin as u32 {
-                        (cell, Some(forward))
-                    } else {
-                        (far, Some(opposite(forward)))
-                    }
-                })
-            };
-            let Some((mut cell, mut to)) = ends else { continue };
+            let Some((mut cell, mut to)) = self.pass(grid, basin, spill.link) else { continue };
             loop {
                 let code = codes[cell as usize];
                 let next = (code & PIT == 0).then(|| (grid.receiver(cell, code), opposite(direction(code))));
@@ -106,6 +97,18 @@ impl<T: Elevation> Depressions<T> {
             }
         }
         Ok(())
+    }
+
+    /// The last cell of a basin on the way out through a link, and the direction from there; none out of the world.
+    pub(super) fn pass(&self, grid: &Grid, basin: usize, link: u32) -> Option<(u32, Option<usize>)> {
+        let (cell, way) = (link >> 3, link & 7);
+        if way == LEAVES {
+            return Some((cell, None));
+        }
+        let forward = FORWARD[way as usize];
+        let far = grid.neighbour(cell, forward)?;
+        let inside = self.labels[cell as usize] == basin as u32;
+        Some(if inside { (cell, Some(forward)) } else { (far, Some(opposite(forward))) })
     }
 
     /// Raises `heights` to the surface of standing water: the lowest surface above them from which every cell drains.
