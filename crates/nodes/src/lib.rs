@@ -1,6 +1,7 @@
 //! Every node of Orograph: declarations and CPU kernels, one file per node in the folder of its category.
 
 pub mod combine;
+pub mod distance;
 pub mod erosion;
 pub mod filter;
 pub mod generate;

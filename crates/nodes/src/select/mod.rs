@@ -1,8 +1,9 @@
 //! Masks and measures per cell, for driving other nodes.
 
+pub mod distance;
 pub mod slope;
 
 use orograph_graph::Node;
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] = &[&slope::NODE];
+pub static NODES: &[&Node] = &[&slope::NODE, &distance::NODE];

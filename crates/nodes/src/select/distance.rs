@@ -1,0 +1,166 @@
+//! How far it is to the edge of a selection, and a mask that falls off with it; see [`crate::distance`].
+
+use rayon::prelude::*;
+
+use crate::{
+    distance::{self, FAR},
+    prelude::*,
+};
+
+choice! {
+    /// On which side of the edge distances are taken.
+    pub enum Side {
+        /// From the selection outwards; 0 inside.
+        Outside = "outside",
+        /// From the edge inwards; 0 outside.
+        Inside = "inside",
+        /// Outwards as positive, inwards as negative numbers.
+        Both = "both",
+    }
+}
+
+params! {
+    /// On which side of the edge distances are taken.
+    side: Side = Side::Outside, One, ..;
+    /// From which value on the mask counts as selected.
+    threshold: f64 = 0.5, One, 0.0..=1.0;
+    /// The farthest distance; what is farther has it.
+    limit: f64 = 1000.0, Metres, 1e-3..=1e7, soft 10..=10_000;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Distance",
+    category: "select",
+    summary: "How far it is to a selection, and a mask that falls off with it.",
+    doc: "The straight distance from the centre of each cell to the edge of what is selected, exact to the cells: the nearest \
+          centre of a cell on the other side, less half a cell. Where nothing is selected, everything is `limit` away.\n\n\
+          `mask` is 1 at the edge and beyond it on the far side, and falls to 0 at `limit` by the cubic `3 t² − 2 t³`: the \
+          banks of a river, the foot of a wall, a fringe of forest. With `side: both` it is 1 deep inside, a half at the edge \
+          and 0 at `limit` outside.\n\n\
+          The cost depends neither on the limit nor on what is selected.",
+    sources: &[
+        "A. Meijster, J. B. T. M. Roerdink and W. H. Hesselink (2000), A general algorithm for computing distance transforms in \
+         linear time, Mathematical Morphology and its Applications to Image and Signal Processing, 331-340",
+    ],
+    inputs: &[Input::needs("selection", PortType::Mask, "What is selected.")],
+    outputs: &[
+        Output::gives("distance", PortType::Scalar(Unit::Metres), "Distance to the edge of the selection."),
+        Output::gives("mask", PortType::Mask, "1 near the selection, 0 from `limit` on."),
+    ],
+    params: Params::specs,
+    reach: Reach::Metres(|params, cell_m| Params::read(params).limit + cell_m),
+    cpu: run,
+    resolution: Resolution::Cells("the edge of the selection runs along the edges of cells"),
+    example: "selection: \"mask\", limit: 2000, side: both",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let selection = job.field("selection")?.samples();
+    let selected = |at: usize| f64::from(selection[at]) >= params.threshold;
+    let limit_cells = distance::cells(params.limit, job.cell_m()).saturating_add(1);
+    let measure = |share, side: bool| -> Result<Option<Vec<u32>>, NodeError> {
+        distance::squared(job, share, limit_cells, |at| selected(at) == side).map(Some)
+    };
+    let outwards = if params.side == Side::Inside { None } else { measure([0.0, 0.5], true)? };
+    let inwards = if params.side == Side::Outside { None } else { measure([0.5, 0.9], false)? };
+
+    // from the centre of the nearest cell on the other side to the edge between
+    let metres = |squared: u32| match squared {
+        0 => 0.0,
+        FAR => params.limit,
+        squared => ((f64::from(squared).sqrt() - 0.5) * job.cell_m()).min(params.limit),
+    };
+    let of = |side: &Option<Vec<u32>>, at: usize| side.as_ref().map_or(0.0, |squared| metres(squared[at]));
+    let distance: Vec<f32> =
+        (0..selection.len()).into_par_iter().map(|at| (of(&outwards, at) - of(&inwards, at)) as f32).collect();
+    let mask = distance.par_iter().map(|&distance| mask(f64::from(distance), params.side, params.limit)).collect();
+    let field = |samples| Field::new(job.window(), samples);
+    Ok(Outputs::one("distance", field(distance)).with("mask", field(mask)))
+}
+
+/// How much is selected at a distance.
+fn mask(distance_m: f64, side: Side, limit_m: f64) -> f32 {
+    let share = match side {
+        Side::Outside => 1.0 - distance_m / limit_m,
+        Side::Inside => 1.0 + distance_m / limit_m,
+        Side::Both => 0.5 - 0.5 * distance_m / limit_m,
+    };
+    let share = share.clamp(0.0, 1.0);
+    (share * share * (3.0 - 2.0 * share)) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{field, run as result, run_in, with_params, world};
+
+    fn disc(cells: u32, cell_m: f64) -> Field {
+        field(world(cells, cells, cell_m), |x, y| if libm::hypot(x - 500.0, y - 500.0) < 200.0 { 1.0 } else { 0.0 })
+    }
+
+    /// Around a disc the distance is that from its circle, within the cells that its edge is made of.
+    #[test]
+    fn distances_from_a_disc_are_those_from_its_circle() {
+        for (cells, cell_m) in [(100, 10.0), (400, 2.5)] {
+            let distance = result(
+                &NODE,
+                &with_params(&NODE, "side=both, limit=600"),
+                &[("selection", &disc(cells, cell_m))],
+                "distance",
+            );
+            for (at, &found) in distance.samples().iter().enumerate() {
+                let [x, y] = distance.window().centre_m(at % cells as usize, at / cells as usize);
+                let expected = libm::hypot(x - 500.0, y - 500.0) - 200.0;
+                assert!((f64::from(found) - expected).abs() < 0.8 * cell_m, "{x} {y}: {found} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn sides_and_limits_hold() {
+        let disc = disc(100, 10.0);
+        for side in ["outside", "inside", "both"] {
+            let params = with_params(&NODE, &format!("side={side}, limit=150"));
+            let distance = result(&NODE, &params, &[("selection", &disc)], "distance");
+            let (low, high) = distance.range(0).expect("finite");
+            let expected = match side {
+                "outside" => (0.0, 150.0),
+                "inside" => (-150.0, 0.0),
+                _ => (-150.0, 150.0),
+            };
+            assert_eq!((low, high), expected, "{side}");
+            let mask = result(&NODE, &params, &[("selection", &disc)], "mask");
+            assert_eq!(mask.range(0), Some((0.0, 1.0)), "{side}");
+        }
+        for (value, expected) in [(0.0, 150.0), (1.0, 0.0)] {
+            let all = field(world(20, 20, 10.0), |_, _| value);
+            let distance = result(&NODE, &with_params(&NODE, "limit=150"), &[("selection", &all)], "distance");
+            assert!(distance.samples().iter().all(|found| *found == expected), "{value}");
+        }
+        let none = with_params(&NODE, "limit=0.001");
+        assert!(
+            result(&NODE, &none, &[("selection", &disc)], "mask")
+                .samples()
+                .iter()
+                .zip(disc.samples())
+                .all(|(a, b)| a == b)
+        );
+    }
+
+    #[test]
+    fn windows_and_threads_give_the_same_bits() {
+        let disc = disc(200, 5.0);
+        let params = with_params(&NODE, "side=both, limit=90");
+        let whole = result(&NODE, &params, &[("selection", &disc)], "distance");
+        let part = Window { origin: [30, 60], cells: [70, 50], ..*disc.window() };
+        let grown = disc.crop(&part.grown(95.0));
+        assert_eq!(result(&NODE, &params, &[("selection", &grown)], "distance").crop(&part), whole.crop(&part));
+        assert_eq!(
+            run_in(1, &NODE, &params, &[("selection", &disc)]),
+            run_in(3, &NODE, &params, &[("selection", &disc)])
+        );
+    }
+}
