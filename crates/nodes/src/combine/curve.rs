@@ -3,7 +3,7 @@
 //! The cubic is that of F. N. Fritsch and R. E. Carlson (1980), "Monotone piecewise cubic interpolation": it passes
 //! through every point, has a continuous slope and never overshoots. It is evaluated as it is, without a table.
 
-mod spline;
+pub(crate) mod spline;
 
 use super::{BLOCK, blocks, masked, samples};
 use crate::{math, prelude::*, simd::simd};

@@ -72,7 +72,7 @@ impl Spline {
 /// The slope of the curve at each point, after Fritsch and Carlson: the mean of the secants on both sides, 0 at a local
 /// extreme, and cut so that (slope / secant) of a piece's two ends lies within a circle of radius 3, which keeps the piece
 /// monotone. At the ends the secant.
-fn slopes(points: &[[f64; 2]]) -> Vec<f64> {
+pub fn slopes(points: &[[f64; 2]]) -> Vec<f64> {
     let secants: Vec<f64> = points.windows(2).map(|p| (p[1][1] - p[0][1]) / (p[1][0] - p[0][0])).collect();
     let mut slopes = vec![secants[0]];
     slopes.extend(secants.windows(2).map(|s| if s[0] * s[1] > 0.0 { (s[0] + s[1]) / 2.0 } else { 0.0 }));

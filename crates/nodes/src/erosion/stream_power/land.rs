@@ -2,7 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::{Params, Receivers, area::Area, deposition::Transport, incision::Law, links::Links, rock::Rock, slides};
+use super::{
+    Params, Receivers, area::Area, deposition::Transport, incision::Law, links::Links, rock::Rock, slides,
+    tectonics::Tectonics,
+};
 use crate::{
     hydrology::engine::{Depressions, Drainage, Grid, Outlet, code, receivers},
     math,
@@ -22,7 +25,10 @@ pub struct Land<'a> {
     /// Drainage areas of the last routing.
     pub area: Area<'a>,
     cell_m: f64,
-    uplift: Lane<'a>,
+    /// What moves the land.
+    pub tectonics: Tectonics<'a>,
+    /// Years that have passed.
+    time_yr: f64,
     rock: Rock<'a>,
     steepest: Steepest,
     receivers: Receivers,
@@ -95,7 +101,8 @@ impl<'a> Land<'a> {
             drainage: Drainage::default(),
             area: Area::new(&law, cells, job.lane("rain"), cell_m * cell_m, params.critical_area, params.m),
             cell_m,
-            uplift: job.lane("uplift"),
+            tectonics: Tectonics::new(job, params),
+            time_yr: 0.0,
             rock: Rock::new(job, params, &law)?,
             steepest,
             receivers: params.receivers,
@@ -126,7 +133,9 @@ impl<'a> Land<'a> {
     /// # Errors
     /// [`NodeError::Cancelled`].
     pub fn step(&mut self, job: &Job<'_>, step_yr: f64, step: u32, told: bool) -> Result<Option<Work>, NodeError> {
-        self.raise(job, step_yr)?;
+        let until_yr = self.time_yr + step_yr;
+        self.tectonics.raise(job, &self.grid, &mut self.heights, [self.time_yr, until_yr])?;
+        self.time_yr = until_yr;
         self.route(job, Some(step))?;
         let Some(mut sediment) = self.sediment.take() else {
             let before = told.then(|| self.heights.clone());
@@ -161,25 +170,6 @@ impl<'a> Land<'a> {
                 slides::settle(job, &self.grid, &mut self.heights, self.cell_m, |cell| f64::from(slopes[cell]))
             }
         }
-    }
-
-    fn raise(&mut self, job: &Job<'_>, step_yr: f64) -> Result<(), NodeError> {
-        if self.uplift.constant() == Some(0.0) {
-            return Ok(());
-        }
-        let (grid, uplift) = (&self.grid, self.uplift);
-        self.heights.par_chunks_mut(grid.nx).enumerate().try_for_each(|(y, heights)| {
-            job.check()?;
-            let first = y * grid.nx;
-            let border = grid.is_border_row(y);
-            for (x, height) in heights.iter_mut().enumerate() {
-                let side = border || x == 0 || x + 1 == grid.nx;
-                if !(side && grid.outlet(x, y) == Outlet::Base) {
-                    *height += f64::from(uplift.at(first + x)) * step_yr;
-                }
-            }
-            Ok(())
-        })
     }
 
     /// Receivers, ways out of depressions and drainage areas of the land as it is: of a step, or by steepest descent.

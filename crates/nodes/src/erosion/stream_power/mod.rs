@@ -7,12 +7,14 @@
 //! the uplift of one step can be less than a height in single precision can hold.
 
 mod area;
+mod course;
 mod deposition;
 mod incision;
 mod land;
 mod links;
 mod rock;
 mod slides;
+mod tectonics;
 #[cfg(test)]
 mod tests;
 
@@ -48,6 +50,12 @@ params! {
     ///
     /// A level below all land makes no sea.
     sea_level: f64 = -12000.0, Metres, -12000.0..=12000.0, soft -1000..=1000;
+    /// Factor of the uplift in the course of the run: places from 0, the start, to 1, the end.
+    ///
+    /// A smooth curve through the points, level beyond them: growth, a pulse, decay.
+    uplift_course: CurvePoints = CurvePoints(vec![[0.0, 1.0], [1.0, 1.0]]), One, ..;
+    /// Rate at which the cells at `base` sides sink: the fall of the sea or of the valley that everything drains to.
+    base_level_fall: f64 = 0.0, MetresPerYear, -1.0..=1.0, soft 0..=0.005;
     /// How much the erodibility differs from cell to cell: the standard deviation of its natural logarithm.
     ///
     /// Rock is never the same everywhere, and perfectly even land keeps rivers that follow rows and columns.
@@ -82,8 +90,9 @@ pub static NODE: Node = Node {
           `rain` weights the land: A is the discharge divided by the mean rain.\n\n\
           Each step solves the law implicitly, from the outlets upstream, so it is stable for any time step and never \
           cuts below the receiver. Water crosses depressions through their lowest pass and incises it; a lake's floor \
-          does not erode until the pass is below it. Cells at sides that are `base` keep their height: the sea, or the \
-          valley that everything drains to. Cells at `open` sides rise with the uplift, and where no neighbour is lower \
+          does not erode until the pass is below it. Cells at sides that are `base` keep their height, or sink with \
+          `base_level_fall`: the sea, or the valley that everything drains to, into which a plateau is cut from its \
+          edge. Cells at `open` sides rise with the uplift, and where no neighbour is lower \
           water leaves there without cutting.\n\n\
           Above 0, `deposition` makes rivers carry what they erode, and drop it where they are too gentle for it:\n\n    ∂h/∂t = U − K Aᵐ S + G Q / A\n\n\
           with Q the flux of sediment in m³/yr and G the `deposition`, 0.1 to 2 in most rivers; n must be 1. It is the \
@@ -98,6 +107,8 @@ pub static NODE: Node = Node {
           slope: what is steeper slides and is gone by the end of the step; 90° lets everything stand. `variation` makes \
           each cell's erodibility differ a little, as rock does. With `critical_area: 0`, `variation: 0`, `repose: 90` \
           and `receivers: d8` what remains is the law itself.\n\n\
+          `uplift_course` makes the uplift grow, pulse or fade: it multiplies it by a curve over the run. Every step \
+          takes the curve's exact mean over its time.\n\n\
           Rivers follow what they find. Start from land with some roughness (any noise of a few metres) unless straight \
           parallel valleys are wanted. Outlines of the network change with the cell size and the seed; the \
           mean height changes by some 2 % when cells are halved, as long as they are well below the critical area.",
@@ -218,6 +229,7 @@ const SHORTEST_YR: f64 = 1e-30;
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let start = job.field("height")?;
+    warn_of_unresolved_hillslopes(job, params.critical_area);
     let mut land = Land::new(job, &params, start)?;
     let asked_yr = if params.time_step > 0.0 { params.time_step } else { params.duration / 100.0 };
     let steps = if params.duration > 0.0 { (params.duration / asked_yr).ceil().min(MAX_STEPS) as u32 } else { 0 };
@@ -230,14 +242,13 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     job.advance(steps as f32 / (steps + 1) as f32)?;
     land.route(job, None)?;
 
-    let uplift = job.lane("uplift");
     let cell_m2 = job.cell_m() * job.cell_m();
     let cells = || (0..land.heights.len()).into_par_iter();
     let height = cells().map(|cell| land.heights[cell] as f32).collect();
     let area = cells().map(|cell| land.area.m2(cell) as f32).collect();
     // The heights of many steps add up to rounding errors of the order of 1e-12 m where nothing was eroded.
     let erosion = cells().map(|cell| {
-        let risen_m = if land.is_base(cell) { 0.0 } else { f64::from(uplift.at(cell)) * params.duration };
+        let risen_m = land.tectonics.risen_m(cell, land.is_base(cell));
         (f64::from(start.samples()[cell]) + risen_m - land.heights[cell]).max(0.0) as f32
     });
     let erosion = erosion.collect();
@@ -257,4 +268,15 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         .with("erosion_rate", field(rate))
         .with("sediment", field(sediment))
         .with("sediment_flux", field(flux)))
+}
+
+/// Tells where cells are larger than the drainage area of a river's head.
+fn warn_of_unresolved_hillslopes(job: &Job<'_>, critical_area_m2: f64) {
+    let cell_m = job.cell_m();
+    if critical_area_m2 > 0.0 && cell_m * cell_m > critical_area_m2 {
+        job.warn(format!(
+            "cells of {cell_m} m are larger than the critical area of {critical_area_m2} m²: hillslopes are not \
+             resolved, and relief depends on the cells; use smaller cells or a larger `critical_area`"
+        ));
+    }
 }
