@@ -176,6 +176,12 @@ impl Graph {
         self.inner.node_indices()
     }
 
+    /// All nodes, each after those that it reads.
+    pub(crate) fn topological(&self) -> Vec<NodeIndex> {
+        // Connecting refuses circles, so there is an order.
+        petgraph::algo::toposort(&self.inner, None).unwrap_or_default()
+    }
+
     /// The output that a wire end such as `rivers` or `rivers.area` names; the first output where no port is named.
     ///
     /// # Errors

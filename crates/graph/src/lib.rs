@@ -26,7 +26,10 @@ mod world;
 
 pub use backend::{Backend, Cpu};
 pub use diagnostic::{Diagnostic, Severity, line_column};
-pub use document::{Document, Edit, EditError, LoadError, NodeEntry, OutputDecl, diff, format_source};
+pub use document::{
+    Document, Edit, EditError, Expanded, LoadError, NamedInput, NamedParameter, NodeEntry, OutputDecl, Place, SUBGRAPH,
+    UsedGraph, diff, format_source,
+};
 pub use eval::{DiskCacheOptions, EvalError, Evaluator, EvaluatorOptions, Event, Key, Origin};
 pub use field::Field;
 pub use graph::{Graph, GraphError, Instance, Port, Wire};

@@ -35,6 +35,8 @@ pub struct Node {
     pub outputs: &'static [Output],
     /// Its parameters, usually `Params::specs`.
     pub params: fn() -> Vec<ParamSpec>,
+    /// Parameters in place of [`Self::params`]: those of a use of [`SUBGRAPH`](crate::SUBGRAPH), which its file declares.
+    pub declared: &'static [ParamSpec],
     /// How far around a cell it reads.
     pub reach: Reach,
     /// The definition of its result.
@@ -65,6 +67,7 @@ impl Node {
         inputs: &[],
         outputs: &[],
         params: Vec::new,
+        declared: &[],
         reach: Reach::Point,
         cpu: |_| Err(NodeError::failed("this node has no kernel")),
         exactness: Exactness::Exact,
@@ -87,7 +90,7 @@ impl Node {
     /// The specs of its parameters.
     #[must_use]
     pub fn specs(&self) -> Vec<ParamSpec> {
-        (self.params)()
+        if self.declared.is_empty() { (self.params)() } else { self.declared.to_vec() }
     }
 }
 

@@ -102,6 +102,24 @@ pub enum ParamValue {
 }
 
 impl Kind {
+    /// The same kind with another default; as it is where the value is of another kind. A file has no default.
+    #[must_use]
+    pub fn with_default(mut self, value: &ParamValue) -> Self {
+        match (&mut self, value) {
+            (Self::Float { default, .. }, ParamValue::Float(v)) => *default = *v,
+            (Self::Int { default, .. }, ParamValue::Int(v)) => *default = *v,
+            (Self::Bool { default }, ParamValue::Bool(v)) => *default = *v,
+            (Self::Choice { default, .. }, ParamValue::Choice(v)) => *default = v,
+            (Self::Seed { default }, ParamValue::Seed(v)) => *default = *v,
+            (Self::Point { default, .. }, ParamValue::Point(v)) => *default = *v,
+            (Self::Curve { default }, ParamValue::Curve(v)) | (Self::Path { default, .. }, ParamValue::Path(v)) => {
+                default.clone_from(v);
+            }
+            _ => {}
+        }
+        self
+    }
+
     /// The default as a value.
     #[must_use]
     pub fn default_value(&self) -> ParamValue {

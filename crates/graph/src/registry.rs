@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::{
+    document::SUBGRAPH,
     node::{Fallback, Input, Node, OutputType},
     param::{Kind, check_value},
     suggest::closest,
@@ -33,19 +34,24 @@ impl Registry {
     /// The node of that id or alias.
     #[must_use]
     pub fn get(&self, id: &str) -> Option<&'static Node> {
-        self.by_id.get(id).copied()
+        self.by_id.get(id).copied().or((id == SUBGRAPH.id).then_some(&SUBGRAPH))
     }
 
-    /// All nodes, in palette order.
+    /// All nodes with a kernel, in palette order.
     #[must_use]
     pub fn nodes(&self) -> &[&'static Node] {
         &self.nodes
     }
 
+    /// All nodes that a file may name: those with a kernel, and [`SUBGRAPH`], in palette order.
+    pub fn listed(&self) -> impl Iterator<Item = &'static Node> {
+        self.nodes.iter().copied().chain([&SUBGRAPH])
+    }
+
     /// The id nearest to a misspelt one.
     #[must_use]
     pub fn suggest(&self, id: &str) -> Option<&'static str> {
-        closest(id, self.nodes.iter().map(|node| node.id))
+        closest(id, self.listed().map(|node| node.id))
     }
 
     /// Checks the declarations as data: names, documentation, defaults within ranges, versions and migrations.

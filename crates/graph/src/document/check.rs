@@ -3,23 +3,27 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     ops::Range,
+    sync::Arc,
 };
 
 use petgraph::stable_graph::NodeIndex;
 
 use super::{
     args::{self, Arg},
+    exposed::{NamedInput, NamedParameter, Reader, Section},
     literal::{Literal, Misfit, constant, is_name, param},
     problems::{Problems, list},
+    subgraph::{self, Home, Loader, UsedGraph},
     syntax::{Expr, FIELDS, Group, Item, Tree},
     wires::{self, Pending},
     world,
 };
 use crate::{
-    closest,
+    Document, closest,
     diagnostic::Diagnostic,
     graph::{Graph, Instance, Port},
     node::Node,
+    param::{Kind, ParamValue},
     registry::Registry,
     value::PortType,
     world::World,
@@ -65,15 +69,29 @@ pub(super) struct Checked {
     pub(super) world: World,
     pub(super) nodes: Vec<NodeEntry>,
     pub(super) outputs: Vec<OutputDecl>,
+    pub(super) parameters: Vec<NamedParameter>,
+    pub(super) inputs: Vec<NamedInput>,
+    pub(super) uses: Vec<UsedGraph>,
+    pub(super) subgraphs: BTreeMap<NodeIndex, Arc<Document>>,
+    /// Number of nodes with those of all files that it uses, each use counted.
+    pub(super) size: usize,
     pub(super) problems: Vec<Diagnostic>,
 }
 
 /// Checks a whole file. `syntax` are the mistakes of notation that were found already.
-pub(super) fn check(source: &str, tree: &Tree, registry: &Registry, syntax: Vec<Diagnostic>) -> Checked {
+pub(super) fn check(
+    source: &str,
+    tree: &Tree,
+    registry: &Registry,
+    home: &Home,
+    syntax: Vec<Diagnostic>,
+    loader: &mut Loader,
+) -> Checked {
     let mut problems = Problems::new(syntax);
     let mut checked = match root(source, tree, &mut problems) {
         Some(root) => {
-            let mut checker = Checker { source, registry, problems, out: Checked::default(), bad: BTreeSet::new() };
+            let (out, bad) = (Checked::default(), BTreeSet::new());
+            let mut checker = Checker { source, registry, home, loader, problems, out, bad };
             checker.file(root);
             problems = checker.problems;
             checker.out
@@ -124,6 +142,8 @@ fn root<'a>(source: &str, tree: &'a Tree, problems: &mut Problems) -> Option<&'a
 struct Checker<'a> {
     source: &'a str,
     registry: &'a Registry,
+    home: &'a Home,
+    loader: &'a mut Loader,
     problems: Problems,
     out: Checked,
     /// Nodes with a parameter that was refused, so that what it would choose is not known.
@@ -153,7 +173,8 @@ impl Checker<'_> {
             self.out.nodes.iter().map(|entry| (entry.name.clone(), entry.index)).collect();
         let wired: BTreeSet<(NodeIndex, usize)> = pending.iter().map(|wire| (wire.node, wire.input)).collect();
         let types = wires::connect(&mut self.out.graph, pending, &entries, &self.bad, &mut self.problems);
-        self.unwired(&wired);
+        let named = self.exposed(root, &entries, &types);
+        self.unwired(&wired, &named);
         self.outputs(root, &entries, &types);
         if let Some(item) = root.get("layout")
             && let Some(group) = self.map(&item.value, "layout", "`{ \"node\": (0, 0), … }`")
@@ -185,7 +206,12 @@ impl Checker<'_> {
             } else if let Some(node) = self.known_kind(&entry)
                 && let Some(version) = self.known_version(node, &entry, body)
             {
-                entry.index = self.node(node, version, &entry, body, &mut pending);
+                entry.index = if node.is_subgraph() {
+                    self.subgraph(version, &entry, body, &mut pending)
+                } else {
+                    self.node(node, version, &entry, body, &mut pending)
+                };
+                self.out.size += usize::from(entry.index.is_some());
             }
             self.out.nodes.push(entry);
         }
@@ -239,6 +265,93 @@ impl Checker<'_> {
         None
     }
 
+    /// A use of a graph file: a node with what the file declares; a placeholder where the file cannot be used.
+    fn subgraph(
+        &mut self,
+        version: u32,
+        entry: &NodeEntry,
+        body: Option<&Group>,
+        pending: &mut Vec<Pending>,
+    ) -> Option<NodeIndex> {
+        let item = body.and_then(|group| group.get(subgraph::FILE));
+        let span = item.map_or_else(|| entry.kind_span.clone(), |item| item.value.span.clone());
+        let Some(file) = subgraph::file_of(body, self.source) else {
+            if !self.problems.has_syntax_in(&entry.span) {
+                let problem = Diagnostic::error("no-file", span, format!("`{}` names no graph file", entry.name));
+                self.problems.push(problem.hint("write `file: \"ridge.ron\"`, relative to this file"));
+            }
+            return None;
+        };
+        let path = self.home.folder.join(file);
+        match self.loader.load(&path, self.registry) {
+            Ok(inner) if self.out.size.saturating_add(inner.size()) > subgraph::MAX_NODES => {
+                let most = subgraph::MAX_NODES;
+                let message = format!("with `{}` the graph has more than {most} nodes", path.display());
+                self.problems.push(Diagnostic::error("subgraph", span, message));
+                None
+            }
+            Ok(inner) => {
+                self.out.uses.push(UsedGraph { path, document: Some(Arc::clone(&inner)) });
+                let index = self.node(subgraph::interface(&inner), version, entry, body, pending)?;
+                self.out.size += inner.size();
+                self.out.subgraphs.insert(index, inner);
+                Some(index)
+            }
+            Err(unusable) => {
+                let mut problem = Diagnostic::error("subgraph", span, unusable.message);
+                problem.hint = unusable.hint;
+                self.problems.push(problem);
+                self.out.uses.push(UsedGraph { path, document: unusable.document });
+                None
+            }
+        }
+    }
+
+    /// Reports a file that is not there. Only a document that is in a file says where its files are.
+    fn check_file(&mut self, node: &Node, entry: &NodeEntry, arg: &Arg, value: &ParamValue) {
+        if let ParamValue::File(file) = value
+            && !file.is_empty()
+            && self.home.path.is_some()
+            && !node.is_subgraph()
+            && !self.home.folder.join(file).is_file()
+        {
+            let path = self.home.folder.join(file);
+            let message =
+                format!("`{}.{}` names `{}`, but there is no such file", entry.name, arg.name, path.display());
+            let problem = Diagnostic::error("missing-file", arg.span.clone(), message);
+            self.problems.push(problem.hint("names of files are relative to the folder of the graph file"));
+        }
+    }
+
+    /// The names that the file gives its users; gives the inputs among their places.
+    fn exposed(
+        &mut self,
+        root: &Group,
+        entries: &BTreeMap<String, Option<NodeIndex>>,
+        types: &BTreeMap<Port, PortType>,
+    ) -> BTreeSet<(NodeIndex, &'static str)> {
+        let groups = Section::ALL.map(|section| {
+            let item = root.get(section.field())?;
+            self.map(&item.value, section.field(), "`{ \"name\": \"node.name\", … }`")
+        });
+        let mut reader = Reader {
+            source: self.source,
+            graph: &self.out.graph,
+            entries,
+            types,
+            bad: &self.bad,
+            problems: &mut self.problems,
+            names: BTreeSet::new(),
+            taken: BTreeMap::new(),
+        };
+        let [inputs, parameters] = groups;
+        let inputs = inputs.map(|group| reader.inputs(group)).unwrap_or_default();
+        let parameters = parameters.map(|group| reader.parameters(group)).unwrap_or_default();
+        let named = reader.taken.into_keys().collect();
+        (self.out.inputs, self.out.parameters) = (inputs, parameters);
+        named
+    }
+
     fn node(
         &mut self,
         node: &'static Node,
@@ -273,6 +386,9 @@ impl Checker<'_> {
                 }
             } else if let Some(spec) = specs.iter().find(|spec| spec.name == arg.name) {
                 let value = owned(param(spec, &arg.literal), entry);
+                if let (Kind::File, Ok(file)) = (&spec.kind, &value) {
+                    self.check_file(node, entry, arg, file);
+                }
                 let params = &mut instance.params;
                 sound &= self.problems.take(value, &arg.literal, &arg.span, |value| params.set(spec.name, value));
             } else if let Some(meant) = self.unknown_arg(node, entry, arg) {
@@ -303,8 +419,8 @@ impl Checker<'_> {
         node.inputs.iter().position(|input| Some(input.name) == near)
     }
 
-    /// Reports inputs that need a wire and for which the file says nothing.
-    fn unwired(&mut self, wired: &BTreeSet<(NodeIndex, usize)>) {
+    /// Reports inputs that need a wire and for which the file says nothing. One that has a name is for others to wire.
+    fn unwired(&mut self, wired: &BTreeSet<(NodeIndex, usize)>, named: &BTreeSet<(NodeIndex, &'static str)>) {
         let entries: BTreeMap<NodeIndex, usize> =
             self.out.nodes.iter().enumerate().filter_map(|(i, entry)| Some((entry.index?, i))).collect();
         for (index, position) in self.out.graph.unwired() {
@@ -314,6 +430,16 @@ impl Checker<'_> {
             }
             let node = self.out.graph.instance(index).node;
             let input = node.inputs[position].name;
+            if named.contains(&(index, input)) {
+                let message = format!(
+                    "nothing is wired into `{}.{input}` here, so the file is only for others to use",
+                    entry.name
+                );
+                let problem = Diagnostic::warning("open-input", entry.kind_span.clone(), message);
+                self.problems
+                    .push(problem.hint("wire something to it that stands in when the file is built by itself"));
+                continue;
+            }
             let message = format!("`{}` ({}) needs a wire into `{input}`", entry.name, node.id);
             let problem = Diagnostic::error("unwired", entry.kind_span.clone(), message);
             let hint =

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Document, check::NodeEntry, format::format_source, literal::value_text};
+use super::{Document, Place, check::NodeEntry, exposed::Section, format::format_source, literal::value_text};
 use crate::{
     graph::Instance,
     node::{Fallback, Input},
@@ -35,6 +35,7 @@ pub fn diff(a: &Document, b: &Document) -> Vec<String> {
         lines.push(format!("node {name} ({}) added{}", kind(b, entry), contents(b, entry)));
     }
     outputs(a, b, &now, &mut lines);
+    named(a, b, &now, &mut lines);
     lines
 }
 
@@ -113,8 +114,8 @@ fn nodes(
             lines.push(format!("{name}.{} {} → {}", spec.name, show(&spec, x, y), show(&spec, y, x)));
         }
     }
-    for (position, input) in after.node.inputs.iter().enumerate() {
-        let (x, y) = (given(a, old, position), given(b, new, position));
+    for input in after.node.inputs {
+        let (x, y) = (given(a, old, input.name), given(b, new, input.name));
         let followed = match &x {
             Given::Wire(node, port) => Given::Wire(now(node), port.clone()),
             other => other.clone(),
@@ -122,6 +123,14 @@ fn nodes(
         if !followed.means(&y, input) {
             lines.push(format!("{name}.{} {} → {}", input.name, x.show(input, &y), y.show(input, &x)));
         }
+    }
+    // What a file says counts, not only its name; its world does not.
+    let inner = |document: &Document, entry: &NodeEntry| entry.index.and_then(|at| document.subgraph(at).cloned());
+    if let (Some(x), Some(y)) = (inner(a, old), inner(b, new))
+        && x.source() != y.source()
+    {
+        let inside = diff(&x, &y).into_iter().filter(|line| !line.starts_with("world."));
+        lines.extend(inside.map(|line| format!("{name}/ {line}")));
     }
 }
 
@@ -159,9 +168,11 @@ impl Given {
     }
 }
 
-fn given(document: &Document, entry: &NodeEntry, position: usize) -> Given {
+fn given(document: &Document, entry: &NodeEntry, input: &str) -> Given {
     let Some(index) = entry.index else { return Given::Nothing };
     let graph = document.graph();
+    let inputs = graph.instance(index).node.inputs;
+    let Some(position) = inputs.iter().position(|declared| declared.name == input) else { return Given::Nothing };
     match (graph.source(index, position), graph.instance(index).constants[position]) {
         (Some(port), _) => {
             let source = graph.instance(port.node);
@@ -176,8 +187,8 @@ fn given(document: &Document, entry: &NodeEntry, position: usize) -> Given {
 fn contents(document: &Document, entry: &NodeEntry) -> String {
     let Some(instance) = instance(document, entry) else { return String::new() };
     let mut said = Vec::new();
-    for (position, input) in instance.node.inputs.iter().enumerate() {
-        let given = given(document, entry, position);
+    for input in instance.node.inputs {
+        let given = given(document, entry, input.name);
         if !given.means(&Given::Nothing, input) {
             said.push(format!("{}: {}", input.name, given.show(input, &Given::Nothing)));
         }
@@ -236,6 +247,45 @@ fn outputs(a: &Document, b: &Document, now: &dyn Fn(&str) -> String, lines: &mut
     }
     for (name, end) in new.iter().filter(|(name, _)| !old.contains_key(*name)) {
         lines.push(format!("output {name} ({end}) added"));
+    }
+}
+
+/// The names that the files give their users.
+fn named(a: &Document, b: &Document, now: &dyn Fn(&str) -> String, lines: &mut Vec<String>) {
+    let same = |name: &str| name.to_owned();
+    for section in Section::ALL {
+        let noun = section.field().trim_end_matches('s');
+        let (old, new) = (places(a, section, now), places(b, section, &same));
+        for (name, list) in &old {
+            match new.get(name) {
+                Some(other) if other == list => {}
+                Some(other) => lines.push(format!("{noun} {name} {list} → {other}")),
+                None => lines.push(format!("{noun} {name} ({list}) removed")),
+            }
+        }
+        for (name, list) in new.iter().filter(|(name, _)| !old.contains_key(*name)) {
+            lines.push(format!("{noun} {name} ({list}) added"));
+        }
+    }
+}
+
+/// The names of a section with their places, and their ranges where the file narrows them.
+fn places(document: &Document, section: Section, now: &dyn Fn(&str) -> String) -> BTreeMap<String, String> {
+    let graph = document.graph();
+    let list = |places: &[Place]| {
+        let place = |place: &Place| format!("{}.{}", now(&graph.instance(place.node).name), place.name);
+        places.iter().map(place).collect::<Vec<_>>().join(", ")
+    };
+    match section {
+        Section::Inputs => document.inputs().iter().map(|named| (named.name.clone(), list(&named.places))).collect(),
+        Section::Parameters => document
+            .parameters()
+            .iter()
+            .map(|named| {
+                let allowed = named.kind.describe(named.unit);
+                (named.name.clone(), format!("{}, {allowed}", list(&named.places)))
+            })
+            .collect(),
     }
 }
 

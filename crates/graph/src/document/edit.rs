@@ -1,6 +1,6 @@
 //! Edits of a document as data.
 
-use super::{editor::Editor, lex::quote, splice::Draft};
+use super::{editor::Editor, lex::quote, splice::Draft, subgraph::Home};
 use crate::{param::ParamValue, registry::Registry, world::World};
 
 /// A change of a document.
@@ -41,6 +41,13 @@ pub enum Edit {
         /// The node.
         node: String,
         /// The parameter or input.
+        name: String,
+        /// What was typed, with or without quotes.
+        text: String,
+    },
+    /// Sets a parameter of the file, at every place that it drives, from what a person typed.
+    SetNamed {
+        /// Its name in `parameters`.
         name: String,
         /// What was typed, with or without quotes.
         text: String,
@@ -123,6 +130,14 @@ pub enum EditError {
         /// A name that is near.
         suggestion: Option<String>,
     },
+    /// The file has no such parameter.
+    #[error("the file has no parameter `{name}`{}", hint_text(.hint.as_deref()))]
+    UnknownParameter {
+        /// The name asked for.
+        name: String,
+        /// A name that is near, or all there are.
+        hint: Option<String>,
+    },
     /// There is no such output.
     #[error("there is no output `{0}`")]
     UnknownOutput(String),
@@ -154,14 +169,15 @@ impl Edit {
     }
 
     /// Changes the draft. What it makes of the file is checked afterwards.
-    pub(super) fn carry_out(&self, draft: &mut Draft, registry: &Registry) -> Result<(), EditError> {
-        let mut editor = Editor::new(draft, registry);
+    pub(super) fn carry_out(&self, draft: &mut Draft, registry: &Registry, home: &Home) -> Result<(), EditError> {
+        let mut editor = Editor::new(draft, registry, home);
         match self {
             Self::AddNode { name, kind, at } => editor.add_node(name, kind, *at),
             Self::RemoveNode { name } => editor.remove_node(name),
             Self::RenameNode { from, to } => editor.rename_node(from, to),
             Self::SetParam { node, param, value } => editor.set_param(node, param, value),
             Self::SetText { node, name, text } => editor.set_text(node, name, text),
+            Self::SetNamed { name, text } => editor.set_named(name, text),
             Self::Reset { node, name } | Self::Disconnect { node, input: name } => editor.reset(node, name),
             Self::Connect { from, to, input } => {
                 let wire = quote(&editor.short_wire(from));
@@ -184,7 +200,7 @@ impl Edit {
                 editor.set_layout(node, *at);
                 Ok(())
             }
-            Self::All(edits) => edits.iter().try_for_each(|edit| edit.carry_out(draft, registry)),
+            Self::All(edits) => edits.iter().try_for_each(|edit| edit.carry_out(draft, registry, home)),
         }
     }
 }

@@ -5,10 +5,12 @@ use std::ops::Range;
 use super::{
     args::{args, kind_of, migrate, version},
     edit::EditError,
+    exposed::{Section, places},
     lex::quote,
     literal::{Literal, constant, is_name, number_text, param, value_text},
     problems::Problems,
     splice::Draft,
+    subgraph::{self, Home, Loader},
     syntax::{Group, Item, parse_value},
     world,
 };
@@ -34,11 +36,12 @@ struct WireUse {
 pub(super) struct Editor<'a> {
     draft: &'a mut Draft,
     registry: &'a Registry,
+    home: &'a Home,
 }
 
 impl<'a> Editor<'a> {
-    pub(super) fn new(draft: &'a mut Draft, registry: &'a Registry) -> Self {
-        Self { draft, registry }
+    pub(super) fn new(draft: &'a mut Draft, registry: &'a Registry, home: &'a Home) -> Self {
+        Self { draft, registry, home }
     }
 
     fn items(&self, field: &str) -> &[Item] {
@@ -61,10 +64,16 @@ impl<'a> Editor<'a> {
             .ok_or_else(|| EditError::UnknownOutput(name.to_owned()))
     }
 
-    /// The kind of a node, and its brackets.
+    /// The kind of a node, and its brackets. A `Subgraph` has what its file declares, where the file can be used.
     fn known<'i>(&self, item: &'i Item) -> Option<(&'static Node, Option<&'i Group>)> {
         let (kind, group) = kind_of(&item.value)?;
-        let node = self.registry.get(&self.draft.source[kind])?;
+        let mut node = self.registry.get(&self.draft.source[kind])?;
+        if node.is_subgraph()
+            && let Some(file) = subgraph::file_of(group, &self.draft.source)
+            && let Ok(inner) = Loader::new(self.home).load(&self.home.folder.join(file), self.registry)
+        {
+            node = subgraph::interface(&inner);
+        }
         let version = group.map_or(Some(1), |group| version(group, &self.draft.source))?;
         (version <= node.version).then_some((node, group))
     }
@@ -101,6 +110,7 @@ impl<'a> Editor<'a> {
         for output in outputs {
             self.remove_entry("outputs", &output);
         }
+        self.forget_places(name);
         self.remove_entry("layout", name);
         self.remove_entry("nodes", name);
         Ok(())
@@ -124,7 +134,58 @@ impl<'a> Editor<'a> {
                 changes.push((item.value.span.clone(), quote(&format!("{to}{}", &end[from.len()..]))));
             }
         }
+        for section in Section::ALL {
+            for item in self.items(section.field()) {
+                let of_node = places(&item.value, section, &self.draft.source);
+                let of_node = of_node.into_iter().filter(|(text, _)| node_of(text) == from);
+                changes.extend(of_node.map(|(text, span)| (span, quote(&format!("{to}{}", &text[from.len()..])))));
+            }
+        }
         self.draft.change(changes);
+        Ok(())
+    }
+
+    /// Takes the places of a node out of the file's `inputs` and `parameters`, with the names that lead nowhere else.
+    fn forget_places(&mut self, node: &str) {
+        for section in Section::ALL {
+            loop {
+                let found = self.items(section.field()).iter().enumerate().find_map(|(position, item)| {
+                    let all = places(&item.value, section, &self.draft.source);
+                    let gone = all.iter().find(|(text, _)| node_of(text) == node).map(|(_, span)| span.clone())?;
+                    Some((position, item.value.span.clone(), gone, all.len()))
+                });
+                let Some((position, value, gone, count)) = found else { break };
+                let Some(group) = self.draft.field(section.field()) else { break };
+                let changes = match count {
+                    1 => self.draft.removal(group, position),
+                    _ => self.draft.removal_within(value, &gone),
+                };
+                if changes.is_empty() {
+                    break;
+                }
+                self.draft.change(changes);
+            }
+        }
+    }
+
+    /// Sets a parameter of the file at all its places.
+    pub(super) fn set_named(&mut self, name: &str, text: &str) -> Result<(), EditError> {
+        let section = Section::Parameters;
+        let Some(item) = self.draft.field(section.field()).and_then(|group| group.get(name)) else {
+            let names: Vec<&str> =
+                self.items(section.field()).iter().filter_map(|item| Some(item.key.as_ref()?.text.as_str())).collect();
+            let hint = match closest(name, names.iter().copied()) {
+                Some(near) => Some(format!("did you mean `{near}`?")),
+                None if names.is_empty() => Some("write `node.param`".to_owned()),
+                None => Some(format!("it has {}", super::problems::list(names))),
+            };
+            return Err(EditError::UnknownParameter { name: name.to_owned(), hint });
+        };
+        for (place, _) in places(&item.value, section, &self.draft.source) {
+            if let Some((node, part)) = place.split_once('.') {
+                self.set_text(node, part, text)?;
+            }
+        }
         Ok(())
     }
 
@@ -135,7 +196,8 @@ impl<'a> Editor<'a> {
         for item in self.items("nodes") {
             let Some(group) = kind_of(&item.value).and_then(|(_, group)| group) else { continue };
             let mut named = args(group, source);
-            let known = self.known(item).map(|(node, _)| node);
+            // A file that cannot be used does not say which texts are wires.
+            let known = self.known(item).map(|(node, _)| node).filter(|node| !std::ptr::eq(*node, &subgraph::SUBGRAPH));
             if let Some(node) = known {
                 migrate(&mut named, node, version(group, source).unwrap_or(1), &(0..0));
             }

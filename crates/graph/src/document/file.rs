@@ -48,7 +48,7 @@ impl Document {
     /// # Errors
     /// [`LoadError`] when it cannot be read as a text of at most 16 MiB.
     pub fn load(path: impl AsRef<Path>, registry: &Registry) -> Result<Self, LoadError> {
-        Ok(Self::parse(read(path.as_ref())?, registry))
+        Ok(Self::parse_at(read(path.as_ref())?, path, registry))
     }
 
     /// Writes the file: a temporary one beside it, flushed to the disk, then renamed into place, so that a reader never
@@ -83,7 +83,7 @@ impl Document {
     }
 }
 
-fn read(path: &Path) -> Result<String, LoadError> {
+pub(super) fn read(path: &Path) -> Result<String, LoadError> {
     let unreadable = |source| LoadError::Unreadable { path: path.to_owned(), source };
     if path.is_dir() {
         return Err(LoadError::Folder(path.to_owned()));

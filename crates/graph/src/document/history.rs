@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use super::{
     Document,
-    check::check,
+    check::{Checked, check},
     edit::{Edit, EditError},
     splice::{Draft, Splice, redo, undo},
+    subgraph::Loader,
     syntax,
 };
 use crate::diagnostic::{Diagnostic, Severity};
@@ -22,8 +23,8 @@ impl Document {
     /// Makes an edit. What it does not concern stays as it is in the text, to the byte; an edit that changes nothing is
     /// not kept for [`Self::undo`].
     ///
-    /// A file may have problems before and after it, but the edit must not add one, save that an input lacks its wire
-    /// while a graph is being made.
+    /// A file may have problems before and after it, but the edit must not add one, save that an input lacks its wire or
+    /// a `Subgraph` its file while a graph is being made.
     ///
     /// # Errors
     /// [`EditError`] when the file would be wrong, with the reason; the document is unchanged then.
@@ -32,13 +33,15 @@ impl Document {
             return Err(EditError::Notation(problem.message.clone()));
         }
         let mut draft = Draft::new(&self.source);
-        edit.carry_out(&mut draft, &self.registry)?;
+        edit.carry_out(&mut draft, &self.registry, &self.home)?;
         if draft.source == self.source {
             return Ok(());
         }
-        let (tree, notation) = syntax::parse(&draft.source);
-        let checked = check(&draft.source, &tree, &self.registry, notation);
-        if let Some(problem) = added(self.problems(), &checked.problems, edit.renames()) {
+        let checked = self.check(&draft.source);
+        // What has changed in other files since is not the edit's fault.
+        let now = if self.uses().is_empty() { None } else { Some(self.check(&self.source)) };
+        let before = now.as_ref().map_or(self.problems(), |now| &now.problems);
+        if let Some(problem) = added(before, &checked.problems, edit.renames()) {
             return Err(EditError::Refused { message: problem.message.clone(), hint: problem.hint.clone() });
         }
         self.source = draft.source;
@@ -88,14 +91,21 @@ impl Document {
     }
 
     fn read_again(&mut self) {
-        let (tree, notation) = syntax::parse(&self.source);
-        self.checked = check(&self.source, &tree, &self.registry, notation);
+        self.checked = self.check(&self.source);
+    }
+
+    fn check(&self, source: &str) -> Checked {
+        let (tree, notation) = syntax::parse(source);
+        check(source, &tree, &self.registry, &self.home, notation, &mut Loader::new(&self.home))
     }
 }
 
-/// An error that an edit would add, other than an input that is not wired yet.
+/// What a node may lack while a graph is being made: a wire, or the file that it stands for.
+const UNFINISHED: [&str; 2] = ["unwired", "no-file"];
+
+/// An error that an edit would add, other than what a node lacks yet.
 fn added<'a>(before: &[Diagnostic], after: &'a [Diagnostic], renames: bool) -> Option<&'a Diagnostic> {
-    let is_error = |problem: &&Diagnostic| problem.severity == Severity::Error && problem.code != "unwired";
+    let is_error = |problem: &&Diagnostic| problem.severity == Severity::Error && !UNFINISHED.contains(&problem.code);
     let key = |problem: &Diagnostic| (problem.code, if renames { String::new() } else { problem.message.clone() });
     let mut known: BTreeMap<(&str, String), usize> = BTreeMap::new();
     for problem in before.iter().filter(is_error) {

@@ -15,6 +15,8 @@ mod check;
 mod diff;
 mod edit;
 mod editor;
+mod expand;
+mod exposed;
 mod file;
 mod format;
 mod history;
@@ -22,6 +24,7 @@ mod lex;
 mod literal;
 mod problems;
 mod splice;
+mod subgraph;
 mod syntax;
 mod wires;
 mod world;
@@ -29,8 +32,15 @@ mod world;
 pub use check::{NodeEntry, OutputDecl};
 pub use diff::diff;
 pub use edit::{Edit, EditError};
+pub use expand::Expanded;
+pub use exposed::{NamedInput, NamedParameter, Place};
 pub use file::LoadError;
 pub use format::format_source;
+pub use subgraph::{SUBGRAPH, UsedGraph};
+
+use std::{path::Path, sync::Arc};
+
+use petgraph::stable_graph::NodeIndex;
 
 use crate::{
     diagnostic::{Diagnostic, Severity},
@@ -40,6 +50,7 @@ use crate::{
 };
 use check::Checked;
 use history::History;
+use subgraph::{Home, Loader};
 
 /// A graph as a file: its text, what is wrong with it, and the graph of what is sound.
 ///
@@ -64,18 +75,29 @@ use history::History;
 pub struct Document {
     registry: Registry,
     source: String,
+    home: Home,
     checked: Checked,
     history: History,
 }
 
 impl Document {
-    /// Reads a source. It always succeeds: what is wrong is in [`Self::problems`], what is sound in [`Self::graph`].
+    /// Reads a source that is in no file. It always succeeds: what is wrong is in [`Self::problems`], what is sound in
+    /// [`Self::graph`]. Graph files that it uses are looked for in the current folder.
     #[must_use]
     pub fn parse(source: impl Into<String>, registry: &Registry) -> Self {
-        let source = source.into();
-        let (tree, syntax) = syntax::parse(&source);
-        let checked = check::check(&source, &tree, registry, syntax);
-        Self { registry: registry.clone(), source, checked, history: History::default() }
+        Self::with_home(source.into(), registry, Home::default())
+    }
+
+    /// Reads a source that is, or is going to be, the text of a file at that path; the files that it names are looked for
+    /// beside it.
+    #[must_use]
+    pub fn parse_at(source: impl Into<String>, path: impl AsRef<Path>, registry: &Registry) -> Self {
+        Self::with_home(source.into(), registry, Home::of_file(path.as_ref()))
+    }
+
+    fn with_home(source: String, registry: &Registry, home: Home) -> Self {
+        let mut loader = Loader::new(&home);
+        Self::read(source, registry, home, &mut loader)
     }
 
     /// A new file, without nodes.
@@ -112,6 +134,56 @@ impl Document {
     #[must_use]
     pub fn outputs(&self) -> &[OutputDecl] {
         &self.checked.outputs
+    }
+
+    /// What the file lets its users set, in file order.
+    #[must_use]
+    pub fn parameters(&self) -> &[NamedParameter] {
+        &self.checked.parameters
+    }
+
+    /// What the file lets its users wire, in file order.
+    #[must_use]
+    pub fn inputs(&self) -> &[NamedInput] {
+        &self.checked.inputs
+    }
+
+    /// The graph files that it names, in file order, those that cannot be used among them.
+    #[must_use]
+    pub fn uses(&self) -> &[UsedGraph] {
+        &self.checked.uses
+    }
+
+    /// The document that a `Subgraph` of the graph stands for.
+    #[must_use]
+    pub fn subgraph(&self, node: NodeIndex) -> Option<&Arc<Self>> {
+        self.checked.subgraphs.get(&node)
+    }
+
+    /// Its file; `None` for a text that is in none.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        self.home.path.as_deref()
+    }
+
+    /// Folder that the files it names are relative to.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.home.folder
+    }
+
+    /// What the file says of itself: the comments before its opening bracket, without their marks.
+    #[must_use]
+    pub fn about(&self) -> String {
+        let (tree, _) = syntax::parse(&self.source);
+        let start = tree.root.as_ref().map_or(self.source.len(), |root| root.span.start);
+        let before = tree.comments.iter().take_while(|comment| comment.span.start < start);
+        let lines = before.flat_map(|comment| {
+            let text = &self.source[comment.span.clone()];
+            let text = text.strip_prefix("//").or_else(|| text.strip_prefix("/*")?.strip_suffix("*/")).unwrap_or(text);
+            text.lines().map(str::trim)
+        });
+        lines.collect::<Vec<_>>().join("\n").trim().to_owned()
     }
 
     /// All nodes, placeholders for unknown ones among them, in file order.

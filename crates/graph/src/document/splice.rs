@@ -116,6 +116,22 @@ impl Draft {
         }
     }
 
+    /// The changes that remove an item, by its place, from the brackets that hold it somewhere within a value.
+    pub(super) fn removal_within(&self, value: Range<usize>, gone: &Range<usize>) -> Vec<Change> {
+        let mut open: Vec<&Group> = self.root().into_iter().collect();
+        while let Some(group) = open.pop() {
+            if let Some(position) = group.items.iter().position(|item| item.span() == *gone) {
+                return self.removal(group, position);
+            }
+            let around = group.items.iter().filter(|item| {
+                let span = &item.value.span;
+                span.start <= value.start && value.end <= span.end || value.start <= span.start && span.end <= value.end
+            });
+            open.extend(around.filter_map(|item| item.value.as_group()));
+        }
+        Vec::new()
+    }
+
     /// The changes that remove an item with its comma. Comments around it stay.
     pub(super) fn removal(&self, group: &Group, position: usize) -> Vec<Change> {
         let source = self.source.as_str();

@@ -1,0 +1,142 @@
+//! The graph that is built: in place of each `Subgraph` stand the nodes of its file.
+//!
+//! A node of a file is named by the use and its own name, `hills/base`. What the use says is written into the nodes: a
+//! parameter at every place that it drives, a wire or a number at every input that it feeds, file names relative to the
+//! outermost file. So inner nodes have keys of their own, and equal ones of several uses share their results.
+
+use std::{
+    collections::{BTreeMap, HashMap},
+    path::{Path, PathBuf},
+};
+
+use petgraph::stable_graph::NodeIndex;
+
+use super::{Document, OutputDecl};
+use crate::{
+    graph::{Graph, Port},
+    job::mix,
+    param::ParamValue,
+};
+
+/// A document's graph with the nodes of the files that it uses.
+#[derive(Clone, Debug, Default)]
+pub struct Expanded {
+    /// The graph; it has no `Subgraph`.
+    pub graph: Graph,
+    /// The document's outputs, in this graph.
+    pub outputs: Vec<OutputDecl>,
+    /// Outputs of the document's graph in this one.
+    ports: HashMap<Port, Port>,
+}
+
+impl Expanded {
+    /// Where an output of the document's graph is in this one.
+    #[must_use]
+    pub fn port(&self, port: Port) -> Option<Port> {
+        self.ports.get(&port).copied()
+    }
+}
+
+/// What a use of a file says.
+#[derive(Default)]
+struct Use {
+    /// Before the names of the file's nodes.
+    prefix: String,
+    /// The file's folder, relative to that of the outermost file.
+    folder: PathBuf,
+    /// The seed of the use.
+    seed: u32,
+    /// Values of parameters, and of numbers at inputs, by node and name.
+    values: BTreeMap<(NodeIndex, &'static str), ParamValue>,
+    /// What feeds inputs, by node and name.
+    wires: BTreeMap<(NodeIndex, &'static str), Port>,
+}
+
+impl Document {
+    /// The graph to build. Of a document with errors it is that of what is sound.
+    #[must_use]
+    pub fn expand(&self) -> Expanded {
+        let mut graph = Graph::default();
+        let ports = place(self, &Use::default(), &mut graph);
+        let outputs = self.outputs().iter().filter_map(|output| {
+            let port = *ports.get(&output.port)?;
+            Some(OutputDecl { port, ty: graph.output_type(port), ..output.clone() })
+        });
+        let outputs = outputs.collect();
+        Expanded { graph, outputs, ports }
+    }
+}
+
+/// Adds the nodes of a document to a graph; gives where its outputs are.
+fn place(document: &Document, given: &Use, to: &mut Graph) -> HashMap<Port, Port> {
+    let graph = document.graph();
+    let mut ports = HashMap::new();
+    for index in graph.topological() {
+        let mut instance = graph.instance(index).clone();
+        let node = instance.node;
+        instance.name.insert_str(0, &given.prefix);
+        for (name, value) in graph.instance(index).params.iter() {
+            let said = given.values.get(&(index, name));
+            let value = match said.unwrap_or(value) {
+                // What the use says is relative to the outermost file already.
+                ParamValue::File(file) if said.is_none() && !file.is_empty() => {
+                    ParamValue::File(given.folder.join(file).to_string_lossy().into_owned())
+                }
+                ParamValue::Seed(seed) => ParamValue::Seed(seed ^ mix(given.seed)),
+                other => other.clone(),
+            };
+            instance.params.set(name, value);
+        }
+        let mut wires = Vec::new();
+        for (position, input) in node.inputs.iter().enumerate() {
+            if let Some(ParamValue::Float(value)) = given.values.get(&(index, input.name)) {
+                instance.constants[position] = Some(*value);
+            }
+            let inner = graph.source(index, position).and_then(|port| ports.get(&port).copied());
+            let number = given.values.contains_key(&(index, input.name));
+            let outer = given.wires.get(&(index, input.name)).copied();
+            if let Some(port) = outer.or(inner.filter(|_| !number)) {
+                wires.push((position, port));
+            }
+        }
+        if let Some(inner) = document.subgraph(index) {
+            let mut inside = Use { prefix: format!("{}/", instance.name), ..Use::default() };
+            if let Some(ParamValue::File(file)) = instance.params.get(super::subgraph::FILE) {
+                inside.folder = Path::new(file).parent().map(Path::to_owned).unwrap_or_default();
+            }
+            if let Some(ParamValue::Seed(seed)) = instance.params.get("seed") {
+                inside.seed = *seed;
+            }
+            for parameter in inner.parameters() {
+                if let Some(value) = instance.params.get(&parameter.name) {
+                    let places = parameter.places.iter().map(|place| ((place.node, place.name), value.clone()));
+                    // An empty name of a file leaves the one that the file itself names.
+                    inside.values.extend(places.filter(|(_, value)| *value != ParamValue::File(String::new())));
+                }
+            }
+            for (position, input) in inner.inputs().iter().enumerate() {
+                let places = || input.places.iter().map(|place| (place.node, place.name));
+                if let Some(value) = instance.constants.get(position).copied().flatten() {
+                    inside.values.extend(places().map(|place| (place, ParamValue::Float(value))));
+                }
+                if let Some((_, port)) = wires.iter().find(|(wired, _)| *wired == position) {
+                    inside.wires.extend(places().map(|place| (place, *port)));
+                }
+            }
+            let inner_ports = place(inner, &inside, to);
+            for (output, declared) in inner.outputs().iter().enumerate() {
+                if let Some(port) = inner_ports.get(&declared.port) {
+                    ports.insert(Port { node: index, output }, *port);
+                }
+            }
+            continue;
+        }
+        // Names of a file are unique, and a use's name stands before those of its nodes.
+        let Ok(new) = to.add(instance) else { continue };
+        for (position, port) in wires {
+            to.add_wire(port, new, position);
+        }
+        ports.extend((0..node.outputs.len()).map(|output| (Port { node: index, output }, Port { node: new, output })));
+    }
+    ports
+}

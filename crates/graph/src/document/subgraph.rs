@@ -1,0 +1,261 @@
+//! A graph file as a node of another: the declaration of `Subgraph`, how files are found and read, and the inputs,
+//! outputs and parameters that a use of one has.
+//!
+//! A use is a node like any other: its declaration is made from the file. The declarations of nodes are `'static`, so
+//! one is leaked for each set of inputs, outputs and parameters that a program meets, a few kilobytes each; a file that
+//! changes without changing these adds none.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use super::{Document, LoadError, args, check::check, file::read, literal::Literal, syntax, syntax::Group};
+use crate::{
+    graph::Port,
+    job::NodeError,
+    node::{Input, Node, Output, OutputType},
+    param::{Kind, ParamSpec},
+    registry::Registry,
+    unit::Unit,
+    value::PortType,
+};
+
+/// The parameter that names the file.
+pub(super) const FILE: &str = "file";
+
+/// Names that every use has, so that a file cannot give them.
+pub(super) const RESERVED: [&str; 3] = [FILE, "seed", "version"];
+
+/// Files deeper in one another than this are refused.
+const MAX_DEPTH: usize = 16;
+
+/// Nodes that a file may have with all that it uses, each use counted.
+pub(super) const MAX_NODES: usize = 100_000;
+
+/// The node that stands for a graph file. It has no kernel: [`Document::expand`] puts the nodes of the file in its place.
+pub static SUBGRAPH: Node = DECLARATION;
+
+const DECLARATION: Node = Node {
+    id: "Subgraph",
+    category: "reuse",
+    summary: "A graph file as a node, with the inputs, outputs and parameters that the file declares.",
+    doc: "\
+The nodes of the file stand in place of this one: they are computed, cached and shared as if they were written here, and a
+change of the file makes only what depends on it be computed anew.
+
+- **Inputs and parameters** are those that the file names in `inputs` and `parameters`. What is not said here is as in the
+  file. Its **outputs** are those in `outputs`; a wire that names none takes the first.
+- **World**: extent, cells, boundary and seed are those of the graph that is built. What the file says of its own world
+  counts only when it is built by itself.
+- **File names** in the file are relative to the file itself.
+- **Recursion**, a file that uses itself, also through others, is refused; files stand at most 16 deep in one another.
+
+`orograph check --describe FILE` prints what a file declares. The page of the graph file says how it does so.",
+    params: own_specs,
+    cpu: |_| Err(NodeError::failed("a subgraph is built as the nodes of its file, by `Document::expand`")),
+    example: "file: \"ridge.ron\", height: \"base\"",
+    ..Node::DEFAULT
+};
+
+fn own_specs() -> Vec<ParamSpec> {
+    vec![
+        ParamSpec { name: FILE, doc: "The graph file, relative to this one.", unit: Unit::One, kind: Kind::File },
+        ParamSpec {
+            name: "seed",
+            doc: "Changes every random draw of the file's nodes; 0 leaves their seeds as they are.\n\nThe seed of each \
+                  node is combined, bit by bit (xor), with a mixture of this one.",
+            unit: Unit::Count,
+            kind: Kind::Seed { default: 0 },
+        },
+    ]
+}
+
+impl Node {
+    /// Whether it stands for a graph file: [`SUBGRAPH`], or a use of it with what the file declares.
+    #[must_use]
+    pub fn is_subgraph(&self) -> bool {
+        self.id == SUBGRAPH.id
+    }
+}
+
+/// Where a document is.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Home {
+    /// Folder that file names are relative to.
+    pub(super) folder: PathBuf,
+    /// The file; `None` for a text that is in none.
+    pub(super) path: Option<PathBuf>,
+}
+
+impl Home {
+    pub(super) fn of_file(path: &Path) -> Self {
+        Self { folder: path.parent().map(Path::to_owned).unwrap_or_default(), path: Some(path.to_owned()) }
+    }
+}
+
+/// A graph file that a document uses.
+#[derive(Clone, Debug)]
+pub struct UsedGraph {
+    /// The file.
+    pub path: PathBuf,
+    /// What it says; `None` where it cannot be read.
+    pub document: Option<Arc<Document>>,
+}
+
+/// Why a file cannot be used.
+#[derive(Clone, Debug)]
+pub(super) struct Unusable {
+    pub(super) message: String,
+    pub(super) hint: Option<String>,
+    /// What it says all the same.
+    pub(super) document: Option<Arc<Document>>,
+}
+
+/// Reads graph files that use each other, each once.
+#[derive(Default)]
+pub(super) struct Loader {
+    /// Files being read, from the outermost: where they are, and how they were named.
+    open: Vec<(PathBuf, PathBuf)>,
+    done: BTreeMap<PathBuf, Result<Arc<Document>, Unusable>>,
+}
+
+impl Loader {
+    pub(super) fn new(home: &Home) -> Self {
+        let open = home.path.as_ref().and_then(|path| Some((path.canonicalize().ok()?, path.clone())));
+        Self { open: open.into_iter().collect(), ..Self::default() }
+    }
+
+    /// The document of a file, without errors.
+    pub(super) fn load(&mut self, path: &Path, registry: &Registry) -> Result<Arc<Document>, Unusable> {
+        let unusable = |message: String| Unusable { message, hint: None, document: None };
+        let Ok(place) = path.canonicalize() else {
+            return Err(unusable(LoadError::Missing(path.to_owned()).to_string()));
+        };
+        if let Some(first) = self.open.iter().position(|(open, _)| *open == place) {
+            let chain = self.open[first..].iter().map(|(_, named)| named.as_path()).chain([path]);
+            let chain: Vec<String> = chain.map(|path| path.display().to_string()).collect();
+            let message = format!("the file uses itself: {}", chain.join(" → "));
+            let hint = Some("a file cannot be a part of itself; move what both need into a third".to_owned());
+            return Err(Unusable { hint, ..unusable(message) });
+        }
+        if self.open.len() > MAX_DEPTH {
+            return Err(unusable(format!("graph files stand more than {MAX_DEPTH} deep in one another")));
+        }
+        if let Some(done) = self.done.get(&place) {
+            return done.clone();
+        }
+        let source = read(path).map_err(|error| unusable(error.to_string()))?;
+        self.open.push((place.clone(), path.to_owned()));
+        let document = Arc::new(Document::read(source, registry, Home::of_file(path), self));
+        self.open.pop();
+        let done = if document.has_errors() {
+            let message = format!("`{}` has problems of its own, which must be mended first", path.display());
+            Err(Unusable { message, hint: None, document: Some(document) })
+        } else if document.outputs().is_empty() {
+            let hint = Some("add `outputs: { \"height\": \"node\" }` to it".to_owned());
+            let message = format!("`{}` has no outputs, so nothing could be wired from it", path.display());
+            Err(Unusable { message, hint, document: Some(document) })
+        } else {
+            Ok(document)
+        };
+        self.done.insert(place, done.clone());
+        done
+    }
+}
+
+impl Document {
+    /// Reads a source that is one of several files.
+    pub(super) fn read(source: String, registry: &Registry, home: Home, loader: &mut Loader) -> Self {
+        let (tree, syntax) = syntax::parse(&source);
+        let checked = check(&source, &tree, registry, &home, syntax, loader);
+        Self { registry: registry.clone(), source, home, checked, history: super::History::default() }
+    }
+
+    /// Number of nodes with those of all files that it uses, each use counted.
+    pub(super) fn size(&self) -> usize {
+        self.checked.size
+    }
+}
+
+/// The file that the brackets of a `Subgraph` name.
+pub(super) fn file_of(group: Option<&Group>, source: &str) -> Option<String> {
+    let given = args::args(group?, source);
+    given.into_iter().find(|arg| arg.name == FILE).and_then(|arg| match arg.literal {
+        Literal::Text(file) if !file.is_empty() => Some(file),
+        _ => None,
+    })
+}
+
+/// The declaration of a use of a file.
+pub(super) fn interface(document: &Document) -> &'static Node {
+    let inputs: Vec<Input> = document
+        .inputs()
+        .iter()
+        .map(|input| Input {
+            name: leaked(&input.name),
+            ty: input.ty,
+            fallback: input.fallback,
+            doc: leaked(&input.doc),
+        })
+        .collect();
+    let outputs: Vec<Output> = document
+        .outputs()
+        .iter()
+        .map(|output| {
+            let graph = document.graph();
+            let doc = graph.instance(output.port.node).node.outputs[output.port.output].doc;
+            let ty = match open_input(document, output.port) {
+                Some(input) => OutputType::SameAs(leaked(input)),
+                None => OutputType::Fixed(output.ty),
+            };
+            Output { name: leaked(&output.name), ty, doc }
+        })
+        .collect();
+    let named = document.parameters().iter().map(|parameter| ParamSpec {
+        name: leaked(&parameter.name),
+        doc: leaked(&parameter.doc),
+        unit: parameter.unit,
+        kind: parameter.kind.clone(),
+    });
+    let declared: Vec<ParamSpec> = own_specs().into_iter().chain(named).collect();
+
+    static KNOWN: Mutex<BTreeMap<String, &'static Node>> = Mutex::new(BTreeMap::new());
+    let key = format!("{inputs:?} {outputs:?} {declared:?}");
+    KNOWN.lock().unwrap_or_else(PoisonError::into_inner).entry(key).or_insert_with(|| {
+        Box::leak(Box::new(Node {
+            inputs: inputs.leak(),
+            outputs: outputs.leak(),
+            declared: declared.leak(),
+            ..DECLARATION
+        }))
+    })
+}
+
+/// The named input that gives an output its type, where it takes any numbers and the file wires nothing to it.
+fn open_input(document: &Document, output: Port) -> Option<&str> {
+    let graph = document.graph();
+    let mut port = output;
+    loop {
+        let node = graph.instance(port.node).node;
+        let OutputType::SameAs(input) = node.outputs[port.output].ty else { return None };
+        let mut named = document.inputs().iter().filter(|named| named.ty == PortType::AnyScalar);
+        if let Some(named) = named.find(|named| named.places.iter().any(|p| p.node == port.node && p.name == input)) {
+            return Some(&named.name);
+        }
+        let position = node.inputs.iter().position(|declared| declared.name == input)?;
+        port = graph.source(port.node, position)?;
+    }
+}
+
+/// A text for the rest of the program, one of each.
+fn leaked(text: &str) -> &'static str {
+    static KNOWN: Mutex<std::collections::BTreeSet<&'static str>> = Mutex::new(std::collections::BTreeSet::new());
+    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    known.get(text).copied().unwrap_or_else(|| {
+        let text: &'static str = Box::leak(text.to_owned().into_boxed_str());
+        known.insert(text);
+        text
+    })
+}
