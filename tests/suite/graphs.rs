@@ -25,11 +25,12 @@ fn build(document: &Document, threads: usize) -> Vec<Value> {
     let longest = f64::from(world.cells[0].max(world.cells[1]));
     let cells = world.cells.map(|n| (128.0 * f64::from(n) / longest).round() as u32);
     let window = Window::whole(World { cells, ..world });
-    let requests: Vec<(Port, Window)> = document.outputs().iter().map(|output| (output.port, window)).collect();
+    let expanded = document.expand();
+    let requests: Vec<(Port, Window)> = expanded.outputs.iter().map(|output| (output.port, window)).collect();
     let evaluator = Evaluator::new(EvaluatorOptions { threads: NonZero::new(threads), ..EvaluatorOptions::default() })
         .expect("an evaluator");
     evaluator
-        .evaluate(document.graph(), &folder(), &requests, &Cancel::default(), &|_| {})
+        .evaluate(&expanded.graph, &folder(), &requests, &Cancel::default(), &|_| {})
         .unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -37,7 +38,7 @@ fn build(document: &Document, threads: usize) -> Vec<Value> {
 fn every_graph_is_sound_and_in_canonical_form() {
     for path in files() {
         let source = std::fs::read_to_string(&path).expect("a graph file");
-        let document = Document::parse(source.clone(), &registry());
+        let document = Document::parse_at(source.clone(), &path, &registry());
         let problems: Vec<&str> = document.problems().iter().map(|problem| problem.message.as_str()).collect();
         assert!(problems.is_empty(), "{}: {problems:?}", path.display());
         assert_eq!(document.source(), source, "{}: a load and a save change nothing", path.display());

@@ -84,7 +84,7 @@ impl Builder {
         progress: &dyn Progress,
     ) -> Result<(Vec<Value>, Vec<Timing>), Failure> {
         progress.started(request, self.evaluator.threads());
-        let graph = request.document.graph();
+        let graph = &request.graph;
         let timings = Mutex::new(Vec::new());
         let events = |event: Event| {
             let kind = match &event {
@@ -142,8 +142,8 @@ impl Builder {
         let (values, timings) = self.evaluate(request, &ports, cancel, progress)?;
         progress.writing();
         for (output, value) in request.outputs.iter().zip(&values) {
-            let (graph, window) = (request.document.graph(), request.window());
-            let key = self.evaluator.key(graph, request.folder(), output.port, window).map_err(failure)?;
+            let window = request.window();
+            let key = self.evaluator.key(&request.graph, request.folder(), output.port, window).map_err(failure)?;
             staging.write(output, value, &window.world, &key.to_string(), cancel)?;
             if cancel.is_cancelled() {
                 return Err(Failure::stopped());

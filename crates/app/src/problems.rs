@@ -37,7 +37,7 @@ pub fn load(path: &Path, registry: &Registry) -> Result<Document, Failure> {
 pub fn load_sound(path: &Path, registry: &Registry, warnings: bool) -> Result<Document, Failure> {
     let document = load(path, registry)?;
     if document.has_errors() || warnings && !document.problems().is_empty() {
-        terminal::remark(&report(document.problems(), document.source(), path, Page::stderr()));
+        terminal::remark(&report_all(&document, path, Page::stderr()));
     }
     if document.has_errors() { Err(Failure::silent(Exit::Wrong)) } else { Ok(document) }
 }
@@ -67,9 +67,36 @@ pub fn report(problems: &[Diagnostic], source: &str, path: &Path, page: Page) ->
     out
 }
 
-/// The problems as data, one object each.
+/// The problems of a document, after those that make graph files useless which it uses, each file once.
+#[must_use]
+pub fn report_all(document: &Document, path: &Path, page: Page) -> String {
+    let faulty = faulty(document);
+    let inner = faulty.iter().map(|(path, document)| report(document.problems(), document.source(), path, page));
+    inner.chain([report(document.problems(), document.source(), path, page)]).collect()
+}
+
+/// The graph files with errors that a document uses, innermost first.
+fn faulty(document: &Document) -> Vec<(&Path, &Document)> {
+    let mut found: Vec<(&Path, &Document)> = Vec::new();
+    for used in document.uses() {
+        let Some(inner) = used.document.as_deref().filter(|inner| inner.has_errors()) else { continue };
+        for (path, document) in faulty(inner).into_iter().chain([(used.path.as_path(), inner)]) {
+            if !found.iter().any(|(known, _)| *known == path) {
+                found.push((path, document));
+            }
+        }
+    }
+    found
+}
+
+/// The problems as data, one object each, those of graph files that it uses among them.
 #[must_use]
 pub fn as_json(document: &Document, path: &Path) -> Vec<Value> {
+    let inner = faulty(document);
+    inner.into_iter().chain([(path, document)]).flat_map(|(path, document)| of_file(document, path)).collect()
+}
+
+fn of_file(document: &Document, path: &Path) -> Vec<Value> {
     let one = |problem: &Diagnostic| {
         let (line, column) = problem.line_column(document.source());
         json!({

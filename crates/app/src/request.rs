@@ -7,7 +7,7 @@ use std::{
 };
 
 use clap::ValueEnum;
-use orograph_graph::{Document, OutputDecl, Registry, Window, World, WorldError, closest};
+use orograph_graph::{Document, Edit, Graph, OutputDecl, Registry, Window, World, WorldError, closest};
 
 use crate::{failure::Failure, problems};
 
@@ -20,10 +20,11 @@ pub struct Changes {
     /// The world's seed
     #[arg(long, value_name = "N")]
     pub seed: Option<u32>,
-    /// A parameter or an input of a node, as it would be written in the file; may be given several times
+    /// A parameter of the file or of one of its nodes, as it would be written; may be given several times
     ///
-    /// For example `--set rivers.duration="2 Myr"`, or a wire: `--set scree.talus=strata.repose`.
-    #[arg(long, value_name = "NODE.PARAM=VALUE")]
+    /// For example `--set age="2 Myr"` with a name from the file's `parameters` (`orograph check --describe` lists them),
+    /// `--set rivers.duration="2 Myr"`, or a wire: `--set scree.talus=strata.repose`.
+    #[arg(long, value_name = "NAME|NODE.PARAM=VALUE")]
     pub set: Vec<Setting>,
 }
 
@@ -90,21 +91,42 @@ impl FromStr for Cells {
     }
 }
 
-/// `node.param=value` as typed.
+/// `name=value` or `node.param=value` as typed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Setting {
-    node: String,
-    param: String,
-    value: String,
+    /// A parameter of the file, or of a node.
+    pub place: String,
+    /// Its value.
+    pub value: String,
+}
+
+impl Setting {
+    /// Changes a document. `option` is what the setting was typed at.
+    ///
+    /// # Errors
+    /// When there is no such parameter, or it does not take the value.
+    pub fn apply(&self, document: &mut Document, option: &str) -> Result<(), Failure> {
+        let Self { place, value } = self;
+        let edit = match place.split_once('.') {
+            Some((node, name)) => Edit::SetText { node: node.to_owned(), name: name.to_owned(), text: value.clone() },
+            None => Edit::SetNamed { name: place.clone(), text: value.clone() },
+        };
+        document.apply(&edit).map_err(|error| Failure::wrong(format!("`{option} {place}={value}`: {error}")))
+    }
 }
 
 impl FromStr for Setting {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (place, value) = text.split_once('=').ok_or("there is no `=`; write `node.param=value`")?;
-        let (node, param) = place.split_once('.').ok_or("there is no `.`; write `node.param=value`")?;
-        Ok(Self { node: node.trim().to_owned(), param: param.trim().to_owned(), value: value.trim().to_owned() })
+        let (place, value) = text.split_once('=').ok_or("there is no `=`; write `name=value` or `node.param=value`")?;
+        let part = |text: &str| (!text.trim().is_empty()).then(|| text.trim().to_owned());
+        let place = match place.split_once('.') {
+            Some((node, name)) => part(node).zip(part(name)).map(|(node, name)| format!("{node}.{name}")),
+            None => part(place),
+        };
+        let place = place.ok_or("no parameter is named; write `name=value` or `node.param=value`")?;
+        Ok(Self { place, value: value.trim().to_owned() })
     }
 }
 
@@ -115,9 +137,11 @@ pub struct Request {
     pub path: PathBuf,
     /// Its text and graph, with the changes of the command line.
     pub document: Document,
+    /// The graph that is built: the document's, with the nodes of the files that it uses.
+    pub graph: Graph,
     /// The world that is built.
     pub world: World,
-    /// The outputs that are built.
+    /// The outputs that are built, in that graph.
     pub outputs: Vec<OutputDecl>,
 }
 
@@ -128,19 +152,22 @@ impl Request {
     /// When the file cannot be read or has errors, which are shown then, or the command line asks for what does not
     /// exist.
     pub fn new(path: &Path, changes: &Changes, registry: &Registry, warnings: bool) -> Result<Self, Failure> {
-        let mut document = problems::load_sound(path, registry, warnings)?;
-        for Setting { node, param, value } in &changes.set {
-            document
-                .set_from_text(node, param, value)
-                .map_err(|error| Failure::wrong(format!("`--set {node}.{param}={value}`: {error}")))?;
-        }
+        Self::of(problems::load_sound(path, registry, warnings)?, path, changes)
+    }
+
+    /// Makes the changes to a document that was read from a file.
+    ///
+    /// # Errors
+    /// When the command line asks for what does not exist.
+    pub fn of(mut document: Document, path: &Path, changes: &Changes) -> Result<Self, Failure> {
+        changes.set.iter().try_for_each(|setting| setting.apply(&mut document, "--set"))?;
         let mut world = document.world();
         world.seed = changes.seed.unwrap_or(world.seed);
         if let Some(cells) = changes.cells {
             world = with_cells(world, cells)?;
         }
-        let outputs = document.outputs().to_vec();
-        Ok(Self { path: path.to_owned(), document, world, outputs })
+        let expanded = document.expand();
+        Ok(Self { path: path.to_owned(), document, graph: expanded.graph, world, outputs: expanded.outputs })
     }
 
     /// Keeps only the outputs of these names; all of them when there are none.
@@ -166,7 +193,7 @@ impl Request {
     /// Folder that the graph's files are relative to.
     #[must_use]
     pub fn folder(&self) -> &Path {
-        self.path.parent().unwrap_or(Path::new(""))
+        self.document.folder()
     }
 
     /// The whole world.
@@ -234,10 +261,10 @@ mod tests {
         assert_eq!("512x256".parse(), Ok(Cells::Both([512, 256])));
         assert!("many".parse::<Cells>().is_err() && "-5".parse::<Cells>().is_err());
         let setting: Setting = "rivers.duration = 2 Myr".parse().expect("is one");
-        assert_eq!(
-            (setting.node.as_str(), setting.param.as_str(), setting.value.as_str()),
-            ("rivers", "duration", "2 Myr")
-        );
-        assert!("rivers=2".parse::<Setting>().is_err() && "rivers.duration".parse::<Setting>().is_err());
+        assert_eq!((setting.place.as_str(), setting.value.as_str()), ("rivers.duration", "2 Myr"));
+        assert_eq!("age = 2 Myr".parse::<Setting>().map(|setting| setting.place), Ok("age".into()));
+        for text in ["rivers.duration", "=2", ".duration=2", "rivers.=2"] {
+            assert!(text.parse::<Setting>().is_err(), "{text}");
+        }
     }
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::{
+    cli::nodes,
     failure::{Exit, Failure},
     problems,
     terminal::{self, Page, counted},
@@ -16,7 +17,10 @@ pub struct Args {
     /// Graph files
     #[arg(required = true, value_name = "GRAPH.ron")]
     files: Vec<PathBuf>,
-    /// Print the problems as JSON, one per line
+    /// Print what a file without errors declares: what it is, its world, inputs, outputs and parameters
+    #[arg(long)]
+    describe: bool,
+    /// Print the problems as JSON, one per line; with `--describe` also what each file declares
     #[arg(long)]
     json: bool,
 }
@@ -40,10 +44,12 @@ impl Args {
             if self.json {
                 let lines: String = problems::as_json(&document, file).iter().map(|line| format!("{line}\n")).collect();
                 terminal::print(&lines)?;
-                continue;
+            } else {
+                terminal::remark(&problems::report_all(&document, file, Page::stderr()));
             }
-            terminal::remark(&problems::report(document.problems(), document.source(), file, Page::stderr()));
-            if !document.has_errors() {
+            if self.describe && !document.has_errors() {
+                terminal::print(&nodes::describe(&document, file, self.json)?)?;
+            } else if !self.json && !document.has_errors() {
                 let page = Page::stdout();
                 let nodes = counted(document.nodes().len(), "node");
                 let outputs = counted(document.outputs().len(), "output");

@@ -58,7 +58,7 @@ impl Args {
             return Ok(false);
         }
         if !self.check {
-            Document::parse(canonical, &registry).save(file).map_err(|error| {
+            Document::parse_at(canonical, file, &registry).save(file).map_err(|error| {
                 Failure::unable(format!("cannot write `{}`: {}", file.display(), reason(&error)))
                     .hint("the file is as it was")
             })?;

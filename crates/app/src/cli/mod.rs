@@ -1,5 +1,6 @@
 //! The command line: one file per command.
 
+mod asked;
 mod check;
 mod diff;
 mod fmt;

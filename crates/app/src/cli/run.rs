@@ -1,17 +1,16 @@
 //! `orograph run`: builds every output of a graph file.
 
-use std::path::PathBuf;
-
 use orograph_graph::{Document, Origin, Unit, bytes, plain};
 
 use crate::{
     build::{Builder, Built, Timing},
+    cli::asked::Asked,
     failure::Failure,
     machine,
-    outputs::{Form, Written},
+    outputs::Written,
     problems,
     progress::{self, JsonLines, Progress, Quiet, seconds},
-    request::{Changes, Means, Request},
+    request::Request,
     stop,
     terminal::{self, Align, Page, Table, counted},
 };
@@ -26,21 +25,8 @@ use crate::{
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = progress::JSON_HELP)]
 pub struct Args {
-    /// Graph file
-    #[arg(value_name = "GRAPH.ron")]
-    file: PathBuf,
-    /// Folder for the files; made if it does not exist
-    #[arg(short, long, value_name = "DIR", default_value = "out")]
-    out: PathBuf,
-    /// Build only this output; may be given several times
-    #[arg(long, value_name = "NAME")]
-    only: Vec<String>,
     #[command(flatten)]
-    changes: Changes,
-    #[command(flatten)]
-    form: Form,
-    #[command(flatten)]
-    means: Means,
+    asked: Asked,
     /// Print progress and results as lines of JSON
     #[arg(long)]
     json: bool,
@@ -59,16 +45,16 @@ impl Args {
             (_, true) => Box::new(Quiet),
             _ => progress::for_people(),
         };
-        let request = self.request().inspect_err(|failure| {
+        let request = self.asked.request(!self.quiet).inspect_err(|failure| {
             if self.json {
                 let problems = if failure.message.is_empty() { self.problems() } else { Vec::new() };
                 JsonLines::refused(failure, &problems);
             }
         })?;
         // Nothing is asked for twice in one run, so nothing is remembered in memory.
-        let begin = || Ok((Builder::new(&self.means, 0)?, stop::on_interrupt()?));
+        let begin = || Ok((Builder::new(&self.asked.means, 0)?, stop::on_interrupt()?));
         let (builder, cancel) = begin().inspect_err(|failure| progress.failed(failure))?;
-        let built = builder.build(&request, &self.out, &self.form, &cancel, &*progress)?;
+        let built = builder.build(&request, &self.asked.out, &self.asked.form, &cancel, &*progress)?;
         if self.timings {
             let text = timings(&built, if self.json { Page::stderr() } else { Page::stdout() });
             if self.json { terminal::remark(&text) } else { terminal::print(&text)? }
@@ -76,24 +62,10 @@ impl Args {
         if self.json || self.quiet { Ok(()) } else { terminal::print(&summary(&request, &built, Page::stdout())) }
     }
 
-    fn request(&self) -> Result<Request, Failure> {
-        self.means.backend.check()?;
-        let request = Request::new(&self.file, &self.changes, &orograph_nodes::registry(), !self.quiet)?;
-        let request = request.only(&self.only)?;
-        if request.outputs.is_empty() {
-            return Err(Failure::wrong(format!(
-                "`{}` has no outputs, so there is nothing to build",
-                self.file.display()
-            ))
-            .hint("name one, such as `outputs: { \"height\": \"NODE\" }`"));
-        }
-        Ok(request)
-    }
-
     /// The problems of the file, which people have been shown already.
     fn problems(&self) -> Vec<serde_json::Value> {
-        let document = Document::load(&self.file, &orograph_nodes::registry());
-        document.map_or_else(|_| Vec::new(), |document| problems::as_json(&document, &self.file))
+        let document = Document::load(&self.asked.file, &orograph_nodes::registry());
+        document.map_or_else(|_| Vec::new(), |document| problems::as_json(&document, &self.asked.file))
     }
 }
 

@@ -14,17 +14,14 @@ use notify_debouncer_full::{
         event::{AccessKind, AccessMode},
     },
 };
-use orograph_graph::{Cancel, ParamValue};
+use orograph_graph::{Cancel, Document};
 use orograph_nodes::raster;
 
 use crate::{
     build::Builder,
-    cli::run::summary,
+    cli::{asked::Asked, run::summary},
     failure::{Exit, Failure, reason},
-    outputs::Form,
-    progress,
-    request::{Changes, Means, Request},
-    stop,
+    progress, stop,
     terminal::{self, Page},
 };
 
@@ -43,46 +40,30 @@ const LOOK: Duration = Duration::from_millis(100);
 /// shown, and watching goes on; the files of the last build that succeeded stay. Ctrl-C ends it.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Graph file
-    #[arg(value_name = "GRAPH.ron")]
-    file: PathBuf,
-    /// Folder for the files; made if it does not exist
-    #[arg(short, long, value_name = "DIR", default_value = "out")]
-    out: PathBuf,
-    /// Build only this output; may be given several times
-    #[arg(long, value_name = "NAME")]
-    only: Vec<String>,
     #[command(flatten)]
-    changes: Changes,
-    #[command(flatten)]
-    form: Form,
-    #[command(flatten)]
-    means: Means,
+    asked: Asked,
 }
 
 impl Args {
     pub(super) fn run(self) -> Result<(), Failure> {
-        if !self.file.is_file() {
-            return Err(Failure::wrong(format!("there is no file `{}` to watch", self.file.display())));
+        if !self.asked.file.is_file() {
+            return Err(Failure::wrong(format!("there is no file `{}` to watch", self.asked.file.display())));
         }
-        let builder = Builder::new(&self.means, REMEMBERED)?;
+        let builder = Builder::new(&self.asked.means, REMEMBERED)?;
         let cancel = stop::on_interrupt()?;
         let mut watch = Watch::new()?;
-        watch.add(&self.file)?;
+        watch.add(&self.asked.file)?;
         loop {
-            let (built, overtaken) = self.build_watching(&builder, &watch, &cancel)?;
+            let (read, overtaken) = self.build_watching(&builder, &watch, &cancel)?;
             if cancel.is_cancelled() {
                 return Ok(());
             }
-            match built {
-                Ok(read) => read.iter().try_for_each(|file| watch.add(file))?,
-                Err(failure) => terminal::complain(&failure),
-            }
+            read.iter().try_for_each(|file| watch.add(file))?;
             let page = Page::stdout();
             let changed = match overtaken {
                 Some(changed) => changed,
                 None => {
-                    terminal::print(&page.dim(&format!("watching {}\n", self.file.display())))?;
+                    terminal::print(&page.dim(&format!("watching {}\n", self.asked.file.display())))?;
                     let Some(changed) = watch.next(&cancel)? else { return Ok(()) };
                     changed
                 }
@@ -107,37 +88,38 @@ impl Args {
                     changed = Some(name);
                 }
             }
-            let fault = |_| Err(Failure::unable("the build ended with an internal fault"));
-            Ok((worker.join().unwrap_or_else(fault), changed))
+            let read = worker.join().unwrap_or_else(|_| {
+                terminal::complain(&Failure::unable("the build ended with an internal fault"));
+                Vec::new()
+            });
+            Ok((read, changed))
         })
     }
 
     /// Builds once; returns the files that the graph reads, whose changes matter from then on.
-    fn build(&self, builder: &Builder, stop: &Cancel) -> Result<Vec<PathBuf>, Failure> {
-        let request = Request::new(&self.file, &self.changes, &orograph_nodes::registry(), true)?.only(&self.only)?;
-        let read = files_read(&request);
-        match builder.build(&request, &self.out, &self.form, stop, &*progress::for_people()) {
-            Ok(built) => terminal::print(&summary(&request, &built, Page::stdout()))?,
-            // The files are watched also when one of them is what is wrong.
+    fn build(&self, builder: &Builder, stop: &Cancel) -> Vec<PathBuf> {
+        let asked = &self.asked;
+        let read = Document::load(&asked.file, &orograph_nodes::registry()).map(|document| files_read(&document));
+        let built = asked.request(true).and_then(|request| {
+            let built = builder.build(&request, &asked.out, &asked.form, stop, &*progress::for_people())?;
+            terminal::print(&summary(&request, &built, Page::stdout()))
+        });
+        match built {
+            // A build that a save has overtaken says nothing.
             Err(failure) if failure.exit != Exit::Stopped => terminal::complain(&failure),
-            Err(_) => {}
+            _ => {}
         }
-        Ok(read)
+        read.unwrap_or_default()
     }
 }
 
-/// What came of a build, and the file that changed before it was done.
-type Overtaken = (Result<Vec<PathBuf>, Failure>, Option<String>);
+/// The files that a build read, and the file that changed before it was done.
+type Overtaken = (Vec<PathBuf>, Option<String>);
 
-/// The files that nodes of the graph name, with what may lie beside them.
-fn files_read(request: &Request) -> Vec<PathBuf> {
-    let graph = request.document.graph();
-    let values = graph.indices().flat_map(|node| graph.instance(node).params.iter().map(|(_, value)| value));
-    let named = values.filter_map(|value| match value {
-        ParamValue::File(name) if !name.is_empty() => Some(request.folder().join(name)),
-        _ => None,
-    });
-    named.flat_map(|file| [raster::sidecar_path(&file), file]).collect()
+/// The files that the graph reads, with what may lie beside them. Also those of a graph with problems: they may be what is
+/// wrong.
+fn files_read(document: &Document) -> Vec<PathBuf> {
+    document.files().into_iter().flat_map(|file| [raster::sidecar_path(&file), file]).collect()
 }
 
 /// Folders that are watched, and the files in them that matter.

@@ -54,7 +54,7 @@ impl Bars {
 
 impl Progress for Bars {
     fn started(&self, request: &Request, _: usize) {
-        let names = request.document.graph().indices().map(|node| request.document.graph().instance(node).name.len());
+        let names = request.graph.indices().map(|node| request.graph.instance(node).name.len());
         self.state().column = names.max().unwrap_or(0).min(24);
     }
 

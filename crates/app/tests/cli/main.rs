@@ -3,6 +3,7 @@
 mod bad_input;
 mod files;
 mod manual;
+mod reuse;
 mod run;
 #[cfg(unix)]
 mod signals;

@@ -2,7 +2,7 @@
 //!
 //! A node of a file is named by the use and its own name, `hills/base`. What the use says is written into the nodes: a
 //! parameter at every place that it drives, a wire or a number at every input that it feeds, file names relative to the
-//! outermost file. So inner nodes have keys of their own, and equal ones of several uses share their results.
+//! outermost file. So inner nodes have keys of their own; a node that is equal in several uses is there once.
 
 use std::{
     collections::{BTreeMap, HashMap},
@@ -57,7 +57,7 @@ impl Document {
     #[must_use]
     pub fn expand(&self) -> Expanded {
         let mut graph = Graph::default();
-        let ports = place(self, &Use::default(), &mut graph);
+        let ports = place(self, &Use::default(), &mut graph, &mut HashMap::new());
         let outputs = self.outputs().iter().filter_map(|output| {
             let port = *ports.get(&output.port)?;
             Some(OutputDecl { port, ty: graph.output_type(port), ..output.clone() })
@@ -67,8 +67,11 @@ impl Document {
     }
 }
 
+/// Nodes of files by what they compute.
+type Known = HashMap<String, NodeIndex>;
+
 /// Adds the nodes of a document to a graph; gives where its outputs are.
-fn place(document: &Document, given: &Use, to: &mut Graph) -> HashMap<Port, Port> {
+fn place(document: &Document, given: &Use, to: &mut Graph, known: &mut Known) -> HashMap<Port, Port> {
     let graph = document.graph();
     let mut ports = HashMap::new();
     for index in graph.topological() {
@@ -123,7 +126,7 @@ fn place(document: &Document, given: &Use, to: &mut Graph) -> HashMap<Port, Port
                     inside.wires.extend(places().map(|place| (place, *port)));
                 }
             }
-            let inner_ports = place(inner, &inside, to);
+            let inner_ports = place(inner, &inside, to, known);
             for (output, declared) in inner.outputs().iter().enumerate() {
                 if let Some(port) = inner_ports.get(&declared.port) {
                     ports.insert(Port { node: index, output }, *port);
@@ -131,11 +134,20 @@ fn place(document: &Document, given: &Use, to: &mut Graph) -> HashMap<Port, Port
             }
             continue;
         }
-        // Names of a file are unique, and a use's name stands before those of its nodes.
-        let Ok(new) = to.add(instance) else { continue };
-        for (position, port) in wires {
-            to.add_wire(port, new, position);
-        }
+        let what = format!("{} {:?} {:?} {wires:?}", node.id, instance.params, instance.constants);
+        let equal = known.get(&what).copied().filter(|_| !given.prefix.is_empty());
+        let new = match equal {
+            Some(equal) => equal,
+            None => {
+                // Names of a file are unique, and a use's name stands before those of its nodes.
+                let Ok(new) = to.add(instance) else { continue };
+                for (position, port) in wires {
+                    to.add_wire(port, new, position);
+                }
+                known.insert(what, new);
+                new
+            }
+        };
         ports.extend((0..node.outputs.len()).map(|output| (Port { node: index, output }, Port { node: new, output })));
     }
     ports

@@ -503,12 +503,7 @@ fn narrowed(name: &str, kind: &Kind, unit: Unit, literal: &Literal) -> Result<Ki
         ));
     }
     if default < lo || default > hi {
-        return wrong(format!(
-            "the range of `{name}`, {} to {}, leaves out its default {}",
-            show(lo),
-            show(hi),
-            show(default)
-        ));
+        return wrong(format!("`{name}` is {}, but its range is {} to {}", show(default), show(lo), show(hi)));
     }
     Ok(match kind {
         Kind::Int { default, .. } => {

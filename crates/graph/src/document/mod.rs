@@ -38,13 +38,19 @@ pub use file::LoadError;
 pub use format::format_source;
 pub use subgraph::{SUBGRAPH, UsedGraph};
 
-use std::{path::Path, sync::Arc};
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use petgraph::stable_graph::NodeIndex;
 
 use crate::{
     diagnostic::{Diagnostic, Severity},
     graph::Graph,
+    node::Node,
+    param::ParamValue,
     registry::Registry,
     world::World,
 };
@@ -170,6 +176,35 @@ impl Document {
     #[must_use]
     pub fn folder(&self) -> &Path {
         &self.home.folder
+    }
+
+    /// What the file is for others, as the declaration of a node: with its named inputs and parameters after those that
+    /// every [`SUBGRAPH`] has, and its outputs.
+    #[must_use]
+    pub fn declaration(&self) -> &'static Node {
+        subgraph::interface(self)
+    }
+
+    /// Every file that it reads, also through the graph files that it uses, whether it exists or not.
+    #[must_use]
+    pub fn files(&self) -> BTreeSet<PathBuf> {
+        let mut files = BTreeSet::new();
+        for used in self.uses() {
+            files.insert(used.path.clone());
+            files.extend(used.document.iter().flat_map(|document| document.files()));
+        }
+        for index in self.graph().indices() {
+            let instance = self.graph().instance(index);
+            for (name, value) in instance.params.iter() {
+                if let ParamValue::File(file) = value
+                    && !file.is_empty()
+                    && !(instance.node.is_subgraph() && name == subgraph::FILE)
+                {
+                    files.insert(self.folder().join(file));
+                }
+            }
+        }
+        files
     }
 
     /// What the file says of itself: the comments before its opening bracket, without their marks.

@@ -6,6 +6,7 @@ use crate::{CurvePoints, FileName, Input, Migration, Node, Output, PathPoints, P
 mod edits;
 mod form;
 mod fuzz;
+mod reuse;
 
 #[expect(dead_code, reason = "only the declarations are looked at")]
 mod nodes {

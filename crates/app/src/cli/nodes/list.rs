@@ -9,7 +9,7 @@ use crate::terminal::{Align, Page, Table, counted};
 /// Nodes of one category after another, in palette order.
 fn categories(registry: &Registry) -> Vec<(&'static str, Vec<&'static Node>)> {
     let mut groups: Vec<(&str, Vec<&Node>)> = Vec::new();
-    for node in registry.nodes() {
+    for node in registry.listed() {
         match groups.iter_mut().find(|(category, _)| *category == node.category) {
             Some((_, nodes)) => nodes.push(node),
             None => groups.push((node.category, vec![node])),
@@ -28,7 +28,7 @@ pub fn table(registry: &Registry, page: Page) -> String {
         }
     }
     let mut out = table.render(page, 0);
-    let count = counted(registry.nodes().len(), "node");
+    let count = counted(registry.listed().count(), "node");
     // Writing to a string cannot fail.
     let _ = writeln!(out, "\n{}", page.dim(&format!("{count}; `orograph nodes NODE` prints the page of one")));
     out

@@ -5,14 +5,16 @@ mod markdown;
 mod page;
 mod text;
 
+use std::path::Path;
+
 use clap::ValueEnum;
-use orograph_graph::{Node, Registry};
+use orograph_graph::{Document, Node, Registry, Unit, World};
 
 use crate::{
     failure::Failure,
     terminal::{self, Page},
 };
-use page::NodePage;
+use page::{GraphPage, NodePage};
 
 /// The manual of the nodes: all of them, or the page of one
 #[derive(Debug, clap::Args)]
@@ -55,7 +57,7 @@ impl Args {
             None => match self.format {
                 Format::Table => list::table(&registry, Page::stdout()),
                 Format::Md => list::markdown(&registry),
-                Format::Json => json(&registry.nodes().iter().map(|node| NodePage::of(node)).collect::<Vec<_>>())?,
+                Format::Json => json(&registry.listed().map(NodePage::of).collect::<Vec<_>>())?,
             },
         };
         terminal::print(&text)
@@ -65,9 +67,24 @@ impl Args {
 /// The whole manual in Markdown, as names of files and their texts: the list, `README.md`, and a page for each node.
 #[must_use]
 pub fn manual(registry: &Registry) -> Vec<(String, String)> {
-    let page = |node: &&'static Node| (format!("{}.md", node.id), markdown::render(&NodePage::of(node)));
+    let page = |node: &'static Node| (format!("{}.md", node.id), markdown::render(&NodePage::of(node)));
     let list = ("README.md".to_owned(), list::markdown(registry));
-    std::iter::once(list).chain(registry.nodes().iter().map(page)).collect()
+    std::iter::once(list).chain(registry.listed().map(page)).collect()
+}
+
+/// What a graph file without errors declares: a page of text, or JSON on one line.
+pub(super) fn describe(document: &Document, file: &Path, as_json: bool) -> Result<String, Failure> {
+    let graph = GraphPage::of(document, file);
+    if as_json {
+        let line = serde_json::to_string(&graph);
+        return line
+            .map(|line| line + "\n")
+            .map_err(|error| Failure::unable(format!("cannot write it as JSON: {error}")));
+    }
+    let World { cells: [nx, ny], seed, size, .. } = document.world();
+    let [width, height] = size.map(|metres| Unit::Metres.display(metres));
+    let world = format!("{width} x {height} in {nx} x {ny} cells, seed {seed}");
+    Ok(text::describe(&graph, &world, Page::stdout()))
 }
 
 fn json(value: &impl serde::Serialize) -> Result<String, Failure> {
@@ -78,7 +95,7 @@ fn json(value: &impl serde::Serialize) -> Result<String, Failure> {
 
 /// The node of that id, also when its letters are in another case.
 fn find(registry: &Registry, id: &str) -> Result<&'static Node, Failure> {
-    let same = || registry.nodes().iter().find(|node| node.id.eq_ignore_ascii_case(id)).copied();
+    let same = || registry.listed().find(|node| node.id.eq_ignore_ascii_case(id));
     registry.get(id).or_else(same).ok_or_else(|| {
         let failure = Failure::wrong(format!("there is no node `{id}`"));
         match registry.suggest(id) {
@@ -95,7 +112,7 @@ mod tests {
     #[test]
     fn every_node_has_a_page_in_every_form() {
         let page = Page { width: 130, colour: false, terminal: false };
-        for node in orograph_nodes::registry().nodes() {
+        for node in orograph_nodes::registry().listed() {
             let entry = NodePage::of(node);
             let (text, md) = (text::render(&entry, page), markdown::render(&entry));
             for spec in node.specs() {

@@ -1,8 +1,10 @@
 //! What a page of the manual says, as data: serialised it is the page in JSON.
 
+use std::path::Path;
+
 use orograph_graph::{
-    Exactness, Fallback, Input, Kind, Node, OutputType, ParamSpec, ParamValue, ParamValues, PortType, Reach,
-    Resolution, Unit, World,
+    Document, Exactness, Fallback, Input, Kind, Node, OutputType, ParamSpec, ParamValue, ParamValues, PortType, Reach,
+    Resolution, SUBGRAPH, Unit, World,
 };
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -94,7 +96,10 @@ impl NodePage {
                     Entry { ty, unit, ..Entry::blank(output.name, output.doc) }
                 })
                 .collect(),
-            reach: reach(node.reach, &params),
+            reach: match node.is_subgraph() {
+                true => "what the nodes of the file read".to_owned(),
+                false => reach(node.reach, &params),
+            },
             exactness: match node.exactness {
                 Exactness::Exact => "the same bits on every machine and with any number of threads".to_owned(),
                 Exactness::Within { tolerance, why } => format!("equal everywhere within {tolerance:e}: {why}"),
@@ -107,6 +112,42 @@ impl NodePage {
             },
             sources: node.sources,
             example: format!("\"{}\": {}({})", node.id.to_lowercase(), node.id, node.example),
+        }
+    }
+}
+
+/// What a graph file declares.
+#[derive(Debug, Serialize)]
+pub struct GraphPage {
+    pub file: String,
+    /// What the file says of itself.
+    pub about: String,
+    pub size_m: [f64; 2],
+    pub cells: [u32; 2],
+    pub seed: u32,
+    pub inputs: Vec<Entry>,
+    pub parameters: Vec<Entry>,
+    pub outputs: Vec<Entry>,
+    /// The files that it reads.
+    pub uses: Vec<String>,
+}
+
+impl GraphPage {
+    /// The page of a document without errors.
+    pub fn of(document: &Document, file: &Path) -> Self {
+        let NodePage { inputs, mut parameters, outputs, .. } = NodePage::of(document.declaration());
+        parameters.drain(..SUBGRAPH.specs().len());
+        let World { size, cells, seed, .. } = document.world();
+        Self {
+            file: file.display().to_string(),
+            about: document.about(),
+            size_m: size,
+            cells,
+            seed,
+            inputs,
+            parameters,
+            outputs,
+            uses: document.files().iter().map(|file| file.display().to_string()).collect(),
         }
     }
 }

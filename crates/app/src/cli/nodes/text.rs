@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use console::measure_text_width;
 
-use super::page::{Entry, NodePage};
+use super::page::{Entry, GraphPage, NodePage};
 use crate::terminal::Page;
 
 /// The page as text.
@@ -36,6 +36,24 @@ pub fn render(node: &NodePage, page: Page) -> String {
         heading(&mut out, page, "Sources");
         for source in node.sources {
             out.push_str(&page.paragraphs(&format!("- {source}"), 2));
+        }
+    }
+    out
+}
+
+/// What a graph file is: its page as text. `world` is its world in words.
+pub fn describe(graph: &GraphPage, world: &str, page: Page) -> String {
+    let mut out = page.bold(&graph.file) + "\n";
+    out.push_str(&page.paragraphs(&graph.about, 0));
+    // Writing to a string cannot fail.
+    let _ = writeln!(out, "\n{}", labelled(page, "world", world));
+    section(&mut out, page, ("Inputs", "what a graph that uses this file may wire"), &graph.inputs);
+    section(&mut out, page, ("Parameters", "set with --set NAME=VALUE"), &graph.parameters);
+    section(&mut out, page, ("Outputs", ""), &graph.outputs);
+    if !graph.uses.is_empty() {
+        heading(&mut out, page, "Files");
+        for file in &graph.uses {
+            let _ = writeln!(out, "  {}", page.name(file));
         }
     }
     out
