@@ -15,7 +15,7 @@ fn files() -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();
     files.retain(|path| path.extension().is_some_and(|extension| extension == "ron"));
     files.sort();
-    assert!(files.len() >= 4, "hello, ridges, carve_dem and alps at least");
+    assert!(files.len() >= 5, "hello, ridges, alps, carve_dem and rivers_dem at least");
     files
 }
 

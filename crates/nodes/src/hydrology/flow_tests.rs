@@ -119,19 +119,28 @@ fn real_land_drains_as_others_say() {
 
 #[test]
 fn spreading_water_drains_real_land_as_others_say() {
-    let read = |name: &str| -> Vec<f32> {
-        let bytes = std::fs::read(format!("{}/../../tests/data/{name}", env!("CARGO_MANIFEST_DIR"))).expect(name);
+    let path = |name: &str| format!("{}/../../tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
+    let numbers = |name: &str| -> Vec<f32> {
+        let bytes = std::fs::read(path(name)).expect(name);
         bytes.chunks_exact(4).map(|bytes| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])).collect()
     };
+    let raster = |name: &str| crate::raster::read(path(name).as_ref()).expect(name).samples;
     let world = with_boundary(testing::world(256, 256, 1.0), Boundary::all(Edge::Base));
-    let height = Field::new(Window::whole(world), read("bigtujunga_drained_256.f32"));
-    let expected = read("bigtujunga_drained_256_spread.f32");
-    let (d_infinity, mfd) = expected.split_at(expected.len() / 2);
-    for (changes, expected) in [("routing=d_infinity", d_infinity), ("routing=mfd,exponent=1.1", mfd)] {
-        let area = flow(&height, changes).area;
-        for (found, expected) in area.iter().step_by(7).zip(expected) {
-            // 1e-5: shares and the result are in f32.
-            assert!((found - expected).abs() <= 1e-5 * expected, "{changes}: {found}, not {expected}");
+    for (heights, expected, every) in [
+        (numbers("bigtujunga_drained_256.f32"), "bigtujunga_drained_256_spread.f32", 7),
+        (raster("glencoe_drained_256.tif"), "glencoe_drained_256_spread.f32", 37),
+        (raster("mandakini_drained_256.tif"), "mandakini_drained_256_spread.f32", 37),
+    ] {
+        let height = Field::new(Window::whole(world), heights);
+        let samples = numbers(expected);
+        let (d_infinity, mfd) = samples.split_at(samples.len() / 2);
+        for (changes, samples) in [("routing=d_infinity", d_infinity), ("routing=mfd,exponent=1.1", mfd)] {
+            let area = flow(&height, changes).area;
+            assert_eq!(area.len().div_ceil(every), samples.len());
+            for (found, sample) in area.iter().step_by(every).zip(samples) {
+                // 1e-5: shares and the result are in f32.
+                assert!((found - sample).abs() <= 1e-5 * sample, "{expected}, {changes}: {found}, not {sample}");
+            }
         }
     }
 }

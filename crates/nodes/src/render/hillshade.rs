@@ -3,7 +3,7 @@
 use orograph_graph::ParamValues;
 use rayon::prelude::*;
 
-use super::tints::Tints;
+use super::tints::{self, Tints};
 use crate::{
     gradient::{Method, Surface},
     math,
@@ -58,6 +58,8 @@ pub static NODE: Node = Node {
           `colour` is the tint of the elevation under that light: sunlit slopes a little warm, shaded ones cool. Land \
           runs from green at `low` to white at `high` in steps that look equal; water deepens as far below 0 m as \
           `high` is above `low`.\n\n\
+          `wet` draws water over the land, such as the `cover` of `Rivers` or a mask of lakes: where it is 1 the \
+          colour is that of open water on level ground, and in between the two are mixed.\n\n\
           Raise `exaggeration` for gentle land, where 45° of sun leave no contrast.",
     sources: &[
         "B. K. P. Horn, 1981, Hill shading and the reflectance map, Proceedings of the IEEE 69(1), 14-47",
@@ -65,7 +67,10 @@ pub static NODE: Node = Node {
          Open-File Report 92-422",
         "E. Imhof, 1965, Kartographische Geländedarstellung, de Gruyter",
     ],
-    inputs: &[Input::needs("height", PortType::Height, "The land.")],
+    inputs: &[
+        Input::needs("height", PortType::Height, "The land."),
+        Input::takes("wet", PortType::Mask, "How much of each cell is drawn as water."),
+    ],
     outputs: &[
         Output::gives("shade", PortType::Mask, "Reflected light, 0 in the dark to 1 facing the sun."),
         Output::gives("colour", PortType::Colour, "Elevation tints under that light, linear RGB."),
@@ -110,7 +115,7 @@ impl Params {
 /// Shaded relief of a height field: `shade`, one plane, and `colour`, three planes of linear RGB.
 #[must_use]
 pub fn relief(height: &Field, params: &Params) -> [Field; 2] {
-    match paint(height, params, || Ok::<_, std::convert::Infallible>(())) {
+    match paint(height, None, params, || Ok::<_, std::convert::Infallible>(())) {
         Ok(fields) => fields,
         Err(never) => match never {},
     }
@@ -124,17 +129,23 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             "exchange the two",
         ));
     }
-    let [shade, colour] = paint(job.field("height")?, &params, || job.check())?;
+    let [shade, colour] = paint(job.field("height")?, job.optional("wet"), &params, || job.check())?;
     Ok(Outputs::one("shade", shade).with("colour", colour))
 }
 
 /// Paints all rows, asking `check` before each whether to go on.
-fn paint<E: Send>(height: &Field, params: &Params, check: impl Fn() -> Result<(), E> + Sync) -> Result<[Field; 2], E> {
+fn paint<E: Send>(
+    height: &Field,
+    wet: Option<&Field>,
+    params: &Params,
+    check: impl Fn() -> Result<(), E> + Sync,
+) -> Result<[Field; 2], E> {
     let window = *height.window();
     let nx = window.nx();
     let surface = Surface::new(height, Method::Horn);
     let sun = Sun::new(params);
-    let tints = params.tints.then(|| Tints::new(params.low, params.high, params.water));
+    let land = params.tints.then(|| Tints::new(params.low, params.high, params.water));
+    let water = sun.lit(tints::open_water(), sun.sin_altitude);
     let mut shade = vec![0.0; window.len()];
     let mut colour = vec![0.0; 3 * window.len()];
     let (red, rest) = colour.split_at_mut(window.len());
@@ -146,10 +157,16 @@ fn paint<E: Send>(height: &Field, params: &Params, check: impl Fn() -> Result<()
         .try_for_each(|(j, ((shade, red, green, blue), heights))| {
             check()?;
             surface.row(j, |start, east, south| sun.shade(east, south, &mut shade[start..start + east.len()]));
-            let rgb = red.iter_mut().zip(green).zip(blue);
+            let rgb = red.iter_mut().zip(green.iter_mut()).zip(blue.iter_mut());
             for (((&shade, &height), ((red, green), blue)), _) in shade.iter().zip(heights).zip(rgb).zip(0..nx) {
-                let tint = tints.as_ref().map_or([1.0; 3], |tints| tints.of(height));
+                let tint = land.as_ref().map_or([1.0; 3], |tints| tints.of(height));
                 [*red, *green, *blue] = sun.lit(tint, shade);
+            }
+            if let Some(wet) = wet {
+                let wet = &wet.plane(0)[j * nx..(j + 1) * nx];
+                for (plane, water) in [red, green, blue].into_iter().zip(water) {
+                    plane.iter_mut().zip(wet).for_each(|(v, wet)| *v += (water - *v) * wet.clamp(0.0, 1.0));
+                }
             }
             Ok(())
         })?;
@@ -273,6 +290,24 @@ mod tests {
         };
         assert_eq!(contrast("single"), 0.0);
         assert!(contrast("oblique") > 0.02, "{}", contrast("oblique"));
+    }
+
+    #[test]
+    fn wet_cells_are_drawn_as_level_water() {
+        let height = hills();
+        let wet = field(world(300, 40, 25.0), |x, _| if x < 2500.0 { 0.0 } else { f64::from(x > 5000.0) * 0.5 + 0.5 });
+        let params = ParamValues::defaults(&NODE.specs());
+        let dry = run(&NODE, &params, &[("height", &height)], "colour");
+        let drawn = run(&NODE, &params, &[("height", &height), ("wet", &wet)], "colour");
+        let level = field(world(1, 1, 25.0), |_, _| 0.0);
+        let water =
+            run(&NODE, &params, &[("height", &level), ("wet", &Field::constant(*level.window(), 1.0))], "colour");
+        for plane in 0..3 {
+            for ((drawn, dry), wet) in drawn.plane(plane).iter().zip(dry.plane(plane)).zip(wet.samples()) {
+                let expected = dry + (water.plane(plane)[0] - dry) * wet;
+                assert!((drawn - expected).abs() < 1e-6, "{drawn}, not {expected}");
+            }
+        }
     }
 
     #[test]

@@ -60,6 +60,12 @@ impl Tints {
     }
 }
 
+/// The colour of rivers and lakes on a map, as linear RGB.
+#[must_use]
+pub fn open_water() -> [f32; 3] {
+    linear(0x3f_7f_b5).map(|v| v as f32)
+}
+
 /// The colour between anchors, straight in OKLab, as linear RGB.
 fn at(anchors: &[(f64, u32)], place: f64) -> [f32; 3] {
     let next = anchors.iter().position(|(p, _)| *p >= place).unwrap_or(anchors.len() - 1).max(1);

@@ -1,0 +1,62 @@
+//! How much of each cell rivers cover.
+
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+use orograph_graph::{Job, Lines, NodeError, Vertex};
+use rayon::prelude::*;
+
+use super::super::engine::Grid;
+
+/// Draws lines with their widths. A cell takes the part of its own width, across the line, that the river covers; of
+/// several pieces the one that covers most counts.
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub fn draw(job: &Job<'_>, grid: &Grid, lines: &Lines) -> Result<Vec<f32>, NodeError> {
+    // Shares are not negative, so that their bits are in their order, and the most is the same in any order.
+    let cells: Vec<AtomicU32> = (0..grid.cells()).map(|_| AtomicU32::new(0)).collect();
+    lines.lines.par_iter().try_for_each(|line| {
+        for (at, pair) in line.vertices.windows(2).enumerate() {
+            if at.is_multiple_of(256) {
+                job.check()?;
+            }
+            piece(grid, job.cell_m(), &pair[0], &pair[1], |cell, share| {
+                cells[cell].fetch_max(share.to_bits(), Relaxed);
+            });
+        }
+        Ok::<_, NodeError>(())
+    })?;
+    Ok(cells.into_iter().map(|share| f32::from_bits(share.into_inner())).collect())
+}
+
+/// The cells that a piece of a line covers.
+fn piece(grid: &Grid, cell_m: f64, from: &Vertex, to: &Vertex, cover: impl Fn(usize, f32)) {
+    let wrap = [grid.column_before(0).is_some(), grid.row_above(0).is_some()];
+    let counts = [grid.nx as i64, grid.ny as i64];
+    let reach_m = 0.5 * (cell_m + from.width_m.max(to.width_m));
+    let cells = [0, 1].map(|axis| {
+        let (a, b) = (from.position_m[axis], to.position_m[axis]);
+        let first = ((a.min(b) - reach_m) / cell_m - 0.5).ceil() as i64;
+        let last = ((a.max(b) + reach_m) / cell_m - 0.5).floor() as i64;
+        // A river wider than a world that is joined to itself covers each cell once.
+        let last = last.min(first + counts[axis] - 1);
+        if wrap[axis] { first..=last } else { first.max(0)..=last.min(counts[axis] - 1) }
+    });
+    let along = [0, 1].map(|axis| to.position_m[axis] - from.position_m[axis]);
+    let square = along[0] * along[0] + along[1] * along[1];
+    let [columns, rows] = cells;
+    for j in rows {
+        for i in columns.clone() {
+            let off = [(i, 0), (j, 1)].map(|(at, axis)| (at as f64 + 0.5) * cell_m - from.position_m[axis]);
+            let t = if square > 0.0 { ((off[0] * along[0] + off[1] * along[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
+            let [x, y] = [off[0] - t * along[0], off[1] - t * along[1]];
+            let distance_m = (x * x + y * y).sqrt();
+            let half_m = 0.5 * (from.width_m + (to.width_m - from.width_m) * t);
+            let covered_m = (distance_m + 0.5 * cell_m).min(half_m) - (distance_m - 0.5 * cell_m).max(-half_m);
+            if covered_m > 0.0 {
+                let cell = j.rem_euclid(counts[1]) * counts[0] + i.rem_euclid(counts[0]);
+                cover(cell as usize, (covered_m / cell_m).min(1.0) as f32);
+            }
+        }
+    }
+}

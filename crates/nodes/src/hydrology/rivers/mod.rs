@@ -1,0 +1,118 @@
+//! Rivers as rasters and as lines: where channels begin, how they join, how wide and deep they are.
+//!
+//! Channel heads by Montgomery and Dietrich (1992), order by Strahler (1957), widths and depths by Leopold and Maddock
+//! (1953), lines simplified by Visvalingam and Whyatt (1993) and smoothed by Chaikin (1974).
+
+mod cover;
+mod lines;
+mod network;
+mod shape;
+#[cfg(test)]
+mod tests;
+
+use rayon::prelude::*;
+
+use self::network::Network;
+use super::{drained::Drained, engine::Grid};
+use crate::{math::f32 as math, prelude::*};
+
+choice! {
+    /// What makes a channel begin.
+    pub enum Heads {
+        /// More than `channel_area` drains through the cell.
+        Area = "area",
+        /// Drainage area times the square of the slope is more than `channel_constant`: heads lie higher on steep land.
+        SlopeArea = "slope_area",
+    }
+}
+
+params! {
+    /// What makes a channel begin.
+    heads: Heads = Heads::Area, One, ..;
+    /// Drainage area above which there is a channel, of `area`.
+    channel_area: f64 = 1e5, SquareMetres, 0.0..=1e15, soft 1e4..=1e7;
+    /// The threshold of `slope_area`, A S². Measured ones are 500 to 4000 m².
+    channel_constant: f64 = 2000.0, SquareMetres, 0.0..=1e12, soft 100.0..=10000.0;
+    /// Bankfull width of a river of 1 m³/s.
+    width: f64 = 8.0, Metres, 0.0..=1e4, soft 1.0..=30.0;
+    /// Bankfull depth of a river of 1 m³/s.
+    depth: f64 = 0.5, Metres, 0.0..=1e3, soft 0.1..=2.0;
+    /// Lines lose the vertices whose triangle with their neighbours is smaller than the square of this; 0 keeps all.
+    simplify: f64 = 20.0, Metres, 0.0..=1e5, soft 0.0..=200.0;
+    /// Corners of lines are cut until no piece is longer than this, at most five times; 0 keeps corners.
+    smooth: f64 = 20.0, Metres, 0.0..=1e5, soft 0.0..=200.0;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Rivers",
+    category: "hydrology",
+    summary: "The network of rivers: channels, their order, width and depth, and lines along them.",
+    doc: include_str!("page.md"),
+    sources: &[
+        "D. R. Montgomery and W. E. Dietrich (1992), Channel initiation and the problem of landscape scale, Science 255, \
+         826-830",
+        "A. N. Strahler (1957), Quantitative analysis of watershed geomorphology, Transactions of the American \
+         Geophysical Union 38, 913-920",
+        "L. B. Leopold and T. Maddock (1953), The hydraulic geometry of stream channels and some physiographic \
+         implications, U.S. Geological Survey Professional Paper 252",
+        "M. Visvalingam and J. D. Whyatt (1993), Line generalisation by repeated elimination of points, The Cartographic \
+         Journal 30, 46-51",
+        "G. M. Chaikin (1974), An algorithm for high-speed curve generation, Computer Graphics and Image Processing 3, \
+         346-349",
+    ],
+    inputs: &[Input::needs("flow", PortType::Flow, "Where water runs, from `Flow`.")],
+    outputs: &[
+        Output::gives("mask", PortType::Mask, "1 in cells with a channel, 0 elsewhere."),
+        Output::gives("order", PortType::Scalar(Unit::Count), "Strahler's order of the channel, 0 elsewhere."),
+        Output::gives("width", PortType::Scalar(Unit::Metres), "Bankfull width of the channel, 0 elsewhere."),
+        Output::gives("depth", PortType::Scalar(Unit::Metres), "Bankfull depth of the channel, 0 elsewhere."),
+        Output::gives("cover", PortType::Mask, "The share of each cell that rivers cover, drawn along `lines`."),
+        Output::gives("lines", PortType::Lines, "A line from each head or junction down to the next junction or end."),
+    ],
+    params: Params::specs,
+    reach: Reach::World,
+    cpu: run,
+    resolution: Resolution::Cells("a channel is one cell wide in rasters, and more of its bends show in smaller cells"),
+    example: "flow: \"flow.flow\", channel_area: 500000",
+    ..Node::DEFAULT
+};
+
+/// Exponents of width and depth over discharge, from one river to another (Leopold and Maddock 1953).
+const WIDTH_EXPONENT: f32 = 0.5;
+const DEPTH_EXPONENT: f32 = 0.4;
+
+/// Width and depth of channels, zero elsewhere.
+struct Sections {
+    width_m: Vec<f32>,
+    depth_m: Vec<f32>,
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let grid = Grid::new(&job.window())?;
+    let drained = Drained::read(job.field("flow")?);
+    let network = Network::find(job, &grid, &drained, &params)?;
+    job.advance(0.4)?;
+
+    let law = |factor: f64, exponent: f32| -> Vec<f32> {
+        let channels = network.orders.par_iter().zip(drained.discharge_m3_per_s);
+        channels
+            .map(|(&order, &discharge)| if order > 0 { factor as f32 * math::pow(discharge, exponent) } else { 0.0 })
+            .collect()
+    };
+    let sections = Sections { width_m: law(params.width, WIDTH_EXPONENT), depth_m: law(params.depth, DEPTH_EXPONENT) };
+    job.advance(0.6)?;
+    let lines = lines::trace(job, &grid, &drained, &network, &sections, &params)?;
+    job.advance(0.8)?;
+    let cover = cover::draw(job, &grid, &lines)?;
+
+    let numbers =
+        |of: fn(u8) -> f32| Field::new(job.window(), network.orders.par_iter().map(|&order| of(order)).collect());
+    Ok(Outputs::one("mask", numbers(|order| if order > 0 { 1.0 } else { 0.0 }))
+        .with("order", numbers(f32::from))
+        .with("width", Field::new(job.window(), sections.width_m))
+        .with("depth", Field::new(job.window(), sections.depth_m))
+        .with("cover", Field::new(job.window(), cover))
+        .with("lines", lines))
+}

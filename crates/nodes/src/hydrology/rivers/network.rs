@@ -1,0 +1,122 @@
+//! Which cells are channels, and how they join.
+
+use orograph_graph::{Job, NodeError};
+use rayon::prelude::*;
+
+use super::{
+    super::{
+        drained::Drained,
+        engine::{
+            Drainage, Grid,
+            code::{direction, has_receiver, is_diagonal, opposite},
+            drainage::Amount,
+        },
+    },
+    Heads, Params,
+};
+
+/// The channels of a landscape.
+pub struct Network {
+    /// Receivers of all cells.
+    pub codes: Vec<u8>,
+    /// Strahler's order, 0 where there is no channel.
+    pub orders: Vec<u8>,
+    /// Number of channels that come in; 0 too where there is none.
+    pub inflows: Vec<u8>,
+}
+
+/// Whether a channel has begun here or above.
+#[derive(Clone, Copy)]
+struct Begun(bool);
+
+impl Amount for Begun {
+    fn plus(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+/// The highest order among the channels that come in, and whether two have it.
+#[derive(Clone, Copy, Default)]
+struct Inflow {
+    highest: u8,
+    twice: bool,
+}
+
+impl Amount for Inflow {
+    fn plus(self, other: Self) -> Self {
+        match self.highest.cmp(&other.highest) {
+            std::cmp::Ordering::Greater => self,
+            std::cmp::Ordering::Less => other,
+            std::cmp::Ordering::Equal => Self { highest: self.highest, twice: self.highest > 0 },
+        }
+    }
+}
+
+impl Inflow {
+    /// Strahler's order of the channel that these join to.
+    const fn order(self) -> u8 {
+        match (self.highest, self.twice) {
+            (0, _) => 1,
+            (highest, twice) => highest + twice as u8,
+        }
+    }
+}
+
+impl Network {
+    /// Finds the channels: they begin where the threshold is passed, and go on downstream whatever comes.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn find(job: &Job<'_>, grid: &Grid, drained: &Drained<'_>, params: &Params) -> Result<Self, NodeError> {
+        let codes = drained.codes(grid);
+        let mut begun: Vec<Begun> = (0..grid.cells())
+            .into_par_iter()
+            .map(|cell| Begun(begins(job, grid, drained, &codes, params, cell)))
+            .collect();
+        let mut drainage = Drainage::default();
+        drainage.accumulate(job, grid, &codes, &mut begun)?;
+        let mut inflow = vec![Inflow::default(); grid.cells()];
+        drainage.downstream(job, grid, &codes, &mut inflow, |cell, _, own| {
+            if begun[cell].0 { Inflow { highest: own.order(), twice: false } } else { Inflow::default() }
+        })?;
+        let orders: Vec<u8> =
+            begun.par_iter().zip(&inflow).map(|(begun, inflow)| if begun.0 { inflow.order() } else { 0 }).collect();
+        let mut inflows = vec![0; grid.cells()];
+        inflows.par_chunks_mut(grid.nx).enumerate().try_for_each(|(y, inflows)| {
+            job.check()?;
+            for (x, inflows) in inflows.iter_mut().enumerate() {
+                let cell = y * grid.nx + x;
+                if orders[cell] > 0 {
+                    let comes = |&way: &usize| {
+                        let from = grid.beside(cell as u32, codes[cell], way).map(|from| from as usize);
+                        from.is_some_and(|from| {
+                            let code = codes[from];
+                            orders[from] > 0 && has_receiver(code) && direction(code) == opposite(way)
+                        })
+                    };
+                    *inflows = (0..8).filter(comes).count() as u8;
+                }
+            }
+            Ok::<_, NodeError>(())
+        })?;
+        Ok(Self { codes, orders, inflows })
+    }
+}
+
+/// Whether a cell passes the threshold.
+fn begins(job: &Job<'_>, grid: &Grid, drained: &Drained<'_>, codes: &[u8], params: &Params, cell: usize) -> bool {
+    let area_m2 = f64::from(drained.area_m2[cell]);
+    match params.heads {
+        Heads::Area => area_m2 > params.channel_area,
+        Heads::SlopeArea => {
+            let code = codes[cell];
+            if !has_receiver(code) {
+                return false;
+            }
+            let below = grid.receiver(cell as u32, code) as usize;
+            let drop_m = f64::from(drained.level_m[cell]) - f64::from(drained.level_m[below]);
+            let square_m2 = job.cell_m() * job.cell_m() * if is_diagonal(direction(code)) { 2.0 } else { 1.0 };
+            drop_m > 0.0 && area_m2 * drop_m * drop_m / square_m2 > params.channel_constant
+        }
+    }
+}
