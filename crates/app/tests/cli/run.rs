@@ -125,3 +125,47 @@ fn timings_name_every_node() {
     }
     assert!(place.run(&["run", "g.ron", "--quiet"]).done().err.is_empty());
 }
+
+const RIVERS: &str = r#"(
+    format: 1,
+    world: (size: 6400, cells: 64, seed: 3),
+    nodes: {
+        "land": Perlin(wavelength: 3000),
+        "water": Flow(height: "land"),
+        "rivers": Rivers(flow: "water.flow"),
+    },
+    outputs: { "rivers": "rivers.lines" },
+)
+"#;
+
+#[test]
+fn rivers_are_written_as_geojson_also_from_the_cache() {
+    let place = Place::new();
+    place.write("g.ron", RIVERS);
+    place.run(&["run", "g.ron", "-q", "--cache", "cache"]).done();
+    assert_eq!(place.names("out"), ["rivers.geojson"]);
+    let text = place.read("out/rivers.geojson");
+    let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let features = json["features"].as_array().expect("features");
+    assert!(!features.is_empty());
+    for feature in features {
+        let ends = feature["geometry"]["coordinates"].as_array().expect("coordinates");
+        let [first, last] = [&ends[0], &ends[ends.len() - 1]].map(|end| end[2].as_f64().expect("an elevation"));
+        assert!(last <= first && feature["properties"]["order"].as_u64().is_some_and(|order| order > 0));
+    }
+    place.run(&["run", "g.ron", "-q", "-o", "again", "--cache", "cache"]).done();
+    assert_eq!(place.read("again/rivers.geojson"), text);
+    place
+        .run(&["render", "g.ron", "-o", "picture.png", "--output", "rivers"])
+        .ended(1, &["lines, which has no picture"]);
+}
+
+#[test]
+fn a_flow_is_no_file() {
+    let place = Place::new();
+    place.write("g.ron", &RIVERS.replace("rivers.lines", "water.flow"));
+    for command in ["check", "run"] {
+        place.run(&[command, "g.ron"]).ended(1, &["output `rivers` is a flow", "`water.area`"]);
+    }
+    assert!(!place.path("out").exists());
+}
