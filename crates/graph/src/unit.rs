@@ -44,6 +44,8 @@ pub enum Unit {
     SquareMetresPerSecond,
     /// Manning's roughness, in s/m^(1/3).
     Roughness,
+    /// Rates of decay and relaxation, per year.
+    PerYear,
 }
 
 /// A suffix a person may type, with the factor to the base unit.
@@ -51,7 +53,7 @@ type Suffix = (&'static str, f64);
 
 impl Unit {
     /// Every unit, in declaration order.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::One,
         Self::Metres,
         Self::SquareMetres,
@@ -70,6 +72,7 @@ impl Unit {
         Self::CubicMetresPerSecond,
         Self::SquareMetresPerSecond,
         Self::Roughness,
+        Self::PerYear,
     ];
 
     /// The symbol of the base unit; empty for pure numbers.
@@ -93,6 +96,7 @@ impl Unit {
             Self::CubicMetresPerSecond => "m³/s",
             Self::SquareMetresPerSecond => "m²/s",
             Self::Roughness => "s/m^(1/3)",
+            Self::PerYear => "1/yr",
         }
     }
 
@@ -118,6 +122,7 @@ impl Unit {
             Self::CubicMetresPerSecond => "a discharge in m³/s",
             Self::SquareMetresPerSecond => "a discharge per width in m²/s",
             Self::Roughness => "a roughness in s/m^(1/3)",
+            Self::PerYear => "a rate per year",
         }
     }
 
@@ -151,6 +156,7 @@ impl Unit {
             Self::CubicMetresPerSecond => &[("m³/s", 1.0), ("m3/s", 1.0), ("l/s", 1e-3)],
             Self::SquareMetresPerSecond => &[("m²/s", 1.0), ("m2/s", 1.0)],
             Self::Roughness => &[("s/m^(1/3)", 1.0)],
+            Self::PerYear => &[("1/yr", 1.0), ("1/a", 1.0), ("1/kyr", 1e-3), ("1/Myr", 1e-6)],
         }
     }
 

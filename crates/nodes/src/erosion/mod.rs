@@ -1,7 +1,6 @@
 //! What wears the land down.
 
 pub mod creep;
-mod debris;
 mod hillslope;
 pub mod hydraulic_pipe;
 mod repose;
