@@ -1,3 +1,5 @@
+//! Slides against double precision, one grid and straight geometry.
+
 use orograph_graph::{Cancel, Warnings};
 
 use super::*;
