@@ -1,9 +1,38 @@
 //! Masks and measures per cell, for driving other nodes.
 
+pub mod aspect;
+pub mod curvature;
 pub mod distance;
+pub mod position;
+pub mod roughness;
+#[expect(clippy::module_inception, reason = "a node's file has the name of the node")]
+pub mod select;
 pub mod slope;
 
 use orograph_graph::Node;
 
+use crate::simd::simd;
+
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] = &[&slope::NODE, &distance::NODE];
+pub static NODES: &[&Node] =
+    &[&select::NODE, &slope::NODE, &aspect::NODE, &curvature::NODE, &position::NODE, &roughness::NODE, &distance::NODE];
+
+simd! {
+    /// 1 within the range, falling to 0 over `falloff` outside of it by the cubic `3 t² - 2 t³`.
+    fn within(out: &mut [f32], values: &[f32], range: [f32; 2], falloff: f32) {
+        let sharpness = if falloff > 0.0 { 1.0 / falloff } else { f32::MAX };
+        for (out, &value) in out.iter_mut().zip(values) {
+            let below = range[0] - value;
+            let above = value - range[1];
+            let outside = if below > above { below } else { above };
+            let outside = if outside > 0.0 { outside } else { 0.0 };
+            *out = smooth(1.0 - (outside * sharpness).min(1.0));
+        }
+    }
+}
+
+/// The cubic `3 t² - 2 t³`, which goes from 0 to 1 without a corner.
+#[inline(always)]
+fn smooth(t: f32) -> f32 {
+    t * t * (3.0 - 2.0 * t)
+}

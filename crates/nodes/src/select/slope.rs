@@ -1,10 +1,10 @@
 //! How steep the ground is, and a mask of a range of slopes.
 
+use super::within;
 use crate::{
     gradient::{Method, Surface, slope_degrees},
     par,
     prelude::*,
-    simd::simd,
 };
 
 params! {
@@ -62,24 +62,9 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let mut mask = vec![0.0; slope.len()];
     let range = [params.from as f32, params.to as f32];
     par::rows_within(job, [0.8, 1.0], &mut mask, |j, row| {
-        select(row, &slope[j * nx..][..nx], range, params.falloff as f32);
+        within(row, &slope[j * nx..][..nx], range, params.falloff as f32);
     })?;
     Ok(Outputs::one("slope", Field::new(job.window(), slope)).with("mask", Field::new(job.window(), mask)))
-}
-
-simd! {
-    /// 1 within the range, falling to 0 over `falloff` outside of it by the cubic `3 t² - 2 t³`.
-    fn select(out: &mut [f32], values: &[f32], range: [f32; 2], falloff: f32) {
-        let sharpness = if falloff > 0.0 { 1.0 / falloff } else { f32::MAX };
-        for (out, &value) in out.iter_mut().zip(values) {
-            let below = range[0] - value;
-            let above = value - range[1];
-            let outside = if below > above { below } else { above };
-            let outside = if outside > 0.0 { outside } else { 0.0 };
-            let t = 1.0 - (outside * sharpness).min(1.0);
-            *out = t * t * (3.0 - 2.0 * t);
-        }
-    }
 }
 
 #[cfg(test)]

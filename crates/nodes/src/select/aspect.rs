@@ -1,0 +1,140 @@
+//! Which way the ground faces, and a mask of a range of directions.
+
+use super::smooth;
+use crate::{
+    gradient::{Method, Surface},
+    math, par,
+    prelude::*,
+};
+
+params! {
+    /// Direction that is fully selected, clockwise from north.
+    azimuth: f64 = 0.0, Degrees, -360.0..=360.0, soft 0..=360;
+    /// Width of the range of directions that is fully selected, to both sides together.
+    width: f64 = 90.0, Degrees, 0.0..=360.0;
+    /// Width of the soft edge at each end of the range.
+    falloff: f64 = 30.0, Degrees, 0.0..=180.0;
+    /// Slope below which ground counts less and less as facing anywhere: level ground faces nowhere.
+    level: f64 = 2.0, Degrees, 0.0..=45.0, soft 0..=10;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Aspect",
+    category: "select",
+    summary: "Which way the ground faces, and a mask of a range of directions.",
+    doc: "The compass direction of steepest descent, `aspect = atan2(−∂z/∂x, ∂z/∂y)` with y to the south: 0° faces north, 90° \
+          east, 180° south, 270° west. Level ground has −1. The gradient is Horn's over 3 × 3 cells.\n\n\
+          `mask` is 1 where the ground faces `azimuth` within half of `width` to either side, and falls to 0 over `falloff`. \
+          Below the slope `level` it fades to 0, so that plains are not speckled with the direction of their last \
+          millimetre.\n\n\
+          **Advice.** In the north, shaded slopes (azimuth 0°) keep snow and forest, sunny ones (180°) are dry.",
+    sources: &["B. K. P. Horn, 1981, Hill shading and the reflectance map, Proceedings of the IEEE 69(1), 14-47"],
+    inputs: &[Input::needs("height", PortType::Height, "The land.")],
+    outputs: &[
+        Output::gives(
+            "aspect",
+            PortType::Scalar(Unit::Degrees),
+            "Direction, 0° to 360° clockwise from north; −1 on the level.",
+        ),
+        Output::gives("mask", PortType::Mask, "1 where the ground faces the chosen directions."),
+    ],
+    params: Params::specs,
+    reach: Reach::Metres(|_, cell_m| cell_m),
+    cpu: run,
+    resolution: Resolution::Cells(
+        "the gradient is that between neighbouring cells, and directions jump from 360° to 0°",
+    ),
+    example: "height: \"base\", azimuth: 180",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let surface = Surface::new(job.field("height")?, Method::Horn);
+    let nx = job.window().nx();
+    let mut aspect = vec![0.0; job.window().len()];
+    par::rows_within(job, [0.0, 0.6], &mut aspect, |j, row| {
+        surface.row(j, |start, east, south| {
+            for ((out, &p), &q) in row[start..].iter_mut().zip(east).zip(south) {
+                *out = facing(p, q);
+            }
+        });
+    })?;
+    let steep = math::tan(params.level.to_radians()) as f32;
+    let (half, falloff) = (0.5 * params.width as f32, params.falloff as f32);
+    let mut mask = vec![0.0; aspect.len()];
+    par::rows_within(job, [0.6, 1.0], &mut mask, |j, row| {
+        surface.row(j, |start, east, south| {
+            let facing = &aspect[j * nx + start..];
+            for (((out, &aspect), &p), &q) in row[start..].iter_mut().zip(facing).zip(east).zip(south) {
+                let outside = (apart(aspect, params.azimuth as f32) - half).max(0.0);
+                let chosen = if outside == 0.0 { 1.0 } else { smooth((1.0 - outside / falloff).max(0.0)) };
+                let slope = (p * p + q * q).sqrt();
+                let sloping = if slope >= steep { 1.0 } else { smooth(slope / steep) };
+                *out = if aspect < 0.0 { 0.0 } else { chosen * sloping };
+            }
+        });
+    })?;
+    Ok(Outputs::one("aspect", Field::new(job.window(), aspect)).with("mask", Field::new(job.window(), mask)))
+}
+
+/// The direction of descent of slopes to the east and to the south.
+fn facing(east: f32, south: f32) -> f32 {
+    if east == 0.0 && south == 0.0 {
+        return -1.0;
+    }
+    let degrees = math::f32::atan2(-east, south).to_degrees();
+    if degrees < 0.0 { (degrees + 360.0).min(359.999_97) } else { degrees }
+}
+
+/// The angle between two directions, 0° to 180°.
+fn apart(a: f32, b: f32) -> f32 {
+    let turn = (a - b).rem_euclid(360.0);
+    turn.min(360.0 - turn)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{field, run as result, with_params, world};
+
+    /// A plane that falls towards an azimuth faces it.
+    #[test]
+    fn planes_face_where_they_fall() {
+        for azimuth in [0.0_f64, 30.0, 90.0, 135.0, 180.0, 270.0, 359.0] {
+            let (east, north) = (libm::sin(azimuth.to_radians()), libm::cos(azimuth.to_radians()));
+            let plane = field(world(9, 7, 10.0), |x, y| 500.0 - 0.3 * (east * x - north * y));
+            let aspect = result(&NODE, &with_params(&NODE, ""), &[("height", &plane)], "aspect");
+            // heights are single precision: 3e-5 m in 20 m of distance and 6 m of fall
+            assert!(
+                aspect.samples().iter().all(|found| apart(*found, azimuth as f32) < 0.01),
+                "{azimuth}: {:?}",
+                aspect.samples()
+            );
+            let mask = |azimuth: f64| {
+                let params = with_params(&NODE, &format!("azimuth={azimuth},width=20,falloff=40"));
+                result(&NODE, &params, &[("height", &plane)], "mask").samples()[31]
+            };
+            assert_eq!((mask(azimuth - 9.9), mask(azimuth - 51.0)), (1.0, 0.0), "{azimuth}");
+            assert!((mask((azimuth + 30.0) % 360.0) - 0.5).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn level_ground_faces_nowhere() {
+        let flat = field(world(5, 5, 10.0), |_, _| 7.0);
+        assert!(
+            result(&NODE, &with_params(&NODE, ""), &[("height", &flat)], "aspect").samples().iter().all(|v| *v == -1.0)
+        );
+        assert!(
+            result(&NODE, &with_params(&NODE, "width=360"), &[("height", &flat)], "mask")
+                .samples()
+                .iter()
+                .all(|v| *v == 0.0)
+        );
+        let gentle = field(world(5, 5, 10.0), |_, y| y * libm::tan(1_f64.to_radians()));
+        let mask = result(&NODE, &with_params(&NODE, "level=2"), &[("height", &gentle)], "mask");
+        assert!((mask.samples()[12] - 0.5).abs() < 1e-3, "half of the slope that counts fully: {}", mask.samples()[12]);
+    }
+}

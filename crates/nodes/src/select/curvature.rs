@@ -1,0 +1,131 @@
+//! How the ground curves at a length in metres: along the fall line, across it, and on the whole.
+
+use crate::{
+    filter::{gaussian::Gaussian, lines::separable},
+    par,
+    prelude::*,
+};
+
+choice! {
+    /// Which curvature.
+    pub enum Kind {
+        /// ½ ∇²z: above 0 in hollows, below 0 on crests; what soil creep follows.
+        Mean = "mean",
+        /// Along the fall line: above 0 where the slope eases (concave), below 0 where it steepens.
+        Profile = "profile",
+        /// Across the fall line, in the plane of the slope: above 0 where water gathers, below 0 where it parts.
+        Tangential = "tangential",
+    }
+}
+
+params! {
+    /// Which curvature.
+    kind: Kind = Kind::Mean, One, ..;
+    /// Length below which detail is smoothed away first: the standard deviation of a Gaussian. 0 takes the land as it is.
+    radius: f64 = 50.0, Metres, 0.0..=1e5, soft 0..=1000;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Curvature",
+    category: "select",
+    summary: "How the ground curves, in hollows and on crests, at a length in metres.",
+    doc: "Second derivatives of the land after it is smoothed by a Gaussian of standard deviation `radius`, from central \
+          differences over 3 × 3 cells. With p and q the slopes and r, s and t the second derivatives ∂²z/∂x², ∂²z/∂x∂y and \
+          ∂²z/∂y²:\n\n\
+          | kind | curvature |\n|---|---|\n\
+          | `mean` | (r + t) / 2 |\n\
+          | `profile` | (p² r + 2 p q s + q² t) / ((p² + q²) (1 + p² + q²)^(3/2)) |\n\
+          | `tangential` | (q² r − 2 p q s + p² t) / ((p² + q²) (1 + p² + q²)^(1/2)) |\n\n\
+          All are above 0 where the ground is hollow (concave upwards). On level ground, where no direction falls, `profile` and \
+          `tangential` are the mean. Past the edges of the world land is mirrored.\n\n\
+          **Advice.** Curvature belongs to a length: choose a radius of a few cells at least, or it shows the cells. A bowl of \
+          radius of curvature R has 1 / R: 0.01 per metre is tight, 0.0001 hardly a bend.",
+    sources: &[
+        "J. Krcho (1973), Morphometric analysis of relief on the basis of geometric aspect of field theory, Acta Geographica \
+         Universitatis Comenianae 1, 7-233",
+        "L. W. Zevenbergen and C. R. Thorne (1987), Quantitative analysis of land surface topography, Earth Surface Processes and \
+         Landforms 12, 47-56",
+    ],
+    inputs: &[Input::needs("height", PortType::Height, "The land.")],
+    outputs: &[Output::gives("curvature", PortType::Scalar(Unit::PerMetre), "Curvature, above 0 in hollows.")],
+    params: Params::specs,
+    reach: Reach::Metres(|params, cell_m| Gaussian::reach_m(Params::read(params).radius, cell_m) + cell_m),
+    cpu: run,
+    resolution: Resolution::Within(0.08),
+    example: "height: \"base\", radius: 600, kind: tangential",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let (nx, ny) = (job.window().nx(), job.window().ny());
+    let height = job.field("height")?.samples();
+    let smoothed = separable(job, [0.0, 0.6], height, &Gaussian::new(params.radius / job.cell_m()))?;
+    let cell_m = job.cell_m();
+    let mut out = vec![0.0; smoothed.len()];
+    par::rows_within(job, [0.6, 1.0], &mut out, |j, row| {
+        let line = |j: usize| &smoothed[j * nx..][..nx];
+        let (north, middle, south) = (line(j.saturating_sub(1)), line(j), line((j + 1).min(ny - 1)));
+        for (i, out) in row.iter_mut().enumerate() {
+            let (west, east) = (i.saturating_sub(1), (i + 1).min(nx - 1));
+            let at = |line: &[f32], i: usize| f64::from(line[i]);
+            let centre = at(middle, i);
+            let p = (at(middle, east) - at(middle, west)) / (2.0 * cell_m);
+            let q = (at(south, i) - at(north, i)) / (2.0 * cell_m);
+            let r = ((at(middle, east) - centre) + (at(middle, west) - centre)) / (cell_m * cell_m);
+            let t = ((at(south, i) - centre) + (at(north, i) - centre)) / (cell_m * cell_m);
+            let s =
+                ((at(south, east) - at(south, west)) - (at(north, east) - at(north, west))) / (4.0 * cell_m * cell_m);
+            *out = bend(params.kind, [p, q], [r, s, t]) as f32;
+        }
+    })?;
+    Ok(Outputs::one("curvature", Field::new(job.window(), out)))
+}
+
+/// Squared slope below which ground is level: that of a millimetre in ten kilometres.
+const LEVEL: f64 = 1e-14;
+
+fn bend(kind: Kind, [p, q]: [f64; 2], [r, s, t]: [f64; 3]) -> f64 {
+    let steep = p * p + q * q;
+    let stretch = (1.0 + steep).sqrt();
+    match kind {
+        Kind::Profile if steep > LEVEL => {
+            (p * p * r + 2.0 * p * q * s + q * q * t) / (steep * stretch * stretch * stretch)
+        }
+        Kind::Tangential if steep > LEVEL => (q * q * r - 2.0 * p * q * s + p * p * t) / (steep * stretch),
+        Kind::Mean | Kind::Profile | Kind::Tangential => 0.5 * (r + t),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{field, run as result, with_params, world};
+
+    fn middle(land: &Field, changes: &str) -> f64 {
+        let curvature = result(&NODE, &with_params(&NODE, changes), &[("height", land)], "curvature");
+        f64::from(curvature.samples()[20 * 41 + 20])
+    }
+
+    /// Known surfaces: a bowl, a gutter that falls along its axis, a vertical curve.
+    #[test]
+    fn quadratic_surfaces_have_their_curvature() {
+        let place = world(41, 41, 10.0);
+        let (x0, y0) = (205.0, 205.0);
+        let bowl = field(place, |x, y| 1e-3 * ((x - x0) * (x - x0) + (y - y0) * (y - y0)));
+        let gutter = field(place, |x, y| 2e-3 * (x - x0) * (x - x0) + 0.5 * y);
+        let bend = field(place, |_, y| 2e-3 * (y - y0) * (y - y0) + 0.5 * y);
+        let (stretch, near) = (1.25_f64.sqrt(), |found: f64, expected: f64| {
+            assert!((found - expected).abs() < 2e-6, "{found} {expected}"); // heights of 200 m in single precision
+        });
+        near(middle(&bowl, "radius=0,kind=mean"), 2e-3);
+        near(middle(&bowl, "radius=0,kind=profile"), 2e-3);
+        near(middle(&gutter, "radius=0,kind=tangential"), 4e-3 / stretch);
+        near(middle(&gutter, "radius=0,kind=profile"), 0.0);
+        near(middle(&bend, "radius=0,kind=profile"), 4e-3 / (stretch * stretch * stretch));
+        near(middle(&bend, "radius=0,kind=tangential"), 0.0);
+        // a Gaussian leaves the second derivatives of a quadratic surface as they are
+        near(middle(&bowl, "radius=20,kind=mean"), 2e-3);
+    }
+}

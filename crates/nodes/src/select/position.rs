@@ -1,0 +1,117 @@
+//! Whether a place is a ridge, a slope or a valley, at a length in metres.
+
+use rayon::prelude::*;
+
+use super::smooth;
+use crate::{
+    filter::{gaussian::Gaussian, lines::separable},
+    prelude::*,
+};
+
+params! {
+    /// Size of the surroundings that a place is compared with: the standard deviation of a Gaussian.
+    radius: f64 = 300.0, Metres, 0.1..=1e5, soft 50..=3000;
+    /// Deviation at which the masks are a half; they go from 0 to 1 between none and twice it.
+    threshold: f64 = 1.0, One, 0.01..=10.0, soft 0.2..=3.0;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Position",
+    category: "select",
+    summary: "How high a place stands above its surroundings: ridges and valleys.",
+    doc: "The topographic position index, the height of a place above the mean of its surroundings, `z − G ∗ z`, with G the \
+          Gaussian of standard deviation `radius`: above 0 on crests and spurs, below 0 in valleys and hollows, near 0 on level \
+          ground and on even slopes.\n\n\
+          `deviation` is that divided by the root mean square of it around the place, so that hills and high mountains can be \
+          told by one number. The masks take it: `ridges` is a half where the deviation is `threshold`, `valleys` where it is \
+          as far below.\n\n\
+          **Advice.** A radius of half the distance between ridges finds them best. Wind, snow and lichen follow ridges, soil \
+          and trees valleys.",
+    sources: &[
+        "A. D. Weiss (2001), Topographic position and landforms analysis, ESRI User Conference",
+        "J. De Reu and others (2013), Application of the topographic position index to heterogeneous landscapes, \
+         Geomorphology 186, 39-49",
+    ],
+    inputs: &[Input::needs("height", PortType::Height, "The land.")],
+    outputs: &[
+        Output::gives("position", PortType::Scalar(Unit::Metres), "Height above the mean of the surroundings."),
+        Output::gives(
+            "deviation",
+            PortType::Scalar(Unit::One),
+            "The same as a share of what is usual around the place.",
+        ),
+        Output::gives("ridges", PortType::Mask, "Where the land stands above its surroundings."),
+        Output::gives("valleys", PortType::Mask, "Where it lies below them."),
+    ],
+    params: Params::specs,
+    reach: Reach::Metres(|params, cell_m| 2.0 * Gaussian::reach_m(Params::read(params).radius, cell_m)),
+    cpu: run,
+    example: "height: \"base\", radius: 800",
+    ..Node::DEFAULT
+};
+
+/// Height in metres below which land counts as level: a millimetre.
+const LEVEL_M: f32 = 1e-3;
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let height = job.field("height")?.samples();
+    let filter = Gaussian::new(params.radius / job.cell_m());
+    let mut position = separable(job, [0.0, 0.4], height, &filter)?;
+    position.par_iter_mut().zip(height).for_each(|(smoothed, height)| *smoothed = height - *smoothed);
+    let squares: Vec<f32> = position.par_iter().map(|position| position * position).collect();
+    let mut deviation = separable(job, [0.4, 0.8], &squares, &filter)?;
+    deviation.par_iter_mut().zip(&position).for_each(|(mean, position)| *mean = position / (mean.sqrt() + LEVEL_M));
+    job.advance(0.9)?;
+    let mask = |side: f32| {
+        let share = deviation.par_iter().map(|v| smooth((side * v / (2.0 * params.threshold as f32)).clamp(0.0, 1.0)));
+        Field::new(job.window(), share.collect())
+    };
+    let (ridges, valleys) = (mask(1.0), mask(-1.0));
+    Ok(Outputs::one("position", Field::new(job.window(), position))
+        .with("deviation", Field::new(job.window(), deviation))
+        .with("ridges", ridges)
+        .with("valleys", valleys))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{field, outputs, with_params, world};
+
+    #[test]
+    fn crests_and_troughs_are_told_apart_whatever_their_height() {
+        for amplitude_m in [2.0, 500.0] {
+            let land = field(world(240, 30, 10.0), |x, _| {
+                0.2 * x + amplitude_m * libm::sin(std::f64::consts::TAU * x / 400.0)
+            });
+            let mut found = outputs(&NODE, &with_params(&NODE, "radius=150"), &[("height", &land)]).expect("runs");
+            let mut output = |name| found.take(name).expect("declared").as_field().expect("a field").clone();
+            let (position, deviation) = (output("position"), output("deviation"));
+            let (ridges, valleys) = (output("ridges"), output("valleys"));
+            // crest at 100 m, trough at 300 m of each wave; the third wave is away from the edges
+            let (crest, trough, flank) = (3600 + 90, 3600 + 110, 3600 + 100);
+            // four boxes let (sin 2.04 / 2.04)⁴ = 3.7 % of a wave of 2.7 radii through, and the cell is 5 m beside the crest
+            assert!((f64::from(position.samples()[crest]) / amplitude_m - 0.96).abs() < 0.005);
+            assert!(
+                (deviation.samples()[crest] - std::f32::consts::SQRT_2).abs() < 0.05,
+                "{}",
+                deviation.samples()[crest]
+            );
+            assert!(deviation.samples()[flank].abs() < 0.3);
+            assert!(ridges.samples()[crest] > 0.7 && ridges.samples()[trough] == 0.0);
+            assert!(valleys.samples()[trough] > 0.7 && valleys.samples()[crest] == 0.0);
+        }
+    }
+
+    #[test]
+    fn level_ground_is_neither() {
+        let flat = field(world(20, 20, 10.0), |_, _| 1234.5);
+        let mut found = outputs(&NODE, &with_params(&NODE, ""), &[("height", &flat)]).expect("runs");
+        for name in ["position", "deviation", "ridges", "valleys"] {
+            let value = found.take(name).expect("declared");
+            assert!(value.as_field().expect("a field").samples().iter().all(|v| *v == 0.0), "{name}");
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! A mask of a range of values: heights, areas, depths, distances, whatever a wire carries.
+
+use super::within;
+use crate::{math, par, prelude::*};
+
+choice! {
+    /// On which scale the range and its edges are.
+    pub enum Scale {
+        /// Differences count.
+        Linear = "linear",
+        /// Ratios count, for what spans powers of ten, such as drainage area; values of 0 and less are below any range.
+        Logarithmic = "logarithmic",
+    }
+}
+
+params! {
+    /// Lowest value that is fully selected.
+    from: f64 = 1000.0, One, -1e12..=1e12, soft -1000..=5000;
+    /// Highest value that is fully selected.
+    to: f64 = 1e12, One, -1e12..=1e12, soft -1000..=5000;
+    /// Width of the soft edge outside each end of the range, in the unit of the values.
+    ///
+    /// On a logarithmic scale it is in powers of ten.
+    falloff: f64 = 50.0, One, 0.0..=1e12, soft 0..=500;
+    /// On which scale the range and its edges are.
+    scale: Scale = Scale::Linear, One, ..;
+    /// Selects what lies outside the range instead.
+    invert: bool = false, One, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Select",
+    category: "select",
+    summary: "A mask of a range of values: heights, areas, depths, whatever a wire carries.",
+    doc: "`mask` is 1 between `from` and `to` and falls to 0 over `falloff` outside of them by the cubic `3 t² − 2 t³`. The ends \
+          are in the unit of what is wired: metres of height, m² of drainage area, degrees.\n\n\
+          **Advice.** Snow above a height, rivers above a drainage area (logarithmic, a `falloff` of 0.3 is a factor of two), \
+          meadows below a slope: make each a mask and multiply them with `Combine`. `Slope` and `Aspect` have masks of their \
+          own.",
+    inputs: &[Input::needs("value", PortType::AnyScalar, "What is selected by its value.")],
+    outputs: &[Output::gives("mask", PortType::Mask, "1 where the value is within the range.")],
+    params: Params::specs,
+    cpu: run,
+    example: "value: \"base\", from: 800, to: 1400, falloff: 150",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    if params.from > params.to {
+        return Err(NodeError::failed_with_hint(
+            format!("`from` is {}, above `to`, {}", params.from, params.to),
+            "exchange the two, and set `invert: true` to select what is outside",
+        ));
+    }
+    let logarithmic = params.scale == Scale::Logarithmic;
+    let end = |value: f64| if logarithmic { order(value as f32) } else { value as f32 };
+    let range = [end(params.from), end(params.to)];
+    let (values, nx) = (job.field("value")?.samples(), job.window().nx());
+    let mut mask = vec![0.0; values.len()];
+    par::rows(job, &mut mask, |j, row| {
+        let values = &values[j * nx..][..nx];
+        if logarithmic {
+            let orders: Vec<f32> = values.iter().map(|value| order(*value)).collect();
+            within(row, &orders, range, params.falloff as f32);
+        } else {
+            within(row, values, range, params.falloff as f32);
+        }
+        if params.invert {
+            row.iter_mut().for_each(|mask| *mask = 1.0 - *mask);
+        }
+    })?;
+    Ok(Outputs::one("mask", Field::new(job.window(), mask)))
+}
+
+/// The decimal logarithm, and a value below all of them for what has none.
+fn order(value: f32) -> f32 {
+    if value > 0.0 { math::f32::log10(value) } else { -1e6 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{field, outputs, run as result, with_params, world};
+
+    #[test]
+    fn edges_are_as_wide_as_asked() {
+        let value = field(world(400, 2, 1.0), |x, _| x * 10.0 - 5.0); // 0, 10, 20, ...
+        let mask = |changes: &str| result(&NODE, &with_params(&NODE, changes), &[("value", &value)], "mask");
+        let linear = mask("from=1000,to=2000,falloff=200");
+        for (at, expected) in
+            [(79, 0.0), (80, 0.0), (90, 0.5), (100, 1.0), (150, 1.0), (200, 1.0), (210, 0.5), (221, 0.0)]
+        {
+            assert_eq!(linear.samples()[at], expected, "{at}");
+        }
+        let inverted = mask("from=1000,to=2000,falloff=200,invert=true");
+        assert!(linear.samples().iter().zip(inverted.samples()).all(|(a, b)| a + b == 1.0));
+        // from 100 on by ratio: half selected at the square root of a tenth below
+        let ratio = mask("from=100,falloff=1,scale=logarithmic");
+        assert_eq!((ratio.samples()[0], ratio.samples()[1], ratio.samples()[10]), (0.0, 0.0, 1.0));
+        assert!((ratio.samples()[3] - 0.466).abs() < 1e-3, "30 is 0.477 of the way from 10"); // 3 t² − 2 t³ at 0.477
+    }
+
+    #[test]
+    fn an_empty_range_is_refused() {
+        let value = field(world(2, 2, 1.0), |_, _| 0.0);
+        assert!(outputs(&NODE, &with_params(&NODE, "from=5,to=4"), &[("value", &value)]).is_err());
+        let point = result(&NODE, &with_params(&NODE, "from=0,to=0,falloff=0"), &[("value", &value)], "mask");
+        assert_eq!(point.samples(), [1.0; 4]);
+    }
+}
