@@ -46,6 +46,10 @@ pub enum Unit {
     Roughness,
     /// Rates of decay and relaxation, per year.
     PerYear,
+    /// Temperatures, in degrees Celsius.
+    Celsius,
+    /// Rates at which the air cools upwards, in kelvins per kilometre.
+    KelvinsPerKilometre,
 }
 
 /// A suffix a person may type, with the factor to the base unit.
@@ -53,7 +57,7 @@ type Suffix = (&'static str, f64);
 
 impl Unit {
     /// Every unit, in declaration order.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 21] = [
         Self::One,
         Self::Metres,
         Self::SquareMetres,
@@ -73,6 +77,8 @@ impl Unit {
         Self::SquareMetresPerSecond,
         Self::Roughness,
         Self::PerYear,
+        Self::Celsius,
+        Self::KelvinsPerKilometre,
     ];
 
     /// The symbol of the base unit; empty for pure numbers.
@@ -97,6 +103,8 @@ impl Unit {
             Self::SquareMetresPerSecond => "m²/s",
             Self::Roughness => "s/m^(1/3)",
             Self::PerYear => "1/yr",
+            Self::Celsius => "°C",
+            Self::KelvinsPerKilometre => "K/km",
         }
     }
 
@@ -123,6 +131,8 @@ impl Unit {
             Self::SquareMetresPerSecond => "a discharge per width in m²/s",
             Self::Roughness => "a roughness in s/m^(1/3)",
             Self::PerYear => "a rate per year",
+            Self::Celsius => "a temperature in °C",
+            Self::KelvinsPerKilometre => "a lapse rate in K/km",
         }
     }
 
@@ -157,6 +167,8 @@ impl Unit {
             Self::SquareMetresPerSecond => &[("m²/s", 1.0), ("m2/s", 1.0)],
             Self::Roughness => &[("s/m^(1/3)", 1.0)],
             Self::PerYear => &[("1/yr", 1.0), ("1/a", 1.0), ("1/kyr", 1e-3), ("1/Myr", 1e-6)],
+            Self::Celsius => &[("°C", 1.0), ("C", 1.0)],
+            Self::KelvinsPerKilometre => &[("K/km", 1.0), ("K/m", 1e3)],
         }
     }
 

@@ -52,8 +52,7 @@ fn named_parameters_are_set_and_described() {
     place.run(&["run", "parts/step.ron", "--set", "rize=3"]).ended(1, &["did you mean `rise`?"]);
 
     let page = place.run(&["check", "--describe", "parts/step.ron"]).done().out;
-    for text in ["A plain with a step.", "3.2 km x 1.6 km in 32 x 16 cells, seed 7", "land", "How high", "default 10"]
-    {
+    for text in ["A plain with a step.", "3.2 km x 1.6 km in 32 x 16 cells, seed 7", "land", "How high", "default 10"] {
         assert!(page.contains(text), "`{text}` is not in:\n{page}");
     }
     let lines = json_lines(&place.run(&["check", "--describe", "--json", "g.ron"]).done().out);

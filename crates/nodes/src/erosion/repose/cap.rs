@@ -9,7 +9,7 @@
 use orograph_graph::NodeError;
 use rayon::prelude::*;
 
-use super::Land;
+use super::{Land, pace::beside};
 use crate::prelude::Job;
 
 /// Cells a side of a block.
@@ -46,8 +46,8 @@ pub fn capped(land: &Land<'_>, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
                 let wide = BLOCK.min(nx - bi * BLOCK);
                 surface[(bj * BLOCK + j - 1) * nx + bi * BLOCK..][..wide].copy_from_slice(&row[1..=wide]);
             }
-            for j in around(bj, blocks[1], land.wraps[1]) {
-                for i in around(bi, blocks[0], land.wraps[0]) {
+            for j in beside(bj, blocks[1], land.wraps[1]) {
+                for i in beside(bi, blocks[0], land.wraps[0]) {
                     awake[j * blocks[0] + i] = true;
                 }
             }
@@ -59,11 +59,6 @@ pub fn capped(land: &Land<'_>, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
         }
     }
     Ok(surface)
-}
-
-/// A place on an axis and those beside it.
-fn around(at: usize, n: usize, wraps: bool) -> [usize; 3] {
-    if wraps { [(at + n - 1) % n, at, (at + 1) % n] } else { [at.saturating_sub(1), at, (at + 1).min(n - 1)] }
 }
 
 /// A block lowered as far as it goes while all around it stays; none if it stands.

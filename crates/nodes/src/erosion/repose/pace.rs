@@ -27,12 +27,31 @@ pub fn relaxed(land: &Land<'_>, left: f32, job: &Job<'_>) -> Result<Vec<f32>, No
     Ok(out)
 }
 
+impl Land<'_> {
+    /// How far `level`, at a cell, stands above the land beside it, down the steepest way, in metres a cell: the upwind
+    /// gradient, which lets a wall retreat into a plateau and never a plateau into the air.
+    pub fn drop_from(&self, level: f32, at: usize) -> f32 {
+        let [nx, ny] = self.cells;
+        let (i, j) = (at % nx, at / nx);
+        let [[west, _, east], [north, _, south]] = [beside(i, nx, self.wraps[0]), beside(j, ny, self.wraps[1])];
+        let below = |i: usize, j: usize| {
+            let near = j * nx + i;
+            if self.rise[near].is_finite() { level - self.height[near] } else { 0.0 }
+        };
+        let x = below(west, j).max(below(east, j)).max(0.0);
+        let y = below(i, north).max(below(i, south)).max(0.0);
+        (x * x + y * y).sqrt()
+    }
+}
+
+/// A place on an axis and those beside it; at a side that is not joined, itself.
+pub fn beside(at: usize, n: usize, wraps: bool) -> [usize; 3] {
+    if wraps { [(at + n - 1) % n, at, (at + 1) % n] } else { [at.saturating_sub(1), at, (at + 1).min(n - 1)] }
+}
+
 /// The steepest rise of the land at a cell, over its faces and across its corners, in metres.
 fn steepest(land: &Land<'_>, at: usize) -> f32 {
     let [nx, ny] = land.cells;
-    let beside = |at: usize, n: usize, wraps: bool| {
-        if wraps { [(at + n - 1) % n, at, (at + 1) % n] } else { [at.saturating_sub(1), at, (at + 1).min(n - 1)] }
-    };
     let columns = beside(at % nx, nx, land.wraps[0]);
     let heights = beside(at / nx, ny, land.wraps[1]).map(|j| {
         columns.map(|i| {
