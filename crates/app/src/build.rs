@@ -104,7 +104,8 @@ impl Builder {
         let wanted: Vec<(Port, Window)> = ports.iter().map(|port| (*port, window)).collect();
         let values = self.evaluator.evaluate(graph, request.folder(), &wanted, cancel, &events);
         let timings = timings.into_inner().unwrap_or_else(PoisonError::into_inner);
-        Ok((values.map_err(failure)?, timings))
+        let values = values.map_err(failure);
+        Ok((values.map_err(|failure| Failure { message: request.shown(&failure.message), ..failure })?, timings))
     }
 
     /// Builds the outputs of a request into a folder: all of them, or none.

@@ -2,6 +2,7 @@
 //! where ([`terminal`], [`progress`], [`problems`]), what is asked for ([`request`]), how it is built and written
 //! ([`build`], [`outputs`]), and how it fails ([`Failure`]).
 
+pub mod archive;
 pub mod build;
 pub mod cli;
 mod failure;

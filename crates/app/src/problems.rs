@@ -7,6 +7,7 @@ use orograph_graph::{Diagnostic, Document, LoadError, Registry, Severity};
 use serde_json::{Value, json};
 
 use crate::{
+    archive::Source,
     failure::{Exit, Failure, reason},
     terminal::{self, Page, counted},
 };
@@ -35,9 +36,18 @@ pub fn load(path: &Path, registry: &Registry) -> Result<Document, Failure> {
 /// # Errors
 /// When it cannot be read or has errors, which are shown then.
 pub fn load_sound(path: &Path, registry: &Registry, warnings: bool) -> Result<Document, Failure> {
-    let document = load(path, registry)?;
+    open_sound(&Source::file(path), registry, warnings)
+}
+
+/// The same for the graph file of an archive.
+///
+/// # Errors
+/// When it cannot be read or has errors, which are shown then.
+pub fn open_sound(source: &Source, registry: &Registry, warnings: bool) -> Result<Document, Failure> {
+    let document = load(&source.path, registry)?;
     if document.has_errors() || warnings && !document.problems().is_empty() {
-        terminal::remark(&report_all(&document, path, Page::stderr()));
+        let text = report_all(&document, &source.path, Page::stderr());
+        terminal::remark(&source.shown(&text));
     }
     if document.has_errors() { Err(Failure::silent(Exit::Wrong)) } else { Ok(document) }
 }

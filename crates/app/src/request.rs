@@ -4,12 +4,13 @@ use std::{
     num::NonZero,
     path::{Path, PathBuf},
     str::FromStr,
+    sync::Arc,
 };
 
 use clap::ValueEnum;
 use orograph_graph::{Document, Edit, Graph, OutputDecl, Registry, Window, World, WorldError, closest};
 
-use crate::{failure::Failure, problems};
+use crate::{archive::Source, failure::Failure, problems};
 
 /// What the command line says differently from the file.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -143,6 +144,8 @@ pub struct Request {
     pub world: World,
     /// The outputs that are built, in that graph.
     pub outputs: Vec<OutputDecl>,
+    /// Where the files of an archive are, for as long as the request lives.
+    source: Arc<Source>,
 }
 
 impl Request {
@@ -152,14 +155,12 @@ impl Request {
     /// When the file cannot be read or has errors, which are shown then, or the command line asks for what does not
     /// exist.
     pub fn new(path: &Path, changes: &Changes, registry: &Registry, warnings: bool) -> Result<Self, Failure> {
-        Self::of(problems::load_sound(path, registry, warnings)?, path, changes)
+        let source = Source::open(path)?;
+        let document = problems::open_sound(&source, registry, warnings)?;
+        Self::of(document, path, changes, Arc::new(source))
     }
 
-    /// Makes the changes to a document that was read from a file.
-    ///
-    /// # Errors
-    /// When the command line asks for what does not exist.
-    pub fn of(mut document: Document, path: &Path, changes: &Changes) -> Result<Self, Failure> {
+    fn of(mut document: Document, path: &Path, changes: &Changes, source: Arc<Source>) -> Result<Self, Failure> {
         changes.set.iter().try_for_each(|setting| setting.apply(&mut document, "--set"))?;
         let mut world = document.world();
         world.seed = changes.seed.unwrap_or(world.seed);
@@ -167,7 +168,22 @@ impl Request {
             world = with_cells(world, cells)?;
         }
         let expanded = document.expand();
-        Ok(Self { path: path.to_owned(), document, graph: expanded.graph, world, outputs: expanded.outputs })
+        let path = path.to_owned();
+        Ok(Self { path, document, graph: expanded.graph, world, outputs: expanded.outputs, source })
+    }
+
+    /// The same file with further changes; those that the request was made with are made already.
+    ///
+    /// # Errors
+    /// When they ask for what does not exist.
+    pub fn with(&self, settings: &[Setting], seed: Option<u32>, option: &str) -> Result<Self, Failure> {
+        let mut document = self.document.clone();
+        settings.iter().try_for_each(|setting| setting.apply(&mut document, option))?;
+        let expanded = document.expand();
+        let kept = |output: &OutputDecl| self.outputs.iter().any(|known| known.name == output.name);
+        let outputs = expanded.outputs.into_iter().filter(kept).collect();
+        let world = World { seed: seed.unwrap_or(self.world.seed), ..self.world };
+        Ok(Self { document, graph: expanded.graph, world, outputs, ..self.clone() })
     }
 
     /// Keeps only the outputs of these names; all of them when there are none.
@@ -188,6 +204,12 @@ impl Request {
             self.outputs.retain(|output| names.contains(&output.name));
         }
         Ok(self)
+    }
+
+    /// A text for people, in which files of an archive are named by it.
+    #[must_use]
+    pub fn shown(&self, text: &str) -> String {
+        self.source.shown(text)
     }
 
     /// Folder that the graph's files are relative to.

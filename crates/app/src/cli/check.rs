@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::{
+    archive::Source,
     cli::nodes,
     failure::{Exit, Failure},
     problems,
@@ -30,8 +31,9 @@ impl Args {
         let registry = orograph_nodes::registry();
         let mut worst = Exit::Done;
         for file in &self.files {
-            let document = match problems::load(file, &registry) {
-                Ok(document) => document,
+            let read = Source::open(file).and_then(|source| Ok((problems::load(&source.path, &registry)?, source)));
+            let (document, source) = match read {
+                Ok(read) => read,
                 Err(failure) => {
                     worst = if worst == Exit::Unable { worst } else { failure.exit };
                     terminal::complain(&failure);
@@ -42,13 +44,14 @@ impl Args {
                 worst = Exit::Wrong;
             }
             if self.json {
-                let lines: String = problems::as_json(&document, file).iter().map(|line| format!("{line}\n")).collect();
-                terminal::print(&lines)?;
+                let lines: String =
+                    problems::as_json(&document, &source.path).iter().map(|line| format!("{line}\n")).collect();
+                terminal::print(&source.shown(&lines))?;
             } else {
-                terminal::remark(&problems::report_all(&document, file, Page::stderr()));
+                terminal::remark(&source.shown(&problems::report_all(&document, &source.path, Page::stderr())));
             }
             if self.describe && !document.has_errors() {
-                terminal::print(&nodes::describe(&document, file, self.json)?)?;
+                terminal::print(&source.shown(&nodes::describe(&document, file, self.json)?))?;
             } else if !self.json && !document.has_errors() {
                 let page = Page::stdout();
                 let nodes = counted(document.nodes().len(), "node");

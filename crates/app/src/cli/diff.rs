@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::{failure::Failure, problems, terminal};
+use crate::{archive::Source, failure::Failure, problems, terminal};
 
 /// What changed from one graph file to another, in words
 ///
@@ -23,8 +23,9 @@ pub struct Args {
 impl Args {
     pub(super) fn run(self) -> Result<(), Failure> {
         let registry = orograph_nodes::registry();
-        let a = problems::load_sound(&self.a, &registry, false)?;
-        let b = problems::load_sound(&self.b, &registry, false)?;
+        let (a, b) = (Source::open(&self.a)?, Source::open(&self.b)?);
+        let a = problems::open_sound(&a, &registry, false)?;
+        let b = problems::open_sound(&b, &registry, false)?;
         let changes = orograph_graph::diff(&a, &b);
         if changes.is_empty() {
             return terminal::print("no difference in what they build\n");

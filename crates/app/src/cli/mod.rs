@@ -6,8 +6,10 @@ mod diff;
 mod fmt;
 mod metrics;
 mod nodes;
+mod pack;
 mod render;
 mod run;
+mod sweep;
 mod watch;
 
 use std::{ffi::OsString, process::ExitCode};
@@ -44,6 +46,8 @@ enum Command {
     Metrics(metrics::Args),
     Render(Box<render::Args>),
     Watch(Box<watch::Args>),
+    Pack(pack::PackArgs),
+    Unpack(pack::UnpackArgs),
     Nodes(nodes::Args),
 }
 
@@ -57,6 +61,8 @@ impl Command {
             Self::Metrics(args) => args.run(),
             Self::Render(args) => args.run(),
             Self::Watch(args) => args.run(),
+            Self::Pack(args) => args.run(),
+            Self::Unpack(args) => args.run(),
             Self::Nodes(args) => args.run(),
         }
     }

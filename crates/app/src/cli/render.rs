@@ -6,6 +6,7 @@ use orograph_graph::{Cancel, Field, OutputDecl, PortType, closest};
 use orograph_nodes::raster::{self, Problem};
 
 use crate::{
+    archive::is_archive,
     build::Builder,
     failure::{Failure, reason},
     heightfile::{self, Scale},
@@ -53,7 +54,7 @@ impl Args {
                 .hint("pictures are PNG files: `-o picture.png`"));
         }
         let cancel = stop::on_interrupt()?;
-        let picture = if self.file.extension().is_some_and(|extension| extension == "ron") {
+        let picture = if self.file.extension().is_some_and(|extension| extension == "ron") || is_archive(&self.file) {
             self.of_graph(&cancel)?
         } else {
             self.of_file()?

@@ -3,8 +3,12 @@
 use orograph_graph::{Document, Origin, Unit, bytes, plain};
 
 use crate::{
+    archive::Source,
     build::{Builder, Built, Timing},
-    cli::asked::Asked,
+    cli::{
+        asked::Asked,
+        sweep::{self, Sweep},
+    },
     failure::Failure,
     machine,
     outputs::Written,
@@ -14,6 +18,9 @@ use crate::{
     stop,
     terminal::{self, Align, Page, Table, counted},
 };
+
+/// Bytes of results that a sweep remembers, so that only what a value changes is computed anew.
+pub(super) const REMEMBERED: usize = 2 << 30;
 
 /// Builds every output of a graph file
 ///
@@ -27,6 +34,13 @@ use crate::{
 pub struct Args {
     #[command(flatten)]
     asked: Asked,
+    /// Build once for each value of a parameter of the file or of a node, or of `seed`; may be given several times
+    ///
+    /// Values are `1..20` (both ends included), `0.5..2/0.5` (by steps), `1..3/0.5 Myr` or a list `a,b,c`; several sweeps
+    /// build each value of one with each of the others. The folder names them: `-o out/{seed}`. What no value changes is
+    /// computed once.
+    #[arg(long, value_name = "NAME=VALUES")]
+    sweep: Vec<Sweep>,
     /// Print progress and results as lines of JSON
     #[arg(long)]
     json: bool,
@@ -51,21 +65,59 @@ impl Args {
                 JsonLines::refused(failure, &problems);
             }
         })?;
+        if !self.sweep.is_empty() {
+            return self.run_sweep(&request, &*progress);
+        }
         // Nothing is asked for twice in one run, so nothing is remembered in memory.
         let begin = || Ok((Builder::new(&self.asked.means, 0)?, stop::on_interrupt()?));
         let (builder, cancel) = begin().inspect_err(|failure| progress.failed(failure))?;
         let built = builder.build(&request, &self.asked.out, &self.asked.form, &cancel, &*progress)?;
+        self.tell(&request, &built)
+    }
+
+    /// Builds all variants with one memory, so that what they share is computed once.
+    fn run_sweep(&self, request: &Request, progress: &dyn Progress) -> Result<(), Failure> {
+        let begin = || {
+            let variants = sweep::variants(request, &self.asked.changes, &self.sweep, &self.asked.out)?;
+            Ok((variants, Builder::new(&self.asked.means, REMEMBERED)?, stop::on_interrupt()?))
+        };
+        let (variants, builder, cancel) = begin().inspect_err(|failure| progress.failed(failure))?;
+        let count = variants.len();
+        for (at, variant) in variants.iter().enumerate() {
+            let label = variant.label();
+            if self.json {
+                JsonLines::variant(at + 1, count, &variant.values, &variant.folder);
+            } else if !self.quiet {
+                terminal::remark(&format!("{} of {count}: {label}\n", at + 1));
+            }
+            let form = &self.asked.form;
+            let built =
+                builder.build(&variant.request, &variant.folder, form, &cancel, progress).map_err(|failure| {
+                    let done = if at == 0 { String::new() } else { format!("; the {at} before it are written") };
+                    match failure.message.as_str() {
+                        "" => failure,
+                        message => Failure { message: format!("{label}: {message}{done}"), ..failure },
+                    }
+                })?;
+            self.tell(&variant.request, &built)?;
+        }
+        Ok(())
+    }
+
+    /// Prints what was built.
+    fn tell(&self, request: &Request, built: &Built) -> Result<(), Failure> {
         if self.timings {
-            let text = timings(&built, if self.json { Page::stderr() } else { Page::stdout() });
+            let text = timings(built, if self.json { Page::stderr() } else { Page::stdout() });
             if self.json { terminal::remark(&text) } else { terminal::print(&text)? }
         }
-        if self.json || self.quiet { Ok(()) } else { terminal::print(&summary(&request, &built, Page::stdout())) }
+        if self.json || self.quiet { Ok(()) } else { terminal::print(&summary(request, built, Page::stdout())) }
     }
 
     /// The problems of the file, which people have been shown already.
     fn problems(&self) -> Vec<serde_json::Value> {
-        let document = Document::load(&self.asked.file, &orograph_nodes::registry());
-        document.map_or_else(|_| Vec::new(), |document| problems::as_json(&document, &self.asked.file))
+        let Ok(source) = Source::open(&self.asked.file) else { return Vec::new() };
+        let document = Document::load(&source.path, &orograph_nodes::registry());
+        document.map_or_else(|_| Vec::new(), |document| problems::as_json(&document, &source.path))
     }
 }
 

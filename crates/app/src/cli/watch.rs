@@ -19,14 +19,14 @@ use orograph_nodes::raster;
 
 use crate::{
     build::Builder,
-    cli::{asked::Asked, run::summary},
+    cli::{
+        asked::Asked,
+        run::{REMEMBERED, summary},
+    },
     failure::{Exit, Failure, reason},
     progress, stop,
     terminal::{self, Page},
 };
-
-/// Bytes of results that are remembered, so that only what has changed is computed.
-const REMEMBERED: usize = 2 << 30;
 
 /// How long a file must be left alone before it counts as saved.
 const SETTLED: Duration = Duration::from_millis(150);

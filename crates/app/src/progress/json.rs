@@ -1,5 +1,7 @@
 //! Lines of JSON on standard output, for programs that run this one.
 
+use std::{collections::BTreeMap, path::Path};
+
 use orograph_graph::{Event, Origin};
 use serde_json::{Value, json};
 
@@ -16,6 +18,8 @@ pub const HELP: &str = r#"With --json, standard output has one JSON object per l
   {"event":"output","name":NAME,"file":PATH,"type":TYPE,"bytes":B,"range":[LO,HI]|null,"unit":U}
   {"event":"done","seconds":T,"files":N}
   {"event":"error","exit":CODE,"message":TEXT,"hint":TEXT|null,"problems":[{file,line,column,message,...}]}
+In a sweep a line comes before those of each terrain:
+  {"event":"sweep","index":N,"of":N,"values":{NAME:VALUE,...},"folder":FOLDER}
 The last line is "done" or "error"; new kinds of lines and new fields may be added."#;
 
 /// Writes the lines.
@@ -23,6 +27,12 @@ The last line is "done" or "error"; new kinds of lines and new fields may be add
 pub struct JsonLines;
 
 impl JsonLines {
+    /// Says which terrain of a sweep comes next.
+    pub fn variant(index: usize, of: usize, values: &BTreeMap<String, String>, folder: &Path) {
+        let folder = folder.display().to_string();
+        say(&json!({"event": "sweep", "index": index, "of": of, "values": values, "folder": folder}));
+    }
+
     /// Says that a build did not come about, with the problems of its file.
     pub fn refused(failure: &Failure, problems: &[Value]) {
         let message = match (&*failure.message, problems.len()) {

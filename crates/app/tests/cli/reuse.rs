@@ -117,3 +117,115 @@ fn files_that_are_not_there_are_told_by_check() {
     place.write("g.ron", r#"(nodes: { "a": Import(file: "dem.tif") }, outputs: { "o": "a" })"#);
     place.run(&["check", "g.ron"]).ended(1, &["`a.file` names `dem.tif`, but there is no such file", "g.ron:1:29"]);
 }
+
+#[test]
+fn a_sweep_builds_a_terrain_for_each_value() {
+    let place = Place::new();
+    place.write(
+        "g.ron",
+        r#"(
+            world: (size: (3200, 1600), cells: (32, 16)),
+            parameters: { "high": "hills.amplitude" },
+            nodes: { "hills": Perlin(wavelength: "1 km"), "base": Constant(value: 10), "sum": Combine(a: "base", b: "hills", mode: add) },
+            outputs: { "height": "sum" },
+        )"#,
+    );
+    let ran = place.run(&["run", "g.ron", "--sweep", "seed=1..20", "-o", "out/{seed}", "--no-preview"]).done();
+    assert!(ran.err.contains("20 of 20: seed=20"), "{}", ran.err);
+    let lands: Vec<Vec<u8>> =
+        (1..=20).map(|seed| fs::read(place.path(&format!("out/{seed}/height.exr"))).expect("written")).collect();
+    for (at, land) in lands.iter().enumerate() {
+        assert!(!lands[..at].contains(land), "seed {} has the land of another", at + 1);
+    }
+    place.run(&["run", "g.ron", "--seed", "7", "-o", "alone", "--no-preview", "-q"]).done();
+    assert!(fs::read(place.path("alone/height.exr")).expect("written") == lands[6], "as when built by itself");
+
+    // two sweeps make a product; what no value changes is computed once
+    let args = ["run", "g.ron", "--json", "--sweep", "high=100,0.2 km", "--sweep", "base.value=1..3/2"];
+    let ran = place.run(&[&args[..], &["-o", "p/{high}_{base.value}"]].concat()).done();
+    assert_eq!(place.names("p"), ["0.2_km_1", "0.2_km_3", "100_1", "100_3"]);
+    let lines = json_lines(&ran.out);
+    let hills = |origin: &str| {
+        let of =
+            |line: &&serde_json::Value| line["node"] == "hills" && line["event"] == "node" && line["origin"] == origin;
+        lines.iter().filter(of).count()
+    };
+    assert_eq!((hills("computed"), hills("memory")), (2, 2));
+    let second = lines.iter().filter(|line| line["event"] == "sweep").nth(1).expect("four of them");
+    assert_eq!((&second["index"], &second["of"], &second["values"]["base.value"]), (&2.into(), &4.into(), &"3".into()));
+}
+
+#[test]
+fn sweeps_that_would_lose_something_are_refused() {
+    let place = stairs();
+    let refused = |args: &[&str], said: &[&str]| {
+        place.run(&[&["run", "g.ron"], args].concat()).ended(1, said);
+        assert!(!place.path("out").exists(), "{args:?}");
+    };
+    refused(&["--sweep", "seed=1..3"], &["the 3 terrains of `seed` would overwrite each other", "-o \"out/{seed}\""]);
+    refused(&["--sweep", "seed=1..3", "-o", "out/{seeds}/{seed}"], &["`{seeds}`", "there is `{seed}`"]);
+    refused(&["--sweep", "top=1,2 km", "-o", "out/{top}"], &["--sweep top=2 km"]);
+    refused(&["--sweep", "top=1,1", "-o", "out/{top}"], &["would both be written to `out/1`"]);
+    refused(&["--sweep", "tip=1,2", "-o", "out/{tip}"], &["no parameter `tip`; did you mean `top`?"]);
+    refused(&["--sweep", "top=1..9000", "-o", "out/{top}"], &["allowed is a plain number from 0 to 2000"]);
+    refused(&["--sweep", "seed=1,x", "-o", "out/{seed}"], &["a seed is a whole number"]);
+    refused(&["--sweep", "seed=1,2", "--seed", "3", "-o", "out/{seed}"], &["both set and swept"]);
+}
+
+#[test]
+fn an_archive_builds_like_its_graph() {
+    let place = stairs();
+    fs::create_dir(place.path("work")).expect("made");
+    fs::rename(place.path("parts"), place.path("work/parts")).expect("moved");
+    fs::copy(super::repository("tests/data/glencoe_48x64_u16.png"), place.path("dem.png")).expect("copied");
+    fs::copy(super::repository("tests/data/glencoe_48x64_u16.png.json"), place.path("dem.png.json")).expect("copied");
+    place.write("outer.ron", &STEP.replace("value: 10)", "value: 20)"));
+    let graph = r#"// kept
+(
+    world: (size: (3200, 1600), cells: (32, 16), seed: 7),
+    nodes: {
+        "dem": Import(file: "../dem.png"), // outside
+        "one": Subgraph(file: "parts/step.ron", land: "dem"),
+        "two": Subgraph(file: "../outer.ron", land: "one", rise: 30),
+    },
+    outputs: { "height": "two" },
+)
+"#;
+    place.write("work/g.ron", graph);
+    place.run(&["run", "work/g.ron", "-o", "plain", "-q"]).done();
+    let ran = place.run(&["pack", "work/g.ron"]).done();
+    assert!(ran.out.contains("`outside/outer.ron` in it") && ran.out.contains("5 files"), "{}", ran.out);
+    place.run(&["run", "work/g.orograph", "-o", "packed", "-q"]).done();
+    for name in place.names("plain").iter().filter(|name| !name.ends_with(".json")) {
+        let bytes = |folder: &str| fs::read(place.path(folder).join(name)).expect("written");
+        assert!(bytes("plain") == bytes("packed"), "{name}");
+    }
+    place.run(&["check", "work/g.orograph"]).done();
+    place.run(&["unpack", "work/g.orograph", "-o", "far/away"]).done();
+    assert_eq!(place.names("far/away"), ["g.ron", "outside", "parts"]);
+    assert_eq!(place.names("far/away/outside"), ["dem.png", "dem.png.json", "outer.ron"]);
+    let expected = graph.replace("../dem.png", "outside/dem.png").replace("../outer.ron", "outside/outer.ron");
+    assert_eq!(place.read("far/away/g.ron"), expected, "only the names of files are changed");
+    assert_eq!(place.run(&["diff", "work/g.ron", "work/g.orograph", "--exit-code"]).code, 1);
+
+    // equal files give equal bytes, wherever and whenever they are packed
+    place.run(&["pack", "far/away/g.ron", "-o", "again.orograph"]).done();
+    let again = fs::read(place.path("again.orograph")).expect("written");
+    assert!(again == fs::read(place.path("work/g.orograph")).expect("written"));
+
+    place.run(&["unpack", "again.orograph", "-o", "far/away"]).ended(1, &["is not empty"]);
+    place.run(&["unpack", "again.orograph"]).done();
+    assert!(place.path("again/g.ron").is_file());
+    place.run(&["pack", "work/g.ron", "-o", "g.zip"]).ended(1, &["does not end with .orograph"]);
+    place.write("bad.orograph", "not an archive");
+    place.run(&["run", "bad.orograph"]).ended(1, &["cannot be unpacked"]);
+    place.run(&["pack", "none.ron"]).ended(1, &["there is no file"]);
+}
+
+#[test]
+fn faults_inside_an_archive_are_shown_with_its_name() {
+    let place = stairs();
+    place.run(&["pack", "g.ron"]).done();
+    let ran = place.run(&["run", "g.orograph", "--set", "tap=1"]).ended(1, &["did you mean `top`?"]);
+    assert!(!ran.err.contains("/tmp"), "{}", ran.err);
+}

@@ -6,11 +6,16 @@ use super::{
     Document,
     check::{Checked, check},
     edit::{Edit, EditError},
+    editor::Editor,
+    lex::quote,
     splice::{Draft, Splice, redo, undo},
-    subgraph::Loader,
+    subgraph::{FILE, Loader},
     syntax,
 };
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::{
+    diagnostic::{Diagnostic, Severity},
+    param::ParamValue,
+};
 
 /// Edits that were made, and those that were taken back, each as the bytes it replaced.
 #[derive(Clone, Debug, Default)]
@@ -58,6 +63,34 @@ impl Document {
     /// As [`Self::apply`].
     pub fn set_from_text(&mut self, node: &str, name: &str, text: &str) -> Result<(), EditError> {
         self.apply(&Edit::SetText { node: node.to_owned(), name: name.to_owned(), text: text.to_owned() })
+    }
+
+    /// The text with other names of files, for a copy at another place. `rename` is given node, parameter and name.
+    ///
+    /// Nothing is checked, since the files may not be there yet.
+    ///
+    /// # Errors
+    /// [`EditError`] when the document has mistakes of notation.
+    pub fn with_file_names(&self, rename: &dyn Fn(&str, &str, &str) -> Option<String>) -> Result<String, EditError> {
+        let mut draft = Draft::new(&self.source);
+        let mut renames = Vec::new();
+        for index in self.graph().indices() {
+            let instance = self.graph().instance(index);
+            for (param, value) in instance.params.iter() {
+                if let ParamValue::File(file) = value
+                    && !file.is_empty()
+                    && let Some(new) = rename(&instance.name, param, file)
+                {
+                    renames.push((instance.name.as_str(), param, new));
+                }
+            }
+        }
+        // Without its file a subgraph has no parameters, so the name of that comes last.
+        renames.sort_by_key(|(_, param, _)| *param == FILE);
+        for (node, param, new) in renames {
+            Editor::new(&mut draft, &self.registry, &self.home).set(node, param, &quote(&new))?;
+        }
+        Ok(draft.source)
     }
 
     /// Takes the last edit back; says whether there was one.
