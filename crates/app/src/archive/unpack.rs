@@ -115,6 +115,8 @@ fn unpack_within(archive: &Path, folder: &Path, most: u64) -> Result<Unpacked, F
         }
         graph.get_or_insert_with(|| PathBuf::from(name));
     }
+    // What follows the last entry says nothing, save that the checksum behind it holds.
+    io::copy(&mut tar.into_inner(), &mut io::sink()).map_err(damaged)?;
     let graph = graph.ok_or_else(|| refused("there is nothing in it".to_owned()))?;
     if graph.extension().is_none_or(|extension| extension != "ron") {
         return Err(refused(format!("its first file, `{}`, is no graph file", graph.display())));

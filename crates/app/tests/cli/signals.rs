@@ -131,6 +131,29 @@ fn watching_builds_at_every_save_and_survives_mistakes() {
 }
 
 #[test]
+fn watching_follows_the_files_that_a_graph_uses() {
+    let place = Place::new();
+    let inner = r#"(nodes: { "dem": Import(file: "land.tif") }, outputs: { "height": "dem" })"#;
+    fs::create_dir(place.path("lib")).expect("made");
+    place.write("lib/dem.ron", inner);
+    place.write(
+        "g.ron",
+        r#"(nodes: { "a": Subgraph(file: "lib/dem.ron") }, outputs: { "height": "a" }, world: (cells: 16))"#,
+    );
+    // A file that is not there yet is awaited.
+    let running = Running::start(&place, &["watch", "g.ron"]);
+    running.wait_for("watching g.ron");
+    fs::copy(repository("tests/data/glencoe_128.tif"), place.path("lib/land.tif")).expect("copied");
+    running.wait_for("land.tif changed");
+    running.wait_for("built");
+    running.wait_for("watching g.ron");
+    place.write("lib/dem.ron", &inner.replace("nodes", "/* saved */ nodes"));
+    running.wait_for("dem.ron changed");
+    running.wait_for("watching g.ron");
+    assert_eq!(running.interrupt().0, Some(0));
+}
+
+#[test]
 fn a_save_overtakes_the_build_that_it_puts_out_of_date() {
     let place = Place::new();
     place.write("g.ron", &long_graph().replace("512", "1024"));
