@@ -4,7 +4,7 @@
 //! the others follow in the order of their names. There are only plain files in it, with names of letters, digits and a
 //! few signs, relative and without `..`; time, owner and rights say nothing, so that equal graphs give equal archives.
 //!
-//! What is read is not trusted: [`unpack`] refuses everything else before it writes, and bounds what it writes.
+//! What is read is not trusted: [`unpack()`] refuses everything else before it writes, and bounds what it writes.
 
 mod pack;
 mod unpack;

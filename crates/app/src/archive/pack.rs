@@ -5,6 +5,7 @@ use std::{
     fs::{self, File},
     io::{self, Write as _},
     path::{Component, Path, PathBuf},
+    sync::Arc,
 };
 
 use flate2::{Compression, GzBuilder};
@@ -31,7 +32,7 @@ pub struct Packed {
 /// What an entry holds.
 enum Content {
     /// A graph file, with the names of files in it as they are in the archive.
-    Graph(Document),
+    Graph(Arc<Document>),
     /// Any other file, as it is.
     File,
 }
@@ -42,7 +43,7 @@ enum Content {
 /// When a file cannot be read, its name cannot stand in an archive, or the archive cannot be written.
 pub fn pack(document: &Document, path: &Path, archive: &Path) -> Result<Packed, Failure> {
     let mut packing = Packing::new(path)?;
-    let graph = packing.add(path, Content::Graph(document.clone()))?;
+    let graph = packing.add(path, Content::Graph(Arc::new(document.clone())))?;
     packing.follow(document)?;
 
     let unwritable =
@@ -135,7 +136,7 @@ impl Packing {
         for used in document.uses() {
             let Some(inner) = &used.document else { continue };
             if !self.names.contains_key(&place_of(&used.path)?) {
-                self.add(&used.path, Content::Graph(Document::clone(inner)))?;
+                self.add(&used.path, Content::Graph(Arc::clone(inner)))?;
                 self.follow(inner)?;
             }
         }
