@@ -19,6 +19,8 @@ const EXPLICIT: f64 = 0.25;
 const STEEPEST: f64 = 0.95;
 /// Steps of Newton's method for the slopes at the end of a time step.
 const ITERATIONS: usize = 4;
+/// Times that sinks which give are turned into land, the last time with all others of their lines.
+const ROUNDS: u32 = 8;
 /// What a sink gives away, in metres, before it counts as land.
 const GIVEN_M: f64 = 1e-9;
 
@@ -151,8 +153,8 @@ impl Bundle {
         } else {
             faces(self)
         }
-        // What would give more than it gets is no sink; where that brings others to give, none of the line is.
-        for round in 0..3 {
+        // What would give more than it gets is no sink, which may bring others to give.
+        for round in 0..=ROUNDS {
             if steepens {
                 self.end.copy_from_slice(&self.start);
                 for _ in 0..ITERATIONS {
@@ -163,7 +165,7 @@ impl Bundle {
                 secants(self);
             }
             eliminate(self);
-            if round == 2 || !self.sinks || !release(self, round == 1) {
+            if round == ROUNDS || !self.sinks || !release(self, round + 1 == ROUNDS) {
                 break;
             }
         }
@@ -183,10 +185,13 @@ impl Bundle {
         self.crossing(line, i) - self.crossing(line, i + 1)
     }
 
-    /// What crosses face `i`, in metres over a cell.
+    /// What crosses face `i`, in metres over a cell: nothing between two cells that keep their heights.
     #[inline(always)]
     fn crossing(&self, line: usize, i: usize) -> f64 {
         let [before, after] = beside(i, self.start.len());
+        if self.hold[before][line] != FREE && self.hold[after][line] != FREE {
+            return 0.0;
+        }
         self.given[i][line] + self.implicit[i][line] * (self.end[before][line] - self.end[after][line])
     }
 }

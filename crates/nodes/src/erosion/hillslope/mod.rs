@@ -85,6 +85,9 @@ impl<'a> Hillslope<'a> {
         channel: &(impl Fn(usize) -> bool + Sync),
         mut lost: Option<&mut [f64]>,
     ) -> Result<(), NodeError> {
+        if self.diffusivity.constant().is_some_and(|given| diffusivity(given) <= 0.0) {
+            return Ok(());
+        }
         let directions =
             if turn.is_multiple_of(2) { [Along::Rows, Along::Columns] } else { [Along::Columns, Along::Rows] };
         for along in directions {

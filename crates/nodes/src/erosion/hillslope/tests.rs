@@ -197,6 +197,34 @@ fn steep_land_becomes_straight() {
     assert!(bends <= 1, "{slopes:?}");
 }
 
+/// Between two rivers a hill that rises is a parabola, at every size of the cells: rivers take what comes without rising.
+#[test]
+fn rivers_take_what_creeps_into_them() {
+    for cells in [33, 65, 129] {
+        let cell_m = 100.0 / f64::from(cells - 1);
+        let world = walled(cells, 3, cell_m);
+        // One step of 1000 yr from the parabola lifted by 1000 yr of uplift gives the parabola back.
+        let parabola = |x: f64| 1e-4 / 0.02 * (50.0 * 50.0 - (x - 50.0 - 0.5 * cell_m) * (x - 50.0 - 0.5 * cell_m));
+        let at_river = |x: f64| (x - 50.0 - 0.5 * cell_m).abs() > 50.0 - 0.1 * cell_m;
+        let river = testing::field(world, |x, _| f64::from(u8::from(at_river(x))));
+        let height = testing::field(world, |x, _| if at_river(x) { 0.0 } else { parabola(x) + 0.1 });
+        let [after, lost] = step(&height, &river, 0.01, 0.0, 1e3);
+        for i in 0..cells as usize {
+            let x = (i as f64 + 0.5) * cell_m;
+            let expected = if at_river(x) { 0.0 } else { parabola(x) };
+            // 0.01 m of the 0.1 m that rose: the step begins with all of the rise in place.
+            assert!(
+                (after[cells as usize + i] - expected).abs() < 0.03,
+                "{cells} {i}: {} {expected}",
+                after[cells as usize + i]
+            );
+        }
+        // A river gets half of what rises, over a cell: 50 m of 0.1 m, but for half a cell at each end.
+        let got = lost[cells as usize] * cell_m;
+        assert!((got / (0.1 * (50.0 - 0.5 * cell_m)) - 1.0).abs() < 0.05, "{cells}: {got}");
+    }
+}
+
 #[test]
 fn no_time_or_no_mobility_keeps_all_bits() {
     let height = testing::field(testing::world(40, 30, 10.0), |x, y| 1000.0 * white(x, y));

@@ -7,6 +7,7 @@ use super::{
     tectonics::Tectonics,
 };
 use crate::{
+    erosion::hillslope::Hillslope,
     hydrology::engine::{Depressions, Drainage, Grid, Outlet, code, receivers},
     math,
     prelude::*,
@@ -31,6 +32,9 @@ pub struct Land<'a> {
     time_yr: f64,
     rock: Rock<'a>,
     steepest: Steepest,
+    hillslope: Hillslope<'a>,
+    /// The drainage area at which a river carries off what creeps into it; infinite without such rivers.
+    river_m2: f64,
     receivers: Receivers,
     seed: u32,
     law: Law,
@@ -105,6 +109,8 @@ impl<'a> Land<'a> {
             time_yr: 0.0,
             rock: Rock::new(job, params, &law)?,
             steepest,
+            hillslope: Hillslope::new(&job.window(), job.lane("diffusivity"), params.critical_slope),
+            river_m2: if params.critical_area > 0.0 { params.critical_area } else { f64::INFINITY },
             receivers: params.receivers,
             seed: job.seed(),
             law,
@@ -141,9 +147,15 @@ impl<'a> Land<'a> {
             let before = told.then(|| self.heights.clone());
             self.erode(job, step_yr)?;
             self.slide(job)?;
-            let Some(mut lowered) = before else { return Ok(None) };
+            let Some(mut lowered) = before else {
+                self.creep(job, step_yr, step, None)?;
+                return Ok(None);
+            };
             lowered.par_iter_mut().zip(&self.heights).for_each(|(height, after)| *height -= after);
-            let mut flux = lowered.clone();
+            let (mut flux, fluvial) = (lowered.clone(), self.heights.clone());
+            self.creep(job, step_yr, step, Some(&mut flux))?;
+            let crept = fluvial.par_iter().zip(&self.heights).map(|(before, after)| before - after);
+            lowered.par_iter_mut().zip(crept).for_each(|(lowered, crept)| *lowered += crept);
             self.drainage.accumulate(job, &self.grid, &self.codes, &mut flux)?;
             return Ok(Some(Work { lowered, flux }));
         };
@@ -151,9 +163,10 @@ impl<'a> Land<'a> {
         let flux = self.carry(job, step_yr, &mut sediment)?;
         let fluvial = self.heights.clone();
         self.slide(job)?;
-        let after = self.heights.par_iter();
-        let slid = after.clone().zip(&fluvial).map(|(after, before)| before - after);
+        let slid = self.heights.par_iter().zip(&fluvial).map(|(after, before)| before - after);
         sediment.debris.par_iter_mut().zip(slid).for_each(|(debris, slid)| *debris += slid);
+        self.creep(job, step_yr, step, Some(&mut sediment.debris))?;
+        let after = self.heights.par_iter();
         lowered.par_iter_mut().zip(after).for_each(|(height, after)| *height -= after);
         let layers = sediment.thickness.par_iter_mut().zip(&lowered);
         layers.for_each(|(thickness, lowered)| *thickness = (f64::from(*thickness) - lowered).max(0.0) as f32);
@@ -170,6 +183,13 @@ impl<'a> Land<'a> {
                 slides::settle(job, &self.grid, &mut self.heights, self.cell_m, |cell| f64::from(slopes[cell]))
             }
         }
+    }
+
+    /// Lets the land between rivers creep. What comes to rivers and leaves the world is added to `lost`.
+    fn creep(&mut self, job: &Job<'_>, step_yr: f64, step: u32, lost: Option<&mut Vec<f64>>) -> Result<(), NodeError> {
+        let (area, river_m2) = (&self.area, self.river_m2);
+        let is_river = |cell: usize| area.m2(cell) >= river_m2;
+        self.hillslope.creep(job, &mut self.heights, step_yr, step, &is_river, lost.map(|lost| &mut lost[..]))
     }
 
     /// Receivers, ways out of depressions and drainage areas of the land as it is: of a step, or by steepest descent.
@@ -264,7 +284,7 @@ mod tests {
     use super::*;
     use crate::{erosion::stream_power::NODE, testing};
 
-    /// Twenty steps over rough, rising land with lakes, a sea and slides: what left and what is on its way is what the
+    /// Twenty steps over rough, rising land with lakes, a sea, slides and creep: what left and what is on its way is what the
     /// land lost.
     fn balance(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let (params, start) = (Params::read(job.params), job.field("height")?);
@@ -295,12 +315,20 @@ mod tests {
         });
         let uplift = Field::constant(Window::whole(world), 0.001);
         let node = Node { cpu: balance, inputs: NODE.inputs, params: NODE.params, ..Node::DEFAULT };
-        for (deposition, changes) in
-            [(0.5, "duration=1e5"), (3.0, "duration=2e6,receivers=d8"), (1000.0, "duration=1e7")]
-        {
-            let deposition = Field::constant(Window::whole(world), deposition);
+        for (deposition, diffusivity, changes) in [
+            (0.5, 0.0, "duration=1e5"),
+            (0.5, 0.01, "duration=1e5"),
+            (3.0, 0.1, "duration=2e6,receivers=d8"),
+            (1000.0, 0.1, "duration=1e7,critical_slope=1.2"),
+            (0.0, 0.1, "duration=2e6"),
+        ] {
+            let [deposition, diffusivity] =
+                [deposition, diffusivity].map(|value| Field::constant(Window::whole(world), value));
             let params = testing::with_params(&NODE, &format!("{changes},sea_level=60"));
-            let fields = [("height", &height), ("uplift", &uplift), ("deposition", &deposition)];
+            let mut fields = vec![("height", &height), ("uplift", &uplift), ("diffusivity", &diffusivity)];
+            if deposition.samples()[0] > 0.0 {
+                fields.push(("deposition", &deposition));
+            }
             testing::outputs(&node, &params, &fields).expect("a balance");
         }
     }

@@ -3,12 +3,15 @@
 //! Howard (1994) for the law, Braun and Willett (2013) for the implicit solution along the drainage tree, receivers
 //! first. What differs from the paper: depressions are routed through (Cordonnier, Bovy and Braun 2019), receivers may
 //! be drawn at random between the two neighbours of the steepest facet, the drainage area has a lower limit, and slopes
-//! an upper one, and erodibility may vary at random. Heights are kept in double precision through the whole run, because
-//! the uplift of one step can be less than a height in single precision can hold.
+//! an upper one, erodibility may vary at random, and soil creeps between the rivers (Culling 1960). Heights are kept in
+//! double precision through the whole run, because the uplift of one step can be less than a height in single precision
+//! can hold.
 
 mod area;
 mod course;
 mod deposition;
+#[cfg(test)]
+mod hillslope_tests;
 mod incision;
 mod land;
 mod links;
@@ -56,6 +59,10 @@ params! {
     uplift_course: CurvePoints = CurvePoints(vec![[0.0, 1.0], [1.0, 1.0]]), One, ..;
     /// Rate at which the cells at `base` sides sink: the fall of the sea or of the valley that everything drains to.
     base_level_fall: f64 = 0.0, MetresPerYear, -1.0..=1.0, soft 0..=0.005;
+    /// Slope at which creeping ground no longer holds, in metres per metre; 0 is without, which is linear creep.
+    ///
+    /// Takes time steps in which the uplift is below a tenth of a cell; with longer ones the steepest slopes waver.
+    critical_slope: f64 = 0.0, One, 0.0..=10.0, soft 0.0..=1.5;
     /// How much the erodibility differs from cell to cell: the standard deviation of its natural logarithm.
     ///
     /// Rock is never the same everywhere, and perfectly even land keeps rivers that follow rows and columns.
@@ -104,9 +111,17 @@ pub static NODE: Node = Node {
           Where the drainage area is below `critical_area`, erosion is that of this area: these are hillslopes, which \
           the law is not about. Without it relief grows without limit as cells shrink. It must be larger than a cell; \
           where it is not, hillslopes are not resolved and the land depends on the cell size. `repose` is the steepest \
-          slope: what is steeper slides and is gone by the end of the step; 90° lets everything stand. `variation` makes \
-          each cell's erodibility differ a little, as rock does. With `critical_area: 0`, `variation: 0`, `repose: 90` \
-          and `receivers: d8` what remains is the law itself.\n\n\
+          slope: what is steeper slides and is gone by the end of the step; 90° lets everything stand.\n\n\
+          Soil creeps on all land that is no river, as in `Creep`: crests are round, and what is rough fades,\n\n    \
+          ∂h/∂t = U − K Aᵐ Sⁿ + ∇·(D ∇h)\n\n\
+          with D the `diffusivity`, divided by 1 − (|∇h| / S)² where a `critical_slope` S is given. Valleys narrower than \
+          some D / (K Aᵐ), 35 m for the defaults, do not form. Rivers, where the drainage area is `critical_area` or more, \
+          take what creeps into them and do not rise: it leaves the world, or joins their load where there is \
+          `deposition`. Where `critical_area` is 0 everything creeps. Water gathers less in smooth hollows the smaller the \
+          cells are: gentle land that creep shapes stands some 10 % higher when cells are halved.\n\n\
+          `variation` makes \
+          each cell's erodibility differ a little, as rock does. With `critical_area: 0`, `variation: 0`, `repose: 90`, \
+          `diffusivity: 0` and `receivers: d8` what remains is the law itself.\n\n\
           `uplift_course` makes the uplift grow, pulse or fade: it multiplies it by a curve over the run. Every step \
           takes the curve's exact mean over its time.\n\n\
           Rivers follow what they find. Start from land with some roughness (any noise of a few metres) unless straight \
@@ -128,6 +143,9 @@ pub static NODE: Node = Node {
          Journal of Geophysical Research 114, F03007",
         "G. Cordonnier, B. Bovy and J. Braun (2019), A versatile, linear complexity algorithm for flow routing in \
          topographies with depressions, Earth Surface Dynamics 7, 549-562",
+        "W. E. H. Culling (1960), Analytical theory of erosion, Journal of Geology 68, 336-344",
+        "J. J. Roering, J. W. Kirchner and W. E. Dietrich (1999), Evidence for nonlinear, diffusive sediment transport on \
+         hillslopes and implications for landscape morphology, Water Resources Research 35, 853-870",
         "E. Rouy and A. Tourin (1992), A viscosity solutions approach to shape-from-shading, SIAM Journal on Numerical \
          Analysis 29, 867-884",
         "D. G. Tarboton (1997), A new method for the determination of flow directions and upslope areas in grid \
@@ -184,6 +202,14 @@ pub static NODE: Node = Node {
             [20.0, 60.0],
             "Steepest slope that stands; 90° is without limit.",
         ),
+        Input::number(
+            "diffusivity",
+            Unit::SquareMetresPerYear,
+            DEFAULT_DIFFUSIVITY,
+            [0.0, 1e3],
+            [0.0, 0.1],
+            "The coefficient D of creep on hillslopes, 0.001 in dry to 0.1 in wet lands. Below 0 counts as 0: none.",
+        ),
     ],
     outputs: &[
         Output::gives("height", PortType::Height, "The land at the end."),
@@ -221,6 +247,8 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
+/// Diffusivity in m²/yr when the file says nothing.
+const DEFAULT_DIFFUSIVITY: f64 = 0.01;
 /// The most steps of a run.
 const MAX_STEPS: f64 = 10_000.0;
 /// A shorter step counts as this long where its rates are told, so that they are finite.

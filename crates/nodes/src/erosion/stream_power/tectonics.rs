@@ -81,7 +81,7 @@ mod tests {
     use crate::{
         erosion::stream_power::{
             NODE,
-            tests::{PLAIN, largest_relative_error, samples, steady, strip, white},
+            tests::{PLAIN, largest_relative_error, outputs, samples, steady, strip, white},
         },
         prelude::*,
         testing,
@@ -90,8 +90,15 @@ mod tests {
     #[test]
     fn land_rises_by_the_integral_of_the_course() {
         let height = testing::field(testing::world(20, 20, 10.0), |x, y| 10.0 * white(x, y));
-        let [uplift, erodibility, repose] = [0.001, 0.0, 90.0].map(|value| Field::constant(*height.window(), value));
-        let fields = [("height", &height), ("uplift", &uplift), ("erodibility", &erodibility), ("repose", &repose)];
+        let [uplift, erodibility, repose, diffusivity] =
+            [0.001, 0.0, 90.0, 0.0].map(|value| Field::constant(*height.window(), value));
+        let fields = [
+            ("height", &height),
+            ("uplift", &uplift),
+            ("erodibility", &erodibility),
+            ("repose", &repose),
+            ("diffusivity", &diffusivity),
+        ];
         for time_step in [1e6, 3e4] {
             let mut params = testing::with_params(&NODE, &format!("duration=1e6,time_step={time_step}"));
             params.set("uplift_course", ParamValue::Curve(vec![[0.0, 0.0], [1.0, 1.0]]));
@@ -111,7 +118,7 @@ mod tests {
         let [erodibility, repose] = [1e-5, 90.0].map(|value| Field::constant(*height.window(), value));
         let fields = [("height", &height), ("erodibility", &erodibility), ("repose", &repose)];
         let changes = format!("{PLAIN},duration=4e6,time_step=1e4,base_level_fall=0.001");
-        let mut found = testing::outputs(&NODE, &testing::with_params(&NODE, &changes), &fields).expect("a result");
+        let mut found = outputs(&changes, &fields).expect("a result");
         let heights: Vec<f32> = samples(&mut found, "height").iter().map(|height| height + 4000.0).collect();
         assert_eq!(heights[100], 0.0);
         // 1e-5: heights near 4000 m in f32.
