@@ -2,9 +2,9 @@
 //!
 //! A cell at height h₀, above a receiver that is already at its new height hᵣ a distance d below, is at
 //! h = hᵣ + x after a step, where x + C xⁿ = b, b = h₀ − hᵣ and C = K Aᵐ Δt / dⁿ (Braun and Willett 2013). In terms of
-//! y = x / b it is y + c yⁿ = 1 with c = C bⁿ⁻¹: one function of one number for each n. For n = 1 it is 1 / (1 + c).
-//! Otherwise it is solved once by Newton's method for many c and interpolated, which costs the same for every n and
-//! has no iteration to end.
+//! y = x / b it is y + c yⁿ = 1 with c = C bⁿ⁻¹: one function of one number for each n. For n = 1 it is 1 / (1 + c),
+//! for n = 2 it is 2 / (1 + √(1 + 4 c)). Otherwise it is solved once by Newton's method for many c and interpolated,
+//! which has no iteration to end; for n = 1.5, where c is C √b, at places that need no logarithm.
 
 use crate::math;
 
@@ -13,6 +13,13 @@ use crate::math;
 pub enum Law {
     /// n = 1.
     Linear,
+    /// n = 1.5.
+    ThreeHalves {
+        /// y as a cubic of the place between two c: [`PARTS`] to a doubling, equally far apart, from 2^[`LOWEST`] up.
+        table: Vec<[f64; 4]>,
+    },
+    /// n = 2.
+    Square,
     /// Any other n.
     Power {
         /// n − 1.
@@ -28,6 +35,12 @@ const LOWEST: f64 = -52.0;
 const HIGHEST: f64 = 96.0;
 /// Entries for a doubling of c. Cubic interpolation between them is exact to 1e-8 of the drop.
 const PER_OCTAVE: f64 = 32.0;
+/// Parts of a doubling of c, as a power of 2. Hermite's cubics on them are exact to 1e-8 of the drop.
+const PARTS_BITS: u32 = 5;
+/// Parts of a doubling of c.
+const PARTS: usize = 1 << PARTS_BITS;
+/// Bits of a number in double precision that say where in its part it is.
+const PLACE_BITS: u32 = 52 - PARTS_BITS;
 
 impl Law {
     /// The law of slope exponent `n`, above 0.
@@ -36,17 +49,25 @@ impl Law {
         if n == 1.0 {
             return Self::Linear;
         }
+        if n == 2.0 {
+            return Self::Square;
+        }
+        if n == 1.5 {
+            let parts = (HIGHEST - LOWEST) as usize * PARTS;
+            return Self::ThreeHalves { table: (0..=parts).map(|part| cubic(n, part)).collect() };
+        }
         let entries = ((HIGHEST - LOWEST) * PER_OCTAVE) as usize + 3;
         let table = (0..entries).map(|at| share_left(n, math::exp2(LOWEST + (at as f64 - 1.0) / PER_OCTAVE)));
         Self::Power { excess: n - 1.0, table: table.collect() }
     }
 
-    /// The coefficient of a link as [`Self::left`] takes it: C itself for n = 1, its logarithm to base 2 otherwise.
+    /// The coefficient of a link as [`Self::left`] takes it: C itself for n of 1, 1.5 and 2, its logarithm to base 2
+    /// otherwise.
     #[must_use]
     #[inline(always)]
     pub fn coefficient(&self, c: f64) -> f64 {
         match self {
-            Self::Linear => c,
+            Self::Linear | Self::ThreeHalves { .. } | Self::Square => c,
             Self::Power { .. } => log2(c),
         }
     }
@@ -56,7 +77,7 @@ impl Law {
     #[inline(always)]
     pub fn times(&self, one: f64, other: f64) -> f64 {
         match self {
-            Self::Linear => one * other,
+            Self::Linear | Self::ThreeHalves { .. } | Self::Square => one * other,
             Self::Power { .. } => one + other,
         }
     }
@@ -67,6 +88,22 @@ impl Law {
     pub fn left(&self, coefficient: f64, drop: f64) -> f64 {
         match self {
             Self::Linear => drop / (1.0 + coefficient),
+            Self::Square => 2.0 * drop / (1.0 + (1.0 + 4.0 * coefficient * drop).sqrt()),
+            Self::ThreeHalves { table } => {
+                let c = coefficient * drop.sqrt();
+                let bits = c.to_bits();
+                // Negative where so little is eroded that it cannot be told, and for what is not a number.
+                let part = (bits >> PLACE_BITS) as i64 - FIRST_PART;
+                if c.is_nan() || part < 0 {
+                    return drop;
+                }
+                const ONE: u64 = 1023 << 52;
+                let t = f64::from_bits(bits << PARTS_BITS & ((1 << 52) - 1) | ONE) - 1.0;
+                let (part, t) =
+                    if part as usize + 1 < table.len() { (part as usize, t) } else { (table.len() - 1, 0.0) };
+                let [a, b, c, d] = table[part];
+                drop * (a + t * (b + t * (c + t * d))).clamp(0.0, 1.0)
+            }
             Self::Power { excess, table } => {
                 let at = (coefficient + excess * log2(drop) - LOWEST) * PER_OCTAVE + 1.0;
                 if at.is_nan() || at < 1.0 {
@@ -82,6 +119,21 @@ impl Law {
             }
         }
     }
+}
+
+/// Bits of 2^[`LOWEST`] above those of the place.
+const FIRST_PART: i64 = (1023 + LOWEST as i64) << PARTS_BITS;
+
+/// Hermite's cubic for y on a part: its value and slope at both ends are those of y.
+fn cubic(n: f64, part: usize) -> [f64; 4] {
+    let end = |part: usize| f64::from_bits(((FIRST_PART + part as i64) as u64) << PLACE_BITS);
+    let (low, high) = (end(part), end(part + 1));
+    let [(y_0, slope_0), (y_1, slope_1)] = [low, high].map(|c| {
+        let y = share_left(n, c);
+        let curved = math::pow(y, n);
+        (y, -curved / (1.0 + n * c * curved / y) * (high - low))
+    });
+    [y_0, slope_0, 3.0 * (y_1 - y_0) - 2.0 * slope_0 - slope_1, 2.0 * (y_0 - y_1) + slope_0 + slope_1]
 }
 
 /// The root of y + c yⁿ = 1, by Newton's method from the right, where the convex form of the equation cannot overshoot:
@@ -153,7 +205,7 @@ mod tests {
 
     #[test]
     fn extreme_coefficients_stay_between_the_receiver_and_the_cell() {
-        for n in [0.5, 1.0, 1.7] {
+        for n in [0.5, 1.0, 1.5, 1.7, 2.0] {
             let law = Law::new(n);
             for c in [0.0, f64::MIN_POSITIVE, 1e-300, 1e300, f64::MAX, f64::INFINITY] {
                 for drop in [5e-324, 1e-12, 1.0, 1e9] {
