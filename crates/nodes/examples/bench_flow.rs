@@ -1,11 +1,17 @@
 //! Times flow routing and river incision on a raw terrain, and writes what they found, for comparison with other
 //! programs: see `tests/peers/README.md`.
 //!
-//! `bench_flow TERRAIN SIDE REPEATS OUT`: TERRAIN is a square of SIDE x SIDE little-endian f32, cells of 30 m. Prints
-//! one line per kernel: its name, the shortest time and the mean processor time in seconds. Threads are those of
-//! `RAYON_NUM_THREADS`. Processor time comes from `/proc`, so Linux is needed.
+//! `bench_flow TERRAIN SIDE REPEATS OUT [KERNEL ...]`: TERRAIN is a square of SIDE x SIDE little-endian f32, cells of 30 m. Prints
+//! one line per kernel, of all or of those named: its name, the shortest time and the median processor time in seconds, and the most bytes that it
+//! held at once. Threads are those of `RAYON_NUM_THREADS`. Processor time comes from `/proc`, so Linux is needed.
 
-use std::{error::Error, path::Path, time::Instant};
+use std::{
+    alloc::{GlobalAlloc, Layout, System},
+    error::Error,
+    path::Path,
+    sync::atomic::{AtomicUsize, Ordering::Relaxed},
+    time::Instant,
+};
 
 use orograph_graph::{
     Boundary, Cancel, Edge, Fallback, Field, InputValue, Job, Node, NodeError, ParamValue, ParamValues, Value,
@@ -28,9 +34,10 @@ const LAWS: [(f64, f64, f64); 3] = [(1.0, 0.45, 1e-5), (1.5, 0.6, 3e-6), (2.0, 0
 
 fn main() -> Result<(), Box<dyn Error>> {
     let args: Vec<String> = std::env::args().collect();
-    let [_, terrain, side, repeats, out] = &args[..] else {
-        return Err("usage: bench_flow TERRAIN SIDE REPEATS OUT".into());
+    let [_, terrain, side, repeats, out, named @ ..] = &args[..] else {
+        return Err("usage: bench_flow TERRAIN SIDE REPEATS OUT [KERNEL ...]".into());
     };
+    let asked = |kernel: &str| named.is_empty() || named.iter().any(|name| name == kernel);
     let (side, repeats, out) = (side.parse::<u32>()?, repeats.parse::<usize>()?, Path::new(out));
     let bytes = std::fs::read(terrain)?;
     let samples: Vec<f32> =
@@ -46,26 +53,38 @@ fn main() -> Result<(), Box<dyn Error>> {
     let job = job(&flow::NODE, &defaults, &height, 0.0);
     let grid = Grid::new(&window)?;
 
-    let filled = time("fill", repeats, || fill(&job, &grid, height.samples()))?;
-    write(&out.join("filled.f32"), &filled)?;
-    let cells = time("route", repeats, || accumulate(&job, &grid, height.samples(), false))?;
-    write(&out.join("cells.f32"), &cells)?;
-    let cells = time("route_sinks", repeats, || accumulate(&job, &grid, height.samples(), true))?;
-    write(&out.join("cells_sinks.f32"), &cells)?;
+    if asked("fill") {
+        let filled = time("fill", repeats, || fill(&job, &grid, height.samples()))?;
+        write(&out.join("filled.f32"), &filled)?;
+    }
+    if asked("route") {
+        let cells = time("route", repeats, || accumulate(&job, &grid, height.samples(), false))?;
+        write(&out.join("cells.f32"), &cells)?;
+    }
+    if asked("route_sinks") {
+        let cells = time("route_sinks", repeats, || accumulate(&job, &grid, height.samples(), true))?;
+        write(&out.join("cells_sinks.f32"), &cells)?;
+    }
     for (name, how) in [("d_infinity", Spread::DInfinity), ("mfd", Spread::Freeman { exponent: 1.1 })] {
-        let cells = time(name, repeats, || spread_out(&job, &grid, height.samples(), how))?;
-        write(&out.join(format!("{name}.f32")), &cells)?;
+        if asked(name) {
+            let cells = time(name, repeats, || spread_out(&job, &grid, height.samples(), how))?;
+            write(&out.join(format!("{name}.f32")), &cells)?;
+        }
     }
     for (n, m, erodibility) in LAWS {
         for (name, steps) in [("steps", STEPS), ("first", 1)] {
+            let name = format!("{name}_n{n}");
+            if !asked(&name) {
+                continue;
+            }
             let params = incision(n, m, steps);
             let job = self::job(&stream_power::NODE, &params, &height, erodibility);
-            let eroded = time(&format!("{name}_n{n}"), repeats, || {
+            let eroded = time(&name, repeats, || {
                 let value = (stream_power::NODE.cpu)(&job)?.take("height");
                 let height = value.and_then(|value| value.as_field().cloned());
                 Ok(height.ok_or_else(|| NodeError::failed("no height"))?.into_samples())
             })?;
-            write(&out.join(format!("{name}_n{n}.f32")), &eroded)?;
+            write(&out.join(format!("{name}.f32")), &eroded)?;
         }
     }
     Ok(())
@@ -142,19 +161,78 @@ fn spread_out(job: &Job<'_>, grid: &Grid, heights: &[f32], how: Spread) -> Resul
     Ok(cells)
 }
 
-/// Runs a kernel that many times after a first one that is not counted, and prints how long it took.
+/// Runs a kernel that many times after a first one that is not timed, and prints how long it took and the most bytes
+/// that the first one held.
 #[expect(clippy::disallowed_methods, reason = "it measures time")]
 fn time<T>(name: &str, repeats: usize, kernel: impl Fn() -> Result<T, NodeError>) -> Result<T, Box<dyn Error>> {
+    let before = Counting::restart();
     let mut result = kernel()?;
-    let before_s = processor_s()?;
-    let mut shortest_s = f64::INFINITY;
+    let held = Counting::most() - before;
+    let (mut shortest_s, mut processor) = (f64::INFINITY, Vec::new());
     for _ in 0..repeats.max(1) {
-        let start = Instant::now();
+        let (start, before_s) = (Instant::now(), processor_s()?);
         result = kernel()?;
         shortest_s = shortest_s.min(start.elapsed().as_secs_f64());
+        processor.push(processor_s()? - before_s);
     }
-    println!("{name} {shortest_s} {}", (processor_s()? - before_s) / repeats.max(1) as f64);
+    processor.sort_by(f64::total_cmp);
+    println!("{name} {shortest_s} {} {held}", processor[processor.len() / 2]);
     Ok(result)
+}
+
+/// The system's allocator, which counts what is held and the most that was.
+struct Counting;
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+static HELD: AtomicUsize = AtomicUsize::new(0);
+static MOST: AtomicUsize = AtomicUsize::new(0);
+
+impl Counting {
+    /// Forgets the most; gives what is held.
+    fn restart() -> usize {
+        let held = HELD.load(Relaxed);
+        MOST.store(held, Relaxed);
+        held
+    }
+
+    /// The most that was held.
+    fn most() -> usize {
+        MOST.load(Relaxed)
+    }
+
+    fn add(bytes: usize) {
+        MOST.fetch_max(HELD.fetch_add(bytes, Relaxed) + bytes, Relaxed);
+    }
+}
+
+#[expect(unsafe_code, reason = "an allocator is unsafe to implement")]
+// SAFETY: every call goes to the system's allocator as it came.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        Self::add(layout.size());
+        // SAFETY: the caller's promises are those that are asked for.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        Self::add(layout.size());
+        // SAFETY: as above.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
+        HELD.fetch_sub(layout.size(), Relaxed);
+        // SAFETY: as above.
+        unsafe { System.dealloc(at, layout) }
+    }
+
+    unsafe fn realloc(&self, at: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        Self::add(size);
+        HELD.fetch_sub(layout.size(), Relaxed);
+        // SAFETY: as above.
+        unsafe { System.realloc(at, layout, size) }
+    }
 }
 
 /// Processor time of all threads so far.
