@@ -7,7 +7,7 @@
 //! 4. [`drainage`]: donors-first order and drainage area.
 //! 5. [`spread`]: drainage area where water spreads over several receivers.
 //!
-//! Every stage is O(N), parallel (the last in part), and bit-identical for any thread count. A receiver is one byte, a [`code`]: no index
+//! Every stage is O(N), parallel for the most part, and bit-identical for any thread count. A receiver is one byte, a [`code`]: no index
 //! is stored, and a neighbour is an offset.
 
 pub mod basins;
