@@ -64,34 +64,36 @@ pub fn limit(level: Level) {
 
 /// Compiles a function for each instruction set and dispatches at run time.
 ///
-/// Functions that it calls in its inner loops must be `#[inline(always)]` to be compiled along with it.
+/// Functions that it calls in its inner loops must be `#[inline(always)]` to be compiled along with it. It may be generic
+/// over types with one bound each.
 macro_rules! simd {
-    ($(#[$meta:meta])* $vis:vis fn $name:ident($($arg:ident: $ty:ty),* $(,)?) $(-> $ret:ty)? $body:block) => {
+    ($(#[$meta:meta])* $vis:vis fn $name:ident $(<$($of:ident: $bound:path),+>)? ($($arg:ident: $ty:ty),* $(,)?)
+        $(-> $ret:ty)? $body:block) => {
         $(#[$meta])*
-        $vis fn $name($($arg: $ty),*) $(-> $ret)? {
+        $vis fn $name $(<$($of: $bound),+>)? ($($arg: $ty),*) $(-> $ret)? {
             #[inline(always)]
-            fn kernel($($arg: $ty),*) $(-> $ret)? $body
+            fn kernel $(<$($of: $bound),+>)? ($($arg: $ty),*) $(-> $ret)? $body
 
             #[cfg(target_arch = "x86_64")]
             {
                 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma")]
-                fn avx512($($arg: $ty),*) $(-> $ret)? {
-                    kernel($($arg),*)
+                fn avx512 $(<$($of: $bound),+>)? ($($arg: $ty),*) $(-> $ret)? {
+                    kernel $(::<$($of),+>)? ($($arg),*)
                 }
                 #[target_feature(enable = "avx2,fma")]
-                fn avx2($($arg: $ty),*) $(-> $ret)? {
-                    kernel($($arg),*)
+                fn avx2 $(<$($of: $bound),+>)? ($($arg: $ty),*) $(-> $ret)? {
+                    kernel $(::<$($of),+>)? ($($arg),*)
                 }
                 #[expect(unsafe_code, reason = "calling a function compiled for features found at run time")]
                 match $crate::simd::level() {
                     // SAFETY: `level` is at most what `detected` found on this machine.
-                    $crate::simd::Level::Avx512 => return unsafe { avx512($($arg),*) },
+                    $crate::simd::Level::Avx512 => return unsafe { avx512 $(::<$($of),+>)? ($($arg),*) },
                     // SAFETY: as above.
-                    $crate::simd::Level::Avx2 => return unsafe { avx2($($arg),*) },
+                    $crate::simd::Level::Avx2 => return unsafe { avx2 $(::<$($of),+>)? ($($arg),*) },
                     $crate::simd::Level::Baseline => {}
                 }
             }
-            kernel($($arg),*)
+            kernel $(::<$($of),+>)? ($($arg),*)
         }
     };
 }

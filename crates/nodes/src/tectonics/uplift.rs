@@ -10,7 +10,7 @@ mod range;
 use self::{fault::Fault, plates::Plates, range::Range};
 use crate::{
     generate::{
-        noise::{Fractal, Gradients, raster},
+        noise::{Basis, Fractal, raster},
         perlin::Sum,
     },
     math, par,
@@ -179,11 +179,12 @@ impl Params {
             octaves: 2,
             lacunarity: 2.0,
             gain: 0.5,
-            gradients: Gradients::Even,
+            basis: Basis::Bell,
+            tileable: false,
             // other draws than the plates'
             seed: orograph_graph::mix(job.seed() ^ 0x5851_f42d),
         };
-        let octaves = fractal.octaves(job.cell_m());
+        let octaves = fractal.octaves(job.world());
         raster::raster(job, &octaves, &Sum::new(&octaves, self.variation))
     }
 }

@@ -1,8 +1,8 @@
 //! Octaves of a fractal sum: wavelengths, shares, seeds; which of them a raster can hold.
 
-use orograph_graph::mix;
+use orograph_graph::{World, mix};
 
-use super::{Gradients, lattice::Lattice};
+use super::{Basis, lattice::Axis};
 
 /// A fractal sum as it is asked for, in world terms.
 #[derive(Clone, Copy, Debug)]
@@ -15,8 +15,10 @@ pub(crate) struct Fractal {
     pub lacunarity: f64,
     /// Ratio of each octave's amplitude to that of the one before.
     pub gain: f64,
-    /// Directions of the gradients.
-    pub gradients: Gradients,
+    /// Kind of noise.
+    pub basis: Basis,
+    /// Whether it fits the world's opposite sides together; wavelengths are then rounded to whole parts of its sides.
+    pub tileable: bool,
     /// Seed of the run.
     pub seed: u32,
 }
@@ -24,11 +26,11 @@ pub(crate) struct Fractal {
 /// One octave on a raster.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Octave {
-    /// Positions in its lattice.
-    pub lattice: Lattice,
-    /// Directions of its gradients.
-    pub gradients: Gradients,
-    /// Seed of its gradients.
+    /// Positions in its lattice along x and y.
+    pub axes: [Axis; 2],
+    /// Kind of noise.
+    pub basis: Basis,
+    /// Seed of its draws.
     pub seed: u32,
     /// Wavelength in cells.
     pub wavelength_cells: f64,
@@ -39,34 +41,36 @@ pub(crate) struct Octave {
 }
 
 impl Fractal {
-    /// The octaves that a raster of cells of `cell_m` metres can hold, from coarse to fine.
+    /// The octaves that the cells of a world can hold, from coarse to fine.
     ///
     /// 99 % of the energy of gradient noise is below 1.2 cycles per wavelength, so that 2.4 cells a wavelength are
     /// needed; the fade ends at twice that. An octave's share is that of the sum of all octaves asked for, whether the
     /// raster holds them or not, so that a finer raster adds detail and changes nothing else.
-    pub fn octaves(&self, cell_m: f64) -> Vec<Octave> {
+    pub fn octaves(&self, world: &World) -> Vec<Octave> {
+        let cell_m = world.cell_m();
         let total: f64 = self.amplitudes().sum();
         let wavelengths = std::iter::successors(Some(self.wavelength_m), |w| Some(w / self.lacunarity));
         self.amplitudes()
             .zip(wavelengths)
-            .zip(self.gradients.turns())
             .zip(0..)
-            .map_while(|(((amplitude, wavelength_m), turn), k)| {
+            .map_while(|((amplitude, wavelength_m), k)| {
                 let wavelength_cells = wavelength_m / cell_m;
                 let fade = smoothstep(2.4, 4.8, wavelength_cells);
                 if fade <= 0.0 {
                     return None;
                 }
                 let seed = mix(self.seed.wrapping_add(k));
-                let shift = [mix(seed ^ 0x9e37_79b9), mix(seed ^ 0x3c6e_f372)];
-                Some(Octave {
-                    lattice: Lattice::new(cell_m, wavelength_m, turn, shift),
-                    gradients: self.gradients,
-                    seed,
-                    wavelength_cells,
-                    share: amplitude / total,
-                    fade,
-                })
+                let shifts = [mix(seed ^ 0x9e37_79b9), mix(seed ^ 0x3c6e_f372)];
+                let axes = std::array::from_fn(|axis| {
+                    let cells = f64::from(world.cells[axis]);
+                    let periods = (cells / wavelength_cells).round().max(1.0);
+                    if self.tileable {
+                        Axis::new(periods / cells, shifts[axis], periods as i32)
+                    } else {
+                        Axis::new(1.0 / wavelength_cells, shifts[axis], 0)
+                    }
+                });
+                Some(Octave { axes, basis: self.basis, seed, wavelength_cells, share: amplitude / total, fade })
             })
             .collect()
     }
@@ -89,12 +93,23 @@ fn smoothstep(from: f64, to: f64, x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const FRACTAL: Fractal =
-        Fractal { wavelength_m: 4000.0, octaves: 16, lacunarity: 2.0, gain: 0.5, gradients: Gradients::Even, seed: 7 };
+    const FRACTAL: Fractal = Fractal {
+        wavelength_m: 4000.0,
+        octaves: 16,
+        lacunarity: 2.0,
+        gain: 0.5,
+        basis: Basis::Bell,
+        tileable: false,
+        seed: 7,
+    };
+
+    fn octaves(cell_m: f64) -> Vec<Octave> {
+        FRACTAL.octaves(&crate::testing::world(100, 100, cell_m))
+    }
 
     #[test]
     fn the_raster_decides_how_many_octaves_there_are_and_nothing_else() {
-        let (coarse, fine) = (FRACTAL.octaves(20.0), FRACTAL.octaves(10.0));
+        let (coarse, fine) = (octaves(20.0), octaves(10.0));
         // 4000 m / 20 m = 200 cells; 200 / 2⁶ = 3.1 cells is the last above 2.4.
         assert_eq!((coarse.len(), fine.len()), (7, 8));
         for (a, b) in coarse.iter().zip(&fine) {
@@ -103,13 +118,13 @@ mod tests {
         assert_eq!((coarse[5].fade, fine[6].fade), (1.0, 1.0));
         assert!(coarse[6].fade > 0.0 && coarse[6].fade < 1.0);
         // The shares of all octaves asked for add up to 1.
-        let all: f64 = FRACTAL.octaves(1e-3).iter().map(|octave| octave.share).sum();
+        let all: f64 = octaves(1e-3).iter().map(|octave| octave.share).sum();
         assert!((all - 1.0).abs() < 1e-12, "{all}");
     }
 
     #[test]
     fn a_wavelength_below_the_cells_leaves_no_octave() {
-        assert!(FRACTAL.octaves(4000.0).is_empty());
-        assert!(FRACTAL.octaves(f64::MAX).is_empty());
+        assert!(octaves(4000.0).is_empty());
+        assert!(octaves(1e300).is_empty());
     }
 }

@@ -6,36 +6,83 @@
 //! positions are fixed-point numbers of 32.32 bits built from cell indices, so that a tile has the bits of the whole
 //! and the fraction is as exact 1000 km from the origin as at it.
 //!
-//! The lattice of each octave is turned, shifted and seeded on its own. A square lattice has a fourfold pattern in its
-//! spectrum, so octaves whose lattices lie alike leave creases along rows, columns and diagonals. And pure gradient noise
-//! is zero at all lattice points, so that the crests of ridged land meet in a regular grid: here a lattice point has a
-//! value of its own too, evenly drawn from −½ to ½. That is the one width for which the variance is the same at lattice
-//! points, σ², and at the centres of cells, 1/16 + σ²/4. Tests measure the power by direction.
-//!
-//! A raster row crosses a turned lattice in runs of samples of one lattice cell, for which the work about corners is done
-//! once (see `runs`).
+//! Lattices lie along rows and columns, because then almost all work is shared by the samples of a row or a column (see
+//! `sheet`). What that would show, a square lattice's preference for axes and its zeros at lattice points, is removed
+//! at the source: by windows and draws whose power is the same in every direction (see `basis`). Lattices are shifted and
+//! seeded octave by octave. Tests measure the power by direction.
 
+mod basis;
 mod fractal;
 mod lattice;
 pub(crate) mod raster;
 #[cfg(test)]
 pub(crate) mod reference;
-mod runs;
+mod sheet;
 #[cfg(test)]
 pub(crate) mod spectrum;
 
 use orograph_graph::choice;
 
+pub(crate) use basis::Basis;
 pub(crate) use fractal::{Fractal, Octave};
-pub(crate) use lattice::NOISE_SCALE;
 
 choice! {
     /// The directions that gradients are drawn from.
     pub enum Gradients {
-        /// 32 directions, 11.25° apart, on lattices turned from octave to octave: no preferred direction.
+        /// 32 directions, 11.25° apart, under bell-shaped windows: no preferred direction.
         Even = "even",
-        /// 8 directions, 45° apart, the axes among them, on lattices along the axes: the classic look, with features along
-        /// axes and diagonals.
+        /// 8 directions, 45° apart, as Perlin published them in 2002: the classic look, with features along axes and
+        /// diagonals and noise that is zero at all points of the lattice.
         Classic = "classic",
     }
 }
+
+impl Gradients {
+    /// The noise they stand for.
+    pub(crate) const fn basis(self) -> Basis {
+        match self {
+            Self::Even => Basis::Bell,
+            Self::Classic => Basis::Classic,
+        }
+    }
+}
+
+/// Declares the parameters of a fractal of gradient noise with its defaults, and between them the node's own. `Params` also
+/// gets the method `fractal`, from the seed of the run.
+macro_rules! fractal_params {
+    (wavelength: $wavelength:literal, lacunarity: $lacunarity:literal, gain: $gain:literal; $($own:tt)*) => {
+        params! {
+            /// Wavelength of the largest forms: about twice the distance between neighbouring crests.
+            wavelength: f64 = $wavelength, Metres, 1.0..=1e6, soft 200..=30000;
+            /// Octaves, from coarse to fine; those finer than the cells can hold are left out.
+            octaves: i64 = 12, Count, 1..=24, soft 1..=16;
+            /// Ratio of the wavelength of an octave to that of the next finer one.
+            lacunarity: f64 = $lacunarity, One, 1.1..=8.0, soft 1.7..=3.0;
+            /// Ratio of the amplitude of an octave to that of the one before: how rough the land is.
+            gain: f64 = $gain, One, 0.0..=1.0, soft 0.3..=0.7;
+            $($own)*
+            /// Directions of the gradients.
+            gradients: Gradients = Gradients::Even, One, ..;
+            /// Whether opposite sides of the world fit together; wavelengths are then rounded to whole parts of its sides.
+            tileable: bool = false, One, ..;
+            /// Which of the endless landscapes this is.
+            seed: Seed = Seed(0), Count, ..;
+        }
+
+        impl Params {
+            /// The fractal of a run with that seed.
+            fn fractal(&self, seed: u32) -> $crate::generate::noise::Fractal {
+                $crate::generate::noise::Fractal {
+                    wavelength_m: self.wavelength,
+                    octaves: self.octaves,
+                    lacunarity: self.lacunarity,
+                    gain: self.gain,
+                    basis: self.gradients.basis(),
+                    tileable: self.tileable,
+                    seed,
+                }
+            }
+        }
+    };
+}
+pub(super) use fractal_params;

@@ -1,27 +1,36 @@
-//! Evaluation of octaves on a raster: bands of rows in parallel, strips of columns, groups of rows.
-//!
-//! The runs of a group of rows are prepared together (see [`super::runs`]), then each row's noise is evaluated octave by
-//! octave and combined while it is in the first-level cache.
+//! Evaluation of octaves on a raster: bands of rows in parallel, strips of columns, in them columns side by
+//! side.
 
 use orograph_graph::{Job, NodeError, Window};
 
-pub(crate) use super::runs::Line;
+pub(crate) use super::sheet::{LANES, Lanes};
 use super::{
     Octave,
-    runs::{ROWS, Runs, STRIP},
+    sheet::{BAND, STRIP, Sheet},
 };
+use crate::simd::simd;
 
-/// Rows of a band.
-const BAND: usize = 64;
-
-/// How octaves become heights.
+/// How octaves become heights: a recursion from coarse to fine, for [`LANES`] samples at a time.
 pub(crate) trait Combine: Sync {
-    /// Factor on the noise of an octave, applied to its gradients.
+    /// What is known of the samples between octaves.
+    type State: Copy;
+    /// Constants of an octave.
+    type Layer: Copy;
+
+    /// Factor on the noise of an octave.
     fn scale(&self, octave: usize) -> f32;
 
-    /// Computes a row of heights from the noise of its octaves, from coarse to fine. Columns beyond the raster's have any
-    /// values.
-    fn row(&self, octaves: &[Line], heights: &mut Line);
+    /// The constants of an octave.
+    fn layer(&self, octave: usize) -> Self::Layer;
+
+    /// What there is before the first octave.
+    fn start(&self) -> Self::State;
+
+    /// Takes the noise of an octave into account. To be compiled for each instruction set it must be inlined always.
+    fn octave(layer: &Self::Layer, noise: &[f32; LANES], state: &mut Self::State);
+
+    /// The heights. To be compiled for each instruction set it must be inlined always.
+    fn finish(&self, state: &Self::State) -> Lanes;
 }
 
 /// Evaluates octaves at the cells of the job's window and combines them.
@@ -32,60 +41,54 @@ pub(crate) fn raster<C: Combine>(job: &Job<'_>, octaves: &[Octave], combine: &C)
     let window = job.window();
     let mut out = vec![0.0; window.len()];
     crate::par::bands_within(job, [0.0, 1.0], BAND, &mut out, |first_row, rows| {
-        let mut strips = Strips::new(&window, octaves, combine);
-        let mut column = 0;
-        while column < window.nx() {
+        let mut sheets: Vec<Sheet> =
+            octaves.iter().enumerate().map(|(k, &octave)| Sheet::new(octave, combine.scale(k))).collect();
+        for column in (0..window.nx()).step_by(STRIP) {
             job.check()?;
-            column = strips.strip([column, first_row], rows);
+            strip(&window, combine, &mut sheets, [column, first_row], rows);
         }
         Ok(())
     })?;
     Ok(out)
 }
 
-/// What a band needs for its strips.
-struct Strips<'a, C> {
-    window: &'a Window,
-    combine: &'a C,
-    /// Runs and noise of each octave.
-    runs: Vec<Runs>,
-    noise: Vec<Line>,
-    heights: Line,
+/// Evaluates the strip that begins with a column of the window in the rows of a band.
+fn strip<C: Combine>(
+    window: &Window,
+    combine: &C,
+    sheets: &mut [Sheet],
+    [column, first_row]: [usize; 2],
+    band: &mut [f32],
+) {
+    let nx = window.nx();
+    let end = nx.min(column + STRIP);
+    let origin = [window.origin[0] + column as u32, window.origin[1] + first_row as u32];
+    let rows = band.len() / nx;
+    for sheet in &mut *sheets {
+        sheet.lay(origin, [end - column, rows]);
+    }
+    let mut states = [combine.start(); BAND];
+    let states = &mut states[..rows];
+    for (x, column) in (origin[0]..).step_by(LANES).zip((column..end).step_by(LANES)) {
+        states.fill(combine.start());
+        for (k, sheet) in sheets.iter_mut().enumerate() {
+            sheet.add(combine, k, x, states);
+        }
+        store(combine, states, band, [nx, column]);
+    }
 }
 
-impl<'a, C: Combine> Strips<'a, C> {
-    fn new(window: &'a Window, octaves: &[Octave], combine: &'a C) -> Self {
-        Self {
-            window,
-            combine,
-            runs: octaves.iter().enumerate().map(|(k, octave)| Runs::new(octave, combine.scale(k))).collect(),
-            noise: vec![Line::filled(0.0); octaves.len()],
-            heights: Line::filled(0.0),
-        }
-    }
-
-    /// Evaluates the strip that holds a column of the window, from there on, in the rows of a band; gives the first
-    /// column beyond it.
-    fn strip(&mut self, [column, first_row]: [usize; 2], band: &mut [f32]) -> usize {
-        let nx = self.window.nx();
-        let x = self.window.origin[0] + column as u32;
-        let x0 = x - x % STRIP as u32; // strips are those of the world
-        let first = (x - x0) as usize;
-        let end = nx.min(column + STRIP - first);
-        let last = first + end - column;
-        let y0 = self.window.origin[1] + first_row as u32;
-        for (y, group) in (y0..).step_by(ROWS).zip(band.chunks_mut(nx * ROWS)) {
-            for runs in &mut self.runs {
-                runs.prepare([x0, y], last, group.len() / nx);
-            }
-            for (row, heights) in group.chunks_exact_mut(nx).enumerate() {
-                for (runs, noise) in self.runs.iter().zip(&mut self.noise) {
-                    runs.row(row, first, noise);
-                }
-                self.combine.row(&self.noise, &mut self.heights);
-                heights[column..end].copy_from_slice(&self.heights.row()[first..last]);
+simd! {
+    /// Writes the heights of rows that are `nx` long, from a column on.
+    fn store<C: Combine>(combine: &C, states: &[C::State], band: &mut [f32], place: [usize; 2]) {
+        let [nx, column] = place;
+        for (row, state) in band.chunks_exact_mut(nx).zip(states) {
+            let heights = combine.finish(state).0;
+            let row = &mut row[column..];
+            match row.first_chunk_mut::<LANES>() {
+                Some(whole) => *whole = heights,
+                None => row.copy_from_slice(&heights[..row.len()]),
             }
         }
-        end
     }
 }

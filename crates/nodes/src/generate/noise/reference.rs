@@ -1,121 +1,117 @@
-//! One sample at a time: the reference that the evaluation by runs must equal to the last bit.
+//! One sample at a time: the reference that the evaluation by sheets must equal to the last bit.
 
 use super::{
-    Octave,
-    lattice::{fraction, gradient, hash, hash_row, value},
-    runs::{STRIP, Terms},
+    Basis, Octave,
+    basis::{Draw, Draws},
+    lattice::{Axis, hash, hash_row},
 };
 
-/// Gradient noise of one octave at a cell of the world, times `scale`, in the order of operations that defines it.
-pub(crate) fn sample(octave: &Octave, scale: f32, [x, y]: [u32; 2]) -> f32 {
-    let lattice = octave.lattice;
-    let cell = |x: u32| lattice.at([x, y]).map(|position| (position >> 32) as i32);
-    let mut start = x;
-    while start % STRIP as u32 > 0 && cell(start - 1) == cell(x) {
-        start -= 1;
-    }
-    let place = lattice.at([start, y]).map(|position| fraction(position as u32));
-    let terms = Terms::new(corners(octave, cell(x)).map(|g| g.map(|g| g * scale)), place, lattice.steps());
-    terms.at((x - start) as f32, lattice.steps())
+/// Noise of one octave at a cell of the world, times `scale`, in the order of operations that defines it.
+pub(crate) fn sample(octave: &Octave, scale: f32, cell: [u32; 2]) -> f32 {
+    let [s, t] = place(octave, cell).map(|place| octave.basis.weights(place));
+    let [a, b, c, d] = corners(octave, scale, cell);
+    let along = |[near, far]: [Draw; 2]| {
+        (
+            (near[0] * s[0] + near[1] * s[1]) + (far[0] * s[2] + far[1] * s[3]),
+            (near[2] * s[0] + near[3] * s[1]) + (far[2] * s[2] + far[3] * s[3]),
+        )
+    };
+    let ((above_phi, above_psi), (below_phi, below_psi)) = (along([a, b]), along([c, d]));
+    (above_phi * t[0] + above_psi * t[1]) + (below_phi * t[2] + below_psi * t[3])
 }
 
-/// The gradients and values at the corners (0, 0), (1, 0), (0, 1) and (1, 1) of a lattice cell.
-fn corners(octave: &Octave, [column, row]: [i32; 2]) -> [[f32; 3]; 4] {
+/// The place of a cell in its lattice cell.
+fn place(octave: &Octave, [x, y]: [u32; 2]) -> [f32; 2] {
+    let [along, down] = octave.axes;
+    [Axis::fraction(along.at(x)), Axis::fraction(down.at(y))]
+}
+
+/// The draws at the corners (0, 0), (1, 0), (0, 1) and (1, 1) of a cell's lattice cell.
+fn corners(octave: &Octave, scale: f32, [x, y]: [u32; 2]) -> [Draw; 4] {
+    let [along, down] = octave.axes;
+    let draws = Draws::new(octave.basis, scale);
     [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| {
-        let hash = hash(column + i, hash_row(row + j, octave.seed));
-        let [x, y] = gradient(octave.gradients.table(), hash);
-        [x, y, value(hash)]
+        let row = hash_row(down.wrap(Axis::cell(down.at(y)) + j), octave.seed);
+        draws.at(hash(along.wrap(Axis::cell(along.at(x)) + i), row))
     })
 }
 
-/// Gradient noise and its gradient in units of the wavelength, in double precision, as textbooks write it: the dot
-/// products at the four corners plus their values, interpolated. `corners` are the gradients and values at (0, 0), (1, 0),
-/// (0, 1) and (1, 1).
-pub(crate) fn textbook(corners: [[f64; 3]; 4], [s, t]: [f64; 2]) -> (f64, [f64; 2]) {
+/// Perlin's noise of 2002 at a cell of the world in double precision, as textbooks write it.
+pub(crate) fn textbook_at(octave: &Octave, cell: [u32; 2]) -> f64 {
+    let corners = corners(octave, 1.0, cell).map(|[_, x, y, _]| [f64::from(x), f64::from(y)]);
+    textbook(corners, place(octave, cell).map(f64::from))
+}
+
+/// Perlin's noise of 2002: the dot products at the four corners, interpolated. `corners` are the gradients at (0, 0),
+/// (1, 0), (0, 1) and (1, 1).
+fn textbook(corners: [[f64; 2]; 4], [s, t]: [f64; 2]) -> f64 {
     let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
-    let slope = |t: f64| 30.0 * t * t * (t - 1.0) * (t - 1.0);
     let [g00, g10, g01, g11] = corners;
-    let dot = |g: [f64; 3], x: f64, y: f64| g[0] * x + g[1] * y + g[2];
+    let dot = |g: [f64; 2], x: f64, y: f64| g[0] * x + g[1] * y;
     let (a, b, c, d) = (dot(g00, s, t), dot(g10, s - 1.0, t), dot(g01, s, t - 1.0), dot(g11, s - 1.0, t - 1.0));
     let (u, v) = (fade(s), fade(t));
-    let cross = a - b - c + d;
-    let lerp =
-        |k: usize| g00[k] + u * (g10[k] - g00[k]) + v * (g01[k] - g00[k]) + u * v * (g00[k] - g10[k] - g01[k] + g11[k]);
-    (
-        a + u * (b - a) + v * (c - a) + u * v * cross,
-        [lerp(0) + slope(s) * (b - a + v * cross), lerp(1) + slope(t) * (c - a + u * cross)],
-    )
+    a + u * (b - a) + v * (c - a) + u * v * (a - b - c + d)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{super::lattice::Lattice, *};
-    use crate::generate::noise::{Fractal, Gradients, NOISE_SCALE};
+    use super::*;
+    use crate::generate::noise::Fractal;
 
-    const FRACTAL: Fractal =
-        Fractal { wavelength_m: 100.0, octaves: 1, lacunarity: 2.0, gain: 0.5, gradients: Gradients::Even, seed: 11 };
-
-    /// An octave of 64 cells a wavelength without a turn or a shift: every 64th cell is a lattice point.
-    fn octave() -> Octave {
-        let lattice = Lattice { base: [0; 2], along: [1 << 26, 0], across: [0, 1 << 26] };
-        Octave { lattice, ..FRACTAL.octaves(1.0)[0] }
+    /// An octave of 64 cells a wavelength without a shift: every 64th cell is a lattice point.
+    fn octave(basis: Basis) -> Octave {
+        let fractal =
+            Fractal { wavelength_m: 64.0, octaves: 1, lacunarity: 2.0, gain: 0.5, basis, tileable: false, seed: 11 };
+        let axes = [Axis { base: 0, step: 1 << 26, period: 0 }; 2];
+        Octave { axes, ..fractal.octaves(&crate::testing::world(100, 100, 1.0))[0] }
     }
 
-    fn corners(octave: &Octave, cell: [i32; 2]) -> [[f64; 3]; 4] {
-        super::corners(octave, cell).map(|g| g.map(f64::from))
-    }
-
-    /// At lattice points the noise is their value, to two roundings; a long look comes near the largest there can be.
+    /// At lattice points the noise is their value, which for the classic is 0; a long look comes near the largest there
+    /// can be and not beyond.
     #[test]
     fn noise_has_its_values_at_lattice_points_and_is_within_one() {
-        let octave = octave();
-        for (i, j) in (0..9).flat_map(|i| (0..9).map(move |j| (i, j))) {
-            let value = corners(&octave, [i as i32, j as i32])[0][2];
-            let noise = f64::from(sample(&octave, 1.0, [64 * i, 64 * j]));
-            assert!((noise - value).abs() < 3e-7, "{noise} {value}");
-        }
-        let extreme =
-            (0..512 * 512).map(|k| sample(&octave, NOISE_SCALE, [k % 512, k / 512]).abs()).fold(0.0, f32::max);
-        assert!(extreme > 0.5 && extreme <= 1.0 + 1e-6, "{extreme}");
-    }
-
-    /// The order of operations differs from the textbook's, the value only by roundings: some ten of them, each at most
-    /// 6e-8 of terms below 1.
-    #[test]
-    fn the_factored_form_is_gradient_noise() {
-        for octave in [octave(), FRACTAL.octaves(1.0)[0], FRACTAL.octaves(30.0)[0]] {
-            for k in 0..256 * 256_u32 {
-                let cell = [k % 256, k / 256];
-                let position = octave.lattice.at(cell);
-                let place = position.map(|p| f64::from(p as u32) / 4_294_967_296.0);
-                let (expected, _) = textbook(corners(&octave, position.map(|p| (p >> 32) as i32)), place);
-                let got = f64::from(sample(&octave, 1.0, cell));
-                assert!((got - expected).abs() < 6e-7, "{cell:?}: {got} {expected}");
+        for (basis, near) in [(Basis::Bell, 0.7), (Basis::Classic, 0.9)] {
+            let octave = octave(basis);
+            for (i, j) in (0..9).flat_map(|i| (0..9).map(move |j| (64 * i, 64 * j))) {
+                assert_eq!(sample(&octave, 1.0, [i, j]), corners(&octave, 1.0, [i, j])[0][0]);
+                assert!(basis != Basis::Classic || sample(&octave, 1.0, [i, j]) == 0.0);
             }
+            let places = (0..1024 * 1024).map(|k| [5 * (k % 1024), 5 * (k / 1024)]);
+            let extreme = places.map(|cell| sample(&octave, basis.scale(), cell).abs()).fold(0.0, f32::max);
+            assert!(extreme > near && extreme <= 1.0 + 1e-6, "{basis:?}: {extreme}");
         }
     }
 
-    /// Differences over a thousandth of a wavelength agree with the analytic gradient, across lattice lines too, where
-    /// the noise is twice continuously differentiable.
+    /// The largest that noise can be at a place is what its draws can add up to there; over a grid of places it is 1.
     #[test]
-    fn differences_agree_with_the_gradient_across_lattice_lines() {
-        let octave = octave();
-        let at = |x: f64, y: f64| {
-            let corners = corners(&octave, [x.floor() as i32, y.floor() as i32]);
-            textbook(corners, [x - x.floor(), y - y.floor()])
-        };
-        let h = 1e-3;
-        for k in 0..4000 {
-            let (x, y) = (f64::from(k) * 0.01, 3.0 + f64::from(k) * 0.0037);
-            let (_, [east, south]) = at(x, y);
-            assert!(((at(x + h, y).0 - at(x - h, y).0) / (2.0 * h) - east).abs() < 1e-3);
-            assert!(((at(x, y + h).0 - at(x, y - h).0) / (2.0 * h) - south).abs() < 1e-3);
+    fn the_scale_is_the_bound() {
+        let basis = Basis::Bell;
+        let [value, x, y, twist] = Draws::new(basis, basis.scale()).at(u32::MAX);
+        let length = (x * x + y * y).sqrt();
+        let mut most = 0.0_f32;
+        for (s, t) in (0..=64).flat_map(|i| (0..=64).map(move |j| (i as f32 / 64.0, j as f32 / 64.0))) {
+            let (s, t) = (basis.weights(s), basis.weights(t));
+            let corner = |i: usize, j: usize| {
+                let across = ((s[i + 1] * t[j]).powi(2) + (s[i] * t[j + 1]).powi(2)).sqrt();
+                value.abs() * s[i] * t[j] + length * across + (twist * s[i + 1] * t[j + 1]).abs()
+            };
+            most = most.max(corner(0, 0) + corner(2, 0) + corner(0, 2) + corner(2, 2));
         }
-        for row in 0..50 {
-            // the second derivative from the left and from the right of a lattice line
-            let y = f64::from(row) * 0.13;
-            let bend = |x: f64, side: f64| (at(x + side * h, y).1[0] - at(x, y).1[0]) / (side * h);
-            assert!((bend(2.0 - 1e-9, -1.0) - bend(2.0, 1.0)).abs() < 0.2, "{}", bend(2.0, 1.0));
+        assert!(most > 0.999 && most <= 1.000_1, "{most}");
+    }
+
+    /// The windows and their first two derivatives pass smoothly over lattice lines, where the noise is therefore twice
+    /// continuously differentiable: at the ends they and their differences vanish, in the middle both sides agree.
+    #[test]
+    fn windows_are_smooth_at_lattice_lines() {
+        let h = 1e-2_f32;
+        for basis in [Basis::Bell, Basis::Classic] {
+            let [phi, psi, after_phi, after_psi] = basis.weights(1.0 - h);
+            // (1 − s²)³ and the fade end like h³: below 20 h³ with their factors
+            assert!(phi.abs() < 20.0 * h * h * h && psi.abs() < 20.0 * h * h * h, "{basis:?} {phi} {psi}");
+            let [before_phi, before_psi, ..] = basis.weights(h);
+            assert!((before_phi - after_phi).abs() < 1e-6 && (before_psi + after_psi).abs() < 1e-6);
+            assert_eq!(basis.weights(0.0)[..2], [1.0, 0.0]);
         }
     }
 }
