@@ -137,8 +137,8 @@ impl<const SQUARED: bool> raster::Combine for Ridges<SQUARED> {
 
     #[inline(always)]
     fn octave(layer: &Layer, noise: &[f32; LANES], state: &mut State) {
-        for lane in 0..LANES {
-            step::<SQUARED>(noise[lane], &mut state.weight.0[lane], &mut state.height.0[lane], layer);
+        for ((noise, weight), height) in noise.iter().zip(&mut state.weight.0).zip(&mut state.height.0) {
+            step::<SQUARED>(*noise, weight, height, layer);
         }
     }
 

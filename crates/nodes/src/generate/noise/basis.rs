@@ -24,7 +24,7 @@ pub(crate) enum Basis {
 pub(crate) type Draw = [f32; 4];
 
 /// The largest value of [`Basis::Bell`]: √(3/10), for a variance of 1/10.
-const BELL_VALUE: f32 = 0.547_722_56;
+const BELL_VALUE: f32 = 0.547_722_6;
 
 /// The unit vectors at (k + ½) · 11.25° in the first quadrant.
 const QUADRANT: [[f32; 2]; 8] = [
@@ -70,7 +70,7 @@ impl Basis {
             Self::Bell => {
                 let [x, y] = turned(QUADRANT[class / 2 % 8], class / 16);
                 let twist = std::f32::consts::SQRT_2;
-                [0.0, x, y, if class % 2 == 0 { twist } else { -twist }]
+                [0.0, x, y, if class.is_multiple_of(2) { twist } else { -twist }]
             }
             Self::Classic => {
                 let [x, y] = turned([[1.0, 0.0], [DIAGONAL; 2]][class / 8 % 2], class / 16);

@@ -92,8 +92,8 @@ mod tests {
         for (s, t) in (0..=64).flat_map(|i| (0..=64).map(move |j| (i as f32 / 64.0, j as f32 / 64.0))) {
             let (s, t) = (basis.weights(s), basis.weights(t));
             let corner = |i: usize, j: usize| {
-                let across = ((s[i + 1] * t[j]).powi(2) + (s[i] * t[j + 1]).powi(2)).sqrt();
-                value.abs() * s[i] * t[j] + length * across + (twist * s[i + 1] * t[j + 1]).abs()
+                let [x, y] = [s[i + 1] * t[j], s[i] * t[j + 1]];
+                value.abs() * s[i] * t[j] + length * (x * x + y * y).sqrt() + (twist * s[i + 1] * t[j + 1]).abs()
             };
             most = most.max(corner(0, 0) + corner(2, 0) + corner(0, 2) + corner(2, 2));
         }

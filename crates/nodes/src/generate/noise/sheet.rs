@@ -162,6 +162,7 @@ simd! {
 
 simd! {
     /// Sums over lattice rows, for each row of samples.
+    #[expect(clippy::needless_range_loop, reason = "lanes of several arrays side by side")]
     fn sum_rows<C: Combine>(sheet: &Sheet, combine: &C, octave: usize, states: &mut [C::State]) {
         let layer = combine.layer(octave);
         let mut start = 0;
