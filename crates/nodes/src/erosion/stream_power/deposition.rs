@@ -13,6 +13,10 @@
 //!
 //! hᵣ being the new height of its receiver.
 //!
+//! Where the exponent n of the slope is not 1, the law's erosion C xⁿ of the drop x = h − hᵣ is replaced by its tangent at
+//! a drop x₀, C x₀ⁿ⁻¹ (n x − (n − 1) x₀), which is linear again; the drops of the solution are the next x₀ (Newton's
+//! method for all cells at once). Whatever the tangents are, no mass is lost.
+//!
 //! What differs from the paper: heights are taken relative to those before the step, which keeps the sums over large
 //! basins precise; and standing water. Where a cell is under water, its donors run down to the water's surface, and
 //! what they bring fills the cell up to that surface before anything is passed on: deltas grow from the shores. Where
@@ -21,9 +25,10 @@
 
 use rayon::prelude::*;
 
-use super::{area::Area, links::Links};
+use super::{area::Area, incision::Law, links::Links};
 use crate::{
-    hydrology::engine::{Drainage, Grid},
+    hydrology::engine::{Drainage, Grid, code},
+    math,
     prelude::*,
 };
 
@@ -32,6 +37,14 @@ type Arriving = [f64; 2];
 
 /// γ where no water is: all that arrives settles, to double precision.
 const NO_WATER: f64 = 1e30;
+
+/// The least slope at which the law is made linear.
+const FLAT: f64 = 1e-4;
+
+/// The most rounds for n other than 1. Slopes that change by less than half in a step need two or three.
+const MOST_ROUNDS: u32 = 8;
+/// Rounds end when no cell moves by so many metres.
+const SETTLED_M: f64 = 1e-4;
 
 /// A cell after the step.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +58,7 @@ pub struct Bed {
 }
 
 /// A step of erosion and deposition.
+#[derive(Clone, Copy)]
 pub struct Transport<'a> {
     /// Topology of the raster.
     pub grid: &'a Grid,
@@ -52,8 +66,10 @@ pub struct Transport<'a> {
     pub codes: &'a [u8],
     /// The order of the receivers.
     pub drainage: &'a Drainage,
-    /// Links of the law with n = 1.
-    pub links: Links<'a>,
+    /// Links of the law.
+    pub links: &'a Links<'a>,
+    /// The law of each cell where n is not 1.
+    pub tangents: Option<&'a [Tangent]>,
     /// Drainage areas.
     pub area: &'a Area<'a>,
     /// Area of a cell in m².
@@ -66,6 +82,31 @@ pub struct Transport<'a> {
     pub sea_level_m: f64,
     /// Surface of the land and of all water on it before the step.
     pub surface: &'a [f64],
+}
+
+/// The erosion of a step as a linear function of the drop x to the receiver: `slope` x − `offset`, in metres.
+#[derive(Clone, Copy, Debug)]
+pub struct Tangent {
+    /// C where n is 1.
+    pub slope: f64,
+    /// 0 where n is 1.
+    pub offset: f64,
+}
+
+impl Tangent {
+    /// The tangent of C xⁿ at a drop of `at` metres. Flat drops count as steep as one in ten thousand.
+    #[must_use]
+    pub fn new(c: f64, n: f64, at: f64, length_m: f64) -> Self {
+        let at = at.max(FLAT * length_m);
+        let share = c * math::pow(at, n - 1.0);
+        Self { slope: n * share, offset: (n - 1.0) * share * at }
+    }
+
+    /// The erosion of a drop.
+    #[inline(always)]
+    fn erosion(&self, drop: f64) -> f64 {
+        self.slope * drop - self.offset
+    }
 }
 
 impl Transport<'_> {
@@ -82,10 +123,10 @@ impl Transport<'_> {
                 return [load - load.min(depth), 0.0];
             }
             let receiver = self.grid.receiver(cell as u32, code) as usize;
-            let (c, _) = self.links.of(cell, code);
-            let d = 1.0 - response;
+            let (law, _) = self.law(cell, code);
+            let (c, d) = (law.slope, 1.0 - response);
             let share = d / (1.0 + c + self.settling(cell) * d);
-            let passed_on = ((1.0 + c) * load / d + c * (height - self.surface[receiver])) * share;
+            let passed_on = ((1.0 + c) * load / d + law.erosion(height - self.surface[receiver])) * share;
             // Water does not rise with its bed.
             let follows = if self.depth(receiver, heights[receiver]).is_some() { 0.0 } else { c * share };
             [passed_on, -follows]
@@ -94,11 +135,16 @@ impl Transport<'_> {
         let mut beds: Vec<Bed> = heights.par_iter().map(bed).collect();
         self.drainage.upstream(job, self.grid, self.codes, &mut beds, |cell, code, Bed { height, .. }, below| {
             let [load, response] = arriving[cell];
-            let (c, length_m) = self.links.of(cell, code);
+            let (law, length_m) = self.law(cell, code);
+            let c = law.slope;
             if let Some(depth) = self.depth(cell, height) {
                 let filled = height + load.min(depth);
-                let height =
-                    if filled > below.water { below.water + (filled - below.water) / (1.0 + c) } else { filled };
+                let drop = filled - below.water;
+                let height = if drop > 0.0 {
+                    below.water + (drop + law.offset).min((1.0 + c) * drop) / (1.0 + c)
+                } else {
+                    filled
+                };
                 return Bed { height, water: height.max(below.water), loose: filled - height };
             }
             let receiver = self.grid.receiver(cell as u32, code) as usize;
@@ -108,7 +154,7 @@ impl Transport<'_> {
                 Some(_) => (self.surface[receiver], (self.surface[receiver] - below.water).max(0.0)),
                 None => (below.height, 0.0),
             };
-            let change = (settling * load - c * (height - level)) * share;
+            let change = (settling * load - law.erosion(height - level)) * share;
             // What the receiver's water, had it been that low from the start, would have got.
             let late = c * gone * share;
             let eroded = height + change - late;
@@ -121,6 +167,58 @@ impl Transport<'_> {
             cells.map(|(([load, response], before), bed)| load - (1.0 - response) * (bed.height - before) - bed.loose);
         let flux = flux.collect();
         Ok((beds, flux))
+    }
+
+    /// The law of a cell and the length of its link in metres.
+    #[inline(always)]
+    fn law(&self, cell: usize, code: u8) -> (Tangent, f64) {
+        let (c, length_m) = self.links.of(cell, code);
+        let law = self.tangents.map_or(Tangent { slope: c, offset: 0.0 }, |tangents| tangents[cell]);
+        (law, length_m)
+    }
+
+    /// The tangents of C xⁿ at the drops of `found`, with the water of `heights`.
+    fn tangents_at(&self, heights: &[f64], found: &[f64], law: &Law, n: f64) -> Vec<Tangent> {
+        let tangent = |cell: usize| {
+            let code = self.codes[cell];
+            if !code::has_receiver(code) {
+                return Tangent { slope: 0.0, offset: 0.0 };
+            }
+            let receiver = self.grid.receiver(cell as u32, code) as usize;
+            let level = match self.depth(receiver, heights[receiver]) {
+                Some(_) => self.surface[receiver],
+                None => found[receiver],
+            };
+            let (coefficient, length_m) = self.links.of(cell, code);
+            Tangent::new(law.value(coefficient), n, found[cell] - level, length_m)
+        };
+        (0..heights.len()).into_par_iter().map(tangent).collect()
+    }
+
+    /// [`Self::solve`] for any exponent n, round after round from the drops as they are.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn solve_power(
+        &self,
+        job: &Job<'_>,
+        heights: &[f64],
+        loose: &[f64],
+        law: &Law,
+        n: f64,
+    ) -> Result<(Vec<Bed>, Vec<f64>), NodeError> {
+        let mut found = heights.to_vec();
+        let mut rounds = 0;
+        loop {
+            let tangents = self.tangents_at(heights, &found, law, n);
+            let (beds, flux) = Transport { tangents: Some(&tangents), ..*self }.solve(job, heights, loose)?;
+            let moved = found.par_iter().zip(&beds).map(|(height, bed)| (height - bed.height).abs());
+            rounds += 1;
+            if rounds == MOST_ROUNDS || moved.reduce(|| 0.0, f64::max) < SETTLED_M {
+                return Ok((beds, flux));
+            }
+            found.par_iter_mut().zip(&beds).for_each(|(height, bed)| *height = bed.height);
+        }
     }
 
     /// Depth of the water over a cell of a height, where there is any.

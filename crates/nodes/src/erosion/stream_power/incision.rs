@@ -72,6 +72,15 @@ impl Law {
         }
     }
 
+    /// The number that a coefficient stands for.
+    #[must_use]
+    pub fn value(&self, coefficient: f64) -> f64 {
+        match self {
+            Self::Linear => coefficient,
+            Self::Power { .. } => math::exp2(coefficient),
+        }
+    }
+
     /// The coefficient of a product.
     #[must_use]
     #[inline(always)]

@@ -1,5 +1,8 @@
 //! The land during a run: its heights and what the law needs to know of it.
 
+mod age;
+mod levels;
+
 use rayon::prelude::*;
 
 use super::{
@@ -116,7 +119,7 @@ impl<'a> Land<'a> {
             law,
             n: params.n,
             sea_level_m: params.sea_level,
-            sediment: Sediment::new(job, params, cells)?,
+            sediment: Sediment::new(job, cells),
             grid,
         })
     }
@@ -241,11 +244,13 @@ impl<'a> Land<'a> {
         self.depressions.fill(&mut surface);
         let sea_level_m = self.sea_level_m;
         surface.par_iter_mut().for_each(|level| *level = level.max(sea_level_m));
+        let links = self.links(step_yr);
         let transport = Transport {
             grid: &self.grid,
             codes: &self.codes,
             drainage: &self.drainage,
-            links: self.links(step_yr),
+            links: &links,
+            tangents: None,
             area: &self.area,
             cell_m2: self.cell_m * self.cell_m,
             deposition: sediment.deposition,
@@ -253,7 +258,11 @@ impl<'a> Land<'a> {
             sea_level_m,
             surface: &surface,
         };
-        let (beds, flux) = transport.solve(job, &self.heights, &sediment.debris)?;
+        let (beds, flux) = if self.n == 1.0 {
+            transport.solve(job, &self.heights, &sediment.debris)?
+        } else {
+            transport.solve_power(job, &self.heights, &sediment.debris, &self.law, self.n)?
+        };
         self.heights.par_iter_mut().zip(&beds).for_each(|(height, bed)| *height = bed.height);
         sediment.debris.par_iter_mut().zip(&beds).for_each(|(debris, bed)| *debris = bed.loose);
         Ok(flux)
@@ -262,18 +271,12 @@ impl<'a> Land<'a> {
 
 impl<'a> Sediment<'a> {
     /// A land without sediment, or none where `deposition` is 0 everywhere.
-    fn new(job: &'a Job<'_>, params: &Params, cells: usize) -> Result<Option<Self>, NodeError> {
+    fn new(job: &'a Job<'_>, cells: usize) -> Option<Self> {
         let deposition = job.lane("deposition");
         if deposition.constant().is_some_and(|g| g <= 0.0) {
-            return Ok(None);
+            return None;
         }
-        if params.n != 1.0 {
-            return Err(NodeError::failed_with_hint(
-                format!("deposition is solved for n = 1, and n is {}", params.n),
-                "leave `n` or `deposition` at its default",
-            ));
-        }
-        Ok(Some(Self { deposition, debris: vec![0.0; cells], thickness: vec![0.0; cells] }))
+        Some(Self { deposition, debris: vec![0.0; cells], thickness: vec![0.0; cells] })
     }
 }
 
@@ -321,6 +324,9 @@ mod tests {
             (3.0, 0.1, "duration=2e6,receivers=d8"),
             (1000.0, 0.1, "duration=1e7,critical_slope=1.2"),
             (0.0, 0.1, "duration=2e6"),
+            (0.5, 0.01, "duration=1e6,n=1.5"),
+            (1.0, 0.0, "duration=1e6,n=0.7,m=0.35"),
+            (2.0, 0.0, "duration=1e6,n=2.5,receivers=d8"),
         ] {
             let [deposition, diffusivity] =
                 [deposition, diffusivity].map(|value| Field::constant(Window::whole(world), value));

@@ -7,7 +7,9 @@
 //! double precision through the whole run, because the uplift of one step can be less than a height in single precision
 //! can hold.
 
+mod analytical;
 mod area;
+mod coarse;
 mod course;
 mod deposition;
 #[cfg(test)]
@@ -16,6 +18,7 @@ mod incision;
 mod land;
 mod links;
 mod rock;
+mod schedule;
 mod slides;
 mod tectonics;
 #[cfg(test)]
@@ -23,7 +26,11 @@ mod tests;
 
 use rayon::prelude::*;
 
-use self::{land::Land, rock::DEFAULT_ERODIBILITY};
+use self::{
+    land::{Land, Work},
+    rock::DEFAULT_ERODIBILITY,
+    schedule::Steps,
+};
 use crate::prelude::*;
 
 choice! {
@@ -34,6 +41,26 @@ choice! {
         RhoInfinity = "rho_infinity",
         /// The neighbour of steepest descent.
         D8 = "d8",
+    }
+}
+
+choice! {
+    /// How the law is solved.
+    pub enum Method {
+        /// Step by step.
+        Implicit = "implicit",
+        /// At once, as a preview: the age of the land can be drawn like a slider.
+        Analytical = "analytical",
+    }
+}
+
+choice! {
+    /// On which cells the time passes.
+    pub enum Schedule {
+        /// All of it on the cells of the world.
+        Full = "full",
+        /// Long times mostly on cells four times and twice as large.
+        CoarseToFine = "coarse_to_fine",
     }
 }
 
@@ -74,6 +101,14 @@ params! {
     /// Any step is stable. Longer ones give rivers less chances to find their way and smear waves of erosion. At most
     /// 10000 steps are made, longer ones than asked for if need be.
     time_step: f64 = 0.0, Years, 0.0..=1e9, soft 0..=1e5;
+    /// How the law is solved.
+    ///
+    /// At once needs n = 1, no deposition, an even uplift course and no sea.
+    method: Method = Method::Implicit, One, ..;
+    /// On which cells the time passes.
+    ///
+    /// Coarse to fine is several times as fast over long times, and not quite the same land.
+    schedule: Schedule = Schedule::Full, One, ..;
     /// Seed of the random receivers and of the variation.
     seed: Seed = Seed(0), Count, ..;
 }
@@ -102,9 +137,9 @@ pub static NODE: Node = Node {
           edge. Cells at `open` sides rise with the uplift, and where no neighbour is lower \
           water leaves there without cutting.\n\n\
           Above 0, `deposition` makes rivers carry what they erode, and drop it where they are too gentle for it:\n\n    ∂h/∂t = U − K Aᵐ S + G Q / A\n\n\
-          with Q the flux of sediment in m³/yr and G the `deposition`, 0.1 to 2 in most rivers; n must be 1. It is the \
+          with Q the flux of sediment in m³/yr and G the `deposition`, 0.1 to 2 in most rivers, and Sⁿ for S where n is not 1. It is the \
           shared stream-power law with the transport coefficient K / G: a large G with an equally larger K makes rivers \
-          that carry as much as they can everywhere. Slopes that balance uplift are 1 + G times as steep, and alluvial \
+          that carry as much as they can everywhere. Slopes that balance uplift are (1 + G)^(1/n) times as steep, and alluvial \
           plains and fans form where land sinks or mountains end. Lakes and the sea (below `sea_level`) fill from their \
           shores up to the water's surface, and pass on what they cannot hold. What slides joins the rivers at the next step. The mass of the sediment is kept to \
           rounding errors: what is eroded lies somewhere or has left at an outlet.\n\n\
@@ -124,6 +159,21 @@ pub static NODE: Node = Node {
           `diffusivity: 0` and `receivers: d8` what remains is the law itself.\n\n\
           `uplift_course` makes the uplift grow, pulse or fade: it multiplies it by a curve over the run. Every step \
           takes the curve's exact mean over its time.\n\n\
+          `method: analytical` gives the land at the age `duration` at once, as a preview whose age can be drawn like a \
+          slider. For n = 1 a wave of erosion travels upstream at K Aᵐ, so that on a given network every height is known: \
+          τ years up from an outlet it is U τ above it, once τ have passed; before, it is the old land lifted. The \
+          network itself is found in a few rounds, most of them on cells up to 8 times as large. It needs n = 1, no \
+          `deposition`, an even `uplift_course` and no sea, and does not use `time_step` and `schedule`; \
+          `erosion_rate` and `sediment_flux` are those of the law, without slides. Against 200 steps, mean height and \
+          relief of 512 × 512 cells come out some 3 % higher, in a fifteenth of the time; while waves are still on their \
+          way, up to 9 % higher, because rivers that moved are not remembered.\n\n\
+          `schedule: coarse_to_fine` passes most of a long time on cells four times and twice as large, and leaves the \
+          cells of the world 0.3 of the time in which the land answers a change, 8 steps at least. What happens on large \
+          cells is added to the land as a smooth change, so that detail of the start stays. It is some 5 times as fast where \
+          the duration is a few such times. Without `variation`, mean height, local relief and slope come out within 1.5 % of the full \
+          run; with it, mean and local relief are higher, by 5 % at the default and more where hillslopes are barely \
+          resolved, because rivers have had less time to find the weak cells. Worlds of less than 128 cells along a side \
+          pass all time on their own cells. With `deposition` the mass of the sediment is kept only from there on.\n\n\
           Rivers follow what they find. Start from land with some roughness (any noise of a few metres) unless straight \
           parallel valleys are wanted. Outlines of the network change with the cell size and the seed; the \
           mean height changes by some 2 % when cells are halved, as long as they are well below the critical area.",
@@ -141,6 +191,10 @@ pub static NODE: Node = Node {
          1346-1365",
         "P. Davy and D. Lague (2009), Fluvial erosion/transport equation of landscape evolution models revisited, \
          Journal of Geophysical Research 114, F03007",
+        "P. Steer (2021), Short communication: Analytical models for 2D landscape evolution, Earth Surface Dynamics 9, \
+         1239-1250",
+        "P. Tzathas, B. Gailleton, P. Steer and G. Cordonnier (2024), Physically-based analytical erosion for fast \
+         terrain generation, Computer Graphics Forum 43",
         "G. Cordonnier, B. Bovy and J. Braun (2019), A versatile, linear complexity algorithm for flow routing in \
          topographies with depressions, Earth Surface Dynamics 7, 549-562",
         "W. E. H. Culling (1960), Analytical theory of erosion, Journal of Geology 68, 336-344",
@@ -259,15 +313,10 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let start = job.field("height")?;
     warn_of_unresolved_hillslopes(job, params.critical_area);
     let mut land = Land::new(job, &params, start)?;
-    let asked_yr = if params.time_step > 0.0 { params.time_step } else { params.duration / 100.0 };
-    let steps = if params.duration > 0.0 { (params.duration / asked_yr).ceil().min(MAX_STEPS) as u32 } else { 0 };
-    let step_yr = params.duration / f64::from(steps.max(1));
-    let mut work = None;
-    for step in 0..steps {
-        job.advance(step as f32 / (steps + 1) as f32)?;
-        work = land.step(job, step_yr, step, step + 1 == steps)?;
-    }
-    job.advance(steps as f32 / (steps + 1) as f32)?;
+    let (step_yr, work) = match params.method {
+        Method::Implicit => implicit(job, &params, &mut land, start)?,
+        Method::Analytical => (1.0, analytical::grow(job, &params, &mut land, start)?),
+    };
     land.route(job, None)?;
 
     let cell_m2 = job.cell_m() * job.cell_m();
@@ -296,6 +345,29 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         .with("erosion_rate", field(rate))
         .with("sediment", field(sediment))
         .with("sediment_flux", field(flux)))
+}
+
+/// Makes the steps of a run. Gives how long they are and what the last one did.
+fn implicit(
+    job: &Job<'_>,
+    params: &Params,
+    land: &mut Land<'_>,
+    start: &Field,
+) -> Result<(f64, Option<Work>), NodeError> {
+    let asked_yr = if params.time_step > 0.0 { params.time_step } else { params.duration / 100.0 };
+    let count = if params.duration > 0.0 { (params.duration / asked_yr).ceil().min(MAX_STEPS) as u32 } else { 0 };
+    let step_yr = params.duration / f64::from(count.max(1));
+    let first = match params.schedule {
+        Schedule::Full => 0,
+        Schedule::CoarseToFine => schedule::begin(job, params, Steps { count, step_yr }, land, start)?,
+    };
+    let mut work = None;
+    for step in first..count {
+        job.advance(step as f32 / (count + 1) as f32)?;
+        work = land.step(job, step_yr, step, step + 1 == count)?;
+    }
+    job.advance(count as f32 / (count + 1) as f32)?;
+    Ok((step_yr, work))
 }
 
 /// Tells where cells are larger than the drainage area of a river's head.

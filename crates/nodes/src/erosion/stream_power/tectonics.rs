@@ -34,10 +34,16 @@ impl<'a> Tectonics<'a> {
     /// How far a cell has risen after the whole run, in metres; below 0 it has sunk.
     #[must_use]
     pub fn risen_m(&self, cell: usize, is_base: bool) -> f64 {
+        self.rate(cell, is_base) * self.duration_yr
+    }
+
+    /// How fast a cell rises in the mean of the run, in m/yr.
+    #[must_use]
+    pub fn rate(&self, cell: usize, is_base: bool) -> f64 {
         if is_base {
-            return -self.base_level_fall * self.duration_yr;
+            return -self.base_level_fall;
         }
-        f64::from(self.uplift.at(cell)) * self.duration_yr * self.course.mean(0.0, 1.0)
+        f64::from(self.uplift.at(cell)) * self.course.mean(0.0, 1.0)
     }
 
     /// Moves the land from one time of the run to a later one, in years.

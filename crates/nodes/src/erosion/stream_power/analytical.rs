@@ -1,0 +1,213 @@
+//! The land at an age as a fixed point of its own drainage network, found on coarse cells first.
+//!
+//! Rivers that compete for land take many rounds to settle, but the outlines of the network can be found on large cells,
+//! where a round costs little (Tzathas, Gailleton, Steer and Cordonnier 2024).
+
+use super::{
+    Params,
+    coarse::Coarse,
+    land::{Land, Work},
+};
+use crate::prelude::*;
+
+/// Rounds on the coarsest cells, where the network forms.
+const FIRST_ROUNDS: u32 = 32;
+/// Rounds on the finest cells; twice as many on each coarser level.
+const LAST_ROUNDS: u32 = 4;
+/// The fewest cells along a side: rounds on fewer cost nothing worth saving.
+const FEWEST_CELLS: u32 = 128;
+/// Levels below the finest.
+const LEVELS: u32 = 3;
+
+/// Refuses what the solution does not know.
+///
+/// # Errors
+/// What it is, and what to do.
+fn check(job: &Job<'_>, params: &Params, start: &Field) -> Result<(), NodeError> {
+    let refuse = |what: String, way: &str| {
+        Err(NodeError::failed_with_hint(
+            format!("`method: analytical` {what}"),
+            format!("{way}, or use `method: implicit`"),
+        ))
+    };
+    if params.n != 1.0 {
+        return refuse(format!("is for n = 1, and n is {}", params.n), "leave `n` at its default");
+    }
+    if job.lane("deposition").constant().is_none_or(|g| g > 0.0) {
+        return refuse("knows no deposition".to_owned(), "leave `deposition` at its default");
+    }
+    if params.uplift_course.0.iter().any(|[_, factor]| *factor != params.uplift_course.0[0][1]) {
+        return refuse("knows no uplift that changes".to_owned(), "leave `uplift_course` at its default");
+    }
+    if start.samples().iter().any(|&height| f64::from(height) < params.sea_level) {
+        return refuse("knows no sea, and land is below `sea_level`".to_owned(), "lower `sea_level`");
+    }
+    Ok(())
+}
+
+/// Puts the land at its age. Gives what wears it down in a year, where time has passed.
+///
+/// # Errors
+/// When the run asks for what the solution does not know, or [`NodeError::Cancelled`].
+pub fn grow(job: &Job<'_>, params: &Params, land: &mut Land<'_>, start: &Field) -> Result<Option<Work>, NodeError> {
+    check(job, params, start)?;
+    if params.duration <= 0.0 {
+        return Ok(None);
+    }
+    settle(job, params, land, start, 0)?;
+    land.wear(job).map(Some)
+}
+
+fn settle(job: &Job<'_>, params: &Params, land: &mut Land<'_>, start: &Field, level: u32) -> Result<(), NodeError> {
+    let coarse = if level < LEVELS { Coarse::below(job, FEWEST_CELLS)? } else { None };
+    let rounds = match coarse {
+        Some(coarse) => {
+            let coarse_job = coarse.job(job);
+            let coarse_start = coarse_job.field("height")?;
+            let mut below = Land::new(&coarse_job, params, coarse_start)?;
+            settle(&coarse_job, params, &mut below, coarse_start, level + 1)?;
+            land.heights = coarse.corrected(job, start.samples(), coarse_start.samples(), below.heights)?;
+            LAST_ROUNDS << level
+        }
+        None => FIRST_ROUNDS,
+    };
+    for round in 0..rounds {
+        land.grow(job, start.samples(), params.duration, round)?;
+        // A level takes about as long as all below it.
+        let [from, to] = [level + 2, level + 1].map(|part| 1.0 / part as f32);
+        job.advance(from + (to - from) * round as f32 / rounds as f32)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::ParamValue;
+
+    use crate::{
+        erosion::stream_power::{
+            NODE,
+            tests::{PLAIN, largest_relative_error, outputs, samples, steady, strip, white},
+        },
+        math,
+        prelude::*,
+        testing,
+    };
+
+    fn heights(height: &Field, changes: &str, uplift: f32, erodibility: f32) -> Vec<f32> {
+        let [uplift, erodibility, repose] =
+            [uplift, erodibility, 90.0].map(|value| Field::constant(*height.window(), value));
+        let fields = [("height", height), ("uplift", &uplift), ("erodibility", &erodibility), ("repose", &repose)];
+        let changes = format!("{PLAIN},method=analytical,{changes}");
+        samples(&mut outputs(&changes, &fields).expect("a result"), "height")
+    }
+
+    /// Years from each cell of a strip to its end: ∑ d / (K √A).
+    fn travel_yr(cells: usize, erodibility: f64) -> Vec<f64> {
+        let link_yr = |cell: usize| 100.0 / (erodibility * ((cell + 1) as f64 * 1e4).sqrt());
+        (0..=cells).map(|from| (from..cells).map(link_yr).sum()).collect()
+    }
+
+    /// Where uplift has doubled, the new steep reach ends in a knickpoint, and above it the old land is lifted:
+    /// h = U τ below, U τ − U / 2 (τ − t) above.
+    #[test]
+    fn a_knickpoint_is_where_the_closed_form_has_it() {
+        let before = steady(400, 50.0, 0.5);
+        let height = strip(400, |x| before[(x / 100.0) as usize]);
+        let travel_yr = travel_yr(400, 1e-5);
+        for age_yr in [1e3, 1e5, 8e5, 2e6, 1e9] {
+            let found = heights(&height, &format!("duration={age_yr}"), 0.001, 1e-5);
+            let expected: Vec<f64> =
+                travel_yr.iter().map(|tau_yr| 0.001 * tau_yr - 0.0005 * (tau_yr - age_yr).max(0.0)).collect();
+            // 1e-6: constants and heights are f32.
+            let error = largest_relative_error(&found, &expected);
+            assert!(error < 1e-6, "{age_yr}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_falling_base_level_travels_upstream() {
+        let height = strip(100, |_| 0.0);
+        let travel_yr = travel_yr(100, 1e-5);
+        for age_yr in [1e5, 5e6] {
+            let found = heights(&height, &format!("duration={age_yr},base_level_fall=0.001"), 0.0, 1e-5);
+            for (found, tau_yr) in found.iter().zip(&travel_yr) {
+                let expected = -0.001 * (age_yr - tau_yr).max(0.0);
+                // 1e-3 m: heights of 5000 m in f32.
+                assert!((f64::from(*found) - expected).abs() < 1e-3, "{age_yr}: {found} {expected}");
+            }
+        }
+    }
+
+    /// Young land remembers the rivers that it had on the way, old land does not.
+    #[test]
+    fn land_is_near_that_of_two_hundred_steps() {
+        let height = testing::field(testing::world(128, 128, 100.0), |x, y| 20.0 * white(x, y));
+        let [uplift, erodibility] = [0.001, 1e-5].map(|value| Field::constant(*height.window(), value));
+        let fields = [("height", &height), ("uplift", &uplift), ("erodibility", &erodibility)];
+        for (duration, tolerance) in [(2e5, 0.1), (1e6, 0.05), (4e6, 0.05)] {
+            let mean = |method: &str| {
+                let changes =
+                    format!("duration={duration},time_step={},critical_area=4e4,method={method}", duration / 200.0);
+                let heights = samples(&mut outputs(&changes, &fields).expect("a result"), "height");
+                heights.iter().sum::<f32>() / heights.len() as f32
+            };
+            let (steps, at_once) = (mean("implicit"), mean("analytical"));
+            assert!((at_once / steps - 1.0).abs() < tolerance, "{duration}: {steps} {at_once}");
+        }
+    }
+
+    #[test]
+    fn rock_that_does_not_erode_only_rises() {
+        let height = testing::field(testing::world(30, 40, 100.0), |x, y| 300.0 * white(x, y));
+        let found = heights(&height, "duration=1e6", 0.001, 0.0);
+        for (cell, (after, before)) in found.iter().zip(height.samples()).enumerate() {
+            let base = crate::hydrology::engine::reference::on_border(30, found.len(), cell);
+            let risen = if base { 0.0 } else { 1000.0 };
+            // 1e-3 m: a drop of up to 300 m over a millionth of a link.
+            assert!((after - before - risen).abs() < 1e-3, "{before} {after}");
+        }
+        assert!(heights(&height, "duration=0", 0.001, 1e-5) == height.samples());
+    }
+
+    #[test]
+    fn it_refuses_what_it_does_not_know() {
+        let height = strip(4, |_| 1.0);
+        let deposition = Field::constant(*height.window(), 0.5);
+        for (changes, fields) in [
+            ("n=1.5", vec![("height", &height)]),
+            ("sea_level=0.5", vec![("height", &height)]),
+            ("", vec![("height", &height), ("deposition", &deposition)]),
+        ] {
+            let error = outputs(&format!("method=analytical,{changes}"), &fields).expect_err("unknown");
+            assert!(matches!(error, NodeError::Failed { hint: Some(_), .. }), "{error}");
+        }
+        let mut params = testing::with_params(&NODE, "method=analytical");
+        params.set("uplift_course", ParamValue::Curve(vec![[0.0, 0.0], [1.0, 1.0]]));
+        let error = testing::outputs(&NODE, &params, &[("height", &height)]).expect_err("unknown").to_string();
+        assert!(error.contains("uplift that changes"), "{error}");
+    }
+
+    #[test]
+    fn extreme_inputs_give_heights() {
+        for (nx, ny) in [(1, 1), (1, 20), (20, 1), (2, 3), (33, 70), (130, 129)] {
+            let rough = testing::field(testing::world(nx, ny, 10.0), |x, y| 500.0 * white(x, y));
+            for (erodibility, uplift) in [(1e3, 0.001), (1e3, -1.0), (1e-30, 1.0), (2e-6, 0.0), (-1.0, 0.001)] {
+                for changes in ["duration=1e9", "duration=1e-9", "duration=1e6,m=2,receivers=rho_infinity"] {
+                    let found = heights(&rough, changes, uplift, erodibility);
+                    assert!(found.iter().all(|height| height.is_finite()), "{nx} {ny}, {changes}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_same_for_any_thread_count() {
+        let world = testing::world(150, 131, 50.0);
+        let height = testing::field(world, |x, y| 300.0 * white(x, y));
+        let uplift = testing::field(world, |x, _| 0.0005 * (1.0 + math::sin(x / 1000.0)));
+        let params = testing::with_params(&NODE, "method=analytical,duration=1e6");
+        let fields = [("height", &height), ("uplift", &uplift)];
+        assert!(testing::run_in(1, &NODE, &params, &fields) == testing::run_in(7, &NODE, &params, &fields));
+    }
+}

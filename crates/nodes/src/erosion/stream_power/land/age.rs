@@ -1,0 +1,168 @@
+//! The land at an age, without steps.
+//!
+//! For n = 1 the law is an advection: what happens at an outlet travels upstream at the speed K Aᵐ. On a given drainage
+//! network, with the travel time τ from the outlet (dτ = ds / (K Aᵐ)) and u = ∫ U dτ along the path, the height at the
+//! time t is
+//!
+//! > h = z(t − τ) + u where τ ≤ t, with z the level of the outlet, and h = h₀(x\*) + u − u(x\*) elsewhere,
+//!
+//! x\* being the place downstream whose travel time is τ − t (Steer 2021; Tzathas, Gailleton, Steer and Cordonnier 2024).
+//! The network of the result is not the given one, so that it is found anew and the heights with it, again and again.
+//!
+//! What differs from the papers: x\* is found by jump pointers (Myers 1983), one for each cell, in a logarithmic number of
+//! steps; the land is never higher than uplift alone would have it, which leaves the floors of lakes where they are.
+
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+use orograph_graph::{Job, NodeError};
+use rayon::prelude::*;
+
+use super::{Land, Work};
+use crate::hydrology::engine::code;
+
+/// The longest travel time over one link, in ages: rock that does not erode.
+const LONGEST_LINK: f64 = 1e6;
+
+/// The way from a cell to its outlet.
+#[derive(Clone, Copy, Debug)]
+struct Path {
+    travel_yr: f64,
+    /// The uplift over the travel time, in metres.
+    risen_m: f64,
+    /// Height of the outlet at the start, in metres.
+    outlet_m: f64,
+    /// How fast the outlet rises, in m/yr.
+    outlet_rate: f64,
+}
+
+impl Land<'_> {
+    /// Routes the land as it is, then puts it at its height after `age_yr`, above 0, from `start` on this network.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn grow(&mut self, job: &Job<'_>, start: &[f32], age_yr: f64, round: u32) -> Result<(), NodeError> {
+        self.route(job, Some(round))?;
+        let mut heights = std::mem::take(&mut self.heights);
+        let grown = self.heights_at(job, start, age_yr, &mut heights);
+        self.heights = heights;
+        grown?;
+        self.cap(job)?;
+        self.slide(job)
+    }
+
+    /// The solution on the network as it is.
+    fn heights_at(&self, job: &Job<'_>, start: &[f32], age_yr: f64, heights: &mut [f64]) -> Result<(), NodeError> {
+        let nx = self.grid.nx;
+        let (paths, ancestors) = self.paths(job, start, age_yr)?;
+        heights.par_chunks_mut(nx).enumerate().try_for_each(|(y, heights)| {
+            job.check()?;
+            for (cell, height) in (y * nx..).zip(heights) {
+                let path = &paths[cell];
+                let before_yr = path.travel_yr - age_yr;
+                let grown = if before_yr <= 0.0 {
+                    path.outlet_m - path.outlet_rate * before_yr + path.risen_m
+                } else {
+                    let [above, below] = self.origin(&paths, &ancestors, cell, before_yr);
+                    let (far, near) = (&paths[above], &paths[below]);
+                    let share = (before_yr - near.travel_yr) / (far.travel_yr - near.travel_yr);
+                    let between = |near: f64, far: f64| near + (far - near) * share;
+                    let origin_m = between(f64::from(start[below]), f64::from(start[above]));
+                    origin_m + (path.risen_m - between(near.risen_m, far.risen_m))
+                };
+                *height = grown.min(f64::from(start[cell]) + self.rate(cell) * age_yr);
+            }
+            Ok(())
+        })
+    }
+
+    /// How fast a cell moves without erosion, in m/yr.
+    fn rate(&self, cell: usize) -> f64 {
+        self.tectonics.rate(cell, self.is_base(cell))
+    }
+
+    /// By how much the law wears the land down in a year.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn wear(&mut self, job: &Job<'_>) -> Result<Work, NodeError> {
+        let links = self.links(1.0);
+        let wear = |cell: usize| {
+            let code = self.codes[cell];
+            if !code::has_receiver(code) {
+                return 0.0;
+            }
+            let drop = self.heights[cell] - self.heights[self.grid.receiver(cell as u32, code) as usize];
+            links.of(cell, code).0 * drop.max(0.0)
+        };
+        let lowered: Vec<f64> = (0..self.heights.len()).into_par_iter().map(wear).collect();
+        let mut flux = lowered.clone();
+        self.drainage.accumulate(job, &self.grid, &self.codes, &mut flux)?;
+        Ok(Work { lowered, flux })
+    }
+
+    /// The way of every cell, and for each its depth in the tree above the number of an ancestor.
+    fn paths(&self, job: &Job<'_>, start: &[f32], age_yr: f64) -> Result<(Vec<Path>, Vec<AtomicU64>), NodeError> {
+        let cells = || (0..self.codes.len()).into_par_iter();
+        let ancestors: Vec<AtomicU64> = cells().map(|cell| AtomicU64::new(cell as u64)).collect();
+        let outlet = |cell: usize| Path {
+            travel_yr: 0.0,
+            risen_m: 0.0,
+            outlet_m: f64::from(start[cell]),
+            outlet_rate: self.rate(cell),
+        };
+        let mut paths: Vec<Path> = cells().map(outlet).collect();
+        let (links, longest_yr) = (self.links(1.0), LONGEST_LINK * age_yr);
+        self.drainage.upstream(job, &self.grid, &self.codes, &mut paths, |cell, code, _, below| {
+            let receiver = self.grid.receiver(cell as u32, code);
+            // The receiver and all below it have been visited, by this thread or before it began.
+            ancestors[cell].store(ancestor(&ancestors, receiver), Relaxed);
+            let (per_yr, _) = links.of(cell, code);
+            let link_yr = (1.0 / per_yr).min(longest_yr);
+            Path { travel_yr: below.travel_yr + link_yr, risen_m: below.risen_m + self.rate(cell) * link_yr, ..below }
+        })?;
+        Ok((paths, ancestors))
+    }
+
+    /// The two cells on the way of `cell` between which the travel time is `travel_yr`: the last above it, and its
+    /// receiver.
+    fn origin(&self, paths: &[Path], ancestors: &[AtomicU64], cell: usize, travel_yr: f64) -> [usize; 2] {
+        let mut at = cell;
+        loop {
+            let jump = ancestors[at].load(Relaxed) as u32 as usize;
+            if paths[jump].travel_yr > travel_yr {
+                at = jump;
+                continue;
+            }
+            let receiver = self.grid.receiver(at as u32, self.codes[at]) as usize;
+            if paths[receiver].travel_yr <= travel_yr {
+                return [at, receiver];
+            }
+            at = receiver;
+        }
+    }
+
+    /// Lowers links that are steeper than repose, receivers first.
+    fn cap(&mut self, job: &Job<'_>) -> Result<(), NodeError> {
+        let mut heights = std::mem::take(&mut self.heights);
+        let links = self.links(1.0);
+        let capped = self.drainage.upstream(job, &self.grid, &self.codes, &mut heights, |cell, code, height, below| {
+            let highest = below + self.steepest.at(cell) * links.of(cell, code).1;
+            if height > highest { highest } else { height }
+        });
+        self.heights = heights;
+        capped
+    }
+}
+
+/// The entry of a cell from that of its receiver: jumps are as long as two equally long ones below them, or one link.
+fn ancestor(ancestors: &[AtomicU64], receiver: u32) -> u64 {
+    let entry = |cell: u32| {
+        let entry = ancestors[cell as usize].load(Relaxed);
+        (entry >> 32, entry as u32)
+    };
+    let (depth, jump) = entry(receiver);
+    let (jump_depth, second) = entry(jump);
+    let (second_depth, _) = entry(second);
+    let to = if depth - jump_depth == jump_depth - second_depth { second } else { receiver };
+    (depth + 1) << 32 | u64::from(to)
+}
