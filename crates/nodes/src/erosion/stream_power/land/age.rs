@@ -166,3 +166,61 @@ fn ancestor(ancestors: &[AtomicU64], receiver: u32) -> u64 {
     let to = if depth - jump_depth == jump_depth - second_depth { second } else { receiver };
     (depth + 1) << 32 | u64::from(to)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{super::Land, *};
+    use crate::{
+        erosion::stream_power::{NODE, Params, tests::white},
+        prelude::*,
+        testing,
+    };
+
+    /// The plain reference: every way walked cell by cell until the age has passed.
+    fn walk(job: &Job<'_>) -> Result<Outputs, NodeError> {
+        let (params, start) = (Params::read(job.params), job.field("height")?.samples());
+        let mut land = Land::new(job, &params, job.field("height")?)?;
+        land.grow(job, start, params.duration, 0)?;
+        let links = land.links(1.0);
+        let mut ends = [0; 2];
+        for (cell, &found) in land.heights.iter().enumerate() {
+            let (mut at, mut left_yr, mut risen_m) = (cell, params.duration, 0.0);
+            let expected = loop {
+                let code = land.codes[at];
+                if !code::has_receiver(code) {
+                    ends[0] += 1;
+                    break f64::from(start[at]) + land.rate(at) * left_yr + risen_m;
+                }
+                let link_yr = 1.0 / links.of(at, code).0;
+                let receiver = land.grid.receiver(at as u32, code) as usize;
+                risen_m += land.rate(at) * link_yr.min(left_yr);
+                if link_yr > left_yr {
+                    ends[1] += 1;
+                    let drop = f64::from(start[at]) - f64::from(start[receiver]);
+                    break f64::from(start[at]) - drop * left_yr / link_yr + risen_m;
+                }
+                left_yr -= link_yr;
+                at = receiver;
+            };
+            let expected = expected.min(f64::from(start[cell]) + land.rate(cell) * params.duration);
+            // Sums of travel times of some 10 Myr, in years, in double precision.
+            assert!((found - expected).abs() < 1e-6, "{cell}: {found} {expected}");
+        }
+        assert!(ends.iter().all(|&count| count > 100), "{ends:?}");
+        Ok(Outputs::default())
+    }
+
+    #[test]
+    fn every_height_is_that_of_the_plain_walk() {
+        let world = testing::world(90, 140, 50.0);
+        let height = testing::field(world, |x, y| 300.0 * white(x, y) + 0.02 * x);
+        let uplift = testing::field(world, |x, y| 1e-7 * (x - 0.3 * y));
+        let erodibility = testing::field(world, |x, _| if x < 2000.0 { 1e-5 } else { 3e-5 });
+        let repose = Field::constant(Window::whole(world), 90.0);
+        let fields = [("height", &height), ("uplift", &uplift), ("erodibility", &erodibility), ("repose", &repose)];
+        let node = Node { cpu: walk, inputs: NODE.inputs, params: NODE.params, ..Node::DEFAULT };
+        for changes in ["duration=3e5,base_level_fall=0.0005", "duration=1e6,receivers=d8", "duration=2e6,m=0.4"] {
+            testing::outputs(&node, &testing::with_params(&NODE, changes), &fields).expect("heights");
+        }
+    }
+}
