@@ -163,7 +163,7 @@ pub static NODE: Node = Node {
           slider. For n = 1 a wave of erosion travels upstream at K Aᵐ, so that on a given network every height is known: \
           τ years up from an outlet it is U τ above it, once τ have passed; before, it is the old land lifted. The \
           network itself is found in a few rounds, most of them on cells up to 8 times as large. It needs n = 1, no \
-          `deposition`, an even `uplift_course` and no sea, and does not use `time_step` and `schedule`; \
+          `deposition`, an even `uplift_course` and no sea, leaves out creep, and does not use `time_step` and `schedule`; \
           `erosion_rate` and `sediment_flux` are those of the law, without slides. Where the \
           duration is a few times that in which the land answers a change, mean height and relief come out within some \
           5 % of those of 200 steps, in a fifteenth of the time for 512 × 512 cells; while waves are still on their way, \
