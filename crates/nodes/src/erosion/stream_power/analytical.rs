@@ -4,7 +4,7 @@
 //! where a round costs little (Tzathas, Gailleton, Steer and Cordonnier 2024).
 
 use super::{
-    Params,
+    DEFAULT_DIFFUSIVITY, Params,
     coarse::Coarse,
     land::{Land, Work},
 };
