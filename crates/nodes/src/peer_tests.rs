@@ -80,10 +80,11 @@ fn a_short_step_of_stream_power_is_an_explicit_one() {
     let land = input(&case, PROFILE);
     // A node of their profile drains its length, a cell of ours its area: 300 times as much at m = 0.5.
     let erodibility = case["params"]["K"].as_f64().expect("K") / 300.0_f64.sqrt();
-    let [erodibility, repose] = [erodibility as f32, 90.0].map(|v| Field::constant(*land.window(), v));
+    let [erodibility, repose, diffusivity] =
+        [erodibility as f32, 90.0, 0.0].map(|v| Field::constant(*land.window(), v));
     let params =
         testing::with_params(&stream_power::NODE, "critical_area=0,variation=0,receivers=d8,duration=1,time_step=1");
-    let fields = [("height", &land), ("erodibility", &erodibility), ("repose", &repose)];
+    let fields = [("height", &land), ("erodibility", &erodibility), ("repose", &repose), ("diffusivity", &diffusivity)];
     let found = testing::run(&stream_power::NODE, &params, &fields, "erosion").into_samples();
     let expected = numbers(&case["expected"]["erosion"]);
     for (found, expected) in found.iter().zip(expected) {

@@ -76,7 +76,7 @@ impl Law {
     #[must_use]
     pub fn value(&self, coefficient: f64) -> f64 {
         match self {
-            Self::Linear => coefficient,
+            Self::Linear | Self::ThreeHalves { .. } | Self::Square => coefficient,
             Self::Power { .. } => math::exp2(coefficient),
         }
     }

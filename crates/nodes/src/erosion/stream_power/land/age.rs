@@ -219,7 +219,7 @@ mod tests {
         let repose = Field::constant(Window::whole(world), 90.0);
         let fields = [("height", &height), ("uplift", &uplift), ("erodibility", &erodibility), ("repose", &repose)];
         let node = Node { cpu: walk, inputs: NODE.inputs, params: NODE.params, ..Node::DEFAULT };
-        for changes in ["duration=3e5,base_level_fall=0.0005", "duration=1e6,receivers=d8", "duration=2e6,m=0.4"] {
+        for changes in ["duration=3e4,base_level_fall=0.0005", "duration=1e5,receivers=d8", "duration=2e5,m=0.4"] {
             testing::outputs(&node, &testing::with_params(&NODE, changes), &fields).expect("heights");
         }
     }
