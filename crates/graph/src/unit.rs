@@ -50,6 +50,8 @@ pub enum Unit {
     Celsius,
     /// Rates at which the air cools upwards, in kelvins per kilometre.
     KelvinsPerKilometre,
+    /// Pressure or shear stress, Pa.
+    Pascals,
 }
 
 /// A suffix a person may type, with the factor to the base unit.
@@ -57,7 +59,7 @@ type Suffix = (&'static str, f64);
 
 impl Unit {
     /// Every unit, in declaration order.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 22] = [
         Self::One,
         Self::Metres,
         Self::SquareMetres,
@@ -79,6 +81,7 @@ impl Unit {
         Self::PerYear,
         Self::Celsius,
         Self::KelvinsPerKilometre,
+        Self::Pascals,
     ];
 
     /// The symbol of the base unit; empty for pure numbers.
@@ -105,6 +108,7 @@ impl Unit {
             Self::PerYear => "1/yr",
             Self::Celsius => "°C",
             Self::KelvinsPerKilometre => "K/km",
+            Self::Pascals => "Pa",
         }
     }
 
@@ -133,6 +137,7 @@ impl Unit {
             Self::PerYear => "a rate per year",
             Self::Celsius => "a temperature in °C",
             Self::KelvinsPerKilometre => "a lapse rate in K/km",
+            Self::Pascals => "a stress in Pa",
         }
     }
 
@@ -169,6 +174,7 @@ impl Unit {
             Self::PerYear => &[("1/yr", 1.0), ("1/a", 1.0), ("1/kyr", 1e-3), ("1/Myr", 1e-6)],
             Self::Celsius => &[("°C", 1.0), ("C", 1.0)],
             Self::KelvinsPerKilometre => &[("K/km", 1.0), ("K/m", 1e3)],
+            Self::Pascals => &[("Pa", 1.0), ("kPa", 1e3)],
         }
     }
 

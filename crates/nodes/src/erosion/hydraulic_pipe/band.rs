@@ -10,14 +10,20 @@ use orograph_graph::{Boundary, Edge, Job, Lane, NodeError};
 
 use super::{
     bed, flow,
-    physics::{Pace, Physics, Transport},
-    ring::Ring,
+    physics::{Pace, Physics, Scheme, Transport},
+    ring::{Ring, Rows},
     slip::Slip,
     transport,
 };
 
-/// Rows beyond a band that a step of it depends on.
-pub(super) const HALO: usize = 5;
+/// Steps of one sweep, each some rows behind the one before: what one step leaves is still in the cache for the next.
+pub(super) const STEPS_PER_SWEEP: usize = 4;
+/// Rows beyond what a step gives that it depends on.
+const REACH: isize = 5;
+/// Rows beyond a band that a sweep of it depends on.
+pub(super) const HALO: usize = STEPS_PER_SWEEP * REACH as usize;
+/// Rows that a step of a sweep is behind the one before, at least one more than its stages are behind each other.
+const LAG: isize = 6;
 /// Bed slope taken beyond an open side where the land does not fall towards it.
 const LEAST_OUTFLOW_SLOPE: f32 = 1e-3;
 /// Rows between questions whether to go on.
@@ -61,21 +67,73 @@ pub(super) enum State {
 pub(super) const STATES: [State; 6] =
     [State::Change, State::Loose, State::Water, State::Sediment, State::West, State::North];
 
-/// Rows in which the stages of a sweep hand on their results.
+/// Rows in which the stages of a step hand on their results.
 #[derive(Debug)]
 struct Rings {
     bed: Ring,
-    water: Ring,
-    /// Discharge eastward and southward before the step, in the middle of cells.
-    before: [Ring; 2],
+    wet: Ring,
+    /// Discharge southward before the step.
+    north: Ring,
     /// Half the fall of the water surface across cells, eastward and southward.
     fall: [Ring; 2],
     share: Ring,
-    capacity: Ring,
     load: Ring,
     /// Concentrations, or the traced load of MacCormack's first pass.
     part: Ring,
     way: [Ring; 2],
+}
+
+impl Rings {
+    /// Those of the `step` of a sweep.
+    fn new(nx: usize, step: usize) -> Self {
+        let mut place = STATES.len() + 10 * step;
+        let mut ring = || {
+            place += 1;
+            Ring::new(nx, place)
+        };
+        Self {
+            bed: ring(),
+            wet: ring(),
+            north: ring(),
+            fall: [ring(), ring()],
+            share: ring(),
+            load: ring(),
+            part: ring(),
+            way: [ring(), ring()],
+        }
+    }
+}
+
+/// The rows that the stages of a step work on, from those whose state is known.
+#[derive(Clone, Debug)]
+struct Span {
+    known: Range<isize>,
+    /// With a ghost row where the world ends; else the outermost row of the halo serves as one.
+    loaded: Range<isize>,
+    shared: Range<isize>,
+    exchanged: Range<isize>,
+    /// Whether the world ends above and below.
+    ends: [bool; 2],
+}
+
+impl Span {
+    fn new(known: Range<isize>, rows: isize) -> Self {
+        let ends = [known.start == 0, known.end == rows];
+        let (first, last) = (known.start, known.end);
+        Self {
+            loaded: if ends[0] { -1 } else { first }..if ends[1] { rows + 1 } else { last },
+            shared: if ends[0] { 0 } else { first + 1 }..if ends[1] { rows } else { last - 1 },
+            exchanged: if ends[0] { 0 } else { first + 2 }..if ends[1] { rows } else { last - 2 },
+            known,
+            ends,
+        }
+    }
+
+    /// The rows known after the step.
+    fn after(&self) -> Range<isize> {
+        let [top, bottom] = self.ends;
+        self.known.start + if top { 0 } else { REACH }..self.known.end - if bottom { 0 } else { REACH }
+    }
 }
 
 /// Water and suspended solids that left a row, in metres over one cell.
@@ -95,14 +153,16 @@ pub(super) struct Band {
     /// First row in the world, and number of rows.
     pub first: usize,
     pub rows: usize,
-    stride: usize,
     pub nx: usize,
-    pub states: [Vec<f32>; 6],
+    pub states: [Rows; 6],
     /// Discharge summed over time, m², own rows only.
     flow: Vec<f32>,
-    rings: Rings,
+    /// Those of each step of a sweep.
+    rings: Vec<Rings>,
     rain: Vec<f32>,
     mobile: Vec<f32>,
+    /// Where flow in the halo goes, which nobody asks for.
+    elsewhere: Vec<f32>,
     pub left: Vec<Left>,
     pub deepest_m: f32,
     pub slip: Slip,
@@ -111,29 +171,17 @@ pub(super) struct Band {
 impl Band {
     pub fn new(scene: &Scene<'_>, rows: Range<usize>, loose: Lane<'_>) -> Self {
         let nx = scene.cells[0];
-        let stride = (nx + 1).next_multiple_of(16);
         let count = rows.len() + 2 * HALO + 1;
-        let ring = || Ring::new(nx);
         let mut band = Self {
             first: rows.start,
             rows: rows.len(),
-            stride,
             nx,
-            states: std::array::from_fn(|_| vec![0.0; count * stride]),
+            states: std::array::from_fn(|place| Rows::new(nx, count, place)),
             flow: vec![0.0; rows.len() * nx],
-            rings: Rings {
-                bed: ring(),
-                water: ring(),
-                before: [ring(), ring()],
-                fall: [ring(), ring()],
-                share: ring(),
-                capacity: ring(),
-                load: ring(),
-                part: ring(),
-                way: [ring(), ring()],
-            },
+            rings: (0..STEPS_PER_SWEEP).map(|step| Rings::new(nx, step)).collect(),
             rain: vec![0.0; nx],
             mobile: vec![0.0; nx],
+            elsewhere: vec![0.0; nx],
             left: vec![Left::default(); rows.len()],
             deepest_m: 0.0,
             slip: Slip::new(nx),
@@ -152,20 +200,14 @@ impl Band {
         self.first..self.first + self.rows
     }
 
-    /// Where a row begins in each of the states.
-    pub fn at(&self, y: isize) -> usize {
-        (y + HALO as isize) as usize * self.stride
-    }
-
-    /// A row of a state, from -[`HALO`] to as many below the last.
+    /// A row of a state and one sample more, from -[`HALO`] to as many below the last.
     pub fn row(&self, state: State, y: isize) -> &[f32] {
-        &self.states[state as usize][self.at(y)..][..self.nx + 1]
+        self.states[state as usize].faces(at(y))
     }
 
     /// The same, to be written.
     pub fn row_mut(&mut self, state: State, y: isize) -> &mut [f32] {
-        let at = self.at(y);
-        &mut self.states[state as usize][at..][..self.nx + 1]
+        self.states[state as usize].faces_mut(at(y))
     }
 
     /// The time integral of discharge in a row, m².
@@ -187,247 +229,248 @@ impl Band {
         first..self.rows as isize + more
     }
 
-    /// One step of all processes but slippage.
-    pub fn step(&mut self, scene: &Scene<'_>, pace: &Pace, job: &Job<'_>) -> Result<(), NodeError> {
-        let known = self.known(scene);
+    /// `steps` steps of all processes but slippage, at most [`STEPS_PER_SWEEP`].
+    pub fn sweep(&mut self, scene: &Scene<'_>, pace: &Pace, steps: usize, job: &Job<'_>) -> Result<(), NodeError> {
         let rows = self.rows as isize;
-        let (top, bottom) = (known.start == 0, known.end == rows);
-        // a ghost row where the world ends; else the outermost row of the halo serves as one
-        let loaded = if top { -1 } else { known.start }..if bottom { rows + 1 } else { known.end };
-        let shared = loaded.start + 1..loaded.end - 1;
-        let limited = if top { 0 } else { shared.start + 1 }..if bottom { rows + 1 } else { shared.end };
-        let exchanged = if top { 0 } else { limited.start }..if bottom { rows } else { limited.end - 1 };
+        let mut known = self.known(scene);
+        let spans: Vec<Span> = (0..steps)
+            .map(|_| {
+                let span = Span::new(known.clone(), rows);
+                known = span.after();
+                span
+            })
+            .collect();
+        let Some(first) = spans.first().map(|span| span.loaded.clone()) else { return Ok(()) };
         self.deepest_m = 0.0;
-        for y in loaded.start..loaded.end + 4 {
+        for y in first.start..first.end + LAG * steps as isize {
             if y % ROWS_PER_CHECK == 0 {
                 job.check()?;
             }
-            if loaded.contains(&y) {
-                self.load(scene, pace, y, known.clone());
-                if y > loaded.start {
-                    self.north_faces(pace, y);
-                }
-                if y > loaded.start + 1 {
-                    self.west_faces(scene, pace, y - 1);
-                }
+            for (step, span) in spans.iter().enumerate() {
+                self.stages(scene, pace, step, span, y - LAG * step as isize);
             }
-            self.share(scene, pace, y - 1, &shared, &known);
-            if limited.contains(&(y - 1)) {
-                self.limit(y - 1, known.contains(&(y - 1)));
-            }
-            if exchanged.contains(&(y - 2)) {
-                self.exchange(scene, pace, y - 2);
-                if top && y - 2 == 0 {
-                    self.ghost_load(0, -1);
-                }
-                if bottom && y - 2 == rows - 1 {
-                    self.ghost_load(rows - 1, rows);
-                }
-            }
-            self.carry(scene, pace, y, &exchanged, [top, bottom]);
         }
         Ok(())
     }
 
-    /// Bed and water of a row, or of the ghost row beyond an edge of the world.
-    fn load(&mut self, scene: &Scene<'_>, pace: &Pace, y: isize, known: Range<isize>) {
-        if !known.contains(&y) {
-            if y < 0 {
-                self.load_row(scene, pace, 0);
-                self.load_row(scene, pace, 1.min(self.rows as isize - 1));
+    /// What is to be done once row y of the world before a step is known: each stage a row or two behind the one before.
+    fn stages(&mut self, scene: &Scene<'_>, pace: &Pace, step: usize, span: &Span, y: isize) {
+        if span.loaded.contains(&y) {
+            self.load(scene, pace, step, span, y);
+            if y > span.loaded.start {
+                self.north_faces(scene, pace, step, span, y);
             }
-            let (edge, near) = if y < 0 { (scene.boundary.north, 0) } else { (scene.boundary.south, y - 1) };
-            let second = (2 * near - y).clamp(0, self.rows as isize - 1);
-            for i in 0..self.nx + 2 {
-                let bed = [near, second].map(|row| self.rings.bed.whole(row)[i]);
-                let water = self.rings.water.whole(near)[i];
-                let (bed, water) = beyond(edge, bed, water, scene.physics.cell_m as f32);
-                self.rings.bed.whole_mut(y)[i] = bed;
-                self.rings.water.whole_mut(y)[i] = water;
+            if y > span.loaded.start + 1 {
+                self.west_faces(pace, step, y - 1);
             }
-            let Rings { before, fall: [east, _], .. } = &mut self.rings;
-            before.iter_mut().chain([east]).for_each(|ring| ring.copy(near, y));
-            return;
         }
-        self.load_row(scene, pace, y);
+        self.share(scene, pace, step, span, y - 1);
+        if span.exchanged.contains(&(y - 2)) {
+            self.exchange(scene, pace, step, span, y - 2);
+            if span.ends[0] && y - 2 == 0 {
+                self.ghost_load(step, 0, -1);
+            }
+            if span.ends[1] && y - 1 == self.rows as isize {
+                self.ghost_load(step, y - 2, y - 1);
+            }
+        }
+        self.carry(scene, pace, step, span, y);
     }
 
-    fn load_row(&mut self, scene: &Scene<'_>, pace: &Pace, y: isize) {
+    /// Bed and water of a row, or of the ghost row beyond an edge of the world.
+    fn load(&mut self, scene: &Scene<'_>, pace: &Pace, step: usize, span: &Span, y: isize) {
+        if span.known.contains(&y) {
+            self.load_row(scene, pace, step, y);
+            return;
+        }
+        let last = self.rows as isize - 1;
+        if y < 0 {
+            self.load_row(scene, pace, step, 0);
+            self.load_row(scene, pace, step, 1.min(last));
+        }
+        let (edge, near) = if y < 0 { (scene.boundary.north, 0) } else { (scene.boundary.south, y - 1) };
+        let second = (2 * near - y).clamp(0, last);
+        let Rings { bed, wet, fall: [east, _], .. } = &mut self.rings[step];
+        for i in 0..self.nx + 2 {
+            let beds = [near, second].map(|row| bed.whole(row)[i]);
+            let (height, depth) = beyond(edge, beds, wet.whole(near)[i], scene.physics.cell_m as f32);
+            bed.whole_mut(y)[i] = height;
+            wet.whole_mut(y)[i] = depth;
+        }
+        east.copy(near, y);
+    }
+
+    fn load_row(&mut self, scene: &Scene<'_>, pace: &Pace, step: usize, y: isize) {
         let (nx, start) = (self.nx, self.world_row(scene, y) * self.nx);
-        let at = self.at(y);
-        let [change, _, water, _, west, north] = &self.states;
-        let [east, south] = &mut self.rings.before;
-        flow::middle(east.cells_mut(y), [&west[at..], &west[at + 1..]]);
-        flow::middle(south.cells_mut(y), [&north[at..], &north[at + self.stride..]]);
-        east.close(y, scene.joined()[0]);
-        south.close(y, scene.joined()[0]);
-        flow::bed(self.rings.bed.cells_mut(y), &scene.land[start..][..nx], &change[at..][..nx]);
+        let [change, _, water, ..] = &self.states;
+        let Rings { bed, wet, fall: [east, _], .. } = &mut self.rings[step];
         let rain = lane_row(&mut self.rain, scene.rain, start);
-        flow::rain(self.rings.water.cells_mut(y), &water[at..][..nx], rain, self.rings.bed.cells(y), pace);
-        let (bed, water) = (self.rings.bed.whole_mut(y), self.rings.water.whole_mut(y));
+        let (land, water) = ([&scene.land[start..], change.cells(at(y))], [water.cells(at(y)), rain]);
+        flow::load(bed.cells_mut(y), wet.cells_mut(y), land, water, pace);
+        let (height, depth) = (bed.whole_mut(y), wet.whole_mut(y));
         for (edge, ghost, near, second, far) in
             [(scene.boundary.west, 0, 1, 2.min(nx), nx), (scene.boundary.east, nx + 1, nx, (nx - 1).max(1), 1)]
         {
-            (bed[ghost], water[ghost]) = if edge == Edge::Periodic {
-                (bed[far], water[far])
+            (height[ghost], depth[ghost]) = if edge == Edge::Periodic {
+                (height[far], depth[far])
             } else {
-                beyond(edge, [bed[near], bed[second]], water[near], scene.physics.cell_m as f32)
+                beyond(edge, [height[near], height[second]], depth[near], scene.physics.cell_m as f32)
             };
         }
-        let (bed, water) = (self.rings.bed.whole(y), self.rings.water.whole(y));
-        flow::fall(self.rings.fall[0].cells_mut(y), [bed, &bed[2..]], [water, &water[2..]]);
+        if pace.scheme == Scheme::Inertial {
+            let (bed, wet) = (bed.whole(y), wet.whole(y));
+            flow::fall(east.cells_mut(y), [bed, &bed[2..]], [wet, &wet[2..]]);
+        }
     }
 
     /// Discharge through the faces north of a row.
-    fn north_faces(&mut self, pace: &Pace, y: isize) {
-        let (at, nx) = (self.at(y), self.nx);
-        let Rings { bed, water, before: [flowing, _], fall: [falling, _], .. } = &self.rings;
-        let [bed, water, flowing, falling] =
-            [bed, water, flowing, falling].map(|ring| [ring.cells(y - 1), ring.cells(y)]);
-        let [.., north] = &mut self.states;
-        flow::faces(&mut north[at..][..nx], [flowing, falling], bed, water, pace);
-    }
-
-    /// Discharge through the faces within a row whose neighbours are known.
-    fn west_faces(&mut self, scene: &Scene<'_>, pace: &Pace, y: isize) {
-        let (at, nx) = (self.at(y), self.nx);
-        let Rings { bed, water, before: [_, flowing], fall: [_, falling], .. } = &mut self.rings;
-        let [beds, waters] = [&*bed, &*water].map(|ring| [ring.cells(y - 1), ring.cells(y + 1)]);
-        flow::fall(falling.cells_mut(y), beds, waters);
-        falling.close(y, scene.joined()[0]);
-        let [.., west, _] = &mut self.states;
-        let [bed, water, flowing, falling] = [&*bed, &*water, &*flowing, &*falling].map(|ring| {
-            let row = ring.whole(y);
-            [row, &row[1..]]
-        });
-        flow::faces(&mut west[at..][..nx + 1], [flowing, falling], bed, water, pace);
-    }
-
-    /// What share of its outflow each cell of a row can give.
-    fn share(&mut self, scene: &Scene<'_>, pace: &Pace, y: isize, shared: &Range<isize>, known: &Range<isize>) {
-        if !known.contains(&y) {
-            self.rings.share.whole_mut(y).fill(1.0);
-        } else if shared.contains(&y) {
-            let faces = faces_of(&self.states, [self.at(y), self.at(y + 1)], self.nx);
-            flow::shares(self.rings.share.cells_mut(y), self.rings.water.cells(y), faces, pace);
-            self.rings.share.close(y, scene.joined()[0]);
+    fn north_faces(&mut self, scene: &Scene<'_>, pace: &Pace, step: usize, span: &Span, y: isize) {
+        let Rings { bed, wet, north: before, fall: [east, south], .. } = &mut self.rings[step];
+        let [.., west, north] = &mut self.states;
+        let north = north.cells_mut(at(y));
+        let [bed, wet] = [&*bed, &*wet].map(|ring| [y - 2, y - 1, y].map(|row| ring.cells(row)));
+        match pace.scheme {
+            Scheme::Inertial => {
+                let west = [(y - 1).max(span.known.start), y.min(span.known.end - 1)].map(|row| west.faces(at(row)));
+                let fall = [east.cells(y - 1), east.cells(y)];
+                flow::inertial_north(north, before.cells_mut(y), south.cells_mut(y - 1), bed, wet, west, fall, pace);
+                before.close(y, scene.joined()[0]);
+                south.close(y - 1, scene.joined()[0]);
+            }
+            Scheme::Pipes => flow::pipes(north, [bed[1], bed[2]], [wet[1], wet[2]], pace),
         }
     }
 
-    fn limit(&mut self, y: isize, own: bool) {
-        let (at, nx) = (self.at(y), self.nx);
-        let [.., west, north] = &mut self.states;
-        let share = &self.rings.share;
-        flow::limit(&mut north[at..][..nx], [share.cells(y - 1), share.cells(y)]);
-        if own {
-            let share = share.whole(y);
-            flow::limit(&mut west[at..][..nx + 1], [share, &share[1..]]);
+    /// Discharge through the faces within a row whose neighbours are known.
+    fn west_faces(&mut self, pace: &Pace, step: usize, y: isize) {
+        let Rings { bed, wet, north, fall: [_, south], .. } = &self.rings[step];
+        let [.., west, _] = &mut self.states;
+        let west = west.faces_mut(at(y));
+        let [bed, wet, fall] = [bed, wet, south].map(|ring| [ring.whole(y), &ring.whole(y)[1..]]);
+        match pace.scheme {
+            Scheme::Inertial => {
+                let (above, below) = (north.whole(y), north.whole(y + 1));
+                flow::inertial_west(west, bed, wet, fall, [above, below, &above[1..], &below[1..]], pace);
+            }
+            Scheme::Pipes => flow::pipes(west, bed, wet, pace),
+        }
+    }
+
+    /// What share of its outflow each cell of a row can give.
+    fn share(&mut self, scene: &Scene<'_>, pace: &Pace, step: usize, span: &Span, y: isize) {
+        let Rings { share, wet, .. } = &mut self.rings[step];
+        if !span.known.contains(&y) {
+            share.whole_mut(y).fill(1.0);
+        } else if span.shared.contains(&y) {
+            let [.., west, north] = &self.states;
+            let faces = [west.cells(at(y)), &west.faces(at(y))[1..], north.cells(at(y)), north.cells(at(y + 1))];
+            flow::shares(share.cells_mut(y), wet.cells(y), faces, pace);
+            share.close(y, scene.joined()[0]);
         }
     }
 
     /// Depth, speed, erosion and deposition of a row.
-    fn exchange(&mut self, scene: &Scene<'_>, pace: &Pace, y: isize) {
-        let (at, below, nx) = (self.at(y), self.at(y + 1), self.nx);
+    fn exchange(&mut self, scene: &Scene<'_>, pace: &Pace, step: usize, span: &Span, y: isize) {
+        let nx = self.nx;
+        let world_row = self.world_row(scene, y);
         let own = (0..self.rows as isize).contains(&y);
-        let Rings { bed, water, share, capacity, load, part, way, .. } = &mut self.rings;
+        let joined = scene.joined();
+        let Rings { bed, wet, share, load, part, way, .. } = &mut self.rings[step];
         let [change, loose, depth, sediment, west, north] = &mut self.states;
-        let faces = [&west[at..][..nx], &west[at + 1..][..nx], &north[at..][..nx], &north[below..][..nx]];
-        // the shares of this row have been used: what flowed in the halo is not asked for and goes in their place
-        let flowed = if own { &mut self.flow[y as usize * nx..][..nx] } else { share.cells_mut(y) };
-        let depth = &mut depth[at..][..nx];
-        let deepest = flow::water(depth, flowed, capacity.cells_mut(y), water.cells(y), faces, pace);
+        if y == span.exchanged.start {
+            flow::limit(north.cells_mut(at(y)), [share.cells(y - 1), share.cells(y)]);
+        }
+        let [north, south] = north.pair_mut(at(y));
+        let (west, depth) = (west.faces_mut(at(y)), depth.cells_mut(at(y)));
+        let row = bed::Row {
+            north: &*north,
+            shares: [share.whole(y), share.cells(y + 1)],
+            wet: wet.cells(y),
+            beds: [y - 1, y, y + 1].map(|row| bed.whole(row)),
+            sediment: sediment.cells(at(y)),
+            mobile: mobility(&mut self.mobile, scene, world_row),
+        };
+        let flow = if own { &mut self.flow[y as usize * nx..][..nx] } else { &mut self.elsewhere[..] };
+        let (change, loose) = (change.cells_mut(at(y)), loose.cells_mut(at(y)));
+        let deepest =
+            bed::exchange(west, south, depth, flow, change, loose, load.cells_mut(y), part.cells_mut(y), &row, pace);
+        load.close(y, joined[0]);
+        part.close(y, joined[0]);
+        let faces = [&west[..nx], &west[1..], row.north, &*south];
+        if scene.physics.transport != Transport::Upwind {
+            let [east, south] = way;
+            transport::way(east.cells_mut(y), south.cells_mut(y), [row.wet, depth], faces, pace);
+        }
         if own {
             self.deepest_m = self.deepest_m.max(deepest);
-        }
-
-        let beds = [bed.cells(y), &bed.whole(y)[..nx], &bed.whole(y)[2..], bed.cells(y - 1), bed.cells(y + 1)];
-        bed::capacity(capacity.cells_mut(y), beds, water.cells(y), depth, pace);
-        let world_row = (self.first as isize + y).rem_euclid(scene.cells[1] as isize) as usize;
-        let mobile = mobility(&mut self.mobile, scene, world_row);
-        let sediment = &sediment[at..][..nx];
-        let row = [capacity.cells(y), mobile, water.cells(y), depth];
-        bed::exchange(&mut change[at..][..nx], &mut loose[at..][..nx], load.cells_mut(y), sediment, row, pace);
-        let joined = scene.joined()[0];
-        load.close(y, joined);
-        if scene.physics.transport == Transport::Upwind {
-            transport::concentration(part.cells_mut(y), load.cells(y), water.cells(y));
-            part.close(y, joined);
-        } else {
-            let [east, south] = way;
-            transport::way(east.cells_mut(y), south.cells_mut(y), [water.cells(y), depth], faces, pace);
-        }
-        if own {
             let left = &mut self.left[y as usize];
+            let part = part.cells(y);
             let mut leave = |discharge: f32, at: usize| {
-                let discharge = f64::from(discharge) * f64::from(pace.step);
-                let water = f64::from(water.cells(y)[at]);
-                left.water += discharge;
-                left.solid += if water > 0.0 { discharge * f64::from(load.cells(y)[at]) / water } else { 0.0 };
+                let gone = f64::from(discharge) * f64::from(pace.step);
+                left.water += gone;
+                left.solid += gone * f64::from(part[at]);
             };
-            if !joined {
+            if !joined[0] {
                 leave(-faces[0][0], 0);
                 leave(faces[1][nx - 1], nx - 1);
             }
-            if !scene.joined()[1] {
-                if world_row == 0 {
-                    (0..nx).for_each(|i| leave(-faces[2][i], i));
-                }
-                if world_row + 1 == scene.cells[1] {
-                    (0..nx).for_each(|i| leave(faces[3][i], i));
-                }
+            if !joined[1] && world_row == 0 {
+                (0..nx).for_each(|i| leave(-faces[2][i], i));
             }
-            if pace.dries() {
-                let sum = |row: &[f32]| row.iter().map(|&depth| f64::from(depth)).sum::<f64>();
-                let wet = sum(depth);
-                flow::dry(depth, pace);
-                left.lost += wet - sum(depth);
+            if !joined[1] && world_row + 1 == scene.cells[1] {
+                (0..nx).for_each(|i| leave(faces[3][i], i));
             }
-        } else if pace.dries() {
+        }
+        if pace.dries() {
+            let sum = |row: &[f32]| row.iter().map(|&depth| f64::from(depth)).sum::<f64>();
+            let before = if own { sum(depth) } else { 0.0 };
             flow::dry(depth, pace);
+            if own {
+                self.left[y as usize].lost += before - sum(depth);
+            }
         }
     }
 
     /// The ghost row of the load beyond an edge of the world: the same as the last.
-    fn ghost_load(&mut self, from: isize, to: isize) {
-        self.rings.load.copy(from, to);
-        self.rings.part.copy(from, to);
+    fn ghost_load(&mut self, step: usize, from: isize, to: isize) {
+        let Rings { load, part, .. } = &mut self.rings[step];
+        load.copy(from, to);
+        part.copy(from, to);
     }
 
     /// Sediment of the rows whose neighbours are now known.
-    fn carry(&mut self, scene: &Scene<'_>, pace: &Pace, y: isize, exchanged: &Range<isize>, ends: [bool; 2]) {
-        let nx = self.nx;
-        let own = 0..self.rows as isize;
-        if scene.physics.transport == Transport::MacCormack {
-            let t = y - 3;
-            let [top, bottom] = ends;
-            let traced = if top { 0 } else { exchanged.start + 1 }..if bottom { own.end } else { exchanged.end - 1 };
-            if traced.contains(&t) {
-                let Rings { load, part, way: [east, south], .. } = &mut self.rings;
-                let rows = [load.whole(t - 1), load.whole(t), load.whole(t + 1)];
-                transport::traced(part.cells_mut(t), rows, [east.cells(t), south.cells(t)], -1.0);
-                part.close(t, scene.joined()[0]);
-                if top && t == 0 {
-                    part.copy(0, -1);
-                }
-                if bottom && t == own.end - 1 {
-                    part.copy(t, t + 1);
-                }
+    fn carry(&mut self, scene: &Scene<'_>, pace: &Pace, step: usize, span: &Span, y: isize) {
+        let transport = scene.physics.transport;
+        let [top, bottom] = span.ends;
+        let Rings { load, part, way: [east, south], .. } = &mut self.rings[step];
+        let inside = span.exchanged.start + isize::from(!top)..span.exchanged.end - isize::from(!bottom);
+        let t = y - 3;
+        if transport == Transport::MacCormack && inside.contains(&t) {
+            let rows = [load.whole(t - 1), load.whole(t), load.whole(t + 1)];
+            transport::traced(part.cells_mut(t), rows, [east.cells(t), south.cells(t)], -1.0);
+            part.close(t, scene.joined()[0]);
+            if top && t == 0 {
+                part.copy(0, -1);
+            }
+            if bottom && t + 1 == inside.end {
+                part.copy(t, t + 1);
             }
         }
-        let t = if scene.physics.transport == Transport::MacCormack { y - 4 } else { y - 3 };
-        if !own.contains(&t) {
+        let (t, carried) = match transport {
+            Transport::MacCormack => (y - 4, span.after()),
+            Transport::Upwind | Transport::SemiLagrangian => (y - 3, inside),
+        };
+        if !carried.contains(&t) {
             return;
         }
-        let (at, below) = (self.at(t), self.at(t + 1));
-        let Rings { load, part, way: [east, south], .. } = &self.rings;
         let [.., sediment, west, north] = &mut self.states;
-        let sediment = &mut sediment[at..][..nx];
+        let sediment = sediment.cells_mut(at(t));
         let way = [east.cells(t), south.cells(t)];
         let loads = [load.whole(t - 1), load.whole(t), load.whole(t + 1)];
         let parts = [part.whole(t - 1), part.whole(t), part.whole(t + 1)];
-        match scene.physics.transport {
+        match transport {
             Transport::Upwind => {
-                let faces = [&west[at..][..nx], &west[at + 1..][..nx], &north[at..][..nx], &north[below..][..nx]];
+                let faces = [west.cells(at(t)), &west.faces(at(t))[1..], north.cells(at(t)), north.cells(at(t + 1))];
                 transport::upwind(sediment, load.cells(t), parts, faces, pace);
             }
             Transport::SemiLagrangian => transport::traced(sediment, loads, way, -1.0),
@@ -436,10 +479,9 @@ impl Band {
     }
 }
 
-/// The discharge through the faces of a row of cells: west, east, north, south.
-fn faces_of(states: &[Vec<f32>; 6], [at, below]: [usize; 2], nx: usize) -> [&[f32]; 4] {
-    let [.., west, north] = states;
-    [&west[at..][..nx], &west[at + 1..][..nx], &north[at..][..nx], &north[below..][..nx]]
+/// Where a row of a band is in its rasters.
+pub(super) fn at(y: isize) -> usize {
+    (y + HALO as isize) as usize
 }
 
 /// Bed and water beyond a side of the world, from the two cells nearest to it and the water of the first.

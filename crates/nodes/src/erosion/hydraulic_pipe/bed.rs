@@ -1,13 +1,27 @@
-//! The exchange between the bed and the water above it.
+//! What water leaves in each cell: its depth, and the exchange between the bed and the water above it.
 
-use super::physics::Pace;
-use crate::simd::simd;
+use super::{
+    flow::{film, limited},
+    physics::{Capacity, Pace},
+};
+use crate::{
+    math::lane::{inverse, inverse_root},
+    simd::simd,
+};
 
-/// 1 - e^(-x) for x of 0 and more, within 1 %, by the Padé approximant of order 1 over 2: never above 1.
+/// Depth of water, in metres, below which it counts as this much.
+const THIN_M: f32 = 1e-6;
+/// Water below this depth, in metres, has no concentration.
+const NONE_M: f32 = 1e-20;
+/// Bound of the decay exponent of entrainment.
+const FASTEST: f32 = 1e6;
+
+/// 1 - e^(-x) for x = `part` / `whole` of 0 and more, within 1 %, by the Padé approximant of order 1 over 2: never above 1.
 #[inline(always)]
-fn reached(x: f32) -> f32 {
-    let x2 = x * x * (1.0 / 6.0);
-    (x + x2) / (1.0 + (2.0 / 3.0) * x + x2)
+fn reached(part: f32, whole: f32) -> f32 {
+    let sixth = part * (1.0 / 6.0);
+    let above = part * (whole + sixth);
+    above * inverse(whole * whole + part * ((2.0 / 3.0) * whole + sixth))
 }
 
 /// The difference between two neighbours, one of which may be a hole: then that to the cell itself.
@@ -18,69 +32,127 @@ fn rise(before: f32, here: f32, after: f32) -> f32 {
     after - before
 }
 
+#[inline(always)]
+fn least(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+fn most(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// What a row reads; rows with ghosts are named so.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row<'a> {
+    /// Discharge through the faces on the north, limited.
+    pub north: &'a [f32],
+    /// Share of its outflow that each cell can give, with ghosts; and of the row south, without.
+    pub shares: [&'a [f32]; 2],
+    /// Depth of water before the step.
+    pub wet: &'a [f32],
+    /// Bed of the row north, with ghosts, of this one and of the one south.
+    pub beds: [&'a [f32]; 3],
+    /// Suspended sediment before the step.
+    pub sediment: &'a [f32],
+    /// Factor on the rate of entrainment, below 0 where the bed is held.
+    pub mobile: &'a [f32],
+}
+
 simd! {
-    /// Sediment that the water could carry, in metres: capacity · sine of the bed's tilt · speed (· depth), falling to 0
-    /// in deep water.
+    /// Limits the discharge through the faces `west` of the cells and, `below`, south of them to the water there is; moves
+    /// the water, and brings its load nearer to its capacity: takes ground, loose before rock, or leaves it. Returns the
+    /// greatest depth.
     ///
-    /// `bed` is the cell, then those on its west, east, north and south; `speed` is overwritten.
-    pub fn capacity(speed: &mut [f32], bed: [&[f32]; 5], before: &[f32], after: &[f32], pace: &Pace) {
-        let n = speed.len();
-        let ([here, west, east, north, south], before, after) = (bed.map(|row| &row[..n]), &before[..n], &after[..n]);
-        for i in 0..n {
-            let x = rise(west[i], here[i], east[i]) * pace.tilt;
-            let y = rise(north[i], here[i], south[i]) * pace.tilt;
-            let squared = x * x + y * y;
-            let sine2 = squared / (1.0 + squared);
-            let sine2 = if sine2 > pace.tilt_floor { sine2 } else { pace.tilt_floor };
-            let depth = 0.5 * (before[i] + after[i]);
-            let shallow = 1.0 - depth * pace.per_deep;
-            let shallow = if shallow > 0.0 { shallow } else { 0.0 };
-            let most = pace.capacity * sine2.sqrt() * speed[i] * shallow;
-            let most = if pace.by_depth {
-                let most = if most < pace.thickest { most } else { pace.thickest };
-                most * depth
-            } else {
-                most
-            };
-            speed[i] = if most > 0.0 { most } else { 0.0 };
+    /// Gives the depth of water, adds |q| Δt to `flow`, changes the bed's `change` and the `loose` ground by `acceleration`
+    /// times what the `load` gains, and gives the concentration of the load in the water before the step, `part`.
+    #[expect(clippy::too_many_arguments, reason = "only arguments are known not to overlap, which makes it vectorise")]
+    pub fn exchange(
+        west: &mut [f32], below: &mut [f32], depth: &mut [f32], flow: &mut [f32], change: &mut [f32], loose: &mut [f32],
+        load: &mut [f32], part: &mut [f32], row: &Row<'_>, pace: &Pace,
+    ) -> f32 {
+        match pace.law {
+            Capacity::UnitPower => exchange_by::<{ Capacity::UnitPower as u8 }>(west, below, depth, flow, change, loose, load, part, row, pace),
+            Capacity::Shear => exchange_by::<{ Capacity::Shear as u8 }>(west, below, depth, flow, change, loose, load, part, row, pace),
+            Capacity::Speed => exchange_by::<{ Capacity::Speed as u8 }>(west, below, depth, flow, change, loose, load, part, row, pace),
         }
     }
 }
 
-simd! {
-    /// Brings the load of the water nearer to its capacity: takes ground, loose before rock, or leaves it.
-    ///
-    /// Changes the bed's `change` and the `loose` ground by `acceleration` times what the `load` gains. `mobile` is the
-    /// factor on the rate of entrainment, below 0 where the bed is held. `row` is capacity, mobility, and depth before
-    /// and after.
-    pub fn exchange(change: &mut [f32], loose: &mut [f32], load: &mut [f32], sediment: &[f32], row: [&[f32]; 4], pace: &Pace) {
-        let n = change.len();
-        let (loose, load, sediment) = (&mut loose[..n], &mut load[..n], &sediment[..n]);
-        let [capacity, mobile, before, after] = row.map(|row| &row[..n]);
-        for i in 0..n {
-            let depth = 0.5 * (before[i] + after[i]);
-            let missing = capacity[i] - sediment[i];
-            let rate = if mobile[i] > 0.0 { mobile[i] } else { 0.0 };
-            let thin = if depth > 1e-6 { depth } else { 1e-6 };
-            let settled = if pace.by_depth { pace.settling / thin } else { pace.settling };
-            let exponent = if missing > 0.0 { pace.entrainment * rate } else { settled };
-            let exponent = if exponent < 1e4 { exponent } else { 1e4 };
-            let taken = pace.acceleration * missing * reached(exponent);
-            let most = 0.01 + 0.1 * depth;
-            let most = if most < pace.most_m { most } else { pace.most_m };
-            let taken = if taken < most { taken } else { most };
-            let taken = if taken > -most { taken } else { -most };
-            // of what is below the loose ground only as much as rock gives
-            let beyond = taken - loose[i];
-            let taken = if beyond > 0.0 { loose[i] + beyond * pace.rock } else { taken };
-            // no more than the water carries
-            let carried = -sediment[i] * pace.acceleration;
-            let taken = if taken > carried { taken } else { carried };
-            let taken = if mobile[i] >= 0.0 { taken } else { 0.0 };
-            let left = loose[i] - taken;
-            change[i] -= taken;
-            loose[i] = if left > 0.0 { left } else { 0.0 };
-            load[i] = sediment[i] + taken * pace.per_acceleration;
-        }
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "as above")]
+fn exchange_by<const LAW: u8>(
+    west: &mut [f32],
+    below: &mut [f32],
+    depth: &mut [f32],
+    flow: &mut [f32],
+    change: &mut [f32],
+    loose: &mut [f32],
+    load: &mut [f32],
+    part: &mut [f32],
+    row: &Row<'_>,
+    pace: &Pace,
+) -> f32 {
+    let n = depth.len();
+    let (west, below, flow, change) = (&mut west[..=n], &mut below[..n], &mut flow[..n], &mut change[..n]);
+    let (loose, load, part) = (&mut loose[..n], &mut load[..n], &mut part[..n]);
+    let (north, wet, sediment, mobile) = (&row.north[..n], &row.wet[..n], &row.sediment[..n], &row.mobile[..n]);
+    let (share_west, share, share_east) = (&row.shares[0][..n], &row.shares[0][1..=n], &row.shares[0][2..n + 2]);
+    let share_south = &row.shares[1][..n];
+    let (bed_west, bed, bed_east) = (&row.beds[1][..n], &row.beds[1][1..=n], &row.beds[1][2..n + 2]);
+    let (bed_north, bed_south) = (&row.beds[0][1..=n], &row.beds[2][1..=n]);
+    let by_depth = LAW != Capacity::Speed as u8;
+    let mut deepest = 0;
+    for i in 0..n {
+        let to_east = limited(west[i + 1], [share[i], share_east[i]]);
+        let from_west = limited(west[i], [share_west[i], share[i]]);
+        let to_south = limited(below[i], [share[i], share_south[i]]);
+        west[i] = from_west;
+        below[i] = to_south;
+        let before = wet[i];
+        let after = most(before + pace.step * ((from_west - to_east) + (north[i] - to_south)), 0.0);
+        depth[i] = after;
+        // floats of one sign have the order of their bits
+        deepest = deepest.max(after.to_bits() as i32);
+        let mean = 0.5 * (before + after);
+        let (east, south) = (0.5 * (from_west + to_east), 0.5 * (north[i] + to_south));
+        let square = east * east + south * south;
+        let q = square * inverse_root(square);
+        flow[i] += q * pace.dt_s;
+
+        let x = rise(bed_west[i], bed[i], bed_east[i]) * pace.tilt;
+        let y = rise(bed_north[i], bed[i], bed_south[i]) * pace.tilt;
+        let slope2 = least(x * x + y * y, 1e12);
+        let one = 1.0 + slope2;
+        let sine = most(slope2, pace.tilt_floor * one);
+        let sine = sine * inverse_root(sine * one);
+        let shallow = most(1.0 - mean * pace.per_deep, 0.0);
+        let power = pace.capacity * (sine * q) * (film(mean, pace) * shallow);
+        let thin = most(mean, THIN_M);
+        let able = if by_depth { least(power, pace.thickest * mean) } else { power * inverse(thin) };
+        let able = most(able, 0.0);
+
+        let missing = able - sediment[i];
+        let rate = pace.entrainment * most(mobile[i], 0.0);
+        let rate = if LAW == Capacity::Shear as u8 { rate * most(pace.shear * mean * sine - 1.0, 0.0) } else { rate };
+        let rate = least(rate, FASTEST);
+        let takes = missing > 0.0;
+        let whole = if by_depth & !takes { thin } else { 1.0 };
+        let taken = pace.acceleration * missing * reached(if takes { rate } else { pace.settling }, whole);
+        let limit = least(0.01 + 0.1 * mean, pace.most_m);
+        let taken = most(least(taken, limit), -limit);
+        // of what is below the loose ground only as much as rock gives
+        let beyond = taken - loose[i];
+        let taken = if beyond > 0.0 { loose[i] + beyond * pace.rock } else { taken };
+        // no more than the water carries
+        let taken = most(taken, -sediment[i] * pace.acceleration);
+        let taken = if mobile[i] >= 0.0 { taken } else { 0.0 };
+        change[i] -= taken;
+        loose[i] = most(loose[i] - taken, 0.0);
+        let carried = sediment[i] + taken * pace.per_acceleration;
+        load[i] = carried;
+        part[i] = if before > NONE_M { carried * inverse(before) } else { 0.0 };
     }
+    west[n] = limited(west[n], [share[n - 1], share_east[n - 1]]);
+    f32::from_bits(deepest as u32)
 }

@@ -31,7 +31,7 @@ pub(super) fn report(run: &Run<'_>, pacing: &Pacing) -> Report {
     let (water_out, water_lost) = (left(&|row| row.water), left(&|row| row.lost));
     let water_stored = state(State::Water, &|depth| depth);
     let acceleration = f64::from(physics.pace(1.0).acceleration);
-    let eroded = -state(State::Change, &|gain| gain.min(0.0));
+    let eroded = state(State::Change, &|gain| (-gain).max(0.0));
     let deposited = state(State::Change, &|gain| gain.max(0.0));
     let suspended = acceleration * state(State::Sediment, &|depth| depth);
     let solid_out = acceleration * left(&|row| row.solid);

@@ -3,36 +3,49 @@
 //! A face has one signed discharge per metre of width, positive eastward or southward. Differences of depth and of bed
 //! are taken apart, so that a level lake stays level to the last bit on a bed far above zero.
 
-use super::physics::{Pace, Scheme};
-use crate::simd::simd;
+use super::physics::Pace;
+use crate::{
+    math::lane::{inverse, inverse_root},
+    simd::simd,
+};
 
 /// Depth of water over a face, in metres, below which nothing flows.
 const DRY_M: f32 = 1e-4;
+/// Outflow of a cell in a step, in metres, that is not worth limiting.
+const LEAST_M: f32 = 1e-30;
 /// Differences of the water surface from here on, in metres, are edges of holes in the data.
 pub(super) const HIGHEST: f32 = 1e15;
 
+/// What is no land is NaN.
+#[inline(always)]
+fn height(height_m: f32) -> f32 {
+    if height_m.abs() < HIGHEST { height_m } else { f32::NAN }
+}
+
 simd! {
-    /// Adds the rain of a step to the depth of water; none falls on holes.
-    pub fn rain(water: &mut [f32], before: &[f32], rain_mm_h: &[f32], bed: &[f32], pace: &Pace) {
-        let n = water.len();
-        let (before, rain_mm_h, bed) = (&before[..n], &rain_mm_h[..n], &bed[..n]);
+    /// Bed and water of a row at the start of a step: the land and its change so far, and what stands there and rains. What
+    /// is no land has a bed of NaN and no water.
+    pub fn load(bed: &mut [f32], wet: &mut [f32], land: [&[f32]; 2], water: [&[f32]; 2], pace: &Pace) {
+        let n = bed.len();
+        let ([land, change], [before, rain_mm_h]) = (land.map(|row| &row[..n]), water.map(|row| &row[..n]));
+        let wet = &mut wet[..n];
         for i in 0..n {
-            let rain = rain_mm_h[i];
-            let rain = if rain > 0.0 { rain } else { 0.0 };
-            let wet = before[i] + rain * pace.rain_m;
-            water[i] = if bed[i].abs() < HIGHEST { wet } else { 0.0 };
+            let height = height(land[i] + change[i]);
+            let rain = if rain_mm_h[i] > 0.0 { rain_mm_h[i] } else { 0.0 };
+            let depth = before[i] + rain * pace.rain_m;
+            bed[i] = height;
+            wet[i] = if height.is_nan() { 0.0 } else { depth };
         }
     }
 }
 
 simd! {
-    /// The bed: the land and its change so far. What is no land is NaN.
+    /// The bed alone.
     pub fn bed(bed: &mut [f32], land: &[f32], change: &[f32]) {
         let n = bed.len();
         let (land, change) = (&land[..n], &change[..n]);
         for i in 0..n {
-            let height = land[i] + change[i];
-            bed[i] = if height.abs() < HIGHEST { height } else { f32::NAN };
+            bed[i] = height(land[i] + change[i]);
         }
     }
 }
@@ -47,19 +60,20 @@ fn face(bed: [f32; 2], water: [f32; 2]) -> (f32, f32) {
     (if here > there { here } else { there }, fall)
 }
 
-/// x to the power of -1/6, for x of [`DRY_M`] and more, within 3e-6 of its value: a first guess from the exponent, and
-/// three steps of Newton's method, which needs no division.
+/// x to the power of -1/6, for x of [`DRY_M`] and more, within 6e-6 of its value: a first guess from the exponent, and
+/// two steps of Newton's method, which needs no division; the constants centre the error.
 #[inline(always)]
 fn inverse_sixth_root(x: f32) -> f32 {
     const SHIFT: f32 = 12_582_912.0; // 1.5 · 2²³: a sum with it is rounded to a whole number, kept in the low bits
     let sixth = ((x.to_bits() >> 9) as i32 as f32) * (1.0 / 6.0) + SHIFT;
     let sixth = (sixth.to_bits() << 9).wrapping_sub(SHIFT.to_bits() << 9);
-    let mut t = f32::from_bits(0x4a0e_9d03_u32.wrapping_sub(sixth));
-    for _ in 0..3 {
+    let part = x * (1.0 / 6.0);
+    let newton = |t: f32, centre: f32| {
         let cube = t * t * t;
-        t *= 7.0 / 6.0 - x * (1.0 / 6.0) * (cube * cube);
-    }
-    t
+        t * (centre - part * (cube * cube))
+    };
+    let guess = f32::from_bits(0x4a0e_1d03_u32.wrapping_sub(sixth));
+    newton(newton(guess, 1.168_266_7), 1.166_671_2)
 }
 
 /// Local inertia with Manning's friction (Bates, Horritt and Fewtrell 2010, equation 11), at most critical flow.
@@ -75,12 +89,18 @@ fn inertial(q: f32, along: [f32; 2], bed: [f32; 2], water: [f32; 2], pace: &Pace
     let fall = if fall > pace.steepest_m { pace.steepest_m } else { fall };
     let fall = if fall < -pace.steepest_m { -pace.steepest_m } else { fall };
     let root = inverse_sixth_root(depth);
-    let root3 = root * root * root;
-    let (root6, root7) = (root3 * root3, root3 * root3 * root);
-    let rough = pace.friction * (root7 * root7);
-    let steep = pace.step * (fall * fall + along[1] * along[1]).sqrt() * (root6 * root6);
-    let friction = (if rough > steep { rough } else { steep }) * (q * q + along[0] * along[0]).sqrt();
-    let moved = (q + pace.push * depth * fall) / (1.0 + friction);
+    let root2 = root * root;
+    let root3 = root2 * root;
+    let root6 = root3 * root3;
+    let root12 = root6 * root6;
+    let root24 = root12 * root12;
+    // squares, so that one root does for both directions of slope and of flow
+    let rough = pace.friction * (root24 * (root2 * root2));
+    let steep = pace.steep * (fall * fall + along[1] * along[1]) * root24;
+    let square = (if rough > steep { rough } else { steep }) * (q * q + along[0] * along[0]);
+    let square = if square < 1e30 { square } else { 1e30 };
+    let friction = square * inverse_root(square);
+    let moved = (q + pace.push * depth * fall) * inverse(1.0 + friction);
     let critical = pace.critical * (depth * depth) * root3;
     let moved = if moved > critical { critical } else { moved };
     let moved = if moved < -critical { -critical } else { moved };
@@ -99,53 +119,82 @@ fn pipe(q: f32, bed: [f32; 2], water: [f32; 2], pace: &Pace) -> f32 {
 }
 
 simd! {
-    /// Discharge through faces after a step, m²/s, not yet limited to the water there is. `bed` and `water` are those of
-    /// the cells on the face's west and east, or north and south; `along` the discharge before the step and the fall in
-    /// the face's direction of the same cells.
-    pub fn faces(discharge: &mut [f32], along: [[&[f32]; 2]; 2], bed: [&[f32]; 2], water: [&[f32]; 2], pace: &Pace) {
+    /// Discharge through the faces north of a row after a step, m²/s, not yet limited to the water there is. `bed` and
+    /// `water` are those two rows and one row north of it, and here; `west` the discharge before the step, and `fall` the
+    /// fall eastward, of the row north and here. Keeps the discharge `before` the step, and gives the fall southward of the
+    /// row north.
+    #[expect(clippy::too_many_arguments, reason = "only arguments are known not to overlap, which makes it vectorise")]
+    pub fn inertial_north(
+        discharge: &mut [f32], before: &mut [f32], south: &mut [f32], bed: [&[f32]; 3], water: [&[f32]; 3],
+        west: [&[f32]; 2], fall: [&[f32]; 2], pace: &Pace,
+    ) {
         let n = discharge.len();
-        let [flowing, falling, bed, water] = [along[0], along[1], bed, water].map(|rows| rows.map(|row| &row[..n]));
-        match pace.scheme {
-            Scheme::Inertial => {
-                for i in 0..n {
-                    let along = [flowing, falling].map(|[before, after]| 0.5 * (before[i] + after[i]));
-                    discharge[i] = inertial(discharge[i], along, [bed[0][i], bed[1][i]], [water[0][i], water[1][i]], pace);
-                }
-            }
-            Scheme::Pipes => {
-                for i in 0..n {
-                    discharge[i] = pipe(discharge[i], [bed[0][i], bed[1][i]], [water[0][i], water[1][i]], pace);
-                }
-            }
+        let (before, south) = (&mut before[..n], &mut south[..n]);
+        let ([bed0, bed1, bed2], [water0, water1, water2]) = (bed.map(|row| &row[..n]), water.map(|row| &row[..n]));
+        let ([fall0, fall1], [west0, west1]) = (fall.map(|row| &row[..n]), west.map(|row| &row[..n]));
+        let [east0, east1] = west.map(|row| &row[1..=n]);
+        for i in 0..n {
+            let q = discharge[i];
+            before[i] = q;
+            south[i] = half_fall([bed0[i], bed2[i]], [water0[i], water2[i]]);
+            let flowing = 0.25 * ((west0[i] + east0[i]) + (west1[i] + east1[i]));
+            let falling = 0.5 * (fall0[i] + fall1[i]);
+            discharge[i] = inertial(q, [flowing, falling], [bed1[i], bed2[i]], [water1[i], water2[i]], pace);
         }
     }
 }
 
 simd! {
-    /// The mean of two rows of faces: discharge in the middle of cells.
-    pub fn middle(out: &mut [f32], faces: [&[f32]; 2]) {
-        let n = out.len();
-        let [before, after] = faces.map(|row| &row[..n]);
+    /// The same through the faces within a row: `bed`, `water` and the southward `fall` of the cells west and east of each
+    /// face, `north` the discharge before the step through the faces north and south of the cell west of it, then of that
+    /// east of it.
+    pub fn inertial_west(
+        discharge: &mut [f32], bed: [&[f32]; 2], water: [&[f32]; 2], fall: [&[f32]; 2], north: [&[f32]; 4], pace: &Pace,
+    ) {
+        let n = discharge.len();
+        let ([bed0, bed1], [water0, water1]) = (bed.map(|row| &row[..n]), water.map(|row| &row[..n]));
+        let ([fall0, fall1], [north0, south0, north1, south1]) = (fall.map(|row| &row[..n]), north.map(|row| &row[..n]));
         for i in 0..n {
-            out[i] = 0.5 * (before[i] + after[i]);
+            let flowing = 0.25 * ((north0[i] + south0[i]) + (north1[i] + south1[i]));
+            let falling = 0.5 * (fall0[i] + fall1[i]);
+            let along = [flowing, falling];
+            discharge[i] = inertial(discharge[i], along, [bed0[i], bed1[i]], [water0[i], water1[i]], pace);
         }
     }
+}
+
+simd! {
+    /// The same for pipes, through any faces: `bed` and `water` of the cells before and after each.
+    pub fn pipes(discharge: &mut [f32], bed: [&[f32]; 2], water: [&[f32]; 2], pace: &Pace) {
+        let n = discharge.len();
+        let ([bed0, bed1], [water0, water1]) = (bed.map(|row| &row[..n]), water.map(|row| &row[..n]));
+        for i in 0..n {
+            discharge[i] = pipe(discharge[i], [bed0[i], bed1[i]], [water0[i], water1[i]], pace);
+        }
+    }
+}
+
+/// Half the fall of the water surface between the cells on both sides of one, 0 beside what is no land.
+#[inline(always)]
+fn half_fall(bed: [f32; 2], water: [f32; 2]) -> f32 {
+    let fall = 0.5 * ((bed[0] - bed[1]) + (water[0] - water[1]));
+    if fall.abs() < HIGHEST { fall } else { 0.0 }
 }
 
 simd! {
     /// Half the fall of the water surface from the cells `before` to those `after`, 0 beside what is no land.
     pub fn fall(out: &mut [f32], bed: [&[f32]; 2], water: [&[f32]; 2]) {
         let n = out.len();
-        let [bed, water] = [bed, water].map(|rows| rows.map(|row| &row[..n]));
+        let ([bed0, bed1], [water0, water1]) = (bed.map(|row| &row[..n]), water.map(|row| &row[..n]));
         for i in 0..n {
-            let fall = 0.5 * ((bed[0][i] - bed[1][i]) + (water[0][i] - water[1][i]));
-            out[i] = if fall.abs() < HIGHEST { fall } else { 0.0 };
+            out[i] = half_fall([bed0[i], bed1[i]], [water0[i], water1[i]]);
         }
     }
 }
 
 simd! {
-    /// The share of its outflow that a cell can give in a step, a hair below all its water. `faces` are those on its
+    /// The share of its outflow that a cell can give in a step, a hair below all its water, more than the error of the
+    /// inverse. `faces` are those on its
     /// west, east, north and south.
     pub fn shares(share: &mut [f32], water: &[f32], faces: [&[f32]; 4], pace: &Pace) {
         let n = share.len();
@@ -154,19 +203,25 @@ simd! {
         for i in 0..n {
             let out = (positive(east[i]) + positive(-west[i])) + (positive(south[i]) + positive(-north[i]));
             let out_m = out * pace.step;
-            let most_m = water[i] * (1.0 - 1e-6);
-            share[i] = if out_m > most_m { most_m / out_m } else { 1.0 };
+            let most_m = water[i] * (1.0 - 1e-5);
+            share[i] = if out_m > most_m.max(LEAST_M) { most_m * inverse(out_m) } else { 1.0 };
         }
     }
 }
 
+/// Discharge limited to the share its cell of origin can give: `shares` of the cell before the face and after it.
+#[inline(always)]
+pub(super) fn limited(discharge: f32, shares: [f32; 2]) -> f32 {
+    discharge * if discharge > 0.0 { shares[0] } else { shares[1] }
+}
+
 simd! {
-    /// Limits discharge to the share its cell of origin can give: `shares` of the cell before the face and after it.
+    /// The same for a row of faces.
     pub fn limit(discharge: &mut [f32], shares: [&[f32]; 2]) {
         let n = discharge.len();
         let [before, after] = shares.map(|row| &row[..n]);
         for i in 0..n {
-            discharge[i] *= if discharge[i] > 0.0 { before[i] } else { after[i] };
+            discharge[i] = limited(discharge[i], [before[i], after[i]]);
         }
     }
 }
@@ -181,32 +236,6 @@ pub(super) fn film(depth_m: f32, pace: &Pace) -> f32 {
     let t = if t > 0.0 { t } else { 0.0 };
     let t = if t < 1.0 { t } else { 1.0 };
     t * t * (3.0 - 2.0 * t)
-}
-
-simd! {
-    /// Depth of water after a step, and what flowed meanwhile: adds |q| to `flow`, gives |q| in m²/s in `speed` times the
-    /// film's damping. Returns the greatest depth. `faces` as in [`shares`].
-    pub fn water(depth: &mut [f32], flow: &mut [f32], speed: &mut [f32], before: &[f32], faces: [&[f32]; 4], pace: &Pace)
-        -> f32 {
-        let n = depth.len();
-        let (flow, speed) = (&mut flow[..n], &mut speed[..n]);
-        let (before, [west, east, north, south]) = (&before[..n], faces.map(|row| &row[..n]));
-        let mut deepest = 0;
-        for i in 0..n {
-            let gain = (west[i] - east[i]) + (north[i] - south[i]);
-            let after = before[i] + pace.step * gain;
-            let after = if after > 0.0 { after } else { 0.0 };
-            let (east, south) = (0.5 * (west[i] + east[i]), 0.5 * (north[i] + south[i]));
-            let q = (east * east + south * south).sqrt();
-            let mean = 0.5 * (before[i] + after);
-            depth[i] = after;
-            flow[i] += q * pace.dt_s;
-            speed[i] = q * film(mean, pace) / if mean > 1e-6 { mean } else { 1e-6 };
-            // floats of one sign have the order of their bits
-            deepest = deepest.max(after.to_bits() as i32);
-        }
-        f32::from_bits(deepest as u32)
-    }
 }
 
 simd! {

@@ -48,6 +48,8 @@ params! {
     settling: f64 = 0.02, MetresPerSecond, 1e-5..=2.0, soft 0.002..=0.2;
     /// Rate at which loose ground fills water to its capacity.
     entrainment: f64 = 0.2, PerSecond, 0.0..=100.0, soft 0.01..=1.0;
+    /// Shear stress below which the bed stays; `excess_shear` only.
+    critical_shear: f64 = 5.0, Pascals, 0.01..=1e5, soft 0.1..=200.0;
     /// How fast rock gives way, as a share of loose ground.
     rock: f64 = 0.01, One, 0.0..=1.0;
     /// Angle above which loose ground slides.
@@ -82,6 +84,7 @@ pub static NODE: Node = Node {
         "P. D. Bates, M. S. Horritt, T. J. Fewtrell, 2010, A simple inertial formulation of the shallow water equations \
          for efficient two-dimensional flood inundation modelling, Journal of Hydrology 387, 33-45",
         "C. T. Yang, 1973, Incipient motion and sediment transport, Journal of the Hydraulics Division 99, 1679-1704",
+        "E. Partheniades, 1965, Erosion and deposition of cohesive soils, Journal of the Hydraulics Division 91, 105-139",
         "A. Selle, R. Fedkiw, B. Kim, Y. Liu, J. Rossignac, 2008, An unconditionally stable MacCormack method, Journal \
          of Scientific Computing 35, 350-371",
     ],

@@ -29,14 +29,31 @@ choice! {
     pub enum Law {
         /// Unit stream power, settling and entrainment, with the parameters below.
         StreamPower = "stream_power",
+        /// The same, but ground is taken only where the shear stress on the bed exceeds `critical_shear`, the faster the
+        /// more it does.
+        ExcessShear = "excess_shear",
         /// The numbers of WebGL-Erosion, for pipes of one section: `capacity`, `settling`, `entrainment`, `roughness`,
         /// `scheme`, `evaporation`, `film` and `deep` do not count.
         WebglErosion = "webgl_erosion",
     }
 }
 
+/// What the capacity of water is measured by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub(super) enum Capacity {
+    /// Unit stream power: a concentration.
+    UnitPower,
+    /// The same, and entrainment grows with the shear stress on the bed above a critical one.
+    Shear,
+    /// Speed: a depth of sediment.
+    Speed,
+}
+
 /// Acceleration by gravity, m/s².
 pub(super) const GRAVITY: f64 = 9.81;
+/// Density of water.
+const WATER_KG_M3: f64 = 1000.0;
 /// Depth of water that bounds the step where there is less, in metres.
 const SHALLOW_M: f32 = 0.05;
 /// Largest slope of the water surface that drives it, in m/m; steeper faces are waterfalls.
@@ -67,7 +84,9 @@ pub(super) struct Physics {
     pub deep_m: f64,
     /// Capacity per tilt and speed: as a concentration for unit stream power, as a depth of sediment else.
     pub capacity: f64,
-    pub by_depth: bool,
+    pub law: Capacity,
+    /// Weight of water over the critical shear stress, 1/m.
+    pub shear: f64,
     pub tilt_floor: f64,
     /// Settling as a speed for unit stream power, as a rate else.
     pub settling: f64,
@@ -92,7 +111,8 @@ impl Physics {
             film_m: params.film,
             deep_m: params.deep,
             capacity: params.capacity / params.settling,
-            by_depth: true,
+            law: if params.law == Law::ExcessShear { Capacity::Shear } else { Capacity::UnitPower },
+            shear: WATER_KG_M3 * GRAVITY / params.critical_shear,
             tilt_floor: 0.05,
             settling: params.settling,
             entrainment: params.entrainment,
@@ -103,7 +123,7 @@ impl Physics {
             talus: crate::math::tan(params.talus.to_radians()),
         };
         match params.law {
-            Law::StreamPower => physics,
+            Law::StreamPower | Law::ExcessShear => physics,
             Law::WebglErosion => {
                 let unit_s = (SEED_GRAVITY * cell_m / GRAVITY).sqrt();
                 Self {
@@ -113,7 +133,7 @@ impl Physics {
                     film_m: 0.01 * cell_m,
                     deep_m: f64::INFINITY,
                     capacity: SEED_CAPACITY * unit_s,
-                    by_depth: false,
+                    law: Capacity::Speed,
                     tilt_floor: 0.1,
                     settling: SEED_SETTLING / unit_s,
                     entrainment: SEED_ENTRAINMENT / unit_s,
@@ -133,16 +153,19 @@ impl Physics {
 
     /// The constants of a step.
     pub fn pace(&self, dt_s: f64) -> Pace {
-        let acceleration = self.acceleration.max(f64::from(f32::MIN_POSITIVE)) as f32;
+        let acceleration = self.acceleration.max(1e-20) as f32;
+        let step = dt_s / self.cell_m;
+        let friction = GRAVITY * dt_s * self.roughness * self.roughness;
         Pace {
             scheme: self.scheme,
-            by_depth: self.by_depth,
+            law: self.law,
             dt_s: dt_s as f32,
-            step: (dt_s / self.cell_m) as f32,
+            step: step as f32,
             rain_m: (dt_s / 3.6e6) as f32,
             push: (GRAVITY * dt_s / self.cell_m) as f32,
             steepest_m: (STEEPEST * self.cell_m) as f32,
-            friction: (GRAVITY * dt_s * self.roughness * self.roughness) as f32,
+            friction: (friction * friction) as f32,
+            steep: (step * step) as f32,
             critical: GRAVITY.sqrt() as f32,
             section_m: self.section_m as f32,
             damping: crate::math::exp(-self.damping * dt_s) as f32,
@@ -150,6 +173,7 @@ impl Physics {
             per_deep: (1.0 / self.deep_m) as f32,
             tilt: (0.5 / self.cell_m) as f32,
             tilt_floor: (self.tilt_floor * self.tilt_floor) as f32,
+            shear: self.shear as f32,
             capacity: self.capacity as f32,
             thickest: THICKEST as f32,
             settling: (self.settling * dt_s) as f32,
@@ -168,7 +192,7 @@ impl Physics {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
     pub scheme: Scheme,
-    pub by_depth: bool,
+    pub law: Capacity,
     pub dt_s: f32,
     /// dt / dx, s/m.
     pub step: f32,
@@ -178,8 +202,10 @@ pub(super) struct Pace {
     pub push: f32,
     /// Largest fall between cells that drives water.
     pub steepest_m: f32,
-    /// g dt n².
+    /// (g dt n²)².
     pub friction: f32,
+    /// (dt / dx)², s²/m².
+    pub steep: f32,
     /// √g.
     pub critical: f32,
     pub section_m: f32,
@@ -193,6 +219,8 @@ pub(super) struct Pace {
     pub tilt: f32,
     /// Square of the least tilt.
     pub tilt_floor: f32,
+    /// Weight of water over the critical shear stress, 1/m.
+    pub shear: f32,
     pub capacity: f32,
     pub thickest: f32,
     /// Metres settled, or share where capacity is a depth of sediment.

@@ -4,13 +4,12 @@ use orograph_graph::{Job, Lane, NodeError};
 use rayon::prelude::*;
 
 use super::{
-    band::{Band, HALO, STATES, Scene, State},
+    band::{Band, HALO, STATES, STEPS_PER_SWEEP, Scene, State},
     flow::film,
-    slip::STEPS_PER_SLIP,
 };
 
 /// Rows that a band has at least: below that, the halo would cost more than a second thread gives.
-const LEAST_ROWS: usize = 32;
+const LEAST_ROWS: usize = 64;
 
 /// How a run went.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,6 +25,8 @@ pub(super) struct Run<'a> {
     pub scene: Scene<'a>,
     pub bands: Vec<Band>,
     halos: Vec<f32>,
+    /// Greatest depth of water before the last sweep.
+    deepest_m: f32,
 }
 
 impl<'a> Run<'a> {
@@ -37,7 +38,7 @@ impl<'a> Run<'a> {
         let bands: Vec<Band> =
             (0..count).into_par_iter().map(|k| Band::new(&scene, start(k)..start(k + 1), loose)).collect();
         let halos = vec![0.0; count * 2 * HALO * STATES.len() * (nx + 1)];
-        Self { scene, bands, halos }
+        Self { scene, bands, halos, deepest_m: 0.0 }
     }
 
     /// The band that holds a row of the world, and the row's number in it.
@@ -96,27 +97,35 @@ impl<'a> Run<'a> {
         self.halos = halos;
     }
 
+    /// The depth that bounds the steps of a sweep: the greatest so far, and as much more as it has grown in the last one.
+    fn deepest_m(&mut self) -> f32 {
+        let deepest_m = self.bands.iter().fold(0.0_f32, |most, band| most.max(band.deepest_m));
+        let grown_m = (deepest_m - self.deepest_m).max(0.0);
+        self.deepest_m = deepest_m;
+        deepest_m + grown_m
+    }
+
     /// Runs for `duration_s`.
     pub fn advance(&mut self, duration_s: f64, job: &Job<'_>) -> Result<Pacing, NodeError> {
         let mut pacing = Pacing::default();
         let mut left_s = duration_s;
         while left_s > 0.0 {
-            let deepest_m = self.bands.iter().fold(0.0_f32, |most, band| most.max(band.deepest_m));
+            // a sweep is of equal steps, and the last one's share what is left
+            let deepest_m = self.deepest_m();
             let longest_s = self.scene.physics.step_s(deepest_m);
-            // the last two steps share what is left, so that none is tiny
-            let dt_s = if left_s <= longest_s { left_s } else { longest_s.min(0.5 * left_s) };
+            let last = left_s <= STEPS_PER_SWEEP as f64 * longest_s;
+            let steps = if last { (left_s / longest_s).ceil().max(1.0) } else { STEPS_PER_SWEEP as f64 };
+            let dt_s = if last { left_s / steps } else { longest_s };
             let pace = self.scene.physics.pace(dt_s);
             self.exchange();
             let scene = self.scene;
-            self.bands.par_iter_mut().try_for_each(|band| band.step(&scene, &pace, job))?;
-            pacing.steps += 1;
-            if pacing.steps.is_multiple_of(STEPS_PER_SLIP) {
-                self.exchange();
-                self.bands.par_iter_mut().try_for_each(|band| band.slip(&scene, job))?;
-            }
-            pacing.shortest_s = if pacing.steps == 1 { dt_s } else { pacing.shortest_s.min(dt_s) };
-            pacing.time_s += f64::from(pace.dt_s);
-            left_s -= dt_s;
+            self.bands.par_iter_mut().try_for_each(|band| band.sweep(&scene, &pace, steps as usize, job))?;
+            self.exchange();
+            self.bands.par_iter_mut().try_for_each(|band| band.slip(&scene, job))?;
+            pacing.steps += steps as u64;
+            pacing.shortest_s = if pacing.shortest_s == 0.0 { dt_s } else { pacing.shortest_s.min(dt_s) };
+            pacing.time_s += steps * f64::from(pace.dt_s);
+            left_s = if last { 0.0 } else { left_s - steps * dt_s };
             job.advance((1.0 - left_s / duration_s) as f32)?;
         }
         Ok(pacing)

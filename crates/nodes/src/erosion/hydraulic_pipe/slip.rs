@@ -7,7 +7,7 @@
 use orograph_graph::{Edge, Job, NodeError};
 
 use super::{
-    band::{Band, Scene, State},
+    band::{Band, Scene, State, at},
     flow,
     ring::Ring,
 };
@@ -16,9 +16,6 @@ use crate::simd::simd;
 /// Share of the excess that moves between neighbours in one pass. Eight neighbours, diagonals at half weight, are stable
 /// up to 1/12.
 const RATE: f32 = 1.0 / 12.0;
-/// Passes of slippage are this many steps apart.
-pub(super) const STEPS_PER_SLIP: u64 = 4;
-
 /// Rows in use of the slippage pass.
 #[derive(Debug)]
 pub(super) struct Slip {
@@ -31,7 +28,7 @@ pub(super) struct Slip {
 
 impl Slip {
     pub fn new(nx: usize) -> Self {
-        Self { bed: Ring::new(nx), share: Ring::new(nx), flux: std::array::from_fn(|_| Ring::new(nx)) }
+        Self { bed: Ring::new(nx, 2), share: Ring::new(nx, 3), flux: std::array::from_fn(|k| Ring::new(nx, 4 + k)) }
     }
 }
 
@@ -135,9 +132,9 @@ impl Band {
                 flow::limit(&mut south_west.whole_mut(y - 2)[..=nx], [&above[1..], row]);
             }
             if (0..rows).contains(&(y - 2)) {
-                let at = self.at(y - 2);
                 let [change, loose, ..] = &mut self.states;
-                apply(&mut change[at..][..nx], &mut loose[at..][..nx], around(&self.slip.flux, y - 2, nx));
+                let row = at(y - 2);
+                apply(change.cells_mut(row), loose.cells_mut(row), around(&self.slip.flux, y - 2, nx));
             }
         }
         Ok(())
@@ -155,9 +152,8 @@ impl Band {
             self.slip.bed.whole_mut(y).fill(f32::NAN);
             return;
         }
-        let at = self.at(y);
         let bed = self.slip.bed.cells_mut(y);
-        flow::bed(bed, &scene.land[row * nx..][..nx], &self.states[State::Change as usize][at..][..nx]);
+        flow::bed(bed, &scene.land[row * nx..][..nx], self.states[State::Change as usize].cells(at(y)));
         if boundary.west == Edge::Base {
             bed[0] = f32::NAN;
         }
@@ -172,9 +168,9 @@ impl Band {
     }
 
     fn slip_share(&mut self, scene: &Scene<'_>, y: isize) {
-        let (at, nx) = (self.at(y), self.nx);
+        let nx = self.nx;
         let Slip { share, flux, .. } = &mut self.slip;
-        let loose = &self.states[State::Loose as usize][at..][..nx];
+        let loose = self.states[State::Loose as usize].cells(at(y));
         shares(share.cells_mut(y), around(flux, y, nx), loose);
         share.close(y, scene.joined()[0]);
     }

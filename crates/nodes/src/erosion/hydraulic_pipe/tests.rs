@@ -237,19 +237,22 @@ fn symmetric_land_stays_symmetric() {
     }
 }
 
-/// Runoff on a plane follows its slope whichever way that faces, within 3°: critical flow bounds each direction as well.
+/// Runoff on a plane follows its slope whichever way that faces, within 3° on gentle ground. On steep ground it runs down in
+/// waves, bounded by critical flow, and a moment's mean over some cells is within 6°.
 #[test]
 fn water_runs_down_the_slope() {
     for degrees in [0.0_f64, 10.0, 22.5, 35.0, 45.0] {
         for slope in [0.02, 0.5] {
             let (cos, sin) = (libm::cos(degrees.to_radians()), libm::sin(degrees.to_radians()));
             let plane = field(sides(world(60, 60, 10.0), Edge::Open), |x, y| 900.0 - slope * (x * cos + y * sin));
-            let params = with_params(&NODE, "duration=1200, acceleration=0");
+            let params = with_params(&NODE, "duration=1200, acceleration=0, film=0.0001");
             let velocity = output(&NODE, &params, &[("height", &plane)], "velocity");
-            let at = 40 * 60 + 40;
-            let (east, south) = (velocity.plane(0)[at], velocity.plane(1)[at]);
-            let found = libm::atan2(f64::from(south), f64::from(east)).to_degrees();
-            assert!((found - degrees).abs() < 3.0, "{degrees}, {slope}: {found}");
+            let sum = |plane: &[f32]| -> f64 {
+                let cells = (30..50).flat_map(|j| (30..50).map(move |i| j * 60 + i));
+                cells.map(|at| f64::from(plane[at])).sum()
+            };
+            let found = libm::atan2(sum(velocity.plane(1)), sum(velocity.plane(0))).to_degrees();
+            assert!((found - degrees).abs() < if slope < 0.1 { 3.0 } else { 6.0 }, "{degrees}, {slope}: {found}");
         }
     }
 }
@@ -294,6 +297,18 @@ fn the_ground_decides_what_is_taken() {
     }
 }
 
+/// Where the stress on the bed is below the critical one nothing is taken; the further above it, the more.
+#[test]
+fn ground_gives_way_above_the_critical_shear() {
+    let land = rough(world(80, 64, 10.0));
+    let eroded = |critical: f64| {
+        let changes = format!("duration=900, talus=89, law=excess_shear, critical_shear={critical}");
+        outcome(&changes, &[("height", &land)]).1.get("eroded").unwrap()
+    };
+    let taken = [1e5, 20.0, 1.0].map(eroded);
+    assert!(taken[0] == 0.0 && taken[1] > 1.0 && taken[2] > 1.1 * taken[1], "{taken:?}");
+}
+
 /// What tracing gains or loses is reported.
 #[test]
 fn tracing_tells_what_it_loses() {
@@ -332,7 +347,7 @@ fn a_step_is_the_one_told() {
     let land = field(sides(world(48, 48, 10.0), Edge::Wall), |x, y| {
         500.0 + 0.1 * x + 12.0 * libm::sin(x / 50.0) * libm::cos(y / 40.0)
     });
-    let mut run = lake(&land, "", |x, y| 500.3 + 0.1 * x + 12.0 * libm::sin(x / 50.0) * libm::cos(y / 40.0));
+    let mut run = lake(&land, "talus=89", |x, y| 500.3 + 0.1 * x + 12.0 * libm::sin(x / 50.0) * libm::cos(y / 40.0));
     advance(&mut run, &land, 40.0);
     let rows = |run: &Run<'_>, state: State| -> Vec<f64> {
         (0..n).flat_map(|j| run.row(state, j)[..n].iter().map(|&v| f64::from(v)).collect::<Vec<_>>()).collect()

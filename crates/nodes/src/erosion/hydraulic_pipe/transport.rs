@@ -4,17 +4,6 @@ use super::physics::Pace;
 use crate::simd::simd;
 
 simd! {
-    /// Sediment per metre of water.
-    pub fn concentration(out: &mut [f32], load: &[f32], water: &[f32]) {
-        let n = out.len();
-        let (load, water) = (&load[..n], &water[..n]);
-        for i in 0..n {
-            out[i] = if water[i] > 0.0 { load[i] / water[i] } else { 0.0 };
-        }
-    }
-}
-
-simd! {
     /// Conservative upwind transport: each face carries its discharge times the concentration where it comes from.
     ///
     /// `parts` are concentrations with ghosts on the north, here and on the south; `faces` are those on the west, east,
