@@ -11,7 +11,7 @@ use orograph_graph::{
     Boundary, Cancel, Edge, Fallback, Field, InputValue, Job, Kind, NodeError, Outputs, ParamValue, ParamValues, Value,
     Warnings, Window, World,
 };
-use orograph_nodes::erosion::hydraulic_pipe::NODE;
+use orograph_nodes::{erosion::hydraulic_pipe::NODE, math};
 
 const CELL_M: f64 = 30.0;
 
@@ -77,8 +77,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn waves(side: usize) -> Vec<f32> {
     let at = |i: usize, j: usize| {
         let (x, y) = (i as f64 * CELL_M, j as f64 * CELL_M);
-        let large = (x / 470.0).sin() * (y / 390.0).cos();
-        (900.0 + 80.0 * large + 12.0 * (x / 97.0 + y / 71.0).sin() + 0.01 * x) as f32
+        let large = math::sin(x / 470.0) * math::cos(y / 390.0);
+        (900.0 + 80.0 * large + 12.0 * math::sin(x / 97.0 + y / 71.0) + 0.01 * x) as f32
     };
     (0..side * side).map(|k| at(k % side, k / side)).collect()
 }
