@@ -8,4 +8,4 @@ pub mod ridged;
 use orograph_graph::Node;
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] = &[&constant::NODE, &perlin::NODE, &ridged::NODE];
+pub static NODES: &[&Node] = &[&constant::NODE, &perlin::NODE, &noise::node::NODE, &ridged::NODE];

@@ -4,10 +4,7 @@
 //! Mace (1989), "The synthesis and rendering of eroded fractal terrains". What differs from them is told in
 //! [`super::noise`].
 
-use super::noise::{
-    Gradients, Octave, fractal_params,
-    raster::{self, LANES, Lanes},
-};
+use super::noise::{Gradients, fractal_params, sum};
 use crate::prelude::*;
 
 fractal_params! {
@@ -38,48 +35,8 @@ pub static NODE: Node = Node {
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let octaves = params.fractal(job.seed()).octaves(job.world());
-    let samples = raster::raster(job, &octaves, &Sum::new(&octaves, params.amplitude))?;
+    let samples = sum::lattices(job, &octaves, params.gradients.basis(), params.amplitude)?;
     Ok(Outputs::one("height", Field::new(job.window(), samples)))
-}
-
-/// The plain sum of octaves.
-pub(crate) struct Sum {
-    scales: Vec<f32>,
-}
-
-impl Sum {
-    /// The sum with that amplitude, in the unit of the result.
-    pub(crate) fn new(octaves: &[Octave], amplitude: f64) -> Self {
-        let scale = |octave: &Octave| (amplitude * octave.share * octave.fade) as f32 * octave.basis.scale();
-        Self { scales: octaves.iter().map(scale).collect() }
-    }
-}
-
-impl raster::Combine for Sum {
-    type State = Lanes;
-    type Layer = ();
-
-    fn scale(&self, octave: usize) -> f32 {
-        self.scales[octave]
-    }
-
-    fn layer(&self, _: usize) {}
-
-    fn start(&self) -> Lanes {
-        Lanes::splat(0.0)
-    }
-
-    #[inline(always)]
-    fn octave((): &(), noise: &[f32; LANES], heights: &mut Lanes) {
-        for (height, noise) in heights.0.iter_mut().zip(noise) {
-            *height += noise;
-        }
-    }
-
-    #[inline(always)]
-    fn finish(&self, heights: &Lanes) -> Lanes {
-        *heights
-    }
 }
 
 #[cfg(test)]
@@ -107,12 +64,14 @@ mod tests {
             let params = Params::read(&with_params(&NODE, changes));
             let octaves =
                 params.fractal(orograph_graph::mix(orograph_graph::mix(params.seed.0))).octaves(&window.world);
-            let sum = Sum::new(&octaves, params.amplitude);
+            let basis = params.gradients.basis();
             assert!(!octaves.is_empty());
             for (at, &height) in field.samples().iter().enumerate() {
                 let cell = [37 + (at % 531) as u32, 51 + (at / 531) as u32];
-                let expected = (octaves.iter().zip(&sum.scales))
-                    .fold(0.0_f32, |sum, (octave, &scale)| sum + reference::sample(octave, scale, cell));
+                let expected = octaves.iter().fold(0.0_f32, |sum, octave| {
+                    let scale = sum::scale(octave, params.amplitude) * basis.scale();
+                    sum + reference::sample(octave, basis, scale, cell)
+                });
                 assert_eq!(height.to_bits(), expected.to_bits(), "{cell:?}: {height} {expected}");
             }
         }
@@ -191,7 +150,7 @@ mod tests {
             let total = 2.0 - [1.0, 0.5, 0.25, 0.125][octaves - 1];
             for (at, &got) in field.samples().iter().enumerate() {
                 let cell = [(at % 80) as u32, (at / 80) as u32];
-                let noise = |(octave, share): (&Octave, f64)| share * reference::textbook_at(octave, cell);
+                let noise = |(octave, share): (_, f64)| share * reference::textbook_at(octave, cell);
                 let shares = [1.0, 0.5, 0.25, 0.125];
                 let expected = lattices.iter().zip(shares).map(noise).sum::<f64>() * std::f64::consts::SQRT_2 / total;
                 assert!((f64::from(got) - expected).abs() < 1e-6, "{cell:?}: {got} {expected}");

@@ -6,8 +6,9 @@
 //! the land.
 
 use super::noise::{
-    Gradients, Octave, fractal_params,
+    Basis, Gradients, Octave, fractal_params,
     raster::{self, LANES, Lanes},
+    sheet::Sheet,
 };
 use crate::{math, prelude::*};
 
@@ -49,9 +50,9 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let octaves = params.fractal(job.seed()).octaves(job.world());
     let samples = if params.exponent == 2.0 {
-        raster::raster(job, &octaves, &Ridges::<true>::new(&params, &octaves))?
+        Ridges::<true>::new(&params, &octaves).raster(job, &octaves)?
     } else {
-        raster::raster(job, &octaves, &Ridges::<false>::new(&params, &octaves))?
+        Ridges::<false>::new(&params, &octaves).raster(job, &octaves)?
     };
     Ok(Outputs::one("height", Field::new(job.window(), samples)))
 }
@@ -59,7 +60,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 /// The recursion over octaves, with all constants at hand. `SQUARED` is for an exponent of 2, several times as fast as any
 /// other.
 struct Ridges<const SQUARED: bool> {
-    /// Factor on the noise.
+    /// The noise and the factor on it.
+    basis: Basis,
     scale: f32,
     /// Of each octave on the raster.
     layers: Vec<Layer>,
@@ -93,8 +95,8 @@ struct State {
 
 impl<const SQUARED: bool> Ridges<SQUARED> {
     fn new(params: &Params, octaves: &[Octave]) -> Self {
-        let basis = params.gradients.basis();
-        let crest = Crest::new(basis, params.offset, params.exponent, params.weight_gain);
+        let gradients = params.gradients;
+        let crest = Crest::new(gradients, params.offset, params.exponent, params.weight_gain);
         let layers = octaves.iter().map(|octave| {
             // The mean of |n| over a cell where the noise crosses zero with its typical slope, 0.9 per wavelength: |n|
             // itself beyond half a cell of the crossing, (n² + r²) / 2r within.
@@ -114,18 +116,19 @@ impl<const SQUARED: bool> Ridges<SQUARED> {
         let total: f64 = fractal.amplitudes().sum();
         let left: Vec<f64> =
             fractal.amplitudes().skip(octaves.len()).map(|share| params.amplitude * share / total).collect();
-        let scale = basis.even_scale() * (1.0 / params.offset) as f32;
-        Self { scale, layers: layers.collect(), tail: Tail::new(&crest, &left) }
+        let scale = gradients.even_scale() * (1.0 / params.offset) as f32;
+        Self { basis: gradients.basis(), scale, layers: layers.collect(), tail: Tail::new(&crest, &left) }
+    }
+
+    fn raster(&self, job: &Job<'_>, octaves: &[Octave]) -> Result<Vec<f32>, NodeError> {
+        let sheet = |octave: &Octave| Sheet::new(*octave, self.basis, self.scale);
+        raster::raster(job, || octaves.iter().map(sheet).collect(), self)
     }
 }
 
 impl<const SQUARED: bool> raster::Combine for Ridges<SQUARED> {
     type State = State;
     type Layer = Layer;
-
-    fn scale(&self, _: usize) -> f32 {
-        self.scale
-    }
 
     fn layer(&self, octave: usize) -> Layer {
         self.layers[octave]
@@ -187,7 +190,7 @@ mod tests {
                 let cell = [37 + (at % 300) as u32, 51 + (at / 300) as u32];
                 let (mut weight, mut height) = (1.0, [0.0]);
                 for (octave, layer) in octaves.iter().zip(&ridges.layers) {
-                    let noise = reference::sample(octave, ridges.scale, cell);
+                    let noise = reference::sample(octave, ridges.basis, ridges.scale, cell);
                     let step = if params.exponent == 2.0 { step::<true> } else { step::<false> };
                     step(noise, &mut weight, &mut height[0], layer);
                 }

@@ -9,10 +9,7 @@ mod range;
 
 use self::{fault::Fault, plates::Plates, range::Range};
 use crate::{
-    generate::{
-        noise::{Basis, Fractal, raster},
-        perlin::Sum,
-    },
+    generate::noise::{Basis, Fractal, sum},
     math, par,
     prelude::*,
 };
@@ -179,13 +176,12 @@ impl Params {
             octaves: 2,
             lacunarity: 2.0,
             gain: 0.5,
-            basis: Basis::Bell,
             tileable: false,
             // other draws than the plates'
             seed: orograph_graph::mix(job.seed() ^ 0x5851_f42d),
         };
         let octaves = fractal.octaves(job.world());
-        raster::raster(job, &octaves, &Sum::new(&octaves, self.variation))
+        sum::lattices(job, &octaves, Basis::Bell, self.variation)
     }
 }
 

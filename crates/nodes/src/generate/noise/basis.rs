@@ -18,6 +18,8 @@ pub(crate) enum Basis {
     Bell,
     /// Perlin's of 2002: eight gradients, φ(s) = 1 − q(|s|) with the fade q(t) = 6t⁵ − 15t⁴ + 10t³, ψ(s) = s φ(s).
     Classic,
+    /// Values alone, evenly drawn from −1 to 1, with the same fade.
+    Value,
 }
 
 /// What is drawn at a lattice point: value, gradient along x and y, twist.
@@ -46,15 +48,7 @@ impl Basis {
         match self {
             Self::Bell => 0.631_2,
             Self::Classic => std::f32::consts::SQRT_2,
-        }
-    }
-
-    /// Factor that brings the noise to the standard deviation of Perlin's of 2002 scaled to ±1, 0.305, which is what the
-    /// parameters of the literature's recursions are meant for.
-    pub(crate) const fn even_scale(self) -> f32 {
-        match self {
-            Self::Bell => 0.935,
-            Self::Classic => std::f32::consts::SQRT_2,
+            Self::Value => 1.0,
         }
     }
 
@@ -76,6 +70,7 @@ impl Basis {
                 let [x, y] = turned([[1.0, 0.0], [DIAGONAL; 2]][class / 8 % 2], class / 16);
                 [0.0, x, y, 0.0]
             }
+            Self::Value => [0.0; 4],
         }
     }
 
@@ -84,6 +79,7 @@ impl Basis {
         match self {
             Self::Bell => BELL_VALUE,
             Self::Classic => 0.0,
+            Self::Value => 1.0,
         }
     }
 
@@ -96,7 +92,7 @@ impl Basis {
                 let ([phi_s, psi_s], [phi_r, psi_r]) = (bell(s), bell(r));
                 [phi_s, psi_s, phi_r, psi_r]
             }
-            Self::Classic => {
+            Self::Classic | Self::Value => {
                 let fade = s * s * s * (s * (s * 6.0 - 15.0) + 10.0);
                 [1.0 - fade, s * (1.0 - fade), fade, r * fade]
             }

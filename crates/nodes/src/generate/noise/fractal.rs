@@ -2,7 +2,7 @@
 
 use orograph_graph::{World, mix};
 
-use super::{Basis, lattice::Axis};
+use super::lattice::Axis;
 
 /// A fractal sum as it is asked for, in world terms.
 #[derive(Clone, Copy, Debug)]
@@ -15,8 +15,6 @@ pub(crate) struct Fractal {
     pub lacunarity: f64,
     /// Ratio of each octave's amplitude to that of the one before.
     pub gain: f64,
-    /// Kind of noise.
-    pub basis: Basis,
     /// Whether it fits the world's opposite sides together; wavelengths are then rounded to whole parts of its sides.
     pub tileable: bool,
     /// Seed of the run.
@@ -28,8 +26,6 @@ pub(crate) struct Fractal {
 pub(crate) struct Octave {
     /// Positions in its lattice along x and y.
     pub axes: [Axis; 2],
-    /// Kind of noise.
-    pub basis: Basis,
     /// Seed of its draws.
     pub seed: u32,
     /// Wavelength in cells.
@@ -70,7 +66,7 @@ impl Fractal {
                         Axis::new(1.0 / wavelength_cells, shifts[axis], 0)
                     }
                 });
-                Some(Octave { axes, basis: self.basis, seed, wavelength_cells, share: amplitude / total, fade })
+                Some(Octave { axes, seed, wavelength_cells, share: amplitude / total, fade })
             })
             .collect()
     }
@@ -93,15 +89,8 @@ fn smoothstep(from: f64, to: f64, x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const FRACTAL: Fractal = Fractal {
-        wavelength_m: 4000.0,
-        octaves: 16,
-        lacunarity: 2.0,
-        gain: 0.5,
-        basis: Basis::Bell,
-        tileable: false,
-        seed: 7,
-    };
+    const FRACTAL: Fractal =
+        Fractal { wavelength_m: 4000.0, octaves: 16, lacunarity: 2.0, gain: 0.5, tileable: false, seed: 7 };
 
     fn octaves(cell_m: f64) -> Vec<Octave> {
         FRACTAL.octaves(&crate::testing::world(100, 100, cell_m))

@@ -12,14 +12,17 @@
 //! seeded octave by octave. Tests measure the power by direction.
 
 mod basis;
+pub(crate) mod cells;
 mod fractal;
 mod lattice;
+pub mod node;
 pub(crate) mod raster;
 #[cfg(test)]
 pub(crate) mod reference;
-mod sheet;
+pub(crate) mod sheet;
 #[cfg(test)]
 pub(crate) mod spectrum;
+pub(crate) mod sum;
 
 use orograph_graph::choice;
 
@@ -43,6 +46,15 @@ impl Gradients {
         match self {
             Self::Even => Basis::Bell,
             Self::Classic => Basis::Classic,
+        }
+    }
+
+    /// Factor that brings their noise to the standard deviation of Perlin's of 2002 scaled to ±1, 0.305, which is what the
+    /// parameters of the literature's recursions are meant for.
+    pub(crate) const fn even_scale(self) -> f32 {
+        match self {
+            Self::Even => 0.935,
+            Self::Classic => std::f32::consts::SQRT_2,
         }
     }
 }
@@ -77,7 +89,6 @@ macro_rules! fractal_params {
                     octaves: self.octaves,
                     lacunarity: self.lacunarity,
                     gain: self.gain,
-                    basis: self.gradients.basis(),
                     tileable: self.tileable,
                     seed,
                 }

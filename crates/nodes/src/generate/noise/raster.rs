@@ -3,12 +3,18 @@
 
 use orograph_graph::{Job, NodeError, Window};
 
+use super::sheet::{BAND, STRIP};
 pub(crate) use super::sheet::{LANES, Lanes};
-use super::{
-    Octave,
-    sheet::{BAND, STRIP, Sheet},
-};
 use crate::simd::simd;
+
+/// An octave on a strip of columns and a band of rows, whatever its noise.
+pub(crate) trait Layers {
+    /// Lays it over `cells` cells of the world from `origin` on, at most [`STRIP`] columns and [`BAND`] rows.
+    fn lay(&mut self, origin: [u32; 2], cells: [usize; 2]);
+
+    /// Adds the octave to the states of all rows, for [`LANES`] columns of the strip from the column `x` of the world on.
+    fn add<C: Combine>(&mut self, combine: &C, octave: usize, x: u32, states: &mut [C::State]);
+}
 
 /// How octaves become heights: a recursion from coarse to fine, for [`LANES`] samples at a time.
 pub(crate) trait Combine: Sync {
@@ -16,9 +22,6 @@ pub(crate) trait Combine: Sync {
     type State: Copy;
     /// Constants of an octave.
     type Layer: Copy;
-
-    /// Factor on the noise of an octave.
-    fn scale(&self, octave: usize) -> f32;
 
     /// The constants of an octave.
     fn layer(&self, octave: usize) -> Self::Layer;
@@ -33,19 +36,22 @@ pub(crate) trait Combine: Sync {
     fn finish(&self, state: &Self::State) -> Lanes;
 }
 
-/// Evaluates octaves at the cells of the job's window and combines them.
+/// Evaluates octaves, which `layers` makes for each band of rows, at the cells of the job's window and combines them.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
-pub(crate) fn raster<C: Combine>(job: &Job<'_>, octaves: &[Octave], combine: &C) -> Result<Vec<f32>, NodeError> {
+pub(crate) fn raster<L: Layers, C: Combine>(
+    job: &Job<'_>,
+    layers: impl Fn() -> Vec<L> + Sync,
+    combine: &C,
+) -> Result<Vec<f32>, NodeError> {
     let window = job.window();
     let mut out = vec![0.0; window.len()];
     crate::par::bands_within(job, [0.0, 1.0], BAND, &mut out, |first_row, rows| {
-        let mut sheets: Vec<Sheet> =
-            octaves.iter().enumerate().map(|(k, &octave)| Sheet::new(octave, combine.scale(k))).collect();
+        let mut layers = layers();
         for column in (0..window.nx()).step_by(STRIP) {
             job.check()?;
-            strip(&window, combine, &mut sheets, [column, first_row], rows);
+            strip(&window, combine, &mut layers, [column, first_row], rows);
         }
         Ok(())
     })?;
@@ -53,10 +59,10 @@ pub(crate) fn raster<C: Combine>(job: &Job<'_>, octaves: &[Octave], combine: &C)
 }
 
 /// Evaluates the strip that begins with a column of the window in the rows of a band.
-fn strip<C: Combine>(
+fn strip<L: Layers, C: Combine>(
     window: &Window,
     combine: &C,
-    sheets: &mut [Sheet],
+    layers: &mut [L],
     [column, first_row]: [usize; 2],
     band: &mut [f32],
 ) {
@@ -64,15 +70,15 @@ fn strip<C: Combine>(
     let end = nx.min(column + STRIP);
     let origin = [window.origin[0] + column as u32, window.origin[1] + first_row as u32];
     let rows = band.len() / nx;
-    for sheet in &mut *sheets {
-        sheet.lay(origin, [end - column, rows]);
+    for layer in &mut *layers {
+        layer.lay(origin, [end - column, rows]);
     }
     let mut states = [combine.start(); BAND];
     let states = &mut states[..rows];
     for (x, column) in (origin[0]..).step_by(LANES).zip((column..end).step_by(LANES)) {
         states.fill(combine.start());
-        for (k, sheet) in sheets.iter_mut().enumerate() {
-            sheet.add(combine, k, x, states);
+        for (k, layer) in layers.iter_mut().enumerate() {
+            layer.add(combine, k, x, states);
         }
         store(combine, states, band, [nx, column]);
     }

@@ -9,9 +9,9 @@
 
 use super::{
     Octave,
-    basis::{Draw, Draws},
+    basis::{Basis, Draw, Draws},
     lattice::{Axis, hash, hash_row},
-    raster::Combine,
+    raster::{Combine, Layers},
 };
 use crate::simd::simd;
 
@@ -38,8 +38,9 @@ impl Lanes {
 type Line = [Lanes; 2];
 
 /// See the module.
-pub(super) struct Sheet {
+pub(crate) struct Sheet {
     octave: Octave,
+    basis: Basis,
     draws: Draws,
     /// Lattice column and lattice row of the first sample.
     first: [i32; 2],
@@ -55,11 +56,12 @@ pub(super) struct Sheet {
 }
 
 impl Sheet {
-    /// An octave with a factor on its noise.
-    pub fn new(octave: Octave, scale: f32) -> Self {
+    /// An octave of a kind of noise, with a factor on it.
+    pub fn new(octave: Octave, basis: Basis, scale: f32) -> Self {
         Self {
-            draws: Draws::new(octave.basis, scale),
+            draws: Draws::new(basis, scale),
             octave,
+            basis,
             first: [0; 2],
             weights: [[0.0; 4]; BAND],
             ends: Vec::new(),
@@ -68,9 +70,10 @@ impl Sheet {
             lines: Vec::new(),
         }
     }
+}
 
-    /// Lays the sheet over `cells` cells of the world from `origin` on, at most [`STRIP`] columns and [`BAND`] rows.
-    pub fn lay(&mut self, origin: [u32; 2], cells: [usize; 2]) {
+impl Layers for Sheet {
+    fn lay(&mut self, origin: [u32; 2], cells: [usize; 2]) {
         let [along, down] = self.octave.axes;
         self.first = [Axis::cell(along.at(origin[0])), Axis::cell(down.at(origin[1]))];
         self.ends.clear();
@@ -91,8 +94,7 @@ impl Sheet {
         draw(self);
     }
 
-    /// Adds the octave to the states of the rows, for [`LANES`] columns of the sheet from the column `x` of the world on.
-    pub fn add<C: Combine>(&mut self, combine: &C, octave: usize, x: u32, states: &mut [C::State]) {
+    fn add<C: Combine>(&mut self, combine: &C, octave: usize, x: u32, states: &mut [C::State]) {
         sum_columns(self, x);
         sum_rows(self, combine, octave, states);
     }
@@ -101,7 +103,7 @@ impl Sheet {
 simd! {
     /// The weights of rows.
     fn weigh(sheet: &mut Sheet, y0: u32) {
-        let (axis, basis) = (sheet.octave.axes[1], sheet.octave.basis);
+        let (axis, basis) = (sheet.octave.axes[1], sheet.basis);
         for (row, weights) in (0..).zip(&mut sheet.weights) {
             *weights = basis.weights(Axis::fraction(axis.at(y0.wrapping_add(row))));
         }
@@ -124,7 +126,7 @@ simd! {
 simd! {
     /// Sums over lattice columns, for each lattice row.
     fn sum_columns(sheet: &mut Sheet, x: u32) {
-        let (axis, basis) = (sheet.octave.axes[0], sheet.octave.basis);
+        let (axis, basis) = (sheet.octave.axes[0], sheet.basis);
         let (mut cells, mut weights) = ([0; LANES], [[0.0; LANES]; 4]);
         for lane in 0..LANES {
             let position = axis.at(x.wrapping_add(lane as u32));
