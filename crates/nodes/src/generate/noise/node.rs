@@ -72,7 +72,7 @@ pub static NODE: Node = Node {
     outputs: &[Output::gives("height", PortType::Height, "Elevation: `amplitude` times the noise.")],
     params: Params::specs,
     cpu: run,
-    example: "kind: \"nearest\", wavelength: 3000, octaves: 3, gain: 0.4, amplitude: 900, seed: 4",
+    example: "kind: nearest, wavelength: 3000, octaves: 3, gain: 0.4, amplitude: 900, seed: 4",
     ..Node::DEFAULT
 };
 
