@@ -1,7 +1,7 @@
 //! Value noise and cellular noise, alone or as a sum of octaves.
 //!
 //! S. Worley (1996), "A cellular texture basis function"; D. S. Ebert and others (2003), "Texturing and Modeling", chapter 4.
-//! What differs is told in [`super::cells`] and [`super::basis`].
+//! What differs is told in `cells` and `basis`, beside this file.
 
 use super::{
     Basis, Fractal, Octave,
