@@ -1,6 +1,6 @@
 //! Scree: slopes steeper than the angle of repose shed their material.
 
-use super::repose::{Land, Slump, capped, relaxed, rises, wraps};
+use super::repose::{Land, SWEEPS, Slump, capped, relaxed, rises, wraps};
 use crate::{math, prelude::*};
 
 choice! {
@@ -59,8 +59,8 @@ pub static NODE: Node = Node {
           Musgrave, Kolb and Mace compare a cell with each of its eight neighbours, which lets slopes that face in \
           between be up to 8 % too steep and turns cones into octagons. Here the slope of the surface itself is held \
           to repose, so cones are round. Sweeps begin on a grid of some 64 cells a side and are refined level by \
-          level, so that the time it takes is nearly proportional to the number of cells; what lies loose on coarse \
-          cells follows them, down to 1 cm on cells of 100 m.",
+          level, so that the time it takes is nearly proportional to the number of cells. Layers of a few centimetres on bare \
+          walls (on cells of 10 m) are not waited for.",
     sources: &[
         "F. K. Musgrave, C. E. Kolb, R. S. Mace, 1989, The synthesis and rendering of eroded fractal terrains, SIGGRAPH",
         "B. Beneš, R. Forsbach, 2001, Layered data representation for visual simulation of terrain erosion, SCCG",
@@ -156,7 +156,7 @@ fn crumble(land: &Land<'_>, thickness: &[f32], left: f32, job: &Job<'_>) -> Resu
 fn slide(land: &Land<'_>, left: f32, params: &Params, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
     let rise = relaxed(land, left, job)?;
     let mut slump = Slump::new(&Land { rise: &rise, ..*land }, params.tolerance as f32);
-    if !slump.settle([0.0, 1.0], job)? {
+    if !slump.settle(SWEEPS, [0.0, 1.0], job)? {
         job.warn(format!(
             "some slopes are still steeper than repose by more than {}; raise `tolerance`, or give the world larger \
              cells",
@@ -348,9 +348,9 @@ mod tests {
         let layered = run(&NODE, &defaults(), &inputs, "height");
         let single = run(&NODE, &defaults(), &[("height", &hill)], "height");
         assert!((total(&layered) / total(&hill) - 1.0).abs() < 1e-5);
-        // both stop within 2 % of repose, over slopes of 100 m
+        // both stop within 2 % of repose, over slopes of 100 m, and a toe may be one cell off: 3.5 m and a film
         for (a, b) in layered.samples().iter().zip(single.samples()) {
-            assert!((a - b).abs() < 2.0, "{a} {b}");
+            assert!((a - b).abs() < 4.0, "{a} {b}");
         }
         assert_eq!(run_in(1, &NODE, &defaults(), &inputs), run_in(3, &NODE, &defaults(), &inputs));
     }

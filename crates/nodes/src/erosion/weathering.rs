@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::repose::{Land, Slump, rises, wraps};
+use super::repose::{Land, SWEEPS, Slump, rises, wraps};
 use crate::{math, prelude::*};
 
 params! {
@@ -81,6 +81,9 @@ pub static NODE: Node = Node {
 /// The least number of rounds that a cover of many times `cover` is made in.
 const ROUNDS: f64 = 16.0;
 
+/// The most sweeps over a grid in all rounds but the last: what is still on its way then goes on in the next.
+const PASSING: usize = 64;
+
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let height = job.field("height")?.samples();
@@ -142,7 +145,8 @@ fn weather(job: &Job<'_>, params: &Params, rise: &[f32], rate: &[f32], rounds: u
         }
         let mut slump = Slump::new(&Land { height: &surface, loose: Some(&debris), ..land }, params.tolerance as f32);
         let share = [round, round + 1].map(|round| round as f32 / rounds as f32);
-        at_rest &= slump.settle(share, job)?;
+        let last = round + 1 == rounds;
+        at_rest = slump.settle(if last { SWEEPS } else { PASSING }, share, job)?;
         for (debris, slid) in debris.iter_mut().zip(slump.moved()) {
             if slid != 0.0 {
                 *debris = (*debris + slid).max(0.0);
@@ -207,10 +211,11 @@ mod tests {
         assert!((gained - 0.3 * total(&weathered)).abs() < 1e-4 * 6912.0, "{gained}");
         let (most, edge) = (debris.range(0).unwrap().1, weathered.range(0).unwrap().1);
         assert!(most > 15.0 && edge > 10.0, "{most} of scree, {edge} lost");
+        // 2 % of tolerance, more for what leans on a wall
         for (at, pair) in height.samples().windows(2).enumerate() {
             let [a, b] = [at, at + 1].map(|at| debris.samples()[at]);
             if (at + 1) % 96 > 0 && a > 1.0 && b > 1.0 {
-                assert!((pair[0] - pair[1]).abs() < 10.0 * 0.7002 * 1.03, "{at}: {pair:?}");
+                assert!((pair[0] - pair[1]).abs() < 10.0 * 0.7002 * 1.08, "{at}: {pair:?}");
             }
         }
     }

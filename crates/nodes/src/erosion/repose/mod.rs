@@ -46,8 +46,8 @@ const QUANTUM: f32 = 1.0 / 65_536.0;
 /// A grid is made coarser while its shorter side keeps at least this many cells.
 const COARSEST: usize = 64;
 
-/// The most sweeps over a grid before the next finer one takes over.
-const SWEEPS: usize = 2000;
+/// The most sweeps over a grid before the next finer one takes over, for land that is to rest.
+pub const SWEEPS: usize = 2000;
 
 /// The most times the pyramid is climbed.
 const CYCLES: usize = 8;
@@ -131,15 +131,18 @@ impl Slump {
         Self { levels, cells, tolerance }
     }
 
-    /// Sweeps until no slope exceeds its repose, coarse grids first: whether it came to that. `share` is the part of
+    /// Sweeps until no slope exceeds its repose, coarse grids first: whether it came to that. `sweeps` is the most
+    /// over one grid, [`SWEEPS`] for land that is to rest; `share` is the part of
     /// the job's whole progress that this is, from where to where.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
-    pub fn settle(&mut self, share: [f32; 2], job: &Job<'_>) -> Result<bool, NodeError> {
+    pub fn settle(&mut self, sweeps: usize, share: [f32; 2], job: &Job<'_>) -> Result<bool, NodeError> {
         let coarsest = self.levels.len() - 1;
-        let sweeps = if coarsest == 0 { SWEEPS * CYCLES } else { SWEEPS };
-        for cycle in 0..CYCLES {
+        // coarse grids do not see the ledges and hollows that hold a layer, and would set it moving again
+        let cycles = if self.levels[0].loose.is_empty() { CYCLES } else { 1 };
+        let sweeps = if coarsest == 0 { sweeps * CYCLES } else { sweeps };
+        for cycle in 0..cycles {
             for level in 0..coarsest {
                 let (fine, coarse) = self.levels.split_at_mut(level + 1);
                 let fine = &fine[level];

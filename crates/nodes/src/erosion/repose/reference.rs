@@ -15,12 +15,12 @@ pub fn sweep(land: &Land<'_>, moved: &[f64]) -> (Vec<f64>, f64) {
     };
     let surface = |at: usize| f64::from(land.height[at]) + moved[at];
     let repose = |at: &[usize]| at.iter().map(|&at| f64::from(land.rise[at])).sum::<f64>() / at.len() as f64;
-    // cells, rises and steepness of the plane at the corner south-east of a cell; none where any of them is closed
+    // cells and rises of the plane at the corner south-east of a cell; none where any of them is closed
     let corner = |i: isize, j: isize| {
         let four = [cell(i, j)?, cell(i + 1, j)?, cell(i, j + 1)?, cell(i + 1, j + 1)?];
         let [a, b, c, d] = four.map(surface);
         let (x, y) = ((b - a + d - c) / 2.0, (c - a + d - b) / 2.0);
-        Some((four, x, y, libm::hypot(x, y)))
+        Some((four, x, y))
     };
     let given = |from: usize| land.loose.map_or(f64::INFINITY, |loose| (f64::from(loose[from]) + moved[from]).max(0.0));
     let (mut after, mut most) = (moved.to_vec(), 0.0_f64);
@@ -32,18 +32,19 @@ pub fn sweep(land: &Land<'_>, moved: &[f64]) -> (Vec<f64>, f64) {
     };
     for j in 0..ny {
         for i in 0..nx {
-            if let Some((four, x, y, steepness)) = corner(i, j) {
+            if let Some((four, ..)) = corner(i, j) {
                 let repose = repose(&four);
-                let share = (1.0 - repose / steepness).max(0.0) * f64::from(STEP);
-                for (along, high, low) in [((x + y) / 2.0, four[3], four[0]), ((x - y) / 2.0, four[1], four[2])] {
+                let [a, b, c, d] = four;
+                for (low, high, sides) in [(a, d, [b, c]), (c, b, [a, d])] {
+                    let along = surface(high) - surface(low);
+                    // bare walls beside a gully do not push what lies in it
+                    let top = if land.loose.is_some() { along.max(0.0) } else { f64::INFINITY };
+                    let [p, q] = sides.map(|side| (surface(side) - surface(low)).min(top));
+                    let steepness = libm::hypot((along + p - q) / 2.0, (along - p + q) / 2.0);
+                    let share = (1.0 - repose / steepness).max(0.0) * f64::from(STEP);
                     let (from, to) = if along > 0.0 { (high, low) } else { (low, high) };
-                    pass(
-                        from,
-                        to,
-                        share * along.abs(),
-                        0.25 * given(from) * along.abs() / steepness.max(1e-12),
-                        repose,
-                    );
+                    let flow = 0.5 * along.abs();
+                    pass(from, to, share * flow, 0.25 * given(from) * flow / steepness.max(1e-12), repose);
                 }
             }
             for (other, ends, along_x) in

@@ -9,8 +9,9 @@ pub const TILE: [usize; 2] = [256, 16];
 /// whose flows are at most √½ of this, and four faces take less than the whole of it.
 const GIVEN: [f32; 2] = [0.25, 0.0625];
 
-/// The least flow of a loose layer that counts as moving, as a share of the rise at repose.
-const FILM: f32 = 1e-4;
+/// The least flow of a loose layer that counts as moving, as a share of the rise at repose: 1 cm in a sweep on
+/// cells of 10 m. What is thinner runs on, but is not waited for.
+const FILM: f32 = 1.5e-3;
 
 /// What a sweep reads. Rasters have a ring of one cell around them.
 pub struct Ground<'a> {
@@ -127,6 +128,34 @@ fn above(rise: f32, repose: f32) -> f32 {
     rise - rise.max(-repose).min(repose)
 }
 
+/// Two cells across a corner, and how far the other two stand above the first of them, in metres.
+#[derive(Clone, Copy)]
+struct Diagonal {
+    /// How far the second stands above the first.
+    over: f32,
+    sides: [f32; 2],
+}
+
+impl Diagonal {
+    #[inline(always)]
+    fn flow(self) -> f32 {
+        0.5 * self.over
+    }
+
+    /// The share of the flow that is above repose, and one over the steepness. What stands higher than the higher of the
+    /// two, as a wall of bare rock beside a gully, does not push what lies there: debris rests in a gully as on a slope.
+    #[inline(always)]
+    fn share(self, repose: f32) -> (f32, f32) {
+        let top = self.over.max(0.0);
+        let [a, b] = self.sides.map(|side| side.min(top));
+        let (x, y) = (0.5 * (self.over + (a - b)), 0.5 * (self.over - (a - b)));
+        let square = x * x + y * y;
+        let root = inverse_root(square);
+        let over = (1.0 - repose * root).max(0.0);
+        (if square > repose * repose { over } else { 0.0 }, root)
+    }
+}
+
 impl Between {
     const NONE: Self = Self { south: [0.0; WIDE], falling: [0.0; WIDE], rising: [0.0; WIDE], lean: [[0.0; WIDE]; 2] };
 
@@ -159,26 +188,27 @@ impl Between {
                 lean_x[i] = if open { gx } else { 0.0 };
                 lean_y[i] = if open { gy } else { 0.0 };
                 let square = gx * gx + gy * gy;
-                let root = inverse_root(square);
-                let over = (1.0 - repose * root).max(0.0);
-                let share = if square > repose * repose { over } else { 0.0 };
                 let (fall, climb) = (0.5 * (gx + gy), 0.5 * (gx - gy));
                 if LAYERED {
-                    let donor = [
-                        if fall > 0.0 { below_layer[i + 1] } else { above_layer[i] },
-                        if climb > 0.0 { above_layer[i + 1] } else { below_layer[i] },
-                    ];
                     let slow = 0.5 * ground.tolerance * repose;
-                    let flows = [
-                        ground.whole(fall * share.min(given * donor[0] * root)),
-                        ground.whole(climb * share.min(given * donor[1] * root)),
-                    ];
-                    let moves = |wanted: f32, flow: f32| {
-                        u32::from((share * wanted).abs() > slow) & u32::from(flow.abs() > FILM * repose)
+                    let gives = |along: Diagonal, donor: f32| {
+                        let (share, root) = along.share(repose);
+                        let flow = ground.whole(along.flow() * share.min(given * donor * root));
+                        let moves =
+                            u32::from((share * along.flow()).abs() > slow) & u32::from(flow.abs() > FILM * repose);
+                        (flow, moves)
                     };
-                    steep |= moves(fall, flows[0]) | moves(climb, flows[1]);
-                    [falling[i], rising[i]] = flows;
+                    let to_northwest = Diagonal { over: 2.0 * fall, sides: [x[i], rises[i]] };
+                    let to_southwest = Diagonal { over: 2.0 * climb, sides: [-rises[i], xs[i]] };
+                    let (fallen, falls) =
+                        gives(to_northwest, if fall > 0.0 { below_layer[i + 1] } else { above_layer[i] });
+                    let (climbed, climbs) =
+                        gives(to_southwest, if climb > 0.0 { above_layer[i + 1] } else { below_layer[i] });
+                    (falling[i], rising[i]) = (fallen, climbed);
+                    steep |= falls | climbs;
                 } else {
+                    let over = (1.0 - repose * inverse_root(square)).max(0.0);
+                    let share = if square > repose * repose { over } else { 0.0 };
                     let limit = repose * (1.0 + ground.tolerance);
                     steep |= u32::from(square > limit * limit);
                     falling[i] = share * fall;

@@ -64,7 +64,7 @@ fn layers_are_conserved_and_never_negative() {
     let layer: Vec<f32> = height.iter().map(|h| 0.2 * (h - 495.0).max(0.0)).collect();
     let land = Land { cells: [75, 41], wraps: [false; 2], height: &height, rise: &rise, loose: Some(&layer) };
     let mut slump = Slump::new(&land, 0.02);
-    let at_rest = with_job([75, 41], |job| slump.settle([0.0, 1.0], job)).unwrap();
+    let at_rest = with_job([75, 41], |job| slump.settle(SWEEPS, [0.0, 1.0], job)).unwrap();
     assert!(at_rest);
     let moved = slump.moved();
     let (before, gained): (f64, f64) =
@@ -90,7 +90,7 @@ fn the_pyramid_agrees_with_one_grid() {
     for (height, loose) in [(pile.samples(), None), (&covered, Some(cover.samples()))] {
         let land = Land { cells: [n as usize; 2], wraps: [false; 2], height, rise: &rise, loose };
         let mut slump = Slump::new(&land, 0.01);
-        assert!(with_job([n, n], |job| slump.settle([0.0, 1.0], job)).unwrap());
+        assert!(with_job([n, n], |job| slump.settle(SWEEPS, [0.0, 1.0], job)).unwrap());
         let (moved, expected) = (slump.moved(), reference::rest(&land));
         let peak = |moved: &dyn Fn(usize) -> f64| {
             (0..rise.len()).map(|at| f64::from(height[at]) + moved(at)).fold(0.0, f64::max)
