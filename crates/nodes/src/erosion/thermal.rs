@@ -348,10 +348,15 @@ mod tests {
         let layered = run(&NODE, &defaults(), &inputs, "height");
         let single = run(&NODE, &defaults(), &[("height", &hill)], "height");
         assert!((total(&layered) / total(&hill) - 1.0).abs() < 1e-5);
-        // both stop within 2 % of repose, over slopes of 100 m, and a toe may be one cell off: 3.5 m and a film
-        for (a, b) in layered.samples().iter().zip(single.samples()) {
-            assert!((a - b).abs() < 4.0, "{a} {b}");
-        }
+        // both stop within 2 % of repose, and the ring of the toe may lie one cell off: 5 % of what has moved
+        let rms = |other: &Field| {
+            let squares =
+                single.samples().iter().zip(other.samples()).map(|(a, b)| f64::from(a - b) * f64::from(a - b));
+            squares.sum::<f64>().sqrt()
+        };
+        assert!(rms(&layered) < 0.05 * rms(&hill), "{} of {}", rms(&layered), rms(&hill));
+        let (peak, expected) = (layered.range(0).unwrap().1, single.range(0).unwrap().1);
+        assert!((peak / expected - 1.0).abs() < 0.02, "{peak} {expected}");
         assert_eq!(run_in(1, &NODE, &defaults(), &inputs), run_in(3, &NODE, &defaults(), &inputs));
     }
 

@@ -38,7 +38,7 @@ pub fn sweep(land: &Land<'_>, moved: &[f64]) -> (Vec<f64>, f64) {
                 for (low, high, sides) in [(a, d, [b, c]), (c, b, [a, d])] {
                     let along = surface(high) - surface(low);
                     // bare walls beside a gully do not push what lies in it
-                    let top = if land.loose.is_some() { along.max(0.0) } else { f64::INFINITY };
+                    let top = if land.loose.is_some() { along.max(0.0) + 1.5 * repose } else { f64::INFINITY };
                     let [p, q] = sides.map(|side| (surface(side) - surface(low)).min(top));
                     let steepness = libm::hypot((along + p - q) / 2.0, (along - p + q) / 2.0);
                     let share = (1.0 - repose / steepness).max(0.0) * f64::from(STEP);

@@ -128,6 +128,9 @@ fn above(rise: f32, repose: f32) -> f32 {
     rise - rise.max(-repose).min(repose)
 }
 
+/// How far the sides of a diagonal count above it, in rises at repose: more than on any slope about at repose.
+const WALL: f32 = 1.5;
+
 /// Two cells across a corner, and how far the other two stand above the first of them, in metres.
 #[derive(Clone, Copy)]
 struct Diagonal {
@@ -142,11 +145,11 @@ impl Diagonal {
         0.5 * self.over
     }
 
-    /// The share of the flow that is above repose, and one over the steepness. What stands higher than the higher of the
-    /// two, as a wall of bare rock beside a gully, does not push what lies there: debris rests in a gully as on a slope.
+    /// The share of the flow that is above repose, and one over the steepness. Both sides count up to one height above the
+    /// two, so that walls of bare rock beside a gully do not push what lies there: debris rests in it as on a slope.
     #[inline(always)]
     fn share(self, repose: f32) -> (f32, f32) {
-        let top = self.over.max(0.0);
+        let top = self.over.max(0.0) + WALL * repose;
         let [a, b] = self.sides.map(|side| side.min(top));
         let (x, y) = (0.5 * (self.over + (a - b)), 0.5 * (self.over - (a - b)));
         let square = x * x + y * y;
