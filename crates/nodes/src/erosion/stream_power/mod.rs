@@ -147,16 +147,17 @@ pub static NODE: Node = Node {
           the law is not about. Without it relief grows without limit as cells shrink. It must be larger than a cell; \
           where it is not, hillslopes are not resolved and the land depends on the cell size. `repose` is the steepest \
           slope: what is steeper slides and is gone by the end of the step; 90° lets everything stand.\n\n\
-          Soil creeps on all land that is no river, as in `Creep`: crests are round, and what is rough fades,\n\n    \
+          With a `diffusivity` above 0 soil creeps on all land that is no river, as in `Creep`: crests are round, and what is rough fades,\n\n    \
           ∂h/∂t = U − K Aᵐ Sⁿ + ∇·(D ∇h)\n\n\
-          with D the `diffusivity`, divided by 1 − (|∇h| / S)² where a `critical_slope` S is given. Valleys narrower than \
-          some D / (K Aᵐ), 35 m for the defaults, do not form. Rivers, where the drainage area is `critical_area` or more, \
+          with D the `diffusivity`, divided by 1 − (|∇h| / S)² where a `critical_slope` S is given. 0.01 m²/yr suits gentle, \
+          soil-mantled land; valleys narrower than some D / (K Aᵐ), 35 m with it, do not form. Rivers, where the drainage area is `critical_area` or more, \
           take what creeps into them and do not rise: it leaves the world, or joins their load where there is \
           `deposition`. Where `critical_area` is 0 everything creeps. Water gathers less in smooth hollows the smaller the \
-          cells are: gentle land that creep shapes stands some 10 % higher when cells are halved.\n\n\
+          cells are: gentle land that creep shapes stands some 10 % higher when cells are halved, which is why creep is off \
+          unless asked for.\n\n\
           `variation` makes \
-          each cell's erodibility differ a little, as rock does. With `critical_area: 0`, `variation: 0`, `repose: 90`, \
-          `diffusivity: 0` and `receivers: d8` what remains is the law itself.\n\n\
+          each cell's erodibility differ a little, as rock does. With `critical_area: 0`, `variation: 0`, `repose: 90` \
+          and `receivers: d8` what remains is the law itself.\n\n\
           `uplift_course` makes the uplift grow, pulse or fade: it multiplies it by a curve over the run. Every step \
           takes the curve's exact mean over its time.\n\n\
           `method: analytical` gives the land at the age `duration` at once, as a preview whose age can be drawn like a \
@@ -260,10 +261,10 @@ pub static NODE: Node = Node {
         Input::number(
             "diffusivity",
             Unit::SquareMetresPerYear,
-            DEFAULT_DIFFUSIVITY,
+            0.0,
             [0.0, 1e3],
             [0.0, 0.1],
-            "The coefficient D of creep on hillslopes, 0.001 in dry to 0.1 in wet lands. Below 0 counts as 0: none.",
+            "The coefficient D of creep on hillslopes: 0.001 in dry to 0.1 in wet lands, 0 for none. Below 0 counts as 0.",
         ),
     ],
     outputs: &[
@@ -302,8 +303,6 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Diffusivity in m²/yr when the file says nothing.
-const DEFAULT_DIFFUSIVITY: f64 = 0.01;
 /// The most steps of a run.
 const MAX_STEPS: f64 = 10_000.0;
 /// A shorter step counts as this long where its rates are told, so that they are finite.

@@ -241,12 +241,8 @@ fn variation_is_around_the_erodibility_and_its_seed_counts() {
     assert!((mean(&varied) / mean(&even) - 1.0).abs() < 0.1, "{} {}", mean(&varied), mean(&even));
 }
 
-/// Without creep unless `fields` have it.
 pub fn outputs(changes: &str, fields: &[(&str, &Field)]) -> Result<Outputs, NodeError> {
-    let none = Field::constant(*fields[0].1.window(), 0.0);
-    let creeps = fields.iter().any(|(name, _)| *name == "diffusivity");
-    let fields: Vec<_> = fields.iter().copied().chain((!creeps).then_some(("diffusivity", &none))).collect();
-    testing::outputs(&NODE, &testing::with_params(&NODE, changes), &fields)
+    testing::outputs(&NODE, &testing::with_params(&NODE, changes), fields)
 }
 
 pub fn samples(outputs: &mut Outputs, output: &str) -> Vec<f32> {
