@@ -4,7 +4,7 @@
 //! where a round costs little (Tzathas, Gailleton, Steer and Cordonnier 2024).
 
 use super::{
-    DEFAULT_DIFFUSIVITY, Params,
+    Params,
     coarse::Coarse,
     land::{Land, Work},
 };
@@ -51,8 +51,7 @@ fn check(job: &Job<'_>, params: &Params, start: &Field) -> Result<(), NodeError>
 /// When the run asks for what the solution does not know, or [`NodeError::Cancelled`].
 pub fn grow(job: &Job<'_>, params: &Params, land: &mut Land<'_>, start: &Field) -> Result<Option<Work>, NodeError> {
     check(job, params, start)?;
-    let diffusivity = job.lane("diffusivity").constant();
-    if diffusivity != Some(DEFAULT_DIFFUSIVITY as f32) && diffusivity.is_none_or(|d| d > 0.0) {
+    if job.lane("diffusivity").constant().is_none_or(|diffusivity| diffusivity > 0.0) {
         job.warn("`method: analytical` leaves out the creep of `diffusivity`; use `method: implicit` to see it");
     }
     if params.duration <= 0.0 {
