@@ -19,11 +19,11 @@ fn files() -> Vec<PathBuf> {
     files
 }
 
-fn build(document: &Document, threads: usize) -> Vec<Value> {
-    // 128 cells on the longer side: the same land, quickly
+/// All outputs, with that many cells on the world's longer side.
+fn build(document: &Document, longer: f64, threads: usize) -> Vec<Value> {
     let world = document.world();
     let longest = f64::from(world.cells[0].max(world.cells[1]));
-    let cells = world.cells.map(|n| (128.0 * f64::from(n) / longest).round() as u32);
+    let cells = world.cells.map(|n| (longer * f64::from(n) / longest).round() as u32);
     let window = Window::whole(World { cells, ..world });
     let expanded = document.expand();
     let requests: Vec<(Port, Window)> = expanded.outputs.iter().map(|output| (output.port, window)).collect();
@@ -51,8 +51,23 @@ fn every_graph_is_sound_and_in_canonical_form() {
 fn every_graph_builds_to_the_same_bytes_on_one_and_two_threads() {
     for path in files() {
         let document = Document::load(&path, &registry()).expect("a graph file");
-        let one = build(&document, 1);
+        // the same land, quickly
+        let one = build(&document, 128.0, 1);
         assert_eq!(one.len(), document.outputs().len());
-        assert!(one == build(&document, 2), "{}: other bytes on two threads", path.display());
+        assert!(one == build(&document, 128.0, 2), "{}: other bytes on two threads", path.display());
+    }
+}
+
+/// What the Alps measure on cells of 100 to 150 m: summits, local relief in windows of 2.5 km, slopes.
+#[test]
+fn the_alps_are_alpine() {
+    let document = Document::load(&folder().join("alps.ron"), &registry()).expect("a graph file");
+    let values = build(&document, 500.0, 2);
+    let report = values.iter().find_map(Value::as_report).expect("an output of measures");
+    for (name, range) in
+        [("elevation_max", 3300.0..4400.0), ("local_relief_mean", 960.0..1200.0), ("slope_mean", 28.0..32.0)]
+    {
+        let value = report.get(name).expect("a measure");
+        assert!(range.contains(&value), "{name}: {value} is not in {range:?}");
     }
 }
