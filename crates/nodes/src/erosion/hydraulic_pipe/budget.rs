@@ -11,8 +11,15 @@ fn total(run: &Run<'_>, row: impl Fn(usize) -> f64) -> f64 {
     (0..run.scene.cells[1]).map(row).sum()
 }
 
+/// The water on the land, in m³.
+pub(super) fn water(run: &Run<'_>) -> f64 {
+    let nx = run.scene.cells[0];
+    let cell_m2 = run.scene.physics.cell_m * run.scene.physics.cell_m;
+    cell_m2 * total(run, |j| run.row(State::Water, j)[..nx].iter().map(|&depth| f64::from(depth)).sum())
+}
+
 /// Volumes in m³, and how far the balances are from closed, as a share of what was turned over.
-pub(super) fn report(run: &Run<'_>, pacing: &Pacing) -> Report {
+pub(super) fn report(run: &Run<'_>, pacing: &Pacing, water_start: f64) -> Report {
     let physics = &run.scene.physics;
     let nx = run.scene.cells[0];
     let cell_m2 = physics.cell_m * physics.cell_m;
@@ -29,7 +36,7 @@ pub(super) fn report(run: &Run<'_>, pacing: &Pacing) -> Report {
 
     let water_in = rain * cell_m2 * pacing.time_s / 3.6e6;
     let (water_out, water_lost) = (left(&|row| row.water), left(&|row| row.lost));
-    let water_stored = state(State::Water, &|depth| depth);
+    let water_stored = water(run);
     let acceleration = f64::from(physics.pace(1.0).acceleration);
     let eroded = state(State::Change, &|gain| (-gain).max(0.0));
     let deposited = state(State::Change, &|gain| gain.max(0.0));
@@ -40,11 +47,16 @@ pub(super) fn report(run: &Run<'_>, pacing: &Pacing) -> Report {
     report.measure("steps", pacing.steps as f64, "");
     report.measure("time_step_mean", pacing.time_s / pacing.steps.max(1) as f64, "s");
     report.measure("time_step_least", pacing.shortest_s, "s");
+    report.measure("water_start", water_start, "m³");
     report.measure("water_in", water_in, "m³");
     report.measure("water_out", water_out, "m³");
     report.measure("water_lost", water_lost, "m³");
     report.measure("water_stored", water_stored, "m³");
-    report.measure("water_error", share(water_in - water_out - water_lost - water_stored, water_in), "");
+    report.measure(
+        "water_error",
+        share(water_start + water_in - water_out - water_lost - water_stored, water_start + water_in),
+        "",
+    );
     report.measure("eroded", eroded, "m³");
     report.measure("deposited", deposited, "m³");
     report.measure("suspended", suspended, "m³");

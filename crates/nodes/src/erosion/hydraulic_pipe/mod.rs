@@ -17,6 +17,7 @@ mod slip;
 #[cfg(test)]
 mod tests;
 mod transport;
+mod warm;
 
 use orograph_graph::Edge;
 
@@ -107,6 +108,11 @@ pub static NODE: Node = Node {
             [0.0, 50.0],
             "Thickness of loose ground on the rock at the start, per cell if wired.",
         ),
+        Input::takes(
+            "flow",
+            PortType::Flow,
+            "Drainage of the land, for a warm start: lakes are full and rivers run from the first second.",
+        ),
     ],
     outputs: &[
         Output::gives("height", PortType::Height, "The land after it."),
@@ -162,8 +168,12 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         physics: Physics::new(&params, job.cell_m()),
     };
     let mut run = Run::new(scene, job.lane("regolith"));
+    if let Some(depths) = warm::depths(job, &params, height)? {
+        run.fill(&depths);
+    }
+    let water_start = budget::water(&run);
     let pacing = run.advance(params.duration, job)?;
-    let report = budget::report(&run, &pacing);
+    let report = budget::report(&run, &pacing, water_start);
 
     let nx = window.nx();
     let per_second = if pacing.time_s > 0.0 { (1.0 / pacing.time_s) as f32 } else { 0.0 };

@@ -41,6 +41,19 @@ impl<'a> Run<'a> {
         Self { scene, bands, halos, deepest_m: 0.0 }
     }
 
+    /// Lays water of that depth, in metres, on every cell.
+    pub fn fill(&mut self, depths: &[f32]) {
+        let nx = self.scene.cells[0];
+        for band in &mut self.bands {
+            let rows = band.world_rows();
+            for y in rows.clone() {
+                let depths = &depths[y * nx..][..nx];
+                band.row_mut(State::Water, (y - rows.start) as isize)[..nx].copy_from_slice(depths);
+                band.deepest_m = depths.iter().fold(band.deepest_m, |most, depth| most.max(*depth));
+            }
+        }
+    }
+
     /// The band that holds a row of the world, and the row's number in it.
     fn find(&self, row: usize) -> (usize, isize) {
         let k = self.bands.partition_point(|band| band.world_rows().end <= row);
