@@ -4,6 +4,7 @@ pub mod combine;
 pub mod distance;
 pub mod erosion;
 pub mod filter;
+mod fourier;
 pub mod generate;
 pub mod gradient;
 pub mod hydrology;

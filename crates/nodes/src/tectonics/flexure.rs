@@ -3,10 +3,7 @@
 //! D. L. Turcotte and G. Schubert (2002), "Geodynamics": a thin elastic plate on a fluid, `D ∇⁴w + (ρₘ − ρ_f) g w = q`,
 //! solved in wave numbers: `ŵ = q̂ / (D k⁴ + (ρₘ − ρ_f) g)`. The plate goes on beyond the world, without a load there.
 
-mod fourier;
-
-use self::fourier::Grid;
-use crate::{par, prelude::*};
+use crate::{fourier::grid::Grid, par, prelude::*};
 
 choice! {
     /// What fills the hollow that a load makes.

@@ -1,0 +1,165 @@
+//! Spectral synthesis: land as a sum of random waves whose power falls with frequency.
+//!
+//! A. Fournier, D. Fussell and L. Carpenter (1982), "Computer rendering of stochastic models", and D. Saupe in H.-O. Peitgen
+//! and D. Saupe (1988), "The Science of Fractal Images". Differs from them: draws belong to waves of the world and not to
+//! cells of a raster, waves are bounded on both sides by scales in metres, and heights are in metres by a closed form instead
+//! of a rescaling of what came out.
+
+pub(super) mod torus;
+
+use self::torus::{Draw, Torus, smoothstep};
+use crate::{math, prelude::*};
+
+choice! {
+    /// What `beta` is the exponent of.
+    pub enum Convention {
+        /// The power spectrum of a profile across the land, f^−β with β = 2H + 1: that of most measurements.
+        Profile = "profile",
+        /// The power spectrum of the surface by wave number, f^−β with β = 2H + 2.
+        Surface = "surface",
+    }
+}
+
+choice! {
+    /// How waves are drawn.
+    pub enum Amplitudes {
+        /// Gaussian: as in nature some waves are higher and some lower than the spectrum says.
+        Random = "random",
+        /// Every wave as high as the spectrum says; only phases are random.
+        Even = "even",
+    }
+}
+
+params! {
+    /// Root mean square of heights around their mean, over an area much larger than the longest waves.
+    relief: f64 = 250.0, Metres, 0.0..=1e5, soft 10..=2000;
+    /// How steeply power falls with frequency: more is smoother.
+    beta: f64 = 2.6, One, 0.0..=6.0, soft 1.5..=3.5;
+    /// What `beta` is the exponent of.
+    convention: Convention = Convention::Profile, One, ..;
+    /// Wavelength of the longest waves.
+    outer_scale: f64 = 10000.0, Metres, 0.01..=1e8, soft 1000..=50000;
+    /// Wavelength of the shortest waves.
+    inner_scale: f64 = 20.0, Metres, 0.001..=1e7, soft 1..=500;
+    /// How many times longer waves are along `azimuth` than across it.
+    stretch: f64 = 1.0, One, 1.0..=100.0, soft 1..=10;
+    /// Direction along which land is stretched, clockwise from north.
+    azimuth: f64 = 45.0, Degrees, -360.0..=360.0, soft 0..=180;
+    /// How waves are drawn.
+    amplitudes: Amplitudes = Amplitudes::Random, One, ..;
+    /// Whether opposite sides of the world fit together.
+    tileable: bool = false, One, ..;
+    /// Which waves these are.
+    seed: Seed = Seed(0), Count, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Spectral",
+    category: "generate",
+    summary: "Land of a given power spectrum: a sum of random waves of all lengths and directions.",
+    doc: include_str!("../spectral.md"),
+    sources: &[
+        "A. Fournier, D. Fussell and L. Carpenter (1982), Computer rendering of stochastic models, Communications of the ACM \
+         25 (6), 371-384",
+        "D. Saupe (1988), Algorithms for random fractals, in H.-O. Peitgen and D. Saupe (eds), The Science of Fractal Images, \
+         Springer",
+    ],
+    outputs: &[Output::gives("height", PortType::Height, "Height above the mean of the land.")],
+    params: Params::specs,
+    reach: Reach::World,
+    cpu: run,
+    resolution: Resolution::Within(0.05),
+    example: "outer_scale: 8000, beta: 3",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    if params.inner_scale >= params.outer_scale {
+        return Err(NodeError::failed_with_hint(
+            "the shortest waves are not shorter than the longest",
+            format!("write an `inner_scale` below {}", orograph_graph::plain(params.outer_scale)),
+        ));
+    }
+    if 2.0 * job.cell_m() > params.outer_scale {
+        job.warn("waves as long as `outer_scale` are shorter than two cells: the land is level");
+    }
+    let torus = if params.tileable {
+        Torus::tiled(job.world())
+    } else {
+        Torus::around(job.world(), params.outer_scale * params.stretch.sqrt())
+    };
+    let draw = Draw { seed: job.seed(), even: params.amplitudes == Amplitudes::Even };
+    let power = Power::new(&params);
+    let height = torus.sum(job, draw, &|waves_per_m: [f64; 2]| power.root(waves_per_m))?;
+    Ok(Outputs::one("height", Field::new(job.window(), height)))
+}
+
+/// A power law of frequency between two scales.
+struct Power {
+    /// Exponent of the power spectral density of the surface, halved.
+    fall: f64,
+    /// Root of the density at the outer scale, in m².
+    root: f64,
+    outer_m: f64,
+    /// Octaves from the outer scale to the inner.
+    octaves: f64,
+    /// East and south components of a wave's frequency along the stretch and across it, scaled by the stretch.
+    along: [f64; 2],
+    across: [f64; 2],
+}
+
+impl Power {
+    fn new(params: &Params) -> Self {
+        let beta = match params.convention {
+            Convention::Profile => params.beta + 1.0,
+            Convention::Surface => params.beta,
+        };
+        let azimuth = params.azimuth.to_radians();
+        let (east, south) = (math::sin(azimuth), -math::cos(azimuth));
+        let root = params.stretch.sqrt();
+        let mut power = Self {
+            fall: 0.5 * beta,
+            root: 1.0,
+            outer_m: params.outer_scale,
+            octaves: math::log2(params.outer_scale / params.inner_scale),
+            along: [east * root, south * root],
+            across: [-south / root, east / root],
+        };
+        power.root = params.relief * params.outer_scale / power.total().sqrt();
+        power
+    }
+
+    /// The root of the power spectral density.
+    fn root(&self, [east, south]: [f64; 2]) -> f64 {
+        let along = east * self.along[0] + south * self.along[1];
+        let across = east * self.across[0] + south * self.across[1];
+        let frequency = (along * along + across * across).sqrt() * self.outer_m;
+        let octave = f64::from(math::f32::log2(frequency as f32));
+        let share = self.share(octave);
+        if share == 0.0 { 0.0 } else { self.root * share * f64::from(math::f32::exp2((-self.fall * octave) as f32)) }
+    }
+
+    /// What is left of waves that many octaves above the outer scale: each end fades over the octave around it.
+    fn share(&self, octave: f64) -> f64 {
+        smoothstep(octave + 0.5) * smoothstep(self.octaves + 0.5 - octave)
+    }
+
+    /// The integral of `f^−β` over the plane of frequencies, at unit outer scale: `2π ∫ f^(2−β) d ln f`.
+    fn total(&self) -> f64 {
+        const STEPS: u32 = 4096;
+        let step = (self.octaves + 1.0) / f64::from(STEPS);
+        let sum: f64 = (0..STEPS)
+            .map(|k| {
+                let octave = (f64::from(k) + 0.5) * step - 0.5;
+                let share = self.share(octave);
+                share * share * math::exp2(2.0 * (1.0 - self.fall) * octave)
+            })
+            .sum();
+        std::f64::consts::TAU * std::f64::consts::LN_2 * step * sum
+    }
+}
+
+#[cfg(test)]
+mod tests;
