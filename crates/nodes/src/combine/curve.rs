@@ -1,12 +1,14 @@
-//! A field through a curve: a monotone cubic through points, or levels with a gamma.
+//! A field through a curve: a monotone cubic through points, levels with a gamma, or a shaping function.
 //!
 //! The cubic is that of F. N. Fritsch and R. E. Carlson (1980), "Monotone piecewise cubic interpolation": it passes
 //! through every point, has a continuous slope and never overshoots. It is evaluated as it is, without a table.
 
+mod shaping;
 pub(crate) mod spline;
 
+use self::shaping::{Arctangent, Bend, Exponential, Power, Quintic, Tangent};
 use super::{BLOCK, blocks, masked, samples};
-use crate::{math, prelude::*, simd::simd};
+use crate::{prelude::*, simd::simd};
 use spline::Spline;
 
 choice! {
@@ -16,13 +18,21 @@ choice! {
         Points = "points",
         /// From `in_low`..`in_high` to `out_low`..`out_high`, bent by `gamma`.
         Levels = "levels",
+        /// Levels bent by eˣ: low land flat, high land steep.
+        Exponential = "exponential",
+        /// Levels bent by 6x⁵ − 15x⁴ + 10x³ to both sides of the middle: level in the middle and at both ends.
+        Quintic = "quintic",
+        /// Levels bent by atan 2x: steep in the middle, flat at both ends.
+        Arctangent = "arctangent",
+        /// Levels bent by tan x: flat in the middle, steep at both ends.
+        Tangent = "tangent",
     }
 }
 
 choice! {
     /// What is beyond the ends of the curve.
     pub enum Beyond {
-        /// The curve goes on straight: with its slope at the end for points, with the mean slope for levels.
+        /// The curve goes on straight: with its slope at the end for points, with the mean slope for all others.
         Linear = "linear",
         /// The value at the end.
         Clamp = "clamp",
@@ -36,15 +46,15 @@ params! {
     points: CurvePoints = CurvePoints(vec![[0.0, 0.0], [1000.0, 1000.0]]), One, ..;
     /// What is beyond the ends of the curve.
     beyond: Beyond = Beyond::Linear, One, ..;
-    /// Levels: the input that becomes `out_low`.
+    /// All but points: the input that becomes `out_low`.
     in_low: f64 = 0.0, One, -1e9..=1e9, soft -1000..=5000;
-    /// Levels: the input that becomes `out_high`.
+    /// All but points: the input that becomes `out_high`.
     in_high: f64 = 1000.0, One, -1e9..=1e9, soft -1000..=5000;
     /// Levels: bends the middle up above 1 and down below.
     gamma: f64 = 1.0, One, 0.05..=20.0, soft 0.25..=4;
-    /// Levels: what `in_low` becomes.
+    /// All but points: what `in_low` becomes.
     out_low: f64 = 0.0, One, -1e9..=1e9, soft -1000..=5000;
-    /// Levels: what `in_high` becomes.
+    /// All but points: what `in_high` becomes.
     out_high: f64 = 1000.0, One, -1e9..=1e9, soft -1000..=5000;
 }
 
@@ -52,9 +62,12 @@ params! {
 pub static NODE: Node = Node {
     id: "Curve",
     category: "combine",
-    summary: "Remaps values along a smooth curve through points, or by levels and gamma.",
+    summary: "Remaps values along a smooth curve through points, by levels and gamma, or by a shaping function.",
     doc: include_str!("curve.md"),
-    sources: &["F. N. Fritsch, R. E. Carlson, 1980, Monotone piecewise cubic interpolation"],
+    sources: &[
+        "F. N. Fritsch, R. E. Carlson, 1980, Monotone piecewise cubic interpolation",
+        "G. Dahan (2025), La création et la manipulation de champs de hauteur, travail d'initiative personnelle encadré",
+    ],
     inputs: &[
         Input::needs("value", PortType::AnyScalar, "What is remapped."),
         Input::mask("mask", "Where the result replaces the input: fully at 1, not at all at 0."),
@@ -72,7 +85,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let clamp = params.beyond == Beyond::Clamp;
     let curve = match params.shape {
         Shape::Points => Curve::points(&params.points.0, clamp),
-        Shape::Levels => Curve::levels(&params, clamp)?,
+        _ => Curve::levels(&params, clamp)?,
     };
     if matches!(curve, Curve::Identity { ends: None }) {
         return Ok(Outputs::one("value", value.clone()));
@@ -120,13 +133,15 @@ impl Curve {
                 "to turn the curve around, exchange `out_low` and `out_high`",
             ));
         }
-        if gamma == 1.0 && in_low == out_low && in_high == out_high {
+        let shape = params.shape;
+        if shape == Shape::Levels && gamma == 1.0 && in_low == out_low && in_high == out_high {
             return Ok(Self::Identity { ends: clamp.then_some([in_low as f32, in_high as f32]) });
         }
         Ok(Self::Levels(Levels {
             low: in_low as f32,
             per_range: (1.0 / (in_high - in_low)) as f32,
             out: [out_low as f32, out_high as f32],
+            shape,
             power: (1.0 / gamma) as f32,
             clamp,
         }))
@@ -137,7 +152,13 @@ impl Curve {
             Self::Identity { ends: Some([low, high]) } => values.iter_mut().for_each(|v| *v = v.clamp(*low, *high)),
             Self::Identity { ends: None } => {}
             Self::Points(spline) => spline.apply(values),
-            Self::Levels(levels) => apply_levels(values, levels),
+            Self::Levels(levels) => match levels.shape {
+                Shape::Exponential => apply_levels(values, levels, Exponential),
+                Shape::Quintic => apply_levels(values, levels, Quintic),
+                Shape::Arctangent => apply_levels(values, levels, Arctangent),
+                Shape::Tangent => apply_levels(values, levels, Tangent),
+                Shape::Levels | Shape::Points => apply_levels(values, levels, Power(levels.power)),
+            },
         }
     }
 }
@@ -148,17 +169,18 @@ struct Levels {
     low: f32,
     per_range: f32,
     out: [f32; 2],
+    shape: Shape,
     power: f32,
     clamp: bool,
 }
 
 simd! {
-    fn apply_levels(values: &mut [f32], levels: &Levels) {
-        let Levels { low, per_range, out: [out_low, out_high], power, clamp } = *levels;
+    fn apply_levels<B: Bend>(values: &mut [f32], levels: &Levels, bend: B) {
+        let Levels { low, per_range, out: [out_low, out_high], clamp, .. } = *levels;
         for value in values {
             let place = (*value - low) * per_range;
             let inside = place.clamp(0.0, 1.0);
-            let bent = if power == 1.0 { inside } else { math::lane::pow(inside, power) };
+            let bent = bend.bend(inside);
             let u = if clamp { bent } else { bent + (place - inside) };
             *value = out_low * (1.0 - u) + out_high * u;
         }
@@ -178,7 +200,10 @@ mod tests {
     use orograph_graph::ParamValue;
 
     use super::*;
-    use crate::testing::{at_every_level, field, outputs, run, with_params, world};
+    use crate::{
+        math,
+        testing::{at_every_level, field, outputs, run, with_params, world},
+    };
 
     fn ramp() -> Field {
         field(world(3000, 2, 1.0), |x, y| x - 500.3 + y * 0.25)
@@ -267,6 +292,35 @@ mod tests {
         let straight = with_params(&NODE, "shape=levels,gamma=0.5,in_high=500,out_high=100");
         let got = run(&NODE, &straight, &[("value", &value)], "value");
         assert!((got.samples()[4] - 200.0).abs() < 1e-3, "{:?}", got.samples()); // 1000 of 500 is twice the range
+    }
+
+    #[test]
+    fn shaping_functions_keep_both_ends_and_go_on_straight() {
+        let value = field(world(401, 1, 1.0), |x, _| 10.0 * (x - 0.5) - 500.0);
+        let shapes: [(&str, fn(f64) -> f64); 4] = [
+            ("exponential", |x| 2.0 * (math::exp(x) - 1.0)),
+            ("quintic", |x| {
+                let t = x.abs();
+                (6.0 * math::pow(t, 5.0) - 15.0 * math::pow(t, 4.0) + 10.0 * t * t * t) * x.signum()
+            }),
+            ("arctangent", |x| 2.0 * math::atan(2.0 * x)),
+            ("tangent", |x| 0.5 * math::tan(x)),
+        ];
+        for (name, shape) in shapes {
+            let params = with_params(&NODE, &format!("shape={name},in_high=2000,out_low=50,out_high=750"));
+            at_every_level(|| run(&NODE, &params, &[("value", &value)], "value"));
+            let got = run(&NODE, &params, &[("value", &value)], "value");
+            let at = |metres: usize| got.samples()[(metres + 500) / 10];
+            assert_eq!((at(0), at(2000), at(3000)), (50.0, 750.0, 1100.0), "{name}");
+            for (value, got) in value.samples().iter().zip(got.samples()) {
+                let x = f64::from(*value) / 1000.0 - 1.0;
+                if x.abs() <= 1.0 {
+                    let expected = 50.0 + 700.0 * (shape(x) - shape(-1.0)) / (shape(1.0) - shape(-1.0));
+                    // 3e-7 of the range from the functions, and two roundings
+                    assert!((f64::from(*got) - expected).abs() < 5e-4, "{name} {x}: {got} {expected}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -1,0 +1,161 @@
+//! White noise that a mean filter has smoothed many times over.
+//!
+//! G. Dahan (2025), "La création et la manipulation de champs de hauteur": layers of a 3 x 3 mean filter on white noise,
+//! and a blend of 2, 4, 8, ... layers. Both are computed by what they do to cosine waves, at a cost that does not grow with
+//! the layers; beside them stands what they tend to, Gaussian smoothing by a length in metres, which does not depend on cells.
+
+mod mirror;
+
+use orograph_graph::mix;
+
+use super::spectral::torus::{Draw, Torus};
+use crate::{math, par, prelude::*};
+
+choice! {
+    /// How noise is smoothed.
+    pub enum Form {
+        /// By a Gaussian of the length `correlation`; finer and lower noise is added as `octaves` says.
+        Gaussian = "gaussian",
+        /// By `layers` of the mean filter on the cells.
+        Layers = "layers",
+        /// A blend of 1, 2, 4, ... layers of the mean filter, up to 2 to the power of `octaves`.
+        Fractal = "fractal",
+    }
+}
+
+params! {
+    /// How noise is smoothed.
+    form: Form = Form::Gaussian, One, ..;
+    /// Root mean square of heights, over many lands.
+    relief: f64 = 200.0, Metres, 0.0..=1e5, soft 10..=2000;
+    /// Standard deviation of the Gaussian that smooths the coarsest noise.
+    correlation: f64 = 900.0, Metres, 0.01..=1e7, soft 50..=5000;
+    /// Noises of half the length each, or doublings of the layers of the fractal form.
+    octaves: i64 = 6, Count, 1..=12;
+    /// Height of each finer noise as a share of the one before.
+    gain: f64 = 0.5, One, 0.0..=1.0, soft 0.3..=0.7;
+    /// Passes of the mean filter.
+    layers: i64 = 150, Count, 0..=100_000, soft 0..=500;
+    /// Share of the filtered values in each pass of the mean filter, and of the coarser layers in their blend.
+    alpha: f64 = 0.5, One, 0.0..=1.0;
+    /// Whether opposite sides of the world fit together; Gaussian form only, the others are mirrored at the sides.
+    tileable: bool = false, One, ..;
+    /// Which noise it is.
+    seed: Seed = Seed(0), Count, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Diffused",
+    category: "generate",
+    summary: "Soft, rounded hills: white noise smoothed by diffusion.",
+    doc: include_str!("../diffused.md"),
+    sources: &[
+        "G. Dahan (2025), La création et la manipulation de champs de hauteur, travail d'initiative personnelle encadré",
+        "J. Makhoul (1980), A fast cosine transform in one and two dimensions, IEEE Transactions on Acoustics, Speech, and \
+         Signal Processing 28 (1), 27-34",
+    ],
+    outputs: &[Output::gives("height", PortType::Height, "Height above the mean of the land.")],
+    params: Params::specs,
+    reach: Reach::World,
+    cpu: run,
+    example: "correlation: 1200, octaves: 2",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let height = match params.form {
+        Form::Gaussian => params.gaussian(job)?,
+        Form::Layers => {
+            let layers = params.layers as u32;
+            layered(job, params.relief, |mean| power(layer(params.alpha, mean), layers))?
+        }
+        Form::Fractal => layered(job, params.relief, |mean| blend(params.alpha, params.octaves as u32, mean))?,
+    };
+    Ok(Outputs::one("height", Field::new(job.window(), height)))
+}
+
+impl Params {
+    fn gaussian(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
+        let torus =
+            if self.tileable { Torus::tiled(job.world()) } else { Torus::around(job.world(), 8.0 * self.correlation) };
+        let octaves: Vec<(f64, f64)> = (0..self.octaves as u32)
+            .map(|octave| (self.correlation / power(2.0, octave), power(self.gain * self.gain, octave)))
+            .collect();
+        let total: f64 = octaves.iter().map(|(_, share)| share).sum();
+        torus.sum(job, Draw { seed: job.seed(), even: false }, &|[east, south]: [f64; 2]| {
+            let square = 4.0 * std::f64::consts::PI * (east * east + south * south);
+            let density = octaves.iter().map(|(length_m, share)| {
+                let area = length_m * length_m;
+                let exponent = -std::f64::consts::PI * area * square;
+                // below the last bit of a sum of densities that are of order 1 somewhere
+                if exponent < -60.0 { 0.0 } else { share * area * math::exp(exponent) }
+            });
+            self.relief * (4.0 * std::f64::consts::PI * density.sum::<f64>() / total).sqrt()
+        })
+    }
+}
+
+/// What the 3 x 3 mean filter with a weight of 2 in the middle leaves of a wave with these cosines of its turns from cell to
+/// cell.
+fn mean(x: f64, y: f64) -> f64 {
+    ((1.0 + 2.0 * x) * (1.0 + 2.0 * y) + 1.0) / 10.0
+}
+
+/// What one layer leaves of a wave that the mean filter leaves `mean` of.
+fn layer(alpha: f64, mean: f64) -> f64 {
+    1.0 - alpha + alpha * mean
+}
+
+/// What the fractal blend leaves of it: `h₀ = F₁, hᵢ = α hᵢ₋₁ + (1 − α) F₂ᵢ`, Fₗ being l layers of the same noise.
+fn blend(alpha: f64, doublings: u32, mean: f64) -> f64 {
+    let mut layers = layer(alpha, mean);
+    let mut blend = layers;
+    for _ in 0..doublings {
+        layers *= layers;
+        blend = alpha * blend + (1.0 - alpha) * layers;
+    }
+    blend
+}
+
+/// `base` to a whole power.
+fn power(mut base: f64, mut exponent: u32) -> f64 {
+    let mut power = 1.0;
+    while exponent > 0 {
+        if exponent % 2 == 1 {
+            power *= base;
+        }
+        base *= base;
+        exponent /= 2;
+    }
+    power
+}
+
+/// White noise on the cells of the world, filtered: `response(m)` is what is left of a wave that one mean leaves m of. Scaled to a root mean square of `relief`.
+fn layered(job: &Job<'_>, relief: f64, response: impl Fn(f64) -> f64 + Sync) -> Result<Vec<f32>, NodeError> {
+    let window = job.window();
+    let seed = job.seed();
+    let noise = (0..window.ny() as u32).flat_map(|j| {
+        let row = mix(j.wrapping_mul(0xd816_3841).wrapping_add(seed));
+        (0..window.nx() as u32).map(move |i| {
+            let key = mix(i.wrapping_mul(0x8da6_b343).wrapping_add(row));
+            (f64::from(key >> 8) + 0.5) / f64::from(1 << 24) - 0.5
+        })
+    });
+    let response = |x: f64, y: f64| response(mean(x, y));
+    let filtered = mirror::filter(job, noise.collect(), window.nx(), response)?;
+    // even noise from -½ to ½ has a variance of 1/12
+    let variance = mirror::variance(job, [window.nx(), window.ny()], response)? / 12.0;
+    let scale = relief / variance.sqrt();
+    let mut height = vec![0.0; window.len()];
+    par::rows_within(job, [0.9, 1.0], &mut height, |j, row| {
+        for (height, value) in row.iter_mut().zip(&filtered[j * window.nx()..]) {
+            *height = (scale * value) as f32;
+        }
+    })?;
+    Ok(height)
+}
+
+#[cfg(test)]
+mod tests;
