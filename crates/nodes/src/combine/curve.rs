@@ -296,8 +296,9 @@ mod tests {
 
     #[test]
     fn shaping_functions_keep_both_ends_and_go_on_straight() {
+        type Function = fn(f64) -> f64;
         let value = field(world(401, 1, 1.0), |x, _| 10.0 * (x - 0.5) - 500.0);
-        let shapes: [(&str, fn(f64) -> f64); 4] = [
+        let shapes: [(&str, Function); 4] = [
             ("exponential", |x| 2.0 * (math::exp(x) - 1.0)),
             ("quintic", |x| {
                 let t = x.abs();
@@ -311,7 +312,9 @@ mod tests {
             at_every_level(|| run(&NODE, &params, &[("value", &value)], "value"));
             let got = run(&NODE, &params, &[("value", &value)], "value");
             let at = |metres: usize| got.samples()[(metres + 500) / 10];
-            assert_eq!((at(0), at(2000), at(3000)), (50.0, 750.0, 1100.0), "{name}");
+            assert_eq!((at(0), at(2000)), (50.0, 750.0), "{name}");
+            // two roundings of a thousand
+            assert!((at(3000) - 1100.0).abs() < 3e-4, "{name}: {}", at(3000));
             for (value, got) in value.samples().iter().zip(got.samples()) {
                 let x = f64::from(*value) / 1000.0 - 1.0;
                 if x.abs() <= 1.0 {
