@@ -10,4 +10,5 @@ pub mod spectral;
 use orograph_graph::Node;
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] = &[&constant::NODE, &perlin::NODE, &noise::node::NODE, &ridged::NODE, &spectral::NODE, &diffused::NODE];
+pub static NODES: &[&Node] =
+    &[&constant::NODE, &perlin::NODE, &noise::node::NODE, &ridged::NODE, &spectral::NODE, &diffused::NODE];
