@@ -52,6 +52,8 @@ pub fn example(node: &'static Node) -> Case {
                 "other": TestLand,
                 "mask": TestSelection,
                 "flow": Flow(height: "base"),
+                "tint": Ramp(value: "base", high: 2000),
+                "relief": Hillshade(height: "base"),
                 "node": {}({}),
             }},
             outputs: {{ "node": "node" }},

@@ -42,9 +42,15 @@ fn picture(field: &Field) -> Vec<u8> {
     let (nx, ny, planes) = (field.window().nx(), field.window().ny(), field.planes());
     let (lo, hi) = field.range(0).expect("a finite field");
     let level = |at: usize| (255.0 * (field.plane(0)[at] - lo) / (hi - lo).max(f32::MIN_POSITIVE)).round() as u8;
+    // normals have negative components
+    let (scale, offset) = if planes == 3 && lo < 0.0 { (0.5, 0.5) } else { (1.0, 0.0) };
     let image = image::RgbImage::from_fn(nx as u32, ny as u32, |i, j| {
         let at = j as usize * nx + i as usize;
-        if planes == 3 { image::Rgb([0, 1, 2].map(|k| gamma(field.plane(k)[at]))) } else { image::Rgb([level(at); 3]) }
+        if planes == 3 {
+            image::Rgb([0, 1, 2].map(|k| gamma(field.plane(k)[at] * scale + offset)))
+        } else {
+            image::Rgb([level(at); 3])
+        }
     });
     let mut bytes = std::io::Cursor::new(Vec::new());
     if planes == 3 {

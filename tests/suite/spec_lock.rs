@@ -38,6 +38,9 @@ fn declaration(node: &Node) -> Vec<String> {
             Kind::Point { default, hard } => format!("{default:?} in {hard:?}"),
             Kind::Curve { default } => format!("curve {default:?}"),
             Kind::Path { default, hard } => format!("path {default:?} in {hard:?}"),
+            Kind::Stops { default } => {
+                format!("stops {}", default.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "))
+            }
             Kind::File => "file".to_owned(),
         };
         lines.push(format!("param {} [{:?}]: {kind}", spec.name, spec.unit));

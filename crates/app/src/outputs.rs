@@ -4,7 +4,7 @@
 //! |---|---|
 //! | height, mask, other scalar | `NAME.exr` or another format, with `NAME.exr.json` beside it |
 //! | vector | the same twice: `NAME.x.exr` (east) and `NAME.y.exr` (south) |
-//! | colour | `NAME.png` |
+//! | colour, normal, weights | `NAME.png` |
 //! | lines | `NAME.geojson` |
 //! | report | `NAME.json` |
 //! | height, to look at | `NAME.preview.png`: shaded relief, tinted over its range, at most 2048 pixels a side |
@@ -71,7 +71,7 @@ fn names(output: &OutputDecl, form: &Form) -> Vec<String> {
         PortType::Flow => Vec::new(),
         PortType::Lines => vec![format!("{name}.geojson")],
         PortType::Report => vec![format!("{name}.json")],
-        PortType::Colour => vec![format!("{name}.png")],
+        PortType::Colour | PortType::Normal | PortType::Weights => vec![format!("{name}.png")],
         PortType::Vector(_) => ["x", "y"].into_iter().flat_map(|axis| with_sidecar(format!("{name}.{axis}"))).collect(),
         PortType::Height | PortType::Mask | PortType::Scalar(_) | PortType::AnyScalar => {
             let mut names = with_sidecar(name.clone()).to_vec();
@@ -176,9 +176,13 @@ impl OutputFolder {
                 filled.map_err(|error| self.failure(&names[0], error))?;
                 self.add(output, &names[0], quantity(output.ty), None)
             }
-            Value::Field(field) if output.ty == PortType::Colour => {
-                let path = self.place(&names[0]);
-                raster::write_colour(&path, field, &go_on).map_err(|error| self.failure(&names[0], error))?;
+            Value::Field(field) if matches!(output.ty, PortType::Colour | PortType::Normal | PortType::Weights) => {
+                let write = match output.ty {
+                    PortType::Normal => raster::write_normal,
+                    PortType::Weights => raster::write_weights,
+                    _ => raster::write_colour,
+                };
+                write(&self.place(&names[0]), field, &go_on).map_err(|error| self.failure(&names[0], error))?;
                 self.add(output, &names[0], quantity(output.ty), None)
             }
             Value::Field(field) => {
@@ -305,6 +309,8 @@ const fn quantity(ty: PortType) -> &'static str {
         PortType::Scalar(_) | PortType::AnyScalar => "scalar",
         PortType::Vector(_) => "vector",
         PortType::Colour => "colour",
+        PortType::Normal => "normal",
+        PortType::Weights => "weights",
         PortType::Flow => "flow",
         PortType::Lines => "lines",
         PortType::Report => "report",

@@ -70,9 +70,29 @@ pub fn of_numbers(field: &Field) -> Field {
 /// Grey whose steps look equal: `level` says how far a value is on the way from black to white as the eye has it, and
 /// the transfer curve of sRGB (IEC 61966-2-1) makes light of that.
 fn grey(field: &Field, level: impl Fn(f32) -> f32 + Sync) -> Field {
-    let light = |v: f32| if v <= 0.04045 { v / 12.92 } else { math::pow((v + 0.055) / 1.055, 2.4) };
-    let plane: Vec<f32> = field.plane(0).par_iter().map(|v| light(level(*v).clamp(0.0, 1.0))).collect();
+    let plane: Vec<f32> = field.plane(0).par_iter().map(|v| light(level(*v))).collect();
     Field::with_planes(*field.window(), 3, plane.repeat(3))
+}
+
+/// The light of a level between black and white.
+fn light(level: f32) -> f32 {
+    let v = level.clamp(0.0, 1.0);
+    if v <= 0.04045 { v / 12.92 } else { math::pow((v + 0.055) / 1.055, 2.4) }
+}
+
+/// A picture of unit normals as their textures are usually seen: level ground is light blue.
+#[must_use]
+pub fn of_normals(field: &Field) -> Field {
+    let samples = field.samples().par_iter().map(|v| light(v * 0.5 + 0.5)).collect();
+    Field::with_planes(*field.window(), 3, samples)
+}
+
+/// A picture of the shares of four layers: red, green and blue light, and white for the fourth.
+#[must_use]
+pub fn of_weights(field: &Field) -> Field {
+    let fourth = field.plane(3);
+    let planes = (0..3).flat_map(|k| field.plane(k).iter().zip(fourth).map(|(own, fourth)| own + fourth));
+    Field::with_planes(*field.window(), 3, planes.collect())
 }
 
 #[cfg(test)]
@@ -98,6 +118,10 @@ mod tests {
             assert_eq!(picture.planes(), 3);
             assert!(picture.samples().iter().all(|v| (0.0..=1.0).contains(v)));
         }
+        let normals = of_normals(&Field::with_planes(Window::whole(world), 3, [-1.0, 0.0, 1.0].repeat(48)));
+        assert_eq!(normals.range(0), Some((0.0, 1.0)));
+        let shares = of_weights(&Field::with_planes(Window::whole(world), 4, vec![0.25; 192]));
+        assert_eq!((shares.planes(), shares.range(2)), (3, Some((0.5, 0.5))));
         assert_eq!(of_numbers(&height).range(1), Some((0.0, 1.0)));
         let level = Field::constant(Window::whole(world), 5.0);
         assert_eq!(of_numbers(&level).range(0), Some((0.0, 0.0)));

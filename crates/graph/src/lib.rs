@@ -7,6 +7,7 @@
 //! - [`Evaluator`]: builds outputs of a graph, and remembers them.
 
 mod backend;
+mod colour;
 mod diagnostic;
 mod document;
 mod eval;
@@ -25,6 +26,7 @@ mod value;
 mod world;
 
 pub use backend::{Backend, Cpu};
+pub use colour::{NoColour, Srgb, Stop};
 pub use diagnostic::{Diagnostic, Severity, line_column};
 pub use document::{
     Document, Edit, EditError, Expanded, LoadError, NamedInput, NamedParameter, NodeEntry, OutputDecl, Place, SUBGRAPH,
@@ -38,8 +40,8 @@ pub use lines::{Line, Lines, Vertex};
 pub use migrate::{Migration, Step};
 pub use node::{Exactness, Fallback, Input, Kernel, Node, Output, OutputType, Reach, Resolution};
 pub use param::{
-    CurvePoints, FileName, Kind, ParamSpec, ParamType, ParamValue, ParamValues, PathPoints, Seed, check_value,
-    range_text,
+    ColourStops, CurvePoints, FileName, Kind, ParamSpec, ParamType, ParamValue, ParamValues, PathPoints, Seed,
+    check_value, range_text,
 };
 pub use petgraph::stable_graph::NodeIndex;
 pub use registry::Registry;

@@ -2,7 +2,10 @@
 
 use std::{collections::BTreeMap, fmt, ops::RangeFull, ops::RangeInclusive};
 
-use crate::unit::{Unit, plain};
+use crate::{
+    colour::Stop,
+    unit::{Unit, plain},
+};
 
 /// One parameter of a node, as data: what the loader checks, the inspector shows and the manual prints.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,6 +77,11 @@ pub enum Kind {
         /// What a file may say, for each component.
         hard: [f64; 2],
     },
+    /// Colours of values, the values rising.
+    Stops {
+        /// Value when the file says nothing.
+        default: Vec<Stop>,
+    },
     /// A file, relative to the graph's.
     File,
 }
@@ -97,6 +105,8 @@ pub enum ParamValue {
     Curve(Vec<[f64; 2]>),
     /// Of [`Kind::Path`].
     Path(Vec<[f64; 2]>),
+    /// Of [`Kind::Stops`].
+    Stops(Vec<Stop>),
     /// Of [`Kind::File`]; empty when no file is named.
     File(String),
 }
@@ -115,6 +125,7 @@ impl Kind {
             (Self::Curve { default }, ParamValue::Curve(v)) | (Self::Path { default, .. }, ParamValue::Path(v)) => {
                 default.clone_from(v);
             }
+            (Self::Stops { default }, ParamValue::Stops(v)) => default.clone_from(v),
             _ => {}
         }
         self
@@ -132,6 +143,7 @@ impl Kind {
             Self::Point { default, .. } => ParamValue::Point(*default),
             Self::Curve { default } => ParamValue::Curve(default.clone()),
             Self::Path { default, .. } => ParamValue::Path(default.clone()),
+            Self::Stops { default } => ParamValue::Stops(default.clone()),
             Self::File => ParamValue::File(String::new()),
         }
     }
@@ -152,6 +164,9 @@ impl Kind {
             Self::Curve { .. } => "a list of points `[(x, y), ...]` with x rising".to_owned(),
             Self::Path { hard, .. } => {
                 format!("a list of places `[(x, y), ...]`, each {}{}", unit.describe(), range_text(*hard, unit))
+            }
+            Self::Stops { .. } => {
+                "a list of values and their colours `[(0, \"#7a9e77\"), ...]`, the values rising".to_owned()
             }
             Self::File => "a file name in quotes, relative to the graph file".to_owned(),
         }
@@ -183,6 +198,9 @@ impl fmt::Display for ParamValue {
                 let points: Vec<String> =
                     points.iter().map(|[x, y]| format!("({}, {})", plain(*x), plain(*y))).collect();
                 write!(f, "[{}]", points.join(", "))
+            }
+            Self::Stops(stops) => {
+                write!(f, "[{}]", stops.iter().map(Stop::to_string).collect::<Vec<_>>().join(", "))
             }
             Self::File(name) => write!(f, "{name:?}"),
         }
@@ -271,6 +289,20 @@ pub fn check_value(spec: &ParamSpec, value: &ParamValue) -> Result<(), String> {
                 return Err(format!("`{}` goes from ({x}, {y}) to the same place", spec.name));
             }
             points.as_flattened().iter().try_for_each(|v| number(*v, *hard))
+        }
+        (Kind::Stops { .. }, ParamValue::Stops(stops)) => {
+            if stops.is_empty() {
+                return Err(format!("`{}` has no colours, at least one is needed", spec.name));
+            }
+            if stops.iter().any(|stop| !stop.at.is_finite()) {
+                return Err(format!("`{}` has a value that is not finite", spec.name));
+            }
+            match stops.windows(2).find(|pair| pair[1].at <= pair[0].at) {
+                Some(pair) => {
+                    Err(format!("the values of `{}` must rise: {} follows {}", spec.name, pair[1].at, pair[0].at))
+                }
+                None => Ok(()),
+            }
         }
         (Kind::Bool { .. }, ParamValue::Bool(_))
         | (Kind::Seed { .. }, ParamValue::Seed(_))
@@ -410,6 +442,25 @@ impl ParamType for PathPoints {
     }
 }
 
+/// A parameter of colours and the values that have them; how colours run between them is the node's to say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ColourStops(pub Vec<Stop>);
+
+impl ParamType for ColourStops {
+    type Range = RangeFull;
+
+    fn kind(default: Self, _: RangeFull) -> Kind {
+        Kind::Stops { default: default.0 }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::Stops(stops) => Some(Self(stops.clone())),
+            _ => None,
+        }
+    }
+}
+
 /// A file parameter: a name relative to the graph's folder; read it through [`crate::Job::file`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FileName(pub String);
@@ -445,7 +496,7 @@ impl Kind {
 /// Declares a node's parameters once: a typed struct `Params`, its specs and its reader.
 ///
 /// A row is `name: type = default, Unit, hard range;` with an optional `soft lo..=hi` before the semicolon. The type is
-/// one of `f64`, `i64`, `bool`, [`Seed`], `[f64; 2]`, [`CurvePoints`], [`PathPoints`], [`FileName`] or a [`choice!`](crate::choice)
+/// one of `f64`, `i64`, `bool`, [`Seed`], `[f64; 2]`, [`CurvePoints`], [`PathPoints`], [`ColourStops`], [`FileName`] or a [`choice!`](crate::choice)
 /// enum; types without a range write `..`.
 ///
 /// ```
@@ -548,6 +599,7 @@ macro_rules! choice {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Srgb;
 
     choice! {
         /// A choice.
@@ -574,6 +626,8 @@ mod tests {
         curve: CurvePoints = CurvePoints(vec![[0.0, 0.0], [1.0, 1.0]]), One, ..;
         /// A way.
         way: PathPoints = PathPoints(vec![[5.0, 0.0], [1.0, 1.0]]), Metres, -10.0..=10.0;
+        /// Colours.
+        tints: ColourStops = ColourStops(vec![Stop { at: 0.0, colour: Srgb::hex(0x7a_9e_77) }]), Metres, ..;
     }
 
     #[test]
@@ -581,7 +635,7 @@ mod tests {
         let specs = Params::specs();
         assert_eq!(
             specs.iter().map(|s| s.name).collect::<Vec<_>>(),
-            ["length", "count", "mode", "seed", "place", "curve", "way"]
+            ["length", "count", "mode", "seed", "place", "curve", "way", "tints"]
         );
         assert_eq!(specs[0].doc, "A length.");
         assert_eq!(specs[0].kind, Kind::Float { default: 10.0, hard: [1.0, 100.0], soft: [5.0, 50.0] });
@@ -606,6 +660,14 @@ mod tests {
         assert!(way(&[[3.0, 0.0]]).expect_err("a place").contains("at least 2"));
         assert!(way(&[[3.0, 0.0], [3.0, 0.0]]).expect_err("no way").contains("same place"));
         assert!(way(&[[3.0, 0.0], [3.0, 11.0]]).expect_err("too far").contains("from -10 m to 10 m"));
+        let tints = |at: &[f64]| {
+            let stops = at.iter().map(|at| Stop { at: *at, colour: Srgb::hex(0) }).collect();
+            check_value(&specs[7], &ParamValue::Stops(stops))
+        };
+        assert_eq!(tints(&[-1.0, 0.5]), Ok(()));
+        assert!(tints(&[]).expect_err("nothing").contains("at least one"));
+        assert!(tints(&[1.0, 1.0]).expect_err("level").contains("must rise"));
+        assert!(tints(&[f64::INFINITY]).expect_err("endless").contains("not finite"));
         assert!(specs.iter().all(|spec| check_value(spec, &spec.kind.default_value()).is_ok()));
     }
 }

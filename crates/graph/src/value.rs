@@ -17,6 +17,10 @@ pub enum PortType {
     Vector(Unit),
     /// Linear RGB, three planes, 0 to 1.
     Colour,
+    /// Unit normals of a surface as a texture holds them, red, green and blue from -1 to 1.
+    Normal,
+    /// Shares of four layers in each cell, summing to one.
+    Weights,
     /// Where water runs: four planes, written and read by nodes of hydrology. It travels on wires only.
     Flow,
     /// Lines in the world, such as rivers.
@@ -48,7 +52,14 @@ impl PortType {
         match self {
             Self::Height => Unit::Metres,
             Self::Scalar(unit) | Self::Vector(unit) => unit,
-            Self::Mask | Self::Colour | Self::Flow | Self::Lines | Self::Report | Self::AnyScalar => Unit::One,
+            Self::Mask
+            | Self::Colour
+            | Self::Normal
+            | Self::Weights
+            | Self::Flow
+            | Self::Lines
+            | Self::Report
+            | Self::AnyScalar => Unit::One,
         }
     }
 
@@ -58,8 +69,8 @@ impl PortType {
         match self {
             Self::Height | Self::Mask | Self::Scalar(_) | Self::AnyScalar => Some(1),
             Self::Vector(_) => Some(2),
-            Self::Colour => Some(3),
-            Self::Flow => Some(4),
+            Self::Colour | Self::Normal => Some(3),
+            Self::Weights | Self::Flow => Some(4),
             Self::Lines | Self::Report => None,
         }
     }
@@ -81,6 +92,8 @@ impl fmt::Display for PortType {
             Self::Vector(unit) if unit.symbol().is_empty() => f.write_str("vector"),
             Self::Vector(unit) => write!(f, "vector ({unit})"),
             Self::Colour => f.write_str("colour"),
+            Self::Normal => f.write_str("normal"),
+            Self::Weights => f.write_str("weights"),
             Self::Flow => f.write_str("flow"),
             Self::Lines => f.write_str("lines"),
             Self::Report => f.write_str("report"),

@@ -1,6 +1,6 @@
 //! What a node's file imports.
 
 pub(crate) use orograph_graph::{
-    CurvePoints, Field, FileName, Input, Job, Lane, Node, NodeError, Output, Outputs, ParamValues, PathPoints,
-    PortType, Reach, Report, Resolution, Seed, Unit, Window, choice, params,
+    ColourStops, CurvePoints, Field, FileName, Input, Job, Lane, Node, NodeError, Output, Outputs, ParamValues,
+    PathPoints, PortType, Reach, Report, Resolution, Seed, Unit, Window, choice, params,
 };

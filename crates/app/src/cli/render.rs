@@ -112,6 +112,8 @@ impl Args {
         match (values.first().and_then(|value| value.as_field()), output.ty) {
             (Some(field), PortType::Height) => Ok(picture::of_height(field, self.view)),
             (Some(field), PortType::Colour) => Ok(field.clone()),
+            (Some(field), PortType::Normal) => Ok(picture::of_normals(field)),
+            (Some(field), PortType::Weights) => Ok(picture::of_weights(field)),
             (Some(field), _) => Ok(picture::of_numbers(field)),
             (None, _) => Err(Failure::wrong(format!("`{}` is a {}, which has no picture", output.name, output.ty))),
         }

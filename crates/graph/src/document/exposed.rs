@@ -472,6 +472,7 @@ fn both(a: &Kind, b: &Kind) -> Option<Kind> {
         (Kind::Bool { .. }, Kind::Bool { .. })
         | (Kind::Seed { .. }, Kind::Seed { .. })
         | (Kind::Curve { .. }, Kind::Curve { .. })
+        | (Kind::Stops { .. }, Kind::Stops { .. })
         | (Kind::File, Kind::File) => {}
         _ => return None,
     }

@@ -5,6 +5,7 @@ use super::{
     syntax::{Expr, ExprKind},
 };
 use crate::{
+    colour::Stop,
     node::{Fallback, Input},
     param::{Kind, ParamSpec, ParamValue, check_value, range_text},
     unit::Unit,
@@ -182,6 +183,10 @@ pub(super) fn value_text(value: &ParamValue) -> String {
         ParamValue::Curve(points) | ParamValue::Path(points) => {
             format!("[{}]", points.iter().map(pair).collect::<Vec<_>>().join(", "))
         }
+        ParamValue::Stops(stops) => {
+            let stop = |stop: &Stop| format!("({}, {})", number_text(stop.at), quote(&stop.colour.to_string()));
+            format!("[{}]", stops.iter().map(stop).collect::<Vec<_>>().join(", "))
+        }
         ParamValue::File(name) => quote(name),
     }
 }
@@ -232,6 +237,14 @@ pub(super) fn pair(name: &str, unit: Unit, literal: &Literal) -> Option<Result<[
     }
 }
 
+/// Reads a value and its colour.
+fn stop(name: &str, unit: Unit, literal: &Literal) -> Option<Result<Stop, Misfit>> {
+    let Literal::Tuple(items) = literal else { return None };
+    let [at, Literal::Text(colour)] = items.as_slice() else { return None };
+    let colour = colour.parse().map_err(|error| Misfit::new("value", format!("`{name}` has `{colour}`; {error}")));
+    Some(quantity(name, unit, at).and_then(|at| Ok(Stop { at, colour: colour? })))
+}
+
 /// Reads and checks the value of a parameter.
 pub(super) fn param(spec: &ParamSpec, literal: &Literal) -> Result<ParamValue, Misfit> {
     let name = spec.name;
@@ -277,6 +290,10 @@ pub(super) fn param(spec: &ParamSpec, literal: &Literal) -> Result<ParamValue, M
         (Kind::Path { .. }, Literal::List(items)) => {
             let points = items.iter().map(|item| pair(name, spec.unit, item).ok_or_else(wrong)?);
             ParamValue::Path(points.collect::<Result<_, _>>()?)
+        }
+        (Kind::Stops { .. }, Literal::List(items)) => {
+            let stops = items.iter().map(|item| stop(name, spec.unit, item).ok_or_else(wrong)?);
+            ParamValue::Stops(stops.collect::<Result<_, _>>()?)
         }
         (Kind::File, Literal::Text(text)) => ParamValue::File(text.clone()),
         (Kind::Int { .. } | Kind::Seed { .. }, Literal::NotANumber(_)) => {
@@ -336,5 +353,29 @@ mod tests {
             (number_text(2e6), number_text(6000.0), number_text(2e-6)),
             ("2e6".into(), "6000".into(), "2e-6".into())
         );
+    }
+
+    #[test]
+    fn colours_are_read_with_the_values_that_have_them() {
+        let spec = ParamSpec {
+            name: "stops",
+            doc: "Colours.",
+            unit: Unit::Metres,
+            kind: Kind::Stops { default: vec![Stop { at: 0.0, colour: crate::Srgb::hex(0) }] },
+        };
+        let text = r##"[(-10, "#102030"), (2000, "#ffffff")]"##;
+        let value = param(&spec, &literal(text)).expect("two colours");
+        assert_eq!(value_text(&value), text);
+        assert_eq!(param(&spec, &literal(r##"[(-10, "#102030"), ("2 km", "#ffffff")]"##)), Ok(value));
+        for (text, said) in [
+            (r##"[(0, "red")]"##, "six hexadecimal digits"),
+            (r##"[("#102030", 0)]"##, "a list of values and their colours"),
+            (r##"[(0, "#102030", 1)]"##, "a list of values and their colours"),
+            ("[]", "at least one"),
+            (r##"[(5, "#102030"), (5, "#102030")]"##, "must rise"),
+        ] {
+            let misfit = param(&spec, &literal(text)).expect_err(text);
+            assert!(misfit.message.contains(said), "{text}: {}", misfit.message);
+        }
     }
 }

@@ -203,6 +203,14 @@ impl Hash {
                     self.u64(points.len() as u64);
                     points.as_flattened().iter().for_each(|v| self.f64(*v));
                 }
+                ParamValue::Stops(stops) => {
+                    self.bytes(b"s");
+                    self.u64(stops.len() as u64);
+                    for stop in stops {
+                        self.f64(stop.at);
+                        self.bytes(&stop.colour.0);
+                    }
+                }
                 ParamValue::File(file) => {
                     self.bytes(b"F");
                     self.text(&Path::new(file).file_name().unwrap_or_default().to_string_lossy());

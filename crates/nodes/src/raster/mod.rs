@@ -1,7 +1,8 @@
 //! Raster files: reading elevation models, writing results.
 //!
 //! Read: GeoTIFF, grey PNG, OpenEXR, ESRI ASCII grids, SRTM tiles, raw 16-bit and 32-bit samples ([`read`]). Written:
-//! OpenEXR, GeoTIFF, 16-bit PNG, raw samples, colour PNG ([`write()`], [`write_colour`]), always under a temporary name
+//! OpenEXR, GeoTIFF, 16-bit PNG, raw samples, colour PNG ([`write()`], [`write_colour`]), textures for engines
+//! ([`write_normal`], [`write_weights`]), always under a temporary name
 //! that is renamed into place, with a JSON [`Sidecar`] for what a format cannot say itself.
 //!
 //! Files come from anywhere, so no reader trusts one. What a reader allocates is bounded by the length of the file: the
@@ -20,6 +21,7 @@ mod raw;
 mod resample;
 mod save;
 mod sidecar;
+mod texture;
 
 use std::{fs, io, io::Read, path::Path};
 
@@ -29,6 +31,7 @@ pub use metric::height_field;
 pub use resample::{GridAxis, resample};
 pub use save::{Format, Meta, replace, write, write_colour};
 pub use sidecar::{Sidecar, sidecar_path};
+pub use texture::{write_normal, write_weights};
 
 /// The most cells a file may have: 4 GiB of samples, 32768 cells a side.
 pub const MAX_CELLS: u64 = 1 << 30;

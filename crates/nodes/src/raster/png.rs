@@ -92,6 +92,17 @@ pub(super) fn write_rgb(to: impl Write, columns: u32, rows: u32, bytes: &[u8]) -
     write_samples(to, [columns, rows], ColorType::Rgb, BitDepth::Eight, bytes).map_err(refusal)
 }
 
+/// Writes 16-bit numbers as they are, three a cell.
+pub(super) fn write_rgb16(to: impl Write, columns: u32, rows: u32, codes: &[u16]) -> io::Result<()> {
+    let bytes = bytes_of(codes, u16::to_be_bytes);
+    write_samples(to, [columns, rows], ColorType::Rgb, BitDepth::Sixteen, &bytes).map_err(refusal)
+}
+
+/// Writes 8-bit numbers as they are, four a cell.
+pub(super) fn write_rgba(to: impl Write, columns: u32, rows: u32, bytes: &[u8]) -> io::Result<()> {
+    write_samples(to, [columns, rows], ColorType::Rgba, BitDepth::Eight, bytes).map_err(refusal)
+}
+
 /// What the system says, where it is the system that refuses.
 fn refusal(error: EncodingError) -> io::Error {
     match error {
@@ -111,7 +122,7 @@ fn write_samples(
     encoder.set_color(colour);
     encoder.set_depth(depth);
     encoder.set_compression(Compression::Fast);
-    if colour == ColorType::Rgb {
+    if (colour, depth) == (ColorType::Rgb, BitDepth::Eight) {
         encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
     }
     let mut writer = encoder.write_header()?;

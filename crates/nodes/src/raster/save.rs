@@ -161,7 +161,7 @@ pub fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>)
 }
 
 /// A file under its temporary name, which takes no more bytes once it is told to stop.
-struct Part<'a> {
+pub(super) struct Part<'a> {
     file: NamedTempFile,
     go_on: GoOn<'a>,
 }
@@ -182,7 +182,7 @@ impl Seek for Part<'_> {
     }
 }
 
-fn stage(
+pub(super) fn stage(
     path: &Path,
     go_on: GoOn<'_>,
     fill: impl FnOnce(&mut BufWriter<Part<'_>>) -> io::Result<()>,
@@ -206,7 +206,7 @@ fn stage(
     to.into_inner().map(|part| part.file).map_err(|error| unwritable(error.into_error()))
 }
 
-fn persist(file: NamedTempFile, path: &Path) -> Result<(), RasterError> {
+pub(super) fn persist(file: NamedTempFile, path: &Path) -> Result<(), RasterError> {
     match file.persist(path) {
         Ok(_) => Ok(()),
         Err(error) => Err(Problem::Unwritable(error.error).of(path)),

@@ -217,6 +217,7 @@ impl Entry {
                 entry.ty = "path [(x, y), ...]".into();
                 entry.ranges(spec.unit, *hard, *hard);
             }
+            Kind::Stops { .. } => entry.ty = "colours [(value, \"#rrggbb\"), ...]".into(),
             Kind::File => {
                 entry.ty = "file".into();
                 entry.default = None;
@@ -255,6 +256,9 @@ fn value(value: &ParamValue) -> Value {
         ParamValue::Seed(v) => json!(v),
         ParamValue::Point(v) => json!(v),
         ParamValue::Curve(v) | ParamValue::Path(v) => json!(v),
+        ParamValue::Stops(v) => {
+            json!(v.iter().map(|stop| json!([stop.at, stop.colour.to_string()])).collect::<Vec<_>>())
+        }
         ParamValue::File(v) => json!(v),
     }
 }

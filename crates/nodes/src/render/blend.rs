@@ -1,0 +1,171 @@
+//! One colour over another by a mask, as light mixes.
+//!
+//! The modes are those of the World Wide Web Consortium's "Compositing and Blending Level 1" (2015), taken in linear light,
+//! where the standard's own default is the encoded sRGB value.
+
+use rayon::prelude::*;
+
+use crate::{prelude::*, simd::simd};
+
+choice! {
+    /// What the colour above does to the one below.
+    pub enum Mode {
+        /// It covers.
+        Cover = "cover",
+        /// It filters, as tinted glass or shade does: a · b.
+        Multiply = "multiply",
+        /// It is projected on top: 1 − (1 − a)(1 − b).
+        Screen = "screen",
+        /// It filters the dark half and is projected on the bright half: more contrast. Half is a light of 0.5.
+        Overlay = "overlay",
+        /// Its light is added, up to white.
+        Add = "add",
+        /// Its light is taken away, down to black.
+        Subtract = "subtract",
+        /// The darker of both, for red, green and blue each.
+        Darken = "darken",
+        /// The brighter of both, for red, green and blue each.
+        Lighten = "lighten",
+    }
+}
+
+params! {
+    /// What the colour above does to the one below.
+    mode: Mode = Mode::Cover, One, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Blend",
+    category: "render",
+    summary: "One colour over another by a mask: covering, shading, tinting, in linear light.",
+    doc: "The result is `below + (m − below) mask`, where m is what `mode` makes of both. Where the mask is 0, `below` \
+          stays to the last bit; a number in its place is an opacity.\n\n\
+          All modes work on linear light, as sun and glass do, so that half of two colours is as bright as half of \
+          their light: a picture editor that mixes encoded values is darker in between.\n\n\
+          **Advice.** Ground is layers: a ramp for the soil, `cover` of rock where the slope is steep, of sand where \
+          `Rivers` deposits, then `multiply` with a grey ramp of `Hillshade`'s light or of an occlusion.",
+    sources: &["World Wide Web Consortium, 2015, Compositing and Blending Level 1"],
+    inputs: &[
+        Input::needs("below", PortType::Colour, "The ground."),
+        Input::needs("above", PortType::Colour, "What comes over it."),
+        Input::mask("mask", "Where it comes: fully at 1, not at all at 0."),
+    ],
+    outputs: &[Output::gives("colour", PortType::Colour, "The mixed colours, linear RGB.")],
+    params: Params::specs,
+    cpu: run,
+    resolution: Resolution::Cells("the light of the land below belongs to its cells"),
+    example: "below: \"tint\", above: \"relief.colour\", mask: \"mask\", mode: multiply",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let mode = Params::read(job.params).mode;
+    let (below, above, mask) = (job.field("below")?, job.field("above")?, job.lane("mask"));
+    let (nx, len) = (job.window().nx(), job.window().len());
+    let mut out = below.samples().to_vec();
+    out.par_chunks_mut(nx).zip(above.samples().par_chunks(nx)).enumerate().try_for_each_init(
+        || vec![0.0; nx],
+        |spare, (row, (out, above))| {
+            job.check()?;
+            let first = row * nx % len;
+            let mask = match mask.slice(first..first + nx) {
+                Lane::Samples(samples) => samples,
+                Lane::Constant(value) => {
+                    spare.fill(value);
+                    spare
+                }
+            };
+            blend(out, above, mask, mode);
+            Ok::<_, NodeError>(())
+        },
+    )?;
+    Ok(Outputs::one("colour", Field::with_planes(job.window(), 3, out)))
+}
+
+#[inline(always)]
+fn each(below: &mut [f32], above: &[f32], mask: &[f32], mode: impl Fn(f32, f32) -> f32) {
+    for ((below, &above), &mask) in below.iter_mut().zip(above).zip(mask) {
+        let whole = mode(*below, above);
+        let mixed = *below + (whole - *below) * mask;
+        // a sum that is rounded may miss the whole by a bit
+        *below = if mask < 1.0 { mixed } else { whole };
+    }
+}
+
+simd! {
+    fn blend(below: &mut [f32], above: &[f32], mask: &[f32], mode: Mode) {
+        match mode {
+            Mode::Cover => each(below, above, mask, |_, b| b),
+            Mode::Multiply => each(below, above, mask, |a, b| a * b),
+            Mode::Screen => each(below, above, mask, |a, b| a + b - a * b),
+            Mode::Overlay => each(below, above, mask, |a, b| {
+                let (dark, bright) = (2.0 * a * b, 1.0 - 2.0 * (1.0 - a) * (1.0 - b));
+                if a < 0.5 { dark } else { bright }
+            }),
+            Mode::Add => each(below, above, mask, |a, b| (a + b).min(1.0)),
+            Mode::Subtract => each(below, above, mask, |a, b| (a - b).max(0.0)),
+            Mode::Darken => each(below, above, mask, |a, b| a.min(b)),
+            Mode::Lighten => each(below, above, mask, |a, b| a.max(b)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{at_every_level, run, run_in, with_params, world};
+
+    fn colour(shift: usize) -> Field {
+        let window = Window::whole(world(37, 11, 5.0));
+        let samples = (0..3 * window.len()).map(|at| ((at * 7919 + shift) % 257) as f32 / 256.0);
+        Field::with_planes(window, 3, samples.collect())
+    }
+
+    fn mask(value: f32) -> Field {
+        Field::constant(*colour(0).window(), value)
+    }
+
+    #[test]
+    fn a_full_mask_gives_what_the_mode_says_and_an_empty_one_what_was_there() {
+        let (below, above) = (colour(0), colour(101));
+        for (mode, of) in [
+            ("cover", (|_, b| b) as fn(f32, f32) -> f32),
+            ("multiply", |a, b| a * b),
+            ("screen", |a, b| 1.0 - (1.0 - a) * (1.0 - b)),
+            ("overlay", |a, b| if a < 0.5 { 2.0 * a * b } else { 1.0 - 2.0 * (1.0 - a) * (1.0 - b) }),
+            ("add", |a, b| (a + b).min(1.0)),
+            ("subtract", |a, b| (a - b).max(0.0)),
+            ("darken", f32::min),
+            ("lighten", f32::max),
+        ] {
+            let params = with_params(&NODE, &format!("mode={mode}"));
+            let given =
+                |mask: &Field| run(&NODE, &params, &[("below", &below), ("above", &above), ("mask", mask)], "colour");
+            assert_eq!(given(&mask(0.0)), below, "{mode}");
+            let (full, half) = (given(&mask(1.0)), given(&mask(0.5)));
+            for at in 0..full.samples().len() {
+                let (a, b) = (below.samples()[at], above.samples()[at]);
+                assert!((full.samples()[at] - of(a, b)).abs() < 1e-6, "{mode} {a} {b}"); // single precision
+                assert!((half.samples()[at] - (a + of(a, b)) / 2.0).abs() < 1e-6, "{mode} {a} {b}");
+                assert!((0.0..=1.0).contains(&full.samples()[at]), "{mode} {a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_full_cover_is_the_colour_above_to_the_last_bit() {
+        let (below, above) = (colour(0), colour(101));
+        let params = ParamValues::defaults(&NODE.specs());
+        assert_eq!(run(&NODE, &params, &[("below", &below), ("above", &above)], "colour"), above);
+    }
+
+    #[test]
+    fn threads_and_simd_levels_give_the_same_bits() {
+        let (below, above) = (colour(0), colour(101));
+        let params = with_params(&NODE, "mode=overlay");
+        let inputs = [("below", &below), ("above", &above), ("mask", &mask(0.3))];
+        assert_eq!(run_in(1, &NODE, &params, &inputs), run_in(4, &NODE, &params, &inputs));
+        at_every_level(|| run_in(2, &NODE, &params, &inputs));
+    }
+}

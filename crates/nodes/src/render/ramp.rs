@@ -1,0 +1,282 @@
+//! Colours by value: a ramp through stops, and a second ramp that a second value brings in.
+//!
+//! Between stops colours run straight in OKLab (B. Ottosson, 2020), in linear light, or not at all. The way through OKLab
+//! costs no root: the roots of the stops' cone responses are what is interpolated, and only their cubes are taken.
+
+use orograph_graph::{Srgb, Stop};
+use rayon::prelude::*;
+
+use super::{
+    light::{linear, oklab, rgb},
+    palettes::Palette,
+};
+use crate::prelude::*;
+
+choice! {
+    /// How colours run from stop to stop.
+    pub enum Between {
+        /// Straight in OKLab: even to the eye.
+        Even = "even",
+        /// Straight in light: as paints of light mix.
+        Light = "light",
+        /// Each colour up to the next stop.
+        Steps = "steps",
+    }
+}
+
+fn two(low: u32, high: u32) -> ColourStops {
+    ColourStops(vec![Stop { at: 0.0, colour: Srgb::hex(low) }, Stop { at: 1000.0, colour: Srgb::hex(high) }])
+}
+
+params! {
+    /// The colours: ready ones, stretched from `low` to `high`, or `stops`.
+    palette: Palette = Palette::Alpine, One, ..;
+    /// Own colours: values of the input and what they look like.
+    stops: ColourStops = two(0x3b_4a_2f, 0xf7_f9_fb), One, ..;
+    /// Value that has the first colour of a ready palette.
+    low: f64 = 0.0, One, -1e9..=1e9, soft -1000..=5000;
+    /// Value that has the last colour of a ready palette.
+    high: f64 = 3000.0, One, -1e9..=1e9, soft -1000..=5000;
+    /// How colours run from stop to stop.
+    between: Between = Between::Even, One, ..;
+    /// Colours where `second` is high, along the same values.
+    second_palette: Palette = Palette::Rock, One, ..;
+    /// Own colours for where `second` is high.
+    second_stops: ColourStops = two(0x3d_3a_37, 0xbd_b5_a8), One, ..;
+    /// Value of `second` up to which the first colours stand alone.
+    second_from: f64 = 25.0, One, -1e9..=1e9, soft 0..=90;
+    /// Value of `second` from which the second colours stand alone.
+    second_to: f64 = 40.0, One, -1e9..=1e9, soft 0..=90;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Ramp",
+    category: "render",
+    summary: "Colours by value, and by a second value such as the slope.",
+    doc: include_str!("ramp.md"),
+    sources: &["B. Ottosson, 2020, A perceptual color space for image processing"],
+    inputs: &[
+        Input::needs("value", PortType::AnyScalar, "What is coloured."),
+        Input::takes("second", PortType::AnyScalar, "What brings the second colours in, such as the slope."),
+    ],
+    outputs: &[Output::gives("colour", PortType::Colour, "The colours, linear RGB.")],
+    params: Params::specs,
+    cpu: run,
+    resolution: Resolution::Within(0.2),
+    example: "value: \"base\", second: \"mask\", second_from: 0.4, second_to: 0.8, high: 2000",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let uses_range = params.palette != Palette::Stops || params.second_palette != Palette::Stops;
+    rises("low", params.low, "high", params.high, uses_range)?;
+    let second = job.optional("second");
+    rises("second_from", params.second_from, "second_to", params.second_to, second.is_some())?;
+    let ready = |palette: Palette, own: ColourStops| match palette {
+        Palette::Stops => own.0,
+        _ => palette.stops(params.low, params.high),
+    };
+    let first = Ramp::new(&ready(params.palette, params.stops), params.between);
+    let other = Ramp::new(&ready(params.second_palette, params.second_stops), params.between);
+    let (from, span) = (params.second_from as f32, (params.second_to - params.second_from) as f32);
+    let values = job.field("value")?.plane(0);
+    let second = second.map(|field| field.plane(0));
+    let window = job.window();
+    let (nx, len) = (window.nx(), window.len());
+    let mut colour = vec![0.0; 3 * len];
+    let (red, rest) = colour.split_at_mut(len);
+    let (green, blue) = rest.split_at_mut(len);
+    (red.par_chunks_mut(nx), green.par_chunks_mut(nx), blue.par_chunks_mut(nx))
+        .into_par_iter()
+        .enumerate()
+        .try_for_each(|(j, (red, green, blue))| {
+            job.check()?;
+            let cells = j * nx..(j + 1) * nx;
+            for (i, value) in values[cells.clone()].iter().enumerate() {
+                let share = second.map_or(0.0, |second| ((second[cells.start + i] - from) / span).clamp(0.0, 1.0));
+                let colour = match share {
+                    0.0 => first.of(*value),
+                    1.0 => other.of(*value),
+                    _ => {
+                        let (a, b) = (first.of(*value), other.of(*value));
+                        [0, 1, 2].map(|c| a[c] + (b[c] - a[c]) * share)
+                    }
+                };
+                [red[i], green[i], blue[i]] = colour;
+            }
+            Ok::<_, NodeError>(())
+        })?;
+    Ok(Outputs::one("colour", Field::with_planes(window, 3, colour)))
+}
+
+/// Refuses a range that does not rise, where it is used.
+fn rises(low_name: &str, low: f64, high_name: &str, high: f64, used: bool) -> Result<(), NodeError> {
+    if !used || (low as f32) < high as f32 {
+        return Ok(());
+    }
+    let message = format!("`{low_name}` is {low} and `{high_name}` is {high}; the second must be the higher");
+    Err(NodeError::failed_with_hint(message, "exchange the two; own `stops` can turn the colours around"))
+}
+
+/// Stops, ready to be asked.
+#[derive(Debug)]
+struct Ramp {
+    /// Values of the stops, rising.
+    at: Vec<f32>,
+    /// Their colours in linear light.
+    light: Vec<[f32; 3]>,
+    /// Their colours as what is interpolated: OKLab or light.
+    mixed: Vec<[f32; 3]>,
+    between: Between,
+}
+
+impl Ramp {
+    fn new(stops: &[Stop], between: Between) -> Self {
+        let light: Vec<[f64; 3]> = stops.iter().map(|stop| linear(stop.colour)).collect();
+        let single = |colour: [f64; 3]| colour.map(|v| v as f32);
+        Self {
+            at: stops.iter().map(|stop| stop.at as f32).collect(),
+            mixed: light.iter().map(|c| single(if between == Between::Even { oklab(*c) } else { *c })).collect(),
+            light: light.into_iter().map(single).collect(),
+            between,
+        }
+    }
+
+    /// The colour of a value in linear light; a stop's own to the last bit, that of the nearest end beyond the ends.
+    fn of(&self, value: f32) -> [f32; 3] {
+        let above = self.at.partition_point(|at| *at <= value);
+        let below = above.saturating_sub(1);
+        if above == 0 || above == self.at.len() || self.at[below] == value || self.between == Between::Steps {
+            return self.light[below];
+        }
+        let t = (value - self.at[below]) / (self.at[above] - self.at[below]);
+        let (a, b) = (self.mixed[below], self.mixed[above]);
+        let mixed = [0, 1, 2].map(|c| a[c] + (b[c] - a[c]) * t);
+        match self.between {
+            Between::Even => rgb(mixed.map(f64::from)).map(|v| v.clamp(0.0, 1.0) as f32),
+            _ => mixed,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::ParamValue;
+
+    use super::*;
+    use crate::testing::{field, outputs, run, run_in, with_params, world};
+
+    fn stops(text: &[(f64, u32)]) -> ParamValue {
+        ParamValue::Stops(text.iter().map(|(at, code)| Stop { at: *at, colour: Srgb::hex(*code) }).collect())
+    }
+
+    fn own(text: &[(f64, u32)], changes: &str) -> ParamValues {
+        let mut params = with_params(&NODE, &format!("palette=stops,second_palette=stops,{changes}"));
+        params.set("stops", stops(text));
+        params
+    }
+
+    fn at(colour: &Field, cell: usize) -> [f32; 3] {
+        [0, 1, 2].map(|plane| colour.plane(plane)[cell])
+    }
+
+    /// The sRGB byte of a linear value, from the definition.
+    fn byte(linear: f32) -> u8 {
+        let v = f64::from(linear);
+        let code = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * libm::pow(v, 1.0 / 2.4) - 0.055 };
+        (255.0 * code).round() as u8
+    }
+
+    #[test]
+    fn stops_have_their_own_colours_in_light_and_in_bytes() {
+        let three = [(-50.0, 0x10_20_f0), (0.0, 0x7a_9e_77), (800.0, 0xfb_fa_f8)];
+        // cells at -50, 0, 800 and beyond both ends
+        let places = [-50.0, 0.0, 800.0, -1e6, 1e9];
+        let value = field(world(5, 1, 1.0), |x, _| places[x as usize]);
+        for between in ["even", "light", "steps"] {
+            let colour = run(&NODE, &own(&three, &format!("between={between}")), &[("value", &value)], "colour");
+            for (cell, stop) in [0, 1, 2, 0, 2].into_iter().enumerate() {
+                let code = Srgb::hex(three[stop].1);
+                assert_eq!(at(&colour, cell), linear(code).map(|v| v as f32), "{between} {cell}");
+                assert_eq!(at(&colour, cell).map(byte), code.0, "{between} {cell}");
+            }
+        }
+    }
+
+    #[test]
+    fn half_way_is_the_mean_of_what_is_mixed() {
+        let two = [(0.0, 0x20_60_a0), (100.0, 0xe0_a0_40)];
+        let value = field(world(1, 1, 1.0), |_, _| 50.0);
+        let [a, b] = two.map(|(_, code)| linear(Srgb::hex(code)));
+        let mean = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|c| (a[c] + b[c]) / 2.0);
+        for (between, expected) in
+            [("light", mean(a, b)), ("even", rgb(mean(oklab(a), oklab(b)))), ("steps", linear(Srgb::hex(two[0].1)))]
+        {
+            let colour = run(&NODE, &own(&two, &format!("between={between}")), &[("value", &value)], "colour");
+            for (got, expected) in at(&colour, 0).into_iter().zip(expected) {
+                assert!((f64::from(got) - expected).abs() < 1e-6, "{between}: {got} {expected}"); // single precision
+            }
+        }
+    }
+
+    #[test]
+    fn one_stop_is_one_colour_and_grey_in_light_is_the_value() {
+        let value = field(world(64, 1, 1.0), |x, _| x / 64.0);
+        let one = run(&NODE, &own(&[(5.0, 0x7a_9e_77)], ""), &[("value", &value)], "colour");
+        assert!((0..64).all(|cell| at(&one, cell) == at(&one, 0)));
+        let grey = with_params(&NODE, "palette=grey,between=light,high=1");
+        let grey = run(&NODE, &grey, &[("value", &value)], "colour");
+        for plane in 0..3 {
+            assert_eq!(grey.plane(plane), value.samples());
+        }
+    }
+
+    #[test]
+    fn the_second_value_brings_the_second_colours_in() {
+        let value = field(world(5, 1, 1.0), |_, _| 500.0);
+        let second = field(world(5, 1, 1.0), |x, _| [0.0, 25.0, 32.5, 40.0, 90.0][x as usize]);
+        let params = with_params(&NODE, "high=1000,between=light");
+        let alone = run(&NODE, &params, &[("value", &value)], "colour");
+        let both = run(&NODE, &params, &[("value", &value), ("second", &second)], "colour");
+        let rock = with_params(&NODE, "high=1000,between=light,palette=rock");
+        let rock = run(&NODE, &rock, &[("value", &value)], "colour");
+        for cell in [0, 1] {
+            assert_eq!(at(&both, cell), at(&alone, cell));
+        }
+        for cell in [3, 4] {
+            assert_eq!(at(&both, cell), at(&rock, cell));
+        }
+        for c in 0..3 {
+            let mean = (at(&alone, 2)[c] + at(&rock, 2)[c]) / 2.0;
+            assert!((at(&both, 2)[c] - mean).abs() < 1e-6); // single precision
+        }
+    }
+
+    #[test]
+    fn ranges_that_do_not_rise_are_refused_where_they_are_used() {
+        let value = field(world(2, 2, 1.0), |x, _| x);
+        let error = |params: &ParamValues, inputs: &[(&str, &Field)]| {
+            outputs(&NODE, params, inputs).err().map(|error| error.to_string())
+        };
+        let flat = with_params(&NODE, "low=5,high=5");
+        assert!(error(&flat, &[("value", &value)]).is_some_and(|text| text.contains("`low` is 5")));
+        assert_eq!(error(&own(&[(0.0, 0)], "low=5,high=5"), &[("value", &value)]), None);
+        let turned = with_params(&NODE, "second_from=40,second_to=30");
+        assert_eq!(error(&turned, &[("value", &value)]), None);
+        assert!(error(&turned, &[("value", &value), ("second", &value)]).is_some_and(|t| t.contains("second_from")));
+    }
+
+    #[test]
+    fn colours_are_within_range_and_the_same_on_any_number_of_threads() {
+        let value = field(world(200, 30, 20.0), |x, y| 1500.0 + 1e3 * libm::sin(x / 300.0) + y);
+        for (palette, _) in Palette::OPTIONS {
+            let params = with_params(&NODE, &format!("palette={palette}"));
+            let one = run_in(1, &NODE, &params, &[("value", &value)]);
+            assert_eq!(one, run_in(4, &NODE, &params, &[("value", &value)]));
+            let colour = run(&NODE, &params, &[("value", &value)], "colour");
+            assert!(colour.samples().iter().all(|v| (0.0..=1.0).contains(v)), "{palette}");
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! The shares of up to four ground layers in each cell, as engines paint terrain.
+
+use rayon::prelude::*;
+
+use crate::{math::lane, prelude::*, simd::simd};
+
+choice! {
+    /// How masks become shares.
+    pub enum Mode {
+        /// Each layer covers those before it as far as its mask says, as paint does.
+        Stack = "stack",
+        /// Each layer has its part of the sum of all masks, whatever their order.
+        Share = "share",
+    }
+}
+
+params! {
+    /// How masks become shares.
+    mode: Mode = Mode::Stack, One, ..;
+    /// Power that shares are raised to before they are made to sum to one again: above 1 borders between layers are crisper.
+    sharpness: f64 = 1.0, One, 0.1..=64.0, soft 0.5..=8.0;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Splat",
+    category: "render",
+    summary: "The shares of up to four ground layers, summing to one: a splat map.",
+    doc: "A terrain material mixes layers such as grass, rock, sand and snow by a texture whose red, green, blue and \
+          alpha are their shares. This node makes such shares of masks.\n\n\
+          In `stack` each layer covers those before it: the fourth has its mask, the third its mask times what the \
+          fourth leaves free, and so on; the first has what is left, and where it is wired its mask has no say. In \
+          `share` each has its part of the sum. Where all masks are empty, the first layer is alone; \
+          in `share` that is a hard border, so wire a mask that is nowhere empty to one layer. A layer that is \
+          not wired is empty.\n\n\
+          `sharpness` k makes of the shares w `wᵏ / Σ wᵏ`.\n\n\
+          It is written as a PNG with red, green, blue and alpha without the curve of sRGB. Its four bytes sum to 255 in \
+          every cell: what rounding leaves goes to the largest remainders. An engine that finds another sum shows dark \
+          or bright specks.",
+    inputs: &[
+        Input::takes("first", PortType::Mask, "The layer in red, which also fills what the others leave."),
+        Input::takes("second", PortType::Mask, "The layer in green."),
+        Input::takes("third", PortType::Mask, "The layer in blue."),
+        Input::takes("fourth", PortType::Mask, "The layer in alpha."),
+    ],
+    outputs: &[Output::gives("weights", PortType::Weights, "The shares of the four layers, summing to one.")],
+    params: Params::specs,
+    cpu: run,
+    resolution: Resolution::Within(0.1),
+    example: "second: \"mask\", sharpness: 2",
+    ..Node::DEFAULT
+};
+
+const LAYERS: [&str; 4] = ["first", "second", "third", "fourth"];
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let masks = LAYERS.map(|layer| job.optional(layer).map(|mask| mask.plane(0)));
+    let window = job.window();
+    let (nx, len) = (window.nx(), window.len());
+    let mut weights = vec![0.0; 4 * len];
+    let (first, rest) = weights.split_at_mut(len);
+    let (second, rest) = rest.split_at_mut(len);
+    let (third, fourth) = rest.split_at_mut(len);
+    (first.par_chunks_mut(nx), second.par_chunks_mut(nx), third.par_chunks_mut(nx), fourth.par_chunks_mut(nx))
+        .into_par_iter()
+        .enumerate()
+        .try_for_each(|(j, (first, second, third, fourth))| {
+            job.check()?;
+            let mut rows = [first, second, third, fourth];
+            for (row, mask) in rows.iter_mut().zip(masks) {
+                if let Some(mask) = mask {
+                    row.copy_from_slice(&mask[j * nx..(j + 1) * nx]);
+                }
+            }
+            shares(rows, params.mode, params.sharpness as f32);
+            Ok::<_, NodeError>(())
+        })?;
+    Ok(Outputs::one("weights", Field::with_planes(window, 4, weights)))
+}
+
+simd! {
+    /// Makes shares of masks, in place.
+    fn shares(rows: [&mut [f32]; 4], mode: Mode, sharpness: f32) {
+        let [first, second, third, fourth] = rows;
+        for (((a, b), c), d) in first.iter_mut().zip(second).zip(third).zip(fourth) {
+            let mut w = [*a, *b, *c, *d].map(|v| v.clamp(0.0, 1.0));
+            if mode == Mode::Stack {
+                let free = [1.0 - w[1], 1.0 - w[2], 1.0 - w[3]];
+                w = [free[0] * free[1] * free[2], w[1] * free[1] * free[2], w[2] * free[2], w[3]];
+            }
+            let sum = w[0] + w[1] + w[2] + w[3];
+            let empty = sum <= 0.0;
+            let scale = if empty { 1.0 } else { 1.0 / sum };
+            w = w.map(|v| v * scale);
+            w[0] = if empty { 1.0 } else { w[0] };
+            if sharpness != 1.0 {
+                // the largest is one before the power, so that some share is always left
+                let most = w[0].max(w[1]).max(w[2].max(w[3]));
+                w = w.map(|v| lane::pow(v / most, sharpness));
+                let sum = w[0] + w[1] + w[2] + w[3];
+                w = w.map(|v| v / sum);
+            }
+            [*a, *b, *c, *d] = w;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{at_every_level, field, outputs_on, run, run_in, with_params, world};
+
+    fn masks() -> [Field; 4] {
+        let wave = |k: f64| field(world(120, 30, 1.0), move |x, y| 0.5 + 0.5 * libm::sin(x / 9.0 + k * y / 7.0));
+        [wave(0.3), wave(1.0), wave(-1.7), wave(2.9)]
+    }
+
+    fn all(masks: &[Field; 4]) -> [(&'static str, &Field); 4] {
+        [0, 1, 2, 3].map(|k| (LAYERS[k], &masks[k]))
+    }
+
+    #[test]
+    fn shares_sum_to_one_in_every_mode() {
+        let masks = masks();
+        for changes in ["mode=stack", "mode=share", "mode=share,sharpness=0.1", "mode=stack,sharpness=64"] {
+            let weights = run(&NODE, &with_params(&NODE, changes), &all(&masks), "weights");
+            for cell in 0..masks[0].window().len() {
+                let shares = [0, 1, 2, 3].map(|plane| weights.plane(plane)[cell]);
+                assert!(shares.iter().all(|share| (0.0..=1.0).contains(share)), "{changes} {shares:?}");
+                assert!((shares.iter().sum::<f32>() - 1.0).abs() < 1e-6, "{changes} {shares:?}"); // four roundings
+            }
+        }
+    }
+
+    #[test]
+    fn a_stack_is_paint_over_paint_and_a_share_a_part_of_the_sum() {
+        let masks = masks();
+        let [stack, share, crisp] = ["mode=stack", "mode=share", "mode=share,sharpness=3"]
+            .map(|changes| run(&NODE, &with_params(&NODE, changes), &all(&masks), "weights"));
+        for cell in 0..masks[0].window().len() {
+            let m = [0, 1, 2, 3].map(|layer| f64::from(masks[layer].samples()[cell]));
+            let mut painted = [1.0, 0.0, 0.0, 0.0];
+            for layer in 1..4 {
+                painted = painted.map(|v| v * (1.0 - m[layer]));
+                painted[layer] = m[layer];
+            }
+            let parts = |power: i32| {
+                let sum: f64 = m.iter().map(|v| v.powi(power)).sum();
+                m.map(|v| v.powi(power) / sum)
+            };
+            for (weights, expected) in [(&stack, painted), (&share, parts(1)), (&crisp, parts(3))] {
+                for (layer, expected) in expected.into_iter().enumerate() {
+                    let got = f64::from(weights.plane(layer)[cell]);
+                    assert!((got - expected).abs() < 2e-6, "{layer}: {got} {expected}"); // powers to 1e-6
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn where_nothing_is_selected_the_first_layer_is_alone() {
+        let empty = field(world(9, 4, 1.0), |_, _| 0.0);
+        let window = *empty.window();
+        for changes in ["mode=stack", "mode=share", "mode=share,sharpness=5"] {
+            let params = with_params(&NODE, changes);
+            for inputs in [vec![], vec![("third", &empty)], vec![("first", &empty), ("fourth", &empty)]] {
+                let weights = outputs_on(window, &NODE, &params, &inputs).expect("a result").take("weights");
+                let weights = weights.as_ref().and_then(|value| value.as_field()).expect("a field");
+                assert!(weights.plane(0).iter().all(|v| *v == 1.0), "{changes}");
+                assert!(weights.samples()[window.len()..].iter().all(|v| *v == 0.0), "{changes}");
+            }
+        }
+    }
+
+    #[test]
+    fn threads_and_simd_levels_give_the_same_bits() {
+        let masks = masks();
+        let params = with_params(&NODE, "sharpness=2.5");
+        assert_eq!(run_in(1, &NODE, &params, &all(&masks)), run_in(4, &NODE, &params, &all(&masks)));
+        at_every_level(|| run_in(2, &NODE, &params, &all(&masks)));
+    }
+}
