@@ -1,15 +1,17 @@
 //! The program `orograph`, as a library so that tests can call its parts: the command line ([`cli`]), what it says and
 //! where ([`terminal`], [`progress`], [`problems`]), what is asked for ([`request`]), how it is built and written
-//! ([`build`], [`outputs`]), and how it fails ([`Failure`]).
+//! ([`build`], [`outputs`], [`engine`], [`mesh`]), and how it fails ([`Failure`]).
 
 pub mod archive;
 pub mod build;
 pub mod cli;
+pub mod engine;
 mod failure;
 mod geojson;
 pub mod heightfile;
 mod machine;
 pub mod measure;
+pub mod mesh;
 pub mod outputs;
 pub mod picture;
 pub mod problems;
@@ -17,6 +19,7 @@ pub mod progress;
 pub mod request;
 mod stop;
 pub mod terminal;
+mod vertices;
 
 pub use cli::run;
 pub use failure::{Exit, Failure};

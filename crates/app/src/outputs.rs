@@ -2,11 +2,12 @@
 //!
 //! | output | file |
 //! |---|---|
-//! | height, mask, other scalar | `NAME.exr` or another format, with `NAME.exr.json` beside it |
+//! | height, mask, other scalar | `NAME.exr` or another format, with `NAME.exr.json` beside it; a height for an engine in its |
 //! | vector | the same twice: `NAME.x.exr` (east) and `NAME.y.exr` (south) |
 //! | colour, normal, weights | `NAME.png` |
 //! | lines | `NAME.geojson` |
 //! | report | `NAME.json` |
+//! | height as a mesh, where asked for | `NAME.glb` or `NAME.obj` |
 //! | height, to look at | `NAME.preview.png`: shaded relief, tinted over its range, at most 2048 pixels a side |
 
 use std::{
@@ -16,12 +17,16 @@ use std::{
 };
 
 use orograph_graph::{Cancel, Field, OutputDecl, PortType, Value, World};
-use orograph_nodes::raster::{self, Format, Meta, Problem, RasterError};
+use orograph_nodes::raster::{self, Format, Meta, Problem, RasterError, Writing};
+use serde_json::Map;
 use tempfile::TempDir;
 
 use crate::{
+    engine::{Engine, Fitted},
     failure::{Failure, reason},
-    geojson, picture,
+    geojson,
+    mesh::{MOST_TRIANGLES, Mesh, MeshFormat},
+    picture,
 };
 
 /// In which form outputs are written.
@@ -33,9 +38,34 @@ pub struct Form {
     /// masks, lowest to highest for the rest.
     #[arg(long, default_value = "exr", value_name = "FORMAT", value_parser = formats())]
     pub format: Format,
+    /// Write heights as a game engine imports them, and print what to type there; the rest is as `--format` says
+    #[arg(long, value_enum, value_name = "ENGINE")]
+    pub engine: Option<Engine>,
+    /// Round to the codes of png16 and r16 at random between the two nearest: a fine grain in place of terraces
+    #[arg(long)]
+    pub dither: bool,
+    /// Write each height as a mesh too (`NAME.glb` or `NAME.obj`), in metres with y up
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    pub mesh: Option<MeshFormat>,
+    /// The most triangles of a mesh
+    #[arg(long, value_name = "N", default_value_t = 500_000, requires = "mesh",
+        value_parser = clap::value_parser!(u64).range(2..=MOST_TRIANGLES))]
+    pub triangles: u64,
     /// Leave out the shaded pictures of heights (`NAME.preview.png`)
     #[arg(long)]
     pub no_preview: bool,
+}
+
+impl Form {
+    /// The engine that an output is written for.
+    fn engine_of(&self, ty: PortType) -> Option<Engine> {
+        self.engine.filter(|_| ty == PortType::Height)
+    }
+
+    /// The format of a height, mask or other scalar.
+    fn format_of(&self, ty: PortType) -> Format {
+        self.engine_of(ty).map_or(self.format, Engine::format)
+    }
 }
 
 fn formats() -> impl clap::builder::TypedValueParser<Value = Format> {
@@ -44,6 +74,9 @@ fn formats() -> impl clap::builder::TypedValueParser<Value = Format> {
     names.try_map(|name| Format::from_name(&name).ok_or("no such format"))
 }
 
+/// The end of the name of a picture of heights.
+const PREVIEW: &str = ".preview.png";
+
 /// A file that was written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Written {
@@ -51,7 +84,7 @@ pub struct Written {
     pub output: String,
     /// The file.
     pub path: PathBuf,
-    /// What it holds: `height`, `mask`, ..., or `picture`.
+    /// What it holds: `height`, `mask`, ..., `picture` or `mesh`.
     pub what: &'static str,
     /// Its length in bytes.
     pub bytes: u64,
@@ -59,12 +92,23 @@ pub struct Written {
     pub range: Option<[f64; 2]>,
     /// Symbol of their unit.
     pub unit: &'static str,
+    /// What to type where an engine imports it.
+    pub import: Option<Import>,
+}
+
+/// What to type where an engine imports a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Import {
+    /// The engine.
+    pub engine: Engine,
+    /// Values by the engine's own names.
+    pub settings: Map<String, serde_json::Value>,
 }
 
 /// The names of an output's files; the first is the output itself.
 fn names(output: &OutputDecl, form: &Form) -> Vec<String> {
     let name = &output.name;
-    let extension = form.format.extension();
+    let extension = form.format_of(output.ty).extension();
     let with_sidecar = |stem: String| [format!("{stem}.{extension}"), format!("{stem}.{extension}.json")];
     match output.ty {
         // the check of a document has refused it
@@ -76,7 +120,10 @@ fn names(output: &OutputDecl, form: &Form) -> Vec<String> {
         PortType::Height | PortType::Mask | PortType::Scalar(_) | PortType::AnyScalar => {
             let mut names = with_sidecar(name.clone()).to_vec();
             if output.ty == PortType::Height && !form.no_preview {
-                names.push(format!("{name}.preview.png"));
+                names.push(format!("{name}{PREVIEW}"));
+            }
+            if let Some(mesh) = form.mesh.filter(|_| output.ty == PortType::Height) {
+                names.push(format!("{name}.{}", mesh.extension()));
             }
             names
         }
@@ -189,15 +236,26 @@ impl OutputFolder {
                 for plane in 0..field.planes() {
                     self.write_plane(output, &names[2 * plane..2 * plane + 2], field, plane, (key, &go_on))?;
                 }
-                if let Some(preview) = names.get(2 * field.planes()) {
-                    let path = self.place(preview);
-                    raster::write_colour(&path, &picture::preview(field), &go_on)
-                        .map_err(|error| self.failure(preview, error))?;
-                    self.add(output, preview, "picture", None)?;
+                for name in &names[2 * field.planes()..] {
+                    let what = self.write_view(name, field, &go_on)?;
+                    self.add(output, name, what, None)?;
                 }
                 Ok(())
             }
         }
+    }
+
+    /// Writes a picture or a mesh of heights; says which.
+    fn write_view(&self, name: &str, height: &Field, go_on: raster::GoOn<'_>) -> Result<&'static str, Failure> {
+        let path = self.place(name);
+        let written = match self.form.mesh {
+            Some(format) if !name.ends_with(PREVIEW) => {
+                let mesh = Mesh::of(height, self.form.triangles, go_on).map_err(|_| Failure::stopped())?;
+                raster::replace(&path, |to| mesh.write(format, to)).map(|()| "mesh")
+            }
+            _ => raster::write_colour(&path, &picture::preview(height), go_on).map(|()| "picture"),
+        };
+        written.map_err(|error| self.failure(name, error))
     }
 
     fn write_plane(
@@ -212,17 +270,36 @@ impl OutputFolder {
             1 => field.clone(),
             _ => Field::new(*field.window(), field.plane(plane).to_vec()),
         };
+        let dither = self.form.dither;
+        let fitted = match self.form.engine_of(output.ty) {
+            Some(engine) => Some((engine, engine.fit(&single, dither, go_on).map_err(|_| Failure::stopped())?)),
+            None => None,
+        };
+        let (single, writing, import) = match fitted {
+            Some((engine, Fitted { height, writing, import })) => {
+                (height, writing, Some(Import { engine, settings: import }))
+            }
+            None => {
+                let range = (output.ty == PortType::Mask).then_some([0.0, 1.0]);
+                (single, Writing { range, dither, red: false }, None)
+            }
+        };
         let meta = Meta {
             quantity: quantity(output.ty).to_owned(),
             unit: output.ty.unit().symbol().to_owned(),
             graph_hash: Some(key.to_owned()),
+            import: import.as_ref().map(|import| import.settings.clone()),
         };
-        let range = (output.ty == PortType::Mask).then_some([0.0, 1.0]);
-        raster::write(&self.place(&names[0]), self.form.format, &single, range, &meta, go_on)
+        let format = self.form.format_of(output.ty);
+        raster::write(&self.place(&names[0]), format, &single, writing, &meta, go_on)
             .map_err(|error| self.failure(&names[0], error))?;
         let range = single.range(0).map(|(lo, hi)| [f64::from(lo), f64::from(hi)]);
         self.files.push(names[1].clone());
-        self.add(output, &names[0], quantity(output.ty), range)
+        self.add(output, &names[0], quantity(output.ty), range)?;
+        if let Some(written) = self.written.last_mut() {
+            written.import = import;
+        }
+        Ok(())
     }
 
     /// Renames everything into place.
@@ -253,7 +330,7 @@ impl OutputFolder {
         self.files.push(name.to_owned());
         let path = self.folder.join(name);
         let unit = if range.is_some() { output.ty.unit().symbol() } else { "" };
-        self.written.push(Written { output: output.name.clone(), path, what, bytes, range, unit });
+        self.written.push(Written { output: output.name.clone(), path, what, bytes, range, unit, import: None });
         Ok(())
     }
 
@@ -332,7 +409,8 @@ mod tests {
     #[test]
     fn nothing_is_left_of_a_build_that_failed() {
         let root = tempfile::tempdir().expect("a folder");
-        let form = Form { format: Format::Exr, no_preview: false };
+        let form =
+            Form { format: Format::Exr, engine: None, dither: false, mesh: None, triangles: 2, no_preview: false };
         let folder = root.path().join("a/b");
         let prepared = OutputFolder::prepare(&folder, &[], &form).expect("can be made");
         assert!(folder.is_dir());

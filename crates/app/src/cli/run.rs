@@ -135,13 +135,23 @@ pub(super) fn summary(request: &Request, built: &Built, page: Page) -> String {
             range(file),
         ]);
     }
+    let mut imports = String::new();
+    for file in &built.files {
+        let Some(import) = &file.import else { continue };
+        imports += &format!("\n{} in {}\n", page.name(&file.path.display().to_string()), import.engine.title());
+        let mut settings = Table::new(&[("", Align::Left), ("", Align::Left)]);
+        for (name, value) in &import.settings {
+            settings.row([name.clone(), value.as_str().map_or_else(|| value.to_string(), str::to_owned)]);
+        }
+        imports += &settings.render(page, 2);
+    }
     let computed = built.timings.iter().filter(|timing| timing.origin == Origin::Computed).count();
     let nodes = match built.timings.len() - computed {
         0 => counted(computed, "node"),
         kept => format!("{}, {kept} from the cache", counted(computed, "node")),
     };
     format!(
-        "{}{} {} in {} {}\n",
+        "{}{imports}{} {} in {} {}\n",
         table.render(page, 0),
         page.good("built"),
         counted(built.files.len(), "file"),

@@ -91,6 +91,7 @@ impl Progress for JsonLines {
             say(&json!({
                 "event": "output", "name": file.output, "file": file.path.display().to_string(), "type": file.what,
                 "bytes": file.bytes, "range": file.range, "unit": file.unit,
+                "import": file.import.as_ref().map(|import| &import.settings),
             }));
         }
         say(&json!({"event": "done", "seconds": built.time.as_secs_f64(), "files": built.files.len()}));

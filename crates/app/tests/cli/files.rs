@@ -80,3 +80,30 @@ fn metrics_of_a_height_file_and_its_distance_from_another() {
     fs::write(place.path("short.tif"), &fs::read(dem).expect("readable")[..2000]).expect("written");
     place.run(&["metrics", "short.tif"]).ended(1, &["short.tif", "fetch or export"]);
 }
+
+#[test]
+fn heights_for_engines_come_with_what_to_type_there() {
+    let place = Place::new();
+    place.write("g.ron", &SMALL.replace("Constant(value: 700)", "Perlin"));
+    for (engine, file, name, value) in [
+        ("unreal", "height.png", "Overall Resolution", "127 x 127"),
+        ("unity", "height.r16", "Terrain Width", "3200.0"),
+        ("godot", "height.exr", "Vertex Spacing", "100.0"),
+    ] {
+        let ran = place.run(&["run", "g.ron", "-o", engine, "--engine", engine, "--dither"]).done();
+        let line = ran.out.lines().find(|line| line.contains(name)).unwrap_or_else(|| panic!("{ran:?}"));
+        assert!(line.trim_end().ends_with(value), "{line}");
+        let text = place.read(&format!("{engine}/{file}.json"));
+        let sidecar: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        let told = &sidecar["import"][name];
+        assert_eq!(told.as_str().map_or_else(|| told.to_string(), str::to_owned), value, "{text}");
+        assert!(place.names(engine).contains(&"steep.exr".to_owned()), "what is no height is as ever");
+    }
+    let map = place.path("unity/height.r16");
+    assert_eq!(fs::metadata(map).expect("written").len(), 2 * 33 * 33);
+    let ran = place.run(&["run", "g.ron", "-o", "mesh", "--mesh", "glb", "--triangles", "100", "--no-preview"]).done();
+    assert!(ran.out.contains("height.glb"), "{ran:?}");
+    assert_eq!(fs::read(place.path("mesh/height.glb")).expect("written")[..4], *b"glTF");
+    place.run(&["run", "g.ron", "--mesh", "glb", "--triangles", "1"]).ended(1, &["2..="]);
+    place.run(&["run", "g.ron", "--engine", "cry"]).ended(1, &["unreal"]);
+}

@@ -1,7 +1,7 @@
 //! OpenEXR: real numbers in named channels.
 //!
 //! Source: Academy Software Foundation, "OpenEXR File Layout". Of the first layer the channel `Y` is read, else `Z`, `height`
-//! or `R`, else the first; 16-bit and 32-bit reals and whole numbers. Written is one channel `Y` of 32-bit reals.
+//! or `R`, else the first; 16-bit and 32-bit reals and whole numbers. Written is one channel of 32-bit reals, `Y` or `R`.
 
 use std::io::{self, Cursor, Seek, Write};
 
@@ -75,12 +75,12 @@ fn fault(error: Error) -> Problem {
     }
 }
 
-/// Writes one channel `Y` of 32-bit reals.
+/// Writes one channel of 32-bit reals under a name, `Y` by custom.
 ///
 /// Uncompressed: the noise-like mantissas of a 2048 x 2048 terrain shrink by 1 % (ZIP1) to 9 % (ZIP16), which takes 30 to 50
 /// times as long to write.
-pub(super) fn write(to: impl Write + Seek, columns: u32, rows: u32, samples: &[f32]) -> io::Result<()> {
-    let channel = AnyChannel::new("Y", FlatSamples::F32(samples.to_vec()));
+pub(super) fn write(to: impl Write + Seek, columns: u32, rows: u32, samples: &[f32], channel: &str) -> io::Result<()> {
+    let channel = AnyChannel::new(channel, FlatSamples::F32(samples.to_vec()));
     let layer = Layer::new(
         (columns as usize, rows as usize),
         LayerAttributes::named("height"),

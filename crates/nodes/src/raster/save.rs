@@ -8,7 +8,7 @@ use std::{
     path::Path,
 };
 
-use orograph_graph::Field;
+use orograph_graph::{Field, mix};
 use rayon::prelude::*;
 use tempfile::NamedTempFile;
 
@@ -71,8 +71,21 @@ impl Format {
     }
 }
 
+/// How samples are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Writing {
+    /// What the codes 0 and 65535 of a 16-bit format stand for; values beyond are cut off. `None` takes the smallest and
+    /// largest value. Tiles of one world need one range to fit together.
+    pub range: Option<[f64; 2]>,
+    /// Rounds to 16-bit codes at random between the two nearest, so that their mean is the value: gentle slopes get a grain of
+    /// half a step where rounding gives them terraces. The draw depends on the cell's place in the world alone.
+    pub dither: bool,
+    /// Names the channel of an OpenEXR file `R`, which some programs ask for, in place of `Y`.
+    pub red: bool,
+}
+
 /// What a sidecar says beyond the raster itself.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Meta {
     /// What the values are, such as `height`.
     pub quantity: String,
@@ -80,12 +93,11 @@ pub struct Meta {
     pub unit: String,
     /// Hash of the graph that made them.
     pub graph_hash: Option<String>,
+    /// What to type where a program imports the file.
+    pub import: Option<serde_json::Map<String, serde_json::Value>>,
 }
 
 /// Writes the first plane of a field, and its sidecar beside it; returns what the sidecar says.
-///
-/// `range` is what the codes of a 16-bit format stand for, values beyond it are cut off; `None` takes the smallest and
-/// largest value. Codes are rounded to the nearest. Tiles of one world need one `range` to fit together.
 ///
 /// # Errors
 /// [`Problem::Unwritable`] when either file cannot be written, [`Problem::NotFinite`] when a 16-bit format cannot hold it,
@@ -94,7 +106,7 @@ pub fn write(
     path: &Path,
     format: Format,
     field: &Field,
-    range: Option<[f64; 2]>,
+    writing: Writing,
     meta: &Meta,
     go_on: GoOn<'_>,
 ) -> Result<Sidecar, RasterError> {
@@ -102,8 +114,9 @@ pub fn write(
     let samples = field.plane(0);
     let [columns, rows] = window.cells;
     let own = field.range(0).map_or([0.0, 0.0], |(lo, hi)| [f64::from(lo), f64::from(hi)]);
-    let range = if format.is_coded() { range.unwrap_or(own) } else { own };
-    let codes = if format.is_coded() { encode(samples, range).map_err(|p| p.of(path))? } else { Vec::new() };
+    let range = if format.is_coded() { writing.range.unwrap_or(own) } else { own };
+    let codes =
+        if format.is_coded() { encode(field, range, writing.dither).map_err(|p| p.of(path))? } else { Vec::new() };
     let sidecar = Sidecar {
         columns: Some(u64::from(columns)),
         rows: Some(u64::from(rows)),
@@ -112,12 +125,14 @@ pub fn write(
         unit: Some(meta.unit.clone()),
         quantity: Some(meta.quantity.clone()),
         step: format.is_coded().then(|| (range[1] - range[0]) / 65_535.0),
+        dither: (format.is_coded() && writing.dither).then_some(true),
+        import: meta.import.clone(),
         seed: Some(window.world.seed),
         graph_hash: meta.graph_hash.clone(),
         program: Some(concat!("orograph ", env!("CARGO_PKG_VERSION")).to_owned()),
     };
     let raster = stage(path, go_on, |to| match format {
-        Format::Exr => exr::write(to, columns, rows, samples),
+        Format::Exr => exr::write(to, columns, rows, samples, if writing.red { "R" } else { "Y" }),
         Format::Png16 => png::write_grey(to, columns, rows, &codes),
         Format::Tiff => geotiff::write(to, window, samples),
         Format::R16 => to.write_all(&bytes_of(&codes, u16::to_le_bytes)),
@@ -220,15 +235,26 @@ pub(super) fn bytes_of<T: Copy + Sync, const N: usize>(numbers: &[T], bytes: imp
     all
 }
 
-/// 16-bit codes of samples over a range, rounded to the nearest.
-fn encode(samples: &[f32], [lo, hi]: [f64; 2]) -> Result<Vec<u16>, Problem> {
+/// 16-bit codes of a field's first plane over a range, rounded to the nearest or, with `dither`, at random to one of the two
+/// nearest. A value that is a code stays that code either way.
+fn encode(field: &Field, [lo, hi]: [f64; 2], dither: bool) -> Result<Vec<u16>, Problem> {
+    let (samples, window) = (field.plane(0), field.window());
     let count = samples.par_iter().filter(|v| !v.is_finite()).count();
     if count > 0 {
         return Err(Problem::NotFinite { count });
     }
     // A level raster has no span; all its codes are 0.
     let per_unit = if hi > lo { 65_535.0 / (hi - lo) } else { 0.0 };
-    Ok(samples.par_iter().map(|v| ((f64::from(*v) - lo) * per_unit + 0.5).clamp(0.0, 65_535.0) as u16).collect())
+    let [column, row] = window.origin;
+    let up = |at: usize| {
+        if !dither {
+            return 0.5;
+        }
+        let (i, j) = ((at % window.nx()) as u32, (at / window.nx()) as u32);
+        f64::from(mix(mix(row + j) ^ (column + i))) / 4_294_967_296.0
+    };
+    let code = |(at, v): (usize, &f32)| ((f64::from(*v) - lo) * per_unit + up(at)).clamp(0.0, 65_535.0) as u16;
+    Ok(samples.par_iter().enumerate().map(code).collect())
 }
 
 /// The transfer curve of sRGB (IEC 61966-2-1), exact to the nearest 8-bit code, by table.
@@ -264,5 +290,41 @@ impl Srgb {
         let v = linear.clamp(0.0, 1.0);
         let code = self.start[(v * 65_535.0) as usize];
         code + u8::from(v >= self.next[usize::from(code)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::{Window, World};
+
+    use super::*;
+
+    fn level(value: f32) -> Field {
+        let world = World { size: [200.0, 100.0], cells: [200, 100], ..World::default() };
+        Field::constant(Window::whole(world), value)
+    }
+
+    #[test]
+    fn dither_keeps_the_mean_and_whole_codes() {
+        let codes = encode(&level(100.3), [0.0, 65_535.0], true).unwrap();
+        assert!(codes.iter().all(|code| *code == 100 || *code == 101));
+        let mean = codes.iter().map(|code| f64::from(*code)).sum::<f64>() / codes.len() as f64;
+        // 20000 draws: the mean is off by 0.0032 in one of three cases
+        assert!((mean - 100.3).abs() < 0.013, "{mean}");
+        for value in [0.0, 777.0, 65_535.0] {
+            assert!(encode(&level(value), [0.0, 65_535.0], true).unwrap().iter().all(|code| f32::from(*code) == value));
+        }
+        assert!(encode(&level(100.5), [0.0, 65_535.0], false).unwrap().iter().all(|code| *code == 101));
+    }
+
+    #[test]
+    fn dither_belongs_to_the_place() {
+        let field = level(7.5);
+        let whole = encode(&field, [0.0, 65_535.0], true).unwrap();
+        let part = Window { origin: [50, 20], cells: [40, 30], ..*field.window() };
+        let codes = encode(&field.crop(&part), [0.0, 65_535.0], true).unwrap();
+        for (j, row) in codes.chunks(40).enumerate() {
+            assert_eq!(row, &whole[(20 + j) * 200 + 50..][..40]);
+        }
     }
 }

@@ -36,6 +36,12 @@ pub struct Sidecar {
     /// In a 16-bit format, what one step of the code is worth, in `unit`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step: Option<f64>,
+    /// Whether the codes of a 16-bit format are dithered.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dither: Option<bool>,
+    /// What to type where a program imports the file, by the names it has there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub import: Option<serde_json::Map<String, serde_json::Value>>,
     /// The world's seed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u32>,

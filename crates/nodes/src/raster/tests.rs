@@ -109,10 +109,10 @@ fn terrain(nx: u32, ny: u32) -> Field {
 fn what_is_written_reads_back() {
     let folder = tempfile::tempdir().unwrap();
     let field = terrain(70, 45);
-    let meta = Meta { quantity: "height".into(), unit: "m".into(), graph_hash: Some("abc".into()) };
+    let meta = Meta { quantity: "height".into(), unit: "m".into(), graph_hash: Some("abc".into()), import: None };
     for format in Format::ALL {
         let path = folder.path().join(format!("land.{}", format.extension()));
-        let sidecar = write(&path, format, &field, None, &meta, &|| true).unwrap();
+        let sidecar = write(&path, format, &field, Writing::default(), &meta, &|| true).unwrap();
         assert_eq!((sidecar.columns, sidecar.rows, sidecar.cell_m), (Some(70), Some(45), Some(12.5)));
         assert_eq!((sidecar.seed, sidecar.graph_hash.as_deref()), (Some(7), Some("abc")));
         let text = fs::read(sidecar_path(&path)).unwrap();
@@ -141,7 +141,7 @@ fn a_tile_of_a_world_knows_its_place() {
     let path = folder.path().join("tile.tif");
     let whole = terrain(40, 30);
     let part = whole.crop(&Window { world: whole.window().world, origin: [8, 20], cells: [16, 10] });
-    write(&path, Format::Tiff, &part, None, &Meta::default(), &|| true).unwrap();
+    write(&path, Format::Tiff, &part, Writing::default(), &Meta::default(), &|| true).unwrap();
     let raster = read(&path).unwrap();
     // 8 cells of 12.5 m east, and 10 cells of 12.5 m north, of the world's south-west corner.
     assert_eq!(raster.origin, Some([100.0, 125.0]));
@@ -171,16 +171,17 @@ fn a_failed_write_leaves_what_was_there() {
     let mut broken = terrain(4, 4).into_samples();
     broken[5] = f32::NAN;
     let field = Field::new(*terrain(4, 4).window(), broken);
-    let error = write(&path, Format::R16, &field, None, &Meta::default(), &|| true).unwrap_err();
+    let error = write(&path, Format::R16, &field, Writing::default(), &Meta::default(), &|| true).unwrap_err();
     assert!(matches!(error.problem, Problem::NotFinite { count: 1 }));
     let error = replace(&path, |_| Err(io::Error::from(io::ErrorKind::StorageFull))).unwrap_err();
     assert!(error.to_string().contains("land.r16") && error.remedy().contains("room"), "{error}");
-    let error = write(&path, Format::R32, &terrain(4, 4), None, &Meta::default(), &|| false).unwrap_err();
+    let error = write(&path, Format::R32, &terrain(4, 4), Writing::default(), &Meta::default(), &|| false).unwrap_err();
     assert!(matches!(error.problem, Problem::Stopped));
     assert_eq!(fs::read(&path).unwrap(), b"before");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     let nowhere = folder.path().join("missing/land.exr");
-    let error = write(&nowhere, Format::Exr, &terrain(4, 4), None, &Meta::default(), &|| true).unwrap_err();
+    let error =
+        write(&nowhere, Format::Exr, &terrain(4, 4), Writing::default(), &Meta::default(), &|| true).unwrap_err();
     assert!(matches!(error.problem, Problem::Unwritable(_)));
 }
 
