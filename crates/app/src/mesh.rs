@@ -202,6 +202,7 @@ fn squares([nx, ny]: [u32; 2], most: u64) -> [u32; 2] {
 #[cfg(test)]
 mod tests {
     use orograph_graph::{Window, World};
+    use orograph_nodes::math;
 
     use super::*;
 
@@ -216,7 +217,7 @@ mod tests {
     }
 
     fn hills() -> Field {
-        field([60, 40], 25.0, |x, y| 80.0 * (x / 170.0).sin() * (y / 110.0).cos() + 300.0)
+        field([60, 40], 25.0, |x, y| 80.0 * math::sin(x / 170.0) * math::cos(y / 110.0) + 300.0)
     }
 
     fn mesh(height: &Field, most: u64) -> Mesh {

@@ -15,7 +15,8 @@ pub const HELP: &str = r#"With --json, standard output has one JSON object per l
   {"event":"progress","node":NAME,"kind":KIND,"fraction":0.25}
   {"event":"node","node":NAME,"kind":KIND,"origin":"computed"|"memory"|"disk","seconds":T,"bytes":B}
   {"event":"warning","node":NAME,"message":TEXT}
-  {"event":"output","name":NAME,"file":PATH,"type":TYPE,"bytes":B,"range":[LO,HI]|null,"unit":U}
+  {"event":"output","name":NAME,"file":PATH,"type":TYPE,"bytes":B,"range":[LO,HI]|null,"unit":U,
+   "import":{NAME:VALUE,...}|null}
   {"event":"done","seconds":T,"files":N}
   {"event":"error","exit":CODE,"message":TEXT,"hint":TEXT|null,"problems":[{file,line,column,message,...}]}
 In a sweep a line comes before those of each terrain:

@@ -109,6 +109,7 @@ simd! {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math;
     use crate::testing::{at_every_level, field, outputs_on, run, run_in, with_params, world};
 
     fn masks() -> [Field; 4] {
@@ -145,11 +146,11 @@ mod tests {
                 painted = painted.map(|v| v * (1.0 - m[layer]));
                 painted[layer] = m[layer];
             }
-            let parts = |power: i32| {
-                let sum: f64 = m.iter().map(|v| v.powi(power)).sum();
-                m.map(|v| v.powi(power) / sum)
+            let parts = |power: f64| {
+                let sum: f64 = m.iter().map(|v| math::pow(*v, power)).sum();
+                m.map(|v| math::pow(v, power) / sum)
             };
-            for (weights, expected) in [(&stack, painted), (&share, parts(1)), (&crisp, parts(3))] {
+            for (weights, expected) in [(&stack, painted), (&share, parts(1.0)), (&crisp, parts(3.0))] {
                 for (layer, expected) in expected.into_iter().enumerate() {
                     let got = f64::from(weights.plane(layer)[cell]);
                     assert!((got - expected).abs() < 2e-6, "{layer}: {got} {expected}"); // powers to 1e-6
