@@ -210,10 +210,11 @@ mod tests {
         }
     }
 
-    /// A plane is a plane again at the vertices, finer and coarser, but for the outermost ones.
+    /// A plane is a plane again at finer vertices; at coarser ones, the mean of whole and cut cells lies up to an eighth of a
+    /// cell beside its place.
     #[test]
     fn vertices_have_the_heights_of_their_places() {
-        for cells in [90, 300] {
+        for (cells, most) in [(90, 1e-3), (300, 10.0 / 8.0 * (0.3 + 0.2))] {
             let plane = |x: f64, y: f64| 0.3 * x - 0.2 * y + 7.0;
             let fitted = fit(Engine::Unreal, &field([cells; 2], 10.0, plane));
             let vertices = fitted.height.window().cells[0] as usize;
@@ -222,7 +223,7 @@ mod tests {
                 for i in 3..vertices - 3 {
                     let expected = plane(i as f64 * spacing, j as f64 * spacing);
                     let got = f64::from(fitted.height.samples()[j * vertices + i]);
-                    assert!((got - expected).abs() < 1e-3, "{i} {j}: {got} {expected}"); // heights are single precision
+                    assert!((got - expected).abs() < most, "{i} {j}: {got} {expected}"); // heights are single precision
                 }
             }
         }
