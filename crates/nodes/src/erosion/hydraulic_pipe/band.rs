@@ -72,10 +72,8 @@ pub(super) const STATES: [State; 6] =
 struct Rings {
     bed: Ring,
     wet: Ring,
-    /// Discharge southward before the step.
-    north: Ring,
-    /// Half the fall of the water surface across cells, eastward and southward.
-    fall: [Ring; 2],
+    /// Discharge before friction, eastward through west faces and southward through north faces.
+    driven: [Ring; 2],
     share: Ring,
     load: Ring,
     /// Concentrations, or the traced load of MacCormack's first pass.
@@ -86,7 +84,7 @@ struct Rings {
 impl Rings {
     /// Those of the `step` of a sweep.
     fn new(nx: usize, step: usize) -> Self {
-        let mut place = STATES.len() + 10 * step;
+        let mut place = STATES.len() + 9 * step;
         let mut ring = || {
             place += 1;
             Ring::new(nx, place)
@@ -94,8 +92,7 @@ impl Rings {
         Self {
             bed: ring(),
             wet: ring(),
-            north: ring(),
-            fall: [ring(), ring()],
+            driven: [ring(), ring()],
             share: ring(),
             load: ring(),
             part: ring(),
@@ -258,7 +255,7 @@ impl Band {
         if span.loaded.contains(&y) {
             self.load(scene, pace, step, span, y);
             if y > span.loaded.start {
-                self.north_faces(scene, pace, step, span, y);
+                self.north_faces(scene, pace, step, y);
             }
             if y > span.loaded.start + 1 {
                 self.west_faces(pace, step, y - 1);
@@ -290,7 +287,7 @@ impl Band {
         }
         let (edge, near) = if y < 0 { (scene.boundary.north, 0) } else { (scene.boundary.south, y - 1) };
         let second = (2 * near - y).clamp(0, last);
-        let Rings { bed, wet, fall: [east, _], .. } = &mut self.rings[step];
+        let Rings { bed, wet, driven: [east, _], .. } = &mut self.rings[step];
         for i in 0..self.nx + 2 {
             let beds = [near, second].map(|row| bed.whole(row)[i]);
             let (height, depth) = beyond(edge, beds, wet.whole(near)[i], scene.physics.cell_m as f32);
@@ -302,8 +299,8 @@ impl Band {
 
     fn load_row(&mut self, scene: &Scene<'_>, pace: &Pace, step: usize, y: isize) {
         let (nx, start) = (self.nx, self.world_row(scene, y) * self.nx);
-        let [change, _, water, ..] = &self.states;
-        let Rings { bed, wet, fall: [east, _], .. } = &mut self.rings[step];
+        let [change, _, water, _, west, _] = &self.states;
+        let Rings { bed, wet, driven: [east, _], .. } = &mut self.rings[step];
         let rain = lane_row(&mut self.rain, scene.rain, start);
         let (land, water) = ([&scene.land[start..], change.cells(at(y))], [water.cells(at(y)), rain]);
         flow::load(bed.cells_mut(y), wet.cells_mut(y), land, water, pace);
@@ -319,38 +316,37 @@ impl Band {
         }
         if pace.scheme == Scheme::Inertial {
             let (bed, wet) = (bed.whole(y), wet.whole(y));
-            flow::fall(east.cells_mut(y), [bed, &bed[2..]], [wet, &wet[2..]]);
+            flow::drive(east.faces_mut(y), west.faces(at(y)), [bed, &bed[1..]], [wet, &wet[1..]], pace);
         }
     }
 
     /// Discharge through the faces north of a row.
-    fn north_faces(&mut self, scene: &Scene<'_>, pace: &Pace, step: usize, span: &Span, y: isize) {
-        let Rings { bed, wet, north: before, fall: [east, south], .. } = &mut self.rings[step];
-        let [.., west, north] = &mut self.states;
+    fn north_faces(&mut self, scene: &Scene<'_>, pace: &Pace, step: usize, y: isize) {
+        let Rings { bed, wet, driven: [east, south], .. } = &mut self.rings[step];
+        let [.., north] = &mut self.states;
         let north = north.cells_mut(at(y));
-        let [bed, wet] = [&*bed, &*wet].map(|ring| [y - 2, y - 1, y].map(|row| ring.cells(row)));
+        let [bed, wet] = [&*bed, &*wet].map(|ring| [ring.cells(y - 1), ring.cells(y)]);
         match pace.scheme {
             Scheme::Inertial => {
-                let west = [(y - 1).max(span.known.start), y.min(span.known.end - 1)].map(|row| west.faces(at(row)));
-                let fall = [east.cells(y - 1), east.cells(y)];
-                flow::inertial_north(north, before.cells_mut(y), south.cells_mut(y - 1), bed, wet, west, fall, pace);
-                before.close(y, scene.joined()[0]);
-                south.close(y - 1, scene.joined()[0]);
+                flow::drive(south.cells_mut(y), north, bed, wet, pace);
+                south.close(y, scene.joined()[0]);
+                let (above, below) = (east.faces(y - 1), east.faces(y));
+                flow::rub(north, south.cells(y), [above, &above[1..], below, &below[1..]], bed, wet, pace);
             }
-            Scheme::Pipes => flow::pipes(north, [bed[1], bed[2]], [wet[1], wet[2]], pace),
+            Scheme::Pipes => flow::pipes(north, bed, wet, pace),
         }
     }
 
     /// Discharge through the faces within a row whose neighbours are known.
     fn west_faces(&mut self, pace: &Pace, step: usize, y: isize) {
-        let Rings { bed, wet, north, fall: [_, south], .. } = &self.rings[step];
+        let Rings { bed, wet, driven: [east, south], .. } = &self.rings[step];
         let [.., west, _] = &mut self.states;
         let west = west.faces_mut(at(y));
-        let [bed, wet, fall] = [bed, wet, south].map(|ring| [ring.whole(y), &ring.whole(y)[1..]]);
+        let [bed, wet] = [bed, wet].map(|ring| [ring.whole(y), &ring.whole(y)[1..]]);
         match pace.scheme {
             Scheme::Inertial => {
-                let (above, below) = (north.whole(y), north.whole(y + 1));
-                flow::inertial_west(west, bed, wet, fall, [above, below, &above[1..], &below[1..]], pace);
+                let (above, below) = (south.whole(y), south.whole(y + 1));
+                flow::rub(west, east.faces(y), [above, below, &above[1..], &below[1..]], bed, wet, pace);
             }
             Scheme::Pipes => flow::pipes(west, bed, wet, pace),
         }

@@ -76,35 +76,38 @@ fn inverse_sixth_root(x: f32) -> f32 {
     newton(newton(guess, 1.168_266_7), 1.166_671_2)
 }
 
-/// Local inertia with Manning's friction (Bates, Horritt and Fewtrell 2010, equation 11), at most critical flow.
-///
-/// `along` is the discharge along the face and the fall of the surface that way. Friction counts both directions, as de
-/// Almeida et al. (2012) have it; on steep ground, where flow would be faster than its waves, it grows until it is not
-/// (Grant 1997). With the face's own direction alone, water would turn towards the diagonals of the raster.
+/// Discharge that a step of inertia and gravity gives, before friction.
 #[inline(always)]
-fn inertial(q: f32, along: [f32; 2], bed: [f32; 2], water: [f32; 2], pace: &Pace) -> f32 {
+fn driven(q: f32, bed: [f32; 2], water: [f32; 2], pace: &Pace) -> f32 {
     let (depth, fall) = face(bed, water);
     let open = (depth > DRY_M) & (fall.abs() < HIGHEST);
-    let depth = if depth > DRY_M { depth } else { DRY_M };
     let fall = if fall > pace.steepest_m { pace.steepest_m } else { fall };
     let fall = if fall < -pace.steepest_m { -pace.steepest_m } else { fall };
+    let moved = q + pace.push * depth * fall;
+    if open { moved } else { 0.0 }
+}
+
+/// What Manning's friction leaves of the discharge Q that is `driven` through a face with `across` along it: the q that
+/// solves q (1 + k |q|) = Q with k = g Δt n² / h^(7/3), at most that of critical flow.
+///
+/// Both count the norm of the vector, so neither turns the flow (de Almeida and Bates 2013). With the discharge before
+/// the step in place of that after it (Bates, Horritt and Fewtrell 2010, equation 11), thin water on steep ground would
+/// swing between two discharges from step to step.
+#[inline(always)]
+fn rubbed(driven: f32, across: f32, bed: [f32; 2], water: [f32; 2], pace: &Pace) -> f32 {
+    let (depth, _) = face(bed, water);
+    let depth = if depth > DRY_M { depth } else { DRY_M };
     let root = inverse_sixth_root(depth);
     let root2 = root * root;
     let root3 = root2 * root;
     let root6 = root3 * root3;
-    let root12 = root6 * root6;
-    let root24 = root12 * root12;
-    // squares, so that one root does for both directions of slope and of flow
-    let rough = pace.friction * (root24 * (root2 * root2));
-    let steep = pace.steep * (fall * fall + along[1] * along[1]) * root24;
-    let square = (if rough > steep { rough } else { steep }) * (q * q + along[0] * along[0]);
+    let square = driven * driven + across * across;
     let square = if square < 1e30 { square } else { 1e30 };
-    let friction = square * inverse_root(square);
-    let moved = (q + pace.push * depth * fall) * inverse(1.0 + friction);
-    let critical = pace.critical * (depth * depth) * root3;
-    let moved = if moved > critical { critical } else { moved };
-    let moved = if moved < -critical { -critical } else { moved };
-    if open { moved } else { 0.0 }
+    let per_norm = inverse_root(square);
+    let drag = 1.0 + pace.friction * (root6 * root6 * root2) * (square * per_norm);
+    let left = 2.0 * inverse(1.0 + drag * inverse_root(drag));
+    let critical = pace.critical * (depth * depth) * root3 * per_norm;
+    driven * if left < critical { left } else { critical }
 }
 
 /// A pipe between the two columns (O'Brien and Hodgins 1995, Mei, Decaudin and Hu 2007) as wide as the face, and as
@@ -119,52 +122,36 @@ fn pipe(q: f32, bed: [f32; 2], water: [f32; 2], pace: &Pace) -> f32 {
 }
 
 simd! {
-    /// Discharge through the faces north of a row after a step, m²/s, not yet limited to the water there is. `bed` and
-    /// `water` are those two rows and one row north of it, and here; `west` the discharge before the step, and `fall` the
-    /// fall eastward, of the row north and here. Keeps the discharge `before` the step, and gives the fall southward of the
-    /// row north.
-    #[expect(clippy::too_many_arguments, reason = "only arguments are known not to overlap, which makes it vectorise")]
-    pub fn inertial_north(
-        discharge: &mut [f32], before: &mut [f32], south: &mut [f32], bed: [&[f32]; 3], water: [&[f32]; 3],
-        west: [&[f32]; 2], fall: [&[f32]; 2], pace: &Pace,
-    ) {
+    /// Discharge that inertia and gravity give in a step, before friction, m²/s: through any faces, from that `before`.
+    /// `bed` and `water` are of the cells before and after each.
+    pub fn drive(discharge: &mut [f32], before: &[f32], bed: [&[f32]; 2], water: [&[f32]; 2], pace: &Pace) {
         let n = discharge.len();
-        let (before, south) = (&mut before[..n], &mut south[..n]);
-        let ([bed0, bed1, bed2], [water0, water1, water2]) = (bed.map(|row| &row[..n]), water.map(|row| &row[..n]));
-        let ([fall0, fall1], [west0, west1]) = (fall.map(|row| &row[..n]), west.map(|row| &row[..n]));
-        let [east0, east1] = west.map(|row| &row[1..=n]);
+        let ([bed0, bed1], [water0, water1]) = (bed.map(|row| &row[..n]), water.map(|row| &row[..n]));
+        let before = &before[..n];
         for i in 0..n {
-            let q = discharge[i];
-            before[i] = q;
-            south[i] = half_fall([bed0[i], bed2[i]], [water0[i], water2[i]]);
-            let flowing = 0.25 * ((west0[i] + east0[i]) + (west1[i] + east1[i]));
-            let falling = 0.5 * (fall0[i] + fall1[i]);
-            discharge[i] = inertial(q, [flowing, falling], [bed1[i], bed2[i]], [water1[i], water2[i]], pace);
+            discharge[i] = driven(before[i], [bed0[i], bed1[i]], [water0[i], water1[i]], pace);
         }
     }
 }
 
 simd! {
-    /// The same through the faces within a row: `bed`, `water` and the southward `fall` of the cells west and east of each
-    /// face, `north` the discharge before the step through the faces north and south of the cell west of it, then of that
-    /// east of it.
-    pub fn inertial_west(
-        discharge: &mut [f32], bed: [&[f32]; 2], water: [&[f32]; 2], fall: [&[f32]; 2], north: [&[f32]; 4], pace: &Pace,
+    /// What friction leaves of the discharge `through` faces, not yet limited to the water there is. `along` is that through
+    /// the four faces of the other direction around each: both of the cell before it, and both of that after it.
+    pub fn rub(
+        discharge: &mut [f32], through: &[f32], along: [&[f32]; 4], bed: [&[f32]; 2], water: [&[f32]; 2], pace: &Pace,
     ) {
         let n = discharge.len();
         let ([bed0, bed1], [water0, water1]) = (bed.map(|row| &row[..n]), water.map(|row| &row[..n]));
-        let ([fall0, fall1], [north0, south0, north1, south1]) = (fall.map(|row| &row[..n]), north.map(|row| &row[..n]));
+        let (through, [along0, along1, along2, along3]) = (&through[..n], along.map(|row| &row[..n]));
         for i in 0..n {
-            let flowing = 0.25 * ((north0[i] + south0[i]) + (north1[i] + south1[i]));
-            let falling = 0.5 * (fall0[i] + fall1[i]);
-            let along = [flowing, falling];
-            discharge[i] = inertial(discharge[i], along, [bed0[i], bed1[i]], [water0[i], water1[i]], pace);
+            let along = 0.25 * ((along0[i] + along1[i]) + (along2[i] + along3[i]));
+            discharge[i] = rubbed(through[i], along, [bed0[i], bed1[i]], [water0[i], water1[i]], pace);
         }
     }
 }
 
 simd! {
-    /// The same for pipes, through any faces: `bed` and `water` of the cells before and after each.
+    /// Discharge through any faces after a step, for pipes: `bed` and `water` of the cells before and after each.
     pub fn pipes(discharge: &mut [f32], bed: [&[f32]; 2], water: [&[f32]; 2], pace: &Pace) {
         let n = discharge.len();
         let ([bed0, bed1], [water0, water1]) = (bed.map(|row| &row[..n]), water.map(|row| &row[..n]));
@@ -174,28 +161,9 @@ simd! {
     }
 }
 
-/// Half the fall of the water surface between the cells on both sides of one, 0 beside what is no land.
-#[inline(always)]
-fn half_fall(bed: [f32; 2], water: [f32; 2]) -> f32 {
-    let fall = 0.5 * ((bed[0] - bed[1]) + (water[0] - water[1]));
-    if fall.abs() < HIGHEST { fall } else { 0.0 }
-}
-
-simd! {
-    /// Half the fall of the water surface from the cells `before` to those `after`, 0 beside what is no land.
-    pub fn fall(out: &mut [f32], bed: [&[f32]; 2], water: [&[f32]; 2]) {
-        let n = out.len();
-        let ([bed0, bed1], [water0, water1]) = (bed.map(|row| &row[..n]), water.map(|row| &row[..n]));
-        for i in 0..n {
-            out[i] = half_fall([bed0[i], bed1[i]], [water0[i], water1[i]]);
-        }
-    }
-}
-
 simd! {
     /// The share of its outflow that a cell can give in a step, a hair below all its water, more than the error of the
-    /// inverse. `faces` are those on its
-    /// west, east, north and south.
+    /// inverse. `faces` are those on its west, east, north and south.
     pub fn shares(share: &mut [f32], water: &[f32], faces: [&[f32]; 4], pace: &Pace) {
         let n = share.len();
         let (water, [west, east, north, south]) = (&water[..n], faces.map(|row| &row[..n]));

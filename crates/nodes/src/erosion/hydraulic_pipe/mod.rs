@@ -1,8 +1,9 @@
 //! Hydraulic erosion by shallow water.
 //!
 //! X. Mei, P. Decaudin and B.-G. Hu (2007) for the order of steps and the virtual pipes; P. D. Bates, M. S. Horritt and
-//! T. J. Fewtrell (2010) for water with inertia and friction; C. T. Yang (1973) for the capacity; A. Selle et al. (2008)
-//! for MacCormack's transport. What differs from them is told in the node's manual page.
+//! T. J. Fewtrell (2010) for water with inertia; G. A. M. de Almeida and P. Bates (2013) and X. Xia and Q. Liang (2018)
+//! for its friction; C. T. Yang (1973) for the capacity; A. Selle et al. (2008) for MacCormack's transport. What differs
+//! from them is told in the node's manual page.
 
 mod band;
 mod bed;
@@ -84,6 +85,10 @@ pub static NODE: Node = Node {
         "O. Št'ava, B. Beneš, M. Brisbin, J. Křivánek, 2008, Interactive terrain modeling using hydraulic erosion, SCA",
         "P. D. Bates, M. S. Horritt, T. J. Fewtrell, 2010, A simple inertial formulation of the shallow water equations \
          for efficient two-dimensional flood inundation modelling, Journal of Hydrology 387, 33-45",
+        "G. A. M. de Almeida, P. Bates, 2013, Applicability of the local inertial approximation of the shallow water \
+         equations to flood modeling, Water Resources Research 49, 4833-4844",
+        "X. Xia, Q. Liang, 2018, A new efficient implicit scheme for discretising the stiff friction terms in the \
+         shallow water equations, Advances in Water Resources 117, 87-97",
         "C. T. Yang, 1973, Incipient motion and sediment transport, Journal of the Hydraulics Division 99, 1679-1704",
         "E. Partheniades, 1965, Erosion and deposition of cohesive soils, Journal of the Hydraulics Division 91, 105-139",
         "A. Selle, R. Fedkiw, B. Kim, Y. Liu, J. Rossignac, 2008, An unconditionally stable MacCormack method, Journal \

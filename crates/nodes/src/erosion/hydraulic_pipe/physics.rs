@@ -155,7 +155,7 @@ impl Physics {
     pub fn pace(&self, dt_s: f64) -> Pace {
         let acceleration = self.acceleration.max(1e-20) as f32;
         let step = dt_s / self.cell_m;
-        let friction = GRAVITY * dt_s * self.roughness * self.roughness;
+        let friction = 4.0 * GRAVITY * dt_s * self.roughness * self.roughness;
         Pace {
             scheme: self.scheme,
             law: self.law,
@@ -164,8 +164,7 @@ impl Physics {
             rain_m: (dt_s / 3.6e6) as f32,
             push: (GRAVITY * dt_s / self.cell_m) as f32,
             steepest_m: (STEEPEST * self.cell_m) as f32,
-            friction: (friction * friction) as f32,
-            steep: (step * step) as f32,
+            friction: friction as f32,
             critical: GRAVITY.sqrt() as f32,
             section_m: self.section_m as f32,
             damping: crate::math::exp(-self.damping * dt_s) as f32,
@@ -202,10 +201,8 @@ pub(super) struct Pace {
     pub push: f32,
     /// Largest fall between cells that drives water.
     pub steepest_m: f32,
-    /// (g dt n²)².
+    /// 4 g dt n².
     pub friction: f32,
-    /// (dt / dx)², s²/m².
-    pub steep: f32,
     /// √g.
     pub critical: f32,
     pub section_m: f32,

@@ -24,38 +24,43 @@ impl World {
             inside.then(|| values[at(i as usize, j as usize)])
         };
         let level: Vec<f64> = bed.iter().zip(&water).map(|(b, d)| b + d).collect();
-        let half_fall = |i: isize, j: isize, di: isize, dj: isize| {
-            cell(&level, i - di, j - dj).zip(cell(&level, i + di, j + dj)).map_or(0.0, |(a, b)| 0.5 * (a - b))
-        };
-        let middle = |i: isize, j: isize, di: isize, dj: isize| {
-            let faces = if di == 1 { &west } else { &north };
-            let next = cell(faces, i + di, j + dj).unwrap_or(0.0);
-            0.5 * (faces[at(i as usize, j as usize)] + next)
-        };
-        // discharge from the cell before to (i, j), for the axis (di, dj)
-        let face = |i: isize, j: isize, di: isize, dj: isize, q: f64| {
+        // depth over the face from the cell before to (i, j), for the axis (di, dj), and the discharge before friction
+        let driven = |i: isize, j: isize, [di, dj]: [isize; 2]| {
             let (k, l) = (i - di, j - dj);
             if k < 0 || l < 0 {
-                return 0.0;
+                return (0.0, 0.0);
             }
             let [a, b] = [at(k as usize, l as usize), at(i as usize, j as usize)];
             let h = level[a].max(level[b]) - bed[a].max(bed[b]);
             if h <= 1e-4 {
-                return 0.0;
+                return (0.0, 0.0);
             }
             let fall = (level[a] - level[b]).clamp(-2.0 * dx, 2.0 * dx);
-            let along_fall = 0.5 * (half_fall(k, l, dj, di) + half_fall(i, j, dj, di));
-            let along = 0.5 * (middle(k, l, dj, di) + middle(i, j, dj, di));
-            let slope = libm::hypot(fall, along_fall) / dx;
-            let resistance = (g * 0.05 * 0.05 * libm::pow(h, -7.0 / 3.0)).max(slope / (h * h));
-            let moved = (q + g * h * dt * fall / dx) / (1.0 + dt * resistance * libm::hypot(q, along));
-            let critical = h * libm::sqrt(g * h);
-            moved.clamp(-critical, critical)
+            let q = if di == 1 { west[b] } else { north[b] };
+            (h, q + g * h * dt * fall / dx)
+        };
+        // the mean of what is driven along the axis through both faces of a cell
+        let middle = |i: isize, j: isize, axis: [isize; 2]| {
+            let (k, l) = (i + axis[0], j + axis[1]);
+            let next = cell(&bed, k, l).map_or(0.0, |_| driven(k, l, axis).1);
+            0.5 * (driven(i, j, axis).1 + next)
+        };
+        let face = |i: isize, j: isize, [di, dj]: [isize; 2]| {
+            let (h, q) = driven(i, j, [di, dj]);
+            if q == 0.0 {
+                return 0.0;
+            }
+            let along = 0.5 * (middle(i - di, j - dj, [dj, di]) + middle(i, j, [dj, di]));
+            let norm = libm::hypot(q, along);
+            let drag = g * dt * 0.05 * 0.05 * libm::pow(h, -7.0 / 3.0);
+            // the norm m that is left, from m (1 + drag m) = norm
+            let left = (libm::sqrt(1.0 + 4.0 * drag * norm) - 1.0) / (2.0 * drag);
+            q / norm * left.min(h * libm::sqrt(g * h))
         };
         for j in 0..n {
             for i in 0..n {
-                self.west[at(i, j)] = face(i as isize, j as isize, 1, 0, west[at(i, j)]);
-                self.north[at(i, j)] = face(i as isize, j as isize, 0, 1, north[at(i, j)]);
+                self.west[at(i, j)] = face(i as isize, j as isize, [1, 0]);
+                self.north[at(i, j)] = face(i as isize, j as isize, [0, 1]);
             }
         }
         let faces = |west: &[f64], north: &[f64], i: usize, j: usize| {

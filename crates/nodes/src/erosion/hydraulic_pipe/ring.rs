@@ -105,6 +105,16 @@ impl Ring {
         self.0.cells_mut(Self::slot(y))
     }
 
+    /// The cells of a row and one sample more, which is the last face of rows of faces.
+    pub fn faces(&self, y: isize) -> &[f32] {
+        self.0.faces(Self::slot(y))
+    }
+
+    /// The same, to be written.
+    pub fn faces_mut(&mut self, y: isize) -> &mut [f32] {
+        self.0.faces_mut(Self::slot(y))
+    }
+
     /// Fills the ghosts: from the other end where the sides are joined, else with the nearest cell.
     pub fn close(&mut self, y: isize, joined: bool) {
         let row = self.whole_mut(y);
