@@ -1,0 +1,276 @@
+//! Impact craters: one, or a field of them with the size distribution of old surfaces.
+//!
+//! Profiles after R. J. Pike (1977), "Size-dependence in the shape of fresh impact craters on the moon": simple craters are a
+//! fifth as deep as wide. Numbers after the steady production N(> D) ∝ D⁻² (H. J. Melosh, 1989, "Impact Cratering"), by
+//! which each octave of diameters covers as much ground as any other.
+
+use orograph_graph::mix;
+
+use crate::{par, prelude::*};
+
+choice! {
+    /// How many craters there are.
+    pub enum Pattern {
+        /// One, at `centre`.
+        One = "one",
+        /// As many as `cover` says, where a hash says.
+        Field = "field",
+    }
+}
+
+params! {
+    /// How many craters there are.
+    pattern: Pattern = Pattern::Field, One, ..;
+    /// Middle of the one crater, from the world's north-west corner.
+    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7;
+    /// Diameter from rim to rim of the one crater or the largest.
+    diameter: f64 = 4000.0, Metres, 0.01..=1e6, soft 100..=20000;
+    /// Diameter of the smallest crater of a field.
+    smallest: f64 = 150.0, Metres, 0.01..=1e6, soft 10..=1000;
+    /// Share of the ground that craters of each octave of diameters cover.
+    cover: f64 = 0.12, One, 0.0..=0.36, soft 0..=0.3;
+    /// Depth of a fresh crater below the ground around, as a share of its diameter.
+    depth: f64 = 0.16, One, 0.0..=0.5, soft 0.05..=0.25;
+    /// Height of a fresh crater's rim above the ground around, as a share of its diameter.
+    rim: f64 = 0.04, One, 0.0..=0.2, soft 0..=0.08;
+    /// Share of depth and rim that the oldest craters of a field have lost.
+    wear: f64 = 0.8, One, 0.0..=1.0;
+    /// Which craters a field has.
+    seed: Seed = Seed(0), Count, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Crater",
+    category: "generate",
+    summary: "Impact craters: one, or a field of all sizes.",
+    doc: "Craters on level ground; add them to other land with `Combine`.\n\n\
+          With the diameter D, R = D/2, the depth d = `depth` · D and the rim h = `rim` · D, a crater is a paraboloid with a \
+          blanket of ejecta,\n\n    \
+          z = −d + (d + h) (r/R)²   within R,     z = h (R/r)³   beyond,\n\n\
+          which fades out from 2R to 3R. From rim to floor a fresh simple crater is a fifth as deep as wide.\n\n\
+          A **field** has craters from `smallest` to `diameter`, many more small ones than large: N(> D) ∝ D⁻², so that each \
+          octave covers the share `cover` of the ground. All ages are as likely; of the depth and rim of the oldest, `wear` is \
+          gone. Craters that overlap add up, small ones on top of large ones. Each is where a hash of its place in the world \
+          says: more cells or another window change none. Craters narrower than four cells are left out.\n\n\
+          Slopes of moonlike land rest: `Creep` softens rims as a long time does.",
+    sources: &[
+        "R. J. Pike (1977), Size-dependence in the shape of fresh impact craters on the moon, in Impact and Explosion \
+         Cratering, Pergamon",
+        "H. J. Melosh (1989), Impact Cratering: A Geologic Process, Oxford University Press",
+    ],
+    outputs: &[Output::gives("height", PortType::Height, "Height above the ground around.")],
+    params: Params::specs,
+    cpu: run,
+    example: "diameter: 6000, smallest: 1000",
+    ..Node::DEFAULT
+};
+
+/// Radii from the middle at which the ejecta begin to fade and are gone.
+const EJECTA: [f64; 2] = [2.0, 3.0];
+/// Cells across the smallest crater that is drawn.
+const CELLS: f64 = 4.0;
+/// The share of a square that a crater of its octave covers on average, squares being as wide as the octave's largest:
+/// `π/4 · ∫ D⁻¹ dD / ∫ D⁻³ dD` from ½ to 1.
+const SHARE: f64 = std::f64::consts::FRAC_PI_4 * std::f64::consts::LN_2 / 1.5;
+/// Rows that are drawn together.
+const BAND: usize = 32;
+/// A side of a square's row of numbers, beyond which places are the same again.
+const FAR: f64 = 2_147_483_648.0;
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let window = job.window();
+    let mut height = vec![0.0; window.len()];
+    let shape = Shape { depth: params.depth, rim: params.rim };
+    let octaves = params.octaves(job)?;
+    par::bands_within(job, [0.0, 1.0], BAND, &mut height, |first, rows| {
+        let band = Band { window, first };
+        if params.pattern == Pattern::One {
+            band.add(rows, &Crater { centre: params.centre, radius_m: 0.5 * params.diameter, fresh: 1.0 }, shape);
+            return job.check();
+        }
+        for octave in &octaves {
+            let reach_m = 0.5 * EJECTA[1] * octave.largest_m;
+            let [columns, lines] = band.squares(rows, reach_m, octave.largest_m);
+            for line in lines[0]..=lines[1] {
+                job.check()?;
+                for column in columns[0]..=columns[1] {
+                    if let Some(crater) = octave.crater(column, line) {
+                        band.add(rows, &crater, shape);
+                    }
+                }
+            }
+        }
+        Ok(())
+    })?;
+    Ok(Outputs::one("height", Field::new(window, height)))
+}
+
+impl Params {
+    /// Octaves of diameters, from the largest down.
+    fn octaves(&self, job: &Job<'_>) -> Result<Vec<Octave>, NodeError> {
+        if self.pattern == Pattern::One {
+            return Ok(Vec::new());
+        }
+        if self.smallest > self.diameter {
+            return Err(NodeError::failed_with_hint(
+                "the smallest crater is larger than the largest",
+                format!("write `smallest: {}` or less", orograph_graph::plain(self.diameter)),
+            ));
+        }
+        let smallest_m = self.smallest.max(CELLS * job.cell_m());
+        let mut octaves = Vec::new();
+        let mut largest_m = self.diameter;
+        while largest_m >= smallest_m {
+            let seed = mix(job.seed().wrapping_add(octaves.len() as u32));
+            octaves.push(Octave { largest_m, smallest_m, chance: self.cover / SHARE, wear: self.wear, seed });
+            largest_m *= 0.5;
+        }
+        Ok(octaves)
+    }
+}
+
+/// Craters from half a diameter to that diameter: at most one in each square of a lattice.
+struct Octave {
+    largest_m: f64,
+    /// Diameter below which there are none.
+    smallest_m: f64,
+    /// How likely it is that a square has one.
+    chance: f64,
+    wear: f64,
+    seed: u32,
+}
+
+impl Octave {
+    fn crater(&self, column: i64, line: i64) -> Option<Crater> {
+        let row = mix((line as u32).wrapping_mul(0xd816_3841).wrapping_add(self.seed));
+        let key = mix((column as u32).wrapping_mul(0x8da6_b343).wrapping_add(row));
+        let unit = |salt: u32| (f64::from(mix(key ^ salt) >> 8) + 0.5) / f64::from(1 << 24);
+        if unit(0x9e37_79b9) >= self.chance {
+            return None;
+        }
+        let diameter_m = self.largest_m / (1.0 + 3.0 * unit(0x3c6e_f372)).sqrt();
+        (diameter_m >= self.smallest_m).then(|| Crater {
+            centre: [
+                (column as f64 + unit(0xdaa6_6d2b)) * self.largest_m,
+                (line as f64 + unit(0x78dd_e6e4)) * self.largest_m,
+            ],
+            radius_m: 0.5 * diameter_m,
+            fresh: 1.0 - self.wear * unit(0x1715_609d),
+        })
+    }
+}
+
+/// Depth and height of the rim as shares of the diameter.
+#[derive(Clone, Copy)]
+struct Shape {
+    depth: f64,
+    rim: f64,
+}
+
+impl Shape {
+    /// The height at so many radii from the middle, as a share of the diameter.
+    fn height(self, radii: f64) -> f64 {
+        if radii <= 1.0 {
+            return (self.depth + self.rim) * radii * radii - self.depth;
+        }
+        let fade = ((EJECTA[1] - radii) / (EJECTA[1] - EJECTA[0])).clamp(0.0, 1.0);
+        self.rim / (radii * radii * radii) * (fade * fade * (3.0 - 2.0 * fade))
+    }
+}
+
+struct Crater {
+    centre: [f64; 2],
+    radius_m: f64,
+    /// What time has left of its depth.
+    fresh: f64,
+}
+
+/// Some rows of a window.
+struct Band {
+    window: Window,
+    first: usize,
+}
+
+impl Band {
+    /// The first and last squares along x and y, of that width, in which there may be a crater that reaches these rows.
+    fn squares(&self, rows: &[f32], reach_m: f64, width_m: f64) -> [[i64; 2]; 2] {
+        let last = self.first + rows.len() / self.window.nx() - 1;
+        let [low, high] = [self.window.centre_m(0, self.first), self.window.centre_m(self.window.nx() - 1, last)];
+        let square = |at_m: f64| (at_m / width_m).floor().clamp(-FAR, FAR) as i64;
+        [0, 1].map(|axis| [square(low[axis] - reach_m), square(high[axis] + reach_m)])
+    }
+
+    /// Adds a crater.
+    fn add(&self, rows: &mut [f32], crater: &Crater, shape: Shape) {
+        let nx = self.window.nx();
+        let cell_m = self.window.cell_m();
+        let [x0, y0] = self.window.centre_m(0, self.first);
+        let reach_m = EJECTA[1] * crater.radius_m;
+        let span = |from_m: f64, centre_m: f64, count: usize| {
+            let first = ((centre_m - reach_m - from_m) / cell_m).ceil().clamp(0.0, count as f64) as usize;
+            let end = ((centre_m + reach_m - from_m) / cell_m).floor() + 1.0;
+            first..(end.clamp(first as f64, count as f64) as usize)
+        };
+        for j in span(y0, crater.centre[1], rows.len() / nx) {
+            for i in span(x0, crater.centre[0], nx) {
+                let [x, y] = self.window.centre_m(i, self.first + j);
+                let (dx, dy) = (x - crater.centre[0], y - crater.centre[1]);
+                let square = dx * dx + dy * dy;
+                if square < reach_m * reach_m {
+                    let height = shape.height(square.sqrt() / crater.radius_m);
+                    rows[j * nx + i] += (2.0 * crater.radius_m * crater.fresh * height) as f32;
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        math,
+        testing::{generate, world},
+    };
+
+    #[test]
+    fn one_crater_has_its_depth_its_rim_and_its_ejecta() {
+        let land = generate(Window::whole(world(1024, 1024, 16.0)), &NODE, "pattern=one,diameter=4000,depth=0.2");
+        let at = |metres: usize| f64::from(land.samples()[512 * 1024 + 512 + metres / 16]);
+        // the centre of a cell is 11 m from the crater's, of a slope of 5e-4 there
+        assert!((at(0) + 800.0).abs() < 0.1, "{}", at(0));
+        let (_, rim) = land.range(0).expect("values");
+        // the crest is a cusp of a slope of 0.96 and may lie between cells
+        assert!((150.0..160.1).contains(&f64::from(rim)), "{rim}");
+        let r = math::hypot(3000.0, 8.0);
+        assert!((at(3000) - 160.0 * 8e9 / (r * r * r)).abs() < 0.02, "{}", at(3000));
+        assert_eq!(at(6000), 0.0);
+    }
+
+    #[test]
+    fn each_octave_covers_its_share_and_large_craters_are_rare() {
+        let octave = Octave { largest_m: 1.0, smallest_m: 0.0, chance: 0.3 / SHARE, wear: 0.0, seed: 3 };
+        let craters: Vec<Crater> = (0..300)
+            .flat_map(|line| (0..300).map(move |column| (column, line)))
+            .filter_map(|(c, l)| octave.crater(c, l))
+            .collect();
+        let area: f64 = craters.iter().map(|c| std::f64::consts::PI * c.radius_m * c.radius_m).sum();
+        // 75 000 craters
+        assert!((area / 90_000.0 / 0.3 - 1.0).abs() < 0.01, "{}", area / 90_000.0);
+        // N(> 0.7) / N(> 0.5) = (0.7⁻² − 1) / (0.5⁻² − 1)
+        let large = craters.iter().filter(|c| c.radius_m > 0.35).count() as f64 / craters.len() as f64;
+        assert!((large - (1.0 / 0.49 - 1.0) / 3.0).abs() < 0.01, "{large}");
+    }
+
+    #[test]
+    fn a_window_has_the_craters_of_the_whole() {
+        let whole = Window::whole(world(131, 97, 120.0));
+        let land = generate(whole, &NODE, "smallest=600");
+        let part = Window { origin: [17, 31], cells: [83, 40], ..whole };
+        assert_eq!(land.crop(&part), generate(part, &NODE, "smallest=600"));
+        assert_ne!(land, generate(whole, &NODE, "smallest=600,seed=1"));
+        assert!(land.range(0).is_some_and(|(low, high)| low < -100.0 && high > 10.0));
+    }
+}
