@@ -61,7 +61,7 @@ fn every_graph_builds_to_the_same_bytes_on_one_and_two_threads() {
 /// What the Alps measure on cells of 100 to 150 m: summits, local relief in windows of 2.5 km, slopes.
 #[test]
 fn the_alps_are_alpine() {
-    let document = Document::load(&folder().join("alps.ron"), &registry()).expect("a graph file");
+    let document = Document::load(folder().join("alps.ron"), &registry()).expect("a graph file");
     let values = build(&document, 500.0, 2);
     let report = values.iter().find_map(Value::as_report).expect("an output of measures");
     for (name, range) in
