@@ -2,7 +2,9 @@
 //!
 //! The noise at a place is the sum over the four corners of its lattice cell of
 //!
-//!     v φ(s) φ(t) + x ψ(s) φ(t) + y φ(s) ψ(t) + w ψ(s) ψ(t),   ψ(s) = s φ(s) or the like,
+//! ```text
+//! v φ(s) φ(t) + x ψ(s) φ(t) + y φ(s) ψ(t) + w ψ(s) ψ(t),   ψ(s) = s φ(s) or the like,
+//! ```
 //!
 //! where (s, t) is the place as seen from the corner in wavelengths, v the corner's value, (x, y) its gradient and w its
 //! twist. All of it is a product of a function of the column and one of the row, which is what makes it fast on a raster.
