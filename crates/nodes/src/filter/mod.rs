@@ -3,11 +3,13 @@
 pub mod blur;
 pub mod gaussian;
 pub mod lines;
+pub mod sharpen;
+pub mod terrace;
 
 use orograph_graph::{Job, Lane, Node, NodeError};
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] = &[&blur::NODE];
+pub static NODES: &[&Node] = &[&blur::NODE, &sharpen::NODE, &terrace::NODE];
 
 /// Replaces `new` by `old` where the mask is 0, by the weighted mean of both between 0 and 1.
 fn mix(job: &Job<'_>, old: &[f32], new: &mut [f32], mask: Lane<'_>) -> Result<(), NodeError> {

@@ -131,6 +131,6 @@ mod tests {
         assert_eq!(find(&registry, "constant").expect("case is forgiven").id, "Constant");
         let failure = find(&registry, "Constent").expect_err("misspelt");
         assert_eq!(failure.hint.as_deref(), Some("did you mean `Constant`?"));
-        assert_eq!(find(&registry, "Volcano").expect_err("no such node").exit, crate::Exit::Wrong);
+        assert_eq!(find(&registry, "Zeppelin").expect_err("no such node").exit, crate::Exit::Wrong);
     }
 }
