@@ -145,26 +145,16 @@ fn span(height: &Field) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
-    use orograph_graph::{Window, World};
 
     use super::*;
-
-    fn field(cells: [u32; 2], cell_m: f64, value: impl Fn(f64, f64) -> f64) -> Field {
-        let world = World { size: cells.map(|n| f64::from(n) * cell_m), cells, ..World::default() };
-        let window = Window::whole(world);
-        let samples = (0..window.len()).map(|at| {
-            let [x, y] = window.centre_m(at % window.nx(), at / window.nx());
-            value(x, y) as f32
-        });
-        Field::new(window, samples.collect())
-    }
+    use crate::testing::field;
 
     fn fit(engine: Engine, height: &Field) -> Fitted {
         engine.fit(height, false, &|| true).expect("not stopped")
     }
 
     fn number(fitted: &Fitted, name: &str) -> f64 {
-        fitted.import[name].as_f64().unwrap_or_else(|| panic!("{name}"))
+        fitted.import[name].as_f64().expect("a number to type")
     }
 
     /// The sizes that Epic recommends, from the nearest powers of two.

@@ -19,6 +19,8 @@ pub mod progress;
 pub mod request;
 mod stop;
 pub mod terminal;
+#[cfg(test)]
+mod testing;
 mod vertices;
 
 pub use cli::run;

@@ -201,20 +201,10 @@ fn squares([nx, ny]: [u32; 2], most: u64) -> [u32; 2] {
 
 #[cfg(test)]
 mod tests {
-    use orograph_graph::{Window, World};
     use orograph_nodes::math;
 
     use super::*;
-
-    fn field(cells: [u32; 2], cell_m: f64, value: impl Fn(f64, f64) -> f64) -> Field {
-        let world = World { size: cells.map(|n| f64::from(n) * cell_m), cells, ..World::default() };
-        let window = Window::whole(world);
-        let samples = (0..window.len()).map(|at| {
-            let [x, y] = window.centre_m(at % window.nx(), at / window.nx());
-            value(x, y) as f32
-        });
-        Field::new(window, samples.collect())
-    }
+    use crate::testing::field;
 
     fn hills() -> Field {
         field([60, 40], 25.0, |x, y| 80.0 * math::sin(x / 170.0) * math::cos(y / 110.0) + 300.0)
@@ -267,29 +257,30 @@ mod tests {
     fn gltf_reads_back() {
         let mesh = mesh(&hills(), 1000);
         let mut file = Vec::new();
-        mesh.write(MeshFormat::Glb, &mut file).unwrap();
-        let word = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap()) as usize;
+        mesh.write(MeshFormat::Glb, &mut file).expect("written to memory");
+        let word = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().expect("four bytes")) as usize;
         assert_eq!((&file[..4], word(4), word(8)), (b"glTF".as_slice(), 2, file.len()));
         let text = word(12);
         assert_eq!((&file[16..20], text % 4), (b"JSON".as_slice(), 0));
-        let scene: serde_json::Value = serde_json::from_slice(&file[20..20 + text]).unwrap();
+        let scene: serde_json::Value = serde_json::from_slice(&file[20..20 + text]).expect("JSON");
+        let number = |value: &serde_json::Value| value.as_u64().expect("a whole number") as usize;
         let binary = 20 + text;
         assert_eq!((&file[binary + 4..binary + 8], word(binary) % 4), (b"BIN\0".as_slice(), 0));
         let data = &file[binary + 8..];
         assert_eq!(scene["buffers"][0]["byteLength"], data.len());
         let attributes = &scene["meshes"][0]["primitives"][0]["attributes"];
         let numbers = |accessor: &serde_json::Value| -> Vec<[u8; 4]> {
-            let accessor = &scene["accessors"][accessor.as_u64().unwrap() as usize];
-            let view = &scene["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
-            let [start, len] = ["byteOffset", "byteLength"].map(|name| view[name].as_u64().unwrap() as usize);
-            let per = match accessor["type"].as_str().unwrap() {
+            let accessor = &scene["accessors"][number(accessor)];
+            let view = &scene["bufferViews"][number(&accessor["bufferView"])];
+            let [start, len] = ["byteOffset", "byteLength"].map(|name| number(&view[name]));
+            let per = match accessor["type"].as_str().expect("a name") {
                 "VEC3" => 3,
                 "VEC2" => 2,
                 _ => 1,
             };
-            assert_eq!(accessor["count"].as_u64().unwrap() as usize * per * 4, len);
+            assert_eq!(number(&accessor["count"]) * per * 4, len);
             assert_eq!(start % 4, 0);
-            data[start..start + len].chunks_exact(4).map(|bytes| bytes.try_into().unwrap()).collect()
+            data[start..start + len].chunks_exact(4).map(|bytes| bytes.try_into().expect("four bytes")).collect()
         };
         let reals = |accessor| numbers(accessor).into_iter().map(f32::from_le_bytes).collect::<Vec<_>>();
         assert_eq!(reals(&attributes["POSITION"]), mesh.positions.as_flattened());
@@ -298,15 +289,15 @@ mod tests {
         let corners: Vec<u32> = numbers(&json!(3)).into_iter().map(u32::from_le_bytes).collect();
         assert_eq!(corners, mesh.triangles.as_flattened());
         let highest = mesh.positions.iter().map(|v| v[1]).fold(f32::MIN, f32::max);
-        assert_eq!(scene["accessors"][0]["max"][1].as_f64().unwrap() as f32, highest);
+        assert_eq!(scene["accessors"][0]["max"][1].as_f64().expect("a number") as f32, highest);
     }
 
     #[test]
     fn obj_has_a_line_for_each_thing() {
         let mesh = mesh(&hills(), 500);
         let mut file = Vec::new();
-        mesh.write(MeshFormat::Obj, &mut file).unwrap();
-        let text = String::from_utf8(file).unwrap();
+        mesh.write(MeshFormat::Obj, &mut file).expect("written to memory");
+        let text = String::from_utf8(file).expect("a text");
         let lines = |start: &str| text.lines().filter(|line| line.starts_with(start)).count();
         assert_eq!(
             [lines("v "), lines("vt "), lines("vn "), lines("f ")],

@@ -1,5 +1,6 @@
 //! Every node of Orograph: declarations and CPU kernels, one file per node in the folder of its category.
 
+pub mod cells;
 pub mod combine;
 pub mod distance;
 pub mod erosion;

@@ -42,8 +42,25 @@ functions! {
     hypot(x, y) = hypot, hypotf;
 }
 
+/// From 0 at 0 and below to 1 at 1 and above by the cubic `3 t² - 2 t³`, level at both ends.
+#[must_use]
+#[inline]
+pub fn smoothstep(t: f64) -> f64 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
 /// Functions for row kernels: without branches, so that the compiler can vectorise the loop around them.
 pub mod lane {
+    /// From 0 at 0 and below to 1 at 1 and above by the cubic `3 t² - 2 t³`, level at both ends.
+    #[must_use]
+    #[inline(always)]
+    pub fn smoothstep(t: f32) -> f32 {
+        let t = if t > 0.0 { t } else { 0.0 };
+        let t = if t < 1.0 { t } else { 1.0 };
+        t * t * (3.0 - 2.0 * t)
+    }
+
     /// Arc tangent in radians, within 2e-7 of its value (relative).
     ///
     /// The argument is brought to at most tan(π/8) by `atan x = π/4 + atan((x - 1)/(x + 1))` or `π/2 - atan(1/x)`; an

@@ -237,7 +237,7 @@ mod tests {
     use super::*;
 
     fn values(text: &str) -> Vec<String> {
-        text.parse::<Sweep>().unwrap_or_else(|error| panic!("{text}: {error}")).values
+        text.parse::<Sweep>().expect("a sweep").values
     }
 
     #[test]

@@ -4,8 +4,12 @@
 //! `min(a, b) − max(r − |a − b|, 0)² / 4r`, which is exactly a or b where they differ by the radius r or more. Screen and
 //! overlay are those of image compositing (World Wide Web Consortium, 2015, "Compositing and Blending Level 1").
 
-use super::{BLOCK, blocks, masked, samples};
-use crate::{math, prelude::*, simd::simd};
+use crate::{
+    cells::{BLOCK, blocks, masked, samples},
+    math,
+    prelude::*,
+    simd::simd,
+};
 
 choice! {
     /// How two values become one.
@@ -73,7 +77,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let (a, b, mask) = (job.field("a")?, job.lane("b"), job.lane("mask"));
     let mut out = a.samples().to_vec();
-    blocks(job, &mut out, |cells, first| {
+    blocks(job, [0.0, 1.0], &mut out, |cells, first| {
         let (mut spare_b, mut spare_mask) = ([0.0; BLOCK], [0.0; BLOCK]);
         let b = samples(b, first, cells.len(), &mut spare_b);
         let mask = samples(mask, first, cells.len(), &mut spare_mask);

@@ -7,8 +7,11 @@ mod shaping;
 pub(crate) mod spline;
 
 use self::shaping::{Arctangent, Bend, Exponential, Power, Quintic, Tangent};
-use super::{BLOCK, blocks, masked, samples};
-use crate::{prelude::*, simd::simd};
+use crate::{
+    cells::{BLOCK, blocks, masked, samples},
+    prelude::*,
+    simd::simd,
+};
 use spline::Spline;
 
 choice! {
@@ -92,7 +95,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     }
     let mask = job.lane("mask");
     let mut out = value.samples().to_vec();
-    blocks(job, &mut out, |cells, first| {
+    blocks(job, [0.0, 1.0], &mut out, |cells, first| {
         let mut spare = [0.0; BLOCK];
         let mask = samples(mask, first, cells.len(), &mut spare);
         let mut mapped = [0.0; BLOCK];

@@ -1,7 +1,6 @@
 //! Values stretched from one range to another and given another meaning: the converter between kinds of fields.
 
-use super::blocks;
-use crate::prelude::*;
+use crate::{cells::blocks, prelude::*};
 
 choice! {
     /// What the result means, and so where it may be wired.
@@ -107,7 +106,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         value.clamp(-f64::from(f32::MAX), f64::from(f32::MAX)) as f32
     };
     let mut out = job.field("value")?.samples().to_vec();
-    blocks(job, &mut out, |cells, _| cells.iter_mut().for_each(|cell| *cell = map(*cell)))?;
+    blocks(job, [0.0, 1.0], &mut out, |cells, _| cells.iter_mut().for_each(|cell| *cell = map(*cell)))?;
     Ok(Outputs::one("value", Field::new(job.window(), out)))
 }
 

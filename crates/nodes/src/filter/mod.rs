@@ -8,6 +8,8 @@ pub mod terrace;
 
 use orograph_graph::{Job, Lane, Node, NodeError};
 
+use crate::cells::{BLOCK, blocks, masked, samples};
+
 /// The nodes of this category, in palette order.
 pub static NODES: &[&Node] = &[&blur::NODE, &sharpen::NODE, &terrace::NODE];
 
@@ -16,12 +18,11 @@ fn mix(job: &Job<'_>, old: &[f32], new: &mut [f32], mask: Lane<'_>) -> Result<()
     if mask.constant() == Some(1.0) {
         return Ok(());
     }
-    let nx = job.window().nx();
-    crate::par::rows_within(job, [0.9, 1.0], new, |j, row| {
-        let mask = mask.slice(j * nx..j * nx + row.len());
-        for (i, (new, &old)) in row.iter_mut().zip(&old[j * nx..]).enumerate() {
-            let share = mask.at(i);
-            *new = old * (1.0 - share) + *new * share;
+    blocks(job, [0.9, 1.0], new, |cells, first| {
+        let mut spare = [0.0; BLOCK];
+        let mask = samples(mask, first, cells.len(), &mut spare);
+        for ((new, &old), &mask) in cells.iter_mut().zip(&old[first..]).zip(mask) {
+            *new = masked(old, *new, mask);
         }
     })
 }

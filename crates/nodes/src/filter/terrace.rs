@@ -1,7 +1,11 @@
 //! Steps in the height of land, as layers of rock or the banks of a river leave them.
 
-use super::mix;
-use crate::{math, par, prelude::*, simd::simd};
+use crate::{
+    cells::{BLOCK, blocks, masked, samples},
+    math,
+    prelude::*,
+    simd::simd,
+};
 
 params! {
     /// Height of a step.
@@ -51,30 +55,20 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     if params.sharpness == 1.0 {
         return Ok(Outputs::one("height", height.clone()));
     }
-    let (base, nx) = (job.lane("base"), job.window().nx());
+    let (base, mask) = (job.lane("base"), job.lane("mask"));
     let mut out = height.samples().to_vec();
-    par::rows_within(job, [0.0, 0.9], &mut out, |j, row| {
-        let (step, sharpness) = (params.step as f32, params.sharpness as f32);
-        match base.slice(j * nx..(j + 1) * nx) {
-            Lane::Samples(base) => cut(row, base, step, sharpness),
-            Lane::Constant(base) => {
-                for cells in row.chunks_mut(BLOCK) {
-                    let len = cells.len();
-                    cut(cells, &[base; BLOCK][..len], step, sharpness);
-                }
-            }
-        }
+    blocks(job, [0.0, 1.0], &mut out, |cells, first| {
+        let (mut spare_base, mut spare_mask) = ([0.0; BLOCK], [0.0; BLOCK]);
+        let base = samples(base, first, cells.len(), &mut spare_base);
+        let mask = samples(mask, first, cells.len(), &mut spare_mask);
+        cut(cells, base, mask, params.step as f32, params.sharpness as f32);
     })?;
-    mix(job, height.samples(), &mut out, job.lane("mask"))?;
     Ok(Outputs::one("height", Field::new(job.window(), out)))
 }
 
-/// Cells that share a copy of a constant base.
-const BLOCK: usize = 256;
-
 simd! {
-    fn cut(heights: &mut [f32], base: &[f32], step: f32, sharpness: f32) {
-        for (height, &base) in heights.iter_mut().zip(base) {
+    fn cut(heights: &mut [f32], base: &[f32], mask: &[f32], step: f32, sharpness: f32) {
+        for ((height, &base), &mask) in heights.iter_mut().zip(base).zip(mask) {
             let u = (*height - base) / step;
             let tread = u.floor();
             // from the nearer tread, 0 to 1 at the middle of the riser
@@ -83,7 +77,7 @@ simd! {
             let near = if upper { 2.0 - 2.0 * rest } else { 2.0 * rest };
             let lift = 0.5 * math::lane::pow(near, sharpness);
             let share = if upper { 1.0 - lift } else { lift };
-            *height = base + step * (tread + share);
+            *height = masked(*height, base + step * (tread + share), mask);
         }
     }
 }

@@ -175,8 +175,7 @@ impl Shape {
         if radii <= 1.0 {
             return (self.depth + self.rim) * radii * radii - self.depth;
         }
-        let fade = ((EJECTA[1] - radii) / (EJECTA[1] - EJECTA[0])).clamp(0.0, 1.0);
-        self.rim / (radii * radii * radii) * (fade * fade * (3.0 - 2.0 * fade))
+        self.rim / (radii * radii * radii) * crate::math::smoothstep((EJECTA[1] - radii) / (EJECTA[1] - EJECTA[0]))
     }
 }
 

@@ -74,8 +74,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let mut mask = vec![0.0; window.len()];
     par::rows_within(job, [0.9, 1.0], &mut mask, |j, row| {
         for (mask, distance) in row.iter_mut().zip(&distance[j * window.nx()..]) {
-            let t = (0.5 - distance * per_softness).clamp(0.0, 1.0);
-            *mask = t * t * (3.0 - 2.0 * t);
+            *mask = math::lane::smoothstep(0.5 - distance * per_softness);
         }
     })?;
     Ok(Outputs::one("mask", Field::new(window, mask)).with("distance", Field::new(window, distance)))

@@ -1,6 +1,5 @@
 //! Which way the ground faces, and a mask of a range of directions.
 
-use super::smooth;
 use crate::{
     gradient::{Method, Surface},
     math, par,
@@ -69,9 +68,9 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             let facing = &aspect[j * nx + start..];
             for (((out, &aspect), &p), &q) in row[start..].iter_mut().zip(facing).zip(east).zip(south) {
                 let outside = (apart(aspect, params.azimuth as f32) - half).max(0.0);
-                let chosen = if outside == 0.0 { 1.0 } else { smooth((1.0 - outside / falloff).max(0.0)) };
+                let chosen = if outside == 0.0 { 1.0 } else { math::lane::smoothstep(1.0 - outside / falloff) };
                 let slope = (p * p + q * q).sqrt();
-                let sloping = if slope >= steep { 1.0 } else { smooth(slope / steep) };
+                let sloping = if slope >= steep { 1.0 } else { math::lane::smoothstep(slope / steep) };
                 *out = if aspect < 0.0 { 0.0 } else { chosen * sloping };
             }
         });

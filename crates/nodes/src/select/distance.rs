@@ -88,8 +88,7 @@ fn mask(distance_m: f64, side: Side, limit_m: f64) -> f32 {
         Side::Inside => 1.0 + distance_m / limit_m,
         Side::Both => 0.5 - 0.5 * distance_m / limit_m,
     };
-    let share = share.clamp(0.0, 1.0);
-    (share * share * (3.0 - 2.0 * share)) as f32
+    crate::math::smoothstep(share) as f32
 }
 
 #[cfg(test)]

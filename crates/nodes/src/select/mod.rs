@@ -11,7 +11,7 @@ pub mod slope;
 
 use orograph_graph::Node;
 
-use crate::simd::simd;
+use crate::{math, simd::simd};
 
 /// The nodes of this category, in palette order.
 pub static NODES: &[&Node] =
@@ -26,13 +26,7 @@ simd! {
             let above = value - range[1];
             let outside = if below > above { below } else { above };
             let outside = if outside > 0.0 { outside } else { 0.0 };
-            *out = smooth(1.0 - (outside * sharpness).min(1.0));
+            *out = math::lane::smoothstep(1.0 - (outside * sharpness).min(1.0));
         }
     }
-}
-
-/// The cubic `3 t² - 2 t³`, which goes from 0 to 1 without a corner.
-#[inline(always)]
-fn smooth(t: f32) -> f32 {
-    t * t * (3.0 - 2.0 * t)
 }

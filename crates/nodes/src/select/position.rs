@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use super::smooth;
 use crate::{
     filter::{gaussian::Gaussian, lines::separable},
     prelude::*,
@@ -65,7 +64,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     deviation.par_iter_mut().zip(&position).for_each(|(mean, position)| *mean = position / (mean.sqrt() + LEVEL_M));
     job.advance(0.9)?;
     let mask = |side: f32| {
-        let share = deviation.par_iter().map(|v| smooth((side * v / (2.0 * params.threshold as f32)).clamp(0.0, 1.0)));
+        let share =
+            deviation.par_iter().map(|v| crate::math::lane::smoothstep(side * v / (2.0 * params.threshold as f32)));
         Field::new(job.window(), share.collect())
     };
     let (ridges, valleys) = (mask(1.0), mask(-1.0));

@@ -200,10 +200,7 @@ const FILM: [f32; 2] = [1.0, 3.0];
 /// 0 for water thinner than the film, 1 from three times its depth on.
 #[inline(always)]
 pub(super) fn film(depth_m: f32, pace: &Pace) -> f32 {
-    let t = (depth_m * pace.per_film - FILM[0]) * (1.0 / (FILM[1] - FILM[0]));
-    let t = if t > 0.0 { t } else { 0.0 };
-    let t = if t < 1.0 { t } else { 1.0 };
-    t * t * (3.0 - 2.0 * t)
+    crate::math::lane::smoothstep((depth_m * pace.per_film - FILM[0]) * (1.0 / (FILM[1] - FILM[0])))
 }
 
 simd! {

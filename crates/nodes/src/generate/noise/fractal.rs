@@ -51,7 +51,7 @@ impl Fractal {
             .zip(0..)
             .map_while(|((amplitude, wavelength_m), k)| {
                 let wavelength_cells = wavelength_m / cell_m;
-                let fade = smoothstep(2.4, 4.8, wavelength_cells);
+                let fade = crate::math::smoothstep((wavelength_cells - 2.4) / (4.8 - 2.4));
                 if fade <= 0.0 {
                     return None;
                 }
@@ -77,12 +77,6 @@ impl Fractal {
         let octaves = usize::try_from(self.octaves).unwrap_or(0);
         std::iter::successors(Some(1.0), move |a| Some(a * gain)).take(octaves)
     }
-}
-
-/// 0 up to `from`, 1 from `to` on, a cubic with level ends between.
-fn smoothstep(from: f64, to: f64, x: f64) -> f64 {
-    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@
 
 pub(super) mod torus;
 
-use self::torus::{Draw, Torus, smoothstep};
+use self::torus::{Draw, Torus};
 use crate::{math, prelude::*};
 
 choice! {
@@ -143,7 +143,7 @@ impl Power {
 
     /// What is left of waves that many octaves above the outer scale: each end fades over the octave around it.
     fn share(&self, octave: f64) -> f64 {
-        smoothstep(octave + 0.5) * smoothstep(self.octaves + 0.5 - octave)
+        math::smoothstep(octave + 0.5) * math::smoothstep(self.octaves + 0.5 - octave)
     }
 
     /// The integral of `f^−β` over the plane of frequencies, at unit outer scale: `2π ∫ f^(2−β) d ln f`.

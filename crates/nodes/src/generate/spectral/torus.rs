@@ -163,7 +163,7 @@ impl<S: Spectrum> Waves<'_, S> {
         if amplitude == 0.0 {
             return None;
         }
-        let kept = smoothstep((FADE[1] - waves_per_cell) / (FADE[1] - FADE[0]));
+        let kept = math::smoothstep((FADE[1] - waves_per_cell) / (FADE[1] - FADE[0]));
         let height = 2.0 * amplitude * kept;
         Some(draws.of(east).map(|part| height * part))
     }
@@ -191,12 +191,6 @@ impl Draws {
         };
         [f64::from(modulus * math::f32::cos(phase)), f64::from(modulus * math::f32::sin(phase))]
     }
-}
-
-/// From 0 at 0 and below to 1 at 1 and above.
-pub(super) fn smoothstep(t: f64) -> f64 {
-    let t = t.clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }
 
 /// Transforms along one axis of the torus.

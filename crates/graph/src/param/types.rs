@@ -1,0 +1,175 @@
+//! The Rust types that parameters have in a kernel.
+
+use std::ops::{RangeFull, RangeInclusive};
+
+use super::{Kind, ParamValue};
+use crate::colour::Stop;
+
+/// A Rust type that a parameter can have.
+pub trait ParamType: Sized {
+    /// How its hard range is written in [`params!`](crate::params): a range, or `..` where there is none.
+    type Range;
+
+    /// The declaration of a parameter of this type.
+    fn kind(default: Self, hard: Self::Range) -> Kind;
+
+    /// The value as this type; `None` when it is of another kind.
+    fn from_value(value: &ParamValue) -> Option<Self>;
+}
+
+impl ParamType for f64 {
+    type Range = RangeInclusive<Self>;
+
+    fn kind(default: Self, hard: Self::Range) -> Kind {
+        let hard = [*hard.start(), *hard.end()];
+        Kind::Float { default, hard, soft: hard }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::Float(v) => Some(*v),
+            _ => None,
+        }
+    }
+}
+
+impl ParamType for i64 {
+    type Range = RangeInclusive<Self>;
+
+    fn kind(default: Self, hard: Self::Range) -> Kind {
+        let hard = [*hard.start(), *hard.end()];
+        Kind::Int { default, hard, soft: hard }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::Int(v) => Some(*v),
+            _ => None,
+        }
+    }
+}
+
+impl ParamType for bool {
+    type Range = RangeFull;
+
+    fn kind(default: Self, _: RangeFull) -> Kind {
+        Kind::Bool { default }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::Bool(v) => Some(*v),
+            _ => None,
+        }
+    }
+}
+
+/// A seed parameter: mixed with the world's seed, see [`crate::Job::seed`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Seed(pub u32);
+
+impl ParamType for Seed {
+    type Range = RangeFull;
+
+    fn kind(default: Self, _: RangeFull) -> Kind {
+        Kind::Seed { default: default.0 }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::Seed(v) => Some(Self(*v)),
+            _ => None,
+        }
+    }
+}
+
+impl ParamType for [f64; 2] {
+    type Range = RangeInclusive<f64>;
+
+    fn kind(default: Self, hard: Self::Range) -> Kind {
+        Kind::Point { default, hard: [*hard.start(), *hard.end()] }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::Point(v) => Some(*v),
+            _ => None,
+        }
+    }
+}
+
+/// A curve parameter: points with x rising; how it runs between them is the node's to say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CurvePoints(pub Vec<[f64; 2]>);
+
+impl ParamType for CurvePoints {
+    type Range = RangeFull;
+
+    fn kind(default: Self, _: RangeFull) -> Kind {
+        Kind::Curve { default: default.0 }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::Curve(points) => Some(Self(points.clone())),
+            _ => None,
+        }
+    }
+}
+
+/// A path parameter: at least two places in the world, each different from the one before.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PathPoints(pub Vec<[f64; 2]>);
+
+impl ParamType for PathPoints {
+    type Range = RangeInclusive<f64>;
+
+    fn kind(default: Self, hard: Self::Range) -> Kind {
+        Kind::Path { default: default.0, hard: [*hard.start(), *hard.end()] }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::Path(points) => Some(Self(points.clone())),
+            _ => None,
+        }
+    }
+}
+
+/// A parameter of colours and the values that have them; how colours run between them is the node's to say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ColourStops(pub Vec<Stop>);
+
+impl ParamType for ColourStops {
+    type Range = RangeFull;
+
+    fn kind(default: Self, _: RangeFull) -> Kind {
+        Kind::Stops { default: default.0 }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::Stops(stops) => Some(Self(stops.clone())),
+            _ => None,
+        }
+    }
+}
+
+/// A file parameter: a name relative to the graph's folder; read it through [`crate::Job::file`].
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FileName(pub String);
+
+impl ParamType for FileName {
+    type Range = RangeFull;
+
+    fn kind(_: Self, _: RangeFull) -> Kind {
+        Kind::File
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        match value {
+            ParamValue::File(name) => Some(Self(name.clone())),
+            _ => None,
+        }
+    }
+}
