@@ -1,10 +1,13 @@
 //! The program `orograph`, as a library so that tests can call its parts: the command line ([`cli`]), what it says and
 //! where ([`terminal`], [`progress`], [`problems`]), what is asked for ([`request`]), how it is built and written
-//! ([`build`], [`outputs`], [`engine`], [`mesh`]), and how it fails ([`Failure`]).
+//! ([`build`], [`outputs`], [`engine`], [`mesh`]), and how it fails ([`Failure`]). With the feature `editor` there is the
+//! window as well ([`editor`]).
 
 pub mod archive;
 pub mod build;
 pub mod cli;
+#[cfg(feature = "editor")]
+pub mod editor;
 pub mod engine;
 mod failure;
 mod geojson;

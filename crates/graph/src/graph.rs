@@ -177,7 +177,8 @@ impl Graph {
     }
 
     /// All nodes, each after those that it reads.
-    pub(crate) fn topological(&self) -> Vec<NodeIndex> {
+    #[must_use]
+    pub fn topological(&self) -> Vec<NodeIndex> {
         // Connecting refuses circles, so there is an order.
         petgraph::algo::toposort(&self.inner, None).unwrap_or_default()
     }

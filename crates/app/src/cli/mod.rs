@@ -3,6 +3,7 @@
 mod asked;
 mod check;
 mod diff;
+mod edit;
 mod fmt;
 mod metrics;
 mod nodes;
@@ -22,15 +23,15 @@ use crate::{
     terminal,
 };
 
-/// Terrain from a graph of nodes.
+/// Terrain from a graph of nodes. Without a command the editor opens.
 ///
 /// A graph file names nodes (noise, uplift, rivers, scree, measures), wires them and says what is to be built. The same
 /// file gives the same bytes on every machine, and the same land at every resolution.
 #[derive(Debug, Parser)]
-#[command(name = "orograph", version, subcommand_required = true, arg_required_else_help = true, after_help = AFTER)]
+#[command(name = "orograph", version, after_help = AFTER)]
 struct Cli {
     #[command(subcommand)]
-    command: Command,
+    command: Option<Command>,
 }
 
 const AFTER: &str = "\
@@ -39,6 +40,7 @@ Exit codes: 0 everything asked for was done, 1 the file or the request is wrong,
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Edit(edit::Args),
     Run(Box<run::Args>),
     Check(check::Args),
     Fmt(fmt::Args),
@@ -54,6 +56,7 @@ enum Command {
 impl Command {
     fn run(self) -> Result<(), Failure> {
         match self {
+            Self::Edit(args) => args.run(),
             Self::Run(args) => args.run(),
             Self::Check(args) => args.run(),
             Self::Fmt(args) => args.run(),
@@ -78,7 +81,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
             return if error.use_stderr() { Exit::Wrong.into() } else { Exit::Done.into() };
         }
     };
-    match cli.command.run() {
+    match cli.command.unwrap_or_else(|| Command::Edit(edit::Args::default())).run() {
         Ok(()) => Exit::Done.into(),
         Err(failure) => {
             terminal::complain(&failure);

@@ -56,6 +56,29 @@ impl Document {
         Ok(())
     }
 
+    /// Makes an edit in place of the last one, as while a slider is dragged: both are one step for [`Self::undo`].
+    ///
+    /// # Errors
+    /// As [`Self::apply`], which this is when there is no last edit; the document is unchanged then.
+    pub fn amend(&mut self, edit: &Edit) -> Result<(), EditError> {
+        let Some(last) = self.history.done.pop() else { return self.apply(edit) };
+        undo(&mut self.source, &last);
+        self.read_again();
+        let made = self.apply(edit);
+        if made.is_err() {
+            redo(&mut self.source, &last);
+            self.history.done.push(last);
+            self.read_again();
+        }
+        made
+    }
+
+    /// How many edits can be taken back.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        self.history.done.len()
+    }
+
     /// Sets a parameter or an input of a node from what a person typed, such as `2 km`, `0.3`, `max`, `(1, 2)` or a
     /// wire `base.height`.
     ///

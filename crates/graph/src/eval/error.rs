@@ -120,6 +120,22 @@ fn room(available: Option<u64>) -> String {
 }
 
 impl EvalError {
+    /// The node at which it went wrong, where it is one.
+    #[must_use]
+    pub fn node(&self) -> Option<&str> {
+        match self {
+            Self::Unwired { node, .. }
+            | Self::Constant { node, .. }
+            | Self::File { node, .. }
+            | Self::TooLarge { node, .. }
+            | Self::Node { node, .. }
+            | Self::Panicked { node, .. }
+            | Self::Output { node, .. } => Some(node),
+            Self::Type { to, .. } => to.split_once('.').map(|(node, _)| node),
+            Self::Cancelled | Self::World(_) | Self::Request(_) | Self::Threads(_) => None,
+        }
+    }
+
     /// What would help, where something is known to.
     #[must_use]
     pub fn hint(&self) -> Option<String> {

@@ -1,0 +1,138 @@
+//! The window: its menus, its panes, and what it does every frame.
+
+use std::path::PathBuf;
+
+use egui_tiles::{Behavior, SimplificationOptions, TileId, Tiles, Tree, UiResponse};
+use orograph_graph::Registry;
+
+use super::{Session, canvas::Canvas, inspector::Inspector, problems::Problems, viewport::Viewport};
+use crate::failure::Failure;
+
+/// A part of the window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pane {
+    Viewport,
+    Canvas,
+    Inspector,
+    Problems,
+}
+
+/// The editor's window.
+pub struct App {
+    panes: Panes,
+    tree: Tree<Pane>,
+}
+
+/// What the panes show, apart from their arrangement.
+struct Panes {
+    session: Session,
+    canvas: Canvas,
+    inspector: Inspector,
+    viewport: Viewport,
+    problems: Problems,
+}
+
+impl App {
+    /// An editor on a file, or on an empty graph.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or the worker cannot be started.
+    pub fn new(context: &eframe::CreationContext<'_>, file: Option<PathBuf>) -> Result<Self, Failure> {
+        let registry: Registry = orograph_nodes::registry();
+        let wake = context.egui_ctx.clone();
+        let session = Session::open(file, registry, move || wake.request_repaint())?;
+        let panes = Panes {
+            session,
+            canvas: Canvas::default(),
+            inspector: Inspector::default(),
+            viewport: Viewport::new(context.wgpu_render_state.as_ref()),
+            problems: Problems::default(),
+        };
+        Ok(Self { panes, tree: arrangement() })
+    }
+
+    /// The work it shows.
+    #[must_use]
+    pub const fn session(&self) -> &Session {
+        &self.panes.session
+    }
+
+    /// The work it shows, to be changed.
+    pub const fn session_mut(&mut self) -> &mut Session {
+        &mut self.panes.session
+    }
+}
+
+impl std::fmt::Debug for App {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("App").field("session", &self.panes.session).finish_non_exhaustive()
+    }
+}
+
+/// The land above the graph, what is selected beside both.
+fn arrangement() -> Tree<Pane> {
+    let mut tiles = Tiles::default();
+    let viewport = tiles.insert_pane(Pane::Viewport);
+    let canvas = tiles.insert_pane(Pane::Canvas);
+    let inspector = tiles.insert_pane(Pane::Inspector);
+    let problems = tiles.insert_pane(Pane::Problems);
+    let work = tiles.insert_vertical_tile(vec![viewport, canvas]);
+    let side = tiles.insert_tab_tile(vec![inspector, problems]);
+    let mut linear = egui_tiles::Linear::new(egui_tiles::LinearDir::Horizontal, vec![work, side]);
+    linear.shares.set_share(work, 0.74);
+    linear.shares.set_share(side, 0.26);
+    let root = tiles.insert_container(linear);
+    Tree::new("panes", root, tiles)
+}
+
+impl eframe::App for App {
+    fn logic(&mut self, _: &egui::Context, _: &mut eframe::Frame) {
+        self.panes.session.poll();
+    }
+
+    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+        egui::Panel::top("menu").show(ui, |ui| self.panes.menu(ui));
+        egui::CentralPanel::default().show(ui, |ui| self.tree.ui(&mut self.panes, ui));
+    }
+}
+
+impl Panes {
+    fn menu(&mut self, ui: &mut egui::Ui) {
+        let session = &mut self.session;
+        egui::MenuBar::new().ui(ui, |ui| {
+            ui.menu_button("Edit", |ui| {
+                if ui.add_enabled(session.document().can_undo(), egui::Button::new("Undo")).clicked() {
+                    session.undo();
+                }
+                if ui.add_enabled(session.document().can_redo(), egui::Button::new("Redo")).clicked() {
+                    session.redo();
+                }
+            });
+        });
+    }
+}
+
+impl Behavior<Pane> for Panes {
+    fn pane_ui(&mut self, ui: &mut egui::Ui, _: TileId, pane: &mut Pane) -> UiResponse {
+        match pane {
+            Pane::Viewport => self.viewport.ui(ui, &mut self.session),
+            Pane::Canvas => self.canvas.ui(ui, &mut self.session),
+            Pane::Inspector => self.inspector.ui(ui, &mut self.session),
+            Pane::Problems => self.problems.ui(ui, &mut self.session),
+        }
+        UiResponse::None
+    }
+
+    fn tab_title_for_pane(&mut self, pane: &Pane) -> egui::WidgetText {
+        match pane {
+            Pane::Viewport => "Land".into(),
+            Pane::Canvas => "Graph".into(),
+            Pane::Inspector => "Inspector".into(),
+            Pane::Problems => self.problems.title(&self.session).into(),
+        }
+    }
+
+    fn simplification_options(&self) -> SimplificationOptions {
+        SimplificationOptions { all_panes_must_have_tabs: true, ..SimplificationOptions::default() }
+    }
+}

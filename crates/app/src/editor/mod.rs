@@ -1,0 +1,41 @@
+//! The editor: a window in which a graph is wired and its land is seen.
+//!
+//! [`Session`] is the work: the document, its undo, its selection, and what is known of its nodes; it draws nothing.
+//! The panes ([`canvas`], [`inspector`], [`viewport`], [`problems`]) show a session and change it by edits of the
+//! document. [`worker`] evaluates beside the window, which never waits for it. [`App`] is the window itself.
+
+mod app;
+mod canvas;
+mod inspector;
+mod problems;
+mod session;
+mod viewport;
+pub mod worker;
+
+use std::path::PathBuf;
+
+pub use app::App;
+pub use session::{NodeState, Note, Session};
+
+use crate::failure::Failure;
+
+/// Opens the window, on a file if one is named, and returns when it is closed.
+///
+/// # Errors
+/// When there is no display, or no graphics driver that can draw the window.
+pub fn open(file: Option<PathBuf>) -> Result<(), Failure> {
+    let options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title("Orograph")
+            .with_app_id("orograph")
+            .with_inner_size([1440.0, 900.0])
+            .with_min_inner_size([400.0, 300.0]),
+        ..eframe::NativeOptions::default()
+    };
+    eframe::run_native("orograph", options, Box::new(|context| Ok(Box::new(App::new(context, file)?)))).map_err(
+        |error| {
+            Failure::unable(format!("the window cannot be opened: {error}"))
+                .hint("the editor needs a display and a graphics driver; `orograph run GRAPH.ron -o DIR` needs neither")
+        },
+    )
+}

@@ -1,0 +1,423 @@
+//! The work: a document, what is selected and shown of it, and what is known of its nodes. It draws nothing.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use orograph_graph::{Document, Edit, PortType, Registry, Value};
+
+use super::worker::{News, Order, Wanted, Worker};
+use crate::failure::Failure;
+
+/// How far a node is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum NodeState {
+    /// Nothing is known of it, or it is behind an edit.
+    #[default]
+    Waiting,
+    /// Its kernel runs.
+    Running {
+        /// The finished part, 0 to 1.
+        fraction: f32,
+    },
+    /// Its results are there.
+    Fresh,
+    /// It could not be built.
+    Failed {
+        /// Why.
+        message: String,
+        /// What would help.
+        hint: Option<String>,
+        /// The node at which it went wrong, where it is another.
+        at: Option<String>,
+    },
+}
+
+/// What is known of a node.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NodeInfo {
+    /// How far it is.
+    pub state: NodeState,
+    /// How long its kernel ran last, and with how many cells along the longer side.
+    pub time: Option<(Duration, u32)>,
+    /// Bytes of its results then.
+    pub bytes: usize,
+    /// What it warned of.
+    pub warnings: Vec<String>,
+}
+
+/// An output that has been built.
+#[derive(Clone, Debug)]
+pub struct Built {
+    /// Which state of the document it is of.
+    pub revision: u64,
+    /// Cells along the longer side.
+    pub cells: u32,
+    /// What it is.
+    pub value: Value,
+}
+
+/// Something to tell the person.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Note {
+    /// What.
+    pub message: String,
+    /// Whether something could not be done.
+    pub error: bool,
+}
+
+/// A document being worked on.
+pub struct Session {
+    document: Document,
+    /// Rises with every change of the document.
+    revision: u64,
+    /// The text as it is in the file.
+    saved: Option<String>,
+    selection: BTreeSet<String>,
+    /// What the viewport shows, as `node.port`, in place of what is selected.
+    pinned: Option<String>,
+    /// Cells along the longer side of what is shown.
+    cells: u32,
+    worker: Worker,
+    /// Whether the worker is to be told of the present state.
+    stale: bool,
+    /// Whether the worker has more to tell of the present state.
+    busy: bool,
+    nodes: BTreeMap<String, NodeInfo>,
+    /// By `node.port`: with few cells, and with those asked for.
+    built: BTreeMap<String, [Option<Built>; 2]>,
+    notes: Vec<Note>,
+    /// An edit that goes on, such as a slider being dragged: whether it has been made once.
+    gesture: Option<bool>,
+}
+
+impl Session {
+    /// A session on a file, or on an empty graph. `wake` is called when there is something new to show.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or there are no threads. A file with mistakes is opened as far as it goes.
+    pub fn open(
+        file: Option<PathBuf>,
+        registry: Registry,
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> Result<Self, Failure> {
+        let (document, saved) = match file {
+            Some(path) => {
+                let document = Document::load(path, &registry).map_err(|error| Failure::wrong(error.to_string()))?;
+                let saved = document.source().to_owned();
+                (document, Some(saved))
+            }
+            None => (Document::empty(&registry), None),
+        };
+        let mut session = Self {
+            document,
+            revision: 0,
+            saved,
+            selection: BTreeSet::new(),
+            pinned: None,
+            cells: 512,
+            worker: Worker::start(wake)?,
+            stale: true,
+            busy: false,
+            nodes: BTreeMap::new(),
+            built: BTreeMap::new(),
+            notes: Vec::new(),
+            gesture: None,
+        };
+        session.changed();
+        Ok(session)
+    }
+
+    /// The document.
+    #[must_use]
+    pub const fn document(&self) -> &Document {
+        &self.document
+    }
+
+    /// Rises with every change of the document.
+    #[must_use]
+    pub const fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// The file it is, if it is in one.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        self.document.path()
+    }
+
+    /// Whether there is work that is not in the file.
+    #[must_use]
+    pub fn is_dirty(&self) -> bool {
+        match &self.saved {
+            Some(saved) => *saved != self.document.source(),
+            None => self.document.can_undo(),
+        }
+    }
+
+    /// Makes an edit. When it is refused, the reason is noted for the person, and it says no.
+    pub fn apply(&mut self, edit: &Edit) -> bool {
+        match self.document.apply(edit) {
+            Ok(()) => {
+                self.changed();
+                true
+            }
+            Err(error) => {
+                self.note(error.to_string(), true);
+                false
+            }
+        }
+    }
+
+    /// Makes an edit that goes on until [`Self::end_gesture`], such as a slider being dragged: each call takes the place of
+    /// the one before, and all of them are undone at once. Says whether the edit was made.
+    pub fn gesture(&mut self, edit: &Edit) -> bool {
+        let goes_on = self.gesture.unwrap_or(false);
+        let steps = self.document.steps() - usize::from(goes_on);
+        let made = if goes_on { self.document.amend(edit) } else { self.document.apply(edit) };
+        self.gesture = Some(self.document.steps() > steps);
+        match made {
+            Ok(()) => self.changed(),
+            Err(_) if goes_on => {}
+            Err(error) => {
+                self.note(error.to_string(), true);
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Ends what [`Self::gesture`] began; the next one is another step of undo.
+    pub const fn end_gesture(&mut self) {
+        self.gesture = None;
+    }
+
+    /// Takes the last edit back.
+    pub fn undo(&mut self) -> bool {
+        self.end_gesture();
+        let undone = self.document.undo();
+        self.changed();
+        undone
+    }
+
+    /// Makes the edit again that was taken back last.
+    pub fn redo(&mut self) -> bool {
+        self.end_gesture();
+        let redone = self.document.redo();
+        self.changed();
+        redone
+    }
+
+    /// The names of the selected nodes.
+    pub fn selection(&self) -> impl Iterator<Item = &str> {
+        self.selection.iter().map(String::as_str)
+    }
+
+    /// The one node that is selected, if it is one.
+    #[must_use]
+    pub fn selected(&self) -> Option<&str> {
+        self.selection().next().filter(|_| self.selection.len() == 1)
+    }
+
+    /// Whether a node is selected.
+    #[must_use]
+    pub fn is_selected(&self, node: &str) -> bool {
+        self.selection.contains(node)
+    }
+
+    /// Selects these nodes and no others.
+    pub fn select(&mut self, nodes: impl IntoIterator<Item = String>) {
+        let before = std::mem::take(&mut self.selection);
+        self.selection = nodes.into_iter().filter(|name| self.has_node(name)).collect();
+        self.stale |= self.selection != before;
+    }
+
+    /// Selects this node and no other.
+    pub fn select_only(&mut self, node: &str) {
+        self.select([node.to_owned()]);
+    }
+
+    fn has_node(&self, name: &str) -> bool {
+        self.document.nodes().iter().any(|node| node.name == name)
+    }
+
+    /// The output that is shown, as `node.port`: the one that is pinned, else the first one of the selected node, else
+    /// the document's first output.
+    #[must_use]
+    pub fn shown(&self) -> Option<String> {
+        let graph = self.document.graph();
+        let name = |port| Some(graph.port_name(port));
+        if let Some(port) = self.pinned.as_deref().and_then(|pinned| graph.port(pinned).ok()) {
+            return name(port);
+        }
+        if let Some(port) = self.selected().and_then(|node| graph.port(node).ok()) {
+            return name(port);
+        }
+        let height = self.document.outputs().iter().find(|output| output.ty == PortType::Height);
+        height.or_else(|| self.document.outputs().first()).and_then(|output| name(output.port))
+    }
+
+    /// Shows this output whatever is selected, or what is selected.
+    pub fn pin(&mut self, port: Option<String>) {
+        self.stale |= self.pinned != port;
+        self.pinned = port;
+    }
+
+    /// The output that is shown whatever is selected.
+    #[must_use]
+    pub fn pinned(&self) -> Option<&str> {
+        self.pinned.as_deref()
+    }
+
+    /// Cells along the longer side of what is shown.
+    #[must_use]
+    pub const fn cells(&self) -> u32 {
+        self.cells
+    }
+
+    /// Sets the cells along the longer side of what is shown.
+    pub const fn set_cells(&mut self, cells: u32) {
+        self.stale |= self.cells != cells;
+        self.cells = cells;
+    }
+
+    /// What is known of a node.
+    #[must_use]
+    pub fn node(&self, name: &str) -> NodeInfo {
+        self.nodes.get(name).cloned().unwrap_or_default()
+    }
+
+    /// The newest of an output (`node.port`): of the present state of the document if it is there, with as many cells as
+    /// there are; else of an older state.
+    #[must_use]
+    pub fn built(&self, port: &str) -> Option<&Built> {
+        let [quick, full] = self.built.get(port)?;
+        match (quick, full) {
+            (Some(quick), Some(full)) if quick.revision > full.revision => Some(quick),
+            (quick, full) => full.as_ref().or(quick.as_ref()),
+        }
+    }
+
+    /// The newest of an output (`node.port`) with few cells, for a small picture.
+    #[must_use]
+    pub fn small(&self, port: &str) -> Option<&Built> {
+        self.built.get(port)?[0].as_ref()
+    }
+
+    /// Whether something of the present state is still being built.
+    #[must_use]
+    pub const fn is_busy(&self) -> bool {
+        self.busy || self.stale
+    }
+
+    /// Tells the person something.
+    pub fn note(&mut self, message: impl Into<String>, error: bool) {
+        self.notes.push(Note { message: message.into(), error });
+    }
+
+    /// What there is to tell the person, once.
+    pub fn take_notes(&mut self) -> Vec<Note> {
+        std::mem::take(&mut self.notes)
+    }
+
+    /// After a change of the document.
+    fn changed(&mut self) {
+        self.revision += 1;
+        self.stale = true;
+        let names: BTreeSet<String> = self.document.nodes().iter().map(|node| node.name.clone()).collect();
+        self.selection.retain(|name| names.contains(name));
+        self.nodes.retain(|name, _| names.contains(name));
+        self.built.retain(|port, _| port.split_once('.').is_some_and(|(node, _)| names.contains(node)));
+        for info in self.nodes.values_mut() {
+            info.state = NodeState::Waiting;
+        }
+    }
+
+    /// Takes what the worker has to tell, and tells it what has changed. Called every frame; it returns at once.
+    pub fn poll(&mut self) {
+        let news: Vec<News> = self.worker.news().collect();
+        for news in news {
+            self.hear(news);
+        }
+        if std::mem::take(&mut self.stale) {
+            self.busy = true;
+            let order = self.order();
+            self.worker.submit(order);
+        }
+    }
+
+    fn order(&self) -> Order {
+        let expanded = self.document.expand();
+        let graph = self.document.graph();
+        let wanted = |port: orograph_graph::Port| {
+            Some(Wanted {
+                node: graph.instance(port.node).name.clone(),
+                name: graph.port_name(port),
+                port: expanded.port(port)?,
+            })
+        };
+        let first = |node| wanted(orograph_graph::Port { node, output: 0 });
+        let with_outputs =
+            graph.topological().into_iter().filter(|node| !graph.instance(*node).node.outputs.is_empty());
+        let small = with_outputs.filter_map(first).collect();
+        let shown = self.shown().and_then(|name| graph.port(&name).ok()).and_then(wanted);
+        Order {
+            revision: self.revision,
+            folder: self.document.folder().to_owned(),
+            world: self.document.world(),
+            shown: shown.into_iter().collect(),
+            small,
+            cells: self.cells,
+            graph: expanded.graph,
+        }
+    }
+
+    fn hear(&mut self, news: News) {
+        match news {
+            News::Running { revision, node, fraction } if revision == self.revision => {
+                self.nodes.entry(node).or_default().state = NodeState::Running { fraction };
+            }
+            News::Finished { revision, node, time, bytes, cells, computed } if revision == self.revision => {
+                let info = self.nodes.entry(node).or_default();
+                info.state = NodeState::Fresh;
+                if computed {
+                    info.time = Some((time, cells));
+                    info.bytes = bytes;
+                    info.warnings.clear();
+                }
+            }
+            News::Built { revision, name, cells, value } => {
+                if let Some((node, _)) = name.split_once('.')
+                    && revision == self.revision
+                {
+                    self.nodes.entry(node.to_owned()).or_default().state = NodeState::Fresh;
+                }
+                let built = self.built.entry(name).or_default();
+                let level = usize::from(cells > super::worker::QUICK_CELLS);
+                built[level] = Some(Built { revision, cells, value });
+            }
+            News::Warned { revision, node, message } if revision == self.revision => {
+                self.nodes.entry(node).or_default().warnings.push(message);
+            }
+            News::Failed { revision, node, error } if revision == self.revision => {
+                let at = error.node().filter(|at| *at != node).map(str::to_owned);
+                let state = NodeState::Failed { message: error.to_string(), hint: error.hint(), at };
+                self.nodes.entry(node).or_default().state = state;
+            }
+            News::Done { revision } if revision == self.revision => self.busy = false,
+            News::Running { .. }
+            | News::Finished { .. }
+            | News::Warned { .. }
+            | News::Failed { .. }
+            | News::Done { .. } => {}
+        }
+    }
+}
+
+impl std::fmt::Debug for Session {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Session").field("path", &self.path()).field("revision", &self.revision).finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,36 @@
+//! The editor, driven as a person would, on a software graphics driver.
+#![cfg(feature = "editor")]
+
+mod opening;
+
+use std::{path::PathBuf, thread, time::Duration};
+
+use egui_kittest::Harness;
+use orograph::editor::App;
+
+/// A graph file of the project.
+fn graph(name: &str) -> PathBuf {
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../graphs")).join(name)
+}
+
+/// A window of 1280 x 800 points on a file, or on an empty graph.
+fn window(file: Option<PathBuf>) -> Harness<'static, App> {
+    Harness::builder()
+        .with_size([1280.0, 800.0])
+        .with_max_steps(64)
+        .wgpu()
+        .build_eframe(|context| App::new(context, file).expect("the file can be read"))
+}
+
+/// Runs frames until everything that is shown has been built.
+fn settle(window: &mut Harness<'_, App>) {
+    for _ in 0..3000 {
+        window.step();
+        if !window.state().session().is_busy() {
+            window.step();
+            return;
+        }
+        thread::sleep(Duration::from_millis(10));
+    }
+    panic!("the worker is still busy");
+}
