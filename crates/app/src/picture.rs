@@ -1,7 +1,7 @@
 //! Pictures to look at: linear RGB, three planes.
 
 use clap::ValueEnum;
-use orograph_graph::{Field, Window, World};
+use orograph_graph::{Field, PortType, Window, World};
 use orograph_nodes::{math::f32 as math, render::hillshade};
 use rayon::prelude::*;
 
@@ -12,6 +12,18 @@ pub enum View {
     Map,
     /// The light alone, in grey
     Hillshade,
+}
+
+/// A picture of a value of that meaning: heights as `view` says, colours as they are, other numbers from black to white.
+#[must_use]
+pub fn of_field(field: &Field, ty: PortType, view: View) -> Field {
+    match ty {
+        PortType::Height => of_height(field, view),
+        PortType::Colour => field.clone(),
+        PortType::Normal => of_normals(field),
+        PortType::Weights => of_weights(field),
+        _ => of_numbers(field),
+    }
 }
 
 /// A picture of heights, with tints over their range and gentle land exaggerated until it shows.

@@ -109,13 +109,9 @@ impl Args {
         let values = builder.evaluate(&request, &[output.port], cancel, &*progress);
         progress.ended();
         let (values, _) = values?;
-        match (values.first().and_then(|value| value.as_field()), output.ty) {
-            (Some(field), PortType::Height) => Ok(picture::of_height(field, self.view)),
-            (Some(field), PortType::Colour) => Ok(field.clone()),
-            (Some(field), PortType::Normal) => Ok(picture::of_normals(field)),
-            (Some(field), PortType::Weights) => Ok(picture::of_weights(field)),
-            (Some(field), _) => Ok(picture::of_numbers(field)),
-            (None, _) => Err(Failure::wrong(format!("`{}` is a {}, which has no picture", output.name, output.ty))),
+        match values.first().and_then(|value| value.as_field()) {
+            Some(field) => Ok(picture::of_field(field, output.ty, self.view)),
+            None => Err(Failure::wrong(format!("`{}` is a {}, which has no picture", output.name, output.ty))),
         }
     }
 }

@@ -29,7 +29,7 @@ pub use error::{Problem, RasterError};
 pub use fill::fill_voids;
 pub use metric::height_field;
 pub use resample::{GridAxis, resample};
-pub use save::{Format, Meta, Writing, replace, write, write_colour};
+pub use save::{Format, Meta, Writing, replace, srgb_bytes, write, write_colour};
 pub use sidecar::{Sidecar, sidecar_path};
 pub use texture::{write_normal, write_weights};
 

@@ -158,13 +158,23 @@ pub fn write(
 /// When the field has fewer than three planes: a caller's mistake, never a file's.
 pub fn write_colour(path: &Path, field: &Field, go_on: GoOn<'_>) -> Result<(), RasterError> {
     let [columns, rows] = field.window().cells;
+    let bytes = srgb_bytes(field);
+    persist(stage(path, go_on, |to| png::write_rgb(to, columns, rows, &bytes))?, path)
+}
+
+/// The pixels of a picture of linear light, red, green and blue of each in turn, with the transfer curve of sRGB.
+///
+/// # Panics
+/// When the field has fewer than three planes: a caller's mistake, never a file's.
+#[must_use]
+pub fn srgb_bytes(field: &Field) -> Vec<u8> {
     let curve = Srgb::new();
     let [red, green, blue] = [field.plane(0), field.plane(1), field.plane(2)];
     let mut bytes = vec![0; 3 * red.len()];
     bytes.par_chunks_mut(3).zip(red.par_iter().zip(green).zip(blue)).for_each(|(out, ((r, g), b))| {
         out.copy_from_slice(&[curve.code(*r), curve.code(*g), curve.code(*b)]);
     });
-    persist(stage(path, go_on, |to| png::write_rgb(to, columns, rows, &bytes))?, path)
+    bytes
 }
 
 /// Writes a file of any kind whole: `fill` writes under a temporary name, which is renamed into place.
