@@ -1,7 +1,7 @@
 //! Pictures to look at: linear RGB, three planes.
 
 use clap::ValueEnum;
-use orograph_graph::{Field, PortType, Window, World};
+use orograph_graph::{Field, PortType, Unit, Window, World};
 use orograph_nodes::{math::f32 as math, render::hillshade};
 use rayon::prelude::*;
 
@@ -14,7 +14,8 @@ pub enum View {
     Hillshade,
 }
 
-/// A picture of a value of that meaning: heights as `view` says, colours as they are, other numbers from black to white.
+/// A picture of a value of that meaning: heights as `view` says, colours as they are, other numbers
+/// from black to white; areas and discharges by their logarithms, since rivers have a million times those of slopes.
 #[must_use]
 pub fn of_field(field: &Field, ty: PortType, view: View) -> Field {
     match ty {
@@ -22,6 +23,7 @@ pub fn of_field(field: &Field, ty: PortType, view: View) -> Field {
         PortType::Colour => field.clone(),
         PortType::Normal => of_normals(field),
         PortType::Weights => of_weights(field),
+        PortType::Scalar(Unit::SquareMetres | Unit::CubicMetresPerSecond | Unit::CubicMetresPerYear) => of_sizes(field),
         _ => of_numbers(field),
     }
 }
@@ -77,6 +79,16 @@ pub fn of_numbers(field: &Field) -> Field {
     let (lo, hi) = field.range(0).unwrap_or((0.0, 1.0));
     let span = if hi > lo { hi - lo } else { 1.0 };
     grey(field, |v| (v - lo) / span)
+}
+
+/// A picture of one plane of positive numbers of very different sizes: black at the least, white at the greatest, their
+/// logarithms between.
+#[must_use]
+pub fn of_sizes(field: &Field) -> Field {
+    let (_, hi) = field.range(0).unwrap_or((0.0, 1.0));
+    let least = field.plane(0).iter().copied().filter(|v| *v > 0.0).fold(f32::INFINITY, f32::min);
+    let decades = if least < hi { math::ln(hi / least) } else { 1.0 };
+    grey(field, |v| if v > least { math::ln(v / least) / decades } else { 0.0 })
 }
 
 /// Grey whose steps look equal: `level` says how far a value is on the way from black to white as the eye has it, and

@@ -4,6 +4,11 @@
 //! The panes ([`canvas`], [`inspector`], [`viewport`], [`problems`]) show a session and change it by edits of the
 //! document. [`worker`] evaluates beside the window, which never waits for it. [`App`] is the window itself.
 
+#![expect(
+    clippy::disallowed_methods,
+    reason = "what a window shows is not a part of the land, so it may differ by a bit"
+)]
+
 mod app;
 mod canvas;
 mod inspector;

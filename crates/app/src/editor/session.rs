@@ -78,6 +78,8 @@ pub struct Session {
     selection: BTreeSet<String>,
     /// What the viewport shows, as `node.port`, in place of what is selected.
     pinned: Option<String>,
+    /// What stands beside it, as `node.port`.
+    compared: Option<String>,
     /// Cells along the longer side of what is shown.
     cells: u32,
     worker: Worker,
@@ -117,6 +119,7 @@ impl Session {
             saved,
             selection: BTreeSet::new(),
             pinned: None,
+            compared: None,
             cells: 512,
             worker: Worker::start(wake)?,
             stale: true,
@@ -271,6 +274,18 @@ impl Session {
         self.pinned.as_deref()
     }
 
+    /// Shows this output beside the shown one, or none.
+    pub fn compare(&mut self, port: Option<String>) {
+        self.stale |= self.compared != port;
+        self.compared = port;
+    }
+
+    /// The output that stands beside the shown one.
+    #[must_use]
+    pub fn compared(&self) -> Option<&str> {
+        self.compared.as_deref()
+    }
+
     /// Cells along the longer side of what is shown.
     #[must_use]
     pub const fn cells(&self) -> u32 {
@@ -362,12 +377,13 @@ impl Session {
         let with_outputs =
             graph.topological().into_iter().filter(|node| !graph.instance(*node).node.outputs.is_empty());
         let small = with_outputs.filter_map(first).collect();
-        let shown = self.shown().and_then(|name| graph.port(&name).ok()).and_then(wanted);
+        let shown = [self.shown(), self.compared.clone()].into_iter().flatten();
+        let shown = shown.filter_map(|name| graph.port(&name).ok()).filter_map(wanted).collect();
         Order {
             revision: self.revision,
             folder: self.document.folder().to_owned(),
             world: self.document.world(),
-            shown: shown.into_iter().collect(),
+            shown,
             small,
             cells: self.cells,
             graph: expanded.graph,

@@ -2,6 +2,7 @@
 #![cfg(feature = "editor")]
 
 mod opening;
+mod viewport;
 
 use std::{path::PathBuf, thread, time::Duration};
 
@@ -33,4 +34,18 @@ fn settle(window: &mut Harness<'_, App>) {
         thread::sleep(Duration::from_millis(10));
     }
     panic!("the worker is still busy");
+}
+
+/// The window as it looks, some frames after what is in it was built; kept in the folder `OROGRAPH_PICTURES` names, to be
+/// looked at.
+fn picture(window: &mut Harness<'_, App>, name: &str) -> image::RgbaImage {
+    for _ in 0..10 {
+        window.step();
+        thread::sleep(Duration::from_millis(20));
+    }
+    let picture = window.render().expect("there is a graphics driver");
+    if let Some(folder) = std::env::var_os("OROGRAPH_PICTURES") {
+        picture.save(PathBuf::from(folder).join(format!("{name}.png"))).expect("the folder can be written to");
+    }
+    picture
 }

@@ -1,0 +1,176 @@
+//! The map: the land from above.
+
+use egui::{Align2, Color32, CursorIcon, FontId, Rect, Sense, Stroke, TextureHandle, pos2, vec2};
+use orograph_graph::{PortType, Unit};
+
+use super::{Shown, camera::Camera, scale};
+
+/// A line across the land, from one place to another in metres.
+pub(super) type Line = [[f64; 2]; 2];
+
+/// The map's camera, and what is being dragged on it.
+#[derive(Debug, Default)]
+pub(super) struct Map {
+    camera: Option<Camera>,
+    /// The extent of the world that the camera was made for.
+    size: [f64; 2],
+    /// Where a measure began.
+    from: Option<[f64; 2]>,
+    /// Where the two halves of a comparison meet, as a share of the pane.
+    split: Option<f32>,
+}
+
+impl Map {
+    /// Shows the whole world.
+    pub(super) const fn fit(&mut self) {
+        self.camera = None;
+    }
+
+    /// Draws the map; of two pictures the second one right of the line between them. Gives the line that is being
+    /// measured, if it changed.
+    pub(super) fn ui(
+        &mut self,
+        ui: &mut egui::Ui,
+        shown: [&Shown; 2],
+        pictures: [Option<&TextureHandle>; 2],
+        measuring: bool,
+        line: Option<Line>,
+    ) -> Option<Line> {
+        let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
+        let pane = response.rect;
+        let size = shown[0].field.window().world.size;
+        if self.size != size {
+            (self.size, self.camera) = (size, None);
+        }
+        let mut camera = self.camera.unwrap_or_else(|| Camera::fit(size, pane));
+        painter.rect_filled(pane, 0.0, ui.visuals().extreme_bg_color);
+        let edge = pictures[1].map(|_| self.split(ui, pane));
+
+        // The wheel magnifies; a drag moves the land, or the line that is measured.
+        if let Some(at) = response.hover_pos() {
+            let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
+            let factor = f64::from((scroll / 240.0).exp2() * pinch);
+            if (factor - 1.0).abs() > 1e-6 {
+                camera.zoom(pane, at, factor, size);
+                self.camera = Some(camera);
+            }
+        }
+        let mut measured = None;
+        if measuring {
+            if let Some(at) = response.interact_pointer_pos() {
+                let place = camera.to_world(pane, at);
+                if response.drag_started() {
+                    self.from = Some(place);
+                }
+                if let Some(from) = self.from {
+                    measured = Some([from, place]);
+                }
+            } else {
+                self.from = None;
+            }
+            response.clone().on_hover_cursor(CursorIcon::Crosshair);
+        }
+        if response.dragged() && (!measuring || ui.input(|input| input.pointer.middle_down())) {
+            camera.drag(response.drag_delta());
+            self.camera = Some(camera);
+        }
+        if response.double_clicked() {
+            self.camera = None;
+        }
+
+        let world = camera.world(pane, size);
+        for (side, picture) in pictures.into_iter().enumerate() {
+            let Some(picture) = picture else { continue };
+            let clip = match (edge, side) {
+                (Some(x), 0) => Rect::from_min_max(pane.min, pos2(x, pane.max.y)),
+                (Some(x), _) => Rect::from_min_max(pos2(x, pane.min.y), pane.max),
+                (None, _) => pane,
+            };
+            let unit = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+            painter.with_clip_rect(clip.intersect(pane)).image(picture.id(), world, unit, Color32::WHITE);
+        }
+        if let Some(x) = edge {
+            painter.vline(x, pane.y_range(), Stroke::new(2.0, Color32::WHITE));
+            for (side, align, x) in [(0, Align2::RIGHT_TOP, x - 8.0), (1, Align2::LEFT_TOP, x + 8.0)] {
+                label(&painter, pos2(x, pane.top() + 8.0), align, &shown[side].port);
+            }
+        }
+        if let Some([a, b]) = measured.or(line) {
+            let ends = [camera.to_screen(pane, a), camera.to_screen(pane, b)];
+            painter.line_segment(ends, Stroke::new(3.0, Color32::from_black_alpha(160)));
+            painter.line_segment(ends, Stroke::new(1.5, Color32::from_rgb(255, 214, 64)));
+            for end in ends {
+                painter.circle(end, 4.0, Color32::from_rgb(255, 214, 64), Stroke::new(1.0, Color32::BLACK));
+            }
+        }
+        scale::bar(&painter, pane, camera.metres);
+        if let Some(at) = response.hover_pos() {
+            let side = usize::from(edge.is_some_and(|x| at.x > x));
+            let text = readout(shown[side], camera.to_world(pane, at));
+            label(&painter, pane.right_bottom() - vec2(10.0, 10.0), Align2::RIGHT_BOTTOM, &text);
+        }
+        if !shown[0].fresh {
+            let corner = Rect::from_min_size(pane.right_top() + vec2(-30.0, 10.0), vec2(20.0, 20.0));
+            ui.put(corner, egui::Spinner::new().size(18.0));
+        }
+        measured
+    }
+
+    /// The line between two pictures, which can be dragged; gives where it is on the screen.
+    fn split(&mut self, ui: &egui::Ui, pane: Rect) -> f32 {
+        let share = self.split.unwrap_or(0.5);
+        let x = pane.left() + share * pane.width();
+        let grip = Rect::from_center_size(pos2(x, pane.center().y), vec2(12.0, pane.height()));
+        let response =
+            ui.interact(grip, ui.id().with("split"), Sense::drag()).on_hover_cursor(CursorIcon::ResizeHorizontal);
+        if let Some(at) = response.interact_pointer_pos() {
+            self.split = Some(((at.x - pane.left()) / pane.width()).clamp(0.02, 0.98));
+        }
+        x
+    }
+}
+
+/// A text on a dark ground, over a picture.
+fn label(painter: &egui::Painter, at: egui::Pos2, align: Align2, text: &str) {
+    let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(12.0), Color32::WHITE);
+    let rect = align.anchor_size(at, galley.size());
+    painter.rect_filled(rect.expand2(vec2(6.0, 3.0)), 3.0, Color32::from_black_alpha(150));
+    painter.galley(rect.min, galley, Color32::WHITE);
+}
+
+/// What is at a place, in words.
+pub(super) fn readout(shown: &Shown, [x, y]: [f64; 2]) -> String {
+    let place = format!("x {}  y {}", Unit::Metres.display(x), Unit::Metres.display(y));
+    match cell(shown, [x, y]) {
+        None => place,
+        Some(at) => {
+            let field = &shown.field;
+            let number = |plane: usize| f64::from(field.plane(plane)[at]);
+            let value = match shown.ty {
+                PortType::Height | PortType::Mask | PortType::Scalar(_) => short(shown.ty.unit(), number(0)),
+                _ => (0..field.planes()).map(|plane| format!("{:.2}", number(plane))).collect::<Vec<_>>().join(" "),
+            };
+            format!("{place}   {value}")
+        }
+    }
+}
+
+/// A number with its unit and four digits.
+pub(super) fn short(unit: Unit, value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return unit.display(value);
+    }
+    let digits = 3 - value.abs().log10().floor() as i32;
+    let power = 10_f64.powi(digits);
+    let rounded = (value * power).round() / power;
+    unit.display(if rounded.is_finite() { rounded } else { value })
+}
+
+/// The cell at a place.
+pub(super) fn cell(shown: &Shown, [x, y]: [f64; 2]) -> Option<usize> {
+    let window = shown.field.window();
+    let cell_m = window.cell_m();
+    let [i, j] = [(x / cell_m).floor(), (y / cell_m).floor()];
+    let inside = i >= 0.0 && j >= 0.0 && i < window.nx() as f64 && j < window.ny() as f64;
+    inside.then(|| j as usize * window.nx() + i as usize)
+}

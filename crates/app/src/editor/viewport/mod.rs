@@ -1,0 +1,204 @@
+//! The pane of the land: the shown output as a map or in 3D, with what is under the pointer.
+
+mod camera;
+mod map;
+mod painter;
+mod profile;
+mod scale;
+
+use orograph_graph::{Field, PortType, Value};
+
+use self::{map::Map, painter::Painter, profile::Profile};
+use super::Session;
+
+/// How the land is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mode {
+    /// From above, with tints and the light of the north-west.
+    Map,
+}
+
+/// What a click or a drag in the land does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Tool {
+    /// Moves the camera.
+    Look,
+    /// Measures along a line.
+    Measure,
+}
+
+/// The pane of the land.
+pub(super) struct Viewport {
+    mode: Mode,
+    tool: Tool,
+    /// Height between contour lines in metres; `None` without lines.
+    contours: bool,
+    map: Map,
+    other: Painter,
+    painter: Painter,
+    profile: Profile,
+}
+
+/// An output as it is there now.
+struct Shown {
+    /// As `node.port`.
+    port: String,
+    ty: PortType,
+    field: Field,
+    /// Of which state of the document.
+    revision: u64,
+    /// Whether that is the present one, with all cells that were asked for.
+    fresh: bool,
+}
+
+impl Viewport {
+    /// A viewport that draws with the window's device; without one it shows maps only.
+    pub(super) fn new(_: Option<&eframe::egui_wgpu::RenderState>) -> Self {
+        Self {
+            mode: Mode::Map,
+            tool: Tool::Look,
+            contours: false,
+            map: Map::default(),
+            other: Painter::default(),
+            painter: Painter::default(),
+            profile: Profile::default(),
+        }
+    }
+
+    pub(super) fn ui(&mut self, ui: &mut egui::Ui, session: &mut Session) {
+        self.bar(ui, session);
+        let port = session.shown();
+        let shown = port.as_deref().and_then(|port| shown(session, port));
+        let Some(shown) = shown else {
+            let text = match (port, session.is_busy()) {
+                (None, _) => "Add a node to the graph to see its land here: press Space over the graph.".to_owned(),
+                (Some(port), true) => format!("building {port} …"),
+                (Some(port), false) => format!("{port} has no picture"),
+            };
+            ui.centered_and_justified(|ui| ui.weak(text));
+            return;
+        };
+        let compared = session.compared().and_then(|port| self::shown(session, port));
+        self.profile.panel(ui, &shown, compared.as_ref());
+        match self.mode {
+            Mode::Map => {
+                self.painter.want(ui.ctx(), &shown, self.contours);
+                if let Some(compared) = &compared {
+                    self.other.want(ui.ctx(), compared, self.contours);
+                }
+                let measuring = self.tool == Tool::Measure;
+                let pictures = [self.painter.texture(), compared.as_ref().and_then(|_| self.other.texture())];
+                let line = self.map.ui(
+                    ui,
+                    [&shown, compared.as_ref().unwrap_or(&shown)],
+                    pictures,
+                    measuring,
+                    self.profile.line(),
+                );
+                if let Some(line) = line {
+                    self.profile.set(line);
+                }
+            }
+        }
+    }
+
+    /// The row of choices above the land.
+    fn bar(&mut self, ui: &mut egui::Ui, session: &mut Session) {
+        ui.horizontal_wrapped(|ui| {
+            outputs(ui, session);
+            ui.separator();
+            ui.toggle_value(&mut self.contours, "Contours").on_hover_text("Lines of equal height");
+            let mut measuring = self.tool == Tool::Measure;
+            if ui
+                .toggle_value(&mut measuring, "Measure")
+                .on_hover_text("Drag a line: its length, climb and profile")
+                .changed()
+            {
+                self.tool = if measuring { Tool::Measure } else { Tool::Look };
+                if !measuring {
+                    self.profile.clear();
+                }
+            }
+            compare(ui, session);
+            if ui.button("Whole").on_hover_text("Show the whole world").clicked() {
+                self.map.fit();
+            }
+        });
+    }
+}
+
+/// The choice of what is shown.
+fn outputs(ui: &mut egui::Ui, session: &mut Session) {
+    let shown = session.shown();
+    let mut pinned = session.pinned().is_some();
+    let mut chosen = None;
+    egui::ComboBox::from_id_salt("shown").selected_text(shown.as_deref().unwrap_or("nothing")).width(150.0).show_ui(
+        ui,
+        |ui| {
+            for port in ports(session) {
+                if ui.selectable_label(shown.as_ref() == Some(&port), &port).clicked() {
+                    chosen = Some(port);
+                }
+            }
+        },
+    );
+    if let Some(port) = chosen {
+        session.pin(Some(port));
+    } else if ui
+        .toggle_value(&mut pinned, "Pin")
+        .on_hover_text("Keep showing this output whatever is selected")
+        .changed()
+    {
+        session.pin(shown.filter(|_| pinned));
+    }
+}
+
+/// The choice of what stands beside it.
+fn compare(ui: &mut egui::Ui, session: &mut Session) {
+    let compared = session.compared().map(str::to_owned);
+    let mut on = compared.is_some();
+    if ui.toggle_value(&mut on, "A|B").on_hover_text("Show another output beside this one").changed() {
+        let own = session.shown();
+        let other = ports(session).into_iter().find(|port| Some(port) != own.as_ref());
+        session.compare(other.filter(|_| on));
+    }
+    if let Some(mut port) = compared {
+        let before = port.clone();
+        egui::ComboBox::from_id_salt("compared").selected_text(&port).width(150.0).show_ui(ui, |ui| {
+            for other in ports(session) {
+                let name = other.clone();
+                ui.selectable_value(&mut port, other, name);
+            }
+        });
+        if port != before {
+            session.compare(Some(port));
+        }
+    }
+}
+
+/// All outputs of the graph that have a picture, those of the selected nodes first.
+fn ports(session: &Session) -> Vec<String> {
+    let graph = session.document().graph();
+    let mut ports = Vec::new();
+    for index in graph.topological() {
+        let instance = graph.instance(index);
+        for output in 0..instance.node.outputs.len() {
+            let port = orograph_graph::Port { node: index, output };
+            if graph.output_type(port).planes().is_some() {
+                ports.push((!session.is_selected(&instance.name), graph.port_name(port)));
+            }
+        }
+    }
+    ports.sort_by_key(|(behind, _)| *behind);
+    ports.into_iter().map(|(_, name)| name).collect()
+}
+
+/// An output as it is there now, if it is a field.
+fn shown(session: &Session, port: &str) -> Option<Shown> {
+    let built = session.built(port)?;
+    let Value::Field(field) = &built.value else { return None };
+    let graph = session.document().graph();
+    let ty = graph.output_type(graph.port(port).ok()?);
+    let fresh = built.revision == session.revision() && !session.is_busy();
+    Some(Shown { port: port.to_owned(), ty, field: field.clone(), revision: built.revision, fresh })
+}

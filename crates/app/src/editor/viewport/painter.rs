@@ -1,0 +1,110 @@
+//! Pictures of outputs, made beside the window, so that a large one does not hold up a frame.
+
+use std::sync::mpsc::{Receiver, channel};
+
+use egui::{ColorImage, Context, TextureHandle, TextureOptions};
+use orograph_graph::{Field, PortType};
+use orograph_nodes::raster::srgb_bytes;
+
+use super::{Shown, scale::contour_step};
+use crate::picture::{self, View};
+
+/// What a picture is of.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Key {
+    port: String,
+    revision: u64,
+    cells: [u32; 2],
+    contours: bool,
+}
+
+/// Makes and keeps the picture of one output.
+#[derive(Default)]
+pub(super) struct Painter {
+    texture: Option<(Key, TextureHandle)>,
+    work: Option<(Key, Receiver<ColorImage>)>,
+}
+
+impl Painter {
+    /// Asks for the picture of an output; until it is there the one before stays.
+    pub(super) fn want(&mut self, context: &Context, shown: &Shown, contours: bool) {
+        let key = Key {
+            port: shown.port.clone(),
+            revision: shown.revision,
+            cells: shown.field.window().cells,
+            contours: contours && shown.ty == PortType::Height,
+        };
+        if let Some((made, image)) = self.work.take() {
+            match image.try_recv() {
+                Ok(image) => {
+                    let name = format!("picture of {}", made.port);
+                    let texture = context.load_texture(name, image, options());
+                    self.texture = Some((made, texture));
+                }
+                // One that could not be made is asked for again when something changes.
+                Err(std::sync::mpsc::TryRecvError::Disconnected) => {}
+                Err(std::sync::mpsc::TryRecvError::Empty) => self.work = Some((made, image)),
+            }
+        }
+        let is_there = self.texture.as_ref().is_some_and(|(made, _)| *made == key);
+        if self.work.is_some() || is_there {
+            return;
+        }
+        let (outbox, inbox) = channel();
+        let (context, field, ty) = (context.clone(), shown.field.clone(), shown.ty);
+        let contours = key.contours;
+        rayon::spawn(move || {
+            // Nobody waits for it any more when the window is closed.
+            let _ = outbox.send(image(&field, ty, contours));
+            context.request_repaint();
+        });
+        self.work = Some((key, inbox));
+    }
+
+    /// The newest picture.
+    pub(super) fn texture(&self) -> Option<&TextureHandle> {
+        self.texture.as_ref().map(|(_, texture)| texture)
+    }
+}
+
+/// Cells show as squares when they are large, and are averaged when they are small.
+const fn options() -> TextureOptions {
+    TextureOptions {
+        magnification: egui::TextureFilter::Nearest,
+        minification: egui::TextureFilter::Linear,
+        wrap_mode: egui::TextureWrapMode::ClampToEdge,
+        mipmap_mode: Some(egui::TextureFilter::Linear),
+    }
+}
+
+/// A picture of an output for the screen.
+fn image(field: &Field, ty: PortType, contours: bool) -> ColorImage {
+    let mut bytes = srgb_bytes(&picture::of_field(field, ty, View::Map));
+    if contours {
+        let (low, high) = field.range(0).unwrap_or_default();
+        draw_contours(&mut bytes, field, contour_step(f64::from(high - low)));
+    }
+    let window = field.window();
+    ColorImage::from_rgb([window.nx(), window.ny()], &bytes)
+}
+
+/// Darkens the cells at which a multiple of `step` is crossed to the east or to the south; every fifth line more.
+fn draw_contours(bytes: &mut [u8], field: &Field, step: f64) {
+    let (nx, ny, z) = (field.window().nx(), field.window().ny(), field.plane(0));
+    let level = |at: usize| (f64::from(z[at]) / step).floor();
+    for j in 0..ny {
+        for i in 0..nx {
+            let at = j * nx + i;
+            let own = level(at);
+            let east = if i + 1 < nx { level(at + 1) } else { own };
+            let south = if j + 1 < ny { level(at + nx) } else { own };
+            let crossed = own.max(east).max(south);
+            if own != east || own != south {
+                let share = if crossed.rem_euclid(5.0) == 0.0 { 0.35 } else { 0.65 };
+                for byte in &mut bytes[3 * at..3 * at + 3] {
+                    *byte = (f32::from(*byte) * share) as u8;
+                }
+            }
+        }
+    }
+}

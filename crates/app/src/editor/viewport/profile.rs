@@ -1,0 +1,80 @@
+//! A line across the land: how long it is, how far it climbs, and its profile.
+
+use egui_plot::{Legend, Line as PlotLine, Plot, PlotPoints};
+use orograph_graph::Unit;
+
+use super::{
+    Shown,
+    map::{Line, cell, short},
+};
+
+/// The line that is measured.
+#[derive(Debug, Default)]
+pub(super) struct Profile {
+    line: Option<Line>,
+}
+
+impl Profile {
+    pub(super) const fn line(&self) -> Option<Line> {
+        self.line
+    }
+
+    pub(super) const fn set(&mut self, line: Line) {
+        self.line = Some(line);
+    }
+
+    pub(super) const fn clear(&mut self) {
+        self.line = None;
+    }
+
+    /// The profile below the land, when there is one.
+    pub(super) fn panel(&mut self, ui: &mut egui::Ui, shown: &Shown, compared: Option<&Shown>) {
+        let Some(line) = self.line else { return };
+        let [a, b] = line;
+        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+        if length <= 0.0 {
+            return;
+        }
+        egui::Panel::bottom("profile").resizable(true).default_size(150.0).show(ui, |ui| {
+            let own = samples(shown, line);
+            let unit = shown.ty.unit();
+            ui.horizontal(|ui| {
+                ui.label(format!("length {}", short(Unit::Metres, length)));
+                if let (Some(first), Some(last)) = (own.first(), own.last()) {
+                    let rise = last[1] - first[1];
+                    ui.label(format!("from {} to {}", short(unit, first[1]), short(unit, last[1])));
+                    if unit == Unit::Metres {
+                        ui.label(format!("mean slope {:.1}°", (rise / length).atan().to_degrees()));
+                    }
+                }
+            });
+            let plot = Plot::new("profile plot")
+                .legend(Legend::default())
+                .allow_scroll(false)
+                .allow_drag(false)
+                .allow_zoom(false);
+            plot.x_axis_formatter(|mark, _| Unit::Metres.display(mark.value))
+                .y_axis_formatter(move |mark, _| unit.display(mark.value))
+                .show(ui, |plot| {
+                    plot.line(PlotLine::new(shown.port.clone(), PlotPoints::from(own)));
+                    if let Some(compared) = compared.filter(|compared| compared.ty.unit() == unit) {
+                        let points = PlotPoints::from(samples(compared, line));
+                        plot.line(PlotLine::new(compared.port.clone(), points));
+                    }
+                });
+        });
+    }
+}
+
+/// Distance and value along a line, once a cell, in at most 2000 steps.
+fn samples(shown: &Shown, [a, b]: Line) -> Vec<[f64; 2]> {
+    let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+    let steps = ((length / shown.field.window().cell_m()).ceil() as usize).clamp(1, 2000);
+    let values = shown.field.plane(0);
+    let point = |step: usize| {
+        let share = step as f64 / steps as f64;
+        let at = cell(shown, [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])])?;
+        Some([share * length, f64::from(values[at])])
+    };
+    (0..=steps).filter_map(point).collect()
+}

@@ -1,0 +1,56 @@
+//! Round numbers for scale bars and contour lines, and the bar itself.
+
+use egui::{Align2, Color32, FontId, Rect, Stroke, pos2, vec2};
+use orograph_graph::Unit;
+
+/// The largest of 1, 2 and 5 times a power of ten that is not above `most`.
+pub(super) fn round_below(most: f64) -> f64 {
+    if !(most.is_finite() && most > 0.0) {
+        return 1.0;
+    }
+    let power = 10_f64.powf(most.log10().floor());
+    let step = [5.0, 2.0, 1.0].into_iter().find(|step| step * power <= most * (1.0 + 1e-9));
+    step.unwrap_or(1.0) * power
+}
+
+/// The height between contour lines that suits a range: ten to twenty-five of them.
+pub(super) fn contour_step(range: f64) -> f64 {
+    round_below(range / 10.0)
+}
+
+/// Draws a bar of a round length in the lower left corner.
+pub(super) fn bar(painter: &egui::Painter, pane: Rect, metres_per_point: f64) {
+    let length = round_below(metres_per_point * 140.0);
+    let width = (length / metres_per_point) as f32;
+    let start = pane.left_bottom() + vec2(14.0, -14.0);
+    let end = start + vec2(width, 0.0);
+    let text = Unit::Metres.display(length);
+    let back = Rect::from_min_max(pos2(start.x - 6.0, start.y - 22.0), end + vec2(6.0, 6.0));
+    painter.rect_filled(back, 3.0, Color32::from_black_alpha(140));
+    let stroke = Stroke::new(1.5, Color32::WHITE);
+    painter.line_segment([start, end], stroke);
+    for at in [start, end] {
+        painter.line_segment([at - vec2(0.0, 4.0), at + vec2(0.0, 2.0)], stroke);
+    }
+    painter.text(
+        start + vec2(width / 2.0, -5.0),
+        Align2::CENTER_BOTTOM,
+        text,
+        FontId::proportional(11.0),
+        Color32::WHITE,
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_are_round() {
+        for (most, round) in [(140.0, 100.0), (99.9, 50.0), (0.47, 0.2), (5000.0, 5000.0), (1e6, 1e6)] {
+            assert!((round_below(most) / round - 1.0).abs() < 1e-9, "{most} {}", round_below(most));
+        }
+        assert_eq!(round_below(0.0), 1.0);
+        assert_eq!(contour_step(2600.0), 200.0);
+    }
+}

@@ -1,0 +1,74 @@
+//! The pane of the land.
+
+use egui::{Event, Modifiers, PointerButton, pos2};
+use egui_kittest::{Harness, kittest::Queryable as _};
+use orograph::editor::App;
+
+use crate::{graph, picture, settle, window};
+
+fn hello() -> Harness<'static, App> {
+    let mut window = window(Some(graph("hello.ron")));
+    window.state_mut().session_mut().set_cells(128);
+    settle(&mut window);
+    window
+}
+
+fn drag(window: &mut Harness<'_, App>, from: egui::Pos2, to: egui::Pos2) {
+    let button = |pos, pressed| Event::PointerButton {
+        pos,
+        button: PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::default(),
+    };
+    window.event(Event::PointerMoved(from));
+    window.event(button(from, true));
+    window.step();
+    for share in [0.3, 0.7, 1.0] {
+        window.event(Event::PointerMoved(from + (to - from) * share));
+        window.step();
+    }
+    window.event(button(to, false));
+    window.step();
+}
+
+#[test]
+fn the_shown_output_is_seen_as_a_map() {
+    let mut window = hello();
+    let picture = picture(&mut window, "map");
+    // The land in the upper left of the window is neither black nor all of one colour.
+    let colours: std::collections::BTreeSet<[u8; 4]> =
+        (0..60).map(|k| picture.get_pixel(250 + 8 * k, 120 + 4 * k).0).collect();
+    assert!(colours.len() > 20, "{} colours", colours.len());
+}
+
+#[test]
+fn an_output_can_be_pinned_and_compared() {
+    let mut window = hello();
+    window.state_mut().session_mut().select_only("ground");
+    assert_eq!(window.state().session().shown().as_deref(), Some("ground.height"));
+    window.step();
+    window.get_by_label("Pin").click();
+    window.step();
+    window.step();
+    assert_eq!(window.state().session().pinned(), Some("ground.height"));
+    window.state_mut().session_mut().select_only("rivers");
+    assert_eq!(window.state().session().shown().as_deref(), Some("ground.height"));
+    window.get_by_label("A|B").click();
+    window.step();
+    window.step();
+    let compared = window.state().session().compared().map(str::to_owned);
+    assert!(compared.is_some_and(|port| port != "ground.height"));
+    settle(&mut window);
+    picture(&mut window, "compare");
+}
+
+#[test]
+fn a_line_is_measured() {
+    let mut window = hello();
+    window.get_by_label("Measure").click();
+    window.step();
+    drag(&mut window, pos2(380.0, 150.0), pos2(560.0, 300.0));
+    window.step();
+    assert!(window.query_by_label_contains("length").is_some());
+    picture(&mut window, "measure");
+}
