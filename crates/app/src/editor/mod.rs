@@ -20,7 +20,7 @@ pub mod worker;
 use std::path::PathBuf;
 
 pub use app::App;
-pub use session::{NodeState, Note, Session};
+pub use session::{Answer, NodeState, Note, Question, Session, Wish};
 
 use crate::failure::Failure;
 

@@ -79,6 +79,10 @@ impl Document {
         }
         file.as_file().sync_all()?;
         file.persist(&target).map_err(|error| error.error)?;
+        // The new name lasts when the folder is on the disk. Not all systems let a folder be flushed; the file is whole
+        // either way.
+        #[cfg(unix)]
+        let _ = File::open(folder).and_then(|folder| folder.sync_all());
         Ok(())
     }
 }

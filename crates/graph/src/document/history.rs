@@ -116,6 +116,17 @@ impl Document {
         Ok(draft.source)
     }
 
+    /// Puts another text in place of this one, such as what another program made of the file, as one step for
+    /// [`Self::undo`]. Nothing is refused: the text may have problems. Says whether it differs.
+    pub fn replace(&mut self, source: &str) -> bool {
+        let Some(splice) = Splice::between(&self.source, source) else { return false };
+        source.clone_into(&mut self.source);
+        self.history.done.push(vec![splice]);
+        self.history.undone.clear();
+        self.read_again();
+        true
+    }
+
     /// Takes the last edit back; says whether there was one.
     pub fn undo(&mut self) -> bool {
         let Some(splices) = self.history.done.pop() else { return false };
@@ -146,7 +157,7 @@ impl Document {
         !self.history.undone.is_empty()
     }
 
-    fn read_again(&mut self) {
+    pub(super) fn read_again(&mut self) {
         self.checked = self.check(&self.source);
     }
 

@@ -22,6 +22,7 @@ mod format;
 mod history;
 mod lex;
 mod literal;
+mod moved;
 mod problems;
 mod splice;
 mod subgraph;

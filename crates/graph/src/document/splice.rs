@@ -16,6 +16,19 @@ pub(super) struct Splice {
 }
 
 impl Splice {
+    /// What makes one text of another; `None` where they are the same.
+    pub(super) fn between(from: &str, to: &str) -> Option<Self> {
+        if from == to {
+            return None;
+        }
+        let same = |(a, b): &(char, char)| a == b;
+        let at: usize = from.chars().zip(to.chars()).take_while(same).map(|(c, _)| c.len_utf8()).sum();
+        let (old, new) = (&from[at..], &to[at..]);
+        let end: usize = old.chars().rev().zip(new.chars().rev()).take_while(same).map(|(c, _)| c.len_utf8()).sum();
+        let (removed, inserted) = (old[..old.len() - end].to_owned(), new[..new.len() - end].to_owned());
+        Some(Self { at, removed, inserted })
+    }
+
     fn forth(&self, text: &mut String) {
         text.replace_range(self.at..self.at + self.removed.len(), &self.inserted);
     }

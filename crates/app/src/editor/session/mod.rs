@@ -1,5 +1,7 @@
 //! The work: a document, what is selected and shown of it, and what is known of its nodes. It draws nothing.
 
+mod files;
+
 use std::{
     collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
@@ -7,6 +9,8 @@ use std::{
 };
 
 use orograph_graph::{Document, Edit, PortType, Registry, Value};
+
+pub use files::{Answer, Question, Wish};
 
 use super::worker::{News, Order, Wanted, Worker};
 use crate::failure::Failure;
@@ -93,6 +97,12 @@ pub struct Session {
     notes: Vec<Note>,
     /// An edit that goes on, such as a slider being dragged: whether it has been made once.
     gesture: Option<bool>,
+    /// What the person must decide.
+    question: Option<Question>,
+    /// What comes after the answer.
+    wish: Option<Wish>,
+    /// Whether the window may close.
+    over: bool,
 }
 
 impl Session {
@@ -128,6 +138,9 @@ impl Session {
             built: BTreeMap::new(),
             notes: Vec::new(),
             gesture: None,
+            question: None,
+            wish: None,
+            over: false,
         };
         session.changed();
         Ok(session)
@@ -149,15 +162,6 @@ impl Session {
     #[must_use]
     pub fn path(&self) -> Option<&Path> {
         self.document.path()
-    }
-
-    /// Whether there is work that is not in the file.
-    #[must_use]
-    pub fn is_dirty(&self) -> bool {
-        match &self.saved {
-            Some(saved) => *saved != self.document.source(),
-            None => self.document.can_undo(),
-        }
     }
 
     /// Makes an edit. When it is refused, the reason is noted for the person, and it says no.

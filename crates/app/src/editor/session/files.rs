@@ -1,0 +1,239 @@
+//! The file of a session: saving, opening another, and what is asked of the person before work could be lost.
+
+use std::path::{Path, PathBuf};
+
+use orograph_graph::{Document, LoadError};
+
+use super::Session;
+use crate::failure::reason;
+
+/// What a person wants that takes the present work out of the window.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Wish {
+    /// An empty graph.
+    New,
+    /// Another file.
+    Open(PathBuf),
+    /// The end of the window.
+    Close,
+}
+
+/// What the person must decide before anything else.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Question {
+    /// There is unsaved work, which the wish would take out of the window.
+    Unsaved(Wish),
+    /// The work needs the name of a file.
+    Name,
+    /// The file says something else than what was read from it, and there is unsaved work.
+    Changed {
+        /// What it says now.
+        theirs: String,
+    },
+}
+
+/// What the person decides.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// Nothing is to happen.
+    Cancel,
+    /// The work is saved in its file.
+    Save,
+    /// The work is saved in this file.
+    SaveAs(PathBuf),
+    /// The work is given up.
+    Discard,
+    /// The work takes the place of what the file says, when it is saved.
+    KeepMine,
+    /// What the file says takes the place of the work, which undo brings back.
+    TakeTheirs,
+}
+
+impl Session {
+    /// Whether there is work that is not in the file.
+    #[must_use]
+    pub fn is_dirty(&self) -> bool {
+        match &self.saved {
+            Some(saved) => *saved != self.document.source(),
+            None => self.path().is_some() || self.document.can_undo(),
+        }
+    }
+
+    /// What the person must decide before anything else, if anything.
+    #[must_use]
+    pub const fn question(&self) -> Option<&Question> {
+        self.question.as_ref()
+    }
+
+    /// Whether the person is done with the window, and nothing is lost by closing it.
+    #[must_use]
+    pub const fn is_over(&self) -> bool {
+        self.over
+    }
+
+    /// Saves the work in its file. Says whether it is saved; if not, a question is asked or a note tells why.
+    ///
+    /// A file that says something else than what was read from it is not written over without being asked about.
+    pub fn save(&mut self) -> bool {
+        let Some(path) = self.path().map(Path::to_owned) else {
+            self.ask_name();
+            return false;
+        };
+        match read(&path, &self.document) {
+            Ok(theirs) if theirs.is_none() || theirs == self.saved || theirs.as_deref() == Some(self.source()) => {
+                self.write(&path)
+            }
+            Ok(theirs) => {
+                self.question = theirs.map(|theirs| Question::Changed { theirs });
+                false
+            }
+            Err(error) => {
+                self.unsaved(&path, &error.to_string());
+                false
+            }
+        }
+    }
+
+    /// Saves the work in another file, which is its file from then on. Names of files that it reads follow. Says whether it
+    /// is saved; if not, a note tells why, and everything is as it was.
+    pub fn save_as(&mut self, path: &Path) -> bool {
+        let path = if path.extension().is_some() { path.to_owned() } else { path.with_extension("ron") };
+        let before = self.document.clone();
+        self.end_gesture();
+        let moved = self.document.move_to(&path);
+        if self.write(&path) {
+            if moved {
+                self.note("the names of the files that the graph reads follow it to its new folder", false);
+            }
+            self.changed();
+            return true;
+        }
+        self.document = before;
+        false
+    }
+
+    /// Asks for the name of a file to save the work in.
+    pub fn ask_name(&mut self) {
+        self.question = Some(Question::Name);
+    }
+
+    /// Does what takes the present work out of the window; asks first where that is not saved.
+    pub fn wish(&mut self, wish: Wish) {
+        self.end_gesture();
+        if self.is_dirty() {
+            self.question = Some(Question::Unsaved(wish));
+        } else {
+            self.grant(wish);
+        }
+    }
+
+    /// Takes what the person decided on [`Self::question`].
+    pub fn answer(&mut self, answer: Answer) {
+        let Some(question) = self.question.take() else { return };
+        match (question, answer) {
+            (_, Answer::Cancel) => self.wish = None,
+            (Question::Unsaved(wish), Answer::Save) => {
+                self.wish = Some(wish);
+                self.save();
+            }
+            (Question::Unsaved(wish), Answer::Discard) => self.grant(wish),
+            (_, Answer::SaveAs(path)) => {
+                self.save_as(&path);
+            }
+            (Question::Changed { theirs }, Answer::KeepMine) => self.saved = Some(theirs),
+            (Question::Changed { theirs }, Answer::Save) => {
+                self.saved = Some(theirs);
+                self.save();
+            }
+            (Question::Changed { theirs }, Answer::TakeTheirs) => self.take(theirs),
+            (question, _) => self.question = Some(question),
+        }
+        if let Some(wish) = self.wish.take_if(|_| self.question.is_none()) {
+            // Only what has been saved may go.
+            if !self.is_dirty() {
+                self.grant(wish);
+            }
+        }
+    }
+
+    /// Takes what the file says in place of the work, as one step for undo. Says whether it could be read.
+    pub fn reload(&mut self) -> bool {
+        let Some(path) = self.path().map(Path::to_owned) else { return false };
+        match read(&path, &self.document) {
+            Ok(Some(theirs)) => {
+                self.take(theirs);
+                true
+            }
+            Ok(None) => {
+                self.note(LoadError::Missing(path).to_string(), true);
+                false
+            }
+            Err(error) => {
+                self.note(error.to_string(), true);
+                false
+            }
+        }
+    }
+
+    fn take(&mut self, theirs: String) {
+        self.end_gesture();
+        self.document.replace(&theirs);
+        self.saved = Some(theirs);
+        self.changed();
+    }
+
+    fn grant(&mut self, wish: Wish) {
+        match wish {
+            Wish::New => self.start(Document::empty(self.document.registry()), None),
+            Wish::Open(path) => match Document::load(&path, self.document.registry()) {
+                Ok(document) => {
+                    let saved = document.source().to_owned();
+                    self.start(document, Some(saved));
+                }
+                Err(error) => self.note(error.to_string(), true),
+            },
+            Wish::Close => self.over = true,
+        }
+    }
+
+    /// Goes on with another document.
+    fn start(&mut self, document: Document, saved: Option<String>) {
+        self.end_gesture();
+        (self.document, self.saved) = (document, saved);
+        self.selection.clear();
+        self.pinned = None;
+        self.nodes.clear();
+        self.built.clear();
+        self.changed();
+    }
+
+    fn write(&mut self, path: &Path) -> bool {
+        let guarded = path.metadata().is_ok_and(|data| data.permissions().readonly());
+        let written = match guarded {
+            true => Err("it is write-protected".to_owned()),
+            false => self.document.save(path).map_err(|error| reason(&error)),
+        };
+        match written {
+            Ok(()) => self.saved = Some(self.source().to_owned()),
+            Err(ref why) => self.unsaved(path, why),
+        }
+        written.is_ok()
+    }
+
+    fn unsaved(&mut self, path: &Path, why: &str) {
+        self.note(format!("`{}` is not saved: {why}. The work stays here; save it elsewhere", path.display()), true);
+    }
+
+    fn source(&self) -> &str {
+        self.document.source()
+    }
+}
+
+/// What a file says; nothing where there is none.
+fn read(path: &Path, document: &Document) -> Result<Option<String>, LoadError> {
+    match Document::load(path, document.registry()) {
+        Ok(read) => Ok(Some(read.source().to_owned())),
+        Err(LoadError::Missing(_)) => Ok(None),
+        Err(error) => Err(error),
+    }
+}

@@ -1,0 +1,159 @@
+//! Saving, opening, and what is asked before work could be lost.
+
+use std::{fs, path::Path};
+
+use orograph::editor::{Answer, Question, Session, Wish};
+use orograph_graph::Edit;
+
+/// A text with comments and an order of its own.
+const HILLS: &str = "// Two hills.\n(\n    nodes: {\n        \"b\": Perlin(octaves: 3), // low\n        \
+                     \"a\": Perlin,\n    },\n    outputs: { \"height\": \"b\" },\n)\n";
+
+fn session(file: Option<&Path>) -> Session {
+    Session::open(file.map(Path::to_owned), orograph_nodes::registry(), || {}).expect("the file can be read")
+}
+
+fn octaves(count: &str) -> Edit {
+    Edit::SetText { node: "b".into(), name: "octaves".into(), text: count.into() }
+}
+
+fn hills() -> (tempfile::TempDir, std::path::PathBuf) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("hills.ron");
+    fs::write(&file, HILLS).expect("written");
+    (folder, file)
+}
+
+fn text(file: &Path) -> String {
+    fs::read_to_string(file).expect("a text")
+}
+
+#[test]
+fn saving_changes_only_what_was_edited() {
+    let (_folder, file) = hills();
+    let mut session = session(Some(&file));
+    assert!(!session.is_dirty());
+    assert!(session.apply(&octaves("5")));
+    assert!(session.is_dirty());
+    assert!(session.save());
+    assert!(!session.is_dirty());
+    assert_eq!(text(&file), HILLS.replace("octaves: 3", "octaves: 5"));
+    assert!(session.undo() && session.is_dirty(), "undo goes back behind the save");
+    assert!(session.save());
+    assert_eq!(text(&file), HILLS);
+}
+
+#[test]
+fn what_another_program_saved_is_not_written_over() {
+    let (_folder, file) = hills();
+    let mut session = session(Some(&file));
+    session.apply(&octaves("5"));
+    let theirs = HILLS.replace("low", "lower");
+    fs::write(&file, &theirs).expect("written");
+    assert!(!session.save());
+    assert_eq!(session.question(), Some(&Question::Changed { theirs: theirs.clone() }));
+    assert_eq!(text(&file), theirs);
+    session.answer(Answer::Cancel);
+    assert!(!session.save(), "asked again");
+    session.answer(Answer::TakeTheirs);
+    assert_eq!(session.document().source(), theirs);
+    assert!(!session.is_dirty());
+    assert!(session.undo());
+    assert_eq!(session.document().source(), HILLS.replace("octaves: 3", "octaves: 5"));
+    assert!(session.save(), "what it says is known now");
+    assert_eq!(text(&file), HILLS.replace("octaves: 3", "octaves: 5"));
+}
+
+#[test]
+fn a_new_name_needs_no_second_thought_and_files_follow() {
+    let (folder, file) = hills();
+    fs::create_dir(folder.path().join("maps")).expect("made");
+    fs::write(folder.path().join("maps/a.png"), "").expect("written");
+    fs::create_dir(folder.path().join("copies")).expect("made");
+    let source = HILLS.replace("\"a\": Perlin,", "\"a\": Import(file: \"maps/a.png\"),");
+    fs::write(&file, &source).expect("written");
+    let mut session = session(Some(&file));
+    session.apply(&octaves("5"));
+    assert!(session.save_as(&folder.path().join("copies/other")));
+    let copy = folder.path().join("copies/other.ron");
+    assert_eq!(session.path(), Some(copy.as_path()));
+    assert_eq!(text(&copy), source.replace("octaves: 3", "octaves: 5").replace("maps/a.png", "../maps/a.png"));
+    assert_eq!(text(&file), source, "the first file is as it was");
+    assert!(!session.is_dirty());
+    assert_eq!(session.document().steps(), 2);
+}
+
+#[test]
+fn where_nothing_can_be_written_the_work_stays() {
+    let (folder, file) = hills();
+    let mut session = session(Some(&file));
+    session.apply(&octaves("5"));
+    assert!(!session.save_as(&file.join("below.ron")), "a file is no folder");
+    let note = session.take_notes().pop().map(|note| note.message).unwrap_or_default();
+    assert!(note.contains("is not saved") && note.contains("The work stays here"), "{note}");
+    assert_eq!(session.path(), Some(file.as_path()));
+    assert!(session.is_dirty());
+    let mut rights = fs::metadata(&file).expect("there").permissions();
+    rights.set_readonly(true);
+    fs::set_permissions(&file, rights).expect("set");
+    assert!(!session.save());
+    let note = session.take_notes().pop().map(|note| note.message).unwrap_or_default();
+    assert!(note.contains("write-protected"), "{note}");
+    assert_eq!(text(&file), HILLS);
+    assert!(session.save_as(&folder.path().join("other.ron")));
+}
+
+#[test]
+fn unsaved_work_is_asked_about_before_it_goes() {
+    let (folder, file) = hills();
+    let mut session = session(None);
+    session.wish(Wish::Open(file.clone()));
+    assert_eq!((session.question(), session.path()), (None, Some(file.as_path())));
+    session.apply(&octaves("5"));
+    session.wish(Wish::New);
+    assert_eq!(session.question(), Some(&Question::Unsaved(Wish::New)));
+    session.answer(Answer::Cancel);
+    assert_eq!(session.path(), Some(file.as_path()));
+    session.wish(Wish::New);
+    session.answer(Answer::Save);
+    assert_eq!((session.question(), session.path()), (None, None));
+    assert_eq!(text(&file), HILLS.replace("octaves: 3", "octaves: 5"));
+    assert!(!session.document().can_undo(), "another document has another history");
+
+    session.apply(&Edit::AddNode { name: "x".into(), kind: "Perlin".into(), at: None });
+    session.wish(Wish::Close);
+    session.answer(Answer::Save);
+    assert_eq!(session.question(), Some(&Question::Name), "without a name there is nowhere to save");
+    assert!(!session.is_over());
+    session.answer(Answer::SaveAs(folder.path().join("new.ron")));
+    assert!(session.is_over());
+    assert!(text(&folder.path().join("new.ron")).contains("\"x\": Perlin"));
+}
+
+#[test]
+fn discarding_leaves_the_file_alone() {
+    let (_folder, file) = hills();
+    let mut session = session(Some(&file));
+    session.apply(&octaves("5"));
+    session.wish(Wish::Close);
+    session.answer(Answer::Discard);
+    assert!(session.is_over());
+    assert_eq!(text(&file), HILLS);
+}
+
+#[test]
+fn reloading_is_one_step_back() {
+    let (_folder, file) = hills();
+    let mut session = session(Some(&file));
+    let theirs = HILLS.replace("octaves: 3", "octaves: 7");
+    fs::write(&file, &theirs).expect("written");
+    assert!(session.reload());
+    assert_eq!((session.document().source(), session.is_dirty()), (theirs.as_str(), false));
+    assert!(session.undo() && session.is_dirty());
+    assert_eq!(session.document().source(), HILLS);
+    fs::remove_file(&file).expect("removed");
+    assert!(!session.reload());
+    assert!(session.take_notes().iter().any(|note| note.message.contains("there is no file")));
+    assert!(session.save(), "a file that is gone is written again");
+    assert_eq!(text(&file), HILLS);
+}

@@ -1,0 +1,83 @@
+//! A document at another place: what its names of files become there.
+
+use std::path::{Component, Path, PathBuf};
+
+use super::{Document, subgraph::Home};
+
+impl Document {
+    /// The same work as the text of another file, with its history. Names of files that it reads are looked for beside
+    /// that, as they stand.
+    pub fn set_path(&mut self, path: Option<&Path>) {
+        self.home = path.map(Home::of_file).unwrap_or_default();
+        self.read_again();
+    }
+
+    /// The same work as the text of another file, with its history. Where the folder is another, relative names of files
+    /// become those that lead to the same files from there, as one step for [`Self::undo`]; says whether they did.
+    ///
+    /// In a text with mistakes of notation, names of files stay as they are.
+    pub fn move_to(&mut self, path: &Path) -> bool {
+        let from = self.folder().to_owned();
+        let to = path.parent().unwrap_or(Path::new(""));
+        let adapted = self.with_file_names(&|_, _, file| led_from(file, &from, to)).ok();
+        self.set_path(Some(path));
+        adapted.is_some_and(|text| self.replace(&text))
+    }
+}
+
+/// The name that leads from one folder to what a name leads to from another; `None` where it is the same.
+fn led_from(file: &str, from: &Path, to: &Path) -> Option<String> {
+    if Path::new(file).is_absolute() {
+        return None;
+    }
+    let (from, to) = (place(from)?, place(to)?);
+    if from == to {
+        return None;
+    }
+    let target = normal(&from.join(file));
+    let shared = target.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    if shared == 0 {
+        // Another disk.
+        return Some(target.to_string_lossy().into_owned());
+    }
+    let up = to.components().skip(shared).map(|_| "..".into());
+    let down = target.components().skip(shared).map(|part| part.as_os_str().to_string_lossy());
+    Some(up.chain(down).collect::<Vec<_>>().join("/"))
+}
+
+/// Where a folder is, whatever leads to it.
+fn place(folder: &Path) -> Option<PathBuf> {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    folder.canonicalize().or_else(|_| std::path::absolute(folder).map(|path| normal(&path))).ok()
+}
+
+/// A path without `.` and `..`.
+fn normal(path: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir => {
+                out.pop();
+            }
+            part => out.push(part),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_lead_to_the_same_files() {
+        let from = |file: &str, from: &str, to: &str| led_from(file, Path::new(from), Path::new(to));
+        assert_eq!(from("a.tif", "/none/x", "/none/x"), None);
+        assert_eq!(from("a.tif", "/none/x", "/none/y").as_deref(), Some("../x/a.tif"));
+        assert_eq!(from("a.tif", "/none/x", "/none").as_deref(), Some("x/a.tif"));
+        assert_eq!(from("../data/a.tif", "/none/x", "/none").as_deref(), Some("data/a.tif"));
+        assert_eq!(from("./a.tif", "/none", "/none/x/y").as_deref(), Some("../../a.tif"));
+        assert_eq!(from("/data/a.tif", "/none/x", "/none"), None);
+    }
+}
