@@ -1,7 +1,7 @@
 //! The program `orograph`, as a library so that tests can call its parts: the command line ([`cli`]), what it says and
 //! where ([`terminal`], [`progress`], [`problems`]), what is asked for ([`request`]), how it is built and written
 //! ([`build`], [`outputs`], [`engine`], [`mesh`]), and how it fails ([`Failure`]). With the feature `editor` there is the
-//! window as well ([`editor`]).
+//! window ([`editor`]) and land in three dimensions ([`view`]).
 
 pub mod archive;
 pub mod build;
@@ -25,6 +25,8 @@ pub mod terminal;
 #[cfg(test)]
 mod testing;
 mod vertices;
+#[cfg(feature = "editor")]
+pub mod view;
 
 pub use cli::run;
 pub use failure::{Exit, Failure};

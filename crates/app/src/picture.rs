@@ -49,28 +49,31 @@ pub fn preview(height: &Field) -> Field {
 
 /// The means of squares of cells, as large as it takes for no side to have more than `most` of them. Those at the east
 /// and south sides may be cut.
-fn shrunk(height: &Field, most: u32) -> Field {
-    let window = height.window();
+pub(crate) fn shrunk(field: &Field, most: u32) -> Field {
+    let window = field.window();
     let side = window.cells[0].max(window.cells[1]).div_ceil(most) as usize;
     if side == 1 {
-        return height.clone();
+        return field.clone();
     }
     let cells = window.cells.map(|count| count.div_ceil(side as u32));
     let size = cells.map(|count| f64::from(count) * side as f64 * window.cell_m());
-    let (nx, samples) = (window.nx(), height.plane(0));
-    let rows = samples.par_chunks(side * nx).flat_map_iter(|band| {
-        let mean = move |first: usize| {
-            let columns = first..(first + side).min(nx);
-            let (mut sum, mut count) = (0.0, 0.0);
-            for row in band.chunks_exact(nx) {
-                sum += row[columns.clone()].iter().map(|z| f64::from(*z)).sum::<f64>();
-                count += columns.len() as f64;
-            }
-            (sum / count) as f32
-        };
-        (0..nx).step_by(side).map(mean)
-    });
-    Field::new(Window::whole(World { size, cells, ..window.world }), rows.collect())
+    let nx = window.nx();
+    let rows = |plane: usize| {
+        field.plane(plane).par_chunks(side * nx).flat_map_iter(move |band| {
+            let mean = move |first: usize| {
+                let columns = first..(first + side).min(nx);
+                let (mut sum, mut count) = (0.0, 0.0);
+                for row in band.chunks_exact(nx) {
+                    sum += row[columns.clone()].iter().map(|v| f64::from(*v)).sum::<f64>();
+                    count += columns.len() as f64;
+                }
+                (sum / count) as f32
+            };
+            (0..nx).step_by(side).map(mean)
+        })
+    };
+    let samples = (0..field.planes()).into_par_iter().flat_map(rows).collect();
+    Field::with_planes(Window::whole(World { size, cells, ..window.world }), field.planes(), samples)
 }
 
 /// A picture of one plane of numbers: black at the lowest, white at the highest.

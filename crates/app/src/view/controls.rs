@@ -1,0 +1,320 @@
+//! Cameras that hands move: around a place, or through the air. Plain data and arithmetic; whoever has a window calls them.
+
+use glam::DVec3;
+use orograph_nodes::math;
+
+use super::{
+    camera::{Camera, Ray, direction},
+    land::Land,
+};
+
+/// The usual angle of view: that of a lens a little longer than the eye's, which keeps mountains from looking like toys.
+const FOV_DEG: f64 = 34.0;
+
+/// The steepest view down, a little short of the vertical, so that the picture keeps its azimuth.
+const MOST_ELEVATION_DEG: f64 = 89.9;
+
+/// An eye that turns around a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orbit {
+    /// What it looks at.
+    pub target: DVec3,
+    /// Degrees clockwise from north in which the eye stands, seen from the target.
+    pub azimuth_deg: f64,
+    /// Degrees above level at which the eye stands, 0 to 90.
+    pub elevation_deg: f64,
+    /// Metres from target to eye.
+    pub distance: f64,
+    /// Angle of view from the lower to the upper side, in degrees.
+    pub fov_deg: f64,
+}
+
+impl Orbit {
+    /// From the south, with all of the land in the picture.
+    #[must_use]
+    pub fn framing(land: &Land, exaggeration: f64, size: [u32; 2]) -> Self {
+        let start = Self {
+            target: land.middle(exaggeration),
+            azimuth_deg: 205.0,
+            elevation_deg: 27.0,
+            distance: 1.0,
+            fov_deg: FOV_DEG,
+        };
+        start.framed(land, exaggeration, size)
+    }
+
+    /// The same direction, with the target and the distance that just show all of the land.
+    #[must_use]
+    pub fn framed(self, land: &Land, exaggeration: f64, size: [u32; 2]) -> Self {
+        /// Part of the picture that is left free around the land.
+        const MARGIN: f64 = 0.04;
+        let [w, h] = land.size_m();
+        let [low, high] = [land.base(exaggeration), land.range()[1]].map(|height| height * exaggeration);
+        let corners = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| {
+            let pick = |bit: i32, low: f64, high: f64| if k & bit == 0 { low } else { high };
+            DVec3::new(pick(1, 0.0, w), pick(2, low, high), pick(4, 0.0, h))
+        });
+        let mut framed = Self { target: DVec3::new(0.5 * w, 0.5 * (low + high), 0.5 * h), ..self };
+        // the picture of a box moves a little as the eye draws back, so a few rounds settle both
+        for _ in 0..8 {
+            let camera = framed.camera();
+            let [tx, ty] = camera.half_extent(size).map(|t| t * (1.0 - MARGIN));
+            let (right, up) = (camera.right(), camera.up());
+            let mut sides = [[f64::NEG_INFINITY; 2]; 2];
+            for corner in corners {
+                let to = corner - framed.target;
+                let depth = to.dot(camera.forward);
+                for (axis, (along, t)) in [(to.dot(right), tx), (to.dot(up), ty)].into_iter().enumerate() {
+                    // the distance that the eye needs for this corner to be inside, on either side
+                    for (side, sign) in [(0, 1.0), (1, -1.0)] {
+                        sides[axis][side] = sides[axis][side].max(sign * along / t - depth);
+                    }
+                }
+            }
+            let needed = |axis: usize| 0.5 * (sides[axis][0] + sides[axis][1]);
+            let shift = |axis: usize, t: f64| 0.5 * (sides[axis][0] - sides[axis][1]) * t;
+            framed.distance = needed(0).max(needed(1)).max(land.cell_m());
+            framed.target += right * shift(0, tx) + up * shift(1, ty);
+        }
+        framed
+    }
+
+    /// What it sees.
+    #[must_use]
+    pub fn camera(&self) -> Camera {
+        let back = direction(self.azimuth_deg.to_radians(), self.elevation_deg.to_radians());
+        Camera::looking_at(self.target + back * self.distance, self.target, self.fov_deg.to_radians())
+    }
+
+    /// Turns by a drag in pixels: the land follows the hand. The height of the picture is half a turn.
+    pub fn drag(&mut self, pixels: [f64; 2], size: [u32; 2]) {
+        let degrees = 180.0 / f64::from(size[1].max(1));
+        self.azimuth_deg = (self.azimuth_deg + pixels[0] * degrees).rem_euclid(360.0);
+        self.elevation_deg = (self.elevation_deg + pixels[1] * degrees).clamp(0.5, MOST_ELEVATION_DEG);
+    }
+
+    /// Moves the target along the ground by a drag in pixels: what is under the hand stays there.
+    pub fn pan(&mut self, pixels: [f64; 2], size: [u32; 2]) {
+        let camera = self.camera();
+        let [_, ty] = camera.half_extent(size);
+        let metres = 2.0 * ty * self.distance / f64::from(size[1].max(1));
+        let ahead = direction(self.azimuth_deg.to_radians() + std::f64::consts::PI, 0.0);
+        // along the ground a pixel is longer the flatter the view; near level that would run away
+        let slant = math::sin(self.elevation_deg.to_radians()).max(0.2);
+        self.target += camera.right() * (-pixels[0] * metres) + ahead * (pixels[1] * metres / slant);
+    }
+
+    /// Comes nearer by so many notches of a wheel, each a sixth; `towards` stays where it is in the picture.
+    pub fn scroll(&mut self, notches: f64, towards: Option<DVec3>) {
+        let factor = math::exp2(-0.25 * notches.clamp(-40.0, 40.0));
+        self.distance *= factor;
+        if let Some(place) = towards.filter(|place| place.is_finite()) {
+            self.target = place + (self.target - place) * factor;
+        }
+    }
+
+    /// Keeps the target near the land, the eye above it, and the distance between a cell and far away.
+    pub fn limit(&mut self, land: &Land, exaggeration: f64) {
+        let [w, h] = land.size_m();
+        let [low, high] = [land.base(exaggeration), land.range()[1]].map(|height| height * exaggeration);
+        self.target = self.target.clamp(DVec3::new(0.0, low, 0.0), DVec3::new(w, high, h));
+        self.distance = self.distance.clamp(4.0 * land.cell_m(), 12.0 * (w + h + high - low));
+        self.elevation_deg = self.elevation_deg.clamp(0.5, MOST_ELEVATION_DEG);
+        let clear = 2.0 * land.cell_m();
+        let eye = self.camera().eye;
+        let inside = (0.0..=w).contains(&eye.x) && (0.0..=h).contains(&eye.z);
+        let floor = if inside { land.height_at([eye.x, eye.z]) * exaggeration } else { low };
+        if eye.y < floor + clear {
+            self.target.y += floor + clear - eye.y;
+        }
+    }
+}
+
+/// Keys that are held down while flying.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FlyKeys {
+    /// Ahead.
+    pub forward: bool,
+    /// Back.
+    pub back: bool,
+    /// To the left.
+    pub left: bool,
+    /// To the right.
+    pub right: bool,
+    /// Up.
+    pub up: bool,
+    /// Down.
+    pub down: bool,
+    /// Four times as fast.
+    pub fast: bool,
+}
+
+/// An eye that flies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fly {
+    /// Where it is.
+    pub eye: DVec3,
+    /// Where it looks, degrees clockwise from north.
+    pub heading_deg: f64,
+    /// Degrees above level.
+    pub pitch_deg: f64,
+    /// Metres a second.
+    pub speed: f64,
+    /// Angle of view from the lower to the upper side, in degrees.
+    pub fov_deg: f64,
+}
+
+impl Fly {
+    /// Begins where an orbiting eye is, at a speed that crosses its distance in four seconds.
+    #[must_use]
+    pub fn from_orbit(orbit: &Orbit) -> Self {
+        Self {
+            eye: orbit.camera().eye,
+            heading_deg: (orbit.azimuth_deg + 180.0).rem_euclid(360.0),
+            pitch_deg: -orbit.elevation_deg,
+            speed: 0.25 * orbit.distance,
+            fov_deg: orbit.fov_deg,
+        }
+    }
+
+    /// Begins to turn around what the eye looks at; around a place ahead of it where that is no land.
+    #[must_use]
+    pub fn orbit(&self, land: &Land, exaggeration: f64) -> Orbit {
+        let camera = self.camera();
+        let ray = Ray { origin: camera.eye, direction: camera.forward };
+        let hit = land.cast(&ray, exaggeration);
+        let distance = hit.map_or(4.0 * self.speed, |hit| hit.distance);
+        Orbit {
+            target: camera.eye + camera.forward * distance,
+            azimuth_deg: (self.heading_deg + 180.0).rem_euclid(360.0),
+            elevation_deg: -self.pitch_deg,
+            distance,
+            fov_deg: self.fov_deg,
+        }
+    }
+
+    /// What it sees.
+    #[must_use]
+    pub fn camera(&self) -> Camera {
+        let [heading, pitch, fov] = [self.heading_deg, self.pitch_deg, self.fov_deg].map(f64::to_radians);
+        Camera::heading(self.eye, heading, pitch, fov)
+    }
+
+    /// Turns the head by a drag in pixels: the land follows the hand.
+    pub fn look(&mut self, pixels: [f64; 2], size: [u32; 2]) {
+        let degrees = self.fov_deg / f64::from(size[1].max(1));
+        self.heading_deg = (self.heading_deg - pixels[0] * degrees).rem_euclid(360.0);
+        self.pitch_deg = (self.pitch_deg + pixels[1] * degrees).clamp(-89.0, 89.0);
+    }
+
+    /// Flies for `dt` seconds.
+    pub fn step(&mut self, keys: FlyKeys, dt: f64) {
+        let camera = self.camera();
+        let held = |yes: bool, no: bool| f64::from(i8::from(yes) - i8::from(no));
+        let way = camera.forward * held(keys.forward, keys.back)
+            + camera.right() * held(keys.right, keys.left)
+            + DVec3::Y * held(keys.up, keys.down);
+        let fast = if keys.fast { 4.0 } else { 1.0 };
+        self.eye += way.normalize_or_zero() * (self.speed * fast * dt.clamp(0.0, 0.25));
+    }
+
+    /// Changes the speed by notches of a wheel, each a fifth.
+    pub fn scroll(&mut self, notches: f64) {
+        self.speed *= math::exp2(0.25 * notches.clamp(-40.0, 40.0));
+    }
+
+    /// Keeps the eye above the land and not too far from it, and the speed between a cell a second and the land's size.
+    pub fn limit(&mut self, land: &Land, exaggeration: f64) {
+        let [w, h] = land.size_m();
+        let far = 6.0 * (w + h);
+        let low = land.base(exaggeration) * exaggeration;
+        self.eye = self.eye.clamp(DVec3::new(-far, low, -far), DVec3::new(w + far, low + far, h + far));
+        self.speed = self.speed.clamp(land.cell_m(), w + h);
+        let inside = (0.0..=w).contains(&self.eye.x) && (0.0..=h).contains(&self.eye.z);
+        let floor = if inside { land.height_at([self.eye.x, self.eye.z]) * exaggeration } else { low };
+        self.eye.y = self.eye.y.max(floor + 2.0 * land.cell_m());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::field;
+
+    const SIZE: [u32; 2] = [800, 500];
+
+    fn land() -> Land {
+        Land::new(&field([80, 50], 100.0, |x, y| 0.1 * x + 0.05 * y)).expect("heights")
+    }
+
+    #[test]
+    fn framing_shows_all_of_the_land_and_little_else() {
+        let land = land();
+        for azimuth_deg in [0.0, 77.0, 205.0, 310.0] {
+            for elevation_deg in [3.0, 27.0, 89.0] {
+                for size in [[800, 500], [300, 900]] {
+                    let start = Orbit { azimuth_deg, elevation_deg, ..Orbit::framing(&land, 1.0, size) };
+                    let camera = start.framed(&land, 1.0, size).camera();
+                    let [w, h] = land.size_m();
+                    let (low, high) = (land.base(1.0), land.range()[1]);
+                    let mut used = [1.0_f64; 4];
+                    for k in 0..8 {
+                        let pick = |bit: i32, low: f64, high: f64| if k & bit == 0 { low } else { high };
+                        let corner = DVec3::new(pick(1, 0.0, w), pick(2, low, high), pick(4, 0.0, h));
+                        let [x, y] = camera.pixel(corner, size).expect("in front");
+                        let (x, y) = (x / f64::from(size[0]), y / f64::from(size[1]));
+                        used = [used[0].min(x), used[1].min(1.0 - x), used[2].min(y), used[3].min(1.0 - y)];
+                    }
+                    assert!(used.iter().all(|free| *free > 0.01), "{used:?}");
+                    assert!(used[0] + used[1] < 0.06 || used[2] + used[3] < 0.06, "{used:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_under_the_hand_stays_there() {
+        let land = land();
+        let mut orbit = Orbit::framing(&land, 1.0, SIZE);
+        let before = orbit.camera().pixel(orbit.target, SIZE).expect("in front");
+        let place = orbit.target;
+        orbit.pan([30.0, 0.0], SIZE);
+        let after = orbit.camera().pixel(place, SIZE).expect("in front");
+        assert!(
+            (after[0] - before[0] - 30.0).abs() < 0.5 && (after[1] - before[1]).abs() < 0.5,
+            "{before:?} {after:?}"
+        );
+
+        let place = DVec3::new(1000.0, 150.0, 900.0);
+        let before = orbit.camera().pixel(place, SIZE).expect("in front");
+        orbit.scroll(3.0, Some(place));
+        let after = orbit.camera().pixel(place, SIZE).expect("in front");
+        assert!((after[0] - before[0]).abs() < 1e-6 && (after[1] - before[1]).abs() < 1e-6);
+
+        orbit.drag([250.0, 0.0], SIZE);
+        assert!((orbit.azimuth_deg - 295.0).abs() < 1e-9);
+        orbit.drag([0.0, 1e6], SIZE);
+        assert!(orbit.elevation_deg <= 90.0 && orbit.camera().up().is_finite());
+    }
+
+    #[test]
+    fn eyes_stay_above_the_land() {
+        let land = land();
+        let mut orbit = Orbit::framing(&land, 1.0, SIZE);
+        orbit.scroll(1e9, None);
+        orbit.elevation_deg = -40.0;
+        orbit.target = DVec3::new(2000.0, -9e9, 2000.0);
+        orbit.limit(&land, 1.0);
+        let eye = orbit.camera().eye;
+        assert!(eye.y > land.height_at([eye.x, eye.z]));
+        let mut fly = Fly::from_orbit(&orbit);
+        let keys = FlyKeys { down: true, fast: true, forward: true, ..FlyKeys::default() };
+        (0..500).for_each(|_| fly.step(keys, 0.1));
+        fly.limit(&land, 1.0);
+        assert!(fly.eye.y >= land.base(1.0) && fly.eye.is_finite());
+        let back = fly.orbit(&land, 1.0);
+        assert!((back.camera().eye - fly.eye).length() < 1e-6);
+        fly.look([10.0, -4.0], SIZE);
+        assert!((back.camera().forward - fly.camera().forward).length() > 1e-3);
+    }
+}

@@ -1,0 +1,224 @@
+//! What is looked at.
+
+use glam::{DVec2, DVec3};
+use orograph_graph::{Field, Window};
+
+use super::{
+    bounds::Bounds,
+    camera::Ray,
+    error::ViewError,
+    ray::{Hit, Surface, in_grid},
+};
+use crate::picture;
+
+/// The most cells along a side that are shown: what every graphics device takes. Larger land is shown by the means of
+/// squares of cells.
+const MOST_CELLS: u32 = 8192;
+
+/// What is looked at: heights, and if wanted colours, water and a mask of the same window.
+#[derive(Clone, Debug)]
+pub struct Land {
+    height: Field,
+    colour: Option<Field>,
+    water: Option<Field>,
+    mask: Option<Field>,
+    ground: Bounds,
+    /// With the water on it, where there is any.
+    surface: Option<Bounds>,
+    range: [f64; 2],
+    /// The window that was given, before cells were merged.
+    window: Window,
+}
+
+impl Land {
+    /// The land of a field of heights.
+    ///
+    /// # Errors
+    /// When a height is no number.
+    pub fn new(height: &Field) -> Result<Self, ViewError> {
+        let window = *height.window();
+        let height = picture::shrunk(height, MOST_CELLS);
+        let finite = height.plane(0).iter().all(|h| h.is_finite());
+        let Some((low, high)) = height.range(0).filter(|_| finite) else {
+            return Err(ViewError::Land("some heights are no numbers".to_owned()));
+        };
+        let ground = bounds(&height, None);
+        let range = [low, high].map(f64::from);
+        Ok(Self { height, colour: None, water: None, mask: None, ground, surface: None, range, window })
+    }
+
+    /// With colours of its own: linear RGB, three planes.
+    ///
+    /// # Errors
+    /// When they are of another window.
+    pub fn with_colour(mut self, colour: &Field) -> Result<Self, ViewError> {
+        self.colour = Some(self.fitted(colour, 3, "colours")?);
+        Ok(self)
+    }
+
+    /// With depths of water in metres that stands or runs on it.
+    ///
+    /// # Errors
+    /// When they are of another window.
+    pub fn with_water(mut self, depth: &Field) -> Result<Self, ViewError> {
+        let water = self.fitted(depth, 1, "depths of water")?;
+        self.surface = Some(bounds(&self.height, Some(&water)));
+        self.water = Some(water);
+        Ok(self)
+    }
+
+    /// With a mask that is laid over the colours.
+    ///
+    /// # Errors
+    /// When it is of another window.
+    pub fn with_mask(mut self, mask: &Field) -> Result<Self, ViewError> {
+        self.mask = Some(self.fitted(mask, 1, "a mask")?);
+        Ok(self)
+    }
+
+    fn fitted(&self, field: &Field, planes: usize, what: &str) -> Result<Field, ViewError> {
+        if field.window().cells != self.window.cells || field.planes() != planes {
+            let [nx, ny] = self.window.cells;
+            let [mx, my] = field.window().cells;
+            return Err(ViewError::Land(format!("{what} of {mx} x {my} cells do not fit heights of {nx} x {ny}")));
+        }
+        Ok(picture::shrunk(field, MOST_CELLS))
+    }
+
+    /// Cells along x and y as they are shown.
+    #[must_use]
+    pub const fn cells(&self) -> [u32; 2] {
+        self.height.window().cells
+    }
+
+    /// Side of a shown cell in metres.
+    #[must_use]
+    pub fn cell_m(&self) -> f64 {
+        self.height.window().cell_m()
+    }
+
+    /// Metres from west to east and from north to south.
+    #[must_use]
+    pub fn size_m(&self) -> [f64; 2] {
+        self.cells().map(|n| f64::from(n) * self.cell_m())
+    }
+
+    /// Lowest and highest height in metres.
+    #[must_use]
+    pub const fn range(&self) -> [f64; 2] {
+        self.range
+    }
+
+    /// The middle of the land, at half its relief.
+    #[must_use]
+    pub fn middle(&self, exaggeration: f64) -> DVec3 {
+        let [w, h] = self.size_m();
+        DVec3::new(0.5 * w, 0.5 * (self.range[0] + self.range[1]) * exaggeration, 0.5 * h)
+    }
+
+    /// The elevation at which its sides end below, in metres: a tenth of its extent below the lowest land, or a little of
+    /// its relief if that is more.
+    #[must_use]
+    pub fn base(&self, exaggeration: f64) -> f64 {
+        let [w, h] = self.size_m();
+        let relief = self.range[1] - self.range[0];
+        self.range[0] - (0.035 * w.max(h) / exaggeration.max(1e-9)).max(0.12 * relief)
+    }
+
+    /// The height at a place in metres from the north-west corner, x east and y south; beyond the land that of its edge.
+    #[must_use]
+    pub fn height_at(&self, place: [f64; 2]) -> f64 {
+        self.ground().height(DVec2::from_array(place) / self.cell_m() + 0.5)
+    }
+
+    /// Where a ray of the camera meets the land. One that comes in through a side meets nothing.
+    #[must_use]
+    pub fn cast(&self, ray: &Ray, exaggeration: f64) -> Option<Hit> {
+        if !(exaggeration.is_finite() && exaggeration > 0.0 && ray.origin.is_finite() && ray.direction.is_finite()) {
+            return None;
+        }
+        let (in_grid, unit_m) = in_grid(ray, self.cell_m(), exaggeration);
+        let way = self.ground().meet(&in_grid)?;
+        let at = in_grid.origin + in_grid.direction * way;
+        let [nx, ny] = self.cells();
+        let place = DVec2::new(at.x, at.z);
+        let cell = (place - 0.5).floor().clamp(DVec2::ZERO, DVec2::new(f64::from(nx - 1), f64::from(ny - 1)));
+        Some(Hit {
+            place: ((place - 0.5) * self.cell_m()).to_array(),
+            height: at.y,
+            cell: [cell.x as u32, cell.y as u32],
+            distance: way * unit_m,
+        })
+    }
+
+    fn ground(&self) -> Surface<'_> {
+        Surface { samples: self.height.plane(0), cells: self.cells(), bounds: &self.ground }
+    }
+
+    /// Bounds of what is drawn.
+    pub(super) fn bounds(&self) -> &Bounds {
+        self.surface.as_ref().unwrap_or(&self.ground)
+    }
+
+    pub(super) const fn height(&self) -> &Field {
+        &self.height
+    }
+
+    pub(super) const fn colour(&self) -> Option<&Field> {
+        self.colour.as_ref()
+    }
+
+    pub(super) const fn water(&self) -> Option<&Field> {
+        self.water.as_ref()
+    }
+
+    pub(super) const fn mask(&self) -> Option<&Field> {
+        self.mask.as_ref()
+    }
+}
+
+fn bounds(height: &Field, water: Option<&Field>) -> Bounds {
+    let [nx, ny] = height.window().cells.map(|n| n as usize);
+    let heights = height.plane(0);
+    match water {
+        None => Bounds::new([nx, ny], |x, y| heights[y * nx + x]),
+        Some(water) => {
+            let water = water.plane(0);
+            Bounds::new([nx, ny], |x, y| heights[y * nx + x] + water[y * nx + x].max(0.0))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::field;
+
+    #[test]
+    fn a_ray_from_above_meets_the_land_where_it_is() {
+        let height = field([60, 40], 25.0, |x, y| 100.0 + 0.3 * x - 0.1 * y);
+        let land = Land::new(&height).expect("heights");
+        for exaggeration in [1.0, 3.0] {
+            let eye = DVec3::new(700.0, 3000.0, 500.0);
+            let target = DVec3::new(400.0, 0.0, 300.0);
+            let ray = Ray { origin: eye, direction: (target - eye).normalize() };
+            let hit = land.cast(&ray, exaggeration).expect("meets");
+            let [x, y] = hit.place;
+            assert!((hit.height - (100.0 + 0.3 * x - 0.1 * y)).abs() < 1e-3, "{hit:?}");
+            let seen = DVec3::new(x, hit.height * exaggeration, y);
+            assert!((ray.origin + ray.direction * hit.distance - seen).length() < 1e-6);
+            assert_eq!(hit.cell, [(x / 25.0) as u32, (y / 25.0) as u32]);
+            assert!((land.height_at([x, y]) - hit.height).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let height = field([6, 4], 25.0, |x, _| x);
+        let land = Land::new(&height).expect("heights");
+        assert!(land.clone().with_water(&field([6, 5], 25.0, |_, _| 0.0)).is_err());
+        assert!(land.clone().with_colour(&height).is_err());
+        assert!(land.with_mask(&height).is_ok());
+        assert!(Land::new(&field([6, 4], 25.0, |x, _| if x > 80.0 { f64::NAN } else { x })).is_err());
+    }
+}

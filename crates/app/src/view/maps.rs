@@ -1,0 +1,171 @@
+//! The land as textures.
+
+use orograph_graph::{Field, Srgb};
+use orograph_nodes::{
+    math::f32 as math,
+    render::{light, palettes::Palette},
+};
+use rayon::prelude::*;
+
+use super::{
+    gpu::{COLOUR, GRADIENT, Gpu, HEIGHT},
+    land::Land,
+};
+
+/// The land as textures.
+#[derive(Debug)]
+pub(super) struct Maps {
+    group: wgpu::BindGroup,
+    /// Passes that fill textures from others, until they have been recorded.
+    waiting: Vec<Fill>,
+}
+
+/// One level of a map, to be filled from another.
+#[derive(Debug)]
+struct Fill {
+    target: wgpu::TextureView,
+    source: wgpu::BindGroup,
+    what: What,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum What {
+    Gradient,
+    HalvedGradient,
+    HalvedColour,
+}
+
+/// Colours in a row of the map of tints.
+const TINTS: usize = 256;
+
+impl Maps {
+    pub(super) fn new(gpu: &Gpu, land: &Land) -> Self {
+        let copy = wgpu::TextureUsages::COPY_DST;
+        let drawn = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let cells = land.cells();
+        let mips = cells[0].max(cells[1]).ilog2() + 1;
+        let mut waiting = Vec::new();
+
+        let height = gpu.texture(cells, HEIGHT, 1, copy);
+        gpu.fill(&height, bytemuck::cast_slice(land.height().plane(0)));
+        let water = match land.water() {
+            Some(water) => {
+                let texture = gpu.texture(cells, HEIGHT, 1, copy);
+                gpu.fill(&texture, bytemuck::cast_slice(water.plane(0)));
+                texture
+            }
+            None => one(gpu, HEIGHT, &[0; 4]),
+        };
+        let gradient = gpu.texture(cells, GRADIENT, mips, drawn);
+        let height_view = whole(&height);
+        waiting.push(Fill {
+            target: level(&gradient, 0),
+            source: gpu.group(&gpu.map_layout, &[&height_view]),
+            what: What::Gradient,
+        });
+        waiting.extend(halves(gpu, &gradient, What::HalvedGradient));
+        let colour = match land.colour() {
+            Some(colour) => {
+                let texture = gpu.texture(cells, COLOUR, mips, copy | drawn);
+                gpu.fill(&texture, &coded(colour));
+                waiting.extend(halves(gpu, &texture, What::HalvedColour));
+                texture
+            }
+            None => one(gpu, COLOUR, &[255; 4]),
+        };
+        let mask = match land.mask() {
+            Some(mask) => {
+                let texture = gpu.texture(cells, wgpu::TextureFormat::R8Unorm, 1, copy);
+                let codes = mask.plane(0).par_iter().map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8);
+                gpu.fill(&texture, &codes.collect::<Vec<u8>>());
+                texture
+            }
+            None => one(gpu, wgpu::TextureFormat::R8Unorm, &[0]),
+        };
+        let tints = gpu.texture([TINTS as u32, 3], COLOUR, 1, copy);
+        gpu.fill(&tints, &[Palette::Alpine, Palette::Rock, Palette::Map].map(row).concat());
+
+        let views = [&height, &water, &gradient, &colour, &mask, &tints].map(whole);
+        let group = gpu.group(&gpu.land_layout, &views.each_ref());
+        Self { group, waiting }
+    }
+
+    pub(super) const fn group(&self) -> &wgpu::BindGroup {
+        &self.group
+    }
+
+    /// Records what has not been computed yet.
+    pub(super) fn prepare(&mut self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, frame: &wgpu::BindGroup) {
+        for Fill { target, source, what } in self.waiting.drain(..) {
+            let pipeline = match what {
+                What::Gradient => &gpu.gradient,
+                What::HalvedGradient => &gpu.halved_gradient,
+                What::HalvedColour => &gpu.halved_colour,
+            };
+            gpu.over(encoder, &target, pipeline, &[frame, &source]);
+        }
+    }
+}
+
+/// The passes that fill the coarser levels of a texture.
+fn halves(gpu: &Gpu, texture: &wgpu::Texture, what: What) -> impl Iterator<Item = Fill> {
+    (1..texture.mip_level_count()).map(move |mip| {
+        let finer = level(texture, mip - 1);
+        Fill { target: level(texture, mip), source: gpu.group(&gpu.map_layout, &[&finer]), what }
+    })
+}
+
+fn whole(texture: &wgpu::Texture) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+fn level(texture: &wgpu::Texture, mip: u32) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor {
+        base_mip_level: mip,
+        mip_level_count: Some(1),
+        ..wgpu::TextureViewDescriptor::default()
+    })
+}
+
+/// A texture of one texel, for what the land does not have.
+fn one(gpu: &Gpu, format: wgpu::TextureFormat, texel: &[u8]) -> wgpu::Texture {
+    let texture = gpu.texture([1, 1], format, 1, wgpu::TextureUsages::COPY_DST);
+    gpu.fill(&texture, texel);
+    texture
+}
+
+/// Linear RGB as bytes of sRGB.
+fn coded(colour: &Field) -> Vec<u8> {
+    /// Steps of a table: fine enough that the darkest codes are told apart.
+    const STEPS: usize = 1 << 14;
+    let table: Vec<u8> = (0..=STEPS).map(|step| code(step as f32 / STEPS as f32)).collect();
+    let byte = |v: f32| table[(v.clamp(0.0, 1.0) * STEPS as f32 + 0.5) as usize];
+    let [red, green, blue] = [0, 1, 2].map(|plane| colour.plane(plane));
+    let mut bytes = vec![255; 4 * red.len()];
+    bytes.par_chunks_exact_mut(4).enumerate().for_each(|(at, texel)| {
+        texel[..3].copy_from_slice(&[byte(red[at]), byte(green[at]), byte(blue[at])]);
+    });
+    bytes
+}
+
+/// The code of sRGB (IEC 61966-2-1) of a light between 0 and 1.
+fn code(light: f32) -> u8 {
+    let v = if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * math::pow(light, 1.0 / 2.4) - 0.055 };
+    (v * 255.0).round() as u8
+}
+
+/// The colours of a palette from its first to its last, even to the eye.
+fn row(palette: Palette) -> Vec<u8> {
+    let stops = palette.stops(0.0, 1.0);
+    let oklab = |colour: Srgb| light::oklab(light::linear(colour));
+    let colours = (0..TINTS).flat_map(|step| {
+        let at = step as f64 / (TINTS - 1) as f64;
+        let next = stops.iter().position(|stop| stop.at >= at).unwrap_or(stops.len() - 1).max(1);
+        let (a, b) = (&stops[next - 1], &stops[next]);
+        let t = (at - a.at) / (b.at - a.at);
+        let (from, to) = (oklab(a.colour), oklab(b.colour));
+        let [r, g, b] = light::rgb([0, 1, 2].map(|c| from[c] + (to[c] - from[c]) * t));
+        [r, g, b].map(|v| code(v.clamp(0.0, 1.0) as f32)).into_iter().chain([255])
+    });
+    colours.collect()
+}

@@ -1,0 +1,145 @@
+//! A device without a window, and pictures read back from it.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::{
+    error::ViewError,
+    land::Land,
+    renderer::{Drawn, Renderer},
+    scene::Scene,
+};
+
+/// A device of its own that draws pictures into memory. It runs on any Vulkan driver, software too.
+#[derive(Debug)]
+pub struct Offscreen {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    name: String,
+    /// What the device said that no scope heard.
+    said: Arc<Mutex<Option<ViewError>>>,
+}
+
+/// Pictures are codes of sRGB.
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+
+impl Offscreen {
+    /// Finds a device: a graphics card, else a software driver. The environment may choose with `WGPU_BACKEND` and
+    /// `WGPU_ADAPTER_NAME`.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn new() -> Result<Self, ViewError> {
+        pollster::block_on(Self::found())
+    }
+
+    async fn found() -> Result<Self, ViewError> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+        let options = wgpu::RequestAdapterOptions {
+            power_preference: wgpu::PowerPreference::HighPerformance,
+            ..wgpu::RequestAdapterOptions::default()
+        };
+        let adapter =
+            instance.request_adapter(&options).await.map_err(|error| ViewError::NoAdapter(error.to_string()))?;
+        let descriptor = wgpu::DeviceDescriptor { label: Some("orograph"), ..wgpu::DeviceDescriptor::default() };
+        let device = adapter.request_device(&descriptor).await;
+        let (device, queue) = device.map_err(|error| ViewError::Device(error.to_string()))?;
+        let said = Arc::new(Mutex::new(None));
+        let hear = Arc::clone(&said);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            hear.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(ViewError::from(error));
+        }));
+        Ok(Self { device, queue, name: adapter.get_info().name, said })
+    }
+
+    /// The name of the device.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The device.
+    #[must_use]
+    pub const fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    /// Its queue.
+    #[must_use]
+    pub const fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
+    /// A renderer for [`Self::picture`].
+    ///
+    /// # Errors
+    /// When the device cannot do what it needs.
+    pub fn renderer(&self) -> Result<Renderer, ViewError> {
+        Renderer::new(&self.device, &self.queue, FORMAT)
+    }
+
+    /// Draws land and gives the picture: sRGB, four bytes a pixel, rows from above.
+    ///
+    /// # Errors
+    /// When the device cannot.
+    pub fn picture(&self, land: &Arc<Land>, scene: &Scene, size: [u32; 2]) -> Result<Vec<u8>, ViewError> {
+        let mut renderer = self.renderer()?;
+        renderer.set_land(Arc::clone(land))?;
+        Ok(self.drawn(&mut renderer, scene, size)?.0)
+    }
+
+    /// Draws what a renderer shows.
+    ///
+    /// # Errors
+    /// When the device cannot.
+    pub fn drawn(&self, renderer: &mut Renderer, scene: &Scene, size: [u32; 2]) -> Result<(Vec<u8>, Drawn), ViewError> {
+        let [width, height] = size;
+        let most = self.device.limits().max_texture_dimension_2d;
+        if width == 0 || height == 0 || width > most || height > most {
+            return Err(ViewError::Device(format!(
+                "a picture of {width} x {height} pixels cannot be drawn; it takes 1 to {most} a side"
+            )));
+        }
+        let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        let row = (width * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let (texture, buffer) = super::error::caught(&self.device, || {
+            let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("picture"),
+                size: extent,
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: FORMAT,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+                view_formats: &[],
+            });
+            let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("picture"),
+                size: u64::from(row) * u64::from(height),
+                usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                mapped_at_creation: false,
+            });
+            (texture, buffer)
+        })?;
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let drawn = renderer.draw(&mut encoder, &view, size, scene)?;
+        encoder.copy_texture_to_buffer(
+            texture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None },
+            },
+            extent,
+        );
+        let submitted = super::error::caught(&self.device, || self.queue.submit([encoder.finish()]))?;
+        buffer.map_async(wgpu::MapMode::Read, .., |_| ());
+        let wait = wgpu::PollType::Wait { submission_index: Some(submitted), timeout: None };
+        self.device.poll(wait).map_err(|error| ViewError::Device(error.to_string()))?;
+        if let Some(error) = self.said.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            return Err(error);
+        }
+        let bytes = buffer.get_mapped_range(..).map_err(|error| ViewError::Device(error.to_string()))?;
+        let rows = bytes.chunks_exact(row as usize).flat_map(|bytes| &bytes[..4 * width as usize]);
+        Ok((rows.copied().collect(), drawn))
+    }
+}

@@ -1,0 +1,115 @@
+//! How the land is looked at.
+
+use super::{camera::Camera, sun::Sun};
+
+/// How the land is looked at. All of it may change from one picture to the next.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// The eye.
+    pub camera: Camera,
+    /// The light.
+    pub sun: Sun,
+    /// Factor on heights; 1 is true to scale.
+    pub exaggeration: f64,
+    /// What gives the land its colour.
+    pub colouring: Colouring,
+    /// Lines of equal height, if wanted.
+    pub contours: Option<Contours>,
+    /// Elevation of the sea in metres, if there is one.
+    pub sea_level: Option<f64>,
+    /// Amount of haze: 0 is air as clear as glass, 1 a fine day.
+    pub haze: f64,
+    /// What is behind the land.
+    pub background: Background,
+    /// Whether shadows are cast.
+    pub shadows: bool,
+    /// How strongly the land's mask is laid over its colours, 0 to 1.
+    pub mask_opacity: f32,
+    /// Stops of exposure above the usual.
+    pub exposure: f32,
+    /// Seconds, for the ripples of water; the same number gives the same picture.
+    pub seconds: f32,
+    /// Length in pixels that a side of a triangle may have on the screen.
+    pub detail_px: f64,
+    /// Colours the land by level of detail, to see how it is divided.
+    pub show_levels: bool,
+}
+
+impl Scene {
+    /// The land as it is, on a clear late afternoon.
+    #[must_use]
+    pub fn new(camera: Camera) -> Self {
+        Self {
+            camera,
+            sun: Sun::default(),
+            exaggeration: 1.0,
+            colouring: Colouring::default(),
+            contours: None,
+            sea_level: None,
+            haze: 1.0,
+            background: Background::Sky,
+            shadows: true,
+            mask_opacity: 0.6,
+            exposure: 0.0,
+            seconds: 0.0,
+            detail_px: 4.0,
+            show_levels: false,
+        }
+    }
+}
+
+/// What is behind the land.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Background {
+    /// Sky and plain, lit by the sun.
+    #[default]
+    Sky,
+    /// One light of linear RGB.
+    Plain([f32; 3]),
+}
+
+/// What gives the land its colour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Colouring {
+    /// The land's own colours where it has them, natural tints otherwise.
+    #[default]
+    Own,
+    /// Natural tints by slope and height.
+    Natural,
+    /// The tints of a physical map, by height.
+    Map,
+    /// One light grey, to judge form alone.
+    Clay,
+}
+
+/// Lines of equal height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contours {
+    /// Metres between lines; every fifth is heavier.
+    pub interval: f64,
+    /// How dark they are, 0 to 1.
+    pub opacity: f32,
+}
+
+impl Contours {
+    /// Lines at a round interval that gives about twenty of them over a range of heights in metres.
+    #[must_use]
+    pub fn over(range: f64) -> Self {
+        let wanted = if range.is_finite() && range > 0.0 { range / 20.0 } else { 1.0 };
+        let ten = orograph_nodes::math::pow(10.0, orograph_nodes::math::log10(wanted).floor());
+        let interval = [1.0, 2.0, 5.0, 10.0].map(|step| step * ten).into_iter().find(|step| *step >= wanted);
+        Self { interval: interval.unwrap_or(wanted), opacity: 0.45 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Contours;
+
+    #[test]
+    fn contours_lie_at_round_heights() {
+        for (range, interval) in [(2000.0, 100.0), (3500.0, 200.0), (7.0, 0.5), (0.0, 1.0), (f64::NAN, 1.0)] {
+            assert!((Contours::over(range).interval - interval).abs() < 1e-9, "{range}");
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Pictures on whatever device there is; a software driver does. Small ones, since it is slow.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use orograph_nodes::math;
+
+use super::{Camera, Land, Offscreen, Orbit, Scene, Sun};
+use crate::testing::field;
+
+const SIZE: [u32; 2] = [256, 160];
+
+fn device() -> Offscreen {
+    Offscreen::new().unwrap_or_else(|error| panic!("the tests of the view need a device: {error}; {}", error.remedy()))
+}
+
+/// Hills and valleys of 400 m over 12.8 km.
+fn hills() -> Arc<Land> {
+    let height = field([256, 256], 50.0, |x, y| {
+        400.0 * math::sin(x / 700.0) * math::cos(y / 900.0) + 60.0 * math::sin((x + 2.0 * y) / 230.0) + 500.0
+    });
+    Arc::new(Land::new(&height).expect("heights"))
+}
+
+fn scene_of(land: &Land) -> Scene {
+    Scene::new(Orbit::framing(land, 1.0, SIZE).camera())
+}
+
+/// Mean of the three colours of the pixels around a place of the picture.
+fn brightness(picture: &[u8], [x, y]: [f64; 2]) -> f64 {
+    let (x, y) = (x.round() as i64, y.round() as i64);
+    let pixels = (y - 2..=y + 2).flat_map(|j| (x - 2..=x + 2).map(move |i| (i, j)));
+    let sum: u32 = pixels
+        .flat_map(|(i, j)| {
+            let at = 4 * (j * i64::from(SIZE[0]) + i) as usize;
+            picture[at..at + 3].iter().map(|v| u32::from(*v))
+        })
+        .sum();
+    f64::from(sum) / 75.0
+}
+
+#[test]
+fn a_picture_is_the_same_twice() {
+    let (device, land) = (device(), hills());
+    let scene = scene_of(&land);
+    let one = device.picture(&land, &scene, SIZE).expect("drawn");
+    let mut renderer = device.renderer().expect("a renderer");
+    renderer.set_land(Arc::clone(&land)).expect("shown");
+    let other = Scene { camera: Camera { fov_y: 1.0, ..scene.camera }, seconds: 5.0, ..scene.clone() };
+    device.drawn(&mut renderer, &other, [100, 70]).expect("drawn");
+    let (two, drawn) = device.drawn(&mut renderer, &scene, SIZE).expect("drawn");
+    assert!(one == two, "a renderer that has drawn other pictures gives another one");
+    assert!(drawn.triangles > 1000);
+    assert!(one.chunks_exact(4).any(|pixel| pixel[..3] != one[..3]), "the picture is empty");
+}
+
+#[test]
+fn the_sun_lights_the_slopes_that_face_it() {
+    let device = device();
+    // a ridge from north to south
+    let height = field([128, 128], 50.0, |x, _| 900.0 - 0.3 * (x - 3200.0).abs());
+    let land = Arc::new(Land::new(&height).expect("heights"));
+    let camera = Camera::looking_at(DVec3::new(3200.0, 9000.0, 3201.0), DVec3::new(3200.0, 0.0, 3200.0), 0.8);
+    let slopes = [1600.0, 4800.0].map(|x| camera.pixel(DVec3::new(x, 420.0, 3200.0), SIZE).expect("seen"));
+    for (azimuth_deg, west_is_lit) in [(270.0, true), (90.0, false)] {
+        let scene = Scene { sun: Sun { azimuth_deg, elevation_deg: 30.0 }, ..Scene::new(camera) };
+        let picture = device.picture(&land, &scene, SIZE).expect("drawn");
+        let [west, east] = slopes.map(|place| brightness(&picture, place));
+        assert_eq!(west > east + 20.0, west_is_lit, "{west} {east}");
+        assert_eq!(east > west + 20.0, !west_is_lit, "{west} {east}");
+    }
+}
+
+#[test]
+fn no_cracks_between_levels_of_detail() {
+    let device = device();
+    // rough land, where a crack would be wide, and levels that change within the picture
+    let height = field([700, 700], 10.0, |x, y| {
+        120.0 * math::sin(x / 13.0) * math::sin(y / 17.0) + 300.0 * math::cos(x / 900.0) + 500.0
+    });
+    let land = Arc::new(Land::new(&height).expect("heights"));
+    // from above, so that land is all there is to see; a crack would show the sky's colour or the wall's
+    let middle = DVec3::new(3500.0, 0.0, 3500.0);
+    let camera = Camera::looking_at(DVec3::new(3500.0, 2600.0, 5200.0), middle, 0.7);
+    let scene = Scene { show_levels: true, haze: 0.0, shadows: false, detail_px: 9.0, ..Scene::new(camera) };
+    let mut renderer = device.renderer().expect("a renderer");
+    renderer.set_land(Arc::clone(&land)).expect("shown");
+    let bare = Scene { background: super::Background::Plain([50.0, 0.0, 50.0]), ..scene };
+    let (picture, drawn) = device.drawn(&mut renderer, &bare, SIZE).expect("drawn");
+    let cracks = picture
+        .chunks_exact(4)
+        .filter(|pixel| pixel[0] > pixel[1].saturating_add(60) && pixel[2] > pixel[1].saturating_add(60));
+    assert_eq!(cracks.count(), 0);
+    assert!(drawn.tiles > 50, "{drawn:?}");
+}
+
+#[test]
+fn what_a_device_refuses_is_an_error() {
+    let (device, land) = (device(), hills());
+    let scene = scene_of(&land);
+    assert!(device.picture(&land, &scene, [0, 10]).is_err());
+    assert!(device.picture(&land, &scene, [1 << 20, 10]).is_err());
+    // and the device goes on
+    assert!(device.picture(&land, &scene, [16, 16]).is_ok());
+}
+
+#[test]
+fn odd_worlds_are_drawn() {
+    let device = device();
+    for (cells, cell_m) in [([1, 1], 30.0), ([3, 500], 30.0), ([64, 64], 0.001), ([64, 64], 10_000.0)] {
+        let height = field(cells, cell_m, |x, y| 0.2 * cell_m * math::sin(x / cell_m) + 0.01 * y);
+        let land = Arc::new(Land::new(&height).expect("heights"));
+        let picture = device.picture(&land, &scene_of(&land), [64, 40]).expect("drawn");
+        let middle = &picture[4 * (20 * 64 + 32)..][..3];
+        assert!(middle != &picture[..3], "{cells:?}: nothing in the middle");
+    }
+}

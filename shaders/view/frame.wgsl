@@ -1,0 +1,41 @@
+// What every shader of the view knows: the picture's uniform (crates/app/src/view/uniforms.rs) and the land's textures.
+// Places are metres relative to the eye unless said otherwise: x east, y up (exaggerated), z south.
+
+struct Frame {
+    projection: mat4x4f,
+    right: vec4f,      // half the picture at distance 1
+    up: vec4f,
+    forward: vec4f,    // w: near distance
+    sun: vec4f,        // towards it; w: tangent of half the angle of view
+    eye: vec4f,        // metres; w: height above the highest land
+    eye_cell: vec2i,   // grid coordinates of the eye, whole part
+    eye_part: vec2f,   // and the rest
+    cells: vec2u,
+    cell_m: f32,
+    exaggeration: f32,
+    heights: vec4f,    // lowest, highest, sea; base of the walls (exaggerated)
+    size: vec2f,       // pixels
+    seconds: f32,
+    exposure: f32,
+    overlay: vec4f,    // contour interval and opacity, mask opacity, haze
+    air: vec4f,
+    background: vec4f, // light behind the land; w: 1 where it is the sky's
+    flags: vec4u,      // colouring, show levels, shadows, encode
+}
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var smooth_sampler: sampler;
+@group(0) @binding(2) var slant_sampler: sampler; // anisotropic
+
+const PI = 3.14159265;
+
+// A triangle over the whole picture.
+fn whole_picture(index: u32) -> vec4f {
+    return vec4f(f32((index << 1u) & 2u) * 2.0 - 1.0, f32(index & 2u) * 2.0 - 1.0, 0.0, 1.0);
+}
+
+// The way from the eye through a pixel, with length 1 along where it looks.
+fn way_through(pixel: vec2f) -> vec3f {
+    let at = pixel / frame.size * 2.0 - 1.0;
+    return frame.forward.xyz + frame.right.xyz * at.x - frame.up.xyz * at.y;
+}

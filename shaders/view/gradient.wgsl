@@ -1,0 +1,32 @@
+// Slopes of the ground, by central differences (the land is level beyond its edge), and the coarser levels of any map by
+// means of four: the mean of slopes is the slope of the mean, so distant land keeps its true mean slope and does not sparkle.
+
+@group(1) @binding(0) var source: texture_2d<f32>;
+
+@vertex
+fn map_vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
+    return whole_picture(index);
+}
+
+fn source_at(cell: vec2i) -> vec4f {
+    return textureLoad(source, clamp(cell, vec2i(0), vec2i(textureDimensions(source)) - 1), 0);
+}
+
+@fragment
+fn gradient_fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {
+    let cell = vec2i(at.xy);
+    let x = vec2i(1, 0);
+    let y = vec2i(0, 1);
+    // Horn's weights: less noise across the slope than two cells alone
+    let east = source_at(cell + x - y).x + 2.0 * source_at(cell + x).x + source_at(cell + x + y).x;
+    let west = source_at(cell - x - y).x + 2.0 * source_at(cell - x).x + source_at(cell - x + y).x;
+    let south = source_at(cell + y - x).x + 2.0 * source_at(cell + y).x + source_at(cell + y + x).x;
+    let north = source_at(cell - y - x).x + 2.0 * source_at(cell - y).x + source_at(cell - y + x).x;
+    return vec4f(vec2f(east - west, south - north) / (8.0 * frame.cell_m), 0.0, 0.0);
+}
+
+@fragment
+fn halved_fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {
+    let cell = vec2i(at.xy) * 2;
+    return 0.25 * (source_at(cell) + source_at(cell + vec2i(1, 0)) + source_at(cell + vec2i(0, 1)) + source_at(cell + 1));
+}

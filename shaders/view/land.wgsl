@@ -1,0 +1,32 @@
+// The land's textures, and what they say at a place.
+
+@group(1) @binding(0) var height_map: texture_2d<f32>;
+@group(1) @binding(1) var water_map: texture_2d<f32>;
+@group(1) @binding(2) var gradient_map: texture_2d<f32>; // of the ground, metres per metre to the east and to the south
+@group(1) @binding(3) var colour_map: texture_2d<f32>;
+@group(1) @binding(4) var mask_map: texture_2d<f32>;
+@group(1) @binding(5) var tint_map: texture_2d<f32>;     // rows: alpine, rock, map
+
+fn ground_at(cell: vec2i) -> f32 {
+    return textureLoad(height_map, clamp(cell, vec2i(0), vec2i(frame.cells) - 1), 0).x;
+}
+
+// Depth of the water of the land's own; a map of one cell where it has none.
+fn water_at(cell: vec2i) -> f32 {
+    return max(textureLoad(water_map, clamp(cell, vec2i(0), vec2i(textureDimensions(water_map)) - 1), 0).x, 0.0);
+}
+
+// Height of the ground and depth of water over it at a place of the map (0 to 1), bilinear between cell centres.
+fn ground_and_water(uv: vec2f) -> vec2f {
+    let at = uv * vec2f(frame.cells) - 0.5;
+    let cell = vec2i(floor(at));
+    let part = at - floor(at);
+    let h = vec4f(ground_at(cell), ground_at(cell + vec2i(1, 0)), ground_at(cell + vec2i(0, 1)), ground_at(cell + 1));
+    var w = vec4f(0.0);
+    if textureDimensions(water_map).x > 1u {
+        w = vec4f(water_at(cell), water_at(cell + vec2i(1, 0)), water_at(cell + vec2i(0, 1)), water_at(cell + 1));
+    }
+    let weight = vec4f((1.0 - part.x) * (1.0 - part.y), part.x * (1.0 - part.y), (1.0 - part.x) * part.y, part.x * part.y);
+    let ground = dot(h, weight);
+    return vec2f(ground, max(dot(w, weight), frame.heights.z - ground));
+}
