@@ -84,6 +84,8 @@ pub struct Session {
     pinned: Option<String>,
     /// What stands beside it, as `node.port`.
     compared: Option<String>,
+    /// What else the viewport needs, as `node.port`.
+    also: Vec<String>,
     /// Cells along the longer side of what is shown.
     cells: u32,
     worker: Worker,
@@ -130,6 +132,7 @@ impl Session {
             selection: BTreeSet::new(),
             pinned: None,
             compared: None,
+            also: Vec::new(),
             cells: 512,
             worker: Worker::start(wake)?,
             stale: true,
@@ -290,6 +293,12 @@ impl Session {
         self.compared.as_deref()
     }
 
+    /// Builds these outputs as well, with as many cells as the shown one.
+    pub fn also_show(&mut self, ports: Vec<String>) {
+        self.stale |= self.also != ports;
+        self.also = ports;
+    }
+
     /// Cells along the longer side of what is shown.
     #[must_use]
     pub const fn cells(&self) -> u32 {
@@ -381,8 +390,13 @@ impl Session {
         let with_outputs =
             graph.topological().into_iter().filter(|node| !graph.instance(*node).node.outputs.is_empty());
         let small = with_outputs.filter_map(first).collect();
-        let shown = [self.shown(), self.compared.clone()].into_iter().flatten();
-        let shown = shown.filter_map(|name| graph.port(&name).ok()).filter_map(wanted).collect();
+        let names = [self.shown(), self.compared.clone()].into_iter().flatten().chain(self.also.iter().cloned());
+        let mut shown: Vec<Wanted> = Vec::new();
+        for wanted in names.filter_map(|name| graph.port(&name).ok()).filter_map(wanted) {
+            if !shown.contains(&wanted) {
+                shown.push(wanted);
+            }
+        }
         Order {
             revision: self.revision,
             folder: self.document.folder().to_owned(),

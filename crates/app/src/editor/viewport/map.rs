@@ -3,7 +3,12 @@
 use egui::{Align2, Color32, CursorIcon, FontId, Rect, Sense, Stroke, TextureHandle, pos2, vec2};
 use orograph_graph::{PortType, Unit};
 
-use super::{Shown, camera::Camera, scale};
+use super::{
+    Shown,
+    camera::Camera,
+    scale,
+    split::{self, Split},
+};
 
 /// A line across the land, from one place to another in metres.
 pub(super) type Line = [[f64; 2]; 2];
@@ -16,8 +21,7 @@ pub(super) struct Map {
     size: [f64; 2],
     /// Where a measure began.
     from: Option<[f64; 2]>,
-    /// Where the two halves of a comparison meet, as a share of the pane.
-    split: Option<f32>,
+    split: Split,
 }
 
 impl Map {
@@ -44,7 +48,7 @@ impl Map {
         }
         let mut camera = self.camera.unwrap_or_else(|| Camera::fit(size, pane));
         painter.rect_filled(pane, 0.0, ui.visuals().extreme_bg_color);
-        let edge = pictures[1].map(|_| self.split(ui, pane));
+        let edge = pictures[1].map(|_| self.split.ui(ui, pane));
 
         // The wheel magnifies; a drag moves the land, or the line that is measured.
         if let Some(at) = response.hover_pos() {
@@ -81,19 +85,12 @@ impl Map {
         let world = camera.world(pane, size);
         for (side, picture) in pictures.into_iter().enumerate() {
             let Some(picture) = picture else { continue };
-            let clip = match (edge, side) {
-                (Some(x), 0) => Rect::from_min_max(pane.min, pos2(x, pane.max.y)),
-                (Some(x), _) => Rect::from_min_max(pos2(x, pane.min.y), pane.max),
-                (None, _) => pane,
-            };
+            let clip = split::half(pane, edge, side);
             let unit = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-            painter.with_clip_rect(clip.intersect(pane)).image(picture.id(), world, unit, Color32::WHITE);
+            painter.with_clip_rect(clip).image(picture.id(), world, unit, Color32::WHITE);
         }
         if let Some(x) = edge {
-            painter.vline(x, pane.y_range(), Stroke::new(2.0, Color32::WHITE));
-            for (side, align, x) in [(0, Align2::RIGHT_TOP, x - 8.0), (1, Align2::LEFT_TOP, x + 8.0)] {
-                label(&painter, pos2(x, pane.top() + 8.0), align, &shown[side].port);
-            }
+            split::draw(&painter, pane, x, shown.map(|shown| shown.port.as_str()));
         }
         if let Some([a, b]) = measured.or(line) {
             let ends = [camera.to_screen(pane, a), camera.to_screen(pane, b)];
@@ -115,23 +112,10 @@ impl Map {
         }
         measured
     }
-
-    /// The line between two pictures, which can be dragged; gives where it is on the screen.
-    fn split(&mut self, ui: &egui::Ui, pane: Rect) -> f32 {
-        let share = self.split.unwrap_or(0.5);
-        let x = pane.left() + share * pane.width();
-        let grip = Rect::from_center_size(pos2(x, pane.center().y), vec2(12.0, pane.height()));
-        let response =
-            ui.interact(grip, ui.id().with("split"), Sense::drag()).on_hover_cursor(CursorIcon::ResizeHorizontal);
-        if let Some(at) = response.interact_pointer_pos() {
-            self.split = Some(((at.x - pane.left()) / pane.width()).clamp(0.02, 0.98));
-        }
-        x
-    }
 }
 
 /// A text on a dark ground, over a picture.
-fn label(painter: &egui::Painter, at: egui::Pos2, align: Align2, text: &str) {
+pub(super) fn label(painter: &egui::Painter, at: egui::Pos2, align: Align2, text: &str) {
     let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(12.0), Color32::WHITE);
     let rect = align.anchor_size(at, galley.size());
     painter.rect_filled(rect.expand2(vec2(6.0, 3.0)), 3.0, Color32::from_black_alpha(150));

@@ -1,19 +1,33 @@
 //! The pane of the land: the shown output as a map or in 3D, with what is under the pointer.
 
 mod camera;
+mod drape;
+mod landscape;
+mod look;
 mod map;
 mod painter;
 mod profile;
 mod scale;
+mod split;
 
 use orograph_graph::{Field, PortType, Value};
 
-use self::{map::Map, painter::Painter, profile::Profile};
+use self::{
+    drape::{Drape, Parts},
+    landscape::Landscape,
+    look::Look,
+    map::Map,
+    painter::Painter,
+    profile::Profile,
+};
 use super::Session;
+use crate::view::ViewError;
 
 /// How the land is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
+    /// In three dimensions.
+    Land,
     /// From above, with tints and the light of the north-west.
     Map,
 }
@@ -33,6 +47,9 @@ pub(super) struct Viewport {
     tool: Tool,
     /// Height between contour lines in metres; `None` without lines.
     contours: bool,
+    look: Look,
+    /// The land in 3D, or why there is none.
+    landscape: Result<Landscape, ViewError>,
     map: Map,
     other: Painter,
     painter: Painter,
@@ -53,11 +70,15 @@ struct Shown {
 
 impl Viewport {
     /// A viewport that draws with the window's device; without one it shows maps only.
-    pub(super) fn new(_: Option<&eframe::egui_wgpu::RenderState>) -> Self {
+    pub(super) fn new(state: Option<&eframe::egui_wgpu::RenderState>) -> Self {
+        let none = || ViewError::NoAdapter("the window has no graphics device".to_owned());
+        let landscape = state.ok_or_else(none).and_then(Landscape::new);
         Self {
-            mode: Mode::Map,
+            mode: if landscape.is_ok() { Mode::Land } else { Mode::Map },
             tool: Tool::Look,
             contours: false,
+            look: Look::default(),
+            landscape,
             map: Map::default(),
             other: Painter::default(),
             painter: Painter::default(),
@@ -68,8 +89,13 @@ impl Viewport {
     pub(super) fn ui(&mut self, ui: &mut egui::Ui, session: &mut Session) {
         self.bar(ui, session);
         let port = session.shown();
-        let shown = port.as_deref().and_then(|port| shown(session, port));
-        let Some(shown) = shown else {
+        let compared = session.compared().map(str::to_owned);
+        let parts = [&port, &compared].map(|port| {
+            let land = port.as_deref().filter(|_| self.mode == Mode::Land);
+            land.map(|port| Parts::of(session, port, &self.look)).unwrap_or_default()
+        });
+        session.also_show(parts.iter().flat_map(Parts::names).collect());
+        let Some(shown) = port.as_deref().and_then(|port| shown(session, port)) else {
             let text = match (port, session.is_busy()) {
                 (None, _) => "Add a node to the graph to see its land here: press Space over the graph.".to_owned(),
                 (Some(port), true) => format!("building {port} …"),
@@ -78,33 +104,41 @@ impl Viewport {
             ui.centered_and_justified(|ui| ui.weak(text));
             return;
         };
-        let compared = session.compared().and_then(|port| self::shown(session, port));
+        let compared = compared.and_then(|port| self::shown(session, &port));
         self.profile.panel(ui, &shown, compared.as_ref());
-        match self.mode {
-            Mode::Map => {
+        let measuring = self.tool == Tool::Measure;
+        let sides = [&shown, compared.as_ref().unwrap_or(&shown)];
+        let line = match (self.mode, &mut self.landscape) {
+            (Mode::Land, Ok(landscape)) => {
+                let [first, second] = &parts;
+                let other = compared.as_ref().and_then(|_| Drape::of(session, second));
+                let drapes = [Drape::of(session, first), other];
+                landscape.ui(ui, sides, drapes, (&self.look, self.contours, measuring), self.profile.line()).line
+            }
+            _ => {
                 self.painter.want(ui.ctx(), &shown, self.contours);
                 if let Some(compared) = &compared {
                     self.other.want(ui.ctx(), compared, self.contours);
                 }
-                let measuring = self.tool == Tool::Measure;
                 let pictures = [self.painter.texture(), compared.as_ref().and_then(|_| self.other.texture())];
-                let line = self.map.ui(
-                    ui,
-                    [&shown, compared.as_ref().unwrap_or(&shown)],
-                    pictures,
-                    measuring,
-                    self.profile.line(),
-                );
-                if let Some(line) = line {
-                    self.profile.set(line);
-                }
+                self.map.ui(ui, sides, pictures, measuring, self.profile.line())
             }
+        };
+        if let Some(line) = line.filter(|_| measuring) {
+            self.profile.set(line);
         }
     }
 
     /// The row of choices above the land.
     fn bar(&mut self, ui: &mut egui::Ui, session: &mut Session) {
         ui.horizontal_wrapped(|ui| {
+            let land = self.landscape.as_ref();
+            let why = land.err().map(|trouble| format!("{trouble}: {}", trouble.remedy())).unwrap_or_default();
+            ui.add_enabled_ui(land.is_ok(), |ui| ui.selectable_value(&mut self.mode, Mode::Land, "3D"))
+                .response
+                .on_disabled_hover_text(why);
+            ui.selectable_value(&mut self.mode, Mode::Map, "Map");
+            ui.separator();
             outputs(ui, session);
             ui.separator();
             ui.toggle_value(&mut self.contours, "Contours").on_hover_text("Lines of equal height");
@@ -122,6 +156,17 @@ impl Viewport {
             compare(ui, session);
             if ui.button("Whole").on_hover_text("Show the whole world").clicked() {
                 self.map.fit();
+                if let Ok(landscape) = &mut self.landscape {
+                    landscape.fit();
+                }
+            }
+            if let (Mode::Land, Ok(landscape)) = (self.mode, &mut self.landscape) {
+                let mut flying = landscape.is_flying();
+                let how = "W A S D to fly, E and Q up and down, Shift faster, drag to look, wheel for the speed";
+                if ui.toggle_value(&mut flying, "Fly").on_hover_text(how).changed() {
+                    landscape.fly(flying, self.look.exaggeration());
+                }
+                ui.menu_button("Look", |ui| self.look.menu(ui, session));
             }
         });
     }
@@ -135,7 +180,7 @@ fn outputs(ui: &mut egui::Ui, session: &mut Session) {
     egui::ComboBox::from_id_salt("shown").selected_text(shown.as_deref().unwrap_or("nothing")).width(150.0).show_ui(
         ui,
         |ui| {
-            for port in ports(session) {
+            for (port, _) in ports(session) {
                 if ui.selectable_label(shown.as_ref() == Some(&port), &port).clicked() {
                     chosen = Some(port);
                 }
@@ -159,13 +204,13 @@ fn compare(ui: &mut egui::Ui, session: &mut Session) {
     let mut on = compared.is_some();
     if ui.toggle_value(&mut on, "A|B").on_hover_text("Show another output beside this one").changed() {
         let own = session.shown();
-        let other = ports(session).into_iter().find(|port| Some(port) != own.as_ref());
+        let other = ports(session).into_iter().map(|(port, _)| port).find(|port| Some(port) != own.as_ref());
         session.compare(other.filter(|_| on));
     }
     if let Some(mut port) = compared {
         let before = port.clone();
         egui::ComboBox::from_id_salt("compared").selected_text(&port).width(150.0).show_ui(ui, |ui| {
-            for other in ports(session) {
+            for (other, _) in ports(session) {
                 let name = other.clone();
                 ui.selectable_value(&mut port, other, name);
             }
@@ -177,15 +222,16 @@ fn compare(ui: &mut egui::Ui, session: &mut Session) {
 }
 
 /// All outputs of the graph that have a picture, those of the selected nodes first.
-fn ports(session: &Session) -> Vec<String> {
+fn ports(session: &Session) -> Vec<(String, PortType)> {
     let graph = session.document().graph();
     let mut ports = Vec::new();
     for index in graph.topological() {
         let instance = graph.instance(index);
         for output in 0..instance.node.outputs.len() {
             let port = orograph_graph::Port { node: index, output };
-            if graph.output_type(port).planes().is_some() {
-                ports.push((!session.is_selected(&instance.name), graph.port_name(port)));
+            let ty = graph.output_type(port);
+            if ty.planes().is_some() {
+                ports.push((!session.is_selected(&instance.name), (graph.port_name(port), ty)));
             }
         }
     }

@@ -1,0 +1,365 @@
+//! The land in 3D, in the window.
+
+use std::sync::{
+    Arc,
+    mpsc::{Receiver, TryRecvError, channel},
+};
+
+use eframe::{egui_wgpu::RenderState, wgpu};
+use egui::{Align2, Color32, CursorIcon, Key as Keyboard, Pos2, Rect, Sense, Stroke, TextureId, pos2, vec2};
+
+use super::{
+    Shown,
+    drape::{Drape, Key},
+    look::Look,
+    map::{Line, label, readout},
+    split::Split,
+};
+use crate::view::{Camera, Fly, FlyKeys, Hit, Land, Orbit, Renderer, Scene, ViewError};
+
+/// Pictures in the window are codes of sRGB in a format that has no curve of its own.
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+/// The land in 3D, with its camera.
+pub(super) struct Landscape {
+    state: RenderState,
+    sides: [Side; 2],
+    eye: Option<Eye>,
+    /// The extent of the land that the eye was placed for.
+    size_m: [f64; 2],
+    split: Split,
+    /// Where a measure began.
+    from: Option<[f64; 2]>,
+}
+
+/// A camera that hands move.
+enum Eye {
+    Orbit(Orbit),
+    Fly(Fly),
+}
+
+impl Eye {
+    fn camera(&self) -> Camera {
+        match self {
+            Self::Orbit(orbit) => orbit.camera(),
+            Self::Fly(fly) => fly.camera(),
+        }
+    }
+}
+
+/// One of two lands that stand beside each other.
+struct Side {
+    renderer: Renderer,
+    /// Which land the renderer has.
+    has: Option<Key>,
+    /// A land that is being made.
+    work: Option<(Key, Receiver<Result<Land, ViewError>>)>,
+    target: Option<Target>,
+    /// What the texture shows.
+    drawn: Option<(Key, Scene)>,
+    trouble: Option<ViewError>,
+}
+
+/// A texture that egui knows.
+struct Target {
+    size: [u32; 2],
+    view: wgpu::TextureView,
+    id: TextureId,
+}
+
+/// What the pointer did in the land.
+#[derive(Default)]
+pub(super) struct Done {
+    /// A line that is being measured.
+    pub(super) line: Option<Line>,
+    /// Where the pointer is.
+    pub(super) under: Option<Hit>,
+    /// Whether the first button is held, and no camera moves by it.
+    pub(super) pressed: bool,
+}
+
+impl Landscape {
+    /// A landscape on the window's device.
+    pub(super) fn new(state: &RenderState) -> Result<Self, ViewError> {
+        let first = Renderer::new(&state.device, &state.queue, FORMAT)?;
+        let second = first.sibling()?;
+        let side = |renderer| Side { renderer, has: None, work: None, target: None, drawn: None, trouble: None };
+        Ok(Self {
+            state: state.clone(),
+            sides: [side(first), side(second)],
+            eye: None,
+            size_m: [0.0; 2],
+            split: Split::default(),
+            from: None,
+        })
+    }
+
+    /// Shows the whole land.
+    pub(super) fn fit(&mut self) {
+        self.eye = None;
+    }
+
+    /// Whether the eye flies.
+    pub(super) const fn is_flying(&self) -> bool {
+        matches!(self.eye, Some(Eye::Fly(_)))
+    }
+
+    /// Begins to fly, or to turn around what is looked at.
+    pub(super) fn fly(&mut self, fly: bool, exaggeration: f64) {
+        let Some(land) = self.sides[0].renderer.land() else { return };
+        self.eye = match self.eye.take() {
+            Some(Eye::Orbit(orbit)) if fly => Some(Eye::Fly(Fly::from_orbit(&orbit))),
+            Some(Eye::Fly(fly_eye)) if !fly => Some(Eye::Orbit(fly_eye.orbit(land, exaggeration))),
+            eye => eye,
+        };
+    }
+
+    /// Draws the land of one or two outputs. `hand` says that the first button is a tool's and not the camera's.
+    pub(super) fn ui(
+        &mut self,
+        ui: &mut egui::Ui,
+        shown: [&Shown; 2],
+        drapes: [Option<Drape>; 2],
+        (look, contours, hand): (&Look, bool, bool),
+        line: Option<Line>,
+    ) -> Done {
+        let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
+        let pane = response.rect;
+        let scale = ui.ctx().pixels_per_point();
+        let size = [pane.width(), pane.height()].map(|points| (points * scale).round().max(1.0) as u32);
+        let both = drapes[1].is_some();
+        for (side, drape) in self.sides.iter_mut().zip(drapes) {
+            if let Some(drape) = drape {
+                side.want(ui.ctx(), drape);
+            }
+        }
+        let Some(land) = self.sides[0].renderer.land().cloned() else {
+            let text = self.sides[0].trouble.as_ref().map_or_else(|| "…".to_owned(), ToString::to_string);
+            painter.text(pane.center(), Align2::CENTER_CENTER, text, egui::FontId::proportional(13.0), ui.visuals().weak_text_color());
+            return Done::default();
+        };
+        let exaggeration = look.exaggeration();
+        if self.size_m != land.size_m() {
+            (self.size_m, self.eye) = (land.size_m(), None);
+        }
+        let mut eye = self.eye.take().unwrap_or_else(|| Eye::Orbit(Orbit::framing(&land, exaggeration, size)));
+        let edge = both.then(|| self.split.ui(ui, pane));
+        move_eye(ui, &response, &mut eye, &land, exaggeration, (size, scale, hand));
+        let camera = eye.camera();
+        self.eye = Some(eye);
+
+        let scene = look.scene(camera, contours, land.range());
+        for side in 0..if both { 2 } else { 1 } {
+            self.sides[side].draw(&self.state, size, &scene);
+            let Some(target) = &self.sides[side].target else { continue };
+            let clip = super::split::half(pane, edge, side);
+            let unit = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+            painter.with_clip_rect(clip).image(target.id, pane, unit, Color32::WHITE);
+        }
+        if let Some(x) = edge {
+            super::split::draw(&painter, pane, x, shown.map(|shown| shown.port.as_str()));
+        }
+        if let Some(trouble) = self.sides.iter().find_map(|side| side.trouble.as_ref()) {
+            label(&painter, pane.left_top() + vec2(10.0, 10.0), Align2::LEFT_TOP, &format!("{trouble}: {}", trouble.remedy()));
+        }
+
+        let to_pixel = |at: Pos2| [f64::from((at.x - pane.left()) * scale), f64::from((at.y - pane.top()) * scale)];
+        let hit = |at: Pos2| land.cast(&camera.ray(to_pixel(at), size), exaggeration);
+        let mut done = Done { under: response.hover_pos().and_then(hit), ..Done::default() };
+        if hand {
+            done.pressed = response.is_pointer_button_down_on() && ui.input(|input| input.pointer.primary_down());
+            let under = response.interact_pointer_pos().and_then(hit);
+            done.under = done.under.or(under);
+            if let Some(hit) = under.filter(|_| done.pressed) {
+                let from = *self.from.get_or_insert(hit.place);
+                done.line = Some([from, hit.place]);
+            } else if !done.pressed {
+                self.from = None;
+            }
+            response.clone().on_hover_cursor(CursorIcon::Crosshair);
+        }
+        if let Some([a, b]) = done.line.or(line) {
+            let place = |share: f64| {
+                let [x, y] = [0, 1].map(|axis| a[axis] + share * (b[axis] - a[axis]));
+                let up = land.height_at([x, y]) * exaggeration;
+                let [px, py] = camera.pixel(glam::DVec3::new(x, up, y), size)?;
+                Some(pane.min + vec2(px as f32, py as f32) / scale)
+            };
+            let points: Vec<Pos2> = (0..=120).filter_map(|step| place(f64::from(step) / 120.0)).collect();
+            painter.line(points.clone(), Stroke::new(3.0, Color32::from_black_alpha(160)));
+            painter.line(points, Stroke::new(1.5, Color32::from_rgb(255, 214, 64)));
+        }
+        if let Some(hit) = done.under {
+            let text = readout(shown[0], hit.place);
+            label(&painter, pane.right_bottom() - vec2(10.0, 10.0), Align2::RIGHT_BOTTOM, &text);
+        }
+        compass(&painter, pane, &camera);
+        if !shown[0].fresh {
+            let corner = Rect::from_min_size(pane.right_top() + vec2(-30.0, 10.0), vec2(20.0, 20.0));
+            ui.put(corner, egui::Spinner::new().size(18.0));
+        }
+        done
+    }
+}
+
+/// Moves the eye by the pointer and the keys.
+fn move_eye(
+    ui: &egui::Ui,
+    response: &egui::Response,
+    eye: &mut Eye,
+    land: &Land,
+    exaggeration: f64,
+    (size, scale, hand): ([u32; 2], f32, bool),
+) {
+    let (scroll, pinch, shift, primary, dt) = ui.input(|input| {
+        let primary = input.pointer.primary_down();
+        (input.smooth_scroll_delta().y, input.zoom_delta(), input.modifiers.shift, primary, input.stable_dt)
+    });
+    let delta = response.drag_delta() * scale;
+    let pixels = [f64::from(delta.x), f64::from(delta.y)];
+    let moves = response.dragged() && !(hand && primary);
+    let notches = if response.hovered() { f64::from(scroll / 50.0 + 4.0 * pinch.log2()) } else { 0.0 };
+    match eye {
+        Eye::Orbit(orbit) => {
+            if moves && primary && !shift {
+                orbit.drag(pixels, size);
+            } else if moves {
+                orbit.pan(pixels, size);
+            }
+            if notches != 0.0 {
+                let at = response.hover_pos().map(|at| (at - response.rect.min) * scale);
+                let ray = at.map(|at| orbit.camera().ray([f64::from(at.x), f64::from(at.y)], size));
+                let towards = ray.and_then(|ray| Some((ray, land.cast(&ray, exaggeration)?)));
+                orbit.scroll(notches, towards.map(|(ray, hit)| ray.origin + ray.direction * hit.distance));
+            }
+            orbit.limit(land, exaggeration);
+        }
+        Eye::Fly(fly) => {
+            if moves {
+                fly.look(pixels, size);
+            }
+            fly.scroll(notches);
+            if response.hovered() && ui.ctx().memory(|memory| memory.focused().is_none()) {
+                let keys = ui.input(|input| FlyKeys {
+                    forward: input.key_down(Keyboard::W),
+                    back: input.key_down(Keyboard::S),
+                    left: input.key_down(Keyboard::A),
+                    right: input.key_down(Keyboard::D),
+                    up: input.key_down(Keyboard::E),
+                    down: input.key_down(Keyboard::Q),
+                    fast: input.modifiers.shift,
+                });
+                if keys != (FlyKeys { fast: keys.fast, ..FlyKeys::default() }) {
+                    fly.step(keys, f64::from(dt));
+                    ui.ctx().request_repaint();
+                }
+            }
+            fly.limit(land, exaggeration);
+        }
+    }
+}
+
+/// An arrow to the north.
+fn compass(painter: &egui::Painter, pane: Rect, camera: &Camera) {
+    let north = glam::DVec3::NEG_Z;
+    let flat = glam::DVec2::new(north.dot(camera.right()), north.dot(camera.up()) + north.dot(camera.forward) * 0.5);
+    if pane.width() < 160.0 || pane.height() < 120.0 {
+        return;
+    }
+    let way = flat.normalize_or_zero() * 16.0;
+    let centre = pane.left_bottom() + vec2(32.0, -32.0);
+    painter.circle_filled(centre, 22.0, Color32::from_black_alpha(110));
+    let tip = vec2(way.x as f32, -way.y as f32);
+    painter.arrow(centre - tip * 0.7, tip * 1.4, Stroke::new(1.5, Color32::from_rgb(230, 90, 70)));
+    painter.text(centre + tip * 1.05, Align2::CENTER_CENTER, "N", egui::FontId::proportional(11.0), Color32::WHITE);
+}
+
+impl Side {
+    /// Asks for a land; until it is there the one before stays.
+    fn want(&mut self, context: &egui::Context, drape: Drape) {
+        if let Some((key, land)) = self.work.take() {
+            match land.try_recv() {
+                Ok(land) => {
+                    let set = land.and_then(|land| self.renderer.set_land(Arc::new(land)));
+                    self.trouble = set.err();
+                    self.has = Some(key);
+                }
+                Err(TryRecvError::Empty) => self.work = Some((key, land)),
+                Err(TryRecvError::Disconnected) => {}
+            }
+        }
+        if self.work.is_some() || self.has.as_ref() == Some(&drape.key) {
+            return;
+        }
+        let (outbox, inbox) = channel();
+        let (context, key) = (context.clone(), drape.key.clone());
+        rayon::spawn(move || {
+            // Nobody waits for it any more when the window is closed.
+            let _ = outbox.send(land(&drape));
+            context.request_repaint();
+        });
+        self.work = Some((key, inbox));
+    }
+
+    /// Draws the land if anything of the picture has changed.
+    fn draw(&mut self, state: &RenderState, size: [u32; 2], scene: &Scene) {
+        let Some(key) = self.has.clone() else { return };
+        let fits = self.target.as_ref().is_some_and(|target| target.size == size);
+        if fits && self.drawn.as_ref().is_some_and(|(drawn, of)| *drawn == key && of == scene) {
+            return;
+        }
+        if !fits {
+            self.target = Some(Target::new(state, size, self.target.take()));
+        }
+        let Some(target) = &self.target else { return };
+        let mut encoder = state.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("land") });
+        match self.renderer.draw(&mut encoder, &target.view, size, scene) {
+            Ok(_) => {
+                state.queue.submit([encoder.finish()]);
+                self.drawn = Some((key, scene.clone()));
+            }
+            Err(trouble) => self.trouble = Some(trouble),
+        }
+    }
+}
+
+impl Target {
+    fn new(state: &RenderState, [width, height]: [u32; 2], before: Option<Self>) -> Self {
+        let texture = state.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("land"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: FORMAT,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let mut renderer = state.renderer.write();
+        let filter = wgpu::FilterMode::Linear;
+        let id = match before {
+            Some(before) => {
+                renderer.update_egui_texture_from_wgpu_texture(&state.device, &view, filter, before.id);
+                before.id
+            }
+            None => renderer.register_native_texture(&state.device, &view, filter),
+        };
+        Self { size: [width, height], view, id }
+    }
+}
+
+/// The land that is drawn.
+fn land(drape: &Drape) -> Result<Land, ViewError> {
+    let mut land = Land::new(&drape.height)?;
+    if let Some(colour) = &drape.colour {
+        land = land.with_colour(colour)?;
+    }
+    if let Some(water) = &drape.water {
+        land = land.with_water(water)?;
+    }
+    if let Some(mask) = &drape.mask {
+        land = land.with_mask(mask)?;
+    }
+    Ok(land)
+}

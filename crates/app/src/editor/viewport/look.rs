@@ -1,0 +1,164 @@
+//! How the land looks in 3D: light, air, colours, water.
+
+use orograph_graph::{PortType, Unit};
+
+use crate::{
+    editor::Session,
+    view::{Background, Camera, Colouring, Contours, Scene, Sun},
+};
+
+/// What is laid over heights.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) enum Over {
+    /// Colours by slope and height.
+    #[default]
+    Natural,
+    /// The tints of a physical map.
+    Map,
+    /// One grey.
+    Clay,
+    /// An output of the graph: colours, a mask, or any numbers.
+    Output(String),
+}
+
+/// The water that is shown.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) enum Water {
+    /// What the shown node itself gives, if it does.
+    #[default]
+    Own,
+    /// None.
+    None,
+    /// An output of the graph.
+    Output(String),
+}
+
+/// How the land looks.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Look {
+    pub(super) over: Over,
+    pub(super) water: Water,
+    exaggeration: f64,
+    haze: f64,
+    /// Solar time, 12 is noon.
+    hour: f64,
+    latitude_deg: f64,
+    day: f64,
+    shadows: bool,
+    sky: bool,
+    sea: bool,
+    sea_level: f64,
+    exposure: f32,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self {
+            over: Over::Natural,
+            water: Water::Own,
+            exaggeration: 1.0,
+            haze: 1.0,
+            hour: 16.2,
+            latitude_deg: 46.0,
+            day: 172.0,
+            shadows: true,
+            sky: true,
+            sea: false,
+            sea_level: 0.0,
+            exposure: 0.0,
+        }
+    }
+}
+
+impl Look {
+    /// Factor on heights.
+    pub(super) const fn exaggeration(&self) -> f64 {
+        self.exaggeration
+    }
+
+    /// The scene that a camera sees; `range` is that of the heights.
+    pub(super) fn scene(&self, camera: Camera, contours: bool, range: [f64; 2]) -> Scene {
+        Scene {
+            sun: Sun::at(self.hour, self.latitude_deg, self.day),
+            exaggeration: self.exaggeration,
+            colouring: match self.over {
+                Over::Natural => Colouring::Natural,
+                Over::Map => Colouring::Map,
+                Over::Clay => Colouring::Clay,
+                Over::Output(_) => Colouring::Own,
+            },
+            contours: contours.then(|| Contours::over(range[1] - range[0])),
+            sea_level: self.sea.then_some(self.sea_level),
+            haze: self.haze,
+            background: if self.sky { Background::Sky } else { Background::Plain([0.018; 3]) },
+            shadows: self.shadows,
+            exposure: self.exposure,
+            ..Scene::new(camera)
+        }
+    }
+
+    /// The menu of all that can be chosen.
+    pub(super) fn menu(&mut self, ui: &mut egui::Ui, session: &Session) {
+        egui::Grid::new("look").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| {
+            ui.label("Colours");
+            let name = match &self.over {
+                Over::Natural => "by slope and height",
+                Over::Map => "map",
+                Over::Clay => "clay",
+                Over::Output(port) => port,
+            };
+            egui::ComboBox::from_id_salt("over").selected_text(name.to_owned()).width(170.0).show_ui(ui, |ui| {
+                ui.selectable_value(&mut self.over, Over::Natural, "by slope and height");
+                ui.selectable_value(&mut self.over, Over::Map, "map");
+                ui.selectable_value(&mut self.over, Over::Clay, "clay");
+                for (port, _) in super::ports(session).into_iter().filter(|(_, ty)| *ty != PortType::Height) {
+                    ui.selectable_value(&mut self.over, Over::Output(port.clone()), port);
+                }
+            });
+            ui.end_row();
+            ui.label("Water");
+            let name = match &self.water {
+                Water::Own => "of the shown node",
+                Water::None => "none",
+                Water::Output(port) => port,
+            };
+            egui::ComboBox::from_id_salt("water").selected_text(name.to_owned()).width(170.0).show_ui(ui, |ui| {
+                ui.selectable_value(&mut self.water, Water::Own, "of the shown node");
+                ui.selectable_value(&mut self.water, Water::None, "none");
+                let depths = super::ports(session).into_iter().filter(|(_, ty)| *ty == PortType::Scalar(Unit::Metres));
+                for (port, _) in depths {
+                    ui.selectable_value(&mut self.water, Water::Output(port.clone()), port);
+                }
+            });
+            ui.end_row();
+            ui.checkbox(&mut self.sea, "Sea level");
+            ui.add_enabled(self.sea, egui::DragValue::new(&mut self.sea_level).speed(5.0).suffix(" m"));
+            ui.end_row();
+            ui.label("Heights ×");
+            ui.add(egui::Slider::new(&mut self.exaggeration, 0.25..=10.0).logarithmic(true).max_decimals(2));
+            ui.end_row();
+            ui.label("Time of day");
+            let hour = |value: f64, _| format!("{:02}:{:02}", value as u32, (value.fract() * 60.0) as u32);
+            ui.add(egui::Slider::new(&mut self.hour, 0.0..=24.0).custom_formatter(hour));
+            ui.end_row();
+            ui.label("Latitude");
+            ui.add(egui::Slider::new(&mut self.latitude_deg, -90.0..=90.0).suffix("°").max_decimals(0));
+            ui.end_row();
+            ui.label("Day of the year");
+            ui.add(egui::Slider::new(&mut self.day, 1.0..=365.0).max_decimals(0));
+            ui.end_row();
+            ui.label("Haze");
+            ui.add(egui::Slider::new(&mut self.haze, 0.0..=4.0).max_decimals(2));
+            ui.end_row();
+            ui.label("Exposure");
+            ui.add(egui::Slider::new(&mut self.exposure, -3.0..=3.0).max_decimals(1));
+            ui.end_row();
+            ui.checkbox(&mut self.shadows, "Shadows");
+            ui.checkbox(&mut self.sky, "Sky");
+            ui.end_row();
+        });
+        if ui.button("As it was").on_hover_text("All of these as they are at the start").clicked() {
+            *self = Self::default();
+        }
+    }
+}
