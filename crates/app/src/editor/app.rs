@@ -76,7 +76,10 @@ fn arrangement() -> Tree<Pane> {
     let canvas = tiles.insert_pane(Pane::Canvas);
     let inspector = tiles.insert_pane(Pane::Inspector);
     let problems = tiles.insert_pane(Pane::Problems);
-    let work = tiles.insert_vertical_tile(vec![viewport, canvas]);
+    let mut column = egui_tiles::Linear::new(egui_tiles::LinearDir::Vertical, vec![viewport, canvas]);
+    column.shares.set_share(viewport, 0.56);
+    column.shares.set_share(canvas, 0.44);
+    let work = tiles.insert_container(column);
     let side = tiles.insert_tab_tile(vec![inspector, problems]);
     let mut linear = egui_tiles::Linear::new(egui_tiles::LinearDir::Horizontal, vec![work, side]);
     linear.shares.set_share(work, 0.74);

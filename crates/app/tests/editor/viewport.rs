@@ -31,14 +31,45 @@ fn drag(window: &mut Harness<'_, App>, from: egui::Pos2, to: egui::Pos2) {
     window.step();
 }
 
+/// Colours along a line through the middle of the land's pane.
+fn colours(picture: &image::RgbaImage) -> usize {
+    let line = (0..60).map(|k| picture.get_pixel(250 + 8 * k, 160 + 3 * k).0);
+    line.collect::<std::collections::BTreeSet<[u8; 4]>>().len()
+}
+
 #[test]
-fn the_shown_output_is_seen_as_a_map() {
+fn the_shown_output_is_seen_in_3d_and_as_a_map() {
     let mut window = hello();
-    let picture = picture(&mut window, "map");
-    // The land in the upper left of the window is neither black nor all of one colour.
-    let colours: std::collections::BTreeSet<[u8; 4]> =
-        (0..60).map(|k| picture.get_pixel(250 + 8 * k, 120 + 4 * k).0).collect();
-    assert!(colours.len() > 20, "{} colours", colours.len());
+    let land = picture(&mut window, "land");
+    window.get_by_label("Map").click();
+    window.step();
+    let map = picture(&mut window, "map");
+    for (name, picture) in [("3D", &land), ("map", &map)] {
+        assert!(colours(picture) > 20, "{name}: {} colours", colours(picture));
+    }
+    assert!(land != map);
+}
+
+#[test]
+fn the_land_turns_with_the_hand_and_comes_nearer_with_the_wheel() {
+    let mut window = hello();
+    let before = picture(&mut window, "before");
+    drag(&mut window, pos2(400.0, 250.0), pos2(520.0, 250.0));
+    let turned = picture(&mut window, "turned");
+    assert!(before != turned);
+    window.event(Event::MouseWheel {
+        unit: egui::MouseWheelUnit::Line,
+        delta: egui::vec2(0.0, 4.0),
+        phase: egui::TouchPhase::Move,
+        modifiers: Modifiers::default(),
+    });
+    let near = picture(&mut window, "near");
+    assert!(turned != near);
+    window.get_by_label("Whole").click();
+    window.step();
+    window.event(Event::PointerGone);
+    window.step();
+    assert!(before == picture(&mut window, "whole"));
 }
 
 #[test]

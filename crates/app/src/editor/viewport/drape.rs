@@ -55,7 +55,8 @@ impl Parts {
             Water::None => None,
             Water::Output(water) => Some(water.clone()),
             Water::Own => ground.and_then(|ground| {
-                let outputs = (0..graph.instance(ground.node).node.outputs.len()).map(|output| Port { output, ..ground });
+                let outputs =
+                    (0..graph.instance(ground.node).node.outputs.len()).map(|output| Port { output, ..ground });
                 let is_water = |port: &Port| {
                     let name = graph.instance(port.node).node.outputs[port.output].name;
                     graph.output_type(*port) == PortType::Scalar(Unit::Metres) && matches!(name, "water" | "depth")
@@ -84,7 +85,10 @@ fn ground(session: &Session, port: Port) -> Option<Port> {
     let beside = (0..outputs).map(|output| Port { output, ..port }).find(is_height);
     let sources = || (0..inputs).filter_map(|input| graph.source(port.node, input));
     let file = || session.document().outputs().iter().map(|output| output.port).find(is_height);
-    beside.or_else(|| sources().find(is_height)).or_else(|| sources().find_map(|source| ground(session, source))).or_else(file)
+    beside
+        .or_else(|| sources().find(is_height))
+        .or_else(|| sources().find_map(|source| ground(session, source)))
+        .or_else(file)
 }
 
 impl Drape {

@@ -25,6 +25,8 @@ pub(super) struct Landscape {
     state: RenderState,
     sides: [Side; 2],
     eye: Option<Eye>,
+    /// Whether a hand has moved the eye.
+    moved: bool,
     /// The extent of the land that the eye was placed for.
     size_m: [f64; 2],
     split: Split,
@@ -88,6 +90,7 @@ impl Landscape {
             state: state.clone(),
             sides: [side(first), side(second)],
             eye: None,
+            moved: false,
             size_m: [0.0; 2],
             split: Split::default(),
             from: None,
@@ -96,7 +99,7 @@ impl Landscape {
 
     /// Shows the whole land.
     pub(super) fn fit(&mut self) {
-        self.eye = None;
+        (self.eye, self.moved) = (None, false);
     }
 
     /// Whether the eye flies.
@@ -107,7 +110,10 @@ impl Landscape {
     /// Begins to fly, or to turn around what is looked at.
     pub(super) fn fly(&mut self, fly: bool, exaggeration: f64) {
         let Some(land) = self.sides[0].renderer.land() else { return };
-        self.eye = match self.eye.take() {
+        let size = self.sides[0].target.as_ref().map_or([1, 1], |target| target.size);
+        let eye = self.eye.take().unwrap_or_else(|| Eye::Orbit(Orbit::framing(land, exaggeration, size)));
+        self.moved = true;
+        self.eye = match Some(eye) {
             Some(Eye::Orbit(orbit)) if fly => Some(Eye::Fly(Fly::from_orbit(&orbit))),
             Some(Eye::Fly(fly_eye)) if !fly => Some(Eye::Orbit(fly_eye.orbit(land, exaggeration))),
             eye => eye,
@@ -135,18 +141,28 @@ impl Landscape {
         }
         let Some(land) = self.sides[0].renderer.land().cloned() else {
             let text = self.sides[0].trouble.as_ref().map_or_else(|| "…".to_owned(), ToString::to_string);
-            painter.text(pane.center(), Align2::CENTER_CENTER, text, egui::FontId::proportional(13.0), ui.visuals().weak_text_color());
+            painter.text(
+                pane.center(),
+                Align2::CENTER_CENTER,
+                text,
+                egui::FontId::proportional(13.0),
+                ui.visuals().weak_text_color(),
+            );
             return Done::default();
         };
         let exaggeration = look.exaggeration();
         if self.size_m != land.size_m() {
-            (self.size_m, self.eye) = (land.size_m(), None);
+            (self.size_m, self.eye, self.moved) = (land.size_m(), None, false);
         }
-        let mut eye = self.eye.take().unwrap_or_else(|| Eye::Orbit(Orbit::framing(&land, exaggeration, size)));
+        let start = || Eye::Orbit(Orbit::framing(&land, exaggeration, size));
+        let mut eye = self.eye.take().unwrap_or_else(start);
         let edge = both.then(|| self.split.ui(ui, pane));
+        let before = eye.camera();
         move_eye(ui, &response, &mut eye, &land, exaggeration, (size, scale, hand));
         let camera = eye.camera();
-        self.eye = Some(eye);
+        // The whole land is framed anew until a hand moves the eye, whatever becomes of the window.
+        self.eye = Some(eye).filter(|eye| self.moved || camera != before || matches!(eye, Eye::Fly(_)));
+        self.moved = self.eye.is_some();
 
         let scene = look.scene(camera, contours, land.range());
         for side in 0..if both { 2 } else { 1 } {
@@ -160,7 +176,12 @@ impl Landscape {
             super::split::draw(&painter, pane, x, shown.map(|shown| shown.port.as_str()));
         }
         if let Some(trouble) = self.sides.iter().find_map(|side| side.trouble.as_ref()) {
-            label(&painter, pane.left_top() + vec2(10.0, 10.0), Align2::LEFT_TOP, &format!("{trouble}: {}", trouble.remedy()));
+            label(
+                &painter,
+                pane.left_top() + vec2(10.0, 10.0),
+                Align2::LEFT_TOP,
+                &format!("{trouble}: {}", trouble.remedy()),
+            );
         }
 
         let to_pixel = |at: Pos2| [f64::from((at.x - pane.left()) * scale), f64::from((at.y - pane.top()) * scale)];

@@ -53,6 +53,7 @@ impl Profile {
                 .allow_scroll(false)
                 .allow_drag(false)
                 .allow_zoom(false);
+            let plot = if compared.is_some() { plot.legend(Legend::default()) } else { plot };
             plot.x_axis_formatter(|mark, _| Unit::Metres.display(mark.value))
                 .y_axis_formatter(move |mark, _| unit.display(mark.value))
                 .show(ui, |plot| {

@@ -22,7 +22,8 @@ impl Split {
     pub(super) fn ui(&mut self, ui: &egui::Ui, pane: Rect) -> f32 {
         let x = pane.left() + self.share * pane.width();
         let grip = Rect::from_center_size(pos2(x, pane.center().y), vec2(12.0, pane.height()));
-        let response = ui.interact(grip, ui.id().with("split"), Sense::drag()).on_hover_cursor(CursorIcon::ResizeHorizontal);
+        let response =
+            ui.interact(grip, ui.id().with("split"), Sense::drag()).on_hover_cursor(CursorIcon::ResizeHorizontal);
         if let Some(at) = response.interact_pointer_pos() {
             self.share = ((at.x - pane.left()) / pane.width()).clamp(0.02, 0.98);
         }
