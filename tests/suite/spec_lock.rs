@@ -41,6 +41,7 @@ fn declaration(node: &Node) -> Vec<String> {
             Kind::Stops { default } => {
                 format!("stops {}", default.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "))
             }
+            Kind::Strokes { hard } => format!("strokes in {hard:?}"),
             Kind::File => "file".to_owned(),
         };
         lines.push(format!("param {} [{:?}]: {kind}", spec.name, spec.unit));

@@ -29,8 +29,9 @@ pub use backend::{Backend, Cpu};
 pub use colour::{NoColour, Srgb, Stop};
 pub use diagnostic::{Diagnostic, Severity, line_column};
 pub use document::{
-    Document, Edit, EditError, Expanded, LoadError, NamedInput, NamedParameter, NodeEntry, OutputDecl, Place, SUBGRAPH,
-    UsedGraph, diff, format_source,
+    Document, Edit, EditError, Entry, Expanded, Frame, FrameEntry, History, JournalError, LoadError, NamedInput,
+    NamedParameter, NodeEntry, OutputDecl, Place, Recovered, SUBGRAPH, Scribe, Splice, UsedGraph, diff, format_source,
+    recover,
 };
 pub use eval::{DiskCacheOptions, EvalError, Evaluator, EvaluatorOptions, Event, Key, Origin};
 pub use field::Field;
@@ -40,8 +41,8 @@ pub use lines::{Line, Lines, Vertex};
 pub use migrate::{Migration, Step};
 pub use node::{Exactness, Fallback, Input, Kernel, Node, Output, OutputType, Reach, Resolution};
 pub use param::{
-    ColourStops, CurvePoints, FileName, Kind, ParamSpec, ParamType, ParamValue, ParamValues, PathPoints, Seed,
-    check_value, range_text,
+    ColourStops, CurvePoints, FileName, Kind, ParamSpec, ParamType, ParamValue, ParamValues, PathPoints, Seed, Stroke,
+    Strokes, Tool, check_value, range_text,
 };
 pub use petgraph::stable_graph::NodeIndex;
 pub use registry::Registry;

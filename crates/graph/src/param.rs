@@ -1,9 +1,11 @@
 //! Parameters: their declaration as data, their values, and the macros that declare them once.
 
+mod stroke;
 mod types;
 
 use std::{collections::BTreeMap, fmt};
 
+pub use stroke::{Stroke, Strokes, Tool};
 pub use types::{ColourStops, CurvePoints, FileName, ParamType, PathPoints, Seed};
 
 use crate::{
@@ -86,6 +88,11 @@ pub enum Kind {
         /// Value when the file says nothing.
         default: Vec<Stop>,
     },
+    /// Strokes of a brush over the world, in the order they were painted. None by default.
+    Strokes {
+        /// Where the points may be, for each component.
+        hard: [f64; 2],
+    },
     /// A file, relative to the graph's.
     File,
 }
@@ -111,12 +118,14 @@ pub enum ParamValue {
     Path(Vec<[f64; 2]>),
     /// Of [`Kind::Stops`].
     Stops(Vec<Stop>),
+    /// Of [`Kind::Strokes`].
+    Strokes(Vec<Stroke>),
     /// Of [`Kind::File`]; empty when no file is named.
     File(String),
 }
 
 impl Kind {
-    /// The same kind with another default; as it is where the value is of another kind. A file has no default.
+    /// The same kind with another default; as it is where the value is of another kind. A file and strokes have no default.
     #[must_use]
     pub fn with_default(mut self, value: &ParamValue) -> Self {
         match (&mut self, value) {
@@ -148,6 +157,7 @@ impl Kind {
             Self::Curve { default } => ParamValue::Curve(default.clone()),
             Self::Path { default, .. } => ParamValue::Path(default.clone()),
             Self::Stops { default } => ParamValue::Stops(default.clone()),
+            Self::Strokes { .. } => ParamValue::Strokes(Vec::new()),
             Self::File => ParamValue::File(String::new()),
         }
     }
@@ -171,6 +181,9 @@ impl Kind {
             }
             Self::Stops { .. } => {
                 "a list of values and their colours `[(0, \"#7a9e77\"), ...]`, the values rising".to_owned()
+            }
+            Self::Strokes { .. } => {
+                "a list of strokes `[(tool: raise, radius: 200, strength: 30, points: [(x, y), ...]), ...]`".to_owned()
             }
             Self::File => "a file name in quotes, relative to the graph file".to_owned(),
         }
@@ -205,6 +218,10 @@ impl fmt::Display for ParamValue {
             }
             Self::Stops(stops) => {
                 write!(f, "[{}]", stops.iter().map(Stop::to_string).collect::<Vec<_>>().join(", "))
+            }
+            Self::Strokes(strokes) => {
+                let points: usize = strokes.iter().map(|stroke| stroke.points.len()).sum();
+                write!(f, "{} strokes of {points} points", strokes.len())
             }
             Self::File(name) => write!(f, "{name:?}"),
         }
@@ -308,6 +325,8 @@ pub fn check_value(spec: &ParamSpec, value: &ParamValue) -> Result<(), String> {
                 None => Ok(()),
             }
         }
+        (Kind::Strokes { hard }, ParamValue::Strokes(strokes)) => stroke::check(strokes, *hard)
+            .map_err(|(number, wrong)| format!("stroke {number} of `{}`: {wrong}", spec.name)),
         (Kind::Bool { .. }, ParamValue::Bool(_))
         | (Kind::Seed { .. }, ParamValue::Seed(_))
         | (Kind::File, ParamValue::File(_)) => Ok(()),
@@ -331,7 +350,7 @@ impl Kind {
 /// Declares a node's parameters once: a typed struct `Params`, its specs and its reader.
 ///
 /// A row is `name: type = default, Unit, hard range;` with an optional `soft lo..=hi` before the semicolon. The type is
-/// one of `f64`, `i64`, `bool`, [`Seed`], `[f64; 2]`, [`CurvePoints`], [`PathPoints`], [`ColourStops`], [`FileName`] or a [`choice!`](crate::choice)
+/// one of `f64`, `i64`, `bool`, [`Seed`], `[f64; 2]`, [`CurvePoints`], [`PathPoints`], [`ColourStops`], [`Strokes`], [`FileName`] or a [`choice!`](crate::choice)
 /// enum; types without a range write `..`.
 ///
 /// ```

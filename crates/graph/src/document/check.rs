@@ -11,7 +11,9 @@ use petgraph::stable_graph::NodeIndex;
 use super::{
     args::{self, Arg},
     exposed::{NamedInput, NamedParameter, Reader, Section},
+    frames::{self, FrameEntry},
     literal::{Literal, Misfit, constant, is_name, param},
+    muted::{self, Muted},
     problems::{Problems, list},
     subgraph::{self, Home, Loader, UsedGraph},
     syntax::{Expr, FIELDS, Group, Item, Tree},
@@ -47,6 +49,8 @@ pub struct NodeEntry {
     pub kind_span: Range<usize>,
     /// Where an editor shows it.
     pub layout: Option<[f64; 2]>,
+    /// Whether it is muted: built as if it were not there.
+    pub muted: bool,
 }
 
 /// An output of the file: a name for a value that a run writes.
@@ -72,6 +76,8 @@ pub(super) struct Checked {
     pub(super) parameters: Vec<NamedParameter>,
     pub(super) inputs: Vec<NamedInput>,
     pub(super) uses: Vec<UsedGraph>,
+    pub(super) muted: Muted,
+    pub(super) frames: Vec<FrameEntry>,
     pub(super) subgraphs: BTreeMap<NodeIndex, Arc<Document>>,
     /// Number of nodes with those of all files that it uses, each use counted.
     pub(super) size: usize,
@@ -176,10 +182,26 @@ impl Checker<'_> {
         let named = self.exposed(root, &entries, &types);
         self.unwired(&wired, &named);
         self.outputs(root, &entries, &types);
+        if let Some(item) = root.get("muted") {
+            let (muted, names) = muted::read(&item.value, self.source, &entries, &mut self.problems);
+            for entry in &mut self.out.nodes {
+                entry.muted = names.contains(&entry.name);
+            }
+            let outputs: Vec<_> = self.out.outputs.iter().map(|output| (output.name.clone(), output.port)).collect();
+            muted::check(&self.out.graph, &muted, &self.out.nodes, &outputs, &mut self.problems);
+            self.out.muted = muted;
+        }
         if let Some(item) = root.get("layout")
             && let Some(group) = self.map(&item.value, "layout", "`{ \"node\": (0, 0), … }`")
         {
             self.layout(group, &entries);
+        }
+        if let Some(item) = root.get("frames")
+            && let Some(group) = self.map(&item.value, "frames", "`{ \"name\": (at: (0, 0), size: (400, 300)), … }`")
+        {
+            for (name, item) in self.problems.duplicates(group, "in `frames`") {
+                self.out.frames.extend(frames::read(name, item, self.source, &mut self.problems));
+            }
         }
     }
 
@@ -199,8 +221,15 @@ impl Checker<'_> {
             let (kind_span, body) = args::kind_of(&item.value).unwrap_or((item.value.span.clone(), None));
             let is_node = args::kind_of(&item.value).is_some();
             let kind = if is_node { self.source[kind_span.clone()].to_owned() } else { String::new() };
-            let mut entry =
-                NodeEntry { name: name.to_owned(), kind, index: None, span: item.span(), kind_span, layout: None };
+            let mut entry = NodeEntry {
+                name: name.to_owned(),
+                kind,
+                index: None,
+                span: item.span(),
+                kind_span,
+                layout: None,
+                muted: false,
+            };
             if !is_node {
                 self.problems.misplaced(&item.value, name, "a node such as `Perlin(…)`", self.source);
             } else if let Some(node) = self.known_kind(&entry)

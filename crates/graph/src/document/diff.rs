@@ -34,6 +34,7 @@ pub fn diff(a: &Document, b: &Document) -> Vec<String> {
     for (name, entry) in new.iter().filter(|(name, _)| !old.contains_key(*name) && !was.contains(*name)) {
         lines.push(format!("node {name} ({}) added{}", kind(b, entry), contents(b, entry)));
     }
+    muted(a, b, &now, &mut lines);
     outputs(a, b, &now, &mut lines);
     named(a, b, &now, &mut lines);
     lines
@@ -225,6 +226,17 @@ fn text(document: &Document, entry: &NodeEntry) -> String {
     let text = &document.source()[entry.kind_span.start..entry.span.end];
     let text = format_source(text).unwrap_or_else(|_| text.to_owned());
     text.lines().filter(|line| !line.trim_start().starts_with("//")).collect()
+}
+
+fn muted(a: &Document, b: &Document, now: &dyn Fn(&str) -> String, lines: &mut Vec<String>) {
+    let list = |document: &Document, now: &dyn Fn(&str) -> String| -> BTreeSet<String> {
+        document.nodes().iter().filter(|node| node.muted).map(|node| now(&node.name)).collect()
+    };
+    let (old, new) = (list(a, now), list(b, &str::to_owned));
+    // A node that is gone needs no second line.
+    let stays = |name: &&String| b.nodes().iter().any(|node| node.name == **name);
+    lines.extend(old.difference(&new).filter(stays).map(|name| format!("node {name} no longer muted")));
+    lines.extend(new.difference(&old).map(|name| format!("node {name} muted")));
 }
 
 fn outputs(a: &Document, b: &Document, now: &dyn Fn(&str) -> String, lines: &mut Vec<String>) {

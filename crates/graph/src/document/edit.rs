@@ -1,6 +1,6 @@
 //! Edits of a document as data.
 
-use super::{editor::Editor, lex::quote, splice::Draft, subgraph::Home};
+use super::{editor::Editor, frames::Frame, lex::quote, splice::Draft, subgraph::Home};
 use crate::{param::ParamValue, registry::Registry, world::World};
 
 /// A change of a document.
@@ -112,6 +112,27 @@ pub enum Edit {
         /// Its place.
         at: Option<[f64; 2]>,
     },
+    /// Mutes a node, so that it is built as if it were not there, or takes that back.
+    SetMuted {
+        /// The node.
+        node: String,
+        /// Whether it is to be muted.
+        muted: bool,
+    },
+    /// Adds a frame to the canvas, changes it, or removes it.
+    SetFrame {
+        /// Its name.
+        name: String,
+        /// What it is to be; `None` for nothing.
+        frame: Option<Frame>,
+    },
+    /// Gives a frame another name.
+    RenameFrame {
+        /// The name it has.
+        from: String,
+        /// The name it gets.
+        to: String,
+    },
     /// Several edits as one: all or none are made, and they are undone together.
     All(Vec<Edit>),
 }
@@ -141,6 +162,9 @@ pub enum EditError {
     /// There is no such output.
     #[error("there is no output `{0}`")]
     UnknownOutput(String),
+    /// There is no such frame.
+    #[error("there is no frame `{0}`")]
+    UnknownFrame(String),
     /// What stands there is no node whose inputs and parameters are known.
     #[error("`{0}` is a node of a kind or version that this program does not know, so its values cannot be edited")]
     Placeholder(String),
@@ -162,7 +186,7 @@ impl Edit {
     /// Whether it changes names, so that messages about what was wrong before may read differently after it.
     pub(super) fn renames(&self) -> bool {
         match self {
-            Self::RenameNode { .. } | Self::RenameOutput { .. } => true,
+            Self::RenameNode { .. } | Self::RenameOutput { .. } | Self::RenameFrame { .. } => true,
             Self::All(edits) => edits.iter().any(Self::renames),
             _ => false,
         }
@@ -200,6 +224,9 @@ impl Edit {
                 editor.set_layout(node, *at);
                 Ok(())
             }
+            Self::SetMuted { node, muted } => editor.set_muted(node, *muted),
+            Self::SetFrame { name, frame } => editor.set_frame(name, frame.as_ref()),
+            Self::RenameFrame { from, to } => editor.rename_frame(from, to),
             Self::All(edits) => edits.iter().try_for_each(|edit| edit.carry_out(draft, registry, home)),
         }
     }

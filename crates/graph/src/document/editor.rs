@@ -6,7 +6,8 @@ use super::{
     args::{args, kind_of, migrate, version},
     edit::EditError,
     exposed::{Section, places},
-    lex::quote,
+    frames::Frame,
+    lex::{Bracket, quote},
     literal::{Literal, constant, is_name, number_text, param, value_text},
     problems::Problems,
     splice::Draft,
@@ -111,6 +112,7 @@ impl<'a> Editor<'a> {
             self.remove_entry("outputs", &output);
         }
         self.forget_places(name);
+        self.set_muted(name, false)?;
         self.remove_entry("layout", name);
         self.remove_entry("nodes", name);
         Ok(())
@@ -126,6 +128,7 @@ impl<'a> Editor<'a> {
             let keys = self.items(field).iter().filter_map(|item| item.key.as_ref());
             changes.extend(keys.filter(|key| key.text == from).map(|key| (key.span.clone(), quote(to))));
         }
+        changes.extend(self.muted(from).map(|item| (item.value.span.clone(), quote(to))));
         for wire in self.wires(from) {
             changes.push((wire.span, quote(&format!("{to}{}", wire.port))));
         }
@@ -410,6 +413,96 @@ impl<'a> Editor<'a> {
             None => self.draft.insertion(root, &format!("{field}: {text}"), true),
         };
         self.draft.change(changes);
+    }
+
+    /// The entries of a node in `muted`.
+    fn muted(&self, node: &str) -> impl Iterator<Item = &Item> {
+        let names = |item: &&Item| Literal::read(&item.value, &self.draft.source) == Literal::Text(node.to_owned());
+        self.items("muted").iter().filter(names)
+    }
+
+    pub(super) fn set_muted(&mut self, node: &str, muted: bool) -> Result<(), EditError> {
+        self.item(node)?;
+        let stands = self.muted(node).next().is_some();
+        if muted && !stands {
+            match self.draft.root().and_then(|root| root.get("muted")).map(|item| item.value.as_group()) {
+                None => self.set_root("muted", &format!("[{}]", quote(node))),
+                Some(Some(list)) if list.bracket == Bracket::Square => {
+                    let changes = self.draft.insertion(list, &quote(node), false);
+                    self.draft.change(changes);
+                }
+                Some(_) => return Err(refused("what the file says as `muted` is no list".to_owned())),
+            }
+        }
+        while !muted && self.muted(node).next().is_some() {
+            let Some(list) = self.draft.field("muted") else { break };
+            let names = |item: &Item| Literal::read(&item.value, &self.draft.source) == Literal::Text(node.to_owned());
+            let Some(position) = list.items.iter().position(names) else { break };
+            let changes = self.draft.removal(list, position);
+            self.draft.change(changes);
+        }
+        if stands && !muted {
+            self.remove_empty("muted");
+        }
+        Ok(())
+    }
+
+    /// Removes a field of the file that has become empty, with nothing lost.
+    fn remove_empty(&mut self, field: &str) {
+        let Some(root) = self.draft.root() else { return };
+        let (Some(position), Some(group)) = (root.position(field), self.draft.field(field)) else { return };
+        let inner = group.open + 1..group.close.unwrap_or(group.open + 1);
+        if self.draft.source[inner].trim().is_empty() {
+            let changes = self.draft.removal(root, position);
+            self.draft.change(changes);
+        }
+    }
+
+    pub(super) fn set_frame(&mut self, name: &str, frame: Option<&Frame>) -> Result<(), EditError> {
+        let Some(frame) = frame else {
+            self.frame(name)?;
+            self.remove_entry("frames", name);
+            self.remove_empty("frames");
+            return Ok(());
+        };
+        let fields = frame.fields();
+        let group = |editor: &Self| {
+            let item = editor.draft.field("frames")?.get(name)?;
+            item.value.as_group().filter(|group| group.name.is_none() && group.bracket == Bracket::Round).cloned()
+        };
+        if group(self).is_none() {
+            let said = fields.iter().filter_map(|(field, text)| Some(format!("{field}: {}", text.as_ref()?)));
+            let text = format!("({})", said.collect::<Vec<_>>().join(", "));
+            self.set_entry("frames", name, &text);
+            return Ok(());
+        }
+        for (field, text) in fields {
+            let Some(group) = group(self) else { break };
+            let changes = match (text, group.position(field)) {
+                (Some(text), Some(at)) => vec![(group.items[at].value.span.clone(), text)],
+                (Some(text), None) => self.draft.insertion(&group, &format!("{field}: {text}"), false),
+                (None, Some(at)) => self.draft.removal(&group, at),
+                (None, None) => Vec::new(),
+            };
+            self.draft.change(changes);
+        }
+        Ok(())
+    }
+
+    pub(super) fn rename_frame(&mut self, from: &str, to: &str) -> Result<(), EditError> {
+        let span = self.frame(from)?;
+        if from != to && self.frame(to).is_ok() {
+            return Err(refused(format!("there is a frame `{to}` already")));
+        }
+        self.draft.change(vec![(span, quote(to))]);
+        Ok(())
+    }
+
+    /// The place of a frame's name.
+    fn frame(&self, name: &str) -> Result<Range<usize>, EditError> {
+        let item = self.draft.field("frames").and_then(|frames| frames.get(name));
+        let key = item.and_then(|item| item.key.as_ref());
+        key.map(|key| key.span.clone()).ok_or_else(|| EditError::UnknownFrame(name.to_owned()))
     }
 
     pub(super) fn set_world(&mut self, world: &World) {

@@ -2,7 +2,7 @@
 //!
 //! A node of a file is named by the use and its own name, `hills/base`. What the use says is written into the nodes: a
 //! parameter at every place that it drives, a wire or a number at every input that it feeds, file names relative to the
-//! outermost file. So inner nodes have keys of their own; a node that is equal in several uses is there once.
+//! outermost file. A muted node is left out, and what it passes on stands for its first output. So inner nodes have keys of their own; a node that is equal in several uses is there once.
 
 use std::{
     collections::{BTreeMap, HashMap},
@@ -11,7 +11,7 @@ use std::{
 
 use petgraph::stable_graph::NodeIndex;
 
-use super::{Document, OutputDecl};
+use super::{Document, OutputDecl, muted::passed_input};
 use crate::{
     graph::{Graph, Port},
     job::mix,
@@ -102,6 +102,14 @@ fn place(document: &Document, given: &Use, to: &mut Graph, known: &mut Known) ->
                 wires.push((position, port));
             }
         }
+        if document.is_muted(index) {
+            let ty = |at| wires.iter().find(|(wired, _)| *wired == at).map(|(_, port)| to.output_type(*port));
+            if let Some(passed) = passed_input(graph, index, ty) {
+                let port = wires.iter().find(|(wired, _)| *wired == passed);
+                ports.extend(port.map(|(_, port)| (Port { node: index, output: 0 }, *port)));
+            }
+            continue;
+        }
         if let Some(inner) = document.subgraph(index) {
             let mut inside = Use { prefix: format!("{}/", instance.name), ..Use::default() };
             if let Some(ParamValue::File(file)) = instance.params.get(super::subgraph::FILE) {
@@ -113,8 +121,9 @@ fn place(document: &Document, given: &Use, to: &mut Graph, known: &mut Known) ->
             for parameter in inner.parameters() {
                 if let Some(value) = instance.params.get(&parameter.name) {
                     let places = parameter.places.iter().map(|place| ((place.node, place.name), value.clone()));
-                    // An empty name of a file leaves the one that the file itself names.
-                    inside.values.extend(places.filter(|(_, value)| *value != ParamValue::File(String::new())));
+                    // Where a use names no file, or has no strokes, the file keeps its own.
+                    let own = [ParamValue::File(String::new()), ParamValue::Strokes(Vec::new())];
+                    inside.values.extend(places.filter(|(_, value)| !own.contains(value)));
                 }
             }
             for (position, input) in inner.inputs().iter().enumerate() {

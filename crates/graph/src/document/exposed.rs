@@ -473,6 +473,7 @@ fn both(a: &Kind, b: &Kind) -> Option<Kind> {
         | (Kind::Seed { .. }, Kind::Seed { .. })
         | (Kind::Curve { .. }, Kind::Curve { .. })
         | (Kind::Stops { .. }, Kind::Stops { .. })
+        | (Kind::Strokes { .. }, Kind::Strokes { .. })
         | (Kind::File, Kind::File) => {}
         _ => return None,
     }

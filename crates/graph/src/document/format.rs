@@ -39,6 +39,11 @@ pub fn format_source(source: &str) -> Result<String, Vec<Diagnostic>> {
     Ok(if text.is_empty() { text } else { text + "\n" })
 }
 
+/// A value on one line, without comments.
+pub(super) fn inline(value: &Expr, source: &str) -> String {
+    Printer { source, comments: &[], next: 0, out: String::new() }.inline(value)
+}
+
 struct Printer<'a> {
     source: &'a str,
     comments: &'a [Comment],

@@ -1,6 +1,8 @@
 //! Applying edits, and taking them back.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
+
+use serde::{Deserialize, Serialize};
 
 use super::{
     Document,
@@ -17,11 +19,97 @@ use crate::{
     param::ParamValue,
 };
 
+/// Bytes of edits that are remembered. A day's work takes a few of these megabytes; the oldest edits beyond are forgotten.
+const MAX_BYTES: usize = 256 << 20;
+
 /// Edits that were made, and those that were taken back, each as the bytes it replaced.
-#[derive(Clone, Debug, Default)]
-pub(super) struct History {
-    done: Vec<Vec<Splice>>,
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct History {
+    done: VecDeque<Vec<Splice>>,
     undone: Vec<Vec<Splice>>,
+    /// Bytes of what was done.
+    #[serde(skip)]
+    bytes: usize,
+}
+
+impl History {
+    /// How many edits can be taken back.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        self.done.len()
+    }
+
+    /// Whether there is an edit to take back.
+    #[must_use]
+    pub fn can_undo(&self) -> bool {
+        !self.done.is_empty()
+    }
+
+    pub(super) const fn done(&self) -> &VecDeque<Vec<Splice>> {
+        &self.done
+    }
+
+    pub(super) fn undone(&self) -> &[Vec<Splice>] {
+        &self.undone
+    }
+
+    pub(super) fn last(&self) -> Option<&[Splice]> {
+        self.done.back().map(Vec::as_slice)
+    }
+
+    /// A new edit; what was taken back cannot be made again.
+    pub(super) fn made(&mut self, step: Vec<Splice>) {
+        self.undone.clear();
+        self.push(step);
+    }
+
+    fn push(&mut self, step: Vec<Splice>) {
+        self.bytes += weight(&step);
+        self.done.push_back(step);
+        while self.bytes > MAX_BYTES
+            && self.done.len() > 1
+            && let Some(oldest) = self.done.pop_front()
+        {
+            self.bytes = self.bytes.saturating_sub(weight(&oldest));
+        }
+    }
+
+    fn pop(&mut self) -> Option<Vec<Splice>> {
+        let step = self.done.pop_back()?;
+        self.bytes = self.bytes.saturating_sub(weight(&step));
+        Some(step)
+    }
+
+    /// Takes the last edit out of a text and forgets it; says no when there is none, or it does not fit.
+    pub(super) fn take_last(&mut self, text: &mut String) -> bool {
+        let Some(step) = self.pop() else { return false };
+        let fits = undo(text, &step);
+        if !fits {
+            self.push(step);
+        }
+        fits
+    }
+
+    /// Takes the last edit out of a text; says no when there is none, or it does not fit.
+    pub(super) fn undo(&mut self, text: &mut String) -> bool {
+        let step = self.last().map(<[Splice]>::to_vec);
+        let undone = self.take_last(text);
+        self.undone.extend(step.filter(|_| undone));
+        undone
+    }
+
+    /// Makes the edit again that was taken out last; says no when there is none, or it does not fit.
+    pub(super) fn redo(&mut self, text: &mut String) -> bool {
+        let fits = self.undone.last().is_some_and(|step| redo(text, step));
+        if fits && let Some(step) = self.undone.pop() {
+            self.push(step);
+        }
+        fits
+    }
+}
+
+fn weight(step: &[Splice]) -> usize {
+    size_of::<Vec<Splice>>() + step.iter().map(Splice::bytes).sum::<usize>()
 }
 
 impl Document {
@@ -51,8 +139,7 @@ impl Document {
         }
         self.source = draft.source;
         self.checked = checked;
-        self.history.done.push(draft.splices);
-        self.history.undone.clear();
+        self.history.made(draft.splices);
         Ok(())
     }
 
@@ -61,13 +148,13 @@ impl Document {
     /// # Errors
     /// As [`Self::apply`], which this is when there is no last edit; the document is unchanged then.
     pub fn amend(&mut self, edit: &Edit) -> Result<(), EditError> {
-        let Some(last) = self.history.done.pop() else { return self.apply(edit) };
-        undo(&mut self.source, &last);
+        let Some(last) = self.last_edit() else { return self.apply(edit) };
+        self.history.take_last(&mut self.source);
         self.read_again();
         let made = self.apply(edit);
         if made.is_err() {
             redo(&mut self.source, &last);
-            self.history.done.push(last);
+            self.history.push(last);
             self.read_again();
         }
         made
@@ -76,7 +163,7 @@ impl Document {
     /// How many edits can be taken back.
     #[must_use]
     pub fn steps(&self) -> usize {
-        self.history.done.len()
+        self.history.steps()
     }
 
     /// Sets a parameter or an input of a node from what a person typed, such as `2 km`, `0.3`, `max`, `(1, 2)` or a
@@ -121,34 +208,33 @@ impl Document {
     pub fn replace(&mut self, source: &str) -> bool {
         let Some(splice) = Splice::between(&self.source, source) else { return false };
         source.clone_into(&mut self.source);
-        self.history.done.push(vec![splice]);
-        self.history.undone.clear();
+        self.history.made(vec![splice]);
         self.read_again();
         true
     }
 
     /// Takes the last edit back; says whether there was one.
     pub fn undo(&mut self) -> bool {
-        let Some(splices) = self.history.done.pop() else { return false };
-        undo(&mut self.source, &splices);
-        self.history.undone.push(splices);
-        self.read_again();
-        true
+        let undone = self.history.undo(&mut self.source);
+        if undone {
+            self.read_again();
+        }
+        undone
     }
 
     /// Makes the edit again that was taken back last; says whether there was one.
     pub fn redo(&mut self) -> bool {
-        let Some(splices) = self.history.undone.pop() else { return false };
-        redo(&mut self.source, &splices);
-        self.history.done.push(splices);
-        self.read_again();
-        true
+        let redone = self.history.redo(&mut self.source);
+        if redone {
+            self.read_again();
+        }
+        redone
     }
 
     /// Whether there is an edit to take back.
     #[must_use]
     pub fn can_undo(&self) -> bool {
-        !self.history.done.is_empty()
+        self.history.can_undo()
     }
 
     /// Whether there is an edit to make again.
@@ -171,7 +257,7 @@ impl Document {
 const UNFINISHED: [&str; 2] = ["unwired", "no-file"];
 
 /// An error that an edit would add, other than what a node lacks yet.
-fn added<'a>(before: &[Diagnostic], after: &'a [Diagnostic], renames: bool) -> Option<&'a Diagnostic> {
+pub(super) fn added<'a>(before: &[Diagnostic], after: &'a [Diagnostic], renames: bool) -> Option<&'a Diagnostic> {
     let is_error = |problem: &&Diagnostic| problem.severity == Severity::Error && !UNFINISHED.contains(&problem.code);
     let key = |problem: &Diagnostic| (problem.code, if renames { String::new() } else { problem.message.clone() });
     let mut known: BTreeMap<(&str, String), usize> = BTreeMap::new();

@@ -2,12 +2,12 @@
 
 use super::{
     lex::{Bracket, quote},
-    syntax::{Expr, ExprKind},
+    syntax::{Expr, ExprKind, Item},
 };
 use crate::{
     colour::Stop,
     node::{Fallback, Input},
-    param::{Kind, ParamSpec, ParamValue, check_value, range_text},
+    param::{Kind, ParamSpec, ParamValue, Stroke, Tool, check_value, range_text},
     unit::Unit,
     value::PortType,
 };
@@ -25,6 +25,8 @@ pub(super) enum Literal {
     Tuple(Vec<Literal>),
     /// Things in square brackets.
     List(Vec<Literal>),
+    /// Things in round brackets, each with a name.
+    Record(Vec<(String, Literal)>),
     /// Any other brackets.
     Other,
     /// Could not be read; reported already.
@@ -62,6 +64,15 @@ impl Literal {
             },
             ExprKind::Text(text) => Self::Text(text.clone()),
             ExprKind::Group(group) if group.close.is_none() => Self::Bad,
+            ExprKind::Group(group)
+                if group.name.is_none()
+                    && group.bracket == Bracket::Round
+                    && !group.items.is_empty()
+                    && group.items.iter().all(|item| item.key.is_some()) =>
+            {
+                let named = |item: &Item| Some((item.key.as_ref()?.text.clone(), Self::read(&item.value, source)));
+                Self::Record(group.items.iter().filter_map(named).collect())
+            }
             ExprKind::Group(group) if group.name.is_some() || group.items.iter().any(|item| item.key.is_some()) => {
                 Self::Other
             }
@@ -86,7 +97,7 @@ impl Literal {
             Self::Text(text) => format!("the text {}", quote(text)),
             Self::Tuple(items) => format!("{} in round brackets", things(items.len())),
             Self::List(items) => format!("a list of {}", things(items.len())),
-            Self::Other | Self::Bad => "something in brackets".to_owned(),
+            Self::Record(_) | Self::Other | Self::Bad => "something in brackets".to_owned(),
         }
     }
 
@@ -95,6 +106,7 @@ impl Literal {
         match self {
             Self::Bad => true,
             Self::Tuple(items) | Self::List(items) => items.iter().any(Self::is_bad),
+            Self::Record(items) => items.iter().any(|(_, item)| item.is_bad()),
             _ => false,
         }
     }
@@ -117,6 +129,10 @@ impl Literal {
             Self::Text(text) => quote(text),
             Self::Tuple(items) => format!("({})", list(items)),
             Self::List(items) => format!("[{}]", list(items)),
+            Self::Record(items) => {
+                let items = items.iter().map(|(name, item)| format!("{name}: {}", item.write()));
+                format!("({})", items.collect::<Vec<_>>().join(", "))
+            }
             Self::Other | Self::Bad => "()".to_owned(),
         }
     }
@@ -187,8 +203,62 @@ pub(super) fn value_text(value: &ParamValue) -> String {
             let stop = |stop: &Stop| format!("({}, {})", number_text(stop.at), quote(&stop.colour.to_string()));
             format!("[{}]", stops.iter().map(stop).collect::<Vec<_>>().join(", "))
         }
+        ParamValue::Strokes(strokes) => {
+            format!("[{}]", strokes.iter().map(stroke_text).collect::<Vec<_>>().join(", "))
+        }
         ParamValue::File(name) => quote(name),
     }
+}
+
+fn stroke_text(stroke: &Stroke) -> String {
+    let mut said = vec![format!("tool: {}", stroke.tool.name()), format!("radius: {}", number_text(stroke.radius))];
+    if stroke.strength != stroke.tool.usual_strength() {
+        said.push(format!("strength: {}", number_text(stroke.strength)));
+    }
+    if stroke.hardness != Stroke::USUAL_HARDNESS {
+        said.push(format!("hardness: {}", number_text(stroke.hardness)));
+    }
+    let points = stroke.points.iter().map(|[x, y]| format!("({}, {})", number_text(*x), number_text(*y)));
+    said.push(format!("points: [{}]", points.collect::<Vec<_>>().join(", ")));
+    format!("({})", said.join(", "))
+}
+
+/// Reads a stroke: a record of `tool`, `radius`, `points`, and what differs from the usual.
+fn stroke(spec: &ParamSpec, literal: &Literal) -> Option<Result<Stroke, Misfit>> {
+    const FIELDS: [&str; 5] = ["tool", "radius", "strength", "hardness", "points"];
+    let Literal::Record(fields) = literal else { return None };
+    if let Some((name, _)) = fields.iter().find(|(name, _)| !FIELDS.contains(&name.as_str())) {
+        let misfit = Misfit::new("unknown-field", format!("a stroke of `{}` has no field `{name}`", spec.name));
+        return Some(Err(match crate::closest(name, FIELDS) {
+            Some(near) => misfit.hint(format!("did you mean `{near}`?")),
+            None => misfit.hint(format!("it has {}", super::problems::list(FIELDS))),
+        }));
+    }
+    let field = |name: &str| fields.iter().find(|(field, _)| field == name).map(|(_, value)| value);
+    let (Some(Literal::Word(word)), Some(radius), Some(Literal::List(points))) =
+        (field("tool"), field("radius"), field("points"))
+    else {
+        return None;
+    };
+    let Some(tool) = Tool::named(word) else {
+        let names = Tool::OPTIONS.iter().map(|(name, _)| *name);
+        let misfit = Misfit::new("value", format!("a stroke of `{}` has the tool `{word}`", spec.name));
+        return Some(Err(misfit.hint(format!("there are {}", super::problems::list(names)))));
+    };
+    let number = |name: &str, unit: Unit, usual: f64| {
+        field(name).map_or(Ok(usual), |literal| quantity(&format!("{}.{name}", spec.name), unit, literal))
+    };
+    let points: Option<Vec<_>> = points.iter().map(|point| pair(spec.name, Unit::Metres, point)).collect();
+    let points = points?;
+    Some((|| {
+        Ok(Stroke {
+            tool,
+            radius: quantity(&format!("{}.radius", spec.name), Unit::Metres, radius)?,
+            strength: number("strength", tool.unit(), tool.usual_strength())?,
+            hardness: number("hardness", Unit::One, Stroke::USUAL_HARDNESS)?,
+            points: points.into_iter().collect::<Result<_, _>>()?,
+        })
+    })())
 }
 
 /// Reads a number or a quantity in quotes.
@@ -295,6 +365,10 @@ pub(super) fn param(spec: &ParamSpec, literal: &Literal) -> Result<ParamValue, M
             let stops = items.iter().map(|item| stop(name, spec.unit, item).ok_or_else(wrong)?);
             ParamValue::Stops(stops.collect::<Result<_, _>>()?)
         }
+        (Kind::Strokes { .. }, Literal::List(items)) => {
+            let strokes = items.iter().map(|item| stroke(spec, item).ok_or_else(wrong)?);
+            ParamValue::Strokes(strokes.collect::<Result<_, _>>()?)
+        }
         (Kind::File, Literal::Text(text)) => ParamValue::File(text.clone()),
         (Kind::Int { .. } | Kind::Seed { .. }, Literal::NotANumber(_)) => {
             return Err(quantity(name, spec.unit, literal).err().unwrap_or_else(wrong));
@@ -353,6 +427,35 @@ mod tests {
             (number_text(2e6), number_text(6000.0), number_text(2e-6)),
             ("2e6".into(), "6000".into(), "2e-6".into())
         );
+    }
+
+    #[test]
+    fn strokes_are_read_with_what_is_usual_left_out() {
+        let kind = Kind::Strokes { hard: [-1e6, 1e6] };
+        let spec = ParamSpec { name: "strokes", doc: "Strokes.", unit: Unit::Metres, kind };
+        let text = "[(tool: raise, radius: 200, strength: 30, points: [(0, 0), (50, 20.5)]), \
+                    (tool: erase, radius: 80, hardness: 0.9, points: [(1, 2)])]";
+        let value = param(&spec, &literal(text)).expect("two strokes");
+        assert_eq!(value_text(&value), text);
+        let typed = "[(points: [(0, 0), (50, 20.5)], strength: \"30 m\", hardness: 0.5, radius: \"0.2 km\", tool: raise), \
+                     (tool: erase, radius: 80, hardness: 0.9, points: [(1, 2)], strength: 1)]";
+        assert_eq!(param(&spec, &literal(typed)), Ok(value));
+        assert_eq!(param(&spec, &literal("[]")), Ok(ParamValue::Strokes(Vec::new())));
+        for (text, said) in [
+            ("[(tool: rise, radius: 1, points: [(0, 0)])]", "the tool `rise`"),
+            ("[(tool: raise, radius: 1)]", "takes a list of strokes"),
+            ("[(tool: raise, radius: 1, points: [])]", "stroke 1 of `strokes`: it has no points"),
+            ("[(tool: mask, radius: 1, strength: 2, points: [(0, 0)])]", "`strength` is 2"),
+            ("[(tool: raise, radius: 0, points: [(0, 0)])]", "`radius` is 0"),
+            ("[(tool: raise, radius: 1, points: [(2e6, 0)])]", "`points` is 2000000"),
+            ("[(tool: raise, radius: 1, size: 2, points: [(0, 0)])]", "no field `size`"),
+            ("[(tool: raise, radius: 1, points: [(0, NaN)])]", "NaN"),
+            ("[(tool: raise, radius: 1, points: [0])]", "takes a list of strokes"),
+            ("(0, 0)", "takes a list of strokes"),
+        ] {
+            let misfit = param(&spec, &literal(text)).expect_err(text);
+            assert!(misfit.message.contains(said), "{text}: {}", misfit.message);
+        }
     }
 
     #[test]

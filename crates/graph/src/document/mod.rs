@@ -19,10 +19,14 @@ mod expand;
 mod exposed;
 mod file;
 mod format;
+mod frames;
 mod history;
+mod journal;
 mod lex;
 mod literal;
+mod merge;
 mod moved;
+mod muted;
 mod problems;
 mod splice;
 mod subgraph;
@@ -37,6 +41,10 @@ pub use expand::Expanded;
 pub use exposed::{NamedInput, NamedParameter, Place};
 pub use file::LoadError;
 pub use format::format_source;
+pub use frames::{Frame, FrameEntry};
+pub use history::History;
+pub use journal::{Entry, JournalError, Recovered, Scribe, recover};
+pub use splice::Splice;
 pub use subgraph::{SUBGRAPH, UsedGraph};
 
 use std::{
@@ -56,7 +64,6 @@ use crate::{
     world::World,
 };
 use check::Checked;
-use history::History;
 use subgraph::{Home, Loader};
 
 /// A graph as a file: its text, what is wrong with it, and the graph of what is sound.
@@ -153,6 +160,12 @@ impl Document {
     #[must_use]
     pub fn inputs(&self) -> &[NamedInput] {
         &self.checked.inputs
+    }
+
+    /// The frames of the canvas, in file order.
+    #[must_use]
+    pub fn frames(&self) -> &[FrameEntry] {
+        &self.checked.frames
     }
 
     /// The graph files that it names, in file order, those that cannot be used among them.

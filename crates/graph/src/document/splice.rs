@@ -2,14 +2,16 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::{
     lex::{Bracket, Comment},
     syntax::{Group, Tree, parse},
 };
 
-/// Bytes replaced by others.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Splice {
+/// Bytes of a text that were replaced by others.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Splice {
     at: usize,
     removed: String,
     inserted: String,
@@ -29,23 +31,50 @@ impl Splice {
         Some(Self { at, removed, inserted })
     }
 
-    fn forth(&self, text: &mut String) {
-        text.replace_range(self.at..self.at + self.removed.len(), &self.inserted);
+    /// Makes the change; says no, with the text as it was, where it does not fit.
+    pub(super) fn forth(&self, text: &mut String) -> bool {
+        replace(text, self.at, &self.removed, &self.inserted)
     }
 
-    fn back(&self, text: &mut String) {
-        text.replace_range(self.at..self.at + self.inserted.len(), &self.removed);
+    /// Takes the change back; says no, with the text as it was, where it does not fit.
+    fn back(&self, text: &mut String) -> bool {
+        replace(text, self.at, &self.inserted, &self.removed)
+    }
+
+    /// Bytes that it holds.
+    pub(super) fn bytes(&self) -> usize {
+        size_of::<Self>() + self.removed.len() + self.inserted.len()
     }
 }
 
-/// Makes the changes of an edit again.
-pub(super) fn redo(text: &mut String, splices: &[Splice]) {
-    splices.iter().for_each(|splice| splice.forth(text));
+fn replace(text: &mut String, at: usize, old: &str, new: &str) -> bool {
+    let fits = at.checked_add(old.len()).is_some_and(|end| text.get(at..end) == Some(old));
+    if fits {
+        text.replace_range(at..at + old.len(), new);
+    }
+    fits
 }
 
-/// Takes the changes of an edit back.
-pub(super) fn undo(text: &mut String, splices: &[Splice]) {
-    splices.iter().rev().for_each(|splice| splice.back(text));
+/// Makes the changes of an edit again; says no, with the text as it was, where one does not fit.
+pub(super) fn redo(text: &mut String, splices: &[Splice]) -> bool {
+    let made = splices.iter().take_while(|splice| splice.forth(text)).count();
+    if made < splices.len() {
+        splices[..made].iter().rev().for_each(|splice| {
+            splice.back(text);
+        });
+    }
+    made == splices.len()
+}
+
+/// Takes the changes of an edit back; says no, with the text as it was, where one does not fit.
+pub(super) fn undo(text: &mut String, splices: &[Splice]) -> bool {
+    let undone = splices.iter().rev().take_while(|splice| splice.back(text)).count();
+    if undone < splices.len() {
+        splices[splices.len() - undone..].iter().for_each(|splice| {
+            splice.forth(text);
+        });
+    }
+    undone == splices.len()
 }
 
 /// A text replacement: which bytes, and what stands there instead.

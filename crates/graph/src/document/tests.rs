@@ -7,6 +7,7 @@ mod edits;
 mod form;
 mod fuzz;
 mod reuse;
+mod work;
 
 #[expect(dead_code, reason = "only the declarations are looked at")]
 mod nodes {

@@ -211,6 +211,16 @@ impl Hash {
                         self.bytes(&stop.colour.0);
                     }
                 }
+                ParamValue::Strokes(strokes) => {
+                    self.bytes(b"b");
+                    self.u64(strokes.len() as u64);
+                    for stroke in strokes {
+                        self.text(stroke.tool.name());
+                        [stroke.radius, stroke.strength, stroke.hardness].iter().for_each(|v| self.f64(*v));
+                        self.u64(stroke.points.len() as u64);
+                        stroke.points.as_flattened().iter().for_each(|v| self.f64(*v));
+                    }
+                }
                 ParamValue::File(file) => {
                     self.bytes(b"F");
                     self.text(&Path::new(file).file_name().unwrap_or_default().to_string_lossy());

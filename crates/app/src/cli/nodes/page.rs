@@ -218,6 +218,10 @@ impl Entry {
                 entry.ranges(spec.unit, *hard, *hard);
             }
             Kind::Stops { .. } => entry.ty = "colours [(value, \"#rrggbb\"), ...]".into(),
+            Kind::Strokes { hard } => {
+                entry.ty = "strokes [(tool, radius, points, ...), ...]".into();
+                entry.ranges(spec.unit, *hard, *hard);
+            }
             Kind::File => {
                 entry.ty = "file".into();
                 entry.default = None;
@@ -259,6 +263,8 @@ fn value(value: &ParamValue) -> Value {
         ParamValue::Stops(v) => {
             json!(v.iter().map(|stop| json!([stop.at, stop.colour.to_string()])).collect::<Vec<_>>())
         }
+        // A node declares none.
+        ParamValue::Strokes(v) => json!(v.len()),
         ParamValue::File(v) => json!(v),
     }
 }

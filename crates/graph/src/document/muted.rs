@@ -1,0 +1,144 @@
+//! Muted nodes: what stands in the file's `muted` is built as if it were not there.
+//!
+//! In place of its first output, a muted node passes on the first of its wires that fits that output. Its other outputs
+//! give nothing, so that what reads them is as if unwired.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    ops::Range,
+};
+
+use petgraph::stable_graph::NodeIndex;
+
+use super::{Document, check::NodeEntry, lex::Bracket, literal::Literal, problems::Problems, syntax::Expr};
+use crate::{
+    closest,
+    diagnostic::Diagnostic,
+    graph::{Graph, Port},
+    node::{Fallback, OutputType},
+    value::PortType,
+};
+
+/// Nodes that are muted, with the place of their names in `muted`.
+pub(super) type Muted = BTreeMap<NodeIndex, Range<usize>>;
+
+/// The input whose wire a muted node passes on; `wired` gives what a wire into an input gives.
+pub(super) fn passed_input(graph: &Graph, node: NodeIndex, wired: impl Fn(usize) -> Option<PortType>) -> Option<usize> {
+    let declared = graph.instance(node).node;
+    let first = declared.outputs.first()?;
+    let gives = graph.output_type(Port { node, output: 0 });
+    let same = match first.ty {
+        OutputType::SameAs(input) => Some(input),
+        _ => None,
+    };
+    let fits = |position: &usize| {
+        wired(*position).is_some_and(|ty| same == Some(declared.inputs[*position].name) || gives.accepts(ty))
+    };
+    (0..declared.inputs.len()).find(fits)
+}
+
+/// What stands for an output, behind muted nodes; `None` where one of them passes nothing on.
+fn behind(graph: &Graph, muted: &Muted, port: Port) -> Option<Port> {
+    if !muted.contains_key(&port.node) {
+        return Some(port);
+    }
+    let source = |position| behind(graph, muted, graph.source(port.node, position)?);
+    let passed = passed_input(graph, port.node, |position| Some(graph.output_type(source(position)?)))?;
+    source(passed).filter(|_| port.output == 0)
+}
+
+/// Reads `muted`: a list of names.
+pub(super) fn read(
+    value: &Expr,
+    source: &str,
+    entries: &BTreeMap<String, Option<NodeIndex>>,
+    problems: &mut Problems,
+) -> (Muted, BTreeSet<String>) {
+    let (mut muted, mut names) = (Muted::new(), BTreeSet::new());
+    let takes = "a list of nodes such as `[\"scree\"]`";
+    let Some(group) = value.as_group().filter(|g| g.name.is_none() && g.bracket == Bracket::Square) else {
+        problems.misplaced(value, "muted", takes, source);
+        return (muted, names);
+    };
+    for item in &group.items {
+        let span = item.value.span.clone();
+        let Literal::Text(name) = Literal::read(&item.value, source) else {
+            problems.misplaced(&item.value, "muted", takes, source);
+            continue;
+        };
+        match entries.get(&name) {
+            None => {
+                let message = format!("`muted` names `{name}`, but there is no such node");
+                let problem = Diagnostic::warning("unknown-muted", span, message);
+                problems.push(problem.suggest(closest(&name, entries.keys().map(String::as_str))));
+            }
+            Some(_) if names.contains(&name) => {
+                let message = format!("`{name}` stands twice in `muted`");
+                problems.push(Diagnostic::warning("duplicate", span, message).hint("remove one of them"));
+            }
+            Some(index) => {
+                muted.extend(index.map(|index| (index, span)));
+                names.insert(name);
+            }
+        }
+    }
+    (muted, names)
+}
+
+/// Reports muted nodes that pass nothing on to what needs it.
+pub(super) fn check(
+    graph: &Graph,
+    muted: &Muted,
+    nodes: &[NodeEntry],
+    outputs: &[(String, Port)],
+    problems: &mut Problems,
+) {
+    let needs = |index: NodeIndex| {
+        let node = graph.instance(index).node;
+        (0..node.inputs.len()).filter(move |at| node.inputs[*at].fallback == Fallback::Required)
+    };
+    let silent = |port: Port| muted.contains_key(&port.node) && behind(graph, muted, port).is_none();
+    let mut told = BTreeSet::new();
+    let mut tell = |port: Port, reader: String| {
+        // Behind a node that lacks a wire nothing else is wrong.
+        let lacks = needs(port.node).any(|at| graph.source(port.node, at).is_none());
+        if let Some(span) = muted.get(&port.node)
+            && !lacks
+            && told.insert(port)
+        {
+            let name = &graph.instance(port.node).name;
+            let message = format!("`{name}` is muted and passes nothing on as `{}`, which {reader} needs", {
+                graph.instance(port.node).node.outputs[port.output].name
+            });
+            let problem = Diagnostic::error("muted", span.clone(), message);
+            problems.push(problem.hint("mute that too, or wire something else to it"));
+        }
+    };
+    for index in nodes.iter().filter_map(|entry| entry.index).filter(|index| !muted.contains_key(index)) {
+        for at in needs(index) {
+            if let Some(port) = graph.source(index, at).filter(|port| silent(*port)) {
+                let instance = graph.instance(index);
+                tell(port, format!("`{}.{}`", instance.name, instance.node.inputs[at].name));
+            }
+        }
+    }
+    for (name, port) in outputs.iter().filter(|(_, port)| silent(*port)) {
+        tell(*port, format!("the output `{name}`"));
+    }
+}
+
+impl Document {
+    /// Whether a node is muted: built as if it were not there.
+    #[must_use]
+    pub fn is_muted(&self, node: NodeIndex) -> bool {
+        self.checked.muted.contains_key(&node)
+    }
+
+    /// Of a muted node, the position of the input whose wire it passes on as its first output.
+    #[must_use]
+    pub fn passed_input(&self, node: NodeIndex) -> Option<usize> {
+        let (graph, muted) = (self.graph(), &self.checked.muted);
+        let behind = |position| behind(graph, muted, graph.source(node, position)?);
+        passed_input(graph, node, |position| Some(graph.output_type(behind(position)?))).filter(|_| self.is_muted(node))
+    }
+}
