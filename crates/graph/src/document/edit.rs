@@ -52,6 +52,28 @@ pub enum Edit {
         /// What was typed, with or without quotes.
         text: String,
     },
+    /// Gives a value of a node a name of the file, which its users set or wire: in `inputs` what has a wire or takes nothing
+    /// else, in `parameters` the rest. Where the name stands there already it leads to this place as well.
+    Expose {
+        /// The node.
+        node: String,
+        /// The parameter or input.
+        name: String,
+        /// The name it gets.
+        to: String,
+    },
+    /// Takes a name out of the file's `parameters` or `inputs`; the values stay.
+    Conceal {
+        /// The name.
+        name: String,
+    },
+    /// Gives an entry of the file's `parameters` or `inputs` another name.
+    RenameNamed {
+        /// The name it has.
+        from: String,
+        /// The name it gets.
+        to: String,
+    },
     /// Takes back what the file says of a parameter or an input.
     Reset {
         /// The node.
@@ -186,7 +208,10 @@ impl Edit {
     /// Whether it changes names, so that messages about what was wrong before may read differently after it.
     pub(super) fn renames(&self) -> bool {
         match self {
-            Self::RenameNode { .. } | Self::RenameOutput { .. } | Self::RenameFrame { .. } => true,
+            Self::RenameNode { .. }
+            | Self::RenameOutput { .. }
+            | Self::RenameFrame { .. }
+            | Self::RenameNamed { .. } => true,
             Self::All(edits) => edits.iter().any(Self::renames),
             _ => false,
         }
@@ -202,6 +227,9 @@ impl Edit {
             Self::SetParam { node, param, value } => editor.set_param(node, param, value),
             Self::SetText { node, name, text } => editor.set_text(node, name, text),
             Self::SetNamed { name, text } => editor.set_named(name, text),
+            Self::Expose { node, name, to } => editor.expose(node, name, to),
+            Self::Conceal { name } => editor.conceal(name),
+            Self::RenameNamed { from, to } => editor.rename_named(from, to),
             Self::Reset { node, name } | Self::Disconnect { node, input: name } => editor.reset(node, name),
             Self::Connect { from, to, input } => {
                 let wire = quote(&editor.short_wire(from));

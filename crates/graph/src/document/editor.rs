@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::{
     args::{args, kind_of, migrate, version},
     edit::EditError,
-    exposed::{Section, places},
+    exposed::{Section, is_list, places, places_of},
     frames::Frame,
     lex::{Bracket, quote},
     literal::{Literal, constant, is_name, number_text, param, value_text},
@@ -175,19 +175,72 @@ impl<'a> Editor<'a> {
     pub(super) fn set_named(&mut self, name: &str, text: &str) -> Result<(), EditError> {
         let section = Section::Parameters;
         let Some(item) = self.draft.field(section.field()).and_then(|group| group.get(name)) else {
-            let names: Vec<&str> =
-                self.items(section.field()).iter().filter_map(|item| Some(item.key.as_ref()?.text.as_str())).collect();
-            let hint = match closest(name, names.iter().copied()) {
-                Some(near) => Some(format!("did you mean `{near}`?")),
-                None if names.is_empty() => Some("write `node.param`".to_owned()),
-                None => Some(format!("it has {}", super::problems::list(names))),
-            };
-            return Err(EditError::UnknownParameter { name: name.to_owned(), hint });
+            return Err(self.unknown_name(name, &[section]));
         };
         for (place, _) in places(&item.value, section, &self.draft.source) {
             if let Some((node, part)) = place.split_once('.') {
                 self.set_text(node, part, text)?;
             }
+        }
+        Ok(())
+    }
+
+    /// That no entry has this name, with one that is near, or all there are.
+    fn unknown_name(&self, name: &str, sections: &[Section]) -> EditError {
+        let items = sections.iter().flat_map(|section| self.items(section.field()));
+        let names: Vec<&str> = items.filter_map(|item| Some(item.key.as_ref()?.text.as_str())).collect();
+        let hint = match closest(name, names.iter().copied()) {
+            Some(near) => Some(format!("did you mean `{near}`?")),
+            None if names.is_empty() => Some("write `node.param`".to_owned()),
+            None => Some(format!("it has {}", super::problems::list(names))),
+        };
+        EditError::UnknownParameter { name: name.to_owned(), hint }
+    }
+
+    /// Gives a value of a node a name of the file.
+    pub(super) fn expose(&mut self, node: &str, name: &str, to: &str) -> Result<(), EditError> {
+        let kind = self.current(node)?;
+        has_value(kind, node, name)?;
+        let body = kind_of(&self.item(node)?.value).and_then(|(_, group)| group);
+        let wired =
+            body.and_then(|group| group.get(name)).and_then(|item| wire_end(item, &self.draft.source)).is_some();
+        let section = match kind.input(name) {
+            Some(input) if wired || !matches!(input.fallback, Fallback::Constant { .. }) => Section::Inputs,
+            _ => Section::Parameters,
+        };
+        let place = quote(&format!("{node}.{name}"));
+        let Some(item) = self.draft.field(section.field()).and_then(|group| group.get(to)) else {
+            self.insert_entry(section.field(), to, &place);
+            return Ok(());
+        };
+        let Some(said) = places_of(&item.value, section) else { return Ok(()) };
+        let changes = match said.as_group().filter(|group| is_list(group)) {
+            Some(group) => self.draft.insertion(group, &place, false),
+            None => vec![(said.span.clone(), format!("[{}, {place}]", &self.draft.source[said.span.clone()]))],
+        };
+        self.draft.change(changes);
+        Ok(())
+    }
+
+    /// The section in which a name stands.
+    fn section_of(&self, name: &str) -> Result<Section, EditError> {
+        let stands =
+            |section: &Section| self.draft.field(section.field()).is_some_and(|group| group.get(name).is_some());
+        Section::ALL.into_iter().find(stands).ok_or_else(|| self.unknown_name(name, &Section::ALL))
+    }
+
+    pub(super) fn conceal(&mut self, name: &str) -> Result<(), EditError> {
+        let section = self.section_of(name)?;
+        self.remove_entry(section.field(), name);
+        Ok(())
+    }
+
+    pub(super) fn rename_named(&mut self, from: &str, to: &str) -> Result<(), EditError> {
+        let section = self.section_of(from)?;
+        let key =
+            self.draft.field(section.field()).and_then(|group| group.get(from)).and_then(|item| item.key.as_ref());
+        if let Some(span) = key.map(|key| key.span.clone()) {
+            self.draft.change(vec![(span, quote(to))]);
         }
         Ok(())
     }

@@ -120,7 +120,7 @@ impl Section {
 }
 
 /// The expression of an entry that says its places.
-fn places_of(value: &Expr, section: Section) -> Option<&Expr> {
+pub(super) fn places_of(value: &Expr, section: Section) -> Option<&Expr> {
     match value.as_group() {
         Some(group) if group.items.iter().any(|item| item.key.is_some()) => {
             group.get(section.verb()).map(|item| &item.value)
@@ -143,7 +143,7 @@ pub(super) fn places(value: &Expr, section: Section, source: &str) -> Vec<Writte
 }
 
 /// Whether brackets hold a list of things without names.
-fn is_list(group: &Group) -> bool {
+pub(super) fn is_list(group: &Group) -> bool {
     group.name.is_none() && group.bracket != Bracket::Curly && group.items.iter().all(|item| item.key.is_none())
 }
 

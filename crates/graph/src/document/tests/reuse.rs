@@ -121,6 +121,63 @@ fn edits_carry_names_along() {
 }
 
 #[test]
+fn values_are_given_names_and_lose_them() {
+    let expose =
+        |node: &str, name: &str, to: &str| Edit::Expose { node: node.into(), name: name.into(), to: to.into() };
+    let mut document = parse(&RIDGE.replace(r#", file: "data/map.png""#, ""));
+    let before = document.source().to_owned();
+    for (edit, line) in [
+        // a parameter, a number at an input, a wire, and an input that takes nothing else
+        (expose("base", "octaves", "roughness"), r#""roughness": "base.octaves","#),
+        (expose("late", "mask", "share"), r#""share": "late.mask","#),
+        (
+            expose("late", "height", "cut"),
+            r#"inputs: { "land": (feeds: "rivers.height", doc: "Land to cut."), "cut": "late.height" },"#,
+        ),
+        // a name that stands there leads to both places
+        (expose("late", "erodibility", "rock"), r#""rock": ["rivers.erodibility", "late.erodibility"],"#),
+        (
+            Edit::RenameNamed { from: "age".into(), to: "years".into() },
+            r#""years": (drives: ["rivers.duration", "late.duration"], range: ("0.5 Myr", "4 Myr")), // years"#,
+        ),
+        (
+            Edit::RenameNamed { from: "land".into(), to: "ground".into() },
+            r#"inputs: { "ground": (feeds: "rivers.height", doc: "Land to cut.") },"#,
+        ),
+    ] {
+        document.apply(&edit).unwrap_or_else(|error| panic!("{edit:?}: {error}"));
+        assert!(document.source().lines().any(|l| l.trim() == line), "{line}\n{}", document.source());
+        assert_eq!(document.problems(), []);
+        assert!(document.undo());
+        assert_eq!(document.source(), before);
+    }
+    for (edit, said) in [
+        (expose("rivers", "duration", "span"), "has the name `age` already"),
+        (expose("base", "octaves", "rock"), "which is"),
+        (expose("base", "octaves", "file"), "every `Subgraph` has a `file`"),
+        (expose("base", "octaves", "2x"), "cannot name a parameter"),
+        (expose("base", "octave", "x"), "did you mean `octaves`?"),
+        (Edit::Conceal { name: "ages".into() }, "did you mean `age`?"),
+        (Edit::RenameNamed { from: "rock".into(), to: "land".into() }, "names both"),
+    ] {
+        let error = document.apply(&edit).expect_err("refused").to_string();
+        assert!(error.contains(said), "{edit:?}: {error}");
+        assert_eq!(document.source(), before);
+    }
+    for name in ["age", "land"] {
+        document.apply(&Edit::Conceal { name: name.into() }).expect("stands there");
+    }
+    assert_eq!(document.source().lines().find(|line| line.contains("inputs")), Some("    inputs: {},"));
+    assert_eq!((document.parameters().len(), document.inputs().len()), (1, 0));
+
+    let mut plain = parse("(nodes: { \"a\": Ridged })");
+    plain.apply(&expose("a", "octaves", "detail")).expect("free");
+    assert_eq!(plain.parameters().len(), 1, "{}", plain.source());
+    assert!(plain.undo());
+    assert_eq!(plain.source(), "(nodes: { \"a\": Ridged })");
+}
+
+#[test]
 fn differences_of_names_and_of_inner_files_are_told() {
     let (folder, before) = using(r#""a": Subgraph(file: "lib/ridge.ron")"#);
     std::fs::write(folder.path().join("lib/ridge.ron"), RIDGE.replace("octaves: 3", "octaves: 4")).expect("written");
