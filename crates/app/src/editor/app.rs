@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use egui_tiles::{Behavior, SimplificationOptions, TileId, Tiles, Tree, UiResponse};
 use orograph_graph::Registry;
 
-use super::{Session, canvas::Canvas, inspector::Inspector, problems::Problems, viewport::Viewport};
+use super::{Session, canvas::Canvas, inspector::Inspector, problems::Problems, theme, viewport::Viewport};
 use crate::failure::Failure;
 
 /// A part of the window.
@@ -39,6 +39,7 @@ impl App {
     /// When the file cannot be read, or the worker cannot be started.
     pub fn new(context: &eframe::CreationContext<'_>, file: Option<PathBuf>) -> Result<Self, Failure> {
         let registry: Registry = orograph_nodes::registry();
+        theme::install(&context.egui_ctx);
         let wake = context.egui_ctx.clone();
         let session = Session::open(file, registry, move || wake.request_repaint())?;
         let panes = Panes {

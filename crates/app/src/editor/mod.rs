@@ -11,9 +11,11 @@
 
 mod app;
 mod canvas;
+mod dialog;
 mod inspector;
 mod problems;
 mod session;
+mod theme;
 mod viewport;
 pub mod worker;
 

@@ -2,6 +2,7 @@
 #![cfg(feature = "editor")]
 
 mod files;
+mod inspector;
 mod opening;
 mod viewport;
 
@@ -15,11 +16,19 @@ fn graph(name: &str) -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../graphs")).join(name)
 }
 
+/// A folder with a graph file of this text, `graph.ron`.
+fn scratch(text: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("graph.ron"), text).expect("written");
+    folder
+}
+
 /// A window of 1280 x 800 points on a file, or on an empty graph.
 fn window(file: Option<PathBuf>) -> Harness<'static, App> {
     Harness::builder()
         .with_size([1280.0, 800.0])
         .with_max_steps(64)
+        .with_step_dt(1.0 / 60.0)
         .wgpu()
         .build_eframe(|context| App::new(context, file).expect("the file can be read"))
 }

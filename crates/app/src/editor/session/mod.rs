@@ -169,16 +169,24 @@ impl Session {
 
     /// Makes an edit. When it is refused, the reason is noted for the person, and it says no.
     pub fn apply(&mut self, edit: &Edit) -> bool {
-        match self.document.apply(edit) {
-            Ok(()) => {
-                self.changed();
-                true
-            }
-            Err(error) => {
-                self.note(error.to_string(), true);
+        match self.attempt(edit) {
+            Ok(()) => true,
+            Err(reason) => {
+                self.note(reason, true);
                 false
             }
         }
+    }
+
+    /// Makes an edit, for who tells the person themselves why it was refused.
+    ///
+    /// # Errors
+    /// The reason for which it was refused.
+    pub fn attempt(&mut self, edit: &Edit) -> Result<(), String> {
+        self.end_gesture();
+        self.document.apply(edit).map_err(|error| error.to_string())?;
+        self.changed();
+        Ok(())
     }
 
     /// Makes an edit that goes on until [`Self::end_gesture`], such as a slider being dragged: each call takes the place of

@@ -1,0 +1,60 @@
+//! The pane of what is selected, made from the declaration of its kind alone: no node is ever named here.
+//!
+//! [`form`] lays out lines and holds what is being typed; [`value`] has a widget for every kind of parameter; [`node`] shows
+//! the selected node, [`file`] what the file says as a whole while nothing is selected.
+
+mod file;
+mod form;
+mod gradient;
+mod manual;
+mod node;
+mod number;
+mod pad;
+mod target;
+mod value;
+
+use super::Session;
+use form::Form;
+
+/// The pane of what is selected.
+#[derive(Debug, Default)]
+pub(super) struct Inspector {
+    form: Form,
+    /// What the form is about: a node, or the file.
+    about: Option<String>,
+}
+
+impl Inspector {
+    pub(super) fn ui(&mut self, ui: &mut egui::Ui, session: &mut Session) {
+        let about = session.selected().map(str::to_owned);
+        if about != self.about {
+            self.form.forget();
+            self.about.clone_from(&about);
+        }
+        let area = egui::ScrollArea::vertical().id_salt(&about).auto_shrink(false);
+        area.show(ui, |ui| {
+            egui::Frame::new().inner_margin(egui::Margin::symmetric(10, 8)).show(ui, |ui| {
+                // The frame's width is what lines are laid out in, whatever is in them.
+                ui.set_max_width(ui.available_width());
+                ui.spacing_mut().item_spacing.y = 3.0;
+                match (about, session.selection().count()) {
+                    (Some(name), _) => node::show(ui, &mut self.form, session, &name),
+                    (None, 0) => file::show(ui, &mut self.form, session),
+                    _ => several(ui, session),
+                }
+            });
+        });
+        self.form.settle(ui, session);
+    }
+}
+
+/// The names of several selected nodes.
+fn several(ui: &mut egui::Ui, session: &mut Session) {
+    let names: Vec<String> = session.selection().map(str::to_owned).collect();
+    form::title(ui, &format!("{} nodes", names.len()));
+    for name in names {
+        if ui.link(&name).clicked() {
+            session.select_only(&name);
+        }
+    }
+}

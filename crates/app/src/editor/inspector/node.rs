@@ -1,0 +1,472 @@
+//! The selected node: its state, its inputs, its parameters, what it gives, and its page of the manual.
+
+use egui::{Button, Frame, Label, RichText, Ui, containers::menu::MenuButton};
+use orograph_graph::{Edit, Fallback, Input, Kind, Node, NodeIndex, ParamSpec, ParamValue, Port, bytes};
+
+use super::{
+    form::{self, Entry, Form, line, section, title, words},
+    manual,
+    target::Target,
+    value::{self, Place},
+};
+use crate::{
+    editor::{NodeState, Session},
+    progress::seconds,
+};
+
+/// What is known of an input in the graph.
+struct Wiring {
+    input: &'static Input,
+    /// The output that is wired to it, as `node.port`.
+    source: Option<String>,
+    /// The number that the file gives.
+    constant: Option<f64>,
+    /// Outputs that could be wired to it.
+    fitting: Vec<String>,
+}
+
+/// Shows a node.
+pub(super) fn show(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &str) {
+    let document = session.document();
+    let Some(entry) = document.nodes().iter().find(|entry| entry.name == name) else { return };
+    let Some(index) = entry.index else {
+        let (kind, span) = (entry.kind.clone(), entry.span.clone());
+        let problems = document.problems().iter().filter(|problem| span.contains(&problem.span.start));
+        let problems: Vec<(String, Option<String>)> =
+            problems.map(|problem| (problem.message.clone(), problem.hint.clone())).collect();
+        placeholder(ui, form, session, (name, &kind), &problems);
+        return;
+    };
+    let graph = document.graph();
+    let instance = graph.instance(index);
+    let node = instance.node;
+    let params: Vec<(ParamSpec, ParamValue)> = node
+        .specs()
+        .into_iter()
+        .map(|spec| {
+            let value = instance.params.get(spec.name).cloned().unwrap_or_else(|| spec.kind.default_value());
+            (spec, value)
+        })
+        .collect();
+    let mut trial = graph.clone();
+    let inputs: Vec<Wiring> = node
+        .inputs
+        .iter()
+        .enumerate()
+        .map(|(position, input)| Wiring {
+            input,
+            source: graph.source(index, position).map(|port| graph.port_name(port)),
+            constant: instance.constants[position],
+            fitting: fitting(session, &mut trial, index, input.name),
+        })
+        .collect();
+
+    heading(ui, form, session, name, node);
+    state(ui, session, name);
+    if !inputs.is_empty() {
+        section(ui, "Inputs");
+        for wiring in &inputs {
+            input(ui, form, session, name, wiring);
+        }
+    }
+    if !params.is_empty() {
+        section(ui, "Parameters");
+        for (spec, value) in &params {
+            let target = Target::Param { node: name.to_owned(), name: spec.name.to_owned() };
+            row(ui, form, session, &target, spec, value, *value != spec.kind.default_value());
+        }
+    }
+    section(ui, "Outputs");
+    outputs(ui, form, session, name, index);
+    section(ui, "Manual");
+    egui::CollapsingHeader::new(node.id).id_salt(("manual", node.id)).show(ui, |ui| manual::show(ui, node));
+}
+
+/// Outputs of other nodes that fit an input without closing a circle.
+fn fitting(session: &Session, trial: &mut orograph_graph::Graph, to: NodeIndex, input: &str) -> Vec<String> {
+    let graph = session.document().graph();
+    let mut names = Vec::new();
+    for node in graph.indices().filter(|node| *node != to) {
+        for output in 0..graph.instance(node).node.outputs.len() {
+            let port = Port { node, output };
+            if trial.connect(port, to, input).is_ok() {
+                names.push(graph.port_name(port));
+            }
+        }
+    }
+    names
+}
+
+/// The name, to be changed, and what it is.
+fn heading(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &str, node: &Node) {
+    let id = ui.make_persistent_id(("node", name));
+    rename(ui, form, session, name, id);
+    let kind = format!("{} · {}", node.id, words(node.category));
+    ui.add(Label::new(RichText::new(kind).small().weak()).truncate());
+    ui.add(Label::new(node.summary).wrap());
+}
+
+fn rename(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &str, line: egui::Id) {
+    let width = ui.available_width() - 8.0;
+    let entry =
+        Entry { salt: "name", text: name, hint: "name", hover: "The node's name; wires follow", width, label: None };
+    let typed = ui
+        .scope(|ui| {
+            ui.style_mut().override_text_style = Some(egui::TextStyle::Heading);
+            form.entry(ui, line, entry)
+        })
+        .inner;
+    if let Some(to) = typed {
+        let made = session.attempt(&Edit::RenameNode { from: name.to_owned(), to: to.clone() });
+        if made.is_ok() {
+            session.select_only(&to);
+        }
+        form.judge(line, made);
+    }
+    form.reason(ui, line);
+}
+
+/// A node that this program does not know.
+fn placeholder(
+    ui: &mut Ui,
+    form: &mut Form,
+    session: &mut Session,
+    (name, kind): (&str, &str),
+    problems: &[(String, Option<String>)],
+) {
+    title(ui, name);
+    let what = if kind.is_empty() { "No node stands here".to_owned() } else { format!("{kind} cannot be used") };
+    ui.label(RichText::new(what).color(ui.visuals().error_fg_color));
+    for (message, hint) in problems {
+        ui.add(Label::new(message).wrap());
+        if let Some(hint) = hint {
+            ui.add(Label::new(RichText::new(hint).weak()).wrap());
+        }
+    }
+    ui.add(Label::new("It is kept as it is in the file until it is mended there or removed.").wrap());
+    if ui.button("Remove it").clicked() {
+        let made = session.attempt(&Edit::RemoveNode { name: name.to_owned() });
+        form.judge(ui.id(), made);
+    }
+    form.reason(ui, ui.id());
+}
+
+/// How far it is, what it took, and what went wrong.
+fn state(ui: &mut Ui, session: &mut Session, name: &str) {
+    let info = session.node(name);
+    let took =
+        info.time.map(|(time, cells)| format!("{} at {cells} cells, {}", seconds(time), bytes(info.bytes as u64)));
+    match &info.state {
+        NodeState::Waiting => drop(ui.weak("Waiting")),
+        NodeState::Running { fraction } => {
+            ui.add(egui::ProgressBar::new(*fraction).desired_height(6.0));
+        }
+        NodeState::Fresh => drop(ui.weak(took.unwrap_or_else(|| "Ready".to_owned()))),
+        NodeState::Failed { message, hint, at } => {
+            let colour = ui.visuals().error_fg_color;
+            boxed(ui, colour, message, hint.as_deref());
+            if let Some(at) = at
+                && session.document().graph().find(at).is_ok()
+                && ui.button(format!("Go to {at}")).on_hover_text("The node where it went wrong").clicked()
+            {
+                session.select_only(at);
+            }
+        }
+    }
+    for warning in &info.warnings {
+        let colour = ui.visuals().warn_fg_color;
+        boxed(ui, colour, warning, None);
+    }
+}
+
+/// A text that should not be overlooked.
+fn boxed(ui: &mut Ui, colour: egui::Color32, message: &str, hint: Option<&str>) {
+    let frame = Frame::new().stroke(egui::Stroke::new(1.0, colour)).corner_radius(4.0).inner_margin(6.0);
+    frame.show(ui, |ui| {
+        ui.set_width(ui.available_width());
+        ui.add(Label::new(RichText::new(message).color(colour)).wrap());
+        if let Some(hint) = hint {
+            ui.add(Label::new(hint).wrap());
+        }
+    });
+}
+
+/// What a person does to a line as a whole.
+enum Deed {
+    Reset,
+    Expose,
+    Conceal(String),
+    Wire(String),
+    Jump(String),
+}
+
+/// An input: what is wired to it, or a number, or nothing.
+fn input(ui: &mut Ui, form: &mut Form, session: &mut Session, node: &str, wiring: &Wiring) {
+    let Wiring { input, source, constant, fitting } = wiring;
+    let target = Target::Input { node: node.to_owned(), name: input.name.to_owned() };
+    if let (None, Fallback::Constant { default, hard, soft }) = (source, input.fallback) {
+        let kind = Kind::Float { default, hard, soft };
+        let spec = ParamSpec { name: input.name, doc: input.doc, unit: input.ty.unit(), kind };
+        let value = ParamValue::Float(constant.unwrap_or(default));
+        let deed = fields(ui, form, session, &target, &spec, &value, constant.is_some(), fitting);
+        carry_out(ui, form, session, &target, deed);
+        return;
+    }
+    let mut deed = None;
+    let (_, label) = line(ui, input.name, source.is_some(), |ui, _| match source {
+        Some(source) => {
+            let shown = source.strip_suffix(".height").unwrap_or(source);
+            if ui.link(format!("⬅ {shown}")).on_hover_text("Go to this node").clicked() {
+                deed = Some(Deed::Jump(source.split_once('.').map_or(source.as_str(), |(node, _)| node).to_owned()));
+            }
+            if ui.add(Button::new("✖").small().frame(false)).on_hover_text("Unwire").clicked() {
+                deed = Some(Deed::Reset);
+            }
+        }
+        None if input.fallback == Fallback::Required => {
+            ui.colored_label(ui.visuals().warn_fg_color, "not wired");
+            wires(ui, fitting, &mut deed);
+        }
+        None => {
+            ui.weak("not wired");
+            wires(ui, fitting, &mut deed);
+        }
+    });
+    let named = named_as(session, &target);
+    label.context_menu(|ui| menu(ui, source.is_some(), named.as_deref(), fitting, &mut deed));
+    label.on_hover_ui(|ui| told(ui, input.doc, &input.ty.to_string()));
+    carry_out(ui, form, session, &target, deed);
+}
+
+/// The button that offers what can be wired.
+fn wires(ui: &mut Ui, fitting: &[String], deed: &mut Option<Deed>) {
+    ui.menu_button("wire…", |ui| wire_list(ui, fitting, deed)).response.on_hover_text("Choose an output that fits");
+}
+
+fn wire_list(ui: &mut Ui, fitting: &[String], deed: &mut Option<Deed>) {
+    if fitting.is_empty() {
+        ui.weak("No output of another node fits");
+    }
+    egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
+        for port in fitting {
+            if ui.button(port).clicked() {
+                *deed = Some(Deed::Wire(port.clone()));
+                ui.close();
+            }
+        }
+    });
+}
+
+/// A line with a value: its name, its widget, the way back to the default, and a menu.
+pub(super) fn row(
+    ui: &mut Ui,
+    form: &mut Form,
+    session: &mut Session,
+    target: &Target,
+    spec: &ParamSpec,
+    value: &ParamValue,
+    changed: bool,
+) {
+    let deed = fields(ui, form, session, target, spec, value, changed, &[]);
+    carry_out(ui, form, session, target, deed);
+}
+
+/// Room for the buttons at the end of a line.
+const BUTTONS: f32 = 48.0;
+
+#[expect(clippy::too_many_arguments, reason = "what a line shows, and where")]
+fn fields(
+    ui: &mut Ui,
+    form: &mut Form,
+    session: &mut Session,
+    target: &Target,
+    spec: &ParamSpec,
+    value: &ParamValue,
+    changed: bool,
+    fitting: &[String],
+) -> Option<Deed> {
+    let id = ui.make_persistent_id(target.key());
+    let world = session.document().world();
+    let folder = session.document().folder().to_owned();
+    let named = named_as(session, target);
+    let tall = value::is_tall(&spec.kind);
+    let (mut asked, mut deed) = (None, None);
+    let (label_id, label) = line(ui, target.label(), changed, |ui, label| {
+        let place = Place { line: id, label: label.id, world, folder: &folder };
+        let size = egui::vec2((ui.available_width() - BUTTONS).max(20.0), ui.spacing().interact_size.y);
+        ui.allocate_ui_with_layout(size, egui::Layout::left_to_right(egui::Align::Center), |ui| {
+            ui.set_min_width(size.x);
+            if !tall {
+                asked = value::show(ui, form, place, spec, value);
+            }
+        });
+        ui.spacing_mut().item_spacing.x = 2.0;
+        ui.spacing_mut().button_padding.x = 1.0;
+        if changed {
+            let back = ui.add_sized([18.0, size.y], Button::new("⟲").frame(false));
+            let default = shown(spec, &spec.kind.default_value());
+            if back.on_hover_text(format!("Back to {default}")).clicked() {
+                deed = Some(Deed::Reset);
+            }
+        } else {
+            ui.add_space(18.0 + ui.spacing().item_spacing.x);
+        }
+        let more =
+            MenuButton::from_button(Button::new("…").frame_when_inactive(false).min_size(egui::vec2(18.0, size.y)));
+        more.ui(ui, |ui| menu(ui, changed, named.as_deref(), fitting, &mut deed));
+        label.id
+    });
+    label.context_menu(|ui| menu(ui, changed, named.as_deref(), fitting, &mut deed));
+    label.on_hover_ui(|ui| told(ui, spec.doc, &spec.kind.describe(spec.unit)));
+    if tall {
+        let place = Place { line: id, label: label_id, world, folder: &folder };
+        asked = ui.push_id(id, |ui| value::show(ui, form, place, spec, value)).inner;
+    }
+    if let Some(name) = &named
+        && !matches!(target, Target::Named { .. })
+    {
+        ui.label(RichText::new(format!("named `{name}` for users of the file")).small().weak());
+    }
+    if let Some(asked) = asked {
+        target.carry_out(asked, id, form, session);
+    }
+    form.reason(ui, id);
+    deed
+}
+
+/// A value as it is shown to people.
+fn shown(spec: &ParamSpec, value: &ParamValue) -> String {
+    match value {
+        ParamValue::Float(number) => spec.unit.display(*number),
+        other => other.to_string(),
+    }
+}
+
+/// Documentation below the pointer.
+fn told(ui: &mut Ui, doc: &str, allowed: &str) {
+    ui.set_max_width(360.0);
+    ui.label(doc);
+    ui.weak(allowed);
+}
+
+/// What can be done with a line.
+fn menu(ui: &mut Ui, changed: bool, named: Option<&str>, fitting: &[String], deed: &mut Option<Deed>) {
+    let mut offer = |ui: &mut Ui, enabled: bool, text: &str, what: Deed| {
+        if ui.add_enabled(enabled, Button::new(text)).clicked() {
+            *deed = Some(what);
+            ui.close();
+        }
+    };
+    offer(ui, changed, "Reset", Deed::Reset);
+    match named {
+        Some(name) => offer(ui, true, &format!("Take the name `{name}` back"), Deed::Conceal(name.to_owned())),
+        None => offer(ui, true, "Name it for users of the file", Deed::Expose),
+    }
+    if !fitting.is_empty() {
+        ui.menu_button("Wire", |ui| wire_list(ui, fitting, deed));
+    }
+}
+
+/// The name that the file gives a value, if it gives one.
+fn named_as(session: &Session, target: &Target) -> Option<String> {
+    let document = session.document();
+    let (node, name) = match target {
+        Target::Param { node, name } | Target::Input { node, name } => (node, name),
+        Target::Named { name, .. } => return Some(name.clone()),
+    };
+    let index = document.graph().find(node).ok()?;
+    let leads = |places: &[orograph_graph::Place]| {
+        places.iter().any(|place| place.node == index && place.name == name.as_str())
+    };
+    let parameter = document.parameters().iter().find(|named| leads(&named.places)).map(|named| named.name.clone());
+    let input = || document.inputs().iter().find(|named| leads(&named.places)).map(|named| named.name.clone());
+    parameter.or_else(input)
+}
+
+fn carry_out(ui: &Ui, form: &mut Form, session: &mut Session, target: &Target, deed: Option<Deed>) {
+    let id = ui.make_persistent_id(target.key());
+    let edit = match (deed, target) {
+        (None, _) => return,
+        (Some(Deed::Jump(node)), _) => return session.select_only(&node),
+        (Some(Deed::Reset), _) => target.reset(),
+        (Some(Deed::Conceal(name)), _) => Edit::Conceal { name },
+        (Some(Deed::Wire(from)), Target::Input { node, name }) => {
+            Edit::Connect { from, to: node.clone(), input: name.clone() }
+        }
+        (Some(Deed::Expose), Target::Param { node, name } | Target::Input { node, name }) => {
+            form.judge(id, expose(session, node, name));
+            return;
+        }
+        (Some(Deed::Wire(_) | Deed::Expose), _) => return,
+    };
+    form.judge(id, session.attempt(&edit));
+}
+
+/// Gives a value a name of the file: its own, or one with the node's name where that is taken or says too little.
+fn expose(session: &mut Session, node: &str, name: &str) -> Result<(), String> {
+    let document = session.document();
+    let parameters = document.parameters().iter().map(|named| named.name.as_str());
+    let taken: Vec<String> =
+        parameters.chain(document.inputs().iter().map(|named| named.name.as_str())).map(str::to_owned).collect();
+    let long = format!("{}_{name}", node.replace('-', "_"));
+    let numbered = (2..100).map(|number| format!("{long}_{number}"));
+    let candidates = [name.to_owned(), long.clone()].into_iter().chain(numbered);
+    let mut result = Ok(());
+    for to in candidates.filter(|to| !taken.contains(to)) {
+        result = session.attempt(&Edit::Expose { node: node.to_owned(), name: name.to_owned(), to: to.clone() });
+        if result.is_ok() || to != name {
+            break;
+        }
+    }
+    result
+}
+
+/// What the node gives: each can be shown whatever is selected, and be an output of the file.
+fn outputs(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &str, index: NodeIndex) {
+    let document = session.document();
+    let graph = document.graph();
+    let ports: Vec<(String, String, &'static str, Option<String>, bool)> = graph
+        .instance(index)
+        .node
+        .outputs
+        .iter()
+        .enumerate()
+        .map(|(output, declared)| {
+            let port = Port { node: index, output };
+            let ty = graph.output_type(port);
+            let written =
+                document.outputs().iter().find(|output| output.port == port).map(|output| output.name.clone());
+            (graph.port_name(port), ty.to_string(), declared.doc, written, ty.is_writable())
+        })
+        .collect();
+    for (port, ty, doc, written, writable) in ports {
+        let short = port.strip_prefix(name).and_then(|rest| rest.strip_prefix('.')).unwrap_or(&port).to_owned();
+        let pinned = session.pinned() == Some(port.as_str());
+        let (_, label) = line(ui, &short, written.is_some(), |ui, _| {
+            if ui.selectable_label(pinned, "👁").on_hover_text("Show it whatever is selected").clicked() {
+                session.pin((!pinned).then(|| port.clone()));
+            }
+            let mut on = written.is_some();
+            let check = ui.add_enabled(writable, egui::Checkbox::new(&mut on, "output"));
+            if check.on_hover_text("Whether a run writes it to a file").changed() {
+                let id = ui.id().with(&port);
+                let edit = match &written {
+                    Some(output) => Edit::RemoveOutput { name: output.clone() },
+                    None => Edit::SetOutput { name: free_output(session, name, &short), from: port.clone() },
+                };
+                form.judge(id, session.attempt(&edit));
+                form.reason(ui, id);
+            }
+            ui.add(Label::new(RichText::new(&ty).weak()).truncate());
+        });
+        label.on_hover_ui(|ui| told(ui, doc, &ty));
+    }
+}
+
+/// A name for an output that no other has.
+fn free_output(session: &Session, node: &str, port: &str) -> String {
+    let taken = |name: &str| session.document().outputs().iter().any(|output| output.name == name);
+    let numbered = (2..).map(|number| format!("{node}_{number}"));
+    let mut candidates = [port.to_owned(), node.to_owned()].into_iter().chain(numbered);
+    candidates.find(|name| !taken(name)).unwrap_or_else(|| form::words(port))
+}

@@ -1,0 +1,279 @@
+//! The pane of what is selected: every kind of value is changed by its widget, and what is refused says why there.
+
+use egui::{Key, accesskit::Role};
+use egui_kittest::{Harness, kittest::Queryable as _};
+use orograph::editor::App;
+use orograph_graph::{ParamValue, Port};
+
+use crate::{graph, scratch, window};
+
+/// A window on a file, with a node selected.
+fn selected(file: &str, node: &str) -> Harness<'static, App> {
+    let mut window = window(Some(graph(file)));
+    window.state_mut().session_mut().set_cells(64);
+    window.state_mut().session_mut().select_only(node);
+    window.run_steps(4);
+    window
+}
+
+fn param(window: &Harness<'_, App>, node: &str, name: &str) -> ParamValue {
+    let graph = window.state().session().document().graph();
+    let index = graph.find(node).expect("the node is there");
+    graph.instance(index).params.get(name).cloned().expect("the parameter is there")
+}
+
+/// Types into the field of a line and presses Enter.
+fn fill(window: &mut Harness<'_, App>, line: &str, text: &str) {
+    window.get_by_role_and_label(Role::TextInput, line).focus();
+    window.run_steps(2);
+    window.get_by_role_and_label(Role::TextInput, line).type_text(text);
+    window.run_steps(2);
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+}
+
+#[test]
+fn a_drag_of_a_slider_is_one_step_of_undo() {
+    let mut window = selected("hello.ron", "rivers");
+    let before = window.state().session().document().source().to_owned();
+    let rect = window.get_by_role_and_label(Role::Slider, "duration").rect();
+    window.drag_at(rect.center());
+    window.run_steps(2);
+    for step in 1..6 {
+        window.hover_at(rect.center() + egui::vec2(4.0 * step as f32, 0.0));
+        window.run_steps(1);
+    }
+    let document = window.state().session().document();
+    assert_ne!(document.source(), before, "the land follows the pointer");
+    assert_eq!(document.steps(), 1);
+    window.drop_at(rect.center() + egui::vec2(20.0, 0.0));
+    window.run_steps(3);
+    let rect = window.get_by_role_and_label(Role::Slider, "duration").rect();
+    window.drag_at(rect.left_center() + egui::vec2(10.0, 0.0));
+    window.run_steps(2);
+    window.drop_at(rect.left_center() + egui::vec2(10.0, 0.0));
+    window.run_steps(3);
+    let session = window.state_mut().session_mut();
+    assert_eq!(session.document().steps(), 2, "{}", session.document().source());
+    session.undo();
+    session.undo();
+    assert_eq!(session.document().source(), before);
+}
+
+#[test]
+fn quantities_are_typed_with_their_units() {
+    let mut window = selected("hello.ron", "ground");
+    fill(&mut window, "wavelength", "2 km");
+    assert_eq!(param(&window, "ground", "wavelength"), ParamValue::Float(2000.0));
+    let source = window.state().session().document().source().to_owned();
+    assert!(source.contains("wavelength: \"2 km\""), "{source}");
+    // what is refused says why beside the field, and changes nothing
+    fill(&mut window, "wavelength", "2 years");
+    assert_eq!(window.state().session().document().source(), source);
+    assert!(window.query_by_label_contains("`years` is no unit of a length").is_some());
+    assert_eq!(window.state_mut().session_mut().take_notes(), []);
+    fill(&mut window, "wavelength", "7000 km");
+    assert!(window.query_by_label_contains("is 7000 km, allowed is").is_some());
+    fill(&mut window, "octaves", "5");
+    assert_eq!(param(&window, "ground", "octaves"), ParamValue::Int(5));
+    assert!(window.query_by_label_contains("allowed is").is_none(), "the reason is gone with the next value");
+}
+
+#[test]
+fn escape_takes_back_what_is_being_typed() {
+    let mut window = selected("hello.ron", "ground");
+    let source = window.state().session().document().source().to_owned();
+    window.get_by_role_and_label(Role::TextInput, "wavelength").focus();
+    window.run_steps(2);
+    window.get_by_role_and_label(Role::TextInput, "wavelength").type_text("9 km");
+    window.run_steps(1);
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    assert_eq!(window.state().session().document().source(), source);
+    assert_eq!(window.get_by_role_and_label(Role::TextInput, "wavelength").value().as_deref(), Some("5 km"));
+}
+
+#[test]
+fn choices_switches_and_seeds_are_set() {
+    let mut window = selected("alps.ron", "relief");
+    window.get_by_role_and_label(Role::CheckBox, "water").click();
+    window.run_steps(2);
+    assert_eq!(param(&window, "relief", "water"), ParamValue::Bool(true));
+    window.state_mut().session_mut().select_only("old");
+    window.run_steps(3);
+    window.get_by_role_and_label(Role::ComboBox, "mode").click();
+    window.run_steps(3);
+    window.get_by_label("max").click();
+    window.run_steps(3);
+    assert_eq!(param(&window, "old", "mode"), ParamValue::Choice("max"));
+    window.state_mut().session_mut().select_only("swells");
+    window.run_steps(3);
+    let before = param(&window, "swells", "seed");
+    window.get_by_label("🎲").click();
+    window.run_steps(3);
+    assert_ne!(param(&window, "swells", "seed"), before);
+}
+
+#[test]
+fn values_go_back_to_their_defaults() {
+    let mut window = selected("hello.ron", "ground");
+    fill(&mut window, "octaves", "5");
+    assert_eq!(window.query_all_by_label("⟲").count(), 3, "wavelength, amplitude and octaves differ");
+    let count = |window: &Harness<'_, App>| window.state().session().document().source().matches("octaves").count();
+    assert_eq!(count(&window), 1);
+    let row = window.get_by_role_and_label(Role::TextInput, "octaves").rect().center().y;
+    let back = window.query_all_by_label("⟲").find(|node| (node.rect().center().y - row).abs() < 8.0);
+    back.expect("a way back on the line").click();
+    window.run_steps(3);
+    assert_eq!(count(&window), 0);
+}
+
+#[test]
+fn wires_are_shown_followed_and_removed() {
+    let mut window = selected("hello.ron", "rivers");
+    window.get_by_label_contains("⬅ rise").click();
+    window.run_steps(3);
+    assert_eq!(window.state().session().selected(), Some("rise"));
+    window.state_mut().session_mut().select_only("rivers");
+    window.run_steps(3);
+    let row = window.get_by_label_contains("⬅ rise").rect().center().y;
+    let unwire = window.query_all_by_label("✖").find(|node| (node.rect().center().y - row).abs() < 8.0);
+    unwire.expect("a button on the line").click();
+    window.run_steps(3);
+    let session = window.state().session();
+    let index = session.document().graph().find("rivers").expect("there");
+    let uplift = session.document().graph().instance(index).node.inputs.iter().position(|input| input.name == "uplift");
+    assert_eq!(session.document().graph().source(index, uplift.expect("an input")), None);
+}
+
+#[test]
+fn an_input_is_wired_from_a_list_of_what_fits() {
+    let mut window = window(Some(graph("hello.ron")));
+    window
+        .state_mut()
+        .session_mut()
+        .apply(&orograph_graph::Edit::Disconnect { node: "rivers".into(), input: "height".into() });
+    window.state_mut().session_mut().select_only("rivers");
+    window.run_steps(3);
+    assert!(window.query_by_label("not wired").is_some());
+    window.query_all_by_label("wire…").next().expect("offered").click();
+    window.run_steps(3);
+    assert!(window.query_by_role_and_label(Role::Button, "rivers.height").is_none(), "no circle is offered");
+    window.get_by_role_and_label(Role::Button, "ground.height").click();
+    window.run_steps(3);
+    let graph = window.state().session().document().graph();
+    let (rivers, ground) = (graph.find("rivers").expect("there"), graph.find("ground").expect("there"));
+    assert_eq!(graph.source(rivers, 0), Some(Port { node: ground, output: 0 }));
+}
+
+#[test]
+fn a_node_is_renamed_and_stays_selected() {
+    let mut window = selected("hello.ron", "rivers");
+    let name = window.query_all_by_role(Role::TextInput).next().expect("the name comes first");
+    assert_eq!(name.value().as_deref(), Some("rivers"));
+    name.focus();
+    window.run_steps(2);
+    window.query_all_by_role(Role::TextInput).next().expect("there").type_text("carved");
+    window.run_steps(1);
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+    assert_eq!(window.state().session().selected(), Some("carved"));
+    assert!(window.state().session().document().source().contains("\"height\": \"carved\""));
+}
+
+#[test]
+fn a_value_gets_a_name_of_the_file_and_loses_it() {
+    let mut window = selected("hello.ron", "rivers");
+    let before = window.state().session().document().source().to_owned();
+    let row = window.get_by_role_and_label(Role::TextInput, "duration").rect().center().y;
+    let menu = window.query_all_by_label("…").find(|node| (node.rect().center().y - row).abs() < 8.0);
+    menu.expect("a menu on the line").click();
+    window.run_steps(3);
+    window.get_by_label("Name it for users of the file").click();
+    window.run_steps(3);
+    let names = |window: &Harness<'_, App>| {
+        let named = window.state().session().document().parameters().iter().map(|named| named.name.clone());
+        named.collect::<Vec<_>>()
+    };
+    assert_eq!(names(&window), ["duration"]);
+    // seen from the file, it is a line of its own that sets the node's value
+    window.state_mut().session_mut().select([]);
+    window.run_steps(3);
+    fill(&mut window, "duration", "2 Myr");
+    assert_eq!(param(&window, "rivers", "duration"), ParamValue::Float(2e6));
+    window.state_mut().session_mut().undo();
+    window.run_steps(2);
+    let row = window.get_by_label("⬅ rivers.duration").rect().center().y;
+    let remove = window.query_all_by_label("✖").find(|node| (node.rect().center().y - row).abs() < 8.0);
+    remove.expect("a way back").click();
+    window.run_steps(3);
+    assert!(names(&window).is_empty());
+    let session = window.state_mut().session_mut();
+    session.undo();
+    session.undo();
+    assert_eq!(session.document().source(), before);
+}
+
+#[test]
+fn the_world_and_the_outputs_are_edited_while_nothing_is_selected() {
+    let mut window = window(Some(graph("hello.ron")));
+    window.run_steps(3);
+    fill(&mut window, "cells", "300");
+    assert_eq!(window.state().session().document().world().cells, [300, 300]);
+    fill(&mut window, "seed", "8");
+    assert_eq!(window.state().session().document().world().seed, 8);
+    window.get_by_role_and_label(Role::ComboBox, "boundary").click();
+    window.run_steps(3);
+    window.get_by_label("open").click();
+    window.run_steps(3);
+    assert_eq!(window.state().session().document().world().boundary.west.name(), "open");
+    window.get_by_label("➕ output").click();
+    window.run_steps(3);
+    window.get_by_label("ground.height").click();
+    window.run_steps(3);
+    let outputs: Vec<String> =
+        window.state().session().document().outputs().iter().map(|output| output.name.clone()).collect();
+    assert_eq!(outputs, ["height", "ground"]);
+}
+
+#[test]
+fn points_of_a_curve_are_dragged_and_added() {
+    let file = scratch(
+        "(world: (cells: 64), nodes: { \"a\": Constant(value: 1), \"b\": Curve(value: \"a\") }, outputs: { \"h\": \"b\" })",
+    );
+    let mut window = window(Some(file.path().join("graph.ron")));
+    window.state_mut().session_mut().select_only("b");
+    window.run_steps(4);
+    let points = |window: &Harness<'_, App>| match param(window, "b", "points") {
+        ParamValue::Curve(points) => points,
+        other => panic!("{other:?}"),
+    };
+    let row = window.get_by_label("points").rect();
+    let pad = |window: &Harness<'_, App>| {
+        let below = window.get_by_label_contains("2 points").rect();
+        egui::Rect::from_min_max(
+            egui::pos2(row.left(), row.bottom() + 6.0),
+            egui::pos2(row.left() + 200.0, below.top() - 4.0),
+        )
+    };
+    let middle = pad(&window).center();
+    for _ in 0..2 {
+        window.drag_at(middle);
+        window.drop_at(middle);
+        window.run_steps(1);
+    }
+    window.run_steps(3);
+    assert_eq!(points(&window).len(), 3, "a double click adds a point");
+    let steps = window.state().session().document().steps();
+    window.drag_at(middle);
+    window.run_steps(2);
+    for step in 1..6 {
+        window.hover_at(middle + egui::vec2(0.0, -4.0 * step as f32));
+        window.run_steps(1);
+    }
+    window.drop_at(middle + egui::vec2(0.0, -20.0));
+    window.run_steps(3);
+    let (before, after) = (window.state().session().document().steps() - steps, points(&window));
+    assert_eq!((before, after.len()), (1, 3));
+    assert!(after[1][1] > 500.0 && after[1][0] > after[0][0] && after[2][0] > after[1][0], "{after:?}");
+}
