@@ -79,6 +79,11 @@ pub(super) fn show(
         (Kind::Path { .. }, ParamValue::Path(points)) => pad::path(ui, form, place, spec.unit, points),
         (Kind::Stops { .. }, ParamValue::Stops(stops)) => gradient::show(ui, form, place, spec.unit, stops),
         (Kind::File, ParamValue::File(name)) => file(ui, form, place, name),
+        (Kind::Strokes { .. }, ParamValue::Strokes(strokes)) => {
+            ui.label(format!("{} strokes", strokes.len()));
+            let clear = ui.add_enabled(!strokes.is_empty(), Button::new("Clear"));
+            clear.clicked().then_some(Asked::Set(ParamValue::Strokes(Vec::new())))
+        }
         _ => None,
     }
 }
