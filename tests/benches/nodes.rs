@@ -49,6 +49,7 @@ fn nodes(c: &mut Criterion) {
                 cancel: Cancel::default(),
                 progress: &|_| {},
                 warnings: Warnings::default(),
+                glimpses: None,
             };
             group.throughput(Throughput::Elements(window.len() as u64));
             group.bench_function(BenchmarkId::from_parameter(cells), |b| b.iter(|| (node.cpu)(&job)));

@@ -92,6 +92,7 @@ impl Builder {
                 Event::NodeStarted { node, .. }
                 | Event::NodeProgress { node, .. }
                 | Event::NodeFinished { node, .. }
+                | Event::NodeGlimpse { node, .. }
                 | Event::Warning { node, .. } => graph.instance(*node).node.id,
             };
             if let Event::NodeFinished { name, time, bytes, origin, .. } = &event {

@@ -28,6 +28,7 @@ pub fn measure(height: &Field, registry: &Registry, cancel: &Cancel) -> Result<R
             cancel: cancel.clone(),
             progress: &|_| {},
             warnings: Warnings::default(),
+            glimpses: None,
         };
         let mut outputs = (node.cpu)(&job).map_err(|error| failure(node, error))?;
         for output in node.outputs {

@@ -117,6 +117,11 @@ impl Outputs {
         self
     }
 
+    /// The results, each with its name.
+    pub fn into_iter_named(self) -> impl Iterator<Item = (&'static str, Value)> {
+        self.0.into_iter()
+    }
+
     /// Takes the result of that name out.
     pub fn take(&mut self, name: &str) -> Option<Value> {
         let at = self.0.iter().position(|(n, _)| *n == name)?;
@@ -145,6 +150,17 @@ pub struct Job<'a> {
     pub progress: &'a (dyn Fn(f32) + Sync),
     /// Receives what [`Job::warn`] tells.
     pub warnings: Warnings,
+    /// Receives what [`Job::glimpse`] shows, where somebody watches.
+    pub glimpses: Option<Glimpses<'a>>,
+}
+
+/// Who watches a kernel at work.
+#[derive(Clone, Copy)]
+pub struct Glimpses<'a> {
+    /// Whether it is time for another look.
+    pub due: &'a (dyn Fn() -> bool + Sync),
+    /// Receives the results as they are.
+    pub take: &'a (dyn Fn(Outputs) + Sync),
 }
 
 impl Job<'_> {
@@ -236,6 +252,16 @@ impl Job<'_> {
     /// result depends on.
     pub fn warn(&self, message: impl Into<String>) {
         self.warnings.add(message.into());
+    }
+
+    /// Shows results as they are on the way, to who watches; some of the outputs do. They are made only if somebody does, a
+    /// few times a second, and are never kept: what the kernel gives in the end does not depend on them.
+    pub fn glimpse(&self, results: impl FnOnce() -> Outputs) {
+        if let Some(glimpses) = self.glimpses
+            && (glimpses.due)()
+        {
+            (glimpses.take)(results());
+        }
     }
 
     /// Reports progress and asks whether to go on. Cheap; call it once per pass, at least ten times a second.

@@ -36,7 +36,7 @@ pub use document::{
 pub use eval::{DiskCacheOptions, EvalError, Evaluator, EvaluatorOptions, Event, Key, Origin};
 pub use field::Field;
 pub use graph::{Graph, GraphError, Instance, Port, Wire};
-pub use job::{Cancel, InputValue, Job, Lane, NodeError, Outputs, Warnings, mix};
+pub use job::{Cancel, Glimpses, InputValue, Job, Lane, NodeError, Outputs, Warnings, mix};
 pub use lines::{Line, Lines, Vertex};
 pub use migrate::{Migration, Step};
 pub use node::{Exactness, Fallback, Input, Kernel, Node, Output, OutputType, Reach, Resolution};

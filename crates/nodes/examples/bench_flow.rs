@@ -108,6 +108,7 @@ fn job<'a>(node: &'static Node, params: &'a ParamValues, height: &Field, erodibi
         cancel: Cancel::default(),
         progress: &|_| {},
         warnings: Warnings::default(),
+        glimpses: None,
     }
 }
 

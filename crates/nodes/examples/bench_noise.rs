@@ -34,6 +34,7 @@ fn main() {
             cancel: Cancel::default(),
             progress: &|_| {},
             warnings: Warnings::default(),
+            glimpses: None,
         };
         let mut times: Vec<f64> = (0..9)
             .map(|_| {

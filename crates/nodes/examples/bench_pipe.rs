@@ -62,6 +62,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         cancel: Cancel::default(),
         progress: &|_| {},
         warnings: Warnings::default(),
+        glimpses: None,
     };
     let mut outputs = time(repeats, &job)?;
     for name in ["height", "water", "sediment"] {

@@ -183,6 +183,7 @@ mod tests {
                     cancel: Cancel::default(),
                     progress: &|_| (),
                     warnings: Warnings::default(),
+                    glimpses: None,
                 };
                 let found = squared(&job, [0.0, 1.0], limit, |at| set[at]).expect("a result");
                 assert_eq!(found, brute_force(&window, &set, limit), "{nx} x {ny} {edge:?} {share} {limit}");

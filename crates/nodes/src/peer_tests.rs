@@ -158,6 +158,7 @@ fn cells_are_counted_along_given_directions() {
             cancel: Cancel::default(),
             progress: &|_| {},
             warnings: Warnings::default(),
+            glimpses: None,
         };
         Drainage::default().accumulate(&job, &grid, &codes, &mut cells).expect("not stopped");
         let cells: Vec<f64> = cells.into_iter().map(f64::from).collect();

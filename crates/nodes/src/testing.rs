@@ -94,6 +94,7 @@ pub(crate) fn outputs_and_warnings(
         cancel: cancel.clone(),
         progress: &|fraction| assert!((0.0..=1.0).contains(&fraction)),
         warnings: Warnings::default(),
+        glimpses: None,
     };
     let outputs = (node.cpu)(&job);
     (outputs, job.warnings.take())

@@ -26,6 +26,9 @@ pub const QUICK_CELLS: u32 = 128;
 /// Bytes of results that are kept.
 const MEMORY: usize = 2 << 30;
 
+/// How often land is shown while it grows.
+const GLIMPSES: Duration = Duration::from_millis(200);
+
 /// What is to be seen of a graph.
 #[derive(Clone, Debug)]
 pub struct Order {
@@ -94,6 +97,17 @@ pub enum News {
         /// What it is.
         value: Value,
     },
+    /// An output of the shown node as it is while its kernel goes on.
+    Glimpsed {
+        /// Of which order.
+        revision: u64,
+        /// The output, as `node.port`.
+        name: String,
+        /// Cells along the longer side.
+        cells: u32,
+        /// What it is.
+        value: Value,
+    },
     /// A node tells that its result may not be what was meant.
     Warned {
         /// Of which order.
@@ -134,7 +148,8 @@ impl Worker {
     /// # Errors
     /// When the system gives no threads.
     pub fn start(wake: impl Fn() + Send + Sync + 'static) -> Result<Self, Failure> {
-        let options = EvaluatorOptions { memory_budget: MEMORY, ..EvaluatorOptions::default() };
+        let options =
+            EvaluatorOptions { memory_budget: MEMORY, glimpses: Some(GLIMPSES), ..EvaluatorOptions::default() };
         let evaluator = Evaluator::new(options).map_err(|error| Failure::unable(error.to_string()))?;
         let (orders, inbox) = channel();
         let (outbox, news) = channel();
@@ -237,6 +252,15 @@ impl Desk {
                 let (node, computed) = (outer(&name).to_owned(), origin == Origin::Computed);
                 self.tell(News::Finished { revision, node, time, bytes, cells, computed });
             }
+            Event::NodeGlimpse { node, values, .. } if cells > QUICK_CELLS => {
+                let watched = |output: usize| order.shown.iter().find(|shown| shown.port == Port { node, output });
+                for (output, value) in values {
+                    if let Some(Wanted { name, .. }) = watched(output) {
+                        self.tell(News::Glimpsed { revision, name: name.clone(), cells, value });
+                    }
+                }
+            }
+            Event::NodeGlimpse { .. } => {}
             Event::Warning { name, message, .. } => {
                 self.tell(News::Warned { revision, node: outer(&name).to_owned(), message });
             }

@@ -83,6 +83,8 @@ impl Progress for Bars {
                     bar.set_position((f64::from(*fraction) * STEPS as f64) as u64);
                 }
             }
+            // Only a window watches.
+            Event::NodeGlimpse { .. } => {}
             Event::NodeFinished { node, .. } => {
                 if let Some(bar) = state.nodes.remove(node) {
                     bar.finish_and_clear();

@@ -70,6 +70,8 @@ impl Progress for JsonLines {
                 let fraction = (f64::from(*fraction) * 1e4).round() / 1e4;
                 say(&json!({"event": "progress", "node": &**name, "kind": kind, "fraction": fraction}));
             }
+            // Only a window watches.
+            Event::NodeGlimpse { .. } => {}
             Event::NodeFinished { name, time, bytes, origin, .. } => {
                 let origin = match origin {
                     Origin::Computed => "computed",

@@ -49,6 +49,8 @@ impl Progress for Lines {
                     remark(&format!("{name} ({kind}): {:.0} %\n", fraction * 100.0));
                 }
             }
+            // Only a window watches.
+            Event::NodeGlimpse { .. } => {}
             Event::NodeFinished { node, name, time, bytes: size, origin } => {
                 heard.remove(node);
                 let how = match origin {

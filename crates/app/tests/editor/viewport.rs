@@ -103,3 +103,18 @@ fn a_line_is_measured() {
     assert!(window.query_by_label_contains("length").is_some());
     picture(&mut window, "measure");
 }
+
+#[test]
+fn land_is_seen_while_it_grows() {
+    let mut window = window(Some(graph("hello.ron")));
+    window.state_mut().session_mut().set_cells(384);
+    let mut steps = std::collections::BTreeSet::new();
+    while window.state().session().is_busy() {
+        window.step();
+        let built = window.state().session().built("rivers.height");
+        steps.extend(built.filter(|built| built.cells == 384).map(|built| built.step));
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    // some states on the way, and the result
+    assert!(steps.len() > 2 && steps.contains(&0), "{steps:?}");
+}

@@ -7,6 +7,8 @@ use std::{
 
 use petgraph::stable_graph::NodeIndex;
 
+use crate::value::Value;
+
 /// Where a result came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Origin {
@@ -44,6 +46,17 @@ pub enum Event {
         name: Arc<str>,
         /// The finished part, 0 to 1, never falling.
         fraction: f32,
+    },
+    /// Results of a node as they are while its kernel goes on ([`Job::glimpse`](crate::Job::glimpse)), for an evaluator
+    /// that [watches](crate::EvaluatorOptions::glimpses); on the window that the kernel computes, which may be larger than
+    /// what was asked for.
+    NodeGlimpse {
+        /// The node.
+        node: NodeIndex,
+        /// Its name.
+        name: Arc<str>,
+        /// Positions of outputs in its declaration, with their values.
+        values: Vec<(usize, Value)>,
     },
     /// A node's results are there.
     NodeFinished {
@@ -96,6 +109,29 @@ impl Throttle {
             return true;
         }
         false
+    }
+}
+
+/// Says every now and then that it is time again.
+pub(super) struct Ticker {
+    interval: Duration,
+    last: Mutex<Instant>,
+}
+
+impl Ticker {
+    pub(super) fn new(interval: Duration) -> Self {
+        Self { interval, last: Mutex::new(now()) }
+    }
+
+    /// Whether it is time; then it is not again for the interval.
+    pub(super) fn is_due(&self) -> bool {
+        let Ok(mut last) = self.last.try_lock() else { return false };
+        let time = now();
+        let due = time.duration_since(*last) >= self.interval;
+        if due {
+            *last = time;
+        }
+        due
     }
 }
 

@@ -19,7 +19,7 @@ mod run;
 #[cfg(test)]
 mod tests;
 
-use std::{fmt, num::NonZero, path::Path, path::PathBuf, sync::Arc};
+use std::{fmt, num::NonZero, path::Path, path::PathBuf, sync::Arc, time::Duration};
 
 pub use error::EvalError;
 pub use event::{Event, Origin};
@@ -48,6 +48,8 @@ pub struct EvaluatorOptions {
     pub disk_cache: Option<DiskCacheOptions>,
     /// Threads that work; `None` for one per core.
     pub threads: Option<NonZero<usize>>,
+    /// How often results are shown while their kernel goes on, where it can ([`Event::NodeGlimpse`]); `None` for never.
+    pub glimpses: Option<Duration>,
 }
 
 /// A folder of results.
@@ -62,7 +64,14 @@ pub struct DiskCacheOptions {
 impl Default for EvaluatorOptions {
     /// The CPU, 1 GiB of results in memory, the machine's limit, none on disk, a thread per core.
     fn default() -> Self {
-        Self { backend: Arc::new(Cpu), memory_budget: 1 << 30, memory_limit: None, disk_cache: None, threads: None }
+        Self {
+            backend: Arc::new(Cpu),
+            memory_budget: 1 << 30,
+            memory_limit: None,
+            disk_cache: None,
+            threads: None,
+            glimpses: None,
+        }
     }
 }
 
@@ -74,6 +83,7 @@ impl fmt::Debug for EvaluatorOptions {
             .field("memory_limit", &self.memory_limit)
             .field("disk_cache", &self.disk_cache)
             .field("threads", &self.threads)
+            .field("glimpses", &self.glimpses)
             .finish()
     }
 }
@@ -108,6 +118,7 @@ pub struct Evaluator {
     memory_limit: Option<u64>,
     disk: Option<DiskCache>,
     files: Files,
+    glimpses: Option<Duration>,
 }
 
 impl Evaluator {
@@ -132,6 +143,7 @@ impl Evaluator {
             memory_limit: options.memory_limit,
             disk: options.disk_cache.map(|DiskCacheOptions { folder, budget }| DiskCache::new(folder, budget)),
             files: Files::default(),
+            glimpses: options.glimpses,
         })
     }
 

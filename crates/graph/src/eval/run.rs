@@ -20,13 +20,13 @@ use rayon::Scope;
 use super::{
     Evaluator, check,
     error::EvalError,
-    event::{Event, Origin, Throttle, lock, now},
+    event::{Event, Origin, Throttle, Ticker, lock, now},
     key::{Origins, backend_of},
     needs::Needs,
     plan::{Plan, Source, Step},
 };
 use crate::{
-    job::{Cancel, InputValue, Job, NodeError, Warnings},
+    job::{Cancel, Glimpses, InputValue, Job, NodeError, Outputs, Warnings},
     value::Value,
     world::Window,
 };
@@ -151,6 +151,13 @@ impl<'r> Run<'r> {
                 (self.events)(Event::NodeProgress { node: step.index, name: step.name.clone(), fraction });
             }
         };
+        let ticker = self.evaluator.glimpses.map(Ticker::new);
+        let due = || ticker.as_ref().is_some_and(Ticker::is_due);
+        let take = |outputs: Outputs| {
+            let named = outputs.into_iter_named();
+            let values = named.filter_map(|(output, value)| Some((node.output_index(output)?, value))).collect();
+            (self.events)(Event::NodeGlimpse { node: step.index, name: step.name.clone(), values });
+        };
         let job = Job {
             node,
             params: &step.instance.params,
@@ -160,6 +167,7 @@ impl<'r> Run<'r> {
             cancel: self.stop.clone(),
             progress: &progress,
             warnings: Warnings::default(),
+            glimpses: ticker.is_some().then_some(Glimpses { due: &due, take: &take }),
         };
         let backend = backend_of(&*self.evaluator.backend, node);
         let outcome = catch_unwind(AssertUnwindSafe(|| backend.run(node, &job)));

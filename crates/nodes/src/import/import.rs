@@ -178,6 +178,7 @@ mod tests {
             cancel,
             progress: &progress,
             warnings: Warnings::default(),
+            glimpses: None,
         };
         (NODE.cpu)(&job).map(|mut outputs| outputs.take("value").unwrap().as_field().unwrap().clone())
     }

@@ -59,6 +59,8 @@ pub struct Built {
     pub revision: u64,
     /// Cells along the longer side.
     pub cells: u32,
+    /// Rises while the kernel goes on; 0 for its result.
+    pub step: u64,
     /// What it is.
     pub value: Value,
 }
@@ -94,8 +96,8 @@ pub struct Session {
     /// Whether the worker has more to tell of the present state.
     busy: bool,
     nodes: BTreeMap<String, NodeInfo>,
-    /// By `node.port`: with few cells, and with those asked for.
-    built: BTreeMap<String, [Option<Built>; 2]>,
+    /// By `node.port`: with few cells, with those asked for, and with those while its kernel goes on.
+    built: BTreeMap<String, [Option<Built>; 3]>,
     notes: Vec<Note>,
     /// An edit that goes on, such as a slider being dragged: whether it has been made once.
     gesture: Option<bool>,
@@ -329,8 +331,11 @@ impl Session {
     /// there are; else of an older state.
     #[must_use]
     pub fn built(&self, port: &str) -> Option<&Built> {
-        let [quick, full] = self.built.get(port)?;
+        let [quick, full, glimpse] = self.built.get(port)?;
         match (quick, full) {
+            (_, full) if glimpse.is_some() && full.as_ref().is_none_or(|full| full.revision < self.revision) => {
+                glimpse.as_ref()
+            }
             (Some(quick), Some(full)) if quick.revision > full.revision => Some(quick),
             (quick, full) => full.as_ref().or(quick.as_ref()),
         }
@@ -368,6 +373,9 @@ impl Session {
         self.built.retain(|port, _| port.split_once('.').is_some_and(|(node, _)| names.contains(node)));
         for info in self.nodes.values_mut() {
             info.state = NodeState::Waiting;
+        }
+        for [.., glimpse] in self.built.values_mut() {
+            *glimpse = None;
         }
     }
 
@@ -438,7 +446,15 @@ impl Session {
                 }
                 let built = self.built.entry(name).or_default();
                 let level = usize::from(cells > super::worker::QUICK_CELLS);
-                built[level] = Some(Built { revision, cells, value });
+                built[level] = Some(Built { revision, cells, step: 0, value });
+                if level == 1 {
+                    built[2] = None;
+                }
+            }
+            News::Glimpsed { revision, name, cells, value } if revision == self.revision => {
+                let [.., glimpse] = self.built.entry(name).or_default();
+                let step = glimpse.as_ref().map_or(1, |glimpse| glimpse.step + 1);
+                *glimpse = Some(Built { revision, cells, step, value });
             }
             News::Warned { revision, node, message } if revision == self.revision => {
                 self.nodes.entry(node).or_default().warnings.push(message);
@@ -450,6 +466,7 @@ impl Session {
             }
             News::Done { revision } if revision == self.revision => self.busy = false,
             News::Running { .. }
+            | News::Glimpsed { .. }
             | News::Finished { .. }
             | News::Warned { .. }
             | News::Failed { .. }

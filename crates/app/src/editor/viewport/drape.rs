@@ -26,7 +26,7 @@ pub(super) struct Drape {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Key {
     /// Outputs with the state of the document and the cells they are of.
-    parts: Vec<(String, u64, [u32; 2])>,
+    parts: Vec<(String, [u64; 2], [u32; 2])>,
 }
 
 /// The outputs that are needed beside the shown one.
@@ -102,7 +102,7 @@ impl Drape {
         };
         let (over, water) = (part(&parts.over), part(&parts.water));
         let all = [Some(&ground), over.as_ref(), water.as_ref()];
-        let name = |part: &Shown| (part.port.clone(), part.revision, part.field.window().cells);
+        let name = |part: &Shown| (part.port.clone(), [part.revision, part.step], part.field.window().cells);
         let parts = all.into_iter().flatten().map(name).collect();
         let (mut colour, mut mask) = (None, None);
         if let Some(over) = over {

@@ -64,6 +64,8 @@ struct Shown {
     field: Field,
     /// Of which state of the document.
     revision: u64,
+    /// Rises while its kernel goes on.
+    step: u64,
     /// Whether that is the present one, with all cells that were asked for.
     fresh: bool,
 }
@@ -245,6 +247,6 @@ fn shown(session: &Session, port: &str) -> Option<Shown> {
     let Value::Field(field) = &built.value else { return None };
     let graph = session.document().graph();
     let ty = graph.output_type(graph.port(port).ok()?);
-    let fresh = built.revision == session.revision() && !session.is_busy();
-    Some(Shown { port: port.to_owned(), ty, field: field.clone(), revision: built.revision, fresh })
+    let fresh = built.revision == session.revision() && built.step == 0 && !session.is_busy();
+    Some(Shown { port: port.to_owned(), ty, field: field.clone(), revision: built.revision, step: built.step, fresh })
 }

@@ -14,6 +14,7 @@ use crate::picture::{self, View};
 struct Key {
     port: String,
     revision: u64,
+    step: u64,
     cells: [u32; 2],
     contours: bool,
 }
@@ -31,6 +32,7 @@ impl Painter {
         let key = Key {
             port: shown.port.clone(),
             revision: shown.revision,
+            step: shown.step,
             cells: shown.field.window().cells,
             contours: contours && shown.ty == PortType::Height,
         };

@@ -57,6 +57,19 @@ static EAGER: Node = Node {
     ..Node::DEFAULT
 };
 
+/// Shows three states before its result.
+static GROWS: Node = Node {
+    id: "Grows",
+    outputs: HEIGHT,
+    cpu: |job| {
+        for state in 1..=3 {
+            job.glimpse(|| Outputs::one("height", Field::constant(job.window(), state as f32)));
+        }
+        height(job, |_, _| 9.0)
+    },
+    ..Node::DEFAULT
+};
+
 /// Says twice the same.
 static DOUBTS: Node = Node {
     id: "Doubts",
@@ -148,6 +161,31 @@ fn progress_rises_and_is_told_sparingly() {
     assert!(fractions.is_sorted() && !fractions.is_empty());
     // one at once, then one every 50 ms
     assert!(fractions.len() as u128 <= 1 + start.elapsed().as_millis() / 50, "{}", fractions.len());
+}
+
+#[test]
+fn who_watches_sees_land_grow() {
+    let graph = Build::default().node("land", &GROWS, &[]).0;
+    let requests = [(graph.port("land").expect("exists"), Window::whole(world(4)))];
+    let seen = |glimpses: Option<Duration>| {
+        let seen = Mutex::new(Vec::new());
+        let events = |event: Event| {
+            if let Event::NodeGlimpse { values, .. } = event {
+                let heights = values.iter().map(|(output, value)| {
+                    assert_eq!(*output, 0);
+                    value.as_field().and_then(|field| field.range(0))
+                });
+                seen.lock().expect("no panic").extend(heights);
+            }
+        };
+        let evaluator = with(EvaluatorOptions { glimpses, ..EvaluatorOptions::default() });
+        let values = evaluator.evaluate(&graph, Path::new(""), &requests, &Cancel::default(), &events).expect("runs");
+        assert_eq!(values[0].as_field().and_then(|field| field.range(0)), Some((9.0, 9.0)));
+        seen.into_inner().expect("no panic")
+    };
+    assert_eq!(seen(Some(Duration::ZERO)), [1.0, 2.0, 3.0].map(|height| Some((height, height))));
+    assert_eq!(seen(Some(Duration::from_secs(3600))), []);
+    assert_eq!(seen(None), []);
 }
 
 #[test]

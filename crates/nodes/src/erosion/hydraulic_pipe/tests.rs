@@ -168,6 +168,7 @@ fn advance(run: &mut Run<'_>, land: &Field, seconds: f64) -> u64 {
         cancel: orograph_graph::Cancel::default(),
         progress: &|_| (),
         warnings: Warnings::default(),
+        glimpses: None,
     };
     run.advance(seconds, &job).expect("no cancel").steps
 }

@@ -21,6 +21,7 @@ fn with_job<T>(cells: [u32; 2], call: impl FnOnce(&Job<'_>) -> T) -> T {
         cancel: Cancel::default(),
         progress: &|_| {},
         warnings: Warnings::default(),
+        glimpses: None,
     })
 }
 

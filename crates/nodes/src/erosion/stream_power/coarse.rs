@@ -66,6 +66,7 @@ impl Coarse {
             cancel: job.cancel.clone(),
             progress: job.progress,
             warnings: Warnings::default(),
+            glimpses: None,
         }
     }
 

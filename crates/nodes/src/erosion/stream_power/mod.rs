@@ -365,6 +365,10 @@ fn implicit(
     for step in first..count {
         job.advance(step as f32 / (count + 1) as f32)?;
         work = land.step(job, step_yr, step, step + 1 == count)?;
+        job.glimpse(|| {
+            let height = land.heights.par_iter().map(|height| *height as f32).collect();
+            Outputs::one("height", Field::new(job.window(), height))
+        });
     }
     job.advance(count as f32 / (count + 1) as f32)?;
     Ok((step_yr, work))

@@ -42,6 +42,7 @@ fn filtered(noise: &[f64], [nx, ny]: [u32; 2], response: impl Fn(f64) -> f64 + S
         cancel: orograph_graph::Cancel::default(),
         progress: &|_| (),
         warnings: orograph_graph::Warnings::default(),
+        glimpses: None,
     };
     let response = |x: f64, y: f64| response(mean(x, y));
     mirror::filter(&job, noise.to_vec(), nx as usize, response).expect("a result")
