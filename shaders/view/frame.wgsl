@@ -18,7 +18,12 @@ struct Frame {
     seconds: f32,
     exposure: f32,
     overlay: vec4f,    // contour interval and opacity, mask opacity, haze
-    air: vec4f,
+    air: vec4f,        // haze: metres to where it begins, density a metre, height of its layer; 1 / extent
+    sky: vec4f,        // altitude of the eye in km
+    sweep: vec4f,      // shadows: sideways shift a step, metres a step, first line, cells a step
+    sweep_lines: vec4i, // 0 steps along x, 1 along y; 1 forwards; steps; lines
+    sweep_fall: vec4f, // fall of the lines of sight a metre, for the lower and the upper limb of the sun
+    open: vec4f,       // cells of a texel of the map of open sky; reach in cells
     background: vec4f, // light behind the land; w: 1 where it is the sky's
     flags: vec4u,      // colouring, show levels, shadows, encode
 }

@@ -6,6 +6,9 @@
 @group(1) @binding(3) var colour_map: texture_2d<f32>;
 @group(1) @binding(4) var mask_map: texture_2d<f32>;
 @group(1) @binding(5) var tint_map: texture_2d<f32>;     // rows: alpine, rock, map
+@group(1) @binding(6) var seen_map: texture_2d<f32>;     // how much of the sun a cell sees
+@group(1) @binding(7) var open_map: texture_2d<f32>;     // how much of the sky
+@group(1) @binding(8) var shade_map: texture_2d<f32>;    // see shade.wgsl
 
 fn ground_at(cell: vec2i) -> f32 {
     return textureLoad(height_map, clamp(cell, vec2i(0), vec2i(frame.cells) - 1), 0).x;

@@ -1,8 +1,60 @@
-// What is seen where there is no land.
+// What is seen where there is no land: the sky with the sun's disc, and a matt plain on which the land's block stands, in its
+// shadow, fading into the sky.
 
 @vertex
 fn sky_vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
     return whole_picture(index);
+}
+
+const PLAIN = vec3f(0.2, 0.202, 0.202);
+
+// How much of the sun a place of the plain sees. Its line of sight comes to the land's edge at some height, and what that
+// edge hides is what the place sees hidden.
+fn plain_sun(place: vec2f) -> f32 {
+    let extent = vec2f(frame.cells) * frame.cell_m;
+    let level = length(frame.sun.xz);
+    if frame.flags.z == 0u || level < 1e-4 || frame.sun.y < 0.003 {
+        return 1.0;
+    }
+    let way = frame.sun.xz / level;
+    // where the line enters the land
+    let safe = select(way, vec2f(1e-9), abs(way) < vec2f(1e-9));
+    let a = -place / safe;
+    let b = (extent - place) / safe;
+    let enter = max(max(min(a.x, b.x), min(a.y, b.y)), 0.0);
+    let leave = min(max(a.x, b.x), max(a.y, b.y));
+    // beyond rounding: on the edge itself the line leaves the land at once
+    if enter > leave - 1e-4 * length(extent) {
+        return 1.0;
+    }
+    let edge = clamp((place + way * enter) / frame.cell_m - 0.5, vec2f(0.0), vec2f(frame.cells) - 1.0);
+    let land = ground_and_water((edge + 0.5) / vec2f(frame.cells));
+    let top = (land.x + max(land.y, 0.0)) * frame.exaggeration;
+    // the lower limb's line and the upper limb's
+    let shade = max(shade_heights(edge), vec2f(top)) - enter * frame.sweep_fall.xy;
+    let soft = max(shade.x - shade.y, frame.cell_m);
+    return smoothstep(0.0, 1.0, (frame.heights.w - shade.y) / soft);
+}
+
+fn plain_light(way: vec3f, far: f32) -> vec3f {
+    let extent = vec2f(frame.cells) * frame.cell_m;
+    var place = frame.eye.xz + way.xz * far;
+    if all(place > vec2f(0.0)) && all(place < extent) {
+        // a pixel on the lower edge of a wall: what is seen of the plain lies before the wall
+        let back = -way.xz;
+        let safe = select(back, vec2f(1e-9), abs(back) < vec2f(1e-9));
+        let out = max(-place / safe, (extent - place) / safe);
+        place += back * min(out.x, out.y);
+    }
+    let off = max(max(-place, place - extent), vec2f(0.0));
+    let wall = max(frame.heights.y * frame.exaggeration - frame.heights.w, 1e-3);
+    let near = exp(-length(off) / (0.5 * wall));
+    let sun = sun_light();
+    let light = sun * max(frame.sun.y, 0.0) * plain_sun(place) + ambient_light(vec3f(0.0, 1.0, 0.0)) * (1.0 - 0.5 * near);
+    let clear = exp(-haze_depth(way, far));
+    let source = haze_source(dot(way, frame.sun.xyz), sun, 1.0, 1.0);
+    let thickness = haze_rayleigh() + haze_mie();
+    return PLAIN * light * clear + source / max(thickness, vec3f(1e-12)) * (1.0 - clear);
 }
 
 @fragment
@@ -11,8 +63,15 @@ fn sky_fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {
         return frame.background;
     }
     let way = normalize(way_through(at.xy));
-    let up = clamp(way.y, -1.0, 1.0);
-    let above = mix(vec3f(0.62, 0.74, 0.88), vec3f(0.16, 0.32, 0.62), pow(max(up, 0.0), 0.5));
-    let below = mix(vec3f(0.62, 0.68, 0.74), vec3f(0.32, 0.33, 0.34), smoothstep(0.0, 0.5, -up));
-    return vec4f(select(below, above, up > 0.0), 1.0);
+    let sky = sky_light(way);
+    if way.y < 0.0 && frame.eye.y > frame.heights.w {
+        let far = (frame.heights.w - frame.eye.y) / way.y;
+        let extent = length(vec2f(frame.cells)) * frame.cell_m;
+        let horizon = sky_light(normalize(vec3f(way.x, 0.004, way.z)));
+        let plain = plain_light(way, min(far, 40.0 * extent));
+        return vec4f(mix(plain, horizon, smoothstep(0.0, 0.65, log2(1.0 + far / extent) / 5.0)), 1.0);
+    }
+    let away = acos(clamp(dot(way, frame.sun.xyz), -1.0, 1.0));
+    let disc = smoothstep(0.0056, 0.0046, away) * 40.0;
+    return vec4f(sky + disc * sun_light(), 1.0);
 }

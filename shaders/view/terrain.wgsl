@@ -69,9 +69,11 @@ fn level_colour(level: u32) -> vec3f {
     return 0.25 + 0.5 * vec3f(vec3u(level & 1u, (level >> 1u) & 1u, (level >> 2u) & 1u));
 }
 
-// Colour of bare land: tints by height, rock where it is steep.
+// Colour of bare land: tints by height, rock where it is steep. Snow is for mountains: it takes a relief of 2.6 km, or of a
+// fifth of a small land's extent.
 fn natural(height: f32, slope: f32) -> vec3f {
-    let relief = max(frame.heights.y - frame.heights.x, 1.0);
+    let extent = f32(max(frame.cells.x, frame.cells.y)) * frame.cell_m;
+    let relief = max(frame.heights.y - frame.heights.x, min(2600.0, 0.2 * extent));
     let at = clamp((height - frame.heights.x) / relief, 0.0, 1.0);
     let soft = textureSampleLevel(tint_map, smooth_sampler, vec2f(at, 0.5 / 3.0), 0.0).rgb;
     let rock = textureSampleLevel(tint_map, smooth_sampler, vec2f(0.35 + 0.5 * at, 1.5 / 3.0), 0.0).rgb;
@@ -106,27 +108,123 @@ fn contour(height: f32) -> f32 {
     return max(thin * smoothstep(0.35, 0.15, width), thick * smoothstep(1.5, 0.7, width)) * frame.overlay.y;
 }
 
-fn lit(albedo: vec3f, normal: vec3f) -> vec3f {
-    let sun = max(dot(normal, frame.sun.xyz), 0.0) * vec3f(3.1, 2.8, 2.4) * smoothstep(-0.05, 0.1, frame.sun.y);
-    let sky = mix(vec3f(0.25, 0.24, 0.22), vec3f(0.5, 0.62, 0.85), normal.y * 0.5 + 0.5);
-    return albedo * (sun + sky);
+// How much of the sun a place of the surface sees: by the place itself where cells are large on the screen, by the mean of
+// cells where they are small. Four looks around the place hide the rows of cells at a shadow's edge.
+fn seen_at(uv: vec2f, top: f32, gradient: vec2f) -> f32 {
+    let cell = uv * vec2f(frame.cells) - 0.5;
+    let far = textureSample(seen_map, slant_sampler, uv).x;
+    let spread = max(length(dpdx(cell)), length(dpdy(cell)));
+    if spread > 1.0 {
+        return far;
+    }
+    var near = 0.0;
+    for (var k = 0; k < 4; k++) {
+        let aside = select(vec2f(0.2, 0.45), vec2f(-0.45, 0.2), (k & 1) == 1) * select(1.0, -1.0, k > 1);
+        near += 0.25 * sun_seen(cell + aside, top + dot(gradient, aside) * frame.cell_m);
+    }
+    return mix(near, far, smoothstep(0.5, 1.0, spread));
+}
+
+fn lit(albedo: vec3f, normal: vec3f, seen: f32, open: f32) -> vec3f {
+    let sun = sun_light() * max(dot(normal, frame.sun.xyz), 0.0) * seen;
+    return albedo * (sun + ambient_light(normal) * open);
+}
+
+// Water over a bed that sends up so much light: what the water takes and gives on the way, the sky's reflection, the sun's.
+// Absorption of clear water by J. T. O. Kirk, 1994; Fresnel's law as C. Schlick, 1994, has it; glitter by GGX.
+fn through_water(bed: vec3f, depth: f32, normal: vec3f, way: vec3f, seen: f32, open: f32, rough: f32) -> vec3f {
+    const TAKEN = vec3f(0.35, 0.08, 0.05);
+    let facing = max(dot(-way, normal), 0.03);
+    let fresnel = 0.02 + 0.98 * pow(1.0 - facing, 5.0);
+    let refracted = sqrt(1.0 - (1.0 - facing * facing) / 1.769);
+    let path = depth * (1.0 + 1.0 / refracted);
+    let sun = sun_light() * seen;
+    let inside = (sun * max(frame.sun.y, 0.0) * 0.7 + ambient_light(vec3f(0.0, 1.0, 0.0)) * open);
+    let murk = vec3f(0.012, 0.043, 0.05) * inside * (1.0 - exp(-0.3 * depth));
+    var up = reflect(way, normal);
+    up.y = abs(up.y) + 0.01;
+    let mirrored = sky_light(normalize(up)) * mix(0.6, 1.0, open);
+    let half_way = normalize(frame.sun.xyz - way);
+    let square = rough * rough;
+    let n_h = max(dot(normal, half_way), 0.0);
+    let spread = n_h * n_h * (square - 1.0) + 1.0;
+    let glitter = square / (PI * spread * spread);
+    let schlick = 0.02 + 0.98 * pow(1.0 - max(dot(half_way, frame.sun.xyz), 0.0), 5.0);
+    let glint = PI * sun * glitter * schlick * 0.25 / max(facing, 0.2) * step(0.0, frame.sun.y);
+    return (bed * exp(-TAKEN * path) + murk) * (1.0 - fresnel) + mirrored * fresnel + min(glint, vec3f(6.0));
+}
+
+fn noise(at: vec2f) -> f32 {
+    let cell = floor(at);
+    let part = at - cell;
+    let s = part * part * (3.0 - 2.0 * part);
+    let a = hash(cell);
+    let b = hash(cell + vec2f(1.0, 0.0));
+    let c = hash(cell + vec2f(0.0, 1.0));
+    let d = hash(cell + 1.0);
+    return mix(mix(a, b, s.x), mix(c, d, s.x), s.y);
+}
+
+fn hash(cell: vec2f) -> f32 {
+    var h = (bitcast<u32>(i32(cell.x)) * 0x9e3779b9u) ^ (bitcast<u32>(i32(cell.y)) * 0x85ebca6bu);
+    h = (h ^ (h >> 15u)) * 0x2c1b3c6du;
+    h = (h ^ (h >> 12u)) * 0x297a2d39u;
+    return f32(h >> 8u) / 16777216.0;
+}
+
+// Slope of small waves at a place in metres; gone where a wave is smaller than a few pixels.
+fn ripples(at: vec2f, spread: f32) -> vec2f {
+    var slope = vec2f(0.0);
+    for (var k = 0; k < 3; k++) {
+        let size = 9.0 / f32(1u << u32(k));
+        let strength = 0.05 * smoothstep(0.5, 0.1, spread / size);
+        let drift = vec2f(0.6, 0.8) * frame.seconds * sqrt(size) * select(1.0, -1.0, k == 1);
+        let p = (at + drift) / size;
+        let e = 0.2;
+        let n = noise(p);
+        slope += strength * vec2f(noise(p + vec2f(e, 0.0)) - n, noise(p + vec2f(0.0, e)) - n) / e;
+    }
+    return slope;
+}
+
+fn top_at(uv: vec2f) -> f32 {
+    let land = ground_and_water(uv);
+    return land.x + max(land.y, 0.0);
 }
 
 @fragment
 fn surface_fragment(in: Vertex) -> @location(0) vec4f {
-    let land = ground_and_water(in.uv);
-    let gradient = textureSample(gradient_map, slant_sampler, in.uv).xy * frame.exaggeration;
+    let uv = clamp(in.uv, vec2f(0.0), vec2f(1.0));
+    let land = ground_and_water(uv);
+    let gradient = textureSample(gradient_map, slant_sampler, uv).xy * frame.exaggeration;
     let normal = normalize(vec3f(-gradient.x, 1.0, -gradient.y));
-    var albedo = albedo_at(in.uv, land.x, length(gradient) / frame.exaggeration);
-    let mask = textureSample(mask_map, smooth_sampler, in.uv).x * frame.overlay.z;
+    var albedo = albedo_at(uv, land.x, length(gradient) / frame.exaggeration);
+    let mask = textureSample(mask_map, smooth_sampler, uv).x * frame.overlay.z;
     albedo = mix(albedo, vec3f(0.75, 0.16, 0.05), mask);
     if frame.flags.y == 1u {
         albedo = level_colour(in.level);
     }
     albedo *= 1.0 - contour(land.x);
-    return vec4f(lit(albedo, normal), 1.0);
+    let depth = max(land.y, 0.0);
+    let wet = smoothstep(0.02, 0.3, depth);
+    let seen = seen_at(uv, (land.x + depth) * frame.exaggeration, gradient * (1.0 - wet));
+    let open = pow(textureSample(open_map, smooth_sampler, uv).x, 1.6);
+    var light = lit(albedo, normal, seen, open);
+    let spread = max(length(dpdx(in.place.xz)), length(dpdy(in.place.xz)));
+    if wet > 0.0 {
+        let step = vec2f(1.0) / vec2f(frame.cells);
+        let east = top_at(uv + vec2f(step.x, 0.0)) - top_at(uv - vec2f(step.x, 0.0));
+        let south = top_at(uv + vec2f(0.0, step.y)) - top_at(uv - vec2f(0.0, step.y));
+        let slope = vec2f(east, south) * frame.exaggeration / (2.0 * frame.cell_m);
+        let waves = ripples(uv * vec2f(frame.cells) * frame.cell_m, spread);
+        let surface = normalize(vec3f(-slope.x - waves.x, 1.0, -slope.y - waves.y));
+        let rough = mix(0.06, 0.16, smoothstep(1.0, 20.0, spread));
+        light = mix(light, through_water(light, depth, surface, normalize(in.place), seen, open, rough), wet);
+    }
+    return vec4f(light, 1.0);
 }
 
+// The block's sides: bare earth, a little darker towards the plain it stands on; water where it stands above the ground.
 @fragment
 fn wall_fragment(in: Vertex) -> @location(0) vec4f {
     var normal = vec3f(0.0);
@@ -136,5 +234,16 @@ fn wall_fragment(in: Vertex) -> @location(0) vec4f {
         case 2u: { normal.z = -1.0; }
         default: { normal.z = 1.0; }
     }
-    return vec4f(lit(vec3f(0.16, 0.145, 0.13), normal), 1.0);
+    let land = ground_and_water(clamp(in.uv, vec2f(0.0), vec2f(1.0)));
+    let height = in.place.y + frame.eye.y;
+    let ground = land.x * frame.exaggeration;
+    let bottom = frame.heights.w;
+    let up = clamp((height - bottom) / max(ground - bottom, 1e-3), 0.0, 1.0);
+    var albedo = mix(vec3f(0.16, 0.15, 0.14), vec3f(0.24, 0.22, 0.2), up);
+    var open = mix(0.55, 0.9, up);
+    if height > ground {
+        albedo = vec3f(0.02, 0.075, 0.095);
+        open = 1.0;
+    }
+    return vec4f(lit(albedo, normal, 1.0, open), 1.0);
 }

@@ -107,6 +107,16 @@ fn light(level: f32) -> f32 {
     if v <= 0.04045 { v / 12.92 } else { math::pow((v + 0.055) / 1.055, 2.4) }
 }
 
+/// The linear RGB of a picture that is there as codes of sRGB, four bytes a pixel.
+#[must_use]
+pub fn of_codes(codes: &[u8], size: [u32; 2]) -> Field {
+    let table: Vec<f32> = (0..=255_u8).map(|code| light(f32::from(code) / 255.0)).collect();
+    let world = World { size: size.map(f64::from), cells: size, ..World::default() };
+    let plane = |plane: usize| codes.chunks_exact(4).map(move |pixel| pixel[plane]);
+    let samples = (0..3).flat_map(plane).map(|code| table[usize::from(code)]).collect();
+    Field::with_planes(Window::whole(world), 3, samples)
+}
+
 /// A picture of unit normals as their textures are usually seen: level ground is light blue.
 #[must_use]
 pub fn of_normals(field: &Field) -> Field {

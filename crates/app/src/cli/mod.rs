@@ -8,6 +8,7 @@ mod fmt;
 mod metrics;
 mod nodes;
 mod pack;
+mod perspective;
 mod render;
 mod run;
 mod sweep;

@@ -2,25 +2,39 @@
 
 use std::path::{Path, PathBuf};
 
-use orograph_graph::{Cancel, Field, OutputDecl, PortType, closest};
+use clap::ValueEnum;
+use orograph_graph::{Cancel, Field, OutputDecl, PortType, Value, closest};
 use orograph_nodes::raster::{self, Problem};
 
+use super::perspective::{Perspective, Seen};
 use crate::{
     archive::is_archive,
     build::Builder,
     failure::{Failure, reason},
     heightfile::{self, Scale},
-    picture::{self, View},
+    picture,
     progress::{self, Progress, Quiet},
     request::{Changes, Means, Request},
     stop,
     terminal::{self, Page},
 };
 
+/// How land is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum View {
+    /// Tints of elevation under the light of the north-west
+    Map,
+    /// The light alone, in grey
+    Hillshade,
+    /// In three dimensions, under sun and sky
+    #[value(name = "3d")]
+    Perspective,
+}
+
 /// A picture of a graph's output, or of a height file
 ///
 /// Of a graph the first height is shown, or the output that `--output` names: heights as `--view` says, colours as they
-/// are, other numbers from black to white. A height file may be GeoTIFF, grey PNG, OpenEXR, ESRI ASCII, SRTM (.hgt), .r16
+/// are, other numbers from black to white. `--view 3d` needs a graphics card or a software Vulkan driver. A height file may be GeoTIFF, grey PNG, OpenEXR, ESRI ASCII, SRTM (.hgt), .r16
 /// or .r32.
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -42,6 +56,8 @@ pub struct Args {
     means: Means,
     #[command(flatten)]
     scale: Scale,
+    #[command(flatten)]
+    perspective: Perspective,
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
@@ -52,6 +68,10 @@ impl Args {
         if !self.out.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
             return Err(Failure::wrong(format!("`{}` does not end with .png", self.out.display()))
                 .hint("pictures are PNG files: `-o picture.png`"));
+        }
+        match self.view {
+            View::Perspective => self.perspective.check()?,
+            View::Map | View::Hillshade => self.perspective.check_unused()?,
         }
         let cancel = stop::on_interrupt()?;
         let picture = if self.file.extension().is_some_and(|extension| extension == "ron") || is_archive(&self.file) {
@@ -86,6 +106,8 @@ impl Args {
             ("--set", !changes.set.is_empty()),
             ("--cache", self.means.cache.is_some()),
             ("--threads", self.means.threads.is_some()),
+            ("--colour", self.perspective.colour.is_some()),
+            ("--water", self.perspective.water.is_some()),
         ];
         if let Some((option, _)) = option.into_iter().find(|(_, given)| *given) {
             return Err(Failure::wrong(format!(
@@ -94,7 +116,12 @@ impl Args {
             )));
         }
         self.means.backend.check()?;
-        Ok(picture::of_height(&heightfile::read(&self.file, &self.scale)?, self.view))
+        let height = heightfile::read(&self.file, &self.scale)?;
+        match self.view {
+            View::Map => Ok(picture::of_height(&height, picture::View::Map)),
+            View::Hillshade => Ok(picture::of_height(&height, picture::View::Hillshade)),
+            View::Perspective => self.perspective.picture(&Seen { height, colour: None, water: None }),
+        }
     }
 
     fn of_graph(&self, cancel: &Cancel) -> Result<Field, Failure> {
@@ -103,17 +130,64 @@ impl Args {
         }
         let mut request = Request::new(&self.file, &self.changes, &orograph_nodes::registry(), !self.quiet)?;
         let output = chosen(&self.file, &request.outputs, self.output.as_deref())?.clone();
-        request.outputs = vec![output.clone()];
+        let mut outputs = vec![output.clone()];
+        if self.view == View::Perspective {
+            if output.ty != PortType::Height {
+                return Err(Failure::wrong(format!(
+                    "`{}` is a {}, and `--view 3d` shows heights",
+                    output.name, output.ty
+                ))
+                .hint("name a height with `--output`; colours of the land are named with `--colour`"));
+            }
+            outputs.extend(self.worn(&request.outputs)?);
+        }
+        request.outputs = outputs;
+        let ports: Vec<_> = request.outputs.iter().map(|output| output.port).collect();
         let progress: Box<dyn Progress> = if self.quiet { Box::new(Quiet) } else { progress::for_people() };
         let builder = Builder::new(&self.means, 0)?;
-        let values = builder.evaluate(&request, &[output.port], cancel, &*progress);
+        let values = builder.evaluate(&request, &ports, cancel, &*progress);
         progress.ended();
         let (values, _) = values?;
-        match values.first().and_then(|value| value.as_field()) {
-            Some(field) => Ok(picture::of_field(field, output.ty, self.view)),
-            None => Err(Failure::wrong(format!("`{}` is a {}, which has no picture", output.name, output.ty))),
+        let mut fields = values.iter().map(Value::as_field);
+        let Some(Some(field)) = fields.next() else {
+            return Err(Failure::wrong(format!("`{}` is a {}, which has no picture", output.name, output.ty)));
+        };
+        match self.view {
+            View::Map => Ok(picture::of_field(field, output.ty, picture::View::Map)),
+            View::Hillshade => Ok(picture::of_field(field, output.ty, picture::View::Hillshade)),
+            View::Perspective => {
+                let mut next = |wanted: bool| if wanted { fields.next().flatten().cloned() } else { None };
+                let colour = next(self.perspective.colour.is_some());
+                let water = next(self.perspective.water.is_some());
+                self.perspective.picture(&Seen { height: field.clone(), colour, water })
+            }
         }
     }
+
+    /// The outputs that `--colour` and `--water` name, in this order.
+    fn worn(&self, outputs: &[OutputDecl]) -> Result<Vec<OutputDecl>, Failure> {
+        let is_depth = |ty: PortType| matches!(ty, PortType::Scalar(_) | PortType::AnyScalar | PortType::Height);
+        let named = [
+            ("--colour", &self.perspective.colour, "colours"),
+            ("--water", &self.perspective.water, "depths of water in metres"),
+        ];
+        let mut worn = Vec::new();
+        for (option, name, what) in named {
+            let Some(name) = name else { continue };
+            let output = chosen(&self.file, outputs, Some(name))?;
+            let fits = if option == "--colour" { output.ty == PortType::Colour } else { is_depth(output.ty) };
+            if !fits {
+                return Err(Failure::wrong(format!("`{option}` takes {what}, and `{name}` is a {}", output.ty)));
+            }
+            worn.push(output.clone());
+        }
+        Ok(worn)
+    }
+}
+
+/// An option of `--view 3d` at another view.
+pub(super) fn wrong_view(option: &str) -> Failure {
+    Failure::wrong(format!("`{option}` is for `--view 3d`"))
 }
 
 /// The output of that name, else the first height, else the first that can be shown.

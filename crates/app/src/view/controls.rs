@@ -35,8 +35,8 @@ impl Orbit {
     pub fn framing(land: &Land, exaggeration: f64, size: [u32; 2]) -> Self {
         let start = Self {
             target: land.middle(exaggeration),
-            azimuth_deg: 205.0,
-            elevation_deg: 27.0,
+            azimuth_deg: 160.0,
+            elevation_deg: 20.0,
             distance: 1.0,
             fov_deg: FOV_DEG,
         };
@@ -48,33 +48,31 @@ impl Orbit {
     pub fn framed(self, land: &Land, exaggeration: f64, size: [u32; 2]) -> Self {
         /// Part of the picture that is left free around the land.
         const MARGIN: f64 = 0.04;
-        let [w, h] = land.size_m();
-        let [low, high] = [land.base(exaggeration), land.range()[1]].map(|height| height * exaggeration);
-        let corners = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| {
-            let pick = |bit: i32, low: f64, high: f64| if k & bit == 0 { low } else { high };
-            DVec3::new(pick(1, 0.0, w), pick(2, low, high), pick(4, 0.0, h))
-        });
-        let mut framed = Self { target: DVec3::new(0.5 * w, 0.5 * (low + high), 0.5 * h), ..self };
-        // the picture of a box moves a little as the eye draws back, so a few rounds settle both
+        /// Part of the free height of the picture that lies above the land.
+        const SKY: f64 = 0.68;
+        let points = land.hull(exaggeration);
+        let mut framed = Self { target: land.middle(exaggeration), distance: land.size_m()[0], ..self };
+        // what is seen of the land changes a little as the eye draws back, so a few rounds settle all
         for _ in 0..8 {
             let camera = framed.camera();
             let [tx, ty] = camera.half_extent(size).map(|t| t * (1.0 - MARGIN));
             let (right, up) = (camera.right(), camera.up());
             let mut sides = [[f64::NEG_INFINITY; 2]; 2];
-            for corner in corners {
-                let to = corner - framed.target;
+            for point in &points {
+                let to = *point - framed.target;
                 let depth = to.dot(camera.forward);
                 for (axis, (along, t)) in [(to.dot(right), tx), (to.dot(up), ty)].into_iter().enumerate() {
-                    // the distance that the eye needs for this corner to be inside, on either side
+                    // the distance that the eye needs for this point to be inside, on either side
                     for (side, sign) in [(0, 1.0), (1, -1.0)] {
                         sides[axis][side] = sides[axis][side].max(sign * along / t - depth);
                     }
                 }
             }
-            let needed = |axis: usize| 0.5 * (sides[axis][0] + sides[axis][1]);
+            let needed = sides.map(|[a, b]| 0.5 * (a + b));
             let shift = |axis: usize, t: f64| 0.5 * (sides[axis][0] - sides[axis][1]) * t;
-            framed.distance = needed(0).max(needed(1)).max(land.cell_m());
-            framed.target += right * shift(0, tx) + up * shift(1, ty);
+            framed.distance = needed[0].max(needed[1]).max(land.cell_m());
+            let free = (framed.distance - needed[1]) * ty;
+            framed.target += right * shift(0, tx) + up * (shift(1, ty) + (2.0 * SKY - 1.0) * free);
         }
         framed
     }
@@ -255,13 +253,9 @@ mod tests {
                 for size in [[800, 500], [300, 900]] {
                     let start = Orbit { azimuth_deg, elevation_deg, ..Orbit::framing(&land, 1.0, size) };
                     let camera = start.framed(&land, 1.0, size).camera();
-                    let [w, h] = land.size_m();
-                    let (low, high) = (land.base(1.0), land.range()[1]);
                     let mut used = [1.0_f64; 4];
-                    for k in 0..8 {
-                        let pick = |bit: i32, low: f64, high: f64| if k & bit == 0 { low } else { high };
-                        let corner = DVec3::new(pick(1, 0.0, w), pick(2, low, high), pick(4, 0.0, h));
-                        let [x, y] = camera.pixel(corner, size).expect("in front");
+                    for point in land.hull(1.0) {
+                        let [x, y] = camera.pixel(point, size).expect("in front");
                         let (x, y) = (x / f64::from(size[0]), y / f64::from(size[1]));
                         used = [used[0].min(x), used[1].min(1.0 - x), used[2].min(y), used[3].min(1.0 - y)];
                     }
@@ -292,7 +286,7 @@ mod tests {
         assert!((after[0] - before[0]).abs() < 1e-6 && (after[1] - before[1]).abs() < 1e-6);
 
         orbit.drag([250.0, 0.0], SIZE);
-        assert!((orbit.azimuth_deg - 295.0).abs() < 1e-9);
+        assert!((orbit.azimuth_deg - 250.0).abs() < 1e-9);
         orbit.drag([0.0, 1e6], SIZE);
         assert!(orbit.elevation_deg <= 90.0 && orbit.camera().up().is_finite());
     }

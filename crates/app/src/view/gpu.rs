@@ -14,6 +14,12 @@ pub(super) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 pub(super) const HEIGHT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 pub(super) const GRADIENT: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Float;
 
+/// The text of a shader.
+macro_rules! code {
+    ($name:literal) => {
+        include_str!(concat!("../../../../shaders/view/", $name, ".wgsl"))
+    };
+}
 /// What a shader reads at a binding.
 #[derive(Clone, Copy, Debug)]
 enum Reads {
@@ -25,6 +31,10 @@ enum Reads {
     Smooth,
     /// A texture of several samples a pixel.
     Samples,
+    /// Depths of several samples a pixel.
+    Depths,
+    /// A texture that a compute shader writes.
+    Writes,
 }
 
 /// Pipelines and layouts of a device and a format of pictures.
@@ -36,13 +46,23 @@ pub(super) struct Gpu {
     pub(super) frame_layout: wgpu::BindGroupLayout,
     pub(super) land_layout: wgpu::BindGroupLayout,
     pub(super) map_layout: wgpu::BindGroupLayout,
+    pub(super) sky_layout: wgpu::BindGroupLayout,
+    pub(super) sweep_layout: wgpu::BindGroupLayout,
+    pub(super) depth_layout: wgpu::BindGroupLayout,
     pub(super) light_layout: wgpu::BindGroupLayout,
     pub(super) surface: wgpu::RenderPipeline,
     pub(super) walls: wgpu::RenderPipeline,
     pub(super) sky: wgpu::RenderPipeline,
     pub(super) gradient: wgpu::RenderPipeline,
-    pub(super) halved_gradient: wgpu::RenderPipeline,
-    pub(super) halved_colour: wgpu::RenderPipeline,
+    halved: [(wgpu::TextureFormat, wgpu::RenderPipeline); 4],
+    pub(super) sweep: wgpu::ComputePipeline,
+    pub(super) seen: wgpu::RenderPipeline,
+    pub(super) open: wgpu::RenderPipeline,
+    /// Transmittance, light scattered more than once, sky, ambient light.
+    pub(super) sky_tables: [wgpu::RenderPipeline; 4],
+    pub(super) haze: wgpu::RenderPipeline,
+    /// Across, then down.
+    pub(super) blur: [wgpu::RenderPipeline; 2],
     pub(super) finish: wgpu::RenderPipeline,
     pub(super) smooth: wgpu::Sampler,
     pub(super) slant: wgpu::Sampler,
@@ -65,29 +85,59 @@ impl Gpu {
     }
 
     fn made(device: &wgpu::Device, queue: &wgpu::Queue, format: wgpu::TextureFormat) -> Self {
-        use Reads::{Cells, Sampler, Samples, Smooth, Uniform};
+        use Reads::{Cells, Depths, Sampler, Samples, Smooth, Uniform, Writes};
         let frame_layout = layout(device, "frame", &[Uniform, Sampler, Sampler]);
-        let land_layout = layout(device, "land", &[Cells, Cells, Smooth, Smooth, Smooth, Smooth]);
+        let land_layout =
+            layout(device, "land", &[Cells, Cells, Smooth, Smooth, Smooth, Smooth, Smooth, Smooth, Cells]);
         let map_layout = layout(device, "map", &[Cells]);
-        let light_layout = layout(device, "light", &[Samples]);
+        let sky_layout = layout(device, "sky", &[Smooth, Smooth, Smooth]);
+        let sweep_layout = layout(device, "sweep", &[Writes]);
+        let depth_layout = layout(device, "depth", &[Depths]);
+        let light_layout = layout(device, "light", &[Samples, Depths, Cells]);
 
-        let terrain = shader(device, "terrain", &[FRAME, LAND, include_str!("../../../../shaders/view/terrain.wgsl")]);
-        let sky = shader(device, "sky", &[FRAME, include_str!("../../../../shaders/view/sky.wgsl")]);
-        let maps = shader(device, "maps", &[FRAME, include_str!("../../../../shaders/view/gradient.wgsl")]);
-        let finish = shader(device, "finish", &[FRAME, include_str!("../../../../shaders/view/finish.wgsl")]);
+        let terrain = shader(
+            device,
+            "terrain",
+            &[code!("frame"), code!("land"), code!("light"), code!("lighting"), code!("terrain")],
+        );
+        let sky =
+            shader(device, "sky", &[code!("frame"), code!("land"), code!("light"), code!("lighting"), code!("sky")]);
+        let tables = shader(device, "atmosphere", &[code!("frame"), code!("light"), code!("atmosphere")]);
+        let maps = shader(device, "maps", &[code!("frame"), code!("gradient")]);
+        let shade = shader(device, "shade", &[code!("frame"), code!("land"), code!("shade")]);
+        let seen =
+            shader(device, "seen", &[code!("frame"), code!("land"), code!("light"), code!("lighting"), code!("seen")]);
+        let haze =
+            shader(device, "haze", &[code!("frame"), code!("land"), code!("light"), code!("lighting"), code!("haze")]);
+        let blur = shader(device, "blur", &[code!("frame"), code!("blur")]);
+        let finish = shader(
+            device,
+            "finish",
+            &[code!("frame"), code!("land"), code!("light"), code!("lighting"), code!("finish")],
+        );
 
         let drawn = Make { device, frame: &frame_layout, samples: SAMPLES, depth: true };
         let plain = Make { samples: 1, depth: false, ..drawn };
-        let land = [&land_layout];
-        let map = [&map_layout];
+        let (land, map) = ([&land_layout], [&map_layout]);
+        let lit = [&land_layout, &sky_layout];
+        let halved = |format| (format, plain.pipeline(&maps, ["map_vertex", "halved_fragment"], &map, format));
+        let table = |fragment| plain.pipeline(&tables, ["table_vertex", fragment], &[&sky_layout], LIGHT);
+        let blurred = |fragment| plain.pipeline(&blur, ["blur_vertex", fragment], &map, LIGHT);
+        let hazed = [&land_layout, &sky_layout, &depth_layout];
+        let finished = [&land_layout, &sky_layout, &light_layout];
         Self {
-            surface: drawn.pipeline(&terrain, ["surface_vertex", "surface_fragment"], &land, LIGHT),
-            walls: drawn.pipeline(&terrain, ["wall_vertex", "wall_fragment"], &land, LIGHT),
-            sky: drawn.pipeline(&sky, ["sky_vertex", "sky_fragment"], &[], LIGHT),
+            surface: drawn.pipeline(&terrain, ["surface_vertex", "surface_fragment"], &lit, LIGHT),
+            walls: drawn.pipeline(&terrain, ["wall_vertex", "wall_fragment"], &lit, LIGHT),
+            sky: drawn.pipeline(&sky, ["sky_vertex", "sky_fragment"], &lit, LIGHT),
             gradient: plain.pipeline(&maps, ["map_vertex", "gradient_fragment"], &map, GRADIENT),
-            halved_gradient: plain.pipeline(&maps, ["map_vertex", "halved_fragment"], &map, GRADIENT),
-            halved_colour: plain.pipeline(&maps, ["map_vertex", "halved_fragment"], &map, COLOUR),
-            finish: plain.pipeline(&finish, ["finish_vertex", "finish_fragment"], &[&light_layout], format),
+            halved: [HEIGHT, GRADIENT, COLOUR, SEEN].map(halved),
+            sweep: plain.compute(&shade, "sweep", &[&land_layout, &sweep_layout]),
+            seen: plain.pipeline(&seen, ["seen_vertex", "sun_fragment"], &land, SEEN),
+            open: plain.pipeline(&seen, ["seen_vertex", "open_fragment"], &land, SEEN),
+            sky_tables: ["clear_fragment", "again_fragment", "sky_fragment", "ambient_fragment"].map(table),
+            haze: plain.pipeline(&haze, ["haze_vertex", "haze_fragment"], &hazed, LIGHT),
+            blur: ["across_fragment", "down_fragment"].map(blurred),
+            finish: plain.pipeline(&finish, ["finish_vertex", "finish_fragment"], &finished, format),
             smooth: sampler(device, 1),
             slant: sampler(device, 8),
             indices: indices(device, queue),
@@ -97,16 +147,26 @@ impl Gpu {
             frame_layout,
             land_layout,
             map_layout,
+            sky_layout,
+            sweep_layout,
+            depth_layout,
             light_layout,
         }
+    }
+
+    /// What fills the coarser levels of maps of that format.
+    pub(super) fn halved(&self, format: wgpu::TextureFormat) -> &wgpu::RenderPipeline {
+        let [(_, first), rest @ ..] = &self.halved;
+        rest.iter().find(|(of, _)| *of == format).map_or(first, |(_, pipeline)| pipeline)
     }
 }
 
 /// Colours of land.
 pub(super) const COLOUR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
-
-const FRAME: &str = include_str!("../../../../shaders/view/frame.wgsl");
-const LAND: &str = include_str!("../../../../shaders/view/land.wgsl");
+/// How much of sun and sky is seen.
+pub(super) const SEEN: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
+/// Heights below which the sun is hidden.
+pub(super) const SHADE: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
 
 fn shader(device: &wgpu::Device, label: &str, parts: &[&str]) -> wgpu::ShaderModule {
     let source = wgpu::ShaderSource::Wgsl(parts.concat().into());
@@ -123,7 +183,10 @@ fn layout(device: &wgpu::Device, label: &str, reads: &[Reads]) -> wgpu::BindGrou
         .zip(reads)
         .map(|(binding, reads)| wgpu::BindGroupLayoutEntry {
             binding,
-            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE,
+            visibility: match reads {
+                Reads::Writes => wgpu::ShaderStages::COMPUTE,
+                _ => wgpu::ShaderStages::VERTEX_FRAGMENT | wgpu::ShaderStages::COMPUTE,
+            },
             ty: match reads {
                 Reads::Uniform => wgpu::BindingType::Buffer {
                     ty: wgpu::BufferBindingType::Uniform,
@@ -134,6 +197,16 @@ fn layout(device: &wgpu::Device, label: &str, reads: &[Reads]) -> wgpu::BindGrou
                 Reads::Cells => texture(false, false),
                 Reads::Smooth => texture(true, false),
                 Reads::Samples => texture(false, true),
+                Reads::Depths => wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Depth,
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                    multisampled: true,
+                },
+                Reads::Writes => wgpu::BindingType::StorageTexture {
+                    access: wgpu::StorageTextureAccess::WriteOnly,
+                    format: SHADE,
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                },
             },
             count: None,
         })
@@ -151,6 +224,32 @@ struct Make<'a> {
 }
 
 impl Make<'_> {
+    fn layout(&self, groups: &[&wgpu::BindGroupLayout]) -> wgpu::PipelineLayout {
+        let groups: Vec<Option<&wgpu::BindGroupLayout>> =
+            std::iter::once(self.frame).chain(groups.iter().copied()).map(Some).collect();
+        self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &groups,
+            immediate_size: 0,
+        })
+    }
+
+    fn compute(
+        &self,
+        module: &wgpu::ShaderModule,
+        entry: &str,
+        groups: &[&wgpu::BindGroupLayout],
+    ) -> wgpu::ComputePipeline {
+        self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry),
+            layout: Some(&self.layout(groups)),
+            module,
+            entry_point: Some(entry),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        })
+    }
+
     fn pipeline(
         &self,
         module: &wgpu::ShaderModule,
@@ -158,13 +257,7 @@ impl Make<'_> {
         groups: &[&wgpu::BindGroupLayout],
         format: wgpu::TextureFormat,
     ) -> wgpu::RenderPipeline {
-        let groups: Vec<Option<&wgpu::BindGroupLayout>> =
-            std::iter::once(self.frame).chain(groups.iter().copied()).map(Some).collect();
-        let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(fragment),
-            bind_group_layouts: &groups,
-            immediate_size: 0,
-        });
+        let layout = self.layout(groups);
         // the sky is drawn where nothing is, after the land
         let (write, compare) = match vertex {
             "sky_vertex" => (false, wgpu::CompareFunction::Equal),

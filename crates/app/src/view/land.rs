@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use orograph_graph::{Field, Window};
 
 use super::{
-    bounds::Bounds,
+    bounds::{Bounds, LEAF},
     camera::Ray,
     error::ViewError,
     ray::{Hit, Surface, in_grid},
@@ -123,6 +123,29 @@ impl Land {
         let [w, h] = self.size_m();
         let relief = self.range[1] - self.range[0];
         self.range[0] - (0.035 * w.max(h) / exaggeration.max(1e-9)).max(0.12 * relief)
+    }
+
+    /// Points that no picture of the land goes beyond: corners of squares of it at their highest, and of its base.
+    pub(super) fn hull(&self, exaggeration: f64) -> Vec<DVec3> {
+        /// The most squares along a side.
+        const MOST: u32 = 24;
+        let bounds = self.bounds();
+        let longer = (self.cells()[0].max(self.cells()[1]) + 1).div_ceil(1 << LEAF);
+        let level = longer.div_ceil(MOST).next_power_of_two().ilog2();
+        let side_m = f64::from((1_u32 << LEAF) << level) * self.cell_m();
+        let [w, h] = self.size_m();
+        let squares = (0..MOST).flat_map(|j| (0..MOST).map(move |i| (i, j)));
+        let tops = squares.filter_map(|(i, j)| {
+            let [_, high] = bounds.range(level, i, j)?;
+            let at = |k: u32, most: f64| (f64::from(k) * side_m).min(most);
+            Some(
+                [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)]
+                    .map(|(i, j)| DVec3::new(at(i, w), f64::from(high) * exaggeration, at(j, h))),
+            )
+        });
+        let base = self.base(exaggeration) * exaggeration;
+        let corners = [[0.0, 0.0], [w, 0.0], [0.0, h], [w, h]].map(|[x, z]| DVec3::new(x, base, z));
+        tops.flatten().chain(corners).collect()
     }
 
     /// The height at a place in metres from the north-west corner, x east and y south; beyond the land that of its edge.

@@ -8,16 +8,33 @@ use orograph_nodes::{
 use rayon::prelude::*;
 
 use super::{
-    gpu::{COLOUR, GRADIENT, Gpu, HEIGHT},
+    gpu::{COLOUR, GRADIENT, Gpu, HEIGHT, SEEN, SHADE},
     land::Land,
+    scene::Scene,
+    sweep::{self, Sweep},
+    uniforms::open_texels,
 };
 
 /// The land as textures.
 #[derive(Debug)]
 pub(super) struct Maps {
+    /// Everything.
     group: wgpu::BindGroup,
+    /// Everything but what is computed of the sun and the sky.
+    bare: wgpu::BindGroup,
+    /// With the swept shadows, but without what is seen of the sun.
+    swept: wgpu::BindGroup,
+    sweep_out: wgpu::BindGroup,
+    seen: wgpu::TextureView,
+    open: wgpu::TextureView,
+    /// Passes that fill the coarser levels of what is seen of the sun.
+    seen_halves: Vec<Fill>,
     /// Passes that fill textures from others, until they have been recorded.
     waiting: Vec<Fill>,
+    /// What the shadows have been computed for.
+    shadows_of: Option<(Sweep, f64, Option<f64>)>,
+    /// What the open sky has been computed for.
+    open_of: Option<f64>,
 }
 
 /// One level of a map, to be filled from another.
@@ -31,8 +48,7 @@ struct Fill {
 #[derive(Clone, Copy, Debug)]
 enum What {
     Gradient,
-    HalvedGradient,
-    HalvedColour,
+    Halved(wgpu::TextureFormat),
 }
 
 /// Colours in a row of the map of tints.
@@ -46,8 +62,9 @@ impl Maps {
         let mips = cells[0].max(cells[1]).ilog2() + 1;
         let mut waiting = Vec::new();
 
-        let height = gpu.texture(cells, HEIGHT, 1, copy);
+        let height = gpu.texture(cells, HEIGHT, mips, copy | drawn);
         gpu.fill(&height, bytemuck::cast_slice(land.height().plane(0)));
+        waiting.extend(halves(gpu, &height));
         let water = match land.water() {
             Some(water) => {
                 let texture = gpu.texture(cells, HEIGHT, 1, copy);
@@ -57,18 +74,17 @@ impl Maps {
             None => one(gpu, HEIGHT, &[0; 4]),
         };
         let gradient = gpu.texture(cells, GRADIENT, mips, drawn);
-        let height_view = whole(&height);
         waiting.push(Fill {
             target: level(&gradient, 0),
-            source: gpu.group(&gpu.map_layout, &[&height_view]),
+            source: gpu.group(&gpu.map_layout, &[&level(&height, 0)]),
             what: What::Gradient,
         });
-        waiting.extend(halves(gpu, &gradient, What::HalvedGradient));
+        waiting.extend(halves(gpu, &gradient));
         let colour = match land.colour() {
             Some(colour) => {
                 let texture = gpu.texture(cells, COLOUR, mips, copy | drawn);
                 gpu.fill(&texture, &coded(colour));
-                waiting.extend(halves(gpu, &texture, What::HalvedColour));
+                waiting.extend(halves(gpu, &texture));
                 texture
             }
             None => one(gpu, COLOUR, &[255; 4]),
@@ -85,30 +101,80 @@ impl Maps {
         let tints = gpu.texture([TINTS as u32, 3], COLOUR, 1, copy);
         gpu.fill(&tints, &[Palette::Alpine, Palette::Rock, Palette::Map].map(row).concat());
 
-        let views = [&height, &water, &gradient, &colour, &mask, &tints].map(whole);
-        let group = gpu.group(&gpu.land_layout, &views.each_ref());
-        Self { group, waiting }
+        let seen = gpu.texture(cells, SEEN, mips, drawn);
+        let open = gpu.texture(open_texels(land), SEEN, 1, drawn);
+        let shade = gpu.texture(sweep::largest(land), SHADE, 1, wgpu::TextureUsages::STORAGE_BINDING);
+        let nothing = one(gpu, SEEN, &[255]);
+        let no_shade = one(gpu, SHADE, &[0; 8]);
+        let group = |seen: &wgpu::Texture, open: &wgpu::Texture, shade: &wgpu::Texture| {
+            let views = [&height, &water, &gradient, &colour, &mask, &tints, seen, open, shade].map(whole);
+            gpu.group(&gpu.land_layout, &views.each_ref())
+        };
+        Self {
+            group: group(&seen, &open, &shade),
+            bare: group(&nothing, &nothing, &no_shade),
+            swept: group(&nothing, &nothing, &shade),
+            sweep_out: gpu.group(&gpu.sweep_layout, &[&whole(&shade)]),
+            seen_halves: halves(gpu, &seen).collect(),
+            seen: level(&seen, 0),
+            open: whole(&open),
+            waiting,
+            shadows_of: None,
+            open_of: None,
+        }
     }
 
     pub(super) const fn group(&self) -> &wgpu::BindGroup {
         &self.group
     }
 
-    /// Records what has not been computed yet.
-    pub(super) fn prepare(&mut self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, frame: &wgpu::BindGroup) {
-        for Fill { target, source, what } in self.waiting.drain(..) {
-            let pipeline = match what {
-                What::Gradient => &gpu.gradient,
-                What::HalvedGradient => &gpu.halved_gradient,
-                What::HalvedColour => &gpu.halved_colour,
-            };
-            gpu.over(encoder, &target, pipeline, &[frame, &source]);
+    /// Records what has not been computed yet for this scene.
+    pub(super) fn prepare(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &wgpu::BindGroup,
+        scene: &Scene,
+        sweep: &Sweep,
+    ) {
+        for fill in self.waiting.drain(..) {
+            fill.record(gpu, encoder, frame);
+        }
+        if self.open_of != Some(scene.exaggeration) {
+            gpu.over(encoder, &self.open, &gpu.open, &[frame, &self.bare]);
+            self.open_of = Some(scene.exaggeration);
+        }
+        let shadows = Some((*sweep, scene.exaggeration, scene.sea_level));
+        if scene.shadows && self.shadows_of != shadows {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&gpu.sweep);
+            for (index, group) in (0..).zip([frame, &self.bare, &self.sweep_out]) {
+                pass.set_bind_group(index, group, &[]);
+            }
+            pass.dispatch_workgroups(sweep.lines.div_ceil(64), 1, 1);
+            drop(pass);
+            gpu.over(encoder, &self.seen, &gpu.seen, &[frame, &self.swept]);
+            for fill in &self.seen_halves {
+                fill.record(gpu, encoder, frame);
+            }
+            self.shadows_of = shadows;
         }
     }
 }
 
+impl Fill {
+    fn record(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, frame: &wgpu::BindGroup) {
+        let pipeline = match self.what {
+            What::Gradient => &gpu.gradient,
+            What::Halved(format) => gpu.halved(format),
+        };
+        gpu.over(encoder, &self.target, pipeline, &[frame, &self.source]);
+    }
+}
+
 /// The passes that fill the coarser levels of a texture.
-fn halves(gpu: &Gpu, texture: &wgpu::Texture, what: What) -> impl Iterator<Item = Fill> {
+fn halves(gpu: &Gpu, texture: &wgpu::Texture) -> impl Iterator<Item = Fill> {
+    let what = What::Halved(texture.format());
     (1..texture.mip_level_count()).map(move |mip| {
         let finer = level(texture, mip - 1);
         Fill { target: level(texture, mip), source: gpu.group(&gpu.map_layout, &[&finer]), what }

@@ -25,7 +25,9 @@ mod offscreen;
 mod ray;
 mod renderer;
 mod scene;
+mod sky;
 mod sun;
+mod sweep;
 mod uniforms;
 
 pub use camera::{Camera, Ray};

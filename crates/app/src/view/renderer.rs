@@ -9,6 +9,8 @@ use super::{
     lod::{self, TILE, Tile},
     maps::Maps,
     scene::Scene,
+    sky::Sky,
+    sweep::Sweep,
     uniforms::{self, Frame},
 };
 
@@ -19,6 +21,7 @@ pub struct Renderer {
     uniform: wgpu::Buffer,
     frame: wgpu::BindGroup,
     tiles: wgpu::Buffer,
+    sky: Sky,
     shown: Option<Shown>,
     targets: Option<Targets>,
 }
@@ -36,7 +39,11 @@ struct Targets {
     size: [u32; 2],
     light: wgpu::TextureView,
     depth: wgpu::TextureView,
-    light_group: wgpu::BindGroup,
+    depth_group: wgpu::BindGroup,
+    finish_group: wgpu::BindGroup,
+    /// Haze as it is marched, and blurred across; blurred down it is back in the first.
+    haze: [wgpu::TextureView; 2],
+    haze_groups: [wgpu::BindGroup; 2],
 }
 
 /// What a picture took.
@@ -68,7 +75,7 @@ impl Renderer {
 
     fn with(gpu: Arc<Gpu>) -> Result<Self, ViewError> {
         let device = &gpu.device;
-        let (uniform, frame, tiles) = caught(device, || {
+        let (uniform, frame, tiles, sky) = caught(device, || {
             let uniform = device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("frame"),
                 size: size_of::<Frame>() as u64,
@@ -84,9 +91,9 @@ impl Renderer {
                     wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&gpu.slant) },
                 ],
             });
-            (uniform, frame, instances(device, 2048))
+            (uniform, frame, instances(device, 2048), Sky::new(&gpu))
         })?;
-        Ok(Self { gpu, uniform, frame, tiles, shown: None, targets: None })
+        Ok(Self { gpu, uniform, frame, tiles, sky, shown: None, targets: None })
     }
 
     /// Shows another land.
@@ -133,10 +140,13 @@ impl Renderer {
             self.tiles = caught(&gpu.device, || instances(&gpu.device, all.len().next_power_of_two()))?;
         }
         gpu.queue.write_buffer(&self.tiles, 0, bytemuck::cast_slice(&all));
-        let frame = Frame::new(land, scene, size, !gpu.format.is_srgb());
-        gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&frame));
+        let sweep = Sweep::new(land, &scene.sun);
+        let uniform = Frame::new(land, scene, &sweep, size, !gpu.format.is_srgb());
+        gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
 
-        maps.prepare(gpu, encoder, &self.frame);
+        let frame = &self.frame;
+        self.sky.prepare(gpu, encoder, frame, scene, uniforms::altitude_km(scene, ground.base));
+        maps.prepare(gpu, encoder, frame, scene, &sweep);
         let (tile_count, all_count) = (tiles.len() as u32, all.len() as u32);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("land"),
@@ -153,8 +163,9 @@ impl Renderer {
             }),
             ..wgpu::RenderPassDescriptor::default()
         });
-        pass.set_bind_group(0, &self.frame, &[]);
-        pass.set_bind_group(1, maps.group(), &[]);
+        for (index, group) in (0..).zip([frame, maps.group(), self.sky.group()]) {
+            pass.set_bind_group(index, group, &[]);
+        }
         pass.set_vertex_buffer(0, self.tiles.slice(..));
         pass.set_index_buffer(gpu.indices.slice(..), wgpu::IndexFormat::Uint16);
         pass.set_pipeline(&gpu.surface);
@@ -165,7 +176,13 @@ impl Renderer {
         pass.draw(0..3, 0..1);
         drop(pass);
 
-        gpu.over(encoder, target, &gpu.finish, &[&self.frame, &targets.light_group]);
+        let [haze, other] = &targets.haze;
+        if scene.haze > 0.0 {
+            gpu.over(encoder, haze, &gpu.haze, &[frame, maps.group(), self.sky.group(), &targets.depth_group]);
+            gpu.over(encoder, other, &gpu.blur[0], &[frame, &targets.haze_groups[0]]);
+            gpu.over(encoder, haze, &gpu.blur[1], &[frame, &targets.haze_groups[1]]);
+        }
+        gpu.over(encoder, target, &gpu.finish, &[frame, maps.group(), self.sky.group(), &targets.finish_group]);
         let triangles = 2 * (TILE * TILE) as usize * tiles.len() + 2 * TILE as usize * walls.len();
         Ok(Drawn { tiles: tiles.len(), triangles })
     }
@@ -184,7 +201,19 @@ impl Targets {
     fn new(gpu: &Gpu, size: [u32; 2]) -> Self {
         let light = gpu.target(size, LIGHT);
         let depth = gpu.target(size, DEPTH);
-        let light_group = gpu.group(&gpu.light_layout, &[&light]);
-        Self { size, light, depth, light_group }
+        let half = size.map(|n| n.div_ceil(2));
+        let haze = [(); 2].map(|()| {
+            let texture = gpu.texture(half, LIGHT, 1, wgpu::TextureUsages::RENDER_ATTACHMENT);
+            texture.create_view(&wgpu::TextureViewDescriptor::default())
+        });
+        Self {
+            size,
+            depth_group: gpu.group(&gpu.depth_layout, &[&depth]),
+            finish_group: gpu.group(&gpu.light_layout, &[&light, &depth, &haze[0]]),
+            haze_groups: haze.each_ref().map(|haze| gpu.group(&gpu.map_layout, &[haze])),
+            light,
+            depth,
+            haze,
+        }
     }
 }

@@ -19,7 +19,7 @@ pub struct Sun {
 impl Default for Sun {
     /// A late afternoon: the light that lies across slopes and shows their form.
     fn default() -> Self {
-        Self { azimuth_deg: 285.0, elevation_deg: 28.0 }
+        Self { azimuth_deg: 240.0, elevation_deg: 30.0 }
     }
 }
 

@@ -1,11 +1,13 @@
 //! What the shaders know of a picture: `Frame` in `shaders/view/frame.wgsl`.
 
 use glam::{DVec3, Mat4, Vec4};
+use orograph_nodes::math;
 
 use super::{
     land::Land,
     lod::{Ground, eye_above},
     scene::{Background, Colouring, Scene},
+    sweep::Sweep,
 };
 
 /// The uniform of a picture, field by field as in the shader.
@@ -37,8 +39,15 @@ pub(super) struct Frame {
     exposure: f32,
     /// Metres between contour lines, their opacity, opacity of the mask, share of haze.
     overlay: Vec4,
-    /// Kilometres of air that a metre of the scene counts as, and height of the air's layers in metres of the scene.
+    /// Haze: metres to where it begins, density a metre, height of its layer in metres; 1 over the land's extent.
     air: Vec4,
+    /// Altitude of the eye for the sky's tables, in kilometres.
+    sky: Vec4,
+    sweep: Vec4,
+    sweep_lines: [i32; 4],
+    sweep_fall: Vec4,
+    /// Cells of a texel of the map of open sky along x and y; how far it looks, in cells.
+    open: Vec4,
     /// Light behind the land; 1 where it is the sky's instead.
     background: Vec4,
     /// Colouring, 1 for levels of detail, 1 for shadows, 1 for codes of a screen instead of linear light.
@@ -49,7 +58,7 @@ pub(super) struct Frame {
 const NO_SEA: f32 = -1e30;
 
 impl Frame {
-    pub(super) fn new(land: &Land, scene: &Scene, size: [u32; 2], encode: bool) -> Self {
+    pub(super) fn new(land: &Land, scene: &Scene, sweep: &Sweep, size: [u32; 2], encode: bool) -> Self {
         let camera = &scene.camera;
         let [tx, ty] = camera.half_extent(size);
         let near = near(land);
@@ -60,7 +69,6 @@ impl Frame {
         let [low, high] = land.range();
         let sea = scene.sea_level.map_or(NO_SEA, |sea| sea as f32);
         let contours = scene.contours.map_or([0.0; 2], |lines| [lines.interval as f32, lines.opacity]);
-        let [w, h] = land.size_m();
         let colouring = match (scene.colouring, land.colour()) {
             (Colouring::Own, Some(_)) => 0,
             (Colouring::Own, None) | (Colouring::Natural, _) => 1,
@@ -83,9 +91,18 @@ impl Frame {
             heights: Vec4::new(low as f32, high as f32, sea, ground.base as f32),
             size: size.map(|n| n as f32),
             seconds: scene.seconds,
-            exposure: scene.exposure,
+            exposure: scene.exposure + EXPOSURE,
             overlay: Vec4::new(contours[0], contours[1], mask, scene.haze as f32),
-            air: Vec4::new(w as f32, h as f32, 0.0, 0.0),
+            air: haze(land, scene, ground.base),
+            sky: Vec4::new(altitude_km(scene, ground.base) as f32, 0.0, 0.0, 0.0),
+            sweep: Vec4::new(sweep.shift as f32, sweep.step_m as f32, sweep.first as f32, sweep.cells as f32),
+            sweep_lines: [sweep.axis, i32::from(sweep.forward), sweep.steps as i32, sweep.lines as i32],
+            sweep_fall: Vec4::new(sweep.fall[0] as f32, sweep.fall[1] as f32, 0.0, 0.0),
+            open: {
+                let [x, y] = open_texels(land);
+                let [nx, ny] = land.cells().map(|n| n as f32);
+                Vec4::new(nx / x as f32, ny / y as f32, 0.2 * nx.max(ny), 0.0)
+            },
             background: match scene.background {
                 Background::Sky => Vec4::W,
                 Background::Plain([r, g, b]) => Vec4::new(r, g, b, 0.0),
@@ -93,6 +110,35 @@ impl Frame {
             flags: [colouring, u32::from(scene.show_levels), u32::from(scene.shadows), u32::from(encode)],
         }
     }
+}
+
+/// Stops that show a matt grey surface in an afternoon's sun as middle grey.
+const EXPOSURE: f32 = 1.9;
+
+/// Where the haze over the land begins, how dense it is and how high it lies. True air would hardly be seen over a small land
+/// and hide a large one that is looked at whole, so it is a matter of the land's extent: thick enough that near and far
+/// part, less so over small land.
+fn haze(land: &Land, scene: &Scene, base: f64) -> Vec4 {
+    let [w, h] = land.size_m();
+    let across = math::hypot(w, h);
+    let relief = (land.range()[1] - land.range()[0]) * scene.exaggeration;
+    let begin = ((scene.camera.eye - land.middle(scene.exaggeration)).length() - 0.5 * across).max(0.0);
+    let density = scene.haze.max(0.0) * 0.15 / across * (across / (across + 6_000.0));
+    let layer = (0.05 * across).max(0.7 * relief).max(scene.exaggeration * land.range()[0] - base);
+    Vec4::new(begin as f32, density as f32, layer as f32, (1.0 / across) as f32)
+}
+
+/// Altitude of the eye for the sky: never so high that the sky turns black over a land that is looked at whole.
+pub(super) fn altitude_km(scene: &Scene, base: f64) -> f64 {
+    // in steps that no sky shows, so that its tables stay while the eye goes along the ground
+    ((scene.camera.eye.y - base) * 0.05).round().clamp(5.0, 100.0) * 0.02
+}
+
+/// Texels of the map of open sky along x and y.
+pub(super) fn open_texels(land: &Land) -> [u32; 2] {
+    let [nx, ny] = land.cells();
+    let stride = nx.max(ny).div_ceil(384);
+    [nx, ny].map(|n| n.div_ceil(stride))
 }
 
 /// The distance at which the picture begins. Depth is a float whose smallest numbers are the farthest places, so that it

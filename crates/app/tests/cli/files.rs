@@ -65,6 +65,47 @@ fn pictures_of_graphs_and_of_height_files() {
     place.run(&["render", "raw.r16", "-o", "raw.png", "--cell", "30", "--range", "0,100"]).done();
 }
 
+#[cfg(feature = "editor")]
+#[test]
+fn land_in_three_dimensions() {
+    let place = Place::new();
+    let wet = SMALL
+        .replace("\"steep\": Slope(height: \"plain\"),", "\"lake\": Constant(value: 0.4),")
+        .replace("\"steep\": \"steep\"", "\"lake\": \"lake\"");
+    place.write("g.ron", &wet);
+    let three_d = |out: &str, more: &[&str]| {
+        place.run(&[&["render", "g.ron", "-o", out, "--view", "3d", "--size", "96x64"], more].concat())
+    };
+    three_d("one.png", &[]).done();
+    three_d("two.png", &[]).done();
+    assert!(fs::read(place.path("one.png")).unwrap() == fs::read(place.path("two.png")).unwrap(), "not the same twice");
+    for (out, more) in [
+        ("colour.png", &["--colour", "picture"][..]),
+        ("sun.png", &["--sun", "90,12"]),
+        ("near.png", &["--azimuth", "-30", "--elevation", "50", "--distance", "3 km"]),
+        ("water.png", &["--water", "lake"]),
+        ("sea.png", &["--sea", "720", "--contours", "100", "--haze", "0", "--exaggeration", "2"]),
+    ] {
+        three_d(out, more).done();
+        assert!(
+            fs::read(place.path(out)).unwrap() != fs::read(place.path("one.png")).unwrap(),
+            "{more:?} does nothing"
+        );
+    }
+    three_d("no.png", &["--colour", "pictur"]).ended(1, &["did you mean `picture`?"]);
+    three_d("no.png", &["--colour", "lake"]).ended(1, &["`--colour` takes colours"]);
+    three_d("no.png", &["--output", "picture"]).ended(1, &["`--view 3d` shows heights"]);
+    three_d("no.png", &["--elevation", "95"]).ended(1, &["--elevation"]);
+    place.run(&["render", "g.ron", "-o", "no.png", "--sun", "90,12"]).ended(1, &["`--sun` is for `--view 3d`"]);
+
+    let mut blind = place.command(&["render", "g.ron", "-o", "no.png", "--view", "3d"]);
+    let blind =
+        blind.env("WGPU_BACKEND", "vulkan").env("VK_DRIVER_FILES", "/none.json").env("VK_ICD_FILENAMES", "/none.json");
+    let output = blind.output().expect("the program starts");
+    super::Ran::from(output).ended(2, &["no graphics device was found", "mesa-vulkan-drivers"]);
+    assert!(!place.path("no.png").exists());
+}
+
 #[test]
 fn metrics_of_a_height_file_and_its_distance_from_another() {
     let place = Place::new();

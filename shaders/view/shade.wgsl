@@ -1,0 +1,37 @@
+// Shadows of the land on itself. The sun's light comes in parallel lines: each is swept once from the side of the sun, and
+// the highest line of sight so far, falling with the sun's height, is the height below which the sun is hidden. Twice: for the
+// upper and the lower limb of the sun, so that shadows are softer the farther they fall. The lines are skewed against the
+// cells: neighbouring steps lie one row apart and shift sideways by a fraction of a cell.
+
+@group(2) @binding(0) var shade_out: texture_storage_2d<rg32float, write>;
+
+const NONE = -1e30;
+
+fn top_at(cell: vec2i) -> f32 {
+    return max(ground_at(cell) + water_at(cell), frame.heights.z) * frame.exaggeration;
+}
+
+@compute @workgroup_size(64)
+fn sweep(@builtin(global_invocation_id) id: vec3u) {
+    let line = i32(id.x);
+    if line >= frame.sweep_lines.w {
+        return;
+    }
+    let x_first = frame.sweep_lines.x == 0;
+    let steps = frame.sweep_lines.z;
+    let minor_cells = f32(select(frame.cells.x, frame.cells.y, x_first));
+    let fall = frame.sweep_fall.xy * frame.sweep.y;
+    var high = vec2f(NONE);
+    for (var step = 0; step < steps; step++) {
+        high -= fall;
+        textureStore(shade_out, vec2i(line, step), vec4f(high, 0.0, 0.0));
+        let major = i32(f32(select(steps - 1 - step, step, frame.sweep_lines.y == 1)) * frame.sweep.w);
+        let minor = (f32(line) - frame.sweep.z + frame.sweep.x * f32(step)) * frame.sweep.w;
+        if minor >= -0.5 && minor <= minor_cells - 0.5 {
+            let m = i32(floor(minor));
+            let a = top_at(select(vec2i(m, major), vec2i(major, m), x_first));
+            let b = top_at(select(vec2i(m + 1, major), vec2i(major, m + 1), x_first));
+            high = max(high, vec2f(mix(a, b, minor - floor(minor))));
+        }
+    }
+}
