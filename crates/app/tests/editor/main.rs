@@ -1,6 +1,7 @@
 //! The editor, driven as a person would, on a software graphics driver.
 #![cfg(feature = "editor")]
 
+mod canvas;
 mod files;
 mod inspector;
 mod opening;

@@ -15,6 +15,15 @@ pub enum Edit {
         /// Where an editor shows it.
         at: Option<[f64; 2]>,
     },
+    /// Adds a node as it is written in a file.
+    AddWritten {
+        /// Its name.
+        name: String,
+        /// Its kind with its brackets, such as `Ridged(wavelength: 6000)`.
+        text: String,
+        /// Where an editor shows it.
+        at: Option<[f64; 2]>,
+    },
     /// Removes a node with its wires, its outputs and its place.
     RemoveNode {
         /// Its name.
@@ -222,6 +231,7 @@ impl Edit {
         let mut editor = Editor::new(draft, registry, home);
         match self {
             Self::AddNode { name, kind, at } => editor.add_node(name, kind, *at),
+            Self::AddWritten { name, text, at } => editor.add_written(name, text, *at),
             Self::RemoveNode { name } => editor.remove_node(name),
             Self::RenameNode { from, to } => editor.rename_node(from, to),
             Self::SetParam { node, param, value } => editor.set_param(node, param, value),

@@ -12,7 +12,7 @@ use super::{
     problems::Problems,
     splice::Draft,
     subgraph::{self, Home, Loader},
-    syntax::{Group, Item, parse_value},
+    syntax::{self, Group, Item, parse_value},
     world,
 };
 use crate::{
@@ -85,10 +85,19 @@ impl<'a> Editor<'a> {
         }
         let version = self.registry.get(kind).map_or(1, |node| node.version);
         let version = if version > 1 { format!("version: {version}") } else { String::new() };
+        self.add_written(name, &format!("{kind}({version})"), at)
+    }
+
+    /// Adds a node as it is written in a file.
+    pub(super) fn add_written(&mut self, name: &str, text: &str, at: Option<[f64; 2]>) -> Result<(), EditError> {
         if self.draft.field("nodes").is_some_and(|nodes| nodes.get(name).is_some()) {
             return Err(refused(format!("there is a node `{name}` already")));
         }
-        self.insert_entry("nodes", name, &format!("{kind}({version})"));
+        let (tree, problems) = syntax::parse(text);
+        if !problems.is_empty() || tree.root.as_ref().and_then(kind_of).is_none() {
+            return Err(refused(format!("`{}` is no node", text.escape_debug())));
+        }
+        self.insert_entry("nodes", name, text);
         if at.is_some() {
             self.set_layout(name, at);
         }

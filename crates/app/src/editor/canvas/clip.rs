@@ -1,0 +1,159 @@
+//! Nodes as text, for the clipboard: a graph file of the copied nodes alone.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt::Write as _,
+};
+
+use egui::{Pos2, Vec2};
+use orograph_graph::{Document, Edit, NodeEntry, Registry};
+
+use super::{commands::fresh_name, model::Model};
+
+/// The copied nodes as they are written, with the wires among them, and where they are. With `outer`, wires from other
+/// nodes are kept as well.
+pub(super) fn text(document: &Document, model: &Model, names: &BTreeSet<String>, outer: bool) -> Result<String, String> {
+    let entries = || document.nodes().iter().filter(|entry| names.contains(&entry.name));
+    let mut text = "(\n    nodes: {\n".to_owned();
+    for entry in entries() {
+        // Writing to a text cannot fail.
+        let _ = writeln!(text, "        {},", &document.source()[entry.span.clone()]);
+    }
+    text.push_str("    },\n    layout: {\n");
+    for card in entries().filter_map(|entry| model.find(&entry.name)).map(|card| &model.cards[card]) {
+        let _ = writeln!(text, "        \"{}\": ({}, {}),", card.name, card.at.x.round(), card.at.y.round());
+    }
+    text.push_str("    },\n)\n");
+    if outer {
+        return Ok(text);
+    }
+    let mut copy = Document::parse(text, document.registry());
+    let cut = model.wires.iter().map(|wire| (wire, model.wire_name(wire)));
+    let cut = cut.filter(|(wire, to)| names.contains(&to.node) && !names.contains(&model.cards[wire.from.card].name));
+    let cut = cut.map(|(_, to)| Edit::Disconnect { node: to.node, input: to.input.to_owned() });
+    copy.apply(&Edit::All(cut.collect())).map_err(|error| error.to_string())?;
+    Ok(copy.source().to_owned())
+}
+
+/// The graph that a text holds: a whole file, its field `nodes: {...}`, or what stands in its braces.
+fn read(text: &str, registry: &Registry) -> Option<Document> {
+    let forms = [text.to_owned(), format!("({text})"), format!("(nodes: {text})"), format!("(nodes: {{{text}}})")];
+    let documents = forms.into_iter().map(|form| Document::parse(form, registry));
+    let sound = |document: &Document| document.problems().iter().all(|problem| problem.code != "syntax");
+    documents.into_iter().find(|document| sound(document) && !document.nodes().is_empty())
+}
+
+/// What is pasted.
+pub(super) struct Pasted {
+    pub(super) edits: Vec<Edit>,
+    /// The names of the new nodes.
+    pub(super) names: Vec<String>,
+}
+
+/// The edits that add the nodes of a text, with names that are not taken. `at` is where their middle goes; without it they
+/// go where the text says, moved by `shift`.
+pub(super) fn paste(document: &Document, text: &str, at: Option<Pos2>, shift: Vec2) -> Result<Pasted, String> {
+    let Some(mut copy) = read(text, document.registry()) else {
+        return Err("the clipboard holds no nodes; copy some here, or the text of a graph file".to_owned());
+    };
+    let model = Model::of(&copy, &BTreeSet::new(), &mut BTreeMap::new());
+    let places: BTreeMap<String, Pos2> = model.cards.iter().map(|card| (card.name.clone(), card.at)).collect();
+    let shift = at.map_or(shift, |at| at - model.bounds(|_| true).center());
+    let taken: BTreeSet<&str> = document.nodes().iter().map(|entry| entry.name.as_str()).collect();
+    let mut names: Vec<String> = copy.nodes().iter().map(|entry| entry.name.clone()).collect();
+    let mut used: BTreeSet<String> = names.iter().cloned().collect();
+    let mut renames = Vec::new();
+    let mut moved = Vec::new();
+    for name in &mut names {
+        let place = places.get(name).copied().unwrap_or_default() + shift;
+        if taken.contains(name.as_str()) {
+            let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
+            let to = fresh_name(stem, |name| taken.contains(name) || used.contains(name));
+            used.insert(to.clone());
+            renames.push(Edit::RenameNode { from: name.clone(), to: to.clone() });
+            *name = to;
+        }
+        moved.push(place);
+    }
+    copy.apply(&Edit::All(renames)).map_err(|error| error.to_string())?;
+    let written = |entry: &NodeEntry| copy.source()[entry.kind_span.start..entry.span.end].to_owned();
+    let added = copy.nodes().iter().zip(moved).map(|(entry, at)| Edit::AddWritten {
+        name: entry.name.clone(),
+        text: written(entry),
+        at: Some([f64::from(at.x.round()), f64::from(at.y.round())]),
+    });
+    Ok(Pasted { edits: added.collect(), names })
+}
+
+#[cfg(test)]
+mod tests {
+    use egui::vec2;
+
+    use super::*;
+
+    const SOURCE: &str = "(nodes: {\n    // the ground\n    \"a\": Ridged(wavelength: \"5 km\" /* long */),\n    \
+                          \"b\": Terrace(height: \"a\"),\n    \"c\": Terrace(height: \"b\"),\n}, outputs: { \"o\": \"c\" })";
+
+    fn document() -> Document {
+        Document::parse(SOURCE, &orograph_nodes::registry())
+    }
+
+    fn model(document: &Document) -> Model {
+        Model::of(document, &BTreeSet::new(), &mut BTreeMap::new())
+    }
+
+    fn copied(document: &Document, names: &[&str], outer: bool) -> String {
+        let names = names.iter().map(|name| (*name).to_owned()).collect();
+        text(document, &model(document), &names, outer).expect("nodes can be copied")
+    }
+
+    #[test]
+    fn what_is_copied_is_a_graph_file_with_the_wires_among_its_nodes() {
+        let document = document();
+        let text = copied(&document, &["b", "c"], false);
+        let copy = Document::parse(text.clone(), document.registry());
+        assert_eq!(copy.nodes().len(), 2, "{text}");
+        let graph = copy.graph();
+        let [b, c] = ["b", "c"].map(|name| graph.find(name).expect("it was copied"));
+        assert_eq!((graph.source(b, 0), graph.source(c, 0).map(|port| port.node)), (None, Some(b)));
+        assert!(copied(&document, &["a"], false).contains("/* long */"));
+    }
+
+    #[test]
+    fn pasted_nodes_get_names_of_their_own_and_keep_their_wires() {
+        let mut document = document();
+        let text = copied(&document, &["a", "b"], false);
+        let pasted = paste(&document, &text, None, vec2(24.0, 24.0)).expect("there are nodes");
+        assert_eq!(pasted.names, ["a2", "b2"]);
+        document.apply(&Edit::All(pasted.edits)).expect("they can be pasted");
+        let graph = document.graph();
+        let b2 = graph.find("b2").expect("it was pasted");
+        assert_eq!(graph.source(b2, 0).map(|port| graph.port_name(port)).as_deref(), Some("a2.height"));
+        assert!(document.source().contains("\"a2\": Ridged(wavelength: \"5 km\" /* long */)"), "{}", document.source());
+        assert!(document.undo());
+        assert_eq!(document.source(), SOURCE);
+    }
+
+    #[test]
+    fn duplicates_read_what_their_models_read() {
+        let mut document = document();
+        let text = copied(&document, &["c"], true);
+        let pasted = paste(&document, &text, None, Vec2::ZERO).expect("there are nodes");
+        document.apply(&Edit::All(pasted.edits)).expect("they can be pasted");
+        let graph = document.graph();
+        let c2 = graph.find("c2").expect("it was pasted");
+        assert_eq!(graph.source(c2, 0).map(|port| graph.port_name(port)).as_deref(), Some("b.height"));
+    }
+
+    #[test]
+    fn parts_of_files_can_be_pasted_and_other_texts_cannot() {
+        let document = document();
+        for text in ["nodes: { \"x\": Ridged() }", "{ \"x\": Ridged }", "\"x\": Ridged(),"] {
+            let pasted = paste(&document, text, Some(Pos2::ZERO), Vec2::ZERO).expect("there is a node");
+            assert_eq!(pasted.names, ["x"], "{text}");
+        }
+        for text in ["", "a hill", "(nodes: {})", "{ \"x\": ", "[1, 2]"] {
+            assert!(paste(&document, text, None, Vec2::ZERO).is_err(), "{text}");
+        }
+    }
+}

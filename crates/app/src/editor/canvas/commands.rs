@@ -1,0 +1,252 @@
+//! What can be done to a graph, as edits.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use egui::{Pos2, pos2};
+use orograph_graph::{Document, Edit, Fallback, Node, NodeIndex, OutputType, ParamValues, Port, PortType};
+
+use super::{
+    model::{Model, Side, Spot, Wire, WireName},
+    place,
+};
+
+/// A name that no node has yet: the stem, with a number if it must be.
+pub(super) fn fresh_name(stem: &str, taken: impl Fn(&str) -> bool) -> String {
+    let mut name = stem.to_owned();
+    let mut number = 2;
+    while taken(&name) {
+        name = format!("{stem}{number}");
+        number += 1;
+    }
+    name
+}
+
+/// Puts a node at a place.
+pub(super) fn put(node: &str, at: Pos2) -> Edit {
+    Edit::SetLayout { node: node.to_owned(), at: Some([f64::from(at.x.round()), f64::from(at.y.round())]) }
+}
+
+/// Writes down where every node is of which the document says nothing, so that what is seen stays as it is.
+pub(super) fn settle(model: &Model) -> impl Iterator<Item = Edit> {
+    model.cards.iter().filter(|card| !card.placed).map(|card| put(&card.name, card.at))
+}
+
+/// Wires two pins, whichever is the output.
+pub(super) fn connect(model: &Model, a: Spot, b: Spot) -> Edit {
+    let (output, input) = if a.side == Side::Output { (a, b) } else { (b, a) };
+    Edit::Connect {
+        from: model.port_name(output),
+        to: model.cards[input.card].name.clone(),
+        input: model.pin(input).name.to_owned(),
+    }
+}
+
+/// Takes a wire away.
+pub(super) fn disconnect(wire: &WireName) -> Edit {
+    Edit::Disconnect { node: wire.node.clone(), input: wire.input.to_owned() }
+}
+
+/// Removes nodes and wires. What read a removed node reads what that one read, where the types allow; so do the outputs
+/// of the file.
+pub(super) fn remove(document: &Document, nodes: &BTreeSet<String>, wires: &BTreeSet<WireName>) -> Edit {
+    let graph = document.graph();
+    let gone: BTreeSet<NodeIndex> = nodes.iter().filter_map(|name| graph.find(name).ok()).collect();
+    let is_cut = |node: NodeIndex, input: usize| {
+        let instance = graph.instance(node);
+        let input = instance.node.inputs[input].name;
+        wires.iter().any(|wire| wire.node == instance.name && wire.input == input)
+    };
+    // What stands before an output, beyond all nodes that go.
+    let behind = |port: Port, takes: &dyn Fn(PortType) -> bool| {
+        let mut port = port;
+        loop {
+            if !gone.contains(&port.node) {
+                return Some(port).filter(|port| takes(graph.output_type(*port)));
+            }
+            let inputs = 0..graph.instance(port.node).node.inputs.len();
+            let sources = inputs.filter(|input| !is_cut(port.node, *input));
+            let mut sources = sources.filter_map(|input| graph.source(port.node, input));
+            port = sources.find(|source| takes(graph.output_type(*source)))?;
+        }
+    };
+    let mut edits: Vec<Edit> = wires.iter().filter(|wire| !nodes.contains(&wire.node)).map(disconnect).collect();
+    for node in graph.indices().filter(|node| !gone.contains(node)) {
+        let instance = graph.instance(node);
+        for (position, input) in instance.node.inputs.iter().enumerate() {
+            let Some(source) = graph.source(node, position).filter(|source| gone.contains(&source.node)) else {
+                continue;
+            };
+            if is_cut(node, position) {
+                continue;
+            }
+            if let Some(port) = behind(source, &|ty| input.ty.accepts(ty)) {
+                let (to, input) = (instance.name.clone(), input.name.to_owned());
+                edits.push(Edit::Connect { from: graph.port_name(port), to, input });
+            }
+        }
+    }
+    for output in document.outputs().iter().filter(|output| gone.contains(&output.port.node)) {
+        if let Some(port) = behind(output.port, &|ty| ty == output.ty) {
+            edits.push(Edit::SetOutput { name: output.name.clone(), from: graph.port_name(port) });
+        }
+    }
+    edits.extend(nodes.iter().map(|name| Edit::RemoveNode { name: name.clone() }));
+    Edit::All(edits)
+}
+
+/// The type that an output of a new node has, if one can tell.
+fn new_output_type(node: &Node, output: usize) -> PortType {
+    match node.outputs[output].ty {
+        OutputType::Fixed(ty) => ty,
+        OutputType::Chosen(choose) => choose(&ParamValues::defaults(&node.specs())),
+        OutputType::SameAs(_) => PortType::Height,
+    }
+}
+
+/// The input of a kind of node that a wire of that type fits best: one that must be wired, and of that very type.
+pub(super) fn input_for(node: &Node, ty: PortType) -> Option<&'static str> {
+    let fitting = node.inputs.iter().filter(|input| input.ty.accepts(ty));
+    fitting.min_by_key(|input| (input.ty != ty, input.fallback != Fallback::Required)).map(|input| input.name)
+}
+
+/// The output of a kind of node that fits an input of that type, when `wired` is what is wired to the new node.
+pub(super) fn output_for(node: &Node, takes: PortType, wired: Option<(&str, PortType)>) -> Option<&'static str> {
+    let ty = |output: usize| match (node.outputs[output].ty, wired) {
+        (OutputType::SameAs(input), Some((name, ty))) if input == name => ty,
+        // It becomes what will be wired to it.
+        (OutputType::SameAs(input), None) if node.input(input).is_some_and(|input| input.ty.accepts(takes)) => takes,
+        _ => new_output_type(node, output),
+    };
+    (0..node.outputs.len()).find(|output| takes.accepts(ty(*output))).map(|output| node.outputs[output].name)
+}
+
+/// The wires that put a kind of node, by the name of the node, into a wire: from the wire's source, and to its end.
+pub(super) fn into_wire(model: &Model, wire: &Wire, kind: &Node, name: &str) -> Option<[Edit; 2]> {
+    let input = input_for(kind, wire.ty)?;
+    let output = output_for(kind, model.pin(wire.to).ty, Some((input, wire.ty)))?;
+    Some([
+        Edit::Connect { from: model.port_name(wire.from), to: name.to_owned(), input: input.to_owned() },
+        Edit::Connect {
+            from: format!("{name}.{output}"),
+            to: model.cards[wire.to.card].name.clone(),
+            input: model.pin(wire.to).name.to_owned(),
+        },
+    ])
+}
+
+/// How cards are lined up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Alignment {
+    Left,
+    Top,
+    /// With equal spaces from the leftmost to the rightmost.
+    Across,
+    /// With equal spaces from the topmost to the lowest.
+    Down,
+}
+
+impl Alignment {
+    pub(super) const ALL: [(Self, &'static str); 4] = [
+        (Self::Left, "Left edges"),
+        (Self::Top, "Top edges"),
+        (Self::Across, "Equal spaces across"),
+        (Self::Down, "Equal spaces down"),
+    ];
+}
+
+/// Lines cards up; `None` when there is nothing to line up.
+pub(super) fn align(model: &Model, cards: &[usize], how: Alignment) -> Option<Edit> {
+    let rects: Vec<_> = cards.iter().map(|card| model.cards[*card].rect()).collect();
+    let all = rects.iter().copied().reduce(egui::Rect::union)?;
+    let mut places: BTreeMap<usize, Pos2> = BTreeMap::new();
+    match how {
+        Alignment::Left => places.extend(cards.iter().map(|card| (*card, pos2(all.min.x, model.cards[*card].at.y)))),
+        Alignment::Top => places.extend(cards.iter().map(|card| (*card, pos2(model.cards[*card].at.x, all.min.y)))),
+        Alignment::Across | Alignment::Down => {
+            let axis = usize::from(how == Alignment::Down);
+            let mut order = cards.to_vec();
+            order.sort_by(|a, b| model.cards[*a].at[axis].total_cmp(&model.cards[*b].at[axis]));
+            let filled: f32 = rects.iter().map(|rect| rect.size()[axis]).sum();
+            // Cards that overlap are put side by side.
+            let gap = ((all.size()[axis] - filled) / (cards.len() as f32 - 1.0).max(1.0)).max(place::STEP);
+            let mut next = all.min[axis];
+            for card in order {
+                let mut at = model.cards[card].at;
+                at[axis] = next;
+                next += model.cards[card].size()[axis] + gap;
+                places.insert(card, at);
+            }
+        }
+    }
+    moved(model, places)
+}
+
+/// Puts cards in layers, by the wires among them; the whole stays where it is.
+pub(super) fn arrange(model: &Model, cards: &[usize]) -> Option<Edit> {
+    let corner = cards.iter().map(|card| model.cards[*card].rect()).reduce(egui::Rect::union)?.min;
+    let corner = place::on_grid(corner).to_vec2();
+    let places = place::layered(model, |card| cards.contains(&card));
+    moved(model, places.into_iter().map(|(card, at)| (card, at + corner)).collect())
+}
+
+/// Puts cards at places, as one edit; all others are written down where they are.
+pub(super) fn moved(model: &Model, places: BTreeMap<usize, Pos2>) -> Option<Edit> {
+    let changed: BTreeMap<usize, Pos2> =
+        places.into_iter().filter(|(card, at)| (*at - model.cards[*card].at).length() > 0.5).collect();
+    if changed.is_empty() {
+        return None;
+    }
+    let others = model.cards.iter().enumerate().filter(|(card, other)| !other.placed && !changed.contains_key(card));
+    let others = others.map(|(_, card)| put(&card.name, card.at));
+    let moved = changed.iter().map(|(card, at)| put(&model.cards[*card].name, *at));
+    Some(Edit::All(moved.chain(others).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::Registry;
+
+    use super::*;
+
+    fn registry() -> Registry {
+        orograph_nodes::registry()
+    }
+
+    #[test]
+    fn fresh_names_are_numbered_from_two() {
+        assert_eq!(fresh_name("ridged", |_| false), "ridged");
+        assert_eq!(fresh_name("ridged", |name| ["ridged", "ridged2"].contains(&name)), "ridged3");
+    }
+
+    #[test]
+    fn what_read_a_removed_node_reads_what_that_one_read() {
+        let mut document = Document::parse(
+            "(nodes: { \"a\": Ridged(), \"b\": Terrace(height: \"a\"), \"c\": Terrace(height: \"b\"), \
+             \"d\": Terrace(height: \"c\") }, outputs: { \"o\": \"c\" })",
+            &registry(),
+        );
+        assert!(document.problems().is_empty(), "{:?}", document.problems());
+        let both = BTreeSet::from(["b".to_owned(), "c".to_owned()]);
+        document.apply(&remove(&document, &both, &BTreeSet::new())).expect("nodes may be removed");
+        let graph = document.graph();
+        let d = graph.find("d").expect("it is still there");
+        assert_eq!(graph.source(d, 0).map(|port| graph.port_name(port)).as_deref(), Some("a.height"));
+        assert_eq!(document.outputs().len(), 1);
+        assert_eq!(document.nodes().len(), 2);
+        assert!(document.undo());
+        assert_eq!(document.nodes().len(), 4);
+    }
+
+    #[test]
+    fn every_kind_that_takes_heights_and_gives_them_fits_into_a_wire() {
+        for node in registry().nodes() {
+            let Some(input) = input_for(node, PortType::Height) else { continue };
+            let given = output_for(node, PortType::Height, Some((input, PortType::Height)));
+            if let Some(OutputType::SameAs(typed_by)) = node.outputs.first().map(|output| output.ty)
+                && typed_by == input
+            {
+                assert!(given.is_some(), "{}", node.id);
+            }
+        }
+    }
+}

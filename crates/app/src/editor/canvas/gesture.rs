@@ -1,0 +1,442 @@
+//! What the pointer does: it selects, moves and wires. At the end of each there is one edit.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use egui::{Modifiers, PointerButton, Pos2, Rect, Response, Vec2};
+use orograph_graph::Edit;
+
+use super::{
+    Canvas, Session, commands,
+    hit::Hit,
+    lens::Lens,
+    menu::Menu,
+    model::{Card, Model, Side, Spot, Wire, WireName},
+    overlay,
+    paint::Brush,
+    palette::{Palette, Purpose},
+    place,
+};
+
+/// How near to the pane's edge the view begins to move along, in points, and how fast at most, in points a second.
+const EDGE: [f32; 2] = [28.0, 900.0];
+
+/// What the pointer is doing.
+#[derive(Debug, Default)]
+pub(super) enum Gesture {
+    #[default]
+    Idle,
+    /// It moves the view.
+    Pan,
+    /// It draws a rectangle.
+    Net {
+        from: Pos2,
+        to: Pos2,
+        /// What is selected whatever the rectangle touches.
+        base: BTreeSet<String>,
+        caught: BTreeSet<String>,
+    },
+    /// It moves cards.
+    Move {
+        from: Pos2,
+        /// The card that it holds, whose corner stays on the grid.
+        held: String,
+        starts: BTreeMap<String, Pos2>,
+        /// The wire into which the card would be put.
+        onto: Option<WireName>,
+    },
+    /// It draws a wire.
+    Link(Link),
+}
+
+/// A wire that is being drawn.
+#[derive(Debug)]
+pub(super) struct Link {
+    /// The end that stays, by node and pin.
+    node: String,
+    side: Side,
+    pin: usize,
+    /// The wire whose end was taken off its input.
+    detached: Option<WireName>,
+    /// Where its other end is.
+    to: Pos2,
+    /// The pin that it would be tied to, and why that is refused, if it is.
+    target: Option<(Spot, Option<String>)>,
+}
+
+impl Gesture {
+    /// The end of the wire being drawn that stays, and the cards at which it cannot end.
+    pub(super) fn link(&self, model: &Model) -> Option<(Spot, BTreeSet<usize>)> {
+        let Self::Link(link) = self else { return None };
+        let fixed = link.fixed(model)?;
+        Some((fixed, model.barred(fixed)))
+    }
+
+    pub(super) fn has_detached(&self, wire: &WireName) -> bool {
+        matches!(self, Self::Link(Link { detached: Some(detached), .. }) if detached == wire)
+    }
+
+    /// Whether a card would be put into this wire.
+    pub(super) fn is_over(&self, wire: &WireName) -> bool {
+        matches!(self, Self::Move { onto: Some(onto), .. } if onto == wire)
+    }
+
+    /// Whether a rectangle that is being drawn touches this card.
+    pub(super) fn has_caught(&self, node: &str) -> bool {
+        matches!(self, Self::Net { caught, .. } if caught.contains(node))
+    }
+
+    /// Ends when what it is about is no longer there.
+    pub(super) fn forget_what_is_gone(&mut self, model: &Model) {
+        let gone = match self {
+            Self::Move { starts, .. } => starts.keys().any(|node| model.find(node).is_none()),
+            Self::Link(link) => link.fixed(model).is_none(),
+            _ => false,
+        };
+        if gone {
+            *self = Self::Idle;
+        }
+    }
+
+    /// Draws the rectangle or the wire.
+    pub(super) fn draw(&self, ui: &egui::Ui, model: &Model, brush: &Brush) {
+        match self {
+            Self::Net { from, to, .. } => brush.net(Rect::from_two_pos(*from, *to)),
+            Self::Link(link) => {
+                let Some(fixed) = link.fixed(model) else { return };
+                let refused = matches!(link.target, Some((_, Some(_))));
+                let colour = if refused { brush.look.bad } else { brush.look.port(model.pin(fixed).ty) };
+                let end = link.target.as_ref().map_or(link.to, |(spot, _)| model.pin_at(*spot));
+                let [from, to] = match fixed.side {
+                    Side::Output => [model.pin_at(fixed), end],
+                    Side::Input => [end, model.pin_at(fixed)],
+                };
+                brush.wire(from, to, colour.gamma_multiply(0.3), 7.0);
+                brush.wire(from, to, colour, 2.6);
+                if let Some((_, Some(reason))) = &link.target {
+                    let at = brush.lens.to_screen(link.to);
+                    overlay::bubble(ui, "refused", at + egui::vec2(16.0, 12.0), brush, reason);
+                }
+            }
+            Self::Idle | Self::Pan | Self::Move { .. } => {}
+        }
+    }
+}
+
+impl Link {
+    fn fixed(&self, model: &Model) -> Option<Spot> {
+        let card = model.find(&self.node)?;
+        (self.pin < model.cards[card].pins(self.side).len()).then_some(Spot { card, side: self.side, pin: self.pin })
+    }
+}
+
+impl Canvas {
+    /// Takes what the pointer does in this frame.
+    pub(super) fn point(&mut self, ui: &egui::Ui, response: &Response, session: &mut Session, order: &[usize]) {
+        let Some(lens) = self.lens else { return };
+        let modifiers = ui.input(|input| input.modifiers);
+        let pointer = ui.ctx().pointer_latest_pos();
+        self.hovered = match (&self.gesture, response.hover_pos().filter(|_| response.hovered())) {
+            (Gesture::Idle, Some(point)) => Some(self.model.hit(lens, order, point)).filter(|hit| *hit != Hit::Ground),
+            _ => None,
+        };
+        if let Gesture::Idle = self.gesture {
+            self.click(ui, response, session, order, modifiers);
+            let origin = ui.input(|input| input.pointer.press_origin());
+            if let Some(origin) = origin.filter(|_| response.drag_started_by(PointerButton::Primary)) {
+                self.begin(session, lens, order, origin, modifiers);
+            }
+        }
+        let Some(pointer) = pointer.filter(|_| !matches!(self.gesture, Gesture::Idle)) else { return };
+        if ui.input(|input| input.key_pressed(egui::Key::Escape)) {
+            self.cancel();
+        } else if response.drag_stopped() || !ui.input(|input| input.pointer.primary_down()) {
+            self.go_on(ui, session, order, pointer, modifiers);
+            self.end(ui, session, pointer);
+        } else {
+            self.follow_edge(ui, pointer);
+            self.go_on(ui, session, order, pointer, modifiers);
+        }
+    }
+
+    fn click(
+        &mut self,
+        ui: &egui::Ui,
+        response: &Response,
+        session: &mut Session,
+        order: &[usize],
+        modifiers: Modifiers,
+    ) {
+        let (Some(lens), Some(point)) = (self.lens, response.interact_pointer_pos()) else { return };
+        if response.clicked() || response.secondary_clicked() {
+            response.request_focus();
+        }
+        if response.secondary_clicked() {
+            let hit = self.model.hit(lens, order, point);
+            match &hit {
+                Hit::Card(card) | Hit::Pin(Spot { card, .. }) => {
+                    let name = self.model.cards[*card].name.clone();
+                    if !session.is_selected(&name) {
+                        self.wires.clear();
+                        session.select_only(&name);
+                    }
+                }
+                Hit::Wire(wire) => self.wires = BTreeSet::from([wire.clone()]),
+                Hit::Ground => {}
+            }
+            self.menu = Some(Menu::new(hit, point, &self.model));
+            return;
+        }
+        if !response.clicked() {
+            return;
+        }
+        let additive = modifiers.command || modifiers.shift;
+        let hit = self.model.hit(lens, order, point);
+        if !additive && !matches!(hit, Hit::Wire(_)) {
+            self.wires.clear();
+        }
+        match hit {
+            Hit::Card(card) | Hit::Pin(Spot { card, .. }) => {
+                let name = self.model.cards[card].name.clone();
+                if response.double_clicked() {
+                    let first = self.model.cards[card].outputs.first();
+                    session.pin(first.map(|output| format!("{name}.{}", output.name)));
+                } else if additive {
+                    toggle(session, &name);
+                } else {
+                    session.select_only(&name);
+                }
+            }
+            Hit::Wire(wire) if additive => {
+                if !self.wires.remove(&wire) {
+                    self.wires.insert(wire);
+                }
+            }
+            Hit::Wire(wire) => {
+                session.select([]);
+                self.wires = BTreeSet::from([wire]);
+            }
+            Hit::Ground if response.double_clicked() => {
+                self.palette = Some(Palette::new(point, lens.to_graph(point), Purpose::Add));
+                ui.ctx().request_repaint();
+            }
+            Hit::Ground if additive => {}
+            Hit::Ground => session.select([]),
+        }
+    }
+
+    fn begin(&mut self, session: &mut Session, lens: Lens, order: &[usize], origin: Pos2, modifiers: Modifiers) {
+        let from = lens.to_graph(origin);
+        let additive = modifiers.command || modifiers.shift;
+        self.palette = None;
+        self.gesture = match self.model.hit(lens, order, origin) {
+            _ if modifiers.alt => Gesture::Pan,
+            Hit::Pin(spot) => Gesture::Link(self.link_from(spot, from)),
+            Hit::Card(card) => {
+                let held = self.model.cards[card].name.clone();
+                if !session.is_selected(&held) {
+                    if additive {
+                        toggle(session, &held);
+                    } else {
+                        self.wires.clear();
+                        session.select_only(&held);
+                    }
+                }
+                let starts = self.chosen(session).into_iter().map(|card| {
+                    let card = &self.model.cards[card];
+                    (card.name.clone(), card.at)
+                });
+                Gesture::Move { from, held, starts: starts.collect(), onto: None }
+            }
+            Hit::Wire(_) | Hit::Ground => {
+                let base = if additive { session.selection().map(str::to_owned).collect() } else { BTreeSet::new() };
+                Gesture::Net { from, to: from, base, caught: BTreeSet::new() }
+            }
+        };
+    }
+
+    /// A wire from a pin. At an input that has one it is that wire, whose end is taken off.
+    fn link_from(&self, spot: Spot, to: Pos2) -> Link {
+        let model = &self.model;
+        let taken = model.wire_into(spot);
+        let fixed = taken.map_or(spot, |wire| wire.from);
+        Link {
+            node: model.cards[fixed.card].name.clone(),
+            side: fixed.side,
+            pin: fixed.pin,
+            detached: taken.map(|wire| model.wire_name(wire)),
+            to,
+            target: None,
+        }
+    }
+
+    /// Moves the view along when the pointer holds something near the pane's edge.
+    fn follow_edge(&mut self, ui: &egui::Ui, pointer: Pos2) {
+        let Some(lens) = &mut self.lens else { return };
+        if matches!(self.gesture, Gesture::Pan) {
+            return;
+        }
+        let [margin, fastest] = EDGE;
+        let push = |low: f32, high: f32| ((margin - low).max(0.0) - (margin - high).max(0.0)).clamp(-margin, margin);
+        let by = Vec2::new(
+            push(pointer.x - lens.rect.min.x, lens.rect.max.x - pointer.x),
+            push(pointer.y - lens.rect.min.y, lens.rect.max.y - pointer.y),
+        );
+        if by != Vec2::ZERO {
+            lens.pan(by / margin * fastest * ui.input(|input| input.stable_dt).min(0.05));
+            self.moved = true;
+            ui.ctx().request_repaint();
+        }
+    }
+
+    fn go_on(&mut self, ui: &egui::Ui, session: &Session, order: &[usize], pointer: Pos2, modifiers: Modifiers) {
+        let Some(lens) = &mut self.lens else { return };
+        let place = lens.to_graph(pointer);
+        match &mut self.gesture {
+            Gesture::Idle => {}
+            Gesture::Pan => {
+                lens.pan(ui.input(|input| input.pointer.delta()));
+                self.moved = true;
+            }
+            Gesture::Net { from, to, base, caught } => {
+                *to = place;
+                let net = Rect::from_two_pos(*from, *to);
+                let touched = self.model.cards.iter().filter(|card| card.rect().intersects(net));
+                *caught = touched.map(|card| card.name.clone()).chain(base.iter().cloned()).collect();
+            }
+            Gesture::Move { from, held, starts, onto } => {
+                let Some(start) = starts.get(held) else { return };
+                let target = *start + (place - *from);
+                let by = if modifiers.alt { target } else { place::on_grid(target) } - *start;
+                for (name, start) in starts.iter() {
+                    if let Some(card) = self.model.find(name) {
+                        self.model.cards[card].at = *start + by;
+                    }
+                }
+                *onto = (starts.len() == 1)
+                    .then(|| self.model.find(held))
+                    .flatten()
+                    .and_then(|card| wire_below(&self.model, *lens, card, session));
+                // All is seen until a person has chosen; then what is moved would run away from under the pointer.
+                self.moved = true;
+            }
+            Gesture::Link(link) => {
+                link.to = place;
+                let Some(fixed) = link.fixed(&self.model) else { return };
+                let model = &self.model;
+                let barred = model.barred(fixed);
+                let spot = model
+                    .pin_near(*lens, order, pointer, |spot| spot.side != fixed.side && spot.card != fixed.card)
+                    .or_else(|| {
+                        let card = model.card_at(*lens, order, pointer)?;
+                        model.fitting_pin(fixed, card, &barred)
+                    });
+                if link.target.as_ref().map(|(spot, _)| *spot) != spot {
+                    let reason = |spot| {
+                        let edit = commands::connect(model, fixed, spot);
+                        session.document().clone().apply(&edit).err().map(|error| error.to_string())
+                    };
+                    link.target = spot.map(|spot| (spot, reason(spot)));
+                }
+            }
+        }
+    }
+
+    /// Gives up what the pointer was doing; all is as before.
+    pub(super) fn cancel(&mut self) {
+        if let Gesture::Move { starts, .. } = std::mem::take(&mut self.gesture) {
+            for (name, start) in starts {
+                if let Some(card) = self.model.find(&name) {
+                    self.model.cards[card].at = start;
+                }
+            }
+        }
+    }
+
+    fn end(&mut self, ui: &egui::Ui, session: &mut Session, pointer: Pos2) {
+        match std::mem::take(&mut self.gesture) {
+            Gesture::Idle | Gesture::Pan => {}
+            Gesture::Net { caught, .. } => {
+                self.wires.clear();
+                session.select(caught);
+            }
+            Gesture::Move { starts, onto, held, .. } => {
+                let mut ends = BTreeMap::new();
+                for (name, start) in starts {
+                    if let Some(card) = self.model.find(&name) {
+                        ends.insert(card, std::mem::replace(&mut self.model.cards[card].at, start));
+                    }
+                }
+                let mut edits: Vec<Edit> = commands::moved(&self.model, ends).into_iter().collect();
+                let wire = onto.and_then(|wire| self.model.wire(&wire).copied());
+                if let Some(wire) = wire {
+                    let kind = self.model.find(&held).and_then(|card| self.model.cards[card].index);
+                    let kind = kind.map(|index| session.document().graph().instance(index).node);
+                    let wires = kind.and_then(|kind| commands::into_wire(&self.model, &wire, kind, &held));
+                    edits.extend(wires.into_iter().flatten());
+                }
+                if !edits.is_empty() {
+                    self.apply(ui, session, &Edit::All(edits));
+                }
+            }
+            Gesture::Link(link) => self.tie(ui, session, &link, pointer),
+        }
+    }
+
+    /// Ends a wire: at a pin, or at a new node, or nowhere.
+    fn tie(&mut self, ui: &egui::Ui, session: &mut Session, link: &Link, pointer: Pos2) {
+        let Some(fixed) = link.fixed(&self.model) else { return };
+        let Some(lens) = self.lens else { return };
+        match (&link.target, &link.detached) {
+            (Some((spot, _)), detached) => {
+                let mut edits = vec![commands::connect(&self.model, fixed, *spot)];
+                let same = detached.as_ref().is_some_and(|wire| {
+                    self.model.wire_into(*spot).is_some_and(|at| self.model.wire_name(at) == *wire)
+                });
+                if same {
+                    return;
+                }
+                if let Some(wire) = detached {
+                    edits.insert(0, commands::disconnect(wire));
+                }
+                self.apply(ui, session, &Edit::All(edits));
+            }
+            (None, Some(wire)) => {
+                self.apply(ui, session, &commands::disconnect(wire));
+            }
+            (None, None) => {
+                let purpose = Purpose::Wire { end: self.model.port_name(fixed), side: fixed.side };
+                self.palette = Some(Palette::new(pointer, lens.to_graph(pointer), purpose));
+                ui.ctx().request_repaint();
+            }
+        }
+    }
+}
+
+/// Adds a node to the selection, or takes it out.
+fn toggle(session: &mut Session, name: &str) {
+    let mut names: BTreeSet<String> = session.selection().map(str::to_owned).collect();
+    if !names.remove(name) {
+        names.insert(name.to_owned());
+    }
+    session.select(names);
+}
+
+/// The wire below a card into which it can be put: the card has no wires at the pins that would be used.
+fn wire_below(model: &Model, lens: Lens, card: usize, session: &Session) -> Option<WireName> {
+    let held: &Card = &model.cards[card];
+    let kind = session.document().graph().instance(held.index?).node;
+    let lonely = held.outputs.iter().chain(&held.inputs).all(|pin| !pin.wired);
+    if !lonely {
+        return None;
+    }
+    let fits = |wire: &Wire| {
+        wire.from.card != card && wire.to.card != card && commands::into_wire(model, wire, kind, &held.name).is_some()
+    };
+    // The card is held over the wire with the upper part of its body.
+    let middle = lens.to_screen(held.at + held.size() * 0.5);
+    let top = lens.to_screen(held.at + egui::vec2(held.size().x * 0.5, 18.0));
+    let wanted = |position: usize| fits(&model.wires[position]);
+    let near = |point: Pos2| model.wire_at(lens, point, wanted);
+    let steps = (0..=4).map(|step| top.lerp(middle, step as f32 / 4.0));
+    steps.into_iter().find_map(near)
+}

@@ -1,0 +1,107 @@
+//! What is under the pointer, and what may be wired to what.
+
+use std::collections::BTreeSet;
+
+use egui::Pos2;
+
+use super::{
+    lens::Lens,
+    model::{Model, Side, Spot, WireName},
+};
+
+/// What is under a point of the window.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Hit {
+    Pin(Spot),
+    Card(usize),
+    Wire(WireName),
+    Ground,
+}
+
+/// How near to a wire the pointer must be, in points of the window.
+const NEAR_WIRE: f32 = 7.0;
+
+impl Model {
+    /// What is under a point of the window. `order` lists the cards as they are drawn, the topmost last.
+    pub(super) fn hit(&self, lens: Lens, order: &[usize], point: Pos2) -> Hit {
+        if let Some(spot) = self.pin_near(lens, order, point, |_| true) {
+            return Hit::Pin(spot);
+        }
+        if let Some(card) = self.card_at(lens, order, point) {
+            return Hit::Card(card);
+        }
+        self.wire_at(lens, point, |_| true).map_or(Hit::Ground, Hit::Wire)
+    }
+
+    /// The pin next to a point of the window, if one is near enough.
+    pub(super) fn pin_near(
+        &self,
+        lens: Lens,
+        order: &[usize],
+        point: Pos2,
+        wanted: impl Fn(Spot) -> bool,
+    ) -> Option<Spot> {
+        let place = lens.to_graph(point);
+        let reach = (7.0 / lens.zoom).max(9.0);
+        let near = order.iter().filter(|card| self.cards[**card].rect().expand(reach).contains(place));
+        let spots = near.flat_map(|card| self.spots(*card)).filter(|spot| wanted(*spot));
+        let distances = spots.map(|spot| (self.pin_at(spot).distance(place), spot));
+        let nearest = distances.min_by(|(a, _), (b, _)| a.total_cmp(b));
+        nearest.filter(|(distance, _)| *distance <= reach).map(|(_, spot)| spot)
+    }
+
+    /// The topmost card at a point of the window.
+    pub(super) fn card_at(&self, lens: Lens, order: &[usize], point: Pos2) -> Option<usize> {
+        let place = lens.to_graph(point);
+        order.iter().rev().copied().find(|card| self.cards[*card].rect().contains(place))
+    }
+
+    /// The wire next to a point of the window, if one is near enough.
+    pub(super) fn wire_at(&self, lens: Lens, point: Pos2, wanted: impl Fn(usize) -> bool) -> Option<WireName> {
+        let distances = self.wires.iter().enumerate().filter(|(position, _)| wanted(*position)).map(|(_, wire)| {
+            (lens.distance_to_curve(point, self.pin_at(wire.from), self.pin_at(wire.to)), wire)
+        });
+        let nearest = distances.min_by(|(a, _), (b, _)| a.total_cmp(b));
+        nearest.filter(|(distance, _)| *distance <= NEAR_WIRE).map(|(_, wire)| self.wire_name(wire))
+    }
+
+    /// Whether a wire between two pins would do: from an output to an input that takes it, without closing a circle.
+    /// `upstream` are the cards that must not read from what is wired.
+    pub(super) fn fits(&self, a: Spot, b: Spot, barred: &BTreeSet<usize>) -> bool {
+        let (output, input) = if a.side == Side::Output { (a, b) } else { (b, a) };
+        output.side != input.side
+            && !barred.contains(&b.card)
+            && self.pin(input).ty.accepts(self.pin(output).ty)
+    }
+
+    /// The cards that a wire from or to this pin cannot end at, because it would close a circle: the card itself, and all
+    /// that it reads (of an output) or that read it (of an input).
+    pub(super) fn barred(&self, fixed: Spot) -> BTreeSet<usize> {
+        let mut found = BTreeSet::from([fixed.card]);
+        let mut queue = vec![fixed.card];
+        while let Some(card) = queue.pop() {
+            let next = self.wires.iter().filter_map(|wire| match fixed.side {
+                Side::Output if wire.to.card == card => Some(wire.from.card),
+                Side::Input if wire.from.card == card => Some(wire.to.card),
+                _ => None,
+            });
+            for card in next {
+                if found.insert(card) {
+                    queue.push(card);
+                }
+            }
+        }
+        found
+    }
+
+    /// The pin of a card at which a wire from `fixed` may end, one without a wire if there is one.
+    pub(super) fn fitting_pin(&self, fixed: Spot, card: usize, barred: &BTreeSet<usize>) -> Option<Spot> {
+        let fitting = || self.spots(card).filter(|spot| self.fits(fixed, *spot, barred));
+        // What an input takes exactly comes before what it can also take.
+        let exact = |spot: &Spot| self.pin(*spot).ty == self.pin(fixed).ty;
+        let free = |spot: &Spot| spot.side == Side::Output || !self.pin(*spot).wired;
+        let mut all: Vec<Spot> = fitting().collect();
+        all.sort_by_key(|spot| (!free(spot), !exact(spot)));
+        all.first().copied()
+    }
+}

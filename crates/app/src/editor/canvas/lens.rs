@@ -1,0 +1,115 @@
+//! What part of the graph is seen, and how large.
+
+use egui::{Color32, Pos2, Rect, Stroke, Vec2, epaint::CubicBezierShape, vec2};
+
+/// The smallest and the largest enlargement.
+const ZOOM: [f32; 2] = [0.08, 2.5];
+
+/// From places in the graph to points of the window and back.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lens {
+    /// The pane, in points of the window.
+    pub(super) rect: Rect,
+    /// The place in the middle of the pane.
+    pub(super) centre: Pos2,
+    /// Points of the window per unit of the graph.
+    pub(super) zoom: f32,
+}
+
+impl Lens {
+    /// One that shows all of `bounds` in a pane, not larger than life.
+    pub(super) fn fitted(rect: Rect, bounds: Rect) -> Self {
+        if !bounds.is_positive() {
+            return Self { rect, centre: Pos2::ZERO, zoom: 1.0 };
+        }
+        let room = (rect.size() - Vec2::splat(48.0)).max(Vec2::splat(40.0));
+        let zoom = (room.x / bounds.width()).min(room.y / bounds.height()).min(1.0);
+        Self { rect, centre: bounds.center(), zoom: zoom.clamp(ZOOM[0], ZOOM[1]) }
+    }
+
+    pub(super) fn to_screen(self, place: Pos2) -> Pos2 {
+        self.rect.center() + (place - self.centre) * self.zoom
+    }
+
+    pub(super) fn to_graph(self, point: Pos2) -> Pos2 {
+        self.centre + (point - self.rect.center()) / self.zoom
+    }
+
+    pub(super) fn rect_to_screen(self, rect: Rect) -> Rect {
+        Rect::from_min_max(self.to_screen(rect.min), self.to_screen(rect.max))
+    }
+
+    /// The part of the graph that is seen.
+    pub(super) fn seen(self) -> Rect {
+        Rect::from_min_max(self.to_graph(self.rect.min), self.to_graph(self.rect.max))
+    }
+
+    /// The four points, in the window, of a wire between two places of the graph.
+    pub(super) fn curve(self, from: Pos2, to: Pos2) -> [Pos2; 4] {
+        let [from, to] = [self.to_screen(from), self.to_screen(to)];
+        let (dx, dy) = (to.x - from.x, (to.y - from.y).abs());
+        let [side, rise] = [160.0, 80.0].map(|most| most * self.zoom);
+        let reach = if dx >= 0.0 { dx * 0.5 } else { (-dx).min(side) * 0.6 + dy.min(rise) };
+        let handle = vec2(reach.max(18.0 * self.zoom), 0.0);
+        [from, from + handle, to - handle, to]
+    }
+
+    /// How far a point of the window is from a wire, in points of the window.
+    pub(super) fn distance_to_curve(self, point: Pos2, from: Pos2, to: Pos2) -> f32 {
+        const PIECES: usize = 24;
+        let curve = self.curve(from, to);
+        if !Rect::from_points(&curve).expand(16.0).contains(point) {
+            return f32::INFINITY;
+        }
+        let shape = CubicBezierShape::from_points_stroke(curve, false, Color32::TRANSPARENT, Stroke::NONE);
+        let mut nearest = f32::INFINITY;
+        let mut last = curve[0];
+        for piece in 1..=PIECES {
+            let next = shape.sample(piece as f32 / PIECES as f32);
+            let (along, way) = (next - last, point - last);
+            let t = (way.dot(along) / along.length_sq().max(1e-6)).clamp(0.0, 1.0);
+            nearest = nearest.min((way - along * t).length());
+            last = next;
+        }
+        nearest
+    }
+
+    /// Enlarges by a factor; what is under `point` stays there.
+    pub(super) fn zoom_at(&mut self, point: Pos2, factor: f32) {
+        let under = self.to_graph(point);
+        self.zoom = (self.zoom * factor).clamp(ZOOM[0], ZOOM[1]);
+        self.centre += under - self.to_graph(point);
+    }
+
+    /// Moves what is seen by points of the window.
+    pub(super) fn pan(&mut self, by: Vec2) {
+        self.centre -= by / self.zoom;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use egui::pos2;
+
+    use super::*;
+
+    #[test]
+    fn zooming_keeps_what_is_under_the_pointer() {
+        let rect = Rect::from_min_size(pos2(10.0, 20.0), vec2(400.0, 300.0));
+        let mut lens = Lens::fitted(rect, Rect::from_min_size(pos2(-50.0, 0.0), vec2(1000.0, 200.0)));
+        assert!((lens.zoom - 0.352).abs() < 1e-6, "{}", lens.zoom);
+        let point = pos2(100.0, 250.0);
+        let under = lens.to_graph(point);
+        lens.zoom_at(point, 1.7);
+        assert!((lens.to_graph(point) - under).length() < 1e-3);
+        assert!((lens.to_screen(under) - point).length() < 1e-3);
+        lens.zoom_at(point, 1e9);
+        assert_eq!(lens.zoom, ZOOM[1]);
+    }
+
+    #[test]
+    fn an_empty_graph_is_seen_at_its_own_size() {
+        let rect = Rect::from_min_size(Pos2::ZERO, vec2(400.0, 300.0));
+        assert_eq!(Lens::fitted(rect, Rect::NOTHING).zoom, 1.0);
+    }
+}

@@ -1,0 +1,286 @@
+//! The pane of the graph: its nodes as cards, the wires between them, and all that is done to them by hand.
+//!
+//! A [`Model`] is what is drawn of a document, made anew when the document has changed; nothing of it is kept that the
+//! document says. [`Lens`] tells what part is seen. A [`Gesture`] is what the pointer is doing; at its end there is one
+//! edit. [`commands`] turn what a person wants into edits. The cards and wires are drawn by [`paint`] with a painter, in
+//! points of the window and not in a scaled scene, so that letters are sharp at every size and a pin can be seized
+//! wherever it is seen; `egui_graph` gives the automatic layout, in [`place`].
+
+mod clip;
+mod commands;
+mod gesture;
+mod hit;
+mod keys;
+mod lens;
+mod look;
+mod menu;
+mod model;
+mod overlay;
+mod paint;
+mod palette;
+mod place;
+mod thumbs;
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
+};
+
+use egui::{Id, Pos2, Rect, Response, Sense, Vec2, WidgetInfo, WidgetType};
+use orograph_graph::Edit;
+
+use super::{Session, session::NodeState};
+use gesture::Gesture;
+use hit::Hit;
+use lens::Lens;
+use look::Look;
+use model::{Model, Side, Spot, WireName};
+use paint::{Brush, Emphasis};
+use thumbs::Thumbs;
+
+/// How long a refusal is shown at the pointer, in seconds.
+const REFUSAL: f64 = 4.0;
+
+/// The pane of the graph.
+#[derive(Debug, Default)]
+pub(super) struct Canvas {
+    model: Model,
+    /// Which file, and which state of it, the model is of.
+    seen: Option<(Option<PathBuf>, u64)>,
+    /// Where nodes are of which the document says nothing.
+    places: BTreeMap<String, Pos2>,
+    /// Nodes of which only the title is drawn.
+    collapsed: BTreeSet<String>,
+    lens: Option<Lens>,
+    /// Whether a person has chosen what is seen; until then it is all.
+    moved: bool,
+    gesture: Gesture,
+    hovered: Option<Hit>,
+    wires: BTreeSet<WireName>,
+    thumbs: Thumbs,
+    palette: Option<palette::Palette>,
+    menu: Option<menu::Menu>,
+    find: Option<overlay::Find>,
+    rename: Option<overlay::Rename>,
+    /// Why something was refused, where, and until when that is shown.
+    refusal: Option<(String, Pos2, f64)>,
+    without_map: bool,
+    /// Where what is pasted next goes, when the pointer is elsewhere.
+    pasted: u32,
+}
+
+impl Canvas {
+    pub(super) fn ui(&mut self, ui: &mut egui::Ui, session: &mut Session) {
+        let rect = ui.available_rect_before_wrap();
+        let id = Id::new("canvas");
+        ui.set_clip_rect(rect.intersect(ui.clip_rect()));
+        let response = ui.interact(rect, id, Sense::click_and_drag());
+        response.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, "graph"));
+        if !rect.is_positive() {
+            return;
+        }
+        self.read(session);
+        let lens = self.look_through(rect);
+        let order = self.order(session);
+        self.move_view(ui, &response);
+        self.keys(ui, &response, session);
+        self.read(session);
+        self.point(ui, &response, session, &order);
+        self.read(session);
+        let brush = Brush {
+            painter: ui.painter_at(rect),
+            lens: self.lens.unwrap_or(lens),
+            look: Look::of(ui.visuals()),
+        };
+        self.draw(ui, &brush, session);
+        self.hint(&response, session, &brush);
+        self.overlays(ui, &response, session, &brush);
+        self.menu_ui(ui, session);
+        self.palette_ui(ui, session);
+        self.rename_ui(ui, session);
+        self.refusal_ui(ui, &brush);
+    }
+
+    /// Makes the model anew when the document has changed.
+    fn read(&mut self, session: &Session) {
+        let path = session.path().map(PathBuf::from);
+        let now = Some((path, session.revision()));
+        if self.seen == now {
+            return;
+        }
+        let other_file = self.seen.as_ref().map(|(path, _)| path) != now.as_ref().map(|(path, _)| path);
+        if other_file && self.seen.is_some() && !session.document().can_undo() {
+            *self = Self { without_map: self.without_map, ..Self::default() };
+        }
+        self.model = Model::of(session.document(), &self.collapsed, &mut self.places);
+        self.seen = now;
+        self.gesture.forget_what_is_gone(&self.model);
+        self.wires = std::mem::take(&mut self.wires).into_iter().filter(|wire| self.model.wire(wire).is_some()).collect();
+        self.hovered = None;
+        self.thumbs.keep(&self.model);
+    }
+
+    /// The lens on this pane: all of the graph, until a person has chosen.
+    fn look_through(&mut self, rect: Rect) -> Lens {
+        let lens = match self.lens {
+            Some(lens) if self.moved => Lens { rect, ..lens },
+            _ => Lens::fitted(rect, self.model.bounds(|_| true)),
+        };
+        self.lens = Some(lens);
+        lens
+    }
+
+    /// The cards as they are drawn, the selected ones last.
+    fn order(&self, session: &Session) -> Vec<usize> {
+        let (above, below): (Vec<usize>, Vec<usize>) =
+            (0..self.model.cards.len()).partition(|card| session.is_selected(&self.model.cards[*card].name));
+        below.into_iter().chain(above).collect()
+    }
+
+    /// The selected cards.
+    fn chosen(&self, session: &Session) -> Vec<usize> {
+        session.selection().filter_map(|name| self.model.find(name)).collect()
+    }
+
+    /// Shows all nodes, or the selected ones.
+    fn fit(&mut self, wanted: impl Fn(&model::Card) -> bool) {
+        let bounds = self.model.bounds(wanted);
+        if let Some(lens) = &mut self.lens
+            && bounds.is_positive()
+        {
+            *lens = Lens::fitted(lens.rect, bounds);
+            self.moved = true;
+        }
+    }
+
+    /// Makes an edit; when it is refused, the reason is shown at the pointer as well.
+    fn apply(&mut self, ui: &egui::Ui, session: &mut Session, edit: &Edit) -> bool {
+        let reason = session.document().clone().apply(edit).err().map(|error| error.to_string());
+        let made = session.apply(edit);
+        if let Some(reason) = reason.filter(|_| !made) {
+            self.refuse(ui, reason);
+        }
+        made
+    }
+
+    fn refuse(&mut self, ui: &egui::Ui, reason: String) {
+        let at = ui.ctx().pointer_latest_pos().or(self.lens.map(|lens| lens.rect.center())).unwrap_or_default();
+        self.refusal = Some((reason, at, ui.input(|input| input.time) + REFUSAL));
+    }
+
+    /// Pans and zooms by wheel, fingers and the middle button.
+    fn move_view(&mut self, ui: &egui::Ui, response: &Response) {
+        let Some(lens) = &mut self.lens else { return };
+        let before = *lens;
+        if response.dragged_by(egui::PointerButton::Middle) {
+            lens.pan(response.drag_delta());
+        }
+        if response.contains_pointer()
+            && let Some(pointer) = response.hover_pos()
+        {
+            let (pinch, wheels) = ui.input(|input| {
+                let wheels = input.events.iter().filter_map(|event| match event {
+                    egui::Event::MouseWheel { unit, delta, modifiers, .. } => Some((*unit, *delta, *modifiers)),
+                    _ => None,
+                });
+                let pinch = input.events.iter().filter_map(|event| match event {
+                    egui::Event::Zoom(factor) => Some(*factor),
+                    _ => None,
+                });
+                (pinch.product::<f32>(), wheels.collect::<Vec<_>>())
+            });
+            lens.zoom_at(pointer, pinch);
+            for (unit, delta, modifiers) in wheels {
+                // A wheel has steps and zooms; fingers glide and pan, unless control is held.
+                match unit {
+                    egui::MouseWheelUnit::Point if modifiers.command => lens.zoom_at(pointer, (delta.y / 200.0).exp2()),
+                    egui::MouseWheelUnit::Point => lens.pan(delta),
+                    _ if modifiers.shift => lens.pan(Vec2::new(delta.x + delta.y, 0.0) * 48.0),
+                    _ => lens.zoom_at(pointer, (delta.y * 0.25).exp2()),
+                }
+            }
+        }
+        self.moved |= *lens != before;
+    }
+
+    /// Draws wires, cards, pins and what is being done to them.
+    fn draw(&mut self, ui: &mut egui::Ui, brush: &Brush, session: &Session) {
+        let order = self.order(session);
+        brush.ground();
+        let model = &self.model;
+        let link = self.gesture.link(model);
+        for wire in &model.wires {
+            let name = model.wire_name(wire);
+            let chosen = self.wires.contains(&name);
+            let hovered = self.hovered == Some(Hit::Wire(name.clone())) || self.gesture.is_over(&name);
+            if self.gesture.has_detached(&name) {
+                continue;
+            }
+            let colour = brush.look.port(wire.ty);
+            let [from, to] = [model.pin_at(wire.from), model.pin_at(wire.to)];
+            if chosen || hovered {
+                let halo = if chosen { brush.look.chosen } else { colour };
+                brush.wire(from, to, halo.gamma_multiply(if chosen { 0.9 } else { 0.45 }), 6.0);
+            }
+            let colour = if link.is_some() { colour.gamma_multiply(0.4) } else { colour };
+            brush.wire(from, to, colour, 2.4);
+        }
+        let seen = brush.lens.seen().expand(8.0);
+        let visible: Vec<usize> = order.into_iter().filter(|card| model.cards[*card].rect().intersects(seen)).collect();
+        if !self.thumbs.renew(ui.ctx(), session, model, &visible, &brush.look) {
+            ui.ctx().request_repaint();
+        }
+        let time = ui.input(|input| input.time);
+        let shown = session.shown();
+        let mut busy = false;
+        for position in visible {
+            let card = &model.cards[position];
+            let info = session.node(&card.name);
+            busy |= matches!(info.state, NodeState::Running { .. });
+            let port = card.outputs.first().map(|output| format!("{}.{}", card.name, output.name));
+            let thumb = port.as_deref().and_then(|port| self.thumbs.get(port));
+            let fits = |side: Side, pin: usize| {
+                let spot = Spot { card: position, side, pin };
+                link.as_ref().is_none_or(|(fixed, barred)| *fixed == spot || model.fits(*fixed, spot, barred))
+            };
+            let emphasis = Emphasis {
+                chosen: session.is_selected(&card.name) || self.gesture.has_caught(&card.name),
+                hovered: self.hovered == Some(Hit::Card(position)),
+                shown: shown.as_deref().and_then(|shown| shown.split_once('.')).is_some_and(|(node, _)| node == card.name),
+                faded: link.as_ref().is_some_and(|(fixed, _)| {
+                    fixed.card != position && !model.spots(position).any(|spot| fits(spot.side, spot.pin))
+                }),
+            };
+            brush.card(card, &info, thumb, emphasis, time);
+            let hovered = match self.hovered {
+                Some(Hit::Pin(spot)) if spot.card == position => Some((spot.side, spot.pin)),
+                _ => None,
+            };
+            brush.pins(card, fits, hovered);
+            tell(ui, model, position, brush.lens, session);
+        }
+        if busy {
+            ui.ctx().request_repaint_after_secs(0.05);
+        }
+        self.gesture.draw(ui, &self.model, brush);
+    }
+}
+
+/// Tells those who do not see what is drawn, and the tests, where cards and pins are.
+fn tell(ui: &egui::Ui, model: &Model, position: usize, lens: Lens, session: &Session) {
+    let card = &model.cards[position];
+    let id = Id::new("canvas").with(&card.name);
+    let response = ui.interact(lens.rect_to_screen(card.rect()), id, Sense::hover());
+    let chosen = session.is_selected(&card.name);
+    response.widget_info(|| {
+        WidgetInfo::selected(WidgetType::SelectableLabel, true, chosen, format!("node {}: {}", card.name, card.kind))
+    });
+    for spot in model.spots(position) {
+        let at = Rect::from_center_size(lens.to_screen(model.pin_at(spot)), Vec2::splat(10.0));
+        let side = if spot.side == Side::Input { "input" } else { "output" };
+        let response = ui.interact(at, id.with((side, spot.pin)), Sense::hover());
+        response.widget_info(|| {
+            WidgetInfo::labeled(WidgetType::Other, true, format!("{side} {}", model.port_name(spot)))
+        });
+    }
+}

@@ -1,0 +1,272 @@
+//! What is drawn of a document: a card for each node, with pins, and wires between pins.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use egui::{Pos2, Rect, Vec2, pos2, vec2};
+use orograph_graph::{Document, Fallback, NodeIndex, PortType};
+
+use super::place;
+
+/// Width of a card.
+pub(super) const WIDTH: f32 = 172.0;
+/// Height of its title.
+pub(super) const TITLE: f32 = 36.0;
+/// Side of the square that holds its picture.
+pub(super) const PICTURE: f32 = 84.0;
+/// Height of a row of pins.
+pub(super) const ROW: f32 = 19.0;
+/// Space around the parts of a card.
+pub(super) const PAD: f32 = 6.0;
+
+/// A pin: a place where a wire begins or ends.
+#[derive(Clone, Debug)]
+pub(super) struct Pin {
+    /// Name of the input or output.
+    pub(super) name: &'static str,
+    pub(super) doc: &'static str,
+    pub(super) ty: PortType,
+    pub(super) wired: bool,
+    /// Whether a wire is missing.
+    pub(super) missing: bool,
+    /// The number that stands for a wire.
+    pub(super) constant: Option<String>,
+}
+
+/// What is drawn of a node.
+#[derive(Clone, Debug)]
+pub(super) struct Card {
+    pub(super) name: String,
+    pub(super) kind: String,
+    pub(super) category: &'static str,
+    pub(super) summary: &'static str,
+    /// The node; `None` for a kind that is not known.
+    pub(super) index: Option<NodeIndex>,
+    pub(super) inputs: Vec<Pin>,
+    pub(super) outputs: Vec<Pin>,
+    /// Its north-west corner.
+    pub(super) at: Pos2,
+    /// Whether the document says where it is.
+    pub(super) placed: bool,
+    /// Whether only its title is drawn.
+    pub(super) collapsed: bool,
+}
+
+impl Card {
+    pub(super) fn size(&self) -> Vec2 {
+        vec2(WIDTH, if self.collapsed { TITLE } else { self.rows_top() + self.rows() as f32 * ROW + PAD })
+    }
+
+    pub(super) fn rect(&self) -> Rect {
+        Rect::from_min_size(self.at, self.size())
+    }
+
+    fn rows(&self) -> usize {
+        self.inputs.len().max(self.outputs.len())
+    }
+
+    /// Where the rows of pins begin below the card's top.
+    pub(super) fn rows_top(&self) -> f32 {
+        if self.index.is_some() { TITLE + PICTURE + 2.0 * PAD } else { TITLE + PAD }
+    }
+
+    pub(super) fn pins(&self, side: Side) -> &[Pin] {
+        match side {
+            Side::Input => &self.inputs,
+            Side::Output => &self.outputs,
+        }
+    }
+
+    /// The middle of a pin below the card's top.
+    pub(super) fn pin_offset(&self, pin: usize) -> f32 {
+        if self.collapsed { TITLE / 2.0 } else { self.rows_top() + (pin as f32 + 0.5) * ROW }
+    }
+
+    /// The middle of a pin.
+    pub(super) fn pin_at(&self, side: Side, pin: usize) -> Pos2 {
+        let x = if side == Side::Input { self.at.x } else { self.at.x + WIDTH };
+        pos2(x, self.at.y + self.pin_offset(pin))
+    }
+
+    /// The picture's square and what stands beside it.
+    pub(super) fn picture(&self) -> Rect {
+        Rect::from_min_size(self.at + vec2(PAD, TITLE + PAD), Vec2::splat(PICTURE))
+    }
+}
+
+/// Which side of a card a pin is on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) enum Side {
+    Input,
+    Output,
+}
+
+/// A pin of the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Spot {
+    /// Position of the card.
+    pub(super) card: usize,
+    pub(super) side: Side,
+    /// Position of the pin on its side.
+    pub(super) pin: usize,
+}
+
+/// A wire, by the positions of cards and pins.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Wire {
+    pub(super) from: Spot,
+    pub(super) to: Spot,
+    pub(super) ty: PortType,
+}
+
+/// The name of a wire: each input has at most one.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct WireName {
+    /// The node that takes it.
+    pub(super) node: String,
+    pub(super) input: &'static str,
+}
+
+/// What is drawn of a document.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Model {
+    pub(super) cards: Vec<Card>,
+    pub(super) wires: Vec<Wire>,
+    by_name: HashMap<String, usize>,
+}
+
+impl Model {
+    /// What is drawn of a document. `places` are those of nodes of which the document says none; it learns new ones.
+    pub(super) fn of(
+        document: &Document,
+        collapsed: &BTreeSet<String>,
+        places: &mut BTreeMap<String, Pos2>,
+    ) -> Self {
+        let mut model = Self::default();
+        let graph = document.graph();
+        let mut of_index = HashMap::new();
+        for entry in document.nodes() {
+            let card = entry.index.map_or_else(
+                || Card {
+                    name: entry.name.clone(),
+                    kind: entry.kind.clone(),
+                    category: "",
+                    summary: "",
+                    index: None,
+                    inputs: Vec::new(),
+                    outputs: Vec::new(),
+                    at: Pos2::ZERO,
+                    placed: false,
+                    collapsed: false,
+                },
+                |index| card(document, index),
+            );
+            if let Some(index) = entry.index {
+                of_index.insert(index, model.cards.len());
+            }
+            model.by_name.insert(entry.name.clone(), model.cards.len());
+            let at = entry.layout.map(|[x, y]| pos2(x as f32, y as f32)).filter(|at| at.is_finite());
+            model.cards.push(Card {
+                at: at.unwrap_or_default(),
+                placed: at.is_some(),
+                collapsed: collapsed.contains(&entry.name),
+                ..card
+            });
+        }
+        for (position, entry) in document.nodes().iter().enumerate() {
+            let Some(index) = entry.index else { continue };
+            for input in 0..model.cards[position].inputs.len() {
+                let Some(source) = graph.source(index, input) else { continue };
+                let Some(card) = of_index.get(&source.node).copied() else { continue };
+                model.cards[position].inputs[input].wired = true;
+                model.cards[card].outputs[source.output].wired = true;
+                model.wires.push(Wire {
+                    from: Spot { card, side: Side::Output, pin: source.output },
+                    to: Spot { card: position, side: Side::Input, pin: input },
+                    ty: graph.output_type(source),
+                });
+            }
+        }
+        place::fill(&mut model, places);
+        model
+    }
+
+    pub(super) fn find(&self, name: &str) -> Option<usize> {
+        self.by_name.get(name).copied()
+    }
+
+    /// The smallest rectangle with all cards, or with those that `wanted` names.
+    pub(super) fn bounds(&self, wanted: impl Fn(&Card) -> bool) -> Rect {
+        let cards = self.cards.iter().filter(|card| wanted(card));
+        cards.fold(Rect::NOTHING, |all, card| all.union(card.rect()))
+    }
+
+    pub(super) fn pin(&self, spot: Spot) -> &Pin {
+        &self.cards[spot.card].pins(spot.side)[spot.pin]
+    }
+
+    pub(super) fn pin_at(&self, spot: Spot) -> Pos2 {
+        self.cards[spot.card].pin_at(spot.side, spot.pin)
+    }
+
+    /// `node.port`.
+    pub(super) fn port_name(&self, spot: Spot) -> String {
+        format!("{}.{}", self.cards[spot.card].name, self.pin(spot).name)
+    }
+
+    pub(super) fn wire_name(&self, wire: &Wire) -> WireName {
+        WireName { node: self.cards[wire.to.card].name.clone(), input: self.pin(wire.to).name }
+    }
+
+    pub(super) fn wire(&self, name: &WireName) -> Option<&Wire> {
+        self.wires.iter().find(|wire| self.pin(wire.to).name == name.input && self.cards[wire.to.card].name == name.node)
+    }
+
+    /// The wire into an input.
+    pub(super) fn wire_into(&self, spot: Spot) -> Option<&Wire> {
+        self.wires.iter().find(|wire| wire.to == spot)
+    }
+
+    /// All pins of a card, on both sides.
+    pub(super) fn spots(&self, card: usize) -> impl Iterator<Item = Spot> {
+        let side = move |side| (0..self.cards[card].pins(side).len()).map(move |pin| Spot { card, side, pin });
+        side(Side::Input).chain(side(Side::Output))
+    }
+}
+
+fn card(document: &Document, index: NodeIndex) -> Card {
+    let graph = document.graph();
+    let instance = graph.instance(index);
+    let input = |(position, input): (usize, &orograph_graph::Input)| Pin {
+        name: input.name,
+        doc: input.doc,
+        ty: input.ty,
+        wired: false,
+        missing: input.fallback == Fallback::Required && graph.source(index, position).is_none(),
+        constant: match input.fallback {
+            Fallback::Constant { default, .. } if graph.source(index, position).is_none() => {
+                Some(input.ty.unit().display(instance.constants[position].unwrap_or(default)))
+            }
+            _ => None,
+        },
+    };
+    let output = |(output, declared): (usize, &orograph_graph::Output)| Pin {
+        name: declared.name,
+        doc: declared.doc,
+        ty: graph.output_type(orograph_graph::Port { node: index, output }),
+        wired: false,
+        missing: false,
+        constant: None,
+    };
+    Card {
+        name: instance.name.clone(),
+        kind: instance.node.id.to_owned(),
+        category: instance.node.category,
+        summary: instance.node.summary,
+        index: Some(index),
+        inputs: instance.node.inputs.iter().enumerate().map(input).collect(),
+        outputs: instance.node.outputs.iter().enumerate().map(output).collect(),
+        at: Pos2::ZERO,
+        placed: false,
+        collapsed: false,
+    }
+}

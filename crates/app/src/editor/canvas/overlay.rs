@@ -1,0 +1,372 @@
+//! What lies over the graph: what is told of the thing under the pointer, the overview, finding and renaming.
+
+use egui::{
+    Align2, CornerRadius, FontId, Id, Key, Modifiers, Pos2, Rect, Response, RichText, Sense, Stroke, StrokeKind, Ui,
+    Vec2, vec2,
+};
+use orograph_graph::{Edit, bytes};
+
+use super::{
+    super::session::NodeState,
+    Canvas, Gesture, Session,
+    hit::Hit,
+    keys::KEYS,
+    look::MEANINGS,
+    model::{Side, Spot, TITLE},
+    paint::{Brush, legend, span},
+};
+
+/// Size of the overview, and its distance from the corner, in points.
+const MAP: Vec2 = vec2(168.0, 108.0);
+const MARGIN: f32 = 10.0;
+
+/// The search for a node, while it is open.
+#[derive(Debug, Default)]
+pub(super) struct Find {
+    query: String,
+    /// Which of the found nodes is looked at.
+    at: usize,
+    frames: u32,
+}
+
+/// A node being given another name.
+#[derive(Debug)]
+pub(super) struct Rename {
+    from: String,
+    to: String,
+    frames: u32,
+}
+
+impl Rename {
+    pub(super) fn new(name: &str) -> Self {
+        Self { from: name.to_owned(), to: name.to_owned(), frames: 0 }
+    }
+}
+
+/// A short text in a box of its own, beside the pointer.
+pub(super) fn bubble(ui: &Ui, id: &str, at: Pos2, brush: &Brush, text: &str) {
+    let width = 320.0_f32.min(brush.lens.rect.width() - 20.0).max(120.0);
+    egui::Area::new(Id::new("canvas").with(id))
+        .order(egui::Order::Tooltip)
+        .fixed_pos(at)
+        .constrain_to(ui.ctx().content_rect().shrink(4.0))
+        .interactable(false)
+        .show(ui.ctx(), |ui| {
+            egui::Frame::popup(ui.style()).stroke(Stroke::new(1.0, brush.look.bad)).show(ui, |ui| {
+                ui.set_max_width(width);
+                ui.label(RichText::new(text).color(brush.look.bad));
+            });
+        });
+}
+
+impl Canvas {
+    /// Shows why something was refused, for a while.
+    pub(super) fn refusal_ui(&mut self, ui: &Ui, brush: &Brush) {
+        let Some((reason, at, until)) = &self.refusal else { return };
+        let left = until - ui.input(|input| input.time);
+        if left <= 0.0 || ui.input(|input| input.pointer.any_pressed()) {
+            self.refusal = None;
+            return;
+        }
+        bubble(ui, "refusal", *at + vec2(16.0, 12.0), brush, reason);
+        ui.ctx().request_repaint_after_secs(left as f32);
+    }
+
+    /// Tells of the thing under the pointer.
+    pub(super) fn hint(&self, response: &Response, session: &Session, brush: &Brush) {
+        let calm = matches!(self.gesture, Gesture::Idle) && self.palette.is_none() && self.menu.is_none();
+        let Some(hit) = self.hovered.as_ref().filter(|_| calm && self.refusal.is_none()) else { return };
+        let model = &self.model;
+        match hit {
+            Hit::Pin(spot) => {
+                response.clone().on_hover_ui_at_pointer(|ui| self.tell_pin(ui, *spot, brush));
+            }
+            Hit::Wire(name) => {
+                if let Some(wire) = model.wire(name) {
+                    response.clone().on_hover_ui_at_pointer(|ui| {
+                        ui.label(format!("{} → {}", model.port_name(wire.from), model.port_name(wire.to)));
+                        ui.label(RichText::new(wire.ty.to_string()).color(brush.look.port(wire.ty)));
+                    });
+                }
+            }
+            Hit::Card(card) => {
+                let point = response.hover_pos().map(|point| brush.lens.to_graph(point));
+                let on_title = point.is_some_and(|point| point.y < model.cards[*card].at.y + TITLE);
+                let info = session.node(&model.cards[*card].name);
+                let failed = matches!(info.state, NodeState::Failed { .. });
+                if on_title || failed {
+                    response.clone().on_hover_ui_at_pointer(|ui| self.tell_node(ui, *card, session, brush));
+                }
+            }
+            Hit::Ground => {}
+        }
+    }
+
+    fn tell_pin(&self, ui: &mut Ui, spot: Spot, brush: &Brush) {
+        let model = &self.model;
+        let pin = model.pin(spot);
+        ui.set_max_width(300.0);
+        ui.horizontal(|ui| {
+            ui.label(RichText::new(pin.name).strong());
+            ui.label(RichText::new(pin.ty.to_string()).color(brush.look.port(pin.ty)));
+        });
+        ui.label(pin.doc.lines().next().unwrap_or_default());
+        let state = match (spot.side, model.wire_into(spot)) {
+            (Side::Input, Some(wire)) => format!("from {}", model.port_name(wire.from)),
+            (Side::Input, None) if pin.missing => "It must be wired.".to_owned(),
+            (Side::Input, None) => pin.constant.as_ref().map_or_else(
+                || "It may be left out.".to_owned(),
+                |constant| format!("{constant}, unless something is wired"),
+            ),
+            (Side::Output, _) => "Drag to where it is needed, or to an empty place for what takes it.".to_owned(),
+        };
+        ui.label(RichText::new(state).weak());
+    }
+
+    fn tell_node(&self, ui: &mut Ui, card: usize, session: &Session, brush: &Brush) {
+        let card = &self.model.cards[card];
+        let info = session.node(&card.name);
+        let look = &brush.look;
+        ui.set_max_width(340.0);
+        ui.label(RichText::new(&card.name).strong());
+        if card.index.is_none() {
+            ui.label(format!("`{}` is no kind of node that this program knows. It is kept as it is.", card.kind));
+            return;
+        }
+        ui.label(format!("{}: {}", card.kind, card.summary));
+        match &info.state {
+            NodeState::Failed { message, hint, at } => {
+                let at = at.as_ref().map_or_else(String::new, |at| format!("At `{at}`: "));
+                ui.label(RichText::new(format!("{at}{message}")).color(look.bad));
+                if let Some(hint) = hint {
+                    ui.label(hint);
+                }
+            }
+            NodeState::Running { fraction } => {
+                ui.label(RichText::new(format!("It runs: {:.0} %.", fraction * 100.0)).color(look.busy));
+            }
+            NodeState::Waiting => {
+                ui.label(RichText::new("It waits for its turn.").weak());
+            }
+            NodeState::Fresh => {}
+        }
+        for warning in &info.warnings {
+            ui.label(RichText::new(warning).color(look.doubtful));
+        }
+        if let Some((time, cells)) = info.time {
+            let told = format!("{} for {cells} cells a side, {} of memory", span(time), bytes(info.bytes as u64));
+            ui.label(RichText::new(told).weak());
+        }
+    }
+
+    /// The overview, the legend, the search, and what is said of an empty graph.
+    pub(super) fn overlays(&mut self, ui: &mut Ui, response: &Response, session: &mut Session, brush: &Brush) {
+        if self.model.cards.is_empty() {
+            let words = "Press Tab or Space, or click twice, to add a node";
+            let middle = brush.lens.rect.center();
+            let colour = brush.look.weak;
+            brush.painter.text(middle, Align2::CENTER_CENTER, words, FontId::proportional(15.0), colour);
+        }
+        self.map(ui, brush);
+        self.legend(ui, brush);
+        self.find_ui(ui, response, session);
+    }
+
+    /// The whole graph in a corner, when a part of it is out of sight; a click or a drag there moves the view.
+    fn map(&mut self, ui: &mut Ui, brush: &Brush) {
+        let all = self.model.bounds(|_| true);
+        let pane = brush.lens.rect;
+        let seen = brush.lens.seen();
+        let room = pane.width() > 2.4 * MAP.x && pane.height() > 2.0 * MAP.y;
+        if self.without_map || !room || !all.is_positive() || seen.contains_rect(all) {
+            return;
+        }
+        let rect = Rect::from_min_size(pane.right_bottom() - MAP - Vec2::splat(MARGIN), MAP);
+        let world = all.union(seen).expand(20.0);
+        let scale = (rect.width() / world.width()).min(rect.height() / world.height());
+        let to_map = |at: Pos2| rect.center() + (at - world.center()) * scale;
+        let painter = brush.painter.with_clip_rect(rect.intersect(brush.painter.clip_rect()));
+        let look = &brush.look;
+        painter.rect_filled(rect, CornerRadius::same(4), look.well.gamma_multiply(0.94));
+        for card in &self.model.cards {
+            let small = Rect::from_min_max(to_map(card.rect().min), to_map(card.rect().max));
+            let small = Rect::from_center_size(small.center(), small.size().max(Vec2::splat(2.0)));
+            painter.rect_filled(small, CornerRadius::ZERO, look.title(card.category).lerp_to_gamma(look.text, 0.15));
+        }
+        let frame = Rect::from_min_max(to_map(seen.min), to_map(seen.max));
+        painter.rect_stroke(frame, CornerRadius::same(1), Stroke::new(1.5, look.text), StrokeKind::Inside);
+        painter.rect_stroke(rect, CornerRadius::same(4), Stroke::new(1.0, look.outline), StrokeKind::Inside);
+        let response = ui.interact(rect, Id::new("canvas overview"), Sense::click_and_drag());
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Other, true, "overview"));
+        if (response.dragged() || response.clicked())
+            && let (Some(point), Some(lens)) = (response.interact_pointer_pos(), &mut self.lens)
+        {
+            lens.centre = world.center() + (point - rect.center()) / scale;
+            self.moved = true;
+        }
+    }
+
+    /// A sign that shows the colours of meanings and the keys.
+    fn legend(&self, ui: &mut Ui, brush: &Brush) {
+        let pane = brush.lens.rect;
+        if pane.width() < 180.0 || pane.height() < 100.0 {
+            return;
+        }
+        let rect = Rect::from_min_size(pane.left_bottom() + vec2(MARGIN, -MARGIN - 22.0), Vec2::splat(22.0));
+        let response = ui.interact(rect, Id::new("canvas legend"), Sense::click());
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, "colours and keys"));
+        let look = &brush.look;
+        let edge = if response.hovered() { look.text } else { look.weak };
+        brush.painter.circle(rect.center(), 10.0, look.well, Stroke::new(1.0, edge));
+        brush.painter.text(rect.center(), Align2::CENTER_CENTER, "?", FontId::proportional(13.0), edge);
+        response.on_hover_ui(|ui| {
+            ui.horizontal_top(|ui| {
+                ui.vertical(|ui| {
+                    ui.label(RichText::new("Wires").strong());
+                    legend(ui, look, &MEANINGS);
+                });
+                ui.add_space(12.0);
+                ui.vertical(|ui| {
+                    ui.label(RichText::new("Keys").strong());
+                    egui::Grid::new("keys").num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
+                        for (_, key, what) in KEYS {
+                            ui.label(RichText::new(key).weak());
+                            ui.label(what);
+                            ui.end_row();
+                        }
+                        ui.label(RichText::new("Wheel, middle drag").weak());
+                        ui.label("Zoom, and move the view");
+                        ui.end_row();
+                    });
+                });
+            });
+        });
+    }
+
+    /// The search for a node by name or kind.
+    fn find_ui(&mut self, ui: &mut Ui, canvas: &Response, session: &mut Session) {
+        let Some(mut find) = self.find.take() else { return };
+        let word = find.query.to_lowercase();
+        let hits: Vec<String> = self
+            .model
+            .cards
+            .iter()
+            .filter(|card| card.name.to_lowercase().contains(&word) || card.kind.to_lowercase().contains(&word))
+            .map(|card| card.name.clone())
+            .collect();
+        let (enter, up, down, escape) = ui.input_mut(|input| {
+            (
+                input.consume_key(Modifiers::NONE, Key::Enter),
+                input.consume_key(Modifiers::NONE, Key::ArrowUp),
+                input.consume_key(Modifiers::NONE, Key::ArrowDown),
+                input.consume_key(Modifiers::NONE, Key::Escape),
+            )
+        });
+        let mut changed = false;
+        let at = canvas.rect.left_top() + Vec2::splat(MARGIN);
+        egui::Area::new(Id::new("find")).order(egui::Order::Foreground).fixed_pos(at).show(ui.ctx(), |ui| {
+            egui::Frame::popup(ui.style()).show(ui, |ui| {
+                ui.horizontal(|ui| {
+                    let edit = egui::TextEdit::singleline(&mut find.query).hint_text("Find a node").desired_width(150.0);
+                    let response = ui.add(edit);
+                    if find.frames == 0 {
+                        response.request_focus();
+                    }
+                    changed = response.changed();
+                    let told = match (find.query.is_empty(), hits.len()) {
+                        (true, _) => String::new(),
+                        (_, 0) => "none".to_owned(),
+                        (_, count) => format!("{} of {count}", find.at.min(count - 1) + 1),
+                    };
+                    ui.add_sized([48.0, 18.0], egui::Label::new(RichText::new(told).weak()));
+                });
+            });
+        });
+        find.frames += 1;
+        let step = match (changed, enter || down, up) {
+            (true, _, _) => {
+                find.at = 0;
+                // What is found of the new text is looked at in the next frame.
+                ui.ctx().request_repaint();
+                find.frames = 1;
+                false
+            }
+            (_, true, _) => {
+                find.at = (find.at + 1) % hits.len().max(1);
+                true
+            }
+            (_, _, true) => {
+                find.at = (find.at + hits.len().max(1) - 1) % hits.len().max(1);
+                true
+            }
+            _ => find.frames == 2,
+        };
+        if step
+            && !find.query.is_empty()
+            && let Some(name) = hits.get(find.at)
+        {
+            session.select_only(name);
+            if let (Some(card), Some(lens)) = (self.model.find(name), &mut self.lens) {
+                lens.centre = self.model.cards[card].rect().center();
+                lens.zoom = lens.zoom.max(0.6);
+                self.moved = true;
+            }
+        }
+        if escape {
+            canvas.request_focus();
+        } else {
+            self.find = Some(find);
+        }
+    }
+
+    /// The field in which a node gets another name.
+    pub(super) fn rename_ui(&mut self, ui: &mut Ui, session: &mut Session) {
+        let (Some(mut rename), Some(lens)) = (self.rename.take(), self.lens) else { return };
+        let Some(card) = self.model.find(&rename.from) else { return };
+        let (enter, escape) = ui.input_mut(|input| {
+            (input.consume_key(Modifiers::NONE, Key::Enter), input.consume_key(Modifiers::NONE, Key::Escape))
+        });
+        let at = lens.to_screen(self.model.cards[card].at);
+        let mut lost = false;
+        egui::Area::new(Id::new("rename"))
+            .order(egui::Order::Foreground)
+            .fixed_pos(at)
+            .constrain_to(ui.ctx().content_rect().shrink(4.0))
+            .show(ui.ctx(), |ui| {
+                egui::Frame::popup(ui.style()).inner_margin(2.0).show(ui, |ui| {
+                    let edit = egui::TextEdit::singleline(&mut rename.to)
+                        .id(Id::new("rename field"))
+                        .desired_width(170.0_f32.max(lens.zoom * 160.0));
+                    let mut output = edit.show(ui);
+                    if rename.frames == 0 {
+                        output.response.request_focus();
+                        let all = egui::text::CCursorRange::two(
+                            egui::text::CCursor::new(0),
+                            egui::text::CCursor::new(rename.to.chars().count()),
+                        );
+                        output.state.cursor.set_char_range(Some(all));
+                        output.state.store(ui.ctx(), output.response.id);
+                    }
+                    lost = rename.frames > 1 && !output.response.has_focus();
+                });
+            });
+        rename.frames += 1;
+        if (enter || lost) && !escape && rename.to != rename.from {
+            let edit = Edit::RenameNode { from: rename.from.clone(), to: rename.to.clone() };
+            if let Some(at) = self.places.get(&rename.from).copied() {
+                self.places.insert(rename.to.clone(), at);
+            }
+            if self.collapsed.contains(&rename.from) {
+                self.collapsed.insert(rename.to.clone());
+            }
+            if self.apply(ui, session, &edit) {
+                session.select_only(&rename.to);
+            }
+        } else if !enter && !lost && !escape {
+            self.rename = Some(rename);
+        }
+        if self.rename.is_none() {
+            ui.memory_mut(|memory| memory.request_focus(Id::new("canvas")));
+        }
+    }
+}

@@ -1,0 +1,363 @@
+//! How cards and wires are drawn.
+
+use std::time::Duration;
+
+use egui::{
+    Align2, Color32, CornerRadius, FontId, Mesh, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Vec2,
+    epaint::CubicBezierShape, pos2, text::LayoutJob, vec2,
+};
+use orograph_graph::{PortType, bytes};
+
+use super::{
+    super::session::{NodeInfo, NodeState},
+    lens::Lens,
+    look::Look,
+    model::{Card, PAD, PICTURE, Pin, ROW, Side, TITLE, WIDTH},
+    thumbs::Thumb,
+};
+
+/// Below this enlargement rows of pins have no text, below the second one neither have titles.
+const READABLE: [f32; 2] = [0.5, 0.22];
+/// Radius of a pin.
+const PIN: f32 = 4.5;
+/// Distance of the dots of the ground.
+const DOTS: f32 = 24.0;
+
+/// A painter of the graph.
+#[derive(Clone)]
+pub(super) struct Brush {
+    pub(super) painter: Painter,
+    pub(super) lens: Lens,
+    pub(super) look: Look,
+}
+
+/// How a card stands out.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Emphasis {
+    pub(super) chosen: bool,
+    pub(super) hovered: bool,
+    /// Whether the land of the viewport is this node's.
+    pub(super) shown: bool,
+    /// Whether a wire is being drawn for which this card has no pin.
+    pub(super) faded: bool,
+}
+
+impl Brush {
+    fn scaled(&self, size: f32) -> f32 {
+        size * self.lens.zoom
+    }
+
+    /// A size of text in halves of points, so that zooming does not ask for ever new letters.
+    fn font(&self, size: f32) -> FontId {
+        FontId::proportional(((self.scaled(size) * 2.0).round() / 2.0).max(1.0))
+    }
+
+    /// One line of text, cut at a width in units of the graph; gives its width.
+    fn text(&self, at: Pos2, align: Align2, text: &str, size: f32, colour: Color32, width: f32) -> f32 {
+        let mut job = LayoutJob::simple_singleline(text.to_owned(), self.font(size), colour);
+        job.wrap.max_width = self.scaled(width);
+        job.wrap.max_rows = 1;
+        job.wrap.break_anywhere = true;
+        let galley = self.painter.layout_job(job);
+        let rect = align.anchor_size(self.lens.to_screen(at), galley.size());
+        self.painter.galley(rect.min, galley, colour);
+        rect.width() / self.lens.zoom
+    }
+
+    /// Text of several lines in a rectangle of the graph.
+    fn passage(&self, rect: Rect, text: &str, size: f32, colour: Color32, rows: usize) {
+        let mut job = LayoutJob::simple(text.to_owned(), self.font(size), colour, self.scaled(rect.width()));
+        job.wrap.max_rows = rows;
+        let galley = self.painter.layout_job(job);
+        self.painter.galley(self.lens.to_screen(rect.min), galley, colour);
+    }
+
+    /// The ground, with dots that show how far it has been moved.
+    pub(super) fn ground(&self) {
+        self.painter.rect_filled(self.lens.rect, CornerRadius::ZERO, self.look.ground);
+        let mut step = DOTS;
+        while self.scaled(step) < 15.0 {
+            step *= 2.0;
+        }
+        let seen = self.lens.seen();
+        let mut mesh = Mesh::default();
+        let size = if self.scaled(DOTS) > 20.0 { 2.0 } else { 1.5 };
+        let [columns, rows] = [(seen.width() / step) as usize + 2, (seen.height() / step) as usize + 2];
+        let first = pos2((seen.min.x / step).floor() * step, (seen.min.y / step).floor() * step);
+        for row in 0..rows {
+            for column in 0..columns {
+                let at = self.lens.to_screen(first + vec2(column as f32, row as f32) * step);
+                mesh.add_colored_rect(Rect::from_center_size(at, Vec2::splat(size)), self.look.dots);
+            }
+        }
+        self.painter.add(Shape::mesh(mesh));
+    }
+
+    /// A wire between two places of the graph.
+    pub(super) fn wire(&self, from: Pos2, to: Pos2, colour: Color32, width: f32) {
+        let points = self.lens.curve(from, to);
+        if !Rect::from_points(&points).expand(width).intersects(self.lens.rect) {
+            return;
+        }
+        let stroke = Stroke::new((self.scaled(width)).clamp(width * 0.6, width * 1.6), colour);
+        self.painter.add(CubicBezierShape::from_points_stroke(points, false, Color32::TRANSPARENT, stroke));
+    }
+
+    /// A pin: full where a wire is, a ring where one may be.
+    pub(super) fn pin(&self, at: Pos2, pin: &Pin, faded: bool, hovered: bool) {
+        let at = self.lens.to_screen(at);
+        let radius = self.scaled(if hovered { PIN * 1.4 } else { PIN }).max(1.5);
+        let colour = self.look.port(pin.ty).gamma_multiply(if faded { 0.25 } else { 1.0 });
+        let edge = if pin.missing { self.look.bad } else { colour };
+        let fill = if pin.wired { colour } else { self.look.well };
+        self.painter.circle(at, radius + 1.0, self.look.outline, Stroke::NONE);
+        self.painter.circle(at, radius - 0.5, fill, Stroke::new(self.scaled(1.8).max(1.0), edge));
+    }
+
+    /// A card, without its pins.
+    pub(super) fn card(&self, card: &Card, info: &NodeInfo, thumb: Option<&Thumb>, emphasis: Emphasis, time: f64) {
+        let look = &self.look;
+        let rect = self.lens.rect_to_screen(card.rect());
+        let round = CornerRadius::same(self.scaled(6.0).clamp(1.0, 12.0) as u8);
+        let failed = matches!(info.state, NodeState::Failed { .. });
+        let shadow = rect.translate(vec2(0.0, self.scaled(2.0))).expand(self.scaled(1.5));
+        self.painter.rect_filled(shadow, round, Color32::from_black_alpha(if look.dark { 70 } else { 28 }));
+        self.painter.rect_filled(rect, round, look.body);
+        let mut title = rect;
+        title.max.y = title.min.y + self.scaled(TITLE);
+        let top = if card.collapsed { round } else { CornerRadius { sw: 0, se: 0, ..round } };
+        self.painter.rect_filled(title, top, look.title(card.category));
+        if self.lens.zoom >= READABLE[1] {
+            self.title(card, info, emphasis, time);
+        }
+        if !card.collapsed {
+            self.picture(card, info, thumb);
+            if self.lens.zoom >= READABLE[0] {
+                self.rows(card);
+            }
+        }
+        if let NodeState::Running { fraction } = info.state {
+            let mut bar = title;
+            bar.min.y = bar.max.y - self.scaled(3.0).max(2.0);
+            self.painter.rect_filled(bar, CornerRadius::ZERO, look.well);
+            bar.max.x = bar.min.x + bar.width() * fraction.clamp(0.03, 1.0);
+            self.painter.rect_filled(bar, CornerRadius::ZERO, look.busy);
+        }
+        let (width, colour) = match emphasis {
+            Emphasis { chosen: true, .. } => (2.0, look.chosen),
+            _ if failed => (1.5, look.bad),
+            Emphasis { hovered: true, .. } => (1.0, look.weak),
+            _ => (1.0, look.outline),
+        };
+        self.painter.rect_stroke(rect, round, Stroke::new(width, colour), StrokeKind::Outside);
+        if card.index.is_none() && !emphasis.chosen {
+            let corners = [rect.left_top(), rect.right_top(), rect.right_bottom(), rect.left_bottom(), rect.left_top()];
+            self.painter.extend(Shape::dashed_line(&corners, Stroke::new(1.5, look.doubtful), 6.0, 4.0));
+        }
+        if emphasis.faded {
+            self.painter.rect_filled(rect, round, look.ground.gamma_multiply(0.55));
+        }
+    }
+
+    fn title(&self, card: &Card, info: &NodeInfo, emphasis: Emphasis, time: f64) {
+        let left = card.at + vec2(PAD + 4.0, 0.0);
+        let room = WIDTH - 2.0 * PAD - 28.0;
+        let kind_shown = self.lens.zoom >= READABLE[0];
+        let (y, size) = if kind_shown { (12.0, 13.5) } else { (TITLE / 2.0, 17.0) };
+        self.text(left + vec2(0.0, y), Align2::LEFT_CENTER, &card.name, size, self.look.text, room);
+        if kind_shown {
+            let kind = if card.kind.is_empty() { "not a node" } else { &card.kind };
+            let colour = self.look.text.gamma_multiply(0.78);
+            self.text(left + vec2(0.0, 26.0), Align2::LEFT_CENTER, kind, 10.5, colour, room);
+        }
+        let badge = card.at + vec2(WIDTH - 14.0, 12.0);
+        self.badge(badge, card, info, time);
+        if emphasis.shown && kind_shown {
+            self.eye(card.at + vec2(WIDTH - 14.0, 26.0));
+        }
+    }
+
+    /// The sign of the node that is seen in the viewport.
+    fn eye(&self, at: Pos2) {
+        let (at, width) = (self.lens.to_screen(at), self.scaled(5.5));
+        let [left, right] = [at - vec2(width, 0.0), at + vec2(width, 0.0)];
+        let stroke = Stroke::new(self.scaled(1.2).max(1.0), self.look.text);
+        for side in [-1.0, 1.0] {
+            let bow = vec2(0.0, side * width * 0.85);
+            let points = [left, left + vec2(width * 0.6, 0.0) + bow, right - vec2(width * 0.6, 0.0) + bow, right];
+            self.painter.add(CubicBezierShape::from_points_stroke(points, false, Color32::TRANSPARENT, stroke));
+        }
+        self.painter.circle_filled(at, width * 0.36, self.look.text);
+    }
+
+    /// How far the node is, as a sign that differs in shape and not in colour alone.
+    fn badge(&self, at: Pos2, card: &Card, info: &NodeInfo, time: f64) {
+        let look = &self.look;
+        let centre = self.lens.to_screen(at);
+        let radius = self.scaled(5.0).max(2.0);
+        let ring = |colour| self.painter.circle_stroke(centre, radius, Stroke::new(self.scaled(1.5).max(1.0), colour));
+        let sign = |sign: &str, colour: Color32| {
+            self.painter.circle_filled(centre, radius * 1.25, colour);
+            let ink = if look.dark { Color32::BLACK } else { Color32::WHITE };
+            self.text(at, Align2::CENTER_CENTER, sign, 10.0, ink, 20.0);
+        };
+        match &info.state {
+            _ if card.index.is_none() => sign("?", look.doubtful),
+            NodeState::Failed { at: None, .. } => sign("!", look.bad),
+            NodeState::Failed { .. } => {
+                ring(look.bad);
+            }
+            NodeState::Running { .. } => {
+                let turn = (time * 5.0) as f32;
+                let points = (0..=10).map(|step| {
+                    let angle = turn + step as f32 * 0.42;
+                    centre + radius * Vec2::angled(angle)
+                });
+                self.painter.add(Shape::line(points.collect(), Stroke::new(self.scaled(2.0).max(1.0), look.busy)));
+            }
+            NodeState::Fresh if !info.warnings.is_empty() => sign("!", look.doubtful),
+            NodeState::Fresh => {
+                self.painter.circle_filled(centre, radius * 0.75, look.good);
+            }
+            _ => {
+                ring(look.weak);
+            }
+        }
+    }
+
+    /// The picture, and beside it what it ranges over, its time and its memory.
+    fn picture(&self, card: &Card, info: &NodeInfo, thumb: Option<&Thumb>) {
+        if card.index.is_none() {
+            return;
+        }
+        let look = &self.look;
+        let square = card.picture();
+        let well = self.lens.rect_to_screen(square);
+        self.painter.rect_filled(well, CornerRadius::same(2), look.well);
+        let pale = !matches!(info.state, NodeState::Fresh);
+        if let Some((texture, shape)) = thumb.and_then(|thumb| Some((thumb.texture.as_ref()?, thumb.shape))) {
+            let rect = Rect::from_center_size(well.center(), well.size() * shape);
+            let uv = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
+            let tint = Color32::WHITE.gamma_multiply(if pale { 0.55 } else { 1.0 });
+            self.painter.image(texture.id(), rect, uv, tint);
+        }
+        if self.lens.zoom < READABLE[0] {
+            return;
+        }
+        let column = Rect::from_min_max(
+            pos2(square.max.x + PAD, square.min.y),
+            pos2(card.at.x + WIDTH - PAD, square.max.y),
+        );
+        if let NodeState::Failed { message, at, .. } = &info.state {
+            let all = Rect::from_min_max(square.min, column.max).shrink(2.0);
+            if thumb.is_some() {
+                let cover = self.lens.rect_to_screen(Rect::from_min_max(square.min, column.max));
+                self.painter.rect_filled(cover, CornerRadius::same(2), look.well.gamma_multiply(0.86));
+            }
+            let message = at.as_ref().map_or_else(|| message.clone(), |at| format!("waits for `{at}`, which failed"));
+            self.passage(all, &message, 10.5, if at.is_some() { look.weak } else { look.bad }, 6);
+            return;
+        }
+        let line = |row: f32, text: &str, colour| {
+            self.text(pos2(column.min.x, row), Align2::LEFT_CENTER, text, 10.5, colour, column.width());
+        };
+        if let Some(thumb) = thumb {
+            let report = thumb.texture.is_none();
+            for (row, text) in thumb.lines.iter().take(if report { 5 } else { 2 }).enumerate() {
+                let y = square.min.y + 7.0 + 14.0 * row as f32;
+                if report {
+                    let at = pos2(square.min.x + 4.0, y + 2.0);
+                    self.text(at, Align2::LEFT_CENTER, text, 10.5, look.text, WIDTH - 2.0 * PAD - 8.0);
+                } else {
+                    line(y, text, look.text);
+                }
+            }
+        }
+        let state = match info.state {
+            NodeState::Running { fraction } => Some(format!("{:.0} %", fraction * 100.0)),
+            NodeState::Waiting => Some("waiting".to_owned()),
+            _ => None,
+        };
+        if let Some(state) = state {
+            line(square.max.y - 35.0, &state, look.weak);
+        }
+        if let Some((time, _)) = info.time {
+            line(square.max.y - 21.0, &span(time), look.weak);
+            line(square.max.y - 7.0, &bytes(info.bytes as u64), look.weak);
+        }
+    }
+
+    fn rows(&self, card: &Card) {
+        let look = &self.look;
+        let top = card.at.y + card.rows_top();
+        let y = |row: usize| top + (row as f32 + 0.5) * ROW;
+        for (row, pin) in card.inputs.iter().enumerate() {
+            let output = card.outputs.get(row);
+            let room = if output.is_some() { WIDTH * 0.6 - 10.0 } else { WIDTH - 20.0 };
+            let ink = if pin.missing { look.bad } else { look.text };
+            let left = card.at.x + 10.0;
+            let width = self.text(pos2(left, y(row)), Align2::LEFT_CENTER, pin.name, 11.5, ink, room);
+            if let Some(constant) = &pin.constant {
+                let at = pos2(left + width + 5.0, y(row));
+                self.text(at, Align2::LEFT_CENTER, constant, 11.5, look.weak, (room - width - 5.0).max(0.0));
+            }
+        }
+        for (row, pin) in card.outputs.iter().enumerate() {
+            let room = if card.inputs.get(row).is_some() { WIDTH * 0.4 - 12.0 } else { WIDTH - 20.0 };
+            let at = pos2(card.at.x + WIDTH - 10.0, y(row));
+            self.text(at, Align2::RIGHT_CENTER, pin.name, 11.5, look.text, room);
+        }
+    }
+
+    /// The pins of a card. `fits` says of each whether it may end the wire that is being drawn.
+    pub(super) fn pins(&self, card: &Card, fits: impl Fn(Side, usize) -> bool, hovered: Option<(Side, usize)>) {
+        for side in [Side::Input, Side::Output] {
+            for (position, pin) in card.pins(side).iter().enumerate() {
+                if card.collapsed && !pin.wired && position > 0 {
+                    continue;
+                }
+                let here = hovered == Some((side, position));
+                self.pin(card.pin_at(side, position), pin, !fits(side, position), here);
+            }
+        }
+    }
+
+    /// A rectangle that is being drawn to select what it touches.
+    pub(super) fn net(&self, rect: Rect) {
+        let rect = self.lens.rect_to_screen(rect);
+        let colour = self.look.busy;
+        self.painter.rect(
+            rect,
+            CornerRadius::same(2),
+            colour.gamma_multiply(0.12),
+            Stroke::new(1.0, colour),
+            StrokeKind::Inside,
+        );
+    }
+}
+
+/// The side of the square of pictures, for what is laid out beside it.
+const _: () = assert!(PICTURE + 2.0 * PAD < WIDTH, "there is room beside the picture");
+
+/// A span of time for people.
+pub(super) fn span(time: Duration) -> String {
+    let seconds = time.as_secs_f64();
+    match seconds {
+        s if s < 1e-3 => format!("{:.0} µs", s * 1e6),
+        s if s < 1.0 => format!("{:.0} ms", s * 1e3),
+        s if s < 100.0 => format!("{s:.1} s"),
+        s => format!("{:.0} min", s / 60.0),
+    }
+}
+
+/// The names of meanings with their colours.
+pub(super) fn legend(ui: &mut egui::Ui, look: &Look, meanings: &[(&str, PortType)]) {
+    egui::Grid::new("legend").num_columns(2).spacing([6.0, 2.0]).show(ui, |ui| {
+        for (name, ty) in meanings {
+            let (rect, _) = ui.allocate_exact_size(Vec2::splat(12.0), egui::Sense::hover());
+            ui.painter().circle_filled(rect.center(), 5.0, look.port(*ty));
+            ui.label(*name);
+            ui.end_row();
+        }
+    });
+}

@@ -1,0 +1,318 @@
+//! The palette: all kinds of nodes, searched by name, family and words.
+
+use egui::{Align, Id, Key, Modifiers, Pos2, Sense, Ui, Vec2, vec2};
+use orograph_graph::{Document, Edit, Node, PortType};
+
+use super::{
+    Canvas, Session, commands,
+    look::Look,
+    model::{Model, PAD, PICTURE, ROW, Side, TITLE, WIDTH, WireName},
+    place,
+};
+
+/// Width of the palette, and height of its list, in points.
+const SIZE: [f32; 2] = [300.0, 264.0];
+/// Height of a line of the list.
+const LINE: f32 = 24.0;
+
+/// What a node is chosen for.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Purpose {
+    /// To stand by itself.
+    Add,
+    /// To take a wire from an output, or to give one to an input.
+    Wire {
+        /// The pin, as `node.port`.
+        end: String,
+        /// Its side.
+        side: Side,
+    },
+    /// To be put into a wire.
+    Insert(WireName),
+}
+
+/// The palette while it is open.
+#[derive(Debug)]
+pub(super) struct Palette {
+    /// Where it is, in the window.
+    at: Pos2,
+    /// Where the node is to go, in the graph.
+    place: Pos2,
+    purpose: Purpose,
+    query: String,
+    /// Which of the found kinds is marked.
+    marked: usize,
+    /// How many frames it has been open.
+    frames: u32,
+}
+
+impl Palette {
+    pub(super) const fn new(at: Pos2, place: Pos2, purpose: Purpose) -> Self {
+        Self { at, place, purpose, query: String::new(), marked: 0, frames: 0 }
+    }
+}
+
+/// How well a kind of node answers a search; `None` when it does not. All words of the search must be found.
+fn score(node: &Node, query: &str) -> Option<u32> {
+    let id = node.id.to_lowercase();
+    let initials: String = node.id.chars().filter(char::is_ascii_uppercase).collect::<String>().to_lowercase();
+    query.to_lowercase().split_whitespace().try_fold(0, |sum, word| {
+        let begins = |text: &str| text.to_lowercase().split(|c: char| !c.is_alphanumeric()).any(|w| w.starts_with(word));
+        let found = match id.find(word) {
+            _ if id == word => 200,
+            Some(0) => 150,
+            _ if word.len() > 1 && initials.starts_with(word) => 120,
+            Some(_) => 100,
+            None if node.category.starts_with(word) => 80,
+            None if begins(node.summary) => 60,
+            None => match scattered(&id, word) {
+                Some(gaps) => 50_u32.saturating_sub(gaps).max(20),
+                None if word.len() > 2 && begins(node.doc) => 10,
+                None => return None,
+            },
+        };
+        Some(sum + found)
+    })
+}
+
+/// How many letters lie between those of `word` in `text`, where they stand in that order.
+fn scattered(text: &str, word: &str) -> Option<u32> {
+    let mut wanted = word.chars().peekable();
+    let mut gaps = 0;
+    for letter in text.chars() {
+        if wanted.peek() == Some(&letter) {
+            wanted.next();
+        } else if wanted.peek().is_some() && wanted.size_hint().0 < word.len() {
+            gaps += 1;
+        }
+    }
+    (word.len() > 1 && wanted.peek().is_none()).then_some(gaps)
+}
+
+/// The kinds of nodes that answer a search and serve a purpose, the best first.
+fn found(document: &Document, model: &Model, purpose: &Purpose, query: &str) -> Vec<&'static Node> {
+    let fits = |node: &Node| match purpose {
+        Purpose::Add => true,
+        Purpose::Wire { end, side } => {
+            let Some(ty) = pin_type(model, end, *side) else { return false };
+            match side {
+                Side::Output => commands::input_for(node, ty).is_some(),
+                Side::Input => commands::output_for(node, ty, None).is_some(),
+            }
+        }
+        Purpose::Insert(wire) => {
+            model.wire(wire).is_some_and(|wire| commands::into_wire(model, wire, node, "x").is_some())
+        }
+    };
+    let kinds = document.registry().listed().filter(|node| fits(node));
+    let mut kinds: Vec<(u32, &Node)> = kinds.filter_map(|node| Some((score(node, query)?, node))).collect();
+    kinds.sort_by_key(|(score, _)| std::cmp::Reverse(*score));
+    kinds.into_iter().map(|(_, node)| node).collect()
+}
+
+fn pin_type(model: &Model, end: &str, side: Side) -> Option<PortType> {
+    let (node, pin) = end.split_once('.')?;
+    let card = &model.cards[model.find(node)?];
+    card.pins(side).iter().find(|known| known.name == pin).map(|pin| pin.ty)
+}
+
+impl Canvas {
+    pub(super) fn palette_ui(&mut self, ui: &mut Ui, session: &mut Session) {
+        let Some(mut palette) = self.palette.take() else { return };
+        let kinds = found(session.document(), &self.model, &palette.purpose, &palette.query);
+        let (up, down, enter, escape) = ui.input_mut(|input| {
+            (
+                input.consume_key(Modifiers::NONE, Key::ArrowUp),
+                input.consume_key(Modifiers::NONE, Key::ArrowDown),
+                input.consume_key(Modifiers::NONE, Key::Enter),
+                input.consume_key(Modifiers::NONE, Key::Escape),
+            )
+        });
+        let last = kinds.len().saturating_sub(1);
+        palette.marked = match (up, down) {
+            (true, _) => palette.marked.min(last).saturating_sub(1),
+            (_, true) => (palette.marked + 1).min(last),
+            _ => palette.marked.min(last),
+        };
+        let mut chosen = enter.then(|| kinds.get(palette.marked).copied()).flatten();
+        let area = egui::Area::new(Id::new("palette"))
+            .order(egui::Order::Foreground)
+            .fixed_pos(palette.at + vec2(-24.0, -18.0))
+            .constrain_to(ui.ctx().content_rect().shrink(6.0))
+            .show(ui.ctx(), |ui| {
+                egui::Frame::popup(ui.style()).show(ui, |ui| {
+                    ui.set_width(SIZE[0].min(ui.ctx().content_rect().width() - 40.0));
+                    if let Some(kind) = palette.show(ui, &self.model, &kinds, up || down) {
+                        chosen = Some(kind);
+                    }
+                });
+            });
+        palette.frames += 1;
+        let outside = ui.input(|input| input.pointer.any_pressed())
+            && palette.frames > 2
+            && !ui.ctx().pointer_latest_pos().is_some_and(|at| area.response.rect.contains(at));
+        match chosen {
+            Some(kind) => {
+                self.insert(ui, session, &palette, kind);
+            }
+            None if escape || outside => {}
+            None => self.palette = Some(palette),
+        }
+        if self.palette.is_none() {
+            ui.memory_mut(|memory| memory.request_focus(Id::new("canvas")));
+        }
+    }
+
+    /// Adds the chosen kind, wired as was asked for.
+    fn insert(&mut self, ui: &Ui, session: &mut Session, palette: &Palette, kind: &'static Node) {
+        let model = &self.model;
+        let name = commands::fresh_name(&kind.id.to_lowercase(), |name| model.find(name).is_some());
+        let first_pin = TITLE + PICTURE + 2.0 * PAD + ROW / 2.0;
+        let (wires, corner) = match &palette.purpose {
+            Purpose::Add => (Vec::new(), vec2(WIDTH / 2.0, TITLE / 2.0)),
+            Purpose::Wire { end, side } => {
+                let Some(ty) = pin_type(model, end, *side) else { return };
+                let connect = |from: String, to: String, input: &str| Edit::Connect { from, to, input: input.to_owned() };
+                match side {
+                    Side::Output => {
+                        let input = commands::input_for(kind, ty);
+                        let wire = input.map(|input| connect(end.clone(), name.clone(), input));
+                        (wire.into_iter().collect(), vec2(0.0, first_pin))
+                    }
+                    Side::Input => {
+                        let output = commands::output_for(kind, ty, None);
+                        let wire = output.zip(end.split_once('.'));
+                        let wire = wire.map(|(output, (node, input))| {
+                            connect(format!("{name}.{output}"), node.to_owned(), input)
+                        });
+                        (wire.into_iter().collect(), vec2(WIDTH, first_pin))
+                    }
+                }
+            }
+            Purpose::Insert(wire) => {
+                let wires = model.wire(wire).and_then(|wire| commands::into_wire(model, wire, kind, &name));
+                (wires.into_iter().flatten().collect(), vec2(WIDTH / 2.0, TITLE / 2.0))
+            }
+        };
+        let at = place::on_grid(palette.place - corner);
+        let add = Edit::AddNode {
+            name: name.clone(),
+            kind: kind.id.to_owned(),
+            at: Some([f64::from(at.x), f64::from(at.y)]),
+        };
+        let edit = Edit::All(commands::settle(model).chain([add]).chain(wires).collect());
+        self.moved = true;
+        if self.apply(ui, session, &edit) {
+            self.wires.clear();
+            session.select_only(&name);
+        }
+    }
+}
+
+impl Palette {
+    /// The search and what it finds; gives the kind that was clicked.
+    fn show(
+        &mut self,
+        ui: &mut Ui,
+        model: &Model,
+        kinds: &[&'static Node],
+        follow: bool,
+    ) -> Option<&'static Node> {
+        let look = Look::of(ui.visuals());
+        let hint = match &self.purpose {
+            Purpose::Add => "Search nodes".to_owned(),
+            Purpose::Wire { end, side } => match (side, pin_type(model, end, *side)) {
+                (Side::Output, Some(ty)) => format!("Nodes that take a {ty}"),
+                (Side::Input, Some(ty)) => format!("Nodes that give a {ty}"),
+                (_, None) => "Search nodes".to_owned(),
+            },
+            Purpose::Insert(_) => "Nodes that fit into the wire".to_owned(),
+        };
+        let edit = egui::TextEdit::singleline(&mut self.query)
+            .id(Id::new("palette search"))
+            .hint_text(hint)
+            .desired_width(f32::INFINITY)
+            .margin(vec2(6.0, 5.0));
+        let response = ui.add(edit);
+        response.request_focus();
+        if response.changed() {
+            self.marked = 0;
+        }
+        ui.add_space(4.0);
+        let mut clicked = None;
+        egui::ScrollArea::vertical().max_height(SIZE[1]).min_scrolled_height(60.0).auto_shrink([false, true]).show(
+            ui,
+            |ui| {
+                ui.spacing_mut().item_spacing = Vec2::ZERO;
+                for (position, kind) in kinds.iter().enumerate() {
+                    let line = line(ui, &look, kind, position == self.marked);
+                    if line.hovered() && ui.input(|input| input.pointer.delta() != Vec2::ZERO) {
+                        self.marked = position;
+                    }
+                    if position == self.marked && follow {
+                        line.scroll_to_me(None);
+                    }
+                    if line.clicked() {
+                        clicked = Some(*kind);
+                    }
+                }
+            },
+        );
+        ui.separator();
+        ui.allocate_ui_with_layout(vec2(ui.available_width(), 32.0), egui::Layout::top_down(Align::Min), |ui| {
+            ui.set_min_height(32.0);
+            match kinds.get(self.marked) {
+                Some(kind) => ui.label(egui::RichText::new(kind.summary).small()),
+                None => ui.label(egui::RichText::new("No node is found. Try fewer letters, or what it does.").small()),
+            };
+        });
+        clicked
+    }
+}
+
+/// A line of the list: the kind, and its family.
+fn line(ui: &mut Ui, look: &Look, kind: &Node, marked: bool) -> egui::Response {
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), LINE), Sense::click());
+    response.widget_info(|| egui::WidgetInfo::selected(egui::WidgetType::SelectableLabel, true, marked, kind.id));
+    if ui.is_rect_visible(rect) {
+        let visuals = ui.visuals();
+        let (ink, weak) = match marked {
+            true => (visuals.strong_text_color(), visuals.text_color()),
+            false => (visuals.text_color(), visuals.weak_text_color()),
+        };
+        if marked {
+            ui.painter().rect_filled(rect, 3.0, visuals.selection.bg_fill.gamma_multiply(0.7));
+        }
+        let bar = egui::Rect::from_min_size(rect.min + vec2(4.0, 5.0), vec2(4.0, LINE - 10.0));
+        ui.painter().rect_filled(bar, 1.0, look.title(kind.category));
+        let [left, right] = [rect.left_center() + vec2(16.0, 0.0), rect.right_center() - vec2(10.0, 0.0)];
+        ui.painter().text(left, egui::Align2::LEFT_CENTER, kind.id, egui::FontId::proportional(13.5), ink);
+        ui.painter().text(right, egui::Align2::RIGHT_CENTER, kind.category, egui::FontId::proportional(11.0), weak);
+    }
+    response
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn first(query: &str) -> Vec<&'static str> {
+        let document = Document::empty(&orograph_nodes::registry());
+        found(&document, &Model::default(), &Purpose::Add, query).iter().take(3).map(|node| node.id).collect()
+    }
+
+    #[test]
+    fn kinds_are_found_by_name_initials_family_and_words() {
+        assert_eq!(first("streampower")[0], "StreamPower");
+        assert_eq!(first("stream")[0], "StreamPower");
+        assert_eq!(first("sp")[0], "StreamPower");
+        assert_eq!(first("terr")[0], "Terrace");
+        assert_eq!(first("strmpw")[0], "StreamPower");
+        let registry = orograph_nodes::registry();
+        let family = first("hydrology");
+        assert!(family.iter().all(|id| registry.get(id).is_some_and(|node| node.category == "hydrology")), "{family:?}");
+        assert!(first("rivers cut").contains(&"StreamPower"), "{:?}", first("rivers cut"));
+        assert!(first("qqqq").is_empty());
+        assert_eq!(first("").len(), 3);
+    }
+}

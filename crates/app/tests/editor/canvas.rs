@@ -1,0 +1,466 @@
+//! The graph: selecting, moving, wiring, adding, copying and deleting nodes by hand.
+
+use std::{fs, path::PathBuf};
+
+use egui::{Event, Key, Modifiers, PointerButton, Pos2, Vec2, vec2};
+use egui_kittest::{
+    Harness,
+    kittest::{NodeT as _, Queryable as _},
+};
+use orograph::editor::{App, NodeState};
+use orograph_graph::Document;
+use tempfile::TempDir;
+
+use crate::{graph, settle, window};
+
+/// Three nodes in a row, with places, one of them without a wire.
+const ROW: &str = "(
+    format: 1,
+    world: (size: \"8 km\", cells: 64, seed: 3),
+    nodes: {
+        \"ground\": Ridged(wavelength: \"5 km\"),
+        \"steps\":  Terrace(height: \"ground\"),
+        \"lonely\": Terrace(),
+        \"place\":  Slope(height: \"ground\"),
+    },
+    outputs: { \"height\": \"steps\" },
+    layout: { \"ground\": (0, 0), \"steps\": (300, 0), \"lonely\": (300, 340), \"place\": (0, 340) },
+)
+";
+
+/// A window on a file with this text.
+fn window_on(text: &str) -> (Harness<'static, App>, TempDir) {
+    let folder = tempfile::tempdir().expect("there is a folder for temporary files");
+    let path: PathBuf = folder.path().join("graph.ron");
+    fs::write(&path, text).expect("the folder can be written to");
+    let mut window = window(Some(path));
+    window.state_mut().session_mut().set_cells(64);
+    window.run_steps(4);
+    (window, folder)
+}
+
+fn document<'a>(window: &'a Harness<'_, App>) -> &'a Document {
+    window.state().session().document()
+}
+
+/// The middle of what has this name, in the window.
+fn at(window: &Harness<'_, App>, label: &str) -> Pos2 {
+    window.get_by_label(label).rect().center()
+}
+
+/// The middle of a node's title.
+fn title(window: &Harness<'_, App>, label: &str) -> Pos2 {
+    let rect = window.get_by_label_contains(&format!("node {label}:")).rect();
+    rect.center_top() + vec2(-8.0, 8.0)
+}
+
+fn button(window: &mut Harness<'_, App>, pos: Pos2, button: PointerButton, pressed: bool, modifiers: Modifiers) {
+    window.event_modifiers(Event::PointerButton { pos, button, pressed, modifiers }, modifiers);
+    window.step();
+}
+
+fn click_with(window: &mut Harness<'_, App>, pos: Pos2, modifiers: Modifiers) {
+    window.hover_at(pos);
+    window.step();
+    button(window, pos, PointerButton::Primary, true, modifiers);
+    button(window, pos, PointerButton::Primary, false, modifiers);
+    // Two clicks must not be taken for a double one.
+    window.run_steps(30);
+}
+
+fn click(window: &mut Harness<'_, App>, pos: Pos2) {
+    click_with(window, pos, Modifiers::NONE);
+}
+
+fn drag_with(window: &mut Harness<'_, App>, from: Pos2, to: Pos2, modifiers: Modifiers) {
+    window.hover_at(from);
+    window.step();
+    button(window, from, PointerButton::Primary, true, modifiers);
+    for step in 1..=4 {
+        window.hover_at(from.lerp(to, step as f32 / 4.0));
+        window.step();
+    }
+    button(window, to, PointerButton::Primary, false, modifiers);
+    window.run_steps(2);
+}
+
+fn drag(window: &mut Harness<'_, App>, from: Pos2, to: Pos2) {
+    drag_with(window, from, to, Modifiers::NONE);
+}
+
+/// Presses a key with the pointer over the graph.
+fn key(window: &mut Harness<'_, App>, modifiers: Modifiers, key: Key) {
+    window.key_press_modifiers(modifiers, key);
+    window.run_steps(3);
+}
+
+fn type_text(window: &mut Harness<'_, App>, text: &str) {
+    window.event(Event::Text(text.to_owned()));
+    window.run_steps(2);
+}
+
+/// An empty place of the graph.
+fn ground(window: &Harness<'_, App>) -> Pos2 {
+    window.get_by_label("graph").rect().center_bottom() - vec2(0.0, 12.0)
+}
+
+fn selection(window: &Harness<'_, App>) -> Vec<String> {
+    window.state().session().selection().map(str::to_owned).collect()
+}
+
+fn source_of(window: &Harness<'_, App>, node: &str, input: usize) -> Option<String> {
+    let graph = document(window).graph();
+    let node = graph.find(node).expect("the node exists");
+    graph.source(node, input).map(|port| graph.port_name(port))
+}
+
+fn place_of(window: &Harness<'_, App>, node: &str) -> Option<[f64; 2]> {
+    document(window).nodes().iter().find(|entry| entry.name == node).and_then(|entry| entry.layout)
+}
+
+#[test]
+fn all_nodes_of_a_file_are_seen_with_pins_and_pictures() {
+    let mut window = window(Some(graph("hello.ron")));
+    window.state_mut().session_mut().set_cells(64);
+    settle(&mut window);
+    let pane = window.get_by_label("graph").rect();
+    for node in ["ground", "rise", "rivers"] {
+        let rect = window.get_by_label_contains(&format!("node {node}:")).rect();
+        assert!(pane.contains_rect(rect), "{node} at {rect} in {pane}");
+    }
+    // Wires run from left to right where the file says no places.
+    assert!(at(&window, "output ground.height").x < at(&window, "input rivers.height").x);
+    assert!(window.query_by_label("input rivers.uplift").is_some());
+    assert!(document(&window).source() == fs::read_to_string(graph("hello.ron")).expect("it can be read"));
+}
+
+#[test]
+fn clicks_select_and_control_adds() {
+    let (mut window, _folder) = window_on(ROW);
+    let [ground_node, steps] = ["ground", "steps"].map(|node| title(&window, node));
+    click(&mut window, ground_node);
+    assert_eq!(selection(&window), ["ground"]);
+    click_with(&mut window, steps, Modifiers::COMMAND);
+    assert_eq!(selection(&window), ["ground", "steps"]);
+    click_with(&mut window, ground_node, Modifiers::COMMAND);
+    assert_eq!(selection(&window), ["steps"]);
+    let empty = ground(&window);
+    click(&mut window, empty);
+    assert!(selection(&window).is_empty());
+    window.state_mut().session_mut().select_only("place");
+    window.run_steps(2);
+    assert!(window.get_by_label_contains("node place:").accesskit_node().is_selected() == Some(true));
+}
+
+#[test]
+fn a_rectangle_selects_what_it_touches() {
+    let (mut window, _folder) = window_on(ROW);
+    let rect = window.get_by_label_contains("node ground:").rect();
+    let other = window.get_by_label_contains("node steps:").rect();
+    drag(&mut window, rect.left_top() - Vec2::splat(12.0), other.left_top() + Vec2::splat(20.0));
+    assert_eq!(selection(&window), ["ground", "steps"]);
+    let place = window.get_by_label_contains("node place:").rect();
+    drag_with(
+        &mut window,
+        place.left_bottom() + vec2(-10.0, 8.0),
+        place.left_bottom() + vec2(20.0, -8.0),
+        Modifiers::SHIFT,
+    );
+    assert_eq!(selection(&window), ["ground", "place", "steps"]);
+}
+
+#[test]
+fn a_drag_moves_what_is_selected_in_one_step() {
+    let (mut window, _folder) = window_on(ROW);
+    let start = title(&window, "lonely");
+    drag(&mut window, start, start + vec2(60.0, -40.0));
+    let moved = place_of(&window, "lonely").expect("it has a place");
+    assert!(moved[0] > 300.0 && moved[1] < 340.0, "{moved:?}");
+    assert_eq!(place_of(&window, "ground"), Some([0.0, 0.0]));
+    assert_eq!(document(&window).steps(), 1);
+    assert!(window.state_mut().session_mut().undo());
+    assert_eq!(document(&window).source(), ROW);
+    window.run_steps(2);
+    assert!((title(&window, "lonely") - start).length() < 1.0);
+}
+
+#[test]
+fn a_drag_that_is_given_up_changes_nothing() {
+    let (mut window, _folder) = window_on(ROW);
+    let start = title(&window, "lonely");
+    window.hover_at(start);
+    window.step();
+    button(&mut window, start, PointerButton::Primary, true, Modifiers::NONE);
+    window.hover_at(start + vec2(50.0, -40.0));
+    window.run_steps(2);
+    key(&mut window, Modifiers::NONE, Key::Escape);
+    button(&mut window, start + vec2(50.0, -40.0), PointerButton::Primary, false, Modifiers::NONE);
+    assert_eq!(document(&window).source(), ROW);
+    assert!((title(&window, "lonely") - start).length() < 1.0);
+}
+
+#[test]
+fn a_wire_is_drawn_from_pin_to_pin() {
+    let (mut window, _folder) = window_on(ROW);
+    let [from, to] = ["output ground.height", "input lonely.height"].map(|pin| at(&window, pin));
+    drag(&mut window, from, to);
+    assert_eq!(source_of(&window, "lonely", 0).as_deref(), Some("ground.height"));
+    assert_eq!(document(&window).steps(), 1);
+    // From an input to an output as well; the new wire takes the place of the old one.
+    let [from, to] = ["input lonely.height", "output steps.height"].map(|pin| at(&window, pin));
+    window.state_mut().session_mut().undo();
+    window.run_steps(2);
+    drag(&mut window, from, to);
+    assert_eq!(source_of(&window, "lonely", 0).as_deref(), Some("steps.height"));
+}
+
+#[test]
+fn a_wire_let_go_over_a_node_takes_the_pin_that_fits() {
+    let (mut window, _folder) = window_on(ROW);
+    let (from, to) = (at(&window, "output ground.height"), title(&window, "lonely"));
+    drag(&mut window, from, to);
+    assert_eq!(source_of(&window, "lonely", 0).as_deref(), Some("ground.height"));
+}
+
+#[test]
+fn a_wire_that_does_not_fit_is_refused_with_the_reason() {
+    let (mut window, _folder) = window_on(ROW);
+    let [from, to] = ["output place.mask", "input lonely.height"].map(|pin| at(&window, pin));
+    window.hover_at(from);
+    window.step();
+    button(&mut window, from, PointerButton::Primary, true, Modifiers::NONE);
+    for step in 1..=4 {
+        window.hover_at(from.lerp(to, step as f32 / 4.0));
+        window.step();
+    }
+    window.run_steps(2);
+    assert!(window.query_all_by_label_contains("takes a height").next().is_some(), "the reason is told while it is held");
+    button(&mut window, to, PointerButton::Primary, false, Modifiers::NONE);
+    assert_eq!(document(&window).source(), ROW);
+    window.run_steps(2);
+    assert!(window.query_all_by_label_contains("takes a height").next().is_some(), "and after it was let go");
+}
+
+#[test]
+fn circles_are_refused() {
+    let (mut window, _folder) = window_on(&ROW.replace("Terrace()", "Terrace(height: \"steps\")"));
+    let [from, to] = ["output lonely.height", "input steps.height"].map(|pin| at(&window, pin));
+    let before = document(&window).source().to_owned();
+    drag(&mut window, from, to);
+    assert_eq!(document(&window).source(), before);
+    assert!(window.query_all_by_label_contains("circle").next().is_some());
+}
+
+#[test]
+fn a_wire_taken_off_its_input_is_removed_or_tied_elsewhere() {
+    let (mut window, _folder) = window_on(ROW);
+    let [from, to] = ["input steps.height", "input lonely.height"].map(|pin| at(&window, pin));
+    drag(&mut window, from, to);
+    assert_eq!(source_of(&window, "steps", 0), None);
+    assert_eq!(source_of(&window, "lonely", 0).as_deref(), Some("ground.height"));
+    assert_eq!(document(&window).steps(), 1);
+    let (from, empty) = (at(&window, "input lonely.height"), ground(&window));
+    drag(&mut window, from, empty);
+    assert_eq!(source_of(&window, "lonely", 0), None);
+}
+
+#[test]
+fn a_wire_dropped_on_the_ground_offers_what_takes_it() {
+    let (mut window, _folder) = window_on(ROW);
+    let (from, empty) = (at(&window, "output place.mask"), ground(&window) - vec2(0.0, 10.0));
+    drag(&mut window, from, empty);
+    window.run_steps(3);
+    assert!(window.query_by_label("StreamPower").is_none() || window.query_by_label("Uplift").is_none());
+    type_text(&mut window, "hillsh");
+    assert!(window.query_by_label("Hillshade").is_none(), "it takes no mask");
+    for _ in 0..6 {
+        key(&mut window, Modifiers::NONE, Key::Backspace);
+    }
+    type_text(&mut window, "blend");
+    let before = document(&window).nodes().len();
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    assert_eq!(document(&window).nodes().len(), before + 1);
+    let graph = document(&window).graph();
+    let place = graph.find("place").expect("it exists");
+    let new = graph.find("blend").expect("it was added");
+    let inputs = 0..graph.instance(new).node.inputs.len();
+    assert!(inputs.filter_map(|input| graph.source(new, input)).any(|port| port.node == place));
+    assert_eq!(document(&window).steps(), 1);
+    assert_eq!(selection(&window), ["blend"]);
+}
+
+#[test]
+fn the_palette_adds_a_node_at_the_pointer() {
+    let (mut window, _folder) = window_on(ROW);
+    for (opener, name) in [(Key::Tab, "ridged"), (Key::Space, "ridged2")] {
+        let empty = ground(&window) - vec2(0.0, 20.0);
+        window.hover_at(empty);
+        window.run_steps(2);
+        key(&mut window, Modifiers::NONE, opener);
+        type_text(&mut window, "ridg");
+        key(&mut window, Modifiers::NONE, Key::Enter);
+        assert!(document(&window).graph().find(name).is_ok(), "{}", document(&window).source());
+        assert!((title(&window, name) - empty).length() < 40.0);
+        assert_eq!(selection(&window), [name]);
+    }
+    key(&mut window, Modifiers::NONE, Key::Tab);
+    let before = document(&window).source().to_owned();
+    key(&mut window, Modifiers::NONE, Key::Escape);
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    assert_eq!(document(&window).source(), before);
+}
+
+#[test]
+fn an_empty_graph_says_what_to_do() {
+    let mut window = window(None);
+    window.run_steps(3);
+    window.hover_at(window.get_by_label("graph").rect().center());
+    window.run_steps(2);
+    key(&mut window, Modifiers::NONE, Key::Tab);
+    type_text(&mut window, "ridged");
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    assert_eq!(document(&window).nodes().len(), 1);
+    settle(&mut window);
+    assert_eq!(window.state().session().node("ridged").state, NodeState::Fresh);
+}
+
+#[test]
+fn deleted_nodes_leave_healed_wires() {
+    let (mut window, _folder) = window_on(&ROW.replace("Terrace()", "Terrace(height: \"steps\")"));
+    let steps = title(&window, "steps");
+    click(&mut window, steps);
+    key(&mut window, Modifiers::NONE, Key::Delete);
+    assert_eq!(document(&window).nodes().len(), 3);
+    assert_eq!(source_of(&window, "lonely", 0).as_deref(), Some("ground.height"));
+    assert_eq!(document(&window).outputs().len(), 1, "the output of the file reads what is left");
+    assert_eq!(document(&window).steps(), 1);
+}
+
+#[test]
+fn a_wire_is_selected_and_deleted() {
+    let (mut window, _folder) = window_on(ROW);
+    let [from, to] = ["output ground.height", "input steps.height"].map(|pin| at(&window, pin));
+    click(&mut window, from.lerp(to, 0.5));
+    key(&mut window, Modifiers::NONE, Key::Backspace);
+    assert_eq!(source_of(&window, "steps", 0), None);
+    assert_eq!(document(&window).nodes().len(), 4);
+}
+
+#[test]
+fn a_node_dropped_on_a_wire_is_put_into_it() {
+    let (mut window, _folder) = window_on(ROW);
+    let [from, to] = ["output ground.height", "input steps.height"].map(|pin| at(&window, pin));
+    let start = title(&window, "lonely");
+    drag(&mut window, start, from.lerp(to, 0.5) - vec2(0.0, 6.0));
+    assert_eq!(source_of(&window, "lonely", 0).as_deref(), Some("ground.height"));
+    assert_eq!(source_of(&window, "steps", 0).as_deref(), Some("lonely.height"));
+    assert_eq!(document(&window).steps(), 1);
+}
+
+#[test]
+fn menus_act_on_what_they_were_opened_on() {
+    let (mut window, _folder) = window_on(ROW);
+    let [from, to] = ["output ground.height", "input steps.height"].map(|pin| at(&window, pin));
+    let middle = from.lerp(to, 0.5);
+    window.hover_at(middle);
+    window.step();
+    button(&mut window, middle, PointerButton::Secondary, true, Modifiers::NONE);
+    button(&mut window, middle, PointerButton::Secondary, false, Modifiers::NONE);
+    window.run_steps(4);
+    window.get_by_label_contains("Insert a node").click();
+    window.run_steps(4);
+    type_text(&mut window, "terrace");
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    assert_eq!(source_of(&window, "terrace", 0).as_deref(), Some("ground.height"));
+    assert_eq!(source_of(&window, "steps", 0).as_deref(), Some("terrace.height"));
+}
+
+#[test]
+fn nodes_are_copied_as_text_and_pasted() {
+    let (mut window, _folder) = window_on(ROW);
+    let ground_node = title(&window, "ground");
+    click(&mut window, ground_node);
+    let steps = title(&window, "steps");
+    click_with(&mut window, steps, Modifiers::COMMAND);
+    window.event(Event::Copy);
+    window.step();
+    let copied = window.output().platform_output.commands.iter().find_map(|command| match command {
+        egui::OutputCommand::CopyText(text) => Some(text.clone()),
+        _ => None,
+    });
+    let copied = copied.expect("a text was copied");
+    assert!(copied.contains("Terrace(height: \"ground\")"), "{copied}");
+    window.event(Event::Paste(copied));
+    window.run_steps(3);
+    assert_eq!(selection(&window), ["ground2", "steps2"]);
+    assert_eq!(source_of(&window, "steps2", 0).as_deref(), Some("ground2.height"));
+    assert_eq!(document(&window).steps(), 1);
+    key(&mut window, Modifiers::COMMAND, Key::D);
+    assert_eq!(selection(&window), ["ground3", "steps3"]);
+    window.event(Event::Paste("a hill".to_owned()));
+    window.run_steps(3);
+    assert_eq!(document(&window).nodes().len(), 8);
+    key(&mut window, Modifiers::COMMAND, Key::A);
+    assert_eq!(selection(&window).len(), 8);
+}
+
+#[test]
+fn nodes_are_lined_up_and_arranged() {
+    let (mut window, _folder) = window_on(ROW);
+    let empty = ground(&window);
+    window.hover_at(empty);
+    window.run_steps(2);
+    key(&mut window, Modifiers::NONE, Key::L);
+    let [a, b] = ["ground", "steps"].map(|node| place_of(&window, node).expect("it has a place"));
+    assert!(a[0] < b[0], "wires run from left to right");
+    assert_eq!(document(&window).steps(), 1);
+}
+
+#[test]
+fn a_node_is_found_and_renamed() {
+    let (mut window, _folder) = window_on(ROW);
+    let empty = ground(&window);
+    window.hover_at(empty);
+    window.run_steps(2);
+    key(&mut window, Modifiers::COMMAND, Key::F);
+    type_text(&mut window, "slo");
+    assert_eq!(selection(&window), ["place"]);
+    key(&mut window, Modifiers::NONE, Key::Escape);
+    key(&mut window, Modifiers::NONE, Key::F2);
+    type_text(&mut window, "steep");
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    assert!(document(&window).graph().find("steep").is_ok(), "{}", document(&window).source());
+    assert_eq!(selection(&window), ["steep"]);
+}
+
+#[test]
+fn the_wheel_zooms_and_home_shows_all() {
+    let (mut window, _folder) = window_on(ROW);
+    let node = title(&window, "ground");
+    window.hover_at(node);
+    window.run_steps(2);
+    let before = window.get_by_label_contains("node ground:").rect();
+    window.event(Event::MouseWheel {
+        unit: egui::MouseWheelUnit::Line,
+        delta: vec2(0.0, 2.0),
+        phase: egui::TouchPhase::Move,
+        modifiers: Modifiers::NONE,
+    });
+    window.run_steps(3);
+    let after = window.get_by_label_contains("node ground:").rect();
+    assert!((after.width() / before.width() - 2.0_f32.sqrt()).abs() < 0.02, "{before} {after}");
+    assert!((title(&window, "ground") - node).length() < 20.0, "what is under the pointer stays there");
+    key(&mut window, Modifiers::NONE, Key::Home);
+    let home = window.get_by_label_contains("node ground:").rect();
+    assert!((home.width() - before.width()).abs() < 1.0);
+}
+
+#[test]
+fn unknown_kinds_are_shown_and_kept() {
+    let (mut window, _folder) = window_on(&ROW.replace("Terrace()", "Terraze()"));
+    let node = title(&window, "lonely");
+    click(&mut window, node);
+    assert_eq!(selection(&window), ["lonely"]);
+    drag(&mut window, node, node + vec2(40.0, -30.0));
+    assert!(document(&window).source().contains("Terraze()"));
+}
