@@ -2,10 +2,13 @@
 
 use std::path::PathBuf;
 
+use egui::{Key, Modifiers};
 use egui_tiles::{Behavior, SimplificationOptions, TileId, Tiles, Tree, UiResponse};
 use orograph_graph::Registry;
 
-use super::{Session, canvas::Canvas, inspector::Inspector, problems::Problems, theme, viewport::Viewport};
+use super::{
+    Session, canvas::Canvas, inspector::Inspector, problems::Problems, theme, toasts::Toasts, viewport::Viewport,
+};
 use crate::failure::Failure;
 
 /// A part of the window.
@@ -21,6 +24,7 @@ enum Pane {
 pub struct App {
     panes: Panes,
     tree: Tree<Pane>,
+    toasts: Toasts,
 }
 
 /// What the panes show, apart from their arrangement.
@@ -49,7 +53,7 @@ impl App {
             viewport: Viewport::new(context.wgpu_render_state.as_ref()),
             problems: Problems::default(),
         };
-        Ok(Self { panes, tree: arrangement() })
+        Ok(Self { panes, tree: arrangement(), toasts: Toasts::default() })
     }
 
     /// The work it shows.
@@ -95,8 +99,26 @@ impl eframe::App for App {
     }
 
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+        undo_keys(ui.ctx(), &mut self.panes.session);
         egui::Panel::top("menu").show(ui, |ui| self.panes.menu(ui));
         egui::CentralPanel::default().show(ui, |ui| self.tree.ui(&mut self.panes, ui));
+        self.toasts.ui(ui.ctx(), &mut self.panes.session);
+    }
+}
+
+/// Undo and redo by key, save where a text is being typed, which has its own.
+fn undo_keys(context: &egui::Context, session: &mut Session) {
+    if context.text_edit_focused() {
+        return;
+    }
+    let (both, control) = (Modifiers::COMMAND | Modifiers::SHIFT, Modifiers::COMMAND);
+    let [redo, again, undo] = context.input_mut(|input| {
+        [(both, Key::Z), (control, Key::Y), (control, Key::Z)].map(|(modifiers, key)| input.consume_key(modifiers, key))
+    });
+    if redo || again {
+        session.redo();
+    } else if undo {
+        session.undo();
     }
 }
 

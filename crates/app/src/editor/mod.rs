@@ -16,6 +16,7 @@ mod inspector;
 mod problems;
 mod session;
 mod theme;
+mod toasts;
 mod viewport;
 pub mod worker;
 

@@ -12,7 +12,12 @@ use super::{commands::fresh_name, model::Model};
 
 /// The copied nodes as they are written, with the wires among them, and where they are. With `outer`, wires from other
 /// nodes are kept as well.
-pub(super) fn text(document: &Document, model: &Model, names: &BTreeSet<String>, outer: bool) -> Result<String, String> {
+pub(super) fn text(
+    document: &Document,
+    model: &Model,
+    names: &BTreeSet<String>,
+    outer: bool,
+) -> Result<String, String> {
     let entries = || document.nodes().iter().filter(|entry| names.contains(&entry.name));
     let mut text = "(\n    nodes: {\n".to_owned();
     for entry in entries() {

@@ -228,6 +228,7 @@ impl Canvas {
         let from = lens.to_graph(origin);
         let additive = modifiers.command || modifiers.shift;
         self.palette = None;
+        self.away = false;
         self.gesture = match self.model.hit(lens, order, origin) {
             _ if modifiers.alt => Gesture::Pan,
             Hit::Pin(spot) => Gesture::Link(self.link_from(spot, from)),
@@ -281,7 +282,8 @@ impl Canvas {
             push(pointer.x - lens.rect.min.x, lens.rect.max.x - pointer.x),
             push(pointer.y - lens.rect.min.y, lens.rect.max.y - pointer.y),
         );
-        if by != Vec2::ZERO {
+        self.away |= by == Vec2::ZERO;
+        if by != Vec2::ZERO && self.away {
             lens.pan(by / margin * fastest * ui.input(|input| input.stable_dt).min(0.05));
             self.moved = true;
             ui.ctx().request_repaint();

@@ -58,9 +58,12 @@ impl Model {
 
     /// The wire next to a point of the window, if one is near enough.
     pub(super) fn wire_at(&self, lens: Lens, point: Pos2, wanted: impl Fn(usize) -> bool) -> Option<WireName> {
-        let distances = self.wires.iter().enumerate().filter(|(position, _)| wanted(*position)).map(|(_, wire)| {
-            (lens.distance_to_curve(point, self.pin_at(wire.from), self.pin_at(wire.to)), wire)
-        });
+        let distances = self
+            .wires
+            .iter()
+            .enumerate()
+            .filter(|(position, _)| wanted(*position))
+            .map(|(_, wire)| (lens.distance_to_curve(point, self.pin_at(wire.from), self.pin_at(wire.to)), wire));
         let nearest = distances.min_by(|(a, _), (b, _)| a.total_cmp(b));
         nearest.filter(|(distance, _)| *distance <= NEAR_WIRE).map(|(_, wire)| self.wire_name(wire))
     }
@@ -69,9 +72,7 @@ impl Model {
     /// `upstream` are the cards that must not read from what is wired.
     pub(super) fn fits(&self, a: Spot, b: Spot, barred: &BTreeSet<usize>) -> bool {
         let (output, input) = if a.side == Side::Output { (a, b) } else { (b, a) };
-        output.side != input.side
-            && !barred.contains(&b.card)
-            && self.pin(input).ty.accepts(self.pin(output).ty)
+        output.side != input.side && !barred.contains(&b.card) && self.pin(input).ty.accepts(self.pin(output).ty)
     }
 
     /// The cards that a wire from or to this pin cannot end at, because it would close a circle: the card itself, and all

@@ -6,8 +6,7 @@ use egui::{Event, EventFilter, Key, KeyboardShortcut, Modifiers, OutputCommand, 
 use orograph_graph::Edit;
 
 use super::{
-    Canvas, Session,
-    clip,
+    Canvas, Session, clip,
     commands::{self, Alignment},
     gesture::Gesture,
     overlay::{Find, Rename},

@@ -86,7 +86,9 @@ impl Canvas {
         let chosen = self.chosen(session);
         let one = chosen.len() == 1;
         let shown = session.pinned().is_some_and(|pinned| {
-            chosen.iter().any(|card| pinned.split_once('.').is_some_and(|(node, _)| node == self.model.cards[*card].name))
+            chosen
+                .iter()
+                .any(|card| pinned.split_once('.').is_some_and(|(node, _)| node == self.model.cards[*card].name))
         });
         let show = if shown { "Stop showing in the viewport" } else { "Keep in the viewport" };
         self.item(ui, session, show, Command::Show, one);

@@ -55,6 +55,8 @@ pub(super) struct Canvas {
     /// Whether a person has chosen what is seen; until then it is all.
     moved: bool,
     gesture: Gesture,
+    /// Whether the pointer has been away from the pane's edge since it took hold, so that the view may move along.
+    away: bool,
     hovered: Option<Hit>,
     wires: BTreeSet<WireName>,
     thumbs: Thumbs,
@@ -81,17 +83,14 @@ impl Canvas {
         }
         self.read(session);
         let lens = self.look_through(rect);
-        let order = self.order(session);
         self.move_view(ui, &response);
         self.keys(ui, &response, session);
         self.read(session);
+        let order = self.order(session);
         self.point(ui, &response, session, &order);
         self.read(session);
-        let brush = Brush {
-            painter: ui.painter_at(rect),
-            lens: self.lens.unwrap_or(lens),
-            look: Look::of(ui.visuals()),
-        };
+        let brush =
+            Brush { painter: ui.painter_at(rect), lens: self.lens.unwrap_or(lens), look: Look::of(ui.visuals()) };
         self.draw(ui, &brush, session);
         self.hint(&response, session, &brush);
         self.overlays(ui, &response, session, &brush);
@@ -115,7 +114,8 @@ impl Canvas {
         self.model = Model::of(session.document(), &self.collapsed, &mut self.places);
         self.seen = now;
         self.gesture.forget_what_is_gone(&self.model);
-        self.wires = std::mem::take(&mut self.wires).into_iter().filter(|wire| self.model.wire(wire).is_some()).collect();
+        self.wires =
+            std::mem::take(&mut self.wires).into_iter().filter(|wire| self.model.wire(wire).is_some()).collect();
         self.hovered = None;
         self.thumbs.keep(&self.model);
     }
@@ -246,7 +246,10 @@ impl Canvas {
             let emphasis = Emphasis {
                 chosen: session.is_selected(&card.name) || self.gesture.has_caught(&card.name),
                 hovered: self.hovered == Some(Hit::Card(position)),
-                shown: shown.as_deref().and_then(|shown| shown.split_once('.')).is_some_and(|(node, _)| node == card.name),
+                shown: shown
+                    .as_deref()
+                    .and_then(|shown| shown.split_once('.'))
+                    .is_some_and(|(node, _)| node == card.name),
                 faded: link.as_ref().is_some_and(|(fixed, _)| {
                     fixed.card != position && !model.spots(position).any(|spot| fits(spot.side, spot.pin))
                 }),
@@ -279,8 +282,7 @@ fn tell(ui: &egui::Ui, model: &Model, position: usize, lens: Lens, session: &Ses
         let at = Rect::from_center_size(lens.to_screen(model.pin_at(spot)), Vec2::splat(10.0));
         let side = if spot.side == Side::Input { "input" } else { "output" };
         let response = ui.interact(at, id.with((side, spot.pin)), Sense::hover());
-        response.widget_info(|| {
-            WidgetInfo::labeled(WidgetType::Other, true, format!("{side} {}", model.port_name(spot)))
-        });
+        response
+            .widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, format!("{side} {}", model.port_name(spot))));
     }
 }

@@ -8,7 +8,7 @@ use orograph_graph::{Document, Fallback, NodeIndex, PortType};
 use super::place;
 
 /// Width of a card.
-pub(super) const WIDTH: f32 = 172.0;
+pub(super) const WIDTH: f32 = 180.0;
 /// Height of its title.
 pub(super) const TITLE: f32 = 36.0;
 /// Side of the square that holds its picture.
@@ -87,7 +87,13 @@ impl Card {
         pos2(x, self.at.y + self.pin_offset(pin))
     }
 
-    /// The picture's square and what stands beside it.
+    /// The largest square below the title, for the picture where there is no text.
+    pub(super) fn body(&self) -> Rect {
+        let room = Rect::from_min_max(self.at + vec2(0.0, TITLE), self.rect().max).shrink2(vec2(14.0, PAD));
+        Rect::from_center_size(room.center(), Vec2::splat(room.size().min_elem()))
+    }
+
+    /// The square of the picture; what is told of it stands beside it.
     pub(super) fn picture(&self) -> Rect {
         Rect::from_min_size(self.at + vec2(PAD, TITLE + PAD), Vec2::splat(PICTURE))
     }
@@ -136,11 +142,7 @@ pub(super) struct Model {
 
 impl Model {
     /// What is drawn of a document. `places` are those of nodes of which the document says none; it learns new ones.
-    pub(super) fn of(
-        document: &Document,
-        collapsed: &BTreeSet<String>,
-        places: &mut BTreeMap<String, Pos2>,
-    ) -> Self {
+    pub(super) fn of(document: &Document, collapsed: &BTreeSet<String>, places: &mut BTreeMap<String, Pos2>) -> Self {
         let mut model = Self::default();
         let graph = document.graph();
         let mut of_index = HashMap::new();
@@ -218,7 +220,9 @@ impl Model {
     }
 
     pub(super) fn wire(&self, name: &WireName) -> Option<&Wire> {
-        self.wires.iter().find(|wire| self.pin(wire.to).name == name.input && self.cards[wire.to.card].name == name.node)
+        self.wires
+            .iter()
+            .find(|wire| self.pin(wire.to).name == name.input && self.cards[wire.to.card].name == name.node)
     }
 
     /// The wire into an input.

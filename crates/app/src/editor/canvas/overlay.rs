@@ -187,7 +187,7 @@ impl Canvas {
         let to_map = |at: Pos2| rect.center() + (at - world.center()) * scale;
         let painter = brush.painter.with_clip_rect(rect.intersect(brush.painter.clip_rect()));
         let look = &brush.look;
-        painter.rect_filled(rect, CornerRadius::same(4), look.well.gamma_multiply(0.94));
+        painter.rect_filled(rect, CornerRadius::same(4), look.well);
         for card in &self.model.cards {
             let small = Rect::from_min_max(to_map(card.rect().min), to_map(card.rect().max));
             let small = Rect::from_center_size(small.center(), small.size().max(Vec2::splat(2.0)));
@@ -267,7 +267,8 @@ impl Canvas {
         egui::Area::new(Id::new("find")).order(egui::Order::Foreground).fixed_pos(at).show(ui.ctx(), |ui| {
             egui::Frame::popup(ui.style()).show(ui, |ui| {
                 ui.horizontal(|ui| {
-                    let edit = egui::TextEdit::singleline(&mut find.query).hint_text("Find a node").desired_width(150.0);
+                    let edit =
+                        egui::TextEdit::singleline(&mut find.query).hint_text("Find a node").desired_width(150.0);
                     let response = ui.add(edit);
                     if find.frames == 0 {
                         response.request_focus();

@@ -17,7 +17,9 @@ use super::{
 };
 
 /// Below this enlargement rows of pins have no text, below the second one neither have titles.
-const READABLE: [f32; 2] = [0.5, 0.22];
+const READABLE: [f32; 2] = [0.5, 0.2];
+/// The smallest text, in points.
+const SMALLEST: f32 = 9.0;
 /// Radius of a pin.
 const PIN: f32 = 4.5;
 /// Distance of the dots of the ground.
@@ -49,7 +51,7 @@ impl Brush {
 
     /// A size of text in halves of points, so that zooming does not ask for ever new letters.
     fn font(&self, size: f32) -> FontId {
-        FontId::proportional(((self.scaled(size) * 2.0).round() / 2.0).max(1.0))
+        FontId::proportional(((self.scaled(size) * 2.0).round() / 2.0).max(SMALLEST))
     }
 
     /// One line of text, cut at a width in units of the graph; gives its width.
@@ -62,6 +64,12 @@ impl Brush {
         let rect = align.anchor_size(self.lens.to_screen(at), galley.size());
         self.painter.galley(rect.min, galley, colour);
         rect.width() / self.lens.zoom
+    }
+
+    /// How wide a text is, in units of the graph.
+    fn width(&self, text: &str, size: f32) -> f32 {
+        let galley = self.painter.layout_no_wrap(text.to_owned(), self.font(size), self.look.text);
+        galley.size().x / self.lens.zoom
     }
 
     /// Text of several lines in a rectangle of the graph.
@@ -163,15 +171,14 @@ impl Brush {
         let left = card.at + vec2(PAD + 4.0, 0.0);
         let room = WIDTH - 2.0 * PAD - 28.0;
         let kind_shown = self.lens.zoom >= READABLE[0];
-        let (y, size) = if kind_shown { (12.0, 13.5) } else { (TITLE / 2.0, 17.0) };
+        let (y, size) = if kind_shown { (12.0, 13.5) } else { (TITLE / 2.0, 19.0) };
         self.text(left + vec2(0.0, y), Align2::LEFT_CENTER, &card.name, size, self.look.text, room);
         if kind_shown {
             let kind = if card.kind.is_empty() { "not a node" } else { &card.kind };
             let colour = self.look.text.gamma_multiply(0.78);
             self.text(left + vec2(0.0, 26.0), Align2::LEFT_CENTER, kind, 10.5, colour, room);
         }
-        let badge = card.at + vec2(WIDTH - 14.0, 12.0);
-        self.badge(badge, card, info, time);
+        self.badge(card.at + vec2(WIDTH - 14.0, y), card, info, time);
         if emphasis.shown && kind_shown {
             self.eye(card.at + vec2(WIDTH - 14.0, 26.0));
         }
@@ -231,7 +238,8 @@ impl Brush {
             return;
         }
         let look = &self.look;
-        let square = card.picture();
+        let far = self.lens.zoom < READABLE[0];
+        let square = if far { card.body() } else { card.picture() };
         let well = self.lens.rect_to_screen(square);
         self.painter.rect_filled(well, CornerRadius::same(2), look.well);
         let pale = !matches!(info.state, NodeState::Fresh);
@@ -241,13 +249,11 @@ impl Brush {
             let tint = Color32::WHITE.gamma_multiply(if pale { 0.55 } else { 1.0 });
             self.painter.image(texture.id(), rect, uv, tint);
         }
-        if self.lens.zoom < READABLE[0] {
+        if far {
             return;
         }
-        let column = Rect::from_min_max(
-            pos2(square.max.x + PAD, square.min.y),
-            pos2(card.at.x + WIDTH - PAD, square.max.y),
-        );
+        let column =
+            Rect::from_min_max(pos2(square.max.x + PAD, square.min.y), pos2(card.at.x + WIDTH - PAD, square.max.y));
         if let NodeState::Failed { message, at, .. } = &info.state {
             let all = Rect::from_min_max(square.min, column.max).shrink(2.0);
             if thumb.is_some() {
@@ -291,21 +297,24 @@ impl Brush {
         let look = &self.look;
         let top = card.at.y + card.rows_top();
         let y = |row: usize| top + (row as f32 + 0.5) * ROW;
-        for (row, pin) in card.inputs.iter().enumerate() {
-            let output = card.outputs.get(row);
-            let room = if output.is_some() { WIDTH * 0.6 - 10.0 } else { WIDTH - 20.0 };
-            let ink = if pin.missing { look.bad } else { look.text };
-            let left = card.at.x + 10.0;
-            let width = self.text(pos2(left, y(row)), Align2::LEFT_CENTER, pin.name, 11.5, ink, room);
-            if let Some(constant) = &pin.constant {
-                let at = pos2(left + width + 5.0, y(row));
-                self.text(at, Align2::LEFT_CENTER, constant, 11.5, look.weak, (room - width - 5.0).max(0.0));
+        for row in 0..card.inputs.len().max(card.outputs.len()) {
+            let [left, right] = [pos2(card.at.x + 10.0, y(row)), pos2(card.at.x + WIDTH - 10.0, y(row))];
+            let mut room = right.x - left.x;
+            let mut taken = 0.0;
+            if let Some(pin) = card.inputs.get(row) {
+                let ink = if pin.missing { look.bad } else { look.text };
+                taken = self.text(left, Align2::LEFT_CENTER, pin.name, 11.5, ink, room * 0.75) + 6.0;
+                room -= taken;
             }
-        }
-        for (row, pin) in card.outputs.iter().enumerate() {
-            let room = if card.inputs.get(row).is_some() { WIDTH * 0.4 - 12.0 } else { WIDTH - 20.0 };
-            let at = pos2(card.at.x + WIDTH - 10.0, y(row));
-            self.text(at, Align2::RIGHT_CENTER, pin.name, 11.5, look.text, room);
+            if let Some(pin) = card.outputs.get(row) {
+                room -= self.text(right, Align2::RIGHT_CENTER, pin.name, 11.5, look.text, room) + 6.0;
+            }
+            // A number is left out rather than cut.
+            if let Some(constant) = card.inputs.get(row).and_then(|pin| pin.constant.as_deref())
+                && self.width(constant, 11.5) <= room
+            {
+                self.text(left + vec2(taken, 0.0), Align2::LEFT_CENTER, constant, 11.5, look.weak, room);
+            }
         }
     }
 

@@ -57,7 +57,8 @@ fn score(node: &Node, query: &str) -> Option<u32> {
     let id = node.id.to_lowercase();
     let initials: String = node.id.chars().filter(char::is_ascii_uppercase).collect::<String>().to_lowercase();
     query.to_lowercase().split_whitespace().try_fold(0, |sum, word| {
-        let begins = |text: &str| text.to_lowercase().split(|c: char| !c.is_alphanumeric()).any(|w| w.starts_with(word));
+        let begins =
+            |text: &str| text.to_lowercase().split(|c: char| !c.is_alphanumeric()).any(|w| w.starts_with(word));
         let found = match id.find(word) {
             _ if id == word => 200,
             Some(0) => 150,
@@ -172,7 +173,8 @@ impl Canvas {
             Purpose::Add => (Vec::new(), vec2(WIDTH / 2.0, TITLE / 2.0)),
             Purpose::Wire { end, side } => {
                 let Some(ty) = pin_type(model, end, *side) else { return };
-                let connect = |from: String, to: String, input: &str| Edit::Connect { from, to, input: input.to_owned() };
+                let connect =
+                    |from: String, to: String, input: &str| Edit::Connect { from, to, input: input.to_owned() };
                 match side {
                     Side::Output => {
                         let input = commands::input_for(kind, ty);
@@ -182,9 +184,8 @@ impl Canvas {
                     Side::Input => {
                         let output = commands::output_for(kind, ty, None);
                         let wire = output.zip(end.split_once('.'));
-                        let wire = wire.map(|(output, (node, input))| {
-                            connect(format!("{name}.{output}"), node.to_owned(), input)
-                        });
+                        let wire = wire
+                            .map(|(output, (node, input))| connect(format!("{name}.{output}"), node.to_owned(), input));
                         (wire.into_iter().collect(), vec2(WIDTH, first_pin))
                     }
                 }
@@ -211,13 +212,7 @@ impl Canvas {
 
 impl Palette {
     /// The search and what it finds; gives the kind that was clicked.
-    fn show(
-        &mut self,
-        ui: &mut Ui,
-        model: &Model,
-        kinds: &[&'static Node],
-        follow: bool,
-    ) -> Option<&'static Node> {
+    fn show(&mut self, ui: &mut Ui, model: &Model, kinds: &[&'static Node], follow: bool) -> Option<&'static Node> {
         let look = Look::of(ui.visuals());
         let hint = match &self.purpose {
             Purpose::Add => "Search nodes".to_owned(),
@@ -310,7 +305,10 @@ mod tests {
         assert_eq!(first("strmpw")[0], "StreamPower");
         let registry = orograph_nodes::registry();
         let family = first("hydrology");
-        assert!(family.iter().all(|id| registry.get(id).is_some_and(|node| node.category == "hydrology")), "{family:?}");
+        assert!(
+            family.iter().all(|id| registry.get(id).is_some_and(|node| node.category == "hydrology")),
+            "{family:?}"
+        );
         assert!(first("rivers cut").contains(&"StreamPower"), "{:?}", first("rivers cut"));
         assert!(first("qqqq").is_empty());
         assert_eq!(first("").len(), 3);
