@@ -2,8 +2,10 @@
 
 mod bless;
 mod land;
+mod pictures;
 mod run;
 
 pub use bless::{blessing, golden_folder, write_golden};
 pub use land::{LAND, SELECTION, world};
-pub use run::{Case, cases, data_folder, evaluate, evaluate_window, example};
+pub use pictures::{picture, pictures_folder};
+pub use run::{Case, cases, data_folder, evaluate, evaluate_window, example, inputs, pictured};

@@ -3,8 +3,8 @@
 use std::{num::NonZero, path::PathBuf};
 
 use orograph_graph::{
-    Cancel, Document, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, Kind, Node, NodeIndex, ParamValue, Port,
-    PortType, Registry, Value, Window, World,
+    Cancel, Document, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, InputValue, Kind, Node, NodeIndex,
+    ParamValue, Port, PortType, Registry, Value, Window, World,
 };
 
 use crate::land::{LAND, SELECTION};
@@ -39,18 +39,46 @@ fn registry() -> Registry {
     Registry::new(nodes.nodes().iter().copied().chain([&LAND, &SELECTION]))
 }
 
+/// The land that the manual's pictures are made on: a range that rivers have cut, and patches on it.
+const PICTURE_LAND: &str = r#"
+    "hills": Ridged(wavelength: "6 km", octaves: 10, amplitude: "450 m"),
+    "rise": Uplift(radius: "9 km", rate: "1.2 mm/yr"),
+    "base": StreamPower(height: "hills", uplift: "rise", duration: "2.5 Myr", repose: 38),
+    "other": Perlin(wavelength: "5 km", amplitude: "900 m"),
+    "patches": Perlin(wavelength: "4 km", amplitude: "1 m", seed: 3),
+    "mask": Select(value: "patches", from: 0.05, falloff: 0.1),
+"#;
+
+/// The land that nodes are tested on.
+const TEST_LAND: &str = r#"
+    "base": TestLand,
+    "other": TestLand,
+    "mask": TestSelection,
+"#;
+
 /// The node as its declaration's example has it, in a graph where the names that examples use exist.
 ///
 /// # Panics
 /// When the example has a problem.
 #[must_use]
 pub fn example(node: &'static Node) -> Case {
+    example_on(TEST_LAND, node)
+}
+
+/// The same on land that looks like land.
+///
+/// # Panics
+/// When the example has a problem.
+#[must_use]
+pub fn pictured(node: &'static Node) -> Case {
+    example_on(PICTURE_LAND, node)
+}
+
+fn example_on(land: &str, node: &'static Node) -> Case {
     let source = format!(
         r#"(
             nodes: {{
-                "base": TestLand,
-                "other": TestLand,
-                "mask": TestSelection,
+                {land}
                 "flow": Flow(height: "base"),
                 "tint": Ramp(value: "base", high: 2000),
                 "relief": Hillshade(height: "base"),
@@ -162,6 +190,30 @@ pub fn evaluate_window(case: &Case, window: Window, threads: usize) -> Result<Ve
     })?;
     let requests: Vec<(Port, Window)> = case.outputs().into_iter().map(|port| (port, window)).collect();
     evaluator.evaluate(&case.graph, &data_folder(), &requests, &Cancel::default(), &|_| {})
+}
+
+/// The inputs of a case over a window, as its kernel gets them.
+///
+/// # Panics
+/// When what they come from does not run.
+#[must_use]
+pub fn inputs(case: &Case, window: Window) -> Vec<InputValue> {
+    let evaluator = Evaluator::new(EvaluatorOptions::default()).expect("an evaluator");
+    let value = |port: Port| {
+        let values = evaluator.evaluate(&case.graph, &data_folder(), &[(port, window)], &Cancel::default(), &|_| {});
+        values.expect("an input").remove(0)
+    };
+    let instance = case.graph.instance(case.node);
+    let declared = instance.node.inputs.iter().enumerate();
+    declared
+        .map(|(position, input)| match (case.graph.source(case.node, position), input.fallback) {
+            (Some(port), _) => InputValue::Value(value(port)),
+            (None, Fallback::Constant { default, .. }) => {
+                InputValue::Constant(instance.constants[position].unwrap_or(default))
+            }
+            (None, _) => InputValue::Absent,
+        })
+        .collect()
 }
 
 /// The folder that examples read files from.

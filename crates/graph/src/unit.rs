@@ -52,6 +52,8 @@ pub enum Unit {
     KelvinsPerKilometre,
     /// Pressure or shear stress, Pa.
     Pascals,
+    /// Flux of radiation, in watts per square metre.
+    WattsPerSquareMetre,
 }
 
 /// A suffix a person may type, with the factor to the base unit.
@@ -59,7 +61,7 @@ type Suffix = (&'static str, f64);
 
 impl Unit {
     /// Every unit, in declaration order.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 23] = [
         Self::One,
         Self::Metres,
         Self::SquareMetres,
@@ -82,6 +84,7 @@ impl Unit {
         Self::Celsius,
         Self::KelvinsPerKilometre,
         Self::Pascals,
+        Self::WattsPerSquareMetre,
     ];
 
     /// The symbol of the base unit; empty for pure numbers.
@@ -109,6 +112,7 @@ impl Unit {
             Self::Celsius => "°C",
             Self::KelvinsPerKilometre => "K/km",
             Self::Pascals => "Pa",
+            Self::WattsPerSquareMetre => "W/m²",
         }
     }
 
@@ -138,6 +142,7 @@ impl Unit {
             Self::Celsius => "a temperature in °C",
             Self::KelvinsPerKilometre => "a lapse rate in K/km",
             Self::Pascals => "a stress in Pa",
+            Self::WattsPerSquareMetre => "a flux in W/m²",
         }
     }
 
@@ -175,6 +180,7 @@ impl Unit {
             Self::Celsius => &[("°C", 1.0), ("C", 1.0)],
             Self::KelvinsPerKilometre => &[("K/km", 1.0), ("K/m", 1e3)],
             Self::Pascals => &[("Pa", 1.0), ("kPa", 1e3)],
+            Self::WattsPerSquareMetre => &[("W/m²", 1.0), ("W/m2", 1.0), ("kW/m²", 1e3), ("kW/m2", 1e3)],
         }
     }
 

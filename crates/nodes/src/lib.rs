@@ -2,12 +2,14 @@
 
 pub mod cells;
 pub mod combine;
+pub mod components;
 pub mod distance;
 pub mod erosion;
 pub mod filter;
 mod fourier;
 pub mod generate;
 pub mod gradient;
+pub mod horizon;
 pub mod hydrology;
 pub mod import;
 pub mod math;

@@ -171,7 +171,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         .zip(&level)
         .zip(land)
         .for_each(|((depth, level), height)| *depth = if level > height { level - height } else { 0.0 });
-    let lake = lakes::numbers(job, &grid, &depth)?;
+    let lake = lakes::numbers(job, &depth)?;
     let mut direction = vec![-1.0; grid.cells()];
     direction
         .par_iter_mut()

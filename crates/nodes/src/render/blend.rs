@@ -3,9 +3,11 @@
 //! The modes are those of the World Wide Web Consortium's "Compositing and Blending Level 1" (2015), taken in linear light,
 //! where the standard's own default is the encoded sRGB value.
 
-use rayon::prelude::*;
-
-use crate::{prelude::*, simd::simd};
+use crate::{
+    cells::{BLOCK, blocks, samples},
+    prelude::*,
+    simd::simd,
+};
 
 choice! {
     /// What the colour above does to the one below.
@@ -62,24 +64,15 @@ pub static NODE: Node = Node {
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let mode = Params::read(job.params).mode;
     let (below, above, mask) = (job.field("below")?, job.field("above")?, job.lane("mask"));
-    let (nx, len) = (job.window().nx(), job.window().len());
+    let len = job.window().len();
     let mut out = below.samples().to_vec();
-    out.par_chunks_mut(nx).zip(above.samples().par_chunks(nx)).enumerate().try_for_each_init(
-        || vec![0.0; nx],
-        |spare, (row, (out, above))| {
-            job.check()?;
-            let first = row * nx % len;
-            let mask = match mask.slice(first..first + nx) {
-                Lane::Samples(samples) => samples,
-                Lane::Constant(value) => {
-                    spare.fill(value);
-                    spare
-                }
-            };
-            blend(out, above, mask, mode);
-            Ok::<_, NodeError>(())
-        },
-    )?;
+    for (plane, (out, above)) in out.chunks_mut(len).zip(above.samples().chunks(len)).enumerate() {
+        blocks(job, [plane, plane + 1].map(|third| third as f32 / 3.0), out, |cells, first| {
+            let mut spare = [0.0; BLOCK];
+            let mask = samples(mask, first, cells.len(), &mut spare);
+            blend(cells, &above[first..][..mask.len()], mask, mode);
+        })?;
+    }
     Ok(Outputs::one("colour", Field::with_planes(job.window(), 3, out)))
 }
 

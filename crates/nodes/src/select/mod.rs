@@ -1,21 +1,36 @@
 //! Masks and measures per cell, for driving other nodes.
 
 pub mod aspect;
+pub mod components;
 pub mod curvature;
 pub mod distance;
+pub mod occlusion;
 pub mod position;
 pub mod roughness;
 #[expect(clippy::module_inception, reason = "a node's file has the name of the node")]
 pub mod select;
 pub mod slope;
+pub mod sun;
+pub mod wetness;
 
 use orograph_graph::Node;
 
 use crate::{math, simd::simd};
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] =
-    &[&select::NODE, &slope::NODE, &aspect::NODE, &curvature::NODE, &position::NODE, &roughness::NODE, &distance::NODE];
+pub static NODES: &[&Node] = &[
+    &select::NODE,
+    &slope::NODE,
+    &aspect::NODE,
+    &curvature::NODE,
+    &position::NODE,
+    &roughness::NODE,
+    &occlusion::NODE,
+    &sun::NODE,
+    &wetness::NODE,
+    &distance::NODE,
+    &components::NODE,
+];
 
 simd! {
     /// 1 within the range, falling to 0 over `falloff` outside of it by the cubic `3 t² - 2 t³`.

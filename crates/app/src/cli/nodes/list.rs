@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use orograph_graph::{Node, Registry};
 
+use super::page::is_pictured;
 use crate::terminal::{Align, Page, Table, counted};
 
 /// Nodes of one category after another, in palette order.
@@ -36,11 +37,24 @@ pub fn table(registry: &Registry, page: Page) -> String {
 
 /// The list in Markdown, each node a link to its page beside it.
 pub fn markdown(registry: &Registry) -> String {
+    listed(registry, "node | what it does", |node| format!("[{0}]({0}.md)", node.id))
+}
+
+/// The list in Markdown with the picture of each node.
+pub fn contact_sheet(registry: &Registry) -> String {
+    listed(registry, "picture | node | what it does", |node| {
+        let picture = if is_pictured(node) { format!("![{0}](pictures/{0}.png)", node.id) } else { String::new() };
+        format!("{picture} | [{0}]({0}.md)", node.id)
+    })
+}
+
+fn listed(registry: &Registry, head: &str, node_cells: impl Fn(&Node) -> String) -> String {
+    let rule = "---|".repeat(head.split('|').count());
     let mut out = String::from("# Nodes\n");
     for (category, nodes) in categories(registry) {
-        let _ = write!(out, "\n## {category}\n\n| node | what it does |\n|---|---|\n");
+        let _ = write!(out, "\n## {category}\n\n| {head} |\n|{rule}\n");
         for node in nodes {
-            let _ = writeln!(out, "| [{0}]({0}.md) | {1} |", node.id, node.summary.replace('|', "\\|"));
+            let _ = writeln!(out, "| {} | {} |", node_cells(node), node.summary.replace('|', "\\|"));
         }
     }
     out

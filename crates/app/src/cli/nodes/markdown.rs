@@ -6,7 +6,20 @@ use super::page::{Entry, NodePage};
 
 /// The page in Markdown.
 pub fn render(node: &NodePage) -> String {
-    let mut out = format!("# {}\n\n{}\n\n{}\n", node.id, node.summary, node.doc.trim());
+    page(node, "")
+}
+
+/// The page in Markdown with the node's picture.
+pub fn illustrated(node: &NodePage) -> String {
+    let picture = format!(
+        "![{0}: the first output of the example, on a range that rivers have cut](pictures/{0}.png)\n\n",
+        node.id
+    );
+    page(node, if node.pictured { &picture } else { "" })
+}
+
+fn page(node: &NodePage, picture: &str) -> String {
+    let mut out = format!("# {}\n\n{}\n\n{picture}{}\n", node.id, node.summary, node.doc.trim());
     // Writing to a string cannot fail, here and below.
     let _ = write!(out, "\nCategory: {}. Version: {}.", node.category, node.version);
     if !node.aliases.is_empty() {

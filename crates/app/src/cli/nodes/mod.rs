@@ -64,11 +64,12 @@ impl Args {
     }
 }
 
-/// The whole manual in Markdown, as names of files and their texts: the list, `README.md`, and a page for each node.
+/// The whole manual in Markdown, as names of files and their texts: the list, `README.md`, and a page for each node. Both show
+/// pictures of nodes, `pictures/NODE.png`, which are made from their examples.
 #[must_use]
 pub fn manual(registry: &Registry) -> Vec<(String, String)> {
-    let page = |node: &'static Node| (format!("{}.md", node.id), markdown::render(&NodePage::of(node)));
-    let list = ("README.md".to_owned(), list::markdown(registry));
+    let page = |node: &'static Node| (format!("{}.md", node.id), markdown::illustrated(&NodePage::of(node)));
+    let list = ("README.md".to_owned(), list::contact_sheet(registry));
     std::iter::once(list).chain(registry.listed().map(page)).collect()
 }
 

@@ -31,6 +31,9 @@ pub struct NodePage {
     pub sources: &'static [&'static str],
     /// A use of it in a graph file.
     pub example: String,
+    /// Whether it has a picture in the manual: what it gives first is a raster.
+    #[serde(skip)]
+    pub pictured: bool,
 }
 
 /// An input, a parameter or an output.
@@ -112,7 +115,17 @@ impl NodePage {
             },
             sources: node.sources,
             example: format!("\"{}\": {}({})", node.id.to_lowercase(), node.id, node.example),
+            pictured: is_pictured(node),
         }
+    }
+}
+
+/// Whether the first output of a node is a raster.
+pub fn is_pictured(node: &Node) -> bool {
+    match node.outputs.first().map(|output| output.ty) {
+        Some(OutputType::Fixed(ty)) => ty.planes().is_some() && !node.is_subgraph(),
+        Some(OutputType::SameAs(_) | OutputType::Chosen(_)) => !node.is_subgraph(),
+        None => false,
     }
 }
 

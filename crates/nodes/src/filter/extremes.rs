@@ -1,0 +1,149 @@
+//! The highest and the lowest value within a disc around every cell.
+//!
+//! A disc of cells is a stack of lines, one per row. The highest value of a line of any length is the higher of two overlapping
+//! ones whose length is a power of two, and those double from one to the next; so each row of the disc costs two loads a cell,
+//! whatever its length, and a row of cells is a loop over vectors.
+
+use orograph_graph::{Job, NodeError};
+use rayon::prelude::*;
+
+use super::lines::Ends;
+use crate::simd::simd;
+
+/// The highest value whose centre is within a radius in cells of each cell's own; only cells of the world count, across the joined
+/// sides of a periodic one too. `share` is the part of the job's progress.
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub fn highest(job: &Job<'_>, share: [f32; 2], samples: &[f32], radius_cells: f64) -> Result<Vec<f32>, NodeError> {
+    let window = job.window();
+    let (nx, ny) = (window.nx(), window.ny());
+    let ends = [0, 1].map(|axis| Ends::of(&window, axis));
+    let rows = disc(radius_cells, nx, ny);
+    let reach = rows.iter().map(|(_, half)| *half).max().unwrap_or(0);
+    let width = nx + 2 * reach;
+    // rows with what is beyond their ends; each place becomes the highest of itself and the next `span - 1`
+    let mut lines = vec![f32::NEG_INFINITY; width * ny];
+    lines.par_chunks_mut(width).zip(samples.par_chunks(nx)).for_each(|(line, row)| {
+        line[reach..reach + nx].copy_from_slice(row);
+        if ends[0] == Ends::Wrap {
+            for k in 1..=reach {
+                line[reach - k] = row[ends[0].index(-(k as i64), nx)];
+                line[reach + nx - 1 + k] = row[ends[0].index((nx - 1 + k) as i64, nx)];
+            }
+        }
+    });
+    let mut out = samples.to_vec();
+    let mut span = 1;
+    loop {
+        let part = span as f32 / (2 * reach + 1) as f32;
+        job.advance(share[0] + (share[1] - share[0]) * part.min(1.0))?;
+        let group: Vec<_> = rows.iter().filter(|(_, half)| (span..2 * span).contains(&(2 * half + 1))).collect();
+        out.par_chunks_mut(nx).enumerate().try_for_each(|(j, out)| {
+            for (shift, half) in &group {
+                let row = j as i64 + shift;
+                let row = if ends[1] == Ends::Wrap { row.rem_euclid(ny as i64) } else { row };
+                if (0..ny as i64).contains(&row) {
+                    let line = &lines[row as usize * width..][..width];
+                    raise(out, &line[reach - half..][..nx], &line[reach + half + 1 - span..][..nx]);
+                }
+            }
+            job.check()
+        })?;
+        if 2 * span > 2 * reach + 1 {
+            return Ok(out);
+        }
+        lines.par_chunks_mut(width).for_each(|line| double(line, span));
+        span *= 2;
+    }
+}
+
+/// The lowest value, as [`highest`].
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub fn lowest(job: &Job<'_>, share: [f32; 2], samples: &[f32], radius_cells: f64) -> Result<Vec<f32>, NodeError> {
+    let turned: Vec<f32> = samples.par_iter().map(|value| -value).collect();
+    let mut out = highest(job, share, &turned, radius_cells)?;
+    out.par_iter_mut().for_each(|value| *value = -*value);
+    Ok(out)
+}
+
+/// The rows of a disc: how far each is from the middle, and how many cells it has on either side; no more than a world has.
+fn disc(radius_cells: f64, nx: usize, ny: usize) -> Vec<(i64, usize)> {
+    let square = radius_cells * radius_cells + 1e-6;
+    let rows = (square.sqrt() as i64).min(ny as i64);
+    let half = |row: i64| ((square - (row * row) as f64).max(0.0).sqrt() as usize).min(nx);
+    (-rows..=rows).map(|row| (row, half(row))).collect()
+}
+
+simd! {
+    fn raise(out: &mut [f32], first: &[f32], second: &[f32]) {
+        for ((out, &a), &b) in out.iter_mut().zip(first).zip(second) {
+            let high = if a > b { a } else { b };
+            *out = if high > *out { high } else { *out };
+        }
+    }
+}
+
+simd! {
+    /// Doubles the length of lines: the higher of each place and the one `span` further.
+    fn double(line: &mut [f32], span: usize) {
+        for i in 0..line.len().saturating_sub(span) {
+            let next = line[i + span];
+            line[i] = if next > line[i] { next } else { line[i] };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::{Boundary, Cancel, Edge, Node, ParamValues, Warnings, Window, World, mix};
+
+    use super::*;
+    use crate::testing::world;
+
+    #[test]
+    fn the_highest_in_a_disc_is_that_of_every_pair() {
+        let node = Node::DEFAULT;
+        let params = ParamValues::defaults(&[]);
+        for (nx, ny) in [(40, 33), (1, 30), (29, 1), (5, 61)] {
+            for (edge, radius) in
+                [(Edge::Base, 0.4), (Edge::Base, 1.0), (Edge::Base, 4.7), (Edge::Base, 90.0), (Edge::Periodic, 3.2)]
+            {
+                let window = Window::whole(World { boundary: Boundary::all(edge), ..world(nx, ny, 1.0) });
+                let samples: Vec<f32> = (0..nx * ny).map(|at| mix(at) as f32 * 1e-6 - 2000.0).collect();
+                let job = Job {
+                    node: &node,
+                    params: &params,
+                    inputs: Vec::new(),
+                    window,
+                    folder: std::path::PathBuf::new(),
+                    cancel: Cancel::default(),
+                    progress: &|_| (),
+                    warnings: Warnings::default(),
+                    glimpses: None,
+                };
+                let found = highest(&job, [0.0, 1.0], &samples, radius).expect("a result");
+                let least = lowest(&job, [0.0, 1.0], &samples, radius).expect("a result");
+                let apart = |a: u32, b: u32, n: u32| {
+                    let d = a.abs_diff(b);
+                    if edge == Edge::Periodic { d.min(n - d) } else { d }
+                };
+                for at in 0..nx * ny {
+                    let inside = (0..nx * ny).filter(|other| {
+                        let (dx, dy) = (apart(at % nx, other % nx, nx), apart(at / nx, other / nx, ny));
+                        f64::from(dx * dx + dy * dy) <= radius * radius
+                    });
+                    let values: Vec<f32> = inside.map(|other| samples[other as usize]).collect();
+                    let (low, high) = values.iter().fold((f32::MAX, f32::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
+                    assert_eq!(
+                        (least[at as usize], found[at as usize]),
+                        (low, high),
+                        "{nx} x {ny} {edge:?} {radius} {at}"
+                    );
+                }
+            }
+        }
+    }
+}

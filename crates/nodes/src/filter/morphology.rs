@@ -1,0 +1,178 @@
+//! Growing, shrinking, opening and closing of masks and of land, by a disc of a radius in metres.
+
+use rayon::prelude::*;
+
+use super::{
+    extremes::{highest, lowest},
+    mix,
+};
+use crate::prelude::*;
+
+choice! {
+    /// What is done with the disc.
+    pub enum Operation {
+        /// The highest value within the disc: masks grow.
+        Dilate = "dilate",
+        /// The lowest value within the disc: masks shrink.
+        Erode = "erode",
+        /// Eroded, then dilated: what is narrower than the disc disappears, the rest keeps its size.
+        Open = "open",
+        /// Dilated, then eroded: gaps that are narrower than the disc close, the rest keeps its size.
+        Close = "close",
+        /// Dilated less eroded: a band along edges; of heights, the relief within the disc.
+        Outline = "outline",
+        /// The value less the opened one: what is narrower than the disc, such as crests and spires.
+        TopHat = "top_hat",
+        /// The closed value less the value: gaps and ravines that are narrower than the disc.
+        BottomHat = "bottom_hat",
+    }
+}
+
+params! {
+    /// What is done with the disc.
+    operation: Operation = Operation::Open, One, ..;
+    /// Radius of the disc. What does not reach the next cell changes nothing.
+    radius: f64 = 100.0, Metres, 0.0..=1e5, soft 0..=1000;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Morphology",
+    category: "filter",
+    summary: "Grows, shrinks, opens and closes masks or land by a disc of a radius in metres.",
+    doc: "Mathematical morphology with a flat disc D of cells whose centres are within `radius`: `dilate` is the highest value in \
+          it, `max f(x + d)`, `erode` the lowest; `open` and `close` are one after the other, `outline` is their difference, the hats \
+          are what opening and closing take away and fill. A soft mask stays soft, and so does land: opening cuts off crests that \
+          are narrower than the disc, closing fills ravines, and both leave broad forms to the last bit.\n\n\
+          Only cells of the world count; at its sides the disc is cut.\n\n\
+          **Advice.** Open a mask to be rid of specks, close it to be rid of holes; `Components` does both by area instead of \
+          width. A margin that fades is `Distance`.",
+    sources: &[
+        "J. Serra (1982), Image Analysis and Mathematical Morphology, Academic Press",
+        "S. R. Sternberg (1986), Grayscale morphology, Computer Vision, Graphics, and Image Processing 35, 333-355",
+    ],
+    inputs: &[
+        Input::needs("value", PortType::AnyScalar, "A mask, land, or any other values."),
+        Input::mask("mask", "Where the result replaces it: fully at 1, not at all at 0."),
+    ],
+    outputs: &[Output::same_as("value", "value", "The result, with the meaning of the input.")],
+    params: Params::specs,
+    reach: Reach::Metres(|params, _| {
+        let params = Params::read(params);
+        let passes = match params.operation {
+            Operation::Dilate | Operation::Erode | Operation::Outline => 1.0,
+            _ => 2.0,
+        };
+        passes * params.radius
+    }),
+    cpu: run,
+    resolution: Resolution::Cells("the disc is made of whole cells"),
+    example: "value: \"mask\", operation: outline, radius: 500",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let value = job.field("value")?;
+    let samples = value.samples();
+    let radius = params.radius / job.cell_m();
+    let dilated = |samples: &[f32], share| highest(job, share, samples, radius);
+    let eroded = |samples: &[f32], share| lowest(job, share, samples, radius);
+    let (early, late) = ([0.0, 0.45], [0.45, 0.9]);
+    let less = |mut from: Vec<f32>, taken: &[f32]| {
+        from.par_iter_mut().zip(taken).for_each(|(from, taken)| *from -= taken);
+        from
+    };
+    let mut out = match params.operation {
+        Operation::Dilate => dilated(samples, [0.0, 0.9])?,
+        Operation::Erode => eroded(samples, [0.0, 0.9])?,
+        Operation::Open => dilated(&eroded(samples, early)?, late)?,
+        Operation::Close => eroded(&dilated(samples, early)?, late)?,
+        Operation::Outline => less(dilated(samples, early)?, &eroded(samples, late)?),
+        Operation::TopHat => less(samples.to_vec(), &dilated(&eroded(samples, early)?, late)?),
+        Operation::BottomHat => less(eroded(&dilated(samples, early)?, late)?, samples),
+    };
+    mix(job, samples, &mut out, job.lane("mask"))?;
+    Ok(Outputs::one("value", Field::new(job.window(), out)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{at_every_level, field, run as result, run_in, with_params, world};
+
+    fn disc_of(radius_m: f64) -> Field {
+        field(world(120, 120, 10.0), |x, y| if libm::hypot(x - 605.0, y - 605.0) <= radius_m { 1.0 } else { 0.0 })
+    }
+
+    fn done(value: &Field, changes: &str) -> Field {
+        result(&NODE, &with_params(&NODE, changes), &[("value", value)], "value")
+    }
+
+    fn area(mask: &Field) -> f64 {
+        mask.samples().iter().map(|v| f64::from(*v) * 100.0).sum()
+    }
+
+    /// A disc grows and shrinks by the radius, as areas tell.
+    #[test]
+    fn a_disc_becomes_a_wider_or_a_narrower_disc() {
+        for (operation, radius_m) in [("dilate", 350.0), ("erode", 50.0), ("open", 200.0), ("close", 200.0)] {
+            let found = area(&done(&disc_of(200.0), &format!("operation={operation},radius=150")));
+            let expected = std::f64::consts::PI * radius_m * radius_m;
+            // a disc of cells has the area of the circle to within a cell along its edge
+            assert!(
+                (found - expected).abs() < 2.0 * std::f64::consts::PI * radius_m * 7.0,
+                "{operation}: {found} {expected}"
+            );
+        }
+        let outline = area(&done(&disc_of(200.0), "operation=outline,radius=50"));
+        let expected = std::f64::consts::PI * (250.0 * 250.0 - 150.0 * 150.0);
+        assert!((outline / expected - 1.0).abs() < 0.04, "{outline} {expected}");
+    }
+
+    #[test]
+    fn opening_takes_what_is_narrow_and_keeps_the_rest() {
+        // a square of 400 m with a spur of 30 m
+        let land = field(world(120, 120, 10.0), |x, y| {
+            let square = (x - 400.0).abs() < 200.0 && (y - 600.0).abs() < 200.0;
+            if square || ((600.0..900.0).contains(&x) && (y - 600.0).abs() < 15.0) { 80.0 } else { 0.0 }
+        });
+        let opened = done(&land, "operation=open,radius=50");
+        let at = |field: &Field, x: usize, y: usize| field.samples()[y * 120 + x];
+        assert_eq!((at(&opened, 40, 60), at(&opened, 75, 60), at(&opened, 22, 60)), (80.0, 0.0, 80.0));
+        let hat = done(&land, "operation=top_hat,radius=50");
+        for cell in 0..land.samples().len() {
+            assert_eq!(hat.samples()[cell] + opened.samples()[cell], land.samples()[cell]);
+        }
+        // opening twice changes nothing more, and closing is opening of the negative
+        assert_eq!(done(&opened, "operation=open,radius=50"), opened);
+        let negative =
+            field(world(120, 120, 10.0), |x, y| -f64::from(at(&land, (x / 10.0) as usize, (y / 10.0) as usize)));
+        let closed = done(&negative, "operation=close,radius=50");
+        assert!(closed.samples().iter().zip(opened.samples()).all(|(a, b)| *a == -*b));
+    }
+
+    #[test]
+    fn no_radius_and_no_mask_change_nothing() {
+        let land = field(world(60, 50, 10.0), |x, y| x * 0.7 + 31.0 * libm::sin(y / 40.0));
+        for operation in ["dilate", "erode", "open", "close"] {
+            assert_eq!(done(&land, &format!("operation={operation},radius=9.9")), land, "{operation}");
+        }
+        let none = Field::constant(*land.window(), 0.0);
+        let params = with_params(&NODE, "operation=dilate");
+        assert_eq!(result(&NODE, &params, &[("value", &land), ("mask", &none)], "value"), land);
+    }
+
+    #[test]
+    fn windows_threads_and_simd_levels_give_the_same_bits() {
+        let land = field(world(150, 90, 10.0), |x, y| 200.0 * libm::sin(x / 110.0) * libm::cos(y / 70.0));
+        let params = with_params(&NODE, "operation=bottom_hat,radius=85");
+        let inputs = [("value", &land)];
+        assert_eq!(run_in(1, &NODE, &params, &inputs), run_in(3, &NODE, &params, &inputs));
+        at_every_level(|| run_in(2, &NODE, &params, &inputs));
+        let part = Window { origin: [40, 30], cells: [50, 30], ..*land.window() };
+        let grown = land.crop(&part.grown(170.0));
+        let whole = result(&NODE, &params, &inputs, "value");
+        assert_eq!(result(&NODE, &params, &[("value", &grown)], "value").crop(&part), whole.crop(&part));
+    }
+}

@@ -1,0 +1,116 @@
+//! How wet ground is by the land that drains to it and by its slope.
+
+use super::within;
+use crate::{
+    gradient::{Method, Surface},
+    hydrology::drained::Drained,
+    math, par,
+    prelude::*,
+};
+
+params! {
+    /// Slope that gentler ground counts as, in metres per metre: water stands on none for ever.
+    least_slope: f64 = 0.001, One, 1e-6..=1.0, soft 1e-4..=0.1;
+    /// Index from which ground is fully wet.
+    from: f64 = 10.0, One, -50.0..=50.0, soft 4..=16;
+    /// Width of the soft edge below it.
+    falloff: f64 = 3.0, One, 0.0..=50.0, soft 0..=8;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Wetness",
+    category: "select",
+    summary: "How wet the ground is: the topographic wetness index, and a mask of wet ground.",
+    doc: "The topographic wetness index, `ln(a / tan β)`: a is the drainage area per metre of contour, here per side of a cell, and \
+          β the slope of the surface that water runs on (Horn's gradient, with `least_slope` as the least tangent). Dry crests have \
+          3 to 6, damp hollows 8 to 10, flood plains, marshes and river beds more. Lakes are the wettest, since their surface is \
+          level.\n\n\
+          `mask` is 1 from the index `from` on and falls to 0 over `falloff` below it.\n\n\
+          **Advice.** Take the flow of `Flow` with `routing: mfd`: with `d8` slopes show single lines. River beds alone are a \
+          `Select` of `flow.area` on a logarithmic scale. Meadows, moss and reeds follow the mask.",
+    sources: &[
+        "K. J. Beven and M. J. Kirkby (1979), A physically based, variable contributing area model of basin hydrology, Hydrological \
+         Sciences Bulletin 24, 43-69",
+    ],
+    inputs: &[Input::needs("flow", PortType::Flow, "Where water runs, from `Flow`.")],
+    outputs: &[
+        Output::gives("wetness", PortType::Scalar(Unit::One), "The index ln(a / tan β), with a in metres."),
+        Output::gives("mask", PortType::Mask, "1 on wet ground."),
+    ],
+    params: Params::specs,
+    reach: Reach::Metres(|_, cell_m| cell_m),
+    cpu: run,
+    resolution: Resolution::Cells("rivers are one cell wide and slopes are those between neighbouring cells"),
+    example: "flow: \"flow.flow\"",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let drained = Drained::read(job.field("flow")?);
+    let window = job.window();
+    let nx = window.nx();
+    let level = Field::new(window, drained.level_m.to_vec());
+    let surface = Surface::new(&level, Method::Horn);
+    let (cell_m, least) = (job.cell_m() as f32, params.least_slope as f32);
+    let mut wetness = vec![0.0; window.len()];
+    par::rows_within(job, [0.0, 0.8], &mut wetness, |j, row| {
+        let area = &drained.area_m2[j * nx..][..nx];
+        surface.row(j, |start, east, south| {
+            let cells = row[start..].iter_mut().zip(&area[start..]).zip(east.iter().zip(south));
+            for ((wetness, &area), (&p, &q)) in cells {
+                let slope = (p * p + q * q).sqrt().max(least);
+                *wetness = math::f32::ln((area / cell_m).max(f32::MIN_POSITIVE)) - math::f32::ln(slope);
+            }
+        });
+    })?;
+    let mut mask = vec![0.0; wetness.len()];
+    par::rows_within(job, [0.8, 1.0], &mut mask, |j, row| {
+        within(row, &wetness[j * nx..][..nx], [params.from as f32, f32::MAX], params.falloff as f32);
+    })?;
+    Ok(Outputs::one("wetness", Field::new(window, wetness)).with("mask", Field::new(window, mask)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        hydrology::flow,
+        testing::{field, run as result, run_in, with_params, world},
+    };
+
+    /// Down a plane, water of k cells above runs through each cell: ln(k d / s).
+    #[test]
+    fn a_plane_gets_wetter_by_the_logarithm_of_its_length() {
+        for (slope, counts_as) in [(0.125, 0.125), (0.000_01, 0.001)] {
+            let land = field(world(12, 60, 8.0), |_, y| 500.0 - slope * y);
+            let drained =
+                result(&flow::NODE, &with_params(&flow::NODE, "depressions=keep"), &[("height", &land)], "flow");
+            let found = result(&NODE, &with_params(&NODE, ""), &[("flow", &drained)], "wetness");
+            for j in 1..58 {
+                let row = Drained::read(&drained).area_m2[j * 12 + 6] / 64.0;
+                let expected = libm::log(f64::from(row) * 8.0 / counts_as);
+                let index = f64::from(found.samples()[j * 12 + 6]);
+                assert!((index - expected).abs() < 1e-3, "{slope} {j}: {index} {expected}"); // heights in single precision
+                // the first row is a base that passes nothing on
+                assert!(slope < 0.1 || (row - j as f32).abs() < 1.5, "{j}: {row}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_mask_rises_below_its_threshold() {
+        let land = field(world(80, 80, 20.0), |x, y| 100.0 + 0.2 * y + 30.0 * libm::sin(x / 90.0));
+        let drained = result(&flow::NODE, &with_params(&flow::NODE, "routing=mfd"), &[("height", &land)], "flow");
+        let params = with_params(&NODE, "from=9,falloff=2");
+        let index = result(&NODE, &params, &[("flow", &drained)], "wetness");
+        let mask = result(&NODE, &params, &[("flow", &drained)], "mask");
+        for (index, mask) in index.samples().iter().zip(mask.samples()) {
+            assert!(index.is_finite());
+            assert_eq!(*index >= 9.0, *mask == 1.0, "{index} {mask}");
+            assert!(*index > 7.0 || *mask == 0.0, "{index} {mask}");
+        }
+        assert_eq!(run_in(1, &NODE, &params, &[("flow", &drained)]), run_in(3, &NODE, &params, &[("flow", &drained)]));
+    }
+}

@@ -1,0 +1,99 @@
+//! The small picture of each node in the manual: the first output of its example on a range that rivers have cut.
+
+use std::{io::Cursor, path::PathBuf};
+
+use image::{ImageFormat, Rgb, RgbImage};
+use orograph::picture::{self, View};
+use orograph_graph::{Field, Node, Port, PortType, Value};
+use orograph_nodes::{
+    math,
+    render::{light, palettes::Palette},
+};
+
+use crate::{evaluate, pictured, world};
+
+/// Cells and pixels a side.
+const SIDE: u32 = 112;
+
+/// Levels of each colour: few enough for pictures to stay small, too many for bands to show.
+const LEVELS: f32 = 32.0;
+
+/// Where the manual's pictures are.
+#[must_use]
+pub fn pictures_folder() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/nodes/pictures")
+}
+
+/// The picture of a node as a PNG: land as a map, masks in grey, colours as they are, other numbers in false colours; nothing of a
+/// node whose first output is no raster.
+///
+/// # Panics
+/// When the example does not run.
+#[must_use]
+pub fn picture(node: &'static Node) -> Option<Vec<u8>> {
+    if node.is_subgraph() {
+        return None;
+    }
+    let case = pictured(node);
+    let ty = case.graph.output_type(Port { node: case.node, output: 0 });
+    ty.planes()?;
+    let values = evaluate(&case, world(SIDE), 2).unwrap_or_else(|error| panic!("{}: {error}", node.id));
+    let field = values.first().and_then(Value::as_field)?;
+    let seen = match ty {
+        // from black at 0 to white at 1 as the eye sees it
+        PortType::Mask => {
+            let level: Vec<f32> = field.plane(0).iter().map(|v| math::f32::pow(v.clamp(0.0, 1.0), 2.2)).collect();
+            Field::with_planes(*field.window(), 3, level.repeat(3))
+        }
+        PortType::Scalar(_) | PortType::Flow | PortType::Vector(_) => false_colours(field),
+        _ => picture::of_field(field, ty, View::Map),
+    };
+    Some(png(&seen))
+}
+
+/// Numbers in the colours of viridis: from the hundredth lowest to the hundredth highest, by their orders of magnitude where these
+/// span more than three.
+fn false_colours(field: &Field) -> Field {
+    let at = |sorted: &[f32], share: f64| sorted[(share * (sorted.len() - 1) as f64) as usize];
+    let mut sorted = field.plane(0).to_vec();
+    sorted.sort_by(f32::total_cmp);
+    let (low, middle, high) = (at(&sorted, 0.01), at(&sorted, 0.5), at(&sorted, 0.999));
+    let skewed = low > 0.0 && high > 1000.0 * low && high > 20.0 * middle;
+    let order = |v: f32| if skewed { math::f32::log10(v.max(low)) } else { v };
+    let (low, high) = if skewed { (order(low), order(high)) } else { (low, at(&sorted, 0.99)) };
+    let (low, high) = if low < high { (low, high) } else { (sorted[0], sorted[sorted.len() - 1] + 1e-3) };
+    let stops: Vec<[f64; 3]> = Palette::Viridis.stops(0.0, 1.0).iter().map(|stop| light::linear(stop.colour)).collect();
+    let mut planes = vec![0.0; 3 * field.window().len()];
+    for (cell, value) in field.plane(0).iter().enumerate() {
+        let place = f64::from(((order(*value) - low) / (high - low)).clamp(0.0, 1.0)) * (stops.len() - 1) as f64;
+        let (below, above) = (stops[place as usize], stops[(place as usize + 1).min(stops.len() - 1)]);
+        for colour in 0..3 {
+            let mixed = below[colour] + (above[colour] - below[colour]) * place.fract();
+            planes[colour * field.window().len() + cell] = mixed as f32;
+        }
+    }
+    Field::with_planes(*field.window(), 3, planes)
+}
+
+/// Linear light as an 8-bit PNG of few levels.
+fn png(colour: &Field) -> Vec<u8> {
+    let code = |linear: f32| {
+        let v = linear.clamp(0.0, 1.0);
+        let code = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * math::f32::pow(v, 1.0 / 2.4) - 0.055 };
+        ((code * LEVELS).round() / LEVELS * 255.0).round() as u8
+    };
+    let [nx, ny] = colour.window().cells;
+    let image = RgbImage::from_fn(nx, ny, |i, j| {
+        let at = j as usize * nx as usize + i as usize;
+        Rgb([0, 1, 2].map(|plane| code(colour.plane(plane)[at])))
+    });
+    let mut bytes = Cursor::new(Vec::new());
+    let grey = image.pixels().all(|Rgb([r, g, b])| r == g && g == b);
+    if grey {
+        let image = image::DynamicImage::ImageRgb8(image).into_luma8();
+        image.write_to(&mut bytes, ImageFormat::Png).expect("a picture in memory");
+    } else {
+        image.write_to(&mut bytes, ImageFormat::Png).expect("a picture in memory");
+    }
+    bytes.into_inner()
+}
