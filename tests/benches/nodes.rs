@@ -1,37 +1,18 @@
 //! Time per cell of every node, at 512, 1024 and 2048 cells a side: `cargo bench -p orograph-tests`, or with a node's name
-//! after `--` for that node alone. A table in nanoseconds per cell follows criterion's own report.
+//! after `--` for that node alone. A table in nanoseconds per cell follows criterion's own report. `examples/speed.rs` is
+//! quicker and coarser: the table of all nodes in some minutes.
 //!
 //! The node runs on its example. Its inputs are computed once, before, and only its own kernel is timed, on all cores.
 
 use std::path::PathBuf;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use orograph_graph::{Cancel, Evaluator, EvaluatorOptions, Fallback, InputValue, Job, Port, Warnings, Window};
+use orograph_graph::{Cancel, Job, Warnings, Window};
 use orograph_nodes::registry;
-use orograph_tests::{Case, data_folder, example, world};
+use orograph_tests::{data_folder, example, inputs, world};
 
 /// Cells a side.
 const SIDES: [u32; 3] = [512, 1024, 2048];
-
-/// The inputs of a case over a window, as its kernel gets them.
-fn inputs(case: &Case, window: Window) -> Vec<InputValue> {
-    let evaluator = Evaluator::new(EvaluatorOptions::default()).expect("an evaluator");
-    let value = |port: Port| {
-        let values = evaluator.evaluate(&case.graph, &data_folder(), &[(port, window)], &Cancel::default(), &|_| {});
-        values.expect("an input").remove(0)
-    };
-    let instance = case.graph.instance(case.node);
-    let declared = instance.node.inputs.iter().enumerate();
-    declared
-        .map(|(position, input)| match (case.graph.source(case.node, position), input.fallback) {
-            (Some(port), _) => InputValue::Value(value(port)),
-            (None, Fallback::Constant { default, .. }) => {
-                InputValue::Constant(instance.constants[position].unwrap_or(default))
-            }
-            (None, _) => InputValue::Absent,
-        })
-        .collect()
-}
 
 fn nodes(c: &mut Criterion) {
     for node in registry().nodes() {

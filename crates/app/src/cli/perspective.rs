@@ -62,6 +62,7 @@ enum Tints {
 }
 
 /// What is seen in three dimensions.
+#[cfg_attr(not(feature = "editor"), expect(dead_code, reason = "only the view reads them"))]
 #[derive(Clone, Debug)]
 pub struct Seen {
     pub height: Field,
