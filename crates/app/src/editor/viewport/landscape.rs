@@ -12,10 +12,10 @@ use super::{
     Shown,
     drape::{Drape, Key},
     look::Look,
-    map::{Line, label, readout},
+    map::{Hand, Marks, label, readout},
     split::Split,
 };
-use crate::view::{Camera, Fly, FlyKeys, Hit, Land, Orbit, Renderer, Scene, ViewError};
+use crate::view::{Camera, Fly, FlyKeys, Land, Orbit, Renderer, Scene, ViewError};
 
 /// Pictures in the window are codes of sRGB in a format that has no curve of its own.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -30,8 +30,6 @@ pub(super) struct Landscape {
     /// The extent of the land that the eye was placed for.
     size_m: [f64; 2],
     split: Split,
-    /// Where a measure began.
-    from: Option<[f64; 2]>,
 }
 
 /// A camera that hands move.
@@ -69,17 +67,6 @@ struct Target {
     id: TextureId,
 }
 
-/// What the pointer did in the land.
-#[derive(Default)]
-pub(super) struct Done {
-    /// A line that is being measured.
-    pub(super) line: Option<Line>,
-    /// Where the pointer is.
-    pub(super) under: Option<Hit>,
-    /// Whether the first button is held, and no camera moves by it.
-    pub(super) pressed: bool,
-}
-
 impl Landscape {
     /// A landscape on the window's device.
     pub(super) fn new(state: &RenderState) -> Result<Self, ViewError> {
@@ -93,7 +80,6 @@ impl Landscape {
             moved: false,
             size_m: [0.0; 2],
             split: Split::default(),
-            from: None,
         })
     }
 
@@ -120,15 +106,15 @@ impl Landscape {
         };
     }
 
-    /// Draws the land of one or two outputs. `hand` says that the first button is a tool's and not the camera's.
+    /// Draws the land of one or two outputs. `tool` says that the first button is a tool's and not the camera's.
     pub(super) fn ui(
         &mut self,
         ui: &mut egui::Ui,
         shown: [&Shown; 2],
         drapes: [Option<Drape>; 2],
-        (look, contours, hand): (&Look, bool, bool),
-        line: Option<Line>,
-    ) -> Done {
+        (look, contours, tool): (&Look, bool, bool),
+        marks: Marks,
+    ) -> Hand {
         let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
         let pane = response.rect;
         let scale = ui.ctx().pixels_per_point();
@@ -148,7 +134,7 @@ impl Landscape {
                 egui::FontId::proportional(13.0),
                 ui.visuals().weak_text_color(),
             );
-            return Done::default();
+            return Hand::default();
         };
         let exaggeration = look.exaggeration();
         if self.size_m != land.size_m() {
@@ -158,7 +144,7 @@ impl Landscape {
         let mut eye = self.eye.take().unwrap_or_else(start);
         let edge = both.then(|| self.split.ui(ui, pane));
         let before = eye.camera();
-        move_eye(ui, &response, &mut eye, &land, exaggeration, (size, scale, hand));
+        move_eye(ui, &response, &mut eye, &land, exaggeration, (size, scale, tool));
         let camera = eye.camera();
         // The whole land is framed anew until a hand moves the eye, whatever becomes of the window.
         self.eye = Some(eye).filter(|eye| self.moved || camera != before || matches!(eye, Eye::Fly(_)));
@@ -186,32 +172,32 @@ impl Landscape {
 
         let to_pixel = |at: Pos2| [f64::from((at.x - pane.left()) * scale), f64::from((at.y - pane.top()) * scale)];
         let hit = |at: Pos2| land.cast(&camera.ray(to_pixel(at), size), exaggeration);
-        let mut done = Done { under: response.hover_pos().and_then(hit), ..Done::default() };
-        if hand {
-            done.pressed = response.is_pointer_button_down_on() && ui.input(|input| input.pointer.primary_down());
-            let under = response.interact_pointer_pos().and_then(hit);
-            done.under = done.under.or(under);
-            if let Some(hit) = under.filter(|_| done.pressed) {
-                let from = *self.from.get_or_insert(hit.place);
-                done.line = Some([from, hit.place]);
-            } else if !done.pressed {
-                self.from = None;
-            }
+        let held = response.is_pointer_button_down_on() && ui.input(|input| input.pointer.primary_down());
+        let pressed = tool && held;
+        let at = response.interact_pointer_pos().filter(|_| pressed).or_else(|| response.hover_pos());
+        let place = at.and_then(hit).map(|hit| hit.place);
+        if tool {
             response.clone().on_hover_cursor(CursorIcon::Crosshair);
         }
-        if let Some([a, b]) = done.line.or(line) {
-            let place = |share: f64| {
-                let [x, y] = [0, 1].map(|axis| a[axis] + share * (b[axis] - a[axis]));
-                let up = land.height_at([x, y]) * exaggeration;
-                let [px, py] = camera.pixel(glam::DVec3::new(x, up, y), size)?;
-                Some(pane.min + vec2(px as f32, py as f32) / scale)
-            };
+        let on_screen = |[x, y]: [f64; 2]| {
+            let up = land.height_at([x, y]) * exaggeration;
+            let [px, py] = camera.pixel(glam::DVec3::new(x, up, y), size)?;
+            Some(pane.min + vec2(px as f32, py as f32) / scale)
+        };
+        if let Some([a, b]) = marks.line {
+            let place = |share: f64| on_screen([0, 1].map(|axis| a[axis] + share * (b[axis] - a[axis])));
             let points: Vec<Pos2> = (0..=120).filter_map(|step| place(f64::from(step) / 120.0)).collect();
             painter.line(points.clone(), Stroke::new(3.0, Color32::from_black_alpha(160)));
             painter.line(points, Stroke::new(1.5, Color32::from_rgb(255, 214, 64)));
         }
-        if let Some(hit) = done.under {
-            let text = readout(shown[0], hit.place);
+        if let (Some(radius), Some([x, y])) = (marks.ring, place) {
+            let place = |turn: f64| on_screen([x + radius * turn.cos(), y + radius * turn.sin()]);
+            let points: Vec<Pos2> =
+                (0..=64).filter_map(|step| place(f64::from(step) * std::f64::consts::TAU / 64.0)).collect();
+            painter.line(points, Stroke::new(1.5, Color32::WHITE));
+        }
+        if let Some(place) = place {
+            let text = readout(shown[0], place);
             label(&painter, pane.right_bottom() - vec2(10.0, 10.0), Align2::RIGHT_BOTTOM, &text);
         }
         compass(&painter, pane, &camera);
@@ -219,7 +205,7 @@ impl Landscape {
             let corner = Rect::from_min_size(pane.right_top() + vec2(-30.0, 10.0), vec2(20.0, 20.0));
             ui.put(corner, egui::Spinner::new().size(18.0));
         }
-        done
+        Hand { place, pressed }
     }
 }
 
@@ -230,7 +216,7 @@ fn move_eye(
     eye: &mut Eye,
     land: &Land,
     exaggeration: f64,
-    (size, scale, hand): ([u32; 2], f32, bool),
+    (size, scale, tool): ([u32; 2], f32, bool),
 ) {
     let (scroll, pinch, shift, primary, dt) = ui.input(|input| {
         let primary = input.pointer.primary_down();
@@ -238,7 +224,7 @@ fn move_eye(
     });
     let delta = response.drag_delta() * scale;
     let pixels = [f64::from(delta.x), f64::from(delta.y)];
-    let moves = response.dragged() && !(hand && primary);
+    let moves = response.dragged() && !(tool && primary);
     let notches = if response.hovered() { f64::from(scroll / 50.0 + 4.0 * pinch.log2()) } else { 0.0 };
     match eye {
         Eye::Orbit(orbit) => {

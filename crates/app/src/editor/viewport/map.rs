@@ -13,14 +13,30 @@ use super::{
 /// A line across the land, from one place to another in metres.
 pub(super) type Line = [[f64; 2]; 2];
 
-/// The map's camera, and what is being dragged on it.
+/// What the pointer does in the land.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Hand {
+    /// Where it is, in metres of the world.
+    pub(super) place: Option<[f64; 2]>,
+    /// Whether it holds its first button, and that button is a tool's.
+    pub(super) pressed: bool,
+}
+
+/// What is drawn over the land.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Marks {
+    /// A line that was measured.
+    pub(super) line: Option<Line>,
+    /// Radius of the brush in metres.
+    pub(super) ring: Option<f64>,
+}
+
+/// The map's camera.
 #[derive(Debug, Default)]
 pub(super) struct Map {
     camera: Option<Camera>,
     /// The extent of the world that the camera was made for.
     size: [f64; 2],
-    /// Where a measure began.
-    from: Option<[f64; 2]>,
     split: Split,
 }
 
@@ -30,16 +46,16 @@ impl Map {
         self.camera = None;
     }
 
-    /// Draws the map; of two pictures the second one right of the line between them. Gives the line that is being
-    /// measured, if it changed.
+    /// Draws the map; of two pictures the second one right of the line between them. `tool` says that the first button is
+    /// a tool's.
     pub(super) fn ui(
         &mut self,
         ui: &mut egui::Ui,
         shown: [&Shown; 2],
         pictures: [Option<&TextureHandle>; 2],
-        measuring: bool,
-        line: Option<Line>,
-    ) -> Option<Line> {
+        tool: bool,
+        marks: Marks,
+    ) -> Hand {
         let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
         let pane = response.rect;
         let size = shown[0].field.window().world.size;
@@ -59,22 +75,14 @@ impl Map {
                 self.camera = Some(camera);
             }
         }
-        let mut measured = None;
-        if measuring {
-            if let Some(at) = response.interact_pointer_pos() {
-                let place = camera.to_world(pane, at);
-                if response.drag_started() {
-                    self.from = Some(place);
-                }
-                if let Some(from) = self.from {
-                    measured = Some([from, place]);
-                }
-            } else {
-                self.from = None;
-            }
+        let mut hand = Hand::default();
+        if tool {
+            hand.pressed = response.is_pointer_button_down_on() && ui.input(|input| input.pointer.primary_down());
+            let at = response.interact_pointer_pos().filter(|_| hand.pressed).or_else(|| response.hover_pos());
+            hand.place = at.map(|at| camera.to_world(pane, at));
             response.clone().on_hover_cursor(CursorIcon::Crosshair);
         }
-        if response.dragged() && (!measuring || ui.input(|input| input.pointer.middle_down())) {
+        if response.dragged() && !hand.pressed {
             camera.drag(response.drag_delta());
             self.camera = Some(camera);
         }
@@ -92,13 +100,17 @@ impl Map {
         if let Some(x) = edge {
             split::draw(&painter, pane, x, shown.map(|shown| shown.port.as_str()));
         }
-        if let Some([a, b]) = measured.or(line) {
+        if let Some([a, b]) = marks.line {
             let ends = [camera.to_screen(pane, a), camera.to_screen(pane, b)];
             painter.line_segment(ends, Stroke::new(3.0, Color32::from_black_alpha(160)));
             painter.line_segment(ends, Stroke::new(1.5, Color32::from_rgb(255, 214, 64)));
             for end in ends {
                 painter.circle(end, 4.0, Color32::from_rgb(255, 214, 64), Stroke::new(1.0, Color32::BLACK));
             }
+        }
+        if let (Some(radius), Some(place)) = (marks.ring, hand.place) {
+            let radius = (radius / camera.metres) as f32;
+            painter.circle_stroke(camera.to_screen(pane, place), radius, Stroke::new(1.5, Color32::WHITE));
         }
         scale::bar(&painter, pane, camera.metres);
         if let Some(at) = response.hover_pos() {
@@ -110,7 +122,7 @@ impl Map {
             let corner = Rect::from_min_size(pane.right_top() + vec2(-30.0, 10.0), vec2(20.0, 20.0));
             ui.put(corner, egui::Spinner::new().size(18.0));
         }
-        measured
+        hand
     }
 }
 

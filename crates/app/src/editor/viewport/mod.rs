@@ -1,5 +1,6 @@
 //! The pane of the land: the shown output as a map or in 3D, with what is under the pointer.
 
+mod brush;
 mod camera;
 mod drape;
 mod landscape;
@@ -13,10 +14,11 @@ mod split;
 use orograph_graph::{Field, PortType, Value};
 
 use self::{
+    brush::Brush,
     drape::{Drape, Parts},
     landscape::Landscape,
     look::Look,
-    map::Map,
+    map::{Map, Marks},
     painter::Painter,
     profile::Profile,
 };
@@ -39,6 +41,8 @@ enum Tool {
     Look,
     /// Measures along a line.
     Measure,
+    /// Paints.
+    Brush,
 }
 
 /// The pane of the land.
@@ -54,6 +58,7 @@ pub(super) struct Viewport {
     other: Painter,
     painter: Painter,
     profile: Profile,
+    brush: Brush,
 }
 
 /// An output as it is there now.
@@ -85,6 +90,7 @@ impl Viewport {
             other: Painter::default(),
             painter: Painter::default(),
             profile: Profile::default(),
+            brush: Brush::default(),
         }
     }
 
@@ -108,14 +114,16 @@ impl Viewport {
         };
         let compared = compared.and_then(|port| self::shown(session, &port));
         self.profile.panel(ui, &shown, compared.as_ref());
-        let measuring = self.tool == Tool::Measure;
+        let tool = self.tool != Tool::Look;
+        let ring = (self.tool == Tool::Brush).then(|| self.brush.radius(session));
+        let marks = Marks { line: self.profile.line(), ring };
         let sides = [&shown, compared.as_ref().unwrap_or(&shown)];
-        let line = match (self.mode, &mut self.landscape) {
+        let hand = match (self.mode, &mut self.landscape) {
             (Mode::Land, Ok(landscape)) => {
                 let [first, second] = &parts;
                 let other = compared.as_ref().and_then(|_| Drape::of(session, second));
                 let drapes = [Drape::of(session, first), other];
-                landscape.ui(ui, sides, drapes, (&self.look, self.contours, measuring), self.profile.line()).line
+                landscape.ui(ui, sides, drapes, (&self.look, self.contours, tool), marks)
             }
             _ => {
                 self.painter.want(ui.ctx(), &shown, self.contours);
@@ -123,11 +131,13 @@ impl Viewport {
                     self.other.want(ui.ctx(), compared, self.contours);
                 }
                 let pictures = [self.painter.texture(), compared.as_ref().and_then(|_| self.other.texture())];
-                self.map.ui(ui, sides, pictures, measuring, self.profile.line())
+                self.map.ui(ui, sides, pictures, tool, marks)
             }
         };
-        if let Some(line) = line.filter(|_| measuring) {
-            self.profile.set(line);
+        match self.tool {
+            Tool::Look => {}
+            Tool::Measure => self.profile.drag(&hand),
+            Tool::Brush => self.brush.drag(&hand, session),
         }
     }
 
@@ -144,14 +154,13 @@ impl Viewport {
             outputs(ui, session);
             ui.separator();
             ui.toggle_value(&mut self.contours, "Contours").on_hover_text("Lines of equal height");
-            let mut measuring = self.tool == Tool::Measure;
-            if ui
-                .toggle_value(&mut measuring, "Measure")
-                .on_hover_text("Drag a line: its length, climb and profile")
-                .changed()
-            {
-                self.tool = if measuring { Tool::Measure } else { Tool::Look };
-                if !measuring {
+            for (tool, name, what) in [
+                (Tool::Measure, "Measure", "Drag a line: its length, climb and profile"),
+                (Tool::Brush, "Brush", "Paint heights and masks; strokes are kept in a node"),
+            ] {
+                let mut on = self.tool == tool;
+                if ui.toggle_value(&mut on, name).on_hover_text(what).changed() {
+                    self.tool = if on { tool } else { Tool::Look };
                     self.profile.clear();
                 }
             }
@@ -171,6 +180,9 @@ impl Viewport {
                 ui.menu_button("Look", |ui| self.look.menu(ui, session));
             }
         });
+        if self.tool == Tool::Brush {
+            self.brush.bar(ui, session);
+        }
     }
 }
 

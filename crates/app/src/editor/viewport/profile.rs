@@ -5,13 +5,15 @@ use orograph_graph::Unit;
 
 use super::{
     Shown,
-    map::{Line, cell, short},
+    map::{Hand, Line, cell, short},
 };
 
 /// The line that is measured.
 #[derive(Debug, Default)]
 pub(super) struct Profile {
     line: Option<Line>,
+    /// Where the one begins that is being drawn.
+    from: Option<[f64; 2]>,
 }
 
 impl Profile {
@@ -19,8 +21,16 @@ impl Profile {
         self.line
     }
 
-    pub(super) const fn set(&mut self, line: Line) {
-        self.line = Some(line);
+    /// Draws the line anew while the hand is down.
+    pub(super) fn drag(&mut self, hand: &Hand) {
+        match (hand.pressed, hand.place) {
+            (true, Some(place)) => {
+                let from = *self.from.get_or_insert(place);
+                self.line = Some([from, place]);
+            }
+            (true, None) => {}
+            (false, _) => self.from = None,
+        }
     }
 
     pub(super) const fn clear(&mut self) {

@@ -1,0 +1,205 @@
+//! The brush: strokes painted onto the land become data of a node.
+//!
+//! What can be painted on is any node that has a parameter of strokes; which one that is, nothing here says. A stroke is
+//! one step of undo.
+
+use egui::Key;
+use orograph_graph::{Edit, Kind, ParamValue, Port, PortType, Stroke, Tool, Unit};
+
+use super::map::Hand;
+use crate::editor::Session;
+
+/// The tools with their names and what they do, in the order of the bar.
+const TOOLS: [(Tool, &str, &str); 5] = [
+    (Tool::Raise, "Raise", "Lift the land"),
+    (Tool::Lower, "Lower", "Lower the land"),
+    (Tool::Smooth, "Smooth", "Even out the land"),
+    (Tool::Mask, "Mask", "Add to the mask"),
+    (Tool::Erase, "Erase", "Take from the mask"),
+];
+
+/// The brush, and the stroke it is making.
+#[derive(Debug)]
+pub(super) struct Brush {
+    tool: Tool,
+    /// In metres; `None` until it is known how large the world is.
+    radius: Option<f64>,
+    /// Metres for what raises and lowers.
+    metres: f64,
+    /// A part for the other tools.
+    part: f64,
+    hardness: f64,
+    stroke: Vec<[f64; 2]>,
+}
+
+impl Default for Brush {
+    fn default() -> Self {
+        Self {
+            tool: Tool::Raise,
+            radius: None,
+            metres: 50.0,
+            part: 1.0,
+            hardness: Stroke::USUAL_HARDNESS,
+            stroke: Vec::new(),
+        }
+    }
+}
+
+/// A parameter of strokes.
+struct Canvas {
+    node: String,
+    param: &'static str,
+    strokes: Vec<Stroke>,
+}
+
+impl Canvas {
+    /// That of the selected node, if it has one.
+    fn of(session: &Session) -> Option<Self> {
+        let graph = session.document().graph();
+        let instance = graph.instance(graph.find(session.selected()?).ok()?);
+        let spec = instance.node.specs().into_iter().find(|spec| matches!(spec.kind, Kind::Strokes { .. }))?;
+        let strokes = match instance.params.get(spec.name) {
+            Some(ParamValue::Strokes(strokes)) => strokes.clone(),
+            _ => Vec::new(),
+        };
+        Some(Self { node: instance.name.clone(), param: spec.name, strokes })
+    }
+}
+
+impl Brush {
+    /// Half the width of the brush, in metres.
+    pub(super) fn radius(&self, session: &Session) -> f64 {
+        let [width, height] = session.document().world().size;
+        self.radius.unwrap_or_else(|| super::scale::round_below(0.04 * width.max(height)))
+    }
+
+    /// The row of choices of the brush.
+    pub(super) fn bar(&mut self, ui: &mut egui::Ui, session: &mut Session) {
+        ui.horizontal_wrapped(|ui| {
+            if Canvas::of(session).is_none() {
+                ui.label("Select a node with strokes, or");
+                let shown = session.shown();
+                let add = egui::Button::new("paint on top of what is shown");
+                if ui.add_enabled(shown.is_some(), add).clicked()
+                    && let Some(shown) = shown
+                {
+                    lay(session, &shown);
+                }
+                return;
+            }
+            for (tool, name, what) in TOOLS {
+                ui.selectable_value(&mut self.tool, tool, name).on_hover_text(what);
+            }
+            ui.separator();
+            let mut radius = self.radius(session);
+            ui.label("Radius");
+            let [least, most] = Stroke::RADII;
+            let speed = radius * 0.01;
+            let value = egui::DragValue::new(&mut radius).range(least..=most).speed(speed);
+            if ui
+                .add(value.custom_formatter(|metres, _| Unit::Metres.display(metres)))
+                .on_hover_text("Also with [ and ]")
+                .changed()
+            {
+                self.radius = Some(radius);
+            }
+            ui.label("Strength");
+            match self.tool.unit() {
+                Unit::Metres => {
+                    ui.add(egui::DragValue::new(&mut self.metres).range(0.0..=10_000.0).speed(1.0).suffix(" m"))
+                }
+                _ => ui.add(egui::DragValue::new(&mut self.part).range(0.0..=1.0).speed(0.01)),
+            };
+            ui.label("Hardness");
+            ui.add(egui::DragValue::new(&mut self.hardness).range(0.0..=1.0).speed(0.01));
+            if ui.button("Clear").on_hover_text("Take all strokes away").clicked()
+                && let Some(canvas) = Canvas::of(session)
+            {
+                session.apply(&Edit::Reset { node: canvas.node, name: canvas.param.to_owned() });
+            }
+        });
+        if ui.ctx().memory(|memory| memory.focused().is_none()) {
+            let (smaller, larger) =
+                ui.input(|input| (input.key_pressed(Key::OpenBracket), input.key_pressed(Key::CloseBracket)));
+            let factor = if smaller { 0.8 } else { 1.25 };
+            if smaller || larger {
+                let [least, most] = Stroke::RADII;
+                self.radius = Some((self.radius(session) * factor).clamp(least, most));
+            }
+        }
+    }
+
+    /// Goes on with a stroke, or ends it.
+    pub(super) fn drag(&mut self, hand: &Hand, session: &mut Session) {
+        if !hand.pressed {
+            if !self.stroke.is_empty() {
+                self.stroke.clear();
+                session.end_gesture();
+            }
+            return;
+        }
+        let (Some(place), Some(mut canvas)) = (hand.place, Canvas::of(session)) else { return };
+        let radius = self.radius(session);
+        let far = |last: &[f64; 2]| (place[0] - last[0]).hypot(place[1] - last[1]) >= 0.2 * radius;
+        let begins = self.stroke.is_empty();
+        if !begins && !self.stroke.last().is_none_or(far) {
+            return;
+        }
+        self.stroke.push(place.map(|metres| (metres * 10.0).round() / 10.0));
+        // The stroke so far stands there already; it is made anew with its new end.
+        if !begins {
+            canvas.strokes.pop();
+        }
+        let strength = if self.tool.unit() == Unit::Metres { self.metres } else { self.part };
+        let stroke = Stroke { tool: self.tool, radius, strength, hardness: self.hardness, points: self.stroke.clone() };
+        canvas.strokes.push(stroke);
+        let value = ParamValue::Strokes(canvas.strokes);
+        session.gesture(&Edit::SetParam { node: canvas.node, param: canvas.param.to_owned(), value });
+    }
+}
+
+/// Lays a node that can be painted over an output: it takes what the output gave, and gives it on.
+fn lay(session: &mut Session, shown: &str) {
+    let document = session.document();
+    let has_strokes = |node: &&'static orograph_graph::Node| {
+        let specs = node.specs();
+        let paints = specs.iter().any(|spec| matches!(spec.kind, Kind::Strokes { .. }));
+        paints && node.inputs.iter().any(|input| input.ty == PortType::Height)
+    };
+    let Some(kind) = document.registry().nodes().iter().copied().find(has_strokes) else {
+        session.note("there is no kind of node that can be painted on", true);
+        return;
+    };
+    let Some(input) = kind.inputs.iter().find(|input| input.ty == PortType::Height) else { return };
+    let graph = document.graph();
+    let Ok(port) = graph.port(shown) else { return };
+    if graph.output_type(port) != PortType::Height {
+        session.note("only heights can be painted on; show one first", true);
+        return;
+    }
+    let name = (1..)
+        .map(|count| if count == 1 { "paint".to_owned() } else { format!("paint{count}") })
+        .find(|name| document.nodes().iter().all(|node| node.name != *name))
+        .unwrap_or_default();
+    let place = document.nodes().iter().find(|node| node.index == Some(port.node)).and_then(|node| node.layout);
+    let at = place.map(|[x, y]| [x + 240.0, y]);
+    let mut edits = vec![Edit::AddNode { name: name.clone(), kind: kind.id.to_owned(), at }];
+    for index in graph.indices() {
+        let instance = graph.instance(index);
+        for (position, taken) in instance.node.inputs.iter().enumerate() {
+            if graph.source(index, position) == Some(port) {
+                let (to, input) = (instance.name.clone(), taken.name.to_owned());
+                edits.push(Edit::Connect { from: name.clone(), to, input });
+            }
+        }
+    }
+    for output in document.outputs().iter().filter(|output| output.port == port) {
+        edits.push(Edit::SetOutput { name: output.name.clone(), from: name.clone() });
+    }
+    let from = graph.port_name(Port { ..port });
+    edits.push(Edit::Connect { from, to: name.clone(), input: input.name.to_owned() });
+    if session.apply(&Edit::All(edits)) {
+        session.pin(None);
+        session.select_only(&name);
+    }
+}
