@@ -27,6 +27,7 @@ mod testing;
 mod vertices;
 #[cfg(feature = "editor")]
 pub mod view;
+mod watch;
 
 pub use cli::run;
 pub use failure::{Exit, Failure};

@@ -1,19 +1,10 @@
 //! `orograph watch`: builds a graph again whenever it, or a file it reads, is saved.
 
 use std::{
-    collections::BTreeSet,
     path::{Path, PathBuf},
-    sync::mpsc::{Receiver, RecvTimeoutError, channel},
     time::Duration,
 };
 
-use notify_debouncer_full::{
-    DebounceEventResult, Debouncer, RecommendedCache, new_debouncer,
-    notify::{
-        EventKind, RecommendedWatcher, RecursiveMode,
-        event::{AccessKind, AccessMode},
-    },
-};
 use orograph_graph::{Cancel, Document};
 use orograph_nodes::raster;
 
@@ -26,10 +17,8 @@ use crate::{
     failure::{Exit, Failure, reason},
     progress, stop,
     terminal::{self, Page},
+    watch::Watch,
 };
-
-/// How long a file must be left alone before it counts as saved.
-const SETTLED: Duration = Duration::from_millis(150);
 
 /// How often Ctrl-C is looked for while nothing happens.
 const LOOK: Duration = Duration::from_millis(100);
@@ -51,7 +40,7 @@ impl Args {
         }
         let builder = Builder::new(&self.asked.means, REMEMBERED)?;
         let cancel = stop::on_interrupt()?;
-        let mut watch = Watch::new()?;
+        let mut watch = Watch::new(|| {})?;
         watch.add(&self.asked.file)?;
         loop {
             let (read, overtaken) = self.build_watching(&builder, &watch, &cancel)?;
@@ -64,7 +53,7 @@ impl Args {
                 Some(changed) => changed,
                 None => {
                     terminal::print(&page.dim(&format!("watching {}\n", self.asked.file.display())))?;
-                    let Some(changed) = watch.next(&cancel)? else { return Ok(()) };
+                    let Some(changed) = next(&watch, &cancel)? else { return Ok(()) };
                     changed
                 }
             };
@@ -83,9 +72,9 @@ impl Args {
             let mut changed = None;
             while !worker.is_finished() {
                 // The scope waits for the worker, also on the way out.
-                if let Some(name) = watch.poll().inspect_err(|_| stop.cancel())? {
+                if let Some(file) = watch.poll(LOOK).inspect_err(|_| stop.cancel())? {
                     stop.cancel();
-                    changed = Some(name);
+                    changed = Some(name(&file));
                 }
             }
             let read = worker.join().unwrap_or_else(|_| {
@@ -122,67 +111,16 @@ fn files_read(document: &Document) -> Vec<PathBuf> {
     document.files().into_iter().flat_map(|file| [raster::sidecar_path(&file), file]).collect()
 }
 
-/// Folders that are watched, and the files in them that matter.
-struct Watch {
-    watcher: Debouncer<RecommendedWatcher, RecommendedCache>,
-    events: Receiver<DebounceEventResult>,
-    folders: BTreeSet<PathBuf>,
-    files: BTreeSet<PathBuf>,
-}
-
-impl Watch {
-    fn new() -> Result<Self, Failure> {
-        let (tell, events) = channel();
-        let watcher = new_debouncer(SETTLED, None, tell).map_err(|error| refused(&error))?;
-        Ok(Self { watcher, events, folders: BTreeSet::new(), files: BTreeSet::new() })
-    }
-
-    /// Watches a file. Its folder is what the system watches, since many editors save by renaming a new file into place;
-    /// a folder that does not exist is left out.
-    fn add(&mut self, file: &Path) -> Result<(), Failure> {
-        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let (Ok(folder), Some(name)) = (folder.canonicalize(), file.file_name()) else { return Ok(()) };
-        self.files.insert(folder.join(name));
-        if self.folders.insert(folder.clone()) {
-            self.watcher.watch(&folder, RecursiveMode::NonRecursive).map_err(|error| refused(&error))?;
-        }
-        Ok(())
-    }
-
-    /// Waits until a file has changed, and returns its name; `None` when it is time to end.
-    fn next(&self, cancel: &Cancel) -> Result<Option<String>, Failure> {
-        while !cancel.is_cancelled() {
-            if let Some(changed) = self.poll()? {
-                return Ok(Some(changed));
-            }
-        }
-        Ok(None)
-    }
-
-    /// Waits a moment for a file to change, and returns its name.
-    fn poll(&self) -> Result<Option<String>, Failure> {
-        match self.events.recv_timeout(LOOK) {
-            Ok(Ok(events)) => {
-                let changed = events.iter().filter(|event| is_change(&event.kind)).flat_map(|event| &event.paths);
-                let file = changed.into_iter().find(|path| self.files.contains(*path));
-                Ok(file.and_then(|path| path.file_name()).map(|name| name.to_string_lossy().into_owned()))
-            }
-            Ok(Err(errors)) => errors.first().map_or(Ok(None), |error| Err(refused(error))),
-            Err(RecvTimeoutError::Timeout) => Ok(None),
-            Err(RecvTimeoutError::Disconnected) => Err(Failure::unable("the system stopped telling of changed files")),
+/// Waits until a file has changed, and returns its name; `None` when it is time to end.
+fn next(watch: &Watch, cancel: &Cancel) -> Result<Option<String>, Failure> {
+    while !cancel.is_cancelled() {
+        if let Some(changed) = watch.poll(LOOK)? {
+            return Ok(Some(name(&changed)));
         }
     }
+    Ok(None)
 }
 
-/// Whether a file may say something else after the event. Reading one is an event too.
-const fn is_change(kind: &EventKind) -> bool {
-    match kind {
-        EventKind::Create(_) | EventKind::Modify(_) | EventKind::Any => true,
-        EventKind::Access(kind) => matches!(kind, AccessKind::Close(AccessMode::Write)),
-        EventKind::Remove(_) | EventKind::Other => false,
-    }
-}
-
-fn refused(error: &notify_debouncer_full::notify::Error) -> Failure {
-    Failure::unable(format!("cannot watch files: {error}"))
+fn name(file: &Path) -> String {
+    file.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }

@@ -7,7 +7,8 @@ use egui_tiles::{Behavior, SimplificationOptions, TileId, Tiles, Tree, UiRespons
 use orograph_graph::Registry;
 
 use super::{
-    Session, canvas::Canvas, inspector::Inspector, problems::Problems, theme, toasts::Toasts, viewport::Viewport,
+    Journals, Session, canvas::Canvas, inspector::Inspector, problems::Problems, questions::Questions, theme,
+    toasts::Toasts, viewport::Viewport,
 };
 use crate::failure::Failure;
 
@@ -25,6 +26,7 @@ pub struct App {
     panes: Panes,
     tree: Tree<Pane>,
     toasts: Toasts,
+    questions: Questions,
 }
 
 /// What the panes show, apart from their arrangement.
@@ -53,7 +55,15 @@ impl App {
             viewport: Viewport::new(context.wgpu_render_state.as_ref()),
             problems: Problems::default(),
         };
-        Ok(Self { panes, tree: arrangement(), toasts: Toasts::default() })
+        Ok(Self { panes, tree: arrangement(), toasts: Toasts::default(), questions: Questions::default() })
+    }
+
+    /// The same with journals kept, so that a crash loses nothing, and with files followed that other programs change.
+    #[must_use]
+    pub fn kept(mut self, context: &eframe::CreationContext<'_>, journals: Journals) -> Self {
+        let wake = context.egui_ctx.clone();
+        self.panes.session.keep(journals, move || wake.request_repaint());
+        self
     }
 
     /// The work it shows.
@@ -102,13 +112,14 @@ impl eframe::App for App {
         undo_keys(ui.ctx(), &mut self.panes.session);
         egui::Panel::top("menu").show(ui, |ui| self.panes.menu(ui));
         egui::CentralPanel::default().show(ui, |ui| self.tree.ui(&mut self.panes, ui));
+        self.questions.ui(ui.ctx(), &mut self.panes.session);
         self.toasts.ui(ui.ctx(), &mut self.panes.session);
     }
 }
 
-/// Undo and redo by key, save where a text is being typed, which has its own.
+/// Undo and redo by key, save where a text is being typed, which has its own, and while something is asked.
 fn undo_keys(context: &egui::Context, session: &mut Session) {
-    if context.text_edit_focused() {
+    if context.text_edit_focused() || session.question().is_some() {
         return;
     }
     let (both, control) = (Modifiers::COMMAND | Modifiers::SHIFT, Modifiers::COMMAND);

@@ -14,6 +14,7 @@ mod canvas;
 mod dialog;
 mod inspector;
 mod problems;
+mod questions;
 mod session;
 mod theme;
 mod toasts;
@@ -23,7 +24,7 @@ pub mod worker;
 use std::path::PathBuf;
 
 pub use app::App;
-pub use session::{Answer, NodeState, Note, Question, Session, Wish};
+pub use session::{Answer, Journals, Lost, NodeState, Note, Question, Session, Wish};
 
 use crate::failure::Failure;
 
@@ -40,10 +41,13 @@ pub fn open(file: Option<PathBuf>) -> Result<(), Failure> {
             .with_min_inner_size([400.0, 300.0]),
         ..eframe::NativeOptions::default()
     };
-    eframe::run_native("orograph", options, Box::new(|context| Ok(Box::new(App::new(context, file)?)))).map_err(
-        |error| {
-            Failure::unable(format!("the window cannot be opened: {error}"))
-                .hint("the editor needs a display and a graphics driver; `orograph run GRAPH.ron -o DIR` needs neither")
-        },
+    eframe::run_native(
+        "orograph",
+        options,
+        Box::new(|context| Ok(Box::new(App::new(context, file)?.kept(context, Journals::of_system())))),
     )
+    .map_err(|error| {
+        Failure::unable(format!("the window cannot be opened: {error}"))
+            .hint("the editor needs a display and a graphics driver; `orograph run GRAPH.ron -o DIR` needs neither")
+    })
 }

@@ -6,25 +6,25 @@ use orograph::editor::{Answer, Question, Session, Wish};
 use orograph_graph::Edit;
 
 /// A text with comments and an order of its own.
-const HILLS: &str = "// Two hills.\n(\n    nodes: {\n        \"b\": Perlin(octaves: 3), // low\n        \
+pub(crate) const HILLS: &str = "// Two hills.\n(\n    nodes: {\n        \"b\": Perlin(octaves: 3), // low\n        \
                      \"a\": Perlin,\n    },\n    outputs: { \"height\": \"b\" },\n)\n";
 
-fn session(file: Option<&Path>) -> Session {
+pub(crate) fn session(file: Option<&Path>) -> Session {
     Session::open(file.map(Path::to_owned), orograph_nodes::registry(), || {}).expect("the file can be read")
 }
 
-fn octaves(count: &str) -> Edit {
+pub(crate) fn octaves(count: &str) -> Edit {
     Edit::SetText { node: "b".into(), name: "octaves".into(), text: count.into() }
 }
 
-fn hills() -> (tempfile::TempDir, std::path::PathBuf) {
+pub(crate) fn hills() -> (tempfile::TempDir, std::path::PathBuf) {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("hills.ron");
     fs::write(&file, HILLS).expect("written");
     (folder, file)
 }
 
-fn text(file: &Path) -> String {
+pub(crate) fn text(file: &Path) -> String {
     fs::read_to_string(file).expect("a text")
 }
 
@@ -48,10 +48,11 @@ fn what_another_program_saved_is_not_written_over() {
     let (_folder, file) = hills();
     let mut session = session(Some(&file));
     session.apply(&octaves("5"));
-    let theirs = HILLS.replace("low", "lower");
+    let theirs = HILLS.replace("octaves: 3", "octaves: 7");
     fs::write(&file, &theirs).expect("written");
+    let asked = |saving| Question::Changed { theirs: theirs.clone(), conflicts: vec!["b.octaves".to_owned()], saving };
     assert!(!session.save());
-    assert_eq!(session.question(), Some(&Question::Changed { theirs: theirs.clone() }));
+    assert_eq!(session.question(), Some(&asked(true)));
     assert_eq!(text(&file), theirs);
     session.answer(Answer::Cancel);
     assert!(!session.save(), "asked again");
@@ -62,6 +63,25 @@ fn what_another_program_saved_is_not_written_over() {
     assert_eq!(session.document().source(), HILLS.replace("octaves: 3", "octaves: 5"));
     assert!(session.save(), "what it says is known now");
     assert_eq!(text(&file), HILLS.replace("octaves: 3", "octaves: 5"));
+    // Kept on purpose.
+    session.apply(&octaves("6"));
+    fs::write(&file, &theirs).expect("written");
+    assert!(!session.save());
+    session.answer(Answer::KeepMine);
+    assert!(!session.is_dirty());
+    assert_eq!(text(&file), HILLS.replace("octaves: 3", "octaves: 6"));
+}
+
+#[test]
+fn changes_that_go_together_are_saved_together() {
+    let (_folder, file) = hills();
+    let mut session = session(Some(&file));
+    session.apply(&octaves("5"));
+    fs::write(&file, HILLS.replace("low", "lower")).expect("written");
+    assert!(session.save());
+    assert_eq!(text(&file), HILLS.replace("low", "lower").replace("octaves: 3", "octaves: 5"));
+    assert!(session.undo(), "their change is a step");
+    assert_eq!(session.document().source(), HILLS.replace("octaves: 3", "octaves: 5"));
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod canvas;
 mod files;
 mod inspector;
 mod opening;
+mod safety;
 mod viewport;
 
 use std::{path::PathBuf, thread, time::Duration};

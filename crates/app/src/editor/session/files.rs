@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use orograph_graph::{Document, LoadError};
 
-use super::Session;
+use super::{Lost, Session};
 use crate::failure::reason;
 
 /// What a person wants that takes the present work out of the window.
@@ -25,11 +25,18 @@ pub enum Question {
     Unsaved(Wish),
     /// The work needs the name of a file.
     Name,
-    /// The file says something else than what was read from it, and there is unsaved work.
+    /// The file says something else than what was read from it, and there is unsaved work that does not go together with
+    /// that.
     Changed {
         /// What it says now.
         theirs: String,
+        /// What both have changed, such as `rivers.duration`.
+        conflicts: Vec<String>,
+        /// Whether the work was about to be saved.
+        saving: bool,
     },
+    /// There is work of an earlier time that was not saved.
+    Found(Lost),
 }
 
 /// What the person decides.
@@ -43,7 +50,9 @@ pub enum Answer {
     SaveAs(PathBuf),
     /// The work is given up.
     Discard,
-    /// The work takes the place of what the file says, when it is saved.
+    /// The work of an earlier time is gone on with.
+    TakeUp,
+    /// The work takes the place of what the file says, at once where it was about to be saved.
     KeepMine,
     /// What the file says takes the place of the work, which undo brings back.
     TakeTheirs,
@@ -83,10 +92,7 @@ impl Session {
             Ok(theirs) if theirs.is_none() || theirs == self.saved || theirs.as_deref() == Some(self.source()) => {
                 self.write(&path)
             }
-            Ok(theirs) => {
-                self.question = theirs.map(|theirs| Question::Changed { theirs });
-                false
-            }
+            Ok(theirs) => theirs.is_some_and(|theirs| self.meet(theirs, true)) && self.write(&path),
             Err(error) => {
                 self.unsaved(&path, &error.to_string());
                 false
@@ -105,6 +111,9 @@ impl Session {
             if moved {
                 self.note("the names of the files that the graph reads follow it to its new folder", false);
             }
+            // The next edit begins a journal where the file is now.
+            self.end_journal();
+            self.watch_files();
             self.changed();
             return true;
         }
@@ -131,21 +140,27 @@ impl Session {
     pub fn answer(&mut self, answer: Answer) {
         let Some(question) = self.question.take() else { return };
         match (question, answer) {
+            (Question::Found(_), Answer::Cancel) => self.leave_found(),
             (_, Answer::Cancel) => self.wish = None,
             (Question::Unsaved(wish), Answer::Save) => {
                 self.wish = Some(wish);
                 self.save();
             }
             (Question::Unsaved(wish), Answer::Discard) => self.grant(wish),
-            (_, Answer::SaveAs(path)) => {
-                self.save_as(&path);
+            (question, Answer::SaveAs(path)) => {
+                if !self.save_as(&path) && question == Question::Name {
+                    self.question = Some(question);
+                }
             }
-            (Question::Changed { theirs }, Answer::KeepMine) => self.saved = Some(theirs),
-            (Question::Changed { theirs }, Answer::Save) => {
-                self.saved = Some(theirs);
-                self.save();
+            (Question::Changed { theirs, saving, .. }, answer @ (Answer::KeepMine | Answer::Save)) => {
+                self.know(Some(theirs));
+                if saving || answer == Answer::Save {
+                    self.save();
+                }
             }
-            (Question::Changed { theirs }, Answer::TakeTheirs) => self.take(theirs),
+            (Question::Changed { theirs, .. }, Answer::TakeTheirs) => self.take(theirs),
+            (Question::Found(_), Answer::TakeUp) => self.take_up(),
+            (Question::Found(_), Answer::Discard) => self.forget_found(),
             (question, _) => self.question = Some(question),
         }
         if let Some(wish) = self.wish.take_if(|_| self.question.is_none()) {
@@ -175,10 +190,18 @@ impl Session {
         }
     }
 
-    fn take(&mut self, theirs: String) {
+    /// Takes what the file says in place of the work, as one step for undo.
+    pub(super) fn take(&mut self, theirs: String) {
+        self.replace(&theirs);
+        self.know(Some(theirs));
+    }
+
+    /// Puts another text in place of the work, as one step for undo.
+    pub(super) fn replace(&mut self, text: &str) {
         self.end_gesture();
-        self.document.replace(&theirs);
-        self.saved = Some(theirs);
+        let before = self.document.steps();
+        self.document.replace(text);
+        self.made(before);
         self.changed();
     }
 
@@ -192,7 +215,10 @@ impl Session {
                 }
                 Err(error) => self.note(error.to_string(), true),
             },
-            Wish::Close => self.over = true,
+            Wish::Close => {
+                self.end_journal();
+                self.over = true;
+            }
         }
     }
 
@@ -204,7 +230,10 @@ impl Session {
         self.pinned = None;
         self.nodes.clear();
         self.built.clear();
+        self.end_journal();
         self.changed();
+        self.watch_files();
+        self.look_back();
     }
 
     fn write(&mut self, path: &Path) -> bool {
@@ -214,7 +243,7 @@ impl Session {
             false => self.document.save(path).map_err(|error| reason(&error)),
         };
         match written {
-            Ok(()) => self.saved = Some(self.source().to_owned()),
+            Ok(()) => self.know(Some(self.source().to_owned())),
             Err(ref why) => self.unsaved(path, why),
         }
         written.is_ok()
@@ -224,13 +253,13 @@ impl Session {
         self.note(format!("`{}` is not saved: {why}. The work stays here; save it elsewhere", path.display()), true);
     }
 
-    fn source(&self) -> &str {
+    pub(super) fn source(&self) -> &str {
         self.document.source()
     }
 }
 
 /// What a file says; nothing where there is none.
-fn read(path: &Path, document: &Document) -> Result<Option<String>, LoadError> {
+pub(super) fn read(path: &Path, document: &Document) -> Result<Option<String>, LoadError> {
     match Document::load(path, document.registry()) {
         Ok(read) => Ok(Some(read.source().to_owned())),
         Err(LoadError::Missing(_)) => Ok(None),

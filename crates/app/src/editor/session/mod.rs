@@ -1,6 +1,9 @@
 //! The work: a document, what is selected and shown of it, and what is known of its nodes. It draws nothing.
 
 mod files;
+mod journal;
+mod outside;
+mod recovery;
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -8,12 +11,15 @@ use std::{
     time::Duration,
 };
 
-use orograph_graph::{Document, Edit, PortType, Registry, Value};
+use orograph_graph::{Document, Edit, Entry, PortType, Registry, Value};
 
 pub use files::{Answer, Question, Wish};
+pub use journal::Journals;
+pub use recovery::Lost;
 
+use self::journal::{Found, Journal, Trouble};
 use super::worker::{News, Order, Wanted, Worker};
-use crate::failure::Failure;
+use crate::{failure::Failure, watch::Watch};
 
 /// How far a node is.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -107,6 +113,27 @@ pub struct Session {
     wish: Option<Wish>,
     /// Whether the window may close.
     over: bool,
+    safety: Safety,
+}
+
+/// What keeps the work from being lost.
+#[derive(Default)]
+struct Safety {
+    /// Where journals are kept; `None` where none are.
+    journals: Option<Journals>,
+    /// From the first edit on.
+    journal: Option<Journal>,
+    /// Why the journal cannot be written at present.
+    trouble: Trouble,
+    /// What the person was told of that.
+    told: Option<String>,
+    /// Work of earlier times that the person has not decided on.
+    found: Vec<Found>,
+    /// The file, and those that the graph reads.
+    watch: Option<Watch>,
+    watched: BTreeSet<PathBuf>,
+    /// What has changed and is not dealt with: the file, files that the graph reads.
+    changed: [bool; 2],
 }
 
 impl Session {
@@ -146,6 +173,7 @@ impl Session {
             question: None,
             wish: None,
             over: false,
+            safety: Safety::default(),
         };
         session.changed();
         Ok(session)
@@ -186,7 +214,9 @@ impl Session {
     /// The reason for which it was refused.
     pub fn attempt(&mut self, edit: &Edit) -> Result<(), String> {
         self.end_gesture();
+        let before = self.document.steps();
         self.document.apply(edit).map_err(|error| error.to_string())?;
+        self.made(before);
         self.changed();
         Ok(())
     }
@@ -199,7 +229,17 @@ impl Session {
         let made = if goes_on { self.document.amend(edit) } else { self.document.apply(edit) };
         self.gesture = Some(self.document.steps() > steps);
         match made {
-            Ok(()) => self.changed(),
+            Ok(()) => {
+                if !goes_on {
+                    self.made(steps);
+                } else if self.gesture == Some(true) {
+                    let entry = self.document.last_edit().map(Entry::Amended);
+                    self.record(entry);
+                } else {
+                    self.record(Some(Entry::Dropped));
+                }
+                self.changed();
+            }
             Err(_) if goes_on => {}
             Err(error) => {
                 self.note(error.to_string(), true);
@@ -218,6 +258,7 @@ impl Session {
     pub fn undo(&mut self) -> bool {
         self.end_gesture();
         let undone = self.document.undo();
+        self.record(undone.then_some(Entry::Undone));
         self.changed();
         undone
     }
@@ -226,6 +267,7 @@ impl Session {
     pub fn redo(&mut self) -> bool {
         self.end_gesture();
         let redone = self.document.redo();
+        self.record(redone.then_some(Entry::Redone));
         self.changed();
         redone
     }
@@ -381,9 +423,14 @@ impl Session {
 
     /// Takes what the worker has to tell, and tells it what has changed. Called every frame; it returns at once.
     pub fn poll(&mut self) {
+        self.look_outside();
+        self.tell_trouble();
         let news: Vec<News> = self.worker.news().collect();
         for news in news {
             self.hear(news);
+        }
+        if self.stale {
+            self.watch_files();
         }
         if std::mem::take(&mut self.stale) {
             self.busy = true;

@@ -1,0 +1,243 @@
+//! What the person must decide before anything else, and the end of the window.
+
+use std::{path::PathBuf, time::SystemTime};
+
+use egui::{Button, Context, Id, Modal, RichText, ScrollArea, TextEdit, Ui, ViewportCommand};
+
+use super::{
+    Session,
+    dialog::{self, Ask},
+    session::{Answer, Lost, Question, Wish},
+};
+
+/// The widest that a question is, in points.
+const WIDTH: f32 = 460.0;
+
+/// The window that asks.
+#[derive(Debug, Default)]
+pub(super) struct Questions {
+    /// The name of a file as it is typed.
+    typed: String,
+    /// The window's title as it is.
+    title: String,
+    /// What was asked in the frame before.
+    asked: Option<Question>,
+}
+
+impl Questions {
+    /// Asks what there is to ask, and closes the window when the person is done with it.
+    pub(super) fn ui(&mut self, context: &Context, session: &mut Session) {
+        self.name_window(context, session);
+        if context.input(|input| input.viewport().close_requested()) && !session.is_over() {
+            if session.question().is_none() {
+                session.wish(Wish::Close);
+            }
+            if !session.is_over() {
+                context.send_viewport_cmd(ViewportCommand::CancelClose);
+            }
+        } else if session.is_over() {
+            context.send_viewport_cmd(ViewportCommand::Close);
+        }
+        let Some(question) = session.question().cloned() else {
+            self.typed.clear();
+            self.asked = None;
+            return;
+        };
+        // The first button has the focus, so that Enter does what is usual.
+        let new = self.asked.as_ref() != Some(&question);
+        self.asked = Some(question.clone());
+        let mut answer = None;
+        let modal = Modal::new(Id::new("question")).show(context, |ui| {
+            ui.set_max_width(WIDTH.min(context.content_rect().width() - 32.0));
+            match &question {
+                Question::Unsaved(wish) => unsaved(ui, session, wish, new, &mut answer),
+                Question::Name => self.name(ui, session, new, &mut answer),
+                Question::Changed { conflicts, .. } => changed(ui, session, conflicts, new, &mut answer),
+                Question::Found(lost) => found(ui, session, lost, new, &mut answer),
+            }
+        });
+        if answer.is_none() && modal.should_close() {
+            answer = Some(Answer::Cancel);
+        }
+        match answer {
+            // Whoever saves under another name is asked for it next.
+            Some(Answer::SaveAs(path)) if path.as_os_str().is_empty() => {
+                session.answer(Answer::Cancel);
+                session.ask_name();
+            }
+            Some(answer) => session.answer(answer),
+            None => {}
+        }
+    }
+
+    /// Shows what is open, and whether it is saved, in the window's title.
+    fn name_window(&mut self, context: &Context, session: &Session) {
+        let mark = if session.is_dirty() { "\u{2022} " } else { "" };
+        let title = format!("{mark}{} \u{2013} Orograph", name(session));
+        if title != self.title {
+            context.send_viewport_cmd(ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+    }
+
+    fn name(&mut self, ui: &mut Ui, session: &Session, new: bool, answer: &mut Option<Answer>) {
+        let id = Id::new("name of a graph");
+        if self.typed.is_empty() {
+            let folder = session.document().folder();
+            let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder.to_owned() };
+            let folder = folder.canonicalize().unwrap_or(folder);
+            self.typed = folder.join("untitled.ron").display().to_string();
+        }
+        if let Some(path) = dialog::answer(ui.ctx(), id) {
+            *answer = Some(Answer::SaveAs(path));
+        }
+        ui.heading("Save the graph as");
+        ui.add_space(4.0);
+        let typed = ui.add(TextEdit::singleline(&mut self.typed).desired_width(f32::INFINITY).hint_text("NAME.ron"));
+        if new {
+            typed.request_focus();
+        }
+        let path = PathBuf::from(self.typed.trim());
+        if path.is_file() {
+            ui.label(RichText::new("There is such a file. Saving takes its place.").color(ui.visuals().warn_fg_color));
+        }
+        let entered = typed.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        buttons(ui, |ui| {
+            if (ui.add_enabled(!self.typed.trim().is_empty(), Button::new("Save")).clicked() || entered)
+                && answer.is_none()
+            {
+                *answer = Some(Answer::SaveAs(path));
+            }
+            if ui.button("Browse\u{2026}").clicked() {
+                dialog::ask(ui.ctx(), id, Ask::NewGraph, session.document().folder());
+            }
+            if ui.button("Cancel").clicked() {
+                *answer = Some(Answer::Cancel);
+            }
+        });
+    }
+}
+
+fn name(session: &Session) -> String {
+    let name = session.path().and_then(|path| path.file_name());
+    name.map_or_else(|| "Untitled".to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+fn buttons(ui: &mut Ui, add: impl FnOnce(&mut Ui)) {
+    ui.add_space(8.0);
+    ui.horizontal_wrapped(add);
+}
+
+/// The button for what is usual.
+fn first(ui: &mut Ui, new: bool, text: &str) -> egui::Response {
+    let button = ui.button(text);
+    if new {
+        button.request_focus();
+    }
+    button
+}
+
+fn unsaved(ui: &mut Ui, session: &Session, wish: &Wish, new: bool, answer: &mut Option<Answer>) {
+    ui.heading(format!("Save the changes to {}?", name(session)));
+    ui.label(match wish {
+        Wish::New => "A new graph takes its place.",
+        Wish::Open(_) => "Another graph takes its place.",
+        Wish::Close => "The window is about to close.",
+    });
+    buttons(ui, |ui| {
+        if first(ui, new, "Save").clicked() {
+            *answer = Some(Answer::Save);
+        }
+        if ui.button("Discard").clicked() {
+            *answer = Some(Answer::Discard);
+        }
+        if ui.button("Cancel").clicked() {
+            *answer = Some(Answer::Cancel);
+        }
+    });
+}
+
+fn changed(ui: &mut Ui, session: &Session, conflicts: &[String], new: bool, answer: &mut Option<Answer>) {
+    ui.heading(format!("{} was changed by another program", name(session)));
+    ui.label("So were the same things here, and they do not go together:");
+    lines(ui, conflicts);
+    buttons(ui, |ui| {
+        if first(ui, new, "Keep mine").on_hover_text("Saving takes the place of what the file says now").clicked() {
+            *answer = Some(Answer::KeepMine);
+        }
+        if ui.button("Take theirs").on_hover_text("Undo brings your work back").clicked() {
+            *answer = Some(Answer::TakeTheirs);
+        }
+        if ui.button("Save mine as\u{2026}").clicked() {
+            *answer = Some(Answer::SaveAs(PathBuf::new()));
+        }
+        if ui.button("Later").clicked() {
+            *answer = Some(Answer::Cancel);
+        }
+    });
+}
+
+fn found(ui: &mut Ui, session: &Session, lost: &Lost, new: bool, answer: &mut Option<Answer>) {
+    ui.heading(format!("Work on {} was not saved", name(session)));
+    let steps = if lost.steps == 1 { "one step".to_owned() } else { format!("{} steps", lost.steps) };
+    ui.label(format!("It was edited {}, and undo can take back {steps} of it.", ago(lost.when)));
+    let warn = |ui: &mut Ui, text: &str| ui.label(RichText::new(text).color(ui.visuals().warn_fg_color));
+    if lost.changed_since {
+        warn(ui, "The file has been changed since. Taken up, the work is put together with that, or you are asked.");
+    }
+    if lost.torn {
+        warn(ui, "The end of the journal is damaged; the last edits may be missing.");
+    }
+    ui.collapsing(format!("Differences ({})", lost.differences.len()), |ui| lines(ui, &lost.differences));
+    buttons(ui, |ui| {
+        if first(ui, new, "Take it up").clicked() {
+            *answer = Some(Answer::TakeUp);
+        }
+        if ui.button("Discard").clicked() {
+            *answer = Some(Answer::Discard);
+        }
+        if ui.button("Later").on_hover_text("It is offered again at the next start").clicked() {
+            *answer = Some(Answer::Cancel);
+        }
+    });
+}
+
+fn lines(ui: &mut Ui, lines: &[String]) {
+    ScrollArea::vertical().max_height(220.0).show(ui, |ui| {
+        for line in lines {
+            ui.label(RichText::new(line).monospace());
+        }
+    });
+}
+
+/// How long ago something was, in words.
+fn ago(when: SystemTime) -> String {
+    let seconds = when.elapsed().unwrap_or_default().as_secs();
+    let count = |number: u64, unit: &str| match number {
+        1 => format!("one {unit} ago"),
+        number => format!("{number} {unit}s ago"),
+    };
+    match seconds {
+        0..60 => "less than a minute ago".to_owned(),
+        60..3600 => count(seconds / 60, "minute"),
+        3600..86_400 => count(seconds / 3600, "hour"),
+        _ => count(seconds / 86_400, "day"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn times_are_told_in_words() {
+        let before = |seconds| ago(SystemTime::now() - Duration::from_secs(seconds));
+        assert_eq!(before(3), "less than a minute ago");
+        assert_eq!(before(61), "one minute ago");
+        assert_eq!(before(7300), "2 hours ago");
+        assert_eq!(before(3 * 86_400), "3 days ago");
+        assert_eq!(ago(SystemTime::now() + Duration::from_secs(500)), "less than a minute ago");
+    }
+}

@@ -1,0 +1,113 @@
+//! The file, changed by another program: taken over, merged with the work, or asked about; never written over unseen.
+
+use std::{path::Path, time::Duration};
+
+use super::{
+    Session,
+    files::{Question, read},
+};
+use crate::watch::{Watch, place};
+
+impl Session {
+    /// Watches the file, and the files that the graph reads, from now on.
+    pub(super) fn watch_files(&mut self) {
+        let Some(watch) = &mut self.safety.watch else { return };
+        let mut files = self.document.files();
+        files.extend(self.document.path().map(Path::to_owned));
+        let failed = files.difference(&self.safety.watched).find_map(|file| watch.add(file).err());
+        self.safety.watched = files;
+        if let Some(failure) = failed {
+            self.unwatched(&failure.message);
+        }
+    }
+
+    pub(super) fn start_watch(&mut self, wake: impl Fn() + Send + 'static) {
+        match Watch::new(wake) {
+            Ok(watch) => self.safety.watch = Some(watch),
+            Err(failure) => self.unwatched(&failure.message),
+        }
+        self.watch_files();
+    }
+
+    fn unwatched(&mut self, why: &str) {
+        self.safety.watch = None;
+        self.note(format!("{why}; what other programs change is only seen when the work is saved"), false);
+    }
+
+    /// Deals with what other programs have changed.
+    pub(super) fn look_outside(&mut self) {
+        let mut broken = None;
+        if let Some(watch) = &self.safety.watch {
+            let own = self.path().and_then(place);
+            let mut changed = self.safety.changed;
+            loop {
+                match watch.poll(Duration::ZERO) {
+                    Ok(Some(file)) if Some(&file) == own.as_ref() => changed[0] = true,
+                    Ok(Some(_)) => changed[1] = true,
+                    Ok(None) => break,
+                    Err(failure) => {
+                        broken = Some(failure.message);
+                        break;
+                    }
+                }
+            }
+            self.safety.changed = changed;
+        }
+        if let Some(why) = broken {
+            self.unwatched(&why);
+        }
+        // Neither while something is dragged, nor while something is asked.
+        if self.gesture.is_some() || self.question.is_some() {
+            return;
+        }
+        let [own, read_by_graph] = std::mem::take(&mut self.safety.changed);
+        if read_by_graph {
+            // What it says of them may be wrong or right now, and what is built of them is another thing.
+            let path = self.path().map(Path::to_owned);
+            self.document.set_path(path.as_deref());
+            self.changed();
+        }
+        if own && let Some(path) = self.path().map(Path::to_owned) {
+            match read(&path, &self.document) {
+                Ok(Some(theirs)) if self.saved.as_ref() != Some(&theirs) => {
+                    self.meet(theirs, false);
+                }
+                Ok(Some(_)) => {}
+                // Some programs save by removing first.
+                Ok(None) => {}
+                Err(error) => self.note(error.to_string(), true),
+            }
+        }
+    }
+
+    /// Brings the work together with what the file says now. Says no when the person must decide.
+    pub(super) fn meet(&mut self, theirs: String, saving: bool) -> bool {
+        let name = self.path().and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned();
+        if theirs == self.source() {
+            self.know(Some(theirs));
+        } else if !self.is_dirty() {
+            self.take(theirs);
+            self.note(format!("`{name}` was changed by another program, and is read anew"), false);
+        } else {
+            let merged = match &self.saved {
+                Some(base) => self.document.merge(base, &theirs),
+                None => Err(Vec::new()),
+            };
+            match merged {
+                Ok(merged) => {
+                    self.replace(&merged);
+                    self.know(Some(theirs));
+                    self.note(
+                        format!("`{name}` was changed by another program; its changes and yours are put together"),
+                        false,
+                    );
+                }
+                Err(conflicts) => {
+                    self.question = Some(Question::Changed { theirs, conflicts, saving });
+                    return false;
+                }
+            }
+        }
+        true
+    }
+}
