@@ -510,6 +510,86 @@ fn undo_and_redo_have_keys_and_notes_are_shown() {
     window.state_mut().session_mut().note("the river is dry", true);
     window.run_steps(3);
     assert!(window.query_by_label("the river is dry").is_some());
-    window.run_steps(60);
+    window.input_mut().time = Some(1000.0);
+    window.run_steps(2);
     assert!(window.query_by_label("the river is dry").is_none(), "it goes after a while");
+}
+
+#[test]
+fn nodes_are_muted_and_heard_again() {
+    let (mut window, _folder) = window_on(ROW);
+    let muted = |window: &Harness<'_, App>| {
+        let nodes = document(window).nodes().iter().filter(|node| node.muted);
+        nodes.map(|node| node.name.clone()).collect::<Vec<_>>()
+    };
+    let steps = title(&window, "steps");
+    click(&mut window, steps);
+    key(&mut window, Modifiers::NONE, Key::M);
+    assert_eq!(muted(&window), ["steps"]);
+    assert_eq!(source_of(&window, "steps", 0).as_deref(), Some("ground.height"));
+    key(&mut window, Modifiers::COMMAND, Key::D);
+    assert_eq!(muted(&window), ["steps", "steps2"]);
+    key(&mut window, Modifiers::NONE, Key::M);
+    assert_eq!(muted(&window), ["steps"]);
+}
+
+#[test]
+fn a_frame_is_drawn_around_nodes_and_moves_with_them() {
+    let (mut window, _folder) = window_on(ROW);
+    let ground_node = title(&window, "ground");
+    click(&mut window, ground_node);
+    key(&mut window, Modifiers::NONE, Key::C);
+    type_text(&mut window, "base");
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    let frames = document(&window).frames();
+    assert_eq!(frames.len(), 1);
+    assert_eq!(frames[0].name, "base");
+    let before = frames[0].frame.at;
+    let pane = window.get_by_label("graph").rect();
+    let head = title(&window, "ground") - vec2(0.0, 26.0);
+    assert!(pane.contains(head));
+    let steps = document(&window).steps();
+    drag(&mut window, head, head + vec2(-40.0, 30.0));
+    let after = document(&window).frames()[0].frame.at;
+    assert!(after[0] < before[0] && after[1] > before[1], "{before:?} {after:?}");
+    let place = place_of(&window, "ground").expect("it has a place");
+    assert_eq!([place[0], place[1]], [after[0] - before[0], after[1] - before[1]], "the node moves with it");
+    assert_eq!(document(&window).steps(), steps + 1);
+    key(&mut window, Modifiers::NONE, Key::Delete);
+    assert!(document(&window).frames().is_empty());
+    assert_eq!(document(&window).nodes().len(), 4);
+}
+
+/// Processor time of a frame with 500 nodes, all of them seen and a part of them.
+#[test]
+#[ignore = "a measurement"]
+fn frames_of_500_nodes() {
+    let node = |number: usize| match number {
+        0 => "\"n0\": Ridged()".to_owned(),
+        _ => format!("\"n{number}\": Terrace(height: \"n{}\")", (number - 1) / 2),
+    };
+    let nodes: Vec<String> = (0..500).map(node).collect();
+    let layout: Vec<String> =
+        (0..500).map(|number| format!("\"n{number}\": ({}, {})", number % 25 * 240, number / 25 * 240)).collect();
+    let text = format!(
+        "(nodes: {{ {} }}, layout: {{ {} }}, outputs: {{ \"o\": \"n0\" }})",
+        nodes.join(", "),
+        layout.join(", ")
+    );
+    let (mut window, _folder) = window_on(&text);
+    window.state_mut().session_mut().set_cells(16);
+    settle(&mut window);
+    let middle = window.get_by_label("graph").rect().center();
+    window.hover_at(middle);
+    let measure = |window: &mut Harness<'_, App>, what: &str| {
+        window.run_steps(20);
+        let start = std::time::Instant::now();
+        window.run_steps(60);
+        println!("{what}: {:.2} ms a frame", start.elapsed().as_secs_f64() * 1e3 / 60.0);
+    };
+    measure(&mut window, "all 500 nodes");
+    wheel(&mut window, 5.0);
+    measure(&mut window, "zoomed in 2.4 times");
+    wheel(&mut window, 8.0);
+    measure(&mut window, "a few nodes");
 }

@@ -28,7 +28,12 @@ pub(super) fn text(
     for card in entries().filter_map(|entry| model.find(&entry.name)).map(|card| &model.cards[card]) {
         let _ = writeln!(text, "        \"{}\": ({}, {}),", card.name, card.at.x.round(), card.at.y.round());
     }
-    text.push_str("    },\n)\n");
+    text.push_str("    },\n");
+    let muted: Vec<String> = entries().filter(|entry| entry.muted).map(|entry| format!("\"{}\"", entry.name)).collect();
+    if !muted.is_empty() {
+        let _ = writeln!(text, "    muted: [{}],", muted.join(", "));
+    }
+    text.push_str(")\n");
     if outer {
         return Ok(text);
     }
@@ -87,7 +92,9 @@ pub(super) fn paste(document: &Document, text: &str, at: Option<Pos2>, shift: Ve
         text: written(entry),
         at: Some([f64::from(at.x.round()), f64::from(at.y.round())]),
     });
-    Ok(Pasted { edits: added.collect(), names })
+    let muted = copy.nodes().iter().filter(|entry| entry.muted);
+    let muted = muted.map(|entry| Edit::SetMuted { node: entry.name.clone(), muted: true });
+    Ok(Pasted { edits: added.chain(muted).collect(), names })
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use egui::{Pos2, pos2};
 use orograph_graph::{Document, Edit, Fallback, Node, NodeIndex, OutputType, ParamValues, Port, PortType};
 
 use super::{
-    model::{Model, Side, Spot, Wire, WireName},
+    model::{Area, Model, Side, Spot, Wire, WireName},
     place,
 };
 
@@ -132,6 +132,20 @@ pub(super) fn into_wire(model: &Model, wire: &Wire, kind: &Node, name: &str) -> 
             input: model.pin(wire.to).name.to_owned(),
         },
     ])
+}
+
+/// A frame around cards, or at a place where there are none.
+pub(super) fn frame(model: &Model, cards: &[usize], name: &str, at: Pos2) -> Edit {
+    let around = cards.iter().map(|card| model.cards[*card].rect()).reduce(egui::Rect::union);
+    let rect = around.map_or_else(
+        || egui::Rect::from_min_size(at, egui::vec2(360.0, 216.0)),
+        // Its head is above them.
+        |rect| egui::Rect::from_min_max(rect.min - egui::vec2(24.0, 48.0), rect.max + egui::vec2(24.0, 24.0)),
+    );
+    let rect = egui::Rect::from_min_max(place::on_grid(rect.min), place::on_grid(rect.max));
+    let area = Area { name: name.to_owned(), rect, note: String::new(), colour: None };
+    let frame = Edit::SetFrame { name: name.to_owned(), frame: Some(area.frame()) };
+    Edit::All(settle(model).chain([frame]).collect())
 }
 
 /// How cards are lined up.

@@ -10,8 +10,8 @@ use super::{
     hit::Hit,
     lens::Lens,
     menu::Menu,
-    model::{Card, Model, Side, Spot, Wire, WireName},
-    overlay,
+    model::{Area, Card, Model, Side, Spot, Wire, WireName},
+    overlay::{self, Rename},
     paint::Brush,
     palette::{Palette, Purpose},
     place,
@@ -44,6 +44,8 @@ pub(super) enum Gesture {
         /// The wire into which the card would be put.
         onto: Option<WireName>,
     },
+    /// It moves a frame with what is in it, or changes its size.
+    Shift { from: Pos2, area: String, start: Rect, size: bool, starts: BTreeMap<String, Pos2> },
     /// It draws a wire.
     Link(Link),
 }
@@ -71,13 +73,20 @@ impl Gesture {
         Some((fixed, model.barred(fixed)))
     }
 
-    pub(super) fn has_detached(&self, wire: &WireName) -> bool {
-        matches!(self, Self::Link(Link { detached: Some(detached), .. }) if detached == wire)
+    /// The wire whose end has been taken off.
+    pub(super) const fn detached(&self) -> Option<&WireName> {
+        match self {
+            Self::Link(link) => link.detached.as_ref(),
+            _ => None,
+        }
     }
 
-    /// Whether a card would be put into this wire.
-    pub(super) fn is_over(&self, wire: &WireName) -> bool {
-        matches!(self, Self::Move { onto: Some(onto), .. } if onto == wire)
+    /// The wire into which a card would be put.
+    pub(super) const fn onto(&self) -> Option<&WireName> {
+        match self {
+            Self::Move { onto, .. } => onto.as_ref(),
+            _ => None,
+        }
     }
 
     /// Whether a rectangle that is being drawn touches this card.
@@ -90,6 +99,7 @@ impl Gesture {
         let gone = match self {
             Self::Move { starts, .. } => starts.keys().any(|node| model.find(node).is_none()),
             Self::Link(link) => link.fixed(model).is_none(),
+            Self::Shift { area, .. } => model.area(area).is_none(),
             _ => false,
         };
         if gone {
@@ -117,7 +127,7 @@ impl Gesture {
                     overlay::bubble(ui, "refused", at + egui::vec2(16.0, 12.0), brush, reason);
                 }
             }
-            Self::Idle | Self::Pan | Self::Move { .. } => {}
+            Self::Idle | Self::Pan | Self::Move { .. } | Self::Shift { .. } => {}
         }
     }
 }
@@ -181,6 +191,10 @@ impl Canvas {
                     }
                 }
                 Hit::Wire(wire) => self.wires = BTreeSet::from([wire.clone()]),
+                Hit::Head(area) | Hit::Corner(area) => {
+                    session.select([]);
+                    self.area = Some(self.model.areas[*area].name.clone());
+                }
                 Hit::Ground => {}
             }
             self.menu = Some(Menu::new(hit, point, &self.model));
@@ -194,6 +208,7 @@ impl Canvas {
         if !additive && !matches!(hit, Hit::Wire(_)) {
             self.wires.clear();
         }
+        self.area = None;
         match hit {
             Hit::Card(card) | Hit::Pin(Spot { card, .. }) => {
                 let name = self.model.cards[card].name.clone();
@@ -214,6 +229,15 @@ impl Canvas {
             Hit::Wire(wire) => {
                 session.select([]);
                 self.wires = BTreeSet::from([wire]);
+            }
+            Hit::Head(area) | Hit::Corner(area) => {
+                let area = &self.model.areas[area];
+                session.select([]);
+                self.area = Some(area.name.clone());
+                if response.double_clicked() {
+                    self.rename = Some(Rename::of_frame(&area.name, &area.note));
+                    ui.ctx().request_repaint();
+                }
             }
             Hit::Ground if response.double_clicked() => {
                 self.palette = Some(Palette::new(point, lens.to_graph(point), Purpose::Add));
@@ -248,11 +272,21 @@ impl Canvas {
                 });
                 Gesture::Move { from, held, starts: starts.collect(), onto: None }
             }
+            Hit::Head(area) => self.shift(area, from, false),
+            Hit::Corner(area) => self.shift(area, from, true),
             Hit::Wire(_) | Hit::Ground => {
                 let base = if additive { session.selection().map(str::to_owned).collect() } else { BTreeSet::new() };
                 Gesture::Net { from, to: from, base, caught: BTreeSet::new() }
             }
         };
+    }
+
+    /// Takes hold of a frame, with the cards that lie in it when it is moved.
+    fn shift(&self, area: usize, from: Pos2, size: bool) -> Gesture {
+        let area = &self.model.areas[area];
+        let inside = self.model.cards.iter().filter(|card| !size && area.rect.contains_rect(card.rect()));
+        let starts = inside.map(|card| (card.name.clone(), card.at)).collect();
+        Gesture::Shift { from, area: area.name.clone(), start: area.rect, size, starts }
     }
 
     /// A wire from a pin. At an input that has one it is that wire, whose end is taken off.
@@ -321,6 +355,23 @@ impl Canvas {
                 // All is seen until a person has chosen; then what is moved would run away from under the pointer.
                 self.moved = true;
             }
+            Gesture::Shift { from, area, start, size, starts } => {
+                let Some(area) = self.model.area(area) else { return };
+                let area = &mut self.model.areas[area];
+                if *size {
+                    let corner = place::on_grid(start.max + (place - *from));
+                    area.rect.max = corner.max(start.min + Vec2::new(96.0, 60.0));
+                } else {
+                    let by = place::on_grid(start.min + (place - *from)) - start.min;
+                    area.rect = start.translate(by);
+                    for (name, at) in starts.iter() {
+                        if let Some(card) = self.model.find(name) {
+                            self.model.cards[card].at = *at + by;
+                        }
+                    }
+                }
+                self.moved = true;
+            }
             Gesture::Link(link) => {
                 link.to = place;
                 let Some(fixed) = link.fixed(&self.model) else { return };
@@ -345,13 +396,28 @@ impl Canvas {
 
     /// Gives up what the pointer was doing; all is as before.
     pub(super) fn cancel(&mut self) {
-        if let Gesture::Move { starts, .. } = std::mem::take(&mut self.gesture) {
-            for (name, start) in starts {
-                if let Some(card) = self.model.find(&name) {
-                    self.model.cards[card].at = start;
+        match std::mem::take(&mut self.gesture) {
+            Gesture::Move { starts, .. } => {
+                self.take_back(starts);
+            }
+            Gesture::Shift { area, start, starts, .. } => {
+                self.take_back(starts);
+                if let Some(area) = self.model.area(&area) {
+                    self.model.areas[area].rect = start;
                 }
             }
+            _ => {}
         }
+    }
+
+    /// Puts cards back to where they were; gives where they have been moved to.
+    fn take_back(&mut self, starts: BTreeMap<String, Pos2>) -> BTreeMap<usize, Pos2> {
+        let model = &mut self.model;
+        let back = starts.into_iter().filter_map(|(name, start)| {
+            let card = model.find(&name)?;
+            Some((card, std::mem::replace(&mut model.cards[card].at, start)))
+        });
+        back.collect()
     }
 
     fn end(&mut self, ui: &egui::Ui, session: &mut Session, pointer: Pos2) {
@@ -362,12 +428,7 @@ impl Canvas {
                 session.select(caught);
             }
             Gesture::Move { starts, onto, held, .. } => {
-                let mut ends = BTreeMap::new();
-                for (name, start) in starts {
-                    if let Some(card) = self.model.find(&name) {
-                        ends.insert(card, std::mem::replace(&mut self.model.cards[card].at, start));
-                    }
-                }
+                let ends = self.take_back(starts);
                 let mut edits: Vec<Edit> = commands::moved(&self.model, ends).into_iter().collect();
                 let wire = onto.and_then(|wire| self.model.wire(&wire).copied());
                 if let Some(wire) = wire {
@@ -378,6 +439,19 @@ impl Canvas {
                 }
                 if !edits.is_empty() {
                     self.apply(ui, session, &Edit::All(edits));
+                }
+            }
+            Gesture::Shift { area: name, start, starts, .. } => {
+                let ends = self.take_back(starts);
+                let Some(area) = self.model.area(&name) else { return };
+                let area = &mut self.model.areas[area];
+                let moved = Area { rect: std::mem::replace(&mut area.rect, start), ..area.clone() };
+                self.area = Some(name.clone());
+                session.select([]);
+                if moved.rect != start {
+                    let frame = Edit::SetFrame { name, frame: Some(moved.frame()) };
+                    let edits = commands::moved(&self.model, ends).into_iter().chain([frame]);
+                    self.apply(ui, session, &Edit::All(edits.collect()));
                 }
             }
             Gesture::Link(link) => self.tie(ui, session, &link, pointer),

@@ -6,7 +6,7 @@ use egui::Pos2;
 
 use super::{
     lens::Lens,
-    model::{Model, Side, Spot, WireName},
+    model::{Area, Model, Side, Spot, WireName},
 };
 
 /// What is under a point of the window.
@@ -15,6 +15,10 @@ pub(super) enum Hit {
     Pin(Spot),
     Card(usize),
     Wire(WireName),
+    /// A frame's head.
+    Head(usize),
+    /// A frame's corner.
+    Corner(usize),
     Ground,
 }
 
@@ -30,7 +34,16 @@ impl Model {
         if let Some(card) = self.card_at(lens, order, point) {
             return Hit::Card(card);
         }
-        self.wire_at(lens, point, |_| true).map_or(Hit::Ground, Hit::Wire)
+        if let Some(wire) = self.wire_at(lens, point, |_| true) {
+            return Hit::Wire(wire);
+        }
+        let place = lens.to_graph(point);
+        let part = |(area, at): (usize, &Area)| match () {
+            () if at.corner().contains(place) => Some(Hit::Corner(area)),
+            () if at.head().contains(place) => Some(Hit::Head(area)),
+            () => None,
+        };
+        self.areas.iter().enumerate().rev().find_map(part).unwrap_or(Hit::Ground)
     }
 
     /// The pin next to a point of the window, if one is near enough.

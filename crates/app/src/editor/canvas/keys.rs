@@ -28,6 +28,8 @@ pub(super) enum Command {
     Arrange,
     Collapse,
     Rename,
+    Mute,
+    Frame,
     Show,
     Find,
     Fit,
@@ -39,7 +41,7 @@ const NONE: Modifiers = Modifiers::NONE;
 const COMMAND: Modifiers = Modifiers::COMMAND;
 
 /// The keys, as they are told.
-pub(super) const KEYS: [(Command, &str, &str); 15] = [
+pub(super) const KEYS: [(Command, &str, &str); 17] = [
     (Command::Add, "Tab or Space", "Add a node"),
     (Command::Copy, "Ctrl+C", "Copy as text"),
     (Command::Cut, "Ctrl+X", "Cut"),
@@ -50,6 +52,8 @@ pub(super) const KEYS: [(Command, &str, &str); 15] = [
     (Command::Arrange, "L", "Arrange"),
     (Command::Collapse, "H", "Collapse or expand"),
     (Command::Rename, "F2", "Rename"),
+    (Command::Mute, "M", "Mute: build as if it were not there"),
+    (Command::Frame, "C", "Comment: a frame around the selection"),
     (Command::Show, "V", "Show in the viewport"),
     (Command::Find, "Ctrl+F", "Find a node"),
     (Command::Fit, "F", "Zoom to the selection"),
@@ -85,6 +89,8 @@ fn command_of(event: &Event) -> Option<Command> {
         () if is(NONE, &[Key::L]) => Command::Arrange,
         () if is(NONE, &[Key::H]) => Command::Collapse,
         () if is(NONE, &[Key::F2]) => Command::Rename,
+        () if is(NONE, &[Key::M]) => Command::Mute,
+        () if is(NONE, &[Key::C]) => Command::Frame,
         () if is(NONE, &[Key::V]) => Command::Show,
         () if is(COMMAND, &[Key::F]) => Command::Find,
         () if is(NONE, &[Key::F]) => Command::Fit,
@@ -160,6 +166,10 @@ impl Canvas {
                 self.add(ui, session, pasted);
             }
             Command::Delete => {
+                if let Some(name) = self.area.clone().filter(|_| names.is_empty()) {
+                    self.apply(ui, session, &Edit::SetFrame { name, frame: None });
+                    return;
+                }
                 if names.is_empty() && self.wires.is_empty() {
                     return;
                 }
@@ -191,8 +201,29 @@ impl Canvas {
                 }
                 self.seen = None;
             }
+            Command::Mute => {
+                let muted = !chosen.iter().all(|card| self.model.cards[*card].muted);
+                let edits = names.into_iter().map(|node| Edit::SetMuted { node, muted });
+                self.apply(ui, session, &Edit::All(edits.collect()));
+            }
+            Command::Frame => {
+                let at = pointer.unwrap_or_else(|| lens.rect.center());
+                let name = commands::fresh_name("frame", |name| self.model.area(name).is_some());
+                let edit = commands::frame(&self.model, &chosen, &name, lens.to_graph(at));
+                if self.apply(ui, session, &edit) {
+                    session.select([]);
+                    self.moved = true;
+                    self.rename = Some(Rename::of_frame(&name, ""));
+                    self.area = Some(name);
+                    ui.ctx().request_repaint();
+                }
+            }
             Command::Rename => {
-                if let [card] = chosen[..] {
+                if let Some(area) = self.area.as_deref().and_then(|name| self.model.area(name)) {
+                    let area = &self.model.areas[area];
+                    self.rename = Some(Rename::of_frame(&area.name, &area.note));
+                    ui.ctx().request_repaint();
+                } else if let [card] = chosen[..] {
                     self.rename = Some(Rename::new(&self.model.cards[card].name));
                     ui.ctx().request_repaint();
                 }
@@ -209,8 +240,8 @@ impl Canvas {
                 self.find = Some(Find::default());
                 ui.ctx().request_repaint();
             }
-            Command::Fit => self.fit(|card| names.is_empty() || names.contains(&card.name)),
-            Command::FitAll => self.fit(|_| true),
+            Command::Fit if !names.is_empty() => self.fit(self.model.bounds(|card| names.contains(&card.name))),
+            Command::Fit | Command::FitAll => self.fit(self.model.extent()),
             Command::Map => self.without_map = !self.without_map,
         }
     }

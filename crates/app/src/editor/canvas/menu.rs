@@ -1,6 +1,7 @@
 //! The menus of nodes, wires and the ground.
 
 use egui::{Button, Id, Popup, PopupAnchor, PopupKind, Pos2, Ui};
+use orograph_graph::{Edit, Frame, Srgb};
 
 use super::{
     Canvas, Session,
@@ -26,6 +27,7 @@ enum Of {
     Node,
     Input(WireName, bool),
     Wire(WireName),
+    Frame,
     Ground,
 }
 
@@ -38,6 +40,7 @@ impl Menu {
             ),
             Hit::Card(_) | Hit::Pin(_) => Of::Node,
             Hit::Wire(wire) => Of::Wire(wire),
+            Hit::Head(_) | Hit::Corner(_) => Of::Frame,
             Hit::Ground => Of::Ground,
         };
         Self { of, at, shown: false }
@@ -68,6 +71,12 @@ impl Canvas {
                         self.node_menu(ui, session);
                     }
                     Of::Wire(wire) => self.wire_menu(ui, session, wire, menu.at),
+                    Of::Frame => {
+                        self.item(ui, session, "Name and note…", Command::Rename, true);
+                        self.frame_colours(ui, session);
+                        ui.separator();
+                        self.item(ui, session, "Delete the frame", Command::Delete, true);
+                    }
                     Of::Ground => self.ground_menu(ui, session, menu.at),
                 }
             });
@@ -95,6 +104,9 @@ impl Canvas {
         self.item(ui, session, "Rename…", Command::Rename, one);
         let collapsed = chosen.iter().all(|card| self.model.cards[*card].collapsed);
         self.item(ui, session, if collapsed { "Expand" } else { "Collapse" }, Command::Collapse, true);
+        let muted = chosen.iter().all(|card| self.model.cards[*card].muted);
+        self.item(ui, session, if muted { "Unmute" } else { "Mute" }, Command::Mute, true);
+        self.item(ui, session, "Frame", Command::Frame, true);
         ui.separator();
         self.item(ui, session, "Copy", Command::Copy, true);
         self.item(ui, session, "Cut", Command::Cut, true);
@@ -114,6 +126,35 @@ impl Canvas {
         self.item(ui, session, "Delete", Command::Delete, true);
     }
 
+    /// The colours that a frame may have.
+    fn frame_colours(&mut self, ui: &mut Ui, session: &mut Session) {
+        const COLOURS: [u32; 6] = [0xb0_5a_4a, 0xb8_8a_44, 0x6f_94_5a, 0x4a_8f_96, 0x54_78_b0, 0x8a_68_a8];
+        let Some(area) = self.area.as_deref().and_then(|name| self.model.area(name)) else { return };
+        let area = self.model.areas[area].clone();
+        let mut chosen = None;
+        ui.horizontal(|ui| {
+            for colour in [None].into_iter().chain(COLOURS.map(|code| Some(Srgb::hex(code)))) {
+                let (rect, response) = ui.allocate_exact_size(egui::Vec2::splat(20.0), egui::Sense::click());
+                let fill =
+                    colour.map_or(ui.visuals().weak_text_color(), |Srgb([r, g, b])| egui::Color32::from_rgb(r, g, b));
+                let name = colour.map_or_else(|| "no colour".to_owned(), |colour| format!("colour {colour}"));
+                response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, &name));
+                ui.painter().circle_filled(rect.center(), if response.hovered() { 9.0 } else { 7.5 }, fill);
+                if colour == area.colour {
+                    ui.painter().circle_stroke(rect.center(), 9.5, egui::Stroke::new(1.5, ui.visuals().text_color()));
+                }
+                if response.clicked() {
+                    chosen = Some(colour);
+                }
+            }
+        });
+        if let Some(colour) = chosen {
+            let frame = Some(Frame { colour, ..area.frame() });
+            self.apply(ui, session, &Edit::SetFrame { name: area.name, frame });
+            ui.close();
+        }
+    }
+
     fn wire_menu(&mut self, ui: &mut Ui, session: &mut Session, wire: &WireName, at: Pos2) {
         if ui.button("Insert a node…").clicked()
             && let Some(lens) = self.lens
@@ -130,6 +171,7 @@ impl Canvas {
             self.palette = Some(Palette::new(at, lens.to_graph(at), Purpose::Add));
         }
         self.item(ui, session, "Paste", Command::Paste, true);
+        self.item(ui, session, "Add a frame", Command::Frame, true);
         ui.separator();
         let some = !self.model.cards.is_empty();
         self.item(ui, session, "Select all", Command::SelectAll, some);

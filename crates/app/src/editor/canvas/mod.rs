@@ -59,6 +59,8 @@ pub(super) struct Canvas {
     away: bool,
     hovered: Option<Hit>,
     wires: BTreeSet<WireName>,
+    /// The selected frame.
+    area: Option<String>,
     thumbs: Thumbs,
     palette: Option<palette::Palette>,
     menu: Option<menu::Menu>,
@@ -116,6 +118,7 @@ impl Canvas {
         self.gesture.forget_what_is_gone(&self.model);
         self.wires =
             std::mem::take(&mut self.wires).into_iter().filter(|wire| self.model.wire(wire).is_some()).collect();
+        self.area = self.area.take().filter(|name| self.model.area(name).is_some());
         self.hovered = None;
         self.thumbs.keep(&self.model);
     }
@@ -124,7 +127,7 @@ impl Canvas {
     fn look_through(&mut self, rect: Rect) -> Lens {
         let lens = match self.lens {
             Some(lens) if self.moved => Lens { rect, ..lens },
-            _ => Lens::fitted(rect, self.model.bounds(|_| true)),
+            _ => Lens::fitted(rect, self.model.extent()),
         };
         self.lens = Some(lens);
         lens
@@ -142,9 +145,8 @@ impl Canvas {
         session.selection().filter_map(|name| self.model.find(name)).collect()
     }
 
-    /// Shows all nodes, or the selected ones.
-    fn fit(&mut self, wanted: impl Fn(&model::Card) -> bool) {
-        let bounds = self.model.bounds(wanted);
+    /// Shows this part of the graph.
+    fn fit(&mut self, bounds: Rect) {
         if let Some(lens) = &mut self.lens
             && bounds.is_positive()
         {
@@ -208,14 +210,19 @@ impl Canvas {
         let order = self.order(session);
         brush.ground();
         let model = &self.model;
+        for (position, area) in model.areas.iter().enumerate() {
+            let hovered = matches!(self.hovered, Some(Hit::Head(at) | Hit::Corner(at)) if at == position);
+            brush.area(area, self.area.as_ref() == Some(&area.name), hovered);
+        }
         let link = self.gesture.link(model);
         for wire in &model.wires {
-            let name = model.wire_name(wire);
-            let chosen = self.wires.contains(&name);
-            let hovered = self.hovered == Some(Hit::Wire(name.clone())) || self.gesture.is_over(&name);
-            if self.gesture.has_detached(&name) {
+            let is = |name: &WireName| model.is(wire, name);
+            if self.gesture.detached().is_some_and(is) {
                 continue;
             }
+            let chosen = self.wires.iter().any(is);
+            let hovered =
+                matches!(&self.hovered, Some(Hit::Wire(name)) if is(name)) || self.gesture.onto().is_some_and(is);
             let colour = brush.look.port(wire.ty);
             let [from, to] = [model.pin_at(wire.from), model.pin_at(wire.to)];
             if chosen || hovered {
@@ -255,6 +262,9 @@ impl Canvas {
                 }),
             };
             brush.card(card, &info, thumb, emphasis, time);
+            if let Some(passed) = model.passed(position).filter(|_| card.muted) {
+                brush.passed(card, passed.pin, model.pin(passed).ty);
+            }
             let hovered = match self.hovered {
                 Some(Hit::Pin(spot)) if spot.card == position => Some((spot.side, spot.pin)),
                 _ => None,
@@ -278,7 +288,9 @@ fn tell(ui: &egui::Ui, model: &Model, position: usize, lens: Lens, session: &Ses
     response.widget_info(|| {
         WidgetInfo::selected(WidgetType::SelectableLabel, true, chosen, format!("node {}: {}", card.name, card.kind))
     });
-    for spot in model.spots(position) {
+    // Where pins are too small to be seized there are too many of them.
+    let spots = model.spots(position).filter(|_| lens.zoom > 0.2);
+    for spot in spots {
         let at = Rect::from_center_size(lens.to_screen(model.pin_at(spot)), Vec2::splat(10.0));
         let side = if spot.side == Side::Input { "input" } else { "output" };
         let response = ui.interact(at, id.with((side, spot.pin)), Sense::hover());

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use egui::{Pos2, Rect, Vec2, pos2, vec2};
-use orograph_graph::{Document, Fallback, NodeIndex, PortType};
+use orograph_graph::{Document, Fallback, Frame, FrameEntry, NodeIndex, PortType, Srgb};
 
 use super::place;
 
@@ -17,6 +17,9 @@ pub(super) const PICTURE: f32 = 84.0;
 pub(super) const ROW: f32 = 19.0;
 /// Space around the parts of a card.
 pub(super) const PAD: f32 = 6.0;
+/// Height of the strip by which a frame is held, and the side of the corner at which its size is changed.
+const HEAD: f32 = 30.0;
+const GRIP: f32 = 18.0;
 
 /// A pin: a place where a wire begins or ends.
 #[derive(Clone, Debug)]
@@ -49,6 +52,40 @@ pub(super) struct Card {
     pub(super) placed: bool,
     /// Whether only its title is drawn.
     pub(super) collapsed: bool,
+    /// Whether it is built as if it were not there.
+    pub(super) muted: bool,
+}
+
+/// An area behind the cards, with a name and a note.
+#[derive(Clone, Debug)]
+pub(super) struct Area {
+    pub(super) name: String,
+    pub(super) rect: Rect,
+    pub(super) note: String,
+    pub(super) colour: Option<Srgb>,
+}
+
+impl Area {
+    /// The strip by which it is held.
+    pub(super) fn head(&self) -> Rect {
+        Rect::from_min_size(self.rect.min, vec2(self.rect.width(), HEAD.min(self.rect.height())))
+    }
+
+    /// The corner at which its size is changed.
+    pub(super) fn corner(&self) -> Rect {
+        Rect::from_min_max(self.rect.max - Vec2::splat(GRIP), self.rect.max)
+    }
+
+    /// What the document says of it.
+    pub(super) fn frame(&self) -> Frame {
+        let pair = |x: f32, y: f32| [f64::from(x.round()), f64::from(y.round())];
+        Frame {
+            at: pair(self.rect.min.x, self.rect.min.y),
+            size: pair(self.rect.width(), self.rect.height()),
+            note: self.note.clone(),
+            colour: self.colour,
+        }
+    }
 }
 
 impl Card {
@@ -137,6 +174,8 @@ pub(super) struct WireName {
 pub(super) struct Model {
     pub(super) cards: Vec<Card>,
     pub(super) wires: Vec<Wire>,
+    /// In the order in which they are drawn, the largest first.
+    pub(super) areas: Vec<Area>,
     by_name: HashMap<String, usize>,
 }
 
@@ -159,6 +198,7 @@ impl Model {
                     at: Pos2::ZERO,
                     placed: false,
                     collapsed: false,
+                    muted: false,
                 },
                 |index| card(document, index),
             );
@@ -171,6 +211,7 @@ impl Model {
                 at: at.unwrap_or_default(),
                 placed: at.is_some(),
                 collapsed: collapsed.contains(&entry.name),
+                muted: entry.muted,
                 ..card
             });
         }
@@ -189,6 +230,9 @@ impl Model {
             }
         }
         place::fill(&mut model, places);
+        model.areas = document.frames().iter().filter_map(area).collect();
+        // A frame in another is drawn over it.
+        model.areas.sort_by(|a, b| b.rect.area().total_cmp(&a.rect.area()));
         model
     }
 
@@ -200,6 +244,22 @@ impl Model {
     pub(super) fn bounds(&self, wanted: impl Fn(&Card) -> bool) -> Rect {
         let cards = self.cards.iter().filter(|card| wanted(card));
         cards.fold(Rect::NOTHING, |all, card| all.union(card.rect()))
+    }
+
+    /// The smallest rectangle with all cards and frames.
+    pub(super) fn extent(&self) -> Rect {
+        self.areas.iter().fold(self.bounds(|_| true), |all, area| all.union(area.rect))
+    }
+
+    pub(super) fn area(&self, name: &str) -> Option<usize> {
+        self.areas.iter().position(|area| area.name == name)
+    }
+
+    /// The input whose wire a muted node passes on in place of its first output.
+    pub(super) fn passed(&self, card: usize) -> Option<Spot> {
+        let gives = self.cards[card].outputs.first()?.ty;
+        let wires = self.wires.iter().filter(|wire| wire.to.card == card && gives.accepts(wire.ty));
+        wires.map(|wire| wire.to).min()
     }
 
     pub(super) fn pin(&self, spot: Spot) -> &Pin {
@@ -219,10 +279,13 @@ impl Model {
         WireName { node: self.cards[wire.to.card].name.clone(), input: self.pin(wire.to).name }
     }
 
+    /// Whether a wire has this name.
+    pub(super) fn is(&self, wire: &Wire, name: &WireName) -> bool {
+        self.pin(wire.to).name == name.input && self.cards[wire.to.card].name == name.node
+    }
+
     pub(super) fn wire(&self, name: &WireName) -> Option<&Wire> {
-        self.wires
-            .iter()
-            .find(|wire| self.pin(wire.to).name == name.input && self.cards[wire.to.card].name == name.node)
+        self.wires.iter().find(|wire| self.is(wire, name))
     }
 
     /// The wire into an input.
@@ -272,5 +335,13 @@ fn card(document: &Document, index: NodeIndex) -> Card {
         at: Pos2::ZERO,
         placed: false,
         collapsed: false,
+        muted: false,
     }
+}
+
+fn area(entry: &FrameEntry) -> Option<Area> {
+    let [at, size] = [entry.frame.at, entry.frame.size].map(|[x, y]| vec2(x as f32, y as f32));
+    let rect = Rect::from_min_size(at.to_pos2(), size);
+    let area = Area { name: entry.name.clone(), rect, note: entry.frame.note.clone(), colour: entry.frame.colour };
+    rect.is_finite().then_some(area)
 }

@@ -29,17 +29,23 @@ pub(super) struct Find {
     frames: u32,
 }
 
-/// A node being given another name.
+/// A node or a frame being given another name.
 #[derive(Debug)]
 pub(super) struct Rename {
     from: String,
     to: String,
+    /// What a frame says; `None` for a node.
+    note: Option<String>,
     frames: u32,
 }
 
 impl Rename {
     pub(super) fn new(name: &str) -> Self {
-        Self { from: name.to_owned(), to: name.to_owned(), frames: 0 }
+        Self { from: name.to_owned(), to: name.to_owned(), note: None, frames: 0 }
+    }
+
+    pub(super) fn of_frame(name: &str, note: &str) -> Self {
+        Self { note: Some(note.to_owned()), ..Self::new(name) }
     }
 }
 
@@ -98,7 +104,7 @@ impl Canvas {
                     response.clone().on_hover_ui_at_pointer(|ui| self.tell_node(ui, *card, session, brush));
                 }
             }
-            Hit::Ground => {}
+            Hit::Head(_) | Hit::Corner(_) | Hit::Ground => {}
         }
     }
 
@@ -174,7 +180,7 @@ impl Canvas {
 
     /// The whole graph in a corner, when a part of it is out of sight; a click or a drag there moves the view.
     fn map(&mut self, ui: &mut Ui, brush: &Brush) {
-        let all = self.model.bounds(|_| true);
+        let all = self.model.extent();
         let pane = brush.lens.rect;
         let seen = brush.lens.seen();
         let room = pane.width() > 2.4 * MAP.x && pane.height() > 2.0 * MAP.y;
@@ -320,54 +326,94 @@ impl Canvas {
         }
     }
 
-    /// The field in which a node gets another name.
+    /// The fields in which a node gets another name, and a frame its name and note.
     pub(super) fn rename_ui(&mut self, ui: &mut Ui, session: &mut Session) {
         let (Some(mut rename), Some(lens)) = (self.rename.take(), self.lens) else { return };
-        let Some(card) = self.model.find(&rename.from) else { return };
+        let corner = match rename.note {
+            None => self.model.find(&rename.from).map(|card| self.model.cards[card].at),
+            Some(_) => self.model.area(&rename.from).map(|area| self.model.areas[area].rect.min),
+        };
+        let Some(corner) = corner else { return };
         let (enter, escape) = ui.input_mut(|input| {
             (input.consume_key(Modifiers::NONE, Key::Enter), input.consume_key(Modifiers::NONE, Key::Escape))
         });
-        let at = lens.to_screen(self.model.cards[card].at);
-        let mut lost = false;
+        let at = lens.to_screen(corner);
+        let at = at.clamp(lens.rect.min, lens.rect.max - vec2(60.0, 30.0).min(lens.rect.size()));
+        let mut focused = false;
         egui::Area::new(Id::new("rename"))
             .order(egui::Order::Foreground)
             .fixed_pos(at)
             .constrain_to(ui.ctx().content_rect().shrink(4.0))
             .show(ui.ctx(), |ui| {
-                egui::Frame::popup(ui.style()).inner_margin(2.0).show(ui, |ui| {
-                    let edit = egui::TextEdit::singleline(&mut rename.to)
-                        .id(Id::new("rename field"))
-                        .desired_width(170.0_f32.max(lens.zoom * 160.0));
-                    let mut output = edit.show(ui);
-                    if rename.frames == 0 {
-                        output.response.request_focus();
-                        let all = egui::text::CCursorRange::two(
-                            egui::text::CCursor::new(0),
-                            egui::text::CCursor::new(rename.to.chars().count()),
-                        );
-                        output.state.cursor.set_char_range(Some(all));
-                        output.state.store(ui.ctx(), output.response.id);
-                    }
-                    lost = rename.frames > 1 && !output.response.has_focus();
+                egui::Frame::popup(ui.style()).inner_margin(3.0).show(ui, |ui| {
+                    focused = rename.fields(ui, 176.0_f32.max(lens.zoom * 170.0));
                 });
             });
         rename.frames += 1;
-        if (enter || lost) && !escape && rename.to != rename.from {
-            let edit = Edit::RenameNode { from: rename.from.clone(), to: rename.to.clone() };
-            if let Some(at) = self.places.get(&rename.from).copied() {
-                self.places.insert(rename.to.clone(), at);
-            }
-            if self.collapsed.contains(&rename.from) {
-                self.collapsed.insert(rename.to.clone());
-            }
-            if self.apply(ui, session, &edit) {
-                session.select_only(&rename.to);
-            }
-        } else if !enter && !lost && !escape {
+        let lost = rename.frames > 2 && !focused;
+        if (enter || lost) && !escape {
+            self.finish_rename(ui, session, rename);
+        } else if !escape {
             self.rename = Some(rename);
+            return;
         }
-        if self.rename.is_none() {
-            ui.memory_mut(|memory| memory.request_focus(Id::new("canvas")));
+        ui.memory_mut(|memory| memory.request_focus(Id::new("canvas")));
+    }
+
+    fn finish_rename(&mut self, ui: &Ui, session: &mut Session, rename: Rename) {
+        let Rename { from, to, note, .. } = rename;
+        let renamed = from != to;
+        let mut edits = Vec::new();
+        if let Some(note) = &note
+            && let Some(area) = self.model.area(&from)
+        {
+            let frame = self.model.areas[area].frame();
+            if frame.note != *note {
+                let frame = Some(orograph_graph::Frame { note: note.clone(), ..frame });
+                edits.push(Edit::SetFrame { name: from.clone(), frame });
+            }
+            edits.extend(renamed.then(|| Edit::RenameFrame { from: from.clone(), to: to.clone() }));
+        } else if renamed {
+            edits.push(Edit::RenameNode { from: from.clone(), to: to.clone() });
+            if let Some(at) = self.places.get(&from).copied() {
+                self.places.insert(to.clone(), at);
+            }
+            if self.collapsed.contains(&from) {
+                self.collapsed.insert(to.clone());
+            }
         }
+        if edits.is_empty() || !self.apply(ui, session, &Edit::All(edits)) {
+            return;
+        }
+        if note.is_some() {
+            self.read(session);
+            self.area = Some(to);
+        } else {
+            session.select_only(&to);
+        }
+    }
+}
+
+impl Rename {
+    /// The fields; says whether one of them is being typed in.
+    fn fields(&mut self, ui: &mut Ui, width: f32) -> bool {
+        let edit = egui::TextEdit::singleline(&mut self.to).id(Id::new("rename field")).desired_width(width);
+        let mut output = edit.show(ui);
+        if self.frames == 0 {
+            output.response.request_focus();
+            let all = egui::text::CCursorRange::two(
+                egui::text::CCursor::new(0),
+                egui::text::CCursor::new(self.to.chars().count()),
+            );
+            output.state.cursor.set_char_range(Some(all));
+            output.state.store(ui.ctx(), output.response.id);
+        }
+        let mut focused = output.response.has_focus();
+        if let Some(note) = &mut self.note {
+            let edit =
+                egui::TextEdit::singleline(note).id(Id::new("note field")).hint_text("A note").desired_width(width);
+            focused |= ui.add(edit).has_focus();
+        }
+        focused
     }
 }

@@ -12,7 +12,7 @@ use super::{
     super::session::{NodeInfo, NodeState},
     lens::Lens,
     look::Look,
-    model::{Card, PAD, PICTURE, Pin, ROW, Side, TITLE, WIDTH},
+    model::{Area, Card, PAD, PICTURE, Pin, ROW, Side, TITLE, WIDTH},
     thumbs::Thumb,
 };
 
@@ -111,6 +111,49 @@ impl Brush {
         self.painter.add(CubicBezierShape::from_points_stroke(points, false, Color32::TRANSPARENT, stroke));
     }
 
+    /// A frame behind the cards.
+    pub(super) fn area(&self, area: &Area, chosen: bool, hovered: bool) {
+        let rect = self.lens.rect_to_screen(area.rect);
+        if !rect.intersects(self.lens.rect) {
+            return;
+        }
+        let look = &self.look;
+        let own = area.colour.map(|colour| Color32::from_rgb(colour.0[0], colour.0[1], colour.0[2]));
+        let colour = own.unwrap_or(look.weak);
+        let round = CornerRadius::same(self.scaled(6.0).clamp(1.0, 12.0) as u8);
+        self.painter.rect_filled(rect, round, colour.gamma_multiply(if look.dark { 0.16 } else { 0.22 }));
+        let head = self.lens.rect_to_screen(area.head());
+        self.painter.rect_filled(head, CornerRadius { sw: 0, se: 0, ..round }, colour.gamma_multiply(0.3));
+        let (width, edge) = match (chosen, hovered) {
+            (true, _) => (2.0, look.chosen),
+            (_, true) => (1.5, colour),
+            _ => (1.0, colour.gamma_multiply(0.7)),
+        };
+        self.painter.rect_stroke(rect, round, Stroke::new(width, edge), StrokeKind::Inside);
+        let room = area.rect.width() - 20.0;
+        let at = area.rect.min + vec2(10.0, 15.0);
+        self.text(at, Align2::LEFT_CENTER, &area.name, 15.0, look.text, room);
+        if !area.note.is_empty() && self.lens.zoom >= READABLE[0] {
+            let note = Rect::from_min_max(area.rect.min + vec2(10.0, 36.0), area.rect.max - vec2(10.0, 6.0));
+            let rows = (note.height() / 16.0).max(1.0) as usize;
+            self.passage(note, &area.note, 12.0, look.text.gamma_multiply(0.85), rows);
+        }
+        let corner = self.lens.rect_to_screen(area.corner());
+        for share in [0.35, 0.7] {
+            let [a, b] = [
+                corner.right_bottom() - vec2(corner.width() * share, 3.0),
+                corner.right_bottom() - vec2(3.0, corner.height() * share),
+            ];
+            self.painter.line_segment([a, b], Stroke::new(1.0, edge));
+        }
+    }
+
+    /// The way through a muted card.
+    pub(super) fn passed(&self, card: &Card, pin: usize, ty: PortType) {
+        let [from, to] = [card.pin_at(Side::Input, pin), card.pin_at(Side::Output, 0)];
+        self.wire(from, to, self.look.port(ty).gamma_multiply(0.8), 2.0);
+    }
+
     /// A pin: full where a wire is, a ring where one may be.
     pub(super) fn pin(&self, at: Pos2, pin: &Pin, faded: bool, hovered: bool) {
         let at = self.lens.to_screen(at);
@@ -162,6 +205,10 @@ impl Brush {
             let corners = [rect.left_top(), rect.right_top(), rect.right_bottom(), rect.left_bottom(), rect.left_top()];
             self.painter.extend(Shape::dashed_line(&corners, Stroke::new(1.5, look.doubtful), 6.0, 4.0));
         }
+        if card.muted {
+            let veil = look.ground.gamma_multiply(0.5);
+            self.painter.rect_filled(rect, round, veil);
+        }
         if emphasis.faded {
             self.painter.rect_filled(rect, round, look.ground.gamma_multiply(0.55));
         }
@@ -210,6 +257,12 @@ impl Brush {
         };
         match &info.state {
             _ if card.index.is_none() => sign("?", look.doubtful),
+            _ if card.muted => {
+                ring(look.text);
+                let slash = Vec2::splat(radius * 0.7);
+                self.painter
+                    .line_segment([centre - slash, centre + slash], Stroke::new(self.scaled(1.5).max(1.0), look.text));
+            }
             NodeState::Failed { at: None, .. } => sign("!", look.bad),
             NodeState::Failed { .. } => {
                 ring(look.bad);
@@ -281,6 +334,7 @@ impl Brush {
         }
         let state = match info.state {
             NodeState::Running { fraction } => Some(format!("{:.0} %", fraction * 100.0)),
+            _ if card.muted => Some("muted".to_owned()),
             NodeState::Waiting => Some("waiting".to_owned()),
             _ => None,
         };
