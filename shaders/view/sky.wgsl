@@ -69,7 +69,7 @@ fn sky_fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {
         let extent = length(vec2f(frame.cells)) * frame.cell_m;
         let horizon = sky_light(normalize(vec3f(way.x, 0.004, way.z)));
         let plain = plain_light(way, min(far, 40.0 * extent));
-        return vec4f(mix(plain, horizon, smoothstep(0.0, 0.65, log2(1.0 + far / extent) / 5.0)), 1.0);
+        return vec4f(mix(plain, horizon, smoothstep(0.08, 0.75, log2(1.0 + far / extent) / 3.6)), 1.0);
     }
     let away = acos(clamp(dot(way, frame.sun.xyz), -1.0, 1.0));
     let disc = smoothstep(0.0056, 0.0046, away) * 40.0;

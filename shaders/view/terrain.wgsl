@@ -111,6 +111,9 @@ fn contour(height: f32) -> f32 {
 // How much of the sun a place of the surface sees: by the place itself where cells are large on the screen, by the mean of
 // cells where they are small. Four looks around the place hide the rows of cells at a shadow's edge.
 fn seen_at(uv: vec2f, top: f32, gradient: vec2f) -> f32 {
+    if frame.flags.z == 0u {
+        return 1.0;
+    }
     let cell = uv * vec2f(frame.cells) - 0.5;
     let far = textureSample(seen_map, slant_sampler, uv).x;
     let spread = max(length(dpdx(cell)), length(dpdy(cell)));
@@ -140,7 +143,7 @@ fn through_water(bed: vec3f, depth: f32, normal: vec3f, way: vec3f, seen: f32, o
     let path = depth * (1.0 + 1.0 / refracted);
     let sun = sun_light() * seen;
     let inside = (sun * max(frame.sun.y, 0.0) * 0.7 + ambient_light(vec3f(0.0, 1.0, 0.0)) * open);
-    let murk = vec3f(0.012, 0.043, 0.05) * inside * (1.0 - exp(-0.3 * depth));
+    let murk = vec3f(0.014, 0.038, 0.043) * inside * (1.0 - exp(-0.3 * depth));
     var up = reflect(way, normal);
     up.y = abs(up.y) + 0.01;
     let mirrored = sky_light(normalize(up)) * mix(0.6, 1.0, open);

@@ -194,6 +194,8 @@ impl Perspective {
         if let Some(interval) = self.contours {
             scene.contours = Some(Contours { interval, ..Contours::over(1.0) });
         }
+        // nobody waits for the next picture
+        scene.detail_px = 1.5;
         scene.haze = self.haze.unwrap_or(scene.haze);
         scene.exposure = self.exposure.map_or(scene.exposure, |stops| stops as f32);
         scene

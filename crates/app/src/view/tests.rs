@@ -72,6 +72,46 @@ fn the_sun_lights_the_slopes_that_face_it() {
 }
 
 #[test]
+fn swept_shadows_are_where_rays_to_the_sun_are_stopped() {
+    let device = device();
+    let height = field([200, 200], 20.0, |x, y| {
+        let hill = |cx: f64, cy: f64, r: f64| 1.0 / (1.0 + ((x - cx) * (x - cx) + (y - cy) * (y - cy)) / (r * r));
+        600.0 * hill(1300.0, 1500.0, 350.0) + 450.0 * hill(2600.0, 2500.0, 250.0)
+    });
+    let land = Arc::new(Land::new(&height).expect("heights"));
+    let camera = Camera::looking_at(DVec3::new(2000.0, 12_000.0, 2001.0), DVec3::new(2000.0, 0.0, 2000.0), 0.33);
+    for azimuth_deg in [250.0, 20.0] {
+        let sun = Sun { azimuth_deg, elevation_deg: 20.0 };
+        let scene = Scene { sun, haze: 0.0, colouring: super::Colouring::Clay, ..Scene::new(camera) };
+        let picture = device.picture(&land, &scene, SIZE).expect("drawn");
+        let open = device.picture(&land, &Scene { shadows: false, ..scene.clone() }, SIZE).expect("drawn");
+        let (mut hidden, mut wrong, mut looked) = (0, 0, 0);
+        for (i, j) in (4..SIZE[0] - 4).step_by(5).flat_map(|i| (4..SIZE[1] - 4).step_by(5).map(move |j| (i, j))) {
+            let pixel = [f64::from(i) + 0.5, f64::from(j) + 0.5];
+            let Some(hit) = land.cast(&camera.ray(pixel, SIZE), 1.0) else { continue };
+            let place = |[x, z]: [f64; 2]| DVec3::new(x, land.height_at([x, z]), z);
+            let [x, z] = hit.place;
+            let to_east = place([x + 10.0, z]) - place([x - 10.0, z]);
+            let to_south = place([x, z + 10.0]) - place([x, z - 10.0]);
+            // slopes that hardly face the sun are as dark without its shadow
+            if to_south.cross(to_east).normalize().dot(sun.towards()) < 0.15 {
+                continue;
+            }
+            let start = place(hit.place) + DVec3::Y * 0.5;
+            let stopped = land.cast(&super::Ray { origin: start, direction: sun.towards() }, 1.0).is_some();
+            let level = |picture: &[u8]| brightness(picture, [f64::from(i), f64::from(j)]);
+            let dark = level(&picture) < 0.82 * level(&open);
+            looked += 1;
+            hidden += usize::from(stopped);
+            wrong += usize::from(dark != stopped);
+        }
+        // at a shadow's edge a mean of 25 pixels may fall on either side
+        assert!(looked > 500 && hidden * 50 > looked, "{looked} {hidden}");
+        assert!(wrong * 50 < looked, "{wrong} of {looked} pixels, {hidden} of them hidden");
+    }
+}
+
+#[test]
 fn no_cracks_between_levels_of_detail() {
     let device = device();
     // rough land, where a crack would be wide, and levels that change within the picture
@@ -92,6 +132,45 @@ fn no_cracks_between_levels_of_detail() {
         .filter(|pixel| pixel[0] > pixel[1].saturating_add(60) && pixel[2] > pixel[1].saturating_add(60));
     assert_eq!(cracks.count(), 0);
     assert!(drawn.tiles > 50, "{drawn:?}");
+}
+
+#[test]
+fn the_sky_is_blue_above_and_red_around_a_low_sun() {
+    let (device, land) = (device(), hills());
+    let eye = DVec3::new(6400.0, 3000.0, 6400.0);
+    let colour = |sun: Sun, heading: f64, pitch: f64| {
+        let camera = Camera::heading(eye, heading.to_radians(), pitch.to_radians(), 0.05);
+        let picture = device.picture(&land, &Scene { sun, ..Scene::new(camera) }, [8, 8]).expect("drawn");
+        [0, 1, 2].map(|c| i32::from(picture[4 * 36 + c]))
+    };
+    let noon = Sun { azimuth_deg: 180.0, elevation_deg: 60.0 };
+    let [red, _, blue] = colour(noon, 0.0, 70.0);
+    assert!(blue > red + 40, "{red} {blue}");
+    let evening = Sun { azimuth_deg: 270.0, elevation_deg: 1.0 };
+    let [red, _, blue] = colour(evening, 270.0, 4.0);
+    assert!(red > blue + 20, "{red} {blue}");
+    let [away, _, blue] = colour(evening, 90.0, 40.0);
+    assert!(blue > away && red > away, "{away} {blue}");
+}
+
+#[test]
+fn water_and_the_sea_cover_the_land() {
+    let device = device();
+    let height = field([96, 96], 30.0, |x, _| 0.1 * x);
+    let depth = field([96, 96], 30.0, |_, y| if y > 1440.0 { 20.0 } else { 0.0 });
+    let land = Arc::new(Land::new(&height).and_then(|land| land.with_water(&depth)).expect("fits"));
+    let camera = Camera::looking_at(DVec3::new(1440.0, 5000.0, 1441.0), DVec3::new(1440.0, 0.0, 1440.0), 0.7);
+    let scene = Scene { sea_level: Some(72.0), haze: 0.0, ..Scene::new(camera) };
+    let picture = device.picture(&land, &scene, SIZE).expect("drawn");
+    let blue = |x: f64, y: f64| {
+        let at = camera.pixel(DVec3::new(x, 0.1 * x, y), SIZE).expect("seen").map(|v| v as usize);
+        let pixel = &picture[4 * (at[1] * SIZE[0] as usize + at[0])..][..3];
+        i32::from(pixel[2]) - i32::from(pixel[0])
+    };
+    // sea in the west, water in the south, dry land in the north-east
+    for (x, y, wet) in [(300.0, 700.0, true), (2300.0, 2200.0, true), (2300.0, 700.0, false)] {
+        assert_eq!(blue(x, y) > 20, wet, "at {x} {y}: {}", blue(x, y));
+    }
 }
 
 #[test]

@@ -91,7 +91,7 @@ impl Frame {
             heights: Vec4::new(low as f32, high as f32, sea, ground.base as f32),
             size: size.map(|n| n as f32),
             seconds: scene.seconds,
-            exposure: scene.exposure + EXPOSURE,
+            exposure: scene.exposure + EXPOSURE + adapted(scene.sun.elevation_deg),
             overlay: Vec4::new(contours[0], contours[1], mask, scene.haze as f32),
             air: haze(land, scene, ground.base),
             sky: Vec4::new(altitude_km(scene, ground.base) as f32, 0.0, 0.0, 0.0),
@@ -114,6 +114,13 @@ impl Frame {
 
 /// Stops that show a matt grey surface in an afternoon's sun as middle grey.
 const EXPOSURE: f32 = 1.9;
+
+/// Stops by which the eye gets used to a low sun, and to twilight.
+fn adapted(elevation_deg: f64) -> f32 {
+    let low = ((30.0 - elevation_deg) / 30.0).clamp(0.0, 1.0);
+    let below = (-elevation_deg).clamp(0.0, 7.0);
+    (1.5 * low * low + 0.7 * below) as f32
+}
 
 /// Where the haze over the land begins, how dense it is and how high it lies. True air would hardly be seen over a small land
 /// and hide a large one that is looked at whole, so it is a matter of the land's extent: thick enough that near and far
