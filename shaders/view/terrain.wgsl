@@ -88,7 +88,7 @@ fn albedo_at(uv: vec2f, height: f32, slope: f32) -> vec3f {
             let at = clamp((height - frame.heights.x) / max(frame.heights.y - frame.heights.x, 1.0), 0.0, 1.0);
             return textureSampleLevel(tint_map, smooth_sampler, vec2f(at, 2.5 / 3.0), 0.0).rgb;
         }
-        default: { return vec3f(0.42, 0.41, 0.39); }
+        default: { return vec3f(0.32, 0.31, 0.295); }
     }
 }
 
