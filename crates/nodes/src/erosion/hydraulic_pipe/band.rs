@@ -13,6 +13,7 @@ use super::{
     physics::{Pace, Physics, Scheme, Transport},
     ring::{Ring, Rows},
     slip::Slip,
+    spread::Spread,
     transport,
 };
 
@@ -53,6 +54,8 @@ pub(super) enum State {
     Change,
     /// Loose ground, m.
     Loose,
+    /// What water has taken from the bed since it was last spread, m.
+    Taken,
     /// Depth of water, m.
     Water,
     /// Suspended sediment, metres of solid.
@@ -64,8 +67,8 @@ pub(super) enum State {
 }
 
 /// Rasters that neighbours exchange.
-pub(super) const STATES: [State; 6] =
-    [State::Change, State::Loose, State::Water, State::Sediment, State::West, State::North];
+pub(super) const STATES: [State; 7] =
+    [State::Change, State::Loose, State::Taken, State::Water, State::Sediment, State::West, State::North];
 
 /// Rows in which the stages of a step hand on their results.
 #[derive(Debug)]
@@ -151,17 +154,18 @@ pub(super) struct Band {
     pub first: usize,
     pub rows: usize,
     pub nx: usize,
-    pub states: [Rows; 6],
+    pub states: [Rows; 7],
     /// Discharge summed over time, m², own rows only.
     flow: Vec<f32>,
     /// Those of each step of a sweep.
     rings: Vec<Rings>,
     rain: Vec<f32>,
-    mobile: Vec<f32>,
+    pub mobile: Vec<f32>,
     /// Where flow in the halo goes, which nobody asks for.
     elsewhere: Vec<f32>,
     pub left: Vec<Left>,
     pub deepest_m: f32,
+    pub spread: Spread,
     pub slip: Slip,
 }
 
@@ -181,6 +185,7 @@ impl Band {
             elsewhere: vec![0.0; nx],
             left: vec![Left::default(); rows.len()],
             deepest_m: 0.0,
+            spread: Spread::new(scene, nx, rows.len()),
             slip: Slip::new(nx),
         };
         for y in rows.clone() {
@@ -299,7 +304,7 @@ impl Band {
 
     fn load_row(&mut self, scene: &Scene<'_>, pace: &Pace, step: usize, y: isize) {
         let (nx, start) = (self.nx, self.world_row(scene, y) * self.nx);
-        let [change, _, water, _, west, _] = &self.states;
+        let [change, _, _, water, _, west, _] = &self.states;
         let Rings { bed, wet, driven: [east, _], .. } = &mut self.rings[step];
         let rain = lane_row(&mut self.rain, scene.rain, start);
         let (land, water) = ([&scene.land[start..], change.cells(at(y))], [water.cells(at(y)), rain]);
@@ -372,7 +377,7 @@ impl Band {
         let own = (0..self.rows as isize).contains(&y);
         let joined = scene.joined();
         let Rings { bed, wet, share, load, part, way, .. } = &mut self.rings[step];
-        let [change, loose, depth, sediment, west, north] = &mut self.states;
+        let [change, loose, taken, depth, sediment, west, north] = &mut self.states;
         if y == span.exchanged.start {
             flow::limit(north.cells_mut(at(y)), [share.cells(y - 1), share.cells(y)]);
         }
@@ -381,21 +386,21 @@ impl Band {
         let row = bed::Row {
             north: &*north,
             shares: [share.whole(y), share.cells(y + 1)],
-            wet: wet.cells(y),
+            wets: [y - 1, y, y + 1].map(|row| wet.whole(row)),
             beds: [y - 1, y, y + 1].map(|row| bed.whole(row)),
             sediment: sediment.cells(at(y)),
             mobile: mobility(&mut self.mobile, scene, world_row),
         };
         let flow = if own { &mut self.flow[y as usize * nx..][..nx] } else { &mut self.elsewhere[..] };
-        let (change, loose) = (change.cells_mut(at(y)), loose.cells_mut(at(y)));
-        let deepest =
-            bed::exchange(west, south, depth, flow, change, loose, load.cells_mut(y), part.cells_mut(y), &row, pace);
+        let (change, loose, taken) = (change.cells_mut(at(y)), loose.cells_mut(at(y)), taken.cells_mut(at(y)));
+        let (load_row, part_row) = (load.cells_mut(y), part.cells_mut(y));
+        let deepest = bed::exchange(west, south, depth, flow, change, loose, taken, load_row, part_row, &row, pace);
         load.close(y, joined[0]);
         part.close(y, joined[0]);
         let faces = [&west[..nx], &west[1..], row.north, &*south];
         if scene.physics.transport != Transport::Upwind {
             let [east, south] = way;
-            transport::way(east.cells_mut(y), south.cells_mut(y), [row.wet, depth], faces, pace);
+            transport::way(east.cells_mut(y), south.cells_mut(y), [wet.cells(y), depth], faces, pace);
         }
         if own {
             self.deepest_m = self.deepest_m.max(deepest);
@@ -502,7 +507,7 @@ fn lane_row<'a>(buffer: &'a mut [f32], lane: Lane<'a>, start: usize) -> &'a [f32
 }
 
 /// How readily the bed of a row gives way; below 0 on sides at base level, whose bed stays.
-fn mobility<'a>(buffer: &'a mut [f32], scene: &Scene<'_>, row: usize) -> &'a [f32] {
+pub(super) fn mobility<'a>(buffer: &'a mut [f32], scene: &Scene<'_>, row: usize) -> &'a [f32] {
     let nx = buffer.len();
     let boundary = &scene.boundary;
     let held = row == 0 && boundary.north == Edge::Base || row + 1 == scene.cells[1] && boundary.south == Edge::Base;

@@ -49,9 +49,9 @@ pub(super) struct Row<'a> {
     pub north: &'a [f32],
     /// Share of its outflow that each cell can give, with ghosts; and of the row south, without.
     pub shares: [&'a [f32]; 2],
-    /// Depth of water before the step.
-    pub wet: &'a [f32],
-    /// Bed of the row north, with ghosts, of this one and of the one south.
+    /// Depth of water before the step in the row north, with ghosts, in this one and in the one south.
+    pub wets: [&'a [f32]; 3],
+    /// Bed of the same rows.
     pub beds: [&'a [f32]; 3],
     /// Suspended sediment before the step.
     pub sediment: &'a [f32],
@@ -65,16 +65,16 @@ simd! {
     /// greatest depth.
     ///
     /// Gives the depth of water, adds |q| Δt to `flow`, changes the bed's `change` and the `loose` ground by `acceleration`
-    /// times what the `load` gains, and gives the concentration of the load in the water before the step, `part`.
+    /// times what the `load` gains, adds that to what is `taken`, and gives the concentration of the load in the water before the step, `part`.
     #[expect(clippy::too_many_arguments, reason = "only arguments are known not to overlap, which makes it vectorise")]
     pub fn exchange(
         west: &mut [f32], below: &mut [f32], depth: &mut [f32], flow: &mut [f32], change: &mut [f32], loose: &mut [f32],
-        load: &mut [f32], part: &mut [f32], row: &Row<'_>, pace: &Pace,
+        taken: &mut [f32], load: &mut [f32], part: &mut [f32], row: &Row<'_>, pace: &Pace,
     ) -> f32 {
         match pace.law {
-            Capacity::UnitPower => exchange_by::<{ Capacity::UnitPower as u8 }>(west, below, depth, flow, change, loose, load, part, row, pace),
-            Capacity::Shear => exchange_by::<{ Capacity::Shear as u8 }>(west, below, depth, flow, change, loose, load, part, row, pace),
-            Capacity::Speed => exchange_by::<{ Capacity::Speed as u8 }>(west, below, depth, flow, change, loose, load, part, row, pace),
+            Capacity::UnitPower => exchange_by::<{ Capacity::UnitPower as u8 }>(west, below, depth, flow, change, loose, taken, load, part, row, pace),
+            Capacity::Shear => exchange_by::<{ Capacity::Shear as u8 }>(west, below, depth, flow, change, loose, taken, load, part, row, pace),
+            Capacity::Speed => exchange_by::<{ Capacity::Speed as u8 }>(west, below, depth, flow, change, loose, taken, load, part, row, pace),
         }
     }
 }
@@ -88,6 +88,7 @@ fn exchange_by<const LAW: u8>(
     flow: &mut [f32],
     change: &mut [f32],
     loose: &mut [f32],
+    taken: &mut [f32],
     load: &mut [f32],
     part: &mut [f32],
     row: &Row<'_>,
@@ -95,12 +96,17 @@ fn exchange_by<const LAW: u8>(
 ) -> f32 {
     let n = depth.len();
     let (west, below, flow, change) = (&mut west[..=n], &mut below[..n], &mut flow[..n], &mut change[..n]);
-    let (loose, load, part) = (&mut loose[..n], &mut load[..n], &mut part[..n]);
-    let (north, wet, sediment, mobile) = (&row.north[..n], &row.wet[..n], &row.sediment[..n], &row.mobile[..n]);
+    let (loose, total, load, part) = (&mut loose[..n], &mut taken[..n], &mut load[..n], &mut part[..n]);
+    let (north, sediment, mobile) = (&row.north[..n], &row.sediment[..n], &row.mobile[..n]);
     let (share_west, share, share_east) = (&row.shares[0][..n], &row.shares[0][1..=n], &row.shares[0][2..n + 2]);
     let share_south = &row.shares[1][..n];
-    let (bed_west, bed, bed_east) = (&row.beds[1][..n], &row.beds[1][1..=n], &row.beds[1][2..n + 2]);
-    let (bed_north, bed_south) = (&row.beds[0][1..=n], &row.beds[2][1..=n]);
+    let [
+        [bed_north_west, bed_north, bed_north_east],
+        [bed_west, bed, bed_east],
+        [bed_south_west, bed_south, bed_south_east],
+    ] = row.beds.map(|row| [&row[..n], &row[1..=n], &row[2..n + 2]]);
+    let [[_, wet_north, _], [wet_west, wet, wet_east], [_, wet_south, _]] =
+        row.wets.map(|row| [&row[..n], &row[1..=n], &row[2..n + 2]]);
     let by_depth = LAW != Capacity::Speed as u8;
     let mut deepest = 0;
     for i in 0..n {
@@ -120,12 +126,23 @@ fn exchange_by<const LAW: u8>(
         let q = square * inverse_root(square);
         flow[i] += q * pace.dt_s;
 
-        let x = rise(bed_west[i], bed[i], bed_east[i]) * pace.tilt;
-        let y = rise(bed_north[i], bed[i], bed_south[i]) * pace.tilt;
-        let slope2 = least(x * x + y * y, 1e12);
-        let one = 1.0 + slope2;
-        let sine = most(slope2, pace.tilt_floor * one);
-        let sine = sine * inverse_root(sine * one);
+        let sine = if by_depth {
+            // the work of gravity on the water: the mean of what falls through opposite faces
+            let fall = |rise: f32, deeper: f32| most(least(rise + deeper, pace.steepest_m), -pace.steepest_m);
+            let falls_x = from_west * fall(bed_west[i] - bed[i], wet_west[i] - before)
+                + to_east * fall(bed[i] - bed_east[i], before - wet_east[i]);
+            let falls_y = north[i] * fall(bed_north[i] - bed[i], wet_north[i] - before)
+                + to_south * fall(bed[i] - bed_south[i], before - wet_south[i]);
+            let power = most((falls_x + falls_y) * pace.tilt, 0.0);
+            power * inverse_root(square + power * power)
+        } else {
+            let x = rise(bed_west[i], bed[i], bed_east[i]) * pace.tilt;
+            let y = rise(bed_north[i], bed[i], bed_south[i]) * pace.tilt;
+            let slope2 = least(x * x + y * y, 1e12);
+            let one = 1.0 + slope2;
+            let sine = most(slope2, pace.tilt_floor * one);
+            sine * inverse_root(sine * one)
+        };
         let shallow = most(1.0 - mean * pace.per_deep, 0.0);
         let power = pace.capacity * (sine * q) * (film(mean, pace) * shallow);
         let thin = most(mean, THIN_M);
@@ -141,6 +158,16 @@ fn exchange_by<const LAW: u8>(
         let taken = pace.acceleration * missing * reached(if takes { rate } else { pace.settling }, whole);
         let limit = least(0.01 + 0.1 * mean, pace.most_m);
         let taken = most(least(taken, limit), -limit);
+        // and no pits are dug
+        let taken = if by_depth {
+            let beside = least(least(bed_west[i], bed[i]), least(bed_east[i], bed[i]));
+            let above = least(bed_north_west[i], least(bed_north[i], least(bed_north_east[i], bed[i])));
+            let below = least(bed_south_west[i], least(bed_south[i], least(bed_south_east[i], bed[i])));
+            let deepest = 0.25 * (bed[i] - least(beside, least(above, below)));
+            if taken > deepest { deepest } else { taken }
+        } else {
+            taken
+        };
         // of what is below the loose ground only as much as rock gives
         let beyond = taken - loose[i];
         let taken = if beyond > 0.0 { loose[i] + beyond * pace.rock } else { taken };
@@ -148,6 +175,7 @@ fn exchange_by<const LAW: u8>(
         let taken = most(taken, -sediment[i] * pace.acceleration);
         let taken = if mobile[i] >= 0.0 { taken } else { 0.0 };
         change[i] -= taken;
+        total[i] += taken;
         loose[i] = most(loose[i] - taken, 0.0);
         let carried = sediment[i] + taken * pace.per_acceleration;
         load[i] = carried;

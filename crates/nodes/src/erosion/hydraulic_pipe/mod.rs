@@ -15,6 +15,7 @@ mod reference;
 mod ring;
 mod run;
 mod slip;
+mod spread;
 #[cfg(test)]
 mod tests;
 mod transport;
@@ -60,6 +61,8 @@ params! {
     film: f64 = 0.005, Metres, 1e-4..=1.0, soft 0.001..=0.02;
     /// Depth from which water takes nothing from its bed; capacity falls to 0 towards it.
     deep: f64 = 5.0, Metres, 0.01..=1e4, soft 1.0..=20.0;
+    /// Breadth of the least channel, 5 to 12 cells, over which what water takes and leaves is spread; 0 is one cell.
+    width: f64 = 20.0, Metres, 0.0..=1e4, soft 0.0..=100.0;
     /// Share of the water that evaporates.
     evaporation: f64 = 0.0, PerSecond, 0.0..=1.0, soft 0.0..=0.001;
     /// Water that seeps into the ground.
@@ -143,7 +146,9 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
-    resolution: Resolution::Cells("channels are as wide as cells let them be, and so is what they cut"),
+    resolution: Resolution::Cells(
+        "water runs in channels as narrow as cells, and what they cut is at least 5 cells wide",
+    ),
     example: "height: \"base\", duration: 3600, rain: 60, acceleration: 4000",
     ..Node::DEFAULT
 };

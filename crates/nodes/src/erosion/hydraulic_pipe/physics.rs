@@ -33,7 +33,7 @@ choice! {
         /// more it does.
         ExcessShear = "excess_shear",
         /// The numbers of WebGL-Erosion, for pipes of one section: `capacity`, `settling`, `entrainment`, `roughness`,
-        /// `scheme`, `evaporation`, `film` and `deep` do not count.
+        /// `scheme`, `evaporation`, `film`, `deep` and `width` do not count.
         WebglErosion = "webgl_erosion",
     }
 }
@@ -82,7 +82,9 @@ pub(super) struct Physics {
     pub section_m: f64,
     pub film_m: f64,
     pub deep_m: f64,
-    /// Capacity per tilt and speed: as a concentration for unit stream power, as a depth of sediment else.
+    /// Breadth of the least channel, 0 for that of a cell.
+    pub width_m: f64,
+    /// Capacity per slope and speed: as a concentration for unit stream power, as a depth of sediment else.
     pub capacity: f64,
     pub law: Capacity,
     /// Weight of water over the critical shear stress, 1/m.
@@ -110,10 +112,11 @@ impl Physics {
             section_m: 0.0,
             film_m: params.film,
             deep_m: params.deep,
+            width_m: params.width,
             capacity: params.capacity / params.settling,
             law: if params.law == Law::ExcessShear { Capacity::Shear } else { Capacity::UnitPower },
             shear: WATER_KG_M3 * GRAVITY / params.critical_shear,
-            tilt_floor: 0.05,
+            tilt_floor: 0.0,
             settling: params.settling,
             entrainment: params.entrainment,
             rock: params.rock,
@@ -132,6 +135,7 @@ impl Physics {
                     section_m: SEED_SECTION * cell_m,
                     film_m: 0.01 * cell_m,
                     deep_m: f64::INFINITY,
+                    width_m: 0.0,
                     capacity: SEED_CAPACITY * unit_s,
                     law: Capacity::Speed,
                     tilt_floor: 0.1,

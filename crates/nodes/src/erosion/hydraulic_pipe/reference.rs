@@ -12,7 +12,7 @@ pub(super) struct World {
 }
 
 impl World {
-    /// A step of `dt` seconds with the node's defaults, without rain, rock and slippage.
+    /// A step of `dt` seconds with the node's defaults, without rain, rock, width and slippage.
     pub fn step(&mut self, dt: f64) {
         let (n, dx, g) = (self.n, self.cell_m, 9.81);
         let at = |i: usize, j: usize| j * n + i;
@@ -85,18 +85,20 @@ impl World {
             let depth = 0.5 * (water[k] + self.water[k]);
             let film = ((depth / 0.005 - 1.0) / 2.0).clamp(0.0, 1.0);
             let speed = 0.5 * libm::hypot(w - e, no - s) / depth * film * film * (3.0 - 2.0 * film);
-            let rise = |di: isize, dj: isize| {
-                let (i, j) = (i as isize, j as isize);
-                let ends = [cell(&bed, i + di, j + dj), cell(&bed, i - di, j - dj)].map(|z| z.unwrap_or(bed[k]));
-                (ends[0] - ends[1]) / (2.0 * dx)
+            let beside = |values: &[f64], di: isize, dj: isize| {
+                cell(values, i as isize + di, j as isize + dj).unwrap_or(values[k])
             };
-            let slope = libm::hypot(rise(1, 0), rise(0, 1));
-            let sine = (slope / libm::sqrt(1.0 + slope * slope)).max(0.05);
+            let gain =
+                |q: f64, di: isize, dj: isize| q * (beside(&level, di, dj) - level[k]).clamp(-2.0 * dx, 2.0 * dx);
+            let power = (gain(w, -1, 0) + gain(e, 1, 0) + gain(no, 0, -1) + gain(s, 0, 1)).max(0.0) / (2.0 * dx);
+            let sine = power / libm::hypot(power, 0.5 * libm::hypot(w - e, no - s)).max(1e-30);
+            let lowest = (0..9).map(|n| beside(&bed, n % 3 - 1, n / 3 - 1)).fold(bed[k], f64::min);
             let thick = (0.01 * sine * speed / 0.02 * (1.0 - depth / 5.0).max(0.0)).min(0.3);
             let missing = thick * depth - load[k];
             let rate = if missing > 0.0 { 0.2 * dt } else { 0.02 * dt / depth };
             let most = (0.01 + 0.1 * depth).min(0.05 * dx);
-            let taken = (2000.0 * missing * (1.0 - libm::exp(-rate))).clamp(-most, most).max(-2000.0 * load[k]);
+            let taken = (2000.0 * missing * (1.0 - libm::exp(-rate))).clamp(-most, most);
+            let taken = taken.min(0.25 * (bed[k] - lowest)).max(-2000.0 * load[k]);
             self.bed[k] -= taken;
             load[k] += taken / 2000.0;
         }

@@ -134,7 +134,10 @@ impl<'a> Run<'a> {
             let scene = self.scene;
             self.bands.par_iter_mut().try_for_each(|band| band.sweep(&scene, &pace, steps as usize, job))?;
             self.exchange();
-            self.bands.par_iter_mut().try_for_each(|band| band.slip(&scene, job))?;
+            self.bands.par_iter_mut().try_for_each(|band| {
+                band.spread(&scene, job)?;
+                band.slip(&scene, job)
+            })?;
             pacing.steps += steps as u64;
             pacing.shortest_s = if pacing.shortest_s == 0.0 { dt_s } else { pacing.shortest_s.min(dt_s) };
             pacing.time_s += steps * f64::from(pace.dt_s);

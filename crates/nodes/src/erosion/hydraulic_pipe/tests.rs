@@ -348,6 +348,49 @@ fn sides_that_do_not_match_are_refused() {
     assert!(error.to_string().contains("west and east"), "{error}");
 }
 
+/// Land that looks the same in all directions: a hill, and waves of all directions on it.
+fn hill(cells: u32, extent_m: f64) -> Field {
+    let wave = |k: f64, x: f64, y: f64| {
+        let (turn, number) = (2.399_963 * k, std::f64::consts::TAU / (20.0 + 5.0 * k));
+        libm::sin(number * (x * libm::cos(turn) + y * libm::sin(turn)) + 3.7 * k)
+    };
+    let middle = 0.5 * extent_m;
+    field(sides(world(cells, cells, extent_m / f64::from(cells)), Edge::Open), |x, y| {
+        let r = libm::hypot(x - middle, y - middle);
+        let rough: f64 = (0..30).map(|k| wave(f64::from(k), x, y)).sum();
+        500.0 - 100.0 * ((r - 60.0) / 280.0).clamp(0.0, 1.0) - 0.03 * r + 0.2 * rough
+    })
+}
+
+/// Gullies run down the slope, not along the axes: of all gradients of what a storm has changed, weighed by their steepness,
+/// 22 % lie within 10° of an axis if none is preferred. Cut one cell wide it is 48 %, spread over five cells 25 %; asserted
+/// is 29 %, as a hill has but some twenty gullies. And no pits are dug: the deepest pool is less than 4 m deep.
+#[test]
+fn gullies_do_not_follow_the_axes() {
+    let land = hill(160, 800.0);
+    let share = |changes: &str| {
+        let [rain, regolith] = [40.0, 30.0].map(|value| Field::constant(*land.window(), value));
+        let fields = [("height", &land), ("rain", &rain), ("regolith", &regolith)];
+        let mut outputs = outputs(&NODE, &with_params(&NODE, changes), &fields).unwrap();
+        let [change, water] = ["deposition", "water"].map(|name| outputs.take(name).unwrap());
+        let (change, water) = (change.as_field().unwrap().samples(), water.as_field().unwrap());
+        let (mut near, mut all) = (0.0, 0.0);
+        for (i, j) in (4..156).flat_map(|j| (4..156).map(move |i| (i, j))) {
+            let at = |di: usize, dj: usize| f64::from(change[(j + dj - 1) * 160 + i + di - 1]);
+            let (x, y) = (at(2, 1) - at(0, 1), at(1, 2) - at(1, 0));
+            let steepness = libm::hypot(x, y);
+            all += steepness;
+            if x.abs().min(y.abs()) < libm::tan(10_f64.to_radians()) * x.abs().max(y.abs()) {
+                near += steepness;
+            }
+        }
+        (near / all, water.range(0).unwrap().1)
+    };
+    let (wide, deepest) = share("duration=2400");
+    assert!(wide < 0.29 && deepest < 4.0, "{wide} {deepest}");
+    assert!(share("duration=2400, width=0").0 > 0.4);
+}
+
 /// A step agrees with the plain one in double precision: water within 1e-5, the bed and the suspended
 /// sediment within 1.5 %, of which the Padé approximant takes 1 %.
 #[test]
@@ -356,7 +399,8 @@ fn a_step_is_the_one_told() {
     let land = field(sides(world(48, 48, 10.0), Edge::Wall), |x, y| {
         500.0 + 0.1 * x + 12.0 * libm::sin(x / 50.0) * libm::cos(y / 40.0)
     });
-    let mut run = lake(&land, "talus=89", |x, y| 500.3 + 0.1 * x + 12.0 * libm::sin(x / 50.0) * libm::cos(y / 40.0));
+    let mut run =
+        lake(&land, "talus=89, width=0", |x, y| 500.3 + 0.1 * x + 12.0 * libm::sin(x / 50.0) * libm::cos(y / 40.0));
     advance(&mut run, &land, 40.0);
     let rows = |run: &Run<'_>, state: State| -> Vec<f64> {
         (0..n).flat_map(|j| run.row(state, j)[..n].iter().map(|&v| f64::from(v)).collect::<Vec<_>>()).collect()
