@@ -3,6 +3,7 @@
 pub mod constant;
 pub mod crater;
 pub mod diffused;
+pub mod fractal;
 pub mod noise;
 pub mod perlin;
 pub mod ridged;
@@ -18,6 +19,7 @@ pub static NODES: &[&Node] = &[
     &perlin::NODE,
     &noise::node::NODE,
     &ridged::NODE,
+    &fractal::NODE,
     &spectral::NODE,
     &diffused::NODE,
     &crater::NODE,

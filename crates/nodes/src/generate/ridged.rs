@@ -6,8 +6,10 @@
 //! the land.
 
 use super::noise::{
-    Basis, Gradients, Octave, fractal_params,
-    raster::{self, LANES, Lanes},
+    Basis, Gradients, Octave,
+    fold::Fold,
+    fractal_params,
+    raster::{self, Lanes, Noise},
     sheet::Sheet,
 };
 use crate::{math, prelude::*};
@@ -26,6 +28,8 @@ fractal_params! {
     exponent: f64 = 2.0, One, 0.5..=8.0, soft 1..=4;
     /// How much of an octave's height lets the next one through: small values keep valleys smooth, large ones roughen all.
     weight_gain: f64 = 2.0, One, 0.0..=100.0, soft 0.5..=4;
+    /// By how much crests get narrower from octave to octave: at 1 the finest has 0.6 of the exponent.
+    sharpening: f64 = 0.0, One, 0.0..=1.0;
 }
 
 /// The declaration.
@@ -49,7 +53,7 @@ pub static NODE: Node = Node {
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let octaves = params.fractal(job.seed()).octaves(job.world());
-    let samples = if params.exponent == 2.0 {
+    let samples = if params.exponent == 2.0 && params.sharpening == 0.0 {
         Ridges::<true>::new(&params, &octaves).raster(job, &octaves)?
     } else {
         Ridges::<false>::new(&params, &octaves).raster(job, &octaves)?
@@ -69,15 +73,11 @@ struct Ridges<const SQUARED: bool> {
     tail: Tail,
 }
 
-/// Constants of one octave. Noise and radius are in units of `offset`.
+/// Constants of one octave. Noise is in units of `offset`.
 #[derive(Clone, Copy, Debug)]
 struct Layer {
     crest: Crest,
-    /// Half-width r of the rounding of crests, and 1 / 2r.
-    round: f32,
-    half_per_round: f32,
-    /// 1 − r / 2, the crest function where the noise is 0.
-    top: f32,
+    fold: Fold,
     /// Metres that the octave adds at most.
     height_m: f32,
     /// How much of it the raster holds, and what stands for the rest.
@@ -96,28 +96,27 @@ struct State {
 impl<const SQUARED: bool> Ridges<SQUARED> {
     fn new(params: &Params, octaves: &[Octave]) -> Self {
         let gradients = params.gradients;
-        let crest = Crest::new(gradients, params.offset, params.exponent, params.weight_gain);
-        let layers = octaves.iter().map(|octave| {
-            // The mean of |n| over a cell where the noise crosses zero with its typical slope, 0.9 per wavelength: |n|
-            // itself beyond half a cell of the crossing, (n² + r²) / 2r within.
-            let round = (0.45 / (octave.wavelength_cells * params.offset)) as f32;
+        let fractal = params.fractal(0);
+        let total: f64 = fractal.amplitudes().sum();
+        let last = (params.octaves - 1).max(1) as f64;
+        let crests = (0..params.octaves).map(|k| {
+            let exponent = params.exponent * (1.0 - 0.4 * params.sharpening * k as f64 / last);
+            Crest::new(gradients, params.offset, exponent, params.weight_gain)
+        });
+        let all: Vec<(Crest, f64)> =
+            crests.zip(fractal.amplitudes()).map(|(crest, share)| (crest, params.amplitude * share / total)).collect();
+        let layers = octaves.iter().zip(&all).map(|(octave, &(crest, _))| {
             let fade = octave.fade as f32;
             Layer {
                 crest,
-                round,
-                half_per_round: 0.5 / round,
-                top: 1.0 - 0.5 * round,
+                fold: Fold::new(octave.wavelength_cells, params.offset),
                 height_m: (params.amplitude * octave.share) as f32,
                 fade,
                 rest: crest.mean * (1.0 - fade),
             }
         });
-        let fractal = params.fractal(0);
-        let total: f64 = fractal.amplitudes().sum();
-        let left: Vec<f64> =
-            fractal.amplitudes().skip(octaves.len()).map(|share| params.amplitude * share / total).collect();
         let scale = gradients.even_scale() * (1.0 / params.offset) as f32;
-        Self { basis: gradients.basis(), scale, layers: layers.collect(), tail: Tail::new(&crest, &left) }
+        Self { basis: gradients.basis(), scale, layers: layers.collect(), tail: Tail::new(&all[octaves.len()..]) }
     }
 
     fn raster(&self, job: &Job<'_>, octaves: &[Octave]) -> Result<Vec<f32>, NodeError> {
@@ -139,8 +138,8 @@ impl<const SQUARED: bool> raster::Combine for Ridges<SQUARED> {
     }
 
     #[inline(always)]
-    fn octave(layer: &Layer, noise: &[f32; LANES], state: &mut State) {
-        for ((noise, weight), height) in noise.iter().zip(&mut state.weight.0).zip(&mut state.height.0) {
+    fn octave(layer: &Layer, noise: &Noise, state: &mut State) {
+        for ((noise, weight), height) in noise.value.iter().zip(&mut state.weight.0).zip(&mut state.height.0) {
             step::<SQUARED>(*noise, weight, height, layer);
         }
     }
@@ -160,9 +159,7 @@ impl<const SQUARED: bool> raster::Combine for Ridges<SQUARED> {
 #[inline(always)]
 fn step<const SQUARED: bool>(noise: f32, weight: &mut f32, height: &mut f32, layer: &Layer) {
     let crest = layer.crest;
-    let distance = noise.abs();
-    let near = distance.min(layer.round);
-    let ridge = ((layer.top - (distance - near)) - near * near * layer.half_per_round).max(0.0);
+    let ridge = layer.fold.crest(noise).max(0.0);
     let ridge = if SQUARED { ridge * ridge } else { math::lane::pow(ridge, crest.exponent) };
     let ridge = *weight * (layer.rest + layer.fade * ridge);
     *height += layer.height_m * ridge;
@@ -174,7 +171,8 @@ mod tests {
     use super::{super::noise::reference, *};
     use crate::testing::{at_every_level, block_means, generate, moments, with_params, world};
 
-    const STEEP: &str = "wavelength=900,octaves=10,lacunarity=2.13,exponent=1.4,offset=0.8,weight_gain=1.3,seed=5";
+    const STEEP: &str =
+        "wavelength=900,octaves=10,lacunarity=2.13,exponent=1.4,offset=0.8,weight_gain=1.3,sharpening=0.5,seed=5";
 
     #[test]
     fn the_raster_equals_the_reference_at_every_simd_level() {
@@ -191,7 +189,8 @@ mod tests {
                 let (mut weight, mut height) = (1.0, [0.0]);
                 for (octave, layer) in octaves.iter().zip(&ridges.layers) {
                     let noise = reference::sample(octave, ridges.basis, ridges.scale, cell);
-                    let step = if params.exponent == 2.0 { step::<true> } else { step::<false> };
+                    let step =
+                        if params.exponent == 2.0 && params.sharpening == 0.0 { step::<true> } else { step::<false> };
                     step(noise, &mut weight, &mut height[0], layer);
                 }
                 height[0] += ridges.tail.at(weight);
@@ -230,6 +229,7 @@ mod tests {
             ("", 40.0, 0.02),
             ("offset=0.7,weight_gain=1,gain=0.6", 40.0, 0.03),
             ("exponent=1.3,weight_gain=4", 40.0, 0.03),
+            ("sharpening=1", 40.0, 0.02),
             ("octaves=8", 700.0, 0.15),
         ];
         for (changes, cell_m, tolerance) in cases {

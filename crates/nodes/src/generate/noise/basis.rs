@@ -100,6 +100,23 @@ impl Basis {
             }
         }
     }
+
+    /// The derivatives of [`Self::weights`] with respect to s.
+    #[inline(always)]
+    pub(crate) fn rates(self, s: f32) -> [f32; 4] {
+        let r = s - 1.0;
+        match self {
+            Self::Bell => {
+                let ([phi_s, psi_s], [phi_r, psi_r]) = (bell_rates(s), bell_rates(r));
+                [phi_s, psi_s, phi_r, psi_r]
+            }
+            Self::Classic | Self::Value => {
+                let fade = s * s * s * (s * (s * 6.0 - 15.0) + 10.0);
+                let rate = 30.0 * (s * r) * (s * r);
+                [-rate, (1.0 - fade) - s * rate, rate, fade + r * rate]
+            }
+        }
+    }
 }
 
 /// The windows of [`Basis::Bell`].
@@ -109,6 +126,15 @@ fn bell(s: f32) -> [f32; 2] {
     let rest = 1.0 - square;
     let cube = rest * rest * rest;
     [cube * (1.0 + 1.25 * square), s * cube]
+}
+
+/// Their derivatives.
+#[inline(always)]
+fn bell_rates(s: f32) -> [f32; 2] {
+    let square = s * s;
+    let rest = 1.0 - square;
+    let rest = rest * rest;
+    [-s * rest * (3.5 + 10.0 * square), rest * (1.0 - 7.0 * square)]
 }
 
 /// The draws of an octave, multiplied by its factor.

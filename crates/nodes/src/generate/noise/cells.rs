@@ -7,7 +7,7 @@
 use super::{
     Octave,
     lattice::{Axis, hash, hash_row},
-    raster::{Combine, LANES, Lanes, Layers},
+    raster::{Combine, LANES, Layers, Noise, moments},
     sum::Sum,
 };
 use crate::simd::simd;
@@ -179,7 +179,7 @@ simd! {
                 let next = M::distance(second[lane]).min(FARTHEST);
                 noise[lane] = cells.parts[0] * near + cells.parts[1] * next;
             }
-            C::octave(&layer, &noise, state);
+            C::octave(&layer, &Noise::level(noise), state);
         }
     }
 }
@@ -190,11 +190,6 @@ pub(crate) fn mean<M: Measure>(jitter: f32, parts: Parts) -> f64 {
     const SIDE: usize = 128;
     let axes = [Axis::new(0.381, 0, 0), Axis::new(0.381, 0, 0)];
     let octave = Octave { axes, seed: 1, wavelength_cells: 1.0, share: 1.0, fade: 1.0 };
-    let mut cells = Cells::<M>::new(octave, jitter, parts);
-    cells.lay([0; 2], [SIDE; 2]);
-    let mut states = [Lanes::splat(0.0); SIDE];
-    for x in (0..SIDE as u32).step_by(LANES) {
-        cells.add(&Sum { start: 0.0 }, 0, x, &mut states);
-    }
-    states.iter().flat_map(|lanes| lanes.0).map(f64::from).sum::<f64>() / (SIDE * SIDE) as f64
+    let cells = Cells::<M>::new(octave, jitter, parts);
+    moments(&mut [cells], &Sum { start: 0.0 }, SIDE).0
 }

@@ -71,6 +71,20 @@ impl Fractal {
             .collect()
     }
 
+    /// All octaves asked for, held entirely, at places that are spread evenly over the cells of their lattices and whose phases
+    /// differ from octave to octave: what moments of sums and recursions are measured on.
+    pub fn spread(&self) -> Vec<Octave> {
+        let total: f64 = self.amplitudes().sum();
+        let octave = |(k, amplitude): (u32, f64)| {
+            let seed = mix(k);
+            let shifts = [mix(seed ^ 0x9e37_79b9), mix(seed ^ 0x3c6e_f372)];
+            let step = 0.381 + 0.0137 * f64::from(k);
+            let axes = shifts.map(|shift| Axis::new(step, shift, 0));
+            Octave { axes, seed, wavelength_cells: 1e6, share: amplitude / total, fade: 1.0 }
+        };
+        (0..).zip(self.amplitudes()).map(octave).collect()
+    }
+
     /// gainᵏ of every octave asked for.
     pub fn amplitudes(&self) -> impl Iterator<Item = f64> {
         let gain = self.gain;

@@ -13,12 +13,14 @@
 
 mod basis;
 pub(crate) mod cells;
+pub(crate) mod fold;
 mod fractal;
 mod lattice;
 pub mod node;
 pub(crate) mod raster;
 #[cfg(test)]
 pub(crate) mod reference;
+pub(crate) mod scattered;
 pub(crate) mod sheet;
 #[cfg(test)]
 pub(crate) mod spectrum;
@@ -59,11 +61,13 @@ impl Gradients {
     }
 }
 
-/// Declares the parameters of a fractal of gradient noise with its defaults, and between them the node's own. `Params` also
-/// gets the method `fractal`, from the seed of the run.
+/// Declares the parameters of a fractal of gradient noise with its defaults, and before and between them the node's own.
+/// `Params` also gets the method `fractal`, from the seed of the run.
 macro_rules! fractal_params {
-    (wavelength: $wavelength:literal, lacunarity: $lacunarity:literal, gain: $gain:literal; $($own:tt)*) => {
+    ($([$($first:tt)*])? wavelength: $wavelength:literal, lacunarity: $lacunarity:literal, gain: $gain:literal;
+        $($own:tt)*) => {
         params! {
+            $($($first)*)?
             /// Wavelength of the largest forms: about twice the distance between neighbouring crests.
             wavelength: f64 = $wavelength, Metres, 1.0..=1e6, soft 200..=30000;
             /// Octaves, from coarse to fine; those finer than the cells can hold are left out.

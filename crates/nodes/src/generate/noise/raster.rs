@@ -7,6 +7,23 @@ use super::sheet::{BAND, STRIP};
 pub(crate) use super::sheet::{LANES, Lanes};
 use crate::simd::simd;
 
+/// Noise of an octave at samples side by side.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Noise {
+    /// The noise.
+    pub value: [f32; LANES],
+    /// Its slopes along x and y, per wavelength; 0 where [`Combine::SLOPES`] is not asked for.
+    pub slope: [[f32; LANES]; 2],
+}
+
+impl Noise {
+    /// Noise without slopes.
+    #[inline(always)]
+    pub fn level(value: [f32; LANES]) -> Self {
+        Self { value, slope: [[0.0; LANES]; 2] }
+    }
+}
+
 /// An octave on a strip of columns and a band of rows, whatever its noise.
 pub(crate) trait Layers {
     /// Lays it over `cells` cells of the world from `origin` on, at most [`STRIP`] columns and [`BAND`] rows.
@@ -22,6 +39,8 @@ pub(crate) trait Combine: Sync {
     type State: Copy;
     /// Constants of an octave.
     type Layer: Copy;
+    /// Whether it makes use of the slopes of the noise.
+    const SLOPES: bool = false;
 
     /// The constants of an octave.
     fn layer(&self, octave: usize) -> Self::Layer;
@@ -30,7 +49,14 @@ pub(crate) trait Combine: Sync {
     fn start(&self) -> Self::State;
 
     /// Takes the noise of an octave into account. To be compiled for each instruction set it must be inlined always.
-    fn octave(layer: &Self::Layer, noise: &[f32; LANES], state: &mut Self::State);
+    fn octave(layer: &Self::Layer, noise: &Noise, state: &mut Self::State);
+
+    /// How far from each sample along x and y, in wavelengths of the octave, its noise is taken; for
+    /// [`super::scattered::Scattered`], the one kind of layers that can. To be inlined always.
+    #[inline(always)]
+    fn shift(_: &Self::Layer, _: &Self::State) -> [[f32; LANES]; 2] {
+        [[0.0; LANES]; 2]
+    }
 
     /// The heights. To be compiled for each instruction set it must be inlined always.
     fn finish(&self, state: &Self::State) -> Lanes;
@@ -56,6 +82,30 @@ pub(crate) fn raster<L: Layers, C: Combine>(
         Ok(())
     })?;
     Ok(out)
+}
+
+/// Mean and standard deviation of what `combine` makes of layers on the first `side` x `side` cells of the world, a multiple
+/// of both [`STRIP`] and [`BAND`].
+pub(crate) fn moments<L: Layers, C: Combine>(layers: &mut [L], combine: &C, side: usize) -> (f64, f64) {
+    let mut sums = [0.0; 2];
+    let (mut states, mut heights) = (vec![combine.start(); BAND], vec![0.0; BAND * LANES]);
+    for y in (0..side as u32).step_by(BAND) {
+        for x in (0..side as u32).step_by(STRIP) {
+            layers.iter_mut().for_each(|layer| layer.lay([x, y], [STRIP, BAND]));
+            for x in (x..x + STRIP as u32).step_by(LANES) {
+                states.fill(combine.start());
+                for (k, layer) in layers.iter_mut().enumerate() {
+                    layer.add(combine, k, x, &mut states);
+                }
+                store(combine, &states, &mut heights, [LANES, 0]);
+                for height in heights.iter().map(|&height| f64::from(height)) {
+                    sums = [sums[0] + height, sums[1] + height * height];
+                }
+            }
+        }
+    }
+    let [mean, square] = sums.map(|sum| sum / (side * side) as f64);
+    (mean, (square - mean * mean).max(0.0).sqrt())
 }
 
 /// Evaluates the strip that begins with a column of the window in the rows of a band.

@@ -11,7 +11,7 @@ use super::{
     Octave,
     basis::{Basis, Draw, Draws},
     lattice::{Axis, hash, hash_row},
-    raster::{Combine, Layers},
+    raster::{Combine, Layers, Noise},
 };
 use crate::simd::simd;
 
@@ -46,6 +46,8 @@ pub(crate) struct Sheet {
     first: [i32; 2],
     /// Weights of each row of samples, see [`super::basis::Basis::weights`].
     weights: [[f32; 4]; BAND],
+    /// Their derivatives along y, where slopes are asked for.
+    rates: Option<Box<[[f32; 4]; BAND]>>,
     /// Where each lattice row's samples end.
     ends: Vec<usize>,
     /// Lattice points in a row of them.
@@ -53,6 +55,8 @@ pub(crate) struct Sheet {
     /// What is drawn at the lattice points, row by row; there is one row more than there are `ends`.
     points: Vec<Draw>,
     lines: Vec<Line>,
+    /// Derivatives of the lines along x, where slopes are asked for.
+    slope_lines: Vec<Line>,
 }
 
 impl Sheet {
@@ -64,11 +68,18 @@ impl Sheet {
             basis,
             first: [0; 2],
             weights: [[0.0; 4]; BAND],
+            rates: None,
             ends: Vec::new(),
             width: 0,
             points: Vec::new(),
             lines: Vec::new(),
+            slope_lines: Vec::new(),
         }
+    }
+
+    /// The same with slopes, for recursions that make use of them.
+    pub fn sloped(octave: Octave, basis: Basis, scale: f32) -> Self {
+        Self { rates: Some(Box::new([[0.0; 4]; BAND])), ..Self::new(octave, basis, scale) }
     }
 }
 
@@ -95,8 +106,13 @@ impl Layers for Sheet {
     }
 
     fn add<C: Combine>(&mut self, combine: &C, octave: usize, x: u32, states: &mut [C::State]) {
-        sum_columns(self, x);
-        sum_rows(self, combine, octave, states);
+        sum_columns(self, x, false);
+        if C::SLOPES {
+            sum_columns(self, x, true);
+            sum_sloped_rows(self, combine, octave, states);
+        } else {
+            sum_rows(self, combine, octave, states);
+        }
     }
 }
 
@@ -106,6 +122,9 @@ simd! {
         let (axis, basis) = (sheet.octave.axes[1], sheet.basis);
         for (row, weights) in (0..).zip(&mut sheet.weights) {
             *weights = basis.weights(Axis::fraction(axis.at(y0.wrapping_add(row))));
+        }
+        for (row, rates) in (0..).zip(sheet.rates.iter_mut().flat_map(|rates| rates.iter_mut())) {
+            *rates = basis.rates(Axis::fraction(axis.at(y0.wrapping_add(row))));
         }
     }
 }
@@ -124,14 +143,16 @@ simd! {
 }
 
 simd! {
-    /// Sums over lattice columns, for each lattice row.
-    fn sum_columns(sheet: &mut Sheet, x: u32) {
+    /// Sums over lattice columns, for each lattice row: of the noise or of its slope along x.
+    fn sum_columns(sheet: &mut Sheet, x: u32, slope: bool) {
         let (axis, basis) = (sheet.octave.axes[0], sheet.basis);
         let (mut cells, mut weights) = ([0; LANES], [[0.0; LANES]; 4]);
         for lane in 0..LANES {
             let position = axis.at(x.wrapping_add(lane as u32));
             cells[lane] = Axis::cell(position);
-            for (weights, weight) in weights.iter_mut().zip(basis.weights(Axis::fraction(position))) {
+            let fraction = Axis::fraction(position);
+            let of_lane = if slope { basis.rates(fraction) } else { basis.weights(fraction) };
+            for (weights, weight) in weights.iter_mut().zip(of_lane) {
                 weights[lane] = weight;
             }
         }
@@ -148,7 +169,8 @@ simd! {
             }
         }
         let first = (cells[0] - sheet.first[0]) as usize;
-        sheet.lines.clear();
+        let lines = if slope { &mut sheet.slope_lines } else { &mut sheet.lines };
+        lines.clear();
         for points in sheet.points.chunks_exact(sheet.width) {
             let (mut phi, mut psi) = ([0.0; LANES], [0.0; LANES]);
             for ([near, far], &[value, x, y, twist]) in columns.iter().zip(&points[first..]) {
@@ -157,7 +179,7 @@ simd! {
                     psi[lane] += y * near.0[lane] + twist * far.0[lane];
                 }
             }
-            sheet.lines.push([Lanes(phi), Lanes(psi)]);
+            lines.push([Lanes(phi), Lanes(psi)]);
         }
     }
 }
@@ -176,6 +198,34 @@ simd! {
                 let mut noise = [0.0; LANES];
                 for lane in 0..LANES {
                     noise[lane] = (a.0[lane] * phi_s + b.0[lane] * psi_s) + (c.0[lane] * phi_r + d.0[lane] * psi_r);
+                }
+                C::octave(&layer, &Noise::level(noise), state);
+            }
+            start = end;
+        }
+    }
+}
+
+simd! {
+    /// The same with slopes.
+    #[expect(clippy::needless_range_loop, reason = "lanes of several arrays side by side")]
+    fn sum_sloped_rows<C: Combine>(sheet: &Sheet, combine: &C, octave: usize, states: &mut [C::State]) {
+        let layer = combine.layer(octave);
+        let Some(rates) = &sheet.rates else { return };
+        let mut start = 0;
+        for ((pair, along), &end) in sheet.lines.windows(2).zip(sheet.slope_lines.windows(2)).zip(&sheet.ends) {
+            let [[a, b], [c, d]] = [pair[0], pair[1]];
+            let [[e, f], [g, h]] = [along[0], along[1]];
+            let rows = states[start..end].iter_mut().zip(&sheet.weights[start..end]).zip(&rates[start..end]);
+            for ((state, &[phi_s, psi_s, phi_r, psi_r]), rates) in rows {
+                let state = std::hint::black_box(state);
+                let mut noise = Noise::level([0.0; LANES]);
+                for lane in 0..LANES {
+                    let (a, b, c, d) = (a.0[lane], b.0[lane], c.0[lane], d.0[lane]);
+                    noise.value[lane] = (a * phi_s + b * psi_s) + (c * phi_r + d * psi_r);
+                    noise.slope[0][lane] =
+                        (e.0[lane] * phi_s + f.0[lane] * psi_s) + (g.0[lane] * phi_r + h.0[lane] * psi_r);
+                    noise.slope[1][lane] = (a * rates[0] + b * rates[1]) + (c * rates[2] + d * rates[3]);
                 }
                 C::octave(&layer, &noise, state);
             }

@@ -6,7 +6,7 @@ use orograph_graph::{Job, NodeError};
 
 use super::{
     Basis, Octave,
-    raster::{self, Combine, LANES, Lanes},
+    raster::{self, Combine, Lanes, Noise},
     sheet::Sheet,
 };
 
@@ -41,8 +41,8 @@ impl Combine for Sum {
     }
 
     #[inline(always)]
-    fn octave((): &(), noise: &[f32; LANES], heights: &mut Lanes) {
-        for (height, noise) in heights.0.iter_mut().zip(noise) {
+    fn octave((): &(), noise: &Noise, heights: &mut Lanes) {
+        for (height, noise) in heights.0.iter_mut().zip(noise.value) {
             *height += noise;
         }
     }

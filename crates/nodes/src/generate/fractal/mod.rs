@@ -1,0 +1,271 @@
+//! Fractals beyond the plain sum: each octave of gradient noise depends on those before.
+//!
+//! What all share: heights are h = amplitude (r − μ) / 3σ, where r is the recursion's own result and μ and σ are its mean and
+//! standard deviation for these parameters. Octaves are independent of each other, so both are those of the recursion on
+//! independent places of each octave, which is how they are measured: on fixed places, never on the land. So a window, a finer
+//! raster and another seed have the same μ and σ. The rules are in `rules`.
+
+use super::noise::{
+    Gradients, fold, fractal_params,
+    raster::{self, Combine, LANES, Lanes, Layers, Noise},
+    scattered::Scattered,
+    sheet::Sheet,
+};
+use crate::prelude::*;
+
+mod rules;
+#[cfg(test)]
+mod tests;
+
+use rules::{Finish, Layer, Rule};
+
+choice! {
+    /// How octaves are combined.
+    pub enum Kind {
+        /// Octaves folded upwards: round knolls between sharp clefts, like clouds or dunes of old sand.
+        Billow = "billow",
+        /// Low ground smooth, high ground rough: valley floors among mountains.
+        Hybrid = "hybrid",
+        /// Roughness grows with height, more strongly: plains that rise to broken country.
+        Heterogeneous = "heterogeneous",
+        /// Fine octaves fade on steep slopes, as if they were worn: smooth flanks, detail on ridges and floors.
+        Eroded = "eroded",
+        /// Ridges, towards which finer octaves are drawn: flanks with gullies that run downhill.
+        Swiss = "swiss",
+        /// Squares of noise, moved by their own slopes and damped where it is level: worn mountains.
+        Jordan = "jordan",
+        /// Plain hills that turn to ridges between the elevations `low` and `high`.
+        Blend = "blend",
+    }
+}
+
+fractal_params! {
+    [
+        /// How octaves are combined.
+        kind: Kind = Kind::Hybrid, One, ..;
+    ]
+    wavelength: 5000.0, lacunarity: 2.0, gain: 0.5;
+    /// Three standard deviations of the heights about their mean of 0: nearly all land lies between ± this.
+    amplitude: f64 = 1000.0, Metres, 0.0..=1e6, soft 0..=4000;
+    /// What is added to the noise before octaves are multiplied: less makes low ground smoother; hybrid and heterogeneous alone.
+    offset: f64 = 0.7, One, 0.0..=2.0, soft 0.4..=1.2;
+    /// How strongly slopes damp finer octaves, 1 as published; eroded and jordan alone.
+    damping: f64 = 1.0, One, 0.0..=4.0;
+    /// How far octaves are moved by those before, 1 as published; swiss and jordan alone.
+    warp: f64 = 1.0, One, 0.0..=2.0;
+    /// Elevation of the base, the first two octaves, below which a blend has no ridges.
+    low: f64 = -150.0, Metres, -1e6..=1e6, soft -1000..=1000;
+    /// Elevation of the base above which a blend is all ridges.
+    high: f64 = 450.0, Metres, -1e6..=1e6, soft -1000..=2000;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Fractal",
+    category: "generate",
+    summary: "Billows, multifractals and turbulence: noise whose octaves depend on each other.",
+    doc: include_str!("page.md"),
+    sources: &[
+        "F. K. Musgrave, C. E. Kolb, R. S. Mace, 1989, The synthesis and rendering of eroded fractal terrains",
+        "D. S. Ebert, F. K. Musgrave, D. Peachey, K. Perlin, S. Worley, 2003, Texturing and Modeling, chapter 16",
+        "I. Quilez, 2008, Value noise derivatives and analytic derivatives of fractal sums",
+        "G. de Carpentier, R. Bidarra, 2009, Interactive GPU-based procedural heightfield brushes",
+        "G. de Carpentier, 2011, Scape: procedural extensions",
+    ],
+    outputs: &[Output::gives(
+        "height",
+        PortType::Height,
+        "Elevation about 0; `amplitude` is three standard deviations.",
+    )],
+    params: Params::specs,
+    cpu: run,
+    example: "kind: eroded, wavelength: 6000, gain: 0.5, amplitude: 1500, seed: 2",
+    ..Node::DEFAULT
+};
+
+/// Cells a side of the places that moments are measured on: of some 9000 cells of each octave's lattice.
+const SIDE: usize = 256;
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let samples = match params.kind {
+        Kind::Billow => params.raster::<rules::Billow, 1>(job)?,
+        Kind::Hybrid => params.raster::<rules::Hybrid, 2>(job)?,
+        Kind::Heterogeneous => params.raster::<rules::Heterogeneous, 1>(job)?,
+        Kind::Eroded => params.raster::<rules::Eroded, 3>(job)?,
+        Kind::Swiss => params.raster::<rules::Swiss, 4>(job)?,
+        Kind::Jordan => params.raster::<rules::Jordan, 5>(job)?,
+        Kind::Blend => params.raster::<rules::Blend, 4>(job)?,
+    };
+    Ok(Outputs::one("height", Field::new(job.window(), samples)))
+}
+
+impl Params {
+    fn raster<R: Rule<N>, const N: usize>(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
+        let (mean, std) = self.moments::<R, N>();
+        let octaves = self.fractal(job.seed()).octaves(job.world());
+        let mut layers = self.layers(octaves.iter().map(|octave| (octave.wavelength_cells, octave.fade)));
+        let left = layers.split_off(octaves.len());
+        let scale = if std > 0.0 { self.amplitude / (3.0 * std) } else { 0.0 };
+        let recursion = Recursion::<R, N> {
+            layers,
+            left,
+            finish: self.finish(),
+            scale: scale as f32,
+            lift_m: (-scale * mean) as f32,
+            rule: std::marker::PhantomData,
+        };
+        let (basis, factor) = (self.gradients.basis(), self.gradients.even_scale());
+        if R::SHIFTS {
+            let layers = || octaves.iter().map(|octave| Scattered::new(*octave, basis, factor)).collect();
+            raster::raster(job, layers, &recursion)
+        } else {
+            let new = if R::SLOPES { Sheet::sloped } else { Sheet::new };
+            raster::raster(job, || octaves.iter().map(|octave| new(*octave, basis, factor)).collect(), &recursion)
+        }
+    }
+
+    /// Mean and standard deviation of what the recursion gives with all its octaves.
+    fn moments<R: Rule<N>, const N: usize>(&self) -> (f64, f64) {
+        /// Those of the recursion on these layers.
+        fn measure<R: Rule<N>, L: Layers, const N: usize>(params: &Params, mut layers: Vec<L>) -> (f64, f64) {
+            let recursion = Recursion::<R, N> {
+                layers: params.layers(layers.iter().map(|_| (1e6, 1.0))),
+                left: Vec::new(),
+                finish: params.finish(),
+                scale: 1.0,
+                lift_m: 0.0,
+                rule: std::marker::PhantomData,
+            };
+            raster::moments(&mut layers, &recursion, SIDE)
+        }
+        let octaves = self.fractal(0).spread();
+        let (basis, factor) = (self.gradients.basis(), self.gradients.even_scale());
+        if R::SHIFTS {
+            measure::<R, _, N>(self, octaves.iter().map(|octave| Scattered::new(*octave, basis, factor)).collect())
+        } else {
+            let new = if R::SLOPES { Sheet::sloped } else { Sheet::new };
+            measure::<R, _, N>(self, octaves.iter().map(|octave| new(*octave, basis, factor)).collect())
+        }
+    }
+
+    /// The constants of all octaves asked for; `held` tells how many cells a wavelength of those on the raster has and how much
+    /// of it the raster holds.
+    fn layers(&self, held: impl Iterator<Item = (f64, f64)>) -> Vec<Layer> {
+        let means = [|n| n, |n| n * n, |n: f64| (1.0 - n) * (1.0 - n)]
+            .map(|function: fn(f64) -> f64| fold::mean(self.gradients, function) as f32);
+        let unit_m = f64::from(self.finish().unit_m);
+        let broad = if self.kind == Kind::Blend { 2 } else { 1 };
+        let mut ratio = 1.0;
+        let mut held = held.fuse();
+        let amplitudes = self.fractal(0).amplitudes().collect::<Vec<_>>();
+        (0..)
+            .zip(&amplitudes)
+            .map(|(k, &amplitude)| {
+                let (wavelength_cells, fade) = held.next().unwrap_or((1.0, 0.0));
+                let layer = Layer {
+                    gain: match (self.kind, k) {
+                        (Kind::Jordan, 0 | 1) => 0.8 * self.gain,
+                        (Kind::Jordan, _) => 0.8 * amplitudes[k - 1],
+                        _ => amplitude,
+                    } as f32,
+                    ratio: ratio as f32,
+                    fade: fade as f32,
+                    fold: fold::Fold::new(wavelength_cells, 1.0),
+                    means: means.map(|mean| (1.0 - fade as f32) * mean),
+                    steepness: (unit_m * amplitude * ratio / self.wavelength) as f32,
+                    first: if k < broad { 1.0 } else { 0.0 },
+                    offset: self.offset as f32,
+                    damping: match (self.kind, k) {
+                        (Kind::Jordan, 0 | 1) => 0.0,
+                        (Kind::Jordan, _) => self.damping.min(1.0),
+                        _ => self.damping,
+                    } as f32,
+                    warp: self.warp as f32,
+                    fall: self.gain as f32,
+                };
+                ratio *= self.lacunarity;
+                layer
+            })
+            .collect()
+    }
+
+    fn finish(&self) -> Finish {
+        let plain: f64 = self.fractal(0).amplitudes().map(|amplitude| amplitude * amplitude).sum();
+        Finish {
+            unit_m: (self.amplitude / (3.0 * 0.305 * plain.sqrt())) as f32,
+            low_m: self.low as f32,
+            per_metre: (1.0 / (self.high - self.low).max(0.001)) as f32,
+        }
+    }
+}
+
+/// A recursion with all its constants.
+struct Recursion<R, const N: usize> {
+    /// Octaves on the raster, and those it cannot hold, which count with their means.
+    layers: Vec<Layer>,
+    left: Vec<Layer>,
+    finish: Finish,
+    /// Metres of a unit of its result, and what is added.
+    scale: f32,
+    lift_m: f32,
+    rule: std::marker::PhantomData<R>,
+}
+
+impl<R: Rule<N>, const N: usize> Combine for Recursion<R, N> {
+    type State = [Lanes; N];
+    type Layer = Layer;
+    const SLOPES: bool = R::SLOPES;
+
+    fn layer(&self, octave: usize) -> Layer {
+        self.layers[octave]
+    }
+
+    fn start(&self) -> [Lanes; N] {
+        R::START.map(Lanes::splat)
+    }
+
+    #[inline(always)]
+    fn octave(layer: &Layer, noise: &Noise, state: &mut [Lanes; N]) {
+        for lane in 0..LANES {
+            let mut own = [0.0; N];
+            for part in 0..N {
+                own[part] = state[part].0[lane];
+            }
+            R::step(layer, noise.value[lane], [noise.slope[0][lane], noise.slope[1][lane]], &mut own);
+            for part in 0..N {
+                state[part].0[lane] = own[part];
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn shift(layer: &Layer, state: &[Lanes; N]) -> [[f32; LANES]; 2] {
+        let mut shifts = [[0.0; LANES]; 2];
+        for lane in 0..LANES {
+            let mut own = [0.0; N];
+            for part in 0..N {
+                own[part] = state[part].0[lane];
+            }
+            [shifts[0][lane], shifts[1][lane]] = R::shift(layer, &own);
+        }
+        shifts
+    }
+
+    #[inline(always)]
+    fn finish(&self, state: &[Lanes; N]) -> Lanes {
+        let mut state = *state;
+        for layer in &self.left {
+            Self::octave(layer, &Noise::level([0.0; LANES]), &mut state);
+        }
+        let mut heights = Lanes::splat(0.0);
+        for lane in 0..LANES {
+            let mut own = [0.0; N];
+            for part in 0..N {
+                own[part] = state[part].0[lane];
+            }
+            heights.0[lane] = self.scale * R::height(&self.finish, &own) + self.lift_m;
+        }
+        heights
+    }
+}

@@ -1,0 +1,215 @@
+//! The recursions over octaves, at one sample. Noise n has the standard deviation 0.305 and slopes per wavelength.
+//!
+//! What the raster cannot hold of an octave counts with its mean over the distribution of the noise.
+
+use crate::{generate::noise::fold::Fold, math::lane};
+
+/// Constants of one octave.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Layer {
+    /// gainᵏ, or what stands for it.
+    pub gain: f32,
+    /// lacunarityᵏ.
+    pub ratio: f32,
+    /// How much of it the raster holds.
+    pub fade: f32,
+    /// Its crests, and the means of |n|, n² and (1 − |n|)², times what the raster does not hold.
+    pub fold: Fold,
+    pub means: [f32; 3],
+    /// Factor from slopes per wavelength to those of the land in m/m.
+    pub steepness: f32,
+    /// 1 for the first octave, of a blend also for the second, and 0 for all others.
+    pub first: f32,
+    /// See [`super::Params`].
+    pub offset: f32,
+    pub damping: f32,
+    pub warp: f32,
+    /// Ratio of amplitudes.
+    pub fall: f32,
+}
+
+impl Layer {
+    /// 1 − |n|.
+    #[inline(always)]
+    fn crest(&self, noise: f32) -> f32 {
+        self.fade * (self.fold.crest(noise) - 1.0) + (1.0 - self.means[0])
+    }
+
+    /// (1 − |n|)².
+    #[inline(always)]
+    fn squared_crest(&self, noise: f32) -> f32 {
+        let crest = self.fold.crest(noise).max(0.0);
+        self.fade * crest * crest + self.means[2]
+    }
+
+    /// n².
+    #[inline(always)]
+    fn square(&self, noise: f32) -> f32 {
+        self.fade * noise * noise + self.means[1]
+    }
+}
+
+/// What turns the end of a recursion into heights.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Finish {
+    /// Metres of a unit of a plain sum of octaves.
+    pub unit_m: f32,
+    /// Elevation where ridges begin, and one over the metres up to where they are whole.
+    pub low_m: f32,
+    pub per_metre: f32,
+}
+
+/// A recursion over octaves whose state is `N` numbers.
+pub(super) trait Rule<const N: usize>: Sync {
+    /// Whether it makes use of the slopes of the noise.
+    const SLOPES: bool = false;
+    /// Whether it moves the places of its noise.
+    const SHIFTS: bool = false;
+    /// The state before the first octave.
+    const START: [f32; N];
+
+    /// Takes an octave into account. To be inlined always, as all others.
+    fn step(layer: &Layer, noise: f32, slope: [f32; 2], state: &mut [f32; N]);
+
+    /// How far from the sample the noise of an octave is taken, in wavelengths.
+    #[inline(always)]
+    fn shift(_: &Layer, _: &[f32; N]) -> [f32; 2] {
+        [0.0; 2]
+    }
+
+    /// The height, in the recursion's own unit.
+    #[inline(always)]
+    fn height(_: &Finish, state: &[f32; N]) -> f32 {
+        state[0]
+    }
+}
+
+/// h = Σ gainᵏ (2 |n| − 1).
+pub(super) struct Billow;
+
+impl Rule<1> for Billow {
+    const START: [f32; 1] = [0.0];
+
+    #[inline(always)]
+    fn step(layer: &Layer, noise: f32, _: [f32; 2], [height]: &mut [f32; 1]) {
+        *height += layer.gain * (1.0 - 2.0 * layer.crest(noise));
+    }
+}
+
+/// h += w s, s = gainᵏ (n + o), w ← min(w s, 1).
+pub(super) struct Hybrid;
+
+impl Rule<2> for Hybrid {
+    const START: [f32; 2] = [0.0, 1.0];
+
+    #[inline(always)]
+    fn step(layer: &Layer, noise: f32, _: [f32; 2], [height, weight]: &mut [f32; 2]) {
+        let signal = *weight * (layer.gain * (layer.fade * noise + layer.offset));
+        *height += signal;
+        *weight = signal.min(1.0);
+    }
+}
+
+/// h = n + o first, then h += gainᵏ (n + o) h.
+pub(super) struct Heterogeneous;
+
+impl Rule<1> for Heterogeneous {
+    const START: [f32; 1] = [0.0];
+
+    #[inline(always)]
+    fn step(layer: &Layer, noise: f32, _: [f32; 2], [height]: &mut [f32; 1]) {
+        *height += layer.gain * (layer.fade * noise + layer.offset) * (layer.first + *height);
+    }
+}
+
+/// h += gainᵏ n / (1 + κ |d|²), d the slope of all octaves so far. State: h, d.
+pub(super) struct Eroded;
+
+impl Rule<3> for Eroded {
+    const SLOPES: bool = true;
+    const START: [f32; 3] = [0.0; 3];
+
+    #[inline(always)]
+    fn step(layer: &Layer, noise: f32, slope: [f32; 2], [height, dx, dy]: &mut [f32; 3]) {
+        *dx += layer.fade * layer.steepness * slope[0];
+        *dy += layer.fade * layer.steepness * slope[1];
+        // a bound that no land comes near keeps the square finite
+        let square = (*dx * *dx + *dy * *dy).min(1e30);
+        *height += layer.gain * layer.fade * noise / (1.0 + layer.damping * square);
+    }
+}
+
+/// h += a (1 − |n|), D −= a n ∇n, a ← gain a min(h, 1), n taken at D away from the sample. State: h, D, a.
+pub(super) struct Swiss;
+
+impl Rule<4> for Swiss {
+    const SLOPES: bool = true;
+    const SHIFTS: bool = true;
+    const START: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+
+    #[inline(always)]
+    fn step(layer: &Layer, noise: f32, slope: [f32; 2], [height, dx, dy, share]: &mut [f32; 4]) {
+        *height += *share * layer.crest(noise);
+        let pull = *share * layer.fade * noise;
+        *dx -= pull * slope[0];
+        *dy -= pull * slope[1];
+        *share *= layer.fall * height.clamp(0.0, 1.0);
+    }
+
+    #[inline(always)]
+    fn shift(layer: &Layer, state: &[f32; 4]) -> [f32; 2] {
+        let reach = 0.15 * layer.warp * layer.ratio;
+        [reach * state[1], reach * state[2]]
+    }
+}
+
+/// h += a n², Dw += w n ∇n, Dd += d n ∇n, a = 0.8 gainᵏ⁻¹ (1 − q / (1 + |Dd|²)). State: h, Dw, Dd.
+pub(super) struct Jordan;
+
+impl Rule<5> for Jordan {
+    const SLOPES: bool = true;
+    const SHIFTS: bool = true;
+    const START: [f32; 5] = [0.0; 5];
+
+    #[inline(always)]
+    fn step(layer: &Layer, noise: f32, slope: [f32; 2], [height, wx, wy, dx, dy]: &mut [f32; 5]) {
+        let damped = 1.0 - layer.damping / (1.0 + (*dx * *dx + *dy * *dy));
+        *height += (layer.first + (1.0 - layer.first) * layer.gain * damped) * layer.square(noise);
+        let pull = layer.fade * noise;
+        let [warp, damp] = [0.35 + 0.05 * layer.first, 0.8 + 0.2 * layer.first];
+        *wx += layer.warp * warp * pull * slope[0];
+        *wy += layer.warp * warp * pull * slope[1];
+        *dx += damp * pull * slope[0];
+        *dy += damp * pull * slope[1];
+    }
+
+    #[inline(always)]
+    fn shift(_: &Layer, state: &[f32; 5]) -> [f32; 2] {
+        [state[1], state[2]]
+    }
+}
+
+/// The first two octaves plain; on them plain octaves where they are low and ridges where they are high. State: the base, the
+/// plain detail, the ridges, the weight of the next ridges.
+pub(super) struct Blend;
+
+impl Rule<4> for Blend {
+    const START: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+
+    #[inline(always)]
+    fn step(layer: &Layer, noise: f32, _: [f32; 2], [base, plain, ridges, weight]: &mut [f32; 4]) {
+        let octave = layer.gain * layer.fade * noise;
+        *base += layer.first * octave;
+        let fine = 1.0 - layer.first;
+        *plain += fine * octave;
+        let ridge = *weight * layer.squared_crest(noise);
+        *ridges += fine * layer.gain * ridge;
+        *weight = layer.first.max((2.0 * ridge).min(1.0));
+    }
+
+    #[inline(always)]
+    fn height(finish: &Finish, &[base, plain, ridges, _]: &[f32; 4]) -> f32 {
+        let high = lane::smoothstep((finish.unit_m * base - finish.low_m) * finish.per_metre);
+        base + plain + (ridges - plain) * high
+    }
+}
