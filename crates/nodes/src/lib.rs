@@ -19,6 +19,7 @@ pub mod par;
 mod peer_tests;
 mod prelude;
 pub mod quantity;
+mod range;
 pub mod raster;
 pub mod render;
 pub mod select;

@@ -61,6 +61,15 @@ pub mod lane {
         t * t * (3.0 - 2.0 * t)
     }
 
+    /// Weights of four values in a row at a place from 0 to 1 between the second and the third: the cubic of E. Catmull and
+    /// R. Rom (1974), which goes through the values and is exact for parabolas.
+    #[must_use]
+    #[inline(always)]
+    pub fn catmull_rom(t: f32) -> [f32; 4] {
+        let r = 1.0 - t;
+        [-0.5 * t * (r * r), 1.0 + t * t * (1.5 * t - 2.5), 1.0 + r * r * (1.5 * r - 2.5), -0.5 * r * (t * t)]
+    }
+
     /// Arc tangent in radians, within 2e-7 of its value (relative).
     ///
     /// The argument is brought to at most tan(π/8) by `atan x = π/4 + atan((x - 1)/(x + 1))` or `π/2 - atan(1/x)`; an
@@ -158,6 +167,19 @@ mod tests {
         assert!(worst < 2e-7, "{worst}");
         assert_eq!(super::lane::atan(f32::INFINITY), std::f32::consts::FRAC_PI_2);
         assert!(super::lane::atan(f32::NAN).is_nan());
+    }
+
+    #[test]
+    fn the_cubic_goes_through_values_and_is_exact_for_parabolas() {
+        assert_eq!(super::lane::catmull_rom(0.0), [0.0, 1.0, 0.0, 0.0]);
+        assert_eq!(super::lane::catmull_rom(1.0), [0.0, 0.0, 1.0, 0.0]);
+        for k in 0..=16 {
+            let t = k as f32 / 16.0;
+            let parabola = |x: f32| 3.0 - 2.0 * x + 1.5 * x * x;
+            let places = [-1.0, 0.0, 1.0, 2.0];
+            let sum: f32 = super::lane::catmull_rom(t).iter().zip(places).map(|(w, x)| w * parabola(x)).sum();
+            assert!((sum - parabola(t)).abs() < 2e-6, "{t}");
+        }
     }
 
     #[test]

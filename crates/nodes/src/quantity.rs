@@ -22,3 +22,17 @@ pub(crate) fn port_type(params: &ParamValues) -> PortType {
         Quantity::Scalar => PortType::Scalar(Unit::One),
     }
 }
+
+/// Refuses a mask of values outside 0 to 1.
+///
+/// # Errors
+/// [`NodeError::Failed`].
+pub(crate) fn check(quantity: Quantity, values: &[f64]) -> Result<(), NodeError> {
+    match values.iter().find(|value| quantity == Quantity::Mask && !(0.0..=1.0).contains(*value)) {
+        None => Ok(()),
+        Some(value) => Err(NodeError::failed_with_hint(
+            format!("a mask of {value} is outside 0 to 1"),
+            "choose values from 0 to 1, or another `quantity`",
+        )),
+    }
+}

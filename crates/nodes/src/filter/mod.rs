@@ -7,13 +7,14 @@ pub mod lines;
 pub mod morphology;
 pub mod sharpen;
 pub mod terrace;
+pub mod warp;
 
 use orograph_graph::{Job, Lane, Node, NodeError};
 
 use crate::cells::{BLOCK, blocks, masked, samples};
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] = &[&blur::NODE, &sharpen::NODE, &terrace::NODE, &morphology::NODE];
+pub static NODES: &[&Node] = &[&blur::NODE, &sharpen::NODE, &terrace::NODE, &warp::NODE, &morphology::NODE];
 
 /// Replaces `new` by `old` where the mask is 0, by the weighted mean of both between 0 and 1.
 fn mix(job: &Job<'_>, old: &[f32], new: &mut [f32], mask: Lane<'_>) -> Result<(), NodeError> {

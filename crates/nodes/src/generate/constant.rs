@@ -28,11 +28,6 @@ pub static NODE: Node = Node {
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    if params.quantity == Quantity::Mask && !(0.0..=1.0).contains(&params.value) {
-        return Err(NodeError::failed_with_hint(
-            format!("a mask of {} is outside 0 to 1", params.value),
-            "choose a value from 0 to 1, or another `quantity`",
-        ));
-    }
+    quantity::check(params.quantity, &[params.value])?;
     Ok(Outputs::one("value", Field::constant(job.window(), params.value as f32)))
 }

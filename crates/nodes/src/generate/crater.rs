@@ -33,6 +33,8 @@ params! {
     depth: f64 = 0.16, One, 0.0..=0.5, soft 0.05..=0.25;
     /// Height of a fresh crater's rim above the ground around, as a share of its diameter.
     rim: f64 = 0.04, One, 0.0..=0.2, soft 0..=0.08;
+    /// Diameter above which craters are complex: 15 km on the Moon, 7 on Mars, 3 on Earth.
+    transition: f64 = 15000.0, Metres, 1.0..=1e6, soft 1000..=20000;
     /// Share of depth and rim that the oldest craters of a field have lost.
     wear: f64 = 0.8, One, 0.0..=1.0;
     /// Which craters a field has.
@@ -49,6 +51,8 @@ pub static NODE: Node = Node {
           blanket of ejecta,\n\n    \
           z = −d + (d + h) (r/R)²   within R,     z = h (R/r)³   beyond,\n\n\
           which fades out from 2R to 3R. From rim to floor a fresh simple crater is a fifth as deep as wide.\n\n\
+          **Complex** craters, wider than `transition`, are shallower, with a level floor, walls that have slumped into three terraces, and           a central peak 0.02 D high. Their depth grows as D^0.3 only and their floor, 0.37 of the radius at the transition, as D^0.25 relative           to it (Pike 1977). From one to two transitions craters go over from one form to the other.
+
           A **field** has craters from `smallest` to `diameter`, many more small ones than large: N(> D) ∝ D⁻², so that each \
           octave covers the share `cover` of the ground. All ages are as likely; of the depth and rim of the oldest, `wear` is \
           gone. Craters that overlap add up, small ones on top of large ones. Each is where a hash of its place in the world \
@@ -82,7 +86,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let window = job.window();
     let mut height = vec![0.0; window.len()];
-    let shape = Shape { depth: params.depth, rim: params.rim };
+    let shape = Shape { depth: params.depth, rim: params.rim, transition_m: params.transition };
     let octaves = params.octaves(job)?;
     par::bands_within(job, [0.0, 1.0], BAND, &mut height, |first, rows| {
         let band = Band { window, first };
@@ -162,20 +166,63 @@ impl Octave {
     }
 }
 
-/// Depth and height of the rim as shares of the diameter.
+/// The form of craters.
 #[derive(Clone, Copy)]
 struct Shape {
+    /// Depth and height of the rim as shares of the diameter of simple craters.
     depth: f64,
     rim: f64,
+    /// Diameter from which they are complex.
+    transition_m: f64,
 }
 
+/// The form of craters of one diameter.
+#[derive(Clone, Copy)]
+struct Form {
+    simple: Shape,
+    /// Share of the complex form.
+    complex: f64,
+    /// Of the complex form: the depth as a share of the diameter, and the radius of the floor as one of the radius.
+    shallow: f64,
+    floor: f64,
+}
+
+/// Terraces of a complex crater's wall.
+const TERRACES: f64 = 3.0;
+/// Height of a central peak as a share of the diameter, and its radius as one of the crater's.
+const PEAK: [f64; 2] = [0.02, 0.2];
+
 impl Shape {
-    /// The height at so many radii from the middle, as a share of the diameter.
-    fn height(self, radii: f64) -> f64 {
-        if radii <= 1.0 {
-            return (self.depth + self.rim) * radii * radii - self.depth;
+    fn of(self, diameter_m: f64) -> Form {
+        let ratio = (diameter_m / self.transition_m).max(1.0);
+        Form {
+            simple: self,
+            complex: crate::math::smoothstep(ratio - 1.0),
+            shallow: self.depth * crate::math::pow(ratio, -0.7),
+            floor: (0.37 * crate::math::pow(ratio, 0.25)).min(0.75),
         }
-        self.rim / (radii * radii * radii) * crate::math::smoothstep((EJECTA[1] - radii) / (EJECTA[1] - EJECTA[0]))
+    }
+}
+
+impl Form {
+    /// The height at so many radii from the middle, as a share of the diameter.
+    fn height(&self, radii: f64) -> f64 {
+        let Shape { depth, rim, .. } = self.simple;
+        if radii > 1.0 {
+            let fade = crate::math::smoothstep((EJECTA[1] - radii) / (EJECTA[1] - EJECTA[0]));
+            return rim / (radii * radii * radii) * fade;
+        }
+        let simple = (depth + rim) * radii * radii - depth;
+        if self.complex == 0.0 {
+            return simple;
+        }
+        let up = ((radii - self.floor) / (1.0 - self.floor)).max(0.0);
+        let turns = std::f64::consts::TAU * TERRACES;
+        let wall = up - 0.8 * crate::math::sin(turns * up) / turns;
+        let from_peak = (radii / PEAK[1]).min(1.0);
+        let peak = PEAK[0].min(0.8 * self.shallow) * (1.0 - from_peak * from_peak) * (1.0 - from_peak * from_peak);
+        let complex = (self.shallow + rim) * wall - self.shallow + peak;
+        simple + self.complex * (complex - simple)
     }
 }
 
@@ -207,6 +254,7 @@ impl Band {
         let cell_m = self.window.cell_m();
         let [x0, y0] = self.window.centre_m(0, self.first);
         let reach_m = EJECTA[1] * crater.radius_m;
+        let form = shape.of(2.0 * crater.radius_m);
         let span = |from_m: f64, centre_m: f64, count: usize| {
             let first = ((centre_m - reach_m - from_m) / cell_m).ceil().clamp(0.0, count as f64) as usize;
             let end = ((centre_m + reach_m - from_m) / cell_m).floor() + 1.0;
@@ -218,7 +266,7 @@ impl Band {
                 let (dx, dy) = (x - crater.centre[0], y - crater.centre[1]);
                 let square = dx * dx + dy * dy;
                 if square < reach_m * reach_m {
-                    let height = shape.height(square.sqrt() / crater.radius_m);
+                    let height = form.height(square.sqrt() / crater.radius_m);
                     rows[j * nx + i] += (2.0 * crater.radius_m * crater.fresh * height) as f32;
                 }
             }
@@ -246,6 +294,25 @@ mod tests {
         let r = math::hypot(3000.0, 8.0);
         assert!((at(3000) - 160.0 * 8e9 / (r * r * r)).abs() < 0.02, "{}", at(3000));
         assert_eq!(at(6000), 0.0);
+    }
+
+    /// Twice the transition wide, a crater has the whole complex form: 2^−0.7 of the depth that it would have as a share of its
+    /// width, a level floor with its peak, and terraces that only rise outwards. At the transition it is simple.
+    #[test]
+    fn a_complex_crater_is_shallow_with_a_floor_a_peak_and_terraces() {
+        let shape = Shape { depth: 0.16, rim: 0.04, transition_m: 10_000.0 };
+        let (simple, complex) = (shape.of(10_000.0), shape.of(20_000.0));
+        assert!(simple.height(0.0) == -0.16 && (simple.height(1.0) - 0.04).abs() < 1e-12);
+        let floor = -0.16 * math::pow(2.0, -0.7);
+        assert!((complex.height(0.0) - (floor + 0.02)).abs() < 1e-12);
+        assert!((complex.height(0.3) - floor).abs() < 1e-12 && (complex.height(0.43) - floor).abs() < 1e-12);
+        assert!((complex.height(1.0) - 0.04).abs() < 1e-12 && complex.height(1.1) < 0.04);
+        let heights: Vec<f64> = (440..=1000).map(|k| complex.height(0.001 * f64::from(k))).collect();
+        assert!(heights.windows(2).all(|pair| pair[1] > pair[0]));
+        // Pike's depths in kilometres, 0.196 D^1.01 and 1.044 D^0.301, meet near 11 km; ours scale alike
+        let pike = |d: f64| 1.044 * math::pow(d, 0.301);
+        let depth = |d: f64| -shape.of(1000.0 * d).height(0.25) * d;
+        assert!((depth(80.0) / depth(20.0) / (pike(80.0) / pike(20.0)) - 1.0).abs() < 0.01);
     }
 
     #[test]

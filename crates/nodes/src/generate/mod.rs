@@ -3,9 +3,14 @@
 pub mod constant;
 pub mod crater;
 pub mod diffused;
+pub mod dunes;
+pub mod faults;
 pub mod fractal;
+pub mod gradient;
+pub mod island;
 pub mod noise;
 pub mod perlin;
+pub mod range;
 pub mod ridged;
 pub mod shape;
 pub mod spectral;
@@ -22,7 +27,12 @@ pub static NODES: &[&Node] = &[
     &fractal::NODE,
     &spectral::NODE,
     &diffused::NODE,
+    &gradient::NODE,
+    &dunes::NODE,
     &crater::NODE,
     &volcano::NODE,
+    &range::NODE,
+    &faults::NODE,
+    &island::NODE,
     &shape::NODE,
 ];

@@ -5,13 +5,13 @@
 
 mod fault;
 mod plates;
-mod range;
 
-use self::{fault::Fault, plates::Plates, range::Range};
+use self::{fault::Fault, plates::Plates};
 use crate::{
     generate::noise::{Basis, Fractal, sum},
     math, par,
     prelude::*,
+    range::Range,
 };
 
 choice! {
@@ -127,9 +127,7 @@ impl Params {
     fn shape(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
         match self.shape {
             Shape::Gaussian => self.dome(job),
-            Shape::Range => {
-                Range { path: &self.path.0, widths_m: [self.front, self.back], rate: self.rate }.raster(job)
-            }
+            Shape::Range => Range { path: &self.path.0, widths_m: [self.front, self.back] }.gaussian(job, self.rate),
             Shape::Fault => Fault {
                 centre: self.centre,
                 azimuth_deg: self.azimuth,

@@ -47,7 +47,7 @@ fractal_params! {
     wavelength: 5000.0, lacunarity: 2.0, gain: 0.5;
     /// Three standard deviations of the heights about their mean of 0: nearly all land lies between ± this.
     amplitude: f64 = 1000.0, Metres, 0.0..=1e6, soft 0..=4000;
-    /// What is added to the noise before octaves are multiplied: less makes low ground smoother; hybrid and heterogeneous alone.
+    /// What is added to the noise before octaves multiply: less makes low ground smoother. For hybrid and heterogeneous.
     offset: f64 = 0.7, One, 0.0..=2.0, soft 0.4..=1.2;
     /// How strongly slopes damp finer octaves, 1 as published; eroded and jordan alone.
     damping: f64 = 1.0, One, 0.0..=4.0;
@@ -241,15 +241,15 @@ impl<R: Rule<N>, const N: usize> Combine for Recursion<R, N> {
 
     #[inline(always)]
     fn shift(layer: &Layer, state: &[Lanes; N]) -> [[f32; LANES]; 2] {
-        let mut shifts = [[0.0; LANES]; 2];
-        for lane in 0..LANES {
+        let [mut along, mut down] = [[0.0; LANES]; 2];
+        for (lane, (along, down)) in along.iter_mut().zip(&mut down).enumerate() {
             let mut own = [0.0; N];
             for part in 0..N {
                 own[part] = state[part].0[lane];
             }
-            [shifts[0][lane], shifts[1][lane]] = R::shift(layer, &own);
+            [*along, *down] = R::shift(layer, &own);
         }
-        shifts
+        [along, down]
     }
 
     #[inline(always)]

@@ -1,3 +1,5 @@
+//! Every kind against closed forms and what is known of it; what all kinds promise.
+
 use super::*;
 use crate::testing::{at_every_level, block_means, generate, moments, with_params, world};
 
@@ -26,10 +28,10 @@ fn moments_are_those_of_the_literature() {
 #[test]
 fn moments_are_those_of_closed_forms() {
     let (mean, _) = measured::<rules::Heterogeneous, 1>("kind=heterogeneous,octaves=6,offset=1");
-    let expected: f64 = (1..6).map(|k| 1.0 + 0.5_f64.powi(k)).product();
+    let expected: f64 = (1..6).map(|k| 1.0 + crate::math::pow(0.5, f64::from(k))).product();
     assert!((mean / expected - 1.0).abs() < 0.01, "{mean} {expected}");
     let (mean, std) = measured::<rules::Eroded, 3>("kind=eroded,octaves=6,damping=0");
-    let expected = 0.305 * ((1.0 - 0.25_f64.powi(6)) / 0.75).sqrt();
+    let expected = 0.305 * (f64::from(4095) / f64::from(4096) / 0.75).sqrt();
     assert!(mean.abs() < 0.01 && (std / expected - 1.0).abs() < 0.015, "{mean} {std} {expected}");
 }
 
@@ -108,14 +110,14 @@ fn finer_cells_only_add_detail() {
     }
 }
 
-/// The power of waves of 4 to 8 cells on land whose octaves have 16, 8 and 4 is the same in every direction, to 12 % in bins of
-/// 9°: of much finer octaves little is left in a multifractal.
+/// The power of waves of 4 to 8 cells on land whose octaves have 16, 8 and 4 is the same in every direction, to 15 % in bins of
+/// 9°: of much finer octaves little is left in a multifractal, and a single octave is not as even as the sum of many.
 #[test]
 fn the_spectrum_is_the_same_in_every_direction() {
     for kind in KINDS {
         let changes = format!("kind={kind},wavelength=16,octaves=3,amplitude=5,low=-1,high=2");
         let powers = crate::testing::power_by_direction(&NODE, &changes);
-        assert!(powers.iter().all(|p| (p - 1.0).abs() < 0.12), "{kind}: {powers:?}");
+        assert!(powers.iter().all(|p| (p - 1.0).abs() < 0.15), "{kind}: {powers:?}");
     }
 }
 

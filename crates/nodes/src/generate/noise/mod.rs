@@ -22,6 +22,7 @@ pub(crate) mod raster;
 pub(crate) mod reference;
 pub(crate) mod scattered;
 pub(crate) mod sheet;
+pub(crate) mod simplex;
 #[cfg(test)]
 pub(crate) mod spectrum;
 pub(crate) mod sum;

@@ -96,7 +96,6 @@ simd! {
 
 /// The noise and its slopes at places.
 #[inline(always)]
-#[expect(clippy::needless_range_loop, reason = "lanes of several arrays side by side")]
 fn noise(layer: &Scattered, across: &Places, below: &Places) -> Noise {
     let [along, down] = layer.octave.axes;
     let (columns, rows) = (across.lines(along), below.lines(down));

@@ -208,7 +208,6 @@ simd! {
 
 simd! {
     /// The same with slopes.
-    #[expect(clippy::needless_range_loop, reason = "lanes of several arrays side by side")]
     fn sum_sloped_rows<C: Combine>(sheet: &Sheet, combine: &C, octave: usize, states: &mut [C::State]) {
         let layer = combine.layer(octave);
         let Some(rates) = &sheet.rates else { return };

@@ -19,6 +19,52 @@ pub(crate) fn lattices(job: &Job<'_>, octaves: &[Octave], basis: Basis, amplitud
     raster::raster(job, || octaves.iter().map(sheet).collect(), &Sum { start: 0.0 })
 }
 
+/// The slopes along x and y of a sum of octaves, in which each octave's are those per its own wavelength, times `amplitude`
+/// and its share. Their standard deviation is [`SLOPE`] times that of [`lattices`] for the same octaves of [`Basis::Bell`].
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub(crate) fn slopes(
+    job: &Job<'_>,
+    octaves: &[Octave],
+    basis: Basis,
+    amplitude: f64,
+) -> Result<[Vec<f32>; 2], NodeError> {
+    let sheet = |octave: &Octave| Sheet::sloped(*octave, basis, scale(octave, amplitude) * basis.scale());
+    let layers = || octaves.iter().map(sheet).collect();
+    Ok([raster::raster(job, layers, &Slope::<0>)?, raster::raster(job, layers, &Slope::<1>)?])
+}
+
+/// Slope per wavelength and axis of an octave of [`Basis::Bell`] over its height: the ratio of their standard deviations.
+pub(crate) const SLOPE: f64 = 2.337;
+
+/// The sum of the slopes along an axis.
+struct Slope<const AXIS: usize>;
+
+impl<const AXIS: usize> Combine for Slope<AXIS> {
+    type State = Lanes;
+    type Layer = ();
+    const SLOPES: bool = true;
+
+    fn layer(&self, _: usize) {}
+
+    fn start(&self) -> Lanes {
+        Lanes::splat(0.0)
+    }
+
+    #[inline(always)]
+    fn octave((): &(), noise: &Noise, sums: &mut Lanes) {
+        for (sum, slope) in sums.0.iter_mut().zip(noise.slope[AXIS]) {
+            *sum += slope;
+        }
+    }
+
+    #[inline(always)]
+    fn finish(&self, sums: &Lanes) -> Lanes {
+        *sums
+    }
+}
+
 /// An octave's share of the amplitude.
 pub(crate) fn scale(octave: &Octave, amplitude: f64) -> f32 {
     (amplitude * octave.share * octave.fade) as f32

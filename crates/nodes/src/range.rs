@@ -8,13 +8,11 @@
 use crate::{math::lane, par, prelude::*, simd::simd};
 
 /// Where the range runs and how wide it is.
-pub(super) struct Range<'a> {
+pub(crate) struct Range<'a> {
     /// Places along the crest, in order.
     pub path: &'a [[f64; 2]],
     /// Standard deviations in metres to the right of the path and to its left.
     pub widths_m: [f64; 2],
-    /// Rate on the path.
-    pub rate: f64,
 }
 
 /// A straight stretch of the path.
@@ -29,19 +27,25 @@ struct Stretch {
 }
 
 impl Range<'_> {
-    /// The rate at every cell of the job's window.
-    pub(super) fn raster(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
+    /// The square of the distance to the path, in widths of its side, at every cell of the job's window.
+    pub(crate) fn squares(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
         let stretches: Vec<Stretch> = self.path.windows(2).map(|pair| self.stretch(pair[0], pair[1])).collect();
         let window = job.window();
         let xs: Vec<f64> = (0..window.nx()).map(|i| window.centre_m(i, 0)[0]).collect();
-        let mut uplift = vec![f32::INFINITY; window.len()];
-        par::rows(job, &mut uplift, |j, row| {
+        let mut squares = vec![f32::INFINITY; window.len()];
+        par::rows(job, &mut squares, |j, row| {
             for stretch in &stretches {
                 approach(row, &xs, window.centre_m(0, j)[1], *stretch);
             }
-            fall_off(row, self.rate as f32);
         })?;
-        Ok(uplift)
+        Ok(squares)
+    }
+
+    /// A Gaussian of the distance that is `peak` on the path, at every cell of the job's window.
+    pub(crate) fn gaussian(&self, job: &Job<'_>, peak: f64) -> Result<Vec<f32>, NodeError> {
+        let mut heights = self.squares(job)?;
+        par::rows(job, &mut heights, |_, row| fall_off(row, peak as f32))?;
+        Ok(heights)
     }
 
     fn stretch(&self, start: [f64; 2], end: [f64; 2]) -> Stretch {
@@ -73,10 +77,10 @@ simd! {
 }
 
 simd! {
-    /// Turns squares of distances in widths into rates.
-    fn fall_off(row: &mut [f32], rate: f32) {
+    /// Turns squares of distances in widths into a Gaussian.
+    pub(crate) fn fall_off(row: &mut [f32], peak: f32) {
         for value in row {
-            *value = rate * lane::exp(-0.5 * *value);
+            *value = peak * lane::exp(-0.5 * *value);
         }
     }
 }

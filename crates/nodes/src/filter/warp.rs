@@ -1,0 +1,330 @@
+//! Displacement of a field by noise or by wired fields.
+//!
+//! The value at x becomes that at x + d(x). Noise d is either two independent sums of octaves, or the curl of one, after R.
+//! Bridson, J. Houriham and M. Nordenstam (2007), "Curl-noise for procedural fluid flow": free of divergence, so that it
+//! stirs the land without pinching it.
+
+use orograph_graph::mix;
+use rayon::prelude::*;
+
+use super::lines::Ends;
+use crate::{
+    generate::noise::{Basis, Fractal, sum},
+    math::lane,
+    par,
+    prelude::*,
+};
+
+choice! {
+    /// Where the displacement comes from.
+    pub enum Pattern {
+        /// Noise of its own along x and y: forms are bent, stretched and pressed together.
+        Fbm = "fbm",
+        /// The curl of noise: forms are bent and drawn into whirls, but keep their area.
+        Curl = "curl",
+        /// The wires `east` and `south`.
+        Field = "field",
+    }
+}
+
+params! {
+    /// Where the displacement comes from.
+    pattern: Pattern = Pattern::Fbm, One, ..;
+    /// The longest displacement there can be; that of noise is a fifth of it on average. Wired ones are cut at it.
+    displacement: f64 = 1000.0, Metres, 0.0..=1e6, soft 0..=5000;
+    /// Wavelength of the noise's largest forms.
+    wavelength: f64 = 4000.0, Metres, 1.0..=1e6, soft 200..=30000;
+    /// Octaves of the noise, each of half the wavelength of the one before.
+    octaves: i64 = 3, Count, 1..=16;
+    /// Ratio of the displacement by an octave to that by the one before; above ½ fine octaves fold the land.
+    gain: f64 = 0.4, One, 0.0..=1.0, soft 0.2..=0.6;
+    /// Whether the noise fits together at opposite sides of the world, for land that does.
+    tileable: bool = false, One, ..;
+    /// Which of the endless displacements this is.
+    seed: Seed = Seed(0), Count, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Warp",
+    category: "filter",
+    summary: "Bends land by noise, by whirls or by wired displacements.",
+    doc: include_str!("warp.md"),
+    sources: &[
+        "R. Bridson, J. Houriham, M. Nordenstam, 2007, Curl-noise for procedural fluid flow",
+        "E. Catmull, R. Rom, 1974, A class of local interpolating splines",
+        "I. Quilez, 2002, Domain warping",
+    ],
+    inputs: &[
+        Input::needs("value", PortType::AnyScalar, "What is bent."),
+        Input::mask("mask", "Share of the displacement."),
+        Input::takes(
+            "east",
+            PortType::Scalar(Unit::Metres),
+            "How far to the east of a cell its value is taken; for `field`.",
+        ),
+        Input::takes("south", PortType::Scalar(Unit::Metres), "The same to the south."),
+    ],
+    outputs: &[Output::same_as("value", "value", "The values, bent, with the meaning of the input.")],
+    params: Params::specs,
+    // four cells around the place that a value is taken from
+    reach: Reach::Metres(|params, cell_m| Params::read(params).displacement + 3.0 * cell_m),
+    cpu: run,
+    example: "value: \"base\", displacement: 1500, wavelength: 6000, octaves: 2",
+    ..Node::DEFAULT
+};
+
+/// Draws of the displacement to the east and of that to the south, and of the noise whose curl is taken.
+const SALTS: [u32; 3] = [0x2c1b_3c6d, 0x297a_2d39, 0x61c8_8647];
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let value = job.field("value")?;
+    if params.displacement == 0.0 {
+        return Ok(Outputs::one("value", value.clone()));
+    }
+    let [mut east, mut south] = params.displacements(job)?;
+    let (limit, per_cell) = (params.displacement as f32, (1.0 / job.cell_m()) as f32);
+    let (window, mask) = (job.window(), job.lane("mask"));
+    let nx = window.nx();
+    // metres to cells, cut at the longest
+    east.par_chunks_mut(nx).zip(south.par_chunks_mut(nx)).enumerate().try_for_each(|(j, (east, south))| {
+        let mask = mask.slice(j * nx..(j + 1) * nx);
+        for (i, (east, south)) in east.iter_mut().zip(south).enumerate() {
+            let length = (*east * *east + *south * *south).sqrt();
+            let share = if length > limit { limit / length } else { 1.0 };
+            let factor = mask.at(i) * share * per_cell;
+            (*east, *south) = (*east * factor, *south * factor);
+        }
+        job.check()
+    })?;
+    warn_of_folds(job, &east, &south);
+    let ends = [Ends::of(&window, 0), Ends::of(&window, 1)];
+    let source = Source { samples: value.samples(), cells: [nx, window.ny()], ends };
+    let mut out = vec![0.0; window.len()];
+    par::rows_within(job, [0.3, 1.0], &mut out, |j, row| {
+        for (i, out) in row.iter_mut().enumerate() {
+            *out = source.at([i, j], [east[j * nx + i], south[j * nx + i]]);
+        }
+    })?;
+    Ok(Outputs::one("value", Field::new(window, out)))
+}
+
+impl Params {
+    /// The displacements to the east and to the south in metres.
+    fn displacements(&self, job: &Job<'_>) -> Result<[Vec<f32>; 2], NodeError> {
+        // each axis has its part of the longest, so that both together do not exceed it
+        let part_m = self.displacement * std::f64::consts::FRAC_1_SQRT_2;
+        match self.pattern {
+            Pattern::Fbm => {
+                let one = |salt: u32| {
+                    let octaves = self.fractal(job.seed() ^ salt).octaves(job.world());
+                    sum::lattices(job, &octaves, Basis::Bell, part_m)
+                };
+                Ok([one(SALTS[0])?, one(SALTS[1])?])
+            }
+            Pattern::Curl => {
+                let octaves = self.fractal(job.seed() ^ SALTS[2]).octaves(job.world());
+                let [along, mut down] = sum::slopes(job, &octaves, Basis::Bell, part_m / sum::SLOPE)?;
+                down.iter_mut().for_each(|down| *down = -*down);
+                Ok([down, along])
+            }
+            Pattern::Field => match (job.optional("east"), job.optional("south")) {
+                (None, None) => Err(NodeError::failed_with_hint(
+                    "there is no displacement",
+                    "wire metres to `east` or `south`, or choose another `pattern`",
+                )),
+                (east, south) => {
+                    let samples = |field: Option<&Field>| {
+                        field.map_or_else(|| vec![0.0; job.window().len()], |field| field.samples().to_vec())
+                    };
+                    Ok([samples(east), samples(south)])
+                }
+            },
+        }
+    }
+
+    fn fractal(&self, seed: u32) -> Fractal {
+        Fractal {
+            wavelength_m: self.wavelength,
+            octaves: self.octaves,
+            lacunarity: 2.0,
+            gain: self.gain,
+            tileable: self.tileable,
+            seed: mix(seed),
+        }
+    }
+}
+
+/// Tells where the land lies over itself: where the Jacobian determinant of x + d(x) is not above 0. Displacements are in cells.
+fn warn_of_folds(job: &Job<'_>, east: &[f32], south: &[f32]) {
+    let (nx, ny) = (job.window().nx(), job.window().ny());
+    if nx < 3 || ny < 3 {
+        return;
+    }
+    let folds = |at: usize| {
+        let slope = |field: &[f32], step: usize| 0.5 * (field[at + step] - field[at - step]);
+        let stretch = (1.0 + slope(east, 1)) * (1.0 + slope(south, nx));
+        stretch - slope(east, nx) * slope(south, 1) <= 0.0
+    };
+    let rows = (1..ny - 1).into_par_iter();
+    let folded: usize = rows.map(|j| (1..nx - 1).filter(|i| folds(j * nx + i)).count()).sum();
+    let share = folded as f64 / ((nx - 2) * (ny - 2)) as f64;
+    // a few cells by chance are no matter
+    if share > 0.001 {
+        job.warn(format!(
+            "the land lies over itself in {:.1} % of the cells; a smaller `displacement` or `gain`, or a longer `wavelength`, \
+             avoids it",
+            100.0 * share
+        ));
+    }
+}
+
+/// What values are taken from.
+struct Source<'a> {
+    samples: &'a [f32],
+    cells: [usize; 2],
+    ends: [Ends; 2],
+}
+
+impl Source<'_> {
+    /// The value at a displacement in cells from a cell: the Catmull-Rom cubic along x and then along y, each cut to the two
+    /// values it lies between.
+    fn at(&self, cell: [usize; 2], displacement: [f32; 2]) -> f32 {
+        // only the displacement is split, so that a window's samples are those of the whole
+        let [(columns, across), (rows, down)] = [0, 1].map(|axis| {
+            let whole = displacement[axis].floor();
+            let first = cell[axis] as i64 + whole as i64 - 1;
+            let places: [usize; 4] = std::array::from_fn(|k| self.ends[axis].index(first + k as i64, self.cells[axis]));
+            (places, lane::catmull_rom(displacement[axis] - whole))
+        });
+        let along = rows.map(|row| {
+            let row = &self.samples[row * self.cells[0]..][..self.cells[0]];
+            between(columns.map(|column| row[column]), across)
+        });
+        between(along, down)
+    }
+}
+
+/// The weighted sum of four values, not beyond the two in the middle.
+#[inline(always)]
+fn between(values: [f32; 4], weights: [f32; 4]) -> f32 {
+    let sum = (values[0] * weights[0] + values[1] * weights[1]) + (values[2] * weights[2] + values[3] * weights[3]);
+    sum.clamp(values[1].min(values[2]), values[1].max(values[2]))
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::{Boundary, Cancel, Edge, World};
+
+    use super::*;
+    use crate::testing::{field, moments, outputs_and_warnings, run as result, with_params, world};
+
+    /// Displacements in metres to the east and south, seen on two planes, which the cubic follows exactly.
+    fn displacements(world: World, changes: &str) -> [Vec<f32>; 2] {
+        let params = with_params(&NODE, changes);
+        let x = result(&NODE, &params, &[("value", &field(world, |x, _| x))], "value");
+        let y = result(&NODE, &params, &[("value", &field(world, |_, y| y))], "value");
+        let window = Window::whole(world);
+        let centre = |at: usize| window.centre_m(at % window.nx(), at / window.nx());
+        let less = |out: &Field, axis: usize| -> Vec<f32> {
+            out.samples().iter().enumerate().map(|(at, v)| v - centre(at)[axis] as f32).collect()
+        };
+        [less(&x, 0), less(&y, 1)]
+    }
+
+    /// Of the cells whose values come from inside the world.
+    fn inner(samples: &[f32], side: usize, margin: usize) -> Vec<f32> {
+        let rows = samples.chunks_exact(side).skip(margin).take(side - 2 * margin);
+        rows.flat_map(|row| row[margin..side - margin].to_vec()).collect()
+    }
+
+    #[test]
+    fn no_displacement_is_the_land_itself() {
+        let land = field(world(40, 30, 10.0), |x, y| 100.0 * libm::sin(0.01 * x + 0.02 * y));
+        let none = with_params(&NODE, "displacement=0");
+        assert_eq!(result(&NODE, &none, &[("value", &land)], "value"), land);
+        let masked = field(world(40, 30, 10.0), |_, _| 0.0);
+        let all = with_params(&NODE, "");
+        assert_eq!(result(&NODE, &all, &[("value", &land), ("mask", &masked)], "value"), land);
+    }
+
+    /// By whole cells bit for bit; beyond the edge the land is mirrored, or goes on where it is periodic.
+    #[test]
+    fn a_wired_displacement_moves_the_land() {
+        for edge in [Edge::Base, Edge::Periodic] {
+            let world = World { boundary: Boundary::all(edge), ..world(40, 30, 10.0) };
+            let land = field(world, |x, y| 100.0 * libm::sin(0.01 * x * x + 0.02 * y));
+            let [east, south] = [field(world, |_, _| 30.0), field(world, |_, _| -20.0)];
+            let params = with_params(&NODE, "pattern=field,displacement=200");
+            let moved = result(&NODE, &params, &[("value", &land), ("east", &east), ("south", &south)], "value");
+            for (i, j) in (0..40).flat_map(|i| (0..30).map(move |j| (i, j))) {
+                let from = match edge {
+                    Edge::Periodic => (j + 28) % 30 * 40 + (i + 3) % 40,
+                    _ => {
+                        let (i, j) = (if i < 37 { i + 3 } else { 79 - i - 3 }, if j > 1 { j - 2 } else { 1 - j });
+                        j * 40 + i
+                    }
+                };
+                assert_eq!(moved.samples()[j * 40 + i], land.samples()[from], "{edge:?} {i} {j}");
+            }
+            // cut at the longest: 36 m of (30, -20) are (30, -20) shortened to 18 m
+            let params = with_params(&NODE, "pattern=field,displacement=18.027756");
+            let plane = field(world, |x, _| x);
+            let cut = result(&NODE, &params, &[("value", &plane), ("east", &east), ("south", &south)], "value");
+            assert!((cut.samples()[10 * 40 + 10] - (105.0 + 15.0)).abs() < 1e-3);
+        }
+        let lone = with_params(&NODE, "pattern=field");
+        let land = field(world(8, 8, 10.0), |x, _| x);
+        let error = crate::testing::outputs(&NODE, &lone, &[("value", &land)]);
+        assert!(matches!(error, Err(NodeError::Failed { hint: Some(_), .. })));
+    }
+
+    /// As large as declared, a fifth of the longest on average, and for curl noise without divergence: 1 % of the gradients, for
+    /// the differences over two cells.
+    #[test]
+    fn noise_displaces_as_far_as_declared_and_its_curl_without_divergence() {
+        let changes = "displacement=400,wavelength=1000,octaves=1";
+        for pattern in ["fbm", "curl"] {
+            let changes = format!("pattern={pattern},{changes}");
+            let [east, south] = displacements(world(700, 700, 25.0), &changes).map(|part| inner(&part, 700, 40));
+            for part in [&east, &south] {
+                let (mean, std) = moments(part);
+                // some 15 hills along a side
+                let expected = 400.0 * std::f64::consts::FRAC_1_SQRT_2 * 0.2055;
+                assert!(
+                    mean.abs() < 0.25 * std && (std / expected - 1.0).abs() < 0.1,
+                    "{pattern} {mean} {std} {expected}"
+                );
+            }
+            let n = 620;
+            let (mut divergence, mut gradient) = (0.0, 0.0);
+            for (i, j) in (1..n - 1).flat_map(|i| (1..n - 1).map(move |j| (i, j))) {
+                let at = j * n + i;
+                let x = f64::from(east[at + 1] - east[at - 1]);
+                let y = f64::from(south[at + n] - south[at - n]);
+                divergence += (x + y) * (x + y);
+                gradient += x * x + y * y;
+            }
+            let share = (divergence / gradient).sqrt();
+            assert!(if pattern == "curl" { share < 0.01 } else { share > 0.8 }, "{pattern}: {share}");
+        }
+    }
+
+    #[test]
+    fn a_mask_stays_between_0_and_1_and_folds_are_told() {
+        let world = world(120, 90, 20.0);
+        let mask = field(world, |x, y| if crate::math::hypot(x - 1000.0, y - 900.0) < 500.0 { 1.0 } else { 0.0 });
+        let params = with_params(&NODE, "displacement=2000,wavelength=700,gain=0.9");
+        let (out, warnings) =
+            outputs_and_warnings(&Cancel::default(), Window::whole(world), &NODE, &params, &[("value", &mask)]);
+        let out = out.expect("a result").take("value").expect("an output");
+        let out = out.as_field().expect("a field");
+        assert!(out.samples().iter().all(|v| (0.0..=1.0).contains(v)));
+        assert!(warnings.len() == 1 && warnings[0].contains("lies over itself"), "{warnings:?}");
+        let params = with_params(&NODE, "displacement=300,wavelength=2000,octaves=1");
+        let (_, warnings) =
+            outputs_and_warnings(&Cancel::default(), Window::whole(world), &NODE, &params, &[("value", &mask)]);
+        assert!(warnings.is_empty(), "{warnings:?}");
+    }
+}

@@ -1,0 +1,326 @@
+//! Dunes in closed form: transverse ridges and barchans, gentle to windward with a slip face at repose to leeward.
+//!
+//! Proportions of barchans after P. Hersen (2004), "On the crescentic shape of barchan dunes": half as wide again as long, some
+//! eleven times as wide as high. What differs: profiles are drawn, not computed from wind and sand.
+
+use orograph_graph::mix;
+
+use super::noise::{Basis, Fractal, sum};
+use crate::{math, par, prelude::*};
+
+choice! {
+    /// What kind of dunes they are.
+    pub enum Form {
+        /// Long ridges across the wind: where there is much sand.
+        Transverse = "transverse",
+        /// Crescents on bare ground, whose horns point down the wind: where there is little.
+        Barchan = "barchan",
+    }
+}
+
+params! {
+    /// What kind of dunes they are.
+    form: Form = Form::Transverse, One, ..;
+    /// Distance between crests, or the mean distance between crescents.
+    wavelength: f64 = 600.0, Metres, 0.1..=1e6, soft 20..=4000;
+    /// Height of ridges, or of the largest crescents.
+    height: f64 = 36.0, Metres, 0.0..=1e5, soft 1..=300;
+    /// Direction that the wind blows towards, clockwise from north.
+    azimuth: f64 = 60.0, Degrees, -360.0..=360.0, soft 0..=360;
+    /// Angle of the slip face.
+    repose: f64 = 33.0, Degrees, 10.0..=45.0, soft 30..=35;
+    /// How much ridges wind and vary in height, as a share of the wavelength; not used by crescents.
+    waviness: f64 = 0.5, One, 0.0..=1.0;
+    /// Which dunes these are.
+    seed: Seed = Seed(0), Count, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Dunes",
+    category: "generate",
+    summary: "Sand dunes: transverse ridges or barchans with slip faces.",
+    doc: "Sand on level ground; add it to other land with `Combine`.\n\n\
+          **Transverse** dunes rise to windward as H (1 − cos(π s)) / 2 and fall to leeward in a straight slip face at the angle \
+          `repose`, however they wind: the place of the crest is worked out from the height and the direction of each ridge. \
+          With `waviness` crests wind by up to that share of four wavelengths, rounded off, and lose up to half of their height in places.\n\n\
+          **Barchans** are crescents of the width 11 H and, with their horns, about as long: a windward side six heights long, a \
+          slip face within the horns that is at `repose` along the middle and nowhere half a degree steeper, and horns that reach 6.6 heights down the wind. One \
+          stands in seven of ten squares of a wavelength; heights are between a half and the whole of `height`.\n\n\
+          Dunes in deserts are some 0.06 wavelengths high. Slip faces are sharp: cells of a tenth of the wavelength or less show them.",
+    sources: &[
+        "P. Hersen (2004), On the crescentic shape of barchan dunes, European Physical Journal B 37, 507-514",
+        "N. Lancaster (1995), Geomorphology of Desert Dunes, Routledge",
+    ],
+    outputs: &[Output::gives("height", PortType::Height, "Height above the ground.")],
+    params: Params::specs,
+    cpu: run,
+    example: "wavelength: 3500, height: 210, waviness: 0.4",
+    resolution: Resolution::Within(0.12), // half cells where a slip face begins and ends
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let slip = math::tan(params.repose.to_radians());
+    let most_m = match params.form {
+        // half of the wavelength for the slip face
+        Form::Transverse => 0.5 * params.wavelength * slip,
+        // no farther than the neighbouring squares
+        Form::Barchan => params.wavelength / REACH,
+    };
+    if params.height > most_m {
+        return Err(NodeError::failed_with_hint(
+            "the dunes are too high for their distance",
+            format!("write `height: {}` or less", orograph_graph::plain((most_m * 10.0).floor() / 10.0)),
+        ));
+    }
+    let samples = match params.form {
+        Form::Transverse => params.ridges(job, slip)?,
+        Form::Barchan => params.crescents(job, slip)?,
+    };
+    Ok(Outputs::one("height", Field::new(job.window(), samples)))
+}
+
+/// Heights of a crescent from its middle to the farthest place that it covers, and a little.
+const REACH: f64 = 9.0;
+/// Of a crescent, in its heights: half its width, the length of its windward side, how far its horns reach.
+const HALF_WIDTH: f64 = 5.5;
+const WINDWARD: f64 = 6.0;
+const HORNS: f64 = 6.6;
+/// Salts of the noise that bends crests and of that which lowers them.
+const SALTS: [u32; 2] = [0x6a09_e667, 0xbb67_ae85];
+
+impl Params {
+    /// Along and across the wind.
+    fn wind(&self) -> [f64; 2] {
+        let azimuth = self.azimuth.to_radians();
+        [math::sin(azimuth), -math::cos(azimuth)]
+    }
+
+    fn ridges(&self, job: &Job<'_>, slip: f64) -> Result<Vec<f32>, NodeError> {
+        let window = job.window();
+        let [wind_x, wind_y] = self.wind();
+        let fractal = |salt: u32| Fractal {
+            wavelength_m: 4.0 * self.wavelength,
+            octaves: 2,
+            lacunarity: 2.0,
+            gain: 0.4,
+            tileable: false,
+            seed: mix(job.seed() ^ salt),
+        };
+        let bends = fractal(SALTS[0]).octaves(job.world());
+        let bend_m = 4.0 * self.waviness * self.wavelength;
+        let bend = sum::lattices(job, &bends, Basis::Bell, bend_m)?;
+        // slopes per wavelength of each octave, of which there are twice as many in the second
+        let [along, down] = self.slopes(job, fractal(SALTS[0]), bend_m)?;
+        let lows = fractal(SALTS[1]).octaves(job.world());
+        let low = sum::lattices(job, &lows, Basis::Bell, 1.5 * self.waviness)?;
+        let mut heights = vec![0.0; window.len()];
+        par::rows(job, &mut heights, |j, row| {
+            for (i, height) in row.iter_mut().enumerate() {
+                let at = j * window.nx() + i;
+                let [x, y] = window.centre_m(i, j);
+                let phase = (x * wind_x + y * wind_y + f64::from(bend[at])) / self.wavelength;
+                // how much closer crests are here than where they do not wind
+                let (gx, gy) = (wind_x + f64::from(along[at]), wind_y + f64::from(down[at]));
+                let closer = (gx * gx + gy * gy).sqrt().max(0.2);
+                let share = 1.0 - f64::from(low[at]).abs().min(0.5);
+                let most_m = 0.5 * slip * self.wavelength / closer;
+                *height =
+                    ridge(phase.rem_euclid(1.0), (share * self.height).min(most_m), self.wavelength / closer, slip)
+                        as f32;
+            }
+        })?;
+        Ok(heights)
+    }
+
+    /// The slopes in m/m of the noise that bends crests, as a sum over its octaves.
+    fn slopes(&self, job: &Job<'_>, fractal: Fractal, bend_m: f64) -> Result<[Vec<f32>; 2], NodeError> {
+        let octaves = fractal.octaves(job.world());
+        let mut slopes = [vec![0.0; job.window().len()], vec![0.0; job.window().len()]];
+        for octave in &octaves {
+            let per_metre = 1.0 / (octave.wavelength_cells * job.cell_m());
+            let part = sum::slopes(job, &[*octave], Basis::Bell, bend_m * per_metre)?;
+            for (sum, part) in slopes.iter_mut().zip(&part) {
+                sum.iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
+            }
+        }
+        Ok(slopes)
+    }
+
+    fn crescents(&self, job: &Job<'_>, slip: f64) -> Result<Vec<f32>, NodeError> {
+        let window = job.window();
+        let seed = mix(job.seed() ^ SALTS[0]);
+        let [wind_x, wind_y] = self.wind();
+        let mut heights = vec![0.0; window.len()];
+        par::rows(job, &mut heights, |j, row| {
+            let line = square(window.centre_m(0, j)[1], self.wavelength);
+            let mut known: Option<(i64, Vec<Crescent>)> = None;
+            for (i, height) in row.iter_mut().enumerate() {
+                let [x, y] = window.centre_m(i, j);
+                let column = square(x, self.wavelength);
+                // all samples of a square have the same neighbours
+                let around = match known.take() {
+                    Some((of, around)) if of == column => around,
+                    _ => self.around(column, line, seed),
+                };
+                let tallest = around.iter().map(|crescent| {
+                    let (dx, dy) = (x - crescent.centre[0], y - crescent.centre[1]);
+                    crescent.height(dx * wind_x + dy * wind_y, dx * wind_y - dy * wind_x, slip)
+                });
+                *height = tallest.fold(0.0, f64::max) as f32;
+                known = Some((column, around));
+            }
+        })?;
+        Ok(heights)
+    }
+
+    /// The crescents of a square and its neighbours.
+    fn around(&self, column: i64, line: i64, seed: u32) -> Vec<Crescent> {
+        let squares =
+            (line - 1..=line + 1).flat_map(|line| (column - 1..=column + 1).map(move |column| (column, line)));
+        let crescent = |(column, line): (i64, i64)| {
+            let row = mix((line as u32).wrapping_mul(0xd816_3841).wrapping_add(seed));
+            let key = mix((column as u32).wrapping_mul(0x8da6_b343).wrapping_add(row));
+            let unit = |salt: u32| f64::from(mix(key ^ salt) >> 8) / f64::from(1 << 24);
+            (unit(0x9e37_79b9) < 0.7).then(|| Crescent {
+                centre: [
+                    (column as f64 + unit(0x3c6e_f372)) * self.wavelength,
+                    (line as f64 + unit(0xdaa6_6d2b)) * self.wavelength,
+                ],
+                height_m: self.height * (0.5 + 0.5 * unit(0x78dd_e6e4)),
+            })
+        };
+        squares.filter_map(crescent).collect()
+    }
+}
+
+/// The square of a lattice that a place is in.
+fn square(at_m: f64, width_m: f64) -> i64 {
+    (at_m / width_m).floor().clamp(-2_147_483_648.0, 2_147_483_647.0) as i64
+}
+
+/// The height at a share of the way from one foot of a ridge to the next.
+fn ridge(share: f64, height_m: f64, wavelength_m: f64, slip: f64) -> f64 {
+    let crest = 1.0 - height_m / (wavelength_m * slip);
+    if share < crest {
+        height_m * (0.5 - 0.5 * math::cos(std::f64::consts::PI * share / crest))
+    } else {
+        (1.0 - share) * wavelength_m * slip
+    }
+}
+
+/// A barchan.
+struct Crescent {
+    /// The highest place of its crest.
+    centre: [f64; 2],
+    height_m: f64,
+}
+
+impl Crescent {
+    /// The height at a place so far down the wind and across it from the middle.
+    fn height(&self, along_m: f64, across_m: f64, slip: f64) -> f64 {
+        if self.height_m <= 0.0 {
+            return 0.0;
+        }
+        let (u, v) = (along_m / self.height_m, across_m / (HALF_WIDTH * self.height_m));
+        let body = 1.0 - v * v;
+        if body <= 0.0 {
+            return 0.0;
+        }
+        // the crest sinks and recedes down the wind towards the horns
+        let (top, crest) = (body * body, HORNS * v * v);
+        let windward = WINDWARD * body;
+        let share = (u - (crest - windward)) / windward;
+        if share <= 0.0 {
+            0.0
+        } else if share <= 1.0 {
+            self.height_m * top * (0.5 - 0.5 * math::cos(std::f64::consts::PI * share))
+        } else {
+            // gentler along the wind where the crest runs askew, so that it is at repose down the slope
+            let skew = 2.0 * HORNS * v / HALF_WIDTH;
+            self.height_m * (top - (u - crest) * slip / (1.0 + skew * skew).sqrt()).max(0.0)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{generate, outputs_on, with_params, world};
+
+    fn slopes(field: &Field) -> impl Iterator<Item = f64> + '_ {
+        let (nx, ny, cell_m) = (field.window().nx(), field.window().ny(), field.window().cell_m());
+        let h = move |i: usize, j: usize| f64::from(field.samples()[j * nx + i]);
+        (1..ny - 1).flat_map(move |j| {
+            (1..nx - 1).map(move |i| math::hypot(h(i + 1, j) - h(i - 1, j), h(i, j + 1) - h(i, j - 1)) / (2.0 * cell_m))
+        })
+    }
+
+    /// Straight ridges: as high as asked, a slip face at repose over H / tan φ, and H / 2 on average to windward and to leeward.
+    #[test]
+    fn ridges_have_their_height_and_their_slip_face() {
+        let window = Window::whole(world(1200, 3, 1.0));
+        let land = generate(window, &NODE, "waviness=0,azimuth=90,wavelength=300,height=18,repose=33");
+        let profile = &land.samples()[1200..2400];
+        let most = profile.iter().fold(0.0_f32, |most, h| most.max(*h));
+        assert!((17.6..=18.0).contains(&most), "{most}"); // a crest may lie half a cell from a centre
+        let mean = profile.iter().map(|h| f64::from(*h)).sum::<f64>() / 1200.0;
+        assert!((mean - 9.0).abs() < 0.02, "{mean}");
+        let slip = math::tan(33.0_f64.to_radians());
+        let falling: Vec<f64> =
+            profile.windows(2).map(|pair| f64::from(pair[0] - pair[1])).filter(|d| *d > 0.3).collect();
+        let steep = falling.iter().filter(|d| (*d - slip).abs() < 1e-4).count();
+        // 27.7 m of 300, less the two cells at its ends, four times
+        assert!((100..=112).contains(&steep) && falling.iter().all(|d| *d < slip + 1e-4), "{steep}");
+    }
+
+    /// However they wind: nine tenths of what is steep on leeward sides is within two degrees of repose, to what differences over
+    /// two cells show of edges and the slope along the crest adds.
+    #[test]
+    fn winding_ridges_slip_at_repose_too() {
+        let window = Window::whole(world(700, 700, 2.0));
+        let land = generate(window, &NODE, "waviness=0.4,wavelength=300,height=18,repose=33");
+        let angles: Vec<f64> = slopes(&land).map(|s| math::atan(s).to_degrees()).filter(|a| *a > 28.0).collect();
+        let near = angles.iter().filter(|a| (*a - 33.0).abs() < 2.0).count();
+        assert!(angles.len() > 15_000 && near as f64 > 0.85 * angles.len() as f64, "{near} of {}", angles.len());
+    }
+
+    #[test]
+    fn a_barchan_is_a_crescent_nowhere_steeper_than_repose() {
+        let slip = math::tan(33.0_f64.to_radians());
+        let crescent = Crescent { centre: [0.0; 2], height_m: 10.0 };
+        assert!((crescent.height(0.0, 0.0, slip) - 10.0).abs() < 1e-9);
+        assert!((crescent.height(5.0, 0.0, slip) - (10.0 - 5.0 * slip)).abs() < 1e-9);
+        assert_eq!(crescent.height(-60.0, 0.0, slip), 0.0);
+        // the horns' ends, 11 heights apart
+        assert!(crescent.height(53.0, 50.0, slip) > 0.0 && crescent.height(30.0, 0.0, slip) == 0.0);
+        let h = |u: f64, v: f64| crescent.height(u, v, slip);
+        for (a, b) in (-180..300).flat_map(|a| (-140..=140).map(move |b| (0.4 * f64::from(a), 0.4 * f64::from(b)))) {
+            let steep = math::hypot(h(a + 0.01, b) - h(a - 0.01, b), h(a, b + 0.01) - h(a, b - 0.01)) / 0.02;
+            assert!(steep < slip * 1.02, "({a}, {b}): {}", math::atan(steep).to_degrees());
+            assert!(h(a, b) == 0.0 || math::hypot(a, b) < REACH * 10.0);
+        }
+    }
+
+    #[test]
+    fn a_window_has_the_dunes_of_the_whole() {
+        for form in ["transverse", "barchan"] {
+            let changes = format!("form={form},wavelength=900,height=50");
+            let whole = Window::whole(world(131, 97, 60.0));
+            let land = generate(whole, &NODE, &changes);
+            let part = Window { origin: [17, 31], cells: [83, 40], ..whole };
+            assert_eq!(land.crop(&part), generate(part, &NODE, &changes));
+            assert_ne!(land, generate(whole, &NODE, &format!("{changes},seed=1")));
+            assert!(land.range(0).is_some_and(|(low, high)| low >= 0.0 && high > 25.0 && high <= 50.0));
+        }
+    }
+
+    #[test]
+    fn dunes_too_high_are_refused() {
+        let params = with_params(&NODE, "form=barchan,wavelength=90,height=20");
+        let error = outputs_on(Window::whole(world(8, 8, 10.0)), &NODE, &params, &[]);
+        assert!(matches!(error, Err(NodeError::Failed { hint: Some(hint), .. }) if hint.contains("height: 10")));
+    }
+}

@@ -1,0 +1,233 @@
+//! Land broken along straight faults, at random or along a path.
+//!
+//! Random faults after B. B. Mandelbrot (1975), "Stochastic models for the earth's relief": the sum of many steps along random
+//! lines. What differs: steps are smooth, of a width in metres, and fall in size as the square root of their number, so that few
+//! large ones tell the land's form.
+
+use orograph_graph::mix;
+
+use crate::{math, par, prelude::*, simd::simd};
+
+choice! {
+    /// Where the faults are.
+    pub enum Pattern {
+        /// Straight lines across the world, at random.
+        Random = "random",
+        /// One, along `path`.
+        Path = "path",
+    }
+}
+
+params! {
+    /// Where the faults are.
+    pattern: Pattern = Pattern::Random, One, ..;
+    /// How many there are.
+    faults: i64 = 150, Count, 1..=2000, soft 1..=400;
+    /// Height of the step of the largest, or of the one along the path.
+    throw: f64 = 400.0, Metres, -1e5..=1e5, soft 0..=2000;
+    /// Half of the width over which 71 % of a step is made.
+    width: f64 = 120.0, Metres, 0.1..=1e6, soft 10..=2000;
+    /// Direction of the faults, clockwise from north.
+    azimuth: f64 = 30.0, Degrees, -360.0..=360.0, soft 0..=180;
+    /// Width of the range of directions about it: 180 for any direction.
+    spread: f64 = 180.0, Degrees, 0.0..=180.0;
+    /// Trace of the one fault, which goes on straight beyond its ends; the land to its right sinks.
+    path: PathPoints = PathPoints(vec![[3000.0, 15000.0], [6000.0, 9500.0], [10500.0, 7000.0], [13000.0, 1000.0]]), Metres, -1e7..=1e7;
+    /// Which faults these are.
+    seed: Seed = Seed(0), Count, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Faults",
+    category: "generate",
+    summary: "Land broken by faults: many at random, or one along a path.",
+    doc: "Each fault raises the land on its left by half its throw and lowers that on its right by as much,\n\n    \
+          z = Σ throwₖ / 2 · x / √(1 + x²),   x = d / width,\n\n\
+          with the distance d to its line, above 0 to the left. Throws fall as throwₖ = throw / √k, and their signs and places are random: the \
+          sum of many is land as rough as fractional Brownian motion with H = ½, with straight scarps in it. A narrow \
+          `spread` gives the parallel scarps of stretched crust, basins and ranges.\n\n\
+          The lines lie within the circle around the world, whatever its cells.\n\n\
+          A single fault along `path` is the scarp of a plateau or the edge of a graben. For faults that move while rivers cut, \
+          `Uplift` has the shape `fault`.",
+    sources: &[
+        "B. B. Mandelbrot (1975), Stochastic models for the Earth's relief, the shape and the fractal dimension of the \
+         coastlines, and the number-area rule for islands, PNAS 72 (10), 3825-3828",
+    ],
+    outputs: &[Output::gives("height", PortType::Height, "Height above and below the land before it broke.")],
+    params: Params::specs,
+    cpu: run,
+    example: "faults: 60, throw: 500, width: 300, spread: 60",
+    ..Node::DEFAULT
+};
+
+/// A straight fault.
+#[derive(Clone, Copy)]
+struct Fault {
+    /// Distance to its left in widths: `left · (x, y) + offset`.
+    left: [f64; 2],
+    offset: f64,
+    /// Half of its throw.
+    half_m: f32,
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let window = job.window();
+    let xs: Vec<f64> = (0..window.nx()).map(|i| window.centre_m(i, 0)[0]).collect();
+    let mut height = vec![0.0; window.len()];
+    if params.pattern == Pattern::Path {
+        par::rows(job, &mut height, |j, row| {
+            let y = window.centre_m(0, j)[1];
+            for (height, &x) in row.iter_mut().zip(&xs) {
+                let left = left_of(&params.path.0, [x, y]) / params.width;
+                *height = (0.5 * params.throw * left / (1.0 + left * left).sqrt()) as f32;
+            }
+        })?;
+    } else {
+        let faults = params.faults(job);
+        par::rows(job, &mut height, |j, row| {
+            let y = window.centre_m(0, j)[1];
+            faults.iter().for_each(|fault| add(row, &xs, fault.left[1] * y + fault.offset, *fault));
+        })?;
+    }
+    Ok(Outputs::one("height", Field::new(window, height)))
+}
+
+impl Params {
+    fn faults(&self, job: &Job<'_>) -> Vec<Fault> {
+        let size = job.world().size;
+        let middle = size.map(|side| 0.5 * side);
+        let radius_m = math::hypot(middle[0], middle[1]);
+        let fault = |k: i64| {
+            let key = mix(job.seed().wrapping_add(k as u32));
+            let unit = |salt: u32| f64::from(mix(key ^ salt) >> 8) / f64::from(1 << 24);
+            let azimuth = (self.azimuth + self.spread * (unit(0x9e37_79b9) - 0.5)).to_radians();
+            // the line's distance from the middle of the world, evenly within the circle around it
+            let away_m = radius_m * (2.0 * unit(0x3c6e_f372) - 1.0);
+            // heading along (sin, −cos), left is (−cos, −sin)
+            let left = [-math::cos(azimuth) / self.width, -math::sin(azimuth) / self.width];
+            let offset = -(left[0] * middle[0] + left[1] * middle[1]) - away_m / self.width;
+            let sign = if unit(0xdaa6_6d2b) < 0.5 { 0.5 } else { -0.5 };
+            Fault { left, offset, half_m: (sign * self.throw / (k as f64).sqrt()) as f32 }
+        };
+        (1..=self.faults).map(fault).collect()
+    }
+}
+
+simd! {
+    /// Adds a fault to a row of which it tells the part of the distance.
+    fn add(row: &mut [f32], xs: &[f64], part: f64, fault: Fault) {
+        for (height, x) in row.iter_mut().zip(xs) {
+            let left = (fault.left[0] * x + part) as f32;
+            *height += fault.half_m * (left / (1.0 + left * left).sqrt());
+        }
+    }
+}
+
+/// The distance of a place to a path that goes on beyond its ends, above 0 to its left.
+fn left_of(path: &[[f64; 2]], place: [f64; 2]) -> f64 {
+    let last = path.len().saturating_sub(2);
+    let (mut nearest, mut side) = (f64::INFINITY, 0.0);
+    for (k, pair) in path.windows(2).enumerate() {
+        let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
+        let (ex, ey, dx, dy) = (x1 - x0, y1 - y0, place[0] - x0, place[1] - y0);
+        let length = (ex * ex + ey * ey).sqrt();
+        if length == 0.0 {
+            continue;
+        }
+        let along = (dx * ex + dy * ey) / (length * length);
+        let low = if k == 0 { f64::NEG_INFINITY } else { 0.0 };
+        let high = if k == last { f64::INFINITY } else { 1.0 };
+        let t = along.clamp(low, high);
+        let (px, py) = (dx - t * ex, dy - t * ey);
+        let distance = (px * px + py * py).sqrt();
+        // y is south: to the left of (ex, ey) is (ey, −ex)
+        let left = (dx * ey - dy * ex) / length;
+        // at a corner both stretches are as near; the one whose line is farther off tells the side
+        let tie = (distance - nearest).abs() <= 1e-9 * (distance + 1.0);
+        if (tie && left.abs() > f64::abs(side)) || (!tie && distance < nearest) {
+            side = left;
+        }
+        nearest = nearest.min(distance);
+    }
+    if side < 0.0 { -nearest } else { nearest }
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::ParamValue;
+
+    use super::*;
+    use crate::testing::{at_every_level, generate, moments, outputs_on, with_params, world};
+
+    #[test]
+    fn one_fault_is_its_step() {
+        let window = Window::whole(world(200, 200, 20.0));
+        let land = generate(window, &NODE, "faults=1,throw=100,width=50,azimuth=0,spread=0,seed=4");
+        let row = &land.samples()[..200];
+        assert!((1..200).all(|j| land.samples()[j * 200..][..200] == *row));
+        let sign = if row[0] > row[199] { 1.0 } else { -1.0 };
+        // the steepest is throw / 2 width, and from the crossing outwards the step is its formula
+        let crossing = (0..199).find(|i| (row[*i] > 0.0) != (row[i + 1] > 0.0)).expect("a crossing");
+        let t = f64::from(row[crossing] / (row[crossing] - row[crossing + 1]));
+        for (i, h) in row.iter().enumerate() {
+            let x = (crossing as f64 + t - i as f64) * 20.0 / 50.0;
+            assert!((sign * f64::from(*h) - 50.0 * x / (1.0 + x * x).sqrt()).abs() < 0.5, "{i}");
+        }
+    }
+
+    /// For lines at random the structure function grows as the distance: E (z(a) − z(b))² ∝ |a − b|, H = ½, while it is beyond the
+    /// widths and well within the world. Ten seeds; the sum over 1/k leaves a scatter of some 15 % in the exponent.
+    #[test]
+    fn random_faults_are_as_rough_as_brownian_land() {
+        let window = Window::whole(world(256, 256, 64.0));
+        let square = |step: usize| {
+            let mut sum = 0.0;
+            for seed in 0..10 {
+                let land = generate(window, &NODE, &format!("faults=400,width=10,seed={seed}"));
+                let at = |i: usize, j: usize| f64::from(land.samples()[j * 256 + i]);
+                for (i, j) in (0..256 - step).flat_map(|i| (0..256).step_by(5).map(move |j| (i, j))) {
+                    sum += (at(i + step, j) - at(i, j)) * (at(i + step, j) - at(i, j)) / (256 - step) as f64;
+                }
+            }
+            sum
+        };
+        let exponent = math::log2(square(32) / square(4)) / 3.0;
+        assert!((exponent - 1.0).abs() < 0.15, "{exponent}");
+    }
+
+    #[test]
+    fn no_seed_has_the_land_of_another_and_every_window_is_the_wholes() {
+        let whole = Window::whole(world(131, 97, 120.0));
+        at_every_level(|| generate(whole, &NODE, ""));
+        let land = generate(whole, &NODE, "");
+        let part = Window { origin: [17, 31], cells: [83, 40], ..whole };
+        assert_eq!(land.crop(&part), generate(part, &NODE, ""));
+        assert_ne!(land, generate(whole, &NODE, "seed=1"));
+        let (_, std) = moments(land.samples());
+        assert!(std > 100.0 && std < 1000.0, "{std}");
+    }
+
+    #[test]
+    fn a_path_has_the_high_land_on_its_left_all_along() {
+        let mut params = with_params(&NODE, "pattern=path,throw=100,width=30");
+        // heading east and then south: the left is north and east
+        params.set("path", ParamValue::Path(vec![[200.0, 500.0], [600.0, 500.0], [600.0, 800.0]]));
+        let mut outputs = outputs_on(Window::whole(world(100, 100, 10.0)), &NODE, &params, &[]).expect("a result");
+        let land = outputs.take("height").expect("an output");
+        let land = land.as_field().expect("a field");
+        let at = |x: usize, y: usize| land.samples()[y / 10 * 100 + x / 10];
+        assert!(at(5, 400) > 45.0 && at(5, 600) < -45.0 && at(400, 990) < -45.0 && at(800, 990) > 45.0);
+        assert!(at(700, 400) > 45.0 && at(500, 600) < -45.0);
+        let x = 65.0 / 30.0_f64;
+        assert!((f64::from(at(400, 430)) - 50.0 * x / (1.0 + x * x).sqrt()).abs() < 1e-3);
+        // no jump anywhere: the steepest is throw / 2 width over a cell
+        let steepest = (0..100).flat_map(|j| (1..100).map(move |i| (i, j)));
+        assert!(
+            steepest
+                .into_iter()
+                .all(|(i, j)| (land.samples()[j * 100 + i] - land.samples()[j * 100 + i - 1]).abs() < 17.0)
+        );
+    }
+}

@@ -1,0 +1,153 @@
+//! An even change from one value to another: along a line, from a place outwards, or around it.
+
+use crate::{
+    math, par,
+    prelude::*,
+    quantity::{self, Quantity},
+};
+
+choice! {
+    /// Which way values change.
+    pub enum Form {
+        /// Along a straight line, with `centre` half way.
+        Linear = "linear",
+        /// From `centre` outwards.
+        Radial = "radial",
+        /// Around `centre`, one turn clockwise from `azimuth`.
+        Angular = "angular",
+    }
+}
+
+choice! {
+    /// What there is beyond the end.
+    pub enum Beyond {
+        /// The last value goes on.
+        Hold = "hold",
+        /// The change starts again from the first value.
+        Repeat = "repeat",
+        /// It goes back, and forth again.
+        Mirror = "mirror",
+    }
+}
+
+params! {
+    /// Which way values change.
+    form: Form = Form::Linear, One, ..;
+    /// Value at the beginning.
+    from: f64 = 0.0, One, -1e9..=1e9, soft -1000..=1000;
+    /// Value at the end.
+    to: f64 = 1000.0, One, -1e9..=1e9, soft -1000..=2000;
+    /// Middle, from the world's north-west corner.
+    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7;
+    /// Direction of the change, or where a turn begins, clockwise from north.
+    azimuth: f64 = 90.0, Degrees, -360.0..=360.0, soft 0..=360;
+    /// Distance from the beginning to the end; a turn has none.
+    length: f64 = 16000.0, Metres, 0.01..=1e7, soft 100..=30000;
+    /// What there is beyond the end. A turn that is mirrored has its end half way round and no seam.
+    beyond: Beyond = Beyond::Hold, One, ..;
+    /// What the values mean, and so where they may be wired.
+    quantity: Quantity = Quantity::Height, One, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Gradient",
+    category: "generate",
+    summary: "An even change between two values: along a line, outwards or around.",
+    doc: "The value is `from + (to − from) t`, where t goes from 0 to 1\n\n\
+          - `linear`: along `length` metres in the direction of `azimuth`, half of them on each side of `centre`;\n\
+          - `radial`: over `length` metres from `centre` outwards;\n\
+          - `angular`: once around `centre`, clockwise from `azimuth`. Where it begins it also ends, with a step, unless \
+          `beyond: mirror` lets it go back on the second half of the way.\n\n\
+          A tilted plain drains: add it to noise with `Combine` before water runs on it. As a mask it fades one land into \
+          another; `Curve` gives it any other profile.",
+    outputs: &[Output::chosen("value", quantity::port_type, "The value in every cell.")],
+    params: Params::specs,
+    cpu: run,
+    example: "form: radial, from: 900, to: 0, length: 7000",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    quantity::check(params.quantity, &[params.from, params.to])?;
+    let window = job.window();
+    let azimuth = params.azimuth.to_radians();
+    let (cos, sin) = (math::cos(azimuth), math::sin(azimuth));
+    let mut values = vec![0.0; window.len()];
+    par::rows(job, &mut values, |j, row| {
+        for (i, value) in row.iter_mut().enumerate() {
+            let [x, y] = window.centre_m(i, j);
+            let (dx, dy) = (x - params.centre[0], y - params.centre[1]);
+            // ahead in the direction of the azimuth, and to its right
+            let (ahead, right) = (dx * sin - dy * cos, dx * cos + dy * sin);
+            let way = match params.form {
+                Form::Linear => 0.5 + ahead / params.length,
+                Form::Radial => (dx * dx + dy * dy).sqrt() / params.length,
+                Form::Angular => params.turn(math::atan2(right, ahead)),
+            };
+            let share = match params.beyond {
+                Beyond::Hold => way.clamp(0.0, 1.0),
+                Beyond::Repeat => way.rem_euclid(1.0),
+                Beyond::Mirror => 1.0 - (way.rem_euclid(2.0) - 1.0).abs(),
+            };
+            *value = (params.from + (params.to - params.from) * share) as f32;
+        }
+    })?;
+    Ok(Outputs::one("value", Field::new(window, values)))
+}
+
+impl Params {
+    /// How far around an angle is: 1 for a whole turn, or 2 where it is to be mirrored.
+    fn turn(&self, angle: f64) -> f64 {
+        let turns = (angle / std::f64::consts::TAU).rem_euclid(1.0);
+        if self.beyond == Beyond::Mirror { 2.0 * turns } else { turns }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::ParamValue;
+
+    use super::*;
+    use crate::testing::{outputs_on, with_params, world};
+
+    /// At the centres of 10 x 10 cells of 100 m; the middle is the world's.
+    fn value(changes: &str, at: [usize; 2]) -> f32 {
+        let mut params = with_params(&NODE, changes);
+        params.set("centre", ParamValue::Point([500.0, 500.0]));
+        let mut outputs = outputs_on(Window::whole(world(10, 10, 100.0)), &NODE, &params, &[]).expect("a result");
+        let value = outputs.take("value").expect("an output");
+        value.as_field().expect("a field").samples()[at[1] * 10 + at[0]]
+    }
+
+    #[test]
+    fn a_line_a_circle_and_a_turn() {
+        // east of the middle by 150 m of 400 m
+        assert_eq!(value("length=400,from=10,to=20", [6, 4]), 10.0 + 10.0 * (0.5 + 150.0 / 400.0));
+        assert_eq!(value("length=400,from=10,to=20", [9, 4]), 20.0);
+        assert_eq!(value("length=400,azimuth=0,from=0,to=1", [4, 4]), 0.5 + 50.0 / 400.0);
+        let r = math::hypot(150.0, 250.0);
+        assert_eq!(value("form=radial,length=400,from=10,to=20", [6, 7]), (10.0 + 10.0 * r / 400.0) as f32);
+        // north-east of the middle, an eighth of a turn from north
+        assert_eq!(value("form=angular,azimuth=0,from=0,to=80", [7, 2]), 10.0);
+        assert_eq!(value("form=angular,azimuth=0,from=0,to=80,beyond=mirror", [7, 2]), 20.0);
+        assert_eq!(value("form=angular,azimuth=0,from=0,to=80,beyond=mirror", [2, 2]), 20.0);
+    }
+
+    #[test]
+    fn beyond_the_end_it_holds_repeats_or_goes_back() {
+        // 350 m east of the middle: 4/2 of the length beyond the beginning, less a quarter
+        assert_eq!(value("length=200,from=0,to=4", [8, 4]), 4.0);
+        assert_eq!(value("length=200,from=0,to=4,beyond=repeat", [8, 4]), 1.0);
+        assert_eq!(value("length=200,from=0,to=4,beyond=mirror", [8, 4]), 1.0);
+        assert_eq!(value("length=200,from=0,to=4,beyond=mirror", [7, 4]), 1.0);
+    }
+
+    #[test]
+    fn a_mask_beyond_0_to_1_is_refused() {
+        let params = with_params(&NODE, "quantity=mask");
+        let error = outputs_on(Window::whole(world(8, 8, 10.0)), &NODE, &params, &[]);
+        assert!(matches!(error, Err(NodeError::Failed { hint: Some(_), .. })));
+    }
+}

@@ -1,0 +1,204 @@
+//! Land that falls to the sea: by the distance from the world's edges, from a place, or from a wired outline.
+
+use super::noise::{Basis, Fractal, sum};
+use crate::{par, prelude::*};
+
+choice! {
+    /// What the coast follows.
+    pub enum Form {
+        /// The edges of the world, `margin` away from them.
+        Edges = "edges",
+        /// A circle of `radius` around `centre`.
+        Disc = "disc",
+        /// Where the wire `distance` is 0; land is where it is below, as `Shape` gives it.
+        Outline = "outline",
+    }
+}
+
+params! {
+    /// What the coast follows.
+    form: Form = Form::Edges, One, ..;
+    /// Distance of the coast from the edges of the world.
+    margin: f64 = 2500.0, Metres, 0.0..=1e7, soft 0..=8000;
+    /// Middle of the circle, from the world's north-west corner.
+    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7;
+    /// Radius of the circle.
+    radius: f64 = 6000.0, Metres, 0.01..=1e7, soft 500..=20000;
+    /// Distance from the coast inland over which the land comes to its whole height.
+    slope: f64 = 4000.0, Metres, 0.01..=1e7, soft 100..=10000;
+    /// Elevation of the sea, which is that of the coast.
+    sea: f64 = 0.0, Metres, -1e5..=1e5, soft -500..=500;
+    /// Depth of the sea floor.
+    depth: f64 = 300.0, Metres, 0.0..=1e5, soft 0..=2000;
+    /// Distance from the coast over which the floor falls to its depth.
+    shelf: f64 = 2000.0, Metres, 0.01..=1e7, soft 100..=10000;
+    /// How far bays and capes reach at most; on average a sixth of it.
+    roughness: f64 = 3000.0, Metres, 0.0..=1e6, soft 0..=5000;
+    /// Wavelength of the largest bays.
+    wavelength: f64 = 5000.0, Metres, 1.0..=1e6, soft 500..=20000;
+    /// Which coast this is.
+    seed: Seed = Seed(0), Count, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Island",
+    category: "generate",
+    summary: "Lets land fall to the sea around it: islands and coasts.",
+    doc: "With the distance d inland from the coast, below 0 at sea, and φ(t) = t (2 − t) for t from 0 to 1,\n\n    \
+          z = sea + (height − sea) φ(d / slope)   on land,     z = sea − depth φ(−d / shelf)   beyond.\n\n\
+          φ is steepest at the coast and level at its end, so that level land becomes a shield without hollows whose water runs to the sea \
+          at once: what erosion needs. Give `height` noise or mountains, or the number of a plateau to let rivers make the rest.\n\n\
+          The coast follows the form, moved by noise of eight octaves by up to `roughness`. With `edges`, d is (Σ dᵢ⁻²)^−½ − margin, with \
+          the distances dᵢ to the four sides of the world: along a side the distance to it, rounder towards corners, and without creases. A \
+          `roughness` above twice the `margin` may reach the edge of the world.",
+    inputs: &[
+        Input::number(
+            "height",
+            Unit::Metres,
+            500.0,
+            [-1e6, 1e6],
+            [0.0, 3000.0],
+            "Elevation inland: a wired height, or the same everywhere.",
+        ),
+        Input::takes(
+            "distance",
+            PortType::Scalar(Unit::Metres),
+            "Distance to the coast, below 0 on land; for `outline`.",
+        ),
+    ],
+    outputs: &[
+        Output::gives("height", PortType::Height, "Elevation."),
+        Output::gives("inland", PortType::Scalar(Unit::Metres), "Distance d inland from the coast, below 0 at sea."),
+    ],
+    params: Params::specs,
+    cpu: run,
+    example: "height: 800, roughness: 2500, seed: 3",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let window = job.window();
+    let wired = job.optional("distance");
+    if params.form == Form::Outline && wired.is_none() {
+        return Err(NodeError::failed_with_hint(
+            "there is no outline",
+            "wire the distance of `Shape` to `distance`, or choose another `form`",
+        ));
+    }
+    let fractal = Fractal {
+        wavelength_m: params.wavelength,
+        octaves: 8,
+        lacunarity: 2.0,
+        gain: 0.5,
+        tileable: false,
+        seed: job.seed(),
+    };
+    let mut inland = sum::lattices(job, &fractal.octaves(job.world()), Basis::Bell, params.roughness)?;
+    let size = window.world.size;
+    par::rows_within(job, [0.5, 0.8], &mut inland, |j, row| {
+        for (i, inland) in row.iter_mut().enumerate() {
+            let [x, y] = window.centre_m(i, j);
+            let even = match (params.form, wired) {
+                (Form::Edges, _) | (Form::Outline, None) => inside(size, [x, y]) - params.margin,
+                (Form::Disc, _) => {
+                    let (dx, dy) = (x - params.centre[0], y - params.centre[1]);
+                    params.radius - (dx * dx + dy * dy).sqrt()
+                }
+                (Form::Outline, Some(distance)) => -f64::from(distance.samples()[j * window.nx() + i]),
+            };
+            *inland = (even + f64::from(*inland)) as f32;
+        }
+    })?;
+    let height = job.lane("height");
+    let [sea, depth] = [params.sea, params.depth].map(|part| part as f32);
+    let [per_slope, per_shelf] = [params.slope, params.shelf].map(|part| (1.0 / part) as f32);
+    let mut out = vec![0.0; window.len()];
+    par::rows_within(job, [0.8, 1.0], &mut out, |j, row| {
+        for (i, out) in row.iter_mut().enumerate() {
+            let at = j * window.nx() + i;
+            let inland = inland[at];
+            *out = if inland >= 0.0 {
+                sea + (height.at(at) - sea) * rise(inland * per_slope)
+            } else {
+                sea - depth * rise(-inland * per_shelf)
+            };
+        }
+    })?;
+    Ok(Outputs::one("height", Field::new(window, out)).with("inland", Field::new(window, inland)))
+}
+
+/// From 0 to 1, steepest at the beginning.
+#[inline(always)]
+fn rise(t: f32) -> f32 {
+    let t = t.min(1.0);
+    t * (2.0 - t)
+}
+
+/// The distance inwards from the sides of the world, (Σ dᵢ⁻²)^−½: near a side that to it, without a crease where two are as near.
+fn inside(size: [f64; 2], place: [f64; 2]) -> f64 {
+    let sides = [place[0], size[0] - place[0], place[1], size[1] - place[1]];
+    1.0 / sides.iter().map(|side| 1.0 / (side * side)).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{field, outputs_on, with_params, world};
+
+    fn island(changes: &str, fields: &[(&str, &Field)]) -> [Field; 2] {
+        let params = with_params(&NODE, changes);
+        let window = Window::whole(world(160, 120, 100.0));
+        let mut outputs = outputs_on(window, &NODE, &params, fields).expect("a result");
+        ["height", "inland"].map(|name| outputs.take(name).expect("an output").as_field().expect("a field").clone())
+    }
+
+    #[test]
+    fn the_coast_follows_the_edges_and_the_profile_is_its_formula() {
+        let [height, inland] = island("roughness=0,margin=2000,slope=3000,shelf=1000,depth=200,sea=10", &[]);
+        let at = |i: usize, j: usize| (height.samples()[j * 160 + i], inland.samples()[j * 160 + i]);
+        // a row half way from north to south of 16 km x 12 km
+        for i in [0, 15, 25, 40, 80] {
+            let x = 100.0 * i as f64 + 50.0;
+            let sum: f64 = [x, 16_000.0 - x, 6050.0, 5950.0].iter().map(|side| 1.0 / (side * side)).sum();
+            let d = 1.0 / sum.sqrt() - 2000.0;
+            let t = (if d > 0.0 { d / 3000.0 } else { -d / 1000.0 }).min(1.0);
+            let expected = 10.0 + t * (2.0 - t) * if d > 0.0 { 490.0 } else { -200.0 };
+            assert!(
+                (f64::from(at(i, 60).1) - d).abs() < 1e-3 && (f64::from(at(i, 60).0) - expected).abs() < 1e-3,
+                "{i}"
+            );
+        }
+        // from the edge to the middle it only rises, along any row and column
+        assert!((1..80).all(|i| (0..120).all(|j| at(i, j).0 >= at(i - 1, j).0)));
+    }
+
+    #[test]
+    fn it_takes_land_and_an_outline() {
+        let world = world(160, 120, 100.0);
+        let hills = field(world, |x, _| 300.0 + 0.01 * x);
+        let distance = field(world, |x, _| 8000.0 - x);
+        let changes = "form=outline,roughness=0,slope=1000,depth=50,shelf=100";
+        let [height, _] = island(changes, &[("height", &hills), ("distance", &distance)]);
+        assert_eq!(height.samples()[70], -50.0);
+        assert_eq!(height.samples()[100], hills.samples()[100]);
+        let params = with_params(&NODE, "form=outline");
+        let error = outputs_on(Window::whole(world), &NODE, &params, &[]);
+        assert!(matches!(error, Err(NodeError::Failed { hint: Some(_), .. })));
+    }
+
+    /// The circle's area is kept to 5 %: bays and capes are as many.
+    #[test]
+    fn bays_and_capes_move_the_coast_both_ways() {
+        let [_, inland] = island("form=disc,radius=3500,roughness=1500,wavelength=1500", &[]);
+        // its centre, (8192, 8192), lies 300 m from the southern third of this world
+        let land = inland.samples().iter().filter(|d| **d > 0.0).count() as f64 * 1e4;
+        let circle = std::f64::consts::PI * 3500.0 * 3500.0;
+        assert!((land / circle - 1.0).abs() < 0.05, "{}", land / circle);
+        let rough = inland.samples().iter().filter(|d| d.abs() < 50.0).count() as f64;
+        let smooth =
+            island("form=disc,radius=3500,roughness=0", &[])[1].samples().iter().filter(|d| d.abs() < 50.0).count();
+        assert!(rough > 1.15 * smooth as f64, "{rough} {smooth}");
+    }
+}
