@@ -10,6 +10,7 @@ use std::{
 
 use crate::{
     field::Field,
+    lines::Lines,
     node::Node,
     param::{FileName, ParamValues, Seed},
     value::Value,
@@ -226,6 +227,15 @@ impl Job<'_> {
     pub fn optional(&self, name: &str) -> Option<&Field> {
         match self.input(name) {
             InputValue::Value(value) => value.as_field(),
+            InputValue::Constant(_) | InputValue::Absent => None,
+        }
+    }
+
+    /// The lines wired to an input, if any.
+    #[must_use]
+    pub fn lines(&self, name: &str) -> Option<&Lines> {
+        match self.input(name) {
+            InputValue::Value(value) => value.as_lines(),
             InputValue::Constant(_) | InputValue::Absent => None,
         }
     }

@@ -50,6 +50,35 @@ pub fn smoothstep(t: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
+/// Weights of the four neighbours of a place that lies the share `t` of the way from the second to the third: the cubic of
+/// E. Catmull and R. Rom (1974), "A class of local interpolating splines".
+#[must_use]
+#[inline]
+pub fn catmull_rom(t: f64) -> [f64; 4] {
+    [
+        0.5 * t * (t * (2.0 - t) - 1.0),
+        0.5 * (t * t * (3.0 * t - 5.0) + 2.0),
+        0.5 * t * (t * (4.0 - 3.0 * t) + 1.0),
+        0.5 * t * t * (t - 1.0),
+    ]
+}
+
+/// A whole number below 2³² for each value, in the order of the values; of the two zeros the negative one comes first.
+#[must_use]
+#[inline]
+pub fn ordered(value: f32) -> u64 {
+    let bits = value.to_bits();
+    u64::from(if bits >> 31 == 1 { !bits } else { bits | 1 << 31 })
+}
+
+/// The value of such a number.
+#[must_use]
+#[inline]
+pub fn from_ordered(number: u64) -> f32 {
+    let bits = number as u32;
+    f32::from_bits(if bits >> 31 == 1 { bits & !(1 << 31) } else { !bits })
+}
+
 /// Functions for row kernels: without branches, so that the compiler can vectorise the loop around them.
 pub mod lane {
     /// From 0 at 0 and below to 1 at 1 and above by the cubic `3 t² - 2 t³`, level at both ends.
@@ -180,6 +209,13 @@ mod tests {
             let sum: f32 = super::lane::catmull_rom(t).iter().zip(places).map(|(w, x)| w * parabola(x)).sum();
             assert!((sum - parabola(t)).abs() < 2e-6, "{t}");
         }
+    }
+
+    #[test]
+    fn ordered_numbers_are_in_the_order_of_values() {
+        let values = [f32::MIN, -1.5, -1.0e-30, -0.0, 0.0, 1.0e-30, 2.0, f32::MAX];
+        assert!(values.map(super::ordered).is_sorted());
+        assert!(values.iter().all(|&v| super::from_ordered(super::ordered(v)).to_bits() == v.to_bits()));
     }
 
     #[test]

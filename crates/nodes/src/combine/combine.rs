@@ -4,6 +4,8 @@
 //! `min(a, b) − max(r − |a − b|, 0)² / 4r`, which is exactly a or b where they differ by the radius r or more. Screen and
 //! overlay are those of image compositing (World Wide Web Consortium, 2015, "Compositing and Blending Level 1").
 
+use orograph_graph::Fallback;
+
 use crate::{
     cells::{BLOCK, blocks, masked, samples},
     math,
@@ -40,13 +42,15 @@ choice! {
         Overlay = "overlay",
         /// full · (a / full)^b, with the sign of a.
         Power = "power",
+        /// Where the mask is between 0 and 1 the higher of the two, with a transition over `radius`.
+        HeightBlend = "height_blend",
     }
 }
 
 params! {
     /// How two values become one.
     mode: Mode = Mode::Add, One, ..;
-    /// Difference below which the smooth extremes round, in the unit of `a`.
+    /// Difference below which the smooth extremes round and `height_blend` mixes, in the unit of `a`.
     radius: f64 = 50.0, One, 0.0..=1e6, soft 0..=500;
     /// The value that counts as full for `screen`, `overlay`, `power` and `clamp`: 1 for masks, a top height for heights.
     full: f64 = 1.0, One, 1e-6..=1e9, soft 1..=5000;
@@ -65,6 +69,12 @@ pub static NODE: Node = Node {
         Input::needs("a", PortType::AnyScalar, "The first field; the result means what it means."),
         Input::any_number("b", 0.0, [-1e9, 1e9], [-1000.0, 1000.0], "The second field, or a number."),
         Input::mask("mask", "Where the result replaces `a`: fully at 1, not at all at 0."),
+        Input {
+            name: "keep",
+            ty: PortType::Mask,
+            fallback: Fallback::Constant { default: 0.0, hard: [0.0, 1.0], soft: [0.0, 1.0] },
+            doc: "Where `a` stays whatever the mask says, as river beds must.",
+        },
     ],
     outputs: &[Output::same_as("value", "a", "The result, with the meaning of `a`.")],
     params: Params::specs,
@@ -75,12 +85,21 @@ pub static NODE: Node = Node {
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    let (a, b, mask) = (job.field("a")?, job.lane("b"), job.lane("mask"));
+    let (a, b, mask, keep) = (job.field("a")?, job.lane("b"), job.lane("mask"), job.lane("keep"));
     let mut out = a.samples().to_vec();
     blocks(job, [0.0, 1.0], &mut out, |cells, first| {
         let (mut spare_b, mut spare_mask) = ([0.0; BLOCK], [0.0; BLOCK]);
         let b = samples(b, first, cells.len(), &mut spare_b);
-        let mask = samples(mask, first, cells.len(), &mut spare_mask);
+        let mut free = [0.0; BLOCK];
+        let mut mask = samples(mask, first, cells.len(), &mut spare_mask);
+        if keep.constant() != Some(0.0) {
+            let mut spare = [0.0; BLOCK];
+            let keep = samples(keep, first, cells.len(), &mut spare);
+            for ((free, mask), keep) in free.iter_mut().zip(mask).zip(keep) {
+                *free = mask * (1.0 - keep);
+            }
+            mask = &free[..cells.len()];
+        }
         combine(cells, b, mask, params.mode, params.radius as f32, params.full as f32);
         if params.clamp {
             cells.iter_mut().for_each(|v| *v = v.clamp(0.0, params.full as f32));
@@ -91,7 +110,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 
 /// How far the smooth extremes are beyond the plain ones.
 #[inline(always)]
-fn rounding(a: f32, b: f32, radius: f32) -> f32 {
+pub(super) fn rounding(a: f32, b: f32, radius: f32) -> f32 {
     let overlap = (radius - (a - b).abs()).max(0.0);
     if radius > 0.0 { overlap * overlap / (4.0 * radius) } else { 0.0 }
 }
@@ -125,6 +144,14 @@ simd! {
             Mode::Power => {
                 for ((a, &b), &mask) in a.iter_mut().zip(b).zip(mask) {
                     *a = masked(*a, (full * math::lane::pow(a.abs() / full, b)).copysign(*a), mask);
+                }
+            }
+            // the mask is a part of it, so that both ends are exact
+            Mode::HeightBlend => {
+                for ((a, &b), &mask) in a.iter_mut().zip(b).zip(mask) {
+                    let above = (b - *a) / radius.max(f32::MIN_POSITIVE);
+                    let above = above.clamp(-1e9, 1e9);
+                    *a = masked(*a, b, (mask + 2.0 * mask * (1.0 - mask) * above).clamp(0.0, 1.0));
                 }
             }
         }
@@ -231,6 +258,43 @@ mod tests {
                 0..500 => assert_eq!(got.to_bits(), a.to_bits()),
                 500..1000 => assert_eq!(got.to_bits(), sum.to_bits()),
                 _ => assert!((got - (0.75 * a + 0.25 * sum)).abs() < 2e-5),
+            }
+        }
+    }
+
+    /// Detail beside rivers leaves their beds as they were, to the last bit.
+    #[test]
+    fn what_is_kept_stays() {
+        let (a, b) = pair();
+        let rivers = field(a.window().world, |x, _| if (x as u32).is_multiple_of(7) { 1.0 } else { 0.0 });
+        let half = field(a.window().world, |_, _| 0.5);
+        let params = with_params(&NODE, "mode=add");
+        let whole = run_pair(&params, &a, &b);
+        let found = run(&NODE, &params, &[("a", &a), ("b", &b), ("keep", &rivers)], "value");
+        for (at, found) in found.samples().iter().enumerate() {
+            let expected = if rivers.samples()[at] == 1.0 { a.samples()[at] } else { whole.samples()[at] };
+            assert_eq!(found.to_bits(), expected.to_bits());
+        }
+        let both = run(&NODE, &params, &[("a", &a), ("b", &b), ("mask", &half), ("keep", &half)], "value");
+        for (at, found) in both.samples().iter().enumerate() {
+            assert!((found - (a.samples()[at] + 0.25 * b.samples()[at])).abs() < 2e-5);
+        }
+    }
+
+    /// With a mask of a half the higher of the two from a difference of the radius on, their mean where they meet.
+    #[test]
+    fn a_blend_by_height_takes_the_higher() {
+        let (a, b) = pair();
+        let params = with_params(&NODE, "mode=height_blend,radius=30");
+        for (mask, at_most) in [(0.0, 0.0), (1.0, 1.0), (0.5, 0.5)] {
+            let mask = field(a.window().world, |_, _| mask);
+            let found = run(&NODE, &params, &[("a", &a), ("b", &b), ("mask", &mask)], "value");
+            for ((&a, &b), &found) in a.samples().iter().zip(b.samples()).zip(found.samples()) {
+                let share = if at_most == 0.5 { (0.5 + 0.5 * (b - a) / 30.0).clamp(0.0, 1.0) } else { at_most };
+                assert!((found - (a * (1.0 - share) + b * share)).abs() < 1e-4, "{a} {b} {found}");
+                if at_most != 0.5 || (b - a).abs() > 30.0 {
+                    assert_eq!(found, if share == 1.0 { b } else { a });
+                }
             }
         }
     }

@@ -1,12 +1,22 @@
 //! Filters: what a field becomes by its surroundings.
 
+pub mod bilateral;
 pub mod blur;
+pub mod carve;
+pub mod coarse;
+pub mod despike;
 pub mod extremes;
 pub mod gaussian;
 pub mod lines;
+pub mod median;
 pub mod morphology;
+pub mod rank;
+pub mod resample;
 pub mod sharpen;
+pub mod smear;
 pub mod terrace;
+pub mod tile;
+pub mod transform;
 pub mod warp;
 
 use orograph_graph::{Job, Lane, Node, NodeError};
@@ -14,7 +24,21 @@ use orograph_graph::{Job, Lane, Node, NodeError};
 use crate::cells::{BLOCK, blocks, masked, samples};
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] = &[&blur::NODE, &sharpen::NODE, &terrace::NODE, &warp::NODE, &morphology::NODE];
+pub static NODES: &[&Node] = &[
+    &blur::NODE,
+    &bilateral::NODE,
+    &median::NODE,
+    &despike::NODE,
+    &sharpen::NODE,
+    &smear::NODE,
+    &terrace::NODE,
+    &warp::NODE,
+    &carve::NODE,
+    &transform::NODE,
+    &resample::NODE,
+    &tile::NODE,
+    &morphology::NODE,
+];
 
 /// Replaces `new` by `old` where the mask is 0, by the weighted mean of both between 0 and 1.
 fn mix(job: &Job<'_>, old: &[f32], new: &mut [f32], mask: Lane<'_>) -> Result<(), NodeError> {

@@ -7,11 +7,25 @@ use crate::{
     simd::simd,
 };
 
+choice! {
+    /// Where the steps are.
+    pub enum Steps {
+        /// Everywhere, of the height `step`.
+        Even = "even",
+        /// At the heights of `layers`.
+        Layers = "layers",
+    }
+}
+
 params! {
+    /// Where the steps are.
+    steps: Steps = Steps::Even, One, ..;
     /// Height of a step.
     step: f64 = 100.0, Metres, 0.01..=1e5, soft 5..=500;
     /// How steep risers and how flat treads are: 1 leaves the land as it is, from 8 on treads are level.
     sharpness: f64 = 3.0, One, 1.0..=32.0, soft 1..=12;
+    /// For `layers`: the height of each tread above `base`, rising, and the sharpness of the riser that begins there.
+    layers: CurvePoints = CurvePoints(vec![[0.0, 2.0], [200.0, 8.0], [350.0, 4.0], [800.0, 12.0], [950.0, 3.0], [1400.0, 1.0]]), One, ..;
 }
 
 /// The declaration.
@@ -23,6 +37,8 @@ pub static NODE: Node = Node {
           `base + step (i + g(f))`: g is ½ (2 f)ᵏ in the lower half of a step and 1 − ½ (2 − 2 f)ᵏ in the upper one, with k the \
           `sharpness`. So treads lie at whole steps and risers half-way between; heights keep their order, and the middle of a \
           riser is k times as steep as the land was.\n\n\
+          With `steps: layers` treads lie at the heights of a table, each riser with a sharpness of its own: hard beds thick and \
+          sharp, soft ones thin and round. Below the first and above the last height the land stays.\n\n\
           `base` may be wired: steps follow it, so a tilted plane tilts the layers, and gentle noise of half a step takes away \
           the look of contour lines.\n\n\
           **Advice.** This is a picture of layers. For rock that really resists in layers, give `StreamPower` an erodibility and \
@@ -52,7 +68,13 @@ pub static NODE: Node = Node {
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let height = job.field("height")?;
-    if params.sharpness == 1.0 {
+    let layers = match params.steps {
+        Steps::Even => Vec::new(),
+        Steps::Layers => layers(&params.layers.0)?,
+    };
+    let level =
+        if layers.is_empty() { params.sharpness == 1.0 } else { layers.iter().all(|layer| layer.sharpness == 1.0) };
+    if level {
         return Ok(Outputs::one("height", height.clone()));
     }
     let (base, mask) = (job.lane("base"), job.lane("mask"));
@@ -61,9 +83,48 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let (mut spare_base, mut spare_mask) = ([0.0; BLOCK], [0.0; BLOCK]);
         let base = samples(base, first, cells.len(), &mut spare_base);
         let mask = samples(mask, first, cells.len(), &mut spare_mask);
-        cut(cells, base, mask, params.step as f32, params.sharpness as f32);
+        if layers.is_empty() {
+            cut(cells, base, mask, params.step as f32, params.sharpness as f32);
+        } else {
+            cut_layers(cells, base, mask, &layers);
+        }
     })?;
     Ok(Outputs::one("height", Field::new(job.window(), out)))
+}
+
+/// A step from one tread of a table to the next.
+#[derive(Clone, Copy, Debug)]
+struct Layer {
+    tread: f32,
+    step: f32,
+    sharpness: f32,
+}
+
+/// The steps of a table.
+fn layers(table: &[[f64; 2]]) -> Result<Vec<Layer>, NodeError> {
+    let is_wrong = |[height, sharpness]: &&[f64; 2]| height.abs() > 1e6 || !(1.0..=32.0).contains(sharpness);
+    if let Some([height, sharpness]) = table.iter().find(is_wrong) {
+        return Err(NodeError::failed_with_hint(
+            format!("there is a layer at {height} m with a sharpness of {sharpness}"),
+            "give each layer a height within 1000 km and a sharpness from 1 to 32",
+        ));
+    }
+    let layer = |pair: &[[f64; 2]]| Layer {
+        tread: pair[0][0] as f32,
+        step: ((pair[1][0] - pair[0][0]) as f32).max(f32::MIN_POSITIVE),
+        sharpness: pair[0][1] as f32,
+    };
+    Ok(table.windows(2).map(layer).collect())
+}
+
+/// How far up its step the land goes that was the share `rest` of it up.
+#[inline(always)]
+fn riser(rest: f32, sharpness: f32) -> f32 {
+    // from the nearer tread, 0 to 1 at the middle of the riser
+    let upper = rest > 0.5;
+    let near = if upper { 2.0 - 2.0 * rest } else { 2.0 * rest };
+    let lift = 0.5 * math::lane::pow(near, sharpness);
+    if upper { 1.0 - lift } else { lift }
 }
 
 simd! {
@@ -71,21 +132,34 @@ simd! {
         for ((height, &base), &mask) in heights.iter_mut().zip(base).zip(mask) {
             let u = (*height - base) / step;
             let tread = u.floor();
-            // from the nearer tread, 0 to 1 at the middle of the riser
-            let rest = u - tread;
-            let upper = rest > 0.5;
-            let near = if upper { 2.0 - 2.0 * rest } else { 2.0 * rest };
-            let lift = 0.5 * math::lane::pow(near, sharpness);
-            let share = if upper { 1.0 - lift } else { lift };
-            *height = masked(*height, base + step * (tread + share), mask);
+            *height = masked(*height, base + step * (tread + riser(u - tread, sharpness)), mask);
+        }
+    }
+}
+
+simd! {
+    fn cut_layers(heights: &mut [f32], base: &[f32], mask: &[f32], layers: &[Layer]) {
+        let last = layers[layers.len() - 1];
+        for ((height, &base), &mask) in heights.iter_mut().zip(base).zip(mask) {
+            let above = *height - base;
+            let mut here = layers[0];
+            for layer in layers {
+                here = if above >= layer.tread { *layer } else { here };
+            }
+            let rest = ((above - here.tread) / here.step).clamp(0.0, 1.0);
+            let stepped = base + here.tread + here.step * riser(rest, here.sharpness);
+            let outside = (above < here.tread) | (above >= last.tread + last.step) | (here.sharpness == 1.0);
+            *height = masked(*height, if outside { *height } else { stepped }, mask);
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use orograph_graph::ParamValue;
+
     use super::*;
-    use crate::testing::{at_every_level, field, run as result, run_in, with_params, world};
+    use crate::testing::{at_every_level, field, outputs, run as result, run_in, with_params, world};
 
     #[test]
     fn treads_and_middles_of_risers_stay_and_order_is_kept() {
@@ -108,6 +182,33 @@ mod tests {
         assert_eq!(result(&NODE, &with_params(&NODE, "sharpness=1"), &[("height", &land)], "height"), land);
         let nowhere = field(world(70, 9, 5.0), |_, _| 0.0);
         assert_eq!(result(&NODE, &with_params(&NODE, ""), &[("height", &land), ("mask", &nowhere)], "height"), land);
+    }
+
+    /// Treads of a table stay, between them the middle of each riser does, and beyond the table all land does.
+    #[test]
+    fn layers_lie_where_the_table_says() {
+        let slope = field(world(1601, 1, 1.0), |x, _| (x - 0.5) - 200.0); // −200 to 1400 m
+        let table = [[0.0, 4.0], [100.0, 1.0], [300.0, 12.0], [700.0, 2.0], [800.0, 1.0]];
+        let through = |table: &[[f64; 2]]| {
+            let mut params = with_params(&NODE, "steps=layers");
+            params.set("layers", ParamValue::Curve(table.to_vec()));
+            params
+        };
+        let cut = result(&NODE, &through(&table), &[("height", &slope)], "height");
+        assert!(cut.samples().is_sorted());
+        for (before, after) in slope.samples().iter().zip(cut.samples()) {
+            if !(0.0..800.0).contains(before) || (100.0..300.0).contains(before) {
+                assert_eq!(before, after);
+            } else if [0.0, 50.0, 300.0, 500.0, 700.0, 750.0].contains(before) {
+                assert!((before - after).abs() < 1e-3, "{before} {after}");
+            }
+        }
+        assert!((cut.samples()[200 + 400] - 300.0 - 200.0 / 4096.0).abs() < 1e-3, "{}", cut.samples()[600]);
+        at_every_level(|| result(&NODE, &through(&table), &[("height", &slope)], "height"));
+        let even = [[-10.0, 1.0], [2000.0, 1.0]];
+        assert_eq!(result(&NODE, &through(&even), &[("height", &slope)], "height"), slope);
+        let wrong = outputs(&NODE, &through(&[[0.0, 0.5], [9.0, 1.0]]), &[("height", &slope)]);
+        assert!(wrong.expect_err("too soft").to_string().contains("sharpness of 0.5"));
     }
 
     #[test]

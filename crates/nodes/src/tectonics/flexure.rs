@@ -3,7 +3,7 @@
 //! D. L. Turcotte and G. Schubert (2002), "Geodynamics": a thin elastic plate on a fluid, `D ∇⁴w + (ρₘ − ρ_f) g w = q`,
 //! solved in wave numbers: `ŵ = q̂ / (D k⁴ + (ρₘ − ρ_f) g)`. The plate goes on beyond the world, without a load there.
 
-use crate::{fourier::grid::Grid, par, prelude::*};
+use crate::{fourier::grid::Grid, math, par, prelude::*};
 
 choice! {
     /// What fills the hollow that a load makes.
@@ -160,7 +160,7 @@ fn restricted(load: &[f32], nx: usize, coarser: usize, side: usize) -> Vec<[f64;
     grid
 }
 
-/// Four neighbours on the coarse grid, which wraps, and their weights: E. Catmull and R. Rom's cubic (1974).
+/// Four neighbours on the coarse grid, which wraps, and their weights.
 struct Taps {
     cells: [usize; 4],
     weights: [f64; 4],
@@ -174,15 +174,7 @@ impl Taps {
         }
         let at = (cell as f64 + 0.5) / coarser as f64 - 0.5 + side as f64;
         let (first, t) = (at.floor() as usize - 1, at - at.floor());
-        Self {
-            cells: [0, 1, 2, 3].map(|k| (first + k) % side),
-            weights: [
-                0.5 * t * (t * (2.0 - t) - 1.0),
-                0.5 * (t * t * (3.0 * t - 5.0) + 2.0),
-                0.5 * t * (t * (4.0 - 3.0 * t) + 1.0),
-                0.5 * t * t * (t - 1.0),
-            ],
-        }
+        Self { cells: [0, 1, 2, 3].map(|k| (first + k) % side), weights: math::catmull_rom(t) }
     }
 
     fn sum(&self, value: impl Fn(usize) -> f64) -> f64 {
@@ -194,10 +186,7 @@ impl Taps {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        math,
-        testing::{field, run, run_in, with_params, world},
-    };
+    use crate::testing::{field, run, run_in, with_params, world};
 
     /// A line load of q newtons a metre: `w = w₀ e^(−x/α) (cos x/α + sin x/α)`, `w₀ = q α³ / 8D` (Turcotte and Schubert).
     #[test]

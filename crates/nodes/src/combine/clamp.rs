@@ -1,0 +1,120 @@
+//! Values kept between two limits, with soft knees.
+
+use super::combine::rounding;
+use crate::{
+    cells::{BLOCK, blocks, masked, samples},
+    prelude::*,
+    simd::simd,
+};
+
+params! {
+    /// Distance from a limit within which values bend towards it, in the unit of the input; 0 for a sharp edge.
+    knee: f64 = 0.0, One, 0.0..=1e9, soft 0..=500;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Clamp",
+    category: "combine",
+    summary: "Keeps values between two limits, with a sharp edge or a soft knee.",
+    doc: "A value above `high` becomes `high`, one below `low` becomes `low`. With a `knee` k values begin to bend at the distance \
+          k before a limit and reach it k beyond, by the parabola `x − (k + x − high)² / 4k`, level at the limit and with the \
+          slope of the land where it begins; at the limit itself that is k / 4. What is farther inside keeps its bits. A knee of \
+          more than half the way between the limits counts as half.\n\n\
+          Both limits may be wired: a surface below which land shall not sink, a ceiling that falls towards the coast. Where \
+          `low` is above `high`, `low` holds.\n\n\
+          **Advice.** A sea floor is `low`; a plateau is `high` with a knee of some tens of metres.",
+    sources: &["I. Quilez, 2013, Smooth minimum"],
+    inputs: &[
+        Input::needs("value", PortType::AnyScalar, "What is kept between the limits."),
+        Input::any_number("low", 0.0, [-1e9, 1e9], [-1000.0, 5000.0], "The lower limit, a number or a field."),
+        Input::any_number("high", 1000.0, [-1e9, 1e9], [-1000.0, 5000.0], "The upper limit, a number or a field."),
+        Input::mask("mask", "Where the result replaces the input: fully at 1, not at all at 0."),
+    ],
+    outputs: &[Output::same_as("value", "value", "The values between the limits, with the meaning of the input.")],
+    params: Params::specs,
+    cpu: run,
+    example: "value: \"base\", low: 600, high: 1200, knee: 150",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let knee = Params::read(job.params).knee as f32;
+    let (low, high, mask) = (job.lane("low"), job.lane("high"), job.lane("mask"));
+    let mut out = job.field("value")?.samples().to_vec();
+    blocks(job, [0.0, 1.0], &mut out, |cells, first| {
+        let (mut spare_low, mut spare_high, mut spare_mask) = ([0.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK]);
+        let low = samples(low, first, cells.len(), &mut spare_low);
+        let high = samples(high, first, cells.len(), &mut spare_high);
+        let mask = samples(mask, first, cells.len(), &mut spare_mask);
+        limit(cells, low, high, mask, knee);
+    })?;
+    Ok(Outputs::one("value", Field::new(job.window(), out)))
+}
+
+simd! {
+    fn limit(values: &mut [f32], low: &[f32], high: &[f32], mask: &[f32], knee: f32) {
+        for (((value, &low), &high), &mask) in values.iter_mut().zip(low).zip(high).zip(mask) {
+            let knee = knee.min(0.5 * (high - low)).max(0.0);
+            let below = value.min(high) - rounding(*value, high, knee);
+            let inside = below.max(low) + rounding(below, low, knee);
+            *value = masked(*value, inside, mask);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{at_every_level, field, run as result, with_params, world};
+
+    fn ramp() -> Field {
+        field(world(3001, 1, 1.0), |x, _| x - 1000.5)
+    }
+
+    /// With limits of 0 and 1000, the declaration's own.
+    #[test]
+    fn values_are_between_the_limits_and_keep_their_bits_inside() {
+        let ramp = ramp();
+        let sharp = result(&NODE, &with_params(&NODE, ""), &[("value", &ramp)], "value");
+        assert!(ramp.samples().iter().zip(sharp.samples()).all(|(before, after)| *after == before.clamp(0.0, 1000.0)));
+        let soft = result(&NODE, &with_params(&NODE, "knee=200"), &[("value", &ramp)], "value");
+        for (before, after) in ramp.samples().iter().zip(soft.samples()) {
+            if (200.0..=800.0).contains(before) {
+                assert_eq!(before, after);
+            } else if *before >= 1200.0 || *before <= -200.0 {
+                assert_eq!(*after, before.clamp(0.0, 1000.0));
+            } else if *before > 800.0 {
+                let expected = before - (before - 800.0) * (before - 800.0) / 800.0;
+                assert!((after - expected).abs() < 1e-3, "{before} {after} {expected}");
+            }
+        }
+        // rising throughout, with a slope that does not leap: it changes by 1 over 400 m
+        assert!(soft.samples().windows(3).all(|v| {
+            let bend = (v[2] - v[1]) - (v[1] - v[0]);
+            v[2] >= v[1] && bend.abs() < 1.1 / 400.0
+        }));
+        at_every_level(|| result(&NODE, &with_params(&NODE, "knee=200"), &[("value", &ramp)], "value"));
+    }
+
+    #[test]
+    fn wide_knees_and_crossed_limits_stay_between_them() {
+        let ramp = ramp();
+        let soft = result(&NODE, &with_params(&NODE, "knee=1e9"), &[("value", &ramp)], "value");
+        assert_eq!(soft.range(0), Some((0.0, 1000.0)));
+        assert!(soft.samples().is_sorted());
+        let crossed = field(ramp.window().world, |_, _| 2000.0);
+        let found = result(&NODE, &with_params(&NODE, "knee=10"), &[("value", &ramp), ("low", &crossed)], "value");
+        assert!(found.samples().iter().all(|&v| v == 2000.0));
+    }
+
+    #[test]
+    fn a_wired_limit_is_a_limit() {
+        let ramp = ramp();
+        let ceiling = field(ramp.window().world, |x, _| 0.25 * x);
+        let found = result(&NODE, &with_params(&NODE, ""), &[("value", &ramp), ("high", &ceiling)], "value");
+        for (at, &found) in found.samples().iter().enumerate() {
+            assert_eq!(found, ramp.samples()[at].min(ceiling.samples()[at]).max(0.0));
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! A field stretched to a range by its own values.
+
+use rayon::prelude::*;
+
+use crate::{cells::blocks, prelude::*, quantity::Quantity};
+
+choice! {
+    /// What of the field is brought to the ends of the range.
+    pub enum Measure {
+        /// Its lowest and highest value.
+        Range = "range",
+        /// Two of its percentiles.
+        Percentiles = "percentiles",
+        /// So many standard deviations below and above its mean.
+        Deviation = "deviation",
+    }
+}
+
+params! {
+    /// What of the field is brought to the ends of the range.
+    measure: Measure = Measure::Range, One, ..;
+    /// For `percentiles`: shares of the cells, in percent, that lie below the two ends.
+    percentiles: [f64; 2] = [2.0, 98.0], One, 0.0..=100.0;
+    /// For `deviation`: standard deviations from the mean to either end.
+    deviations: f64 = 2.0, One, 0.01..=100.0, soft 0.5..=4;
+    /// What the lower and the upper end become, in the unit of `quantity`.
+    to: [f64; 2] = [0.0, 1000.0], One, -1e12..=1e12;
+    /// What the result means; a mask is kept between 0 and 1.
+    quantity: Quantity = Quantity::Height, One, ..;
+    /// Keeps values beyond the ends at the ends.
+    clamp: bool = false, One, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Normalise",
+    category: "combine",
+    summary: "Stretches a field so that its own lowest and highest values become two that are given.",
+    doc: "With x₀ and x₁ the ends that `measure` finds in the whole world, a value x becomes \
+          `to₀ + (to₁ − to₀) (x − x₀) / (x₁ − x₀)`. The ends come out exactly, so a field that is normalised already is given back \
+          bit for bit. A field that is the same everywhere becomes the middle of `to`.\n\n\
+          The lowest and the highest value of noise hang on single cells, and so on the seed and a little on the number of cells; \
+          percentiles and deviations do not.\n\n\
+          **Advice.** It needs the whole world, so tiles cannot be made each by itself: for land of a known range `Remap` is \
+          better. Land normalised after erosion has other slopes than those that eroded.",
+    inputs: &[Input::needs("value", PortType::AnyScalar, "What is stretched.")],
+    outputs: &[Output::chosen("value", crate::quantity::port_type, "The stretched values.")],
+    params: Params::specs,
+    reach: Reach::World,
+    cpu: run,
+    example: "value: \"base\", measure: percentiles, to: (0, 1500)",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let value = job.field("value")?;
+    let [low, high] = ends(&params, value.samples(), job.window().nx())?;
+    job.advance(0.4)?;
+    let is_mask = params.quantity == Quantity::Mask;
+    let [to_low, to_high] = params.to;
+    if [low, high] == params.to && !params.clamp && !is_mask {
+        return Ok(Outputs::one("value", value.clone()));
+    }
+    let map = |x: f32| {
+        let share = if high > low { (f64::from(x) - low) / (high - low) } else { 0.5 };
+        let share = if params.clamp { share.clamp(0.0, 1.0) } else { share };
+        let value = to_low * (1.0 - share) + to_high * share;
+        let value = if is_mask { value.clamp(0.0, 1.0) } else { value };
+        value.clamp(-f64::from(f32::MAX), f64::from(f32::MAX)) as f32
+    };
+    let mut out = value.samples().to_vec();
+    blocks(job, [0.4, 1.0], &mut out, |cells, _| cells.iter_mut().for_each(|cell| *cell = map(*cell)))?;
+    Ok(Outputs::one("value", Field::new(job.window(), out)))
+}
+
+/// The values that become the ends of the range.
+fn ends(params: &Params, samples: &[f32], nx: usize) -> Result<[f64; 2], NodeError> {
+    match params.measure {
+        Measure::Range => {
+            let pick = |pick: fn(f32, f32) -> f32| f64::from(samples.iter().copied().fold(samples[0], pick));
+            Ok([pick(f32::min), pick(f32::max)])
+        }
+        Measure::Percentiles => {
+            let [low, high] = params.percentiles;
+            if low >= high {
+                return Err(NodeError::failed_with_hint(
+                    format!("nothing lies between percentile {low} and percentile {high}"),
+                    "give `percentiles` two numbers of which the second is higher",
+                ));
+            }
+            let mut sorted = samples.to_vec();
+            Ok([low, high].map(|percent| {
+                let rank = (0.01 * percent * (sorted.len() - 1) as f64).round() as usize;
+                f64::from(*sorted.select_nth_unstable_by(rank, f32::total_cmp).1)
+            }))
+        }
+        Measure::Deviation => {
+            // a sum for each row, so that they are the same on any number of threads
+            let sum = |of: &(dyn Fn(f64) -> f64 + Sync)| {
+                let rows: Vec<f64> =
+                    samples.par_chunks(nx).map(|row| row.iter().map(|&x| of(f64::from(x))).sum::<f64>()).collect();
+                rows.iter().sum::<f64>() / samples.len() as f64
+            };
+            let mean = sum(&|x| x);
+            let deviation = sum(&|x| (x - mean) * (x - mean)).sqrt();
+            // of a level field the mean is within a rounding
+            let deviation = if deviation > 1e-9 * mean.abs() { deviation } else { 0.0 };
+            Ok([-1.0, 1.0].map(|side| mean + side * params.deviations * deviation))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::ParamValue;
+
+    use super::*;
+    use crate::testing::{field, moments, outputs, run as result, run_in, with_params, world};
+
+    fn hills() -> Field {
+        field(world(101, 50, 5.0), |x, y| 300.0 * libm::sin(x * 0.05 + y * 0.02) * libm::cos(y * 0.3) + x)
+    }
+
+    fn normalised(land: &Field, changes: &str, to: [f64; 2]) -> Field {
+        let mut params = with_params(&NODE, changes);
+        params.set("to", ParamValue::Point(to));
+        result(&NODE, &params, &[("value", land)], "value")
+    }
+
+    #[test]
+    fn ends_are_exact_and_twice_is_once() {
+        for to in [[0.0, 1000.0], [-333.3, 17.0], [50.0, -2.5]] {
+            let found = normalised(&hills(), "", to);
+            let (low, high) = found.range(0).expect("finite");
+            assert_eq!((low, high), (to[0].min(to[1]) as f32, to[0].max(to[1]) as f32));
+        }
+        for changes in ["", "measure=percentiles"] {
+            let once = normalised(&hills(), changes, [0.0, 1000.0]);
+            assert_eq!(normalised(&once, changes, [0.0, 1000.0]), once, "{changes}");
+        }
+    }
+
+    #[test]
+    fn percentiles_and_deviations_are_those_of_the_result() {
+        let found = normalised(&hills(), "measure=percentiles", [0.0, 100.0]);
+        let below = |level: f32| found.samples().iter().filter(|&&v| v < level).count() as f64 / 5050.0;
+        assert!((below(0.0) - 0.02).abs() < 1e-3 && (below(100.0) - 0.98).abs() < 1e-3);
+        let found = normalised(&hills(), "measure=deviation,deviations=3", [-60.0, 60.0]);
+        let (mean, deviation) = moments(found.samples());
+        assert!(mean.abs() < 1e-4 && (deviation - 20.0).abs() < 1e-4, "{mean} {deviation}");
+        let clamped = normalised(&hills(), "measure=deviation,deviations=1,clamp=true", [-60.0, 60.0]);
+        assert_eq!(clamped.range(0), Some((-60.0, 60.0)));
+        let mask = normalised(&hills(), "measure=deviation,quantity=mask", [-3.0, 4.0]);
+        assert_eq!(mask.range(0), Some((0.0, 1.0)));
+    }
+
+    #[test]
+    fn level_land_is_in_the_middle_and_empty_ranges_are_refused() {
+        let level = field(world(30, 7, 5.0), |_, _| 812.3);
+        for changes in ["", "measure=percentiles", "measure=deviation"] {
+            let found = normalised(&level, changes, [100.0, 200.0]);
+            assert!(found.samples().iter().all(|&v| v == 150.0), "{changes}");
+        }
+        let mut params = with_params(&NODE, "measure=percentiles");
+        params.set("percentiles", ParamValue::Point([60.0, 60.0]));
+        let error = outputs(&NODE, &params, &[("value", &level)]).expect_err("nothing between").to_string();
+        assert!(error.contains("percentile 60"), "{error}");
+    }
+
+    #[test]
+    fn threads_do_not_matter() {
+        for changes in ["measure=deviation", "measure=percentiles"] {
+            let params = with_params(&NODE, changes);
+            let land = hills();
+            assert_eq!(run_in(1, &NODE, &params, &[("value", &land)]), run_in(3, &NODE, &params, &[("value", &land)]));
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! The bilateral filter: a Gaussian of the distance times one of the difference in value.
+
+use rayon::prelude::*;
+
+use super::{coarse::Coarse, lines::Ends, mix};
+use crate::{math::lane, prelude::*, simd::simd};
+
+params! {
+    /// How far values spread: the standard deviation of a Gaussian of the distance.
+    radius: f64 = 200.0, Metres, 0.0..=1e6, soft 0..=2000;
+    /// How different values may be to be mixed: the standard deviation of a Gaussian of their difference.
+    ///
+    /// In the unit of the input.
+    contrast: f64 = 50.0, One, 1e-4..=1e9, soft 1..=500;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Bilateral",
+    category: "filter",
+    summary: "Smooths slopes and plains and keeps cliffs and crests sharp.",
+    doc: "Each value becomes the mean of those around it, weighted by `exp(−r² / 2R²) · exp(−Δ² / 2C²)`, with r their distance, Δ \
+          their difference in value, R the `radius` and C the `contrast`: bumps lower than C go, steps higher than some three \
+          times C stay. With a large `contrast` it is a blur.\n\n\
+          Values within 2.5 R count. Up to a radius of three cells all of them are taken; wider ones take the means of coarser \
+          cells, three or more per radius, so that the cost does not grow with the radius. What differs from the sum over all \
+          cells is a few percent of C. At the edges of the world the land is mirrored; where the world is periodic it goes on at \
+          the other side.\n\n\
+          **Advice.** For scans and for noise that is to become painterly: plateaus, mesas, faceted rock. It makes slopes of \
+          more than C in R into steps; several passes with a small contrast do so more strongly than one with a large one.",
+    sources: &[
+        "C. Tomasi and R. Manduchi (1998), Bilateral filtering for gray and color images, International Conference on Computer \
+         Vision, 839-846",
+        "S. Paris and F. Durand (2009), A fast approximation of the bilateral filter using a signal processing approach, \
+         International Journal of Computer Vision 81, 24-52",
+    ],
+    inputs: &[
+        Input::needs("value", PortType::AnyScalar, "What is smoothed."),
+        Input::mask("mask", "Where it is smoothed: fully at 1, not at all at 0."),
+    ],
+    outputs: &[Output::same_as("value", "value", "The smoothed values, with the meaning of the input.")],
+    params: Params::specs,
+    reach: Reach::Metres(|params, cell_m| {
+        let radius_m = Params::read(params).radius;
+        // a coarse cell is half a radius at most, and its own width is read too
+        if radius_m < LEAST * cell_m { 0.0 } else { (CUT + 1.0) * radius_m + 2.0 * cell_m }
+    }),
+    cpu: run,
+    example: "value: \"base\", radius: 600, contrast: 120",
+    ..Node::DEFAULT
+};
+
+/// Radii within which values count.
+const CUT: f64 = 2.5;
+/// The radius, in cells, up to which cells are taken as they are.
+const FINE: f64 = 3.0;
+/// The most radii of coarse cells: more has only a world of one coarse cell, where all of them are alike.
+const WIDE: f64 = 4.5;
+/// Weight of a value that nothing around it is like.
+const ALONE: f32 = 1e-12;
+/// The radius in cells below which a neighbour's weight is less than a millionth.
+const LEAST: f64 = 0.2;
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let value = job.field("value")?;
+    let window = job.window();
+    let radius = params.radius / job.cell_m();
+    if radius < LEAST {
+        return Ok(Outputs::one("value", value.clone()));
+    }
+    let coarse = Coarse::new(&window, (radius / FINE).max(1.0));
+    let means = coarse.means(job, value.samples())?;
+    job.advance(0.1)?;
+    let around = Around::new(&coarse, &window, &means, radius);
+    let per_contrast = (0.5_f64.sqrt() / params.contrast) as f32;
+    let mut out = value.samples().to_vec();
+    crate::par::rows_within(job, [0.1, 0.9], &mut out, |j, row| around.smooth(j, row, per_contrast))?;
+    mix(job, value.samples(), &mut out, job.lane("mask"))?;
+    Ok(Outputs::one("value", Field::new(window, out)))
+}
+
+/// What the cells of a window are mixed with.
+struct Around {
+    /// Coarse values with a margin around them.
+    values: Vec<f32>,
+    width: usize,
+    /// For each column of the window the first coarse column, with margin, that counts, and the weights from there on: one
+    /// list per place, so that a row is a loop over columns.
+    columns: Axis,
+    rows: Axis,
+}
+
+/// Coarse cells around the cells of a window along an axis.
+struct Axis {
+    /// The first that counts.
+    first: Vec<usize>,
+    /// How many count.
+    count: usize,
+    /// The weights of the first for all cells, of the second for all cells, ...
+    weights: Vec<f32>,
+}
+
+/// Coarse cells that count to either side of a cell's own.
+fn side(step: f64, radius: f64) -> usize {
+    (CUT * radius.min(WIDE * step) / step).ceil() as usize
+}
+
+impl Axis {
+    /// `margin` coarse cells lie before the first of the window.
+    fn new(coarse: &Coarse, axis: usize, cells: usize, radius: f64, margin: usize) -> Self {
+        let step = coarse.steps()[axis];
+        let radius = radius.min(WIDE * step);
+        let side = side(step, radius);
+        let count = 2 * side + 1;
+        let places: Vec<f64> = (0..cells).map(|cell| coarse.place(axis, cell)).collect();
+        let first: Vec<usize> =
+            places.iter().map(|place| (place.round() as i64 + (margin - side) as i64) as usize).collect();
+        let mut weights = Vec::with_capacity(count * cells);
+        for k in 0..count {
+            weights.extend(places.iter().zip(&first).map(|(place, &first)| {
+                let off = ((first + k) as f64 - margin as f64 - place) * step / radius;
+                crate::math::exp(-0.5 * off * off) as f32
+            }));
+        }
+        Self { first, count, weights }
+    }
+}
+
+impl Around {
+    fn new(coarse: &Coarse, window: &Window, means: &[f32], radius: f64) -> Self {
+        let [nx, ny] = coarse.cells();
+        let ends = [0, 1].map(|axis| Ends::of(window, axis));
+        let margins = coarse.steps().map(|step| side(step, radius) + 1);
+        let width = nx + 2 * margins[0];
+        let mut values = vec![0.0; width * (ny + 2 * margins[1])];
+        values.par_chunks_mut(width).enumerate().for_each(|(j, out)| {
+            let row = &means[ends[1].index(j as i64 - margins[1] as i64, ny) * nx..][..nx];
+            for (i, out) in out.iter_mut().enumerate() {
+                *out = row[ends[0].index(i as i64 - margins[0] as i64, nx)];
+            }
+        });
+        let axis = |axis: usize, cells| Axis::new(coarse, axis, cells, radius, margins[axis]);
+        Self { values, width, columns: axis(0, window.nx()), rows: axis(1, window.ny()) }
+    }
+
+    /// Smooths row `j` of the window.
+    fn smooth(&self, j: usize, row: &mut [f32], per_contrast: f32) {
+        let count = self.rows.weights.len() / self.rows.count;
+        let rows = (0..self.rows.count).map(|k| (self.rows.first[j] + k, self.rows.weights[k * count + j]));
+        let rows: Vec<(usize, f32)> = rows.collect();
+        let mut sums = vec![[0.0, ALONE]; row.len()];
+        let mut others = vec![0.0; row.len()];
+        for &(at, across) in &rows {
+            let line = &self.values[at * self.width..][..self.width];
+            for (k, weights) in self.columns.weights.chunks_exact(row.len()).enumerate() {
+                for (other, &first) in others.iter_mut().zip(&self.columns.first) {
+                    *other = line[first + k];
+                }
+                add(&mut sums, row, &others, weights, across, per_contrast);
+            }
+        }
+        for (value, [sum, weight]) in row.iter_mut().zip(sums) {
+            *value += sum / weight;
+        }
+    }
+}
+
+simd! {
+    /// Adds what one coarse value gives to each cell: differences times weights, and weights.
+    fn add(sums: &mut [[f32; 2]], cells: &[f32], others: &[f32], weights: &[f32], across: f32, per_contrast: f32) {
+        for (((sums, &cell), &other), &weight) in sums.iter_mut().zip(cells).zip(others).zip(weights) {
+            let difference = other - cell;
+            let off = (difference * per_contrast).clamp(-9.0, 9.0);
+            let weight = across * weight * lane::exp(-off * off);
+            sums[0] += weight * difference;
+            sums[1] += weight;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        math,
+        testing::{at_every_level, field, run as result, run_in, with_params, world},
+    };
+
+    /// The sum over all cells within six radii.
+    fn brute_force(land: &Field, radius_m: f64, contrast: f64, at: [i64; 2]) -> f64 {
+        let window = land.window();
+        let value = |[i, j]: [i64; 2]| {
+            let [i, j] =
+                [(i, 0), (j, 1)].map(|(at, axis)| Ends::of(window, axis).index(at, window.cells[axis] as usize));
+            f64::from(land.samples()[j * window.nx() + i])
+        };
+        let reach = (6.0 * radius_m / window.cell_m()) as i64;
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for dj in -reach..=reach {
+            for di in -reach..=reach {
+                let square = (di * di + dj * dj) as f64 * window.cell_m() * window.cell_m();
+                let other = value([at[0] + di, at[1] + dj]);
+                let difference = (other - value(at)) / contrast;
+                let weight = math::exp(-0.5 * (square / (radius_m * radius_m) + difference * difference));
+                sum += weight * other;
+                weights += weight;
+            }
+        }
+        sum / weights
+    }
+
+    /// Rough land with a cliff: direct sums leave out what is beyond 2.5 radii, coarse ones what is within a third of one.
+    #[test]
+    fn values_are_near_the_sum_over_all_cells() {
+        let land = field(world(120, 90, 5.0), |x, y| {
+            let bumps = 6.0 * libm::sin(x * 0.3) * libm::cos(y * 0.25) + 3.0 * libm::sin(x * 0.9 + y * 0.7);
+            bumps + 0.1 * x + if x + 0.3 * y > 300.0 { 120.0 } else { 0.0 }
+        });
+        for (radius, tolerance) in [(9.0, 0.4), (15.0, 0.4), (40.0, 1.2), (90.0, 1.2)] {
+            let params = with_params(&NODE, &format!("radius={radius},contrast=20"));
+            let found = result(&NODE, &params, &[("value", &land)], "value");
+            for at in [[3, 4], [60, 45], [47, 20], [52, 60], [119, 89], [80, 10]] {
+                let expected = brute_force(&land, radius, 20.0, at);
+                let found = f64::from(found.samples()[(at[1] * 120 + at[0]) as usize]);
+                assert!((found - expected).abs() < tolerance, "{radius} {at:?}: {found} {expected}");
+            }
+        }
+    }
+
+    /// A wall of ten contrasts stays where it is; level ground keeps its bits.
+    #[test]
+    fn walls_stay() {
+        let wall = field(world(60, 20, 5.0), |x, _| if x < 150.0 { 812.3 } else { 1312.3 });
+        for radius in [8.0, 60.0] {
+            let params = with_params(&NODE, &format!("radius={radius},contrast=50"));
+            let found = result(&NODE, &params, &[("value", &wall)], "value");
+            assert!(found.samples().iter().zip(wall.samples()).all(|(a, b)| (a - b).abs() < 1e-3), "{radius}");
+        }
+    }
+
+    #[test]
+    fn nothing_changes_without_a_radius_or_a_mask() {
+        let hills = field(world(40, 9, 5.0), |x, y| libm::sin(x * y));
+        assert_eq!(result(&NODE, &with_params(&NODE, "radius=0"), &[("value", &hills)], "value"), hills);
+        let nowhere = field(world(40, 9, 5.0), |_, _| 0.0);
+        assert_eq!(result(&NODE, &with_params(&NODE, ""), &[("value", &hills), ("mask", &nowhere)], "value"), hills);
+    }
+
+    #[test]
+    fn windows_and_widths_of_vectors_give_the_same_bits() {
+        let hills = field(world(150, 140, 5.0), |x, y| 300.0 * libm::sin(x * 0.05 + y * 0.02) * libm::cos(y * 0.3));
+        for radius in [7.0, 45.0, 160.0] {
+            let params = with_params(&NODE, &format!("radius={radius}"));
+            let whole = result(&NODE, &params, &[("value", &hills)], "value");
+            let part = Window { origin: [83, 77], cells: [40, 30], ..*hills.window() };
+            let Reach::Metres(reach) = NODE.reach else { panic!("a distance") };
+            let grown = hills.crop(&part.grown(reach(&params, 5.0)));
+            assert_eq!(result(&NODE, &params, &[("value", &grown)], "value").crop(&part), whole.crop(&part));
+            at_every_level(|| run_in(2, &NODE, &params, &[("value", &hills)]));
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! The land beside beds.
+
+use orograph_graph::{Job, NodeError, Window};
+use rayon::prelude::*;
+
+use super::{
+    Mode, Params, Profile,
+    way::{Place, Way},
+};
+use crate::{filter::lines::Ends, math};
+
+/// Rows that are drawn together.
+const ROWS: usize = 32;
+
+/// The land with beds, and how much of each cell is bed: 1 on it, 0 beyond its banks.
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub fn draw(job: &Job<'_>, land: &[f32], ways: &[Way], params: &Params) -> Result<(Vec<f32>, Vec<f32>), NodeError> {
+    let window = job.window();
+    let bank_m = params.bank.max(window.cell_m());
+    let pieces: Vec<Vec<Piece>> = ways.iter().map(|way| pieces(&window, way, bank_m)).collect();
+    let nx = window.nx();
+    let mut height = land.to_vec();
+    let mut bed = vec![0.0; land.len()];
+    let strips = height.par_chunks_mut(nx * ROWS).zip(bed.par_chunks_mut(nx * ROWS)).enumerate();
+    strips.try_for_each_init(Vec::new, |nearest, (k, (height, bed))| {
+        let rows = [k * ROWS, k * ROWS + height.len() / nx];
+        nearest.clear();
+        nearest.resize(height.len(), Nearest::NOTHING);
+        let strip = Strip { window: &window, land: &land[rows[0] * nx..], rows, bank_m, params };
+        for pieces in &pieces {
+            job.check()?;
+            strip.draw(pieces, nearest, height, bed);
+        }
+        Ok::<_, NodeError>(())
+    })?;
+    job.advance(0.9)?;
+    Ok((height, bed))
+}
+
+/// A straight piece of a bed, and the cells it may change: from the first column and row to those after the last.
+struct Piece {
+    from: Place,
+    to: Place,
+    columns: [usize; 2],
+    rows: [usize; 2],
+}
+
+/// The nearest point of a bed.
+#[derive(Clone, Copy)]
+struct Nearest {
+    square_m2: f64,
+    elevation_m: f64,
+    half_m: f64,
+    depth_m: f64,
+}
+
+impl Nearest {
+    const NOTHING: Self = Self { square_m2: f64::INFINITY, elevation_m: 0.0, half_m: 0.0, depth_m: 0.0 };
+}
+
+/// The pieces of a way that reach into the world, those over joined sides on both of them.
+fn pieces(window: &Window, way: &Way, bank_m: f64) -> Vec<Piece> {
+    let shifts = [0, 1].map(|axis| if Ends::of(window, axis) == Ends::Wrap { -1..=1 } else { 0..=0 });
+    let mut pieces = Vec::new();
+    for pair in way.places.windows(2) {
+        for down in shifts[1].clone() {
+            for across in shifts[0].clone() {
+                let moved = |place: &Place| {
+                    let [x, y] = place.at_m;
+                    let [width, height] = window.world.size;
+                    Place { at_m: [x + f64::from(across) * width, y + f64::from(down) * height], ..*place }
+                };
+                let (from, to) = (moved(&pair[0]), moved(&pair[1]));
+                let reach_m = from.half_m.max(to.half_m) + bank_m;
+                let [columns, rows] = [0, 1].map(|axis| {
+                    let (a, b) = (from.at_m[axis], to.at_m[axis]);
+                    let cell =
+                        |metres: f64| (metres / window.cell_m() - 0.5).clamp(-1.0, f64::from(window.cells[axis]));
+                    [
+                        cell(a.min(b) - reach_m).ceil().max(0.0) as usize,
+                        (cell(a.max(b) + reach_m).floor() + 1.0) as usize,
+                    ]
+                });
+                let [columns, rows] = [(columns, 0), (rows, 1)]
+                    .map(|([first, end], axis): ([usize; 2], usize)| [first, end.min(window.cells[axis] as usize)]);
+                if columns[0] < columns[1] && rows[0] < rows[1] {
+                    pieces.push(Piece { from, to, columns, rows });
+                }
+            }
+        }
+    }
+    pieces
+}
+
+/// Some rows of the world.
+struct Strip<'a> {
+    window: &'a Window,
+    /// The land as it was, from the strip's first row on.
+    land: &'a [f32],
+    rows: [usize; 2],
+    bank_m: f64,
+    params: &'a Params,
+}
+
+impl Strip<'_> {
+    /// Draws one way. `nearest` has nothing before and after.
+    fn draw(&self, pieces: &[Piece], nearest: &mut [Nearest], height: &mut [f32], bed: &mut [f32]) {
+        let nx = self.window.nx();
+        let here = |piece: &&Piece| piece.rows[0] < self.rows[1] && piece.rows[1] > self.rows[0];
+        let (mut first, mut end) = (nx, 0);
+        for piece in pieces.iter().filter(here) {
+            (first, end) = (first.min(piece.columns[0]), end.max(piece.columns[1]));
+            for j in piece.rows[0].max(self.rows[0])..piece.rows[1].min(self.rows[1]) {
+                let row = &mut nearest[(j - self.rows[0]) * nx..][..nx];
+                for (i, nearest) in row.iter_mut().enumerate().take(piece.columns[1]).skip(piece.columns[0]) {
+                    approach(nearest, &piece.from, &piece.to, self.window.centre_m(i, j));
+                }
+            }
+        }
+        for row in 0..height.len() / nx {
+            for at in (first..end).map(|i| row * nx + i) {
+                if nearest[at].square_m2 < f64::INFINITY {
+                    self.change(&nearest[at], self.land[at], &mut height[at], &mut bed[at]);
+                    nearest[at] = Nearest::NOTHING;
+                }
+            }
+        }
+    }
+
+    /// What a bed makes of a cell.
+    fn change(&self, nearest: &Nearest, land: f32, height: &mut f32, bed: &mut f32) {
+        let Nearest { square_m2, elevation_m, half_m, depth_m } = *nearest;
+        let distance_m = square_m2.sqrt();
+        let away = math::smoothstep((distance_m - half_m) / self.bank_m);
+        if away >= 1.0 {
+            return;
+        }
+        let x = if half_m > 0.0 { (distance_m / half_m).min(1.0) } else { 1.0 };
+        let rise = match self.params.profile {
+            Profile::Flat => 0.0,
+            Profile::Round => x * x,
+            Profile::Sharp => x,
+        };
+        let surface = elevation_m + depth_m * rise;
+        let target = |land: f32| (surface * (1.0 - away) + f64::from(land) * away) as f32;
+        *height = match self.params.mode {
+            Mode::Carve => height.min(target(land)),
+            Mode::Fill => height.max(target(land)),
+            Mode::Grade => target(*height),
+        };
+        *bed = bed.max((1.0 - away) as f32);
+    }
+}
+
+/// Takes the nearest point of a piece where it is nearer than what is known.
+fn approach(nearest: &mut Nearest, from: &Place, to: &Place, at_m: [f64; 2]) {
+    let along = [0, 1].map(|axis| to.at_m[axis] - from.at_m[axis]);
+    let off = [0, 1].map(|axis| at_m[axis] - from.at_m[axis]);
+    let square = along[0] * along[0] + along[1] * along[1];
+    let t = if square > 0.0 { ((off[0] * along[0] + off[1] * along[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
+    let [x, y] = [off[0] - t * along[0], off[1] - t * along[1]];
+    let square_m2 = x * x + y * y;
+    if square_m2 < nearest.square_m2 {
+        let between = |a: f64, b: f64| a * (1.0 - t) + b * t;
+        *nearest = Nearest {
+            square_m2,
+            elevation_m: between(from.elevation_m, to.elevation_m),
+            half_m: between(from.half_m, to.half_m),
+            depth_m: between(from.depth_m, to.depth_m),
+        };
+    }
+}

@@ -1,0 +1,116 @@
+//! A bed along lines: rivers, ditches, roads and dams.
+//!
+//! [`way`] finds the bed's elevation along each line, [`draw`] what it does to the cells beside it.
+
+mod draw;
+mod way;
+
+use self::{draw::draw, way::Way};
+use super::mix;
+use crate::prelude::*;
+
+choice! {
+    /// What is done to the land.
+    pub enum Mode {
+        /// Land above the bed is taken away: rivers, ditches, canyons.
+        Carve = "carve",
+        /// Land below the bed is filled up: dams, causeways.
+        Fill = "fill",
+        /// Both: roads.
+        Grade = "grade",
+    }
+}
+
+choice! {
+    /// How the elevation of the bed runs along a line.
+    pub enum Course {
+        /// It follows the land.
+        Land = "land",
+        /// It follows the land down and never rises from the beginning to the end.
+        Downhill = "downhill",
+        /// It goes straight from the land at the beginning to that at the end.
+        Straight = "straight",
+    }
+}
+
+choice! {
+    /// The cross-section of the bed.
+    pub enum Profile {
+        /// Level across.
+        Flat = "flat",
+        /// A parabola.
+        Round = "round",
+        /// Two straight sides.
+        Sharp = "sharp",
+    }
+}
+
+params! {
+    /// What is done to the land.
+    mode: Mode = Mode::Carve, One, ..;
+    /// Places along the line, from the beginning to the end; not used where `lines` is wired.
+    path: PathPoints = PathPoints(vec![[1500.0, 2500.0], [4500.0, 4000.0], [6000.0, 7500.0], [9500.0, 8500.0], [11500.0, 12500.0], [15000.0, 14000.0]]), Metres, -1e7..=1e7;
+    /// Width of the bed; of `lines` the least.
+    width: f64 = 150.0, Metres, 0.0..=1e6, soft 0..=1000;
+    /// How far the bed lies below the land along the line, above it below 0; of `lines` the least.
+    depth: f64 = 60.0, Metres, -1e4..=1e4, soft -100..=500;
+    /// The cross-section of the bed: from its middle it rises by `depth` to its edges.
+    profile: Profile = Profile::Round, One, ..;
+    /// Distance beyond the bed over which it goes over into the land; a cell at least.
+    bank: f64 = 250.0, Metres, 0.0..=1e6, soft 0..=2000;
+    /// How the elevation of the bed runs along a line.
+    course: Course = Course::Downhill, One, ..;
+    /// Length along the path over which the elevation of the land is averaged.
+    easing: f64 = 500.0, Metres, 0.0..=1e6, soft 0..=5000;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Carve",
+    category: "filter",
+    summary: "Carves or fills a bed along a path or along rivers: valleys, ditches, roads, dams.",
+    doc: include_str!("page.md"),
+    sources: &[
+        "E. Galin, A. Peytavie, N. Maréchal and É. Guérin (2010), Procedural generation of roads, Computer Graphics Forum 29 \
+         (2), 429-438",
+        "J.-D. Génevaux, É. Galin, É. Guérin, A. Peytavie and B. Benes (2013), Terrain generation using procedural models based \
+         on hydrology, ACM Transactions on Graphics 32 (4)",
+    ],
+    inputs: &[
+        Input::needs("height", PortType::Height, "The land."),
+        Input::takes(
+            "lines",
+            PortType::Lines,
+            "Lines with widths, depths and elevations of their own, as `Rivers` gives them.",
+        ),
+        Input::mask("mask", "Where the result replaces the land: fully at 1, not at all at 0."),
+    ],
+    outputs: &[
+        Output::gives("height", PortType::Height, "The land with the bed."),
+        Output::gives("bed", PortType::Mask, "1 on the bed, 0 beyond its banks."),
+    ],
+    params: Params::specs,
+    reach: Reach::World,
+    cpu: run,
+    example: "height: \"base\", width: 900, depth: 200, bank: 1200",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let height = job.field("height")?;
+    let ways: Vec<Way> = match job.lines("lines") {
+        Some(lines) => lines.lines.iter().map(|line| Way::of_line(line, &params)).collect(),
+        None if params.width == 0.0 => Vec::new(),
+        None => vec![Way::of_path(&params, height)],
+    };
+    if ways.is_empty() {
+        return Ok(Outputs::one("height", height.clone()).with("bed", Field::constant(job.window(), 0.0)));
+    }
+    let (mut out, bed) = draw(job, height.samples(), &ways, &params)?;
+    mix(job, height.samples(), &mut out, job.lane("mask"))?;
+    Ok(Outputs::one("height", Field::new(job.window(), out)).with("bed", Field::new(job.window(), bed)))
+}
+
+#[cfg(test)]
+mod tests;

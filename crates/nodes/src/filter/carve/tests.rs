@@ -1,0 +1,138 @@
+//! Beds in closed form.
+
+use orograph_graph::{Boundary, Cancel, Edge, InputValue, Line, Lines, ParamValue, Value, Vertex, Warnings, World};
+
+use super::*;
+use crate::testing::{field, run as result, run_in, with_params, world};
+
+fn along(points: &[[f64; 2]], changes: &str) -> ParamValues {
+    let mut params = with_params(&NODE, changes);
+    params.set("path", ParamValue::Path(points.to_vec()));
+    params
+}
+
+fn bed(land: &Field, points: &[[f64; 2]], changes: &str) -> Field {
+    result(&NODE, &along(points, changes), &[("height", land)], "height")
+}
+
+fn smooth(t: f64) -> f64 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// On level land the cross-section is the profile and the bank, on cells of any size.
+#[test]
+fn cross_sections_are_the_profile() {
+    for cell_m in [10.0, 5.0] {
+        let land = field(world((1000.0 / cell_m) as u32, (600.0 / cell_m) as u32, cell_m), |_, _| 200.0);
+        for (profile, rise) in [("flat", 0_i32), ("round", 2), ("sharp", 1)] {
+            let changes = format!("profile={profile},width=80,depth=30,bank=60");
+            let found = bed(&land, &[[-500.0, 300.0], [1500.0, 300.0]], &changes);
+            for (at, &found) in found.samples().iter().enumerate() {
+                let [_, y] = land.window().centre_m(at % land.window().nx(), at / land.window().nx());
+                let d = (y - 300.0).abs();
+                let x = (d / 40.0).min(1.0);
+                let bottom = 170.0 + if rise == 0 { 0.0 } else { 30.0 * if rise == 1 { x } else { x * x } };
+                let away = smooth((d - 40.0) / 60.0);
+                let expected = bottom * (1.0 - away) + 200.0 * away;
+                assert!((f64::from(found) - expected).abs() < 1e-4, "{profile} {d}: {found} {expected}");
+                assert!(d < 100.0 || found == 200.0);
+            }
+        }
+    }
+}
+
+/// Water that follows the bed never has to rise, over hills and hollows; and land is never lifted.
+#[test]
+fn a_bed_runs_downhill() {
+    let land =
+        field(world(120, 60, 10.0), |x, y| 300.0 - 0.1 * x + 40.0 * libm::sin(x * 0.02) + 10.0 * libm::cos(y * 0.05));
+    let path = [[100.0, 300.0], [600.0, 320.0], [1150.0, 250.0]];
+    let found = bed(&land, &path, "width=60,depth=15,bank=80,easing=100");
+    let params = Params::read(&along(&path, "width=60,depth=15,bank=80,easing=100"));
+    let places = Way::of_path(&params, &land).places;
+    assert!(places.windows(2).all(|pair| pair[1].elevation_m <= pair[0].elevation_m));
+    assert!(found.samples().iter().zip(land.samples()).all(|(after, before)| after <= before));
+    for place in &places[5..places.len() - 5] {
+        let [i, j] = place.at_m.map(|metres| (metres / 10.0) as usize);
+        let found = f64::from(found.samples()[j * 120 + i]);
+        // the centre of the cell is up to 7 m away, where the parabola has risen by 0.8 m and the bed by 0.9 in 1
+        assert!(found < place.elevation_m + 7.1, "{:?}: {found} {}", place.at_m, place.elevation_m);
+    }
+    let straight = bed(&land, &path, "course=straight,mode=grade,profile=flat,width=60,depth=0,easing=0");
+    let ends = [[100, 300], [1140, 250]].map(|[x, y]| straight.samples()[y / 10 * 120 + x / 10]);
+    let middle = straight.samples()[32 * 120 + 60];
+    let share = 500.4 / (500.4 + libm::hypot(550.0, 70.0)) as f32;
+    assert!((middle - (ends[0] * (1.0 - share) + ends[1] * share)).abs() < 2.0, "{ends:?} {middle}");
+}
+
+#[test]
+fn dams_fill_and_roads_do_both() {
+    let land = field(world(100, 60, 10.0), |x, _| if x < 500.0 { 0.0 } else { 100.0 });
+    let path = [[50.0, 305.0], [950.0, 305.0]];
+    for (mode, before, behind) in [("carve", 0.0, 50.6), ("fill", 49.4, 100.0), ("grade", 49.4, 50.6)] {
+        let changes = format!("mode={mode},course=straight,profile=flat,width=60,depth=0,bank=0,easing=0");
+        let found = bed(&land, &path, &changes);
+        let row = &found.samples()[30 * 100..31 * 100];
+        assert!((row[49] - before).abs() < 0.1 && (row[50] - behind).abs() < 0.1, "{mode} {} {}", row[49], row[50]);
+        assert_eq!(found.samples()[10 * 100 + 20], 0.0);
+    }
+}
+
+#[test]
+fn nothing_changes_without_a_width_or_a_mask_or_far_away() {
+    let land = field(world(40, 30, 5.0), |x, y| 900.0 * libm::sin(x * y));
+    let path = [[10.0, 20.0], [150.0, 90.0]];
+    assert_eq!(bed(&land, &path, "width=0"), land);
+    assert_eq!(bed(&land, &[[1e6, 1e6], [1e7, -1e7]], ""), land);
+    let nowhere = field(land.window().world, |_, _| 0.0);
+    let fields = [("height", &land), ("mask", &nowhere)];
+    assert_eq!(result(&NODE, &along(&path, ""), &fields, "height"), land);
+    let params = along(&path, "width=20,bank=10");
+    assert_eq!(run_in(1, &NODE, &params, &[("height", &land)]), run_in(3, &NODE, &params, &[("height", &land)]));
+}
+
+/// Lines bring their own widths, depths and elevations; in a periodic world they go on across its sides.
+#[test]
+fn lines_are_carved_as_they_are() {
+    let periodic = World { boundary: Boundary::all(Edge::Periodic), ..world(60, 40, 10.0) };
+    let land = field(periodic, |_, _| 100.0);
+    let vertex = |x: f64, elevation_m: f64| Vertex {
+        position_m: [x, 205.0],
+        elevation_m,
+        width_m: 50.0,
+        depth_m: 8.0,
+        ..Vertex::default()
+    };
+    let line = |vertices: Vec<Vertex>| Line { order: 1, downstream: None, vertices };
+    let lines = Lines { lines: vec![line(vec![vertex(400.0, 100.0), vertex(700.0, 85.0)])] };
+    let params = with_params(&NODE, "profile=flat,width=20,depth=5,bank=20");
+    let job = Job {
+        node: &NODE,
+        params: &params,
+        inputs: vec![
+            InputValue::Value(Value::Field(land.clone())),
+            InputValue::Value(lines.into()),
+            InputValue::Constant(1.0),
+        ],
+        window: *land.window(),
+        folder: std::path::PathBuf::new(),
+        cancel: Cancel::default(),
+        progress: &|_| (),
+        warnings: Warnings::default(),
+        glimpses: None,
+    };
+    let found = run(&job).expect("a result").take("height").expect("heights");
+    let found = found.as_field().expect("a field");
+    let at = |i: usize, j: usize| found.samples()[j * 60 + i];
+    for (i, x) in [(42_usize, 425.0_f32), (55, 555.0), (3, 635.0)] {
+        let expected = 100.0 - (x - 400.0) / 20.0 - 8.0;
+        assert!(
+            (at(i, 20) - expected).abs() < 0.3 && (at(i, 22) - expected).abs() < 0.3,
+            "{x}: {} {expected}",
+            at(i, 20)
+        );
+        assert_eq!(at(i, 26), 100.0);
+    }
+    assert_eq!(at(25, 20), 100.0);
+}

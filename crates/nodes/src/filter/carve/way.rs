@@ -1,0 +1,152 @@
+//! The bed's elevation along a line.
+
+use orograph_graph::{Field, Line};
+
+use super::{Course, Params};
+use crate::filter::lines::Ends;
+
+/// A point of the bed's middle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    pub at_m: [f64; 2],
+    pub elevation_m: f64,
+    /// Half of the width.
+    pub half_m: f64,
+    /// How far the edges of the bed are above its middle, where the profile is not flat.
+    pub depth_m: f64,
+}
+
+/// A line of such points.
+#[derive(Clone, Debug)]
+pub struct Way {
+    pub places: Vec<Place>,
+}
+
+/// Points of a path at most.
+const MOST: f64 = 200_000.0;
+/// Points of a path per width at most.
+const FINE: f64 = 64.0;
+
+impl Way {
+    /// A line that knows its elevations.
+    pub fn of_line(line: &Line, params: &Params) -> Self {
+        let places = line.vertices.iter().map(|vertex| {
+            let depth_m = vertex.depth_m.max(params.depth);
+            Place {
+                at_m: vertex.position_m,
+                elevation_m: vertex.elevation_m - depth_m,
+                half_m: 0.5 * vertex.width_m.max(params.width),
+                depth_m: depth_m.max(0.0),
+            }
+        });
+        Self { places: places.collect() }.on_course(params.course)
+    }
+
+    /// The path, a point for each cell of its way or, where it is wide, for each [`FINE`]th of the width that changes, on the
+    /// land.
+    pub fn of_path(params: &Params, land: &Field) -> Self {
+        let stretches: Vec<([f64; 2], [f64; 2], f64)> =
+            params.path.0.windows(2).map(|pair| (pair[0], pair[1], length(pair[0], pair[1]))).collect();
+        let whole: f64 = stretches.iter().map(|(_, _, length)| length).sum();
+        let wide_m = params.width + 2.0 * params.bank;
+        let step = land.window().cell_m().max(whole / MOST).max(wide_m / FINE);
+        let count = (whole / step).ceil().max(1.0) as usize;
+        let mut places = Vec::with_capacity(count + 1);
+        let (mut at, mut before) = (0, 0.0);
+        for k in 0..=count {
+            let way = whole * k as f64 / count as f64;
+            while at + 1 < stretches.len() && way > before + stretches[at].2 {
+                before += stretches[at].2;
+                at += 1;
+            }
+            let (start, end, length) = stretches[at];
+            let t = ((way - before) / length).clamp(0.0, 1.0);
+            let at_m = [0, 1].map(|axis| start[axis] + (end[axis] - start[axis]) * t);
+            places.push(Place {
+                at_m,
+                elevation_m: elevation(land, at_m),
+                half_m: 0.5 * params.width,
+                depth_m: params.depth.max(0.0),
+            });
+        }
+        // two boxes in a row make a tent of the length of the easing
+        let side = (0.25 * params.easing * count as f64 / whole).round() as usize;
+        let mut elevations: Vec<f64> = places.iter().map(|place| place.elevation_m).collect();
+        for _ in 0..2 {
+            elevations = averaged(&elevations, side);
+        }
+        for (place, elevation) in places.iter_mut().zip(elevations) {
+            place.elevation_m = elevation - params.depth;
+        }
+        Self { places }.on_course(params.course)
+    }
+
+    fn on_course(mut self, course: Course) -> Self {
+        let places = &mut self.places;
+        match course {
+            Course::Land => {}
+            Course::Downhill => {
+                let mut lowest = f64::INFINITY;
+                for place in places {
+                    lowest = lowest.min(place.elevation_m);
+                    place.elevation_m = lowest;
+                }
+            }
+            Course::Straight => {
+                let ends = [places[0], places[places.len() - 1]].map(|place| place.elevation_m);
+                let lengths: Vec<f64> = places.windows(2).map(|pair| length(pair[0].at_m, pair[1].at_m)).collect();
+                let whole: f64 = lengths.iter().sum();
+                let mut way = 0.0;
+                for (place, next) in places.iter_mut().zip(lengths.into_iter().chain([0.0])) {
+                    let t = if whole > 0.0 { way / whole } else { 0.0 };
+                    place.elevation_m = ends[0] * (1.0 - t) + ends[1] * t;
+                    way += next;
+                }
+            }
+        }
+        self
+    }
+}
+
+/// Distance of two places.
+pub fn length(a: [f64; 2], b: [f64; 2]) -> f64 {
+    let [x, y] = [b[0] - a[0], b[1] - a[1]];
+    (x * x + y * y).sqrt()
+}
+
+/// The mean of each value and `side` values on either side; of fewer near the ends, which stay.
+fn averaged(values: &[f64], side: usize) -> Vec<f64> {
+    let mut sums = vec![0.0];
+    for value in values {
+        // from the first value, so that a level line stays level
+        sums.push(sums[sums.len() - 1] + (value - values[0]));
+    }
+    let mean = |at: usize| {
+        let side = side.min(at).min(values.len() - 1 - at);
+        if side == 0 {
+            return values[at];
+        }
+        values[0] + (sums[at + side + 1] - sums[at - side]) / (2 * side + 1) as f64
+    };
+    (0..values.len()).map(mean).collect()
+}
+
+/// The land at a place, linear between the centres of cells.
+fn elevation(land: &Field, at_m: [f64; 2]) -> f64 {
+    let window = land.window();
+    let cells = [0, 1].map(|axis| {
+        let n = window.cells[axis] as usize;
+        let at = at_m[axis] / window.cell_m() - 0.5;
+        // beyond the edge what the edge has; on joined sides what is on the other side
+        let at = if Ends::of(window, axis) == Ends::Wrap { at } else { at.clamp(0.0, n as f64 - 1.0) };
+        let left = at.floor();
+        let index = |k: i64| Ends::of(window, axis).index(left as i64 + k, n);
+        ([index(0), index(1)], at - left)
+    });
+    let ([columns, rows], [x, y]) = ([cells[0].0, cells[1].0], [cells[0].1, cells[1].1]);
+    let along = |row: usize| {
+        let value = |column: usize| f64::from(land.samples()[row * window.nx() + column]);
+        value(columns[0]) * (1.0 - x) + value(columns[1]) * x
+    };
+    along(rows[0]) * (1.0 - y) + along(rows[1]) * y
+}

@@ -1,0 +1,161 @@
+//! A field as it would be on coarser cells; see [`super::coarse`].
+
+use super::{
+    coarse::{Between, Coarse},
+    mix,
+};
+use crate::prelude::*;
+
+choice! {
+    /// How values between the centres of coarse cells are found.
+    pub enum Interpolation {
+        /// Every place has the value of its coarse cell: squares.
+        Cells = "cells",
+        /// Linear from centre to centre.
+        Linear = "linear",
+        /// The smooth cubic of Catmull and Rom through the centres.
+        Cubic = "cubic",
+    }
+}
+
+params! {
+    /// Side of the coarse cells; the nearest length of which a whole number fits the world.
+    cell: f64 = 200.0, Metres, 1e-3..=1e6, soft 10..=2000;
+    /// How values between the centres of coarse cells are found.
+    interpolation: Interpolation = Interpolation::Cubic, One, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Resample",
+    category: "filter",
+    summary: "Makes a field as it would be on coarser cells.",
+    doc: "Takes the mean over coarse cells of the side `cell`, and from these the values of the world's own cells again: in \
+          squares, or interpolated. The mean of the land over each coarse cell is what a survey of that resolution would have \
+          measured.\n\n\
+          A whole number of coarse cells fills the world along each side, so they differ a little from the `cell` that is asked \
+          for and are nearly square. The same coarse cells are used at every number of the world's cells. A `cell` that is no \
+          larger than the world's own changes nothing.\n\n\
+          **Advice.** `cells` shows what an engine or a game map of that grid has; `cubic` takes detail away, as a blur does, \
+          and keeps what coarse data know. The difference from the input, by `Combine`, is the detail.",
+    sources: &["E. Catmull and R. Rom (1974), A class of local interpolating splines"],
+    inputs: &[
+        Input::needs("value", PortType::AnyScalar, "What is resampled."),
+        Input::mask("mask", "Where it is resampled: fully at 1, not at all at 0."),
+    ],
+    outputs: &[Output::same_as("value", "value", "The resampled values, with the meaning of the input.")],
+    params: Params::specs,
+    // two coarse cells to either side of the one a place lies in, each up to one and a half times as large
+    reach: Reach::Metres(|params, cell_m| {
+        let coarse_m = Params::read(params).cell;
+        if coarse_m <= cell_m { 0.0 } else { 4.5 * coarse_m + cell_m }
+    }),
+    cpu: run,
+    example: "value: \"base\", cell: 1024, interpolation: linear",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let value = job.field("value")?;
+    if params.cell <= job.cell_m() {
+        return Ok(Outputs::one("value", value.clone()));
+    }
+    let between = match params.interpolation {
+        Interpolation::Cells => Between::Cells,
+        Interpolation::Linear => Between::Linear,
+        Interpolation::Cubic => Between::Cubic,
+    };
+    let coarse = Coarse::new(&job.window(), params.cell / job.cell_m());
+    let means = coarse.means(job, value.samples())?;
+    let mut out = coarse.spread(job, [0.4, 0.9], &means, between)?;
+    mix(job, value.samples(), &mut out, job.lane("mask"))?;
+    Ok(Outputs::one("value", Field::new(job.window(), out)))
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::{Boundary, Edge, World};
+
+    use super::*;
+    use crate::testing::{block_means, field, moments, run as result, with_params, world};
+
+    fn hills(cells: u32) -> Field {
+        let world = World { boundary: Boundary::all(Edge::Periodic), ..world(cells, cells, 960.0 / f64::from(cells)) };
+        field(world, |x, y| {
+            let turn = std::f64::consts::TAU / 960.0;
+            900.0 + 100.0 * libm::sin(2.0 * x * turn) * libm::cos(3.0 * y * turn) + 9.0 * libm::cos(31.0 * x * turn)
+        })
+    }
+
+    /// Squares have the mean of the land, whatever the world's cells; twice is the same as once.
+    #[test]
+    fn squares_are_means() {
+        let params = with_params(&NODE, "cell=60,interpolation=cells");
+        for cells in [96, 192] {
+            let land = hills(cells);
+            let found = result(&NODE, &params, &[("value", &land)], "value");
+            let side = cells as usize / 16;
+            for (square, (mean, (found_mean, spread))) in block_means(&land, side)
+                .iter()
+                .zip(block_means(&found, side).iter().zip(spreads(&found, side)))
+                .enumerate()
+            {
+                assert!((mean - found_mean).abs() < 1e-3 && spread == 0.0, "{square}: {mean} {found_mean} {spread}");
+            }
+            assert_eq!(result(&NODE, &params, &[("value", &found)], "value"), found);
+        }
+    }
+
+    fn spreads(field: &Field, side: usize) -> Vec<f32> {
+        let nx = field.window().nx();
+        let squares = (0..nx / side).flat_map(|j| (0..nx / side).map(move |i| (i * side, j * side)));
+        let spread = |(x, y)| {
+            let at = |j: usize, i: usize| -> f32 { field.samples()[(y + j) * nx + x + i] };
+            (0..side * side).map(|k| (at(k / side, k % side) - at(0, 0)).abs()).fold(0.0_f32, f32::max)
+        };
+        squares.map(spread).collect()
+    }
+
+    /// Between centres linear land is linear, and waves of many coarse cells stay.
+    #[test]
+    fn long_waves_and_means_stay() {
+        let land = hills(192);
+        for interpolation in ["cubic", "linear"] {
+            let params = with_params(&NODE, &format!("cell=20,interpolation={interpolation}"));
+            let found = result(&NODE, &params, &[("value", &land)], "value");
+            assert!((moments(found.samples()).0 - moments(land.samples()).0).abs() < 1e-3);
+            // 9 m of a wave of one and a half coarse cells go
+            assert!(found.samples().iter().zip(land.samples()).all(|(a, b)| (a - b).abs() < 14.0));
+        }
+        let level = field(world(50, 30, 7.0), |_, _| 812.3);
+        for interpolation in ["cells", "linear", "cubic"] {
+            let params = with_params(&NODE, &format!("cell=33,interpolation={interpolation}"));
+            assert_eq!(result(&NODE, &params, &[("value", &level)], "value"), level);
+        }
+    }
+
+    #[test]
+    fn nothing_changes_on_cells_of_that_size() {
+        let land = hills(96);
+        assert_eq!(result(&NODE, &with_params(&NODE, "cell=10"), &[("value", &land)], "value"), land);
+        let most = result(&NODE, &with_params(&NODE, "cell=1000000"), &[("value", &land)], "value");
+        let (mean, spread) = moments(most.samples());
+        assert!((mean - moments(land.samples()).0).abs() < 1e-3 && spread < 1e-3);
+    }
+
+    #[test]
+    fn windows_give_the_same_bits() {
+        let land = field(world(190, 170, 7.0), |x, y| 300.0 * libm::sin(x * 0.05 + y * 0.02) * libm::cos(y * 0.3));
+        for cell in [10.0, 33.0, 200.0] {
+            for interpolation in ["cells", "linear", "cubic"] {
+                let params = with_params(&NODE, &format!("cell={cell},interpolation={interpolation}"));
+                let whole = result(&NODE, &params, &[("value", &land)], "value");
+                let part = Window { origin: [83, 77], cells: [40, 30], ..*land.window() };
+                let Reach::Metres(reach) = NODE.reach else { panic!("a distance") };
+                let grown = land.crop(&part.grown(reach(&params, 7.0)));
+                assert_eq!(result(&NODE, &params, &[("value", &grown)], "value").crop(&part), whole.crop(&part));
+            }
+        }
+    }
+}

@@ -1,0 +1,256 @@
+//! A field smeared along a direction.
+
+use rayon::prelude::*;
+
+use super::{
+    coarse::{Between, Coarse},
+    lines::Ends,
+    mix,
+};
+use crate::{math, prelude::*, simd::simd};
+
+choice! {
+    /// Where values are smeared to.
+    pub enum Side {
+        /// To both sides alike.
+        Both = "both",
+        /// To where `azimuth` points.
+        Ahead = "ahead",
+    }
+}
+
+params! {
+    /// Direction, clockwise from north.
+    azimuth: f64 = 90.0, Degrees, -360.0..=360.0, soft 0..=360;
+    /// How far a value is smeared; half of that to either side.
+    length: f64 = 400.0, Metres, 0.0..=1e6, soft 0..=5000;
+    /// Where values are smeared to.
+    side: Side = Side::Both, One, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Smear",
+    category: "filter",
+    summary: "Smears a field along a direction over a length in metres.",
+    doc: "Each value becomes the mean of those along a straight line through its place, in the direction of `azimuth`: with t the \
+          distance along it as a share of the `length` L, their weight is `cos²(π t)` for t from −½ to ½; smeared `ahead`, \
+          `cos²(π t / 2)` for t from 0 to 1, of the values that lie behind.\n\n\
+          Between cells across the line values are interpolated linearly. Lengths of more than 256 cells are taken in coarser \
+          cells of a 256th of the length. At the edges of the world the land is mirrored; where the world is periodic it goes \
+          on at the other side. A length below a cell changes nothing.\n\n\
+          **Advice.** For traces of wind and ice on noise and masks: snow in the lee, streaks of sand, fluted ground. Subtract a \
+          smeared field from its input, by `Combine`, and what stands across the direction is left.",
+    sources: &[
+        "B. Cabral and L. C. Leedom (1993), Imaging vector fields using line integral convolution, SIGGRAPH 93, 263-270",
+    ],
+    inputs: &[
+        Input::needs("value", PortType::AnyScalar, "What is smeared."),
+        Input::mask("mask", "Where it is smeared: fully at 1, not at all at 0."),
+    ],
+    outputs: &[Output::same_as("value", "value", "The smeared values, with the meaning of the input.")],
+    params: Params::specs,
+    reach: Reach::Metres(|params, cell_m| {
+        let length_m = Params::read(params).length;
+        // coarse cells are a 170th of the length at most
+        if length_m < cell_m { 0.0 } else { 1.1 * length_m + 2.0 * cell_m }
+    }),
+    cpu: run,
+    example: "value: \"base\", azimuth: 30, length: 3000",
+    ..Node::DEFAULT
+};
+
+/// The longest line in cells.
+const MOST: f64 = 256.0;
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let value = job.field("value")?;
+    let window = job.window();
+    let length = params.length / job.cell_m();
+    if length < 1.0 {
+        return Ok(Outputs::one("value", value.clone()));
+    }
+    let ends = [0, 1].map(|axis| Ends::of(&window, axis));
+    let mut out = if length <= MOST {
+        let cells = [window.nx(), window.ny()];
+        smeared(job, value.samples(), cells, ends, &taps(&params, [length; 2]))?
+    } else {
+        let coarse = Coarse::new(&window, length / MOST);
+        let means = coarse.means(job, value.samples())?;
+        let lengths = coarse.steps().map(|step| (length / step).min(2.0 * MOST));
+        let smeared = smeared(job, &means, coarse.cells(), ends, &taps(&params, lengths))?;
+        coarse.spread(job, [0.9; 2], &smeared, Between::Cubic)?
+    };
+    mix(job, value.samples(), &mut out, job.lane("mask"))?;
+    Ok(Outputs::one("value", Field::new(window, out)))
+}
+
+/// A cell that counts, so far to the east and to the south, and its weight.
+#[derive(Clone, Copy, Debug)]
+struct Tap {
+    east: i64,
+    south: i64,
+    weight: f32,
+}
+
+/// The cells along a line of that length in cells along x and y, two beside each other for each cell of the way.
+fn taps(params: &Params, lengths: [f64; 2]) -> Vec<Tap> {
+    let angle = params.azimuth.to_radians();
+    // of the way from a place to those it takes its value from
+    let [x, y] = [-math::sin(angle) * lengths[0], math::cos(angle) * lengths[1]];
+    let long = x.abs().max(y.abs());
+    let (low, high) = if params.side == Side::Both { (-0.5, 0.5) } else { (0.0, 1.0) };
+    let count = (long * high).ceil() as i64;
+    let mut taps = Vec::new();
+    for k in if params.side == Side::Both { -count } else { 0 }..=count {
+        let t = k as f64 / long;
+        if t <= low - 1e-9 || t >= high {
+            continue;
+        }
+        let cosine =
+            math::cos(std::f64::consts::PI * t / (high - low) * if params.side == Side::Both { 1.0 } else { 0.5 });
+        let weight = cosine * cosine;
+        let [x, y] = [x * t, y * t];
+        let across = if x.abs() >= y.abs() { y } else { x };
+        // a place that lies on a cell but for rounding
+        let across = (across * 1e9).round() / 1e9;
+        let (first, rest) = (across.floor(), across - across.floor());
+        for (cell, share) in [(first, 1.0 - rest), (first + 1.0, rest)] {
+            let [east, south] = if x.abs() >= y.abs() { [x.round(), cell] } else { [cell, y.round()] };
+            taps.push(Tap { east: east as i64, south: south as i64, weight: (weight * share) as f32 });
+        }
+    }
+    taps.retain(|tap| tap.weight > 0.0);
+    let sum: f32 = taps.iter().map(|tap| tap.weight).sum();
+    taps.iter_mut().for_each(|tap| tap.weight /= sum);
+    taps
+}
+
+/// Sums along lines.
+fn smeared(
+    job: &Job<'_>,
+    samples: &[f32],
+    [nx, ny]: [usize; 2],
+    ends: [Ends; 2],
+    taps: &[Tap],
+) -> Result<Vec<f32>, NodeError> {
+    let margin = taps.iter().map(|tap| tap.east.unsigned_abs() as usize).max().unwrap_or(0);
+    let width = nx + 2 * margin;
+    let mut wide = vec![0.0; width * ny];
+    wide.par_chunks_mut(width).zip(samples.par_chunks(nx)).for_each(|(out, row)| {
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = row[ends[0].index(i as i64 - margin as i64, nx)];
+        }
+    });
+    let mut out = vec![0.0; nx * ny];
+    out.par_chunks_mut(nx).enumerate().try_for_each(|(j, row)| {
+        job.check()?;
+        for tap in taps {
+            let from = ends[1].index(j as i64 + tap.south, ny) * width;
+            let first = from + (margin as i64 + tap.east) as usize;
+            add(row, &samples[j * nx..][..nx], &wide[first..][..nx], tap.weight);
+        }
+        for (out, sample) in row.iter_mut().zip(&samples[j * nx..]) {
+            *out += sample;
+        }
+        Ok::<_, NodeError>(())
+    })?;
+    job.advance(0.9)?;
+    Ok(out)
+}
+
+simd! {
+    /// Adds the weighted differences of cells from those at their places.
+    fn add(sums: &mut [f32], here: &[f32], there: &[f32], weight: f32) {
+        for ((sum, &here), &there) in sums.iter_mut().zip(here).zip(there) {
+            *sum += weight * (there - here);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::{Boundary, Edge, World};
+
+    use super::*;
+    use crate::testing::{at_every_level, field, run as result, run_in, with_params, world};
+
+    /// A wave along the direction falls by the transform of cos², sin(πa) / (πa (1 − a²)) at a waves per length; one across it
+    /// stays.
+    #[test]
+    fn waves_along_fall_and_waves_across_stay() {
+        for (n, cell_m) in [(96_u32, 10.0), (192, 5.0)] {
+            let world = World { boundary: Boundary::all(Edge::Periodic), ..world(n, n, cell_m) };
+            let turn = std::f64::consts::TAU / 960.0;
+            for (azimuth, east, south) in
+                [(90.0, 1.0, 0.0), (45.0, 2.0, -2.0), (0.0, 0.0, 3.0), (26.565_051_177, 2.0, -4.0)]
+            {
+                let wave = |east: f64, south: f64| {
+                    field(world, move |x, y| 100.0 * libm::sin((east * x + south * y) * turn) + 500.0)
+                };
+                let params = with_params(&NODE, &format!("azimuth={azimuth},length=200"));
+                let along = wave(east, south);
+                let smeared = result(&NODE, &params, &[("value", &along)], "value");
+                let a = libm::hypot(east, south) * 200.0 / 960.0;
+                let kept = libm::sin(std::f64::consts::PI * a) / (std::f64::consts::PI * a * (1.0 - a * a));
+                for (found, before) in smeared.samples().iter().zip(along.samples()) {
+                    let expected = 500.0 + kept * (f64::from(*before) - 500.0);
+                    // sums over cells in place of integrals, and linear interpolation across
+                    assert!((f64::from(*found) - expected).abs() < 1.5, "{azimuth} {cell_m}: {found} {expected}");
+                }
+                let across = wave(-south, east);
+                let smeared = result(&NODE, &params, &[("value", &across)], "value");
+                for (found, before) in smeared.samples().iter().zip(across.samples()) {
+                    assert!((found - before).abs() < 1.5, "{azimuth} {cell_m}: {found} {before}");
+                }
+            }
+        }
+    }
+
+    /// A point is smeared to where the azimuth points, and not beyond the length.
+    #[test]
+    fn smeared_ahead_is_ahead() {
+        let point =
+            field(world(61, 61, 10.0), |x, y| if (x - 305.0).abs() + (y - 305.0).abs() < 1.0 { 1000.0 } else { 0.0 });
+        for (azimuth, [east, south]) in [(0.0, [0, -1]), (90.0, [1, 0]), (180.0, [0, 1]), (270.0, [-1, 0])] {
+            let params = with_params(&NODE, &format!("azimuth={azimuth},length=100,side=ahead"));
+            let found = result(&NODE, &params, &[("value", &point)], "value");
+            let along: Vec<f32> =
+                (-1..=11).map(|k: i64| found.samples()[((30 + k * south) * 61 + 30 + k * east) as usize]).collect();
+            assert!(
+                along[0] == 0.0 && along[1] > along[2] && along[10] > 0.0 && along[11] == 0.0,
+                "{azimuth} {along:?}"
+            );
+            assert!((found.samples().iter().sum::<f32>() - 1000.0).abs() < 0.01);
+        }
+    }
+
+    #[test]
+    fn nothing_changes_below_a_cell_on_level_ground_or_without_a_mask() {
+        let hills = field(world(40, 9, 5.0), |x, y| libm::sin(x * y));
+        assert_eq!(result(&NODE, &with_params(&NODE, "length=4"), &[("value", &hills)], "value"), hills);
+        let nowhere = field(world(40, 9, 5.0), |_, _| 0.0);
+        assert_eq!(result(&NODE, &with_params(&NODE, ""), &[("value", &hills), ("mask", &nowhere)], "value"), hills);
+        let level = field(world(40, 9, 5.0), |_, _| 812.3);
+        assert_eq!(result(&NODE, &with_params(&NODE, "azimuth=17"), &[("value", &level)], "value"), level);
+    }
+
+    #[test]
+    fn windows_and_widths_of_vectors_give_the_same_bits() {
+        let hills = field(world(250, 240, 5.0), |x, y| 300.0 * libm::sin(x * 0.05 + y * 0.02) * libm::cos(y * 0.3));
+        for changes in ["azimuth=33,length=70", "azimuth=200,length=90,side=ahead", "azimuth=80,length=1400"] {
+            let params = with_params(&NODE, changes);
+            let whole = result(&NODE, &params, &[("value", &hills)], "value");
+            let part = Window { origin: [143, 137], cells: [40, 30], ..*hills.window() };
+            let Reach::Metres(reach) = NODE.reach else { panic!("a distance") };
+            let grown = hills.crop(&part.grown(reach(&params, 5.0)));
+            assert_eq!(
+                result(&NODE, &params, &[("value", &grown)], "value").crop(&part),
+                whole.crop(&part),
+                "{changes}"
+            );
+            at_every_level(|| run_in(2, &NODE, &params, &[("value", &hills)]));
+        }
+    }
+}

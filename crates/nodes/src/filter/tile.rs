@@ -1,0 +1,187 @@
+//! A field made to fit itself at opposite sides of the world.
+
+use rayon::prelude::*;
+
+use super::mix;
+use crate::{math, par, prelude::*};
+
+choice! {
+    /// Which sides fit each other.
+    pub enum Sides {
+        /// All.
+        All = "all",
+        /// West and east.
+        WestEast = "west_east",
+        /// North and south.
+        NorthSouth = "north_south",
+    }
+}
+
+params! {
+    /// Distance from the sides within which the field changes; at most half of the world's width counts.
+    margin: f64 = 3000.0, Metres, 0.0..=1e7, soft 0..=8000;
+    /// Which sides fit each other.
+    sides: Sides = Sides::All, One, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Tile",
+    category: "filter",
+    summary: "Makes opposite sides of a field fit, so that copies of it lie side by side without a seam.",
+    doc: "Towards the sides the field goes over into itself, moved by half of the world: there the middle of the moved one lies, \
+          which has no seam. With a the share of the moved field h′, from 0 at the `margin` to 1 at the side by the cubic \
+          `3 t² − 2 t³`, and μ the mean, the result is `μ + ((1 − a) (h − μ) + a (h′ − μ)) / √((1 − a)² + a² + 2 a (1 − a) ρ)`.\n\n\
+          The root keeps the roughness of the land: a plain mean of two landscapes is half as rough as either. ρ is the \
+          correlation of the field with the moved one, so that what both have in common does not grow. Sides are done one pair \
+          after the other; values and slopes go on across them, and what is farther inside than `margin` keeps its bits.\n\n\
+          **Advice.** A generator that repeats by itself is better: `Perlin` and `Spectral` have a switch for it. After this \
+          node rivers and slopes near the sides are not those of the land that eroded there: erode afterwards, in a world with \
+          periodic sides.",
+    sources: &[
+        "E. Heitz and F. Neyret (2018), High-performance by-example noise using a histogram-preserving blending operator, \
+         Proceedings of the ACM on Computer Graphics and Interactive Techniques 1 (2)",
+    ],
+    inputs: &[
+        Input::needs("value", PortType::AnyScalar, "What is made to fit."),
+        Input::mask("mask", "Where the result replaces the input: fully at 1, not at all at 0."),
+    ],
+    outputs: &[Output::same_as("value", "value", "The field that fits, with the meaning of the input.")],
+    params: Params::specs,
+    reach: Reach::World,
+    cpu: run,
+    example: "value: \"base\", margin: 4000",
+    ..Node::DEFAULT
+};
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let value = job.field("value")?;
+    let window = job.window();
+    let (nx, ny) = (window.nx(), window.ny());
+    let mut out = value.samples().to_vec();
+    if params.sides != Sides::NorthSouth {
+        let shares = shares(nx, params.margin / job.cell_m());
+        blend(job, [0.0, 0.5], &mut out, |j, i| j * nx + (i + nx / 2) % nx, |_, i| shares[i])?;
+    }
+    if params.sides != Sides::WestEast {
+        let shares = shares(ny, params.margin / job.cell_m());
+        blend(job, [0.5, 0.9], &mut out, |j, i| (j + ny / 2) % ny * nx + i, |j, _| shares[j])?;
+    }
+    mix(job, value.samples(), &mut out, job.lane("mask"))?;
+    Ok(Outputs::one("value", Field::new(window, out)))
+}
+
+/// The share of the moved field for each of `n` cells along an axis.
+fn shares(n: usize, margin_cells: f64) -> Vec<f64> {
+    let margin = margin_cells.min(0.5 * n as f64);
+    let share = |at: usize| {
+        // from the nearer side to the centre of the cell
+        let inside = at.min(n - 1 - at) as f64 + 0.5;
+        if inside < margin { 1.0 - math::smoothstep(inside / margin) } else { 0.0 }
+    };
+    (0..n).map(share).collect()
+}
+
+/// Goes over into the moved field.
+fn blend(
+    job: &Job<'_>,
+    progress: [f32; 2],
+    field: &mut Vec<f32>,
+    moved: impl Fn(usize, usize) -> usize + Sync,
+    share: impl Fn(usize, usize) -> f64 + Sync,
+) -> Result<(), NodeError> {
+    let nx = job.window().nx();
+    let old = std::mem::take(field);
+    let sum = |of: &(dyn Fn(usize, usize) -> f64 + Sync)| -> f64 {
+        let rows: Vec<f64> =
+            (0..old.len() / nx).into_par_iter().map(|j| (0..nx).map(|i| of(j, i)).sum::<f64>()).collect();
+        rows.iter().sum()
+    };
+    let here = |j: usize, i: usize| f64::from(old[j * nx + i]);
+    let there = |j: usize, i: usize| f64::from(old[moved(j, i)]);
+    let mean = sum(&here) / old.len() as f64;
+    let variance = sum(&|j, i| (here(j, i) - mean) * (here(j, i) - mean));
+    let covariance = sum(&|j, i| (here(j, i) - mean) * (there(j, i) - mean));
+    let correlation = if variance > 0.0 { (covariance / variance).clamp(0.0, 1.0) } else { 1.0 };
+    field.clone_from(&old);
+    par::rows_within(job, progress, field, |j, row| {
+        for (i, value) in row.iter_mut().enumerate() {
+            let a = share(j, i);
+            if a > 0.0 {
+                let root = ((1.0 - a) * (1.0 - a) + a * a + 2.0 * a * (1.0 - a) * correlation).sqrt();
+                *value = (mean + ((1.0 - a) * (here(j, i) - mean) + a * (there(j, i) - mean)) / root) as f32;
+            }
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        generate::noise,
+        testing::{field, generate, moments, run as result, run_in, with_params, world},
+    };
+
+    fn slope(nx: u32, ny: u32) -> Field {
+        field(world(nx, ny, 10.0), |x, y| {
+            2.0 * x - y + 80.0 * libm::sin(x * 0.011 + 1.0) * libm::cos(y * 0.017) + 20.0 * libm::sin(x * 0.05)
+        })
+    }
+
+    /// Across the sides values step no more than inside, and neither do slopes.
+    #[test]
+    fn there_is_no_seam() {
+        for (nx, ny) in [(200_u32, 160_u32), (201, 163)] {
+            let land = slope(nx, ny);
+            let tile = result(&NODE, &with_params(&NODE, "margin=400"), &[("value", &land)], "value");
+            let (nx, ny) = (nx as usize, ny as usize);
+            let at = |j: usize, i: usize| tile.samples()[j % ny * nx + i % nx];
+            let worst = |of: &dyn Fn(usize, usize) -> f32, places: &[usize], along: usize| {
+                places
+                    .iter()
+                    .flat_map(|&i| (0..along).map(move |j| (j, i)))
+                    .map(|(j, i)| of(j, i).abs())
+                    .fold(0.0, f32::max)
+            };
+            let step_x = |j: usize, i: usize| at(j, i + 1) - at(j, i);
+            let bend_x = |j: usize, i: usize| at(j, i + 2) - 2.0 * at(j, i + 1) + at(j, i);
+            let step_y = |i: usize, j: usize| at(j + 1, i) - at(j, i);
+            let bend_y = |i: usize, j: usize| at(j + 2, i) - 2.0 * at(j + 1, i) + at(j, i);
+            let inside: Vec<usize> = (0..nx - 3).collect();
+            assert!(worst(&step_x, &[nx - 1], ny) <= worst(&step_x, &inside, ny));
+            assert!(worst(&bend_x, &[nx - 1, nx - 2], ny) <= worst(&bend_x, &inside, ny));
+            let inside: Vec<usize> = (0..ny - 3).collect();
+            assert!(worst(&step_y, &[ny - 1], nx) <= worst(&step_y, &inside, nx));
+            assert!(worst(&bend_y, &[ny - 1, ny - 2], nx) <= worst(&bend_y, &inside, nx));
+            // the land itself has a step of 4000 m
+            assert!((land.samples()[nx - 1] - land.samples()[0]).abs() > 3000.0);
+            for j in 41..ny - 41 {
+                assert_eq!(tile.samples()[j * nx + 41..][..nx - 82], land.samples()[j * nx + 41..][..nx - 82]);
+            }
+        }
+    }
+
+    /// Noise is as rough in the margins as inside; a plain mean would lose a third of it in their middle.
+    #[test]
+    fn noise_stays_as_rough() {
+        let noise = generate(Window::whole(world(512, 512, 10.0)), &noise::node::NODE, "wavelength=200,octaves=2");
+        let tile = result(&NODE, &with_params(&NODE, "margin=1200"), &[("value", &noise)], "value");
+        let band = |field: &Field| -> Vec<f32> {
+            (0..512).flat_map(|j| field.samples()[j * 512 + 40..][..40].to_vec()).collect()
+        };
+        let (before, after) = (moments(&band(&noise)).1, moments(&band(&tile)).1);
+        assert!((after / before - 1.0).abs() < 0.1, "{before} {after}");
+    }
+
+    #[test]
+    fn nothing_changes_without_a_margin_or_where_all_is_level() {
+        let land = slope(40, 30);
+        assert_eq!(result(&NODE, &with_params(&NODE, "margin=0"), &[("value", &land)], "value"), land);
+        let level = field(world(33, 1, 5.0), |_, _| 812.3);
+        assert_eq!(result(&NODE, &with_params(&NODE, ""), &[("value", &level)], "value"), level);
+        let params = with_params(&NODE, "margin=90");
+        assert_eq!(run_in(1, &NODE, &params, &[("value", &land)]), run_in(3, &NODE, &params, &[("value", &land)]));
+    }
+}
