@@ -160,6 +160,16 @@ impl Request {
         Self::of(document, path, changes, Arc::new(source))
     }
 
+    /// A request for a document that is open, as it is now.
+    ///
+    /// # Errors
+    /// When the changes ask for what does not exist.
+    pub fn of_document(document: Document, changes: &Changes) -> Result<Self, Failure> {
+        let path = document.path().map_or_else(|| PathBuf::from("the graph"), Path::to_owned);
+        let source = Arc::new(Source::file(&path));
+        Self::of(document, &path, changes, source)
+    }
+
     fn of(mut document: Document, path: &Path, changes: &Changes, source: Arc<Source>) -> Result<Self, Failure> {
         changes.set.iter().try_for_each(|setting| setting.apply(&mut document, "--set"))?;
         let mut world = document.world();

@@ -7,8 +7,15 @@ use egui_tiles::{Behavior, SimplificationOptions, TileId, Tiles, Tree, UiRespons
 use orograph_graph::Registry;
 
 use super::{
-    Journals, Session, canvas::Canvas, inspector::Inspector, problems::Problems, questions::Questions, theme,
-    toasts::Toasts, viewport::Viewport,
+    Journals, Session,
+    canvas::Canvas,
+    inspector::Inspector,
+    menu::{self, Menu},
+    problems::Problems,
+    questions::Questions,
+    theme,
+    toasts::Toasts,
+    viewport::Viewport,
 };
 use crate::failure::Failure;
 
@@ -27,6 +34,7 @@ pub struct App {
     tree: Tree<Pane>,
     toasts: Toasts,
     questions: Questions,
+    menu: Menu,
 }
 
 /// What the panes show, apart from their arrangement.
@@ -55,7 +63,9 @@ impl App {
             viewport: Viewport::new(context.wgpu_render_state.as_ref()),
             problems: Problems::default(),
         };
-        Ok(Self { panes, tree: arrangement(), toasts: Toasts::default(), questions: Questions::default() })
+        let menu = Menu::new(&context.egui_ctx);
+        let (toasts, questions) = (Toasts::default(), Questions::default());
+        Ok(Self { panes, tree: arrangement(), toasts, questions, menu })
     }
 
     /// The same with journals kept, so that a crash loses nothing, and with files followed that other programs change.
@@ -110,8 +120,10 @@ impl eframe::App for App {
 
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
         undo_keys(ui.ctx(), &mut self.panes.session);
-        egui::Panel::top("menu").show(ui, |ui| self.panes.menu(ui));
+        egui::Panel::top("menu").show(ui, |ui| self.menu.bar(ui, &mut self.panes.session));
+        egui::Panel::bottom("status").show(ui, |ui| menu::status(ui, &mut self.panes.session));
         egui::CentralPanel::default().show(ui, |ui| self.tree.ui(&mut self.panes, ui));
+        self.menu.above(ui.ctx(), &mut self.panes.session);
         self.questions.ui(ui.ctx(), &mut self.panes.session);
         self.toasts.ui(ui.ctx(), &mut self.panes.session);
     }
@@ -130,22 +142,6 @@ fn undo_keys(context: &egui::Context, session: &mut Session) {
         session.redo();
     } else if undo {
         session.undo();
-    }
-}
-
-impl Panes {
-    fn menu(&mut self, ui: &mut egui::Ui) {
-        let session = &mut self.session;
-        egui::MenuBar::new().ui(ui, |ui| {
-            ui.menu_button("Edit", |ui| {
-                if ui.add_enabled(session.document().can_undo(), egui::Button::new("Undo")).clicked() {
-                    session.undo();
-                }
-                if ui.add_enabled(session.document().can_redo(), egui::Button::new("Redo")).clicked() {
-                    session.redo();
-                }
-            });
-        });
     }
 }
 

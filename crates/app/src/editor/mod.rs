@@ -10,12 +10,17 @@
 )]
 
 mod app;
+mod browser;
 mod canvas;
 mod dialog;
+mod export;
+mod gallery;
 mod inspector;
+mod menu;
 mod problems;
 mod questions;
 mod session;
+mod state;
 mod theme;
 mod toasts;
 mod viewport;

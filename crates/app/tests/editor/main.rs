@@ -2,8 +2,10 @@
 #![cfg(feature = "editor")]
 
 mod canvas;
+mod export;
 mod files;
 mod inspector;
+mod menu;
 mod opening;
 mod safety;
 mod viewport;

@@ -102,6 +102,12 @@ impl Document {
         Self::with_home(source.into(), registry, Home::default())
     }
 
+    /// Reads a source that is in no file, such as a copy of an example; the files that it names are looked for in that folder.
+    #[must_use]
+    pub fn parse_in(source: impl Into<String>, folder: impl Into<PathBuf>, registry: &Registry) -> Self {
+        Self::with_home(source.into(), registry, Home { folder: folder.into(), ..Home::default() })
+    }
+
     /// Reads a source that is, or is going to be, the text of a file at that path; the files that it names are looked for
     /// beside it.
     #[must_use]

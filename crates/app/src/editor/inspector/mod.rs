@@ -10,6 +10,7 @@ mod manual;
 mod node;
 mod number;
 mod pad;
+mod shown;
 mod target;
 mod value;
 
@@ -22,6 +23,7 @@ pub(super) struct Inspector {
     form: Form,
     /// What the form is about: a node, or the file.
     about: Option<String>,
+    kept: Option<shown::Kept>,
 }
 
 impl Inspector {
@@ -38,7 +40,7 @@ impl Inspector {
                 ui.set_max_width(ui.available_width());
                 ui.spacing_mut().item_spacing.y = 3.0;
                 match (about, session.selection().count()) {
-                    (Some(name), _) => node::show(ui, &mut self.form, session, &name),
+                    (Some(name), _) => node::show(ui, &mut self.form, &mut self.kept, session, &name),
                     (None, 0) => file::show(ui, &mut self.form, session),
                     _ => several(ui, session),
                 }

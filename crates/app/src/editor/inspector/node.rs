@@ -6,6 +6,7 @@ use orograph_graph::{Edit, Fallback, Input, Kind, Node, NodeIndex, ParamSpec, Pa
 use super::{
     form::{self, Entry, Form, line, section, title, words},
     manual,
+    shown::{self, Kept},
     target::Target,
     value::{self, Place},
 };
@@ -26,7 +27,7 @@ struct Wiring {
 }
 
 /// Shows a node.
-pub(super) fn show(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &str) {
+pub(super) fn show(ui: &mut Ui, form: &mut Form, kept: &mut Option<Kept>, session: &mut Session, name: &str) {
     let document = session.document();
     let Some(entry) = document.nodes().iter().find(|entry| entry.name == name) else { return };
     let Some(index) = entry.index else {
@@ -78,6 +79,7 @@ pub(super) fn show(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &s
     }
     section(ui, "Outputs");
     outputs(ui, form, session, name, index);
+    shown::show(ui, kept, session, name);
     section(ui, "Manual");
     egui::CollapsingHeader::new(node.id).id_salt(("manual", node.id)).show(ui, |ui| manual::show(ui, node));
 }
@@ -304,7 +306,7 @@ fn fields(
         ui.spacing_mut().button_padding.x = 1.0;
         if changed {
             let back = ui.add_sized([18.0, size.y], Button::new("⟲").frame(false));
-            let default = shown(spec, &spec.kind.default_value());
+            let default = in_words(spec, &spec.kind.default_value());
             if back.on_hover_text(format!("Back to {default}")).clicked() {
                 deed = Some(Deed::Reset);
             }
@@ -335,7 +337,7 @@ fn fields(
 }
 
 /// A value as it is shown to people.
-fn shown(spec: &ParamSpec, value: &ParamValue) -> String {
+fn in_words(spec: &ParamSpec, value: &ParamValue) -> String {
     match value {
         ParamValue::Float(number) => spec.unit.display(*number),
         other => other.to_string(),

@@ -14,6 +14,13 @@ pub enum Wish {
     New,
     /// Another file.
     Open(PathBuf),
+    /// A copy of an example, which is in no file.
+    Copy {
+        /// What it says.
+        text: String,
+        /// The folder in which the files that it names lie.
+        folder: PathBuf,
+    },
     /// The end of the window.
     Close,
 }
@@ -215,6 +222,9 @@ impl Session {
                 }
                 Err(error) => self.note(error.to_string(), true),
             },
+            Wish::Copy { text, folder } => {
+                self.start(Document::parse_in(text, folder, self.document.registry()), None);
+            }
             Wish::Close => {
                 self.end_journal();
                 self.over = true;

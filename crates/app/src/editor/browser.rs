@@ -1,0 +1,209 @@
+//! A list of files in the window, to open a graph or to name one; it needs no dialog of the system, and offers that too.
+
+use std::path::{Path, PathBuf};
+
+use egui::{Button, Context, Id, Key, Modal, RichText, ScrollArea, TextEdit, Ui};
+
+use super::dialog::{self, Ask};
+
+/// What a file is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// To open it.
+    Open,
+    /// To save the work in it.
+    Save,
+    /// To write outputs to it.
+    Folder,
+}
+
+/// What came of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Outcome {
+    /// Nothing is wanted.
+    Cancelled,
+    /// This file or folder.
+    Chosen(PathBuf),
+}
+
+/// A list of files.
+#[derive(Debug)]
+pub(super) struct Browser {
+    purpose: Purpose,
+    folder: PathBuf,
+    /// What is typed: a name in the folder, or a whole path.
+    text: String,
+    entries: Vec<Entry>,
+    /// Whether the field has had the focus.
+    begun: bool,
+    /// The file of that name is to be written over, and that has been told.
+    warned: Option<PathBuf>,
+}
+
+/// A folder or a graph file.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Entry {
+    is_file: bool,
+    name: String,
+}
+
+impl Browser {
+    /// A list of the folder that a file is in; of the present folder without one.
+    pub(super) fn new(purpose: Purpose, near: Option<&Path>) -> Self {
+        let present = || std::env::current_dir().unwrap_or_else(|_| PathBuf::from("."));
+        let near_folder = near.map(|path| if path.is_dir() { path } else { path.parent().unwrap_or(path) });
+        let folder = near_folder.and_then(|folder| folder.canonicalize().ok()).unwrap_or_else(present);
+        let name = near.filter(|path| purpose == Purpose::Save && !path.is_dir()).and_then(Path::file_name);
+        let text = name.map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        let text = if text.is_empty() && purpose == Purpose::Save { "land.ron".to_owned() } else { text };
+        let mut browser = Self { purpose, folder, text, entries: Vec::new(), begun: false, warned: None };
+        browser.list();
+        browser
+    }
+
+    fn list(&mut self) {
+        let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        let wanted = |path: &Path| {
+            let is_graph = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ron"));
+            path.is_dir() || is_graph && self.purpose != Purpose::Folder
+        };
+        let named = entries.map(|entry| entry.path()).filter(|path| wanted(path)).filter_map(|path| {
+            let name = path.file_name()?.to_str()?.to_owned();
+            (!name.starts_with('.')).then(|| Entry { is_file: !path.is_dir(), name })
+        });
+        self.entries = named.collect();
+        self.entries.sort();
+    }
+
+    fn enter(&mut self, folder: PathBuf) {
+        self.folder = folder;
+        if self.purpose != Purpose::Save {
+            self.text.clear();
+        }
+        self.list();
+    }
+
+    /// Shows it above everything; gives what came of it.
+    pub(super) fn show(&mut self, context: &Context) -> Option<Outcome> {
+        let id = Id::new("browser");
+        let mut outcome = None;
+        let modal = Modal::new(id).show(context, |ui| {
+            let room = ui.ctx().content_rect().size();
+            ui.set_width((room.x - 60.0).clamp(200.0, 520.0));
+            let (title, action) = match self.purpose {
+                Purpose::Open => ("Open a graph", "Open"),
+                Purpose::Save => ("Save the graph as", "Save"),
+                Purpose::Folder => ("Folder for the files", "Choose"),
+            };
+            ui.heading(title);
+            let entered = self.path_line(ui);
+            let chosen = self.rows(ui, (room.y - 200.0).clamp(60.0, 320.0));
+            ui.add_space(4.0);
+            ui.horizontal(|ui| {
+                let acted = ui.button(RichText::new(action).strong()).clicked();
+                if ui.button("Cancel").clicked() {
+                    outcome = Some(Outcome::Cancelled);
+                }
+                if ui.button("System dialog…").clicked() {
+                    let ask = match self.purpose {
+                        Purpose::Open => Ask::Graph,
+                        Purpose::Save => Ask::NewGraph,
+                        Purpose::Folder => Ask::Folder,
+                    };
+                    dialog::ask(ui.ctx(), id, ask, &self.folder);
+                }
+                if acted || entered || chosen {
+                    outcome = self.act();
+                }
+            });
+            if let Some(path) = &self.warned {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                let text = format!("{name} exists. {action} again to write over it.");
+                ui.colored_label(ui.visuals().warn_fg_color, text);
+            }
+        });
+        if let Some(path) = dialog::answer(context, id) {
+            outcome = Some(Outcome::Chosen(path));
+        }
+        if outcome.is_none() && modal.should_close() {
+            outcome = Some(Outcome::Cancelled);
+        }
+        outcome
+    }
+
+    /// The folder and the field; says whether Enter was pressed in it.
+    fn path_line(&mut self, ui: &mut Ui) -> bool {
+        ui.horizontal(|ui| {
+            let up = self.folder.parent().map(Path::to_owned);
+            if ui.add_enabled(up.is_some(), Button::new("⬆")).on_hover_text("The folder above").clicked()
+                && let Some(up) = up
+            {
+                self.enter(up);
+            }
+            let shown = self.folder.display().to_string();
+            ui.add(egui::Label::new(RichText::new(&shown).weak()).truncate()).on_hover_text(shown);
+        });
+        let hint = if self.purpose == Purpose::Folder { "this folder" } else { "name or path" };
+        let edit = TextEdit::singleline(&mut self.text).hint_text(hint).desired_width(f32::INFINITY);
+        let response = ui.add(edit);
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, true, "path"));
+        if response.changed() {
+            self.warned = None;
+        }
+        if !std::mem::replace(&mut self.begun, true) {
+            response.request_focus();
+        }
+        response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter))
+    }
+
+    /// The folders and files; says whether one was chosen by a double click.
+    fn rows(&mut self, ui: &mut Ui, height: f32) -> bool {
+        let mut chosen = false;
+        let mut entered = None;
+        ScrollArea::vertical().max_height(height).min_scrolled_height(height).auto_shrink([false, true]).show(
+            ui,
+            |ui| {
+                for entry in &self.entries {
+                    let icon = if entry.is_file { "🗋" } else { "🗀" };
+                    let button = Button::selectable(self.text == entry.name, format!("{icon} {}", entry.name));
+                    let response = ui.add_sized([ui.available_width(), 20.0], button.truncate());
+                    if response.clicked() && entry.is_file {
+                        self.text.clone_from(&entry.name);
+                        self.warned = None;
+                    } else if response.clicked() {
+                        entered = Some(self.folder.join(&entry.name));
+                    }
+                    chosen |= response.double_clicked() && entry.is_file;
+                }
+                if self.entries.is_empty() {
+                    ui.weak("Nothing of use in this folder");
+                }
+            },
+        );
+        if let Some(folder) = entered {
+            self.enter(folder);
+        }
+        chosen
+    }
+
+    /// Takes what is typed: a folder is entered, a file is chosen, at the second time if it would be written over.
+    fn act(&mut self) -> Option<Outcome> {
+        let path = self.folder.join(self.text.trim());
+        if self.purpose == Purpose::Folder {
+            return Some(Outcome::Chosen(path));
+        }
+        if path.is_dir() {
+            self.enter(path);
+            return None;
+        }
+        if self.purpose == Purpose::Save {
+            let path = if path.extension().is_some() { path } else { path.with_extension("ron") };
+            if path.exists() && self.warned.as_ref() != Some(&path) {
+                self.warned = Some(path);
+                return None;
+            }
+            return Some(Outcome::Chosen(path));
+        }
+        Some(Outcome::Chosen(path))
+    }
+}

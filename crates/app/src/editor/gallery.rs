@@ -1,0 +1,216 @@
+//! Examples to start from, with their pictures: the graphs of the project, within the program.
+//!
+//! An example is opened as a copy in no file, so that saving asks for a name and the example stays as it is. What examples
+//! read (a raster, another graph) is written to the folder of [`state`], where the copy looks for it; saving the copy
+//! elsewhere makes its names of files lead there.
+//!
+//! The pictures in `graphs/pictures` are made by `orograph render graphs/NAME.ron --cells 160 -o graphs/pictures/NAME.png`,
+//! with `--output` where [`EXAMPLES`] says so.
+
+use std::{fs, path::PathBuf};
+
+use egui::{Align, Context, Id, Label, Layout, Modal, RichText, ScrollArea, Sense, Ui, vec2};
+
+use super::{Wish, state};
+
+/// A graph to start from.
+struct Example {
+    /// The name of its file, without its end.
+    name: &'static str,
+    /// What it is called.
+    title: &'static str,
+    text: &'static str,
+    picture: &'static [u8],
+}
+
+macro_rules! examples {
+    ($($name:literal $title:literal $(output $output:literal)?;)+) => {
+        &[$(Example {
+            name: $name,
+            title: $title,
+            text: include_str!(concat!("../../../../graphs/", $name, ".ron")),
+            picture: include_bytes!(concat!("../../../../graphs/pictures/", $name, ".png")),
+        }),+]
+    };
+}
+
+/// Every graph of the project, those to begin with first. `output` is what the picture shows; without it, the height.
+const EXAMPLES: &[Example] = examples! {
+    "alps" "Alps";
+    "hello" "A first range";
+    "ridges" "Ridges and rivers";
+    "scree" "Cliffs and scree";
+    "painted" "Painted for an engine" output "colour";
+    "two_ranges" "Two ranges of one kind";
+    "ridge" "A range to use in others";
+    "carve_dem" "A real place, worn further" output "after";
+    "rivers_dem" "Rivers of a real place" output "map";
+    "flood_dem" "A flood in real canyons" output "map";
+};
+
+/// What examples read, by its name beside them.
+const READ: &[(&str, &[u8])] = &[
+    ("data/bigtujunga_512_30m.tif", include_bytes!("../../../../graphs/data/bigtujunga_512_30m.tif")),
+    ("ridge.ron", include_bytes!("../../../../graphs/ridge.ron")),
+];
+
+/// The window of the examples.
+#[derive(Default)]
+pub(super) struct Gallery {
+    /// The pictures, once they are read.
+    pictures: Vec<Option<egui::TextureHandle>>,
+    /// Why an example could not be opened.
+    failure: Option<String>,
+}
+
+/// Side of a picture in points.
+const SIDE: f32 = 132.0;
+
+impl Gallery {
+    /// Shows it above everything. Gives what is wanted of the session when it is done with, and nothing in that when no
+    /// example is wanted.
+    pub(super) fn ui(&mut self, context: &Context) -> Option<Option<Wish>> {
+        if self.pictures.is_empty() {
+            self.pictures = EXAMPLES.iter().map(|example| texture(context, example)).collect();
+        }
+        let mut chosen = None;
+        let modal = Modal::new(Id::new("gallery")).show(context, |ui| {
+            let room = ui.ctx().content_rect().size();
+            let columns = ((room.x - 80.0) / (SIDE + 12.0)).floor().clamp(1.0, 5.0);
+            ui.set_width(columns * (SIDE + 12.0));
+            ui.heading("Examples");
+            ui.add(Label::new(RichText::new("Each opens as a copy that is not saved yet.").weak()).wrap());
+            if let Some(failure) = &self.failure {
+                ui.colored_label(ui.visuals().error_fg_color, failure);
+            }
+            ScrollArea::vertical().max_height((room.y - 150.0).max(80.0)).show(ui, |ui| {
+                ui.horizontal_wrapped(|ui| {
+                    for (example, picture) in EXAMPLES.iter().zip(&self.pictures) {
+                        if card(ui, example, picture.as_ref()) {
+                            chosen = Some(example);
+                        }
+                    }
+                });
+            });
+            ui.add_space(6.0);
+            if ui.button("Cancel").clicked() {
+                ui.close();
+            }
+        });
+        match chosen.map(copy) {
+            Some(Ok(wish)) => return Some(Some(wish)),
+            Some(Err(reason)) => self.failure = Some(reason),
+            None => {}
+        }
+        modal.should_close().then_some(None)
+    }
+}
+
+/// An example with its picture; says whether it is chosen.
+fn card(ui: &mut Ui, example: &Example, picture: Option<&egui::TextureHandle>) -> bool {
+    let layout = Layout::top_down(Align::LEFT);
+    let inner = ui.allocate_ui_with_layout(vec2(SIDE, SIDE + 40.0), layout, |ui| {
+        ui.set_width(SIDE);
+        let sized = egui::vec2(SIDE, SIDE);
+        let response = match picture {
+            Some(picture) => {
+                let image = egui::Image::from_texture((picture.id(), sized)).corner_radius(4.0);
+                ui.add(image.fit_to_exact_size(sized).sense(Sense::click()).alt_text(example.title))
+            }
+            None => ui.allocate_response(sized, Sense::click()),
+        };
+        if response.hovered() {
+            let stroke = egui::Stroke::new(2.0, ui.visuals().hyperlink_color);
+            ui.painter().rect_stroke(response.rect, 4.0, stroke, egui::StrokeKind::Outside);
+        }
+        let title = ui.add(Label::new(example.title).wrap().sense(Sense::click()));
+        let clicked = response.clicked() || title.clicked();
+        response.on_hover_text(about(example.text));
+        clicked
+    });
+    inner.inner
+}
+
+/// The comment that a graph begins with.
+fn about(text: &str) -> String {
+    let lines = text.lines().map_while(|line| line.trim().strip_prefix("//"));
+    lines.map(str::trim).collect::<Vec<_>>().join(" ")
+}
+
+fn texture(context: &Context, example: &Example) -> Option<egui::TextureHandle> {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(example.picture)).read_info().ok()?;
+    let mut bytes = vec![0; reader.output_buffer_size()?];
+    let frame = reader.next_frame(&mut bytes).ok()?;
+    if frame.color_type != png::ColorType::Rgb || frame.bit_depth != png::BitDepth::Eight {
+        return None;
+    }
+    let size = [frame.width as usize, frame.height as usize];
+    let image = egui::ColorImage::from_rgb(size, &bytes[..frame.buffer_size()]);
+    Some(context.load_texture(example.name, image, egui::TextureOptions::LINEAR))
+}
+
+/// A copy of an example, with what it reads in place.
+///
+/// # Errors
+/// Why that cannot be written.
+fn copy(example: &Example) -> Result<Wish, String> {
+    let folder =
+        state::folder().map_or_else(|| std::env::temp_dir().join("orograph"), |folder| folder.join("examples"));
+    place(&folder)
+        .map_err(|error| format!("what the examples read cannot be written to {}: {error}", folder.display()))?;
+    Ok(Wish::Copy { text: example.text.to_owned(), folder })
+}
+
+/// Writes what examples read into a folder, where it is not there already.
+fn place(folder: &PathBuf) -> std::io::Result<()> {
+    for (name, bytes) in READ {
+        let path = folder.join(name);
+        if fs::read(&path).is_ok_and(|there| there == *bytes) {
+            continue;
+        }
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent)?;
+        }
+        // Another window may do the same: the file appears whole.
+        let file = tempfile::NamedTempFile::new_in(folder)?;
+        fs::write(file.path(), bytes)?;
+        file.persist(&path).map_err(|error| error.error)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::Document;
+
+    use super::*;
+
+    #[test]
+    fn every_graph_of_the_project_is_an_example_that_finds_its_files() {
+        let graphs = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../graphs"));
+        let entries = fs::read_dir(&graphs).expect("a folder").map(|entry| entry.expect("an entry").path());
+        let mut names: Vec<String> = entries
+            .filter(|path| path.extension().is_some_and(|extension| extension == "ron"))
+            .filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()))
+            .collect();
+        names.sort();
+        let mut listed: Vec<String> = EXAMPLES.iter().map(|example| example.name.to_owned()).collect();
+        listed.sort();
+        assert_eq!(listed, names);
+
+        let folder = tempfile::tempdir().expect("a folder");
+        let folder = folder.path().join("examples");
+        place(&folder).expect("written");
+        place(&folder).expect("there already");
+        let registry = orograph_nodes::registry();
+        for example in EXAMPLES {
+            let document = Document::parse_in(example.text, &folder, &registry);
+            assert_eq!(document.problems(), [], "{}", example.name);
+            assert!(document.path().is_none());
+            for file in document.files() {
+                assert!(file.is_file(), "{} reads {}", example.name, file.display());
+            }
+            assert!(!about(example.text).is_empty() && example.picture.len() < 100_000, "{}", example.name);
+        }
+    }
+}

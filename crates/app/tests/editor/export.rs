@@ -1,0 +1,104 @@
+//! The export writes the same files as the command line that it gives.
+
+use std::{path::Path, thread, time::Duration};
+
+use egui::{Key, Modifiers, accesskit::Role};
+use egui_kittest::{Harness, kittest::Queryable as _};
+use orograph::editor::App;
+
+use crate::{scratch, window};
+
+const GRAPH: &str = "(world: (size: \"1 km\", cells: 64, seed: 3), nodes: { \"land\": Ridged(wavelength: 400, amplitude: 90), \
+                     \"steep\": Slope(height: \"land\") }, outputs: { \"height\": \"land\", \"steep\": \"steep.mask\" })";
+
+/// A window on the graph above, with the export open into a folder.
+fn exporting(file: &Path, folder: &Path) -> Harness<'static, App> {
+    let mut window = window(Some(file.to_owned()));
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::E);
+    window.run_steps(4);
+    window.get_by_label("Folder").focus();
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.run_steps(1);
+    window.get_by_label("Folder").type_text(&folder.display().to_string());
+    window.run_steps(2);
+    window
+}
+
+/// Presses the button and waits for the files.
+fn export(window: &mut Harness<'_, App>) {
+    window.get_by_role_and_label(Role::Button, "Export").click();
+    for _ in 0..1000 {
+        window.run_steps(1);
+        if window.query_by_label_contains("Wrote ").is_some() {
+            return;
+        }
+        thread::sleep(Duration::from_millis(10));
+    }
+    panic!("nothing was written");
+}
+
+#[test]
+fn the_command_line_that_is_copied_writes_the_same_files() {
+    let folder = scratch(GRAPH);
+    let (file, out) = (folder.path().join("graph.ron"), folder.path().join("engine"));
+    let mut window = exporting(&file, &out);
+    window.get_by_role_and_label(Role::CheckBox, "steep").click();
+    window.run_steps(3);
+    export(&mut window);
+    let written = |folder: &Path| {
+        let mut names: Vec<String> = std::fs::read_dir(folder)
+            .expect("a folder")
+            .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    };
+    assert_eq!(written(&out), ["height.exr", "height.exr.json", "height.preview.png"]);
+    window.get_by_label("Copy the command line").click();
+    window.step();
+    let copied = window.output().platform_output.commands.iter().find_map(|command| match command {
+        egui::OutputCommand::CopyText(text) => Some(text.clone()),
+        _ => None,
+    });
+    let line = copied.expect("a text is copied");
+    let again = folder.path().join("again");
+    let line = line.replace(&out.display().to_string(), &again.display().to_string());
+    assert!(line.contains("--only height"), "{line}");
+    let words = line.split(' ').map(std::ffi::OsString::from).chain(["--quiet".into()]);
+    orograph::run(words);
+    assert_eq!(written(&again), written(&out));
+    for name in written(&out) {
+        assert_eq!(
+            std::fs::read(out.join(&name)).expect("there"),
+            std::fs::read(again.join(&name)).expect("there"),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn what_cannot_be_exported_says_why() {
+    let folder = scratch(GRAPH);
+    let file = folder.path().join("graph.ron");
+    // the folder is a file
+    let mut window = exporting(&file, &file);
+    window.get_by_role_and_label(Role::Button, "Export").click();
+    for _ in 0..200 {
+        window.run_steps(1);
+        thread::sleep(Duration::from_millis(5));
+        if window.query_by_label_contains("cannot write to the folder").is_some() {
+            break;
+        }
+    }
+    assert!(window.query_by_label_contains("cannot write to the folder").is_some());
+    assert_eq!(std::fs::read_to_string(&file).expect("there"), GRAPH);
+    for output in ["height", "steep"] {
+        window.get_by_role_and_label(Role::CheckBox, output).click();
+        window.run_steps(2);
+    }
+    window.get_by_role_and_label(Role::Button, "Export").click();
+    window.run_steps(3);
+    assert!(window.query_by_label_contains("no output is chosen").is_some());
+}

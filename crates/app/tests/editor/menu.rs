@@ -1,0 +1,142 @@
+//! The menus: files are opened and saved, work is never lost without a question, examples are copies.
+
+use egui::{Key, Modifiers, accesskit::Role};
+use egui_kittest::{Harness, kittest::Queryable as _};
+use orograph::editor::{App, Question};
+use orograph_graph::Edit;
+
+use crate::{graph, scratch, window};
+
+const GRAPH: &str = "(nodes: { \"a\": Constant(value: 1) }, outputs: { \"h\": \"a\" })";
+
+fn press(window: &mut Harness<'_, App>, modifiers: Modifiers, key: Key) {
+    window.key_press_modifiers(modifiers, key);
+    window.run_steps(4);
+}
+
+fn menu(window: &mut Harness<'_, App>, menu: &str, item: &str) {
+    window.get_by_role_and_label(Role::Button, menu).click();
+    window.run_steps(3);
+    window.get_by_label_contains(item).click();
+    window.run_steps(4);
+}
+
+/// Types a path into the list of files and presses Enter.
+fn name(window: &mut Harness<'_, App>, path: &str) {
+    window.get_by_label("path").focus();
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.run_steps(1);
+    window.get_by_label("path").type_text(path);
+    window.run_steps(1);
+    window.key_press(Key::Enter);
+    window.run_steps(4);
+}
+
+fn change(window: &mut Harness<'_, App>) {
+    let edit = Edit::AddNode { name: "new".into(), kind: "Constant".into(), at: None };
+    assert!(window.state_mut().session_mut().apply(&edit));
+    window.run_steps(2);
+}
+
+#[test]
+fn a_file_is_opened_by_its_path() {
+    let folder = scratch(GRAPH);
+    let path = folder.path().join("graph.ron");
+    let mut window = window(None);
+    press(&mut window, Modifiers::COMMAND, Key::O);
+    name(&mut window, &path.display().to_string());
+    assert_eq!(window.state().session().path(), Some(path.as_path()));
+    assert!(window.query_by_label("path").is_none(), "the list is closed");
+    assert!(window.query_by_label("graph.ron").is_some(), "the bar names the file");
+}
+
+#[test]
+fn a_new_graph_is_saved_under_a_name_that_is_asked_for() {
+    let folder = scratch(GRAPH);
+    let mut window = window(None);
+    change(&mut window);
+    assert!(window.query_by_label("• New graph").is_some());
+    press(&mut window, Modifiers::COMMAND, Key::S);
+    let path = folder.path().join("mine.ron");
+    name(&mut window, &path.display().to_string());
+    assert_eq!(window.state().session().path(), Some(path.as_path()));
+    assert!(std::fs::read_to_string(&path).expect("written").contains("\"new\""));
+    assert!(window.query_by_label("mine.ron").is_some());
+    // a file that is there is not written over without a word
+    press(&mut window, Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
+    let there = folder.path().join("graph.ron");
+    name(&mut window, &there.display().to_string());
+    assert!(window.query_by_label_contains("Save again to write over it").is_some());
+    assert_eq!(std::fs::read_to_string(&there).expect("there"), GRAPH);
+    window.key_press(Key::Escape);
+    window.run_steps(3);
+    assert_eq!(window.state().session().question(), None);
+    assert_eq!(window.state().session().path(), Some(path.as_path()));
+}
+
+#[test]
+fn work_that_is_not_saved_is_asked_about() {
+    let folder = scratch(GRAPH);
+    let path = folder.path().join("graph.ron");
+    let mut window = window(Some(path.clone()));
+    change(&mut window);
+    menu(&mut window, "File", "Quit");
+    assert!(matches!(window.state().session().question(), Some(Question::Unsaved(_))));
+    window.get_by_label("Cancel").click();
+    window.run_steps(3);
+    assert!(!window.state().session().is_over() && window.state().session().is_dirty());
+    press(&mut window, Modifiers::COMMAND, Key::N);
+    window.get_by_role_and_label(Role::Button, "Save").click();
+    window.run_steps(3);
+    assert!(std::fs::read_to_string(&path).expect("there").contains("\"new\""));
+    assert_eq!(window.state().session().path(), None);
+    menu(&mut window, "File", "Quit");
+    assert!(window.state().session().is_over());
+}
+
+#[test]
+fn a_file_changed_outside_is_asked_about() {
+    let folder = scratch(GRAPH);
+    let path = folder.path().join("graph.ron");
+    let mut window = window(Some(path.clone()));
+    change(&mut window);
+    let theirs = GRAPH.replace("value: 1", "value: 2");
+    std::fs::write(&path, &theirs).expect("written");
+    press(&mut window, Modifiers::COMMAND, Key::S);
+    assert_eq!(std::fs::read_to_string(&path).expect("there"), theirs, "not written over");
+    if window.query_by_label("Take what the file says").is_some() {
+        window.get_by_label("Take what the file says").click();
+        window.run_steps(3);
+        assert_eq!(window.state().session().document().source(), theirs);
+    }
+    assert_eq!(window.state().session().question(), None);
+}
+
+#[test]
+fn an_example_is_opened_as_a_copy_that_finds_its_files() {
+    let mut window = window(None);
+    menu(&mut window, "File", "Examples…");
+    window.get_by_label("A real place, worn further").click();
+    window.run_steps(4);
+    let session = window.state().session();
+    assert_eq!(session.document().source(), std::fs::read_to_string(graph("carve_dem.ron")).expect("there"));
+    assert_eq!((session.path(), session.is_dirty(), session.document().problems()), (None, false, &[][..]));
+    assert!(session.document().files().iter().all(|file| file.is_file()));
+}
+
+#[test]
+fn previews_are_as_fine_as_chosen_and_the_theme_too() {
+    let mut window = window(Some(graph("hello.ron")));
+    window.run_steps(2);
+    window.get_by_label_contains("512 (all) cells").click();
+    window.run_steps(3);
+    window.get_by_label("256").click();
+    window.run_steps(3);
+    assert_eq!(window.state().session().cells(), 256);
+    menu(&mut window, "View", "Light");
+    assert_eq!(window.ctx.theme(), egui::Theme::Light);
+    menu(&mut window, "View", "As the system");
+    menu(&mut window, "Help", "Keys and mouse");
+    assert!(window.query_by_label("Add a node by its name").is_some());
+}
