@@ -40,6 +40,8 @@ const EXAMPLES: &[Example] = examples! {
     "hello" "A first range";
     "ridges" "Ridges and rivers";
     "scree" "Cliffs and scree";
+    "mesas" "Table land" output "colour";
+    "belts" "Belts of plants" output "colour";
     "painted" "Painted for an engine" output "colour";
     "two_ranges" "Two ranges of one kind";
     "ridge" "A range to use in others";

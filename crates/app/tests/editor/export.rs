@@ -17,11 +17,11 @@ fn exporting(file: &Path, folder: &Path) -> Harness<'static, App> {
     window.run_steps(2);
     window.key_press_modifiers(Modifiers::COMMAND, Key::E);
     window.run_steps(4);
-    window.get_by_label("Folder").focus();
+    window.get_by_role_and_label(Role::TextInput, "Folder").focus();
     window.run_steps(2);
     window.key_press_modifiers(Modifiers::COMMAND, Key::A);
     window.run_steps(1);
-    window.get_by_label("Folder").type_text(&folder.display().to_string());
+    window.get_by_role_and_label(Role::TextInput, "Folder").type_text(&folder.display().to_string());
     window.run_steps(2);
     window
 }

@@ -277,3 +277,34 @@ fn points_of_a_curve_are_dragged_and_added() {
     assert_eq!((before, after.len()), (1, 3));
     assert!(after[1][1] > 500.0 && after[1][0] > after[0][0] && after[2][0] > after[1][0], "{after:?}");
 }
+
+#[test]
+fn what_a_node_gave_is_told_in_numbers_and_curves() {
+    let file = scratch(
+        "(world: (size: \"2 km\", cells: 64), nodes: { \"a\": Ridged(wavelength: 900, amplitude: 300), \"m\": Metrics(height: \"a\") }, \
+         outputs: { \"h\": \"a\", \"m\": \"m\" })",
+    );
+    let mut window = window(Some(file.path().join("graph.ron")));
+    window.state_mut().session_mut().select_only("a");
+    crate::settle(&mut window);
+    assert!(window.query_by_label("deviation").is_some());
+    assert!(window.query_by_label_contains("a.height at 64 cells").is_some());
+    window.state_mut().session_mut().select_only("m");
+    crate::settle(&mut window);
+    assert!(window.query_by_label_contains("m.report at 64 cells").is_some());
+    assert!(window.query_by_label("hypsometric integral").is_some());
+}
+
+#[test]
+fn a_failure_leads_to_the_node_where_it_went_wrong() {
+    let file = scratch(
+        "(world: (cells: 64), nodes: { \"here\": Import(file: \"none.tif\"), \"next\": Slope(height: \"here\") }, \
+         outputs: { \"h\": \"next\" })",
+    );
+    let mut window = window(Some(file.path().join("graph.ron")));
+    window.state_mut().session_mut().select_only("next");
+    crate::settle(&mut window);
+    window.get_by_label("Go to here").click();
+    window.run_steps(3);
+    assert_eq!(window.state().session().selected(), Some("here"));
+}

@@ -8,6 +8,7 @@ mod inspector;
 mod menu;
 mod opening;
 mod safety;
+mod problems;
 mod viewport;
 
 use std::{path::PathBuf, thread, time::Duration};

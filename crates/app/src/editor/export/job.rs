@@ -117,6 +117,7 @@ impl Progress for Teller {
                 state.finished += 1;
                 state.node = None;
             }
+            Event::NodeGlimpse { .. } => {}
             Event::Warning { name, message, .. } => state.warnings.push(format!("{name}: {message}")),
         });
     }

@@ -22,8 +22,6 @@ struct Wiring {
     source: Option<String>,
     /// The number that the file gives.
     constant: Option<f64>,
-    /// Outputs that could be wired to it.
-    fitting: Vec<String>,
 }
 
 /// Shows a node.
@@ -49,7 +47,6 @@ pub(super) fn show(ui: &mut Ui, form: &mut Form, kept: &mut Option<Kept>, sessio
             (spec, value)
         })
         .collect();
-    let mut trial = graph.clone();
     let inputs: Vec<Wiring> = node
         .inputs
         .iter()
@@ -58,11 +55,11 @@ pub(super) fn show(ui: &mut Ui, form: &mut Form, kept: &mut Option<Kept>, sessio
             input,
             source: graph.source(index, position).map(|port| graph.port_name(port)),
             constant: instance.constants[position],
-            fitting: fitting(session, &mut trial, index, input.name),
         })
         .collect();
 
-    heading(ui, form, session, name, node);
+    let muted = entry.muted;
+    heading(ui, form, session, name, node, muted);
     state(ui, session, name);
     if !inputs.is_empty() {
         section(ui, "Inputs");
@@ -85,8 +82,10 @@ pub(super) fn show(ui: &mut Ui, form: &mut Form, kept: &mut Option<Kept>, sessio
 }
 
 /// Outputs of other nodes that fit an input without closing a circle.
-fn fitting(session: &Session, trial: &mut orograph_graph::Graph, to: NodeIndex, input: &str) -> Vec<String> {
+fn fitting(session: &Session, node: &str, input: &str) -> Vec<String> {
     let graph = session.document().graph();
+    let Ok(to) = graph.find(node) else { return Vec::new() };
+    let mut trial = graph.clone();
     let mut names = Vec::new();
     for node in graph.indices().filter(|node| *node != to) {
         for output in 0..graph.instance(node).node.outputs.len() {
@@ -100,11 +99,18 @@ fn fitting(session: &Session, trial: &mut orograph_graph::Graph, to: NodeIndex, 
 }
 
 /// The name, to be changed, and what it is.
-fn heading(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &str, node: &Node) {
+fn heading(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &str, node: &Node, muted: bool) {
     let id = ui.make_persistent_id(("node", name));
     rename(ui, form, session, name, id);
     let kind = format!("{} · {}", node.id, words(node.category));
-    ui.add(Label::new(RichText::new(kind).small().weak()).truncate());
+    ui.horizontal(|ui| {
+        let mut on = muted;
+        let switch = ui.checkbox(&mut on, RichText::new("muted").small());
+        if switch.on_hover_text("Built as if it were not there").changed() {
+            form.judge(id, session.attempt(&Edit::SetMuted { node: name.to_owned(), muted: on }));
+        }
+        ui.add(Label::new(RichText::new(kind).small().weak()).truncate());
+    });
     ui.add(Label::new(node.summary).wrap());
 }
 
@@ -204,13 +210,13 @@ enum Deed {
 
 /// An input: what is wired to it, or a number, or nothing.
 fn input(ui: &mut Ui, form: &mut Form, session: &mut Session, node: &str, wiring: &Wiring) {
-    let Wiring { input, source, constant, fitting } = wiring;
+    let Wiring { input, source, constant } = wiring;
     let target = Target::Input { node: node.to_owned(), name: input.name.to_owned() };
     if let (None, Fallback::Constant { default, hard, soft }) = (source, input.fallback) {
         let kind = Kind::Float { default, hard, soft };
         let spec = ParamSpec { name: input.name, doc: input.doc, unit: input.ty.unit(), kind };
         let value = ParamValue::Float(constant.unwrap_or(default));
-        let deed = fields(ui, form, session, &target, &spec, &value, constant.is_some(), fitting);
+        let deed = fields(ui, form, session, &target, &spec, &value, constant.is_some());
         carry_out(ui, form, session, &target, deed);
         return;
     }
@@ -227,30 +233,34 @@ fn input(ui: &mut Ui, form: &mut Form, session: &mut Session, node: &str, wiring
         }
         None if input.fallback == Fallback::Required => {
             ui.colored_label(ui.visuals().warn_fg_color, "not wired");
-            wires(ui, fitting, &mut deed);
+            wires(ui, session, &target, &mut deed);
         }
         None => {
             ui.weak("not wired");
-            wires(ui, fitting, &mut deed);
+            wires(ui, session, &target, &mut deed);
         }
     });
     let named = named_as(session, &target);
-    label.context_menu(|ui| menu(ui, source.is_some(), named.as_deref(), fitting, &mut deed));
+    label.context_menu(|ui| menu(ui, session, &target, source.is_some(), named.as_deref(), &mut deed));
     label.on_hover_ui(|ui| told(ui, input.doc, &input.ty.to_string()));
     carry_out(ui, form, session, &target, deed);
 }
 
 /// The button that offers what can be wired.
-fn wires(ui: &mut Ui, fitting: &[String], deed: &mut Option<Deed>) {
-    ui.menu_button("wire…", |ui| wire_list(ui, fitting, deed)).response.on_hover_text("Choose an output that fits");
+fn wires(ui: &mut Ui, session: &Session, target: &Target, deed: &mut Option<Deed>) {
+    ui.menu_button("wire…", |ui| wire_list(ui, session, target, deed))
+        .response
+        .on_hover_text("Choose an output that fits");
 }
 
-fn wire_list(ui: &mut Ui, fitting: &[String], deed: &mut Option<Deed>) {
+fn wire_list(ui: &mut Ui, session: &Session, target: &Target, deed: &mut Option<Deed>) {
+    let [node, input] = target.key();
+    let fitting = fitting(session, node, input);
     if fitting.is_empty() {
         ui.weak("No output of another node fits");
     }
     egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
-        for port in fitting {
+        for port in &fitting {
             if ui.button(port).clicked() {
                 *deed = Some(Deed::Wire(port.clone()));
                 ui.close();
@@ -269,14 +279,13 @@ pub(super) fn row(
     value: &ParamValue,
     changed: bool,
 ) {
-    let deed = fields(ui, form, session, target, spec, value, changed, &[]);
+    let deed = fields(ui, form, session, target, spec, value, changed);
     carry_out(ui, form, session, target, deed);
 }
 
 /// Room for the buttons at the end of a line.
 const BUTTONS: f32 = 48.0;
 
-#[expect(clippy::too_many_arguments, reason = "what a line shows, and where")]
 fn fields(
     ui: &mut Ui,
     form: &mut Form,
@@ -285,7 +294,6 @@ fn fields(
     spec: &ParamSpec,
     value: &ParamValue,
     changed: bool,
-    fitting: &[String],
 ) -> Option<Deed> {
     let id = ui.make_persistent_id(target.key());
     let world = session.document().world();
@@ -315,10 +323,10 @@ fn fields(
         }
         let more =
             MenuButton::from_button(Button::new("…").frame_when_inactive(false).min_size(egui::vec2(18.0, size.y)));
-        more.ui(ui, |ui| menu(ui, changed, named.as_deref(), fitting, &mut deed));
+        more.ui(ui, |ui| menu(ui, session, target, changed, named.as_deref(), &mut deed));
         label.id
     });
-    label.context_menu(|ui| menu(ui, changed, named.as_deref(), fitting, &mut deed));
+    label.context_menu(|ui| menu(ui, session, target, changed, named.as_deref(), &mut deed));
     label.on_hover_ui(|ui| told(ui, spec.doc, &spec.kind.describe(spec.unit)));
     if tall {
         let place = Place { line: id, label: label_id, world, folder: &folder };
@@ -352,7 +360,7 @@ fn told(ui: &mut Ui, doc: &str, allowed: &str) {
 }
 
 /// What can be done with a line.
-fn menu(ui: &mut Ui, changed: bool, named: Option<&str>, fitting: &[String], deed: &mut Option<Deed>) {
+fn menu(ui: &mut Ui, session: &Session, target: &Target, changed: bool, named: Option<&str>, deed: &mut Option<Deed>) {
     let mut offer = |ui: &mut Ui, enabled: bool, text: &str, what: Deed| {
         if ui.add_enabled(enabled, Button::new(text)).clicked() {
             *deed = Some(what);
@@ -364,8 +372,8 @@ fn menu(ui: &mut Ui, changed: bool, named: Option<&str>, fitting: &[String], dee
         Some(name) => offer(ui, true, &format!("Take the name `{name}` back"), Deed::Conceal(name.to_owned())),
         None => offer(ui, true, "Name it for users of the file", Deed::Expose),
     }
-    if !fitting.is_empty() {
-        ui.menu_button("Wire", |ui| wire_list(ui, fitting, deed));
+    if matches!(target, Target::Input { .. }) {
+        ui.menu_button("Wire", |ui| wire_list(ui, session, target, deed));
     }
 }
 
