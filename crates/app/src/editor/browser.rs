@@ -1,4 +1,4 @@
-//! A list of files in the window, to open a graph or to name one; it needs no dialog of the system, and offers that too.
+//! A list of files in the window, to open a graph or to choose a folder; it needs no dialog of the system, and offers that too.
 
 use std::path::{Path, PathBuf};
 
@@ -11,8 +11,6 @@ use super::dialog::{self, Ask};
 pub(super) enum Purpose {
     /// To open it.
     Open,
-    /// To save the work in it.
-    Save,
     /// To write outputs to it.
     Folder,
 }
@@ -36,8 +34,6 @@ pub(super) struct Browser {
     entries: Vec<Entry>,
     /// Whether the field has had the focus.
     begun: bool,
-    /// The file of that name is to be written over, and that has been told.
-    warned: Option<PathBuf>,
 }
 
 /// A folder or a graph file.
@@ -53,10 +49,7 @@ impl Browser {
         let present = || std::env::current_dir().unwrap_or_else(|_| PathBuf::from("."));
         let near_folder = near.map(|path| if path.is_dir() { path } else { path.parent().unwrap_or(path) });
         let folder = near_folder.and_then(|folder| folder.canonicalize().ok()).unwrap_or_else(present);
-        let name = near.filter(|path| purpose == Purpose::Save && !path.is_dir()).and_then(Path::file_name);
-        let text = name.map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        let text = if text.is_empty() && purpose == Purpose::Save { "land.ron".to_owned() } else { text };
-        let mut browser = Self { purpose, folder, text, entries: Vec::new(), begun: false, warned: None };
+        let mut browser = Self { purpose, folder, text: String::new(), entries: Vec::new(), begun: false };
         browser.list();
         browser
     }
@@ -77,9 +70,7 @@ impl Browser {
 
     fn enter(&mut self, folder: PathBuf) {
         self.folder = folder;
-        if self.purpose != Purpose::Save {
-            self.text.clear();
-        }
+        self.text.clear();
         self.list();
     }
 
@@ -92,7 +83,6 @@ impl Browser {
             ui.set_width((room.x - 60.0).clamp(200.0, 520.0));
             let (title, action) = match self.purpose {
                 Purpose::Open => ("Open a graph", "Open"),
-                Purpose::Save => ("Save the graph as", "Save"),
                 Purpose::Folder => ("Folder for the files", "Choose"),
             };
             ui.heading(title);
@@ -107,7 +97,6 @@ impl Browser {
                 if ui.button("System dialog…").clicked() {
                     let ask = match self.purpose {
                         Purpose::Open => Ask::Graph,
-                        Purpose::Save => Ask::NewGraph,
                         Purpose::Folder => Ask::Folder,
                     };
                     dialog::ask(ui.ctx(), id, ask, &self.folder);
@@ -116,11 +105,6 @@ impl Browser {
                     outcome = self.act();
                 }
             });
-            if let Some(path) = &self.warned {
-                let name = path.file_name().unwrap_or_default().to_string_lossy();
-                let text = format!("{name} exists. {action} again to write over it.");
-                ui.colored_label(ui.visuals().warn_fg_color, text);
-            }
         });
         if let Some(path) = dialog::answer(context, id) {
             outcome = Some(Outcome::Chosen(path));
@@ -147,9 +131,6 @@ impl Browser {
         let edit = TextEdit::singleline(&mut self.text).hint_text(hint).desired_width(f32::INFINITY);
         let response = ui.add(edit);
         response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, true, "path"));
-        if response.changed() {
-            self.warned = None;
-        }
         if !std::mem::replace(&mut self.begun, true) {
             response.request_focus();
         }
@@ -169,7 +150,6 @@ impl Browser {
                     let response = ui.add_sized([ui.available_width(), 20.0], button.truncate());
                     if response.clicked() && entry.is_file {
                         self.text.clone_from(&entry.name);
-                        self.warned = None;
                     } else if response.clicked() {
                         entered = Some(self.folder.join(&entry.name));
                     }
@@ -186,7 +166,7 @@ impl Browser {
         chosen
     }
 
-    /// Takes what is typed: a folder is entered, a file is chosen, at the second time if it would be written over.
+    /// Takes what is typed: a folder is entered, a file is chosen.
     fn act(&mut self) -> Option<Outcome> {
         let path = self.folder.join(self.text.trim());
         if self.purpose == Purpose::Folder {
@@ -195,14 +175,6 @@ impl Browser {
         if path.is_dir() {
             self.enter(path);
             return None;
-        }
-        if self.purpose == Purpose::Save {
-            let path = if path.extension().is_some() { path } else { path.with_extension("ron") };
-            if path.exists() && self.warned.as_ref() != Some(&path) {
-                self.warned = Some(path);
-                return None;
-            }
-            return Some(Outcome::Chosen(path));
         }
         Some(Outcome::Chosen(path))
     }

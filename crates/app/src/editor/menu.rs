@@ -1,12 +1,12 @@
-//! The menus, the keys of the window, the questions it asks, and the line below everything.
+//! The menus, the keys of the window, and the line below everything.
 
 use std::path::Path;
 
-use egui::{Button, Context, Key, KeyboardShortcut, Modal, Modifiers, RichText, ThemePreference, Ui, ViewportCommand};
+use egui::{Button, Context, Key, KeyboardShortcut, Modal, Modifiers, RichText, ThemePreference, Ui};
 use orograph_graph::bytes;
 
 use super::{
-    Answer, NodeState, Question, Session, Wish,
+    NodeState, Session, Wish,
     browser::{Browser, Outcome, Purpose},
     export::Export,
     gallery::Gallery,
@@ -61,7 +61,6 @@ pub(super) struct Menu {
     gallery: Option<Gallery>,
     export: Export,
     keys: bool,
-    title: String,
 }
 
 impl Menu {
@@ -74,14 +73,7 @@ impl Menu {
         if theme != ThemePreference::System {
             context.set_theme(theme);
         }
-        Self {
-            recent: Recent::load(),
-            browser: None,
-            gallery: None,
-            export: Export::default(),
-            keys: false,
-            title: String::new(),
-        }
+        Self { recent: Recent::load(), browser: None, gallery: None, export: Export::default(), keys: false }
     }
 
     /// The bar at the top.
@@ -140,10 +132,9 @@ impl Menu {
         }
     }
 
-    /// What is open above the panes, the name of the window, and its end.
+    /// What is open above the panes.
     pub(super) fn above(&mut self, context: &Context, session: &mut Session) {
         self.recent.see(session.path());
-        self.name_window(context, session);
         self.export.ui(context, session);
         if let Some(gallery) = &mut self.gallery
             && let Some(wish) = gallery.ui(context)
@@ -156,92 +147,21 @@ impl Menu {
         if self.keys {
             keys(context, &mut self.keys);
         }
-        self.ask(context, session);
-        if context.input(|input| input.viewport().close_requested()) && !session.is_over() {
-            session.wish(Wish::Close);
-            if !session.is_over() {
-                context.send_viewport_cmd(ViewportCommand::CancelClose);
-            }
-        } else if session.is_over() {
-            context.send_viewport_cmd(ViewportCommand::Close);
-        }
-    }
-
-    fn name_window(&mut self, context: &Context, session: &Session) {
-        let mark = if session.is_dirty() { "• " } else { "" };
-        let title = format!("{mark}{} - Orograph", file_name(session.path()));
-        if title != self.title {
-            self.title.clone_from(&title);
-            context.send_viewport_cmd(ViewportCommand::Title(title));
-        }
-    }
-
-    /// The questions of the session, and the list of files.
-    fn ask(&mut self, context: &Context, session: &mut Session) {
-        if session.question() == Some(&Question::Name) && self.browser.is_none() {
-            self.browser = Some(Browser::new(Purpose::Save, session.path()));
-        }
-        if let Some(browser) = &mut self.browser {
-            let naming = session.question() == Some(&Question::Name);
-            match browser.show(context) {
-                None => return,
-                Some(Outcome::Chosen(path)) if naming => session.answer(Answer::SaveAs(path)),
-                Some(Outcome::Chosen(path)) => session.wish(Wish::Open(path)),
-                Some(Outcome::Cancelled) if naming => session.answer(Answer::Cancel),
-                Some(Outcome::Cancelled) => {}
-            }
-            self.browser = None;
-            return;
-        }
-        if let Some(question) = session.question()
-            && let Some(answer) = question_box(context, question, &file_name(session.path()))
+        if let Some(browser) = &mut self.browser
+            && let Some(outcome) = browser.show(context)
         {
-            session.answer(answer);
+            self.browser = None;
+            if let Outcome::Chosen(path) = outcome {
+                session.wish(Wish::Open(path));
+            }
         }
     }
-}
-
-/// What is asked, in words, with a button for each answer.
-fn question_box(context: &Context, question: &Question, name: &str) -> Option<Answer> {
-    let (title, text, answers): (String, &str, Vec<(&str, Answer)>) = match question {
-        Question::Unsaved(_) => (
-            format!("Save the changes of {name}?"),
-            "Without that they are lost.",
-            vec![("Save", Answer::Save), ("Discard", Answer::Discard), ("Cancel", Answer::Cancel)],
-        ),
-        Question::Changed { .. } => (
-            format!("{name} has been changed outside"),
-            "The file says something else than when it was read. Taking what it says can be undone here.",
-            vec![
-                ("Write mine over it", Answer::Save),
-                ("Take what the file says", Answer::TakeTheirs),
-                ("Cancel", Answer::Cancel),
-            ],
-        ),
-        Question::Name => return None,
-    };
-    let mut answer = None;
-    let modal = Modal::new(egui::Id::new("question")).show(context, |ui| {
-        ui.set_width((ui.ctx().content_rect().width() - 60.0).clamp(200.0, 420.0));
-        ui.heading(title);
-        ui.label(text);
-        ui.add_space(8.0);
-        ui.horizontal_wrapped(|ui| {
-            for (at, (name, what)) in answers.into_iter().enumerate() {
-                let text = if at == 0 { RichText::new(name).strong() } else { RichText::new(name) };
-                if ui.button(text).clicked() {
-                    answer = Some(what);
-                }
-            }
-        });
-    });
-    answer.or_else(|| modal.should_close().then_some(Answer::Cancel))
 }
 
 /// The name of a file for people.
 pub(super) fn file_name(path: Option<&Path>) -> String {
     let name = path.and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
-    name.unwrap_or_else(|| "New graph".to_owned())
+    name.unwrap_or_else(|| "Untitled".to_owned())
 }
 
 /// The command whose keys were pressed.

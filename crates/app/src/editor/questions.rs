@@ -142,6 +142,7 @@ fn unsaved(ui: &mut Ui, session: &Session, wish: &Wish, new: bool, answer: &mut 
     ui.label(match wish {
         Wish::New => "A new graph takes its place.",
         Wish::Open(_) => "Another graph takes its place.",
+        Wish::Copy { .. } => "A copy of an example takes its place.",
         Wish::Close => "The window is about to close.",
     });
     buttons(ui, |ui| {

@@ -7,8 +7,8 @@ mod files;
 mod inspector;
 mod menu;
 mod opening;
-mod safety;
 mod problems;
+mod safety;
 mod viewport;
 
 use std::{path::PathBuf, thread, time::Duration};

@@ -52,65 +52,27 @@ fn a_file_is_opened_by_its_path() {
 }
 
 #[test]
-fn a_new_graph_is_saved_under_a_name_that_is_asked_for() {
-    let folder = scratch(GRAPH);
-    let mut window = window(None);
-    change(&mut window);
-    assert!(window.query_all_by_label("• New graph").next().is_some());
-    press(&mut window, Modifiers::COMMAND, Key::S);
-    let path = folder.path().join("mine.ron");
-    name(&mut window, &path.display().to_string());
-    assert_eq!(window.state().session().path(), Some(path.as_path()));
-    assert!(std::fs::read_to_string(&path).expect("written").contains("\"new\""));
-    assert!(window.query_all_by_label("mine.ron").next().is_some());
-    // a file that is there is not written over without a word
-    press(&mut window, Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
-    let there = folder.path().join("graph.ron");
-    name(&mut window, &there.display().to_string());
-    assert!(window.query_by_label_contains("Save again to write over it").is_some());
-    assert_eq!(std::fs::read_to_string(&there).expect("there"), GRAPH);
-    window.key_press(Key::Escape);
-    window.run_steps(3);
-    assert_eq!(window.state().session().question(), None);
-    assert_eq!(window.state().session().path(), Some(path.as_path()));
-}
-
-#[test]
 fn work_that_is_not_saved_is_asked_about() {
     let folder = scratch(GRAPH);
     let path = folder.path().join("graph.ron");
     let mut window = window(Some(path.clone()));
     change(&mut window);
+    assert!(window.query_all_by_label("• graph.ron").next().is_some(), "the bar marks it");
     menu(&mut window, "File", "Quit");
     assert!(matches!(window.state().session().question(), Some(Question::Unsaved(_))));
     window.get_by_label("Cancel").click();
     window.run_steps(3);
     assert!(!window.state().session().is_over() && window.state().session().is_dirty());
-    press(&mut window, Modifiers::COMMAND, Key::N);
-    window.get_by_role_and_label(Role::Button, "Save").click();
-    window.run_steps(3);
+    press(&mut window, Modifiers::COMMAND, Key::S);
     assert!(std::fs::read_to_string(&path).expect("there").contains("\"new\""));
+    press(&mut window, Modifiers::COMMAND, Key::N);
     assert_eq!(window.state().session().path(), None);
+    menu(&mut window, "File", "Save as…");
+    assert_eq!(window.state().session().question(), Some(&Question::Name));
+    window.key_press(Key::Escape);
+    window.run_steps(3);
     menu(&mut window, "File", "Quit");
     assert!(window.state().session().is_over());
-}
-
-#[test]
-fn a_file_changed_outside_is_asked_about() {
-    let folder = scratch(GRAPH);
-    let path = folder.path().join("graph.ron");
-    let mut window = window(Some(path.clone()));
-    change(&mut window);
-    let theirs = GRAPH.replace("value: 1", "value: 2");
-    std::fs::write(&path, &theirs).expect("written");
-    press(&mut window, Modifiers::COMMAND, Key::S);
-    assert_eq!(std::fs::read_to_string(&path).expect("there"), theirs, "not written over");
-    if window.query_by_label("Take what the file says").is_some() {
-        window.get_by_label("Take what the file says").click();
-        window.run_steps(3);
-        assert_eq!(window.state().session().document().source(), theirs);
-    }
-    assert_eq!(window.state().session().question(), None);
 }
 
 #[test]
