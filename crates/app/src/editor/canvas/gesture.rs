@@ -425,6 +425,7 @@ impl Canvas {
             Gesture::Idle | Gesture::Pan => {}
             Gesture::Net { caught, .. } => {
                 self.wires.clear();
+                self.area = None;
                 session.select(caught);
             }
             Gesture::Move { starts, onto, held, .. } => {

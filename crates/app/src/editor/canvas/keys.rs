@@ -109,6 +109,11 @@ impl Canvas {
         if free && response.contains_pointer() && self.palette.is_none() {
             response.request_focus();
         }
+        // The keys follow the pointer to another pane.
+        let elsewhere = ui.ctx().pointer_latest_pos().is_some_and(|at| !response.rect.contains(at));
+        if elsewhere && matches!(self.gesture, Gesture::Idle) {
+            response.surrender_focus();
+        }
         if !response.has_focus() {
             return;
         }

@@ -23,6 +23,7 @@ mod thumbs;
 
 use std::{
     collections::{BTreeMap, BTreeSet},
+    hash::{DefaultHasher, Hash as _, Hasher as _},
     path::PathBuf,
 };
 
@@ -41,12 +42,21 @@ use thumbs::Thumbs;
 /// How long a refusal is shown at the pointer, in seconds.
 const REFUSAL: f64 = 4.0;
 
+/// A state of a file.
+#[derive(Debug, PartialEq, Eq)]
+struct Seen {
+    path: Option<PathBuf>,
+    revision: u64,
+    /// Of the text, to tell another file from the same one under another name.
+    hash: u64,
+}
+
 /// The pane of the graph.
 #[derive(Debug, Default)]
 pub(super) struct Canvas {
     model: Model,
     /// Which file, and which state of it, the model is of.
-    seen: Option<(Option<PathBuf>, u64)>,
+    seen: Option<Seen>,
     /// Where nodes are of which the document says nothing.
     places: BTreeMap<String, Pos2>,
     /// Nodes of which only the title is drawn.
@@ -61,6 +71,8 @@ pub(super) struct Canvas {
     wires: BTreeSet<WireName>,
     /// The selected frame.
     area: Option<String>,
+    /// The one node that was selected in the last frame.
+    followed: Option<String>,
     thumbs: Thumbs,
     palette: Option<palette::Palette>,
     menu: Option<menu::Menu>,
@@ -85,6 +97,7 @@ impl Canvas {
         }
         self.read(session);
         let lens = self.look_through(rect);
+        self.follow_selection(session);
         self.move_view(ui, &response);
         self.keys(ui, &response, session);
         self.read(session);
@@ -104,17 +117,19 @@ impl Canvas {
 
     /// Makes the model anew when the document has changed.
     fn read(&mut self, session: &Session) {
-        let path = session.path().map(PathBuf::from);
-        let now = Some((path, session.revision()));
-        if self.seen == now {
+        let same = |seen: &Seen| seen.revision == session.revision() && seen.path.as_deref() == session.path();
+        if self.seen.as_ref().is_some_and(same) {
             return;
         }
-        let other_file = self.seen.as_ref().map(|(path, _)| path) != now.as_ref().map(|(path, _)| path);
-        if other_file && self.seen.is_some() && !session.document().can_undo() {
+        let mut hasher = DefaultHasher::new();
+        session.document().source().hash(&mut hasher);
+        let path = session.path().map(PathBuf::from);
+        let now = Seen { path, revision: session.revision(), hash: hasher.finish() };
+        if self.seen.as_ref().is_some_and(|seen| seen.path != now.path && seen.hash != now.hash) {
             *self = Self { without_map: self.without_map, ..Self::default() };
         }
         self.model = Model::of(session.document(), &self.collapsed, &mut self.places);
-        self.seen = now;
+        self.seen = Some(now);
         self.gesture.forget_what_is_gone(&self.model);
         self.wires =
             std::mem::take(&mut self.wires).into_iter().filter(|wire| self.model.wire(wire).is_some()).collect();
@@ -131,6 +146,22 @@ impl Canvas {
         };
         self.lens = Some(lens);
         lens
+    }
+
+    /// Brings a node into sight that was selected elsewhere, such as in the list of problems.
+    fn follow_selection(&mut self, session: &Session) {
+        let selected = session.selected().map(str::to_owned);
+        if selected == self.followed {
+            return;
+        }
+        let card = selected.as_deref().and_then(|name| self.model.find(name));
+        if let (Some(card), Some(lens)) = (card, &mut self.lens)
+            && !self.model.cards[card].rect().intersects(lens.seen())
+        {
+            lens.centre = self.model.cards[card].rect().center();
+            self.moved = true;
+        }
+        self.followed = selected;
     }
 
     /// The cards as they are drawn, the selected ones last.
@@ -157,10 +188,10 @@ impl Canvas {
 
     /// Makes an edit; when it is refused, the reason is shown at the pointer as well.
     fn apply(&mut self, ui: &egui::Ui, session: &mut Session, edit: &Edit) -> bool {
-        let reason = session.document().clone().apply(edit).err().map(|error| error.to_string());
         let made = session.apply(edit);
-        if let Some(reason) = reason.filter(|_| !made) {
-            self.refuse(ui, reason);
+        // A refused edit has changed nothing, so that a copy refuses it for the same reason.
+        if !made && let Err(error) = session.document().clone().apply(edit) {
+            self.refuse(ui, error.to_string());
         }
         made
     }

@@ -27,6 +27,8 @@ pub(super) struct Find {
     /// Which of the found nodes is looked at.
     at: usize,
     frames: u32,
+    /// Whether it had the keys in the last frame.
+    typing: bool,
 }
 
 /// A node or a frame being given another name.
@@ -260,7 +262,15 @@ impl Canvas {
             .filter(|card| card.name.to_lowercase().contains(&word) || card.kind.to_lowercase().contains(&word))
             .map(|card| card.name.clone())
             .collect();
+        // A field that Escape is pressed in has lost its focus by now.
+        let typing = find.frames == 0 || find.typing;
+        if !typing && canvas.clicked() {
+            return;
+        }
         let (enter, up, down, escape) = ui.input_mut(|input| {
+            if !typing {
+                return (false, false, false, false);
+            }
             (
                 input.consume_key(Modifiers::NONE, Key::Enter),
                 input.consume_key(Modifiers::NONE, Key::ArrowUp),
@@ -280,6 +290,7 @@ impl Canvas {
                         response.request_focus();
                     }
                     changed = response.changed();
+                    find.typing = response.has_focus() || find.frames == 0;
                     let told = match (find.query.is_empty(), hits.len()) {
                         (true, _) => String::new(),
                         (_, 0) => "none".to_owned(),

@@ -294,7 +294,12 @@ impl Brush {
         let far = self.lens.zoom < READABLE[0];
         let square = if far { card.body() } else { card.picture() };
         let well = self.lens.rect_to_screen(square);
-        self.painter.rect_filled(well, CornerRadius::same(2), look.well);
+        let report = thumb.is_some_and(|thumb| thumb.texture.is_none());
+        let mut back = well;
+        if report && !far {
+            back.max.x = self.lens.to_screen(card.at).x + self.scaled(WIDTH - PAD);
+        }
+        self.painter.rect_filled(back, CornerRadius::same(2), look.well);
         let pale = !matches!(info.state, NodeState::Fresh);
         if let Some((texture, shape)) = thumb.and_then(|thumb| Some((thumb.texture.as_ref()?, thumb.shape))) {
             let rect = Rect::from_center_size(well.center(), well.size() * shape);
@@ -303,6 +308,9 @@ impl Brush {
             self.painter.image(texture.id(), rect, uv, tint);
         }
         if far {
+            if report {
+                self.bars(square);
+            }
             return;
         }
         let column =
@@ -321,8 +329,7 @@ impl Brush {
             self.text(pos2(column.min.x, row), Align2::LEFT_CENTER, text, 10.5, colour, column.width());
         };
         if let Some(thumb) = thumb {
-            let report = thumb.texture.is_none();
-            for (row, text) in thumb.lines.iter().take(if report { 5 } else { 2 }).enumerate() {
+            for (row, text) in thumb.lines.iter().take(if report { 6 } else { 2 }).enumerate() {
                 let y = square.min.y + 7.0 + 14.0 * row as f32;
                 if report {
                     let at = pos2(square.min.x + 4.0, y + 2.0);
@@ -331,6 +338,9 @@ impl Brush {
                     line(y, text, look.text);
                 }
             }
+        }
+        if report {
+            return;
         }
         let state = match info.state {
             NodeState::Running { fraction } => Some(format!("{:.0} %", fraction * 100.0)),
@@ -344,6 +354,17 @@ impl Brush {
         if let Some((time, _)) = info.time {
             line(square.max.y - 21.0, &span(time), look.weak);
             line(square.max.y - 7.0, &bytes(info.bytes as u64), look.weak);
+        }
+    }
+
+    /// The sign of a report, in place of a picture.
+    fn bars(&self, square: Rect) {
+        let side = square.width();
+        for (column, height) in [(0.2, 0.3), (0.42, 0.55), (0.64, 0.42)] {
+            let foot = square.left_bottom() + vec2(column, -0.2) * side;
+            let bar = Rect::from_min_max(foot - vec2(0.0, height * side), foot + vec2(0.16 * side, 0.0));
+            let colour = self.look.port(PortType::Report).gamma_multiply(0.7);
+            self.painter.rect_filled(self.lens.rect_to_screen(bar), CornerRadius::same(1), colour);
         }
     }
 
