@@ -1,5 +1,5 @@
 //! Time per cell of every node as a table: `cargo run --release -p orograph-tests --example speed`, or with a side in cells and names
-//! of nodes after `--` for some. `docs/speed.md` keeps it.
+//! of nodes after `--` for some; see `docs/speed.md`.
 //!
 //! Each node runs on its example on the tests' land, its inputs computed before, on one thread. Told is the fastest of several runs in
 //! nanoseconds of that thread per cell of the world: processor time where the system tells it, so that other work on the machine
