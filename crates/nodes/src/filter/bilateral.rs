@@ -149,7 +149,7 @@ impl Around {
         let count = self.rows.weights.len() / self.rows.count;
         let rows = (0..self.rows.count).map(|k| (self.rows.first[j] + k, self.rows.weights[k * count + j]));
         let rows: Vec<(usize, f32)> = rows.collect();
-        let mut sums = vec![[0.0, ALONE]; row.len()];
+        let (mut sums, mut totals) = (vec![0.0; row.len()], vec![ALONE; row.len()]);
         let mut others = vec![0.0; row.len()];
         for &(at, across) in &rows {
             let line = &self.values[at * self.width..][..self.width];
@@ -157,24 +157,26 @@ impl Around {
                 for (other, &first) in others.iter_mut().zip(&self.columns.first) {
                     *other = line[first + k];
                 }
-                add(&mut sums, row, &others, weights, across, per_contrast);
+                add([&mut sums, &mut totals], row, &others, weights, across, per_contrast);
             }
         }
-        for (value, [sum, weight]) in row.iter_mut().zip(sums) {
-            *value += sum / weight;
+        for ((value, sum), total) in row.iter_mut().zip(sums).zip(totals) {
+            *value += sum / total;
         }
     }
 }
 
 simd! {
     /// Adds what one coarse value gives to each cell: differences times weights, and weights.
-    fn add(sums: &mut [[f32; 2]], cells: &[f32], others: &[f32], weights: &[f32], across: f32, per_contrast: f32) {
-        for (((sums, &cell), &other), &weight) in sums.iter_mut().zip(cells).zip(others).zip(weights) {
+    fn add(sums: [&mut [f32]; 2], cells: &[f32], others: &[f32], weights: &[f32], across: f32, per_contrast: f32) {
+        let [sums, totals] = sums;
+        let places = sums.iter_mut().zip(totals).zip(cells).zip(others).zip(weights);
+        for ((((sum, total), &cell), &other), &weight) in places {
             let difference = other - cell;
             let off = (difference * per_contrast).clamp(-9.0, 9.0);
             let weight = across * weight * lane::exp(-off * off);
-            sums[0] += weight * difference;
-            sums[1] += weight;
+            *sum += weight * difference;
+            *total += weight;
         }
     }
 }

@@ -157,8 +157,8 @@ impl Steps {
     #[inline(always)]
     fn contains(&self, x: i16, y: i16) -> bool {
         let mut inside = false;
-        for step in 0..STEPS {
-            inside |= (x <= self.widths[step]) & (y <= self.heights[step]);
+        for (&width, &height) in self.widths.iter().zip(&self.heights) {
+            inside |= (x <= width) & (y <= height);
         }
         inside
     }
@@ -388,7 +388,7 @@ simd! {
             let wide = steps.widths[step] as usize;
             for x in reach - wide..=reach + wide {
                 for (count, more) in counts.iter_mut().zip(column(step, x)) {
-                    *count += more;
+                    *count = count.wrapping_add(*more);
                 }
             }
         }
@@ -398,9 +398,8 @@ simd! {
                 let taken = [0, 1, 2, 3].map(|step| column(step, x + steps.widths[step] as usize));
                 let left = [0, 1, 2, 3].map(|step| column(step, x - 1 - steps.widths[step] as usize));
                 for bin in 0..BINS {
-                    let more = (taken[0][bin] + taken[1][bin]) + (taken[2][bin] + taken[3][bin]);
-                    let less = (left[0][bin] + left[1][bin]) + (left[2][bin] + left[3][bin]);
-                    counts[bin] = counts[bin].wrapping_add(more).wrapping_sub(less);
+                    let more = taken.iter().fold(counts[bin], |sum, column| sum.wrapping_add(column[bin]));
+                    counts[bin] = left.iter().fold(more, |sum, column| sum.wrapping_sub(column[bin]));
                 }
             }
             let (bin, rest) = bin_of(&counts, rank);
@@ -418,7 +417,7 @@ fn bin_of(counts: &[u16; BINS], rank: u32) -> (usize, u32) {
     let mut rest = rank;
     let mut first = 0;
     for group in counts.chunks_exact(GROUP) {
-        let sum = u32::from(group.iter().sum::<u16>());
+        let sum = u32::from(group.iter().fold(0_u16, |sum, count| sum.wrapping_add(*count)));
         if rest < sum {
             break;
         }
@@ -441,9 +440,9 @@ fn member(xs: &[i16], ys: &[i16], x: i16, y: i16, steps: &Steps, rank: u32) -> u
     for (xs, ys) in xs.chunks(MEMBERS).zip(ys.chunks(MEMBERS)) {
         let mut inside = [0_u16; MEMBERS];
         for ((inside, &px), &py) in inside.iter_mut().zip(xs).zip(ys) {
-            *inside = u16::from(steps.contains((px - x).abs(), (py - y).abs()));
+            *inside = u16::from(steps.contains(px.wrapping_sub(x).wrapping_abs(), py.wrapping_sub(y).wrapping_abs()));
         }
-        let sum = u32::from(inside.iter().sum::<u16>());
+        let sum = u32::from(inside.iter().fold(0_u16, |sum, inside| sum.wrapping_add(*inside)));
         if rest < sum {
             let ranks = inside.iter().scan(0, |seen, &inside| {
                 *seen += u32::from(inside);
