@@ -17,6 +17,9 @@ pub enum ViewError {
     /// What is to be drawn is not of one piece.
     #[error("{0}")]
     Land(String),
+    /// A number of the scene is none, or makes no picture.
+    #[error("{0}")]
+    Scene(String),
 }
 
 impl ViewError {
@@ -29,6 +32,7 @@ impl ViewError {
             }
             Self::Device(_) => "renew the graphics driver, or choose a software one with `VK_DRIVER_FILES`",
             Self::OutOfMemory => "ask for fewer cells or a smaller picture",
+            Self::Scene(_) => "give finite numbers, an angle of view below 180° and a factor on heights above 0",
             Self::Land(_) => "give values of the same window as the heights",
         }
     }

@@ -113,10 +113,11 @@ impl Renderer {
     }
 
     /// Records a picture of the land into a texture of that size; nothing while there is no land. The buffers it fills are
-    /// read when the encoder is submitted, so a renderer draws once in a submission.
+    /// read when the encoder is submitted, so a renderer draws once in a submission. Shadows and sky are recorded where they
+    /// have changed and count as computed from then on, so an encoder must not be dropped.
     ///
     /// # Errors
-    /// When the device cannot do it. What a pass does wrong shows when the encoder is finished.
+    /// When the scene has numbers that are none, or the device cannot do it. What a pass does wrong shows when the encoder is finished.
     pub fn draw(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -124,6 +125,7 @@ impl Renderer {
         size: [u32; 2],
         scene: &Scene,
     ) -> Result<Drawn, ViewError> {
+        scene.check()?;
         let size = size.map(|n| n.max(1));
         let Some(Shown { land, maps }) = &mut self.shown else { return Ok(Drawn::default()) };
         let gpu = &*self.gpu;

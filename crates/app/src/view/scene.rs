@@ -1,6 +1,6 @@
 //! How the land is looked at.
 
-use super::{camera::Camera, sun::Sun};
+use super::{camera::Camera, error::ViewError, sun::Sun};
 
 /// How the land is looked at. All of it may change from one picture to the next.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,6 +54,23 @@ impl Scene {
             seconds: 0.0,
             detail_px: 4.0,
             show_levels: false,
+        }
+    }
+
+    /// Refuses numbers that make no picture.
+    pub(super) fn check(&self) -> Result<(), ViewError> {
+        let Camera { eye, forward, fov_y } = self.camera;
+        let level = forward.x * forward.x + forward.z * forward.z;
+        let sees = eye.is_finite() && forward.is_finite() && level > 0.0 && (1e-6..3.1).contains(&fov_y);
+        let sun = self.sun.azimuth_deg.is_finite() && self.sun.elevation_deg.is_finite();
+        let rest = [self.haze, self.detail_px, self.sea_level.unwrap_or(0.0)].into_iter().all(f64::is_finite);
+        let refuse = |what: &str| Err(ViewError::Scene(format!("{what} makes no picture")));
+        match () {
+            () if !sees => refuse("where the eye is or looks"),
+            () if !sun => refuse("where the sun stands"),
+            () if !(1e-6..=1e6).contains(&self.exaggeration) => refuse("the factor on heights"),
+            () if !rest || !self.exposure.is_finite() => refuse("haze, detail, sea or exposure"),
+            () => Ok(()),
         }
     }
 }

@@ -179,6 +179,16 @@ fn what_a_device_refuses_is_an_error() {
     let scene = scene_of(&land);
     assert!(device.picture(&land, &scene, [0, 10]).is_err());
     assert!(device.picture(&land, &scene, [1 << 20, 10]).is_err());
+    let nowhere = Camera { eye: DVec3::NAN, ..scene.camera };
+    for wrong in [
+        Scene { camera: nowhere, ..scene.clone() },
+        Scene { exaggeration: 0.0, ..scene.clone() },
+        Scene { sun: Sun { azimuth_deg: f64::INFINITY, ..scene.sun }, ..scene.clone() },
+        Scene { haze: f64::NAN, ..scene.clone() },
+    ] {
+        let refused = device.picture(&land, &wrong, [16, 16]);
+        assert!(matches!(refused, Err(super::ViewError::Scene(_))), "{refused:?}");
+    }
     // and the device goes on
     assert!(device.picture(&land, &scene, [16, 16]).is_ok());
 }
