@@ -58,6 +58,8 @@ impl Canvas {
         let mut open = true;
         Popup::new(Id::new("canvas menu"), ui.ctx().clone(), PopupAnchor::Position(menu.at), ui.layer_id())
             .kind(PopupKind::Menu)
+            .layout(egui::Layout::top_down_justified(egui::Align::Min))
+            .style(egui::containers::menu::menu_style)
             .open_bool(&mut open)
             .show(|ui| {
                 ui.set_min_width(190.0);

@@ -296,7 +296,8 @@ impl Brush {
         let well = self.lens.rect_to_screen(square);
         let report = thumb.is_some_and(|thumb| thumb.texture.is_none());
         let mut back = well;
-        if report && !far {
+        let told = report || matches!(info.state, NodeState::Failed { .. });
+        if told && !far {
             back.max.x = self.lens.to_screen(card.at).x + self.scaled(WIDTH - PAD);
         }
         self.painter.rect_filled(back, CornerRadius::same(2), look.well);

@@ -63,8 +63,8 @@ fn score(node: &Node, query: &str) -> Option<u32> {
             _ if id == word => 200,
             Some(0) => 150,
             _ if word.len() > 1 && initials.starts_with(word) => 120,
+            _ if node.category.starts_with(word) => 110,
             Some(_) => 100,
-            None if node.category.starts_with(word) => 80,
             None if begins(node.summary) => 60,
             None => match scattered(&id, word) {
                 Some(gaps) => 50_u32.saturating_sub(gaps).max(20),
