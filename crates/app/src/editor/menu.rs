@@ -8,6 +8,7 @@ use orograph_graph::bytes;
 use super::{
     NodeState, Session, Wish,
     browser::{Browser, Outcome, Purpose},
+    canvas,
     export::Export,
     gallery::Gallery,
     state::{self, Recent},
@@ -276,39 +277,20 @@ fn preview(ui: &mut Ui, session: &mut Session) {
     response.response.on_hover_text("Cells along the longer side of what is shown");
 }
 
-/// What keys and the mouse do.
-const KEYS: [(&str, &[(&str, &str)]); 3] = [
-    (
-        "Files",
-        &[
-            ("Ctrl N, Ctrl O", "New graph, open one"),
-            ("Ctrl S, Ctrl Shift S", "Save, save as another file"),
-            ("Ctrl E", "Export"),
-            ("Ctrl Z, Ctrl Shift Z", "Undo, redo"),
-            ("Ctrl Q", "Quit"),
-        ],
-    ),
-    (
-        "Graph",
-        &[
-            ("Tab or Space", "Add a node by its name"),
-            ("Drag from a pin", "Wire; dropped on nothing it offers what fits"),
-            ("Ctrl D, Delete", "Duplicate, remove"),
-            ("Ctrl C, Ctrl X, Ctrl V", "Copy, cut, paste"),
-            ("F, Home", "Fit what is selected, fit all"),
-            ("Ctrl F", "Find"),
-            ("L", "Arrange"),
-        ],
-    ),
-    (
-        "Values",
-        &[
-            ("Drag a slider", "One step of undo"),
-            ("Type 2 km, 35 deg, 1 mm/yr", "Enter takes it, Escape takes it back"),
-            ("…  or right click on a name", "Reset, name it for users of the file, wire"),
-            ("Double click, right click", "In curves: add a point, remove one"),
-        ],
-    ),
+/// What keys do in the window, and what the mouse does in the graph and with values.
+const FILES: [(&str, &str); 6] = [
+    ("Ctrl+N, Ctrl+O", "New graph, open one"),
+    ("Ctrl+S, Ctrl+Shift+S", "Save, save as another file"),
+    ("Ctrl+E", "Export"),
+    ("Ctrl+Z, Ctrl+Shift+Z", "Undo, redo"),
+    ("Ctrl+Q", "Quit"),
+    ("F1", "This list"),
+];
+const VALUES: [(&str, &str); 4] = [
+    ("Drag a slider", "One step of undo"),
+    ("2 km, 35 deg, 1 mm/yr", "Typed with the unit: Enter takes it, Escape takes it back"),
+    ("… or right click on a name", "Reset, name it for users of the file, wire"),
+    ("Double click, right click", "In curves: add a point, remove one"),
 ];
 
 fn keys(context: &Context, open: &mut bool) {
@@ -317,13 +299,16 @@ fn keys(context: &Context, open: &mut bool) {
         ui.set_width((room.x - 60.0).clamp(200.0, 460.0));
         ui.heading("Keys and mouse");
         egui::ScrollArea::vertical().max_height((room.y - 140.0).max(80.0)).show(ui, |ui| {
-            for (part, lines) in KEYS {
+            let graph =
+                canvas::keys_told().chain([("Drag from a pin", "Wire; dropped on nothing it offers what fits")]);
+            let parts = [("Window", FILES.to_vec()), ("Graph", graph.collect()), ("Values", VALUES.to_vec())];
+            for (part, lines) in parts {
                 ui.add_space(6.0);
                 ui.strong(part);
                 egui::Grid::new(part).num_columns(2).spacing([16.0, 3.0]).show(ui, |ui| {
                     for (keys, what) in lines {
-                        ui.label(*keys);
-                        ui.add(egui::Label::new(RichText::new(*what).weak()).wrap());
+                        ui.label(keys);
+                        ui.add(egui::Label::new(RichText::new(what).weak()).wrap());
                         ui.end_row();
                     }
                 });

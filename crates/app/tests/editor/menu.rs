@@ -102,5 +102,5 @@ fn previews_are_as_fine_as_chosen_and_the_theme_too() {
     assert_eq!(window.ctx.theme(), egui::Theme::Light);
     menu(&mut window, "View", "As the system");
     menu(&mut window, "Help", "Keys and mouse");
-    assert!(window.query_by_label("Add a node by its name").is_some());
+    assert!(window.query_by_label("Typed with the unit: Enter takes it, Escape takes it back").is_some());
 }

@@ -61,6 +61,11 @@ pub(super) const KEYS: [(Command, &str, &str); 17] = [
     (Command::Map, "O", "Overview"),
 ];
 
+/// The keys with what they do, for people.
+pub(in crate::editor) fn told() -> impl Iterator<Item = (&'static str, &'static str)> {
+    KEYS.iter().map(|(_, keys, what)| (*keys, *what))
+}
+
 /// The key of a command, for a menu.
 pub(super) fn key_of(command: Command) -> &'static str {
     KEYS.iter().find(|(known, _, _)| *known == command).map_or("", |(_, key, _)| key)

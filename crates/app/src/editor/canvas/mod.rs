@@ -21,6 +21,8 @@ mod palette;
 mod place;
 mod thumbs;
 
+pub(super) use keys::told as keys_told;
+
 use std::{
     collections::{BTreeMap, BTreeSet},
     hash::{DefaultHasher, Hash as _, Hasher as _},
