@@ -161,7 +161,7 @@ fn report(ui: &mut Ui, report: &Report) {
     }
     Grid::new("measures").num_columns(2).spacing([12.0, 2.0]).striped(true).show(ui, |ui| {
         for measure in &report.measures {
-            ui.add(Label::new(RichText::new(words(&measure.name)).weak()).truncate());
+            ui.weak(words(&measure.name));
             let value = match measure.value.is_finite() {
                 true => format!(
                     "{} {}",
