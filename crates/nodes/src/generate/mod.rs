@@ -9,6 +9,7 @@ pub mod fractal;
 pub mod gradient;
 pub mod island;
 pub mod noise;
+pub mod paint;
 pub mod perlin;
 pub mod range;
 pub mod ridged;
@@ -35,4 +36,5 @@ pub static NODES: &[&Node] = &[
     &faults::NODE,
     &island::NODE,
     &shape::NODE,
+    &paint::NODE,
 ];
