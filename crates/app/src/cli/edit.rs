@@ -7,7 +7,7 @@ use crate::failure::Failure;
 /// The editor, on a file or on an empty graph
 #[derive(Debug, Default, clap::Args)]
 pub struct Args {
-    /// Graph file
+    /// Graph file, or an archive of one
     #[arg(value_name = "GRAPH.ron")]
     file: Option<PathBuf>,
 }

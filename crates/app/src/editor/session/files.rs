@@ -2,10 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use orograph_graph::{Document, LoadError};
+use orograph_graph::{Document, LoadError, Registry};
+use tempfile::TempDir;
 
 use super::{Lost, Session};
-use crate::failure::reason;
+use crate::{
+    archive::{is_archive, unpack_into},
+    editor::state,
+    failure::{Failure, reason},
+};
 
 /// What a person wants that takes the present work out of the window.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -63,6 +68,42 @@ pub enum Answer {
     KeepMine,
     /// What the file says takes the place of the work, which undo brings back.
     TakeTheirs,
+}
+
+/// A file that was opened.
+pub(super) struct Opened {
+    pub(super) document: Document,
+    /// What the file says; nothing for a copy.
+    pub(super) saved: Option<String>,
+    /// Where the files of an archive are.
+    pub(super) unpacked: Option<TempDir>,
+}
+
+impl Opened {
+    /// Reads a graph file; of an archive a copy that is in no file, so that saving asks for a name and takes the names of the
+    /// archive's files along.
+    ///
+    /// # Errors
+    /// When it cannot be read, or an archive cannot be trusted.
+    pub(super) fn new(path: &Path, registry: &Registry) -> Result<Self, Failure> {
+        let load = |path: &Path| Document::load(path, registry).map_err(|error| Failure::wrong(error.to_string()));
+        if !is_archive(path) {
+            let document = load(path)?;
+            let saved = Some(document.source().to_owned());
+            return Ok(Self { document, saved, unpacked: None });
+        }
+        let unable = |error: std::io::Error| {
+            Failure::unable(format!("cannot make a folder to unpack `{}`: {}", path.display(), reason(&error)))
+        };
+        // In the folder of state, so that work which outlives a crash finds its files.
+        let archives = state::folder().unwrap_or_else(std::env::temp_dir).join("archives");
+        std::fs::create_dir_all(&archives).map_err(unable)?;
+        let folder = tempfile::tempdir_in(archives).map_err(unable)?;
+        let graph = folder.path().join(unpack_into(path, folder.path())?.graph);
+        let text = load(&graph)?.source().to_owned();
+        let inside = graph.parent().unwrap_or(folder.path());
+        Ok(Self { document: Document::parse_in(text, inside, registry), saved: None, unpacked: Some(folder) })
+    }
 }
 
 impl Session {
@@ -215,12 +256,12 @@ impl Session {
     fn grant(&mut self, wish: Wish) {
         match wish {
             Wish::New => self.start(Document::empty(self.document.registry()), None),
-            Wish::Open(path) => match Document::load(&path, self.document.registry()) {
-                Ok(document) => {
-                    let saved = document.source().to_owned();
-                    self.start(document, Some(saved));
+            Wish::Open(path) => match Opened::new(&path, self.document.registry()) {
+                Ok(Opened { document, saved, unpacked }) => {
+                    self.start(document, saved);
+                    self.unpacked = unpacked;
                 }
-                Err(error) => self.note(error.to_string(), true),
+                Err(failure) => self.note(failure.to_string(), true),
             },
             Wish::Copy { text, folder } => {
                 self.start(Document::parse_in(text, folder, self.document.registry()), None);
@@ -235,7 +276,7 @@ impl Session {
     /// Goes on with another document.
     fn start(&mut self, document: Document, saved: Option<String>) {
         self.end_gesture();
-        (self.document, self.saved) = (document, saved);
+        (self.document, self.saved, self.unpacked) = (document, saved, None);
         self.selection.clear();
         self.pinned = None;
         self.nodes.clear();

@@ -13,6 +13,7 @@ use std::{
 
 use orograph_graph::{Document, Edit, Entry, PortType, Registry, Value};
 
+use files::Opened;
 pub use files::{Answer, Question, Wish};
 pub use journal::Journals;
 pub use recovery::Lost;
@@ -87,6 +88,8 @@ pub struct Session {
     revision: u64,
     /// The text as it is in the file.
     saved: Option<String>,
+    /// Where the files of an archive are, for as long as it is worked on.
+    unpacked: Option<tempfile::TempDir>,
     selection: BTreeSet<String>,
     /// What the viewport shows, as `node.port`, in place of what is selected.
     pinned: Option<String>,
@@ -146,18 +149,15 @@ impl Session {
         registry: Registry,
         wake: impl Fn() + Send + Sync + 'static,
     ) -> Result<Self, Failure> {
-        let (document, saved) = match file {
-            Some(path) => {
-                let document = Document::load(path, &registry).map_err(|error| Failure::wrong(error.to_string()))?;
-                let saved = document.source().to_owned();
-                (document, Some(saved))
-            }
-            None => (Document::empty(&registry), None),
+        let Opened { document, saved, unpacked } = match file {
+            Some(path) => Opened::new(&path, &registry)?,
+            None => Opened { document: Document::empty(&registry), saved: None, unpacked: None },
         };
         let mut session = Self {
             document,
             revision: 0,
             saved,
+            unpacked,
             selection: BTreeSet::new(),
             pinned: None,
             compared: None,
