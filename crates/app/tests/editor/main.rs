@@ -1,5 +1,6 @@
 //! The editor, driven as a person would, on a software graphics driver.
 #![cfg(feature = "editor")]
+#![expect(clippy::disallowed_methods, reason = "what waits for another thread gives up in the end")]
 
 mod canvas;
 mod export;
