@@ -61,6 +61,7 @@ fn score(node: &Node, query: &str) -> Option<u32> {
             |text: &str| text.to_lowercase().split(|c: char| !c.is_alphanumeric()).any(|w| w.starts_with(word));
         let found = match id.find(word) {
             _ if id == word => 200,
+            _ if word.len() > 1 && initials == word => 160,
             Some(0) => 150,
             _ if word.len() > 1 && initials.starts_with(word) => 120,
             _ if node.category.starts_with(word) => 110,
