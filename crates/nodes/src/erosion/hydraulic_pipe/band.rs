@@ -22,7 +22,7 @@ pub(super) const STEPS_PER_SWEEP: usize = 4;
 /// Rows beyond what a step gives that it depends on.
 const REACH: isize = 5;
 /// Rows beyond a band that a sweep of it depends on.
-pub(super) const HALO: usize = STEPS_PER_SWEEP * REACH as usize;
+pub(super) const HALO: usize = STEPS_PER_SWEEP * REACH as usize + 1;
 /// Rows that a step of a sweep is behind the one before, at least one more than its stages are behind each other.
 const LAG: isize = 6;
 /// Bed slope taken beyond an open side where the land does not fall towards it.

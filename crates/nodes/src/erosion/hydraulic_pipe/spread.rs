@@ -2,21 +2,23 @@
 //!
 //! Water finds the lowest cell, and what it cuts there draws more water: without a breadth, gullies are one cell wide and
 //! run along the axes of the grid. So what a sweep has changed is averaged over a bell of `width`, by passes of the
-//! binomial filter that exchange it between pairs of cells, so that nothing is lost. Passes over cells further apart come
-//! first and those between neighbours last, which fill the gaps (the cascade of M. Holschneider et al., 1989).
+//! binomial filter that exchange it between pairs of cells, so that nothing is lost. A cell that stands no higher than
+//! all eight around it is not lowered: else what is cut beside a hollow would deepen it without end. Passes over cells
+//! further apart come first and those between neighbours last, which fill the gaps (the cascade of M. Holschneider et
+//! al., 1989).
 
 use orograph_graph::{Job, NodeError};
 
 use super::{
     band::{Band, HALO, Scene, at, mobility},
-    flow::HIGHEST,
+    flow::{self, HIGHEST},
 };
 use crate::simd::simd;
 
 /// Cells that all passes together reach.
 const REACH: usize = 16;
 /// Rows beyond a band that are spread as well, for the slippage that follows.
-const KEPT: isize = (HALO - REACH) as isize;
+const KEPT: isize = (HALO - REACH - 1) as isize;
 /// The furthest that one pass reaches: cells before and after each row.
 const FURTHEST: usize = 4;
 /// Narrower than this, in cells, what water cuts would follow the axes.
@@ -51,6 +53,10 @@ pub(super) struct Spread {
     stride: usize,
     /// What is spread, NaN where nothing may change, before a pass and after it.
     rasters: [Vec<f32>; 2],
+    /// The bed, NaN outside.
+    bed: Vec<f32>,
+    /// 1 where a cell stands no higher than all eight around it, 0 elsewhere.
+    hollow: Vec<f32>,
 }
 
 impl Spread {
@@ -58,7 +64,13 @@ impl Spread {
         let distances = distances(scene.physics.width_m / scene.physics.cell_m);
         let stride = nx + 2 * FURTHEST;
         let samples = if distances.is_empty() { 0 } else { stride * (rows + 2 * HALO) };
-        Self { distances, stride, rasters: [vec![0.0; samples], vec![0.0; samples]] }
+        Self {
+            distances,
+            stride,
+            rasters: [vec![0.0; samples], vec![0.0; samples]],
+            bed: vec![0.0; samples],
+            hollow: vec![0.0; samples],
+        }
     }
 }
 
@@ -79,16 +91,43 @@ fn three(row: &[f32], distance: usize, n: usize) -> [&[f32]; 3] {
 }
 
 simd! {
+    /// Which cells of a row stand no higher than all eight around them; `beds` are the rows north, here and south.
+    fn hollows(out: &mut [f32], beds: [&[f32]; 3]) {
+        let n = out.len();
+        let [[north_west, north, north_east], [west, here, east], [south_west, south, south_east]] =
+            beds.map(|row| three(row, 1, n));
+        for i in 0..n {
+            let height = here[i];
+            let beside = (west[i] < height) | (east[i] < height) | (north[i] < height) | (south[i] < height);
+            let across = (north_west[i] < height)
+                | (north_east[i] < height)
+                | (south_west[i] < height)
+                | (south_east[i] < height);
+            out[i] = if beside | across { 0.0 } else { 1.0 };
+        }
+    }
+}
+
+simd! {
     /// A pass over a row: each cell comes nearer to the eight at a distance, those at the corners with half the weight.
-    fn average(out: &mut [f32], above: &[f32], row: &[f32], below: &[f32], distance: usize) {
+    /// `rows` are those of what is taken and `hollows` those that tell hollows, north, here and south.
+    fn average(out: &mut [f32], rows: [&[f32]; 3], hollows: [&[f32]; 3], distance: usize) {
         let n = out.len();
         let [[north_west, north, north_east], [west, row, east], [south_west, south, south_east]] =
-            [above, row, below].map(|row| three(row, distance, n));
+            rows.map(|row| three(row, distance, n));
+        let [[low_nw, low_n, low_ne], [low_w, low, low_e], [low_sw, low_s, low_se]] =
+            hollows.map(|row| three(row, distance, n));
         for i in 0..n {
-            let here = row[i];
-            let more = |there: f32| if there.is_nan() { 0.0 } else { there - here };
-            let beside = (more(west[i]) + more(east[i])) + (more(north[i]) + more(south[i]));
-            let across = (more(north_west[i]) + more(south_east[i])) + (more(north_east[i]) + more(south_west[i]));
+            let (here, hollow) = (row[i], low[i]);
+            // what is taken more there is made good by ground from here, but not from a hollow; NaN is nothing
+            let more = |there: f32, beside: f32| {
+                let more = there - here;
+                if (more > 0.0) & (hollow == 0.0) | (more < 0.0) & (beside == 0.0) { more } else { 0.0 }
+            };
+            let beside = (more(west[i], low_w[i]) + more(east[i], low_e[i]))
+                + (more(north[i], low_n[i]) + more(south[i], low_s[i]));
+            let across = (more(north_west[i], low_nw[i]) + more(south_east[i], low_se[i]))
+                + (more(north_east[i], low_ne[i]) + more(south_west[i], low_sw[i]));
             out[i] = here + (0.125 * beside + 0.0625 * across);
         }
     }
@@ -119,17 +158,24 @@ impl Band {
         for y in -halo..rows + halo {
             self.taken_row(scene, y);
         }
-        let Spread { distances, stride, rasters: [before, after] } = &mut self.spread;
+        let Spread { distances, stride, rasters: [before, after], bed, hollow } = &mut self.spread;
         let stride = *stride;
-        let mut more = halo;
+        let mut more = halo - 1;
+        for y in -more..rows + more {
+            let beds = [y - 1, y, y + 1].map(|y| &bed[at(y) * stride..][..stride]);
+            let out = &mut hollow[at(y) * stride..][..stride];
+            hollows(&mut out[FURTHEST..stride - FURTHEST], beds);
+            close(out, scene.joined()[0]);
+        }
         for &distance in &*distances {
             job.check()?;
             more -= distance as isize;
             for y in -more..rows + more {
-                let row = |y: isize| &before[at(y) * stride..][..stride];
+                let rows = [y - distance as isize, y, y + distance as isize];
+                let [rows, hollows] =
+                    [&*before, &*hollow].map(|raster| rows.map(|y| &raster[at(y) * stride..][..stride]));
                 let out = &mut after[at(y) * stride..][..stride];
-                let [above, below] = [y - distance as isize, y + distance as isize].map(row);
-                average(&mut out[FURTHEST..stride - FURTHEST], above, row(y), below, distance);
+                average(&mut out[FURTHEST..stride - FURTHEST], rows, hollows, distance);
                 close(out, scene.joined()[0]);
             }
             std::mem::swap(before, after);
@@ -142,19 +188,23 @@ impl Band {
         Ok(())
     }
 
-    /// What has been taken from a row.
+    /// What has been taken from a row, and its bed.
     fn taken_row(&mut self, scene: &Scene<'_>, y: isize) {
-        let Spread { stride, rasters: [raster, _], .. } = &mut self.spread;
+        let Spread { stride, rasters: [raster, _], bed, .. } = &mut self.spread;
         let row = &mut raster[at(y) * *stride..][..*stride];
+        let bed = &mut bed[at(y) * *stride..][..*stride];
         let inside = (0..scene.cells[1] as isize).contains(&(self.first as isize + y)) || scene.joined()[1];
         if !inside {
             row.fill(f32::NAN);
+            bed.fill(f32::NAN);
             return;
         }
         let world_row = (self.first as isize + y).rem_euclid(scene.cells[1] as isize) as usize;
         let mobile = mobility(&mut self.mobile, scene, world_row);
         let land = &scene.land[world_row * self.nx..][..self.nx];
-        let [_, _, taken, ..] = &self.states;
+        let [change, _, taken, ..] = &self.states;
+        flow::bed(&mut bed[FURTHEST..FURTHEST + self.nx], land, change.cells(at(y)));
+        close(bed, scene.joined()[0]);
         let cells = row[FURTHEST..].iter_mut().zip(taken.cells(at(y))).zip(mobile.iter().zip(land));
         for ((out, taken), (mobile, land)) in cells {
             *out = if *mobile > 0.0 && land.abs() < HIGHEST { *taken } else { f32::NAN };

@@ -34,10 +34,10 @@ fn nothing_happens_in_no_time() {
 #[test]
 fn water_and_ground_are_conserved() {
     for (edge, changes) in [
-        (Edge::Wall, "duration=2000, courant=0.3"),
-        (Edge::Base, "duration=2000, courant=0.3"),
-        (Edge::Open, "duration=2000, courant=0.3, scheme=pipes, damping=0.1"),
-        (Edge::Periodic, "duration=2000, courant=0.3, infiltration=10, evaporation=0.0001"),
+        (Edge::Wall, "duration=2500, courant=0.3"),
+        (Edge::Base, "duration=2500, courant=0.3"),
+        (Edge::Open, "duration=2500, courant=0.3, scheme=pipes, damping=0.1"),
+        (Edge::Periodic, "duration=2500, courant=0.3, infiltration=10, evaporation=0.0001"),
     ] {
         let land = rough(sides(world(96, 80, 5.0), edge));
         let (_, report) = outcome(changes, &[("height", &land)]);
