@@ -1,6 +1,6 @@
 //! The run: bands side by side, step after step.
 
-use orograph_graph::{Job, Lane, NodeError};
+use orograph_graph::{Field, Job, Lane, NodeError, Outputs};
 use rayon::prelude::*;
 
 use super::{
@@ -118,6 +118,18 @@ impl<'a> Run<'a> {
         deepest_m + grown_m
     }
 
+    /// The land and the water on it as they are.
+    fn glimpse(&self, job: &Job<'_>) -> Outputs {
+        let [nx, ny] = self.scene.cells;
+        let raster = |row: &dyn Fn(usize) -> Vec<f32>| Field::new(job.window(), (0..ny).flat_map(row).collect());
+        let height = raster(&|j| {
+            let land = &self.scene.land[j * nx..][..nx];
+            land.iter().zip(self.row(State::Change, j)).map(|(land, change)| land + change).collect()
+        });
+        let water = raster(&|j| self.row(State::Water, j)[..nx].to_vec());
+        Outputs::one("height", height).with("water", water)
+    }
+
     /// Runs for `duration_s`.
     pub fn advance(&mut self, duration_s: f64, job: &Job<'_>) -> Result<Pacing, NodeError> {
         let mut pacing = Pacing::default();
@@ -143,6 +155,7 @@ impl<'a> Run<'a> {
             pacing.time_s += steps * f64::from(pace.dt_s);
             left_s = if last { 0.0 } else { left_s - steps * dt_s };
             job.advance((1.0 - left_s / duration_s) as f32)?;
+            job.glimpse(|| self.glimpse(job));
         }
         Ok(pacing)
     }
