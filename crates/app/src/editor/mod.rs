@@ -1,7 +1,7 @@
 //! The editor: a window in which a graph is wired and its land is seen.
 //!
 //! [`Session`] is the work: the document, its undo, its selection, and what is known of its nodes; it draws nothing.
-//! The panes ([`canvas`], [`inspector`], [`viewport`], [`problems`]) show a session and change it by edits of the
+//! The panes (`canvas`, `inspector`, `viewport`, `problems`) show a session and change it by edits of the
 //! document. [`worker`] evaluates beside the window, which never waits for it. [`App`] is the window itself.
 
 #![expect(

@@ -115,7 +115,10 @@ impl Orbit {
     pub fn limit(&mut self, land: &Land, exaggeration: f64) {
         let [w, h] = land.size_m();
         let [low, high] = [land.base(exaggeration), land.range()[1]].map(|height| height * exaggeration);
-        self.target = self.target.clamp(DVec3::new(0.0, low, 0.0), DVec3::new(w, high, h));
+        // A view that frames the land looks at a place beside it, which must not move when the land is first touched.
+        let beside = 0.5 * w.max(h);
+        let (least, most) = (DVec3::new(0.0, low, 0.0), DVec3::new(w, high, h));
+        self.target = self.target.clamp(least - beside, most + beside);
         self.distance = self.distance.clamp(4.0 * land.cell_m(), 12.0 * (w + h + high - low));
         self.elevation_deg = self.elevation_deg.clamp(0.5, MOST_ELEVATION_DEG);
         let clear = 2.0 * land.cell_m();
@@ -289,6 +292,17 @@ mod tests {
         assert!((orbit.azimuth_deg - 250.0).abs() < 1e-9);
         orbit.drag([0.0, 1e6], SIZE);
         assert!(orbit.elevation_deg <= 90.0 && orbit.camera().up().is_finite());
+    }
+
+    #[test]
+    fn a_framed_land_stays_in_its_frame() {
+        let land = land();
+        for size in [SIZE, [2000, 700], [300, 900]] {
+            let framed = Orbit::framing(&land, 1.0, size);
+            let mut touched = framed;
+            touched.limit(&land, 1.0);
+            assert_eq!(touched, framed);
+        }
     }
 
     #[test]

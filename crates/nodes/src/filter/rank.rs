@@ -8,7 +8,7 @@
 //! not quantised. Cells are taken in blocks, and each block sorts what it sees; a bin holds a run of that order. So the bin of
 //! the wanted rank is found by counting, and the value in it by going through the few members of the bin that lie in the
 //! surroundings: it is one of the values of the land, to the last bit, whatever the blocks. And surroundings are no squares,
-//! which leave square marks, but circles of [`STEPS`] steps, a histogram of its own for each: of the circle's area, with an edge
+//! which leave square marks, but circles of `STEPS` steps, a histogram of its own for each: of the circle's area, with an edge
 //! that stays within 8 % of the radius.
 
 use orograph_graph::{Job, NodeError};

@@ -1,7 +1,7 @@
 //! The pane of what is selected, made from the declaration of its kind alone: no node is ever named here.
 //!
 //! [`form`] lays out lines and holds what is being typed; [`value`] has a widget for every kind of parameter; [`node`] shows
-//! the selected node, [`file`] what the file says as a whole while nothing is selected.
+//! the selected node, `file` what the file says as a whole while nothing is selected.
 
 mod file;
 mod form;

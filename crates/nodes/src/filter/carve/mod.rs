@@ -1,6 +1,6 @@
 //! A bed along lines: rivers, ditches, roads and dams.
 //!
-//! [`way`] finds the bed's elevation along each line, [`draw`] what it does to the cells beside it.
+//! `way` finds the bed's elevation along each line, `draw` what it does to the cells beside it.
 
 mod draw;
 mod way;
