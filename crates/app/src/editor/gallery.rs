@@ -2,7 +2,7 @@
 //!
 //! An example is opened as a copy in no file, so that saving asks for a name and the example stays as it is. What examples
 //! read (a raster, another graph) is written to the folder of [`state`], where the copy looks for it; saving the copy
-//! elsewhere makes its names of files lead there.
+//! takes it along.
 //!
 //! The pictures in `graphs/pictures` are made by `orograph render graphs/NAME.ron --cells 160 -o graphs/pictures/NAME.png`,
 //! with `--output` where [`EXAMPLES`] says so.

@@ -13,10 +13,10 @@ const VARIABLE: &str = "OROGRAPH_STATE";
 /// The most files that are remembered.
 const MOST: usize = 12;
 
-/// The folder; `None` where the system names none.
+/// The folder, whole; `None` where the system names none. Journals of graphs without a name are in it as well.
 pub(super) fn folder() -> Option<PathBuf> {
     if let Some(folder) = std::env::var_os(VARIABLE).filter(|folder| !folder.is_empty()) {
-        return Some(folder.into());
+        return std::path::absolute(folder).ok();
     }
     let dirs = ProjectDirs::from("", "", "orograph")?;
     Some(dirs.state_dir().unwrap_or_else(|| dirs.data_local_dir()).to_owned())

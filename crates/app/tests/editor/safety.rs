@@ -1,5 +1,7 @@
 //! Journals, work of earlier times, other windows and other programs on the same file.
 
+mod copies;
+
 use std::{
     fs,
     path::{Path, PathBuf},

@@ -43,6 +43,9 @@ pub enum Entry {
 pub struct Start {
     format: u32,
     path: Option<PathBuf>,
+    /// Where the files that it names are looked for, if it is in no file itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    folder: Option<PathBuf>,
     file: OnDisk,
     text: String,
     history: History,
@@ -85,6 +88,7 @@ impl Document {
         Entry::Start(Start {
             format: FORMAT,
             path: self.path().map(Path::to_owned),
+            folder: self.path().is_none().then(|| std::path::absolute(self.folder().join(".")).ok()).flatten(),
             file: OnDisk::new(&self.source, saved),
             text: self.source.clone(),
             history: self.history.clone(),
@@ -166,6 +170,8 @@ pub enum JournalError {
 pub struct Recovered {
     /// The file that the work is of, as it was named then.
     pub path: Option<PathBuf>,
+    /// The folder in which the files that it names were looked for, if it was in no file.
+    pub folder: Option<PathBuf>,
     /// What was known that the file says; `None` where there was none.
     pub saved: Option<String>,
     /// The text as it was last.
@@ -190,10 +196,11 @@ impl Recovered {
         }
     }
 
-    /// The document, with its history.
+    /// The document, with its history, as the text of a file; or, in no file, where it was.
     #[must_use]
     pub fn document(&self, path: Option<&Path>, registry: &Registry) -> Document {
-        let home = path.map(Home::of_file).unwrap_or_default();
+        let nowhere = || Home { folder: self.folder.clone().unwrap_or_default(), path: None };
+        let home = path.map_or_else(nowhere, Home::of_file);
         let mut document = Document::with_home(self.text.clone(), registry, home);
         document.history = self.history.clone();
         document
@@ -202,8 +209,8 @@ impl Recovered {
     fn start(start: Start) -> Option<Self> {
         let saved = start.file.text(&start.text)?;
         let sound = start.history.fits(&start.text);
-        let Start { path, text, history, .. } = start;
-        let recovered = Self { path, saved, text, history, read: 0, torn: false, scribe: Scribe::default() };
+        let Start { path, folder, text, history, .. } = start;
+        let recovered = Self { path, folder, saved, text, history, read: 0, torn: false, scribe: Scribe::default() };
         sound.then_some(recovered)
     }
 

@@ -5,10 +5,14 @@ use std::path::{Component, Path, PathBuf};
 use super::{Document, subgraph::Home};
 
 impl Document {
-    /// The same work as the text of another file, with its history. Names of files that it reads are looked for beside
-    /// that, as they stand.
-    pub fn set_path(&mut self, path: Option<&Path>) {
-        self.home = path.map(Home::of_file).unwrap_or_default();
+    /// Looks at the files that it names again, which may have changed.
+    pub fn look_again(&mut self) {
+        self.read_again();
+    }
+
+    /// The same work in no file, with its history. The files that it names, as they stand, are looked for in another folder.
+    pub fn set_folder(&mut self, folder: impl Into<PathBuf>) {
+        self.home = Home { folder: folder.into(), path: None };
         self.read_again();
     }
 
@@ -20,7 +24,8 @@ impl Document {
         let from = self.folder().to_owned();
         let to = path.parent().unwrap_or(Path::new(""));
         let adapted = self.with_file_names(&|_, _, file| led_from(file, &from, to)).ok();
-        self.set_path(Some(path));
+        self.home = Home::of_file(path);
+        self.read_again();
         adapted.is_some_and(|text| self.replace(&text))
     }
 }

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use orograph_graph::{Document, LoadError, Registry};
-use tempfile::TempDir;
 
-use super::{Lost, Session};
+use super::{
+    Lost, Session,
+    unpacked::{Unpacked, take_along},
+};
 use crate::{
-    archive::{is_archive, unpack_into},
-    editor::state,
+    archive::is_archive,
     failure::{Failure, reason},
 };
 
@@ -76,7 +77,7 @@ pub(super) struct Opened {
     /// What the file says; nothing for a copy.
     pub(super) saved: Option<String>,
     /// Where the files of an archive are.
-    pub(super) unpacked: Option<TempDir>,
+    pub(super) unpacked: Option<Unpacked>,
 }
 
 impl Opened {
@@ -86,23 +87,13 @@ impl Opened {
     /// # Errors
     /// When it cannot be read, or an archive cannot be trusted.
     pub(super) fn new(path: &Path, registry: &Registry) -> Result<Self, Failure> {
-        let load = |path: &Path| Document::load(path, registry).map_err(|error| Failure::wrong(error.to_string()));
-        if !is_archive(path) {
-            let document = load(path)?;
-            let saved = Some(document.source().to_owned());
-            return Ok(Self { document, saved, unpacked: None });
+        if is_archive(path) {
+            let (unpacked, document) = Unpacked::new(path, registry)?;
+            return Ok(Self { document, saved: None, unpacked: Some(unpacked) });
         }
-        let unable = |error: std::io::Error| {
-            Failure::unable(format!("cannot make a folder to unpack `{}`: {}", path.display(), reason(&error)))
-        };
-        // In the folder of state, so that work which outlives a crash finds its files.
-        let archives = state::folder().unwrap_or_else(std::env::temp_dir).join("archives");
-        std::fs::create_dir_all(&archives).map_err(unable)?;
-        let folder = tempfile::tempdir_in(archives).map_err(unable)?;
-        let graph = folder.path().join(unpack_into(path, folder.path())?.graph);
-        let text = load(&graph)?.source().to_owned();
-        let inside = graph.parent().unwrap_or(folder.path());
-        Ok(Self { document: Document::parse_in(text, inside, registry), saved: None, unpacked: Some(folder) })
+        let document = Document::load(path, registry).map_err(|error| Failure::wrong(error.to_string()))?;
+        let saved = Some(document.source().to_owned());
+        Ok(Self { document, saved, unpacked: None })
     }
 }
 
@@ -148,22 +139,40 @@ impl Session {
         }
     }
 
-    /// Saves the work in another file, which is its file from then on. Names of files that it reads follow. Says whether it
-    /// is saved; if not, a note tells why, and everything is as it was.
+    /// Saves the work in another file, which is its file from then on. Names of files that it reads follow; files that a copy
+    /// out of an archive or of an example reads come along. Says whether it is saved; if not, a note tells why, and
+    /// everything is as it was.
     pub fn save_as(&mut self, path: &Path) -> bool {
         let path = if path.extension().is_some() { path.to_owned() } else { path.with_extension("ron") };
         let before = self.document.clone();
         self.end_gesture();
+        let taken = match take_along(&self.document, &path) {
+            Ok(taken) => taken,
+            Err(error) => {
+                self.unsaved(&path, &format!("the files that it reads cannot be taken along: {}", reason(&error)));
+                return false;
+            }
+        };
+        if let Some(taken) = &taken {
+            self.document.set_folder(&taken.folder);
+        }
         let moved = self.document.move_to(&path);
         if self.write(&path) {
-            if moved {
+            if let Some(taken) = taken.filter(|taken| !taken.new.is_empty()) {
+                let names: Vec<String> = taken.new.iter().map(|file| format!("`{}`", file.display())).collect();
+                self.note(format!("what the graph reads is saved with it: {}", names.join(", ")), false);
+            } else if moved {
                 self.note("the names of the files that the graph reads follow it to its new folder", false);
             }
             // The next edit begins a journal where the file is now.
             self.end_journal();
+            self.unpacked = None;
             self.watch_files();
             self.changed();
             return true;
+        }
+        if let Some(taken) = taken {
+            taken.give_back();
         }
         self.document = before;
         false

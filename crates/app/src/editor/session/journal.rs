@@ -20,7 +20,7 @@ use std::{
 
 use orograph_graph::{Entry, JournalError, Recovered, Scribe, recover};
 
-use crate::failure::reason;
+use crate::{editor::state, failure::reason};
 
 /// How long entries are gathered before they are written together.
 const GATHERED: Duration = Duration::from_millis(200);
@@ -42,9 +42,7 @@ impl Journals {
     /// As the system has it.
     #[must_use]
     pub fn of_system() -> Self {
-        let folders = directories::ProjectDirs::from("", "", "orograph");
-        let state = folders.map(|folders| folders.state_dir().unwrap_or_else(|| folders.data_local_dir()).to_owned());
-        Self { state }
+        Self { state: state::folder() }
     }
 
     /// With this folder for graphs without a name.

@@ -4,6 +4,7 @@ mod files;
 mod journal;
 mod outside;
 mod recovery;
+mod unpacked;
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -18,7 +19,10 @@ pub use files::{Answer, Question, Wish};
 pub use journal::Journals;
 pub use recovery::Lost;
 
-use self::journal::{Found, Journal, Trouble};
+use self::{
+    journal::{Found, Journal, Trouble},
+    unpacked::Unpacked,
+};
 use super::worker::{News, Order, Wanted, Worker};
 use crate::{failure::Failure, watch::Watch};
 
@@ -89,7 +93,7 @@ pub struct Session {
     /// The text as it is in the file.
     saved: Option<String>,
     /// Where the files of an archive are, for as long as it is worked on.
-    unpacked: Option<tempfile::TempDir>,
+    unpacked: Option<Unpacked>,
     selection: BTreeSet<String>,
     /// What the viewport shows, as `node.port`, in place of what is selected.
     pinned: Option<String>,

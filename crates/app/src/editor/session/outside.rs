@@ -63,8 +63,7 @@ impl Session {
         let [own, read_by_graph] = std::mem::take(&mut self.safety.changed);
         if read_by_graph {
             // What it says of them may be wrong or right now, and what is built of them is another thing.
-            let path = self.path().map(Path::to_owned);
-            self.document.set_path(path.as_deref());
+            self.document.look_again();
             self.changed();
         }
         if own && let Some(path) = self.path().map(Path::to_owned) {

@@ -4,7 +4,7 @@ use std::{sync::PoisonError, time::SystemTime};
 
 use orograph_graph::{Document, Entry, diff};
 
-use super::{Journals, Session, files::Question};
+use super::{Journals, Session, files::Question, journal::Found, unpacked::Unpacked};
 use crate::failure::reason;
 
 /// The most differences that are told.
@@ -51,7 +51,10 @@ impl Session {
         }
         let start = self.document.start_entry(self.saved.as_deref());
         match journals.begin(self.document.path(), start, self.safety.trouble.clone()) {
-            Ok(journal) => self.safety.journal = Some(journal),
+            Ok(journal) => {
+                self.safety.journal = Some(journal);
+                self.unpacked.iter().for_each(Unpacked::need);
+            }
             Err(error) => {
                 *self.safety.trouble.lock().unwrap_or_else(PoisonError::into_inner) = Some(reason(&error));
             }
@@ -102,7 +105,7 @@ impl Session {
             if found.recovered.has_work() && found.recovered.text != self.source() {
                 self.safety.found.push(found);
             } else {
-                found.discard();
+                discard(found);
             }
         }
         self.ask_found();
@@ -129,7 +132,7 @@ impl Session {
         }));
     }
 
-    fn next_found(&mut self) -> Option<super::journal::Found> {
+    fn next_found(&mut self) -> Option<Found> {
         (!self.safety.found.is_empty()).then(|| self.safety.found.remove(0))
     }
 
@@ -139,6 +142,7 @@ impl Session {
         // The others wait for another time.
         self.safety.found.clear();
         let work: Document = found.recovered.document(self.path(), self.document.registry());
+        self.unpacked = found.recovered.folder.as_deref().and_then(Unpacked::left);
         let (file, known) = (self.saved.take(), found.recovered.saved.clone());
         match found.take_up(self.safety.trouble.clone()) {
             Ok(journal) => self.safety.journal = Some(journal),
@@ -155,7 +159,7 @@ impl Session {
     /// Gives work of an earlier time up.
     pub(super) fn forget_found(&mut self) {
         if let Some(found) = self.next_found() {
-            found.discard();
+            discard(found);
         }
         self.ask_found();
     }
@@ -167,11 +171,21 @@ impl Session {
     }
 }
 
+/// Gives work of an earlier time up, with the files of the archive that it was of.
+fn discard(found: Found) {
+    drop(found.recovered.folder.as_deref().and_then(Unpacked::left));
+    found.discard();
+}
+
 impl Drop for Session {
-    /// The journal stays where work is not saved.
+    /// The journal stays where work is not saved, with what it needs.
     fn drop(&mut self) {
         if !self.is_dirty() {
             self.end_journal();
+        } else if self.safety.journal.is_some()
+            && let Some(unpacked) = self.unpacked.take()
+        {
+            unpacked.leave();
         }
     }
 }

@@ -305,6 +305,20 @@ fn entries_that_do_not_fit_are_not_followed() {
     assert_eq!(starts(r#""undone""#), Some(JournalError::Nothing));
 }
 
+#[test]
+fn a_copy_finds_its_files_after_a_crash() {
+    let folder = std::path::absolute("some/folder").expect("there is a present folder");
+    let read = |document: &Document| {
+        let journal = Scribe::default().line(&document.start_entry(None));
+        recover(journal.as_bytes()).expect("whole")
+    };
+    let copy = Document::parse_in(CHAIN, "some/folder", &registry());
+    assert_eq!(read(&copy).document(None, &registry()).folder(), folder, "wherever the program is started next");
+    let file = Document::parse_at(CHAIN, "other/a.ron", &registry());
+    assert_eq!(read(&file).folder, None);
+    assert_eq!(read(&file).document(file.path(), &registry()).folder(), Path::new("other"));
+}
+
 fn merged(mine: &str, theirs: &str) -> Result<String, Vec<String>> {
     parse(mine).merge(CHAIN, theirs)
 }

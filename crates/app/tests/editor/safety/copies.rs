@@ -1,0 +1,146 @@
+//! Copies that are in no file: of examples and out of archives. They find the files they read, after a crash too.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use egui_kittest::{Harness, kittest::Queryable as _};
+use orograph::{
+    archive,
+    editor::{App, Journals, NodeState, Question, Session, Wish},
+};
+use orograph_graph::{Document, Edit};
+
+use crate::{graph, settle};
+
+fn kept(file: Option<PathBuf>, state: &Path) -> Harness<'static, App> {
+    let state = state.to_owned();
+    Harness::builder().with_size([1000.0, 700.0]).with_max_steps(64).wgpu().build_eframe(move |context| {
+        App::new(context, file).expect("the file can be read").kept(context, Journals::with_state(&state))
+    })
+}
+
+fn add(session: &mut Session) {
+    assert!(session.apply(&Edit::AddNode { name: "new".into(), kind: "Constant".into(), at: None }));
+}
+
+/// A crash, a start in no file, and the work is taken up. Gives the window with it.
+fn crash_and_take_up(window: Harness<'_, App>, state: &Path) -> Harness<'static, App> {
+    let source = window.state().session().document().source().to_owned();
+    drop(window);
+    let mut window = kept(None, state);
+    window.run_steps(4);
+    window.get_by_label("Work on Untitled was not saved");
+    window.get_by_label("Take it up").click();
+    window.run_steps(4);
+    assert_eq!(window.state().session().document().source(), source);
+    window
+}
+
+/// The files that the work reads are there, and it can be built.
+#[track_caller]
+fn is_whole(window: &mut Harness<'_, App>, node: &str) {
+    window.state_mut().session_mut().set_cells(32);
+    settle(window);
+    let session = window.state().session();
+    assert_eq!(session.document().problems(), []);
+    assert!(!session.document().files().is_empty() && session.document().files().iter().all(|file| file.is_file()));
+    assert_eq!(session.node(node).state, NodeState::Fresh);
+}
+
+/// An archive of a graph that reads another, which reads a raster beside it.
+fn packed(folder: &Path) -> PathBuf {
+    fs::create_dir_all(folder.join("parts/data")).expect("made");
+    fs::copy(graph("../tests/data/glencoe_128.tif"), folder.join("parts/data/land.tif")).expect("copied");
+    let part = r#"(nodes: { "dem": Import(file: "data/land.tif") }, outputs: { "height": "dem" })"#;
+    fs::write(folder.join("parts/dem.ron"), part).expect("written");
+    let text = r#"(world: (cells: 32), nodes: { "a": Subgraph(file: "parts/dem.ron") }, outputs: { "height": "a" })"#;
+    let path = folder.join("packed.ron");
+    fs::write(&path, text).expect("written");
+    let document = Document::load(&path, &orograph_nodes::registry()).expect("readable");
+    let archive = folder.join("packed.orograph");
+    archive::pack(&document, &path, &archive).expect("packed");
+    archive
+}
+
+#[test]
+fn a_copy_out_of_an_archive_survives_a_crash_and_takes_its_files_along() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let state = folder.path().join("state");
+    let archive = packed(&folder.path().join("far"));
+    let mut window = kept(Some(archive), &state);
+    window.run_steps(2);
+    is_whole(&mut window, "a");
+    let unpacked = window.state().session().document().folder().to_owned();
+    add(window.state_mut().session_mut());
+    let mut window = crash_and_take_up(window, &state);
+    is_whole(&mut window, "a");
+    assert_eq!(window.state().session().document().folder(), unpacked);
+    // Saved, it has all it reads beside it, under the same names.
+    let home = folder.path().join("home");
+    fs::create_dir(&home).expect("made");
+    let source = window.state().session().document().source().to_owned();
+    assert!(window.state_mut().session_mut().save_as(&home.join("mine.ron")));
+    assert_eq!(fs::read_to_string(home.join("mine.ron")).expect("there"), source);
+    assert!(!unpacked.exists(), "nothing is left behind");
+    is_whole(&mut window, "a");
+    assert!(window.state().session().document().files().iter().all(|file| file.starts_with(&home)));
+}
+
+#[test]
+fn the_files_of_an_archive_go_with_the_work_that_is_given_up() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let state = folder.path().join("state");
+    let archive = packed(&folder.path().join("far"));
+    let open = |file: Option<PathBuf>| {
+        let mut session = Session::open(file, orograph_nodes::registry(), || {}).expect("it can be read");
+        session.keep(Journals::with_state(&state), || {});
+        session
+    };
+    let looked_at = open(Some(archive.clone()));
+    let unpacked = looked_at.document().folder().to_owned();
+    assert!(unpacked.exists());
+    drop(looked_at);
+    assert!(!unpacked.exists());
+    let mut worked_on = open(Some(archive.clone()));
+    let unpacked = worked_on.document().folder().to_owned();
+    add(&mut worked_on);
+    drop(worked_on);
+    // Another window neither takes nor sweeps what waits.
+    drop(open(Some(archive)));
+    assert!(unpacked.exists());
+    let mut later = open(None);
+    assert!(matches!(later.question(), Some(Question::Found(_))));
+    later.answer(orograph::editor::Answer::Discard);
+    assert!(!unpacked.exists());
+}
+
+#[test]
+fn a_copy_of_an_example_survives_a_crash_and_takes_its_files_along() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let state = folder.path().join("state");
+    let mut window = kept(None, &state);
+    window.run_steps(2);
+    window.get_by_label("File").click();
+    window.run_steps(3);
+    window.get_by_label_contains("Examples").click();
+    window.run_steps(4);
+    window.query_all_by_label("A real place, worn further").next().expect("offered").click();
+    window.run_steps(4);
+    add(window.state_mut().session_mut());
+    let mut window = crash_and_take_up(window, &state);
+    is_whole(&mut window, "new");
+    // Where another file has the name of one that comes along, those are in a folder of their own.
+    fs::create_dir(folder.path().join("data")).expect("made");
+    let other = folder.path().join("data/bigtujunga_512_30m.tif");
+    fs::write(&other, "something else").expect("written");
+    assert!(window.state_mut().session_mut().save_as(&folder.path().join("mine")));
+    let session = window.state_mut().session_mut();
+    assert!(session.document().source().contains("mine_files/data/bigtujunga_512_30m.tif"));
+    assert!(session.document().files().iter().all(|file| file.is_file() && file.starts_with(folder.path())));
+    assert_eq!(fs::read_to_string(other).expect("there"), "something else");
+    assert!(session.take_notes().iter().any(|note| note.message.contains("is saved with it")));
+    session.wish(Wish::Close);
+    assert!(session.is_over());
+}
