@@ -317,6 +317,37 @@ fn the_palette_adds_a_node_at_the_pointer() {
 }
 
 #[test]
+fn keys_that_come_faster_than_the_window_draws_are_all_taken() {
+    let (mut window, _folder) = window_on(ROW);
+    let empty = ground(&window) - vec2(0.0, 20.0);
+    window.hover_at(empty);
+    window.run_steps(2);
+    let press = |window: &mut Harness<'_, App>, modifiers: Modifiers, key: Key| {
+        window.event(Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers });
+    };
+    press(&mut window, Modifiers::NONE, Key::Tab);
+    for letter in [Key::S, Key::L, Key::O] {
+        press(&mut window, Modifiers::NONE, letter);
+        window.event(Event::Text(letter.name().to_lowercase()));
+    }
+    window.step();
+    for letter in [Key::P, Key::E] {
+        window.event(Event::Text(letter.name().to_lowercase()));
+    }
+    press(&mut window, Modifiers::NONE, Key::Enter);
+    window.run_steps(2);
+    assert_eq!(selection(&window), ["slope"]);
+    // Each copy is of the one before, and beside it.
+    for _ in 0..2 {
+        press(&mut window, Modifiers::COMMAND, Key::D);
+    }
+    window.run_steps(2);
+    assert_eq!((selection(&window), document(&window).steps()), (vec!["slope3".to_owned()], 3));
+    let first = title(&window, "slope2");
+    assert!((title(&window, "slope3") - first).length() > 8.0);
+}
+
+#[test]
 fn an_empty_graph_says_what_to_do() {
     let mut window = window(None);
     window.run_steps(3);

@@ -128,12 +128,26 @@ impl Canvas {
             return;
         }
         let events = ui.input(|input| input.events.clone());
-        for event in &events {
+        let mut events = events.iter();
+        while let Some(event) = events.next() {
             if let Event::Paste(text) = event {
                 self.paste(ui, session, text);
             } else if let Some(command) = command_of(event) {
                 self.run(ui, session, command);
             }
+            if let Some(palette) = &mut self.palette {
+                // What is typed after the key that opens it is for it, however seldom the window draws.
+                for event in events.by_ref() {
+                    if let Event::Text(text) = event {
+                        palette.typed(text);
+                    }
+                }
+            }
+            if self.find.is_some() || self.rename.is_some() {
+                return;
+            }
+            // The next key is about what there is then.
+            self.read(session);
         }
     }
 

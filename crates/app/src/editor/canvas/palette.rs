@@ -50,6 +50,11 @@ impl Palette {
     pub(super) const fn new(at: Pos2, place: Pos2, purpose: Purpose) -> Self {
         Self { at, place, purpose, query: String::new(), marked: 0, frames: 0 }
     }
+
+    /// Takes what is typed before it is shown. The blank that opens it is no part of that.
+    pub(super) fn typed(&mut self, text: &str) {
+        self.query.push_str(if self.query.is_empty() { text.trim_start() } else { text });
+    }
 }
 
 /// How well a kind of node answers a search; `None` when it does not. All words of the search must be found.
@@ -136,7 +141,7 @@ impl Canvas {
             (_, true) => (palette.marked + 1).min(last),
             _ => palette.marked.min(last),
         };
-        let mut chosen = enter.then(|| kinds.get(palette.marked).copied()).flatten();
+        let mut chosen = None;
         let area = egui::Area::new(Id::new("palette"))
             .order(egui::Order::Foreground)
             .fixed_pos(palette.at + vec2(-24.0, -18.0))
@@ -149,6 +154,11 @@ impl Canvas {
                     }
                 });
             });
+        if enter && chosen.is_none() {
+            // Letters may have come in the same frame.
+            let kinds = found(session.document(), &self.model, &palette.purpose, &palette.query);
+            chosen = kinds.get(palette.marked).copied();
+        }
         palette.frames += 1;
         let outside = ui.input(|input| input.pointer.any_pressed())
             && palette.frames > 2
