@@ -1,0 +1,182 @@
+//! The real window: the program itself on a display of its own, which is drawn by software, with a mouse and keys that are
+//! moved from outside. What it does is read from its files, its title and its picture.
+//!
+//! It takes Xvfb, xdotool and ImageMagick, and any Vulkan driver. Where one of the tools is missing the tests say so and
+//! check nothing, unless the variable `OROGRAPH_WINDOW_TESTS` is set, as `.ci/run` sets it.
+#![cfg(all(feature = "editor", target_os = "linux"))]
+#![expect(clippy::disallowed_methods, reason = "what waits for another program gives up in the end")]
+
+mod recovery;
+mod screen;
+mod work;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Child, Command, Stdio},
+};
+
+use orograph_graph::{Document, Recovered, recover};
+use screen::{Screen, until};
+
+/// The sign of help in the graph's corner, and how bright it is below the pointer only.
+const SIGN: [i32; 2] = [29, 666];
+const BRIGHT: u8 = 0xb0;
+
+/// A graph file without nodes.
+const EMPTY: &str = "// Drawn by hand.\n(\n    format: 1,\n    world: (size: \"8 km\", cells: 128, seed: 3),\n    \
+                     nodes: {},\n)\n";
+
+/// A graph file in a folder of its own, the display on which it is edited, and the editor while it runs.
+struct Desk {
+    screen: Screen,
+    folder: tempfile::TempDir,
+    window: Option<(Child, String)>,
+}
+
+impl Desk {
+    /// A file of this text; `None` where there are no tools for it.
+    fn new(text: &str) -> Option<Self> {
+        let screen = Screen::open()?;
+        let folder = tempfile::tempdir().expect("a folder");
+        fs::create_dir(folder.path().join("state")).expect("made");
+        // The colours are looked for, whatever the system likes.
+        fs::write(folder.path().join("state/theme"), "dark").expect("written");
+        fs::write(folder.path().join("graph.ron"), text).expect("written");
+        Some(Self { screen, folder, window: None })
+    }
+
+    fn file(&self) -> PathBuf {
+        self.folder.path().join("graph.ron")
+    }
+
+    /// What the file says.
+    fn text(&self) -> String {
+        fs::read_to_string(self.file()).expect("a text")
+    }
+
+    /// What the journal says, if it says anything.
+    fn journal(&self) -> Option<Recovered> {
+        fs::read(self.folder.path().join(".graph.ron.journal")).ok().and_then(|bytes| recover(&bytes).ok())
+    }
+
+    /// The work as the journal has it.
+    fn work(&self) -> Option<Document> {
+        Some(document(&self.journal()?.text))
+    }
+
+    /// Waits until the journal has what is looked for.
+    #[track_caller]
+    fn until<T>(&self, what: &str, look: impl Fn(&Document) -> Option<T>) -> T {
+        until(what, || look(&self.work()?))
+    }
+
+    /// Starts the editor and waits for its window, which has the keys then.
+    #[track_caller]
+    fn start(&mut self) {
+        let errors = fs::File::create(self.folder.path().join("errors")).expect("made");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_orograph"));
+        command.arg("edit").arg(self.file());
+        command.env("DISPLAY", &self.screen.name).env("WINIT_X11_SCALE_FACTOR", "1");
+        command.env("OROGRAPH_STATE", self.folder.path().join("state"));
+        command.env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+        let child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(errors).spawn().expect("it starts");
+        self.window = Some((child, String::new()));
+        let id = until("there is a window", || {
+            if let Some((child, _)) = &mut self.window
+                && let Some(status) = child.try_wait().expect("is a child")
+            {
+                let told = fs::read_to_string(self.folder.path().join("errors")).unwrap_or_default();
+                panic!("the editor has ended: {status}\n{told}");
+            }
+            self.screen.window("graph.ron")
+        });
+        // There is no program on this display that would give the window the keys.
+        until("the window has the keys", || {
+            self.screen.ask(&["windowfocus", &id])?;
+            (self.screen.ask(&["getwindowfocus"])?.trim() == id).then_some(())
+        });
+        if let Some((_, window)) = &mut self.window {
+            *window = id;
+        }
+    }
+
+    /// The window's title: of the file, marked where there is work that is not saved.
+    fn title(&self) -> String {
+        let id = self.window.as_ref().map_or("", |(_, id)| id);
+        self.screen.ask(&["getwindowname", id]).unwrap_or_default().trim().to_owned()
+    }
+
+    #[track_caller]
+    fn until_saved(&self) {
+        until("all is saved", || (self.title() == "graph.ron \u{2013} Orograph").then_some(()));
+    }
+
+    #[track_caller]
+    fn until_unsaved(&self) {
+        until("there is work that is not saved", || self.title().starts_with('\u{2022}').then_some(()));
+    }
+
+    /// Waits until the graph has the keys: they go where the pointer is, from the frame on that sees it there.
+    #[track_caller]
+    fn turn_to_graph(&self) {
+        self.screen.point(SIGN);
+        until("the pointer is seen over the graph", || {
+            let seen = self.screen.picture()?;
+            let around = |at: i32| (at - 12) as u32..(at + 12) as u32;
+            let mut pixels = around(SIGN[1]).flat_map(|y| around(SIGN[0]).map(move |x| (x, y)));
+            pixels.any(|(x, y)| seen.get_pixel(x, y)[0] > BRIGHT).then_some(())
+        });
+    }
+
+    /// Answers the question that stands at the start: the work is taken up. Its first button has the keys.
+    #[track_caller]
+    fn take_up(&self) {
+        until("the work is taken up", || {
+            self.screen.keys(&["Return"]);
+            std::thread::sleep(std::time::Duration::from_millis(200));
+            self.title().starts_with('\u{2022}').then_some(())
+        });
+    }
+
+    /// Adds a node by keys, with the pointer at a place of the graph, which has them.
+    fn add(&self, kind: &str, at: [i32; 2]) {
+        self.screen.point(at);
+        let letters = kind.chars().map(String::from).collect::<Vec<_>>();
+        let keys = ["Tab"].into_iter().chain(letters.iter().map(String::as_str)).chain(["Return"]);
+        self.screen.keys(&keys.collect::<Vec<_>>());
+    }
+
+    /// Ends the editor as a power cut would (`SIGKILL`).
+    fn kill(&mut self) {
+        if let Some((mut child, _)) = self.window.take() {
+            child.kill().expect("it still runs");
+            child.wait().expect("is a child");
+        }
+    }
+}
+
+impl Drop for Desk {
+    /// Leaves no program behind, and of a test that fails what was seen and told.
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            let seen = Path::new(env!("CARGO_TARGET_TMPDIR")).join("window.png");
+            let saved = self.screen.picture().map(|picture| picture.save(&seen));
+            let told = fs::read_to_string(self.folder.path().join("errors")).unwrap_or_default();
+            let journal = self.journal().map(|journal| journal.text);
+            eprintln!(
+                "{}: {saved:?}\n{told}\nin the file: {}\nin the journal: {journal:?}",
+                seen.display(),
+                self.text()
+            );
+        }
+        if let Some((mut child, _)) = self.window.take() {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+fn document(text: &str) -> Document {
+    Document::parse(text, &orograph_nodes::registry())
+}

@@ -1,0 +1,132 @@
+//! A display of its own, with its pointer and keys, and what is seen on it.
+
+use std::{
+    io::{BufRead as _, BufReader},
+    process::{Child, Command, Stdio},
+    thread,
+    time::{Duration, Instant},
+};
+
+use image::RgbImage;
+
+/// Its size in pixels, which is that of the window: a smaller one is drawn sooner.
+pub(crate) const SIZE: [u32; 2] = [1280, 720];
+/// Longer than anything here takes on a busy machine without a graphics card.
+const PATIENCE: Duration = Duration::from_secs(90);
+/// The variable that makes a missing tool a failure.
+const VARIABLE: &str = "OROGRAPH_WINDOW_TESTS";
+/// The tools, each with what makes it end at once.
+const TOOLS: [(&str, &str); 3] = [("Xvfb", "-help"), ("xdotool", "version"), ("import", "-version")];
+
+/// Looks again and again until there is what is waited for.
+#[track_caller]
+pub(crate) fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(start.elapsed() < PATIENCE, "{what}: not after {PATIENCE:?}");
+        thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// A display that is in memory only.
+pub(crate) struct Screen {
+    server: Child,
+    /// As in `DISPLAY`.
+    pub(crate) name: String,
+}
+
+impl Screen {
+    /// Opens one; `None` where the tools for it are missing.
+    pub(crate) fn open() -> Option<Self> {
+        let missing = TOOLS.iter().find(|(tool, argument)| {
+            let quiet = |command: &mut Command| command.stdout(Stdio::null()).stderr(Stdio::null()).status();
+            quiet(Command::new(tool).arg(argument)).is_err()
+        });
+        if let Some((tool, _)) = missing {
+            assert!(std::env::var_os(VARIABLE).is_none(), "`{tool}` is not installed");
+            eprintln!("NOT TESTED: the real window, because `{tool}` is not installed");
+            return None;
+        }
+        let size = format!("{}x{}x24", SIZE[0], SIZE[1]);
+        let mut command = Command::new("Xvfb");
+        // It chooses a number that is free, and tells it when it is ready.
+        command.args(["-displayfd", "1", "-nolisten", "tcp", "-screen", "0", &size]);
+        let mut server = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("it starts");
+        let mut number = String::new();
+        let told = BufReader::new(server.stdout.take().expect("piped")).read_line(&mut number);
+        let name = format!(":{}", number.trim());
+        let screen = Self { server, name };
+        assert!(told.is_ok() && screen.name.len() > 1, "there is no display");
+        Some(screen)
+    }
+
+    /// What `xdotool` says; `None` when it cannot do what is asked.
+    pub(crate) fn ask(&self, arguments: &[&str]) -> Option<String> {
+        let output = self.tool("xdotool").args(arguments).output().expect("it runs");
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+    }
+
+    #[track_caller]
+    fn tell(&self, arguments: &[&str]) {
+        assert!(self.ask(arguments).is_some(), "{arguments:?}");
+    }
+
+    fn tool(&self, name: &str) -> Command {
+        let mut command = Command::new(name);
+        command.env("DISPLAY", &self.name).stderr(Stdio::null());
+        command
+    }
+
+    /// The window whose title has this text.
+    pub(crate) fn window(&self, title: &str) -> Option<String> {
+        self.ask(&["search", "--onlyvisible", "--name", title])?.lines().next().map(str::to_owned)
+    }
+
+    /// Presses keys, one after the other.
+    #[track_caller]
+    pub(crate) fn keys(&self, keys: &[&str]) {
+        self.tell(&[&["key", "--delay", "8"], keys].concat());
+    }
+
+    /// Moves the pointer, from beside the place, so that there is a movement in any case.
+    #[track_caller]
+    pub(crate) fn point(&self, at: [i32; 2]) {
+        self.step(at.map(|x| x - 1));
+        self.step(at);
+    }
+
+    #[track_caller]
+    fn step(&self, at: [i32; 2]) {
+        let [x, y] = at.map(|x| x.to_string());
+        self.tell(&["mousemove", &x, &y]);
+    }
+
+    /// Holds the button at one place and moves the pointer to another. The button is let go when `seen` finds what it
+    /// waits for: a window that draws seldom would take all of it for a click.
+    #[track_caller]
+    pub(crate) fn drag<T>(&self, what: &str, from: [i32; 2], to: [i32; 2], seen: impl FnMut() -> Option<T>) -> T {
+        self.point(from);
+        self.tell(&["mousedown", "1"]);
+        self.step([(from[0] + to[0]) / 2, (from[1] + to[1]) / 2]);
+        self.step(to);
+        let found = until(what, seen);
+        self.tell(&["mouseup", "1"]);
+        found
+    }
+
+    /// What is seen.
+    pub(crate) fn picture(&self) -> Option<RgbImage> {
+        let output = self.tool("import").args(["-window", "root", "-depth", "8", "rgb:-"]).output().ok()?;
+        RgbImage::from_raw(SIZE[0], SIZE[1], output.stdout)
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
