@@ -48,7 +48,7 @@ pub struct Form {
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub mesh: Option<MeshFormat>,
     /// The most triangles of a mesh
-    #[arg(long, value_name = "N", default_value_t = 500_000, requires = "mesh",
+    #[arg(long, value_name = "N", default_value_t = Form::TRIANGLES, requires = "mesh",
         value_parser = clap::value_parser!(u64).range(2..=MOST_TRIANGLES))]
     pub triangles: u64,
     /// Leave out the shaded pictures of heights (`NAME.preview.png`)
@@ -56,7 +56,24 @@ pub struct Form {
     pub no_preview: bool,
 }
 
+impl Default for Form {
+    /// What the command line writes when it is told nothing.
+    fn default() -> Self {
+        Self {
+            format: Format::Exr,
+            engine: None,
+            dither: false,
+            mesh: None,
+            triangles: Self::TRIANGLES,
+            no_preview: false,
+        }
+    }
+}
+
 impl Form {
+    /// The most triangles of a mesh, unless told otherwise.
+    const TRIANGLES: u64 = 500_000;
+
     /// The engine that an output is written for.
     fn engine_of(&self, ty: PortType) -> Option<Engine> {
         self.engine.filter(|_| ty == PortType::Height)

@@ -129,10 +129,10 @@ fn root(above: &mut [u32], mut run: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use orograph_graph::{Boundary, Cancel, Edge, Node, ParamValues, Warnings, Window, World, mix};
+    use orograph_graph::{Boundary, Edge, Window, World, mix};
 
     use super::*;
-    use crate::testing::world;
+    use crate::testing::{with_job, world};
 
     /// By a flood from each cell in turn.
     fn flooded(window: &Window, set: &[bool], corners: bool) -> Components {
@@ -170,27 +170,14 @@ mod tests {
 
     #[test]
     fn components_are_those_of_a_flood() {
-        let node = Node::DEFAULT;
-        let params = ParamValues::defaults(&[]);
         for (nx, ny) in [(40, 30), (1, 40), (53, 1), (2, 9), (9, 2)] {
             for (edge, share) in
                 [(Edge::Base, 2), (Edge::Base, 3), (Edge::Periodic, 2), (Edge::Periodic, 4), (Edge::Wall, 1)]
             {
                 let window = Window::whole(World { boundary: Boundary::all(edge), ..world(nx, ny, 1.0) });
                 let set: Vec<bool> = (0..nx * ny).map(|at| mix(at + share).is_multiple_of(share)).collect();
-                let job = Job {
-                    node: &node,
-                    params: &params,
-                    inputs: Vec::new(),
-                    window,
-                    folder: std::path::PathBuf::new(),
-                    cancel: Cancel::default(),
-                    progress: &|_| (),
-                    warnings: Warnings::default(),
-                    glimpses: None,
-                };
                 for corners in [false, true] {
-                    let found = components(&job, corners, |at| set[at]).expect("a result");
+                    let found = with_job(window, |job| components(job, corners, |at| set[at])).expect("a result");
                     assert_eq!(found, flooded(&window, &set, corners), "{nx} x {ny} {edge:?} {share} {corners}");
                 }
             }

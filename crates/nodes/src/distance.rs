@@ -137,10 +137,10 @@ impl Envelope {
 
 #[cfg(test)]
 mod tests {
-    use orograph_graph::{Boundary, Cancel, Edge, Node, ParamValues, Warnings, World, mix};
+    use orograph_graph::{Boundary, Edge, World, mix};
 
     use super::*;
-    use crate::testing::world;
+    use crate::testing::{with_job, world};
 
     /// Every pair of cells.
     fn brute_force(window: &Window, set: &[bool], limit: u32) -> Vec<u32> {
@@ -162,8 +162,6 @@ mod tests {
 
     #[test]
     fn distances_are_those_of_every_pair() {
-        let node = Node::DEFAULT;
-        let params = ParamValues::defaults(&[]);
         for (nx, ny) in [(64, 64), (1, 40), (53, 1), (7, 31)] {
             for (edge, share, limit) in [
                 (Edge::Base, 50, 200),
@@ -174,18 +172,7 @@ mod tests {
             ] {
                 let window = Window::whole(World { boundary: Boundary::all(edge), ..world(nx, ny, 1.0) });
                 let set: Vec<bool> = (0..nx * ny).map(|at| mix(at + share).is_multiple_of(share)).collect();
-                let job = Job {
-                    node: &node,
-                    params: &params,
-                    inputs: Vec::new(),
-                    window,
-                    folder: std::path::PathBuf::new(),
-                    cancel: Cancel::default(),
-                    progress: &|_| (),
-                    warnings: Warnings::default(),
-                    glimpses: None,
-                };
-                let found = squared(&job, [0.0, 1.0], limit, |at| set[at]).expect("a result");
+                let found = with_job(window, |job| squared(job, [0.0, 1.0], limit, |at| set[at])).expect("a result");
                 assert_eq!(found, brute_force(&window, &set, limit), "{nx} x {ny} {edge:?} {share} {limit}");
             }
         }

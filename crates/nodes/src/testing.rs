@@ -100,6 +100,32 @@ pub(crate) fn outputs_and_warnings(
     (outputs, job.warnings.take())
 }
 
+/// Lends a job of no node to what asks only for its window.
+pub(crate) fn with_job<T>(window: Window, work: impl FnOnce(&Job<'_>) -> T) -> T {
+    work(&Job {
+        node: &Node::DEFAULT,
+        params: &ParamValues::defaults(&[]),
+        inputs: Vec::new(),
+        window,
+        folder: std::path::PathBuf::new(),
+        cancel: Cancel::default(),
+        progress: &|_| (),
+        warnings: Warnings::default(),
+        glimpses: None,
+    })
+}
+
+/// The largest step between neighbours inside a field, and across its opposite sides.
+pub(crate) fn seams(field: &Field) -> [f32; 2] {
+    let [nx, ny] = [field.window().nx(), field.window().ny()];
+    let step = |a: usize, b: usize| (field.samples()[a] - field.samples()[b]).abs();
+    let rows = || (0..ny).flat_map(|j| (1..nx).map(move |i| (j * nx + i - 1, j * nx + i)));
+    let columns = || (1..ny).flat_map(|j| (0..nx).map(move |i| ((j - 1) * nx + i, j * nx + i)));
+    let sides = (0..ny).map(|j| (j * nx, (j + 1) * nx - 1)).chain((0..nx).map(|i| (i, (ny - 1) * nx + i)));
+    let most = |pairs: &mut dyn Iterator<Item = (usize, usize)>| pairs.map(|(a, b)| step(a, b)).fold(0.0, f32::max);
+    [most(&mut rows().chain(columns())), most(&mut { sides })]
+}
+
 /// The output of that name as a field.
 pub(crate) fn run(node: &Node, params: &ParamValues, fields: &[(&str, &Field)], output: &str) -> Field {
     let value = outputs(node, params, fields).expect("a result").take(output).expect("a declared output");

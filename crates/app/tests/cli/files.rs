@@ -78,7 +78,7 @@ fn land_in_three_dimensions() {
     };
     three_d("one.png", &[]).done();
     three_d("two.png", &[]).done();
-    assert!(fs::read(place.path("one.png")).unwrap() == fs::read(place.path("two.png")).unwrap(), "not the same twice");
+    assert!(place.bytes("one.png") == place.bytes("two.png"), "not the same twice");
     for (out, more) in [
         ("colour.png", &["--colour", "picture"][..]),
         ("sun.png", &["--sun", "90,12"]),
@@ -87,10 +87,7 @@ fn land_in_three_dimensions() {
         ("sea.png", &["--sea", "720", "--contours", "100", "--haze", "0", "--exaggeration", "2"]),
     ] {
         three_d(out, more).done();
-        assert!(
-            fs::read(place.path(out)).unwrap() != fs::read(place.path("one.png")).unwrap(),
-            "{more:?} does nothing"
-        );
+        assert!(place.bytes(out) != place.bytes("one.png"), "{more:?} does nothing");
     }
     three_d("no.png", &["--colour", "pictur"]).ended(1, &["did you mean `picture`?"]);
     three_d("no.png", &["--colour", "lake"]).ended(1, &["`--colour` takes colours"]);

@@ -13,7 +13,7 @@ fn hello() -> Harness<'static, App> {
     window
 }
 
-fn drag(window: &mut Harness<'_, App>, from: egui::Pos2, to: egui::Pos2) {
+pub fn drag(window: &mut Harness<'_, App>, from: egui::Pos2, to: egui::Pos2) {
     let button = |pos, pressed| Event::PointerButton {
         pos,
         button: PointerButton::Primary,

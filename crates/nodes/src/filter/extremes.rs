@@ -98,34 +98,21 @@ simd! {
 
 #[cfg(test)]
 mod tests {
-    use orograph_graph::{Boundary, Cancel, Edge, Node, ParamValues, Warnings, Window, World, mix};
+    use orograph_graph::{Boundary, Edge, Window, World, mix};
 
     use super::*;
-    use crate::testing::world;
+    use crate::testing::{with_job, world};
 
     #[test]
     fn the_highest_in_a_disc_is_that_of_every_pair() {
-        let node = Node::DEFAULT;
-        let params = ParamValues::defaults(&[]);
         for (nx, ny) in [(40, 33), (1, 30), (29, 1), (5, 61)] {
             for (edge, radius) in
                 [(Edge::Base, 0.4), (Edge::Base, 1.0), (Edge::Base, 4.7), (Edge::Base, 90.0), (Edge::Periodic, 3.2)]
             {
                 let window = Window::whole(World { boundary: Boundary::all(edge), ..world(nx, ny, 1.0) });
                 let samples: Vec<f32> = (0..nx * ny).map(|at| mix(at) as f32 * 1e-6 - 2000.0).collect();
-                let job = Job {
-                    node: &node,
-                    params: &params,
-                    inputs: Vec::new(),
-                    window,
-                    folder: std::path::PathBuf::new(),
-                    cancel: Cancel::default(),
-                    progress: &|_| (),
-                    warnings: Warnings::default(),
-                    glimpses: None,
-                };
-                let found = highest(&job, [0.0, 1.0], &samples, radius).expect("a result");
-                let least = lowest(&job, [0.0, 1.0], &samples, radius).expect("a result");
+                let found = with_job(window, |job| highest(job, [0.0, 1.0], &samples, radius)).expect("a result");
+                let least = with_job(window, |job| lowest(job, [0.0, 1.0], &samples, radius)).expect("a result");
                 let apart = |a: u32, b: u32, n: u32| {
                     let d = a.abs_diff(b);
                     if edge == Edge::Periodic { d.min(n - d) } else { d }

@@ -458,24 +458,13 @@ fn member(xs: &[i16], ys: &[i16], x: i16, y: i16, steps: &Steps, rank: u32) -> u
 
 #[cfg(test)]
 mod tests {
-    use orograph_graph::{Boundary, Cancel, Edge, Node, ParamValues, Warnings, Window, World, mix};
+    use orograph_graph::{Boundary, Edge, Window, World, mix};
 
     use super::*;
-    use crate::testing::world;
+    use crate::testing::{with_job, world};
 
     fn ranked(window: Window, samples: &[f32], radius_m: f64, share: f64) -> Vec<f32> {
-        let job = Job {
-            node: &Node::DEFAULT,
-            params: &ParamValues::defaults(&[]),
-            inputs: Vec::new(),
-            window,
-            folder: std::path::PathBuf::new(),
-            cancel: Cancel::default(),
-            progress: &|_| (),
-            warnings: Warnings::default(),
-            glimpses: None,
-        };
-        rank(&job, [0.0, 1.0], samples, radius_m, share, Beyond::Mirrored).expect("a result")
+        with_job(window, |job| rank(job, [0.0, 1.0], samples, radius_m, share, Beyond::Mirrored)).expect("a result")
     }
 
     /// Sorts the surroundings of each cell.

@@ -50,7 +50,7 @@ mod tests {
     use crate::{
         generate::noise::spectrum,
         math,
-        testing::{at_every_level, block_means, generate, moments, with_params, world},
+        testing::{at_every_level, block_means, generate, moments, seams, with_params, world},
     };
 
     const ROUGH: &str = "wavelength=700,octaves=9,lacunarity=2.13,gain=0.6,seed=5";
@@ -126,15 +126,10 @@ mod tests {
     #[test]
     fn opposite_sides_of_a_tile_fit_together() {
         let field = generate(Window::whole(world(256, 192, 10.0)), &NODE, "wavelength=700,tileable=true,gain=0.6");
-        let at = |i: usize, j: usize| field.samples()[j % 192 * 256 + i % 256];
-        let steepest =
-            |steps: &mut dyn Iterator<Item = [f32; 2]>| steps.fold(0.0, |s: f32, [a, b]| s.max((a - b).abs()));
-        let within = steepest(&mut (0..191 * 255).map(|k| [at(k % 255, k / 255), at(k % 255 + 1, k / 255)]));
-        assert!(steepest(&mut (0..192).map(|j| [at(255, j), at(256, j)])) <= within);
-        assert!(steepest(&mut (0..256).map(|i| [at(i, 191), at(i, 192)])) <= within);
-        let free = generate(Window::whole(world(256, 192, 10.0)), &NODE, "wavelength=700,gain=0.6");
-        let free = |i: usize, j: usize| free.samples()[j * 256 + i];
-        assert!(steepest(&mut (0..192).map(|j| [free(255, j), free(0, j)])) > 5.0 * within);
+        let [within, across] = seams(&field);
+        assert!(across <= within, "{across} {within}");
+        let free = seams(&generate(Window::whole(world(256, 192, 10.0)), &NODE, "wavelength=700,gain=0.6"));
+        assert!(free[1] > 5.0 * within, "{free:?} {within}");
     }
 
     /// The plain form of 2002: the sum of octaves of half the wavelength and half the height each, over the sum of their

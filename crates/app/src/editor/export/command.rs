@@ -64,14 +64,7 @@ mod tests {
 
     #[test]
     fn the_line_says_what_differs_from_the_defaults() {
-        let plain = Form {
-            format: Format::Exr,
-            engine: None,
-            dither: false,
-            mesh: None,
-            triangles: 500_000,
-            no_preview: false,
-        };
+        let plain = Form::default();
         assert_eq!(line(Path::new("a.ron"), Path::new("out"), &[], &plain, ""), "orograph run a.ron -o out");
         let form = Form {
             format: Format::Png16,

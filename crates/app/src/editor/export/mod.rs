@@ -47,14 +47,7 @@ pub(super) struct Export {
 
 impl Default for Export {
     fn default() -> Self {
-        let form = Form {
-            format: Format::Exr,
-            engine: None,
-            dither: false,
-            mesh: None,
-            triangles: 500_000,
-            no_preview: false,
-        };
+        let form = Form::default();
         Self {
             open: false,
             folder: String::new(),

@@ -29,7 +29,15 @@ pub(super) struct Brush {
     /// A part for the other tools.
     part: f64,
     hardness: f64,
-    stroke: Vec<[f64; 2]>,
+    stroke: Option<Painting>,
+}
+
+/// A stroke that is being made.
+#[derive(Debug)]
+struct Painting {
+    /// Where it goes.
+    canvas: Canvas,
+    points: Vec<[f64; 2]>,
 }
 
 impl Default for Brush {
@@ -40,15 +48,17 @@ impl Default for Brush {
             metres: 50.0,
             part: 1.0,
             hardness: Stroke::USUAL_HARDNESS,
-            stroke: Vec::new(),
+            stroke: None,
         }
     }
 }
 
 /// A parameter of strokes.
+#[derive(Debug)]
 struct Canvas {
     node: String,
     param: &'static str,
+    /// Those that are there.
     strokes: Vec<Stroke>,
 }
 
@@ -132,29 +142,27 @@ impl Brush {
     /// Goes on with a stroke, or ends it.
     pub(super) fn drag(&mut self, hand: &Hand, session: &mut Session) {
         if !hand.pressed {
-            if !self.stroke.is_empty() {
-                self.stroke.clear();
+            if self.stroke.take().is_some() {
                 session.end_gesture();
             }
             return;
         }
-        let (Some(place), Some(mut canvas)) = (hand.place, Canvas::of(session)) else { return };
+        let Some(place) = hand.place else { return };
         let radius = self.radius(session);
+        if self.stroke.is_none() {
+            self.stroke = Canvas::of(session).map(|canvas| Painting { canvas, points: Vec::new() });
+        }
+        let Some(Painting { canvas, points }) = &mut self.stroke else { return };
         let far = |last: &[f64; 2]| (place[0] - last[0]).hypot(place[1] - last[1]) >= 0.2 * radius;
-        let begins = self.stroke.is_empty();
-        if !begins && !self.stroke.last().is_none_or(far) {
+        if !points.last().is_none_or(far) {
             return;
         }
-        self.stroke.push(place.map(|metres| (metres * 10.0).round() / 10.0));
-        // The stroke so far stands there already; it is made anew with its new end.
-        if !begins {
-            canvas.strokes.pop();
-        }
+        points.push(place.map(|metres| (metres * 10.0).round() / 10.0));
         let strength = if self.tool.unit() == Unit::Metres { self.metres } else { self.part };
-        let stroke = Stroke { tool: self.tool, radius, strength, hardness: self.hardness, points: self.stroke.clone() };
-        canvas.strokes.push(stroke);
-        let value = ParamValue::Strokes(canvas.strokes);
-        session.gesture(&Edit::SetParam { node: canvas.node, param: canvas.param.to_owned(), value });
+        let stroke = Stroke { tool: self.tool, radius, strength, hardness: self.hardness, points: points.clone() };
+        let strokes = canvas.strokes.iter().cloned().chain([stroke]).collect();
+        let (node, param) = (canvas.node.clone(), canvas.param.to_owned());
+        session.gesture(&Edit::SetParam { node, param, value: ParamValue::Strokes(strokes) });
     }
 }
 

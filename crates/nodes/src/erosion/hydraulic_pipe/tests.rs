@@ -19,8 +19,8 @@ fn rough(world: World) -> Field {
 
 fn outcome(changes: &str, fields: &[(&str, &Field)]) -> (Field, Report) {
     let mut outputs = outputs(&NODE, &with_params(&NODE, changes), fields).expect("a result");
-    let height = outputs.take("height").unwrap().as_field().unwrap().clone();
-    let report = outputs.take("report").unwrap().as_report().unwrap().clone();
+    let height = outputs.take("height").expect("a declared output").as_field().expect("a field").clone();
+    let report = outputs.take("report").expect("a declared output").as_report().expect("a report").clone();
     (height, report)
 }
 
@@ -42,12 +42,12 @@ fn water_and_ground_are_conserved() {
         let land = rough(sides(world(96, 80, 5.0), edge));
         let (_, report) = outcome(changes, &[("height", &land)]);
         println!("{edge:?} {report:?}");
-        assert!(report.get("steps").unwrap() > 2000.0);
-        assert!(report.get("eroded").unwrap() > 100.0);
+        assert!(report.get("steps").expect("a measure") > 2000.0);
+        assert!(report.get("eroded").expect("a measure") > 100.0);
         for error in ["water_error", "solid_error"] {
-            assert!(report.get(error).unwrap().abs() < 1e-5, "{edge:?} {error}");
+            assert!(report.get(error).expect("a measure").abs() < 1e-5, "{edge:?} {error}");
         }
-        assert_eq!(report.get("water_out").unwrap() > 0.0, edge == Edge::Base || edge == Edge::Open);
+        assert_eq!(report.get("water_out").expect("a measure") > 0.0, edge == Edge::Base || edge == Edge::Open);
     }
 }
 
@@ -97,15 +97,16 @@ fn any_land_and_any_number_stay_finite() {
                     "duration=20, entrainment=100, capacity=10, acceleration=100000, rock=1",
                     "duration=20, law=webgl_erosion, transport=maccormack, river=100, river_radius=0",
                 ] {
-                    let mut outputs = outputs(&NODE, &with_params(&NODE, changes), &[("height", &height)]).unwrap();
+                    let mut outputs =
+                        outputs(&NODE, &with_params(&NODE, changes), &[("height", &height)]).expect("a result");
                     for name in ["water", "velocity", "sediment", "deposition", "flow"] {
-                        let value = outputs.take(name).unwrap();
-                        let all = value.as_field().unwrap().samples().iter().all(|v| v.is_finite());
+                        let value = outputs.take(name).expect("a declared output");
+                        let all = value.as_field().expect("a field").samples().iter().all(|v| v.is_finite());
                         assert!(all, "{name} of {nx} x {ny}, {edge:?}, {changes}");
                     }
-                    let after = outputs.take("height").unwrap();
+                    let after = outputs.take("height").expect("a declared output");
                     let holes = |f: &Field| f.samples().iter().map(|v| v.is_nan()).collect::<Vec<_>>();
-                    assert_eq!(holes(after.as_field().unwrap()), holes(&height));
+                    assert_eq!(holes(after.as_field().expect("a field")), holes(&height));
                 }
             }
         }
@@ -247,9 +248,9 @@ fn water_runs_down_the_slope() {
             let (cos, sin) = (libm::cos(degrees.to_radians()), libm::sin(degrees.to_radians()));
             let plane = field(sides(world(60, 60, 10.0), Edge::Open), |x, y| 900.0 - slope * (x * cos + y * sin));
             let params = with_params(&NODE, "duration=2400, acceleration=0, film=0.0001");
-            let mut outputs = outputs(&NODE, &params, &[("height", &plane)]).unwrap();
-            let [velocity, water] = ["velocity", "water"].map(|name| outputs.take(name).unwrap());
-            let (velocity, water) = (velocity.as_field().unwrap(), water.as_field().unwrap());
+            let mut outputs = outputs(&NODE, &params, &[("height", &plane)]).expect("a result");
+            let [velocity, water] = ["velocity", "water"].map(|name| outputs.take(name).expect("a declared output"));
+            let (velocity, water) = (velocity.as_field().expect("a field"), water.as_field().expect("a field"));
             let mean = |plane: &[f32]| -> f64 {
                 let cells = (30..50).flat_map(|j| (30..50).map(move |i| j * 60 + i));
                 cells.map(|at| f64::from(plane[at])).sum::<f64>() / 400.0
@@ -274,9 +275,9 @@ fn a_spring_gives_its_discharge() {
         let mut values = with_params(&NODE, &format!("duration=100, river=7, river_radius={radius}"));
         values.set("river_at", orograph_graph::ParamValue::Point([301.0, 299.0]));
         let dry = Field::constant(*land.window(), 0.0);
-        let mut outputs = outputs(&NODE, &values, &[("height", &land), ("rain", &dry)]).unwrap();
-        let report = outputs.take("report").unwrap();
-        let stored = report.as_report().unwrap().get("water_stored").unwrap();
+        let mut outputs = outputs(&NODE, &values, &[("height", &land), ("rain", &dry)]).expect("a result");
+        let report = outputs.take("report").expect("a declared output");
+        let stored = report.as_report().expect("a report").get("water_stored").expect("a result");
         assert!((stored / 700.0 - 1.0).abs() < 1e-4, "{n} {radius}: {stored}");
     }
 }
@@ -292,7 +293,7 @@ fn the_ground_decides_what_is_taken() {
     };
     let masked = lost("duration=900, talus=89", &[("erodibility", &half)]);
     assert!(masked.samples().chunks(80).all(|row| row[..40].iter().all(|&gain| gain >= 0.0)));
-    assert!(masked.range(0).unwrap().0 < -0.1);
+    assert!(masked.range(0).expect("a result").0 < -0.1);
     let bare = Field::constant(*land.window(), 0.0);
     let rock = lost("duration=900", &[("regolith", &bare)]);
     let loose = lost("duration=900", &[]);
@@ -312,7 +313,7 @@ fn ground_gives_way_above_the_critical_shear() {
     let land = rough(world(80, 64, 10.0));
     let eroded = |critical: f64| {
         let changes = format!("duration=900, talus=89, law=excess_shear, critical_shear={critical}");
-        outcome(&changes, &[("height", &land)]).1.get("eroded").unwrap()
+        outcome(&changes, &[("height", &land)]).1.get("eroded").expect("a result")
     };
     let taken = [1e5, 20.0, 1.0].map(eroded);
     assert!(taken[0] == 0.0 && taken[1] > 1.0 && taken[2] > 1.1 * taken[1], "{taken:?}");
@@ -323,7 +324,10 @@ fn ground_gives_way_above_the_critical_shear() {
 fn tracing_tells_what_it_loses() {
     let land = field(sides(world(96, 96, 10.0), Edge::Wall), |x, y| 60.0 * libm::sin(x / 150.0) * libm::cos(y / 130.0));
     let error = |transport: &str| {
-        outcome(&format!("duration=1800, transport={transport}"), &[("height", &land)]).1.get("solid_error").unwrap()
+        outcome(&format!("duration=1800, transport={transport}"), &[("height", &land)])
+            .1
+            .get("solid_error")
+            .expect("a result")
     };
     let errors = ["upwind", "semi_lagrangian", "maccormack"].map(error);
     assert!(errors[0].abs() < 1e-5 && errors[1..].iter().all(|error| error.abs() > 1e-3), "{errors:?}");
@@ -371,9 +375,9 @@ fn gullies_do_not_follow_the_axes() {
     let share = |changes: &str| {
         let [rain, regolith] = [40.0, 30.0].map(|value| Field::constant(*land.window(), value));
         let fields = [("height", &land), ("rain", &rain), ("regolith", &regolith)];
-        let mut outputs = outputs(&NODE, &with_params(&NODE, changes), &fields).unwrap();
-        let [change, water] = ["deposition", "water"].map(|name| outputs.take(name).unwrap());
-        let (change, water) = (change.as_field().unwrap().samples(), water.as_field().unwrap());
+        let mut outputs = outputs(&NODE, &with_params(&NODE, changes), &fields).expect("a result");
+        let [change, water] = ["deposition", "water"].map(|name| outputs.take(name).expect("a declared output"));
+        let (change, water) = (change.as_field().expect("a field").samples(), water.as_field().expect("a field"));
         let (mut near, mut all) = (0.0, 0.0);
         for (i, j) in (4..156).flat_map(|j| (4..156).map(move |i| (i, j))) {
             let at = |di: usize, dj: usize| f64::from(change[(j + dj - 1) * 160 + i + di - 1]);
@@ -384,7 +388,7 @@ fn gullies_do_not_follow_the_axes() {
                 near += steepness;
             }
         }
-        (near / all, water.range(0).unwrap().1)
+        (near / all, water.range(0).expect("a result").1)
     };
     let (wide, deepest) = share("duration=2400");
     assert!(wide < 0.29 && deepest < 4.0, "{wide} {deepest}");

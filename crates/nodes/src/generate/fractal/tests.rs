@@ -1,7 +1,7 @@
 //! Every kind against closed forms and what is known of it; what all kinds promise.
 
 use super::*;
-use crate::testing::{at_every_level, block_means, generate, moments, with_params, world};
+use crate::testing::{at_every_level, block_means, generate, moments, seams, with_params, world};
 
 const KINDS: [&str; 7] = ["billow", "hybrid", "heterogeneous", "eroded", "swiss", "jordan", "blend"];
 
@@ -126,11 +126,8 @@ fn opposite_sides_of_a_tile_fit_together() {
     for kind in KINDS {
         let changes = format!("kind={kind},wavelength=700,tileable=true");
         let field = generate(Window::whole(world(256, 192, 10.0)), &NODE, &changes);
-        let at = |i: usize, j: usize| field.samples()[j % 192 * 256 + i % 256];
-        let within =
-            (0..191 * 255).map(|k| (at(k % 255, k / 255) - at(k % 255 + 1, k / 255)).abs()).fold(0.0, f32::max);
-        assert!((0..192).all(|j| (at(255, j) - at(256, j)).abs() <= 1.2 * within), "{kind}");
-        assert!((0..256).all(|i| (at(i, 191) - at(i, 192)).abs() <= 1.2 * within), "{kind}");
+        let [within, across] = seams(&field);
+        assert!(across <= 1.2 * within, "{kind}: {across} {within}");
     }
 }
 
