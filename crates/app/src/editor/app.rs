@@ -31,7 +31,7 @@ enum Pane {
 /// The editor's window.
 pub struct App {
     panes: Panes,
-    tree: Tree<Pane>,
+    trees: [Tree<Pane>; 3],
     toasts: Toasts,
     questions: Questions,
     menu: Menu,
@@ -65,7 +65,7 @@ impl App {
         };
         let menu = Menu::new(&context.egui_ctx);
         let (toasts, questions) = (Toasts::default(), Questions::default());
-        Ok(Self { panes, tree: arrangement(), toasts, questions, menu })
+        Ok(Self { panes, trees: Room::ALL.map(arrangement), toasts, questions, menu })
     }
 
     /// The same with journals kept, so that a crash loses nothing, and with files followed that other programs change.
@@ -94,23 +94,60 @@ impl std::fmt::Debug for App {
     }
 }
 
-/// The land above the graph, what is selected beside both.
-fn arrangement() -> Tree<Pane> {
+/// How much room there is for panes; each has an arrangement of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Room {
+    /// For the land above the graph, and what is selected beside both.
+    Wide,
+    /// For one above the other.
+    Tall,
+    /// For one at a time.
+    Little,
+}
+
+impl Room {
+    const ALL: [Self; 3] = [Self::Wide, Self::Tall, Self::Little];
+    /// The least that panes side by side take, and the least that three on top of each other take, in points.
+    const LEAST: [egui::Vec2; 2] = [egui::vec2(620.0, 400.0), egui::vec2(300.0, 700.0)];
+
+    fn of(size: egui::Vec2) -> Self {
+        let fits = |least: egui::Vec2| size.x >= least.x && size.y >= least.y;
+        match Self::LEAST.map(fits) {
+            [true, _] => Self::Wide,
+            [_, true] => Self::Tall,
+            _ => Self::Little,
+        }
+    }
+}
+
+fn arrangement(room: Room) -> Tree<Pane> {
     let mut tiles = Tiles::default();
-    let viewport = tiles.insert_pane(Pane::Viewport);
-    let canvas = tiles.insert_pane(Pane::Canvas);
-    let inspector = tiles.insert_pane(Pane::Inspector);
-    let problems = tiles.insert_pane(Pane::Problems);
-    let mut column = egui_tiles::Linear::new(egui_tiles::LinearDir::Vertical, vec![viewport, canvas]);
-    column.shares.set_share(viewport, 0.56);
-    column.shares.set_share(canvas, 0.44);
-    let work = tiles.insert_container(column);
-    let side = tiles.insert_tab_tile(vec![inspector, problems]);
-    let mut linear = egui_tiles::Linear::new(egui_tiles::LinearDir::Horizontal, vec![work, side]);
-    linear.shares.set_share(work, 0.74);
-    linear.shares.set_share(side, 0.26);
-    let root = tiles.insert_container(linear);
-    Tree::new("panes", root, tiles)
+    let [viewport, canvas, inspector, problems] =
+        [Pane::Viewport, Pane::Canvas, Pane::Inspector, Pane::Problems].map(|pane| tiles.insert_pane(pane));
+    let row = |direction, parts: &[(TileId, f32)]| {
+        let mut linear = egui_tiles::Linear::new(direction, parts.iter().map(|(tile, _)| *tile).collect());
+        for (tile, share) in parts {
+            linear.shares.set_share(*tile, *share);
+        }
+        linear
+    };
+    let vertical = egui_tiles::LinearDir::Vertical;
+    let root = match room {
+        Room::Wide => {
+            let column = row(vertical, &[(viewport, 0.56), (canvas, 0.44)]);
+            let work = tiles.insert_container(column);
+            let side = tiles.insert_tab_tile(vec![inspector, problems]);
+            let whole = row(egui_tiles::LinearDir::Horizontal, &[(work, 0.74), (side, 0.26)]);
+            tiles.insert_container(whole)
+        }
+        Room::Tall => {
+            let side = tiles.insert_tab_tile(vec![inspector, problems]);
+            let column = row(vertical, &[(viewport, 0.35), (canvas, 0.35), (side, 0.3)]);
+            tiles.insert_container(column)
+        }
+        Room::Little => tiles.insert_tab_tile(vec![viewport, canvas, inspector, problems]),
+    };
+    Tree::new(format!("panes, {room:?}"), root, tiles)
 }
 
 impl eframe::App for App {
@@ -122,7 +159,10 @@ impl eframe::App for App {
         undo_keys(ui.ctx(), &mut self.panes.session);
         egui::Panel::top("menu").show(ui, |ui| self.menu.bar(ui, &mut self.panes.session));
         egui::Panel::bottom("status").show(ui, |ui| menu::status(ui, &mut self.panes.session));
-        egui::CentralPanel::default().show(ui, |ui| self.tree.ui(&mut self.panes, ui));
+        egui::CentralPanel::default().show(ui, |ui| {
+            let room = Room::of(ui.ctx().content_rect().size());
+            self.trees[room as usize].ui(&mut self.panes, ui);
+        });
         self.menu.above(ui.ctx(), &mut self.panes.session);
         self.questions.ui(ui.ctx(), &mut self.panes.session);
         self.toasts.ui(ui.ctx(), &mut self.panes.session);

@@ -510,6 +510,10 @@ fn it_is_drawn_in_dark_and_light_windows_of_any_size() {
         window.ctx.set_theme(theme);
         window.state_mut().session_mut().set_cells(64);
         settle(&mut window);
+        if name == "canvas_small" {
+            window.get_by_label("Graph").click();
+            window.run_steps(4);
+        }
         let pane = window.get_by_label("graph").rect();
         let picture = picture(&mut window, name);
         let pixel = |at: Pos2| picture.get_pixel((at.x * scale) as u32, (at.y * scale) as u32).0;

@@ -1,8 +1,12 @@
-//! Opening files.
+//! Opening files, whatever is wrong with them, with the machine or with the window.
 
-use orograph::editor::NodeState;
+use std::{collections::BTreeSet, fs, path::PathBuf, thread, time::Duration};
 
-use crate::{graph, settle, window};
+use egui_kittest::{Harness, kittest::Queryable as _};
+use orograph::editor::{App, Journals, NodeState, Session};
+use orograph_graph::{Edit, Input, Node, Output, PortType, Registry};
+
+use crate::{graph, picture, scratch, settle, window};
 
 #[test]
 fn a_file_opens_and_its_nodes_are_built() {
@@ -15,4 +19,178 @@ fn a_file_opens_and_its_nodes_are_built() {
         assert_eq!(session.node(node).state, NodeState::Fresh, "{node}");
     }
     assert_eq!(session.built("rivers.height").map(|built| built.cells), Some(64));
+}
+
+fn wait(session: &mut Session) {
+    for _ in 0..3000 {
+        session.poll();
+        if !session.is_busy() {
+            return;
+        }
+        thread::sleep(Duration::from_millis(10));
+    }
+    panic!("the worker is still busy");
+}
+
+fn failure(session: &Session, node: &str) -> String {
+    match session.node(node).state {
+        NodeState::Failed { message, .. } => message,
+        other => panic!("{node}: {other:?}"),
+    }
+}
+
+#[test]
+fn a_file_that_is_missing_is_named_and_read_when_it_comes() {
+    let folder = scratch(
+        r#"(world: (size: "4 km", cells: 64), nodes: { "dem": Import(file: "land.tif"), "b": Terrace(height: "dem"), "c": Perlin }, outputs: { "h": "b" })"#,
+    );
+    let path = folder.path().join("graph.ron");
+    let mut session = Session::open(Some(path), orograph_nodes::registry(), || {}).expect("it opens");
+    session.keep(Journals::with_state(folder.path()), || {});
+    wait(&mut session);
+    for node in ["dem", "b"] {
+        let message = failure(&session, node);
+        assert!(message.contains("land.tif") && message.contains("dem"), "{message}");
+    }
+    assert_eq!(session.node("c").state, NodeState::Fresh, "what does not read it is built");
+    fs::copy(graph("../tests/data/glencoe_128.tif"), folder.path().join("land.tif")).expect("copied");
+    for _ in 0..1000 {
+        session.poll();
+        if session.node("b").state == NodeState::Fresh {
+            break;
+        }
+        thread::sleep(Duration::from_millis(10));
+    }
+    for node in ["dem", "b", "c"] {
+        assert_eq!(session.node(node).state, NodeState::Fresh, "{node}");
+    }
+}
+
+static PANICS: Node = Node {
+    id: "Panics",
+    category: "generate",
+    inputs: &[Input::needs("height", PortType::Height, "H.")],
+    outputs: &[Output::gives("height", PortType::Height, "H.")],
+    cpu: |_| panic!("out of luck"),
+    ..Node::DEFAULT
+};
+
+#[test]
+fn a_node_that_panics_takes_no_other_with_it() {
+    let folder = scratch(
+        r#"(world: (size: "4 km", cells: 64), nodes: { "a": Perlin, "bad": Panics(height: "a"), "b": Terrace(height: "bad"), "c": Terrace(height: "a") }, outputs: { "h": "b" })"#,
+    );
+    let registry = orograph_nodes::registry();
+    let registry = Registry::new(registry.nodes().iter().copied().chain([&PANICS]));
+    let mut session = Session::open(Some(folder.path().join("graph.ron")), registry, || {}).expect("it opens");
+    wait(&mut session);
+    assert!(failure(&session, "bad").contains("out of luck"));
+    assert!(matches!(session.node("b").state, NodeState::Failed { at: Some(at), .. } if at == "bad"));
+    assert_eq!([session.node("a").state, session.node("c").state], [NodeState::Fresh, NodeState::Fresh]);
+    // The worker goes on.
+    session.apply(&Edit::Connect { from: "a".into(), to: "b".into(), input: "height".into() });
+    wait(&mut session);
+    assert_eq!(session.node("b").state, NodeState::Fresh);
+}
+
+#[test]
+fn a_world_beyond_all_bounds_is_a_problem_and_no_more() {
+    let folder = scratch("(world: (cells: 40000), nodes: { \"a\": Constant }, outputs: { \"h\": \"a\" })");
+    let mut window = window(Some(folder.path().join("graph.ron")));
+    window.run_steps(4);
+    assert!(window.state().session().document().has_errors());
+    window.get_by_label("Problems (1)");
+}
+
+#[test]
+fn land_wider_than_textures_is_shown() {
+    let folder = scratch(
+        r#"(world: (size: ("200 km", "400 m"), cells: (20000, 40)), nodes: { "a": Perlin(wavelength: "9 km") }, outputs: { "h": "a" })"#,
+    );
+    let mut window = window(Some(folder.path().join("graph.ron")));
+    window.state_mut().session_mut().set_cells(20_000);
+    settle(&mut window);
+    assert_eq!(window.state().session().built("a.height").map(|built| built.cells), Some(20_000));
+    let land = picture(&mut window, "wide");
+    window.get_by_label("Map").click();
+    let map = picture(&mut window, "wide_map");
+    for (name, picture) in [("3D", &land), ("map", &map)] {
+        let pane = (100..440).flat_map(|y| (20..900).map(move |x| picture.get_pixel(x, y).0));
+        let colours = pane.collect::<BTreeSet<[u8; 4]>>().len();
+        assert!(colours > 30, "{name}: {colours}");
+    }
+}
+
+#[test]
+fn without_a_graphics_device_the_land_is_a_map() {
+    let file = graph("hello.ron");
+    let mut window: Harness<'static, App> =
+        Harness::builder().with_size([1280.0, 800.0]).with_max_steps(64).build_eframe(|context| {
+            context.wgpu_render_state = None;
+            App::new(context, Some(file)).expect("the file can be read")
+        });
+    window.state_mut().session_mut().set_cells(64);
+    settle(&mut window);
+    window.get_by_label("3D").hover();
+    window.run_steps(40);
+    assert!(window.query_by_label_contains("no graphics device was found").is_some(), "it says why");
+    let map = picture(&mut window, "no_device");
+    assert!((100..400).map(|y| map.get_pixel(475, y).0).collect::<BTreeSet<[u8; 4]>>().len() > 30);
+}
+
+#[test]
+fn a_graphics_device_that_is_lost_takes_no_work_with_it() {
+    let folder = scratch("(world: (cells: 64), nodes: { \"a\": Perlin }, outputs: { \"h\": \"a\" })");
+    let path: PathBuf = folder.path().join("graph.ron");
+    let mut state = None;
+    let mut window = {
+        let state = &mut state;
+        Harness::builder().with_size([1280.0, 800.0]).with_max_steps(64).wgpu().build_eframe(move |context| {
+            state.clone_from(&context.wgpu_render_state);
+            App::new(context, Some(path)).expect("the file can be read")
+        })
+    };
+    settle(&mut window);
+    window.run_steps(8);
+    state.expect("there is a device").device.destroy();
+    let add = Edit::SetText { node: "a".into(), name: "wavelength".into(), text: "700".into() };
+    assert!(window.state_mut().session_mut().apply(&add));
+    settle(&mut window);
+    for _ in 0..20 {
+        window.step();
+        thread::sleep(Duration::from_millis(10));
+    }
+    let session = window.state_mut().session_mut();
+    assert!(session.save());
+    assert!(fs::read_to_string(folder.path().join("graph.ron")).expect("there").contains("700"));
+}
+
+#[test]
+fn a_window_has_as_many_panes_as_it_has_room_for() {
+    for (name, size, scale, seen) in [
+        ("window_wide", [1280.0, 800.0], 1.0, [true, true, true]),
+        ("window_scaled", [853.0, 533.0], 1.5, [true, true, true]),
+        ("window_tall", [420.0, 900.0], 1.0, [true, true, true]),
+        ("window_small", [400.0, 300.0], 1.0, [true, false, false]),
+    ] {
+        let mut window = window(Some(graph("alps.ron")));
+        window.set_size(size.into());
+        window.set_pixels_per_point(scale);
+        window.state_mut().session_mut().set_cells(64);
+        window.state_mut().session_mut().select_only("rivers");
+        settle(&mut window);
+        picture(&mut window, name);
+        let has = |window: &Harness<'_, App>| {
+            ["Whole", "graph", "uplift"].map(|label| window.query_all_by_label(label).next().is_some())
+        };
+        assert_eq!(has(&window), seen, "{name}");
+        if seen != [true; 3] {
+            for (tab, seen) in [("Graph", [false, true, false]), ("Inspector", [false, false, true])] {
+                window.get_by_label(tab).click();
+                window.run_steps(4);
+                assert_eq!(has(&window), seen, "{name}: {tab}");
+                picture(&mut window, &format!("{name}_{}", tab.to_lowercase()));
+            }
+        }
+    }
 }

@@ -55,9 +55,10 @@ impl Painter {
         let (outbox, inbox) = channel();
         let (context, field, ty) = (context.clone(), shown.field.clone(), shown.ty);
         let contours = key.contours;
+        let most = context.input(|input| input.max_texture_side) as u32;
         rayon::spawn(move || {
             // Nobody waits for it any more when the window is closed.
-            let _ = outbox.send(image(&field, ty, contours));
+            let _ = outbox.send(image(&picture::shrunk(&field, most), ty, contours));
             context.request_repaint();
         });
         self.work = Some((key, inbox));
