@@ -41,7 +41,8 @@ fn declaration(node: &Node) -> Vec<String> {
             Kind::Stops { default } => {
                 format!("stops {}", default.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "))
             }
-            Kind::Strokes { hard } => format!("strokes in {hard:?}"),
+            Kind::Strokes { hard, timed: false } => format!("strokes in {hard:?}"),
+            Kind::Strokes { hard, timed: true } => format!("timed strokes in {hard:?}"),
             Kind::File => "file".to_owned(),
         };
         lines.push(format!("param {} [{:?}]: {kind}", spec.name, spec.unit));

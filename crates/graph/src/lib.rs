@@ -18,6 +18,7 @@ mod lines;
 mod migrate;
 mod node;
 mod param;
+mod process;
 mod registry;
 mod report;
 mod suggest;
@@ -33,18 +34,19 @@ pub use document::{
     NamedParameter, NodeEntry, OutputDecl, Place, Recovered, SUBGRAPH, Scribe, Splice, UsedGraph, diff, format_source,
     recover,
 };
-pub use eval::{DiskCacheOptions, EvalError, Evaluator, EvaluatorOptions, Event, Key, Origin};
+pub use eval::{DiskCacheOptions, EvalError, Evaluator, EvaluatorOptions, Event, Key, Live, Origin};
 pub use field::Field;
 pub use graph::{Graph, GraphError, Instance, Port, Wire};
 pub use job::{Cancel, Glimpses, InputValue, Job, Lane, NodeError, Outputs, Warnings, mix};
 pub use lines::{Line, Lines, Vertex};
 pub use migrate::{Migration, Step};
-pub use node::{Exactness, Fallback, Input, Kernel, Node, Output, OutputType, Reach, Resolution};
+pub use node::{Begin, Exactness, Fallback, Input, Kernel, Node, Output, OutputType, Reach, Resolution};
 pub use param::{
     ColourStops, CurvePoints, FileName, Kind, ParamSpec, ParamType, ParamValue, ParamValues, PathPoints, Seed, Stroke,
-    Strokes, Tool, check_value, range_text,
+    Strokes, TimedStrokes, Tool, check_value, range_text,
 };
 pub use petgraph::stable_graph::NodeIndex;
+pub use process::{Moment, Process};
 pub use registry::Registry;
 pub use report::{Axis, Measure, Report, Series};
 pub use suggest::closest;

@@ -4,6 +4,7 @@ use crate::{
     job::{Job, NodeError, Outputs},
     migrate::Migration,
     param::{ParamSpec, ParamValues},
+    process::Process,
     unit::Unit,
     value::PortType,
 };
@@ -41,6 +42,8 @@ pub struct Node {
     pub reach: Reach,
     /// The definition of its result.
     pub cpu: Kernel,
+    /// How what it does begins, for who runs it step by step; `None` for a node that cannot be.
+    pub process: Option<Begin>,
     /// Whether the result is equal to the last bit on every machine and thread count.
     pub exactness: Exactness,
     /// How results at different cell sizes are related.
@@ -52,6 +55,9 @@ pub struct Node {
 
 /// A kernel: a pure function of the job.
 pub type Kernel = fn(&Job<'_>) -> Result<Outputs, NodeError>;
+
+/// Begins a [`Process`].
+pub type Begin = fn(&Job<'_>) -> Result<Box<dyn Process>, NodeError>;
 
 impl Node {
     /// Blank fields for `..Node::DEFAULT`.
@@ -70,6 +76,7 @@ impl Node {
         declared: &[],
         reach: Reach::Point,
         cpu: |_| Err(NodeError::failed("this node has no kernel")),
+        process: None,
         exactness: Exactness::Exact,
         resolution: Resolution::Within(0.05),
         example: "",

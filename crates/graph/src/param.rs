@@ -5,7 +5,7 @@ mod types;
 
 use std::{collections::BTreeMap, fmt};
 
-pub use stroke::{Stroke, Strokes, Tool};
+pub use stroke::{Stroke, Strokes, TimedStrokes, Tool};
 pub use types::{ColourStops, CurvePoints, FileName, ParamType, PathPoints, Seed};
 
 use crate::{
@@ -92,6 +92,8 @@ pub enum Kind {
     Strokes {
         /// Where the points may be, for each component.
         hard: [f64; 2],
+        /// Whether each has a time at which it acts.
+        timed: bool,
     },
     /// A file, relative to the graph's.
     File,
@@ -182,8 +184,11 @@ impl Kind {
             Self::Stops { .. } => {
                 "a list of values and their colours `[(0, \"#7a9e77\"), ...]`, the values rising".to_owned()
             }
-            Self::Strokes { .. } => {
-                "a list of strokes `[(tool: raise, radius: 200, strength: 30, points: [(x, y), ...]), ...]`".to_owned()
+            Self::Strokes { timed, .. } => {
+                let time = if *timed { "time: 600, " } else { "" };
+                format!(
+                    "a list of strokes `[(tool: raise, radius: 200, strength: 30, {time}points: [(x, y), ...]), ...]`"
+                )
             }
             Self::File => "a file name in quotes, relative to the graph file".to_owned(),
         }
@@ -325,7 +330,7 @@ pub fn check_value(spec: &ParamSpec, value: &ParamValue) -> Result<(), String> {
                 None => Ok(()),
             }
         }
-        (Kind::Strokes { hard }, ParamValue::Strokes(strokes)) => stroke::check(strokes, *hard)
+        (Kind::Strokes { hard, timed }, ParamValue::Strokes(strokes)) => stroke::check(strokes, *hard, *timed)
             .map_err(|(number, wrong)| format!("stroke {number} of `{}`: {wrong}", spec.name)),
         (Kind::Bool { .. }, ParamValue::Bool(_))
         | (Kind::Seed { .. }, ParamValue::Seed(_))
@@ -350,7 +355,7 @@ impl Kind {
 /// Declares a node's parameters once: a typed struct `Params`, its specs and its reader.
 ///
 /// A row is `name: type = default, Unit, hard range;` with an optional `soft lo..=hi` before the semicolon. The type is
-/// one of `f64`, `i64`, `bool`, [`Seed`], `[f64; 2]`, [`CurvePoints`], [`PathPoints`], [`ColourStops`], [`Strokes`], [`FileName`] or a [`choice!`](crate::choice)
+/// one of `f64`, `i64`, `bool`, [`Seed`], `[f64; 2]`, [`CurvePoints`], [`PathPoints`], [`ColourStops`], [`Strokes`], [`TimedStrokes`], [`FileName`] or a [`choice!`](crate::choice)
 /// enum; types without a range write `..`.
 ///
 /// ```

@@ -24,6 +24,7 @@ pub mod raster;
 pub mod render;
 pub mod select;
 pub mod simd;
+mod strokes;
 pub mod tectonics;
 #[cfg(test)]
 mod testing;

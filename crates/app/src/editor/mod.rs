@@ -16,6 +16,7 @@ mod dialog;
 mod export;
 mod gallery;
 mod inspector;
+mod live;
 mod menu;
 mod problems;
 mod questions;
@@ -29,7 +30,7 @@ pub mod worker;
 use std::path::PathBuf;
 
 pub use app::App;
-pub use session::{Answer, Journals, Lost, NodeState, Note, Question, Session, Wish};
+pub use session::{Answer, Journals, Lost, NodeState, Note, Question, Session, Simulation, Wish};
 
 use crate::failure::Failure;
 

@@ -16,9 +16,11 @@ use std::{
 };
 
 use orograph_graph::{
-    Cancel, EvalError, Evaluator, EvaluatorOptions, Event, Graph, Origin, Port, Value, Window, World,
+    Cancel, EvalError, Evaluator, EvaluatorOptions, Event, Graph, Moment, Origin, Port, Value, Window, World,
 };
 
+use super::live::Bench;
+pub use super::live::{Ask, Subject};
 use crate::failure::Failure;
 
 /// Cells along the longer side of the first, quick picture.
@@ -108,6 +110,26 @@ pub enum News {
         /// What it is.
         value: Value,
     },
+    /// The outputs of the node that is run live, as they are now.
+    Live {
+        /// Of which order.
+        revision: u64,
+        /// Where it is.
+        moment: Moment,
+        /// Whether it stands still while something is painted.
+        held: bool,
+        /// Cells along the longer side.
+        cells: u32,
+        /// The outputs, as `node.port`, with what they are.
+        values: Vec<(String, Value)>,
+    },
+    /// The node that is run live cannot go on.
+    LiveFailed {
+        /// Of which order.
+        revision: u64,
+        /// Why.
+        error: EvalError,
+    },
     /// A node tells that its result may not be what was meant.
     Warned {
         /// Of which order.
@@ -140,6 +162,7 @@ pub struct Worker {
     news: Receiver<News>,
     running: Arc<Mutex<Cancel>>,
     thread: Option<thread::JoinHandle<()>>,
+    bench: Bench,
 }
 
 impl Worker {
@@ -150,16 +173,18 @@ impl Worker {
     pub fn start(wake: impl Fn() + Send + Sync + 'static) -> Result<Self, Failure> {
         let options =
             EvaluatorOptions { memory_budget: MEMORY, glimpses: Some(GLIMPSES), ..EvaluatorOptions::default() };
-        let evaluator = Evaluator::new(options).map_err(|error| Failure::unable(error.to_string()))?;
+        let evaluator = Arc::new(Evaluator::new(options).map_err(|error| Failure::unable(error.to_string()))?);
+        let wake: Arc<dyn Fn() + Send + Sync> = Arc::new(wake);
         let (orders, inbox) = channel();
         let (outbox, news) = channel();
         let running = Arc::new(Mutex::new(Cancel::default()));
-        let desk = Desk { evaluator, outbox, running: Arc::clone(&running), wake: Box::new(wake) };
+        let bench = Bench::start(Arc::clone(&evaluator), outbox.clone(), Arc::clone(&wake))?;
+        let desk = Desk { evaluator, outbox, running: Arc::clone(&running), wake };
         let thread = thread::Builder::new()
             .name("worker".to_owned())
             .spawn(move || desk.work(&inbox))
             .map_err(|error| Failure::unable(format!("cannot start the worker thread: {error}")))?;
-        Ok(Self { orders: Some(orders), news, running, thread: Some(thread) })
+        Ok(Self { orders: Some(orders), news, running, thread: Some(thread), bench })
     }
 
     /// Takes an order, in place of the one before.
@@ -172,6 +197,11 @@ impl Worker {
             // The worker only ends when this end is dropped.
             let _ = orders.send(order);
         }
+    }
+
+    /// Asks for a node to be run step by step.
+    pub fn run_live(&self, ask: Ask) {
+        self.bench.ask(ask);
     }
 
     /// What it has to tell, oldest first.
@@ -193,10 +223,10 @@ impl Drop for Worker {
 
 /// The worker's own end.
 struct Desk {
-    evaluator: Evaluator,
+    evaluator: Arc<Evaluator>,
     outbox: Sender<News>,
     running: Arc<Mutex<Cancel>>,
-    wake: Box<dyn Fn() + Send + Sync>,
+    wake: Arc<dyn Fn() + Send + Sync>,
 }
 
 impl Desk {

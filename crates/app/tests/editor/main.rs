@@ -7,6 +7,7 @@ mod canvas;
 mod export;
 mod files;
 mod inspector;
+mod live;
 mod menu;
 mod opening;
 mod problems;

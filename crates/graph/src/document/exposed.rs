@@ -473,8 +473,8 @@ fn both(a: &Kind, b: &Kind) -> Option<Kind> {
         | (Kind::Seed { .. }, Kind::Seed { .. })
         | (Kind::Curve { .. }, Kind::Curve { .. })
         | (Kind::Stops { .. }, Kind::Stops { .. })
-        | (Kind::Strokes { .. }, Kind::Strokes { .. })
         | (Kind::File, Kind::File) => {}
+        (Kind::Strokes { timed, .. }, Kind::Strokes { timed: other, .. }) if timed == other => {}
         _ => return None,
     }
     Some(kind)

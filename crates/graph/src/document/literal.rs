@@ -218,6 +218,9 @@ fn stroke_text(stroke: &Stroke) -> String {
     if stroke.hardness != Stroke::USUAL_HARDNESS {
         said.push(format!("hardness: {}", number_text(stroke.hardness)));
     }
+    if stroke.time != 0.0 {
+        said.push(format!("time: {}", number_text(stroke.time)));
+    }
     let points = stroke.points.iter().map(|[x, y]| format!("({}, {})", number_text(*x), number_text(*y)));
     said.push(format!("points: [{}]", points.collect::<Vec<_>>().join(", ")));
     format!("({})", said.join(", "))
@@ -225,7 +228,7 @@ fn stroke_text(stroke: &Stroke) -> String {
 
 /// Reads a stroke: a record of `tool`, `radius`, `points`, and what differs from the usual.
 fn stroke(spec: &ParamSpec, literal: &Literal) -> Option<Result<Stroke, Misfit>> {
-    const FIELDS: [&str; 5] = ["tool", "radius", "strength", "hardness", "points"];
+    const FIELDS: [&str; 6] = ["tool", "radius", "strength", "hardness", "time", "points"];
     let Literal::Record(fields) = literal else { return None };
     if let Some((name, _)) = fields.iter().find(|(name, _)| !FIELDS.contains(&name.as_str())) {
         let misfit = Misfit::new("unknown-field", format!("a stroke of `{}` has no field `{name}`", spec.name));
@@ -240,8 +243,9 @@ fn stroke(spec: &ParamSpec, literal: &Literal) -> Option<Result<Stroke, Misfit>>
     else {
         return None;
     };
-    let Some(tool) = Tool::named(word) else {
-        let names = Tool::OPTIONS.iter().map(|(name, _)| *name);
+    let timed = matches!(spec.kind, Kind::Strokes { timed: true, .. });
+    let Some(tool) = Tool::named(word, timed) else {
+        let names = Tool::all(timed).iter().map(|tool| tool.name());
         let misfit = Misfit::new("value", format!("a stroke of `{}` has the tool `{word}`", spec.name));
         return Some(Err(misfit.hint(format!("there are {}", super::problems::list(names)))));
     };
@@ -256,6 +260,7 @@ fn stroke(spec: &ParamSpec, literal: &Literal) -> Option<Result<Stroke, Misfit>>
             radius: quantity(&format!("{}.radius", spec.name), Unit::Metres, radius)?,
             strength: number("strength", tool.unit(), tool.usual_strength())?,
             hardness: number("hardness", Unit::One, Stroke::USUAL_HARDNESS)?,
+            time: number("time", Unit::Seconds, 0.0)?,
             points: points.into_iter().collect::<Result<_, _>>()?,
         })
     })())
@@ -431,7 +436,7 @@ mod tests {
 
     #[test]
     fn strokes_are_read_with_what_is_usual_left_out() {
-        let kind = Kind::Strokes { hard: [-1e6, 1e6] };
+        let kind = Kind::Strokes { hard: [-1e6, 1e6], timed: false };
         let spec = ParamSpec { name: "strokes", doc: "Strokes.", unit: Unit::Metres, kind };
         let text = "[(tool: raise, radius: 200, strength: 30, points: [(0, 0), (50, 20.5)]), \
                     (tool: erase, radius: 80, hardness: 0.9, points: [(1, 2)])]";
@@ -452,8 +457,22 @@ mod tests {
             ("[(tool: raise, radius: 1, points: [(0, NaN)])]", "NaN"),
             ("[(tool: raise, radius: 1, points: [0])]", "takes a list of strokes"),
             ("(0, 0)", "takes a list of strokes"),
+            ("[(tool: rain, radius: 1, points: [(0, 0)])]", "the tool `rain`"),
+            ("[(tool: raise, radius: 1, time: 5, points: [(0, 0)])]", "`time` is 5"),
         ] {
             let misfit = param(&spec, &literal(text)).expect_err(text);
+            assert!(misfit.message.contains(said), "{text}: {}", misfit.message);
+        }
+        let timed = ParamSpec { kind: Kind::Strokes { hard: [-1e6, 1e6], timed: true }, ..spec };
+        let text = "[(tool: rain, radius: 1, strength: 50, time: 600, points: [(0, 0)])]";
+        let value = param(&timed, &literal(text)).expect("a stroke");
+        assert_eq!(value_text(&value), text);
+        assert_eq!(param(&timed, &literal(&text.replace("600", "\"10 min\""))), Ok(value));
+        for (text, said) in [
+            ("[(tool: smooth, radius: 1, points: [(0, 0)])]", "the tool `smooth`"),
+            ("[(tool: rain, radius: 1, time: -1, points: [(0, 0)])]", "`time` is -1"),
+        ] {
+            let misfit = param(&timed, &literal(text)).expect_err(text);
             assert!(misfit.message.contains(said), "{text}: {}", misfit.message);
         }
     }

@@ -24,7 +24,7 @@ use crate::{
 };
 
 /// Names the scheme of the keys; change it when what enters them or how it is written changes.
-const SCHEME: &str = "orograph evaluation key 1";
+const SCHEME: &str = "orograph evaluation key 2";
 
 /// A 128-bit hash of where a value comes from (the first half of a BLAKE3 hash).
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -89,38 +89,20 @@ pub(super) fn backend_of<'a>(chosen: &'a dyn Backend, node: &Node) -> &'a dyn Ba
 }
 
 fn key(step: &Step<'_>, backend: &dyn Backend, files: &[Stamped], earlier: &[Origins]) -> Key {
-    let node = step.instance.node;
     let mut hash = Hash::new(b'n');
-    hash.text(node.id);
-    hash.u32(node.version);
-    hash.world(&step.wanted.world);
+    hash.origin(step, files, earlier);
     hash.params(&step.instance.params);
-    for content in files.iter().flat_map(Stamped::contents) {
-        match content {
-            Some(content) => {
-                hash.bytes(b"+");
-                hash.bytes(content);
-            }
-            None => hash.bytes(b"-"),
-        }
-    }
-    for source in &step.inputs {
-        match source {
-            Source::Wire { step, output } => {
-                hash.bytes(b"w");
-                hash.bytes(&earlier[*step].key.0);
-                hash.u32(*output as u32);
-            }
-            Source::Constant(value) => {
-                hash.bytes(b"c");
-                hash.f64(*value);
-            }
-            Source::Absent => hash.bytes(b"-"),
-        }
-    }
+    let node = step.instance.node;
     if node.exactness != Exactness::Exact {
         hash.text(backend_of(backend, node).name());
     }
+    hash.finish()
+}
+
+/// What a step works on: its key, but for its parameters.
+pub(super) fn ground(step: &Step<'_>, origins: &Origins, earlier: &[Origins]) -> Key {
+    let mut hash = Hash::new(b'g');
+    hash.origin(step, &origins.files, earlier);
     hash.finish()
 }
 
@@ -132,6 +114,38 @@ impl Hash {
         let mut hash = blake3::Hasher::new_derive_key(SCHEME);
         hash.update(&[tag]);
         Self(hash)
+    }
+
+    /// The kind of a step, its world, its files and its inputs.
+    fn origin(&mut self, step: &Step<'_>, files: &[Stamped], earlier: &[Origins]) {
+        let hash = self;
+        let node = step.instance.node;
+        hash.text(node.id);
+        hash.u32(node.version);
+        hash.world(&step.wanted.world);
+        for content in files.iter().flat_map(Stamped::contents) {
+            match content {
+                Some(content) => {
+                    hash.bytes(b"+");
+                    hash.bytes(content);
+                }
+                None => hash.bytes(b"-"),
+            }
+        }
+        for source in &step.inputs {
+            match source {
+                Source::Wire { step, output } => {
+                    hash.bytes(b"w");
+                    hash.bytes(&earlier[*step].key.0);
+                    hash.u32(*output as u32);
+                }
+                Source::Constant(value) => {
+                    hash.bytes(b"c");
+                    hash.f64(*value);
+                }
+                Source::Absent => hash.bytes(b"-"),
+            }
+        }
     }
 
     fn bytes(&mut self, bytes: &[u8]) {
@@ -216,7 +230,9 @@ impl Hash {
                     self.u64(strokes.len() as u64);
                     for stroke in strokes {
                         self.text(stroke.tool.name());
-                        [stroke.radius, stroke.strength, stroke.hardness].iter().for_each(|v| self.f64(*v));
+                        [stroke.radius, stroke.strength, stroke.hardness, stroke.time]
+                            .iter()
+                            .for_each(|v| self.f64(*v));
                         self.u64(stroke.points.len() as u64);
                         stroke.points.as_flattened().iter().for_each(|v| self.f64(*v));
                     }

@@ -3,7 +3,8 @@
 //! A request is pulled up the wires: [`plan`] finds the nodes it needs and the window each is needed on, growing it by
 //! the nodes' reaches; [`key`] names each result by a hash of all that can change it; [`needs`] takes from the caches
 //! ([`cache`] in memory, [`disk`]) what they hold under those names; [`memory`] asks whether there is room for the rest;
-//! [`run`] computes it, independent nodes side by side; [`check`] holds each result against its declaration.
+//! [`run`] computes it, independent nodes side by side; [`check`] holds each result against its declaration. [`live`] runs one
+//! node step by step.
 
 mod cache;
 mod check;
@@ -12,6 +13,7 @@ mod error;
 mod event;
 mod files;
 mod key;
+mod live;
 mod memory;
 mod needs;
 mod plan;
@@ -24,6 +26,7 @@ use std::{fmt, num::NonZero, path::Path, path::PathBuf, sync::Arc, time::Duratio
 pub use error::EvalError;
 pub use event::{Event, Origin};
 pub use key::Key;
+pub use live::Live;
 
 use self::{cache::MemoryCache, disk::DiskCache, files::Files, needs::Needs, plan::Plan, run::Run};
 use crate::{

@@ -26,6 +26,7 @@ use super::{
     plan::{Plan, Source, Step},
 };
 use crate::{
+    graph::Instance,
     job::{Cancel, Glimpses, InputValue, Job, NodeError, Outputs, Warnings},
     value::Value,
     world::Window,
@@ -170,25 +171,10 @@ impl<'r> Run<'r> {
             glimpses: ticker.is_some().then_some(Glimpses { due: &due, take: &take }),
         };
         let backend = backend_of(&*self.evaluator.backend, node);
-        let outcome = catch_unwind(AssertUnwindSafe(|| backend.run(node, &job)));
+        let outcome = attempt(step.instance, &self.stop, || backend.run(node, &job));
         let warnings = job.warnings.take();
         drop(job);
-
-        let (name, id) = (|| step.instance.name.clone(), node.id);
-        let outputs = match outcome {
-            Ok(Ok(outputs)) => outputs,
-            Ok(Err(NodeError::Cancelled)) if self.stop.is_cancelled() => return Err(None),
-            Ok(Err(NodeError::Cancelled)) => {
-                let message = "it stopped as if cancelled, which nobody asked for".to_owned();
-                return Err(Some(EvalError::Node { node: name(), id, message, hint: None }));
-            }
-            Ok(Err(NodeError::Failed { message, hint })) => {
-                return Err(Some(EvalError::Node { node: name(), id, message, hint }));
-            }
-            Err(panic) => {
-                return Err(Some(EvalError::Panicked { node: name(), id, message: panic_message(&*panic) }));
-            }
-        };
+        let outputs = outcome.map_err(|error| Some(error).filter(|error| *error != EvalError::Cancelled))?;
         let values = check::take(step, outputs)?;
         for file in &self.origins[at].files {
             file.check_unchanged(&step.instance.name)?;
@@ -286,6 +272,25 @@ impl State {
         self.readers[step][output] -= 1;
         let value = if self.readers[step][output] == 0 { slot.take() } else { slot.clone() };
         value.expect("a step runs after those that it reads")
+    }
+}
+
+/// Runs a part of a node's code, and says why it gave nothing.
+pub(super) fn attempt<T>(
+    instance: &Instance,
+    cancel: &Cancel,
+    code: impl FnOnce() -> Result<T, NodeError>,
+) -> Result<T, EvalError> {
+    let (node, id) = (instance.name.clone(), instance.node.id);
+    match catch_unwind(AssertUnwindSafe(code)) {
+        Ok(Ok(value)) => Ok(value),
+        Ok(Err(NodeError::Cancelled)) if cancel.is_cancelled() => Err(EvalError::Cancelled),
+        Ok(Err(NodeError::Cancelled)) => {
+            let message = "it stopped as if cancelled, which nobody asked for".to_owned();
+            Err(EvalError::Node { node, id, message, hint: None })
+        }
+        Ok(Err(NodeError::Failed { message, hint })) => Err(EvalError::Node { node, id, message, hint }),
+        Err(panic) => Err(EvalError::Panicked { node, id, message: panic_message(&*panic) }),
     }
 }
 

@@ -231,8 +231,9 @@ impl Entry {
                 entry.ranges(spec.unit, *hard, *hard);
             }
             Kind::Stops { .. } => entry.ty = "colours [(value, \"#rrggbb\"), ...]".into(),
-            Kind::Strokes { hard } => {
-                entry.ty = "strokes [(tool, radius, points, ...), ...]".into();
+            Kind::Strokes { hard, timed } => {
+                let time = if *timed { "time, " } else { "" };
+                entry.ty = format!("strokes [(tool, radius, {time}points, ...), ...]");
                 entry.ranges(spec.unit, *hard, *hard);
             }
             Kind::File => {

@@ -4,6 +4,7 @@ mod files;
 mod journal;
 mod outside;
 mod recovery;
+mod simulation;
 mod unpacked;
 
 use std::{
@@ -18,6 +19,7 @@ use files::Opened;
 pub use files::{Answer, Question, Wish};
 pub use journal::Journals;
 pub use recovery::Lost;
+pub use simulation::Simulation;
 
 use self::{
     journal::{Found, Journal, Trouble},
@@ -108,6 +110,8 @@ pub struct Session {
     stale: bool,
     /// Whether the worker has more to tell of the present state.
     busy: bool,
+    /// The node that is run step by step, if one is.
+    simulation: Option<Simulation>,
     nodes: BTreeMap<String, NodeInfo>,
     /// By `node.port`: with few cells, with those asked for, and with those while its kernel goes on.
     built: BTreeMap<String, [Option<Built>; 3]>,
@@ -170,6 +174,7 @@ impl Session {
             worker: Worker::start(wake)?,
             stale: true,
             busy: false,
+            simulation: None,
             nodes: BTreeMap::new(),
             built: BTreeMap::new(),
             notes: Vec::new(),
@@ -377,6 +382,9 @@ impl Session {
     /// there are; else of an older state.
     #[must_use]
     pub fn built(&self, port: &str) -> Option<&Built> {
+        if let Some(live) = self.simulation.as_ref().and_then(|simulation| simulation.built(port)) {
+            return Some(live);
+        }
         let [quick, full, glimpse] = self.built.get(port)?;
         match (quick, full) {
             (_, full) if glimpse.is_some() && full.as_ref().is_none_or(|full| full.revision < self.revision) => {
@@ -423,6 +431,7 @@ impl Session {
         for [.., glimpse] in self.built.values_mut() {
             *glimpse = None;
         }
+        self.leave_what_is_gone();
     }
 
     /// Takes what the worker has to tell, and tells it what has changed. Called every frame; it returns at once.
@@ -439,6 +448,7 @@ impl Session {
         if std::mem::take(&mut self.stale) {
             self.busy = true;
             let order = self.order();
+            self.follow_simulation(&order);
             self.worker.submit(order);
         }
     }
@@ -456,10 +466,12 @@ impl Session {
         let first = |node| wanted(orograph_graph::Port { node, output: 0 });
         let with_outputs =
             graph.topological().into_iter().filter(|node| !graph.instance(*node).node.outputs.is_empty());
-        let small = with_outputs.filter_map(first).collect();
+        let behind = self.behind_simulation();
+        let small = with_outputs.filter(|node| !behind.contains(node)).filter_map(first).collect();
         let names = [self.shown(), self.compared.clone()].into_iter().flatten().chain(self.also.iter().cloned());
         let mut shown: Vec<Wanted> = Vec::new();
-        for wanted in names.filter_map(|name| graph.port(&name).ok()).filter_map(wanted) {
+        let ports = names.filter_map(|name| graph.port(&name).ok()).filter(|port| !behind.contains(&port.node));
+        for wanted in ports.filter_map(wanted) {
             if !shown.contains(&wanted) {
                 shown.push(wanted);
             }
@@ -515,6 +527,8 @@ impl Session {
                 let state = NodeState::Failed { message: error.to_string(), hint: error.hint(), at };
                 self.nodes.entry(node).or_default().state = state;
             }
+            News::Live { moment, held, cells, values, .. } => self.hear_simulation(moment, held, cells, values),
+            News::LiveFailed { error, .. } => self.hear_trouble(&error),
             News::Done { revision } if revision == self.revision => self.busy = false,
             News::Running { .. }
             | News::Glimpsed { .. }

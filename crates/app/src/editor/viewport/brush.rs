@@ -9,14 +9,18 @@ use orograph_graph::{Edit, Kind, ParamValue, Port, PortType, Stroke, Tool, Unit}
 use super::map::Hand;
 use crate::editor::Session;
 
-/// The tools with their names and what they do, in the order of the bar.
-const TOOLS: [(Tool, &str, &str); 5] = [
-    (Tool::Raise, "Raise", "Lift the land"),
-    (Tool::Lower, "Lower", "Lower the land"),
-    (Tool::Smooth, "Smooth", "Even out the land"),
-    (Tool::Mask, "Mask", "Add to the mask"),
-    (Tool::Erase, "Erase", "Take from the mask"),
-];
+/// What a tool is called, and what it does.
+const fn told(tool: Tool, timed: bool) -> (&'static str, &'static str) {
+    match tool {
+        Tool::Raise => ("Raise", "Lift the land"),
+        Tool::Lower => ("Lower", "Lower the land"),
+        Tool::Smooth => ("Smooth", "Even out the land"),
+        Tool::Mask => ("Mask", "Add to the mask"),
+        Tool::Erase if timed => ("Dry", "Take painted rain away"),
+        Tool::Erase => ("Erase", "Take from the mask"),
+        Tool::Rain => ("Rain", "Let more rain fall, from now on"),
+    }
+}
 
 /// The brush, and the stroke it is making.
 #[derive(Debug)]
@@ -26,6 +30,8 @@ pub(super) struct Brush {
     radius: Option<f64>,
     /// Metres for what raises and lowers.
     metres: f64,
+    /// Millimetres an hour for rain.
+    rain: f64,
     /// A part for the other tools.
     part: f64,
     hardness: f64,
@@ -38,6 +44,8 @@ struct Painting {
     /// Where it goes.
     canvas: Canvas,
     points: Vec<[f64; 2]>,
+    /// Whether it stands in the document as it is.
+    laid: bool,
 }
 
 impl Default for Brush {
@@ -46,6 +54,7 @@ impl Default for Brush {
             tool: Tool::Raise,
             radius: None,
             metres: 50.0,
+            rain: Tool::Rain.usual_strength(),
             part: 1.0,
             hardness: Stroke::USUAL_HARDNESS,
             stroke: None,
@@ -58,21 +67,33 @@ impl Default for Brush {
 struct Canvas {
     node: String,
     param: &'static str,
+    /// Whether strokes act at a time.
+    timed: bool,
     /// Those that are there.
     strokes: Vec<Stroke>,
 }
 
 impl Canvas {
-    /// That of the selected node, if it has one.
+    /// That of the selected node if it has one, else of the one that is run step by step.
     fn of(session: &Session) -> Option<Self> {
+        let of_node = |node: &str| Self::of_node(session, node);
+        let running = || session.simulation().and_then(|simulation| of_node(simulation.node()));
+        session.selected().and_then(of_node).or_else(running)
+    }
+
+    fn of_node(session: &Session, node: &str) -> Option<Self> {
         let graph = session.document().graph();
-        let instance = graph.instance(graph.find(session.selected()?).ok()?);
-        let spec = instance.node.specs().into_iter().find(|spec| matches!(spec.kind, Kind::Strokes { .. }))?;
+        let instance = graph.instance(graph.find(node).ok()?);
+        let mut specs = instance.node.specs().into_iter();
+        let (spec, timed) = specs.find_map(|spec| match spec.kind {
+            Kind::Strokes { timed, .. } => Some((spec, timed)),
+            _ => None,
+        })?;
         let strokes = match instance.params.get(spec.name) {
             Some(ParamValue::Strokes(strokes)) => strokes.clone(),
             _ => Vec::new(),
         };
-        Some(Self { node: instance.name.clone(), param: spec.name, strokes })
+        Some(Self { node: instance.name.clone(), param: spec.name, timed, strokes })
     }
 }
 
@@ -86,7 +107,7 @@ impl Brush {
     /// The row of choices of the brush.
     pub(super) fn bar(&mut self, ui: &mut egui::Ui, session: &mut Session) {
         ui.horizontal_wrapped(|ui| {
-            if Canvas::of(session).is_none() {
+            let Some(canvas) = Canvas::of(session) else {
                 ui.label("Select a node with strokes, or");
                 let shown = session.shown();
                 let add = egui::Button::new("paint on top of what is shown");
@@ -96,9 +117,14 @@ impl Brush {
                     lay(session, &shown);
                 }
                 return;
+            };
+            let tools = Tool::all(canvas.timed);
+            if !tools.contains(&self.tool) {
+                self.tool = Tool::Raise;
             }
-            for (tool, name, what) in TOOLS {
-                ui.selectable_value(&mut self.tool, tool, name).on_hover_text(what);
+            for tool in tools {
+                let (name, what) = told(*tool, canvas.timed);
+                ui.selectable_value(&mut self.tool, *tool, name).on_hover_text(what);
             }
             ui.separator();
             let mut radius = self.radius(session);
@@ -118,13 +144,14 @@ impl Brush {
                 Unit::Metres => {
                     ui.add(egui::DragValue::new(&mut self.metres).range(0.0..=10_000.0).speed(1.0).suffix(" m"))
                 }
+                Unit::MillimetresPerHour => {
+                    ui.add(egui::DragValue::new(&mut self.rain).range(0.0..=100_000.0).speed(5.0).suffix(" mm/h"))
+                }
                 _ => ui.add(egui::DragValue::new(&mut self.part).range(0.0..=1.0).speed(0.01)),
             };
             ui.label("Hardness");
             ui.add(egui::DragValue::new(&mut self.hardness).range(0.0..=1.0).speed(0.01));
-            if ui.button("Clear").on_hover_text("Take all strokes away").clicked()
-                && let Some(canvas) = Canvas::of(session)
-            {
+            if ui.button("Clear").on_hover_text("Take all strokes away").clicked() {
                 session.apply(&Edit::Reset { node: canvas.node, name: canvas.param.to_owned() });
             }
         });
@@ -141,28 +168,42 @@ impl Brush {
 
     /// Goes on with a stroke, or ends it.
     pub(super) fn drag(&mut self, hand: &Hand, session: &mut Session) {
-        if !hand.pressed {
-            if self.stroke.take().is_some() {
-                session.end_gesture();
+        if let Some(place) = hand.place.filter(|_| hand.pressed) {
+            let radius = self.radius(session);
+            if self.stroke.is_none() {
+                let begin = |canvas| Painting { canvas, points: Vec::new(), laid: true };
+                self.stroke = Canvas::of(session).map(begin);
             }
-            return;
+            let Some(Painting { points, laid, .. }) = &mut self.stroke else { return };
+            let far = |last: &[f64; 2]| (place[0] - last[0]).hypot(place[1] - last[1]) >= 0.2 * radius;
+            if points.last().is_none_or(far) {
+                points.push(place.map(|metres| (metres * 10.0).round() / 10.0));
+                *laid = false;
+            }
         }
-        let Some(place) = hand.place else { return };
+        self.lay(session);
+        if !hand.pressed && self.stroke.take_if(|stroke| stroke.laid).is_some() {
+            session.end_gesture();
+            session.release_simulation();
+        }
+    }
+
+    /// Brings what has been drawn into the document. What runs comes to a stand before; until it does, nothing is done.
+    fn lay(&mut self, session: &mut Session) {
         let radius = self.radius(session);
-        if self.stroke.is_none() {
-            self.stroke = Canvas::of(session).map(|canvas| Painting { canvas, points: Vec::new() });
-        }
-        let Some(Painting { canvas, points }) = &mut self.stroke else { return };
-        let far = |last: &[f64; 2]| (place[0] - last[0]).hypot(place[1] - last[1]) >= 0.2 * radius;
-        if !points.last().is_none_or(far) {
-            return;
-        }
-        points.push(place.map(|metres| (metres * 10.0).round() / 10.0));
-        let strength = if self.tool.unit() == Unit::Metres { self.metres } else { self.part };
-        let stroke = Stroke { tool: self.tool, radius, strength, hardness: self.hardness, points: points.clone() };
+        let strength = match self.tool.unit() {
+            Unit::Metres => self.metres,
+            Unit::MillimetresPerHour => self.rain,
+            _ => self.part,
+        };
+        let Some(Painting { canvas, points, laid: laid @ false }) = &mut self.stroke else { return };
+        let Some(time) = session.time_of_stroke(&canvas.node) else { return };
+        let (tool, hardness, points) = (self.tool, self.hardness, points.clone());
+        let stroke = Stroke { tool, radius, strength, hardness, time, points };
         let strokes = canvas.strokes.iter().cloned().chain([stroke]).collect();
         let (node, param) = (canvas.node.clone(), canvas.param.to_owned());
         session.gesture(&Edit::SetParam { node, param, value: ParamValue::Strokes(strokes) });
+        *laid = true;
     }
 }
 
@@ -171,7 +212,7 @@ fn lay(session: &mut Session, shown: &str) {
     let document = session.document();
     let has_strokes = |node: &&'static orograph_graph::Node| {
         let specs = node.specs();
-        let paints = specs.iter().any(|spec| matches!(spec.kind, Kind::Strokes { .. }));
+        let paints = specs.iter().any(|spec| matches!(spec.kind, Kind::Strokes { timed: false, .. }));
         paints && node.inputs.iter().any(|input| input.ty == PortType::Height)
     };
     let Some(kind) = document.registry().nodes().iter().copied().find(has_strokes) else {

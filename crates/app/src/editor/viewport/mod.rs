@@ -4,6 +4,7 @@ mod brush;
 mod camera;
 mod drape;
 mod landscape;
+mod live;
 mod look;
 mod map;
 mod painter;
@@ -59,6 +60,7 @@ pub(super) struct Viewport {
     painter: Painter,
     profile: Profile,
     brush: Brush,
+    live: live::Bar,
 }
 
 /// An output as it is there now.
@@ -91,6 +93,7 @@ impl Viewport {
             painter: Painter::default(),
             profile: Profile::default(),
             brush: Brush::default(),
+            live: live::Bar::default(),
         }
     }
 
@@ -165,6 +168,7 @@ impl Viewport {
                 }
             }
             compare(ui, session);
+            live::toggle(ui, session);
             if ui.button("Whole").on_hover_text("Show the whole world").clicked() {
                 self.map.fit();
                 if let Ok(landscape) = &mut self.landscape {
@@ -180,6 +184,7 @@ impl Viewport {
                 ui.menu_button("Look", |ui| self.look.menu(ui, session));
             }
         });
+        self.live.bar(ui, session);
         if self.tool == Tool::Brush {
             self.brush.bar(ui, session);
         }
@@ -259,6 +264,9 @@ fn shown(session: &Session, port: &str) -> Option<Shown> {
     let Value::Field(field) = &built.value else { return None };
     let graph = session.document().graph();
     let ty = graph.output_type(graph.port(port).ok()?);
-    let fresh = built.revision == session.revision() && built.step == 0 && !session.is_busy();
+    let live = session
+        .simulation()
+        .is_some_and(|simulation| port.split_once('.').is_some_and(|(node, _)| node == simulation.node()));
+    let fresh = live || built.revision == session.revision() && built.step == 0 && !session.is_busy();
     Some(Shown { port: port.to_owned(), ty, field: field.clone(), revision: built.revision, step: built.step, fresh })
 }

@@ -3,6 +3,7 @@
 mod caches;
 mod faults;
 mod keys;
+mod live;
 mod pull;
 mod random;
 mod running;

@@ -1,42 +1,46 @@
 //! Where the water and the ground have gone.
 
 use super::{
-    band::State,
+    band::{Scene, State},
     run::{Pacing, Run},
 };
 use crate::prelude::*;
 
 /// Sum over the world's rows of the sums of rows, in order, so that it is the same for any number of bands.
-fn total(run: &Run<'_>, row: impl Fn(usize) -> f64) -> f64 {
-    (0..run.scene.cells[1]).map(row).sum()
+pub(super) fn total(scene: &Scene<'_>, row: impl Fn(usize) -> f64) -> f64 {
+    (0..scene.cells[1]).map(row).sum()
+}
+
+/// Rain on land over all cells, in mm/h.
+pub(super) fn rain(scene: &Scene<'_>) -> f64 {
+    let nx = scene.cells[0];
+    let land = |at: usize| scene.land[at].abs() < super::flow::HIGHEST;
+    total(scene, |j| {
+        let cells = (j * nx..(j + 1) * nx).filter(|&at| land(at));
+        cells.map(|at| f64::from(scene.rain.at(at).max(0.0))).sum()
+    })
 }
 
 /// The water on the land, in m³.
-pub(super) fn water(run: &Run<'_>) -> f64 {
-    let nx = run.scene.cells[0];
-    let cell_m2 = run.scene.physics.cell_m * run.scene.physics.cell_m;
-    cell_m2 * total(run, |j| run.row(State::Water, j)[..nx].iter().map(|&depth| f64::from(depth)).sum())
+pub(super) fn water(run: &Run, scene: &Scene<'_>) -> f64 {
+    let nx = scene.cells[0];
+    let cell_m2 = scene.physics.cell_m * scene.physics.cell_m;
+    cell_m2 * total(scene, |j| run.row(State::Water, j)[..nx].iter().map(|&depth| f64::from(depth)).sum())
 }
 
-/// Volumes in m³, and how far the balances are from closed, as a share of what was turned over.
-pub(super) fn report(run: &Run<'_>, pacing: &Pacing, water_start: f64) -> Report {
-    let physics = &run.scene.physics;
-    let nx = run.scene.cells[0];
+/// Volumes in m³, and how far the balances are from closed, as a share of what was turned over. `water_start` was there, and
+/// `water_in` has rained since.
+pub(super) fn report(run: &Run, scene: &Scene<'_>, pacing: &Pacing, water_start: f64, water_in: f64) -> Report {
+    let physics = &scene.physics;
+    let nx = scene.cells[0];
     let cell_m2 = physics.cell_m * physics.cell_m;
     let sum = |row: &[f32], part: &dyn Fn(f64) -> f64| row[..nx].iter().map(|&v| part(f64::from(v))).sum::<f64>();
-    let state = |state: State, part: &dyn Fn(f64) -> f64| cell_m2 * total(run, |j| sum(run.row(state, j), part));
-    let land = |at: usize| run.scene.land[at].abs() < super::flow::HIGHEST;
-    let rain = total(run, |j| {
-        let cells = (j * nx..(j + 1) * nx).filter(|&at| land(at));
-        cells.map(|at| f64::from(run.scene.rain.at(at).max(0.0))).sum()
-    });
+    let state = |state: State, part: &dyn Fn(f64) -> f64| cell_m2 * total(scene, |j| sum(run.row(state, j), part));
     let left = |part: &dyn Fn(&super::band::Left) -> f64| {
         cell_m2 * run.bands.iter().flat_map(|band| &band.left).map(part).sum::<f64>()
     };
-
-    let water_in = rain * cell_m2 * pacing.time_s / 3.6e6;
     let (water_out, water_lost) = (left(&|row| row.water), left(&|row| row.lost));
-    let water_stored = water(run);
+    let water_stored = water(run, scene);
     let acceleration = f64::from(physics.pace(1.0).acceleration);
     let eroded = state(State::Change, &|gain| (-gain).max(0.0));
     let deposited = state(State::Change, &|gain| gain.max(0.0));

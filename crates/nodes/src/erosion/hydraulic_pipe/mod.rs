@@ -9,6 +9,7 @@ mod band;
 mod bed;
 mod budget;
 mod flow;
+mod painted;
 mod physics;
 #[cfg(test)]
 mod reference;
@@ -16,19 +17,19 @@ mod ring;
 mod run;
 mod slip;
 mod spread;
+mod storm;
 #[cfg(test)]
 mod tests;
 mod transport;
 mod warm;
 
-use orograph_graph::Edge;
+use orograph_graph::Process;
 
 use self::{
-    band::{Scene, State},
-    physics::{Law, Physics, Scheme, Transport},
-    run::Run,
+    physics::{Law, Scheme, Transport},
+    storm::Storm,
 };
-use crate::{par, prelude::*};
+use crate::prelude::*;
 
 params! {
     /// How long it rains and runs.
@@ -75,6 +76,13 @@ params! {
     river_radius: f64 = 100.0, Metres, 0.0..=1e6, soft 1.0..=1000.0;
     /// Share of a cell that waves may cross in a step.
     courant: f64 = 0.6, One, 0.05..=0.7;
+    /// What is painted while it runs.
+    ///
+    /// A stroke has a `tool` (`raise`, `lower`, `rain` or `erase`), a `radius` in metres, a `strength` (metres for `raise` and
+    /// `lower`, 10 unless it says otherwise; mm/h for `rain`, 200 unless it says otherwise; a part for `erase`), a `hardness` (the
+    /// part of the radius within which it acts fully, 0.5 unless it says otherwise), a `time` in seconds from the start, 0 unless
+    /// it says otherwise, and `points`.
+    strokes: TimedStrokes = TimedStrokes(Vec::new()), Metres, -1e7..=1e7;
 }
 
 /// The declaration.
@@ -146,6 +154,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
+    process: Some(begin),
     resolution: Resolution::Cells(
         "water runs in channels as narrow as cells, and what they cut is at least 5 cells wide",
     ),
@@ -154,81 +163,15 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
-    let params = Params::read(job.params);
-    let window = job.window();
-    let boundary = job.world().boundary;
-    for (one, other, names) in
-        [(boundary.west, boundary.east, "west and east"), (boundary.north, boundary.south, "north and south")]
-    {
-        if (one == Edge::Periodic) != (other == Edge::Periodic) {
-            return Err(NodeError::failed_with_hint(
-                format!("of the sides {names} one is periodic and the other is not"),
-                "make both `periodic`, or neither, in the world's `boundary`",
-            ));
-        }
+    let mut storm = Storm::new(job)?;
+    while !storm.moment().is_over() {
+        storm.step(job)?;
+        job.advance(storm.fraction())?;
+        job.glimpse(|| storm.glimpse(job));
     }
-    let height = job.field("height")?;
-    let rain = rain(job, &params);
-    let scene = Scene {
-        cells: [window.nx(), window.ny()],
-        boundary,
-        land: height.samples(),
-        rain: rain.as_deref().map_or(job.lane("rain"), Lane::Samples),
-        erodibility: job.lane("erodibility"),
-        physics: Physics::new(&params, job.cell_m()),
-    };
-    let mut run = Run::new(scene, job.lane("regolith"));
-    if let Some(depths) = warm::depths(job, &params, height)? {
-        run.fill(&depths);
-    }
-    let water_start = budget::water(&run);
-    let pacing = run.advance(params.duration, job)?;
-    let report = budget::report(&run, &pacing, water_start);
-
-    let nx = window.nx();
-    let per_second = if pacing.time_s > 0.0 { (1.0 / pacing.time_s) as f32 } else { 0.0 };
-    let raster = |row: &(dyn Fn(usize, &mut [f32]) + Sync)| {
-        let mut samples = vec![0.0; window.len()];
-        par::rows_within(job, [1.0, 1.0], &mut samples, row).map(|()| samples)
-    };
-    let copy = |state: State| raster(&|j, out| out.copy_from_slice(&run.row(state, j)[..nx]));
-    let rest = raster(&|j, out| {
-        for ((out, land), change) in out.iter_mut().zip(&height.samples()[j * nx..]).zip(run.row(State::Change, j)) {
-            *out = if *change == 0.0 { *land } else { land + change };
-        }
-    })?;
-    let flow = raster(&|j, out| {
-        out.iter_mut().zip(run.flow(j)).for_each(|(out, flow)| *out = flow * per_second);
-    })?;
-    let mut velocity = raster(&|j, out| run.velocity(j, 0, out))?;
-    velocity.extend(raster(&|j, out| run.velocity(j, 1, out))?);
-    let field = |samples| Field::new(window, samples);
-    Ok(Outputs::one("height", field(rest))
-        .with("water", field(copy(State::Water)?))
-        .with("velocity", Field::with_planes(window, 2, velocity))
-        .with("sediment", field(copy(State::Sediment)?))
-        .with("deposition", field(copy(State::Change)?))
-        .with("flow", field(flow))
-        .with("report", report))
+    storm.outputs(job)
 }
 
-/// Rain with the spring in it, in mm/h; none where there is no spring.
-///
-/// The spring's water is spread with the weight (1 - distance / radius)₊, or falls on the cell it is in.
-fn rain(job: &Job<'_>, params: &Params) -> Option<Vec<f32>> {
-    if params.river <= 0.0 {
-        return None;
-    }
-    let window = job.window();
-    let weight = |at: usize| {
-        let [x, y] = window.centre_m(at % window.nx(), at / window.nx());
-        let [dx, dy] = [x - params.river_at[0], y - params.river_at[1]];
-        let radius_m = params.river_radius.max(job.cell_m());
-        (1.0 - (dx * dx + dy * dy).sqrt() / radius_m).max(0.0)
-    };
-    let sum: f64 = (0..window.len()).map(weight).sum();
-    // mm/h over one cell that are 1 m³/s
-    let rate = 3.6e6 * params.river / (job.cell_m() * job.cell_m()) / sum.max(f64::MIN_POSITIVE);
-    let lane = job.lane("rain");
-    Some((0..window.len()).map(|at| lane.at(at).max(0.0) + (weight(at) * rate) as f32).collect())
+fn begin(job: &Job<'_>) -> Result<Box<dyn Process>, NodeError> {
+    Ok(Box::new(Storm::new(job)?))
 }

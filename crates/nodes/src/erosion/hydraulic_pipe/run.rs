@@ -1,11 +1,12 @@
 //! The run: bands side by side, step after step.
 
-use orograph_graph::{Field, Job, Lane, NodeError, Outputs};
+use orograph_graph::{Job, Lane, NodeError};
 use rayon::prelude::*;
 
 use super::{
     band::{Band, HALO, STATES, STEPS_PER_SWEEP, Scene, State},
     flow::film,
+    physics::Physics,
 };
 
 /// Rows that a band has at least: below that, the halo would cost more than a second thread gives.
@@ -21,31 +22,29 @@ pub(super) struct Pacing {
 }
 
 /// The bands of a run, and what their halos are exchanged through.
-pub(super) struct Run<'a> {
-    pub scene: Scene<'a>,
+pub(super) struct Run {
     pub bands: Vec<Band>,
     halos: Vec<f32>,
     /// Greatest depth of water before the last sweep.
     deepest_m: f32,
 }
 
-impl<'a> Run<'a> {
+impl Run {
     /// Dry land, with `loose` metres of loose ground on it.
-    pub fn new(scene: Scene<'a>, loose: Lane<'_>) -> Self {
+    pub fn new(scene: &Scene<'_>, loose: Lane<'_>) -> Self {
         let [nx, ny] = scene.cells;
         let count = rayon::current_num_threads().min(ny / LEAST_ROWS).max(1);
         let start = |k: usize| ny * k / count;
         let bands: Vec<Band> =
-            (0..count).into_par_iter().map(|k| Band::new(&scene, start(k)..start(k + 1), loose)).collect();
+            (0..count).into_par_iter().map(|k| Band::new(scene, start(k)..start(k + 1), loose)).collect();
         let halos = vec![0.0; count * 2 * HALO * STATES.len() * (nx + 1)];
-        Self { scene, bands, halos, deepest_m: 0.0 }
+        Self { bands, halos, deepest_m: 0.0 }
     }
 
     /// Lays water of that depth, in metres, on every cell.
     pub fn fill(&mut self, depths: &[f32]) {
-        let nx = self.scene.cells[0];
         for band in &mut self.bands {
-            let rows = band.world_rows();
+            let (nx, rows) = (band.nx, band.world_rows());
             for y in rows.clone() {
                 let depths = &depths[y * nx..][..nx];
                 band.row_mut(State::Water, (y - rows.start) as isize)[..nx].copy_from_slice(depths);
@@ -74,10 +73,10 @@ impl<'a> Run<'a> {
 
     /// Velocity of the water of a row in m/s, east (`axis` 0) or south (1): the mean discharge of opposite faces over the
     /// depth, 0 where there is but a film.
-    pub fn velocity(&self, row: usize, axis: usize, out: &mut [f32]) {
+    pub fn velocity(&self, physics: &Physics, row: usize, axis: usize, out: &mut [f32]) {
         let (k, y) = self.find(row);
         let band = &self.bands[k];
-        let pace = self.scene.physics.pace(1.0);
+        let pace = physics.pace(1.0);
         let (west, north, depth) = (band.row(State::West, y), band.row(State::North, y), band.row(State::Water, y));
         let south = band.row(State::North, y + 1);
         for (i, out) in out.iter_mut().enumerate() {
@@ -88,12 +87,12 @@ impl<'a> Run<'a> {
     }
 
     /// Renews the bands' copies of rows of their neighbours: first all are read, then all are written.
-    fn exchange(&mut self) {
-        let width = self.scene.cells[0] + 1;
+    fn exchange(&mut self, scene: &Scene<'_>) {
+        let width = scene.cells[0] + 1;
         let mut halos = std::mem::take(&mut self.halos);
         let mut slots = halos.chunks_exact_mut(width);
         for band in &self.bands {
-            for (_, row) in halo(band, &self.scene) {
+            for (_, row) in halo(band, scene) {
                 for (state, slot) in STATES.into_iter().zip(&mut slots) {
                     slot.copy_from_slice(self.row(state, row));
                 }
@@ -101,7 +100,7 @@ impl<'a> Run<'a> {
         }
         let mut slots = halos.chunks_exact(width);
         for band in &mut self.bands {
-            for (y, _) in halo(band, &self.scene) {
+            for (y, _) in halo(band, scene) {
                 for (state, slot) in STATES.into_iter().zip(&mut slots) {
                     band.row_mut(state, y).copy_from_slice(slot);
                 }
@@ -118,46 +117,32 @@ impl<'a> Run<'a> {
         deepest_m + grown_m
     }
 
-    /// The land and the water on it as they are.
-    fn glimpse(&self, job: &Job<'_>) -> Outputs {
-        let [nx, ny] = self.scene.cells;
-        let raster = |row: &dyn Fn(usize) -> Vec<f32>| Field::new(job.window(), (0..ny).flat_map(row).collect());
-        let height = raster(&|j| {
-            let land = &self.scene.land[j * nx..][..nx];
-            land.iter().zip(self.row(State::Change, j)).map(|(land, change)| land + change).collect()
-        });
-        let water = raster(&|j| self.row(State::Water, j)[..nx].to_vec());
-        Outputs::one("height", height).with("water", water)
-    }
-
-    /// Runs for `duration_s`.
-    pub fn advance(&mut self, duration_s: f64, job: &Job<'_>) -> Result<Pacing, NodeError> {
-        let mut pacing = Pacing::default();
-        let mut left_s = duration_s;
-        while left_s > 0.0 {
-            // a sweep is of equal steps, and the last one's share what is left
-            let deepest_m = self.deepest_m();
-            let longest_s = self.scene.physics.step_s(deepest_m);
-            let last = left_s <= STEPS_PER_SWEEP as f64 * longest_s;
-            let steps = if last { (left_s / longest_s).ceil().max(1.0) } else { STEPS_PER_SWEEP as f64 };
-            let dt_s = if last { left_s / steps } else { longest_s };
-            let pace = self.scene.physics.pace(dt_s);
-            self.exchange();
-            let scene = self.scene;
-            self.bands.par_iter_mut().try_for_each(|band| band.sweep(&scene, &pace, steps as usize, job))?;
-            self.exchange();
-            self.bands.par_iter_mut().try_for_each(|band| {
-                band.spread(&scene, job)?;
-                band.slip(&scene, job)
-            })?;
-            pacing.steps += steps as u64;
-            pacing.shortest_s = if pacing.shortest_s == 0.0 { dt_s } else { pacing.shortest_s.min(dt_s) };
-            pacing.time_s += steps * f64::from(pace.dt_s);
-            left_s = if last { 0.0 } else { left_s - steps * dt_s };
-            job.advance((1.0 - left_s / duration_s) as f32)?;
-            job.glimpse(|| self.glimpse(job));
-        }
-        Ok(pacing)
+    /// Goes on by a sweep; gives the time that is left after it.
+    pub fn sweep(
+        &mut self,
+        scene: &Scene<'_>,
+        left_s: f64,
+        pacing: &mut Pacing,
+        job: &Job<'_>,
+    ) -> Result<f64, NodeError> {
+        // a sweep is of equal steps, and the last one's share what is left
+        let deepest_m = self.deepest_m();
+        let longest_s = scene.physics.step_s(deepest_m);
+        let last = left_s <= STEPS_PER_SWEEP as f64 * longest_s;
+        let steps = if last { (left_s / longest_s).ceil().max(1.0) } else { STEPS_PER_SWEEP as f64 };
+        let dt_s = if last { left_s / steps } else { longest_s };
+        let pace = scene.physics.pace(dt_s);
+        self.exchange(scene);
+        self.bands.par_iter_mut().try_for_each(|band| band.sweep(scene, &pace, steps as usize, job))?;
+        self.exchange(scene);
+        self.bands.par_iter_mut().try_for_each(|band| {
+            band.spread(scene, job)?;
+            band.slip(scene, job)
+        })?;
+        pacing.steps += steps as u64;
+        pacing.shortest_s = if pacing.shortest_s == 0.0 { dt_s } else { pacing.shortest_s.min(dt_s) };
+        pacing.time_s += steps * f64::from(pace.dt_s);
+        Ok(if last { 0.0 } else { left_s - steps * dt_s })
     }
 }
 

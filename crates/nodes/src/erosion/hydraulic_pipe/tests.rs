@@ -2,7 +2,12 @@
 
 use orograph_graph::{Boundary, Edge, Warnings, World};
 
-use super::*;
+use super::{
+    band::{Scene, State},
+    physics::Physics,
+    run::{Pacing, Run},
+    *,
+};
 use crate::testing::{at_every_level, field, outputs, run as output, run_in, with_params, world};
 
 /// All sides alike.
@@ -130,8 +135,14 @@ fn a_plane_runs_at_normal_depth() {
     }
 }
 
+/// A run with all that it reads.
+struct Lake<'a> {
+    scene: Scene<'a>,
+    run: Run,
+}
+
 /// A run without rain that begins with water up to `surface`.
-fn lake<'a>(land: &'a Field, changes: &str, surface: impl Fn(f64, f64) -> f64) -> Run<'a> {
+fn lake<'a>(land: &'a Field, changes: &str, surface: impl Fn(f64, f64) -> f64) -> Lake<'a> {
     let window = *land.window();
     let params = Params::read(&with_params(&NODE, changes));
     let scene = Scene {
@@ -142,7 +153,7 @@ fn lake<'a>(land: &'a Field, changes: &str, surface: impl Fn(f64, f64) -> f64) -
         erodibility: Lane::Constant(1.0),
         physics: Physics::new(&params, window.cell_m()),
     };
-    let mut run = Run::new(scene, Lane::Constant(10.0));
+    let mut run = Run::new(&scene, Lane::Constant(10.0));
     for band in &mut run.bands {
         let rows = band.world_rows();
         for j in rows.clone() {
@@ -154,11 +165,11 @@ fn lake<'a>(land: &'a Field, changes: &str, surface: impl Fn(f64, f64) -> f64) -
             }
         }
     }
-    run
+    Lake { scene, run }
 }
 
 /// Runs on its own, outside of a graph.
-fn advance(run: &mut Run<'_>, land: &Field, seconds: f64) -> u64 {
+fn advance(lake: &mut Lake<'_>, land: &Field, seconds: f64) -> u64 {
     let params = with_params(&NODE, "");
     let job = Job {
         node: &NODE,
@@ -171,7 +182,11 @@ fn advance(run: &mut Run<'_>, land: &Field, seconds: f64) -> u64 {
         warnings: Warnings::default(),
         glimpses: None,
     };
-    run.advance(seconds, &job).expect("no cancel").steps
+    let (mut pacing, mut left_s) = (Pacing::default(), seconds);
+    while left_s > 0.0 {
+        left_s = lake.run.sweep(&lake.scene, left_s, &mut pacing, &job).expect("no cancel");
+    }
+    pacing.steps
 }
 
 /// A level lake 3 km up stays as it is, islands and all: speeds below 1e-6 m/s after more than 1000 steps.
@@ -180,13 +195,13 @@ fn a_lake_stays_at_rest() {
     let land =
         field(sides(world(64, 64, 10.0), Edge::Wall), |x, y| 3000.0 + 20.0 * libm::sin(x / 90.0) * libm::cos(y / 70.0));
     for changes in ["", "scheme=pipes", "transport=maccormack"] {
-        let mut run = lake(&land, changes, |_, _| 3007.3);
-        assert!(advance(&mut run, &land, 1000.0) > 1000);
+        let mut lake = lake(&land, changes, |_, _| 3007.3);
+        assert!(advance(&mut lake, &land, 1000.0) > 1000);
         let mut row = vec![0.0; 64];
         for (j, axis) in (0..64).flat_map(|j| [(j, 0), (j, 1)]) {
-            run.velocity(j, axis, &mut row);
+            lake.run.velocity(&lake.scene.physics, j, axis, &mut row);
             assert!(row.iter().all(|v| v.abs() < 1e-6), "{changes}: {row:?}");
-            assert!(run.row(State::Change, j).iter().all(|&change| change == 0.0));
+            assert!(lake.run.row(State::Change, j).iter().all(|&change| change == 0.0));
         }
     }
 }
@@ -198,13 +213,13 @@ fn a_basin_swings_in_its_period() {
     let land = field(sides(world(100, 3, 10.0), Edge::Wall), |_, _| 0.0);
     for changes in ["roughness=0.005", "scheme=pipes"] {
         let wave = |x: f64, _: f64| depth_m + 0.01 * libm::cos(std::f64::consts::PI * x / length_m);
-        let mut run = lake(&land, &format!("acceleration=0, {changes}"), wave);
+        let mut lake = lake(&land, &format!("acceleration=0, {changes}"), wave);
         // from the first to the fifth time that the west end falls or rises through the mean
         let (mut crossings, mut before, mut time_s) = (vec![], 1.0_f32, 0.0);
         while crossings.len() < 5 {
-            advance(&mut run, &land, 0.5);
+            advance(&mut lake, &land, 0.5);
             time_s += 0.5;
-            let now = run.row(State::Water, 1)[0] - depth_m as f32;
+            let now = lake.run.row(State::Water, 1)[0] - depth_m as f32;
             if now * before < 0.0 {
                 crossings.push(time_s - 0.5 * f64::from(now / (now - before)));
             }
@@ -403,26 +418,27 @@ fn a_step_is_the_one_told() {
     let land = field(sides(world(48, 48, 10.0), Edge::Wall), |x, y| {
         500.0 + 0.1 * x + 12.0 * libm::sin(x / 50.0) * libm::cos(y / 40.0)
     });
-    let mut run =
+    let mut lake =
         lake(&land, "talus=89, width=0", |x, y| 500.3 + 0.1 * x + 12.0 * libm::sin(x / 50.0) * libm::cos(y / 40.0));
-    advance(&mut run, &land, 40.0);
-    let rows = |run: &Run<'_>, state: State| -> Vec<f64> {
-        (0..n).flat_map(|j| run.row(state, j)[..n].iter().map(|&v| f64::from(v)).collect::<Vec<_>>()).collect()
+    advance(&mut lake, &land, 40.0);
+    let rows = |lake: &Lake<'_>, state: State| -> Vec<f64> {
+        (0..n).flat_map(|j| lake.run.row(state, j)[..n].iter().map(|&v| f64::from(v)).collect::<Vec<_>>()).collect()
     };
-    let change = rows(&run, State::Change);
+    let change = rows(&lake, State::Change);
     let mut world = reference::World {
         n,
         cell_m: 10.0,
         bed: land.samples().iter().zip(&change).map(|(z, gain)| f64::from(*z) + gain).collect(),
-        water: rows(&run, State::Water),
-        sediment: rows(&run, State::Sediment),
-        west: rows(&run, State::West),
-        north: rows(&run, State::North),
+        water: rows(&lake, State::Water),
+        sediment: rows(&lake, State::Sediment),
+        west: rows(&lake, State::West),
+        north: rows(&lake, State::North),
     };
     let bed = world.bed.clone();
     world.step(0.5);
-    assert_eq!(advance(&mut run, &land, 0.5), 1);
-    let (water, sediment, after) = (rows(&run, State::Water), rows(&run, State::Sediment), rows(&run, State::Change));
+    assert_eq!(advance(&mut lake, &land, 0.5), 1);
+    let (water, sediment, after) =
+        (rows(&lake, State::Water), rows(&lake, State::Sediment), rows(&lake, State::Change));
     let mut moved = 0.0_f64;
     for at in 0..n * n {
         assert!(

@@ -1,0 +1,227 @@
+//! A node that is run step by step while it is watched, and painted on.
+//!
+//! While it runs, nothing that comes after it is built. What is painted on it is data of the node, each stroke with the time
+//! at which it acts, so that what is seen is at any time what a build from the start would have come to.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use orograph_graph::{EvalError, Moment, NodeIndex, Port, Value};
+
+use super::{Built, NodeState, Session};
+use crate::editor::worker::{self, Ask, Order, Subject};
+
+/// A node that is run step by step.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    node: String,
+    /// Whether it goes on by itself.
+    goes: bool,
+    /// Where it is; `None` until it has begun.
+    moment: Option<Moment>,
+    /// Whether it has been asked to stand still while something is painted, and whether it does.
+    hold: [bool; 2],
+    /// Why it cannot go on.
+    trouble: Option<String>,
+    /// Rises with every look at it.
+    step: u64,
+    values: BTreeMap<String, Built>,
+}
+
+impl Simulation {
+    /// The node.
+    #[must_use]
+    pub fn node(&self) -> &str {
+        &self.node
+    }
+
+    /// Whether it goes on by itself.
+    #[must_use]
+    pub const fn goes(&self) -> bool {
+        self.goes
+    }
+
+    /// Where it is; `None` until it has begun.
+    #[must_use]
+    pub const fn moment(&self) -> Option<Moment> {
+        self.moment
+    }
+
+    /// Whether it has come to its end.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.moment.is_some_and(|moment| moment.is_over())
+    }
+
+    /// Why it cannot go on.
+    #[must_use]
+    pub fn trouble(&self) -> Option<&str> {
+        self.trouble.as_deref()
+    }
+
+    pub(super) fn built(&self, port: &str) -> Option<&Built> {
+        self.values.get(port)
+    }
+}
+
+impl Session {
+    /// The node that is run step by step, if one is.
+    #[must_use]
+    pub const fn simulation(&self) -> Option<&Simulation> {
+        self.simulation.as_ref()
+    }
+
+    /// The node of the document of that name, where it can be run step by step.
+    fn simulated(&self, node: &str) -> Option<NodeIndex> {
+        let graph = self.document.graph();
+        let index = graph.find(node).ok()?;
+        let muted = self.document.is_muted(index);
+        graph.instance(index).node.process.filter(|_| !muted).map(|_| index)
+    }
+
+    /// Whether a node can be run step by step.
+    #[must_use]
+    pub fn can_simulate(&self, node: &str) -> bool {
+        self.simulated(node).is_some()
+    }
+
+    /// Begins to run a node step by step; it stands at its start.
+    pub fn simulate(&mut self, node: &str) {
+        if !self.can_simulate(node) || self.simulation.as_ref().is_some_and(|simulation| simulation.node == node) {
+            return;
+        }
+        self.end_simulation();
+        self.simulation = Some(Simulation {
+            node: node.to_owned(),
+            goes: false,
+            moment: None,
+            hold: [false; 2],
+            trouble: None,
+            step: 0,
+            values: BTreeMap::new(),
+        });
+        self.stale = true;
+    }
+
+    /// Leaves it: the node is built like any other again.
+    pub fn end_simulation(&mut self) {
+        if self.simulation.take().is_some() {
+            self.worker.run_live(Ask::End);
+            self.stale = true;
+        }
+    }
+
+    /// Lets it go on by itself, or stops it.
+    pub fn run_simulation(&mut self, goes: bool) {
+        if let Some(simulation) = &mut self.simulation {
+            simulation.goes = goes;
+            self.worker.run_live(Ask::Go(goes));
+        }
+    }
+
+    /// Goes on by so many steps.
+    pub fn step_simulation(&mut self, steps: u32) {
+        if self.simulation.is_some() {
+            self.worker.run_live(Ask::Steps(steps));
+        }
+    }
+
+    /// Begins it anew.
+    pub fn restart_simulation(&mut self) {
+        if let Some(simulation) = &mut self.simulation {
+            simulation.moment = None;
+            self.worker.run_live(Ask::Restart);
+            self.stale = true;
+        }
+    }
+
+    /// The time of something that is painted on a node now: 0 of one that is not run; `None` while it has not come to a stand
+    /// for it, which is asked for here. Then [`Self::release_simulation`] lets it go on.
+    pub fn time_of_stroke(&mut self, node: &str) -> Option<f64> {
+        let Some(simulation) = self.simulation.as_mut().filter(|simulation| simulation.node == node) else {
+            return Some(0.0);
+        };
+        if simulation.goes && !simulation.hold[0] {
+            simulation.hold[0] = true;
+            self.worker.run_live(Ask::Hold(true));
+        }
+        let stands = !simulation.goes || simulation.hold[1];
+        simulation.moment.filter(|_| stands).map(|moment| moment.time())
+    }
+
+    /// Lets it go on after something was painted.
+    pub fn release_simulation(&mut self) {
+        if let Some(simulation) = self.simulation.as_mut().filter(|simulation| simulation.hold[0]) {
+            simulation.hold = [false; 2];
+            self.worker.run_live(Ask::Hold(false));
+        }
+    }
+
+    /// After a change of the document: a node that is gone is left.
+    pub(super) fn leave_what_is_gone(&mut self) {
+        if self.simulation.as_ref().is_some_and(|simulation| self.simulated(&simulation.node).is_none()) {
+            self.end_simulation();
+        }
+    }
+
+    /// The node that is run, and all that comes after it; none when it has come to its end.
+    pub(super) fn behind_simulation(&self) -> BTreeSet<NodeIndex> {
+        let under_way = self.simulation.as_ref().filter(|simulation| !simulation.is_over());
+        let Some(first) = under_way.and_then(|simulation| self.simulated(&simulation.node)) else {
+            return BTreeSet::new();
+        };
+        let graph = self.document.graph();
+        let mut behind = BTreeSet::from([first]);
+        for node in graph.topological() {
+            let inputs = graph.instance(node).node.inputs.len();
+            if (0..inputs).filter_map(|input| graph.source(node, input)).any(|from| behind.contains(&from.node)) {
+                behind.insert(node);
+            }
+        }
+        behind
+    }
+
+    /// Tells the bench of the present state.
+    pub(super) fn follow_simulation(&self, order: &Order) {
+        let Some(simulation) = &self.simulation else { return };
+        let Some(index) = self.simulated(&simulation.node) else { return };
+        let Some(port) = self.document.expand().port(Port { node: index, output: 0 }) else { return };
+        let outputs = self.document.graph().instance(index).node.outputs.iter();
+        self.worker.run_live(Ask::Run(Box::new(Subject {
+            revision: self.revision,
+            graph: order.graph.clone(),
+            folder: order.folder.clone(),
+            world: worker::coarser(order.world, order.cells),
+            node: port.node,
+            ports: outputs.map(|output| format!("{}.{}", simulation.node, output.name)).collect(),
+        })));
+    }
+
+    pub(super) fn hear_simulation(&mut self, moment: Moment, held: bool, cells: u32, values: Vec<(String, Value)>) {
+        let Some(simulation) = &mut self.simulation else { return };
+        // News of a node that was run before are late.
+        let of_it = |port: &str| port.split_once('.').is_some_and(|(node, _)| node == simulation.node);
+        if !values.iter().all(|(port, _)| of_it(port)) {
+            return;
+        }
+        let was_over = simulation.is_over();
+        (simulation.moment, simulation.trouble) = (Some(moment), None);
+        simulation.hold[1] = held && simulation.hold[0];
+        simulation.step += 1;
+        let (revision, step) = (self.revision, simulation.step);
+        simulation.values =
+            values.into_iter().map(|(port, value)| (port, Built { revision, cells, step, value })).collect();
+        simulation.goes &= !moment.is_over();
+        self.stale |= was_over != moment.is_over();
+        let fraction = if moment.end > 0.0 { (moment.now / moment.end) as f32 } else { 1.0 };
+        let state = if moment.is_over() { NodeState::Fresh } else { NodeState::Running { fraction } };
+        self.nodes.entry(simulation.node.clone()).or_default().state = state;
+    }
+
+    pub(super) fn hear_trouble(&mut self, error: &EvalError) {
+        let Some(simulation) = &mut self.simulation else { return };
+        simulation.goes = false;
+        simulation.trouble = Some(error.to_string());
+        let state = NodeState::Failed { message: error.to_string(), hint: error.hint(), at: None };
+        self.nodes.entry(simulation.node.clone()).or_default().state = state;
+    }
+}

@@ -1,0 +1,84 @@
+//! The row by which a node is run step by step.
+
+use egui::Ui;
+use orograph_graph::Unit;
+
+use crate::editor::Session;
+
+/// The row, with what is chosen in it.
+#[derive(Debug)]
+pub(super) struct Bar {
+    /// How many steps a press makes.
+    steps: u32,
+}
+
+impl Default for Bar {
+    fn default() -> Self {
+        Self { steps: 10 }
+    }
+}
+
+/// The switch, where the shown node can be run, or one is.
+pub(super) fn toggle(ui: &mut Ui, session: &mut Session) {
+    let running = session.simulation().map(|simulation| simulation.node().to_owned());
+    let shown = session.shown().and_then(|port| Some(port.split_once('.')?.0.to_owned()));
+    let Some(node) = running.clone().or(shown).filter(|node| session.can_simulate(node)) else { return };
+    let mut on = running.is_some();
+    let what = format!("Run `{node}` step by step, and paint while it runs");
+    if ui.toggle_value(&mut on, "Live").on_hover_text(what).changed() {
+        if on {
+            session.simulate(&node);
+        } else {
+            session.end_simulation();
+        }
+    }
+}
+
+impl Bar {
+    pub(super) fn bar(&mut self, ui: &mut Ui, session: &mut Session) {
+        let Some(simulation) = session.simulation().cloned() else { return };
+        ui.horizontal_wrapped(|ui| {
+            let begun = simulation.moment().is_some() && simulation.trouble().is_none();
+            let on = begun && !simulation.is_over();
+            let (name, what) = match simulation.goes() {
+                true => ("Pause", "Stand still"),
+                false => ("Run", "Go on until the end"),
+            };
+            if ui.add_enabled(on, egui::Button::new(name)).on_hover_text(what).clicked() {
+                session.run_simulation(!simulation.goes());
+            }
+            let step = ui.add_enabled(on && !simulation.goes(), egui::Button::new("Step"));
+            if step.on_hover_text("Go on by so many steps").clicked() {
+                session.step_simulation(self.steps);
+            }
+            ui.add(egui::DragValue::new(&mut self.steps).range(1..=10_000).speed(0.2).suffix(" steps"));
+            if ui.add_enabled(begun, egui::Button::new("Restart")).on_hover_text("Begin anew").clicked() {
+                session.restart_simulation();
+            }
+            ui.separator();
+            match (simulation.trouble(), simulation.moment()) {
+                (Some(trouble), _) => {
+                    ui.colored_label(ui.visuals().error_fg_color, trouble);
+                }
+                (None, None) => {
+                    ui.weak(format!("what {} reads is being built …", simulation.node()));
+                }
+                (None, Some(moment)) => {
+                    let part = if moment.end > 0.0 { (moment.now / moment.end) as f32 } else { 1.0 };
+                    let told = format!("{} of {}", span(moment.now), span(moment.end));
+                    ui.add(egui::ProgressBar::new(part).desired_width(160.0).text(told));
+                    let hint = match moment.is_over() {
+                        true => "It is over, and has been taken as the node's result.",
+                        false => "Brush: raise or lower the ground, or let it rain. Strokes act at their time.",
+                    };
+                    ui.weak(hint);
+                }
+            }
+        });
+    }
+}
+
+/// A time, to as many digits as one reads while it runs.
+fn span(seconds: f64) -> String {
+    Unit::Seconds.display(if seconds < 60.0 { (seconds * 10.0).round() / 10.0 } else { seconds.round() })
+}

@@ -1,0 +1,135 @@
+//! A node that is run step by step, and painted while it runs.
+
+use egui::{pos2, vec2};
+use egui_kittest::{Harness, kittest::Queryable as _};
+use orograph::editor::App;
+use orograph_graph::{Cancel, Document, Evaluator, EvaluatorOptions, ParamValue, Stroke, Tool, Value, Window};
+
+use crate::{picture, scratch, settle, viewport::drag, window};
+
+const STORM: &str = r#"(
+    world: (size: 960, cells: 96, seed: 3),
+    nodes: {
+        "base":   Perlin(wavelength: 700, amplitude: 90),
+        "storm":  HydraulicPipe(height: "base", duration: 5000, rain: 60),
+        "ground": Slope(height: "storm"),
+    },
+    outputs: { "height": "storm" },
+)"#;
+
+fn storm() -> (Harness<'static, App>, tempfile::TempDir) {
+    let folder = scratch(STORM);
+    let mut window = window(Some(folder.path().join("graph.ron")));
+    window.state_mut().session_mut().set_cells(96);
+    window.state_mut().session_mut().select_only("storm");
+    settle(&mut window);
+    window.get_by_label("Map").click();
+    window.run_steps(2);
+    window.get_by_label("Live").click();
+    window.run_steps(2);
+    until(&mut window, |window| moment(window).is_some());
+    (window, folder)
+}
+
+/// Runs frames until something is so.
+fn until(window: &mut Harness<'_, App>, so: impl Fn(&Harness<'_, App>) -> bool) {
+    for _ in 0..3000 {
+        window.step();
+        if so(window) {
+            return;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    panic!("it does not come to that");
+}
+
+fn moment(window: &Harness<'_, App>) -> Option<f64> {
+    Some(window.state().session().simulation()?.moment()?.now)
+}
+
+fn is_over(window: &Harness<'_, App>) -> bool {
+    window.state().session().simulation().is_some_and(orograph::editor::Simulation::is_over)
+}
+
+fn seen(window: &Harness<'_, App>, port: &str) -> Value {
+    window.state().session().built(port).expect("it is built").value.clone()
+}
+
+/// What a build of the document gives, without a window.
+fn built(document: &Document, port: &str) -> Value {
+    let evaluator = Evaluator::new(EvaluatorOptions::default()).expect("threads");
+    let graph = document.graph();
+    let request = [(graph.port(port).expect("exists"), Window::whole(document.world()))];
+    let folder = std::path::Path::new("");
+    evaluator.evaluate(graph, folder, &request, &Cancel::default(), &|_| {}).expect("it runs").remove(0)
+}
+
+fn strokes(window: &Harness<'_, App>) -> Vec<Stroke> {
+    let graph = window.state().session().document().graph();
+    match graph.instance(graph.find("storm").expect("it is there")).params.get("strokes") {
+        Some(ParamValue::Strokes(strokes)) => strokes.clone(),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn run_to_its_end_it_is_what_a_build_gives() {
+    let (mut window, _folder) = storm();
+    assert_eq!(moment(&window), Some(0.0));
+    window.get_by_label("Step").click();
+    until(&mut window, |window| moment(window).is_some_and(|now| now > 0.0));
+    let after_ten = moment(&window);
+    window.run_steps(5);
+    assert_eq!(moment(&window), after_ten, "it stands after its steps");
+    picture(&mut window, "live");
+    window.get_by_label("Run").click();
+    until(&mut window, is_over);
+    settle(&mut window);
+    let document = window.state().session().document().clone();
+    for port in ["storm.height", "storm.water", "storm.report"] {
+        assert!(seen(&window, port) == built(&document, port), "{port}");
+    }
+    assert!(window.state().session().small("ground.slope").is_some(), "what comes after it is built then");
+    window.get_by_label("Restart").click();
+    until(&mut window, |window| moment(window) == Some(0.0));
+    window.get_by_label("Live").click();
+    window.run_steps(2);
+    assert!(window.state().session().simulation().is_none());
+    settle(&mut window);
+    assert!(seen(&window, "storm.height") == built(&document, "storm.height"));
+}
+
+#[test]
+fn what_is_painted_while_it_runs_is_in_the_file_and_gives_the_same_land() {
+    let (mut window, _folder) = storm();
+    window.get_by_label("Brush").click();
+    window.run_steps(2);
+    window.get_by_label("Run").click();
+    until(&mut window, |window| moment(window).is_some_and(|now| now > 60.0));
+    drag(&mut window, pos2(440.0, 260.0), pos2(520.0, 280.0));
+    until(&mut window, |window| strokes(window).len() == 1);
+    let painted = strokes(&window).remove(0);
+    assert!(painted.time > 0.0 && painted.tool == Tool::Raise && painted.points.len() > 1, "{painted:?}");
+    let here = moment(&window).expect("it runs");
+    until(&mut window, |window| moment(window).is_some_and(|now| now > here));
+    window.get_by_label("Pause").click();
+    window.run_steps(2);
+    window.get_by_label("Rain").click();
+    window.run_steps(2);
+    drag(&mut window, pos2(400.0, 200.0), pos2(400.0, 200.0) + vec2(0.0, 30.0));
+    until(&mut window, |window| strokes(window).len() == 2);
+    assert!(strokes(&window)[1].tool == Tool::Rain && strokes(&window)[1].time > painted.time);
+    picture(&mut window, "live_painted");
+    assert!(moment(&window).is_some_and(|now| now > painted.time), "it has not begun anew");
+    window.get_by_label("Run").click();
+    until(&mut window, is_over);
+    settle(&mut window);
+    let document = window.state().session().document().clone();
+    assert!(document.source().contains("tool: rain") && document.source().contains("time: "));
+    assert!(seen(&window, "storm.height") == built(&document, "storm.height"));
+
+    window.state_mut().session_mut().undo();
+    window.state_mut().session_mut().undo();
+    assert_eq!(strokes(&window), []);
+    until(&mut window, |window| moment(window) == Some(0.0));
+}

@@ -1,0 +1,221 @@
+//! A node's process under way, with what it reads.
+
+use std::{
+    fmt,
+    path::{Path, PathBuf},
+};
+
+use petgraph::stable_graph::NodeIndex;
+
+use super::{
+    Evaluator, check,
+    error::EvalError,
+    event::Event,
+    key::{self, Key, Origins},
+    plan::{Plan, Source, Step},
+    run::attempt,
+};
+use crate::{
+    graph::{Graph, Instance, Port},
+    job::{Cancel, InputValue, Job, NodeError, Warnings},
+    process::{Moment, Process},
+    value::Value,
+    world::{Window, World},
+};
+
+/// A node's [process](crate::Node::process) that is run step by step on the whole world. At its end its outputs are what an
+/// evaluation of the node gives, and [kept](Self::keep) they are not computed again.
+pub struct Live {
+    graph: Graph,
+    folder: PathBuf,
+    node: NodeIndex,
+    world: World,
+    inputs: Vec<InputValue>,
+    /// What the inputs come from.
+    ground: Key,
+    process: Box<dyn Process>,
+}
+
+/// A plan of one node and what it needs, with the keys.
+struct Planned<'g> {
+    plan: Plan<'g>,
+    origins: Vec<Origins>,
+}
+
+impl<'g> Planned<'g> {
+    fn new(
+        evaluator: &Evaluator,
+        graph: &'g Graph,
+        folder: &Path,
+        node: NodeIndex,
+        world: World,
+        cancel: &Cancel,
+    ) -> Result<Self, EvalError> {
+        let plan = Plan::new(graph, &[(Port { node, output: 0 }, Window::whole(world))])?;
+        let origins = key::origins(&plan, &*evaluator.backend, &evaluator.files, folder, cancel)?;
+        Ok(Self { plan, origins })
+    }
+
+    /// The node itself: what it needs comes before it.
+    fn step(&self) -> &Step<'g> {
+        &self.plan.steps[self.plan.targets[0].step]
+    }
+
+    fn ground(&self) -> Key {
+        key::ground(self.step(), &self.origins[self.plan.targets[0].step], &self.origins)
+    }
+}
+
+impl Live {
+    /// Begins the process of a node, after what it reads has been evaluated.
+    ///
+    /// # Errors
+    /// As [`Evaluator::evaluate`]; [`EvalError::Request`] for a node that has no process.
+    pub fn begin(
+        evaluator: &Evaluator,
+        graph: Graph,
+        folder: PathBuf,
+        node: NodeIndex,
+        world: World,
+        cancel: &Cancel,
+        events: &(dyn Fn(Event) + Sync),
+    ) -> Result<Self, EvalError> {
+        let planned = Planned::new(evaluator, &graph, &folder, node, world, cancel)?;
+        let (step, ground) = (planned.step(), planned.ground());
+        let instance = step.instance;
+        let Some(begin) = instance.node.process else {
+            return Err(EvalError::Request(format!("`{}` cannot be run step by step", instance.name)));
+        };
+        let wires: Vec<(Port, Window)> = step
+            .inputs
+            .iter()
+            .filter_map(|source| match source {
+                Source::Wire { step: source, output } => {
+                    let from = planned.plan.steps[*source].index;
+                    Some((Port { node: from, output: *output }, step.window))
+                }
+                Source::Constant(_) | Source::Absent => None,
+            })
+            .collect();
+        let mut values = evaluator.evaluate(&graph, &folder, &wires, cancel, events)?.into_iter();
+        let input = |source: &Source| match source {
+            Source::Wire { .. } => values.next().map_or(InputValue::Absent, InputValue::Value),
+            Source::Constant(value) => InputValue::Constant(*value),
+            Source::Absent => InputValue::Absent,
+        };
+        let inputs: Vec<InputValue> = step.inputs.iter().map(input).collect();
+        let place = (Window::whole(world), folder.as_path());
+        let process = with_job(evaluator, instance, &inputs, place, cancel, begin)?;
+        drop(planned);
+        Ok(Self { graph, folder, node, world, inputs, ground, process })
+    }
+
+    /// Goes on in another state of the graph, where all that has happened is what would have happened there; else it stays as
+    /// it is and says no.
+    ///
+    /// # Errors
+    /// As [`Evaluator::key`].
+    pub fn follow(
+        &mut self,
+        evaluator: &Evaluator,
+        graph: Graph,
+        folder: PathBuf,
+        node: NodeIndex,
+        world: World,
+    ) -> Result<bool, EvalError> {
+        let planned = Planned::new(evaluator, &graph, &folder, node, world, &Cancel::default())?;
+        let instance = planned.step().instance;
+        if planned.ground() != self.ground {
+            return Ok(false);
+        }
+        let same = instance.params == self.graph.instance(self.node).params;
+        if !same && !self.process.take(&instance.params) {
+            return Ok(false);
+        }
+        drop(planned);
+        (self.graph, self.folder, self.node, self.world) = (graph, folder, node, world);
+        Ok(true)
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn moment(&self) -> Moment {
+        self.process.moment()
+    }
+
+    /// Cells along x and y.
+    #[must_use]
+    pub const fn cells(&self) -> [u32; 2] {
+        self.world.cells
+    }
+
+    /// Goes on by one step; at its end it does nothing.
+    ///
+    /// # Errors
+    /// [`EvalError`]; then there is no going on.
+    pub fn step(&mut self, evaluator: &Evaluator, cancel: &Cancel) -> Result<(), EvalError> {
+        if self.moment().is_over() {
+            return Ok(());
+        }
+        let Self { graph, folder, node, world, inputs, process, .. } = self;
+        let instance = graph.instance(*node);
+        with_job(evaluator, instance, inputs, (Window::whole(*world), folder), cancel, |job| process.step(job))
+    }
+
+    /// The node's outputs as they are now, in the order of its declaration.
+    ///
+    /// # Errors
+    /// [`EvalError`], as for a kernel.
+    pub fn outputs(&self, evaluator: &Evaluator, cancel: &Cancel) -> Result<Vec<Value>, EvalError> {
+        let place = (Window::whole(self.world), self.folder.as_path());
+        let instance = self.graph.instance(self.node);
+        let outputs = with_job(evaluator, instance, &self.inputs, place, cancel, |job| self.process.outputs(job))?;
+        let planned = Planned::new(evaluator, &self.graph, &self.folder, self.node, self.world, cancel)?;
+        check::take(planned.step(), outputs)
+    }
+
+    /// Keeps the outputs of a process that has come to its end as the results of the node, so that an evaluation finds them.
+    ///
+    /// # Errors
+    /// As [`Self::outputs`].
+    pub fn keep(&self, evaluator: &Evaluator, outputs: &[Value]) -> Result<(), EvalError> {
+        let planned = Planned::new(evaluator, &self.graph, &self.folder, self.node, self.world, &Cancel::default())?;
+        // A file that has changed since gives the same process another key.
+        if self.moment().is_over() && planned.ground() == self.ground {
+            let at = planned.plan.targets[0].step;
+            for (output, value) in outputs.iter().enumerate() {
+                evaluator.memory.insert((planned.origins[at].key, output), &planned.step().wanted, value);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Debug for Live {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Live").field("moment", &self.moment()).finish_non_exhaustive()
+    }
+}
+
+/// Runs a part of a node's code on the evaluator's threads.
+fn with_job<T: Send>(
+    evaluator: &Evaluator,
+    instance: &Instance,
+    inputs: &[InputValue],
+    (window, folder): (Window, &Path),
+    cancel: &Cancel,
+    code: impl FnOnce(&Job<'_>) -> Result<T, NodeError> + Send,
+) -> Result<T, EvalError> {
+    let job = Job {
+        node: instance.node,
+        params: &instance.params,
+        inputs: inputs.to_vec(),
+        window,
+        folder: folder.to_owned(),
+        cancel: cancel.clone(),
+        progress: &|_| {},
+        warnings: Warnings::default(),
+        glimpses: None,
+    };
+    evaluator.pool.install(|| attempt(instance, cancel, || code(&job)))
+}

@@ -1,0 +1,320 @@
+//! The storm from its start to its end, sweep by sweep, with what is painted on the way.
+
+use std::{borrow::Cow, ops::Range};
+
+use orograph_graph::{Edge, Moment, Process};
+
+use super::{
+    Params,
+    band::State,
+    budget,
+    painted::Painted,
+    physics::Physics,
+    run::{Pacing, Run},
+    warm,
+};
+use crate::{par, prelude::*};
+
+/// A storm under way.
+pub(super) struct Storm {
+    /// With the strokes in the order in which they act.
+    params: Params,
+    physics: Physics,
+    run: Run,
+    painted: Painted,
+    /// How many of the strokes have acted.
+    acted: usize,
+    left_s: f64,
+    /// When the last sweep began.
+    since_s: Option<f64>,
+    pacing: Pacing,
+    /// Water that was there at the start, and rain that was painted, in m³.
+    water_start: f64,
+    water_painted: f64,
+}
+
+/// Parameters with the strokes in the order in which they act.
+fn read(values: &ParamValues) -> Params {
+    let mut params = Params::read(values);
+    params.strokes.0.sort_by(|a, b| a.time.total_cmp(&b.time));
+    params
+}
+
+impl Storm {
+    pub fn new(job: &Job<'_>) -> Result<Self, NodeError> {
+        let params = read(job.params);
+        let boundary = job.world().boundary;
+        for (one, other, names) in
+            [(boundary.west, boundary.east, "west and east"), (boundary.north, boundary.south, "north and south")]
+        {
+            if (one == Edge::Periodic) != (other == Edge::Periodic) {
+                return Err(NodeError::failed_with_hint(
+                    format!("of the sides {names} one is periodic and the other is not"),
+                    "make both `periodic`, or neither, in the world's `boundary`",
+                ));
+            }
+        }
+        let painted = Painted::new(job, &params);
+        let physics = Physics::new(&params, job.cell_m());
+        let scene = painted.scene(job, physics)?;
+        let mut run = Run::new(&scene, job.lane("regolith"));
+        if let Some(depths) = warm::depths(job, &params, job.field("height")?)? {
+            run.fill(&depths);
+        }
+        let water_start = budget::water(&run, &scene);
+        let left_s = params.duration;
+        Ok(Self {
+            params,
+            physics,
+            run,
+            painted,
+            acted: 0,
+            left_s,
+            since_s: None,
+            pacing: Pacing::default(),
+            water_start,
+            water_painted: 0.0,
+        })
+    }
+
+    /// The part of it that is over.
+    pub fn fraction(&self) -> f32 {
+        if self.params.duration > 0.0 { (1.0 - self.left_s / self.params.duration) as f32 } else { 1.0 }
+    }
+
+    /// The strokes whose time has come since the last sweep began.
+    fn due(&self) -> Range<usize> {
+        let now = self.moment().now;
+        self.acted..self.params.strokes.0.partition_point(|stroke| stroke.time <= now).max(self.acted)
+    }
+
+    /// The land and the water on it as they are.
+    pub fn glimpse(&self, job: &Job<'_>) -> Outputs {
+        let (window, land) = (job.window(), self.painted.land(job).unwrap_or_default());
+        let (nx, ny) = (window.nx(), window.ny());
+        let raster = |row: &dyn Fn(usize) -> Vec<f32>| Field::new(window, (0..ny).flat_map(row).collect());
+        let height = raster(&|j| {
+            let land = &land[j * nx..][..nx];
+            land.iter().zip(self.run.row(State::Change, j)).map(|(land, change)| land + change).collect()
+        });
+        let water = raster(&|j| self.run.row(State::Water, j)[..nx].to_vec());
+        Outputs::one("height", height).with("water", water)
+    }
+}
+
+impl Process for Storm {
+    fn moment(&self) -> Moment {
+        Moment { now: self.params.duration - self.left_s, since: self.since_s, end: self.params.duration }
+    }
+
+    fn step(&mut self, job: &Job<'_>) -> Result<(), NodeError> {
+        let (now, due) = (self.moment().now, self.due());
+        if !due.is_empty() {
+            self.painted.paint(&self.params.strokes.0[due.clone()], job, self.fraction())?;
+            self.acted = due.end;
+        }
+        let scene = self.painted.scene(job, self.physics)?;
+        let drops = self.painted.drops(&scene);
+        let before_s = self.pacing.time_s;
+        self.left_s = self.run.sweep(&scene, self.left_s, &mut self.pacing, job)?;
+        let cell_m2 = job.cell_m() * job.cell_m();
+        self.water_painted += drops * cell_m2 * (self.pacing.time_s - before_s) / 3.6e6;
+        self.since_s = Some(now);
+        Ok(())
+    }
+
+    fn outputs(&self, job: &Job<'_>) -> Result<Outputs, NodeError> {
+        let mut painted = Cow::Borrowed(&self.painted);
+        let due = self.due();
+        if !due.is_empty() {
+            painted.to_mut().paint(&self.params.strokes.0[due], job, self.fraction())?;
+        }
+        let scene = painted.dry_scene(job, self.physics)?;
+        let run = &self.run;
+        let cell_m2 = job.cell_m() * job.cell_m();
+        let water_in = budget::rain(&scene) * cell_m2 * self.pacing.time_s / 3.6e6 + self.water_painted;
+        let report = budget::report(run, &scene, &self.pacing, self.water_start, water_in);
+
+        let window = job.window();
+        let nx = window.nx();
+        let per_second = if self.pacing.time_s > 0.0 { (1.0 / self.pacing.time_s) as f32 } else { 0.0 };
+        let raster = |row: &(dyn Fn(usize, &mut [f32]) + Sync)| {
+            let mut samples = vec![0.0; window.len()];
+            par::rows_within(job, [self.fraction(); 2], &mut samples, row).map(|()| samples)
+        };
+        let copy = |state: State| raster(&|j, out| out.copy_from_slice(&run.row(state, j)[..nx]));
+        let rest = raster(&|j, out| {
+            for ((out, land), change) in out.iter_mut().zip(&scene.land[j * nx..]).zip(run.row(State::Change, j)) {
+                *out = if *change == 0.0 { *land } else { land + change };
+            }
+        })?;
+        let flow = raster(&|j, out| {
+            out.iter_mut().zip(run.flow(j)).for_each(|(out, flow)| *out = flow * per_second);
+        })?;
+        let mut velocity = raster(&|j, out| run.velocity(&self.physics, j, 0, out))?;
+        velocity.extend(raster(&|j, out| run.velocity(&self.physics, j, 1, out))?);
+        let field = |samples| Field::new(window, samples);
+        Ok(Outputs::one("height", field(rest))
+            .with("water", field(copy(State::Water)?))
+            .with("velocity", Field::with_planes(window, 2, velocity))
+            .with("sediment", field(copy(State::Sediment)?))
+            .with("deposition", field(copy(State::Change)?))
+            .with("flow", field(flow))
+            .with("report", report))
+    }
+
+    fn take(&mut self, values: &ParamValues) -> bool {
+        let params = read(values);
+        let (old, new) = (&self.params.strokes.0, &params.strokes.0);
+        let past = new.get(..self.acted) == old.get(..self.acted);
+        let later = new.iter().skip(self.acted).all(|stroke| self.since_s.is_none_or(|since| stroke.time > since));
+        let rest = Params { strokes: params.strokes.clone(), ..self.params.clone() } == params;
+        let fits = past && later && rest;
+        if fits {
+            self.params = params;
+        }
+        fits
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::{Cancel, Fallback, InputValue, ParamValue, Stroke, Tool, Value, Warnings};
+
+    use super::{super::NODE, *};
+    use crate::testing::{at_every_level, field, outputs, run_in, with_params, world};
+
+    /// A valley that falls to the south, between hills.
+    fn valley() -> Field {
+        field(world(48, 140, 10.0), |x, y| {
+            400.0 - 0.05 * y + 0.1 * (x - 240.0).abs() + 4.0 * libm::sin(x / 31.0 + y / 23.0)
+        })
+    }
+
+    fn stroke(tool: Tool, strength: f64, time: f64, points: &[[f64; 2]]) -> Stroke {
+        Stroke { tool, radius: 60.0, strength, hardness: 0.5, time, points: points.to_vec() }
+    }
+
+    fn params(changes: &str, strokes: &[Stroke]) -> ParamValues {
+        let mut params = with_params(&NODE, changes);
+        params.set("strokes", ParamValue::Strokes(strokes.to_vec()));
+        params
+    }
+
+    /// Calls with a job on that land.
+    fn on<T>(land: &Field, params: &ParamValues, code: impl FnOnce(&Job<'_>) -> T) -> T {
+        let input = |input: &Input| match (input.name, input.fallback) {
+            ("height", _) => InputValue::Value(Value::Field(land.clone())),
+            (_, Fallback::Constant { default, .. }) => InputValue::Constant(default),
+            _ => InputValue::Absent,
+        };
+        code(&Job {
+            node: &NODE,
+            params,
+            inputs: NODE.inputs.iter().map(input).collect(),
+            window: *land.window(),
+            folder: std::path::PathBuf::new(),
+            cancel: Cancel::default(),
+            progress: &|fraction| assert!((0.0..=1.0).contains(&fraction)),
+            warnings: Warnings::default(),
+            glimpses: None,
+        })
+    }
+
+    fn begun(land: &Field, params: &ParamValues) -> Box<dyn Process> {
+        on(land, params, |job| super::super::begin(job).expect("begins"))
+    }
+
+    fn steps(storm: &mut dyn Process, land: &Field, params: &ParamValues, most: usize) -> usize {
+        on(land, params, |job| {
+            let mut count = 0;
+            while count < most && !storm.moment().is_over() {
+                storm.step(job).expect("goes on");
+                count += 1;
+            }
+            count
+        })
+    }
+
+    const ALL: [fn(f64, f64) -> Stroke; 4] = [
+        |time, y| stroke(Tool::Raise, 12.0, time, &[[100.0, y], [380.0, y]]),
+        |time, y| stroke(Tool::Rain, 800.0, time, &[[240.0, y]]),
+        |time, y| stroke(Tool::Lower, 7.0, time, &[[240.0, y - 100.0], [240.0, y + 100.0]]),
+        |time, y| stroke(Tool::Erase, 0.6, time, &[[200.0, y], [280.0, y]]),
+    ];
+
+    #[test]
+    fn step_by_step_it_is_the_run() {
+        let land = valley();
+        let strokes: Vec<Stroke> =
+            ALL.iter().zip([300.0, 0.0, 90.5, 200.0]).map(|(make, at)| make(at, 600.0)).collect();
+        for strokes in [&[][..], &strokes] {
+            let params = params("duration=420, courant=0.1", strokes);
+            let mut storm = begun(&land, &params);
+            assert!(steps(&mut *storm, &land, &params, usize::MAX) > 20);
+            let stepped = on(&land, &params, |job| storm.outputs(job).expect("there"));
+            assert_eq!(stepped, outputs(&NODE, &params, &[("height", &land)]).expect("runs"));
+        }
+    }
+
+    #[test]
+    fn what_is_painted_on_the_way_is_what_a_run_with_it_gives() {
+        let land = valley();
+        let mut strokes = Vec::new();
+        let mut all = params("duration=420, courant=0.1", &strokes);
+        let mut storm = begun(&land, &all);
+        for make in ALL {
+            steps(&mut *storm, &land, &all, 9);
+            let moment = storm.moment();
+            assert!(moment.since.is_some_and(|since| since < moment.time()) && moment.time() <= moment.now);
+            let before = on(&land, &all, |job| storm.outputs(job).expect("there"));
+            strokes.push(make(moment.time(), 700.0));
+            all = params("duration=420, courant=0.1", &strokes);
+            assert!(storm.take(&all));
+            let after = on(&land, &all, |job| storm.outputs(job).expect("there"));
+            let moves = matches!(strokes[strokes.len() - 1].tool, Tool::Raise | Tool::Lower);
+            assert_eq!(before != after, moves, "it is seen at once, before the next step");
+        }
+        assert!(steps(&mut *storm, &land, &all, usize::MAX) > 4);
+        let stepped = on(&land, &all, |job| storm.outputs(job).expect("there"));
+        assert_eq!(stepped, outputs(&NODE, &all, &[("height", &land)]).expect("runs"));
+        assert!(!storm.take(&params("duration=420, courant=0.1", &strokes[1..])), "it has happened");
+        assert!(
+            !storm.take(&params("duration=420, courant=0.1", &[&strokes[..], &[ALL[0](1.0, 700.0)]].concat())),
+            "too late"
+        );
+        assert!(!storm.take(&params("duration=421, courant=0.1", &strokes)), "another storm");
+        assert!(storm.take(&params("duration=420, courant=0.1", &[&strokes[..], &[ALL[0](420.0, 700.0)]].concat())));
+    }
+
+    /// Rain that is painted is in the balance of water, and ground that is moved in none: both within 1e-5, as without them.
+    #[test]
+    fn painting_takes_part_in_the_balances() {
+        let land = valley();
+        let strokes = [ALL[0](60.0, 700.0), ALL[1](60.0, 500.0), ALL[3](150.0, 500.0)];
+        let water_in = |strokes: &[Stroke]| {
+            let found = outputs(&NODE, &params("duration=300, courant=0.1", strokes), &[("height", &land)]);
+            let report = found.expect("runs").take("report").expect("declared");
+            let measure = |name: &str| report.as_report().expect("a report").get(name).expect("measured");
+            for error in ["water_error", "solid_error"] {
+                assert!(measure(error).abs() < 1e-5, "{error}: {report:?}");
+            }
+            measure("water_in")
+        };
+        let [none, whole, dried] = [1, 2, 3].map(|count| water_in(&strokes[..count]));
+        // the weight of a disc of radius R whose inner half is hard has the integral 0.575 π R²; the first sweep after 60 s begins
+        // within 6 s, and cells are a sixth of the radius
+        let expected = 0.575 * std::f64::consts::PI * 60.0 * 60.0 * 800.0 / 3.6e6 * 240.0;
+        assert!(((whole - none) / expected - 0.99).abs() < 0.03, "{whole} {none} {expected}");
+        assert!(dried - none > 0.5 * (whole - none) && dried < whole - 0.1 * (whole - none), "{dried} {whole}");
+    }
+
+    #[test]
+    fn threads_and_widths_of_vectors_give_the_same_bits() {
+        let land = valley();
+        let strokes: Vec<Stroke> = ALL.iter().zip([0.0, 20.0, 40.0, 60.0]).map(|(make, at)| make(at, 700.0)).collect();
+        let params = params("duration=120", &strokes);
+        assert_eq!(run_in(1, &NODE, &params, &[("height", &land)]), run_in(3, &NODE, &params, &[("height", &land)]));
+        at_every_level(|| run_in(2, &NODE, &params, &[("height", &land)]));
+    }
+}
