@@ -53,7 +53,15 @@ pub fn open(file: Option<PathBuf>) -> Result<(), Failure> {
         Box::new(|context| Ok(Box::new(App::new(context, file)?.kept(context, Journals::of_system())))),
     )
     .map_err(|error| {
-        Failure::unable(format!("the window cannot be opened: {error}"))
-            .hint("the editor needs a display and a graphics driver; `orograph run GRAPH.ron -o DIR` needs neither")
+        let why = error.to_string();
+        // What is wrong with the file is no fault of the window.
+        let inner = match error {
+            eframe::Error::AppCreation(inner) => inner.downcast::<Failure>().ok(),
+            _ => None,
+        };
+        inner.map(|failure| *failure).unwrap_or_else(|| {
+            Failure::unable(format!("the window cannot be opened: {why}"))
+                .hint("the editor needs a display and a graphics driver; `orograph run GRAPH.ron -o DIR` needs neither")
+        })
     })
 }

@@ -56,8 +56,10 @@ fn first_line(text: &str) -> String {
 pub(super) fn caught<T>(device: &wgpu::Device, make: impl FnOnce() -> T) -> Result<T, ViewError> {
     let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
     let rules = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    // What the device's own compiler cannot do, such as that of OpenGL.
+    let inner = device.push_error_scope(wgpu::ErrorFilter::Internal);
     let made = make();
-    let errors = [settled(rules.pop()), settled(memory.pop())];
+    let errors = [settled(inner.pop()), settled(rules.pop()), settled(memory.pop())];
     match errors.into_iter().flatten().next() {
         Some(error) => Err(error.into()),
         None => Ok(made),

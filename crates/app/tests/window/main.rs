@@ -8,6 +8,7 @@
 
 mod recovery;
 mod screen;
+mod trouble;
 mod work;
 
 use std::{
@@ -71,16 +72,22 @@ impl Desk {
         until(what, || look(&self.work()?))
     }
 
+    /// The editor on a file, on this display.
+    fn command(&self, file: &Path) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_orograph"));
+        command.arg("edit").arg(file);
+        command.env("DISPLAY", &self.screen.name).env("WINIT_X11_SCALE_FACTOR", "1");
+        command.env("OROGRAPH_STATE", self.folder.path().join("state"));
+        command.env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+        command.stdin(Stdio::null()).stdout(Stdio::null());
+        command
+    }
+
     /// Starts the editor and waits for its window, which has the keys then.
     #[track_caller]
     fn start(&mut self) {
         let errors = fs::File::create(self.folder.path().join("errors")).expect("made");
-        let mut command = Command::new(env!("CARGO_BIN_EXE_orograph"));
-        command.arg("edit").arg(self.file());
-        command.env("DISPLAY", &self.screen.name).env("WINIT_X11_SCALE_FACTOR", "1");
-        command.env("OROGRAPH_STATE", self.folder.path().join("state"));
-        command.env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-        let child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(errors).spawn().expect("it starts");
+        let child = self.command(&self.file()).stderr(errors).spawn().expect("it starts");
         self.window = Some((child, String::new()));
         let id = until("there is a window", || {
             if let Some((child, _)) = &mut self.window
