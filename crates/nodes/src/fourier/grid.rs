@@ -52,7 +52,7 @@ impl Grid {
     }
 
     /// Calls `each(first, rows)` for rows side by side.
-    fn rows(&mut self, job: &Job<'_>, each: impl Fn(usize, &mut [Batch]) + Sync) -> Result<(), NodeError> {
+    fn rows(&mut self, job: &Job<'_>, each: impl Fn(usize, &mut [Batch<f64>]) + Sync) -> Result<(), NodeError> {
         let side = self.side;
         self.values.par_chunks_mut(side * LANES).enumerate().try_for_each_init(
             || vec![Batch::ZERO; side],

@@ -88,7 +88,7 @@ fn transposed(from: &[f64], width: usize) -> Vec<f64> {
 /// Cosine transforms of rows of one length.
 struct Cosines {
     length: usize,
-    plan: Plan,
+    plan: Plan<f64>,
     /// e^(−πi k / 2 length).
     quarters: Vec<Complex>,
 }
@@ -104,12 +104,12 @@ impl Cosines {
         if cell.is_multiple_of(2) { cell / 2 } else { self.length - 1 - cell / 2 }
     }
 
-    /// Calls `each(first, rows)` for sixteen rows at a time, two in a lane.
+    /// Calls `each(first, rows)` for as many rows at a time as are transformed side by side, two in a lane.
     fn rows(
         &self,
         job: &Job<'_>,
         values: &mut [f64],
-        each: impl Fn(usize, &mut [Batch]) + Sync,
+        each: impl Fn(usize, &mut [Batch<f64>]) + Sync,
     ) -> Result<(), NodeError> {
         values.par_chunks_mut(self.length * 2 * LANES).enumerate().try_for_each_init(
             || self.plan.room(),
@@ -134,7 +134,7 @@ impl Cosines {
     }
 
     /// Cells to `Σ xₙ cos(πk (n + ½) / length)`.
-    fn to_waves(&self, batch: &mut [Batch]) {
+    fn to_waves(&self, batch: &mut [Batch<f64>]) {
         let n = self.length;
         let cells = batch[..n].to_vec();
         for (cell, value) in cells.into_iter().enumerate() {
@@ -158,7 +158,7 @@ impl Cosines {
     }
 
     /// The inverse of [`Self::to_waves`].
-    fn to_values(&self, batch: &mut [Batch]) {
+    fn to_values(&self, batch: &mut [Batch<f64>]) {
         let n = self.length;
         for k in 0..=n / 2 {
             let m = (n - k) % n;

@@ -8,8 +8,8 @@ mod mirror;
 
 use orograph_graph::mix;
 
-use super::spectral::torus::{Draw, Torus};
-use crate::{math, par, prelude::*};
+use super::spectral::torus::{Draw, Spectrum, Torus};
+use crate::{fourier::LANES, math::lane, par, prelude::*};
 
 choice! {
     /// How noise is smoothed.
@@ -80,20 +80,64 @@ impl Params {
     fn gaussian(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
         let torus =
             if self.tileable { Torus::tiled(job.world()) } else { Torus::around(job.world(), 8.0 * self.correlation) };
-        let octaves: Vec<(f64, f64)> = (0..self.octaves as u32)
-            .map(|octave| (self.correlation / power(2.0, octave), power(self.gain * self.gain, octave)))
-            .collect();
+        let hills = Hills::new(self);
+        torus.sum(job, Draw { seed: job.seed(), even: false }, &hills)
+    }
+}
+
+/// Spectra of Gaussians, one for each octave.
+struct Hills {
+    /// For each octave what the square of waves a metre is multiplied by in the exponent, and its share of the density at no waves.
+    octaves: Vec<[f32; 2]>,
+    /// Waves a metre from which on there are none.
+    end: f64,
+}
+
+/// Exponents below which an octave is less than the last bit of the highest one.
+const LEAST: f64 = -60.0;
+
+impl Hills {
+    /// The density of an octave of correlation length L and a share s of the variance is `4π s L² exp(−4π² L² f²)`.
+    fn new(params: &Params) -> Self {
+        use std::f64::consts::PI;
+        let octaves = (0..params.octaves as u32).map(|octave| {
+            let length_m = params.correlation / power(2.0, octave);
+            (length_m * length_m, power(params.gain * params.gain, octave))
+        });
+        let octaves: Vec<(f64, f64)> = octaves.collect();
         let total: f64 = octaves.iter().map(|(_, share)| share).sum();
-        torus.sum(job, Draw { seed: job.seed(), even: false }, &|[east, south]: [f64; 2]| {
-            let square = 4.0 * std::f64::consts::PI * (east * east + south * south);
-            let density = octaves.iter().map(|(length_m, share)| {
-                let area = length_m * length_m;
-                let exponent = -std::f64::consts::PI * area * square;
-                // below the last bit of a sum of densities that are of order 1 somewhere
-                if exponent < -60.0 { 0.0 } else { share * area * math::exp(exponent) }
-            });
-            self.relief * (4.0 * std::f64::consts::PI * density.sum::<f64>() / total).sqrt()
-        })
+        let finest =
+            octaves.iter().filter(|(_, share)| *share > 0.0).fold(f64::INFINITY, |least, (area, _)| least.min(*area));
+        let scale = 4.0 * PI * params.relief * params.relief / total;
+        Self {
+            octaves: octaves
+                .iter()
+                .map(|(area, share)| [(-4.0 * PI * PI * area) as f32, (scale * share * area) as f32])
+                .collect(),
+            end: (-LEAST / (4.0 * PI * PI * finest)).sqrt(),
+        }
+    }
+}
+
+impl Spectrum for Hills {
+    #[inline(always)]
+    fn roots(&self, east: &[f32; LANES], south: f32) -> [f32; LANES] {
+        let mut roots = [0.0; LANES];
+        // that of the longest wave among them
+        let least = east[0] * east[0] + south * south;
+        for &[exponent, density] in &self.octaves {
+            if least * exponent > LEAST as f32 {
+                for lane in 0..LANES {
+                    let square = east[lane] * east[lane] + south * south;
+                    roots[lane] += density * lane::exp2(std::f32::consts::LOG2_E * exponent * square);
+                }
+            }
+        }
+        roots.map(f32::sqrt)
+    }
+
+    fn end(&self) -> f64 {
+        self.end
     }
 }
 

@@ -3,7 +3,10 @@
 use orograph_graph::Window;
 
 use super::*;
-use crate::testing::{at_every_level, block_means, generate, moments, world};
+use crate::{
+    math,
+    testing::{at_every_level, block_means, generate, moments, world},
+};
 
 /// Layers of the mean filter, cell by cell: half-sample mirrors at the sides.
 fn explicit(noise: &[f64], nx: usize, alpha: f64, layers: u32) -> Vec<f64> {

@@ -7,8 +7,12 @@
 
 pub(super) mod torus;
 
-use self::torus::{Draw, Torus};
-use crate::{math, prelude::*};
+use self::torus::{Draw, Spectrum, Torus};
+use crate::{
+    fourier::LANES,
+    math::{self, lane},
+    prelude::*,
+};
 
 choice! {
     /// What `beta` is the exponent of.
@@ -92,7 +96,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     };
     let draw = Draw { seed: job.seed(), even: params.amplitudes == Amplitudes::Even };
     let power = Power::new(&params);
-    let height = torus.sum(job, draw, &|waves_per_m: [f64; 2]| power.root(waves_per_m))?;
+    let height = torus.sum(job, draw, &power)?;
     Ok(Outputs::one("height", Field::new(job.window(), height)))
 }
 
@@ -102,12 +106,14 @@ struct Power {
     fall: f64,
     /// Root of the density at the outer scale, in m².
     root: f64,
-    outer_m: f64,
     /// Octaves from the outer scale to the inner.
     octaves: f64,
-    /// East and south components of a wave's frequency along the stretch and across it, scaled by the stretch.
-    along: [f64; 2],
-    across: [f64; 2],
+    /// East and south components of a wave's frequency along the stretch and across it, scaled by the stretch, in waves per outer
+    /// scale.
+    along_m: [f32; 2],
+    across_m: [f32; 2],
+    /// Waves a metre from which on there are none.
+    end: f64,
 }
 
 impl Power {
@@ -118,32 +124,19 @@ impl Power {
         };
         let azimuth = params.azimuth.to_radians();
         let (east, south) = (math::sin(azimuth), -math::cos(azimuth));
-        let root = params.stretch.sqrt();
+        let (long_m, short_m) =
+            (params.outer_scale * params.stretch.sqrt(), params.outer_scale / params.stretch.sqrt());
+        let octaves = math::log2(params.outer_scale / params.inner_scale);
         let mut power = Self {
             fall: 0.5 * beta,
             root: 1.0,
-            outer_m: params.outer_scale,
-            octaves: math::log2(params.outer_scale / params.inner_scale),
-            along: [east * root, south * root],
-            across: [-south / root, east / root],
+            octaves,
+            along_m: [(east * long_m) as f32, (south * long_m) as f32],
+            across_m: [(-south * short_m) as f32, (east * short_m) as f32],
+            end: math::exp2(octaves + 0.5) / short_m,
         };
         power.root = params.relief * params.outer_scale / power.total().sqrt();
         power
-    }
-
-    /// The root of the power spectral density.
-    fn root(&self, [east, south]: [f64; 2]) -> f64 {
-        let along = east * self.along[0] + south * self.along[1];
-        let across = east * self.across[0] + south * self.across[1];
-        let frequency = (along * along + across * across).sqrt() * self.outer_m;
-        let octave = f64::from(math::f32::log2(frequency as f32));
-        let share = self.share(octave);
-        if share == 0.0 { 0.0 } else { self.root * share * f64::from(math::f32::exp2((-self.fall * octave) as f32)) }
-    }
-
-    /// What is left of waves that many octaves above the outer scale: each end fades over the octave around it.
-    fn share(&self, octave: f64) -> f64 {
-        math::smoothstep(octave + 0.5) * math::smoothstep(self.octaves + 0.5 - octave)
     }
 
     /// The integral of `f^−β` over the plane of frequencies, at unit outer scale: `2π ∫ f^(2−β) d ln f`.
@@ -153,11 +146,32 @@ impl Power {
         let sum: f64 = (0..STEPS)
             .map(|k| {
                 let octave = (f64::from(k) + 0.5) * step - 0.5;
-                let share = self.share(octave);
+                let share = math::smoothstep(octave + 0.5) * math::smoothstep(self.octaves + 0.5 - octave);
                 share * share * math::exp2(2.0 * (1.0 - self.fall) * octave)
             })
             .sum();
         std::f64::consts::TAU * std::f64::consts::LN_2 * step * sum
+    }
+}
+
+impl Spectrum for Power {
+    #[inline(always)]
+    fn roots(&self, east: &[f32; LANES], south: f32) -> [f32; LANES] {
+        let (fall, octaves, root) = (-self.fall as f32, self.octaves as f32, self.root as f32);
+        let mut roots = [0.0; LANES];
+        for lane in 0..LANES {
+            let along = east[lane] * self.along_m[0] + south * self.along_m[1];
+            let across = east[lane] * self.across_m[0] + south * self.across_m[1];
+            let octave = 0.5 * lane::log2(along * along + across * across);
+            // each end fades over the octave around it
+            let share = lane::smoothstep(octave + 0.5) * lane::smoothstep(octaves + 0.5 - octave);
+            roots[lane] = root * share * lane::exp2(fall * octave);
+        }
+        roots
+    }
+
+    fn end(&self) -> f64 {
+        self.end
     }
 }
 

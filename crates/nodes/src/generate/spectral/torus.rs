@@ -1,15 +1,20 @@
 //! Sums of random waves on a torus around the world.
 //!
 //! A wave is known by how often it goes around the torus, and its draw by a hash of these two whole numbers; so the waves
-//! of a coarse raster are among those of a fine one, to the last bit. Waves are summed by Fourier transforms, along the
-//! world's rows first and then along its columns, each cut to the world.
+//! of a coarse raster are among those of a fine one, to the last bit. Waves are summed by Fourier transforms, down the
+//! world's columns first and then along its rows, each cut to the world.
+//!
+//! Sixteen waves are drawn at once and stay beside one another: strips of sixteen columns of waves become strips of rows, from
+//! which rows are taken together, two in each lane. Everything is in single precision, whose error is a ten-millionth
+//! of the heights.
 
 use orograph_graph::{Job, NodeError, World, mix};
 use rayon::prelude::*;
 
 use crate::{
-    fourier::{Batch, Complex, LANES, Plan, turn},
-    math,
+    fourier::{Batch, LANES, Plan},
+    math::lane,
+    simd::simd,
 };
 
 /// The plane in which waves repeat: the world, or whole copies of it side by side.
@@ -20,17 +25,13 @@ pub(crate) struct Torus {
     copies: [usize; 2],
 }
 
-/// How much of it there is of a wave of so many waves a metre east and south: the root of the power spectral density in
-/// m² per (1/m)², and so in m².
+/// How much there is of each wave: the root of the power spectral density in m² per (1/m)², and so in m².
 pub(crate) trait Spectrum: Sync {
-    /// The root of the power spectral density.
-    fn amplitude(&self, waves_per_m: [f64; 2]) -> f64;
-}
+    /// The root for waves of so many waves a metre east, and south.
+    fn roots(&self, east: &[f32; LANES], south: f32) -> [f32; LANES];
 
-impl<F: Fn([f64; 2]) -> f64 + Sync> Spectrum for F {
-    fn amplitude(&self, waves_per_m: [f64; 2]) -> f64 {
-        self(waves_per_m)
-    }
+    /// Waves a metre from which on there are none.
+    fn end(&self) -> f64;
 }
 
 /// How waves are drawn.
@@ -42,8 +43,17 @@ pub(crate) struct Draw {
     pub even: bool,
 }
 
-/// Waves a cell from which on waves fade, and at which they are gone: two cells a wave.
+/// Waves a cell from which on waves fade, and at which they are gone: two cells a wave. Between them their squares count.
 const FADE: [f64; 2] = [0.25, 0.5];
+
+/// Rows that are summed together: two in each lane.
+const ROWS: usize = 2 * LANES;
+
+/// Columns that are written together.
+const WIDE: usize = 8 * LANES;
+
+/// Rows of a square of numbers, one after the other.
+type Square = [f32; LANES * LANES];
 
 impl Torus {
     /// The world itself, so that its opposite sides fit together.
@@ -65,250 +75,367 @@ impl Torus {
 
     /// The waves of all cells of the world, which must be the job's window; metres, row by row.
     pub fn sum(&self, job: &Job<'_>, draw: Draw, spectrum: &impl Spectrum) -> Result<Vec<f32>, NodeError> {
-        let window = job.window();
-        let (nx, ny) = (window.nx(), window.ny());
-        let cells = [nx * self.copies[0], ny * self.copies[1]];
-        let waves = Waves { torus: self, draw, spectrum, cell_m: job.cell_m() };
-        // the most times that a wave of two cells goes around
-        let most = cells.map(|n| (n - 1) / 2);
-        let rows = most[1] + 1;
-        let along = Along::new(cells[0]);
-        let mut rows_of_waves = vec![[0.0_f32; 2]; rows * nx];
-        rows_of_waves.par_chunks_mut(nx * LANES).enumerate().try_for_each_init(
-            || along.plan.room(),
-            |batch, (chunk, out)| {
-                job.check()?;
-                batch.fill(Batch::ZERO);
-                for (lane, _) in out.chunks_exact(nx).enumerate() {
-                    waves.row(chunk * LANES + lane, most[0], |at, [re, im]| {
-                        let [cos, sin] = along.shift(at);
-                        let at = at.rem_euclid(cells[0] as i64) as usize;
-                        batch[at].re[lane] = re * cos - im * sin;
-                        batch[at].im[lane] = re * sin + im * cos;
-                    });
-                }
-                along.plan.transform(batch);
-                for (lane, row) in out.chunks_exact_mut(nx).enumerate() {
-                    for (value, batch) in row.iter_mut().zip(batch.iter()) {
-                        *value = [batch.re[lane] as f32, batch.im[lane] as f32];
-                    }
-                }
-                Ok::<_, NodeError>(())
-            },
-        )?;
-        job.advance(0.6)?;
-        let down = Along::new(cells[1]);
-        let strips = nx.div_ceil(2 * LANES);
-        let columns: Vec<Vec<f32>> = (0..strips)
+        let (nx, ny) = (job.window().nx(), job.window().ny());
+        let waves = self.waves([nx, ny], draw, spectrum);
+        let [along, down] = waves.cells.map(Plan::<f32>::new);
+        let strips: Vec<Vec<Batch<f32>>> = (0..waves.strips())
             .into_par_iter()
             .map_init(
-                || down.plan.room(),
+                || down.room(),
                 |batch, strip| {
                     job.check()?;
-                    let first = strip * 2 * LANES;
-                    down.columns(batch, &rows_of_waves, nx, first, cells[1]);
-                    let width = (nx - first).min(2 * LANES);
-                    let mut out = vec![0.0; ny * width];
-                    for (row, batch) in out.chunks_exact_mut(width).zip(batch.iter()) {
-                        for (i, value) in row.iter_mut().enumerate() {
-                            *value = (if i % 2 == 0 { batch.re[i / 2] } else { batch.im[i / 2] }) as f32;
-                        }
-                    }
-                    Ok::<_, NodeError>(out)
+                    draw_strip(&waves, strip, batch, down.places());
+                    down.transform_placed(batch, ny);
+                    Ok::<_, NodeError>(batch[..ny].to_vec())
                 },
             )
             .collect::<Result<_, _>>()?;
-        drop(rows_of_waves);
+        job.advance(0.6)?;
         let mut out = vec![0.0; nx * ny];
-        out.par_chunks_mut(nx).enumerate().for_each(|(j, row)| {
-            for (cells, strip) in row.chunks_mut(2 * LANES).zip(&columns) {
-                cells.copy_from_slice(&strip[j * cells.len()..][..cells.len()]);
-            }
-        });
+        out.par_chunks_mut(ROWS * nx).enumerate().try_for_each_init(
+            || along.room(),
+            |batch, (chunk, out)| {
+                job.check()?;
+                let rows = chunk * ROWS..ny.min((chunk + 1) * ROWS);
+                // that of two cells, and whatever is shorter than the spectrum's shortest
+                let waves = along.places().len();
+                let none = (strips.len() * LANES).min(waves.div_ceil(2));
+                for &place in &along.places()[none..=waves - none] {
+                    batch[place as usize] = Batch::ZERO;
+                }
+                for (strip, waves) in strips.iter().enumerate() {
+                    beside(batch, along.places(), &waves[rows.clone()], strip * LANES);
+                }
+                along.transform_placed(batch, nx);
+                apart(out, &batch[..nx]);
+                Ok::<_, NodeError>(())
+            },
+        )?;
         job.advance(1.0)?;
         Ok(out)
+    }
+
+    /// Waves for a world of so many cells.
+    fn waves<'a, S: Spectrum>(&self, cells: [usize; 2], draw: Draw, spectrum: &'a S) -> Waves<'a, S> {
+        let [width_m, height_m] = self.size_m;
+        Waves {
+            cells: [cells[0] * self.copies[0], cells[1] * self.copies[1]],
+            per_m: [1.0 / width_m, 1.0 / height_m],
+            scale: (1.0 / (width_m * height_m).sqrt()) as f32,
+            draw,
+            spectrum,
+        }
     }
 }
 
 /// The waves of a torus.
 struct Waves<'a, S> {
-    torus: &'a Torus,
+    /// Cells around the torus.
+    cells: [usize; 2],
+    /// Waves a metre of one that goes around once.
+    per_m: [f64; 2],
+    /// Over the root of the torus's area.
+    scale: f32,
     draw: Draw,
     spectrum: &'a S,
-    cell_m: f64,
 }
 
 impl<S: Spectrum> Waves<'_, S> {
-    /// Calls `each(east, wave)` for all waves that go so often around southwards and up to `most` times eastwards or
-    /// westwards. Of two waves that are each other's mirror image only one is among them, at twice its height.
-    fn row(&self, south: usize, most: usize, mut each: impl FnMut(i64, Complex)) {
-        let most = most as i64;
-        let draws = Draws::of_row(self.draw, south as i64);
-        for east in if south == 0 { 1 } else { -most }..=most {
-            if let Some(wave) = self.wave(&draws, east, south as i64) {
-                each(east, wave);
+    /// The most times that a wave goes around along an axis.
+    fn most(&self, axis: usize) -> usize {
+        let by_spectrum = self.spectrum.end() / self.per_m[axis];
+        // the least that two cells cannot hold is half of the cells
+        ((self.cells[axis] - 1) / 2).min(by_spectrum as usize)
+    }
+
+    /// Strips of sixteen numbers of times to go around eastwards, from none on.
+    fn strips(&self) -> usize {
+        self.most(0) / LANES + 1
+    }
+
+    /// The most times that waves of a strip go around southwards or northwards.
+    fn most_south(&self, strip: usize) -> usize {
+        let share = (strip * LANES) as f64 / self.cells[0] as f64;
+        let longest = self.cells[1] as f64 * (FADE[1] * FADE[1] - share * share).max(0.0).sqrt();
+        self.most(1).min(longest as usize)
+    }
+}
+
+simd! {
+    /// Draws the waves of a strip, each where a transform down the columns expects it. Of two waves that are each other's mirror
+    /// image only one is among them, at half of the height of both.
+    fn draw_strip<S: Spectrum>(waves: &Waves<'_, S>, strip: usize, batch: &mut [Batch<f32>], places: &[u32]) {
+        let most = waves.most_south(strip) as i64;
+        let fade = waves.cells.map(|cells| (1.0 / cells as f64) as f32);
+        let (mut east_per_m, mut keys, mut turns) = ([0.0; LANES], [0_u32; LANES], [0_u32; LANES]);
+        for lane in 0..LANES {
+            let east = strip * LANES + lane;
+            east_per_m[lane] = (east as f64 * waves.per_m[0]) as f32;
+            keys[lane] = (east as u32).wrapping_mul(0x8da6_b343);
+            turns[lane] = to_first_cell(east as i64, waves.cells[0]);
+        }
+        let cells = waves.cells[1] as i64;
+        for south in most + 1..cells - most {
+            batch[places[south as usize] as usize] = Batch::ZERO;
+        }
+        for south in -most..=most {
+            let roots = waves.spectrum.roots(&east_per_m, (south as f64 * waves.per_m[1]) as f32);
+            let row = mix((south as u32).wrapping_mul(0xd816_3841).wrapping_add(waves.draw.seed));
+            let turn = to_first_cell(south, waves.cells[1]);
+            let down = south as f32 * fade[1];
+            let mut drawn = Batch::ZERO;
+            for lane in 0..LANES {
+                let across = (strip * LANES + lane) as i32 as f32 * fade[0];
+                let below = (FADE[1] * FADE[1]) as f32 - (across * across + down * down);
+                let kept = lane::smoothstep(below * (1.0 / (FADE[1] * FADE[1] - FADE[0] * FADE[0])) as f32);
+                let height = waves.scale * roots[lane] * kept;
+                let [re, im] = of_key(mix(keys[lane].wrapping_add(row)), turns[lane].wrapping_add(turn), waves.draw.even);
+                drawn.re[lane] = height * re;
+                drawn.im[lane] = height * im;
+            }
+            if strip == 0 && south <= 0 {
+                (drawn.re[0], drawn.im[0]) = (0.0, 0.0);
+            }
+            batch[places[south.rem_euclid(cells) as usize] as usize] = drawn;
+        }
+    }
+}
+
+/// The angle, in 2³²nds of a turn, that brings a wave that goes around so often from the torus's corner to the centre of the first
+/// cell.
+fn to_first_cell(around: i64, cells: usize) -> u32 {
+    (around as f64 * (-2_147_483_648.0 / cells as f64)) as i64 as u32
+}
+
+/// A complex number of mean square 1, turned by an angle in 2³²nds of a turn: circular Gaussian, by G. E. P. Box and M. E. Muller
+/// (1958), or of modulus 1.
+#[inline(always)]
+fn of_key(key: u32, turned: u32, even: bool) -> [f32; 2] {
+    let [cos, sin] = lane::turn(mix(key ^ 0x9e37_79b9).wrapping_add(turned));
+    let share = ((key >> 8) as i32 as f32 + 0.5) * (1.0 / 16_777_216.0);
+    let square = -std::f32::consts::LN_2 * lane::log2(share);
+    let modulus = if even { 1.0 } else { square * lane::inverse_root(square) };
+    [modulus * cos, modulus * sin]
+}
+
+simd! {
+    /// Lays rows of a strip of waves side by side, each where a transform along the rows expects it: the first sixteen rows as the
+    /// real part of what comes out, the others as the imaginary part.
+    fn beside(batch: &mut [Batch<f32>], places: &[u32], strip: &[Batch<f32>], first: usize) {
+        let [mut re, mut im, mut mirrored_re, mut mirrored_im] = [[0.0; LANES * LANES]; 4];
+        for (row, a) in strip.iter().take(LANES).enumerate() {
+            let b = strip.get(row + LANES).unwrap_or(&Batch::ZERO);
+            let at = row * LANES;
+            for k in 0..LANES {
+                re[at + k] = a.re[k] - b.im[k];
+                im[at + k] = a.im[k] + b.re[k];
+                mirrored_re[at + k] = a.re[k] + b.im[k];
+                mirrored_im[at + k] = b.re[k] - a.im[k];
+            }
+        }
+        for square in [&mut re, &mut im, &mut mirrored_re, &mut mirrored_im] {
+            transpose(square);
+        }
+        for k in 0..LANES {
+            let (here, there) = (first + k, places.len().saturating_sub(first + k));
+            let (mut value, mut mirrored) = (Batch::ZERO, Batch::ZERO);
+            for lane in 0..LANES {
+                value.re[lane] = re[k * LANES + lane];
+                value.im[lane] = im[k * LANES + lane];
+                mirrored.re[lane] = mirrored_re[k * LANES + lane];
+                mirrored.im[lane] = mirrored_im[k * LANES + lane];
+            }
+            if here == 0 {
+                let both = &mut batch[places[0] as usize];
+                for lane in 0..LANES {
+                    both.re[lane] = value.re[lane] + mirrored.re[lane];
+                    both.im[lane] = value.im[lane] + mirrored.im[lane];
+                }
+            } else if here < there {
+                batch[places[here] as usize] = value;
+                batch[places[there] as usize] = mirrored;
             }
         }
     }
-
-    /// A wave with its mirror image, if cells can hold it.
-    fn wave(&self, draws: &Draws, east: i64, south: i64) -> Option<Complex> {
-        let [width_m, height_m] = self.torus.size_m;
-        let waves_per_m = [east as f64 / width_m, south as f64 / height_m];
-        let waves_per_cell = (waves_per_m[0] * waves_per_m[0] + waves_per_m[1] * waves_per_m[1]).sqrt() * self.cell_m;
-        if waves_per_cell >= FADE[1] {
-            return None;
-        }
-        let amplitude = self.spectrum.amplitude(waves_per_m) / (width_m * height_m).sqrt();
-        if amplitude == 0.0 {
-            return None;
-        }
-        let kept = math::smoothstep((FADE[1] - waves_per_cell) / (FADE[1] - FADE[0]));
-        let height = 2.0 * amplitude * kept;
-        Some(draws.of(east).map(|part| height * part))
-    }
 }
 
-/// Complex numbers of a row of waves, of mean square 1.
-struct Draws {
-    draw: Draw,
-    row: u32,
-}
-
-impl Draws {
-    fn of_row(draw: Draw, south: i64) -> Self {
-        Self { draw, row: mix((south as u32).wrapping_mul(0xd816_3841).wrapping_add(draw.seed)) }
-    }
-
-    /// Circular Gaussian, by G. E. P. Box and M. E. Muller (1958); or of modulus 1.
-    fn of(&self, east: i64) -> Complex {
-        let key = mix((east as u32).wrapping_mul(0x8da6_b343).wrapping_add(self.row));
-        let phase = (mix(key ^ 0x9e37_79b9) >> 8) as f32 * (std::f32::consts::TAU / 16_777_216.0);
-        let modulus = if self.draw.even {
-            1.0
-        } else {
-            (-math::f32::ln(((f64::from(key >> 8) + 0.5) / 16_777_216.0) as f32)).sqrt()
-        };
-        [f64::from(modulus * math::f32::cos(phase)), f64::from(modulus * math::f32::sin(phase))]
-    }
-}
-
-/// Transforms along one axis of the torus.
-struct Along {
-    plan: Plan,
-    /// e^(−πi k / cells): half a cell, from the torus's corner to the centre of its first cell.
-    shifts: Vec<Complex>,
-}
-
-impl Along {
-    fn new(cells: usize) -> Self {
-        let shifts = (0..=cells / 2).map(|k| turn(-0.5 * k as f64 / cells as f64)).collect();
-        Self { plan: Plan::new(cells), shifts }
-    }
-
-    /// What brings a wave that goes around so often to the centre of the first cell.
-    fn shift(&self, waves: i64) -> Complex {
-        let [cos, sin] = self.shifts[waves.unsigned_abs() as usize];
-        if waves < 0 { [cos, -sin] } else { [cos, sin] }
-    }
-
-    /// Sums rows of waves to the real values of columns, from `first` on: two columns a lane, as the real and the imaginary
-    /// part of one transform.
-    fn columns(&self, batch: &mut [Batch], rows: &[[f32; 2]], nx: usize, first: usize, cells: usize) {
-        batch.fill(Batch::ZERO);
-        let width = (nx - first).min(2 * LANES);
-        for (k, row) in rows.chunks_exact(nx).enumerate() {
-            let [cos, sin] = self.shift(k as i64);
-            let turned = |[re, im]: [f32; 2]| {
-                let (re, im) = (f64::from(re), f64::from(im));
-                [re * cos - im * sin, re * sin + im * cos]
-            };
-            for (lane, pair) in row[first..first + width].chunks(2).enumerate() {
-                let a = turned(pair[0]);
-                let b = pair.get(1).map_or([0.0; 2], |b| turned(*b));
-                if k == 0 {
-                    (batch[0].re[lane], batch[0].im[lane]) = (a[0], b[0]);
-                } else {
-                    // half each for the wave and its mirror image
-                    let (here, there) = (k, cells - k);
-                    batch[here].re[lane] = 0.5 * (a[0] - b[1]);
-                    batch[here].im[lane] = 0.5 * (a[1] + b[0]);
-                    batch[there].re[lane] = 0.5 * (a[0] + b[1]);
-                    batch[there].im[lane] = 0.5 * (b[0] - a[1]);
+simd! {
+    /// Writes sums as rows one after the other; the inverse of how [`beside`] lays them.
+    fn apart(out: &mut [f32], batch: &[Batch<f32>]) {
+        let nx = batch.len();
+        // some columns of all rows before they are written, since rows lie where they push each other out of the cache
+        let mut rows = [[0.0; WIDE]; ROWS];
+        for (k, sums) in batch.chunks(WIDE).enumerate() {
+            for (block, sums) in sums.chunks(LANES).enumerate() {
+                let [mut re, mut im] = [[0.0; LANES * LANES]; 2];
+                for (k, sum) in sums.iter().enumerate() {
+                    re[k * LANES..][..LANES].copy_from_slice(&sum.re);
+                    im[k * LANES..][..LANES].copy_from_slice(&sum.im);
+                }
+                transpose(&mut re);
+                transpose(&mut im);
+                for (row, values) in rows.iter_mut().zip(re.chunks_exact(LANES).chain(im.chunks_exact(LANES))) {
+                    row[block * LANES..][..LANES].copy_from_slice(values);
                 }
             }
+            for (out, row) in out.chunks_exact_mut(nx).zip(&rows) {
+                out[k * WIDE..][..sums.len()].copy_from_slice(&row[..sums.len()]);
+            }
         }
-        self.plan.transform(batch);
+    }
+}
+
+/// Rows become columns: four times the first half of the square is interleaved with the second.
+#[inline(always)]
+fn transpose(square: &mut Square) {
+    let mut other = [0.0; LANES * LANES];
+    for _ in 0..2 {
+        interleave(square, &mut other);
+        interleave(&other, square);
+    }
+}
+
+#[inline(always)]
+fn interleave(from: &Square, to: &mut Square) {
+    for k in 0..LANES * LANES / 2 {
+        to[2 * k] = from[k];
+        to[2 * k + 1] = from[k + LANES * LANES / 2];
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::world;
+    use crate::{fourier::turn, testing::world};
+
+    impl<S: Spectrum> Waves<'_, S> {
+        /// How often each wave goes around to the east and to the south, and its number at the first cell; half of its height.
+        fn all(&self) -> Vec<([i64; 2], [f32; 2])> {
+            let cells = self.cells[1];
+            let places: Vec<u32> = (0..cells as u32).collect();
+            let mut batch = vec![Batch::ZERO; cells];
+            let mut all = Vec::new();
+            for strip in 0..self.strips() {
+                draw_strip(self, strip, &mut batch, &places);
+                for (at, drawn) in batch.iter().enumerate() {
+                    let south = if 2 * at > cells { at as i64 - cells as i64 } else { at as i64 };
+                    let lanes = drawn.re.iter().zip(&drawn.im).enumerate();
+                    let waves = lanes.map(|(lane, (&re, &im))| ([(strip * LANES + lane) as i64, south], [re, im]));
+                    all.extend(waves.filter(|(_, wave)| *wave != [0.0, 0.0]));
+                }
+            }
+            all
+        }
+    }
 
     impl Torus {
         /// Heights of all cells of the world, wave by wave.
         pub(crate) fn by_definition(&self, world: &World, draw: Draw, spectrum: &impl Spectrum) -> Vec<f64> {
-            let waves = Waves { torus: self, draw, spectrum, cell_m: world.cell_m() };
             let [nx, ny] = world.cells.map(|n| n as usize);
+            let waves = self.waves([nx, ny], draw, spectrum);
             let mut out = vec![0.0; nx * ny];
-            for south in 0..=ny * self.copies[1] / 2 {
-                waves.row(south, nx * self.copies[0] / 2, |east, [re, im]| {
-                    for (at, value) in out.iter_mut().enumerate() {
-                        let [x, y] = [at % nx, at / nx].map(|i| (i as f64 + 0.5) * world.cell_m());
-                        let turns = east as f64 * x / self.size_m[0] + south as f64 * y / self.size_m[1];
-                        let [cos, sin] = turn(-turns);
-                        *value += re * cos - im * sin;
-                    }
-                });
+            for ([east, south], wave) in waves.all() {
+                let [re, im] = wave.map(f64::from);
+                for (at, value) in out.iter_mut().enumerate() {
+                    let [i, j] = [at % nx, at / nx].map(|at| at as f64);
+                    let [cos, sin] =
+                        turn(-(east as f64 * i / waves.cells[0] as f64 + south as f64 * j / waves.cells[1] as f64));
+                    *value += 2.0 * (re * cos - im * sin);
+                }
             }
             out
         }
     }
 
-    fn draws(world: &World, most: usize, draw: Draw) -> Vec<(usize, i64, Complex)> {
-        let torus = Torus::around(world, 1e9);
-        let spectrum = |[east, south]: [f64; 2]| 1.0 / (east * east + south * south);
-        let waves = Waves { torus: &torus, draw, spectrum: &spectrum, cell_m: world.cell_m() };
-        let mut all = Vec::new();
-        for south in 0..=most {
-            waves.row(south, most, |east, wave| all.push((south, east, wave)));
+    /// As much of every wave, up to an end.
+    struct White(f64);
+
+    impl Spectrum for White {
+        #[inline(always)]
+        fn roots(&self, _: &[f32; LANES], _: f32) -> [f32; LANES] {
+            [1e5; LANES]
         }
-        all
+
+        fn end(&self) -> f64 {
+            self.0
+        }
     }
 
-    /// Halving the cells adds waves and leaves those that were there as they were, up to where they fade.
+    /// Halving the cells adds waves and leaves those that were there as they were, but for where the first cell is, up to where
+    /// they fade.
     #[test]
     fn the_waves_of_coarse_cells_are_among_those_of_fine_ones() {
         for even in [false, true] {
-            let draw = Draw { seed: 5, even };
-            let coarse = draws(&world(64, 64, 10.0), 32, draw);
-            let fine = draws(&world(128, 128, 5.0), 32, draw);
-            assert_eq!(coarse.len(), 32 + 32 * 65);
-            for (coarse, fine) in coarse.iter().zip(&fine) {
-                let (south, east, _) = *coarse;
+            let draws = |cells: u32| {
+                let world = world(cells, cells, 640.0 / f64::from(cells));
+                let torus = Torus::around(&world, 1e9);
+                let waves = torus.waves([cells as usize; 2], Draw { seed: 5, even }, &White(1e9));
+                let turned = waves.all().into_iter().map(|([east, south], [re, im])| {
+                    let [cos, sin] = turn(0.5 * (east + south) as f64 / waves.cells[0] as f64);
+                    let (re, im) = (f64::from(re), f64::from(im));
+                    ([east, south], [re * cos - im * sin, re * sin + im * cos])
+                });
+                turned.collect::<std::collections::BTreeMap<_, _>>()
+            };
+            let (coarse, fine) = (draws(64), draws(128));
+            let mut kept = 0;
+            for (around @ [east, south], wave) in &coarse {
                 // four cells a wave
-                let fades = south * south + (east * east) as usize > 32 * 32;
-                assert_eq!(coarse == fine, !fades, "{coarse:?} {fine:?}");
+                if east * east + south * south <= 32 * 32 {
+                    let same = fine[around];
+                    let apart = (wave[0] - same[0]).abs() + (wave[1] - same[1]).abs();
+                    // single precision of some hundred metres
+                    assert!(apart < 1e-4, "{around:?}: {wave:?} {same:?}");
+                    kept += 1;
+                }
             }
+            // half of the whole numbers in a disc
+            assert!((f64::from(kept) - 0.5 * std::f64::consts::PI * 1024.0).abs() < 20.0, "{kept}");
         }
     }
 
     #[test]
     fn draws_are_circular_gaussian() {
-        let draws: Vec<Complex> = (0..400)
-            .flat_map(|south| {
-                let row = Draws::of_row(Draw { seed: 1, even: false }, south);
-                (-250..250).map(move |east| row.of(east))
-            })
-            .collect();
-        let mean = |of: &dyn Fn(&Complex) -> f64| draws.iter().map(of).sum::<f64>() / draws.len() as f64;
+        let draws: Vec<[f64; 2]> =
+            (0..200_000_u32).map(|key| of_key(mix(key), key.wrapping_mul(77_777), false).map(f64::from)).collect();
+        let mean = |of: &dyn Fn(&[f64; 2]) -> f64| draws.iter().map(of).sum::<f64>() / draws.len() as f64;
         // four standard errors of 200 000 draws of variance ½ a part
         assert!(mean(&|d| d[0]).abs() < 6.4e-3 && mean(&|d| d[1]).abs() < 6.4e-3);
         assert!((mean(&|d| d[0] * d[0]) - 0.5).abs() < 6.4e-3 && (mean(&|d| d[1] * d[1]) - 0.5).abs() < 6.4e-3);
         assert!(mean(&|d| d[0] * d[1]).abs() < 4.5e-3);
         // of a normal variable of variance ½: E x⁴ = 3/4
         assert!((mean(&|d| d[0] * d[0] * d[0] * d[0]) - 0.75).abs() < 0.03);
+        let [re, im] = of_key(7, 9, true).map(f64::from);
+        assert!((re * re + im * im - 1.0).abs() < 1e-6);
+    }
+
+    /// Waves that end before two cells leave the rest of a transform empty, whatever was there.
+    #[test]
+    fn a_spectrum_that_ends_early_is_the_sum_of_its_waves() {
+        for (nx, ny) in [(64, 40), (40, 75)] {
+            let world = world(nx, ny, 10.0);
+            for torus in [Torus::tiled(&world), Torus::around(&world, 200.0)] {
+                let spectrum = White(0.02);
+                let draw = Draw { seed: 3, even: false };
+                let job_params = orograph_graph::ParamValues::defaults(&[]);
+                let job = Job {
+                    node: &orograph_graph::Node::DEFAULT,
+                    params: &job_params,
+                    inputs: Vec::new(),
+                    window: orograph_graph::Window::whole(world),
+                    folder: std::path::PathBuf::new(),
+                    cancel: orograph_graph::Cancel::default(),
+                    progress: &|_| (),
+                    warnings: orograph_graph::Warnings::default(),
+                    glimpses: None,
+                };
+                let found = torus.sum(&job, draw, &spectrum).expect("a result");
+                let expected = torus.by_definition(&world, draw, &spectrum);
+                let largest = expected.iter().fold(0.0_f64, |most, height| most.max(height.abs()));
+                for (found, expected) in found.iter().zip(&expected) {
+                    assert!((f64::from(*found) - expected).abs() < 1e-6 * largest, "{nx} x {ny}: {found} {expected}");
+                }
+            }
+        }
     }
 }
