@@ -1,6 +1,11 @@
 //! Values stretched from one range to another and given another meaning: the converter between kinds of fields.
 
-use crate::{cells::blocks, prelude::*};
+use crate::{
+    cells::blocks,
+    math::{self, lane},
+    prelude::*,
+    simd::simd,
+};
 
 choice! {
     /// What the result means, and so where it may be wired.
@@ -94,20 +99,68 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         ));
     }
     let is_mask = params.quantity == Quantity::Mask;
-    let (low, high) = (to0.min(to1), to0.max(to1));
-    // In double precision: the ends must come out exactly, and a rate of 1e-12 has neighbours.
-    let map = |x: f32| {
-        let share = (f64::from(x) - from0) / (from1 - from0);
-        let share = if params.clamp { share.clamp(0.0, 1.0) } else { share };
-        let value =
-            if logarithmic { to0 * crate::math::pow(to1 / to0, share) } else { to0 * (1.0 - share) + to1 * share };
-        let value = if params.clamp { value.clamp(low, high) } else { value };
-        let value = if is_mask { value.clamp(0.0, 1.0) } else { value };
-        value.clamp(-f64::from(f32::MAX), f64::from(f32::MAX)) as f32
+    let most = f64::from(f32::MAX);
+    let (low, high) = if params.clamp { (to0.min(to1), to0.max(to1)) } else { (-most, most) };
+    let (low, high) = if is_mask { (low.clamp(0.0, 1.0), high.clamp(0.0, 1.0)) } else { (low, high) };
+    let map = Map {
+        from0,
+        from1,
+        shares: if params.clamp { [0.0, 1.0] } else { [f64::MIN, f64::MAX] },
+        to: [to0, to1],
+        octaves: if logarithmic { math::log2(to1 / to0) } else { 0.0 },
+        ends: [low.max(-most), high.min(most)],
     };
     let mut out = job.field("value")?.samples().to_vec();
-    blocks(job, [0.0, 1.0], &mut out, |cells, _| cells.iter_mut().for_each(|cell| *cell = map(*cell)))?;
+    blocks(job, [0.0, 1.0], &mut out, |cells, _| {
+        if logarithmic {
+            logarithmically(cells, &map);
+        } else {
+            linearly(cells, &map);
+        }
+    })?;
     Ok(Outputs::one("value", Field::new(job.window(), out)))
+}
+
+/// From one range to another, in double precision: the ends must come out exactly, and a rate of 1e-12 has neighbours.
+struct Map {
+    from0: f64,
+    from1: f64,
+    /// Between which shares of the way from the first to the second of `from` values are kept.
+    shares: [f64; 2],
+    to: [f64; 2],
+    /// Doublings from the first of `to` to the second.
+    octaves: f64,
+    /// Between which values results are kept.
+    ends: [f64; 2],
+}
+
+impl Map {
+    #[inline(always)]
+    fn share(&self, x: f32) -> f64 {
+        ((f64::from(x) - self.from0) / (self.from1 - self.from0)).max(self.shares[0]).min(self.shares[1])
+    }
+
+    #[inline(always)]
+    fn kept(&self, value: f64) -> f32 {
+        value.max(self.ends[0]).min(self.ends[1]) as f32
+    }
+}
+
+simd! {
+    fn linearly(cells: &mut [f32], map: &Map) {
+        for cell in cells {
+            let share = map.share(*cell);
+            *cell = map.kept(map.to[0] * (1.0 - share) + map.to[1] * share);
+        }
+    }
+}
+
+simd! {
+    fn logarithmically(cells: &mut [f32], map: &Map) {
+        for cell in cells {
+            *cell = map.kept(map.to[0] * lane::exp2_double(map.octaves * map.share(*cell)));
+        }
+    }
 }
 
 #[cfg(test)]

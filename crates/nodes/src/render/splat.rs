@@ -83,25 +83,28 @@ simd! {
     /// Makes shares of masks, in place.
     fn shares(rows: [&mut [f32]; 4], mode: Mode, sharpness: f32) {
         let [first, second, third, fourth] = rows;
-        for (((a, b), c), d) in first.iter_mut().zip(second).zip(third).zip(fourth) {
-            let mut w = [*a, *b, *c, *d].map(|v| v.clamp(0.0, 1.0));
+        for (((a, b), c), d) in first.iter_mut().zip(&mut *second).zip(&mut *third).zip(&mut *fourth) {
+            let (mut p, mut q) = (a.clamp(0.0, 1.0), b.clamp(0.0, 1.0));
+            let (mut r, s) = (c.clamp(0.0, 1.0), d.clamp(0.0, 1.0));
             if mode == Mode::Stack {
-                let free = [1.0 - w[1], 1.0 - w[2], 1.0 - w[3]];
-                w = [free[0] * free[1] * free[2], w[1] * free[1] * free[2], w[2] * free[2], w[3]];
+                let below = (1.0 - r) * (1.0 - s);
+                (p, q, r) = ((1.0 - q) * below, q * below, r * (1.0 - s));
             }
-            let sum = w[0] + w[1] + w[2] + w[3];
+            let sum = (p + q) + (r + s);
             let empty = sum <= 0.0;
             let scale = if empty { 1.0 } else { 1.0 / sum };
-            w = w.map(|v| v * scale);
-            w[0] = if empty { 1.0 } else { w[0] };
-            if sharpness != 1.0 {
+            p = if empty { 1.0 } else { p };
+            (*a, *b, *c, *d) = (p * scale, q * scale, r * scale, s * scale);
+        }
+        if sharpness != 1.0 {
+            for (((a, b), c), d) in first.iter_mut().zip(&mut *second).zip(&mut *third).zip(&mut *fourth) {
                 // the largest is one before the power, so that some share is always left
-                let most = w[0].max(w[1]).max(w[2].max(w[3]));
-                w = w.map(|v| lane::pow(v / most, sharpness));
-                let sum = w[0] + w[1] + w[2] + w[3];
-                w = w.map(|v| v / sum);
+                let per_most = 1.0 / (a.max(*b)).max(c.max(*d));
+                let (p, q) = (lane::pow(*a * per_most, sharpness), lane::pow(*b * per_most, sharpness));
+                let (r, s) = (lane::pow(*c * per_most, sharpness), lane::pow(*d * per_most, sharpness));
+                let per_sum = 1.0 / ((p + q) + (r + s));
+                (*a, *b, *c, *d) = (p * per_sum, q * per_sum, r * per_sum, s * per_sum);
             }
-            [*a, *b, *c, *d] = w;
         }
     }
 }
