@@ -31,8 +31,10 @@ const SORTED: usize = 37;
 const LANES: usize = 32;
 /// Runs of the order of a block's values.
 const BINS: usize = 256;
-/// Bins that are added up to be skipped together.
+/// Bins that are counted together first.
 const GROUP: usize = 16;
+/// How many such groups there are.
+const GROUPS: usize = BINS / GROUP;
 /// Members of a bin that are looked at together.
 const MEMBERS: usize = 32;
 /// Rectangles that a circle is made of.
@@ -312,11 +314,14 @@ struct Block {
     ys: Vec<i16>,
     /// The bin of each cell.
     bins: Vec<u8>,
-    /// Ranks per bin are 2 to this power.
-    shift: u32,
+    /// Ranks per bin.
+    ranks: usize,
     /// For each step and column, how many cells of each bin lie in the step's rows.
-    columns: Vec<[u16; BINS]>,
+    columns: Vec<[[u16; GROUP]; GROUPS]>,
+    /// How many of each group of bins.
+    groups: Vec<[u16; GROUPS]>,
     order: Vec<u64>,
+    spare: Vec<u64>,
 }
 
 impl Block {
@@ -329,9 +334,9 @@ impl Block {
             let row = &from.samples[(y + j) * from.width + x..][..width];
             self.order.extend(row.iter().enumerate().map(|(i, value)| ordered(*value) << 32 | (j * width + i) as u64));
         }
-        self.order.sort_unstable();
+        sort(&mut self.order, &mut self.spare);
         let count = self.order.len();
-        self.shift = count.div_ceil(BINS).next_power_of_two().trailing_zeros();
+        self.ranks = count.div_ceil(BINS).next_multiple_of(MEMBERS);
         for list in [&mut self.xs, &mut self.ys] {
             list.clear();
             list.reserve(count);
@@ -343,10 +348,12 @@ impl Block {
             self.values.push(from_ordered(entry >> 32));
             self.xs.push((at % width) as i16);
             self.ys.push((at / width) as i16);
-            self.bins[at] = (rank >> self.shift) as u8;
+            self.bins[at] = (rank / self.ranks) as u8;
         }
         self.columns.clear();
-        self.columns.resize(STEPS * width, [0; BINS]);
+        self.columns.resize(STEPS * width, [[0; GROUP]; GROUPS]);
+        self.groups.clear();
+        self.groups.resize(STEPS * width, [0; GROUPS]);
     }
 
     /// The value of a rank around each cell.
@@ -372,9 +379,38 @@ impl Block {
     /// Adds a row of cells to the columns of a step; `u16::MAX` takes it away.
     fn count(&mut self, step: usize, row: i64, times: u16) {
         let bins = &self.bins[row as usize * self.width..][..self.width];
-        for (column, &bin) in self.columns[step * self.width..].iter_mut().zip(bins) {
-            column[usize::from(bin)] = column[usize::from(bin)].wrapping_add(times);
+        let columns = self.columns[step * self.width..].iter_mut().zip(&mut self.groups[step * self.width..]);
+        for ((column, groups), &bin) in columns.zip(bins) {
+            let (group, bin) = (usize::from(bin) / GROUP, usize::from(bin) % GROUP);
+            column[group][bin] = column[group][bin].wrapping_add(times);
+            groups[group] = groups[group].wrapping_add(times);
         }
+    }
+}
+
+/// Sorts by the upper halves of numbers, which keep their order where these are equal: by digits, the last ones first.
+fn sort(numbers: &mut Vec<u64>, spare: &mut Vec<u64>) {
+    const DIGITS: [u32; 3] = [32, 43, 54];
+    const DIGIT: usize = 1 << 11;
+    let digit = |number: u64, shift: u32| (number >> shift) as usize % DIGIT;
+    let mut places = [[0_u32; DIGIT]; DIGITS.len()];
+    for &number in numbers.iter() {
+        for (places, shift) in places.iter_mut().zip(DIGITS) {
+            places[digit(number, shift)] += 1;
+        }
+    }
+    spare.resize(numbers.len(), 0);
+    for (mut places, shift) in places.into_iter().zip(DIGITS) {
+        let mut before = 0;
+        for place in &mut places {
+            (*place, before) = (before, before + *place);
+        }
+        for &number in numbers.iter() {
+            let place = &mut places[digit(number, shift)];
+            spare[*place as usize] = number;
+            *place += 1;
+        }
+        std::mem::swap(numbers, spare);
     }
 }
 
@@ -382,54 +418,81 @@ simd! {
     /// The value of a rank around each cell of a row, whose middle is row `y` of the block.
     fn along(out: &mut [f32], block: &Block, y: i16, steps: &Steps, rank: u32) {
         let reach = steps.reach();
-        let column = |step: usize, x: usize| &block.columns[step * block.width + x];
-        let mut counts = [0_u16; BINS];
-        for step in 0..STEPS {
-            let wide = steps.widths[step] as usize;
-            for x in reach - wide..=reach + wide {
-                for (count, more) in counts.iter_mut().zip(column(step, x)) {
-                    *count = count.wrapping_add(*more);
-                }
-            }
-        }
+        let widths = steps.widths.map(|width| width as usize);
+        let all: usize = widths.iter().map(|width| 2 * width + 1).sum();
+        let mut groups = [0_u16; GROUPS];
+        // the bins of a group are counted where the rank lies in it, from the last place where it did or anew
+        let (mut bins, mut counted) = ([[0_u16; GROUP]; GROUPS], [None; GROUPS]);
         for (i, out) in out.iter_mut().enumerate() {
             let x = i + reach;
-            if i > 0 {
-                let taken = [0, 1, 2, 3].map(|step| column(step, x + steps.widths[step] as usize));
-                let left = [0, 1, 2, 3].map(|step| column(step, x - 1 - steps.widths[step] as usize));
-                for bin in 0..BINS {
-                    let more = taken.iter().fold(counts[bin], |sum, column| sum.wrapping_add(column[bin]));
-                    counts[bin] = left.iter().fold(more, |sum, column| sum.wrapping_sub(column[bin]));
+            for (step, width) in widths.into_iter().enumerate() {
+                let line = &block.groups[step * block.width..][..block.width];
+                if i == 0 {
+                    for column in &line[x - width..=x + width] {
+                        add(&mut groups, column);
+                    }
+                } else {
+                    add(&mut groups, &line[x + width]);
+                    take(&mut groups, &line[x - 1 - width]);
                 }
             }
-            let (bin, rest) = bin_of(&counts, rank);
-            let first = bin << block.shift;
-            let end = (first + (1 << block.shift)).min(block.values.len());
+            let (group, rest) = place_of(&groups, rank);
+            let mut counts = bins[group];
+            let since = counted[group].filter(|since| 2 * STEPS * (x - since) <= all);
+            for (step, width) in widths.into_iter().enumerate() {
+                let line = &block.columns[step * block.width..][..block.width];
+                if let Some(since) = since {
+                    for x in since + 1..=x {
+                        add(&mut counts, &line[x + width][group]);
+                        take(&mut counts, &line[x - 1 - width][group]);
+                    }
+                } else {
+                    if step == 0 {
+                        counts = [0; GROUP];
+                    }
+                    for column in &line[x - width..=x + width] {
+                        add(&mut counts, &column[group]);
+                    }
+                }
+            }
+            (bins[group], counted[group]) = (counts, Some(x));
+            let (bin, rest) = place_of(&counts, rest);
+            let first = (group * GROUP + bin) * block.ranks;
+            let end = (first + block.ranks).min(block.values.len());
             let at = member(&block.xs[first..end], &block.ys[first..end], x as i16, y, steps, rest);
             *out = block.values[first + at];
         }
     }
 }
 
-/// The bin in which a rank lies, and its rank in the bin.
 #[inline(always)]
-fn bin_of(counts: &[u16; BINS], rank: u32) -> (usize, u32) {
+fn add<const N: usize>(counts: &mut [u16; N], more: &[u16; N]) {
+    let mut sum = *counts;
+    for k in 0..N {
+        sum[k] = sum[k].wrapping_add(more[k]);
+    }
+    *counts = sum;
+}
+
+#[inline(always)]
+fn take<const N: usize>(counts: &mut [u16; N], less: &[u16; N]) {
+    let mut rest = *counts;
+    for k in 0..N {
+        rest[k] = rest[k].wrapping_sub(less[k]);
+    }
+    *counts = rest;
+}
+
+/// In which of some counts a rank lies, and its rank there.
+#[inline(always)]
+fn place_of<const N: usize>(counts: &[u16; N], rank: u32) -> (usize, u32) {
     let mut rest = rank;
-    let mut first = 0;
-    for group in counts.chunks_exact(GROUP) {
-        let sum = u32::from(group.iter().fold(0_u16, |sum, count| sum.wrapping_add(*count)));
-        if rest < sum {
-            break;
-        }
-        rest -= sum;
-        first += GROUP;
+    let mut place = 0;
+    while place + 1 < N && rest >= u32::from(counts[place]) {
+        rest -= u32::from(counts[place]);
+        place += 1;
     }
-    let mut bin = first;
-    while bin + 1 < BINS && rest >= u32::from(counts[bin]) {
-        rest -= u32::from(counts[bin]);
-        bin += 1;
-    }
-    (bin, rest)
+    (place, rest)
 }
 
 /// Which of the members of a bin is that of a rank among those around a cell.
