@@ -44,7 +44,7 @@ fn strokes_are_painted_onto_the_land_and_undone_one_by_one() {
 }
 
 fn height(window: &egui_kittest::Harness<'_, orograph::editor::App>, port: &str) -> Vec<f32> {
-    let built = window.state().session().built(port).expect("it is built");
+    let built = window.state().session().small(port).expect("it is built");
     built.value.as_field().expect("a field").samples().to_vec()
 }
 

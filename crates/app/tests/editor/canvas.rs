@@ -14,7 +14,7 @@ use tempfile::TempDir;
 use crate::{graph, picture, settle, window};
 
 /// Three nodes in a row, with places, one of them without a wire.
-const ROW: &str = "(
+pub const ROW: &str = "(
     format: 1,
     world: (size: \"8 km\", cells: 64, seed: 3),
     nodes: {
@@ -29,7 +29,7 @@ const ROW: &str = "(
 ";
 
 /// A window on a file with this text.
-fn window_on(text: &str) -> (Harness<'static, App>, TempDir) {
+pub fn window_on(text: &str) -> (Harness<'static, App>, TempDir) {
     let folder = tempfile::tempdir().expect("there is a folder for temporary files");
     let path: PathBuf = folder.path().join("graph.ron");
     fs::write(&path, text).expect("the folder can be written to");
@@ -39,22 +39,22 @@ fn window_on(text: &str) -> (Harness<'static, App>, TempDir) {
     (window, folder)
 }
 
-fn document<'a>(window: &'a Harness<'_, App>) -> &'a Document {
+pub fn document<'a>(window: &'a Harness<'_, App>) -> &'a Document {
     window.state().session().document()
 }
 
 /// The middle of what has this name, in the window.
-fn at(window: &Harness<'_, App>, label: &str) -> Pos2 {
+pub fn at(window: &Harness<'_, App>, label: &str) -> Pos2 {
     window.get_by_label(label).rect().center()
 }
 
 /// The middle of a node's title.
-fn title(window: &Harness<'_, App>, label: &str) -> Pos2 {
+pub fn title(window: &Harness<'_, App>, label: &str) -> Pos2 {
     let rect = window.get_by_label_contains(&format!("node {label}:")).rect();
     rect.center_top() + vec2(-8.0, 8.0)
 }
 
-fn button(window: &mut Harness<'_, App>, pos: Pos2, button: PointerButton, pressed: bool, modifiers: Modifiers) {
+pub fn button(window: &mut Harness<'_, App>, pos: Pos2, button: PointerButton, pressed: bool, modifiers: Modifiers) {
     window.event_modifiers(Event::PointerButton { pos, button, pressed, modifiers }, modifiers);
     window.step();
 }
@@ -68,7 +68,7 @@ fn click_with(window: &mut Harness<'_, App>, pos: Pos2, modifiers: Modifiers) {
     window.run_steps(30);
 }
 
-fn click(window: &mut Harness<'_, App>, pos: Pos2) {
+pub fn click(window: &mut Harness<'_, App>, pos: Pos2) {
     click_with(window, pos, Modifiers::NONE);
 }
 
@@ -84,23 +84,23 @@ fn drag_with(window: &mut Harness<'_, App>, from: Pos2, to: Pos2, modifiers: Mod
     window.run_steps(2);
 }
 
-fn drag(window: &mut Harness<'_, App>, from: Pos2, to: Pos2) {
+pub fn drag(window: &mut Harness<'_, App>, from: Pos2, to: Pos2) {
     drag_with(window, from, to, Modifiers::NONE);
 }
 
 /// Presses a key with the pointer over the graph.
-fn key(window: &mut Harness<'_, App>, modifiers: Modifiers, key: Key) {
+pub fn key(window: &mut Harness<'_, App>, modifiers: Modifiers, key: Key) {
     window.key_press_modifiers(modifiers, key);
     window.run_steps(3);
 }
 
-fn type_text(window: &mut Harness<'_, App>, text: &str) {
+pub fn type_text(window: &mut Harness<'_, App>, text: &str) {
     window.event(Event::Text(text.to_owned()));
     window.run_steps(2);
 }
 
 /// Turns the wheel by so many steps.
-fn wheel(window: &mut Harness<'_, App>, steps: f32) {
+pub fn wheel(window: &mut Harness<'_, App>, steps: f32) {
     let (unit, phase) = (egui::MouseWheelUnit::Line, egui::TouchPhase::Move);
     window.event(Event::MouseWheel { unit, delta: vec2(0.0, steps), phase, modifiers: Modifiers::NONE });
     window.run_steps(3);

@@ -13,6 +13,7 @@ mod opening;
 mod problems;
 mod safety;
 mod viewport;
+mod ways;
 
 use std::{path::PathBuf, thread, time::Duration};
 

@@ -10,6 +10,7 @@ use petgraph::stable_graph::NodeIndex;
 
 use super::{
     args::{self, Arg},
+    canvas::{self, Reroute},
     exposed::{NamedInput, NamedParameter, Reader, Section},
     frames::{self, FrameEntry},
     literal::{Literal, Misfit, constant, is_name, param},
@@ -49,6 +50,8 @@ pub struct NodeEntry {
     pub kind_span: Range<usize>,
     /// Where an editor shows it.
     pub layout: Option<[f64; 2]>,
+    /// What is told of it on the canvas; empty for nothing.
+    pub note: String,
     /// Whether it is muted: built as if it were not there.
     pub muted: bool,
 }
@@ -78,6 +81,7 @@ pub(super) struct Checked {
     pub(super) uses: Vec<UsedGraph>,
     pub(super) muted: Muted,
     pub(super) frames: Vec<FrameEntry>,
+    pub(super) reroutes: Vec<Reroute>,
     pub(super) subgraphs: BTreeMap<NodeIndex, Arc<Document>>,
     /// Number of nodes with those of all files that it uses, each use counted.
     pub(super) size: usize,
@@ -194,7 +198,18 @@ impl Checker<'_> {
         if let Some(item) = root.get("layout")
             && let Some(group) = self.map(&item.value, "layout", "`{ \"node\": (0, 0), … }`")
         {
-            self.layout(group, &entries);
+            canvas::layout(group, self.source, &mut self.out.nodes, &mut self.problems);
+        }
+        if let Some(item) = root.get("notes")
+            && let Some(group) = self.map(&item.value, "notes", "`{ \"node\": \"…\", … }`")
+        {
+            canvas::notes(group, self.source, &mut self.out.nodes, &mut self.problems);
+        }
+        if let Some(item) = root.get("reroutes")
+            && let Some(group) = self.map(&item.value, "reroutes", "`{ \"node.input\": [(120, 40), …], … }`")
+        {
+            let (graph, nodes) = (&self.out.graph, &self.out.nodes);
+            self.out.reroutes = canvas::reroutes(group, self.source, graph, nodes, &mut self.problems);
         }
         if let Some(item) = root.get("frames")
             && let Some(group) = self.map(&item.value, "frames", "`{ \"name\": (at: (0, 0), size: (400, 300)), … }`")
@@ -228,6 +243,7 @@ impl Checker<'_> {
                 span: item.span(),
                 kind_span,
                 layout: None,
+                note: String::new(),
                 muted: false,
             };
             if !is_node {
@@ -535,30 +551,6 @@ impl Checker<'_> {
             Some((last, [])) => format!("write {last}"),
             Some((last, rest)) => format!("write {} or {last}", rest.join(", ")),
             None => "wire it to a node, and write what that gives".to_owned(),
-        }
-    }
-
-    fn layout(&mut self, group: &Group, entries: &BTreeMap<String, Option<NodeIndex>>) {
-        let positions: BTreeMap<String, usize> =
-            self.out.nodes.iter().enumerate().map(|(i, entry)| (entry.name.clone(), i)).collect();
-        for (name, item) in self.problems.duplicates(group, "in `layout`") {
-            let literal = Literal::read(&item.value, self.source);
-            let Some(entry) = positions.get(name) else {
-                let span = item.key.as_ref().map_or_else(|| item.span(), |key| key.span.clone());
-                let message = format!("`layout` places `{name}`, but there is no such node");
-                let problem = Diagnostic::warning("unknown-layout", span, message);
-                self.problems.push(problem.suggest(closest(name, entries.keys().map(String::as_str))));
-                continue;
-            };
-            match &literal {
-                Literal::Tuple(items) => match items.as_slice() {
-                    [Literal::Number(x, _), Literal::Number(y, _)] if x.is_finite() && y.is_finite() => {
-                        self.out.nodes[*entry].layout = Some([*x, *y]);
-                    }
-                    _ => self.problems.misplaced(&item.value, name, "a place such as `(240, 80)`", self.source),
-                },
-                _ => self.problems.misplaced(&item.value, name, "a place such as `(240, 80)`", self.source),
-            }
         }
     }
 }

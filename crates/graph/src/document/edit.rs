@@ -143,6 +143,22 @@ pub enum Edit {
         /// Its place.
         at: Option<[f64; 2]>,
     },
+    /// Sets what is told of a node on the canvas; an empty text for nothing.
+    SetNote {
+        /// The node.
+        node: String,
+        /// What is told.
+        note: String,
+    },
+    /// Sets the places that the wire into an input passes on the canvas, in the order from its source; none for a straight way.
+    SetReroutes {
+        /// The node that takes the wire.
+        node: String,
+        /// Its input.
+        input: String,
+        /// The places.
+        places: Vec<[f64; 2]>,
+    },
     /// Mutes a node, so that it is built as if it were not there, or takes that back.
     SetMuted {
         /// The node.
@@ -262,6 +278,8 @@ impl Edit {
                 editor.set_layout(node, *at);
                 Ok(())
             }
+            Self::SetNote { node, note } => editor.set_note(node, note),
+            Self::SetReroutes { node, input, places } => editor.set_reroutes(node, input, places),
             Self::SetMuted { node, muted } => editor.set_muted(node, *muted),
             Self::SetFrame { name, frame } => editor.set_frame(name, frame.as_ref()),
             Self::RenameFrame { from, to } => editor.rename_frame(from, to),

@@ -14,7 +14,7 @@ use super::{
 };
 
 /// Fields that change nothing of what is built, so that nobody need be asked which of two changes counts.
-const ON_CANVAS: [&str; 2] = ["layout", "frames"];
+const ON_CANVAS: [&str; 4] = ["layout", "reroutes", "notes", "frames"];
 
 /// Nothing but brackets.
 static NONE: Group = Group { name: None, bracket: Bracket::Round, open: 0, close: None, items: Vec::new() };

@@ -11,6 +11,7 @@
 //! accepts.
 
 mod args;
+mod canvas;
 mod check;
 mod diff;
 mod edit;
@@ -34,6 +35,7 @@ mod syntax;
 mod wires;
 mod world;
 
+pub use canvas::Reroute;
 pub use check::{NodeEntry, OutputDecl};
 pub use diff::diff;
 pub use edit::{Edit, EditError};
@@ -172,6 +174,12 @@ impl Document {
     #[must_use]
     pub fn frames(&self) -> &[FrameEntry] {
         &self.checked.frames
+    }
+
+    /// The ways of wires on the canvas that are not straight, in file order.
+    #[must_use]
+    pub fn reroutes(&self) -> &[Reroute] {
+        &self.checked.reroutes
     }
 
     /// The graph files that it names, in file order, those that cannot be used among them.

@@ -9,8 +9,8 @@ use crate::diagnostic::Diagnostic;
 const MAX_DEPTH: usize = 64;
 
 /// The fields of a graph file.
-pub(super) const FIELDS: [&str; 9] =
-    ["format", "world", "inputs", "parameters", "nodes", "muted", "outputs", "layout", "frames"];
+pub(super) const FIELDS: [&str; 11] =
+    ["format", "world", "inputs", "parameters", "nodes", "muted", "outputs", "layout", "reroutes", "notes", "frames"];
 
 /// The most mistakes of notation that are listed.
 const MAX_PROBLEMS: usize = 100;

@@ -33,11 +33,24 @@ pub(super) fn text(
     if !muted.is_empty() {
         let _ = writeln!(text, "    muted: [{}],", muted.join(", "));
     }
+    let notes = entries().filter(|entry| !entry.note.is_empty());
+    let notes = notes.map(|entry| Edit::SetNote { node: entry.name.clone(), note: entry.note.clone() });
+    let ways = document.reroutes().iter().filter(|way| names.contains(&way.node));
+    let ways = ways.map(|way| Edit::SetReroutes {
+        node: way.node.clone(),
+        input: way.input.clone(),
+        places: way.places.clone(),
+    });
+    let told: Vec<Edit> = notes.chain(ways).collect();
     text.push_str(")\n");
-    if outer {
+    if outer && told.is_empty() {
         return Ok(text);
     }
     let mut copy = Document::parse(text, document.registry());
+    copy.apply(&Edit::All(told)).map_err(|error| error.to_string())?;
+    if outer {
+        return Ok(copy.source().to_owned());
+    }
     let cut = model.wires.iter().map(|wire| (wire, model.wire_name(wire)));
     let cut = cut.filter(|(wire, to)| names.contains(&to.node) && !names.contains(&model.cards[wire.from.card].name));
     let cut = cut.map(|(_, to)| Edit::Disconnect { node: to.node, input: to.input.to_owned() });
@@ -94,7 +107,15 @@ pub(super) fn paste(document: &Document, text: &str, at: Option<Pos2>, shift: Ve
     });
     let muted = copy.nodes().iter().filter(|entry| entry.muted);
     let muted = muted.map(|entry| Edit::SetMuted { node: entry.name.clone(), muted: true });
-    Ok(Pasted { edits: added.chain(muted).collect(), names })
+    let notes = copy.nodes().iter().filter(|entry| !entry.note.is_empty());
+    let notes = notes.map(|entry| Edit::SetNote { node: entry.name.clone(), note: entry.note.clone() });
+    let place = |[x, y]: &[f64; 2]| [x + f64::from(shift.x.round()), y + f64::from(shift.y.round())];
+    let ways = copy.reroutes().iter().map(|way| Edit::SetReroutes {
+        node: way.node.clone(),
+        input: way.input.clone(),
+        places: way.places.iter().map(place).collect(),
+    });
+    Ok(Pasted { edits: added.chain(muted).chain(notes).chain(ways).collect(), names })
 }
 
 #[cfg(test)]
@@ -155,6 +176,27 @@ mod tests {
         let graph = document.graph();
         let c2 = graph.find("c2").expect("it was pasted");
         assert_eq!(graph.source(c2, 0).map(|port| graph.port_name(port)).as_deref(), Some("b.height"));
+    }
+
+    #[test]
+    fn notes_and_ways_of_wires_are_copied_with_their_nodes() {
+        let mut document = document();
+        let route = |node: &str| Edit::SetReroutes {
+            node: node.to_owned(),
+            input: "height".to_owned(),
+            places: vec![[10.0, 20.0]],
+        };
+        let note = Edit::SetNote { node: "b".to_owned(), note: "steep".to_owned() };
+        document.apply(&Edit::All(vec![route("b"), route("c"), note])).expect("they are there");
+        let text = copied(&document, &["a", "b"], false);
+        let pasted = paste(&document, &text, None, vec2(24.0, 48.0)).expect("there are nodes");
+        document.apply(&Edit::All(pasted.edits)).expect("they can be pasted");
+        let way = document.reroutes().iter().find(|way| way.node == "b2").expect("it came along");
+        assert_eq!(way.places, [[34.0, 68.0]]);
+        assert!(document.nodes().iter().any(|entry| entry.name == "b2" && entry.note == "steep"));
+        // The wire into a node that is copied alone is cut, and its way with it.
+        assert!(!copied(&document, &["c"], false).contains("reroutes"));
+        assert!(copied(&document, &["c"], true).contains("reroutes"));
     }
 
     #[test]

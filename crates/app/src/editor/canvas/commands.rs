@@ -26,6 +26,21 @@ pub(super) fn put(node: &str, at: Pos2) -> Edit {
     Edit::SetLayout { node: node.to_owned(), at: Some([f64::from(at.x.round()), f64::from(at.y.round())]) }
 }
 
+/// Gives a wire a way.
+pub(super) fn way(wire: &WireName, places: &[Pos2]) -> Edit {
+    let places = places.iter().map(|at| [f64::from(at.x.round()), f64::from(at.y.round())]).collect();
+    Edit::SetReroutes { node: wire.node.clone(), input: wire.input.to_owned(), places }
+}
+
+/// Gives wires the ways that they have in the model, where those are others than they were.
+pub(super) fn ways<'m>(
+    model: &'m Model,
+    before: &'m BTreeMap<usize, Vec<Pos2>>,
+) -> impl Iterator<Item = Edit> + use<'m> {
+    let wires = before.iter().filter_map(|(at, places)| Some((model.wires.get(*at)?, places)));
+    wires.filter(|(wire, places)| wire.bends != **places).map(|(wire, _)| way(&model.wire_name(wire), &wire.bends))
+}
+
 /// Writes down where every node is of which the document says nothing, so that what is seen stays as it is.
 pub(super) fn settle(model: &Model) -> impl Iterator<Item = Edit> {
     model.cards.iter().filter(|card| !card.placed).map(|card| put(&card.name, card.at))
@@ -200,7 +215,12 @@ pub(super) fn arrange(model: &Model, cards: &[usize]) -> Option<Edit> {
     let corner = cards.iter().map(|card| model.cards[*card].rect()).reduce(egui::Rect::union)?.min;
     let corner = place::on_grid(corner).to_vec2();
     let places = place::layered(model, |card| cards.contains(&card));
-    moved(model, places.into_iter().map(|(card, at)| (card, at + corner)).collect())
+    let moved = moved(model, places.into_iter().map(|(card, at)| (card, at + corner)).collect())?;
+    // Ways that were made for other places go.
+    let among: BTreeSet<&str> = cards.iter().map(|card| model.cards[*card].name.as_str()).collect();
+    let ways = model.ways_among(|name| among.contains(name));
+    let straight = ways.into_keys().map(|at| way(&model.wire_name(&model.wires[at]), &[]));
+    Some(Edit::All(straight.chain([moved]).collect()))
 }
 
 /// Puts cards at places, as one edit; all others are written down where they are.

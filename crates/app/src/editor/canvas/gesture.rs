@@ -41,11 +41,22 @@ pub(super) enum Gesture {
         /// The card that it holds, whose corner stays on the grid.
         held: String,
         starts: BTreeMap<String, Pos2>,
+        /// The places of the wires among them, which come along.
+        ways: BTreeMap<usize, Vec<Pos2>>,
         /// The wire into which the card would be put.
         onto: Option<WireName>,
     },
     /// It moves a frame with what is in it, or changes its size.
-    Shift { from: Pos2, area: String, start: Rect, size: bool, starts: BTreeMap<String, Pos2> },
+    Shift {
+        from: Pos2,
+        area: String,
+        start: Rect,
+        size: bool,
+        starts: BTreeMap<String, Pos2>,
+        ways: BTreeMap<usize, Vec<Pos2>>,
+    },
+    /// It moves a place that a wire passes.
+    Bend { from: Pos2, wire: WireName, at: usize, start: Pos2 },
     /// It draws a wire.
     Link(Link),
 }
@@ -100,6 +111,7 @@ impl Gesture {
             Self::Move { starts, .. } => starts.keys().any(|node| model.find(node).is_none()),
             Self::Link(link) => link.fixed(model).is_none(),
             Self::Shift { area, .. } => model.area(area).is_none(),
+            Self::Bend { wire, at, .. } => model.wire(wire).is_none_or(|wire| wire.bends.len() <= *at),
             _ => false,
         };
         if gone {
@@ -120,14 +132,14 @@ impl Gesture {
                     Side::Output => [model.pin_at(fixed), end],
                     Side::Input => [end, model.pin_at(fixed)],
                 };
-                brush.wire(from, to, colour.gamma_multiply(0.3), 7.0);
-                brush.wire(from, to, colour, 2.6);
+                brush.wire(&[from, to], colour.gamma_multiply(0.3), 7.0);
+                brush.wire(&[from, to], colour, 2.6);
                 if let Some((_, Some(reason))) = &link.target {
                     let at = brush.lens.to_screen(link.to);
                     overlay::bubble(ui, "refused", at + egui::vec2(16.0, 12.0), brush, reason);
                 }
             }
-            Self::Idle | Self::Pan | Self::Move { .. } | Self::Shift { .. } => {}
+            Self::Idle | Self::Pan | Self::Move { .. } | Self::Shift { .. } | Self::Bend { .. } => {}
         }
     }
 }
@@ -190,7 +202,7 @@ impl Canvas {
                         session.select_only(&name);
                     }
                 }
-                Hit::Wire(wire) => self.wires = BTreeSet::from([wire.clone()]),
+                Hit::Wire(wire) | Hit::Bend(wire, _) => self.wires = BTreeSet::from([wire.clone()]),
                 Hit::Head(area) | Hit::Corner(area) => {
                     session.select([]);
                     self.area = Some(self.model.areas[*area].name.clone());
@@ -208,7 +220,7 @@ impl Canvas {
         if !additive && !matches!(hit, Hit::Wire(_)) {
             self.wires.clear();
         }
-        self.area = None;
+        (self.area, self.bend) = (None, None);
         match hit {
             Hit::Card(card) | Hit::Pin(Spot { card, .. }) => {
                 let name = self.model.cards[card].name.clone();
@@ -220,6 +232,12 @@ impl Canvas {
                 } else {
                     session.select_only(&name);
                 }
+            }
+            Hit::Wire(wire) if response.double_clicked() => self.add_bend(ui, session, &wire, point),
+            Hit::Bend(wire, at) if response.double_clicked() => self.remove_bend(ui, session, &wire, at),
+            Hit::Bend(wire, at) => {
+                session.select([]);
+                self.bend = Some((wire, at));
             }
             Hit::Wire(wire) if additive => {
                 if !self.wires.remove(&wire) {
@@ -270,7 +288,13 @@ impl Canvas {
                     let card = &self.model.cards[card];
                     (card.name.clone(), card.at)
                 });
-                Gesture::Move { from, held, starts: starts.collect(), onto: None }
+                let starts: BTreeMap<String, Pos2> = starts.collect();
+                let ways = self.model.ways_among(|name| starts.contains_key(name));
+                Gesture::Move { from, held, starts, ways, onto: None }
+            }
+            Hit::Bend(wire, at) => {
+                let start = self.model.wire(&wire).map_or(from, |wire| wire.bends[at]);
+                Gesture::Bend { from, wire, at, start }
             }
             Hit::Head(area) => self.shift(area, from, false),
             Hit::Corner(area) => self.shift(area, from, true),
@@ -285,8 +309,9 @@ impl Canvas {
     fn shift(&self, area: usize, from: Pos2, size: bool) -> Gesture {
         let area = &self.model.areas[area];
         let inside = self.model.cards.iter().filter(|card| !size && area.rect.contains_rect(card.rect()));
-        let starts = inside.map(|card| (card.name.clone(), card.at)).collect();
-        Gesture::Shift { from, area: area.name.clone(), start: area.rect, size, starts }
+        let starts: BTreeMap<String, Pos2> = inside.map(|card| (card.name.clone(), card.at)).collect();
+        let ways = self.model.ways_among(|name| starts.contains_key(name));
+        Gesture::Shift { from, area: area.name.clone(), start: area.rect, size, starts, ways }
     }
 
     /// A wire from a pin. At an input that has one it is that wire, whose end is taken off.
@@ -339,7 +364,7 @@ impl Canvas {
                 let touched = self.model.cards.iter().filter(|card| card.rect().intersects(net));
                 *caught = touched.map(|card| card.name.clone()).chain(base.iter().cloned()).collect();
             }
-            Gesture::Move { from, held, starts, onto } => {
+            Gesture::Move { from, held, starts, ways, onto } => {
                 let Some(start) = starts.get(held) else { return };
                 let target = *start + (place - *from);
                 let by = if modifiers.alt { target } else { place::on_grid(target) } - *start;
@@ -348,6 +373,7 @@ impl Canvas {
                         self.model.cards[card].at = *start + by;
                     }
                 }
+                self.model.put_ways(ways, by);
                 *onto = (starts.len() == 1)
                     .then(|| self.model.find(held))
                     .flatten()
@@ -355,7 +381,13 @@ impl Canvas {
                 // All is seen until a person has chosen; then what is moved would run away from under the pointer.
                 self.moved = true;
             }
-            Gesture::Shift { from, area, start, size, starts } => {
+            Gesture::Bend { from, wire, at, start } => {
+                let target = *start + (place - *from);
+                let target = if modifiers.alt { target } else { place::on_grid(target) };
+                self.model.put_bend(wire, *at, target);
+                self.moved = true;
+            }
+            Gesture::Shift { from, area, start, size, starts, ways } => {
                 let Some(area) = self.model.area(area) else { return };
                 let area = &mut self.model.areas[area];
                 if *size {
@@ -369,6 +401,7 @@ impl Canvas {
                             self.model.cards[card].at = *at + by;
                         }
                     }
+                    self.model.put_ways(ways, by);
                 }
                 self.moved = true;
             }
@@ -397,11 +430,14 @@ impl Canvas {
     /// Gives up what the pointer was doing; all is as before.
     pub(super) fn cancel(&mut self) {
         match std::mem::take(&mut self.gesture) {
-            Gesture::Move { starts, .. } => {
+            Gesture::Move { starts, ways, .. } => {
                 self.take_back(starts);
+                self.model.put_ways(&ways, Vec2::ZERO);
             }
-            Gesture::Shift { area, start, starts, .. } => {
+            Gesture::Bend { wire, at, start, .. } => self.model.put_bend(&wire, at, start),
+            Gesture::Shift { area, start, starts, ways, .. } => {
                 self.take_back(starts);
+                self.model.put_ways(&ways, Vec2::ZERO);
                 if let Some(area) = self.model.area(&area) {
                     self.model.areas[area].rect = start;
                 }
@@ -428,10 +464,16 @@ impl Canvas {
                 self.area = None;
                 session.select(caught);
             }
-            Gesture::Move { starts, onto, held, .. } => {
+            Gesture::Bend { wire, .. } => {
+                let places = self.model.wire(&wire).map(|wire| wire.bends.clone()).unwrap_or_default();
+                self.bend_wire(ui, session, &wire, &places);
+            }
+            Gesture::Move { starts, ways, onto, held, .. } => {
                 let ends = self.take_back(starts);
                 let mut edits: Vec<Edit> = commands::moved(&self.model, ends).into_iter().collect();
-                let wire = onto.and_then(|wire| self.model.wire(&wire).copied());
+                edits.extend(commands::ways(&self.model, &ways));
+                self.model.put_ways(&ways, Vec2::ZERO);
+                let wire = onto.and_then(|wire| self.model.wire(&wire).cloned());
                 if let Some(wire) = wire {
                     let kind = self.model.find(&held).and_then(|card| self.model.cards[card].index);
                     let kind = kind.map(|index| session.document().graph().instance(index).node);
@@ -442,8 +484,10 @@ impl Canvas {
                     self.apply(ui, session, &Edit::All(edits));
                 }
             }
-            Gesture::Shift { area: name, start, starts, .. } => {
+            Gesture::Shift { area: name, start, starts, ways, .. } => {
                 let ends = self.take_back(starts);
+                let led: Vec<Edit> = commands::ways(&self.model, &ways).collect();
+                self.model.put_ways(&ways, Vec2::ZERO);
                 let Some(area) = self.model.area(&name) else { return };
                 let area = &mut self.model.areas[area];
                 let moved = Area { rect: std::mem::replace(&mut area.rect, start), ..area.clone() };
@@ -451,12 +495,39 @@ impl Canvas {
                 session.select([]);
                 if moved.rect != start {
                     let frame = Edit::SetFrame { name, frame: Some(moved.frame()) };
-                    let edits = commands::moved(&self.model, ends).into_iter().chain([frame]);
+                    let edits = commands::moved(&self.model, ends).into_iter().chain(led).chain([frame]);
                     self.apply(ui, session, &Edit::All(edits.collect()));
                 }
             }
             Gesture::Link(link) => self.tie(ui, session, &link, pointer),
         }
+    }
+
+    /// Lets a wire pass a place, at a point of the window.
+    pub(super) fn add_bend(&mut self, ui: &egui::Ui, session: &mut Session, name: &WireName, point: Pos2) {
+        let (Some(lens), Some(wire)) = (self.lens, self.model.wire(name)) else { return };
+        let (_, at) = lens.distance_to_way(point, &self.model.places(wire));
+        let mut places = wire.bends.clone();
+        places.insert(at, place::on_grid(lens.to_graph(point)));
+        self.wires.clear();
+        self.bend_wire(ui, session, name, &places);
+        self.bend = Some((name.clone(), at));
+    }
+
+    /// Takes away a place that a wire passes.
+    pub(super) fn remove_bend(&mut self, ui: &egui::Ui, session: &mut Session, name: &WireName, at: usize) {
+        let mut places = self.model.wire(name).map(|wire| wire.bends.clone()).unwrap_or_default();
+        if at < places.len() {
+            places.remove(at);
+            self.bend = None;
+            self.bend_wire(ui, session, name, &places);
+        }
+    }
+
+    /// Gives a wire a way; what is not placed yet is written down, so that the way fits it.
+    pub(super) fn bend_wire(&mut self, ui: &egui::Ui, session: &mut Session, name: &WireName, places: &[Pos2]) {
+        let edits = commands::settle(&self.model).chain([commands::way(name, places)]);
+        self.apply(ui, session, &Edit::All(edits.collect()));
     }
 
     /// Ends a wire: at a pin, or at a new node, or nowhere.

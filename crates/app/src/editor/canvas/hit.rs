@@ -15,6 +15,8 @@ pub(super) enum Hit {
     Pin(Spot),
     Card(usize),
     Wire(WireName),
+    /// A place that a wire passes.
+    Bend(WireName, usize),
     /// A frame's head.
     Head(usize),
     /// A frame's corner.
@@ -33,6 +35,9 @@ impl Model {
         }
         if let Some(card) = self.card_at(lens, order, point) {
             return Hit::Card(card);
+        }
+        if let Some((wire, bend)) = self.bend_near(lens, point) {
+            return Hit::Bend(wire, bend);
         }
         if let Some(wire) = self.wire_at(lens, point, |_| true) {
             return Hit::Wire(wire);
@@ -76,9 +81,17 @@ impl Model {
             .iter()
             .enumerate()
             .filter(|(position, _)| wanted(*position))
-            .map(|(_, wire)| (lens.distance_to_curve(point, self.pin_at(wire.from), self.pin_at(wire.to)), wire));
+            .map(|(_, wire)| (lens.distance_to_way(point, &self.places(wire)).0, wire));
         let nearest = distances.min_by(|(a, _), (b, _)| a.total_cmp(b));
         nearest.filter(|(distance, _)| *distance <= NEAR_WIRE).map(|(_, wire)| self.wire_name(wire))
+    }
+
+    /// The place that a wire passes next to a point of the window, if one is near enough.
+    fn bend_near(&self, lens: Lens, point: Pos2) -> Option<(WireName, usize)> {
+        let bends = self.wires.iter().flat_map(|wire| wire.bends.iter().enumerate().map(move |bend| (wire, bend)));
+        let distances = bends.map(|(wire, (at, bend))| (lens.to_screen(*bend).distance(point), wire, at));
+        let (distance, wire, at) = distances.min_by(|(a, ..), (b, ..)| a.total_cmp(b))?;
+        (distance <= NEAR_WIRE.max(6.0 * lens.zoom)).then(|| (self.wire_name(wire), at))
     }
 
     /// Whether a wire between two pins would do: from an output to an input that takes it, without closing a circle.

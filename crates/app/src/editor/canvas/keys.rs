@@ -190,6 +190,10 @@ impl Canvas {
                 self.add(ui, session, pasted);
             }
             Command::Delete => {
+                if let Some((wire, at)) = self.bend.clone().filter(|_| names.is_empty() && self.wires.is_empty()) {
+                    self.remove_bend(ui, session, &wire, at);
+                    return;
+                }
                 if let Some(name) = self.area.clone().filter(|_| names.is_empty()) {
                     self.apply(ui, session, &Edit::SetFrame { name, frame: None });
                     return;
@@ -248,7 +252,8 @@ impl Canvas {
                     self.rename = Some(Rename::of_frame(&area.name, &area.note));
                     ui.ctx().request_repaint();
                 } else if let [card] = chosen[..] {
-                    self.rename = Some(Rename::new(&self.model.cards[card].name));
+                    let card = &self.model.cards[card];
+                    self.rename = Some(Rename::of_node(&card.name, &card.note));
                     ui.ctx().request_repaint();
                 }
             }

@@ -44,8 +44,29 @@ impl Lens {
         Rect::from_min_max(self.to_graph(self.rect.min), self.to_graph(self.rect.max))
     }
 
+    /// The curves, in the window, of a wire that passes places of the graph: from its beginning to its end.
+    ///
+    /// At both ends it is level; at a place between it goes the way from the place before to the one after.
+    pub(super) fn way(self, places: &[Pos2]) -> Vec<[Pos2; 4]> {
+        if let [from, to] = places {
+            return vec![self.curve(*from, *to)];
+        }
+        let last = places.len().saturating_sub(1);
+        let along = |at: usize| match at {
+            0 => vec2(1.0, 0.0),
+            at if at == last => vec2(1.0, 0.0),
+            at => (places[at + 1] - places[at - 1]).normalized(),
+        };
+        let piece = |at: usize| {
+            let [from, to] = [places[at], places[at + 1]];
+            let reach = from.distance(to) * 0.35;
+            [from, from + along(at) * reach, to - along(at + 1) * reach, to].map(|place| self.to_screen(place))
+        };
+        (0..last).map(piece).collect()
+    }
+
     /// The four points, in the window, of a wire between two places of the graph.
-    pub(super) fn curve(self, from: Pos2, to: Pos2) -> [Pos2; 4] {
+    fn curve(self, from: Pos2, to: Pos2) -> [Pos2; 4] {
         let [from, to] = [self.to_screen(from), self.to_screen(to)];
         let (dx, dy) = (to.x - from.x, (to.y - from.y).abs());
         let [side, rise] = [160.0, 80.0].map(|most| most * self.zoom);
@@ -54,24 +75,11 @@ impl Lens {
         [from, from + handle, to - handle, to]
     }
 
-    /// How far a point of the window is from a wire, in points of the window.
-    pub(super) fn distance_to_curve(self, point: Pos2, from: Pos2, to: Pos2) -> f32 {
-        const PIECES: usize = 24;
-        let curve = self.curve(from, to);
-        if !Rect::from_points(&curve).expand(16.0).contains(point) {
-            return f32::INFINITY;
-        }
-        let shape = CubicBezierShape::from_points_stroke(curve, false, Color32::TRANSPARENT, Stroke::NONE);
-        let mut nearest = f32::INFINITY;
-        let mut last = curve[0];
-        for piece in 1..=PIECES {
-            let next = shape.sample(piece as f32 / PIECES as f32);
-            let (along, way) = (next - last, point - last);
-            let t = (way.dot(along) / along.length_sq().max(1e-6)).clamp(0.0, 1.0);
-            nearest = nearest.min((way - along * t).length());
-            last = next;
-        }
-        nearest
+    /// How far a point of the window is from a wire, in points of the window, and from which of its curves.
+    pub(super) fn distance_to_way(self, point: Pos2, places: &[Pos2]) -> (f32, usize) {
+        let distances =
+            self.way(places).into_iter().enumerate().map(|(at, curve)| (distance_to_curve(point, curve), at));
+        distances.min_by(|(a, _), (b, _)| a.total_cmp(b)).unwrap_or((f32::INFINITY, 0))
     }
 
     /// Enlarges by a factor; what is under `point` stays there.
@@ -85,6 +93,25 @@ impl Lens {
     pub(super) fn pan(&mut self, by: Vec2) {
         self.centre -= by / self.zoom;
     }
+}
+
+/// How far a point is from a curve.
+fn distance_to_curve(point: Pos2, curve: [Pos2; 4]) -> f32 {
+    const PIECES: usize = 24;
+    if !Rect::from_points(&curve).expand(16.0).contains(point) {
+        return f32::INFINITY;
+    }
+    let shape = CubicBezierShape::from_points_stroke(curve, false, Color32::TRANSPARENT, Stroke::NONE);
+    let mut nearest = f32::INFINITY;
+    let mut last = curve[0];
+    for piece in 1..=PIECES {
+        let next = shape.sample(piece as f32 / PIECES as f32);
+        let (along, way) = (next - last, point - last);
+        let t = (way.dot(along) / along.length_sq().max(1e-6)).clamp(0.0, 1.0);
+        nearest = nearest.min((way - along * t).length());
+        last = next;
+    }
+    nearest
 }
 
 #[cfg(test)]
@@ -105,6 +132,22 @@ mod tests {
         assert!((lens.to_screen(under) - point).length() < 1e-3);
         lens.zoom_at(point, 1e9);
         assert_eq!(lens.zoom, ZOOM[1]);
+    }
+
+    #[test]
+    fn a_wire_passes_its_places() {
+        let lens = Lens::fitted(Rect::from_min_size(Pos2::ZERO, vec2(400.0, 300.0)), Rect::NOTHING);
+        let places = [pos2(0.0, 0.0), pos2(60.0, 90.0), pos2(-40.0, 20.0), pos2(100.0, 10.0)];
+        let way = lens.way(&places);
+        assert_eq!(way.len(), 3);
+        for (curve, ends) in way.iter().zip(places.windows(2)) {
+            assert_eq!([curve[0], curve[3]], [ends[0], ends[1]].map(|place| lens.to_screen(place)));
+        }
+        for (at, place) in places[1..3].iter().enumerate() {
+            let (distance, curve) = lens.distance_to_way(lens.to_screen(*place), &places);
+            assert!(distance < 1e-3 && (at..=at + 1).contains(&curve), "{distance} {curve}");
+        }
+        assert_eq!(lens.distance_to_way(pos2(900.0, 900.0), &places).0, f32::INFINITY);
     }
 
     #[test]

@@ -27,6 +27,7 @@ enum Of {
     Node,
     Input(WireName, bool),
     Wire(WireName),
+    Bend(WireName, usize),
     Frame,
     Ground,
 }
@@ -40,6 +41,7 @@ impl Menu {
             ),
             Hit::Card(_) | Hit::Pin(_) => Of::Node,
             Hit::Wire(wire) => Of::Wire(wire),
+            Hit::Bend(wire, at) => Of::Bend(wire, at),
             Hit::Head(_) | Hit::Corner(_) => Of::Frame,
             Hit::Ground => Of::Ground,
         };
@@ -73,6 +75,14 @@ impl Canvas {
                         self.node_menu(ui, session);
                     }
                     Of::Wire(wire) => self.wire_menu(ui, session, wire, menu.at),
+                    Of::Bend(wire, at) => {
+                        if ui.button("Remove this point").clicked() {
+                            self.remove_bend(ui, session, wire, *at);
+                        }
+                        self.straighten(ui, session, wire);
+                        ui.separator();
+                        self.wire_menu(ui, session, wire, menu.at);
+                    }
                     Of::Frame => {
                         self.item(ui, session, "Name and note…", Command::Rename, true);
                         self.frame_colours(ui, session);
@@ -103,7 +113,7 @@ impl Canvas {
         });
         let show = if shown { "Stop showing in the viewport" } else { "Keep in the viewport" };
         self.item(ui, session, show, Command::Show, one);
-        self.item(ui, session, "Rename…", Command::Rename, one);
+        self.item(ui, session, "Name and note…", Command::Rename, one);
         let collapsed = chosen.iter().all(|card| self.model.cards[*card].collapsed);
         self.item(ui, session, if collapsed { "Expand" } else { "Collapse" }, Command::Collapse, true);
         let muted = chosen.iter().all(|card| self.model.cards[*card].muted);
@@ -163,7 +173,16 @@ impl Canvas {
         {
             self.palette = Some(Palette::new(at, lens.to_graph(at), Purpose::Insert(wire.clone())));
         }
-        self.item(ui, session, "Delete", Command::Delete, true);
+        if ui.button("Add a point").clicked() {
+            self.add_bend(ui, session, wire, at);
+        }
+        self.item(ui, session, "Delete the wire", Command::Delete, true);
+    }
+
+    fn straighten(&mut self, ui: &mut Ui, session: &mut Session, wire: &WireName) {
+        if ui.button("Remove all points of the wire").clicked() {
+            self.bend_wire(ui, session, wire, &[]);
+        }
     }
 
     fn ground_menu(&mut self, ui: &mut Ui, session: &mut Session, at: Pos2) {

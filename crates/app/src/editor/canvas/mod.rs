@@ -73,6 +73,8 @@ pub(super) struct Canvas {
     wires: BTreeSet<WireName>,
     /// The selected frame.
     area: Option<String>,
+    /// The selected place of a wire.
+    bend: Option<(WireName, usize)>,
     /// The one node that was selected in the last frame.
     followed: Option<String>,
     thumbs: Thumbs,
@@ -136,6 +138,8 @@ impl Canvas {
         self.wires =
             std::mem::take(&mut self.wires).into_iter().filter(|wire| self.model.wire(wire).is_some()).collect();
         self.area = self.area.take().filter(|name| self.model.area(name).is_some());
+        let stands = |(wire, at): &(WireName, usize)| self.model.wire(wire).is_some_and(|wire| *at < wire.bends.len());
+        self.bend = self.bend.take().filter(stands);
         self.hovered = None;
         self.thumbs.keep(&self.model);
     }
@@ -257,13 +261,20 @@ impl Canvas {
             let hovered =
                 matches!(&self.hovered, Some(Hit::Wire(name)) if is(name)) || self.gesture.onto().is_some_and(is);
             let colour = brush.look.port(wire.ty);
-            let [from, to] = [model.pin_at(wire.from), model.pin_at(wire.to)];
+            let places = model.places(wire);
             if chosen || hovered {
                 let halo = if chosen { brush.look.chosen } else { colour };
-                brush.wire(from, to, halo.gamma_multiply(if chosen { 0.9 } else { 0.45 }), 6.0);
+                brush.wire(&places, halo.gamma_multiply(if chosen { 0.9 } else { 0.45 }), 6.0);
             }
             let colour = if link.is_some() { colour.gamma_multiply(0.4) } else { colour };
-            brush.wire(from, to, colour, 2.4);
+            brush.wire(&places, colour, 2.4);
+            for (at, bend) in wire.bends.iter().enumerate() {
+                let here = |(name, bend): (&WireName, usize)| bend == at && is(name);
+                let hovered = matches!(&self.hovered, Some(Hit::Bend(name, bend)) if here((name, *bend)));
+                let chosen = self.bend.as_ref().is_some_and(|(name, bend)| here((name, *bend)));
+                brush.bend(*bend, colour, chosen, hovered);
+                tell_bend(ui, model, wire, at, brush.lens);
+            }
         }
         let seen = brush.lens.seen().expand(8.0);
         let visible: Vec<usize> = order.into_iter().filter(|card| model.cards[*card].rect().intersects(seen)).collect();
@@ -310,6 +321,15 @@ impl Canvas {
         }
         self.gesture.draw(ui, &self.model, brush);
     }
+}
+
+/// Tells those who do not see what is drawn, and the tests, where a place of a wire is.
+fn tell_bend(ui: &egui::Ui, model: &Model, wire: &model::Wire, at: usize, lens: Lens) {
+    let WireName { node, input } = model.wire_name(wire);
+    let rect = Rect::from_center_size(lens.to_screen(wire.bends[at]), Vec2::splat(10.0));
+    let response = ui.interact(rect, Id::new("canvas").with((&node, input, at)), Sense::hover());
+    let told = format!("place {} of the wire into {node}.{input}", at + 1);
+    response.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, &told));
 }
 
 /// Tells those who do not see what is drawn, and the tests, where cards and pins are.

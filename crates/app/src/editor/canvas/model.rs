@@ -54,6 +54,8 @@ pub(super) struct Card {
     pub(super) collapsed: bool,
     /// Whether it is built as if it were not there.
     pub(super) muted: bool,
+    /// What is told of it below it.
+    pub(super) note: String,
 }
 
 /// An area behind the cards, with a name and a note.
@@ -154,11 +156,13 @@ pub(super) struct Spot {
 }
 
 /// A wire, by the positions of cards and pins.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Wire {
     pub(super) from: Spot,
     pub(super) to: Spot,
     pub(super) ty: PortType,
+    /// The places that it passes.
+    pub(super) bends: Vec<Pos2>,
 }
 
 /// The name of a wire: each input has at most one.
@@ -199,6 +203,7 @@ impl Model {
                     placed: false,
                     collapsed: false,
                     muted: false,
+                    note: String::new(),
                 },
                 |index| card(document, index),
             );
@@ -212,9 +217,18 @@ impl Model {
                 placed: at.is_some(),
                 collapsed: collapsed.contains(&entry.name),
                 muted: entry.muted,
+                note: entry.note.clone(),
                 ..card
             });
         }
+        let ways: HashMap<(&str, &str), Vec<Pos2>> = document
+            .reroutes()
+            .iter()
+            .map(|way| {
+                let places = way.places.iter().map(|[x, y]| pos2(*x as f32, *y as f32)).filter(|at| at.is_finite());
+                ((way.node.as_str(), way.input.as_str()), places.collect())
+            })
+            .collect();
         for (position, entry) in document.nodes().iter().enumerate() {
             let Some(index) = entry.index else { continue };
             for input in 0..model.cards[position].inputs.len() {
@@ -222,10 +236,13 @@ impl Model {
                 let Some(card) = of_index.get(&source.node).copied() else { continue };
                 model.cards[position].inputs[input].wired = true;
                 model.cards[card].outputs[source.output].wired = true;
+                let (name, node) = (model.cards[position].inputs[input].name, &entry.name);
+                let bends = ways.get(&(node.as_str(), name)).cloned().unwrap_or_default();
                 model.wires.push(Wire {
                     from: Spot { card, side: Side::Output, pin: source.output },
                     to: Spot { card: position, side: Side::Input, pin: input },
                     ty: graph.output_type(source),
+                    bends,
                 });
             }
         }
@@ -248,7 +265,41 @@ impl Model {
 
     /// The smallest rectangle with all cards and frames.
     pub(super) fn extent(&self) -> Rect {
-        self.areas.iter().fold(self.bounds(|_| true), |all, area| all.union(area.rect))
+        let cards = self.areas.iter().fold(self.bounds(|_| true), |all, area| all.union(area.rect));
+        self.wires.iter().flat_map(|wire| &wire.bends).fold(cards, |all, bend| all.union(Rect::from_pos(*bend)))
+    }
+
+    /// The places of a wire, from pin to pin.
+    pub(super) fn places(&self, wire: &Wire) -> Vec<Pos2> {
+        let ends = [self.pin_at(wire.from), self.pin_at(wire.to)];
+        [ends[0]].into_iter().chain(wire.bends.iter().copied()).chain([ends[1]]).collect()
+    }
+
+    /// Puts ways of wires to where they were, moved.
+    pub(super) fn put_ways(&mut self, ways: &BTreeMap<usize, Vec<Pos2>>, by: Vec2) {
+        for (at, places) in ways {
+            if let Some(wire) = self.wires.get_mut(*at) {
+                wire.bends = places.iter().map(|place| *place + by).collect();
+            }
+        }
+    }
+
+    /// Puts a place that a wire passes somewhere else.
+    pub(super) fn put_bend(&mut self, name: &WireName, at: usize, place: Pos2) {
+        let wire = self.wires.iter().position(|wire| self.is(wire, name));
+        if let Some(bend) = wire.and_then(|wire| self.wires[wire].bends.get_mut(at)) {
+            *bend = place;
+        }
+    }
+
+    /// The ways of the wires among some cards, by the wires' positions.
+    pub(super) fn ways_among(&self, inside: impl Fn(&str) -> bool) -> BTreeMap<usize, Vec<Pos2>> {
+        let among = |wire: &&Wire| [wire.from, wire.to].iter().all(|spot| inside(&self.cards[spot.card].name));
+        let wires = self.wires.iter().enumerate();
+        wires
+            .filter(|(_, wire)| !wire.bends.is_empty() && among(wire))
+            .map(|(at, wire)| (at, wire.bends.clone()))
+            .collect()
     }
 
     pub(super) fn area(&self, name: &str) -> Option<usize> {
@@ -336,6 +387,7 @@ fn card(document: &Document, index: NodeIndex) -> Card {
         placed: false,
         collapsed: false,
         muted: false,
+        note: String::new(),
     }
 }
 

@@ -36,18 +36,19 @@ pub(super) struct Find {
 pub(super) struct Rename {
     from: String,
     to: String,
-    /// What a frame says; `None` for a node.
-    note: Option<String>,
+    note: String,
+    /// Whether it is a frame.
+    frame: bool,
     frames: u32,
 }
 
 impl Rename {
-    pub(super) fn new(name: &str) -> Self {
-        Self { from: name.to_owned(), to: name.to_owned(), note: None, frames: 0 }
+    pub(super) fn of_node(name: &str, note: &str) -> Self {
+        Self { from: name.to_owned(), to: name.to_owned(), note: note.to_owned(), frame: false, frames: 0 }
     }
 
     pub(super) fn of_frame(name: &str, note: &str) -> Self {
-        Self { note: Some(note.to_owned()), ..Self::new(name) }
+        Self { frame: true, ..Self::of_node(name, note) }
     }
 }
 
@@ -89,7 +90,7 @@ impl Canvas {
             Hit::Pin(spot) => {
                 response.clone().on_hover_ui_at_pointer(|ui| self.tell_pin(ui, *spot, brush));
             }
-            Hit::Wire(name) => {
+            Hit::Wire(name) | Hit::Bend(name, _) => {
                 if let Some(wire) = model.wire(name) {
                     response.clone().on_hover_ui_at_pointer(|ui| {
                         ui.label(format!("{} → {}", model.port_name(wire.from), model.port_name(wire.to)));
@@ -340,9 +341,9 @@ impl Canvas {
     /// The fields in which a node gets another name, and a frame its name and note.
     pub(super) fn rename_ui(&mut self, ui: &mut Ui, session: &mut Session) {
         let (Some(mut rename), Some(lens)) = (self.rename.take(), self.lens) else { return };
-        let corner = match rename.note {
-            None => self.model.find(&rename.from).map(|card| self.model.cards[card].at),
-            Some(_) => self.model.area(&rename.from).map(|area| self.model.areas[area].rect.min),
+        let corner = match rename.frame {
+            false => self.model.find(&rename.from).map(|card| self.model.cards[card].at),
+            true => self.model.area(&rename.from).map(|area| self.model.areas[area].rect.min),
         };
         let Some(corner) = corner else { return };
         let (enter, escape) = ui.input_mut(|input| {
@@ -372,19 +373,22 @@ impl Canvas {
     }
 
     fn finish_rename(&mut self, ui: &Ui, session: &mut Session, rename: Rename) {
-        let Rename { from, to, note, .. } = rename;
+        let Rename { from, to, note, frame, .. } = rename;
         let renamed = from != to;
         let mut edits = Vec::new();
-        if let Some(note) = &note
-            && let Some(area) = self.model.area(&from)
-        {
+        if frame && let Some(area) = self.model.area(&from) {
             let frame = self.model.areas[area].frame();
-            if frame.note != *note {
-                let frame = Some(orograph_graph::Frame { note: note.clone(), ..frame });
+            if frame.note != note {
+                let frame = Some(orograph_graph::Frame { note, ..frame });
                 edits.push(Edit::SetFrame { name: from.clone(), frame });
             }
             edits.extend(renamed.then(|| Edit::RenameFrame { from: from.clone(), to: to.clone() }));
-        } else if renamed {
+        } else if let Some(card) = self.model.find(&from)
+            && self.model.cards[card].note != note
+        {
+            edits.push(Edit::SetNote { node: from.clone(), note });
+        }
+        if renamed && !frame {
             edits.push(Edit::RenameNode { from: from.clone(), to: to.clone() });
             if let Some(at) = self.places.get(&from).copied() {
                 self.places.insert(to.clone(), at);
@@ -396,7 +400,7 @@ impl Canvas {
         if edits.is_empty() || !self.apply(ui, session, &Edit::All(edits)) {
             return;
         }
-        if note.is_some() {
+        if frame {
             self.read(session);
             self.area = Some(to);
         } else {
@@ -420,11 +424,8 @@ impl Rename {
             output.state.store(ui.ctx(), output.response.id);
         }
         let mut focused = output.response.has_focus();
-        if let Some(note) = &mut self.note {
-            let edit =
-                egui::TextEdit::singleline(note).id(Id::new("note field")).hint_text("A note").desired_width(width);
-            focused |= ui.add(edit).has_focus();
-        }
+        let note = egui::TextEdit::singleline(&mut self.note).id(Id::new("note field"));
+        focused |= ui.add(note.hint_text("A note").desired_width(width)).has_focus();
         focused
     }
 }

@@ -101,14 +101,37 @@ impl Brush {
         self.painter.add(Shape::mesh(mesh));
     }
 
-    /// A wire between two places of the graph.
-    pub(super) fn wire(&self, from: Pos2, to: Pos2, colour: Color32, width: f32) {
-        let points = self.lens.curve(from, to);
-        if !Rect::from_points(&points).expand(width).intersects(self.lens.rect) {
-            return;
-        }
+    /// A wire that passes places of the graph.
+    pub(super) fn wire(&self, places: &[Pos2], colour: Color32, width: f32) {
         let stroke = Stroke::new((self.scaled(width)).clamp(width * 0.6, width * 1.6), colour);
-        self.painter.add(CubicBezierShape::from_points_stroke(points, false, Color32::TRANSPARENT, stroke));
+        for points in self.lens.way(places) {
+            if Rect::from_points(&points).expand(width).intersects(self.lens.rect) {
+                self.painter.add(CubicBezierShape::from_points_stroke(points, false, Color32::TRANSPARENT, stroke));
+            }
+        }
+    }
+
+    /// A place that a wire passes.
+    pub(super) fn bend(&self, at: Pos2, colour: Color32, chosen: bool, hovered: bool) {
+        let at = self.lens.to_screen(at);
+        let radius = self.scaled(if hovered { 5.5 } else { 4.0 }).max(2.0);
+        let edge = if chosen { self.look.chosen } else { self.look.outline };
+        self.painter.circle(at, radius, colour, Stroke::new(if chosen { 2.0 } else { 1.0 }, edge));
+    }
+
+    /// What is told of a card, below it.
+    fn note(&self, card: &Card) {
+        const ROWS: usize = 4;
+        let at = pos2(card.at.x, card.rect().max.y + 5.0);
+        let mut job = LayoutJob::simple(card.note.clone(), self.font(11.0), self.look.text, self.scaled(WIDTH - 10.0));
+        job.wrap.max_rows = ROWS;
+        let galley = self.painter.layout_job(job);
+        let corner = self.lens.to_screen(at);
+        let back = Rect::from_min_size(corner, vec2(self.scaled(WIDTH), galley.size().y + self.scaled(4.0)));
+        self.painter.rect_filled(back, CornerRadius::same(2), self.look.ground.gamma_multiply(0.8));
+        let bar = Rect::from_min_size(back.min, vec2(self.scaled(2.0).max(1.0), back.height()));
+        self.painter.rect_filled(bar, CornerRadius::ZERO, self.look.weak);
+        self.painter.galley(corner + vec2(self.scaled(8.0), self.scaled(2.0)), galley, self.look.text);
     }
 
     /// A frame behind the cards.
@@ -151,7 +174,7 @@ impl Brush {
     /// The way through a muted card.
     pub(super) fn passed(&self, card: &Card, pin: usize, ty: PortType) {
         let [from, to] = [card.pin_at(Side::Input, pin), card.pin_at(Side::Output, 0)];
-        self.wire(from, to, self.look.port(ty).gamma_multiply(0.8), 2.0);
+        self.wire(&[from, to], self.look.port(ty).gamma_multiply(0.8), 2.0);
     }
 
     /// A pin: full where a wire is, a ring where one may be.
@@ -204,6 +227,9 @@ impl Brush {
         if card.index.is_none() && !emphasis.chosen {
             let corners = [rect.left_top(), rect.right_top(), rect.right_bottom(), rect.left_bottom(), rect.left_top()];
             self.painter.extend(Shape::dashed_line(&corners, Stroke::new(1.5, look.doubtful), 6.0, 4.0));
+        }
+        if !card.note.is_empty() && self.lens.zoom >= READABLE[0] {
+            self.note(card);
         }
         if card.muted {
             let veil = look.ground.gamma_multiply(0.5);

@@ -151,6 +151,61 @@ fn frames_are_read_and_edited() {
     }
 }
 
+#[test]
+fn notes_and_ways_of_wires_are_read_and_edited() {
+    let note = |node: &str, note: &str| Edit::SetNote { node: node.into(), note: note.into() };
+    let route = |node: &str, places: &[[f64; 2]]| Edit::SetReroutes {
+        node: node.into(),
+        input: "height".into(),
+        places: places.to_vec(),
+    };
+    let mut document = parse(CHAIN);
+    document.apply(&note("scree", "how \"loose\"?")).expect("told");
+    document.apply(&route("scree", &[[120.0, 40.5], [-8.0, 1e4]])).expect("led");
+    let source = document.source().to_owned();
+    assert!(
+        source.contains(r#"notes: { "scree": "how \"loose\"?" }"#) || source.contains(r#""scree": "how \"loose\"?""#),
+        "{source}"
+    );
+    assert!(source.contains(r#""scree.height": [(120, 40.5), (-8, 10000)]"#), "{source}");
+    assert!(document.problems().is_empty(), "{:?}", document.problems());
+    let told = |document: &Document| {
+        let notes = document.nodes().iter().filter(|entry| !entry.note.is_empty());
+        notes.map(|entry| (entry.name.clone(), entry.note.clone())).collect::<Vec<_>>()
+    };
+    assert_eq!(told(&document), [("scree".to_owned(), "how \"loose\"?".to_owned())]);
+    assert_eq!(document.reroutes()[0].places, [[120.0, 40.5], [-8.0, 1e4]]);
+    assert_eq!(diff(&parse(CHAIN), &document), [""; 0], "they change nothing");
+    let formatted = format_source(&source).expect("sound");
+    assert_eq!(format_source(&formatted).as_ref(), Ok(&formatted));
+    assert_eq!(parse(&formatted).reroutes(), document.reroutes());
+
+    document.apply(&Edit::RenameNode { from: "scree".into(), to: "talus".into() }).expect("renamed");
+    assert_eq!((told(&document)[0].0.as_str(), document.reroutes()[0].node.as_str()), ("talus", "talus"));
+    document.apply(&Edit::Disconnect { node: "talus".into(), input: "height".into() }).expect("cut");
+    assert_eq!(document.reroutes(), []);
+    assert!(document.undo() && document.reroutes().len() == 1);
+    document.apply(&Edit::RemoveNode { name: "talus".into() }).expect("removed");
+    assert!(!document.source().contains("notes") && !document.source().contains("reroutes"), "{}", document.source());
+    assert!(document.undo() && document.undo());
+    assert_eq!(document.source(), source);
+    document.apply(&note("scree", "")).expect("not told");
+    document.apply(&route("scree", &[])).expect("straight");
+    assert_eq!(document.source(), CHAIN);
+    for (text, said) in [
+        ("notes: { \"scre\": \"\" }", "`notes` tells of `scre`, but there is no such node"),
+        ("notes: { \"scree\": 7 }", "a text in quotes"),
+        ("reroutes: { \"scre.height\": [(0, 0)] }", "there is no node `scre`"),
+        ("reroutes: { \"scree.hight\": [(0, 0)] }", "`scree` has no input `hight`"),
+        ("reroutes: { \"scree.height\": [] }", "a list of places"),
+        ("reroutes: { \"scree.height\": [(0, NaN)] }", "a list of places"),
+        ("reroutes: { \"scree.height\": (0, 0) }", "a list of places"),
+    ] {
+        let document = parse(&CHAIN.replace("layout", &format!("{text}, layout")));
+        assert!(document.problems()[0].message.contains(said), "{text}: {:?}", document.problems());
+    }
+}
+
 /// What is done to a document and written down of it.
 struct Work {
     document: Document,

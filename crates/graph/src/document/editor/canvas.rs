@@ -1,0 +1,122 @@
+//! Edits of what stands on the canvas alone: places, notes, ways of wires, frames.
+
+use std::ops::Range;
+
+use super::{Editor, node_of, refused};
+use crate::document::{
+    edit::EditError,
+    frames::Frame,
+    lex::{Bracket, quote},
+    literal::number_text,
+    splice::Change,
+};
+
+impl Editor<'_> {
+    pub(in crate::document) fn set_layout(&mut self, node: &str, at: Option<[f64; 2]>) {
+        match at {
+            Some([x, y]) => self.set_entry("layout", node, &format!("({}, {})", number_text(x), number_text(y))),
+            None => self.remove_entry("layout", node),
+        }
+    }
+
+    pub(in crate::document) fn set_note(&mut self, node: &str, note: &str) -> Result<(), EditError> {
+        self.item(node)?;
+        if note.is_empty() {
+            self.drop_entry("notes", node);
+        } else {
+            self.set_entry("notes", node, &quote(note));
+        }
+        Ok(())
+    }
+
+    pub(in crate::document) fn set_reroutes(
+        &mut self,
+        node: &str,
+        input: &str,
+        places: &[[f64; 2]],
+    ) -> Result<(), EditError> {
+        self.item(node)?;
+        let wire = format!("{node}.{input}");
+        if places.is_empty() {
+            self.drop_entry("reroutes", &wire);
+        } else {
+            let pair = |[x, y]: &[f64; 2]| format!("({}, {})", number_text(*x), number_text(*y));
+            let places: Vec<String> = places.iter().map(pair).collect();
+            self.set_entry("reroutes", &wire, &format!("[{}]", places.join(", ")));
+        }
+        Ok(())
+    }
+
+    /// Takes what stands on the canvas of a node that goes.
+    pub(super) fn clear_canvas(&mut self, node: &str) {
+        let keys = self.items("reroutes").iter().filter_map(|item| item.key.as_ref());
+        let gone: Vec<String> = keys.filter(|key| node_of(&key.text) == node).map(|key| key.text.clone()).collect();
+        for wire in gone {
+            self.drop_entry("reroutes", &wire);
+        }
+        self.drop_entry("notes", node);
+        self.remove_entry("layout", node);
+    }
+
+    /// Removes an entry where it stands, and its field with the last one.
+    fn drop_entry(&mut self, field: &str, name: &str) {
+        if self.draft.field(field).is_some_and(|group| group.get(name).is_some()) {
+            self.remove_entry(field, name);
+            self.remove_empty(field);
+        }
+    }
+
+    /// The changes that give the entries of a node on the canvas another name.
+    pub(super) fn renamed_on_canvas(&self, from: &str, to: &str) -> Vec<Change> {
+        let keys = |field| self.items(field).iter().filter_map(|item| item.key.as_ref());
+        let own = ["layout", "notes"].into_iter().flat_map(keys).filter(|key| key.text == from);
+        let wires = keys("reroutes").filter(|key| node_of(&key.text) == from);
+        own.chain(wires).map(|key| (key.span.clone(), quote(&format!("{to}{}", &key.text[from.len()..])))).collect()
+    }
+
+    pub(in crate::document) fn set_frame(&mut self, name: &str, frame: Option<&Frame>) -> Result<(), EditError> {
+        let Some(frame) = frame else {
+            self.frame(name)?;
+            self.drop_entry("frames", name);
+            return Ok(());
+        };
+        let fields = frame.fields();
+        let group = |editor: &Self| {
+            let item = editor.draft.field("frames")?.get(name)?;
+            item.value.as_group().filter(|group| group.name.is_none() && group.bracket == Bracket::Round).cloned()
+        };
+        if group(self).is_none() {
+            let said = fields.iter().filter_map(|(field, text)| Some(format!("{field}: {}", text.as_ref()?)));
+            let text = format!("({})", said.collect::<Vec<_>>().join(", "));
+            self.set_entry("frames", name, &text);
+            return Ok(());
+        }
+        for (field, text) in fields {
+            let Some(group) = group(self) else { break };
+            let changes = match (text, group.position(field)) {
+                (Some(text), Some(at)) => vec![(group.items[at].value.span.clone(), text)],
+                (Some(text), None) => self.draft.insertion(&group, &format!("{field}: {text}"), false),
+                (None, Some(at)) => self.draft.removal(&group, at),
+                (None, None) => Vec::new(),
+            };
+            self.draft.change(changes);
+        }
+        Ok(())
+    }
+
+    pub(in crate::document) fn rename_frame(&mut self, from: &str, to: &str) -> Result<(), EditError> {
+        let span = self.frame(from)?;
+        if from != to && self.frame(to).is_ok() {
+            return Err(refused(format!("there is a frame `{to}` already")));
+        }
+        self.draft.change(vec![(span, quote(to))]);
+        Ok(())
+    }
+
+    /// The place of a frame's name.
+    fn frame(&self, name: &str) -> Result<Range<usize>, EditError> {
+        let item = self.draft.field("frames").and_then(|frames| frames.get(name));
+        let key = item.and_then(|item| item.key.as_ref());
+        key.map(|key| key.span.clone()).ok_or_else(|| EditError::UnknownFrame(name.to_owned()))
+    }
+}

@@ -1,0 +1,73 @@
+//! Edits of the world.
+
+use super::Editor;
+use crate::{
+    document::{literal::number_text, problems::Problems, world},
+    world::{Boundary, Edge, World},
+};
+
+impl Editor<'_> {
+    pub(in crate::document) fn set_world(&mut self, world: &World) {
+        let default = World::default();
+        let now = self.world();
+        let pair = |[x, y]: [String; 2]| format!("({x}, {y})");
+        if now.is_none_or(|now| now.seed != world.seed) {
+            self.set_world_field("seed", (world.seed != default.seed).then(|| world.seed.to_string()));
+        }
+        if now.is_none_or(|now| now.boundary != world.boundary) {
+            let text = (world.boundary != default.boundary).then(|| boundary_text(&world.boundary));
+            self.set_world_field("boundary", text);
+        }
+        if now.is_none_or(|now| now.size != world.size) {
+            let text = (world.size != default.size).then(|| pair(world.size.map(number_text)));
+            self.set_world_field("size", text);
+        }
+        let differs = |now: World| now.size != world.size || now.cells != world.cells;
+        if self.world().is_none_or(differs) {
+            self.set_world_field("cells", None);
+            // Without a word the cells follow from the size, which may be what is wanted.
+            if self.world().is_none_or(differs) {
+                self.set_world_field("cells", Some(pair(world.cells.map(|cells| cells.to_string()))));
+            }
+        }
+    }
+
+    /// The world the file says; `None` where that is wrong.
+    fn world(&self) -> Option<World> {
+        let Some(item) = self.draft.root().and_then(|root| root.get("world")) else { return Some(World::default()) };
+        let mut problems = Problems::new(Vec::new());
+        let world = world::read(&item.value, &self.draft.source, &mut problems);
+        problems.is_empty().then_some(world)
+    }
+
+    fn set_world_field(&mut self, name: &str, text: Option<String>) {
+        let world = self.draft.root().and_then(|root| root.get("world")).map(|item| &item.value);
+        match (world.and_then(|value| value.as_group()), text) {
+            (Some(group), Some(text)) => {
+                let changes = match group.get(name) {
+                    Some(item) => vec![(item.value.span.clone(), text)],
+                    None => self.draft.insertion(group, &format!("{name}: {text}"), false),
+                };
+                self.draft.change(changes);
+            }
+            (Some(group), None) => {
+                if let Some(position) = group.position(name) {
+                    let changes = self.draft.removal(group, position);
+                    self.draft.change(changes);
+                }
+            }
+            (None, Some(text)) => self.set_root("world", &format!("({name}: {text})")),
+            (None, None) => {}
+        }
+    }
+}
+
+fn boundary_text(boundary: &Boundary) -> String {
+    let sides =
+        [("west", boundary.west), ("east", boundary.east), ("north", boundary.north), ("south", boundary.south)];
+    if sides.iter().all(|(_, edge)| *edge == boundary.west) {
+        return boundary.west.name().to_owned();
+    }
+    let said = sides.iter().filter(|(_, edge)| *edge != Edge::default());
+    format!("({})", said.map(|(side, edge)| format!("{side}: {}", edge.name())).collect::<Vec<_>>().join(", "))
+}
