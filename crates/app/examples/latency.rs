@@ -1,77 +1,173 @@
-//! How long it takes from a slider's event to the new land, in the session that the window shows:
+//! How soon an edit is seen, and what a frame of a large graph takes:
 //!
 //! ```text
 //! cargo run --release -p orograph --example latency
 //! ```
 //!
-//! For each kind of node, at 512 and 1024 cells a side: milliseconds to the first, quick land, and to the land with all
-//! cells; medians of five edits. What the node reads stays as it is, so it is not built again.
+//! First, for each kind of node, at 512 and 1024 cells a side: milliseconds from a slider's event until the first, quick
+//! land is there, until the land with all cells is there, and until each is drawn in the window, in 3D. Medians of nine
+//! edits; what the node reads stays as it is, so it is not built again. Then the same for the last of 100 nodes in a row.
+//! Then the processor time of a frame with 500 nodes. The window draws without a display and waits for none.
 
 #![expect(clippy::disallowed_methods, reason = "it measures time")]
 
 use std::{
+    fs,
+    path::Path,
     thread,
     time::{Duration, Instant},
 };
 
-use orograph::editor::Session;
+use egui::{MouseWheelUnit, TouchPhase, vec2};
+use egui_kittest::{Harness, kittest::Queryable as _};
+use orograph::editor::App;
 use orograph_graph::Edit;
 
 const GRAPH: &str = r#"(
     world: (size: "16 km", cells: 1024, seed: 3),
     nodes: {
         "base":    Perlin(wavelength: "6 km", octaves: 10, amplitude: "900 m"),
-        "point":   Remap(value: "base", from: (-900, 900), to: (0, 2000), quantity: height),
+        "point":   Terrace(height: "base"),
         "stencil": Slope(height: "base"),
         "rivers":  StreamPower(height: "base", uplift: 0.001, duration: "500 kyr"),
     },
     outputs: { "height": "base" },
 )"#;
 
-/// A node, the value that is dragged, and what it is dragged to.
-const DRAGS: [(&str, &str, [&str; 5]); 3] = [
-    ("point", "to", ["(0, 2100)", "(0, 2200)", "(0, 2300)", "(0, 2400)", "(0, 2500)"]),
-    ("stencil", "method", ["central", "horn", "central", "horn", "central"]),
-    ("rivers", "duration", ["510000", "520000", "530000", "540000", "550000"]),
-];
+/// A node, the value that is dragged, the first value of the drag and its step.
+type Drag = (&'static str, &'static str, [f64; 2]);
+const DRAGS: [Drag; 3] =
+    [("point", "step", [100.0, 3.0]), ("stencil", "from", [30.0, 0.5]), ("rivers", "duration", [510_000.0, 1000.0])];
+
+/// Edits of each drag.
+const EDITS: usize = 9;
 
 fn main() {
     let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("graph.ron");
-    std::fs::write(&path, GRAPH).expect("written");
-    println!("{:10} {:>6} {:>10} {:>10}", "node", "cells", "quick ms", "full ms");
+    println!("| node | cells | quick | drawn | all cells | drawn |\n| --- | ---: | ---: | ---: | ---: | ---: |");
     for cells in [512, 1024] {
-        for (node, name, texts) in DRAGS {
-            let mut session = Session::open(Some(path.clone()), orograph_nodes::registry(), || {}).expect("it opens");
-            session.set_cells(cells);
-            session.select_only(node);
-            let port = session.shown().expect("it has an output");
-            wait(&mut session, &port, cells);
-            let mut times = texts.map(|text| {
-                let start = Instant::now();
-                let (node, name) = (node.to_owned(), name.to_owned());
-                session.gesture(&Edit::SetText { node, name, text: text.to_owned() });
-                let quick = wait(&mut session, &port, 0) - start;
-                let full = wait(&mut session, &port, cells) - start;
-                [quick, full].map(|time| time.as_secs_f64() * 1e3)
-            });
-            let mut median = |of: usize| {
-                times.sort_by(|a, b| a[of].total_cmp(&b[of]));
-                times[2][of]
-            };
-            println!("{node:10} {cells:>6} {:>10.1} {:>10.1}", median(0), median(1));
+        for drag in DRAGS {
+            latency(folder.path(), GRAPH, drag, cells, drag.0);
+        }
+    }
+    latency(folder.path(), &row(100), ("n99", "step", [100.0, 3.0]), 512, "last of 100");
+    println!("\n| 500 nodes | ms a frame |\n| --- | ---: |");
+    frames(folder.path());
+}
+
+fn window(folder: &Path, graph: &str) -> Harness<'static, App> {
+    let path = folder.join("graph.ron");
+    fs::write(&path, graph).expect("written");
+    Harness::builder()
+        .with_size([1280.0, 800.0])
+        .wgpu()
+        .build_eframe(|context| App::new(context, Some(path)).expect("the graph can be read"))
+}
+
+/// Runs frames until everything is built and drawn.
+fn settle(window: &mut Harness<'_, App>) {
+    for quiet in (0..).scan(0, |quiet, _: u32| {
+        window.step();
+        *quiet = if window.state().session().is_busy() { 0 } else { *quiet + 1 };
+        Some(*quiet)
+    }) {
+        thread::sleep(Duration::from_millis(2));
+        if quiet > 50 {
+            return;
         }
     }
 }
 
-/// Waits for the present land with at least that many cells.
-fn wait(session: &mut Session, port: &str, cells: u32) -> Instant {
-    loop {
-        session.poll();
-        let built = session.built(port);
-        if built.is_some_and(|built| built.revision == session.revision() && built.step == 0 && built.cells >= cells) {
-            return Instant::now();
+/// A line of the table: medians.
+fn latency(folder: &Path, graph: &str, (node, name, [first, step]): Drag, cells: u32, title: &str) {
+    let mut window = window(folder, graph);
+    let session = window.state_mut().session_mut();
+    session.set_cells(cells);
+    session.select_only(node);
+    let port = session.shown().expect("it has an output");
+    settle(&mut window);
+    let mut times = [const { Vec::new() }; 4];
+    for edit in 0..EDITS {
+        let text = format!("{}", first + step * (edit + 1) as f64);
+        let start = Instant::now();
+        let edit = Edit::SetText { node: node.to_owned(), name: name.to_owned(), text };
+        assert!(window.state_mut().session_mut().gesture(&edit));
+        let revision = window.state().session().revision();
+        let mut passed = [None; 4];
+        while passed[3].is_none() {
+            window.step();
+            let session = window.state().session();
+            let built = session.built(&port).filter(|built| built.revision == revision && built.step == 0);
+            let built = built.map_or(0, |built| built.cells);
+            let seen = window.state().seen().filter(|(seen, _)| *seen == revision).map_or(0, |(_, cells)| cells);
+            let now = start.elapsed();
+            for (passed, has) in passed.iter_mut().zip([built > 0, seen > 0, built >= cells, seen >= cells]) {
+                if has && passed.is_none() {
+                    *passed = Some(now);
+                }
+            }
+            thread::sleep(Duration::from_micros(200));
         }
-        thread::sleep(Duration::from_micros(200));
+        for (times, passed) in times.iter_mut().zip(passed) {
+            times.extend(passed);
+        }
     }
+    let medians = times.map(|mut times| {
+        times.sort();
+        format!("{:.0}", times[EDITS / 2].as_secs_f64() * 1e3)
+    });
+    println!("| {title} | {cells} | {} |", medians.join(" | "));
+}
+
+/// So many nodes, each reading the one before.
+fn row(count: usize) -> String {
+    let nodes: Vec<String> = (0..count)
+        .map(|number| match number.checked_sub(1) {
+            None => "\"n0\": Perlin(wavelength: \"6 km\", amplitude: \"900 m\")".to_owned(),
+            Some(before) => format!("\"n{number}\": Terrace(height: \"n{before}\")"),
+        })
+        .collect();
+    format!("(world: (size: \"16 km\", cells: 512), nodes: {{ {} }}, outputs: {{ \"o\": \"n0\" }})", nodes.join(", "))
+}
+
+/// Processor time of a frame with 500 nodes: all of them seen, a part of them, a few.
+fn frames(folder: &Path) {
+    let node = |number: usize| match number {
+        0 => "\"n0\": Ridged()".to_owned(),
+        _ => format!("\"n{number}\": Terrace(height: \"n{}\")", (number - 1) / 2),
+    };
+    let nodes: Vec<String> = (0..500).map(node).collect();
+    let place = |number: usize| format!("\"n{number}\": ({}, {})", number % 25 * 240, number / 25 * 240);
+    let places: Vec<String> = (0..500).map(place).collect();
+    let (nodes, places) = (nodes.join(", "), places.join(", "));
+    let graph = format!("(nodes: {{ {nodes} }}, layout: {{ {places} }}, outputs: {{ \"o\": \"n0\" }})");
+    let mut window = window(folder, &graph);
+    window.state_mut().session_mut().set_cells(16);
+    settle(&mut window);
+    window.hover_at(window.get_by_label("graph").rect().center());
+    for (what, steps) in [("all seen", 0.0), ("zoomed in 2.4 times", 5.0), ("a few seen", 8.0)] {
+        let delta = vec2(0.0, steps);
+        let (unit, phase) = (MouseWheelUnit::Line, TouchPhase::Move);
+        window.event(egui::Event::MouseWheel { unit, delta, phase, modifiers: egui::Modifiers::NONE });
+        window.run_steps(20);
+        let start = spent();
+        window.run_steps(60);
+        println!("| {what} | {:.2} |", (spent() - start) / 60.0);
+    }
+    window.state_mut().session_mut().select_only("n499");
+    let edit = |step: f64| Edit::SetText { node: "n499".into(), name: "step".into(), text: format!("{step}") };
+    let start = spent();
+    for number in 0..60 {
+        window.state_mut().session_mut().gesture(&edit(100.0 + f64::from(number)));
+        window.run_steps(1);
+    }
+    println!("| a value dragged in every frame | {:.2} |", (spent() - start) / 60.0);
+}
+
+/// Milliseconds that this thread has run, whatever else the machine does; by the clock where the system does not tell.
+fn spent() -> f64 {
+    static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
+    let told = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let told = told.split(' ').next().and_then(|ns| ns.parse::<f64>().ok());
+    told.map_or_else(|| START.get_or_init(Instant::now).elapsed().as_secs_f64() * 1e3, |ns| ns * 1e-6)
 }

@@ -82,6 +82,13 @@ impl App {
         &self.panes.session
     }
 
+    /// Of which state of the document ([`Session::revision`]) the land is that is drawn, and with how many cells along the
+    /// longer side: what is built is drawn a little later. Nothing while it grows.
+    #[must_use]
+    pub fn seen(&self) -> Option<(u64, u32)> {
+        self.panes.viewport.seen()
+    }
+
     /// The work it shows, to be changed.
     pub const fn session_mut(&mut self) -> &mut Session {
         &mut self.panes.session

@@ -52,8 +52,9 @@ impl Screen {
         }
         let size = format!("{}x{}x24", SIZE[0], SIZE[1]);
         let mut command = Command::new("Xvfb");
-        // It chooses a number that is free, and tells it when it is ready.
-        command.args(["-displayfd", "1", "-nolisten", "tcp", "-screen", "0", &size]);
+        // It chooses a number that is free, and tells it when it is ready. It must not begin anew whenever the editor is gone,
+        // or it may be away when the next one comes.
+        command.args(["-displayfd", "1", "-noreset", "-nolisten", "tcp", "-screen", "0", &size]);
         let mut server = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("it starts");
         let mut number = String::new();
         let told = BufReader::new(server.stdout.take().expect("piped")).read_line(&mut number);

@@ -29,6 +29,19 @@ pub(super) struct Key {
     parts: Vec<(String, [u64; 2], [u32; 2])>,
 }
 
+impl Key {
+    /// The oldest state of the document that a part is of, and the fewest cells along the longer side; nothing while one
+    /// of them grows.
+    pub(super) fn age(&self) -> Option<(u64, u32)> {
+        if self.parts.iter().any(|(_, [_, step], _)| *step > 0) {
+            return None;
+        }
+        let oldest = self.parts.iter().map(|(_, [revision, _], _)| *revision).min()?;
+        let fewest = self.parts.iter().map(|(_, _, [nx, ny])| *nx.max(ny)).min()?;
+        Some((oldest, fewest))
+    }
+}
+
 /// The outputs that are needed beside the shown one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Parts {

@@ -83,6 +83,11 @@ impl Landscape {
         })
     }
 
+    /// Of which state of the document the picture is, and with how many cells along the longer side.
+    pub(super) fn seen(&self) -> Option<(u64, u32)> {
+        self.sides[0].drawn.as_ref().and_then(|(key, _)| key.age())
+    }
+
     /// Shows the whole land.
     pub(super) fn fit(&mut self) {
         (self.eye, self.moved) = (None, false);

@@ -97,6 +97,15 @@ impl Viewport {
         }
     }
 
+    /// Of which state of the document the land is that is drawn, and with how many cells along the longer side;
+    /// nothing while it grows.
+    pub(super) fn seen(&self) -> Option<(u64, u32)> {
+        match (self.mode, &self.landscape) {
+            (Mode::Land, Ok(landscape)) => landscape.seen(),
+            _ => self.painter.seen(),
+        }
+    }
+
     pub(super) fn ui(&mut self, ui: &mut egui::Ui, session: &mut Session) {
         self.bar(ui, session);
         let port = session.shown();

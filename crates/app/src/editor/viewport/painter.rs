@@ -64,6 +64,12 @@ impl Painter {
         self.work = Some((key, inbox));
     }
 
+    /// Of which state of the document the newest picture is, and with how many cells along the longer side.
+    pub(super) fn seen(&self) -> Option<(u64, u32)> {
+        let key = self.texture.as_ref().map(|(key, _)| key).filter(|key| key.step == 0);
+        key.map(|key| (key.revision, key.cells[0].max(key.cells[1])))
+    }
+
     /// The newest picture.
     pub(super) fn texture(&self) -> Option<&TextureHandle> {
         self.texture.as_ref().map(|(_, texture)| texture)
