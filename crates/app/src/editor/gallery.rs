@@ -4,7 +4,7 @@
 //! read (a raster, another graph) is written to the folder of [`state`], where the copy looks for it; saving the copy
 //! takes it along.
 //!
-//! The pictures in `graphs/pictures` are made by `orograph render graphs/NAME.ron --cells 160 -o graphs/pictures/NAME.png`,
+//! The pictures in `graphs/pictures` are made by `orograph render graphs/NAME.ron --cells 240 -o graphs/pictures/NAME.png`,
 //! with `--output` where [`EXAMPLES`] says so.
 
 use std::{fs, path::PathBuf};
