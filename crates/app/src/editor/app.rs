@@ -171,6 +171,9 @@ impl eframe::App for App {
             self.trees[room as usize].ui(&mut self.panes, ui);
         });
         self.menu.above(ui.ctx(), &mut self.panes.session);
+        if let Some(path) = self.menu.take_picture() {
+            self.panes.viewport.save_picture(&mut self.panes.session, &path);
+        }
         self.questions.ui(ui.ctx(), &mut self.panes.session);
         self.toasts.ui(ui.ctx(), &mut self.panes.session);
     }

@@ -1,4 +1,5 @@
-//! A list of files in the window, to open a graph or to choose a folder; it needs no dialog of the system, and offers that too.
+//! A list of files in the window, to open a graph, to choose a folder or to name a picture; it needs no dialog of the system,
+//! and offers that too.
 
 use std::path::{Path, PathBuf};
 
@@ -13,6 +14,8 @@ pub(super) enum Purpose {
     Open,
     /// To write outputs to it.
     Folder,
+    /// To write a picture.
+    Picture,
 }
 
 /// What came of it.
@@ -34,6 +37,8 @@ pub(super) struct Browser {
     entries: Vec<Entry>,
     /// Whether the field has had the focus.
     begun: bool,
+    /// A file that is there and would be written over.
+    over: Option<PathBuf>,
 }
 
 /// A folder or a graph file.
@@ -49,16 +54,32 @@ impl Browser {
         let present = || std::env::current_dir().unwrap_or_else(|_| PathBuf::from("."));
         let near_folder = near.map(|path| if path.is_dir() { path } else { path.parent().unwrap_or(path) });
         let folder = near_folder.and_then(|folder| folder.canonicalize().ok()).unwrap_or_else(present);
-        let mut browser = Self { purpose, folder, text: String::new(), entries: Vec::new(), begun: false };
+        let mut browser = Self { purpose, folder, text: String::new(), entries: Vec::new(), begun: false, over: None };
         browser.list();
         browser
+    }
+
+    /// The same with a name for a file that is not there yet: the stem, with a number if it must be.
+    pub(super) fn named(mut self, stem: &str, extension: &str) -> Self {
+        let name = |number: u32| match number {
+            1 => format!("{stem}.{extension}"),
+            number => format!("{stem} {number}.{extension}"),
+        };
+        let free = (1..).map(name).find(|name| !self.folder.join(name).exists());
+        self.text = free.unwrap_or_default();
+        self
     }
 
     fn list(&mut self) {
         let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
         let wanted = |path: &Path| {
-            let is_graph = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ron"));
-            path.is_dir() || is_graph && self.purpose != Purpose::Folder
+            let is = |wanted| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted));
+            path.is_dir()
+                || match self.purpose {
+                    Purpose::Open => is("ron"),
+                    Purpose::Folder => false,
+                    Purpose::Picture => is("png"),
+                }
         };
         let named = entries.map(|entry| entry.path()).filter(|path| wanted(path)).filter_map(|path| {
             let name = path.file_name()?.to_str()?.to_owned();
@@ -70,8 +91,15 @@ impl Browser {
 
     fn enter(&mut self, folder: PathBuf) {
         self.folder = folder;
-        self.text.clear();
+        if self.purpose != Purpose::Picture {
+            self.text.clear();
+        }
         self.list();
+    }
+
+    /// What the file is looked for.
+    pub(super) const fn purpose(&self) -> Purpose {
+        self.purpose
     }
 
     /// Shows it above everything; gives what came of it.
@@ -84,11 +112,15 @@ impl Browser {
             let (title, action) = match self.purpose {
                 Purpose::Open => ("Open a graph", "Open"),
                 Purpose::Folder => ("Folder for the files", "Choose"),
+                Purpose::Picture => ("Save a picture of the land", "Save"),
             };
             ui.heading(title);
             let entered = self.path_line(ui);
             let chosen = self.rows(ui, (room.y - 200.0).clamp(60.0, 320.0));
             ui.add_space(4.0);
+            if self.over.is_some() {
+                ui.colored_label(ui.visuals().warn_fg_color, "It is there already; once more to write over it.");
+            }
             ui.horizontal(|ui| {
                 let acted = ui.button(RichText::new(action).strong()).clicked();
                 if ui.button("Cancel").clicked() {
@@ -98,6 +130,7 @@ impl Browser {
                     let ask = match self.purpose {
                         Purpose::Open => Ask::Graph,
                         Purpose::Folder => Ask::Folder,
+                        Purpose::Picture => Ask::NewPicture,
                     };
                     dialog::ask(ui.ctx(), id, ask, &self.folder);
                 }
@@ -175,6 +208,17 @@ impl Browser {
         if path.is_dir() {
             self.enter(path);
             return None;
+        }
+        if self.purpose == Purpose::Picture {
+            if self.text.trim().is_empty() {
+                return None;
+            }
+            let path = if path.extension().is_some() { path } else { path.with_extension("png") };
+            if path.exists() && self.over.as_ref() != Some(&path) {
+                self.over = Some(path);
+                return None;
+            }
+            return Some(Outcome::Chosen(path));
         }
         Some(Outcome::Chosen(path))
     }

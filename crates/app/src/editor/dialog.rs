@@ -20,6 +20,8 @@ pub(super) enum Ask {
     Graph,
     /// A graph file to write.
     NewGraph,
+    /// A picture to write.
+    NewPicture,
     /// A folder.
     Folder,
 }
@@ -48,6 +50,10 @@ pub(super) fn ask(context: &Context, id: Id, what: Ask, folder: &Path) {
         }
         Ask::NewGraph => {
             let chosen = graphs(dialog).save_file();
+            open.spawn(move || give(pollster::block_on(chosen).map(|file| file.path().to_owned())))
+        }
+        Ask::NewPicture => {
+            let chosen = dialog.add_filter("PNG pictures", &["png"]).save_file();
             open.spawn(move || give(pollster::block_on(chosen).map(|file| file.path().to_owned())))
         }
         Ask::File | Ask::Graph => {

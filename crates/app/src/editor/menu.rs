@@ -1,6 +1,6 @@
 //! The menus, the keys of the window, and the line below everything.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use egui::{Button, Context, Key, KeyboardShortcut, Modal, Modifiers, RichText, ThemePreference, Ui};
 use orograph_graph::bytes;
@@ -23,6 +23,7 @@ enum Command {
     Save,
     SaveAs,
     Export,
+    Picture,
     Quit,
     Keys,
 }
@@ -31,13 +32,14 @@ const CONTROL: Modifiers = Modifiers::COMMAND;
 
 impl Command {
     /// Every command of the menu of files, in its order, with what it is called.
-    const FILE: [(Self, &'static str); 7] = [
+    const FILE: [(Self, &'static str); 8] = [
         (Self::New, "New"),
         (Self::Open, "Open…"),
         (Self::Examples, "Examples…"),
         (Self::Save, "Save"),
         (Self::SaveAs, "Save as…"),
         (Self::Export, "Export…"),
+        (Self::Picture, "Save picture…"),
         (Self::Quit, "Quit"),
     ];
 
@@ -45,7 +47,7 @@ impl Command {
         Some(match self {
             Self::New => KeyboardShortcut::new(CONTROL, Key::N),
             Self::Open => KeyboardShortcut::new(CONTROL, Key::O),
-            Self::Examples => return None,
+            Self::Examples | Self::Picture => return None,
             Self::Save => KeyboardShortcut::new(CONTROL, Key::S),
             Self::SaveAs => KeyboardShortcut::new(CONTROL.plus(Modifiers::SHIFT), Key::S),
             Self::Export => KeyboardShortcut::new(CONTROL, Key::E),
@@ -62,6 +64,8 @@ pub(super) struct Menu {
     gallery: Option<Gallery>,
     export: Export,
     keys: bool,
+    /// Where a picture of the land is to be written.
+    picture: Option<PathBuf>,
 }
 
 impl Menu {
@@ -74,7 +78,14 @@ impl Menu {
         if theme != ThemePreference::System {
             context.set_theme(theme);
         }
-        Self { recent: Recent::load(), browser: None, gallery: None, export: Export::default(), keys: false }
+        Self {
+            recent: Recent::load(),
+            browser: None,
+            gallery: None,
+            export: Export::default(),
+            keys: false,
+            picture: None,
+        }
     }
 
     /// The bar at the top.
@@ -128,6 +139,11 @@ impl Menu {
             Command::Save => drop(session.save()),
             Command::SaveAs => session.ask_name(),
             Command::Export => self.export.open(session),
+            Command::Picture => {
+                let stem = session.path().and_then(Path::file_stem).map(|stem| stem.to_string_lossy().into_owned());
+                let browser = Browser::new(Purpose::Picture, session.path());
+                self.browser = Some(browser.named(stem.as_deref().unwrap_or("land"), "png"));
+            }
             Command::Quit => session.wish(Wish::Close),
             Command::Keys => self.keys = true,
         }
@@ -151,11 +167,19 @@ impl Menu {
         if let Some(browser) = &mut self.browser
             && let Some(outcome) = browser.show(context)
         {
+            let purpose = browser.purpose();
             self.browser = None;
-            if let Outcome::Chosen(path) = outcome {
-                session.wish(Wish::Open(path));
+            match outcome {
+                Outcome::Chosen(path) if purpose == Purpose::Picture => self.picture = Some(path),
+                Outcome::Chosen(path) => session.wish(Wish::Open(path)),
+                Outcome::Cancelled => {}
             }
         }
+    }
+
+    /// Where a picture of the land is to be written, once.
+    pub(super) const fn take_picture(&mut self) -> Option<PathBuf> {
+        self.picture.take()
     }
 }
 
@@ -227,7 +251,7 @@ pub(super) fn status(ui: &mut Ui, session: &mut Session) {
             match info.state {
                 NodeState::Running { fraction } => running = Some((name.to_owned(), fraction)),
                 NodeState::Failed { .. } => failed += 1,
-                NodeState::Waiting | NodeState::Fresh => {}
+                NodeState::Waiting | NodeState::Unwired { .. } | NodeState::Fresh => {}
             }
         }
         match (&running, session.is_busy()) {

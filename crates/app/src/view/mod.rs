@@ -34,7 +34,7 @@ pub use camera::{Camera, Ray};
 pub use controls::{Fly, FlyKeys, Orbit};
 pub use error::ViewError;
 pub use land::Land;
-pub use offscreen::Offscreen;
+pub use offscreen::{Offscreen, drawn};
 pub use ray::Hit;
 pub use renderer::{Drawn, Renderer};
 pub use scene::{Background, Colouring, Contours, Scene};

@@ -92,54 +92,71 @@ impl Offscreen {
     /// # Errors
     /// When the device cannot.
     pub fn drawn(&self, renderer: &mut Renderer, scene: &Scene, size: [u32; 2]) -> Result<(Vec<u8>, Drawn), ViewError> {
-        let [width, height] = size;
-        let most = self.device.limits().max_texture_dimension_2d;
-        if width == 0 || height == 0 || width > most || height > most {
-            return Err(ViewError::Device(format!(
-                "a picture of {width} x {height} pixels cannot be drawn; it takes 1 to {most} a side"
-            )));
+        let drawn = drawn(&self.device, &self.queue, FORMAT, renderer, scene, size);
+        match self.said.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            Some(error) => Err(error),
+            None => drawn,
         }
-        let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-        let row = (width * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let (texture, buffer) = super::error::caught(&self.device, || {
-            let texture = self.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("picture"),
-                size: extent,
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: FORMAT,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-                view_formats: &[],
-            });
-            let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("picture"),
-                size: u64::from(row) * u64::from(height),
-                usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-                mapped_at_creation: false,
-            });
-            (texture, buffer)
-        })?;
-        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let drawn = renderer.draw(&mut encoder, &view, size, scene)?;
-        encoder.copy_texture_to_buffer(
-            texture.as_image_copy(),
-            wgpu::TexelCopyBufferInfo {
-                buffer: &buffer,
-                layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None },
-            },
-            extent,
-        );
-        let submitted = super::error::caught(&self.device, || self.queue.submit([encoder.finish()]))?;
-        buffer.map_async(wgpu::MapMode::Read, .., |_| ());
-        let wait = wgpu::PollType::Wait { submission_index: Some(submitted), timeout: None };
-        self.device.poll(wait).map_err(|error| ViewError::Device(error.to_string()))?;
-        if let Some(error) = self.said.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            return Err(error);
-        }
-        let bytes = buffer.get_mapped_range(..).map_err(|error| ViewError::Device(error.to_string()))?;
-        let rows = bytes.chunks_exact(row as usize).flat_map(|bytes| &bytes[..4 * width as usize]);
-        Ok((rows.copied().collect(), drawn))
     }
+}
+
+/// Draws what a renderer for pictures of that format shows, on its device, and reads the picture back: four bytes a pixel, rows
+/// from above.
+///
+/// # Errors
+/// When the device cannot.
+pub fn drawn(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    format: wgpu::TextureFormat,
+    renderer: &mut Renderer,
+    scene: &Scene,
+    size: [u32; 2],
+) -> Result<(Vec<u8>, Drawn), ViewError> {
+    let [width, height] = size;
+    let most = device.limits().max_texture_dimension_2d;
+    if width == 0 || height == 0 || width > most || height > most {
+        return Err(ViewError::Device(format!(
+            "a picture of {width} x {height} pixels cannot be drawn; it takes 1 to {most} a side"
+        )));
+    }
+    let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+    let row = (width * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let (texture, buffer) = super::error::caught(device, || {
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture"),
+            size: extent,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("picture"),
+            size: u64::from(row) * u64::from(height),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        (texture, buffer)
+    })?;
+    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let drawn = renderer.draw(&mut encoder, &view, size, scene)?;
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None },
+        },
+        extent,
+    );
+    let submitted = super::error::caught(device, || queue.submit([encoder.finish()]))?;
+    buffer.map_async(wgpu::MapMode::Read, .., |_| ());
+    let wait = wgpu::PollType::Wait { submission_index: Some(submitted), timeout: None };
+    device.poll(wait).map_err(|error| ViewError::Device(error.to_string()))?;
+    let bytes = buffer.get_mapped_range(..).map_err(|error| ViewError::Device(error.to_string()))?;
+    let rows = bytes.chunks_exact(row as usize).flat_map(|bytes| &bytes[..4 * width as usize]);
+    Ok((rows.copied().collect(), drawn))
 }

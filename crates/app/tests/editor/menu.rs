@@ -5,7 +5,7 @@ use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::{App, Question};
 use orograph_graph::Edit;
 
-use crate::{graph, scratch, window};
+use crate::{graph, scratch, settle, window};
 
 const GRAPH: &str = "(nodes: { \"a\": Constant(value: 1) }, outputs: { \"h\": \"a\" })";
 
@@ -37,6 +37,31 @@ fn change(window: &mut Harness<'_, App>) {
     let edit = Edit::AddNode { name: "new".into(), kind: "Constant".into(), at: None };
     assert!(window.state_mut().session_mut().apply(&edit));
     window.run_steps(2);
+}
+
+#[test]
+fn the_land_is_saved_as_a_picture_beside_the_graph() {
+    let folder = scratch(&std::fs::read_to_string(graph("hello.ron")).expect("there"));
+    let mut window = window(Some(folder.path().join("graph.ron")));
+    window.state_mut().session_mut().set_cells(128);
+    settle(&mut window);
+    let seen = crate::picture(&mut window, "before_picture");
+    menu(&mut window, "File", "Save picture");
+    window.get_by_label("Save").click();
+    window.run_steps(3);
+    let saved = image::open(folder.path().join("graph.png")).expect("a picture").to_rgb8();
+    assert!(saved.width() == 1920 && saved.height() > 500, "{:?}", saved.dimensions());
+    let colours: std::collections::BTreeSet<[u8; 3]> = saved.pixels().step_by(997).map(|pixel| pixel.0).collect();
+    assert!(colours.len() > 100, "{} colours", colours.len());
+    // The middle of the upper edge is sky, in the window as in the picture.
+    let ([r, g, b, _], [x, y, z]) = (seen.get_pixel(475, 90).0, saved.get_pixel(960, 20).0);
+    let near = |a: u8, b: u8| a.abs_diff(b) < 12;
+    assert!(near(r, x) && near(g, y) && near(b, z), "{:?} {:?}", [r, g, b], [x, y, z]);
+    assert!(window.query_by_label_contains("graph.png has the picture").is_some());
+    menu(&mut window, "File", "Save picture");
+    window.get_by_label("Save").click();
+    window.run_steps(3);
+    assert!(folder.path().join("graph 2.png").exists(), "no picture is written over");
 }
 
 #[test]

@@ -15,7 +15,7 @@ use super::{
     map::{Hand, Marks, label, readout},
     split::Split,
 };
-use crate::view::{Camera, Fly, FlyKeys, Land, Orbit, Renderer, Scene, ViewError};
+use crate::view::{self, Camera, Fly, FlyKeys, Land, Orbit, Renderer, Scene, ViewError};
 
 /// Pictures in the window are codes of sRGB in a format that has no curve of its own.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -91,6 +91,20 @@ impl Landscape {
     /// Shows the whole land.
     pub(super) fn fit(&mut self) {
         (self.eye, self.moved) = (None, false);
+    }
+
+    /// The land as it is seen, drawn anew at `width` pixels across or more: the pixels' codes, and how many there are.
+    pub(super) fn picture(&mut self, width: u32) -> Result<(Vec<u8>, [u32; 2]), String> {
+        let side = &mut self.sides[0];
+        let (Some((_, scene)), Some(target)) = (&side.drawn, &side.target) else {
+            return Err("no land is shown".to_owned());
+        };
+        let most = self.state.device.limits().max_texture_dimension_2d;
+        let longest = target.size.into_iter().max().unwrap_or(1);
+        let factor = (f64::from(width) / f64::from(target.size[0])).clamp(1.0, f64::from(most) / f64::from(longest));
+        let size = target.size.map(|pixels| (f64::from(pixels) * factor).round().max(1.0) as u32);
+        let drawn = view::drawn(&self.state.device, &self.state.queue, FORMAT, &mut side.renderer, scene, size);
+        drawn.map(|(codes, _)| (codes, size)).map_err(|trouble| told(&trouble))
     }
 
     /// Whether the eye flies.
@@ -269,6 +283,11 @@ fn move_eye(
             fly.limit(land, exaggeration);
         }
     }
+}
+
+/// What went wrong, and what would help.
+pub(super) fn told(trouble: &ViewError) -> String {
+    format!("{trouble}; {}", trouble.remedy())
 }
 
 /// An arrow to the north.

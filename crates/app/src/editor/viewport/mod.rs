@@ -12,7 +12,10 @@ mod profile;
 mod scale;
 mod split;
 
+use std::path::Path;
+
 use orograph_graph::{Field, PortType, Value};
+use orograph_nodes::raster;
 
 use self::{
     brush::Brush,
@@ -25,6 +28,9 @@ use self::{
 };
 use super::Session;
 use crate::view::ViewError;
+
+/// Pixels across that a saved picture has at least.
+const PICTURE_WIDTH: u32 = 1920;
 
 /// How the land is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -151,6 +157,27 @@ impl Viewport {
             Tool::Measure => self.profile.drag(&hand),
             Tool::Brush => self.brush.drag(&hand, session),
         }
+    }
+
+    /// Writes a picture of the land in 3D as it is seen, and tells of it.
+    pub(super) fn save_picture(&mut self, session: &mut Session, path: &Path) {
+        match self.picture(path) {
+            Ok([width, height]) => {
+                session.note(format!("{} has the picture, {width} x {height} pixels", path.display()), false);
+            }
+            Err(why) => session.note(format!("the picture is not saved: {why}"), true),
+        }
+    }
+
+    fn picture(&mut self, path: &Path) -> Result<[u32; 2], String> {
+        let landscape = self.landscape.as_mut().map_err(|trouble| landscape::told(trouble))?;
+        if self.mode != Mode::Land {
+            return Err("it is taken of the land in 3D; choose 3D above it first".to_owned());
+        }
+        let (codes, size) = landscape.picture(PICTURE_WIDTH)?;
+        let picture = crate::picture::of_codes(&codes, size);
+        raster::write_colour(path, &picture, &|| true).map_err(|error| error.to_string())?;
+        Ok(size)
     }
 
     /// The row of choices above the land.
