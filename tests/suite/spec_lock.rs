@@ -36,7 +36,7 @@ fn declaration(node: &Node) -> Vec<String> {
             }
             Kind::Seed { default } => format!("seed {default}"),
             Kind::Point { default, hard } => format!("{default:?} in {hard:?}"),
-            Kind::Curve { default } => format!("curve {default:?}"),
+            Kind::Curve { default, .. } => format!("curve {default:?}"),
             Kind::Path { default, hard } => format!("path {default:?} in {hard:?}"),
             Kind::Stops { default } => {
                 format!("stops {}", default.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "))

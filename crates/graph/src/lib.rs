@@ -42,8 +42,8 @@ pub use lines::{Line, Lines, Vertex};
 pub use migrate::{Migration, Step};
 pub use node::{Begin, Exactness, Fallback, Input, Kernel, Node, Output, OutputType, Reach, Resolution};
 pub use param::{
-    ColourStops, CurvePoints, FileName, Kind, ParamSpec, ParamType, ParamValue, ParamValues, PathPoints, Seed, Stroke,
-    Strokes, TimedStrokes, Tool, check_value, range_text,
+    ColourStops, CurvePoints, FileName, Kind, ParamSpec, ParamType, ParamValue, ParamValues, PathPoints, Seed,
+    StepPoints, Stroke, Strokes, TimedStrokes, Tool, check_value, range_text,
 };
 pub use petgraph::stable_graph::NodeIndex;
 pub use process::{Moment, Process};

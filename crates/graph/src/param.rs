@@ -6,7 +6,7 @@ mod types;
 use std::{collections::BTreeMap, fmt};
 
 pub use stroke::{Stroke, Strokes, TimedStrokes, Tool};
-pub use types::{ColourStops, CurvePoints, FileName, ParamType, PathPoints, Seed};
+pub use types::{ColourStops, CurvePoints, FileName, ParamType, PathPoints, Seed, StepPoints};
 
 use crate::{
     colour::Stop,
@@ -75,6 +75,8 @@ pub enum Kind {
     Curve {
         /// Value when the file says nothing.
         default: Vec<[f64; 2]>,
+        /// Whether y stays what it is from each point to the next; else a monotone cubic goes through them.
+        steps: bool,
     },
     /// A way through places in the world, in order; straight from each to the next.
     Path {
@@ -137,7 +139,7 @@ impl Kind {
             (Self::Choice { default, .. }, ParamValue::Choice(v)) => *default = v,
             (Self::Seed { default }, ParamValue::Seed(v)) => *default = *v,
             (Self::Point { default, .. }, ParamValue::Point(v)) => *default = *v,
-            (Self::Curve { default }, ParamValue::Curve(v)) | (Self::Path { default, .. }, ParamValue::Path(v)) => {
+            (Self::Curve { default, .. }, ParamValue::Curve(v)) | (Self::Path { default, .. }, ParamValue::Path(v)) => {
                 default.clone_from(v);
             }
             (Self::Stops { default }, ParamValue::Stops(v)) => default.clone_from(v),
@@ -156,7 +158,7 @@ impl Kind {
             Self::Choice { default, .. } => ParamValue::Choice(default),
             Self::Seed { default } => ParamValue::Seed(*default),
             Self::Point { default, .. } => ParamValue::Point(*default),
-            Self::Curve { default } => ParamValue::Curve(default.clone()),
+            Self::Curve { default, .. } => ParamValue::Curve(default.clone()),
             Self::Path { default, .. } => ParamValue::Path(default.clone()),
             Self::Stops { default } => ParamValue::Stops(default.clone()),
             Self::Strokes { .. } => ParamValue::Strokes(Vec::new()),
@@ -355,7 +357,7 @@ impl Kind {
 /// Declares a node's parameters once: a typed struct `Params`, its specs and its reader.
 ///
 /// A row is `name: type = default, Unit, hard range;` with an optional `soft lo..=hi` before the semicolon. The type is
-/// one of `f64`, `i64`, `bool`, [`Seed`], `[f64; 2]`, [`CurvePoints`], [`PathPoints`], [`ColourStops`], [`Strokes`], [`TimedStrokes`], [`FileName`] or a [`choice!`](crate::choice)
+/// one of `f64`, `i64`, `bool`, [`Seed`], `[f64; 2]`, [`CurvePoints`], [`StepPoints`], [`PathPoints`], [`ColourStops`], [`Strokes`], [`TimedStrokes`], [`FileName`] or a [`choice!`](crate::choice)
 /// enum; types without a range write `..`.
 ///
 /// ```

@@ -2,5 +2,5 @@
 
 pub(crate) use orograph_graph::{
     ColourStops, CurvePoints, Field, FileName, Input, Job, Lane, Node, NodeError, Output, Outputs, ParamValues,
-    PathPoints, PortType, Reach, Report, Resolution, Seed, TimedStrokes, Unit, Window, choice, params,
+    PathPoints, PortType, Reach, Report, Resolution, Seed, StepPoints, TimedStrokes, Unit, Window, choice, params,
 };

@@ -551,6 +551,21 @@ fn undo_and_redo_have_keys_and_notes_are_shown() {
 }
 
 #[test]
+fn a_node_without_its_wire_waits_and_has_not_failed() {
+    let (mut window, _folder) = window_on(ROW);
+    settle(&mut window);
+    let state = window.state().session().node("lonely").state;
+    assert_eq!(state, NodeState::Unwired { input: "height", at: None });
+    assert_eq!(state.lacks().as_deref(), Some("waits for a wire into height"));
+    assert!(window.query_by_label_contains("failed").is_none());
+    let lonely = title(&window, "lonely");
+    click(&mut window, lonely);
+    assert!(window.query_by_label("It waits for a wire into height.").is_some());
+    wheel(&mut window, 4.0);
+    picture(&mut window, "waiting");
+}
+
+#[test]
 fn nodes_are_muted_and_heard_again() {
     let (mut window, _folder) = window_on(ROW);
     let muted = |window: &Harness<'_, App>| {

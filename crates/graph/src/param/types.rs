@@ -106,7 +106,7 @@ impl ParamType for CurvePoints {
     type Range = RangeFull;
 
     fn kind(default: Self, _: RangeFull) -> Kind {
-        Kind::Curve { default: default.0 }
+        Kind::Curve { default: default.0, steps: false }
     }
 
     fn from_value(value: &ParamValue) -> Option<Self> {
@@ -114,6 +114,22 @@ impl ParamType for CurvePoints {
             ParamValue::Curve(points) => Some(Self(points.clone())),
             _ => None,
         }
+    }
+}
+
+/// A curve parameter whose y stays what it is from each point to the next.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StepPoints(pub Vec<[f64; 2]>);
+
+impl ParamType for StepPoints {
+    type Range = RangeFull;
+
+    fn kind(default: Self, _: RangeFull) -> Kind {
+        Kind::Curve { default: default.0, steps: true }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        CurvePoints::from_value(value).map(|CurvePoints(points)| Self(points))
     }
 }
 

@@ -13,6 +13,7 @@ use crate::{
     simd::simd,
 };
 use spline::Spline;
+pub use spline::slopes;
 
 choice! {
     /// What the curve is.

@@ -25,7 +25,7 @@ params! {
     /// How steep risers and how flat treads are: 1 leaves the land as it is, from 8 on treads are level.
     sharpness: f64 = 3.0, One, 1.0..=32.0, soft 1..=12;
     /// For `layers`: the height of each tread above `base`, rising, and the sharpness of the riser that begins there.
-    layers: CurvePoints = CurvePoints(vec![[0.0, 2.0], [200.0, 8.0], [350.0, 4.0], [800.0, 12.0], [950.0, 3.0], [1400.0, 1.0]]), One, ..;
+    layers: StepPoints = StepPoints(vec![[0.0, 2.0], [200.0, 8.0], [350.0, 4.0], [800.0, 12.0], [950.0, 3.0], [1400.0, 1.0]]), One, ..;
 }
 
 /// The declaration.

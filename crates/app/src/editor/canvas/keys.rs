@@ -51,7 +51,7 @@ pub(super) const KEYS: [(Command, &str, &str); 17] = [
     (Command::SelectAll, "Ctrl+A", "Select all"),
     (Command::Arrange, "L", "Arrange"),
     (Command::Collapse, "H", "Collapse or expand"),
-    (Command::Rename, "F2", "Rename"),
+    (Command::Rename, "F2", "Name and note"),
     (Command::Mute, "M", "Mute: build as if it were not there"),
     (Command::Frame, "C", "Comment: a frame around the selection"),
     (Command::Show, "V", "Show in the viewport"),

@@ -102,7 +102,7 @@ impl Canvas {
                 let point = response.hover_pos().map(|point| brush.lens.to_graph(point));
                 let on_title = point.is_some_and(|point| point.y < model.cards[*card].at.y + TITLE);
                 let info = session.node(&model.cards[*card].name);
-                let failed = matches!(info.state, NodeState::Failed { .. });
+                let failed = matches!(info.state, NodeState::Failed { .. } | NodeState::Unwired { .. });
                 if on_title || failed {
                     response.clone().on_hover_ui_at_pointer(|ui| self.tell_node(ui, *card, session, brush));
                 }
@@ -156,6 +156,9 @@ impl Canvas {
             }
             NodeState::Waiting => {
                 ui.label(RichText::new("It waits for its turn.").weak());
+            }
+            state @ NodeState::Unwired { .. } => {
+                ui.label(RichText::new(format!("It {}.", state.lacks().unwrap_or_default())).weak());
             }
             NodeState::Fresh => {}
         }

@@ -182,7 +182,7 @@ impl Brush {
         let at = self.lens.to_screen(at);
         let radius = self.scaled(if hovered { PIN * 1.4 } else { PIN }).max(1.5);
         let colour = self.look.port(pin.ty).gamma_multiply(if faded { 0.25 } else { 1.0 });
-        let edge = if pin.missing { self.look.bad } else { colour };
+        let edge = if pin.missing { self.look.text } else { colour };
         let fill = if pin.wired { colour } else { self.look.well };
         self.painter.circle(at, radius + 1.0, self.look.outline, Stroke::NONE);
         self.painter.circle(at, radius - 0.5, fill, Stroke::new(self.scaled(1.8).max(1.0), edge));
@@ -322,7 +322,7 @@ impl Brush {
         let well = self.lens.rect_to_screen(square);
         let report = thumb.is_some_and(|thumb| thumb.texture.is_none());
         let mut back = well;
-        let told = report || matches!(info.state, NodeState::Failed { .. });
+        let told = report || matches!(info.state, NodeState::Failed { .. } | NodeState::Unwired { .. });
         if told && !far {
             back.max.x = self.lens.to_screen(card.at).x + self.scaled(WIDTH - PAD);
         }
@@ -342,14 +342,19 @@ impl Brush {
         }
         let column =
             Rect::from_min_max(pos2(square.max.x + PAD, square.min.y), pos2(card.at.x + WIDTH - PAD, square.max.y));
+        let stopped = matches!(info.state, NodeState::Failed { .. } | NodeState::Unwired { .. });
+        if stopped && thumb.is_some() {
+            let cover = self.lens.rect_to_screen(Rect::from_min_max(square.min, column.max));
+            self.painter.rect_filled(cover, CornerRadius::same(2), look.well.gamma_multiply(0.86));
+        }
         if let NodeState::Failed { message, at, .. } = &info.state {
             let all = Rect::from_min_max(square.min, column.max).shrink(2.0);
-            if thumb.is_some() {
-                let cover = self.lens.rect_to_screen(Rect::from_min_max(square.min, column.max));
-                self.painter.rect_filled(cover, CornerRadius::same(2), look.well.gamma_multiply(0.86));
-            }
             let message = at.as_ref().map_or_else(|| message.clone(), |at| format!("waits for `{at}`, which failed"));
             self.passage(all, &message, 10.5, if at.is_some() { look.weak } else { look.bad }, 6);
+            return;
+        }
+        if let Some(lacks) = info.state.lacks() {
+            self.passage(Rect::from_min_max(square.min, column.max).shrink(4.0), &lacks, 10.5, look.text, 6);
             return;
         }
         let line = |row: f32, text: &str, colour| {
@@ -404,15 +409,15 @@ impl Brush {
             let mut room = right.x - left.x;
             let mut taken = 0.0;
             if let Some(pin) = card.inputs.get(row) {
-                let ink = if pin.missing { look.bad } else { look.text };
-                taken = self.text(left, Align2::LEFT_CENTER, pin.name, 11.5, ink, room * 0.75) + 6.0;
+                taken = self.text(left, Align2::LEFT_CENTER, pin.name, 11.5, look.text, room * 0.75) + 6.0;
                 room -= taken;
             }
             if let Some(pin) = card.outputs.get(row) {
                 room -= self.text(right, Align2::RIGHT_CENTER, pin.name, 11.5, look.text, room) + 6.0;
             }
+            let missing = |pin: &Pin| pin.missing.then_some("needs a wire");
             // A number is left out rather than cut.
-            if let Some(constant) = card.inputs.get(row).and_then(|pin| pin.constant.as_deref())
+            if let Some(constant) = card.inputs.get(row).and_then(|pin| pin.constant.as_deref().or(missing(pin)))
                 && self.width(constant, 11.5) <= room
             {
                 self.text(left + vec2(taken, 0.0), Align2::LEFT_CENTER, constant, 11.5, look.weak, room);

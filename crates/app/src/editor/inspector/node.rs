@@ -166,6 +166,9 @@ fn state(ui: &mut Ui, session: &mut Session, name: &str) {
         info.time.map(|(time, cells)| format!("{} at {cells} cells, {}", seconds(time), bytes(info.bytes as u64)));
     match &info.state {
         NodeState::Waiting => drop(ui.weak("Waiting")),
+        NodeState::Unwired { .. } => {
+            drop(ui.weak(info.state.lacks().map_or_else(String::new, |lacks| format!("It {lacks}."))))
+        }
         NodeState::Running { fraction } => {
             ui.add(egui::ProgressBar::new(*fraction).desired_height(6.0));
         }

@@ -2,6 +2,7 @@
 
 use egui::{Align2, Color32, FontId, Id, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, emath::RectTransform, pos2, vec2};
 use orograph_graph::{ParamValue, Unit};
+use orograph_nodes::combine::curve::slopes;
 
 use super::{
     form::Form,
@@ -9,9 +10,52 @@ use super::{
     value::{Asked, Place, point},
 };
 
+/// What goes through points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Way {
+    /// A monotone cubic.
+    Smooth,
+    /// Steps: y stays what it is from each point to the next.
+    Steps,
+    /// Straight lines through the world.
+    Straight,
+}
+
+impl Way {
+    /// Places on the way, close enough together to be joined by lines.
+    fn through(self, points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        const PIECES: usize = 24;
+        if points.len() < 2 || self == Self::Straight {
+            return points.to_vec();
+        }
+        let last = points[points.len() - 1];
+        let pieces = points.windows(2);
+        if self == Self::Steps {
+            return pieces.flat_map(|ends| [ends[0], [ends[1][0], ends[0][1]]]).chain([last]).collect();
+        }
+        let slopes = slopes(points);
+        let piece = |(ends, slopes): (&[[f64; 2]], &[f64])| {
+            let ([x0, y0], [x1, y1], [from, to]) = (ends[0], ends[1], [slopes[0], slopes[1]]);
+            (0..PIECES).map(move |k| k as f64 / PIECES as f64).map(move |t| {
+                let (width, rest) = (x1 - x0, 1.0 - t);
+                // Hermite's form of the cubic
+                let y = y0 * rest * rest * (1.0 + 2.0 * t) + y1 * t * t * (3.0 - 2.0 * t);
+                [x0 + t * width, y + width * t * rest * (from * rest - to * t)]
+            })
+        };
+        pieces.zip(slopes.windows(2)).flat_map(piece).chain([last]).collect()
+    }
+}
+
 /// Points of a curve, x rising.
-pub(super) fn curve(ui: &mut Ui, form: &mut Form, place: Place<'_>, unit: Unit, points: &[[f64; 2]]) -> Option<Asked> {
-    let pad = Pad { bounds: around(points), is_curve: true, unit, height: 150.0 };
+pub(super) fn curve(
+    ui: &mut Ui,
+    form: &mut Form,
+    place: Place<'_>,
+    (unit, way): (Unit, Way),
+    points: &[[f64; 2]],
+) -> Option<Asked> {
+    let pad = Pad { bounds: around(points), way, unit, height: 150.0 };
     let asked = pad.show(ui, place.line, points);
     let asked = asked.or_else(|| table(ui, form, place, unit, points, 2));
     asked.map(|asked| asked.map_or_else(Asked::Wrong, |(points, drag)| made(ParamValue::Curve(points), drag)))
@@ -22,7 +66,7 @@ pub(super) fn path(ui: &mut Ui, form: &mut Form, place: Place<'_>, unit: Unit, p
     let size = place.world.size;
     let ratio = (size[1] / size[0]) as f32;
     let height = (ui.available_width() * ratio).clamp(60.0, 260.0);
-    let pad = Pad { bounds: [[0.0, 0.0], size], is_curve: false, unit, height };
+    let pad = Pad { bounds: [[0.0, 0.0], size], way: Way::Straight, unit, height };
     let asked = pad.show(ui, place.line, points);
     let asked = asked.or_else(|| table(ui, form, place, unit, points, 2));
     asked.map(|asked| asked.map_or_else(Asked::Wrong, |(points, drag)| made(ParamValue::Path(points), drag)))
@@ -51,8 +95,8 @@ fn around(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
 struct Pad {
     /// What it shows: the lowest and the highest corner.
     bounds: [[f64; 2]; 2],
-    /// Whether x rises from point to point and y points up; else it is a map.
-    is_curve: bool,
+    /// What goes through its points. Of a curve x rises from point to point and y points up; else it is a map.
+    way: Way,
     unit: Unit,
     height: f32,
 }
@@ -68,12 +112,16 @@ struct Held {
 const NEAR: f32 = 11.0;
 
 impl Pad {
+    fn is_curve(&self) -> bool {
+        self.way != Way::Straight
+    }
+
     fn show(&self, ui: &mut Ui, line: Id, points: &[[f64; 2]]) -> Option<Moved> {
         let id = line.with("pad");
         let held: Option<Held> = ui.data(|data| data.get_temp(id));
         let bounds = held.map_or(self.bounds, |held| held.bounds);
         let mut size = vec2(ui.available_width(), self.height);
-        if !self.is_curve {
+        if !self.is_curve() {
             // a map keeps its shape
             let ratio = ((bounds[1][0] - bounds[0][0]) / (bounds[1][1] - bounds[0][1])) as f32;
             size.x = size.x.min(self.height * ratio);
@@ -90,7 +138,8 @@ impl Pad {
             nearest.filter(|(_, at)| at.distance(pointer) <= NEAR).map(|(index, _)| index)
         };
         let hovered = response.hover_pos().and_then(near);
-        self.paint(ui, &painter, rect, bounds, &places, held.map(|held| held.point).or(hovered));
+        let way: Vec<Pos2> = self.way.through(points).into_iter().map(|place| map.forth(place)).collect();
+        self.paint(ui, (&painter, rect), bounds, [&places, &way], held.map(|held| held.point).or(hovered));
 
         let pointer = response.interact_pointer_pos();
         if response.drag_started()
@@ -113,7 +162,7 @@ impl Pad {
             && let Some(pointer) = pointer
         {
             let new = rounded(map.back(pointer), bounds);
-            let at = if self.is_curve {
+            let at = if self.is_curve() {
                 changed.partition_point(|point| point[0] < new[0])
             } else {
                 after(&places, pointer)
@@ -136,7 +185,7 @@ impl Pad {
     fn transform(&self, bounds: [[f64; 2]; 2], rect: Rect) -> Map {
         // Numbers of any size go through the unit square in double precision.
         let unit = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-        let screen = match self.is_curve {
+        let screen = match self.is_curve() {
             true => Rect::from_min_max(rect.left_bottom(), rect.right_top()),
             false => rect,
         };
@@ -147,7 +196,7 @@ impl Pad {
     fn allowed(&self, points: &[[f64; 2]], at: usize, wanted: [f64; 2], bounds: [[f64; 2]; 2]) -> [f64; 2] {
         let mut place = [0, 1].map(|axis| wanted[axis].clamp(bounds[0][axis], bounds[1][axis]));
         place = rounded(place, bounds);
-        if self.is_curve {
+        if self.is_curve() {
             let least = (bounds[1][0] - bounds[0][0]) * 0.005;
             let low = at.checked_sub(1).map_or(f64::NEG_INFINITY, |before| points[before][0] + least);
             let high = points.get(at + 1).map_or(f64::INFINITY, |after| after[0] - least);
@@ -159,10 +208,9 @@ impl Pad {
     fn paint(
         &self,
         ui: &Ui,
-        painter: &egui::Painter,
-        rect: Rect,
+        (painter, rect): (&egui::Painter, Rect),
         bounds: [[f64; 2]; 2],
-        places: &[Pos2],
+        [places, way]: [&[Pos2]; 2],
         bright: Option<usize>,
     ) {
         let visuals = ui.visuals();
@@ -180,7 +228,7 @@ impl Pad {
         }
         let accent = visuals.hyperlink_color;
         let clipped = painter.with_clip_rect(rect.intersect(ui.clip_rect()));
-        clipped.line(places.to_vec(), Stroke::new(2.0, accent));
+        clipped.line(way.to_vec(), Stroke::new(2.0, accent));
         for (index, at) in places.iter().enumerate() {
             let radius = if bright == Some(index) { 6.0 } else { 4.5 };
             clipped.circle(*at, radius, accent, Stroke::new(1.5, visuals.strong_text_color()));
@@ -190,7 +238,7 @@ impl Pad {
         let corner = |value: f64| self.unit.display(value);
         let inside = rect.shrink(4.0);
         let [low, high] = bounds;
-        let (top, bottom) = if self.is_curve { (high[1], low[1]) } else { (low[1], high[1]) };
+        let (top, bottom) = if self.is_curve() { (high[1], low[1]) } else { (low[1], high[1]) };
         painter.text(inside.left_top(), Align2::LEFT_TOP, corner(top), font.clone(), weak);
         painter.text(inside.left_bottom() - vec2(0.0, 11.0), Align2::LEFT_BOTTOM, corner(bottom), font.clone(), weak);
         painter.text(inside.left_bottom(), Align2::LEFT_BOTTOM, corner(low[0]), font.clone(), weak);
@@ -291,15 +339,59 @@ fn with_one_more(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
 
 #[cfg(test)]
 mod tests {
+    use orograph_graph::{
+        Cancel, Fallback, Field, Input, InputValue, Job, ParamValues, Value, Warnings, Window, World,
+    };
+
     use super::*;
 
     #[test]
     fn points_stay_in_order_and_at_round_numbers() {
-        let pad = Pad { bounds: [[0.0, 0.0], [1.0, 1.0]], is_curve: true, unit: Unit::One, height: 100.0 };
+        let pad = Pad { bounds: [[0.0, 0.0], [1.0, 1.0]], way: Way::Smooth, unit: Unit::One, height: 100.0 };
         let points = [[0.0, 0.0], [0.5, 0.5], [1.0, 1.0]];
         assert_eq!(pad.allowed(&points, 1, [0.7128, 0.31], pad.bounds), [0.713, 0.31]);
         assert_eq!(pad.allowed(&points, 1, [2.0, -1.0], pad.bounds), [0.995, 0.0]);
         assert_eq!(rounded([7312.4, 0.0], [[0.0, 0.0], [24_000.0, 1.0]]), [7310.0, 0.0]);
+    }
+
+    /// What is drawn is what the node `Curve` gives, within the rounding of its single precision.
+    #[test]
+    fn a_curve_is_drawn_as_it_is_evaluated() {
+        let points = vec![[0.0, 0.0], [100.0, 40.0], [130.0, 300.0], [400.0, 320.0], [500.0, 100.0]];
+        let drawn = Way::Smooth.through(&points);
+        assert!(points.iter().all(|point| drawn.contains(point)));
+        let cells = drawn.len() as u32;
+        let world = World { size: [f64::from(cells), 1.0], cells: [cells, 1], ..World::default() };
+        let window = Window::whole(world);
+        let heights = Field::new(window, drawn.iter().map(|[x, _]| *x as f32).collect());
+        let node = orograph_nodes::registry().get("Curve").expect("there is one");
+        let mut params = ParamValues::defaults(&node.specs());
+        params.set("points", ParamValue::Curve(points.clone()));
+        let input = |input: &Input| match (input.ty, input.fallback) {
+            (_, Fallback::Constant { default, .. }) => InputValue::Constant(default),
+            (_, Fallback::Required) => InputValue::Value(Value::Field(heights.clone())),
+            (_, Fallback::None) => InputValue::Absent,
+        };
+        let job = Job {
+            node,
+            params: &params,
+            inputs: node.inputs.iter().map(input).collect(),
+            window,
+            folder: std::path::PathBuf::new(),
+            cancel: Cancel::default(),
+            progress: &|_| {},
+            warnings: Warnings::default(),
+            glimpses: None,
+        };
+        let value = (node.cpu)(&job).expect("runs").take(node.outputs[0].name).expect("declared");
+        let field = value.as_field().expect("a field");
+        for ([x, y], given) in drawn.iter().zip(field.samples()) {
+            assert!((y - f64::from(*given)).abs() < 1e-3, "{x}: {y} {given}");
+        }
+        assert_eq!(
+            Way::Steps.through(&points[..3]),
+            [[0.0, 0.0], [100.0, 0.0], [100.0, 40.0], [130.0, 40.0], [130.0, 300.0]]
+        );
     }
 
     #[test]
@@ -314,7 +406,7 @@ mod tests {
 
     #[test]
     fn the_screen_and_the_numbers_are_each_others_inverse() {
-        let pad = Pad { bounds: [[-5.0, 1e6], [5.0, 2e6]], is_curve: true, unit: Unit::One, height: 100.0 };
+        let pad = Pad { bounds: [[-5.0, 1e6], [5.0, 2e6]], way: Way::Smooth, unit: Unit::One, height: 100.0 };
         let map = pad.transform(pad.bounds, Rect::from_min_size(pos2(10.0, 20.0), vec2(200.0, 100.0)));
         assert_eq!(map.forth([-5.0, 1e6]), pos2(10.0, 120.0));
         let [x, y] = map.back(map.forth([2.5, 1.25e6]));

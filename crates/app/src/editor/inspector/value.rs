@@ -75,7 +75,10 @@ pub(super) fn show(
             let typed = point(ui, form, place, spec.unit, *now, "")?;
             Some(typed.map_or_else(Asked::Wrong, |point| Asked::Set(ParamValue::Point(point))))
         }
-        (Kind::Curve { .. }, ParamValue::Curve(points)) => pad::curve(ui, form, place, spec.unit, points),
+        (Kind::Curve { steps, .. }, ParamValue::Curve(points)) => {
+            let way = if *steps { pad::Way::Steps } else { pad::Way::Smooth };
+            pad::curve(ui, form, place, (spec.unit, way), points)
+        }
         (Kind::Path { .. }, ParamValue::Path(points)) => pad::path(ui, form, place, spec.unit, points),
         (Kind::Stops { .. }, ParamValue::Stops(stops)) => gradient::show(ui, form, place, spec.unit, stops),
         (Kind::File, ParamValue::File(name)) => file(ui, form, place, name),

@@ -13,7 +13,7 @@ use std::{
     time::Duration,
 };
 
-use orograph_graph::{Document, Edit, Entry, PortType, Registry, Value};
+use orograph_graph::{Document, Edit, Entry, EvalError, PortType, Registry, Value};
 
 use files::Opened;
 pub use files::{Answer, Question, Wish};
@@ -39,6 +39,13 @@ pub enum NodeState {
         /// The finished part, 0 to 1.
         fraction: f32,
     },
+    /// It lacks a wire, which is to come.
+    Unwired {
+        /// The input.
+        input: &'static str,
+        /// The node that lacks it, where it is another.
+        at: Option<String>,
+    },
     /// Its results are there.
     Fresh,
     /// It could not be built.
@@ -50,6 +57,18 @@ pub enum NodeState {
         /// The node at which it went wrong, where it is another.
         at: Option<String>,
     },
+}
+
+impl NodeState {
+    /// What it waits for, in words, where it lacks a wire.
+    #[must_use]
+    pub fn lacks(&self) -> Option<String> {
+        match self {
+            Self::Unwired { input, at: None } => Some(format!("waits for a wire into {input}")),
+            Self::Unwired { input, at: Some(at) } => Some(format!("waits for {at}, which needs a wire into {input}")),
+            _ => None,
+        }
+    }
 }
 
 /// What is known of a node.
@@ -524,7 +543,10 @@ impl Session {
             }
             News::Failed { revision, node, error } if revision == self.revision => {
                 let at = error.node().filter(|at| *at != node).map(str::to_owned);
-                let state = NodeState::Failed { message: error.to_string(), hint: error.hint(), at };
+                let state = match error {
+                    EvalError::Unwired { input, .. } => NodeState::Unwired { input, at },
+                    error => NodeState::Failed { message: error.to_string(), hint: error.hint(), at },
+                };
                 self.nodes.entry(node).or_default().state = state;
             }
             News::Live { moment, held, cells, values, .. } => self.hear_simulation(moment, held, cells, values),
