@@ -13,8 +13,11 @@ use std::{
 };
 
 use orograph_graph::{Cancel, InputValue, Job, Node, Warnings, Window};
-use orograph_nodes::{registry, simd};
+use orograph_nodes::{memory::LargePages, registry, simd};
 use orograph_tests::{Case, data_folder, example, inputs, world};
+
+#[global_allocator]
+static MEMORY: LargePages = LargePages;
 
 /// Runs go on until they have taken so long together.
 const ENOUGH: Duration = Duration::from_millis(500);

@@ -14,6 +14,7 @@ pub mod hydrology;
 pub mod import;
 pub mod math;
 pub mod measure;
+pub mod memory;
 pub mod par;
 #[cfg(test)]
 mod peer_tests;

@@ -13,6 +13,7 @@ use crate::{
     math::lane,
     par,
     prelude::*,
+    simd::simd,
 };
 
 choice! {
@@ -89,13 +90,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let nx = window.nx();
     // metres to cells, cut at the longest
     east.par_chunks_mut(nx).zip(south.par_chunks_mut(nx)).enumerate().try_for_each(|(j, (east, south))| {
-        let mask = mask.slice(j * nx..(j + 1) * nx);
-        for (i, (east, south)) in east.iter_mut().zip(south).enumerate() {
-            let length = (*east * *east + *south * *south).sqrt();
-            let share = if length > limit { limit / length } else { 1.0 };
-            let factor = mask.at(i) * share * per_cell;
-            (*east, *south) = (*east * factor, *south * factor);
-        }
+        shorten(east, south, mask.slice(j * nx..(j + 1) * nx), limit, per_cell);
         job.check()
     })?;
     warn_of_folds(job, &east, &south);
@@ -103,9 +98,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let source = Source { samples: value.samples(), cells: [nx, window.ny()], ends };
     let mut out = vec![0.0; window.len()];
     par::rows_within(job, [0.3, 1.0], &mut out, |j, row| {
-        for (i, out) in row.iter_mut().enumerate() {
-            *out = source.at([i, j], [east[j * nx + i], south[j * nx + i]]);
-        }
+        take_row(&source, j, [&east[j * nx..][..nx], &south[j * nx..][..nx]], row);
     })?;
     Ok(Outputs::one("value", Field::new(window, out)))
 }
@@ -187,22 +180,65 @@ struct Source<'a> {
     ends: [Ends; 2],
 }
 
+simd! {
+    /// Cuts displacements at the longest, and turns metres to cells.
+    fn shorten(east: &mut [f32], south: &mut [f32], mask: Lane<'_>, limit: f32, per_cell: f32) {
+        let shorten = |(east, south): (&mut f32, &mut f32), mask: f32| {
+            let length = (*east * *east + *south * *south).sqrt();
+            let factor = mask * (limit / if length > limit { length } else { limit }) * per_cell;
+            (*east, *south) = (*east * factor, *south * factor);
+        };
+        let places = east.iter_mut().zip(south);
+        match mask {
+            Lane::Constant(mask) => places.for_each(|place| shorten(place, mask)),
+            Lane::Samples(masks) => places.zip(masks).for_each(|(place, &mask)| shorten(place, mask)),
+        }
+    }
+}
+
+simd! {
+    /// The values of a row, from displacements in cells.
+    fn take_row(source: &Source<'_>, row: usize, displacements: [&[f32]; 2], out: &mut [f32]) {
+        let [east, south] = displacements;
+        for ((i, out), (&east, &south)) in out.iter_mut().enumerate().zip(east.iter().zip(south)) {
+            *out = source.at([i, row], [east, south]);
+        }
+    }
+}
+
 impl Source<'_> {
     /// The value at a displacement in cells from a cell: the Catmull-Rom cubic along x and then along y, each cut to the two
     /// values it lies between.
+    #[inline(always)]
     fn at(&self, cell: [usize; 2], displacement: [f32; 2]) -> f32 {
         // only the displacement is split, so that a window's samples are those of the whole
-        let [(columns, across), (rows, down)] = [0, 1].map(|axis| {
-            let whole = displacement[axis].floor();
-            let first = cell[axis] as i64 + whole as i64 - 1;
-            let places: [usize; 4] = std::array::from_fn(|k| self.ends[axis].index(first + k as i64, self.cells[axis]));
-            (places, lane::catmull_rom(displacement[axis] - whole))
-        });
-        let along = rows.map(|row| {
-            let row = &self.samples[row * self.cells[0]..][..self.cells[0]];
-            between(columns.map(|column| row[column]), across)
-        });
+        let whole = displacement.map(f32::floor);
+        let [across, down] = [0, 1].map(|axis| lane::catmull_rom(displacement[axis] - whole[axis]));
+        let first = [0, 1].map(|axis| cell[axis] as i64 + whole[axis] as i64 - 1);
+        let [nx, ny] = self.cells;
+        let [i, j] = first.map(|first| usize::try_from(first).unwrap_or(usize::MAX));
+        let mut along = [0.0; 4];
+        if i < nx.saturating_sub(3) && j < ny.saturating_sub(3) {
+            for (k, along) in along.iter_mut().enumerate() {
+                let row = &self.samples[(j + k) * nx + i..][..4];
+                *along = between([row[0], row[1], row[2], row[3]], across);
+            }
+        } else {
+            for (along, row) in along.iter_mut().zip(self.beyond(first)) {
+                *along = between(row, across);
+            }
+        }
         between(along, down)
+    }
+
+    /// 4 x 4 values from a place on, where the window ends among them.
+    #[cold]
+    fn beyond(&self, first: [i64; 2]) -> [[f32; 4]; 4] {
+        let [columns, rows] = [0, 1].map(|axis| {
+            let place = |k| self.ends[axis].index(first[axis] + k, self.cells[axis]);
+            [0, 1, 2, 3].map(place)
+        });
+        rows.map(|row| columns.map(|column| self.samples[row * self.cells[0] + column]))
     }
 }
 
@@ -210,7 +246,10 @@ impl Source<'_> {
 #[inline(always)]
 fn between(values: [f32; 4], weights: [f32; 4]) -> f32 {
     let sum = (values[0] * weights[0] + values[1] * weights[1]) + (values[2] * weights[2] + values[3] * weights[3]);
-    sum.clamp(values[1].min(values[2]), values[1].max(values[2]))
+    // unlike `min` and `clamp`, which look for NaN, one instruction each
+    let (low, high) = if values[1] < values[2] { (values[1], values[2]) } else { (values[2], values[1]) };
+    let sum = if sum < low { low } else { sum };
+    if sum < high { sum } else { high }
 }
 
 #[cfg(test)]

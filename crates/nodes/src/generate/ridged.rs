@@ -10,7 +10,7 @@ use super::noise::{
     fold::Fold,
     fractal_params,
     raster::{self, Lanes, Noise},
-    sheet::Sheet,
+    sheet::Sheets,
 };
 use crate::{math, prelude::*};
 
@@ -120,8 +120,7 @@ impl<const SQUARED: bool> Ridges<SQUARED> {
     }
 
     fn raster(&self, job: &Job<'_>, octaves: &[Octave]) -> Result<Vec<f32>, NodeError> {
-        let sheet = |octave: &Octave| Sheet::new(*octave, self.basis, self.scale);
-        raster::raster(job, || octaves.iter().map(sheet).collect(), self)
+        raster::raster(job, || Sheets::new(octaves, self.basis, |_| self.scale), self)
     }
 }
 
@@ -139,8 +138,11 @@ impl<const SQUARED: bool> raster::Combine for Ridges<SQUARED> {
 
     #[inline(always)]
     fn octave(layer: &Layer, noise: &Noise, state: &mut State) {
-        for ((noise, weight), height) in noise.value.iter().zip(&mut state.weight.0).zip(&mut state.height.0) {
-            step::<SQUARED>(*noise, weight, height, layer);
+        let samples = noise.value.iter().zip(&mut state.weight.0).zip(&mut state.height.0);
+        if layer.fade == 1.0 {
+            samples.for_each(|((noise, weight), height)| step::<SQUARED, true>(*noise, weight, height, layer));
+        } else {
+            samples.for_each(|((noise, weight), height)| step::<SQUARED, false>(*noise, weight, height, layer));
         }
     }
 
@@ -155,13 +157,13 @@ impl<const SQUARED: bool> raster::Combine for Ridges<SQUARED> {
 }
 
 /// One octave at one sample: takes the noise and the weight from the octave before, adds to the height and gives the
-/// weight for the next octave.
+/// weight for the next octave. `WHOLE` is for octaves that the raster holds entirely, which are all but one or two.
 #[inline(always)]
-fn step<const SQUARED: bool>(noise: f32, weight: &mut f32, height: &mut f32, layer: &Layer) {
+fn step<const SQUARED: bool, const WHOLE: bool>(noise: f32, weight: &mut f32, height: &mut f32, layer: &Layer) {
     let crest = layer.crest;
     let ridge = layer.fold.crest(noise).max(0.0);
     let ridge = if SQUARED { ridge * ridge } else { math::lane::pow(ridge, crest.exponent) };
-    let ridge = *weight * (layer.rest + layer.fade * ridge);
+    let ridge = *weight * if WHOLE { ridge } else { layer.rest + layer.fade * ridge };
     *height += layer.height_m * ridge;
     *weight = (crest.weight_gain * ridge).min(1.0);
 }
@@ -189,8 +191,8 @@ mod tests {
                 let (mut weight, mut height) = (1.0, [0.0]);
                 for (octave, layer) in octaves.iter().zip(&ridges.layers) {
                     let noise = reference::sample(octave, ridges.basis, ridges.scale, cell);
-                    let step =
-                        if params.exponent == 2.0 && params.sharpening == 0.0 { step::<true> } else { step::<false> };
+                    let plain = params.exponent == 2.0 && params.sharpening == 0.0;
+                    let step = if plain { step::<true, false> } else { step::<false, false> };
                     step(noise, &mut weight, &mut height[0], layer);
                 }
                 height[0] += ridges.tail.at(weight);

@@ -7,9 +7,9 @@
 
 use super::noise::{
     Gradients, fold, fractal_params,
-    raster::{self, Combine, LANES, Lanes, Layers, Noise},
+    raster::{self, Combine, LANES, Lanes, Noise},
     scattered::Scattered,
-    sheet::Sheet,
+    sheet::Sheets,
 };
 use crate::prelude::*;
 
@@ -117,35 +117,32 @@ impl Params {
         };
         let (basis, factor) = (self.gradients.basis(), self.gradients.even_scale());
         if R::SHIFTS {
-            let layers = || octaves.iter().map(|octave| Scattered::new(*octave, basis, factor)).collect();
-            raster::raster(job, layers, &recursion)
+            raster::raster(job, || Scattered::all(&octaves, basis, factor), &recursion)
+        } else if R::SLOPES {
+            raster::raster(job, || Sheets::sloped(&octaves, basis, |_| factor), &recursion)
         } else {
-            let new = if R::SLOPES { Sheet::sloped } else { Sheet::new };
-            raster::raster(job, || octaves.iter().map(|octave| new(*octave, basis, factor)).collect(), &recursion)
+            raster::raster(job, || Sheets::new(&octaves, basis, |_| factor), &recursion)
         }
     }
 
     /// Mean and standard deviation of what the recursion gives with all its octaves.
     fn moments<R: Rule<N>, const N: usize>(&self) -> (f64, f64) {
-        /// Those of the recursion on these layers.
-        fn measure<R: Rule<N>, L: Layers, const N: usize>(params: &Params, mut layers: Vec<L>) -> (f64, f64) {
-            let recursion = Recursion::<R, N> {
-                layers: params.layers(layers.iter().map(|_| (1e6, 1.0))),
-                left: Vec::new(),
-                finish: params.finish(),
-                scale: 1.0,
-                lift_m: 0.0,
-                rule: std::marker::PhantomData,
-            };
-            raster::moments(&mut layers, &recursion, SIDE)
-        }
         let octaves = self.fractal(0).spread();
+        let recursion = Recursion::<R, N> {
+            layers: self.layers(octaves.iter().map(|_| (1e6, 1.0))),
+            left: Vec::new(),
+            finish: self.finish(),
+            scale: 1.0,
+            lift_m: 0.0,
+            rule: std::marker::PhantomData,
+        };
         let (basis, factor) = (self.gradients.basis(), self.gradients.even_scale());
         if R::SHIFTS {
-            measure::<R, _, N>(self, octaves.iter().map(|octave| Scattered::new(*octave, basis, factor)).collect())
+            raster::moments(&mut Scattered::all(&octaves, basis, factor), &recursion, SIDE)
+        } else if R::SLOPES {
+            raster::moments(&mut Sheets::sloped(&octaves, basis, |_| factor), &recursion, SIDE)
         } else {
-            let new = if R::SLOPES { Sheet::sloped } else { Sheet::new };
-            measure::<R, _, N>(self, octaves.iter().map(|octave| new(*octave, basis, factor)).collect())
+            raster::moments(&mut Sheets::new(&octaves, basis, |_| factor), &recursion, SIDE)
         }
     }
 

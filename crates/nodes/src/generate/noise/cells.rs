@@ -7,7 +7,7 @@
 use super::{
     Octave,
     lattice::{Axis, hash, hash_row},
-    raster::{Combine, LANES, Layers, Noise, moments},
+    raster::{Combine, LANES, Layer, Noise, moments},
     sum::Sum,
 };
 use crate::simd::simd;
@@ -122,7 +122,7 @@ impl<M: Measure> Cells<M> {
     }
 }
 
-impl<M: Measure> Layers for Cells<M> {
+impl<M: Measure> Layer for Cells<M> {
     fn lay(&mut self, origin: [u32; 2], cells: [usize; 2]) {
         let [along, down] = self.octave.axes;
         self.first = [Axis::cell(along.at(origin[0])) - REACH, Axis::cell(down.at(origin[1])) - REACH];
@@ -157,19 +157,26 @@ simd! {
         let columns = from..from + (last + 2 * REACH + 1) as usize;
         for (y, state) in (cells.top..).zip(states) {
             let position = down.at(y);
-            let row = (Axis::cell(position) - REACH - cells.first[1]) as usize;
+            let first_row = Axis::cell(position) - REACH - cells.first[1];
             let fraction = Axis::fraction(position);
             let (mut nearest, mut second) = ([f32::MAX; LANES], [f32::MAX; LANES]);
-            let rows = cells.points[row * cells.width..].chunks_exact(cells.width);
-            for (row, points) in (-REACH..=REACH).zip(rows) {
+            // from the sample's own row outwards; rows that begin farther away than all seconds add nothing
+            for (row, away) in [(0, 0.0), (-1, fraction), (1, 1.0 - fraction), (-2, 1.0 + fraction), (2, 2.0 - fraction)] {
+                let away = M::rank(0.0, away);
+                if !second.iter().fold(false, |any, &rank| any | (rank > away)) {
+                    continue;
+                }
+                let points = &cells.points[(first_row + row + REACH) as usize * cells.width..];
                 for (column, &[across, down]) in (-REACH..).zip(&points[columns.clone()]) {
                     let (column, down) = (column as f32, (down + row as f32) - fraction);
                     for lane in 0..LANES {
                         // the order of operations keeps the result independent of which sample is the first
                         let across = (across + (column - own[lane])) - places[lane];
                         let rank = M::rank(across, down);
-                        second[lane] = second[lane].min(nearest[lane].max(rank));
-                        nearest[lane] = nearest[lane].min(rank);
+                        // unlike `min` and `max`, which look for NaN, one instruction each
+                        let farther = if nearest[lane] > rank { nearest[lane] } else { rank };
+                        second[lane] = if farther < second[lane] { farther } else { second[lane] };
+                        nearest[lane] = if rank < nearest[lane] { rank } else { nearest[lane] };
                     }
                 }
             }
@@ -191,5 +198,5 @@ pub(crate) fn mean<M: Measure>(jitter: f32, parts: Parts) -> f64 {
     let axes = [Axis::new(0.381, 0, 0), Axis::new(0.381, 0, 0)];
     let octave = Octave { axes, seed: 1, wavelength_cells: 1.0, share: 1.0, fade: 1.0 };
     let cells = Cells::<M>::new(octave, jitter, parts);
-    moments(&mut [cells], &Sum { start: 0.0 }, SIDE).0
+    moments(&mut vec![cells], &Sum { start: 0.0 }, SIDE).0
 }

@@ -103,7 +103,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         (Kind::Value, _) => sum::lattices(job, &octaves, Basis::Value, params.amplitude)?,
         (Kind::Simplex, _) => {
             let layer = |octave: &Octave| Simplex::new(*octave, sum::scale(octave, params.amplitude) * simplex::SCALE);
-            raster::raster(job, || octaves.iter().map(layer).collect(), &sum::Sum { start: 0.0 })?
+            raster::raster(job, || octaves.iter().map(layer).collect::<Vec<_>>(), &sum::Sum { start: 0.0 })?
         }
         (_, Metric::Euclidean) => params.cells::<Euclidean>(job, &octaves)?,
         (_, Metric::Manhattan) => params.cells::<Manhattan>(job, &octaves)?,
@@ -123,7 +123,7 @@ impl Params {
             let scale = sum::scale(octave, self.amplitude);
             Cells::<M>::new(*octave, jitter, parts.map(|part| part * scale))
         };
-        raster::raster(job, || octaves.iter().map(layer).collect(), &sum::Sum { start })
+        raster::raster(job, || octaves.iter().map(layer).collect::<Vec<_>>(), &sum::Sum { start })
     }
 
     /// The factors of the two distances.

@@ -1,9 +1,11 @@
 //! Evaluation of octaves on a raster: bands of rows in parallel, strips of columns, in them columns side by
 //! side.
 
-use orograph_graph::{Job, NodeError, Window};
+use std::ops::Range;
 
-use super::sheet::{BAND, STRIP};
+use orograph_graph::{Job, NodeError};
+
+use super::sheet::{BAND, STRIP, put};
 pub(crate) use super::sheet::{LANES, Lanes};
 use crate::simd::simd;
 
@@ -24,13 +26,73 @@ impl Noise {
     }
 }
 
-/// An octave on a strip of columns and a band of rows, whatever its noise.
-pub(crate) trait Layers {
+/// A strip of columns in rows that are longer.
+pub(crate) struct Patch<'a> {
+    rows: &'a mut [f32],
+    /// Samples in a row.
+    nx: usize,
+    columns: Range<usize>,
+}
+
+impl<'a> Patch<'a> {
+    /// These columns of rows of `nx` samples, at most [`STRIP`] columns and [`BAND`] rows.
+    pub fn new(rows: &'a mut [f32], nx: usize, columns: Range<usize>) -> Self {
+        Self { rows, nx, columns }
+    }
+
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.rows.len() / self.nx
+    }
+
+    /// Some of the rows.
+    pub fn part(&mut self, rows: Range<usize>) -> Patch<'_> {
+        let rows = &mut self.rows[rows.start * self.nx..rows.end * self.nx];
+        Patch { rows, nx: self.nx, columns: self.columns.clone() }
+    }
+
+    /// The samples, row by row.
+    #[inline(always)]
+    pub fn rows(&mut self) -> impl Iterator<Item = &mut [f32]> {
+        self.rows.chunks_exact_mut(self.nx).map(|row| &mut row[self.columns.clone()])
+    }
+}
+
+/// The octaves of a fractal, one upon the other.
+pub(crate) trait Stack {
+    /// Combines them to the heights of a patch whose first cell is `origin` in the world.
+    fn strip<C: Combine>(&mut self, combine: &C, origin: [u32; 2], patch: &mut Patch<'_>);
+}
+
+/// An octave on a strip of columns and a band of rows whose samples are worked out one by one, whatever its noise.
+pub(crate) trait Layer {
     /// Lays it over `cells` cells of the world from `origin` on, at most [`STRIP`] columns and [`BAND`] rows.
     fn lay(&mut self, origin: [u32; 2], cells: [usize; 2]);
 
     /// Adds the octave to the states of all rows, for [`LANES`] columns of the strip from the column `x` of the world on.
     fn add<C: Combine>(&mut self, combine: &C, octave: usize, x: u32, states: &mut [C::State]);
+}
+
+impl<L: Layer> Stack for Vec<L> {
+    fn strip<C: Combine>(&mut self, combine: &C, origin: [u32; 2], patch: &mut Patch<'_>) {
+        for layer in &mut *self {
+            layer.lay(origin, [patch.width(), patch.height()]);
+        }
+        let mut states = [combine.start(); BAND];
+        let states = &mut states[..patch.height()];
+        for (block, x) in (0..patch.width().div_ceil(LANES)).zip((origin[0]..).step_by(LANES)) {
+            states.fill(combine.start());
+            for (octave, layer) in self.iter_mut().enumerate() {
+                layer.add(combine, octave, x, states);
+            }
+            store(combine, states, block, patch);
+        }
+    }
 }
 
 /// How octaves become heights: a recursion from coarse to fine, for [`LANES`] samples at a time.
@@ -62,89 +124,51 @@ pub(crate) trait Combine: Sync {
     fn finish(&self, state: &Self::State) -> Lanes;
 }
 
-/// Evaluates octaves, which `layers` makes for each band of rows, at the cells of the job's window and combines them.
+/// Evaluates octaves, which `stack` makes for each band of rows, at the cells of the job's window and combines them.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
-pub(crate) fn raster<L: Layers, C: Combine>(
+pub(crate) fn raster<S: Stack, C: Combine>(
     job: &Job<'_>,
-    layers: impl Fn() -> Vec<L> + Sync,
+    stack: impl Fn() -> S + Sync,
     combine: &C,
 ) -> Result<Vec<f32>, NodeError> {
     let window = job.window();
+    let (nx, [left, top]) = (window.nx(), window.origin);
     let mut out = vec![0.0; window.len()];
-    crate::par::bands_within(job, [0.0, 1.0], BAND, &mut out, |first_row, rows| {
-        let mut layers = layers();
-        for column in (0..window.nx()).step_by(STRIP) {
+    crate::par::bands_within(job, [0.0, 1.0], BAND, &mut out, |row, rows| {
+        let mut stack = stack();
+        for column in (0..nx).step_by(STRIP) {
             job.check()?;
-            strip(&window, combine, &mut layers, [column, first_row], rows);
+            let patch = &mut Patch::new(rows, nx, column..nx.min(column + STRIP));
+            stack.strip(combine, [left + column as u32, top + row as u32], patch);
         }
         Ok(())
     })?;
     Ok(out)
 }
 
-/// Mean and standard deviation of what `combine` makes of layers on the first `side` x `side` cells of the world, a multiple
-/// of both [`STRIP`] and [`BAND`].
-pub(crate) fn moments<L: Layers, C: Combine>(layers: &mut [L], combine: &C, side: usize) -> (f64, f64) {
+/// Mean and standard deviation of what `combine` makes of octaves on the first `side` x `side` cells of the world; at most
+/// [`STRIP`], and a multiple of [`BAND`].
+pub(crate) fn moments<S: Stack, C: Combine>(stack: &mut S, combine: &C, side: usize) -> (f64, f64) {
     let mut sums = [0.0; 2];
-    let (mut states, mut heights) = (vec![combine.start(); BAND], vec![0.0; BAND * LANES]);
+    let mut heights = vec![0.0; BAND * side];
     for y in (0..side as u32).step_by(BAND) {
-        for x in (0..side as u32).step_by(STRIP) {
-            layers.iter_mut().for_each(|layer| layer.lay([x, y], [STRIP, BAND]));
-            for x in (x..x + STRIP as u32).step_by(LANES) {
-                states.fill(combine.start());
-                for (k, layer) in layers.iter_mut().enumerate() {
-                    layer.add(combine, k, x, &mut states);
-                }
-                store(combine, &states, &mut heights, [LANES, 0]);
-                for height in heights.iter().map(|&height| f64::from(height)) {
-                    sums = [sums[0] + height, sums[1] + height * height];
-                }
-            }
+        stack.strip(combine, [0, y], &mut Patch::new(&mut heights, side, 0..side));
+        for height in heights.iter().map(|&height| f64::from(height)) {
+            sums = [sums[0] + height, sums[1] + height * height];
         }
     }
     let [mean, square] = sums.map(|sum| sum / (side * side) as f64);
     (mean, (square - mean * mean).max(0.0).sqrt())
 }
 
-/// Evaluates the strip that begins with a column of the window in the rows of a band.
-fn strip<L: Layers, C: Combine>(
-    window: &Window,
-    combine: &C,
-    layers: &mut [L],
-    [column, first_row]: [usize; 2],
-    band: &mut [f32],
-) {
-    let nx = window.nx();
-    let end = nx.min(column + STRIP);
-    let origin = [window.origin[0] + column as u32, window.origin[1] + first_row as u32];
-    let rows = band.len() / nx;
-    for layer in &mut *layers {
-        layer.lay(origin, [end - column, rows]);
-    }
-    let mut states = [combine.start(); BAND];
-    let states = &mut states[..rows];
-    for (x, column) in (origin[0]..).step_by(LANES).zip((column..end).step_by(LANES)) {
-        states.fill(combine.start());
-        for (k, layer) in layers.iter_mut().enumerate() {
-            layer.add(combine, k, x, states);
-        }
-        store(combine, states, band, [nx, column]);
-    }
-}
-
 simd! {
-    /// Writes the heights of rows that are `nx` long, from a column on.
-    fn store<C: Combine>(combine: &C, states: &[C::State], band: &mut [f32], place: [usize; 2]) {
-        let [nx, column] = place;
-        for (row, state) in band.chunks_exact_mut(nx).zip(states) {
-            let heights = combine.finish(state).0;
-            let row = &mut row[column..];
-            match row.first_chunk_mut::<LANES>() {
-                Some(whole) => *whole = heights,
-                None => row.copy_from_slice(&heights[..row.len()]),
-            }
+    /// Writes the heights of rows into a block of [`LANES`] columns.
+    fn store<C: Combine>(combine: &C, states: &[C::State], block: usize, patch: &mut Patch<'_>) {
+        for (row, state) in patch.rows().zip(states) {
+            let end = row.len().min((block + 1) * LANES);
+            put(combine, &[*state], &mut row[block * LANES..end]);
         }
     }
 }

@@ -1,13 +1,13 @@
 //! An octave at places that are moved away from the samples, each by its own shift.
 //!
 //! Nothing can be shared by rows or columns then: every sample draws its own four lattice points. It is some ten times the
-//! work of a [`super::sheet::Sheet`], and with shifts of 0 it gives the same noise, to rounding.
+//! work of a [`super::sheet::Sheets`], and with shifts of 0 it gives the same noise, to rounding.
 
 use super::{
     Octave,
     basis::{Basis, Draws},
     lattice::{Axis, hash, hash_row},
-    raster::{Combine, LANES, Layers, Noise},
+    raster::{Combine, LANES, Layer, Noise},
 };
 use crate::simd::simd;
 
@@ -28,9 +28,14 @@ impl Scattered {
     pub fn new(octave: Octave, basis: Basis, scale: f32) -> Self {
         Self { draws: Draws::new(basis, scale), octave, basis, top: 0 }
     }
+
+    /// Octaves of a kind of noise, with the same factor on each.
+    pub fn all(octaves: &[Octave], basis: Basis, scale: f32) -> Vec<Self> {
+        octaves.iter().map(|octave| Self::new(*octave, basis, scale)).collect()
+    }
 }
 
-impl Layers for Scattered {
+impl Layer for Scattered {
     fn lay(&mut self, origin: [u32; 2], _: [usize; 2]) {
         self.top = origin[1];
     }
@@ -38,6 +43,12 @@ impl Layers for Scattered {
     fn add<C: Combine>(&mut self, combine: &C, octave: usize, x: u32, states: &mut [C::State]) {
         scatter(self, combine, octave, x, states);
     }
+}
+
+/// A whole number of less than 2²² as an integer, without the branches of a conversion of any number.
+#[inline(always)]
+fn integer(whole: f32) -> i32 {
+    (whole + 12_582_912.0).to_bits() as i32 - 0x4b40_0000
 }
 
 /// Places of samples along one axis: lattice cells and fractions in them.
@@ -52,10 +63,16 @@ impl Places {
     fn new(positions: &[i64; LANES], shifts: &[f32; LANES]) -> Self {
         let mut places = Self { cells: [0; LANES], fractions: [0.0; LANES] };
         for lane in 0..LANES {
-            let shift = shifts[lane].clamp(-FARTHEST, FARTHEST);
+            let shift = if shifts[lane] > -FARTHEST { shifts[lane] } else { -FARTHEST };
+            let shift = if shift < FARTHEST { shift } else { FARTHEST };
             let whole = shift.floor();
-            let part = ((shift - whole) * 16_777_216.0) as i32;
-            let moved = positions[lane] + (i64::from(whole as i32) << 32) + (i64::from(part) << 8);
+            // 24 bits of the rest, in two parts
+            let part = (shift - whole) * 4096.0;
+            let (high, low) = (part.floor(), ((part - part.floor()) * 4096.0).floor());
+            let moved = positions[lane]
+                + (i64::from(integer(whole)) << 32)
+                + (i64::from(integer(high)) << 20)
+                + (i64::from(integer(low)) << 8);
             places.cells[lane] = Axis::cell(moved);
             places.fractions[lane] = Axis::fraction(moved);
         }
@@ -148,8 +165,8 @@ mod tests {
     use crate::{
         generate::noise::{
             Fractal,
-            raster::{Lanes, moments},
-            sheet::Sheet,
+            raster::{Lanes, Patch, Stack, moments},
+            sheet::Sheets,
         },
         testing::world,
     };
@@ -192,16 +209,14 @@ mod tests {
     }
 
     /// 128 x 128 samples from a place on.
-    fn samples<const WHICH: usize>(mut layer: impl Layers, origin: [u32; 2], shift: [f32; 2]) -> Vec<f32> {
-        layer.lay(origin, [128, 128]);
-        let combine = Part::<WHICH> { shift };
-        let mut states = vec![combine.start(); 128];
+    fn samples<const WHICH: usize>(mut stack: impl Stack, origin: [u32; 2], shift: [f32; 2]) -> Vec<f32> {
         let mut out = vec![0.0; 128 * 128];
-        for x in (0..128).step_by(LANES) {
-            layer.add(&combine, 0, origin[0] + x as u32, &mut states);
-            states.iter().enumerate().for_each(|(j, state)| out[128 * j + x..][..LANES].copy_from_slice(&state.0));
-        }
+        stack.strip(&Part::<WHICH> { shift }, origin, &mut Patch::new(&mut out, 128, 0..128));
         out
+    }
+
+    fn sheets(octave: Octave, basis: Basis) -> Sheets {
+        Sheets::sloped(&[octave], basis, |_| 1.0)
     }
 
     fn close(a: &[f32], b: &[f32], tolerance: f32) {
@@ -217,7 +232,7 @@ mod tests {
             [(Basis::Bell, FRACTAL), (Basis::Classic, FRACTAL), (Basis::Value, FRACTAL), (Basis::Bell, tileable)]
         {
             let octave = fractal.octaves(&world(300, 300, 25.0))[0];
-            let pair = || (Sheet::sloped(octave, basis, 1.0), Scattered::new(octave, basis, 1.0));
+            let pair = || (sheets(octave, basis), Scattered::all(&[octave], basis, 1.0));
             let (sheet, scattered) = pair();
             close(&samples::<0>(sheet, [150, 99], [0.0; 2]), &samples::<0>(scattered, [150, 99], [0.0; 2]), 2e-6);
             let (sheet, scattered) = pair();
@@ -231,7 +246,7 @@ mod tests {
     #[test]
     fn a_shift_takes_the_noise_from_there() {
         let octave = FRACTAL.octaves(&world(9000, 9000, 25.0))[0];
-        let new = || Scattered::new(octave, Basis::Bell, 1.0);
+        let new = || Scattered::all(&[octave], Basis::Bell, 1.0);
         let (there, moved) = (samples::<0>(new(), [520, 30], [0.0; 2]), samples::<0>(new(), [100, 100], [15.0, -2.5]));
         close(&there, &moved, 1e-5);
         // however far, and where there is none
@@ -248,9 +263,9 @@ mod tests {
             let octave = Fractal { wavelength_m: 2048.0, ..FRACTAL }.octaves(&world(9000, 9000, 1.0))[0];
             for origin in [[0, 0], [3000, 7000], [2048, 900]] {
                 let [noise, along, down] = [
-                    samples::<0>(Sheet::sloped(octave, basis, 1.0), origin, [0.0; 2]),
-                    samples::<1>(Sheet::sloped(octave, basis, 1.0), origin, [0.0; 2]),
-                    samples::<2>(Sheet::sloped(octave, basis, 1.0), origin, [0.0; 2]),
+                    samples::<0>(sheets(octave, basis), origin, [0.0; 2]),
+                    samples::<1>(sheets(octave, basis), origin, [0.0; 2]),
+                    samples::<2>(sheets(octave, basis), origin, [0.0; 2]),
                 ];
                 for (i, j) in (1..127).flat_map(|i| (1..127).map(move |j| (i, j))) {
                     let at = 128 * j + i;
@@ -266,8 +281,7 @@ mod tests {
     /// are those of a raster.
     #[test]
     fn spread_places_give_the_moments() {
-        let mut sheets: Vec<Sheet> =
-            FRACTAL.spread().into_iter().map(|octave| Sheet::sloped(octave, Basis::Classic, 1.0)).collect();
+        let mut sheets = sheets(FRACTAL.spread()[0], Basis::Classic);
         let (mean, std) = moments(&mut sheets, &Part::<0> { shift: [0.0; 2] }, 256);
         assert!(mean.abs() < 0.005 && (std / 0.2156 - 1.0).abs() < 0.015, "{mean} {std}");
         // the literature's slope of Perlin's noise, 0.625 per wavelength along each axis

@@ -7,7 +7,7 @@
 use super::{
     Octave,
     lattice::{Axis, hash, hash_row},
-    raster::{Combine, LANES, Layers, Noise},
+    raster::{Combine, LANES, Layer, Noise},
 };
 use crate::simd::simd;
 
@@ -61,7 +61,7 @@ impl Simplex {
     }
 }
 
-impl Layers for Simplex {
+impl Layer for Simplex {
     fn lay(&mut self, origin: [u32; 2], _: [usize; 2]) {
         self.top = origin[1];
     }

@@ -7,7 +7,7 @@ use orograph_graph::{Job, NodeError};
 use super::{
     Basis, Octave,
     raster::{self, Combine, Lanes, Noise},
-    sheet::Sheet,
+    sheet::Sheets,
 };
 
 /// The sum of octaves of lattice noise, between ± `amplitude`, in the unit of that.
@@ -15,8 +15,8 @@ use super::{
 /// # Errors
 /// [`NodeError::Cancelled`].
 pub(crate) fn lattices(job: &Job<'_>, octaves: &[Octave], basis: Basis, amplitude: f64) -> Result<Vec<f32>, NodeError> {
-    let sheet = |octave: &Octave| Sheet::new(*octave, basis, scale(octave, amplitude) * basis.scale());
-    raster::raster(job, || octaves.iter().map(sheet).collect(), &Sum { start: 0.0 })
+    let sheets = || Sheets::new(octaves, basis, |octave| scale(octave, amplitude) * basis.scale());
+    raster::raster(job, sheets, &Sum { start: 0.0 })
 }
 
 /// The slopes along x and y of a sum of octaves, in which each octave's are those per its own wavelength, times `amplitude`
@@ -30,9 +30,8 @@ pub(crate) fn slopes(
     basis: Basis,
     amplitude: f64,
 ) -> Result<[Vec<f32>; 2], NodeError> {
-    let sheet = |octave: &Octave| Sheet::sloped(*octave, basis, scale(octave, amplitude) * basis.scale());
-    let layers = || octaves.iter().map(sheet).collect();
-    Ok([raster::raster(job, layers, &Slope::<0>)?, raster::raster(job, layers, &Slope::<1>)?])
+    let sheets = || Sheets::sloped(octaves, basis, |octave| scale(octave, amplitude) * basis.scale());
+    Ok([raster::raster(job, sheets, &Slope::<0>)?, raster::raster(job, sheets, &Slope::<1>)?])
 }
 
 /// Slope per wavelength and axis of an octave of [`Basis::Bell`] over its height: the ratio of their standard deviations.
