@@ -3,9 +3,12 @@
 
 use std::path::{Path, PathBuf};
 
-use egui::{Button, Context, Id, Key, Modal, RichText, ScrollArea, TextEdit, Ui};
+use egui::{Align, Button, Context, Id, Key, Layout, RichText, ScrollArea, TextEdit, Ui};
 
-use super::dialog::{self, Ask};
+use super::{
+    dialog::{self, Ask},
+    theme,
+};
 
 /// What a file is looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,7 +109,7 @@ impl Browser {
     pub(super) fn show(&mut self, context: &Context) -> Option<Outcome> {
         let id = Id::new("browser");
         let mut outcome = None;
-        let modal = Modal::new(id).show(context, |ui| {
+        let modal = theme::modal(context, id).show(context, |ui| {
             let room = ui.ctx().content_rect().size();
             ui.set_width((room.x - 60.0).clamp(200.0, 520.0));
             let (title, action) = match self.purpose {
@@ -177,17 +180,20 @@ impl Browser {
         ScrollArea::vertical().max_height(height).min_scrolled_height(height).auto_shrink([false, true]).show(
             ui,
             |ui| {
-                for entry in &self.entries {
-                    let icon = if entry.is_file { "🗋" } else { "🗀" };
-                    let button = Button::selectable(self.text == entry.name, format!("{icon} {}", entry.name));
-                    let response = ui.add_sized([ui.available_width(), 20.0], button.truncate());
-                    if response.clicked() && entry.is_file {
-                        self.text.clone_from(&entry.name);
-                    } else if response.clicked() {
-                        entered = Some(self.folder.join(&entry.name));
+                let lines = Layout::top_down_justified(Align::Min);
+                ui.with_layout(lines, |ui| {
+                    for entry in &self.entries {
+                        let icon = if entry.is_file { "🗋" } else { "🗀" };
+                        let button = Button::selectable(self.text == entry.name, format!("{icon}  {}", entry.name));
+                        let response = ui.add(button.truncate());
+                        if response.clicked() && entry.is_file {
+                            self.text.clone_from(&entry.name);
+                        } else if response.clicked() {
+                            entered = Some(self.folder.join(&entry.name));
+                        }
+                        chosen |= response.double_clicked() && entry.is_file;
                     }
-                    chosen |= response.double_clicked() && entry.is_file;
-                }
+                });
                 if self.entries.is_empty() {
                     ui.weak("Nothing of use in this folder");
                 }

@@ -9,9 +9,9 @@
 
 use std::{fs, path::PathBuf};
 
-use egui::{Align, Context, Id, Label, Layout, Modal, RichText, ScrollArea, Sense, Ui, vec2};
+use egui::{Align, Context, Id, Label, Layout, RichText, ScrollArea, Sense, Ui, vec2};
 
-use super::{Wish, state};
+use super::{Wish, state, theme};
 
 /// A graph to start from.
 struct Example {
@@ -72,6 +72,9 @@ pub(super) struct Gallery {
 
 /// Side of a picture in points.
 const SIDE: f32 = 132.0;
+/// Space between them, and for the scroll bar.
+const GAP: f32 = 12.0;
+const BAR: f32 = 10.0;
 
 impl Gallery {
     /// Shows it above everything. Gives what is wanted of the session when it is done with, and nothing in that when no
@@ -81,16 +84,19 @@ impl Gallery {
             self.pictures = EXAMPLES.iter().map(|example| texture(context, example)).collect();
         }
         let mut chosen = None;
-        let modal = Modal::new(Id::new("gallery")).show(context, |ui| {
+        let modal = theme::modal(context, Id::new("gallery")).show(context, |ui| {
             let room = ui.ctx().content_rect().size();
-            let columns = ((room.x - 80.0) / (SIDE + 12.0)).floor().clamp(1.0, 5.0);
-            ui.set_width(columns * (SIDE + 12.0));
+            let columns = ((room.x - 80.0) / (SIDE + GAP)).floor().clamp(1.0, 5.0);
+            // The scroll bar stands beside the last column.
+            ui.set_width(columns * (SIDE + GAP) - GAP + BAR);
             ui.heading("Examples");
             ui.add(Label::new(RichText::new("Each opens as a copy that is not saved yet.").weak()).wrap());
             if let Some(failure) = &self.failure {
                 ui.colored_label(ui.visuals().error_fg_color, failure);
             }
             ScrollArea::vertical().max_height((room.y - 150.0).max(80.0)).show(ui, |ui| {
+                ui.spacing_mut().item_spacing = vec2(GAP, GAP);
+                ui.set_max_width(columns * (SIDE + GAP));
                 ui.horizontal_wrapped(|ui| {
                     for (example, picture) in EXAMPLES.iter().zip(&self.pictures) {
                         if card(ui, example, picture.as_ref()) {
@@ -118,6 +124,7 @@ fn card(ui: &mut Ui, example: &Example, picture: Option<&egui::TextureHandle>) -
     let layout = Layout::top_down(Align::LEFT);
     let inner = ui.allocate_ui_with_layout(vec2(SIDE, SIDE + 40.0), layout, |ui| {
         ui.set_width(SIDE);
+        ui.spacing_mut().item_spacing.y = 4.0;
         let sized = egui::vec2(SIDE, SIDE);
         let response = match picture {
             Some(picture) => {

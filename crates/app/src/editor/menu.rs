@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use egui::{Button, Context, Key, KeyboardShortcut, Modal, Modifiers, RichText, ThemePreference, Ui};
+use egui::{Button, Context, Key, KeyboardShortcut, Modifiers, RichText, ThemePreference, Ui};
 use orograph_graph::bytes;
 
 use super::{
@@ -12,6 +12,7 @@ use super::{
     export::Export,
     gallery::Gallery,
     state::{self, Recent},
+    theme,
 };
 
 /// What a menu or a key asks for.
@@ -318,9 +319,9 @@ const VALUES: [(&str, &str); 4] = [
 ];
 
 fn keys(context: &Context, open: &mut bool) {
-    let modal = Modal::new(egui::Id::new("keys")).show(context, |ui| {
+    let modal = theme::modal(context, egui::Id::new("keys")).show(context, |ui| {
         let room = ui.ctx().content_rect().size();
-        ui.set_width((room.x - 60.0).clamp(200.0, 460.0));
+        ui.set_width((room.x - 60.0).clamp(200.0, 500.0));
         ui.heading("Keys and mouse");
         egui::ScrollArea::vertical().max_height((room.y - 140.0).max(80.0)).show(ui, |ui| {
             let graph =
@@ -329,7 +330,9 @@ fn keys(context: &Context, open: &mut bool) {
             for (part, lines) in parts {
                 ui.add_space(6.0);
                 ui.strong(part);
-                egui::Grid::new(part).num_columns(2).spacing([16.0, 3.0]).show(ui, |ui| {
+                // The second columns of all parts are one below the other.
+                let first = 170.0_f32.min(0.4 * ui.available_width());
+                egui::Grid::new(part).num_columns(2).spacing([16.0, 3.0]).min_col_width(first).show(ui, |ui| {
                     for (keys, what) in lines {
                         ui.label(keys);
                         ui.add(egui::Label::new(RichText::new(what).weak()).wrap());

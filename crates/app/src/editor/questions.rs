@@ -2,12 +2,13 @@
 
 use std::{path::PathBuf, time::SystemTime};
 
-use egui::{Button, Context, Id, Modal, RichText, ScrollArea, TextEdit, Ui, ViewportCommand};
+use egui::{Button, Context, Id, RichText, ScrollArea, TextEdit, Ui, ViewportCommand};
 
 use super::{
     Session,
     dialog::{self, Ask},
     session::{Answer, Lost, Question, Wish},
+    theme,
 };
 
 /// The widest that a question is, in points.
@@ -47,7 +48,7 @@ impl Questions {
         let new = self.asked.as_ref() != Some(&question);
         self.asked = Some(question.clone());
         let mut answer = None;
-        let modal = Modal::new(Id::new("question")).show(context, |ui| {
+        let modal = theme::modal(context, Id::new("question")).show(context, |ui| {
             ui.set_max_width(WIDTH.min(context.content_rect().width() - 32.0));
             match &question {
                 Question::Unsaved(wish) => unsaved(ui, session, wish, new, &mut answer),

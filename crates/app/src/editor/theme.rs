@@ -1,7 +1,7 @@
 //! The look of the window, dark and light: grey rock with one accent, so that the land has the colours.
 
 use egui::{
-    Color32, Context, CornerRadius, FontFamily, FontId, Margin, Shadow, Stroke, Style, TextStyle, Theme, Visuals,
+    Color32, Context, CornerRadius, FontFamily, FontId, Id, Margin, Shadow, Stroke, Style, TextStyle, Theme, Visuals,
     style::{Selection, WidgetVisuals, Widgets},
     vec2,
 };
@@ -90,6 +90,12 @@ fn dress(style: &mut Style, theme: Theme, palette: &Palette) {
     spacing.scroll = egui::style::ScrollStyle::thin();
     style.interaction.selectable_labels = false;
     style.visuals = visuals(theme, palette);
+}
+
+/// A window above everything, with the margin of the other windows.
+pub(super) fn modal(context: &Context, id: Id) -> egui::Modal {
+    let style = context.global_style();
+    egui::Modal::new(id).frame(egui::Frame::popup(&style).inner_margin(style.spacing.window_margin))
 }
 
 fn visuals(theme: Theme, palette: &Palette) -> Visuals {

@@ -8,6 +8,7 @@ mod export;
 mod files;
 mod inspector;
 mod live;
+mod looks;
 mod menu;
 mod opening;
 mod problems;

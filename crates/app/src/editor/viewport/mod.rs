@@ -122,7 +122,10 @@ impl Viewport {
         });
         session.also_show(parts.iter().flat_map(Parts::names).collect());
         let Some(shown) = port.as_deref().and_then(|port| shown(session, port)) else {
+            let node = port.as_deref().and_then(|port| port.split_once('.')).map(|(node, _)| node);
+            let lacks = node.and_then(|node| Some(format!("{node} {}", session.node(node).state.lacks()?)));
             let text = match (port, session.is_busy()) {
+                _ if lacks.is_some() => lacks.unwrap_or_default(),
                 (None, _) => "Add a node to the graph to see its land here: press Space over the graph.".to_owned(),
                 (Some(port), true) => format!("building {port} …"),
                 (Some(port), false) => format!("{port} has no picture"),
