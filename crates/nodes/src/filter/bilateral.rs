@@ -1,5 +1,7 @@
 //! The bilateral filter: a Gaussian of the distance times one of the difference in value.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::{coarse::Coarse, lines::Ends, mix};
@@ -61,6 +63,13 @@ const ALONE: f32 = 1e-12;
 /// The radius in cells below which a neighbour's weight is less than a millionth.
 const LEAST: f64 = 0.2;
 
+/// Rows that a thread takes at a time.
+const BAND: usize = 64;
+/// Rows of blocks whose cells are mixed together, at most.
+const ROWS: usize = 16;
+/// Cells of such a block, which stay in the nearest cache.
+const CELLS: usize = 2048;
+
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let value = job.field("value")?;
@@ -75,7 +84,10 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let around = Around::new(&coarse, &window, &means, radius);
     let per_contrast = (0.5_f64.sqrt() / params.contrast) as f32;
     let mut out = value.samples().to_vec();
-    crate::par::rows_within(job, [0.1, 0.9], &mut out, |j, row| around.smooth(j, row, per_contrast))?;
+    crate::par::bands_within(job, [0.1, 0.9], BAND, &mut out, |first, rows| {
+        around.smooth(first, rows, per_contrast);
+        Ok(())
+    })?;
     mix(job, value.samples(), &mut out, job.lane("mask"))?;
     Ok(Outputs::one("value", Field::new(window, out)))
 }
@@ -95,8 +107,6 @@ struct Around {
 struct Axis {
     /// The first that counts.
     first: Vec<usize>,
-    /// How many count.
-    count: usize,
     /// The weights of the first for all cells, of the second for all cells, ...
     weights: Vec<f32>,
 }
@@ -123,7 +133,7 @@ impl Axis {
                 crate::math::exp(-0.5 * off * off) as f32
             }));
         }
-        Self { first, count, weights }
+        Self { first, weights }
     }
 }
 
@@ -144,39 +154,91 @@ impl Around {
         Self { values, width, columns: axis(0, window.nx()), rows: axis(1, window.ny()) }
     }
 
-    /// Smooths row `j` of the window.
-    fn smooth(&self, j: usize, row: &mut [f32], per_contrast: f32) {
-        let count = self.rows.weights.len() / self.rows.count;
-        let rows = (0..self.rows.count).map(|k| (self.rows.first[j] + k, self.rows.weights[k * count + j]));
-        let rows: Vec<(usize, f32)> = rows.collect();
-        let (mut sums, mut totals) = (vec![0.0; row.len()], vec![ALONE; row.len()]);
-        let mut others = vec![0.0; row.len()];
-        for &(at, across) in &rows {
-            let line = &self.values[at * self.width..][..self.width];
-            for (k, weights) in self.columns.weights.chunks_exact(row.len()).enumerate() {
-                for (other, &first) in others.iter_mut().zip(&self.columns.first) {
-                    *other = line[first + k];
-                }
-                add([&mut sums, &mut totals], row, &others, weights, across, per_contrast);
+    /// Smooths rows of the window from row `first` on.
+    fn smooth(&self, first: usize, rows: &mut [f32], per_contrast: f32) {
+        let nx = self.columns.first.len();
+        let mut block = Block::default();
+        let mut from = 0;
+        while from < rows.len() / nx {
+            // rows beside the same coarse cells
+            let coarse = self.rows.first[first + from];
+            let same = self.rows.first[first + from..first + rows.len() / nx].iter().take_while(|at| **at == coarse);
+            let end = from + same.take(ROWS).count();
+            // whole vectors
+            let width = (CELLS / (end - from)).next_multiple_of(64);
+            for start in (0..nx).step_by(width) {
+                let columns = start..nx.min(start + width);
+                self.mix(&mut block, &mut rows[from * nx..end * nx], first + from, columns, per_contrast);
+            }
+            from = end;
+        }
+    }
+
+    /// Smooths some columns of rows of the window, from row `first` on, which are beside the same coarse cells.
+    fn mix(&self, block: &mut Block, rows: &mut [f32], first: usize, columns: Range<usize>, per_contrast: f32) {
+        let nx = self.columns.first.len();
+        let (width, height) = (columns.len(), rows.len() / nx);
+        block.cells.clear();
+        rows.chunks_exact(nx).for_each(|row| block.cells.extend_from_slice(&row[columns.clone()]));
+        for (list, value) in [(&mut block.sums, 0.0), (&mut block.totals, ALONE)] {
+            list.clear();
+            list.resize(width * height, value);
+        }
+        block.others.resize(width, 0.0);
+        let Block { cells, sums, totals, others } = block;
+        for (k, across) in self.rows.weights.chunks_exact(self.rows.first.len()).enumerate() {
+            let line = &self.values[(self.rows.first[first] + k) * self.width..][..self.width];
+            for (k, along) in self.columns.weights.chunks_exact(nx).enumerate() {
+                take(others, &line[k..], &self.columns.first[columns.clone()]);
+                add([sums, totals], cells, others, [&along[columns.clone()], &across[first..first + height]], per_contrast);
             }
         }
-        for ((value, sum), total) in row.iter_mut().zip(sums).zip(totals) {
-            *value += sum / total;
+        let means = block.sums.chunks_exact(width).zip(block.totals.chunks_exact(width));
+        for (row, (sums, totals)) in rows.chunks_exact_mut(nx).zip(means) {
+            for ((value, sum), total) in row[columns.clone()].iter_mut().zip(sums).zip(totals) {
+                *value += sum / total;
+            }
         }
+    }
+}
+
+/// Cells that are mixed together, row by row.
+#[derive(Default)]
+struct Block {
+    cells: Vec<f32>,
+    sums: Vec<f32>,
+    totals: Vec<f32>,
+    /// One coarse value for each column.
+    others: Vec<f32>,
+}
+
+/// The values at some places of a line.
+fn take(out: &mut [f32], line: &[f32], places: &[usize]) {
+    let (first, last) = (places[0], places[places.len() - 1]);
+    if last - first + 1 == places.len() {
+        out.copy_from_slice(&line[first..=last]);
+        return;
+    }
+    for (out, &place) in out.iter_mut().zip(places) {
+        *out = line[place];
     }
 }
 
 simd! {
     /// Adds what one coarse value gives to each cell: differences times weights, and weights.
-    fn add(sums: [&mut [f32]; 2], cells: &[f32], others: &[f32], weights: &[f32], across: f32, per_contrast: f32) {
-        let [sums, totals] = sums;
-        let places = sums.iter_mut().zip(totals).zip(cells).zip(others).zip(weights);
-        for ((((sum, total), &cell), &other), &weight) in places {
-            let difference = other - cell;
-            let off = (difference * per_contrast).clamp(-9.0, 9.0);
-            let weight = across * weight * lane::exp(-off * off);
-            *sum += weight * difference;
-            *total += weight;
+    fn add(sums: [&mut [f32]; 2], cells: &[f32], others: &[f32], weights: [&[f32]; 2], per_contrast: f32) {
+        let ([sums, totals], [along, across]) = (sums, weights);
+        let width = others.len();
+        let rows = sums.chunks_exact_mut(width).zip(totals.chunks_exact_mut(width)).zip(cells.chunks_exact(width));
+        for (((sums, totals), cells), &across) in rows.zip(across) {
+            let places = sums.iter_mut().zip(totals).zip(cells).zip(others).zip(along);
+            for ((((sum, total), &cell), &other), &weight) in places {
+                let difference = other - cell;
+                let off = (difference * per_contrast).clamp(-9.0, 9.0);
+                let weight = across * weight * lane::exp(-off * off);
+                *sum += weight * difference;
+                *total += weight;
+            }
         }
     }
 }
