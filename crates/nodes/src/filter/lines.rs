@@ -37,6 +37,9 @@ impl Ends {
     #[must_use]
     pub fn index(self, at: i64, n: usize) -> usize {
         let n = n as i64;
+        if (0..n).contains(&at) {
+            return at as usize;
+        }
         let inside = match self {
             Self::Wrap => at.rem_euclid(n),
             Self::Mirror => {

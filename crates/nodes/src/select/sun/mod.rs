@@ -160,6 +160,8 @@ struct Sight {
 struct Scratch {
     tangents: Vec<f32>,
     slopes: [Vec<f32>; 2],
+    /// Cosine of the slope.
+    upright: Vec<f32>,
     sights: Box<[Sight; 2]>,
 }
 
@@ -173,6 +175,10 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let horizon = Horizon::new(job, [0.0, 0.2], height, params.rays(job))?;
     let surface = Surface::new(height, Method::Horn);
     let ways: Vec<Way> = arcs.iter().map(|arc| Way::new(arc, horizon.rays())).collect();
+    // directions in which the sun stands at some time
+    let mut rays: Vec<usize> = ways.iter().flat_map(|way| &way.moments).flat_map(|moment| moment.rays).collect();
+    rays.sort_unstable();
+    rays.dedup();
     let (nx, len) = (job.window().nx(), job.window().len());
     // a row of seconds in the sun and one of joules per square metre, by turns
     let mut sums = vec![0.0; 2 * len];
@@ -181,12 +187,13 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let mut scratch = Scratch {
             tangents: vec![0.0; BLOCK * horizon.rays()],
             slopes: [vec![0.0; nx], vec![0.0; nx]],
+            upright: vec![0.0; nx],
             sights: Box::new([empty.clone(), empty]),
         };
         for (k, rows) in rows.chunks_mut(2 * nx).enumerate() {
             job.check()?;
             let (lit, energy) = rows.split_at_mut(nx);
-            row(first / 2 + k, &horizon, &surface, &ways, &mut scratch, [lit, energy]);
+            row(first / 2 + k, &horizon, &rays, &surface, &ways, &mut scratch, [lit, energy]);
         }
         Ok(())
     })?;
@@ -212,23 +219,25 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 fn row(
     j: usize,
     horizon: &Horizon<'_>,
+    rays: &[usize],
     surface: &Surface<'_>,
     ways: &[Way],
     scratch: &mut Scratch,
     sums: [&mut [f32]; 2],
 ) {
-    let Scratch { tangents, slopes: [east, south], sights } = scratch;
+    let Scratch { tangents, slopes: [east, south], upright, sights } = scratch;
     let [lit, energy] = sums;
     surface.row(j, |start, p, q| {
         east[start..start + p.len()].copy_from_slice(p);
         south[start..start + q.len()].copy_from_slice(q);
     });
+    cosines(upright, east, south);
     for start in (0..lit.len()).step_by(BLOCK) {
         let columns = start..lit.len().min(start + BLOCK);
-        for (ray, tangents) in tangents.chunks_mut(BLOCK).enumerate() {
-            horizon.tangents(ray, j, columns.clone(), tangents);
+        for &ray in rays {
+            horizon.tangents(ray, j, columns.clone(), &mut tangents[ray * BLOCK..][..BLOCK]);
         }
-        let slopes = [&east[columns.clone()], &south[columns.clone()]];
+        let slopes = [&east[columns.clone()], &south[columns.clone()], &upright[columns.clone()]];
         for way in ways {
             for (at, moment) in way.moments.iter().enumerate() {
                 let [even, odd] = &mut **sights;
@@ -244,14 +253,23 @@ fn row(
 }
 
 simd! {
-    /// What cells see of the sun at a moment.
-    fn look(sight: &mut Sight, slopes: [&[f32]; 2], tangents: [&[f32]; 2], moment: &Moment) {
-        let cells = slopes[0].iter().zip(slopes[1]).zip(tangents[0].iter().zip(tangents[1]));
+    /// Cosines of slopes.
+    fn cosines(cosines: &mut [f32], east: &[f32], south: &[f32]) {
+        for ((cosine, p), q) in cosines.iter_mut().zip(east).zip(south) {
+            *cosine = 1.0 / (1.0 + (p * p + q * q)).sqrt();
+        }
+    }
+}
+
+simd! {
+    /// What cells see of the sun at a moment; of slopes the components and the cosine.
+    fn look(sight: &mut Sight, slopes: [&[f32]; 3], tangents: [&[f32]; 2], moment: &Moment) {
+        let cells = slopes[0].iter().zip(slopes[1]).zip(slopes[2]).zip(tangents[0].iter().zip(tangents[1]));
         let out = sight.above.iter_mut().zip(&mut sight.flux);
         let [east, south, up] = moment.beam;
-        for ((above, flux), ((&p, &q), (&first, &second))) in out.zip(cells) {
+        for ((above, flux), (((&p, &q), &cosine), (&first, &second))) in out.zip(cells) {
             *above = moment.tangent - (first + (second - first) * moment.share);
-            let facing = (up - (p * east + q * south)) / (1.0 + (p * p + q * q)).sqrt();
+            let facing = (up - (p * east + q * south)) * cosine;
             *flux = if facing > 0.0 { facing } else { 0.0 };
         }
     }
