@@ -190,7 +190,13 @@ impl Around {
             let line = &self.values[(self.rows.first[first] + k) * self.width..][..self.width];
             for (k, along) in self.columns.weights.chunks_exact(nx).enumerate() {
                 take(others, &line[k..], &self.columns.first[columns.clone()]);
-                add([sums, totals], cells, others, [&along[columns.clone()], &across[first..first + height]], per_contrast);
+                add(
+                    [sums, totals],
+                    cells,
+                    others,
+                    [&along[columns.clone()], &across[first..first + height]],
+                    per_contrast,
+                );
             }
         }
         let means = block.sums.chunks_exact(width).zip(block.totals.chunks_exact(width));

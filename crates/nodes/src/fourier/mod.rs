@@ -1,8 +1,8 @@
 //! Discrete Fourier transforms of any length, with the same bits on every machine.
 //!
 //! A length of the factors 2, 3 and 5 is transformed by the algorithm of J. W. Cooley and J. W. Tukey (1965), "An algorithm for
-//! the machine calculation of complex Fourier series", up to eight places at a time; any other as a convolution of a length
-//! that is a power of two, after L. I. Bluestein (1970), "A linear filtering approach to the computation of discrete Fourier
+//! the machine calculation of complex Fourier series", up to eight places at a time; any other as a convolution of such a
+//! length, after L. I. Bluestein (1970), "A linear filtering approach to the computation of discrete Fourier
 //! transform". Sixteen rows are transformed side by side, one in each lane of a vector, so that the result does not depend on
 //! the width of vectors. Twiddle factors come from the library of equal bits; that, and adding in a fixed order, is what
 //! libraries tuned to each machine do not offer.
@@ -93,7 +93,7 @@ struct Chirp<T> {
     plan: Box<Plan<T>>,
     /// e^(−πi k² / length).
     waves: Vec<Complex<T>>,
-    /// The transform of their conjugates around 0, over its length.
+    /// The transform of their conjugates around 0, over its length, where the transform back expects it.
     kernel: Vec<Complex<T>>,
 }
 
@@ -147,7 +147,7 @@ impl<T: Number> Plan<T> {
     pub fn transform_placed(&self, values: &mut [Batch<T>], kept: usize) {
         match &self.chirp {
             Some(chirp) => chirp.transform(values, self.length),
-            None => butterflies(values, &self.stages, kept),
+            None => joined(values, &self.stages, kept),
         }
     }
 }
@@ -185,7 +185,10 @@ impl<T: Number> Stage<T> {
 
 impl<T: Number> Chirp<T> {
     fn new(length: usize) -> Self {
-        let padded = (2 * length - 1).next_power_of_two();
+        let mut padded = 2 * length - 1;
+        while radices(padded).is_none() {
+            padded += 1;
+        }
         let wave = |k: usize| -> Complex { root(k * k, 2 * length) };
         let mut kernel = vec![Batch::<f64>::ZERO; padded];
         for k in 0..length {
@@ -194,7 +197,7 @@ impl<T: Number> Chirp<T> {
                 (kernel[at].re[0], kernel[at].im[0]) = (re, -im);
             }
         }
-        Plan::new(padded).transform(&mut kernel);
+        unjoined(&mut kernel, &Plan::new(padded).stages);
         let scale = 1.0 / padded as f64;
         let kernel = kernel.iter().map(|k| [T::of(k.re[0] * scale), T::of(k.im[0] * scale)]).collect();
         Self { plan: Box::new(Plan::new(padded)), waves: (0..length).map(|k| wave(k).map(T::of)).collect(), kernel }
@@ -203,11 +206,12 @@ impl<T: Number> Chirp<T> {
     fn transform(&self, values: &mut [Batch<T>], length: usize) {
         values[length..].fill(Batch::ZERO);
         multiply(values, &self.waves);
-        self.plan.transform(values);
+        // in the order in which the transform back expects it
+        unjoined(values, &self.plan.stages);
         // back by the conjugate of the transform of the conjugate
         multiply(values, &self.kernel);
         conjugate(values);
-        self.plan.transform(values);
+        joined(values, &self.plan.stages, length);
         conjugate(&mut values[..length]);
         multiply(values, &self.waves);
     }
@@ -249,43 +253,62 @@ simd! {
 
 simd! {
     /// The transform of rows whose values stand where they are expected; only the first `kept` places are needed.
-    fn butterflies<T: Number>(values: &mut [Batch<T>], stages: &[Stage<T>], kept: usize) {
-        let mut near = 0;
-        while near < stages.len() && stages[near].radix * stages[near].part <= NEAR {
-            near += 1;
-        }
-        let (short, long) = stages.split_at(near);
+    fn joined<T: Number>(values: &mut [Batch<T>], stages: &[Stage<T>], kept: usize) {
+        let (short, long) = stages.split_at(near(stages));
         if let Some(last) = short.last() {
             for block in values.chunks_exact_mut(last.radix * last.part) {
                 for stage in short {
-                    join(block, stage, usize::MAX);
+                    join::<T, false>(block, stage, usize::MAX);
                 }
             }
         }
         for (at, stage) in long.iter().enumerate() {
-            join(values, stage, if at + 1 == long.len() { kept } else { usize::MAX });
+            join::<T, false>(values, stage, if at + 1 == long.len() { kept } else { usize::MAX });
         }
     }
 }
 
-/// Runs a stage; of what it joins only the first `kept` places are needed.
-#[inline(always)]
-fn join<T: Number>(values: &mut [Batch<T>], stage: &Stage<T>, kept: usize) {
-    let half = kept <= stage.radix * stage.part / 2;
-    match stage.radix {
-        2 => join_by::<T, 2, 2>(values, stage, |[a, b], _| [plus(a, b), minus(a, b)]),
-        3 => join_by::<T, 3, 3>(values, stage, three),
-        5 => join_by::<T, 5, 5>(values, stage, five),
-        4 if half => join_by::<T, 4, 2>(values, stage, |values, _| four(values)),
-        4 => join_by::<T, 4, 4>(values, stage, |values, _| four(values)),
-        _ if half => join_by::<T, 8, 4>(values, stage, eight),
-        _ => join_by::<T, 8, 8>(values, stage, eight),
+simd! {
+    /// The same transform backwards, stage by stage: of values in their order, to where [`joined`] expects them.
+    fn unjoined<T: Number>(values: &mut [Batch<T>], stages: &[Stage<T>]) {
+        let (short, long) = stages.split_at(near(stages));
+        for stage in long.iter().rev() {
+            join::<T, true>(values, stage, usize::MAX);
+        }
+        if let Some(last) = short.last() {
+            for block in values.chunks_exact_mut(last.radix * last.part) {
+                for stage in short.iter().rev() {
+                    join::<T, true>(block, stage, usize::MAX);
+                }
+            }
+        }
     }
 }
 
-/// One stage: `each` is the transform of as many values as the radix, of which the first `KEPT` are needed.
+/// How many stages work within the nearest cache.
+fn near<T>(stages: &[Stage<T>]) -> usize {
+    stages.iter().take_while(|stage| stage.radix * stage.part <= NEAR).count()
+}
+
+/// Runs a stage, or runs it backwards; of what it joins only the first `kept` places are needed.
 #[inline(always)]
-fn join_by<T: Number, const RADIX: usize, const KEPT: usize>(
+fn join<T: Number, const BACK: bool>(values: &mut [Batch<T>], stage: &Stage<T>, kept: usize) {
+    let half = kept <= stage.radix * stage.part / 2;
+    match stage.radix {
+        2 => join_by::<T, 2, 2, BACK>(values, stage, |[a, b], _| [plus(a, b), minus(a, b)]),
+        3 => join_by::<T, 3, 3, BACK>(values, stage, three),
+        5 => join_by::<T, 5, 5, BACK>(values, stage, five),
+        4 if half => join_by::<T, 4, 2, BACK>(values, stage, |values, _| four(values)),
+        4 => join_by::<T, 4, 4, BACK>(values, stage, |values, _| four(values)),
+        _ if half => join_by::<T, 8, 4, BACK>(values, stage, eight),
+        _ => join_by::<T, 8, 8, BACK>(values, stage, eight),
+    }
+}
+
+/// One stage: `each` is the transform of as many values as the radix, of which the first `KEPT` are needed. `BACK` is its transpose,
+/// which turns values after it instead of before.
+#[inline(always)]
+fn join_by<T: Number, const RADIX: usize, const KEPT: usize, const BACK: bool>(
     values: &mut [Batch<T>],
     stage: &Stage<T>,
     each: impl Fn([Complex<T>; RADIX], &[Complex<T>; RADIX]) -> [Complex<T>; RADIX],
@@ -302,11 +325,20 @@ fn join_by<T: Number, const RADIX: usize, const KEPT: usize>(
             // the places of a lane together, so that all lanes are one loop over vectors
             for lane in 0..LANES {
                 let mut turned = [[T::ZERO; 2]; RADIX];
-                turned[0] = [places[0].re[lane], places[0].im[lane]];
-                for j in 1..RADIX {
-                    turned[j] = times([places[j].re[lane], places[j].im[lane]], twiddles[j]);
+                for j in 0..RADIX {
+                    turned[j] = [places[j].re[lane], places[j].im[lane]];
                 }
-                let joined = each(turned, &roots);
+                if !BACK {
+                    for j in 1..RADIX {
+                        turned[j] = times(turned[j], twiddles[j]);
+                    }
+                }
+                let mut joined = each(turned, &roots);
+                if BACK {
+                    for j in 1..RADIX {
+                        joined[j] = times(joined[j], twiddles[j]);
+                    }
+                }
                 for j in 0..KEPT {
                     [places[j].re[lane], places[j].im[lane]] = joined[j];
                 }
