@@ -171,8 +171,8 @@ pub mod lane {
     pub fn log2(x: f32) -> f32 {
         // x = m 2^k with m from √½ to √2
         let bits = x.max(f32::MIN_POSITIVE).to_bits() as i32;
-        let k = (bits - 0x3f35_04f3) >> 23;
-        let m = f32::from_bits((bits - (k << 23)) as u32);
+        let k = bits.wrapping_sub(0x3f35_04f3) >> 23;
+        let m = f32::from_bits(bits.wrapping_sub(k << 23) as u32);
         let z = (m - 1.0) / (m + 1.0);
         let z2 = z * z;
         let series = 1.0 + z2 * (1.0 / 3.0 + z2 * (1.0 / 5.0 + z2 * (1.0 / 7.0 + z2 * (1.0 / 9.0))));
@@ -189,11 +189,11 @@ pub mod lane {
         let x = x.clamp(-126.0, 127.0);
         const SHIFT: f32 = 12_582_912.0; // 1.5 · 2²³: a sum with it is rounded to a whole number, kept in the low bits
         let shifted = x + SHIFT;
-        let whole = (shifted.to_bits() as i32) - (SHIFT.to_bits() as i32);
+        let whole = (shifted.to_bits() as i32).wrapping_sub(SHIFT.to_bits() as i32);
         let r = (x - (shifted - SHIFT)) * std::f32::consts::LN_2;
         let tail = 1.0 / 24.0 + r * (1.0 / 120.0 + r * (1.0 / 720.0 + r * (1.0 / 5040.0)));
         let exp = 1.0 + r * (1.0 + r * (0.5 + r * (1.0 / 6.0 + r * tail)));
-        let result = exp * f32::from_bits(((whole + 127) << 23) as u32);
+        let result = exp * f32::from_bits((whole.wrapping_add(127) << 23) as u32);
         if x > -100.0 { result } else { 0.0 }
     }
 

@@ -111,18 +111,26 @@ impl Turn {
     }
 }
 
+/// Places of a row that are worked on side by side.
+const LANES: usize = 16;
+
 /// A figure that is its own mirror image across its length and along it; half sizes in metres.
 trait Figured {
-    /// The signed distance of a place so far across and along from the middle, both at least 0.
-    fn distance(&self, across: f64, along: f64) -> f64;
+    /// The signed distances of places so far across and along from the middle, both at least 0.
+    fn distances(&self, across: &[f64; LANES], along: &[f64; LANES]) -> [f64; LANES];
 }
 
 struct Disc(f64);
 
 impl Figured for Disc {
     #[inline(always)]
-    fn distance(&self, across: f64, along: f64) -> f64 {
-        (across * across + along * along).sqrt() - self.0
+    fn distances(&self, across: &[f64; LANES], along: &[f64; LANES]) -> [f64; LANES] {
+        let mut distances = [0.0; LANES];
+        for lane in 0..LANES {
+            let (x, y) = (across[lane], along[lane]);
+            distances[lane] = (x * x + y * y).sqrt() - self.0;
+        }
+        distances
     }
 }
 
@@ -133,10 +141,14 @@ struct Rectangle {
 
 impl Figured for Rectangle {
     #[inline(always)]
-    fn distance(&self, across: f64, along: f64) -> f64 {
-        let (across, along) = (across - self.inner[0], along - self.inner[1]);
-        let (out_across, out_along) = (across.max(0.0), along.max(0.0));
-        (out_across * out_across + out_along * out_along).sqrt() + across.max(along).min(0.0) - self.rounding_m
+    fn distances(&self, across: &[f64; LANES], along: &[f64; LANES]) -> [f64; LANES] {
+        let mut distances = [0.0; LANES];
+        for lane in 0..LANES {
+            let (x, y) = (across[lane] - self.inner[0], along[lane] - self.inner[1]);
+            let (out_x, out_y) = (x.max(0.0), y.max(0.0));
+            distances[lane] = (out_x * out_x + out_y * out_y).sqrt() + x.max(y).min(0.0) - self.rounding_m;
+        }
+        distances
     }
 }
 
@@ -151,27 +163,37 @@ impl Figured for Ellipse {
     /// root never oversteps it (Moré and Sorensen, 1983). It is slowest at the centres of curvature of the sharpest places, where
     /// all directions are alike near: there it ends within 10⁻⁸ of the longer axis.
     #[inline(always)]
-    fn distance(&self, across: f64, along: f64) -> f64 {
+    fn distances(&self, across: &[f64; LANES], along: &[f64; LANES]) -> [f64; LANES] {
         let wide = self.0[0] > self.0[1];
         let (a, b) = if wide { (self.0[0], self.0[1]) } else { (self.0[1], self.0[0]) };
-        let (x, y) = if wide { (across, along) } else { (along, across) };
-        let (ax, by) = (a * x, b * y.max(1e-12 * b));
-        let mut t = (by - b * b).max(ax - a * a);
-        for _ in 0..STEPS {
-            let (u, v) = (a * a + t, b * b + t);
-            let both = 1.0 / (u * v);
-            let (per_u, per_v) = (v * both, u * both);
-            let (p, q) = (ax * per_u, by * per_v);
-            let (pp, qq) = (p * p, q * q);
-            let g = pp + qq;
-            t += (g * (g.sqrt() - 1.0)).max(0.0) / (pp * per_u + qq * per_v);
+        let (xs, ys) = if wide { (across, along) } else { (along, across) };
+        let (mut axs, mut bys, mut ts) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let (ax, by) = (a * xs[lane], b * ys[lane].max(1e-12 * b));
+            (axs[lane], bys[lane], ts[lane]) = (ax, by, (by - b * b).max(ax - a * a));
         }
-        let share = (ax / (a * a + t)).min(1.0);
-        // close to the long axis the second part is 0/0; being on the ellipse says it as well
-        let (dx, dy) = (x - a * share, y - b * (1.0 - share * share).max(0.0).sqrt());
-        let distance = (dx * dx + dy * dy).sqrt();
-        let (u, v) = (x / a, y / b);
-        if u * u + v * v < 1.0 { -distance } else { distance }
+        for _ in 0..STEPS {
+            for lane in 0..LANES {
+                let (u, v) = (a * a + ts[lane], b * b + ts[lane]);
+                let both = 1.0 / (u * v);
+                let (per_u, per_v) = (v * both, u * both);
+                let (p, q) = (axs[lane] * per_u, bys[lane] * per_v);
+                let (pp, qq) = (p * p, q * q);
+                let g = pp + qq;
+                ts[lane] += (g * (g.sqrt() - 1.0)).max(0.0) / (pp * per_u + qq * per_v);
+            }
+        }
+        let mut distances = [0.0; LANES];
+        for lane in 0..LANES {
+            let (x, y) = (xs[lane], ys[lane]);
+            let share = (axs[lane] / (a * a + ts[lane])).min(1.0);
+            // close to the long axis the second part is 0/0; being on the ellipse says it as well
+            let (dx, dy) = (x - a * share, y - b * (1.0 - share * share).max(0.0).sqrt());
+            let distance = (dx * dx + dy * dy).sqrt();
+            let (u, v) = (x / a, y / b);
+            distances[lane] = if u * u + v * v < 1.0 { -distance } else { distance };
+        }
+        distances
     }
 }
 
@@ -179,10 +201,19 @@ simd! {
     /// Signed distances of the places of a row.
     fn along<F: Figured>(row: &mut [f32], xs: &[f64], y: f64, turn: &Turn, figure: &F) {
         let dy = y - turn.centre[1];
-        for (distance, &x) in row.iter_mut().zip(xs) {
-            let dx = x - turn.centre[0];
-            let (across, along) = (dx * turn.cos + dy * turn.sin, dx * turn.sin - dy * turn.cos);
-            *distance = figure.distance(across.abs(), along.abs()) as f32;
+        for (row, xs) in row.chunks_mut(LANES).zip(xs.chunks(LANES)) {
+            let mut places = [0.0; LANES];
+            places[..xs.len()].copy_from_slice(xs);
+            let (mut across, mut along) = ([0.0; LANES], [0.0; LANES]);
+            for lane in 0..LANES {
+                let dx = places[lane] - turn.centre[0];
+                across[lane] = (dx * turn.cos + dy * turn.sin).abs();
+                along[lane] = (dx * turn.sin - dy * turn.cos).abs();
+            }
+            let distances = figure.distances(&across, &along);
+            for (out, distance) in row.iter_mut().zip(distances) {
+                *out = distance as f32;
+            }
         }
     }
 }

@@ -167,10 +167,12 @@ simd! {
     fn draw_strip<S: Spectrum>(waves: &Waves<'_, S>, strip: usize, batch: &mut [Batch<f32>], places: &[u32]) {
         let most = waves.most_south(strip) as i64;
         let fade = waves.cells.map(|cells| (1.0 / cells as f64) as f32);
-        let (mut east_per_m, mut keys, mut turns) = ([0.0; LANES], [0_u32; LANES], [0_u32; LANES]);
+        let (mut east_per_m, mut across) = ([0.0; LANES], [0.0; LANES]);
+        let (mut keys, mut turns) = ([0_u32; LANES], [0_u32; LANES]);
         for lane in 0..LANES {
             let east = strip * LANES + lane;
             east_per_m[lane] = (east as f64 * waves.per_m[0]) as f32;
+            across[lane] = east as f32 * fade[0];
             keys[lane] = (east as u32).wrapping_mul(0x8da6_b343);
             turns[lane] = to_first_cell(east as i64, waves.cells[0]);
         }
@@ -185,8 +187,7 @@ simd! {
             let down = south as f32 * fade[1];
             let mut drawn = Batch::ZERO;
             for lane in 0..LANES {
-                let across = (strip * LANES + lane) as i32 as f32 * fade[0];
-                let below = (FADE[1] * FADE[1]) as f32 - (across * across + down * down);
+                let below = (FADE[1] * FADE[1]) as f32 - (across[lane] * across[lane] + down * down);
                 let kept = lane::smoothstep(below * (1.0 / (FADE[1] * FADE[1] - FADE[0] * FADE[0])) as f32);
                 let height = waves.scale * roots[lane] * kept;
                 let [re, im] = of_key(mix(keys[lane].wrapping_add(row)), turns[lane].wrapping_add(turn), waves.draw.even);
