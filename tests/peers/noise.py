@@ -30,7 +30,7 @@ def main():
     for kernel, octaves in dict.fromkeys(key[:2] for key in medians):
         own = medians[kernel, octaves, "orograph"]
         for (_, _, library), ns in ((key, ns) for key, ns in medians.items() if key[:2] == (kernel, octaves)):
-            print(f"| {kernel} | {octaves} | {library.replace('-', ' ')} | {side} | {ns:.2f} | {ns / own:.1f} |")
+            print(f"| {kernel} | {octaves} | {' '.join(library.rsplit('-', 1))} | {side} | {ns:.2f} | {ns / own:.1f} |")
 
 
 main()
