@@ -386,9 +386,13 @@ impl Session {
     }
 
     /// Sets the cells along the longer side of what is shown.
-    pub const fn set_cells(&mut self, cells: u32) {
+    pub fn set_cells(&mut self, cells: u32) {
         self.stale |= self.cells != cells;
         self.cells = cells;
+        // What has more cells would stand before what was asked for.
+        for built in self.built.values_mut() {
+            built[1].take_if(|built| built.cells > cells);
+        }
     }
 
     /// What is known of a node.
@@ -520,6 +524,8 @@ impl Session {
                     info.warnings.clear();
                 }
             }
+            // Told before fewer cells were asked for.
+            News::Built { cells, .. } if cells > self.cells.max(super::worker::QUICK_CELLS) => {}
             News::Built { revision, name, cells, value } => {
                 if let Some((node, _)) = name.split_once('.')
                     && revision == self.revision
