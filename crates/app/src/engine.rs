@@ -130,11 +130,17 @@ fn godot(height: &Field) -> Fitted {
     Fitted { height: height.clone(), writing: Writing { red: true, ..Writing::default() }, import }
 }
 
+/// What is typed into an engine: numbers of nine digits, which tell single precision apart.
 fn settings(value: Value) -> Map<String, Value> {
-    match value {
-        Value::Object(map) => map,
-        _ => Map::new(),
+    let Value::Object(mut map) = value else { return Map::new() };
+    for value in map.values_mut() {
+        if let Some(number) = value.as_f64().filter(|_| value.is_f64())
+            && let Ok(short) = format!("{number:.8e}").parse::<f64>()
+        {
+            *value = short.into();
+        }
     }
+    map
 }
 
 /// Lowest and highest height; a metre for level ground, since an engine's terrain has an extent.
@@ -170,7 +176,8 @@ mod tests {
             let fitted = fit(Engine::Unreal, &field([cells; 2], 4.0, |x, y| x + y));
             assert_eq!(fitted.height.window().cells, [vertices; 2]);
             assert_eq!(fitted.import["Number of Components"], components);
-            assert_eq!(number(&fitted, "Scale X"), f64::from(cells) * 400.0 / f64::from(vertices - 1));
+            let spacing = f64::from(cells) * 400.0 / f64::from(vertices - 1);
+            assert!((number(&fitted, "Scale X") / spacing - 1.0).abs() < 5e-9, "nine digits of {spacing}");
         }
         let wide = fit(Engine::Unreal, &field([4200, 40], 2.0, |x, _| x));
         assert_eq!(wide.height.window().cells, [4319, 255]);
@@ -185,7 +192,8 @@ mod tests {
         let metres = |code: f64| {
             (number(&fitted, "Location Z") + (code - 32_768.0) / 128.0 * number(&fitted, "Scale Z")) / 100.0
         };
-        assert!((metres(0.0) - low).abs() < 1e-9 && (metres(65_535.0) - high).abs() < 1e-9); // double precision
+        // numbers of nine digits: half a unit of the last is 5e-9 of some 1e4 cm
+        assert!((metres(0.0) - low).abs() < 1e-6 && (metres(65_535.0) - high).abs() < 1e-6);
     }
 
     #[test]
@@ -196,7 +204,9 @@ mod tests {
             assert_eq!(number(&fitted, "Terrain Width"), f64::from(cells[0]) * 3.0);
             assert_eq!(number(&fitted, "Terrain Length"), f64::from(cells[1]) * 3.0);
             let [low, high] = fitted.writing.range.expect("codes over a range");
-            assert_eq!((number(&fitted, "Position Y"), number(&fitted, "Terrain Height")), (low, high - low));
+            let typed = [number(&fitted, "Position Y"), number(&fitted, "Terrain Height")];
+            let near = |[typed, whole]: [f64; 2]| (typed - whole).abs() <= 5e-9 * whole.abs(); // nine digits
+            assert!(near([typed[0], low]) && near([typed[1], high - low]), "{typed:?} {low} {high}");
         }
     }
 

@@ -1,6 +1,9 @@
 //! What the person must decide before anything else, and the end of the window.
 
-use std::{path::PathBuf, time::SystemTime};
+use std::{
+    path::{Path, PathBuf},
+    time::SystemTime,
+};
 
 use egui::{Button, Context, Id, RichText, ScrollArea, TextEdit, Ui, ViewportCommand};
 
@@ -84,10 +87,9 @@ impl Questions {
     fn name(&mut self, ui: &mut Ui, session: &Session, new: bool, answer: &mut Option<Answer>) {
         let id = Id::new("name of a graph");
         if self.typed.is_empty() {
-            let folder = session.document().folder();
-            let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder.to_owned() };
-            let folder = folder.canonicalize().unwrap_or(folder);
-            self.typed = folder.join("untitled.ron").display().to_string();
+            let folder = home(session);
+            let name = session.example().unwrap_or("untitled");
+            self.typed = folder.join(format!("{name}.ron")).display().to_string();
         }
         if let Some(path) = dialog::answer(ui.ctx(), id) {
             *answer = Some(Answer::SaveAs(path));
@@ -110,7 +112,7 @@ impl Questions {
                 *answer = Some(Answer::SaveAs(path));
             }
             if ui.button("Browse\u{2026}").clicked() {
-                dialog::ask(ui.ctx(), id, Ask::NewGraph, session.document().folder());
+                dialog::ask(ui.ctx(), id, Ask::NewGraph, &home(session));
             }
             if ui.button("Cancel").clicked() {
                 *answer = Some(Answer::Cancel);
@@ -121,7 +123,17 @@ impl Questions {
 
 fn name(session: &Session) -> String {
     let name = session.path().and_then(|path| path.file_name());
-    name.map_or_else(|| "Untitled".to_owned(), |name| name.to_string_lossy().into_owned())
+    let unnamed = || session.example().map_or_else(|| "Untitled".to_owned(), |example| format!("Copy of {example}"));
+    name.map_or_else(unnamed, |name| name.to_string_lossy().into_owned())
+}
+
+/// The folder in which a file is looked for: that of the graph's file; of a graph without one, where the program runs. What
+/// an example or an archive reads lies elsewhere and is taken along.
+fn home(session: &Session) -> PathBuf {
+    let beside = session.path().and_then(Path::parent).filter(|folder| !folder.as_os_str().is_empty());
+    let folder = beside.map(Path::to_owned).or_else(|| std::env::current_dir().ok());
+    let folder = folder.unwrap_or_else(|| PathBuf::from("."));
+    folder.canonicalize().unwrap_or(folder)
 }
 
 fn buttons(ui: &mut Ui, add: impl FnOnce(&mut Ui)) {

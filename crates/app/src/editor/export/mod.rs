@@ -43,6 +43,8 @@ pub(super) struct Export {
     /// Why it could not begin.
     refused: Option<Failure>,
     browser: Option<Browser>,
+    /// Whether the window goes down to what comes of it, which may lie below its end.
+    follows: bool,
 }
 
 impl Default for Export {
@@ -57,6 +59,7 @@ impl Default for Export {
             job: None,
             refused: None,
             browser: None,
+            follows: false,
         }
     }
 }
@@ -228,7 +231,7 @@ impl Export {
             .request(session)
             .and_then(|request| Job::start(request, PathBuf::from(self.folder.trim()), self.form.clone(), context))
         {
-            Ok(job) => (self.job, self.refused) = (Some(job), None),
+            Ok(job) => (self.job, self.refused, self.follows) = (Some(job), None, true),
             Err(failure) => self.refused = Some(failure),
         }
     }
@@ -250,10 +253,14 @@ impl Export {
         command::line(&file, Path::new(self.folder.trim()), &self.only(session), &self.form, self.cells.trim())
     }
 
-    fn progress(&self, ui: &mut Ui) {
+    fn progress(&mut self, ui: &mut Ui) {
         let Some(job) = &self.job else { return };
         let state = job.state();
         ui.separator();
+        if self.follows && state.end.is_some() {
+            ui.scroll_to_cursor(Some(egui::Align::TOP));
+            self.follows = false;
+        }
         match &state.end {
             None => {
                 let node = state.node.as_ref().map_or("", |(node, _)| node.as_str());
@@ -264,6 +271,9 @@ impl Export {
                 };
                 ui.add(ProgressBar::new(state.fraction()).desired_height(8.0));
                 ui.add(Label::new(text).truncate());
+                if self.follows {
+                    ui.scroll_to_cursor(Some(egui::Align::BOTTOM));
+                }
             }
             Some(Ok(built)) => done(ui, built, &self.folder),
             Some(Err(failure)) => told(ui, failure),

@@ -22,6 +22,8 @@ pub enum Wish {
     Open(PathBuf),
     /// A copy of an example, which is in no file.
     Copy {
+        /// What the example is called.
+        name: String,
         /// What it says.
         text: String,
         /// The folder in which the files that it names lie.
@@ -166,7 +168,7 @@ impl Session {
             }
             // The next edit begins a journal where the file is now.
             self.end_journal();
-            self.unpacked = None;
+            (self.unpacked, self.example) = (None, None);
             self.watch_files();
             self.changed();
             return true;
@@ -272,8 +274,9 @@ impl Session {
                 }
                 Err(failure) => self.note(failure.to_string(), true),
             },
-            Wish::Copy { text, folder } => {
+            Wish::Copy { name, text, folder } => {
                 self.start(Document::parse_in(text, folder, self.document.registry()), None);
+                self.example = Some(name);
             }
             Wish::Close => {
                 self.end_journal();
@@ -285,7 +288,7 @@ impl Session {
     /// Goes on with another document.
     fn start(&mut self, document: Document, saved: Option<String>) {
         self.end_gesture();
-        (self.document, self.saved, self.unpacked) = (document, saved, None);
+        (self.document, self.saved, self.unpacked, self.example) = (document, saved, None, None);
         self.selection.clear();
         self.pinned = None;
         self.nodes.clear();

@@ -115,6 +115,8 @@ pub struct Session {
     saved: Option<String>,
     /// Where the files of an archive are, for as long as it is worked on.
     unpacked: Option<Unpacked>,
+    /// The example that it is a copy of, until it has a name of its own.
+    example: Option<String>,
     selection: BTreeSet<String>,
     /// What the viewport shows, as `node.port`, in place of what is selected.
     pinned: Option<String>,
@@ -185,6 +187,7 @@ impl Session {
             revision: 0,
             saved,
             unpacked,
+            example: None,
             selection: BTreeSet::new(),
             pinned: None,
             compared: None,
@@ -223,6 +226,12 @@ impl Session {
     #[must_use]
     pub fn path(&self) -> Option<&Path> {
         self.document.path()
+    }
+
+    /// What the example is called that it is a copy of.
+    #[must_use]
+    pub fn example(&self) -> Option<&str> {
+        self.example.as_deref()
     }
 
     /// Makes an edit. When it is refused, the reason is noted for the person, and it says no.

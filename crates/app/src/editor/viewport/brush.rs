@@ -28,8 +28,8 @@ pub(super) struct Brush {
     tool: Tool,
     /// In metres; `None` until it is known how large the world is.
     radius: Option<f64>,
-    /// Metres for what raises and lowers.
-    metres: f64,
+    /// Metres for what raises and lowers; `None` for a part of the radius.
+    metres: Option<f64>,
     /// Millimetres an hour for rain.
     rain: f64,
     /// A part for the other tools.
@@ -53,7 +53,7 @@ impl Default for Brush {
         Self {
             tool: Tool::Raise,
             radius: None,
-            metres: 50.0,
+            metres: None,
             rain: Tool::Rain.usual_strength(),
             part: 1.0,
             hardness: Stroke::USUAL_HARDNESS,
@@ -104,6 +104,21 @@ impl Brush {
         self.radius.unwrap_or_else(|| super::scale::round_below(0.04 * width.max(height)))
     }
 
+    /// How far one stroke raises or lowers, in metres.
+    fn metres(&self, session: &Session) -> f64 {
+        self.metres.unwrap_or_else(|| super::scale::round_below(0.1 * self.radius(session)))
+    }
+
+    /// The mask that strokes go into, as `node.port`, while they do.
+    pub(super) fn mask(&self, session: &Session) -> Option<String> {
+        let painting = self.stroke.as_ref().filter(|_| matches!(self.tool, Tool::Mask | Tool::Erase))?;
+        let graph = session.document().graph();
+        let index = graph.find(&painting.canvas.node).ok().filter(|_| !painting.canvas.timed)?;
+        let names =
+            graph.instance(index).node.outputs.iter().map(|output| format!("{}.{}", painting.canvas.node, output.name));
+        names.into_iter().find(|name| graph.port(name).is_ok_and(|port| graph.output_type(port) == PortType::Mask))
+    }
+
     /// The row of choices of the brush.
     pub(super) fn bar(&mut self, ui: &mut egui::Ui, session: &mut Session) {
         ui.horizontal_wrapped(|ui| {
@@ -142,7 +157,13 @@ impl Brush {
             ui.label("Strength");
             match self.tool.unit() {
                 Unit::Metres => {
-                    ui.add(egui::DragValue::new(&mut self.metres).range(0.0..=10_000.0).speed(1.0).suffix(" m"))
+                    let mut metres = self.metres(session);
+                    let value = egui::DragValue::new(&mut metres).range(0.0..=10_000.0).speed(1.0).suffix(" m");
+                    let response = ui.add(value);
+                    if response.changed() {
+                        self.metres = Some(metres);
+                    }
+                    response
                 }
                 Unit::MillimetresPerHour => {
                     ui.add(egui::DragValue::new(&mut self.rain).range(0.0..=100_000.0).speed(5.0).suffix(" mm/h"))
@@ -168,14 +189,19 @@ impl Brush {
 
     /// Goes on with a stroke, or ends it.
     pub(super) fn drag(&mut self, hand: &Hand, session: &mut Session) {
-        if let Some(place) = hand.place.filter(|_| hand.pressed) {
-            let radius = self.radius(session);
+        let here = hand.place.filter(|_| hand.pressed);
+        let count = hand.path.len() + usize::from(here.is_some());
+        let radius = self.radius(session);
+        for (index, place) in hand.path.iter().copied().chain(here).enumerate() {
             if self.stroke.is_none() {
                 let begin = |canvas| Painting { canvas, points: Vec::new(), laid: true };
                 self.stroke = Canvas::of(session).map(begin);
             }
             let Some(Painting { points, laid, .. }) = &mut self.stroke else { return };
-            let far = |last: &[f64; 2]| (place[0] - last[0]).hypot(place[1] - last[1]) >= 0.2 * radius;
+            // Points on the way keep their distance; where it ends is where it was let go.
+            let ends = !hand.pressed && index + 1 == count;
+            let apart = if ends { 0.02 * radius } else { 0.2 * radius };
+            let far = |last: &[f64; 2]| (place[0] - last[0]).hypot(place[1] - last[1]) >= apart;
             if points.last().is_none_or(far) {
                 points.push(place.map(|metres| (metres * 10.0).round() / 10.0));
                 *laid = false;
@@ -192,7 +218,7 @@ impl Brush {
     fn lay(&mut self, session: &mut Session) {
         let radius = self.radius(session);
         let strength = match self.tool.unit() {
-            Unit::Metres => self.metres,
+            Unit::Metres => self.metres(session),
             Unit::MillimetresPerHour => self.rain,
             _ => self.part,
         };

@@ -12,7 +12,7 @@ use super::{
     Shown,
     drape::{Drape, Key},
     look::Look,
-    map::{Hand, Marks, label, readout},
+    map::{Hand, Marks, label, readout, travelled},
     split::Split,
 };
 use crate::view::{self, Camera, Fly, FlyKeys, Land, Orbit, Renderer, Scene, ViewError};
@@ -195,7 +195,9 @@ impl Landscape {
         let pressed = tool && held;
         let at = response.interact_pointer_pos().filter(|_| pressed).or_else(|| response.hover_pos());
         let place = at.and_then(hit).map(|hit| hit.place);
+        let mut path = Vec::new();
         if tool {
+            path = travelled(ui, &response).into_iter().filter_map(hit).map(|hit| hit.place).collect();
             response.clone().on_hover_cursor(CursorIcon::Crosshair);
         }
         let on_screen = |[x, y]: [f64; 2]| {
@@ -224,7 +226,7 @@ impl Landscape {
             let corner = Rect::from_min_size(pane.right_top() + vec2(-30.0, 10.0), vec2(20.0, 20.0));
             ui.put(corner, egui::Spinner::new().size(18.0));
         }
-        Hand { place, pressed }
+        Hand { place, pressed, path }
     }
 }
 

@@ -14,12 +14,37 @@ use super::{
 pub(super) type Line = [[f64; 2]; 2];
 
 /// What the pointer does in the land.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Hand {
     /// Where it is, in metres of the world.
     pub(super) place: Option<[f64; 2]>,
     /// Whether it holds its first button, and that button is a tool's.
     pub(super) pressed: bool,
+    /// Where it went with the button down since the last frame, to where it was let go.
+    pub(super) path: Vec<[f64; 2]>,
+}
+
+/// Where the pointer went with its first button down since the last frame: frames may be slow and hands quick.
+pub(super) fn travelled(ui: &egui::Ui, response: &egui::Response) -> Vec<egui::Pos2> {
+    let ours = response.is_pointer_button_down_on() || response.drag_stopped() || response.clicked();
+    ui.input(|input| {
+        let presses = |event: &egui::Event, down| matches!(*event, egui::Event::PointerButton { button: egui::PointerButton::Primary, pressed, .. } if pressed == down);
+        let mut held = !input.events.iter().any(|event| presses(event, true));
+        let mut path = Vec::new();
+        for event in input.events.iter().filter(|_| ours) {
+            match *event {
+                egui::Event::PointerMoved(at) if held => path.push(at),
+                egui::Event::PointerButton { pos, button: egui::PointerButton::Primary, pressed, .. } => {
+                    if held || pressed {
+                        path.push(pos);
+                    }
+                    held = pressed;
+                }
+                _ => {}
+            }
+        }
+        path
+    })
 }
 
 /// What is drawn over the land.
@@ -80,6 +105,7 @@ impl Map {
             hand.pressed = response.is_pointer_button_down_on() && ui.input(|input| input.pointer.primary_down());
             let at = response.interact_pointer_pos().filter(|_| hand.pressed).or_else(|| response.hover_pos());
             hand.place = at.map(|at| camera.to_world(pane, at));
+            hand.path = travelled(ui, &response).into_iter().map(|at| camera.to_world(pane, at)).collect();
             response.clone().on_hover_cursor(CursorIcon::Crosshair);
         }
         if response.dragged() && !hand.pressed {

@@ -21,7 +21,7 @@ use self::{
     brush::Brush,
     drape::{Drape, Parts},
     landscape::Landscape,
-    look::Look,
+    look::{Look, Over},
     map::{Map, Marks},
     painter::Painter,
     profile::Profile,
@@ -159,6 +159,14 @@ impl Viewport {
             Tool::Look => {}
             Tool::Measure => self.profile.drag(&hand),
             Tool::Brush => self.brush.drag(&hand, session),
+        }
+        // A mask that is painted is seen: over the land, or as the map.
+        if let Some(mask) = self.brush.mask(session) {
+            match self.mode {
+                Mode::Land => self.look.over = Over::Output(mask),
+                Mode::Map if session.pinned() != Some(mask.as_str()) => session.pin(Some(mask)),
+                Mode::Map => {}
+            }
         }
     }
 
