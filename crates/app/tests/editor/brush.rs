@@ -43,6 +43,53 @@ fn strokes_are_painted_onto_the_land_and_undone_one_by_one() {
     assert!(window.state().session().document().graph().find("paint").is_err());
 }
 
+#[test]
+fn what_happens_within_one_slow_frame_is_painted_and_a_painted_mask_is_seen() {
+    let mut window = window(Some(graph("hello.ron")));
+    window.state_mut().session_mut().set_cells(128);
+    settle(&mut window);
+    window.get_by_label("Map").click();
+    window.get_by_label("Brush").click();
+    window.run_steps(3);
+    window.get_by_label("paint on top of what is shown").click();
+    window.run_steps(3);
+    settle(&mut window);
+    window.get_by_label("Mask").click();
+    window.run_steps(3);
+    assert_eq!(window.state().session().pinned(), Some("paint.mask"));
+    settle(&mut window);
+    let button = |pos, pressed| egui::Event::PointerButton {
+        pos,
+        button: egui::PointerButton::Primary,
+        pressed,
+        modifiers: egui::Modifiers::default(),
+    };
+    window.event(egui::Event::PointerMoved(pos2(440.0, 250.0)));
+    window.step();
+    let moved = [450.0, 480.0, 520.0, 560.0].map(|x| egui::Event::PointerMoved(pos2(x, 250.0)));
+    let events = &mut window.input_mut().events;
+    events.push(button(pos2(440.0, 250.0), true));
+    events.extend(moved);
+    window.step();
+    let moved = [550.0, 552.0].map(|x| egui::Event::PointerMoved(pos2(x, 290.0)));
+    let events = &mut window.input_mut().events;
+    events.extend(moved);
+    events.push(button(pos2(553.0, 300.0), false));
+    window.step();
+    window.run_steps(2);
+    let painted = strokes(&window);
+    assert_eq!(painted.len(), 1);
+    let points = &painted[0].points;
+    assert!(points.len() >= 6, "{points:?}");
+    let [first, last] = [points[0], points[points.len() - 1]];
+    // as far in metres as it was in points of the window, 113 to 50, to the end where it was let go
+    let ratio = (last[0] - first[0]) / (last[1] - first[1]);
+    assert!((ratio - 113.0 / 50.0).abs() < 0.02, "{points:?}");
+    window.get_by_label("Raise").click();
+    window.run_steps(3);
+    assert_eq!(window.state().session().pinned(), None, "heights are painted on the land again");
+}
+
 fn height(window: &egui_kittest::Harness<'_, orograph::editor::App>, port: &str) -> Vec<f32> {
     let built = window.state().session().small(port).expect("it is built");
     built.value.as_field().expect("a field").samples().to_vec()

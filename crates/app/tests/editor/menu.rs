@@ -110,6 +110,12 @@ fn an_example_is_opened_as_a_copy_that_finds_its_files() {
     assert_eq!(session.document().source(), std::fs::read_to_string(graph("carve_dem.ron")).expect("there"));
     assert_eq!((session.path(), session.is_dirty(), session.document().problems()), (None, false, &[][..]));
     assert!(session.document().files().iter().all(|file| file.is_file()));
+    // It is saved where the person is, and not where the program keeps what it reads.
+    menu(&mut window, "File", "Save as…");
+    let place =
+        std::env::current_dir().and_then(|folder| folder.canonicalize()).expect("a folder").join("carve_dem.ron");
+    let typed = window.query_all_by_role(Role::TextInput).filter_map(|field| field.value()).collect::<Vec<_>>();
+    assert!(typed.contains(&place.display().to_string()), "{typed:?}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Land painted by hand, by [strokes](crate::strokes) of a brush.
+//! Land painted by hand, by strokes of a brush.
 
 use orograph_graph::{Strokes, Tool};
 

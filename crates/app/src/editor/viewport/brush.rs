@@ -6,7 +6,7 @@
 use egui::Key;
 use orograph_graph::{Edit, Kind, ParamValue, Port, PortType, Stroke, Tool, Unit};
 
-use super::map::Hand;
+use super::{look::Over, map::Hand};
 use crate::editor::Session;
 
 /// What a tool is called, and what it does.
@@ -36,6 +36,8 @@ pub(super) struct Brush {
     part: f64,
     hardness: f64,
     stroke: Option<Painting>,
+    /// The mask that was shown when its tool was taken up.
+    revealed: Option<String>,
 }
 
 /// A stroke that is being made.
@@ -58,6 +60,7 @@ impl Default for Brush {
             part: 1.0,
             hardness: Stroke::USUAL_HARDNESS,
             stroke: None,
+            revealed: None,
         }
     }
 }
@@ -109,14 +112,30 @@ impl Brush {
         self.metres.unwrap_or_else(|| super::scale::round_below(0.1 * self.radius(session)))
     }
 
-    /// The mask that strokes go into, as `node.port`, while they do.
-    pub(super) fn mask(&self, session: &Session) -> Option<String> {
-        let painting = self.stroke.as_ref().filter(|_| matches!(self.tool, Tool::Mask | Tool::Erase))?;
+    /// The mask that strokes go into, as `node.port`.
+    fn mask(&self, session: &Session) -> Option<String> {
+        let canvas =
+            Canvas::of(session).filter(|canvas| !canvas.timed && matches!(self.tool, Tool::Mask | Tool::Erase))?;
         let graph = session.document().graph();
-        let index = graph.find(&painting.canvas.node).ok().filter(|_| !painting.canvas.timed)?;
-        let names =
-            graph.instance(index).node.outputs.iter().map(|output| format!("{}.{}", painting.canvas.node, output.name));
-        names.into_iter().find(|name| graph.port(name).is_ok_and(|port| graph.output_type(port) == PortType::Mask))
+        let index = graph.find(&canvas.node).ok()?;
+        let mut names =
+            graph.instance(index).node.outputs.iter().map(|output| format!("{}.{}", canvas.node, output.name));
+        names.find(|name| graph.port(name).is_ok_and(|port| graph.output_type(port) == PortType::Mask))
+    }
+
+    /// Shows the mask when a tool for it is taken up: over the land, or as the map, until another tool is.
+    pub(super) fn reveal(&mut self, session: &mut Session, over: Option<&mut Over>) {
+        let mask = self.mask(session);
+        if mask == self.revealed {
+            return;
+        }
+        let before = std::mem::replace(&mut self.revealed, mask.clone());
+        match (mask, over) {
+            (Some(mask), Some(over)) => *over = Over::Output(mask),
+            (Some(mask), None) => session.pin(Some(mask)),
+            (None, _) if before.is_some() && session.pinned() == before.as_deref() => session.pin(None),
+            (None, _) => {}
+        }
     }
 
     /// The row of choices of the brush.

@@ -1,6 +1,8 @@
 //! The map: the land from above.
 
-use egui::{Align2, Color32, CursorIcon, FontId, Rect, Sense, Stroke, TextureHandle, pos2, vec2};
+use egui::{
+    Align2, Color32, CursorIcon, Event, FontId, PointerButton, Pos2, Rect, Sense, Stroke, TextureHandle, pos2, vec2,
+};
 use orograph_graph::{PortType, Unit};
 
 use super::{
@@ -25,26 +27,27 @@ pub(super) struct Hand {
 }
 
 /// Where the pointer went with its first button down since the last frame: frames may be slow and hands quick.
-pub(super) fn travelled(ui: &egui::Ui, response: &egui::Response) -> Vec<egui::Pos2> {
-    let ours = response.is_pointer_button_down_on() || response.drag_stopped() || response.clicked();
+pub(super) fn travelled(ui: &egui::Ui, response: &egui::Response) -> Vec<Pos2> {
+    let id = response.id.with("held");
+    let was = ui.data(|data| data.get_temp(id)).unwrap_or(false);
+    if !(was || response.is_pointer_button_down_on() || response.drag_stopped() || response.clicked()) {
+        return Vec::new();
+    }
+    let (mut held, mut path) = (was, Vec::new());
     ui.input(|input| {
-        let presses = |event: &egui::Event, down| matches!(*event, egui::Event::PointerButton { button: egui::PointerButton::Primary, pressed, .. } if pressed == down);
-        let mut held = !input.events.iter().any(|event| presses(event, true));
-        let mut path = Vec::new();
-        for event in input.events.iter().filter(|_| ours) {
+        for event in &input.events {
             match *event {
-                egui::Event::PointerMoved(at) if held => path.push(at),
-                egui::Event::PointerButton { pos, button: egui::PointerButton::Primary, pressed, .. } => {
-                    if held || pressed {
-                        path.push(pos);
-                    }
+                Event::PointerMoved(at) if held => path.push(at),
+                Event::PointerButton { pos, button: PointerButton::Primary, pressed, .. } if held || pressed => {
+                    path.push(pos);
                     held = pressed;
                 }
                 _ => {}
             }
         }
-        path
-    })
+    });
+    ui.data_mut(|data| data.insert_temp(id, held));
+    path
 }
 
 /// What is drawn over the land.

@@ -21,7 +21,7 @@ use self::{
     brush::Brush,
     drape::{Drape, Parts},
     landscape::Landscape,
-    look::{Look, Over},
+    look::Look,
     map::{Map, Marks},
     painter::Painter,
     profile::Profile,
@@ -160,14 +160,6 @@ impl Viewport {
             Tool::Measure => self.profile.drag(&hand),
             Tool::Brush => self.brush.drag(&hand, session),
         }
-        // A mask that is painted is seen: over the land, or as the map.
-        if let Some(mask) = self.brush.mask(session) {
-            match self.mode {
-                Mode::Land => self.look.over = Over::Output(mask),
-                Mode::Map if session.pinned() != Some(mask.as_str()) => session.pin(Some(mask)),
-                Mode::Map => {}
-            }
-        }
     }
 
     /// Writes a picture of the land in 3D as it is seen, and tells of it.
@@ -234,6 +226,7 @@ impl Viewport {
         self.live.bar(ui, session);
         if self.tool == Tool::Brush {
             self.brush.bar(ui, session);
+            self.brush.reveal(session, (self.mode == Mode::Land).then_some(&mut self.look.over));
         }
     }
 }
