@@ -55,6 +55,15 @@ pub(super) fn fill(model: &mut Model, places: &mut BTreeMap<String, Pos2>) {
     if free.is_empty() {
         return;
     }
+    // A node between others needs a layer of its own: where nobody has placed anything, all are put in layers anew.
+    let new = |card: usize| free.contains(&card);
+    let between = |card: &usize| {
+        model.wires.iter().any(|wire| wire.to.card == *card && !new(wire.from.card))
+            && model.wires.iter().any(|wire| wire.from.card == *card && !new(wire.to.card))
+    };
+    if free.iter().any(between) && model.cards.iter().all(|card| !card.placed) {
+        free = (0..model.cards.len()).collect();
+    }
     let layers = layered(model, |_| true);
     let mut settled: Vec<bool> = (0..model.cards.len()).map(|card| !free.contains(&card)).collect();
     let all_free = settled.iter().all(|settled| !settled);
@@ -63,11 +72,9 @@ pub(super) fn fill(model: &mut Model, places: &mut BTreeMap<String, Pos2>) {
     let mean = shifts.iter().fold(Vec2::ZERO, |sum, shift| sum + *shift) / shifts.len().max(1) as f32;
     for position in free {
         let Some(at) = layers.get(&position).copied() else { continue };
-        let neighbour = model.wires.iter().find_map(|wire| match (wire.from.card, wire.to.card) {
-            (from, to) if to == position && settled[from] => Some(from),
-            (from, to) if from == position && settled[to] => Some(to),
-            _ => None,
-        });
+        let above = model.wires.iter().filter(|wire| wire.to.card == position).map(|wire| wire.from.card);
+        let below = model.wires.iter().filter(|wire| wire.from.card == position).map(|wire| wire.to.card);
+        let neighbour = above.chain(below).find(|card| settled[*card]);
         let shift = neighbour.map_or(mean, |other| model.cards[other].at - layers[&other]);
         model.cards[position].at = on_grid(at + shift);
         if !all_free {

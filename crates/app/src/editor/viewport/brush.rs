@@ -109,7 +109,7 @@ impl Brush {
 
     /// How far one stroke raises or lowers, in metres.
     fn metres(&self, session: &Session) -> f64 {
-        self.metres.unwrap_or_else(|| super::scale::round_below(0.1 * self.radius(session)))
+        self.metres.unwrap_or_else(|| super::scale::round_below(0.2 * self.radius(session)))
     }
 
     /// The mask that strokes go into, as `node.port`.
