@@ -400,7 +400,9 @@ impl Session {
         self.cells = cells;
         // What has more cells would stand before what was asked for.
         for built in self.built.values_mut() {
-            built[1].take_if(|built| built.cells > cells);
+            for level in &mut built[1..] {
+                level.take_if(|built| built.cells > cells);
+            }
         }
     }
 
@@ -534,7 +536,8 @@ impl Session {
                 }
             }
             // Told before fewer cells were asked for.
-            News::Built { cells, .. } if cells > self.cells.max(super::worker::QUICK_CELLS) => {}
+            News::Built { cells, .. } | News::Glimpsed { cells, .. }
+                if cells > self.cells.max(super::worker::QUICK_CELLS) => {}
             News::Built { revision, name, cells, value } => {
                 if let Some((node, _)) = name.split_once('.')
                     && revision == self.revision
