@@ -1,7 +1,7 @@
 //! Small cases from the tests of other landscape programs (fastscapelib, Landlab, RichDEM), as in
 //! `tests/data/peer_cases`. Where a program's conventions differ from ours, the test says how it adapts them.
 
-use orograph_graph::{Boundary, Cancel, Edge, Warnings, World};
+use orograph_graph::{Boundary, Edge, World};
 use serde_json::Value as Json;
 
 use crate::{
@@ -149,18 +149,8 @@ fn cells_are_counted_along_given_directions() {
         let pointers = numbers(&case["input"]);
         let codes: Vec<u8> = pointers.iter().enumerate().map(|(cell, pointer)| code(cell, *pointer)).collect();
         let mut cells = vec![1_u32; codes.len()];
-        let job = Job {
-            node: &flow::NODE,
-            params: &ParamValues::defaults(&flow::NODE.specs()),
-            inputs: Vec::new(),
-            window,
-            folder: std::path::PathBuf::new(),
-            cancel: Cancel::default(),
-            progress: &|_| {},
-            warnings: Warnings::default(),
-            glimpses: None,
-        };
-        Drainage::default().accumulate(&job, &grid, &codes, &mut cells).expect("not stopped");
+        testing::with_job(window, |job| Drainage::default().accumulate(job, &grid, &codes, &mut cells))
+            .expect("not stopped");
         let cells: Vec<f64> = cells.into_iter().map(f64::from).collect();
         assert_eq!(cells, numbers(&case["expected"]["accumulation"]), "{id}");
     }

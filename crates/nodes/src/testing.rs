@@ -115,6 +115,14 @@ pub(crate) fn with_job<T>(window: Window, work: impl FnOnce(&Job<'_>) -> T) -> T
     })
 }
 
+/// Metres around a window that a node reads, by its own declaration; 0 where that is not a distance.
+pub(crate) fn reach_m(node: &Node, params: &ParamValues, cell_m: f64) -> f64 {
+    match node.reach {
+        Reach::Metres(reach) => reach(params, cell_m),
+        _ => 0.0,
+    }
+}
+
 /// The largest step between neighbours inside a field, and across its opposite sides.
 pub(crate) fn seams(field: &Field) -> [f32; 2] {
     let [nx, ny] = [field.window().nx(), field.window().ny()];

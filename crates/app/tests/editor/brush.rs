@@ -4,7 +4,7 @@ use egui::pos2;
 use egui_kittest::kittest::Queryable as _;
 use orograph_graph::{ParamValue, Stroke};
 
-use crate::{graph, picture, settle, viewport::drag, window};
+use crate::{graph, hand::drag, picture, settle, window};
 
 #[test]
 fn strokes_are_painted_onto_the_land_and_undone_one_by_one() {

@@ -11,7 +11,11 @@ use orograph::editor::{App, NodeState};
 use orograph_graph::Document;
 use tempfile::TempDir;
 
-use crate::{graph, picture, settle, window};
+use crate::{
+    graph,
+    hand::{at, button, click, click_with, drag, drag_with, key, title, type_text, wheel},
+    picture, settle, window,
+};
 
 /// Three nodes in a row, with places, one of them without a wire.
 pub const ROW: &str = "(
@@ -41,69 +45,6 @@ pub fn window_on(text: &str) -> (Harness<'static, App>, TempDir) {
 
 pub fn document<'a>(window: &'a Harness<'_, App>) -> &'a Document {
     window.state().session().document()
-}
-
-/// The middle of what has this name, in the window.
-pub fn at(window: &Harness<'_, App>, label: &str) -> Pos2 {
-    window.get_by_label(label).rect().center()
-}
-
-/// The middle of a node's title.
-pub fn title(window: &Harness<'_, App>, label: &str) -> Pos2 {
-    let rect = window.get_by_label_contains(&format!("node {label}:")).rect();
-    rect.center_top() + vec2(-8.0, 8.0)
-}
-
-pub fn button(window: &mut Harness<'_, App>, pos: Pos2, button: PointerButton, pressed: bool, modifiers: Modifiers) {
-    window.event_modifiers(Event::PointerButton { pos, button, pressed, modifiers }, modifiers);
-    window.step();
-}
-
-fn click_with(window: &mut Harness<'_, App>, pos: Pos2, modifiers: Modifiers) {
-    window.hover_at(pos);
-    window.step();
-    button(window, pos, PointerButton::Primary, true, modifiers);
-    button(window, pos, PointerButton::Primary, false, modifiers);
-    // Two clicks must not be taken for a double one.
-    window.run_steps(30);
-}
-
-pub fn click(window: &mut Harness<'_, App>, pos: Pos2) {
-    click_with(window, pos, Modifiers::NONE);
-}
-
-fn drag_with(window: &mut Harness<'_, App>, from: Pos2, to: Pos2, modifiers: Modifiers) {
-    window.hover_at(from);
-    window.step();
-    button(window, from, PointerButton::Primary, true, modifiers);
-    for step in 1..=4 {
-        window.event_modifiers(Event::PointerMoved(from.lerp(to, step as f32 / 4.0)), modifiers);
-        window.step();
-    }
-    button(window, to, PointerButton::Primary, false, modifiers);
-    window.run_steps(2);
-}
-
-pub fn drag(window: &mut Harness<'_, App>, from: Pos2, to: Pos2) {
-    drag_with(window, from, to, Modifiers::NONE);
-}
-
-/// Presses a key with the pointer over the graph.
-pub fn key(window: &mut Harness<'_, App>, modifiers: Modifiers, key: Key) {
-    window.key_press_modifiers(modifiers, key);
-    window.run_steps(3);
-}
-
-pub fn type_text(window: &mut Harness<'_, App>, text: &str) {
-    window.event(Event::Text(text.to_owned()));
-    window.run_steps(2);
-}
-
-/// Turns the wheel by so many steps.
-pub fn wheel(window: &mut Harness<'_, App>, steps: f32) {
-    let (unit, phase) = (egui::MouseWheelUnit::Line, egui::TouchPhase::Move);
-    window.event(Event::MouseWheel { unit, delta: vec2(0.0, steps), phase, modifiers: Modifiers::NONE });
-    window.run_steps(3);
 }
 
 /// An empty place of the graph.

@@ -5,7 +5,7 @@ use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 use orograph_graph::{Cancel, Document, Evaluator, EvaluatorOptions, ParamValue, Stroke, Tool, Value, Window};
 
-use crate::{picture, scratch, settle, viewport::drag, window};
+use crate::{hand::drag, picture, scratch, settle, window};
 
 const STORM: &str = r#"(
     world: (size: 960, cells: 96, seed: 3),

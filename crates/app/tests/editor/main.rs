@@ -6,6 +6,7 @@ mod brush;
 mod canvas;
 mod export;
 mod files;
+mod hand;
 mod inspector;
 mod live;
 mod looks;

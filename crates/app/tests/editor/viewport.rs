@@ -1,10 +1,14 @@
 //! The pane of the land.
 
-use egui::{Event, Modifiers, PointerButton, pos2};
+use egui::{Event, pos2};
 use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 
-use crate::{graph, picture, settle, window};
+use crate::{
+    graph,
+    hand::{drag, wheel},
+    picture, settle, window,
+};
 
 fn hello() -> Harness<'static, App> {
     let mut window = window(Some(graph("hello.ron")));
@@ -25,24 +29,6 @@ fn seen(window: &mut Harness<'_, App>) {
         std::thread::sleep(std::time::Duration::from_millis(10));
     }
     panic!("the land is not drawn");
-}
-
-pub fn drag(window: &mut Harness<'_, App>, from: egui::Pos2, to: egui::Pos2) {
-    let button = |pos, pressed| Event::PointerButton {
-        pos,
-        button: PointerButton::Primary,
-        pressed,
-        modifiers: Modifiers::default(),
-    };
-    window.event(Event::PointerMoved(from));
-    window.event(button(from, true));
-    window.step();
-    for share in [0.3, 0.7, 1.0] {
-        window.event(Event::PointerMoved(from + (to - from) * share));
-        window.step();
-    }
-    window.event(button(to, false));
-    window.step();
 }
 
 /// Colours along a line through the middle of the land's pane.
@@ -71,12 +57,7 @@ fn the_land_turns_with_the_hand_and_comes_nearer_with_the_wheel() {
     drag(&mut window, pos2(400.0, 250.0), pos2(520.0, 250.0));
     let turned = picture(&mut window, "turned");
     assert!(before != turned);
-    window.event(Event::MouseWheel {
-        unit: egui::MouseWheelUnit::Line,
-        delta: egui::vec2(0.0, 4.0),
-        phase: egui::TouchPhase::Move,
-        modifiers: Modifiers::default(),
-    });
+    wheel(&mut window, 4.0);
     let near = picture(&mut window, "near");
     assert!(turned != near);
     window.get_by_label("Whole").click();

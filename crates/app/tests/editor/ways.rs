@@ -5,7 +5,8 @@ use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 
 use crate::{
-    canvas::{ROW, at, button, click, document, drag, key, title, type_text, wheel, window_on},
+    canvas::{ROW, document, window_on},
+    hand::{at, button, click, drag, key, title, type_text, wheel},
     picture,
 };
 

@@ -254,7 +254,7 @@ mod tests {
     use super::*;
     use crate::{
         math,
-        testing::{at_every_level, field, run as result, run_in, with_params, world},
+        testing::{at_every_level, field, reach_m, run as result, run_in, with_params, world},
     };
 
     /// The sum over all cells within six radii.
@@ -324,8 +324,7 @@ mod tests {
             let params = with_params(&NODE, &format!("radius={radius}"));
             let whole = result(&NODE, &params, &[("value", &hills)], "value");
             let part = Window { origin: [83, 77], cells: [40, 30], ..*hills.window() };
-            let Reach::Metres(reach) = NODE.reach else { panic!("a distance") };
-            let grown = hills.crop(&part.grown(reach(&params, 5.0)));
+            let grown = hills.crop(&part.grown(reach_m(&NODE, &params, 5.0)));
             assert_eq!(result(&NODE, &params, &[("value", &grown)], "value").crop(&part), whole.crop(&part));
             at_every_level(|| run_in(2, &NODE, &params, &[("value", &hills)]));
         }

@@ -78,7 +78,7 @@ mod tests {
     use orograph_graph::{Boundary, Edge, World};
 
     use super::*;
-    use crate::testing::{block_means, field, moments, run as result, with_params, world};
+    use crate::testing::{block_means, field, moments, reach_m, run as result, with_params, world};
 
     fn hills(cells: u32) -> Field {
         let world = World { boundary: Boundary::all(Edge::Periodic), ..world(cells, cells, 960.0 / f64::from(cells)) };
@@ -152,8 +152,7 @@ mod tests {
                 let params = with_params(&NODE, &format!("cell={cell},interpolation={interpolation}"));
                 let whole = result(&NODE, &params, &[("value", &land)], "value");
                 let part = Window { origin: [83, 77], cells: [40, 30], ..*land.window() };
-                let Reach::Metres(reach) = NODE.reach else { panic!("a distance") };
-                let grown = land.crop(&part.grown(reach(&params, 7.0)));
+                let grown = land.crop(&part.grown(reach_m(&NODE, &params, 7.0)));
                 assert_eq!(result(&NODE, &params, &[("value", &grown)], "value").crop(&part), whole.crop(&part));
             }
         }

@@ -174,7 +174,7 @@ mod tests {
     use orograph_graph::{Boundary, Edge, World};
 
     use super::*;
-    use crate::testing::{at_every_level, field, run as result, run_in, with_params, world};
+    use crate::testing::{at_every_level, field, reach_m, run as result, run_in, with_params, world};
 
     /// A wave along the direction falls by the transform of cos², sin(πa) / (πa (1 − a²)) at a waves per length; one across it
     /// stays.
@@ -243,8 +243,7 @@ mod tests {
             let params = with_params(&NODE, changes);
             let whole = result(&NODE, &params, &[("value", &hills)], "value");
             let part = Window { origin: [143, 137], cells: [40, 30], ..*hills.window() };
-            let Reach::Metres(reach) = NODE.reach else { panic!("a distance") };
-            let grown = hills.crop(&part.grown(reach(&params, 5.0)));
+            let grown = hills.crop(&part.grown(reach_m(&NODE, &params, 5.0)));
             assert_eq!(
                 result(&NODE, &params, &[("value", &grown)], "value").crop(&part),
                 whole.crop(&part),

@@ -105,7 +105,7 @@ mod tests {
     use super::*;
     use crate::math::smoothstep;
     use crate::strokes::{curve, distance};
-    use crate::testing::{at_every_level, field, outputs_on, run as result, run_in, with_params, world};
+    use crate::testing::{at_every_level, field, outputs_on, reach_m, run as result, run_in, with_params, world};
 
     fn stroke(tool: Tool, radius: f64, strength: f64, points: &[[f64; 2]]) -> Stroke {
         Stroke { tool, radius, strength, hardness: 0.5, time: 0.0, points: points.to_vec() }
@@ -221,10 +221,9 @@ mod tests {
             stroke(Tool::Smooth, 30.0, 1.0, &[[500.0, 300.0], [500.0, 600.0]]),
         ];
         let params = params(&strokes);
-        let Reach::Metres(reach) = NODE.reach else { panic!("it reaches as far as its filters") };
         let whole = result(&NODE, &params, &[("height", &hills)], "height");
         let part = Window { origin: [83, 77], cells: [60, 50], ..*hills.window() };
-        let grown = hills.crop(&part.grown(reach(&params, 5.0)));
+        let grown = hills.crop(&part.grown(reach_m(&NODE, &params, 5.0)));
         assert!(!grown.window().is_whole());
         assert_eq!(result(&NODE, &params, &[("height", &grown)], "height").crop(&part), whole.crop(&part));
         assert_eq!(run_in(1, &NODE, &params, &[("height", &hills)]), run_in(3, &NODE, &params, &[("height", &hills)]));

@@ -105,7 +105,7 @@ mod tests {
     use orograph_graph::{Boundary, Edge, World};
 
     use super::*;
-    use crate::testing::{at_every_level, field, run as result, run_in, with_params, world};
+    use crate::testing::{at_every_level, field, reach_m, run as result, run_in, with_params, world};
 
     fn sky(land: &Field, changes: &str) -> Field {
         result(&NODE, &with_params(&NODE, changes), &[("height", land)], "sky")
@@ -212,9 +212,8 @@ mod tests {
         let inputs = [("height", &land)];
         assert_eq!(run_in(1, &NODE, &params, &inputs), run_in(3, &NODE, &params, &inputs));
         at_every_level(|| run_in(2, &NODE, &params, &inputs));
-        let Reach::Metres(reach) = NODE.reach else { panic!("a reach in metres") };
         let part = Window { origin: [60, 50], cells: [90, 20], ..*land.window() };
-        let grown = land.crop(&part.grown(reach(&params, 25.0)));
+        let grown = land.crop(&part.grown(reach_m(&NODE, &params, 25.0)));
         let whole = result(&NODE, &params, &inputs, "occlusion");
         assert_eq!(result(&NODE, &params, &[("height", &grown)], "occlusion").crop(&part), whole.crop(&part));
     }

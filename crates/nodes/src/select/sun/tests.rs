@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::{path, *};
 use crate::{
     math,
-    testing::{at_every_level, field, outputs, run as result, run_in, with_params, world},
+    testing::{at_every_level, field, outputs, reach_m, run as result, run_in, with_params, world},
 };
 
 /// The value of an output in the middle of a plane of 20 x 20 cells with slopes to the east and south.
@@ -107,9 +107,8 @@ fn all_is_within_its_range_and_the_same_bits_everywhere() {
         }
         assert_eq!(run_in(1, &NODE, &params, &inputs), run_in(3, &NODE, &params, &inputs));
         at_every_level(|| run_in(2, &NODE, &params, &inputs));
-        let Reach::Metres(reach) = NODE.reach else { panic!("a reach in metres") };
         let part = Window { origin: [90, 20], cells: [70, 20], ..*land.window() };
-        let grown = land.crop(&part.grown(reach(&params, 25.0)));
+        let grown = land.crop(&part.grown(reach_m(&NODE, &params, 25.0)));
         let whole = result(&NODE, &params, &inputs, "exposure");
         assert_eq!(
             result(&NODE, &params, &[("height", &grown)], "exposure").crop(&part),
