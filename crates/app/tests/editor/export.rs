@@ -1,12 +1,12 @@
 //! The export writes the same files as the command line that it gives.
 
-use std::{path::Path, thread, time::Duration};
+use std::path::Path;
 
 use egui::{Key, Modifiers, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 
-use crate::{scratch, window};
+use crate::{scratch, until, window};
 
 const GRAPH: &str = "(world: (size: \"1 km\", cells: 64, seed: 3), nodes: { \"land\": Ridged(wavelength: 400, amplitude: 90), \
                      \"steep\": Slope(height: \"land\") }, outputs: { \"height\": \"land\", \"steep\": \"steep.mask\" })";
@@ -29,14 +29,7 @@ fn exporting(file: &Path, folder: &Path) -> Harness<'static, App> {
 /// Presses the button and waits for the files.
 fn export(window: &mut Harness<'_, App>) {
     window.get_by_role_and_label(Role::Button, "Export").click();
-    for _ in 0..1000 {
-        window.run_steps(1);
-        if window.query_by_label_contains("Wrote ").is_some() {
-            return;
-        }
-        thread::sleep(Duration::from_millis(10));
-    }
-    panic!("nothing was written");
+    until(window, "files are written", |window| window.query_by_label_contains("Wrote ").is_some());
 }
 
 #[test]
@@ -85,14 +78,8 @@ fn what_cannot_be_exported_says_why() {
     // the folder is a file
     let mut window = exporting(&file, &file);
     window.get_by_role_and_label(Role::Button, "Export").click();
-    for _ in 0..200 {
-        window.run_steps(1);
-        thread::sleep(Duration::from_millis(5));
-        if window.query_by_label_contains("cannot write to the folder").is_some() {
-            break;
-        }
-    }
-    assert!(window.query_by_label_contains("cannot write to the folder").is_some());
+    let told = "cannot write to the folder";
+    until(&mut window, "it is told", |window| window.query_by_label_contains(told).is_some());
     assert_eq!(std::fs::read_to_string(&file).expect("there"), GRAPH);
     for output in ["height", "steep"] {
         window.get_by_role_and_label(Role::CheckBox, output).click();

@@ -5,13 +5,14 @@ use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 use orograph_graph::{ParamValue, Port};
 
-use crate::{graph, scratch, window};
+use crate::{graph, scratch, settle, window};
 
 /// A window on a file, with a node selected.
 fn selected(file: &str, node: &str) -> Harness<'static, App> {
     let mut window = window(Some(graph(file)));
     window.state_mut().session_mut().set_cells(64);
     window.state_mut().session_mut().select_only(node);
+    settle(&mut window);
     window.run_steps(4);
     window
 }
@@ -286,11 +287,11 @@ fn what_a_node_gave_is_told_in_numbers_and_curves() {
     );
     let mut window = window(Some(file.path().join("graph.ron")));
     window.state_mut().session_mut().select_only("a");
-    crate::settle(&mut window);
+    settle(&mut window);
     assert!(window.query_by_label("deviation").is_some());
     assert!(window.query_by_label_contains("a.height at 64 cells").is_some());
     window.state_mut().session_mut().select_only("m");
-    crate::settle(&mut window);
+    settle(&mut window);
     assert!(window.query_by_label_contains("m.report at 64 cells").is_some());
     assert!(window.query_by_label("hypsometric integral").is_some());
 }
@@ -303,7 +304,7 @@ fn a_failure_leads_to_the_node_where_it_went_wrong() {
     );
     let mut window = window(Some(file.path().join("graph.ron")));
     window.state_mut().session_mut().select_only("next");
-    crate::settle(&mut window);
+    settle(&mut window);
     window.get_by_label("Go to here").click();
     window.run_steps(3);
     assert_eq!(window.state().session().selected(), Some("here"));

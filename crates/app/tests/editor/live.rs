@@ -5,7 +5,7 @@ use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 use orograph_graph::{Cancel, Document, Evaluator, EvaluatorOptions, ParamValue, Stroke, Tool, Value, Window};
 
-use crate::{hand::drag, picture, scratch, settle, window};
+use crate::{hand::drag, picture, scratch, settle, until, window};
 
 const STORM: &str = r#"(
     world: (size: 960, cells: 96, seed: 3),
@@ -27,20 +27,8 @@ fn storm() -> (Harness<'static, App>, tempfile::TempDir) {
     window.run_steps(2);
     window.get_by_label("Live").click();
     window.run_steps(2);
-    until(&mut window, |window| moment(window).is_some());
+    until(&mut window, "it runs", |window| moment(window).is_some());
     (window, folder)
-}
-
-/// Runs frames until something is so.
-fn until(window: &mut Harness<'_, App>, so: impl Fn(&Harness<'_, App>) -> bool) {
-    for _ in 0..3000 {
-        window.step();
-        if so(window) {
-            return;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
-    panic!("it does not come to that");
 }
 
 fn moment(window: &Harness<'_, App>) -> Option<f64> {
@@ -77,13 +65,13 @@ fn run_to_its_end_it_is_what_a_build_gives() {
     let (mut window, _folder) = storm();
     assert_eq!(moment(&window), Some(0.0));
     window.get_by_label("Step").click();
-    until(&mut window, |window| moment(window).is_some_and(|now| now > 0.0));
+    until(&mut window, "it goes on", |window| moment(window).is_some_and(|now| now > 0.0));
     let after_ten = moment(&window);
     window.run_steps(5);
     assert_eq!(moment(&window), after_ten, "it stands after its steps");
     picture(&mut window, "live");
     window.get_by_label("Run").click();
-    until(&mut window, is_over);
+    until(&mut window, "it is over", is_over);
     settle(&mut window);
     let document = window.state().session().document().clone();
     for port in ["storm.height", "storm.water", "storm.report"] {
@@ -91,7 +79,7 @@ fn run_to_its_end_it_is_what_a_build_gives() {
     }
     assert!(window.state().session().small("ground.slope").is_some(), "what comes after it is built then");
     window.get_by_label("Restart").click();
-    until(&mut window, |window| moment(window) == Some(0.0));
+    until(&mut window, "it begins anew", |window| moment(window) == Some(0.0));
     window.get_by_label("Live").click();
     window.run_steps(2);
     assert!(window.state().session().simulation().is_none());
@@ -105,24 +93,24 @@ fn what_is_painted_while_it_runs_is_in_the_file_and_gives_the_same_land() {
     window.get_by_label("Brush").click();
     window.run_steps(2);
     window.get_by_label("Run").click();
-    until(&mut window, |window| moment(window).is_some_and(|now| now > 60.0));
+    until(&mut window, "it is on its way", |window| moment(window).is_some_and(|now| now > 60.0));
     drag(&mut window, pos2(440.0, 260.0), pos2(520.0, 280.0));
-    until(&mut window, |window| strokes(window).len() == 1);
+    until(&mut window, "a stroke is kept", |window| strokes(window).len() == 1);
     let painted = strokes(&window).remove(0);
     assert!(painted.time > 0.0 && painted.tool == Tool::Raise && painted.points.len() > 1, "{painted:?}");
     let here = moment(&window).expect("it runs");
-    until(&mut window, |window| moment(window).is_some_and(|now| now > here));
+    until(&mut window, "it goes on", |window| moment(window).is_some_and(|now| now > here));
     window.get_by_label("Pause").click();
     window.run_steps(2);
     window.get_by_label("Rain").click();
     window.run_steps(2);
     drag(&mut window, pos2(400.0, 200.0), pos2(400.0, 200.0) + vec2(0.0, 30.0));
-    until(&mut window, |window| strokes(window).len() == 2);
+    until(&mut window, "another stroke is kept", |window| strokes(window).len() == 2);
     assert!(strokes(&window)[1].tool == Tool::Rain && strokes(&window)[1].time > painted.time);
     picture(&mut window, "live_painted");
     assert!(moment(&window).is_some_and(|now| now > painted.time), "it has not begun anew");
     window.get_by_label("Run").click();
-    until(&mut window, is_over);
+    until(&mut window, "it is over", is_over);
     settle(&mut window);
     let document = window.state().session().document().clone();
     assert!(document.source().contains("tool: rain") && document.source().contains("time: "));
@@ -131,5 +119,5 @@ fn what_is_painted_while_it_runs_is_in_the_file_and_gives_the_same_land() {
     window.state_mut().session_mut().undo();
     window.state_mut().session_mut().undo();
     assert_eq!(strokes(&window), []);
-    until(&mut window, |window| moment(window) == Some(0.0));
+    until(&mut window, "it begins anew", |window| moment(window) == Some(0.0));
 }

@@ -17,7 +17,11 @@ mod safety;
 mod viewport;
 mod ways;
 
-use std::{path::PathBuf, thread, time::Duration};
+use std::{
+    path::PathBuf,
+    thread,
+    time::{Duration, Instant},
+};
 
 use egui_kittest::Harness;
 use orograph::editor::App;
@@ -44,17 +48,33 @@ fn window(file: Option<PathBuf>) -> Harness<'static, App> {
         .build_eframe(|context| App::new(context, file).expect("the file can be read"))
 }
 
-/// Runs frames until everything that is shown has been built.
-fn settle(window: &mut Harness<'_, App>) {
-    for _ in 0..3000 {
-        window.step();
-        if !window.state().session().is_busy() {
-            window.step();
-            return;
-        }
+/// How long anything is waited for, however busy the machine is.
+const PATIENCE: Duration = Duration::from_secs(180);
+
+/// Looks again and again until something is so.
+#[track_caller]
+fn wait(what: &str, mut so: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !so() {
+        assert!(start.elapsed() < PATIENCE, "{what}: not after {PATIENCE:?}");
         thread::sleep(Duration::from_millis(10));
     }
-    panic!("the worker is still busy");
+}
+
+/// Runs frames until something is so.
+#[track_caller]
+fn until(window: &mut Harness<'_, App>, what: &str, so: impl Fn(&Harness<'_, App>) -> bool) {
+    wait(what, || {
+        window.step();
+        so(window)
+    });
+}
+
+/// Runs frames until everything that is shown has been built.
+#[track_caller]
+fn settle(window: &mut Harness<'_, App>) {
+    until(window, "all is built", |window| !window.state().session().is_busy());
+    window.step();
 }
 
 /// The window as it looks, some frames after what is in it was built; kept in the folder `OROGRAPH_PICTURES` names, to be

@@ -6,7 +6,7 @@ use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::{App, Journals, NodeState, Session};
 use orograph_graph::{Edit, Input, Node, Output, PortType, Registry};
 
-use crate::{graph, picture, scratch, settle, window};
+use crate::{graph, picture, scratch, settle, wait, window};
 
 #[test]
 fn a_file_opens_and_its_nodes_are_built() {
@@ -21,15 +21,11 @@ fn a_file_opens_and_its_nodes_are_built() {
     assert_eq!(session.built("rivers.height").map(|built| built.cells), Some(64));
 }
 
-fn wait(session: &mut Session) {
-    for _ in 0..3000 {
+fn build(session: &mut Session) {
+    wait("all is built", || {
         session.poll();
-        if !session.is_busy() {
-            return;
-        }
-        thread::sleep(Duration::from_millis(10));
-    }
-    panic!("the worker is still busy");
+        !session.is_busy()
+    });
 }
 
 fn failure(session: &Session, node: &str) -> String {
@@ -47,23 +43,17 @@ fn a_file_that_is_missing_is_named_and_read_when_it_comes() {
     let path = folder.path().join("graph.ron");
     let mut session = Session::open(Some(path), orograph_nodes::registry(), || {}).expect("it opens");
     session.keep(Journals::with_state(folder.path()), || {});
-    wait(&mut session);
+    build(&mut session);
     for node in ["dem", "b"] {
         let message = failure(&session, node);
         assert!(message.contains("land.tif") && message.contains("dem"), "{message}");
     }
     assert_eq!(session.node("c").state, NodeState::Fresh, "what does not read it is built");
     fs::copy(graph("../tests/data/glencoe_128.tif"), folder.path().join("land.tif")).expect("copied");
-    for _ in 0..1000 {
+    wait("the file is read and all is built", || {
         session.poll();
-        if session.node("b").state == NodeState::Fresh {
-            break;
-        }
-        thread::sleep(Duration::from_millis(10));
-    }
-    for node in ["dem", "b", "c"] {
-        assert_eq!(session.node(node).state, NodeState::Fresh, "{node}");
-    }
+        ["dem", "b", "c"].iter().all(|node| session.node(node).state == NodeState::Fresh)
+    });
 }
 
 static PANICS: Node = Node {
@@ -83,13 +73,13 @@ fn a_node_that_panics_takes_no_other_with_it() {
     let registry = orograph_nodes::registry();
     let registry = Registry::new(registry.nodes().iter().copied().chain([&PANICS]));
     let mut session = Session::open(Some(folder.path().join("graph.ron")), registry, || {}).expect("it opens");
-    wait(&mut session);
+    build(&mut session);
     assert!(failure(&session, "bad").contains("out of luck"));
     assert!(matches!(session.node("b").state, NodeState::Failed { at: Some(at), .. } if at == "bad"));
     assert_eq!([session.node("a").state, session.node("c").state], [NodeState::Fresh, NodeState::Fresh]);
     // The worker goes on.
     session.apply(&Edit::Connect { from: "a".into(), to: "b".into(), input: "height".into() });
-    wait(&mut session);
+    build(&mut session);
     assert_eq!(session.node("b").state, NodeState::Fresh);
 }
 

@@ -6,14 +6,17 @@ use std::{
     fs,
     path::{Path, PathBuf},
     thread,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::{Answer, App, Journals, Lost, Question, Session, Wish};
 use orograph_graph::{Edit, recover};
 
-use crate::files::{HILLS, hills, octaves, session, text};
+use crate::{
+    files::{HILLS, hills, octaves, session, text},
+    wait,
+};
 
 fn kept(file: Option<&Path>, state: &Path) -> Session {
     let mut session = session(file);
@@ -43,15 +46,6 @@ fn lost(session: &Session) -> Lost {
 
 fn notes(session: &mut Session) -> String {
     session.take_notes().into_iter().map(|note| note.message + "\n").collect()
-}
-
-#[track_caller]
-fn wait(what: &str, mut done: impl FnMut() -> bool) {
-    let start = Instant::now();
-    while !done() {
-        assert!(start.elapsed() < Duration::from_secs(20), "{what}");
-        thread::sleep(Duration::from_millis(10));
-    }
 }
 
 #[test]

@@ -7,7 +7,7 @@ use orograph::editor::App;
 use crate::{
     graph,
     hand::{drag, wheel},
-    picture, settle, window,
+    picture, settle, until, window,
 };
 
 fn hello() -> Harness<'static, App> {
@@ -20,15 +20,10 @@ fn hello() -> Harness<'static, App> {
 
 /// Waits until what was built is drawn: triangles are made of it beside the window.
 fn seen(window: &mut Harness<'_, App>) {
-    for _ in 0..3000 {
-        window.step();
+    until(window, "the land is drawn", |window| {
         let app = window.state();
-        if app.seen().is_some_and(|(revision, _)| revision == app.session().revision()) {
-            return;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(10));
-    }
-    panic!("the land is not drawn");
+        app.seen().is_some_and(|(revision, _)| revision == app.session().revision())
+    });
 }
 
 /// Colours along a line through the middle of the land's pane.

@@ -162,17 +162,19 @@ fn placeholder(
 /// How far it is, what it took, and what went wrong.
 fn state(ui: &mut Ui, session: &mut Session, name: &str) {
     let info = session.node(name);
-    let took =
-        info.time.map(|(time, cells)| format!("{} at {cells} cells, {}", seconds(time), bytes(info.bytes as u64)));
     match &info.state {
-        NodeState::Waiting => drop(ui.weak("Waiting")),
+        NodeState::Waiting => standing(ui, |ui| ui.weak("Waiting")),
         NodeState::Unwired { .. } => {
-            drop(ui.weak(info.state.lacks().map_or_else(String::new, |lacks| format!("It {lacks}."))))
+            standing(ui, |ui| ui.weak(info.state.lacks().map_or_else(String::new, |lacks| format!("It {lacks}."))));
         }
         NodeState::Running { fraction } => {
-            ui.add(egui::ProgressBar::new(*fraction).desired_height(6.0));
+            standing(ui, |ui| ui.add(egui::ProgressBar::new(*fraction).desired_height(6.0)));
         }
-        NodeState::Fresh => drop(ui.weak(took.unwrap_or_else(|| "Ready".to_owned()))),
+        NodeState::Fresh => {
+            let took = info.time.map(|(time, cells)| format!("{} at {cells} cells, ", seconds(time)));
+            let text = took.map_or_else(|| "Ready".to_owned(), |took| took + &bytes(info.bytes as u64));
+            standing(ui, |ui| ui.weak(text));
+        }
         NodeState::Failed { message, hint, at } => {
             let colour = ui.visuals().error_fg_color;
             boxed(ui, colour, message, hint.as_deref());
@@ -188,6 +190,15 @@ fn state(ui: &mut Ui, session: &mut Session, name: &str) {
         let colour = ui.visuals().warn_fg_color;
         boxed(ui, colour, warning, None);
     }
+}
+
+/// A line of one height, whatever is in it, so that those below it stay under the hand while a node is built.
+fn standing(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> egui::Response) {
+    let size = egui::vec2(ui.available_width(), ui.text_style_height(&egui::TextStyle::Body) + 2.0);
+    ui.allocate_ui_with_layout(size, egui::Layout::left_to_right(egui::Align::Center), |ui| {
+        ui.set_min_size(size);
+        add(ui);
+    });
 }
 
 /// A text that should not be overlooked.
