@@ -2,15 +2,15 @@
 
 use std::path::PathBuf;
 
-use egui::{Key, Modifiers};
 use egui_tiles::{Behavior, SimplificationOptions, TileId, Tiles, Tree, UiResponse};
 use orograph_graph::Registry;
 
 use super::{
-    Journals, Session,
+    Journals, Session, Wish,
+    actions::{Action, Part, Status},
     canvas::Canvas,
     inspector::Inspector,
-    menu::{self, Menu},
+    menu::{self, Asked, Menu},
     problems::Problems,
     questions::Questions,
     theme,
@@ -21,11 +21,23 @@ use crate::failure::Failure;
 
 /// A part of the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Pane {
+pub(super) enum Pane {
     Viewport,
     Canvas,
     Inspector,
     Problems,
+}
+
+impl Pane {
+    /// What it is called.
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Viewport => "Land",
+            Self::Canvas => "Graph",
+            Self::Inspector => "Inspector",
+            Self::Problems => "Problems",
+        }
+    }
 }
 
 /// The editor's window.
@@ -163,11 +175,18 @@ impl eframe::App for App {
     }
 
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
-        undo_keys(ui.ctx(), &mut self.panes.session);
-        egui::Panel::top("menu").show(ui, |ui| self.menu.bar(ui, &mut self.panes.session));
+        let room = Room::of(ui.ctx().content_rect().size());
+        let (panes, tree) = (&self.panes, &self.trees[room as usize]);
+        let status = |action| panes.status(action, tree);
+        let asked = egui::Panel::top("menu").show(ui, |ui| self.menu.bar(ui, &panes.session, &status)).inner;
+        match asked {
+            Some(Asked::Do(action)) => self.carry_out(action, room),
+            Some(Asked::Open(path)) => self.panes.session.wish(Wish::Open(path)),
+            Some(Asked::Cells(cells)) => self.panes.session.set_cells(cells),
+            None => {}
+        }
         egui::Panel::bottom("status").show(ui, |ui| menu::status(ui, &mut self.panes.session));
         egui::CentralPanel::default().show(ui, |ui| {
-            let room = Room::of(ui.ctx().content_rect().size());
             self.trees[room as usize].ui(&mut self.panes, ui);
         });
         self.menu.above(ui.ctx(), &mut self.panes.session);
@@ -179,19 +198,63 @@ impl eframe::App for App {
     }
 }
 
-/// Undo and redo by key, save where a text is being typed, which has its own, and while something is asked.
-fn undo_keys(context: &egui::Context, session: &mut Session) {
-    if context.text_edit_focused() || session.question().is_some() {
-        return;
+impl App {
+    /// Does what a menu or a key of the window asks for.
+    fn carry_out(&mut self, action: Action, room: Room) {
+        let tree = &mut self.trees[room as usize];
+        match (action.part(), action) {
+            (Part::Graph, _) => {
+                bring(tree, Pane::Canvas);
+                self.panes.canvas.ask(action);
+            }
+            (Part::Land, _) => {
+                bring(tree, Pane::Viewport);
+                self.panes.viewport.carry_out(action, &mut self.panes.session);
+            }
+            (Part::Window, Action::Pane(pane)) if is_seen(tree, pane) => {
+                if let Some(tile) = tree.tiles.find_pane(&pane) {
+                    tree.set_visible(tile, false);
+                }
+            }
+            (Part::Window, Action::Pane(pane)) => bring(tree, pane),
+            (Part::Window, Action::ResetPanes) => self.trees = Room::ALL.map(arrangement),
+            (Part::Window, _) => self.menu.carry_out(action, &mut self.panes.session),
+        }
     }
-    let (both, control) = (Modifiers::COMMAND | Modifiers::SHIFT, Modifiers::COMMAND);
-    let [redo, again, undo] = context.input_mut(|input| {
-        [(both, Key::Z), (control, Key::Y), (control, Key::Z)].map(|(modifiers, key)| input.consume_key(modifiers, key))
-    });
-    if redo || again {
-        session.redo();
-    } else if undo {
-        session.undo();
+}
+
+/// Shows a pane, before those that share its place.
+fn bring(tree: &mut Tree<Pane>, pane: Pane) {
+    if let Some(tile) = tree.tiles.find_pane(&pane) {
+        tree.set_visible(tile, true);
+        tree.make_active(|other, _| other == tile);
+    }
+}
+
+/// Whether a pane is seen and not behind another.
+fn is_seen(tree: &Tree<Pane>, pane: Pane) -> bool {
+    tree.tiles.find_pane(&pane).is_some_and(|tile| tree.active_tiles().contains(&tile))
+}
+
+impl Panes {
+    /// Whether something can be done, and whether it is on.
+    fn status(&self, action: Action, tree: &Tree<Pane>) -> Status {
+        let session = &self.session;
+        match (action.part(), action) {
+            (Part::Graph, _) => self.canvas.status(session, action),
+            (Part::Land, _) => self.viewport.status(session, action),
+            (Part::Window, Action::Undo) => Status::can(session.document().can_undo()),
+            (Part::Window, Action::Redo) => Status::can(session.document().can_redo()),
+            (Part::Window, Action::Picture) => {
+                Status::can(self.viewport.status(session, Action::Land) == Status::switch(true, true))
+            }
+            (Part::Window, Action::Pane(pane)) => {
+                let (seen, tiles) = (is_seen(tree, pane), tree.active_tiles());
+                let others = tiles.iter().filter(|tile| tree.tiles.get_pane(tile).is_some_and(|other| *other != pane));
+                Status::switch(!seen || others.count() > 0, seen)
+            }
+            (Part::Window, _) => Status::can(true),
+        }
     }
 }
 
@@ -208,10 +271,8 @@ impl Behavior<Pane> for Panes {
 
     fn tab_title_for_pane(&mut self, pane: &Pane) -> egui::WidgetText {
         match pane {
-            Pane::Viewport => "Land".into(),
-            Pane::Canvas => "Graph".into(),
-            Pane::Inspector => "Inspector".into(),
             Pane::Problems => self.problems.title(&self.session).into(),
+            pane => pane.name().into(),
         }
     }
 

@@ -2,60 +2,27 @@
 
 use std::path::{Path, PathBuf};
 
-use egui::{Button, Context, Key, KeyboardShortcut, Modifiers, RichText, ThemePreference, Ui};
+use egui::{Context, RichText, ThemePreference, Ui};
 use orograph_graph::bytes;
 
 use super::{
     NodeState, Session, Wish,
+    actions::{self, Action, Line, Lines, Part, Status},
     browser::{Browser, Outcome, Purpose},
-    canvas,
     export::Export,
     gallery::Gallery,
     state::{self, Recent},
     theme,
 };
 
-/// What a menu or a key asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Command {
-    New,
-    Open,
-    Examples,
-    Save,
-    SaveAs,
-    Export,
-    Picture,
-    Quit,
-    Keys,
-}
-
-const CONTROL: Modifiers = Modifiers::COMMAND;
-
-impl Command {
-    /// Every command of the menu of files, in its order, with what it is called.
-    const FILE: [(Self, &'static str); 8] = [
-        (Self::New, "New"),
-        (Self::Open, "Open…"),
-        (Self::Examples, "Examples…"),
-        (Self::Save, "Save"),
-        (Self::SaveAs, "Save as…"),
-        (Self::Export, "Export…"),
-        (Self::Picture, "Save picture…"),
-        (Self::Quit, "Quit"),
-    ];
-
-    const fn shortcut(self) -> Option<KeyboardShortcut> {
-        Some(match self {
-            Self::New => KeyboardShortcut::new(CONTROL, Key::N),
-            Self::Open => KeyboardShortcut::new(CONTROL, Key::O),
-            Self::Examples | Self::Picture => return None,
-            Self::Save => KeyboardShortcut::new(CONTROL, Key::S),
-            Self::SaveAs => KeyboardShortcut::new(CONTROL.plus(Modifiers::SHIFT), Key::S),
-            Self::Export => KeyboardShortcut::new(CONTROL, Key::E),
-            Self::Quit => KeyboardShortcut::new(CONTROL, Key::Q),
-            Self::Keys => KeyboardShortcut::new(Modifiers::NONE, Key::F1),
-        })
-    }
+/// What the menus ask for of others.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Asked {
+    Do(Action),
+    /// To open a file.
+    Open(PathBuf),
+    /// To build what is shown with so many cells along the longer side.
+    Cells(u32),
 }
 
 /// The menus and what they have opened.
@@ -89,64 +56,111 @@ impl Menu {
         }
     }
 
-    /// The bar at the top.
-    pub(super) fn bar(&mut self, ui: &mut Ui, session: &mut Session) {
-        let mut chosen = pressed(ui.ctx());
+    /// The bar at the top; gives what it or a key asks for. `status` tells how each line stands.
+    pub(super) fn bar(&self, ui: &mut Ui, session: &Session, status: &dyn Fn(Action) -> Status) -> Option<Asked> {
+        let typing = ui.ctx().text_edit_focused();
+        // A text that is being typed has an undo of its own.
+        let held = |action| matches!(action, Action::Undo | Action::Redo) && (typing || session.question().is_some());
+        let mut asked = actions::pressed(ui.ctx(), |action| !held(action)).map(Asked::Do);
         egui::MenuBar::new().ui(ui, |ui| {
-            ui.menu_button("File", |ui| self.file(ui, session, &mut chosen));
-            ui.menu_button("Edit", |ui| edit(ui, session));
-            ui.menu_button("View", view);
-            ui.menu_button("Help", |ui| item(ui, Command::Keys, "Keys and mouse", &mut chosen));
+            let menus = [("File", actions::FILE), ("Edit", actions::EDIT), ("View", actions::VIEW)];
+            for (name, lines) in menus.into_iter().chain([("Help", actions::HELP)]) {
+                ui.menu_button(name, |ui| {
+                    // In a small window the lines are more than it has room for.
+                    let room = (ui.ctx().content_rect().height() - 60.0).max(80.0);
+                    ui.set_max_height(room);
+                    egui::ScrollArea::vertical().show(ui, |ui| {
+                        asked = self.lines(ui, lines, session, status).or_else(|| asked.take());
+                    });
+                });
+            }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let mark = if session.is_dirty() { "• " } else { "" };
                 let name = egui::Label::new(RichText::new(format!("{mark}{}", file_name(session.path()))).weak());
                 ui.add(name.truncate());
             });
         });
-        if let Some(command) = chosen {
-            self.carry_out(command, session);
-        }
+        asked
     }
 
-    fn file(&mut self, ui: &mut Ui, session: &mut Session, chosen: &mut Option<Command>) {
-        for (command, name) in Command::FILE {
-            if matches!(command, Command::Save | Command::Export | Command::Quit) {
+    fn lines(&self, ui: &mut Ui, lines: Lines, session: &Session, status: &dyn Fn(Action) -> Status) -> Option<Asked> {
+        let has = |line: &&Line| matches!(line, Line::Do(action) if status(*action).on.is_some());
+        let ticks = lines.iter().copied().flatten().any(|line| has(&line));
+        let named = |name: &str| actions::heading(name, ticks);
+        let mut asked = None;
+        for (position, group) in lines.iter().enumerate() {
+            if position > 0 {
                 ui.separator();
             }
-            item(ui, command, name, chosen);
-            if command == Command::Open {
-                ui.menu_button("Open recent", |ui| {
-                    let files = self.recent.files();
-                    if files.is_empty() {
-                        ui.weak("None yet");
-                    }
-                    for path in files {
-                        let whole = path.display().to_string();
-                        if ui.button(file_name(Some(&path))).on_hover_text(whole).clicked() {
-                            session.wish(Wish::Open(path));
-                            ui.close();
+            for line in *group {
+                match *line {
+                    Line::Do(action) => {
+                        if actions::item(ui, (action, action.name()), status(action), ticks) {
+                            asked = Some(Asked::Do(action));
                         }
                     }
-                });
+                    Line::Sub(name, of) => {
+                        let ticks = of.iter().any(|action| status(*action).on.is_some());
+                        ui.menu_button(named(name), |ui| {
+                            for action in of {
+                                if actions::item(ui, (*action, action.name()), status(*action), ticks) {
+                                    asked = Some(Asked::Do(*action));
+                                }
+                            }
+                        });
+                    }
+                    Line::Recent => {
+                        let chosen = ui.menu_button(named("Open recent"), |ui| self.recent_files(ui)).inner.flatten();
+                        asked = chosen.or(asked);
+                    }
+                    Line::Preview => {
+                        let name = named("Cells of the preview");
+                        let chosen = ui.menu_button(name, |ui| cells(ui, session, true)).inner.flatten();
+                        asked = chosen.map(Asked::Cells).or(asked);
+                    }
+                    Line::Theme => drop(ui.menu_button(named("Theme"), themes)),
+                }
             }
         }
+        asked
     }
 
-    fn carry_out(&mut self, command: Command, session: &mut Session) {
-        match command {
-            Command::New => session.wish(Wish::New),
-            Command::Open => self.browser = Some(Browser::new(Purpose::Open, session.path())),
-            Command::Examples => self.gallery = Some(Gallery::default()),
-            Command::Save => drop(session.save()),
-            Command::SaveAs => session.ask_name(),
-            Command::Export => self.export.open(session),
-            Command::Picture => {
+    fn recent_files(&self, ui: &mut Ui) -> Option<Asked> {
+        let files = self.recent.files();
+        if files.is_empty() {
+            ui.weak("None yet");
+        }
+        let mut asked = None;
+        for path in files {
+            let whole = path.display().to_string();
+            if ui.button(file_name(Some(&path))).on_hover_text(whole).clicked() {
+                asked = Some(Asked::Open(path));
+                ui.close();
+            }
+        }
+        asked
+    }
+
+    /// Does what opens something above the panes, or asks for something of the session.
+    pub(super) fn carry_out(&mut self, action: Action, session: &mut Session) {
+        match action {
+            Action::New => session.wish(Wish::New),
+            Action::Open => self.browser = Some(Browser::new(Purpose::Open, session.path())),
+            Action::Examples => self.gallery = Some(Gallery::default()),
+            Action::Save => drop(session.save()),
+            Action::SaveAs => session.ask_name(),
+            Action::Export => self.export.open(session),
+            Action::Picture => {
                 let stem = session.path().and_then(Path::file_stem).map(|stem| stem.to_string_lossy().into_owned());
                 let browser = Browser::new(Purpose::Picture, session.path());
                 self.browser = Some(browser.named(stem.as_deref().unwrap_or("land"), "png"));
             }
-            Command::Quit => session.wish(Wish::Close),
-            Command::Keys => self.keys = true,
+            Action::Quit => session.wish(Wish::Close),
+            Action::Undo => drop(session.undo()),
+            Action::Redo => drop(session.redo()),
+            Action::Keys => self.keys = true,
+            // What others carry out.
+            _ => {}
         }
     }
 
@@ -190,40 +204,8 @@ pub(super) fn file_name(path: Option<&Path>) -> String {
     name.unwrap_or_else(|| "Untitled".to_owned())
 }
 
-/// The command whose keys were pressed.
-fn pressed(context: &Context) -> Option<Command> {
-    // The one with more keys comes first, since it holds the other.
-    let mut commands: Vec<Command> = Command::FILE.map(|(command, _)| command).to_vec();
-    commands.push(Command::Keys);
-    commands.sort_by_key(|command| *command != Command::SaveAs);
-    let consumed = |command: &Command| {
-        command.shortcut().is_some_and(|shortcut| context.input_mut(|input| input.consume_shortcut(&shortcut)))
-    };
-    commands.into_iter().find(consumed)
-}
-
-fn item(ui: &mut Ui, command: Command, name: &str, chosen: &mut Option<Command>) {
-    let keys = command.shortcut().map_or_else(String::new, |shortcut| ui.ctx().format_shortcut(&shortcut));
-    if ui.add(Button::new(name).shortcut_text(keys)).clicked() {
-        *chosen = Some(command);
-        ui.close();
-    }
-}
-
-fn edit(ui: &mut Ui, session: &mut Session) {
-    let keys = |keys: KeyboardShortcut| ui.ctx().format_shortcut(&keys);
-    let undo = keys(KeyboardShortcut::new(CONTROL, Key::Z));
-    let redo = keys(KeyboardShortcut::new(CONTROL.plus(Modifiers::SHIFT), Key::Z));
-    if ui.add_enabled(session.document().can_undo(), Button::new("Undo").shortcut_text(undo)).clicked() {
-        session.undo();
-    }
-    if ui.add_enabled(session.document().can_redo(), Button::new("Redo").shortcut_text(redo)).clicked() {
-        session.redo();
-    }
-}
-
-fn view(ui: &mut Ui) {
-    ui.label(RichText::new("Theme").weak());
+/// The choice between dark and light.
+fn themes(ui: &mut Ui) {
     let now = ui.ctx().options(|options| options.theme_preference);
     for (preference, name, written) in [
         (ThemePreference::System, "As the system", "system"),
@@ -286,30 +268,54 @@ pub(super) fn status(ui: &mut Ui, session: &mut Session) {
 
 /// The choice of how fine what is shown is built.
 fn preview(ui: &mut Ui, session: &mut Session) {
-    let world = session.document().world();
-    let whole = world.cells[0].max(world.cells[1]);
-    let now = session.cells();
-    let name = |cells: u32| if cells >= whole { format!("{whole} (all)") } else { cells.to_string() };
-    let shown = egui::ComboBox::from_id_salt("preview").selected_text(format!("{} cells", name(now))).width(104.0);
-    let response = shown.show_ui(ui, |ui| {
-        for cells in PREVIEWS.into_iter().filter(|cells| *cells < whole).chain([whole]) {
-            let response = ui.selectable_label(name(cells) == name(now), name(cells));
-            if response.clicked() {
-                session.set_cells(cells);
-            }
-        }
-    });
+    let shown =
+        egui::ComboBox::from_id_salt("preview").selected_text(format!("{} cells", cells_told(session))).width(104.0);
+    let response = shown.show_ui(ui, |ui| cells(ui, session, false));
+    if let Some(cells) = response.inner.flatten() {
+        session.set_cells(cells);
+    }
     response.response.on_hover_text("Cells along the longer side of what is shown");
 }
 
-/// What keys do in the window, and what the mouse does in the graph and with values.
-const FILES: [(&str, &str); 6] = [
-    ("Ctrl+N, Ctrl+O", "New graph, open one"),
-    ("Ctrl+S, Ctrl+Shift+S", "Save, save as another file"),
-    ("Ctrl+E", "Export"),
-    ("Ctrl+Z, Ctrl+Shift+Z", "Undo, redo"),
-    ("Ctrl+Q", "Quit"),
-    ("F1", "This list"),
+/// The cells along the longer side of what is shown, for people.
+fn cells_told(session: &Session) -> String {
+    let whole = whole(session);
+    if session.cells() >= whole { format!("{whole} (all)") } else { session.cells().to_string() }
+}
+
+/// Cells along the longer side of the world.
+fn whole(session: &Session) -> u32 {
+    let world = session.document().world();
+    world.cells[0].max(world.cells[1])
+}
+
+/// The numbers of cells that can be chosen, in a menu or in a list; gives the one that was.
+fn cells(ui: &mut Ui, session: &Session, menu: bool) -> Option<u32> {
+    let whole = whole(session);
+    let mut chosen = None;
+    for cells in PREVIEWS.into_iter().filter(|cells| *cells < whole).chain([whole]) {
+        let on = session.cells().min(whole) == cells;
+        let name = if cells == whole { format!("{whole} (all)") } else { cells.to_string() };
+        let response = if menu { ui.radio(on, name) } else { ui.selectable_label(on, name) };
+        if response.clicked() {
+            chosen = Some(cells);
+            ui.close();
+        }
+    }
+    chosen
+}
+
+/// What the mouse does in the graph, in the land and with values.
+const GRAPH: [(&str, &str); 4] = [
+    ("Drag from a pin", "Wire; dropped on nothing it offers what fits"),
+    ("Double click a wire", "Lead it around something; again takes the point away"),
+    ("Wheel, middle drag", "Zoom, and move the view"),
+    ("Double click a node", "Keep it in the land's pane"),
+];
+const LAND: [(&str, &str); 3] = [
+    ("Drag", "Turn; with Shift or another button, move"),
+    ("Wheel", "Come nearer, at the place under the pointer"),
+    ("W A S D, E Q", "Fly, where that is on; Shift is faster"),
 ];
 const VALUES: [(&str, &str); 4] = [
     ("Drag a slider", "One step of undo"),
@@ -324,9 +330,16 @@ fn keys(context: &Context, open: &mut bool) {
         ui.set_width((room.x - 60.0).clamp(200.0, 500.0));
         ui.heading("Keys and mouse");
         egui::ScrollArea::vertical().max_height((room.y - 140.0).max(80.0)).show(ui, |ui| {
-            let graph =
-                canvas::keys_told().chain([("Drag from a pin", "Wire; dropped on nothing it offers what fits")]);
-            let parts = [("Window", FILES.to_vec()), ("Graph", graph.collect()), ("Values", VALUES.to_vec())];
+            let by_key = |part| actions::with_keys(part).map(|action| (action.keys(context), action.what()));
+            let by_hand = |lines: &[(&'static str, &'static str)]| -> Vec<(String, &'static str)> {
+                lines.iter().map(|(keys, what)| ((*keys).to_owned(), *what)).collect()
+            };
+            let parts = [
+                ("Window", by_key(Part::Window).collect()),
+                ("Graph", by_key(Part::Graph).chain(by_hand(&GRAPH)).collect()),
+                ("Land", by_hand(&LAND)),
+                ("Values", by_hand(&VALUES)),
+            ];
             for (part, lines) in parts {
                 ui.add_space(6.0);
                 ui.strong(part);

@@ -2,13 +2,14 @@
 //!
 //! [`Session`] is the work: the document, its undo, its selection, and what is known of its nodes; it draws nothing.
 //! The panes (`canvas`, `inspector`, `viewport`, `problems`) show a session and change it by edits of the
-//! document. [`worker`] evaluates beside the window, which never waits for it. [`App`] is the window itself.
+//! document. `actions` lists what can be asked for by menu and key. [`worker`] evaluates beside the window, which never waits for it. [`App`] is the window itself.
 
 #![expect(
     clippy::disallowed_methods,
     reason = "what a window shows is not a part of the land, so it may differ by a bit"
 )]
 
+mod actions;
 mod app;
 mod browser;
 mod canvas;

@@ -41,9 +41,16 @@ fn what_is_above_the_panes_fits_the_window_in_both_themes() {
         window.ctx.set_theme(ThemePreference::from(theme));
         window.set_size(size);
         settle(&mut window);
+        let small = if size.x < 500.0 { "small" } else { "" };
+        for menu in ["Edit", "View"] {
+            window.get_by_role_and_label(Role::Button, menu).click();
+            window.run_steps(6);
+            picture(&mut window, &format!("menu_{menu}_{theme:?}{small}"));
+            window.key_press_modifiers(Modifiers::NONE, Key::Escape);
+            window.run_steps(4);
+        }
         for (menu, item, name, labels) in ABOVE {
             open(&mut window, menu, item);
-            let small = if size.x < 500.0 { "small" } else { "" };
             picture(&mut window, &format!("above_{name}_{theme:?}{small}"));
             for label in labels {
                 assert!(in_sight(&window, label, size), "{label} of {name} at {size:?}");

@@ -1,11 +1,19 @@
 //! The menus: files are opened and saved, work is never lost without a question, examples are copies.
 
 use egui::{Key, Modifiers, accesskit::Role};
-use egui_kittest::{Harness, kittest::Queryable as _};
+use egui_kittest::{
+    Harness,
+    kittest::{NodeT as _, Queryable as _},
+};
 use orograph::editor::{App, Question};
 use orograph_graph::Edit;
 
-use crate::{graph, scratch, settle, window};
+use crate::{
+    canvas::{ROW, window_on},
+    graph,
+    hand::{click, key, type_text},
+    picture, scratch, settle, window,
+};
 
 const GRAPH: &str = "(nodes: { \"a\": Constant(value: 1) }, outputs: { \"h\": \"a\" })";
 
@@ -18,6 +26,16 @@ fn menu(window: &mut Harness<'_, App>, menu: &str, item: &str) {
     window.get_by_role_and_label(Role::Button, menu).click();
     window.run_steps(3);
     window.get_by_label_contains(item).click();
+    window.run_steps(4);
+}
+
+/// Chooses a line of a menu in a menu.
+fn inner(window: &mut Harness<'_, App>, outer: &str, menu: &str, item: &str) {
+    window.get_by_role_and_label(Role::Button, outer).click();
+    window.run_steps(3);
+    window.get_by_label_contains(menu).click();
+    window.run_steps(4);
+    window.get_by_label(item).click();
     window.run_steps(4);
 }
 
@@ -129,9 +147,129 @@ fn previews_are_as_fine_as_chosen_and_the_theme_too() {
     window.get_by_label("256").click();
     window.run_steps(3);
     assert_eq!(window.state().session().cells(), 256);
-    menu(&mut window, "View", "Light");
+    inner(&mut window, "View", "Theme", "Light");
     assert_eq!(window.ctx.theme(), egui::Theme::Light);
-    menu(&mut window, "View", "As the system");
+    inner(&mut window, "View", "Theme", "As the system");
+    inner(&mut window, "View", "Cells of the preview", "128");
+    assert_eq!(window.state().session().cells(), 128);
     menu(&mut window, "Help", "Keys and mouse");
     assert!(window.query_by_label("Typed with the unit: Enter takes it, Escape takes it back").is_some());
+}
+
+/// Chooses what a menu of the window has for the graph, with the pointer on the menu.
+fn graph_menu(window: &mut Harness<'_, App>, outer: &str, item: &str) {
+    window.get_by_role_and_label(Role::Button, outer).click();
+    window.run_steps(3);
+    // What is on or off has a button elsewhere as well.
+    let at = window.query_all_by_label(item).map(|node| node.rect()).min_by(|a, b| a.left().total_cmp(&b.left()));
+    click(window, at.expect("a line of the menu").center());
+}
+
+fn names(window: &Harness<'_, App>) -> Vec<String> {
+    window.state().session().document().nodes().iter().map(|node| node.name.clone()).collect()
+}
+
+#[test]
+fn what_keys_do_is_in_the_menus() {
+    let (mut window, _folder) = window_on(ROW);
+    settle(&mut window);
+    window.get_by_role_and_label(Role::Button, "Edit").click();
+    window.run_steps(3);
+    let grey = |window: &Harness<'_, App>, item: &str| window.get_by_label(item).accesskit_node().is_disabled();
+    for item in ["Undo Ctrl+Z", "Redo Ctrl+Shift+Z", "Copy Ctrl+C", "Duplicate Ctrl+D", "Mute M", "Delete Delete"] {
+        assert!(grey(&window, item), "{item}: nothing is selected");
+    }
+    for item in ["Paste Ctrl+V", "Select all Ctrl+A", "Find… Ctrl+F", "Add a node… Tab", "Arrange L"] {
+        assert!(!grey(&window, item), "{item}");
+    }
+    window.key_press(Key::Escape);
+    window.run_steps(3);
+
+    window.state_mut().session_mut().select_only("steps");
+    window.run_steps(3);
+    graph_menu(&mut window, "Edit", "Duplicate Ctrl+D");
+    assert_eq!(names(&window).len(), 5);
+    assert_eq!(window.state().session().selected(), Some("steps2"));
+    graph_menu(&mut window, "Edit", "Mute M");
+    assert!(window.state().session().document().nodes().iter().any(|node| node.name == "steps2" && node.muted));
+    window.get_by_role_and_label(Role::Button, "Edit").click();
+    window.run_steps(3);
+    let toggled = window.get_by_label("Mute M").accesskit_node().toggled();
+    assert_eq!(toggled, Some(egui::accesskit::Toggled::True));
+    picture(&mut window, "menu_edit");
+    window.key_press(Key::Escape);
+    window.run_steps(3);
+    graph_menu(&mut window, "Edit", "Cut Ctrl+X");
+    assert_eq!(names(&window), ["ground", "steps", "lonely", "place"]);
+    graph_menu(&mut window, "Edit", "Undo Ctrl+Z");
+    assert_eq!(names(&window).len(), 5);
+    graph_menu(&mut window, "Edit", "Add a node… Tab");
+    type_text(&mut window, "ridged");
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    assert!(names(&window).contains(&"ridged".to_owned()));
+}
+
+#[test]
+fn the_clipboard_answers_a_menu_wherever_the_pointer_is() {
+    let (mut window, _folder) = window_on(ROW);
+    settle(&mut window);
+    let paste = |window: &mut Harness<'_, App>| {
+        window.event(egui::Event::Paste("{ \"x\": Ridged }".to_owned()));
+        window.run_steps(2);
+    };
+    window.hover_at(egui::pos2(600.0, 200.0));
+    window.run_steps(3);
+    paste(&mut window);
+    assert_eq!(names(&window).len(), 4, "nobody has asked for it");
+    window.get_by_role_and_label(Role::Button, "Edit").click();
+    window.run_steps(3);
+    window.get_by_label("Paste Ctrl+V").click();
+    window.step();
+    paste(&mut window);
+    assert_eq!(names(&window).last().map(String::as_str), Some("x"));
+}
+
+#[test]
+fn views_are_switched_by_the_menu() {
+    let (mut window, _folder) = window_on(ROW);
+    settle(&mut window);
+    let before = window.get_by_label_contains("node ground:").rect().width();
+    graph_menu(&mut window, "View", "Zoom to 100 % 1");
+    let full = window.get_by_label_contains("node ground:").rect().width();
+    assert!((full - 180.0).abs() < 0.5 && before < full, "{before} {full}");
+    graph_menu(&mut window, "View", "Zoom to fit all Home");
+    let home = window.get_by_label_contains("node ground:").rect().width();
+    assert!((home - before).abs() < 0.5, "{home} {before}");
+    graph_menu(&mut window, "View", "Map");
+    graph_menu(&mut window, "View", "Contours");
+    window.get_by_role_and_label(Role::Button, "View").click();
+    window.run_steps(3);
+    let on = |window: &Harness<'_, App>, item: &str| {
+        let mut nodes = window.query_all_by_role_and_label(Role::CheckBox, item);
+        nodes.next().and_then(|node| node.accesskit_node().toggled())
+    };
+    assert_eq!(on(&window, "Map"), Some(egui::accesskit::Toggled::True));
+    assert_eq!(on(&window, "3D"), Some(egui::accesskit::Toggled::False));
+    assert_eq!(on(&window, "Contours"), Some(egui::accesskit::Toggled::True));
+    assert!(window.get_by_label("Shadows").accesskit_node().is_disabled(), "a map has none");
+    picture(&mut window, "menu_view");
+    window.key_press(Key::Escape);
+    window.run_steps(3);
+
+    let panes = |window: &mut Harness<'_, App>, item: &str| {
+        window.get_by_role_and_label(Role::Button, "View").click();
+        window.run_steps(3);
+        window.get_by_label_contains("Panes").click();
+        window.run_steps(4);
+        let of_menu = window.query_all_by_label(item).filter(|node| node.rect().left() < 600.0);
+        of_menu.max_by(|a, b| a.rect().top().total_cmp(&b.rect().top())).expect("offered").click();
+        window.run_steps(5);
+    };
+    let width = window.get_by_label("graph").rect().width();
+    panes(&mut window, "Inspector");
+    assert!((window.get_by_label("graph").rect().width() - width).abs() < 0.5, "the other of the two comes forth");
+    panes(&mut window, "Problems");
+    assert!(window.get_by_label("graph").rect().width() > width + 100.0, "both are hidden");
+    panes(&mut window, "Reset panes");
+    assert!((window.get_by_label("graph").rect().width() - width).abs() < 0.5);
 }

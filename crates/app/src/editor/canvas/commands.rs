@@ -165,7 +165,7 @@ pub(super) fn frame(model: &Model, cards: &[usize], name: &str, at: Pos2) -> Edi
 
 /// How cards are lined up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Alignment {
+pub(in crate::editor) enum Alignment {
     Left,
     Top,
     /// With equal spaces from the leftmost to the rightmost.
@@ -175,12 +175,17 @@ pub(super) enum Alignment {
 }
 
 impl Alignment {
-    pub(super) const ALL: [(Self, &'static str); 4] = [
-        (Self::Left, "Left edges"),
-        (Self::Top, "Top edges"),
-        (Self::Across, "Equal spaces across"),
-        (Self::Down, "Equal spaces down"),
-    ];
+    pub(in crate::editor) const ALL: [Self; 4] = [Self::Left, Self::Top, Self::Across, Self::Down];
+
+    /// What it is called in menus.
+    pub(in crate::editor) const fn name(self) -> &'static str {
+        match self {
+            Self::Left => "Left edges",
+            Self::Top => "Top edges",
+            Self::Across => "Equal spaces across",
+            Self::Down => "Equal spaces down",
+        }
+    }
 }
 
 /// Lines cards up; `None` when there is nothing to line up.

@@ -1,110 +1,22 @@
-//! What can be asked for by key or menu.
+//! What is done in the graph when a key or a menu asks for it.
 
 use std::collections::BTreeSet;
 
-use egui::{Event, EventFilter, Key, KeyboardShortcut, Modifiers, OutputCommand, Response, Ui, Vec2, ViewportCommand};
+use egui::{Event, EventFilter, OutputCommand, Response, Ui, Vec2, ViewportCommand};
 use orograph_graph::Edit;
 
 use super::{
-    Canvas, Session, clip,
-    commands::{self, Alignment},
+    super::actions::{self, Action, Status},
+    Canvas, Session, clip, commands,
     gesture::Gesture,
+    lens::Lens,
     overlay::{Find, Rename},
     palette::{Palette, Purpose},
     place,
 };
 
-/// What can be asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Command {
-    Add,
-    Copy,
-    Cut,
-    Paste,
-    Duplicate,
-    Delete,
-    SelectAll,
-    Align(Alignment),
-    Arrange,
-    Collapse,
-    Rename,
-    Mute,
-    Frame,
-    Show,
-    Find,
-    Fit,
-    FitAll,
-    Map,
-}
-
-const NONE: Modifiers = Modifiers::NONE;
-const COMMAND: Modifiers = Modifiers::COMMAND;
-
-/// The keys, as they are told.
-pub(super) const KEYS: [(Command, &str, &str); 17] = [
-    (Command::Add, "Tab or Space", "Add a node"),
-    (Command::Copy, "Ctrl+C", "Copy as text"),
-    (Command::Cut, "Ctrl+X", "Cut"),
-    (Command::Paste, "Ctrl+V", "Paste"),
-    (Command::Duplicate, "Ctrl+D", "Duplicate"),
-    (Command::Delete, "Del", "Delete, and heal the wires"),
-    (Command::SelectAll, "Ctrl+A", "Select all"),
-    (Command::Arrange, "L", "Arrange"),
-    (Command::Collapse, "H", "Collapse or expand"),
-    (Command::Rename, "F2", "Name and note"),
-    (Command::Mute, "M", "Mute: build as if it were not there"),
-    (Command::Frame, "C", "Comment: a frame around the selection"),
-    (Command::Show, "V", "Show in the viewport"),
-    (Command::Find, "Ctrl+F", "Find a node"),
-    (Command::Fit, "F", "Zoom to the selection"),
-    (Command::FitAll, "Home", "Zoom to fit all"),
-    (Command::Map, "O", "Overview"),
-];
-
-/// The keys with what they do, for people.
-pub(in crate::editor) fn told() -> impl Iterator<Item = (&'static str, &'static str)> {
-    KEYS.iter().map(|(_, keys, what)| (*keys, *what))
-}
-
-/// The key of a command, for a menu.
-pub(super) fn key_of(command: Command) -> &'static str {
-    KEYS.iter().find(|(known, _, _)| *known == command).map_or("", |(_, key, _)| key)
-}
-
-/// The command that an event asks for.
-fn command_of(event: &Event) -> Option<Command> {
-    let Event::Key { key, pressed: true, modifiers, .. } = event else {
-        return match event {
-            Event::Copy => Some(Command::Copy),
-            Event::Cut => Some(Command::Cut),
-            _ => None,
-        };
-    };
-    let is = |wanted: Modifiers, keys: &[Key]| {
-        keys.iter().any(|wanted_key| {
-            let shortcut = KeyboardShortcut::new(wanted, *wanted_key);
-            shortcut.logical_key == *key && modifiers.matches_exact(shortcut.modifiers)
-        })
-    };
-    let command = match () {
-        () if is(NONE, &[Key::Tab, Key::Space]) => Command::Add,
-        () if is(COMMAND, &[Key::D]) => Command::Duplicate,
-        () if is(NONE, &[Key::Delete, Key::Backspace]) => Command::Delete,
-        () if is(COMMAND, &[Key::A]) => Command::SelectAll,
-        () if is(NONE, &[Key::L]) => Command::Arrange,
-        () if is(NONE, &[Key::H]) => Command::Collapse,
-        () if is(NONE, &[Key::F2]) => Command::Rename,
-        () if is(NONE, &[Key::M]) => Command::Mute,
-        () if is(NONE, &[Key::C]) => Command::Frame,
-        () if is(NONE, &[Key::V]) => Command::Show,
-        () if is(COMMAND, &[Key::F]) => Command::Find,
-        () if is(NONE, &[Key::F]) => Command::Fit,
-        () if is(NONE, &[Key::Home]) => Command::FitAll,
-        () if is(NONE, &[Key::O]) => Command::Map,
-        () => return None,
-    };
-    Some(command)
-}
+/// For how many frames what was asked of the clipboard is waited for.
+const PATIENCE: u8 = 4;
 
 impl Canvas {
     /// Takes the keys while the canvas has them: the pointer is over it, and nothing else was asked to have them.
@@ -119,7 +31,15 @@ impl Canvas {
         if elsewhere && matches!(self.gesture, Gesture::Idle) {
             response.surrender_focus();
         }
+        let waiting = self.pasting > 0;
+        self.pasting = self.pasting.saturating_sub(1);
         if !response.has_focus() {
+            // A menu has asked the clipboard; the answer is for the graph wherever the pointer is.
+            let pasted = ui.input(|input| input.events.iter().find(|event| matches!(event, Event::Paste(_))).cloned());
+            if let Some(Event::Paste(text)) = pasted.filter(|_| waiting) {
+                self.pasting = 0;
+                self.paste(ui, session, &text);
+            }
             return;
         }
         let all = EventFilter { tab: true, horizontal_arrows: true, vertical_arrows: true, escape: false };
@@ -132,8 +52,9 @@ impl Canvas {
         while let Some(event) = events.next() {
             if let Event::Paste(text) = event {
                 self.paste(ui, session, text);
-            } else if let Some(command) = command_of(event) {
-                self.run(ui, session, command);
+                self.pasting = 0;
+            } else if let Some(action) = actions::asked_by(event) {
+                self.run(ui, session, action);
             }
             if let Some(palette) = &mut self.palette {
                 // What is typed after the key that opens it is for it, however seldom the window draws.
@@ -151,22 +72,53 @@ impl Canvas {
         }
     }
 
+    /// Will do what a menu of the window asks for, once it is drawn.
+    pub(in crate::editor) const fn ask(&mut self, action: Action) {
+        self.asked = Some(action);
+    }
+
+    /// Whether something can be done, and whether it is on.
+    pub(in crate::editor) fn status(&self, session: &Session, action: Action) -> Status {
+        let entries = || session.document().nodes().iter();
+        let chosen: Vec<_> = entries().filter(|entry| session.is_selected(&entry.name)).collect();
+        let (some, any) = (!chosen.is_empty(), entries().next().is_some());
+        match action {
+            Action::Cut | Action::Copy | Action::Duplicate | Action::Fit => Status::can(some),
+            Action::Delete => Status::can(some || self.area.is_some() || self.bend.is_some() || !self.wires.is_empty()),
+            Action::SelectAll | Action::Find | Action::Arrange | Action::FullSize => Status::can(any),
+            Action::FitAll => Status::can(any || !session.document().frames().is_empty()),
+            Action::Align(_) => Status::can(chosen.len() > 1),
+            Action::Rename => Status::can(self.area.is_some() || chosen.len() == 1),
+            Action::Mute => Status::switch(some, some && chosen.iter().all(|entry| entry.muted)),
+            Action::Collapse => {
+                Status::switch(some, some && chosen.iter().all(|entry| self.collapsed.contains(&entry.name)))
+            }
+            Action::Show => {
+                let pinned = session.pinned().and_then(|pinned| pinned.split_once('.'));
+                let on = pinned.is_some_and(|(node, _)| chosen.iter().any(|entry| entry.name == node));
+                Status::switch(chosen.len() == 1, on)
+            }
+            Action::Overview => Status::switch(true, !self.without_map),
+            _ => Status::can(true),
+        }
+    }
+
     /// Does what was asked for.
-    pub(super) fn run(&mut self, ui: &Ui, session: &mut Session, command: Command) {
+    pub(super) fn run(&mut self, ui: &Ui, session: &mut Session, action: Action) {
         let Some(lens) = self.lens else { return };
         let pointer = ui.ctx().pointer_latest_pos().filter(|at| lens.rect.contains(*at));
         let chosen = self.chosen(session);
         let names: BTreeSet<String> = session.selection().map(str::to_owned).collect();
         let some_or_all = || if chosen.len() > 1 { chosen.clone() } else { (0..self.model.cards.len()).collect() };
-        match command {
-            Command::Add => {
+        match action {
+            Action::Add => {
                 self.cancel();
                 self.gesture = Gesture::Idle;
                 let at = pointer.unwrap_or_else(|| lens.rect.center());
                 self.palette = Some(Palette::new(at, lens.to_graph(at), Purpose::Add));
                 ui.ctx().request_repaint();
             }
-            Command::Copy | Command::Cut => {
+            Action::Copy | Action::Cut => {
                 if names.is_empty() {
                     return;
                 }
@@ -175,12 +127,15 @@ impl Canvas {
                     Err(reason) => return self.refuse(ui, reason),
                 }
                 self.pasted = 0;
-                if command == Command::Cut {
-                    self.run(ui, session, Command::Delete);
+                if action == Action::Cut {
+                    self.run(ui, session, Action::Delete);
                 }
             }
-            Command::Paste => ui.ctx().send_viewport_cmd(ViewportCommand::RequestPaste),
-            Command::Duplicate => {
+            Action::Paste => {
+                self.pasting = PATIENCE;
+                ui.ctx().send_viewport_cmd(ViewportCommand::RequestPaste);
+            }
+            Action::Duplicate => {
                 if names.is_empty() {
                     return;
                 }
@@ -189,7 +144,7 @@ impl Canvas {
                     .and_then(|text| clip::paste(session.document(), &text, None, shift));
                 self.add(ui, session, pasted);
             }
-            Command::Delete => {
+            Action::Delete => {
                 if let Some((wire, at)) = self.bend.clone().filter(|_| names.is_empty() && self.wires.is_empty()) {
                     self.remove_bend(ui, session, &wire, at);
                     return;
@@ -207,18 +162,18 @@ impl Canvas {
                     self.moved = true;
                 }
             }
-            Command::SelectAll => session.select(self.model.cards.iter().map(|card| card.name.clone())),
-            Command::Align(how) => {
+            Action::SelectAll => session.select(self.model.cards.iter().map(|card| card.name.clone())),
+            Action::Align(how) => {
                 if let Some(edit) = commands::align(&self.model, &chosen, how) {
                     self.apply(ui, session, &edit);
                 }
             }
-            Command::Arrange => {
+            Action::Arrange => {
                 if let Some(edit) = commands::arrange(&self.model, &some_or_all()) {
                     self.apply(ui, session, &edit);
                 }
             }
-            Command::Collapse => {
+            Action::Collapse => {
                 let all = names.iter().all(|name| self.collapsed.contains(name));
                 for name in names {
                     if all {
@@ -229,12 +184,12 @@ impl Canvas {
                 }
                 self.seen = None;
             }
-            Command::Mute => {
+            Action::Mute => {
                 let muted = !chosen.iter().all(|card| self.model.cards[*card].muted);
                 let edits = names.into_iter().map(|node| Edit::SetMuted { node, muted });
                 self.apply(ui, session, &Edit::All(edits.collect()));
             }
-            Command::Frame => {
+            Action::Frame => {
                 let at = pointer.unwrap_or_else(|| lens.rect.center());
                 let name = commands::fresh_name("frame", |name| self.model.area(name).is_some());
                 let edit = commands::frame(&self.model, &chosen, &name, lens.to_graph(at));
@@ -246,7 +201,7 @@ impl Canvas {
                     ui.ctx().request_repaint();
                 }
             }
-            Command::Rename => {
+            Action::Rename => {
                 if let Some(area) = self.area.as_deref().and_then(|name| self.model.area(name)) {
                     let area = &self.model.areas[area];
                     self.rename = Some(Rename::of_frame(&area.name, &area.note));
@@ -257,7 +212,7 @@ impl Canvas {
                     ui.ctx().request_repaint();
                 }
             }
-            Command::Show => {
+            Action::Show => {
                 if let [card] = chosen[..] {
                     let card = &self.model.cards[card];
                     let port = card.outputs.first().map(|output| format!("{}.{}", card.name, output.name));
@@ -265,13 +220,19 @@ impl Canvas {
                     session.pin(port.filter(|_| !same));
                 }
             }
-            Command::Find => {
+            Action::Find => {
                 self.find = Some(Find::default());
                 ui.ctx().request_repaint();
             }
-            Command::Fit if !names.is_empty() => self.fit(self.model.bounds(|card| names.contains(&card.name))),
-            Command::Fit | Command::FitAll => self.fit(self.model.extent()),
-            Command::Map => self.without_map = !self.without_map,
+            Action::FullSize => {
+                self.lens = Some(Lens { zoom: 1.0, ..lens });
+                self.moved = true;
+            }
+            Action::Fit if !names.is_empty() => self.fit(self.model.bounds(|card| names.contains(&card.name))),
+            Action::Fit | Action::FitAll => self.fit(self.model.extent()),
+            Action::Overview => self.without_map = !self.without_map,
+            // What others carry out.
+            _ => {}
         }
     }
 

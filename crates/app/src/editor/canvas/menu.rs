@@ -4,10 +4,10 @@ use egui::{Button, Id, Popup, PopupAnchor, PopupKind, Pos2, Ui};
 use orograph_graph::{Edit, Frame, Srgb};
 
 use super::{
+    super::actions::{self, Action, Status},
     Canvas, Session,
     commands::{self, Alignment},
     hit::Hit,
-    keys::{Command, key_of},
     model::{Model, Side, WireName},
     palette::{Palette, Purpose},
 };
@@ -84,10 +84,10 @@ impl Canvas {
                         self.wire_menu(ui, session, wire, menu.at);
                     }
                     Of::Frame => {
-                        self.item(ui, session, "Name and note…", Command::Rename, true);
+                        self.item(ui, session, Action::Rename);
                         self.frame_colours(ui, session);
                         ui.separator();
-                        self.item(ui, session, "Delete the frame", Command::Delete, true);
+                        self.item_as(ui, session, "Delete the frame", Action::Delete, false);
                     }
                     Of::Ground => self.ground_menu(ui, session, menu.at),
                 }
@@ -97,45 +97,43 @@ impl Canvas {
         }
     }
 
-    fn item(&mut self, ui: &mut Ui, session: &mut Session, text: &str, command: Command, enabled: bool) {
-        if ui.add_enabled(enabled, Button::new(text).shortcut_text(key_of(command))).clicked() {
-            self.run(ui, session, command);
+    fn item(&mut self, ui: &mut Ui, session: &mut Session, action: Action) {
+        self.item_as(ui, session, action.name(), action, false);
+    }
+
+    /// A line with a name that says what it acts on; `ticks` where others of the menu are on or off.
+    fn item_as(&mut self, ui: &mut Ui, session: &mut Session, name: &str, action: Action, ticks: bool) {
+        let status = self.status(session, action);
+        if actions::item(ui, (action, name), status, ticks) {
+            self.run(ui, session, action);
         }
     }
 
     fn node_menu(&mut self, ui: &mut Ui, session: &mut Session) {
-        let chosen = self.chosen(session);
-        let one = chosen.len() == 1;
-        let shown = session.pinned().is_some_and(|pinned| {
-            chosen
-                .iter()
-                .any(|card| pinned.split_once('.').is_some_and(|(node, _)| node == self.model.cards[*card].name))
-        });
-        let show = if shown { "Stop showing in the viewport" } else { "Keep in the viewport" };
-        self.item(ui, session, show, Command::Show, one);
-        self.item(ui, session, "Name and note…", Command::Rename, one);
-        let collapsed = chosen.iter().all(|card| self.model.cards[*card].collapsed);
-        self.item(ui, session, if collapsed { "Expand" } else { "Collapse" }, Command::Collapse, true);
-        let muted = chosen.iter().all(|card| self.model.cards[*card].muted);
-        self.item(ui, session, if muted { "Unmute" } else { "Mute" }, Command::Mute, true);
-        self.item(ui, session, "Frame", Command::Frame, true);
-        ui.separator();
-        self.item(ui, session, "Copy", Command::Copy, true);
-        self.item(ui, session, "Cut", Command::Cut, true);
-        self.item(ui, session, "Paste", Command::Paste, true);
-        self.item(ui, session, "Duplicate", Command::Duplicate, true);
-        ui.separator();
-        ui.add_enabled_ui(chosen.len() > 1, |ui| {
-            ui.menu_button("Align", |ui| {
-                for (how, text) in Alignment::ALL {
-                    self.item(ui, session, text, Command::Align(how), true);
+        let groups: [&[Action]; 4] = [
+            &[Action::Show, Action::Rename, Action::Collapse, Action::Mute, Action::Frame],
+            &[Action::Cut, Action::Copy, Action::Paste, Action::Duplicate],
+            &[Action::Arrange, Action::Fit],
+            &[Action::Delete],
+        ];
+        for (position, group) in groups.into_iter().enumerate() {
+            if position > 0 {
+                ui.separator();
+            }
+            for action in group {
+                if *action == Action::Arrange {
+                    let several = self.chosen(session).len() > 1;
+                    ui.add_enabled_ui(several, |ui| {
+                        ui.menu_button(actions::heading("Align", true), |ui| {
+                            for how in Alignment::ALL {
+                                self.item(ui, session, Action::Align(how));
+                            }
+                        });
+                    });
                 }
-            });
-        });
-        self.item(ui, session, "Arrange", Command::Arrange, chosen.len() > 1);
-        self.item(ui, session, "Zoom to the selection", Command::Fit, true);
-        ui.separator();
-        self.item(ui, session, "Delete", Command::Delete, true);
+                self.item_as(ui, session, action.name(), *action, true);
+            }
+        }
     }
 
     /// The colours that a frame may have.
@@ -176,7 +174,7 @@ impl Canvas {
         if ui.button("Add a point").clicked() {
             self.add_bend(ui, session, wire, at);
         }
-        self.item(ui, session, "Delete the wire", Command::Delete, true);
+        self.item_as(ui, session, "Delete the wire", Action::Delete, false);
     }
 
     fn straighten(&mut self, ui: &mut Ui, session: &mut Session, wire: &WireName) {
@@ -186,20 +184,22 @@ impl Canvas {
     }
 
     fn ground_menu(&mut self, ui: &mut Ui, session: &mut Session, at: Pos2) {
-        if ui.add(Button::new("Add a node…").shortcut_text(key_of(Command::Add))).clicked()
+        if actions::item(ui, (Action::Add, Action::Add.name()), Status::can(true), true)
             && let Some(lens) = self.lens
         {
             self.palette = Some(Palette::new(at, lens.to_graph(at), Purpose::Add));
         }
-        self.item(ui, session, "Paste", Command::Paste, true);
-        self.item(ui, session, "Add a frame", Command::Frame, true);
-        ui.separator();
-        let some = !self.model.cards.is_empty();
-        self.item(ui, session, "Select all", Command::SelectAll, some);
-        self.item(ui, session, "Find…", Command::Find, some);
-        self.item(ui, session, "Arrange all", Command::Arrange, some);
-        self.item(ui, session, "Zoom to fit", Command::FitAll, some);
-        let map = if self.without_map { "Show the overview" } else { "Hide the overview" };
-        self.item(ui, session, map, Command::Map, true);
+        let groups: [&[Action]; 2] = [
+            &[Action::Paste, Action::Frame],
+            &[Action::SelectAll, Action::Find, Action::Arrange, Action::FitAll, Action::Overview],
+        ];
+        for (position, group) in groups.into_iter().enumerate() {
+            if position > 0 {
+                ui.separator();
+            }
+            for action in group {
+                self.item_as(ui, session, action.name(), *action, true);
+            }
+        }
     }
 }

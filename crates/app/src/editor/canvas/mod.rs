@@ -21,7 +21,7 @@ mod palette;
 mod place;
 mod thumbs;
 
-pub(super) use keys::told as keys_told;
+pub(super) use commands::Alignment;
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -32,7 +32,7 @@ use std::{
 use egui::{Id, Pos2, Rect, Response, Sense, Vec2, WidgetInfo, WidgetType};
 use orograph_graph::Edit;
 
-use super::{Session, session::NodeState};
+use super::{Session, actions::Action, session::NodeState};
 use gesture::Gesture;
 use hit::Hit;
 use lens::Lens;
@@ -87,6 +87,10 @@ pub(super) struct Canvas {
     without_map: bool,
     /// Where what is pasted next goes, when the pointer is elsewhere.
     pasted: u32,
+    /// For how many frames more the clipboard's answer to a menu is waited for.
+    pasting: u8,
+    /// What a menu of the window has asked for.
+    asked: Option<Action>,
 }
 
 impl Canvas {
@@ -105,6 +109,10 @@ impl Canvas {
         self.move_view(ui, &response);
         self.keys(ui, &response, session);
         self.read(session);
+        if let Some(action) = self.asked.take() {
+            self.run(ui, session, action);
+            self.read(session);
+        }
         let order = self.order(session);
         self.point(ui, &response, session, &order);
         self.read(session);

@@ -7,10 +7,12 @@ use egui::{
 use orograph_graph::{Edit, bytes};
 
 use super::{
-    super::session::NodeState,
+    super::{
+        actions::{self, Part},
+        session::NodeState,
+    },
     Canvas, Gesture, Session,
     hit::Hit,
-    keys::KEYS,
     look::MEANINGS,
     model::{Side, Spot, TITLE},
     paint::{Brush, legend, span},
@@ -241,9 +243,9 @@ impl Canvas {
                 ui.vertical(|ui| {
                     ui.label(RichText::new("Keys").strong());
                     egui::Grid::new("keys").num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
-                        for (_, key, what) in KEYS {
-                            ui.label(RichText::new(key).weak());
-                            ui.label(what);
+                        for action in actions::with_keys(Part::Graph) {
+                            ui.label(RichText::new(action.keys(ui.ctx())).weak());
+                            ui.label(action.what());
                             ui.end_row();
                         }
                         ui.label(RichText::new("Wheel, middle drag").weak());

@@ -3,7 +3,7 @@
 use orograph_graph::{PortType, Unit};
 
 use crate::{
-    editor::Session,
+    editor::{Session, actions::Action},
     view::{Background, Camera, Colouring, Contours, Scene, Sun},
 };
 
@@ -74,6 +74,29 @@ impl Look {
     /// Factor on heights.
     pub(super) const fn exaggeration(&self) -> f64 {
         self.exaggeration
+    }
+
+    /// Whether what a menu names is on, if it is a matter of looks.
+    pub(super) fn switched(&self, action: Action) -> Option<bool> {
+        match action {
+            Action::Sea => Some(self.sea),
+            Action::Water => Some(self.water != Water::None),
+            Action::Shadows => Some(self.shadows),
+            Action::Sky => Some(self.sky),
+            _ => None,
+        }
+    }
+
+    /// Switches what a menu names on or off.
+    pub(super) fn switch(&mut self, action: Action) {
+        match action {
+            Action::Sea => self.sea = !self.sea,
+            Action::Water if self.water == Water::None => self.water = Water::Own,
+            Action::Water => self.water = Water::None,
+            Action::Shadows => self.shadows = !self.shadows,
+            Action::Sky => self.sky = !self.sky,
+            _ => {}
+        }
     }
 
     /// The scene that a camera sees; `range` is that of the heights.

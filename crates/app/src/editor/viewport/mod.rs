@@ -26,7 +26,10 @@ use self::{
     painter::Painter,
     profile::Profile,
 };
-use super::Session;
+use super::{
+    Session,
+    actions::{Action, Status},
+};
 use crate::view::ViewError;
 
 /// Pixels across that a saved picture has at least.
@@ -56,7 +59,7 @@ enum Tool {
 pub(super) struct Viewport {
     mode: Mode,
     tool: Tool,
-    /// Height between contour lines in metres; `None` without lines.
+    /// Whether lines of equal height are drawn.
     contours: bool,
     look: Look,
     /// The land in 3D, or why there is none.
@@ -183,6 +186,65 @@ impl Viewport {
         Ok(size)
     }
 
+    /// Whether something can be done, and whether it is on.
+    pub(super) fn status(&self, session: &Session, action: Action) -> Status {
+        let land = self.landscape.as_ref().ok().filter(|_| self.mode == Mode::Land);
+        let in_3d = |on| Status::switch(land.is_some(), on);
+        match action {
+            Action::Land => Status::switch(self.landscape.is_ok(), self.mode == Mode::Land),
+            Action::Map => Status::switch(true, self.mode == Mode::Map),
+            Action::Fly => in_3d(land.is_some_and(Landscape::is_flying)),
+            Action::Contours => Status::switch(true, self.contours),
+            Action::Measure => Status::switch(true, self.tool == Tool::Measure),
+            Action::Brush => Status::switch(true, self.tool == Tool::Brush),
+            Action::Compare => {
+                let on = session.compared().is_some();
+                Status::switch(on || !session.document().nodes().is_empty(), on)
+            }
+            _ => self.look.switched(action).map_or(Status::can(session.shown().is_some()), in_3d),
+        }
+    }
+
+    /// Does what was asked for.
+    pub(super) fn carry_out(&mut self, action: Action, session: &mut Session) {
+        let on = !self.status(session, action).on.unwrap_or(false);
+        match action {
+            Action::Land if self.landscape.is_ok() => self.mode = Mode::Land,
+            Action::Map => self.mode = Mode::Map,
+            Action::Whole => {
+                self.map.fit();
+                if let Ok(landscape) = &mut self.landscape {
+                    landscape.fit();
+                }
+            }
+            Action::Fly => {
+                if let Ok(landscape) = &mut self.landscape {
+                    landscape.fly(on, self.look.exaggeration());
+                }
+            }
+            Action::Contours => self.contours = on,
+            Action::Measure | Action::Brush => {
+                let tool = if action == Action::Brush { Tool::Brush } else { Tool::Measure };
+                self.tool = if on { tool } else { Tool::Look };
+                self.profile.clear();
+            }
+            Action::Compare => {
+                let own = session.shown();
+                let other = ports(session).into_iter().map(|(port, _)| port).find(|port| Some(port) != own.as_ref());
+                session.compare(other.filter(|_| on));
+            }
+            _ => self.look.switch(action),
+        }
+    }
+
+    /// A button for what is on or off.
+    fn toggle(&mut self, ui: &mut egui::Ui, session: &mut Session, action: Action, name: &str) {
+        let mut on = self.status(session, action).on.unwrap_or(false);
+        if ui.toggle_value(&mut on, name).on_hover_text(action.what()).changed() {
+            self.carry_out(action, session);
+        }
+    }
+
     /// The row of choices above the land.
     fn bar(&mut self, ui: &mut egui::Ui, session: &mut Session) {
         ui.horizontal_wrapped(|ui| {
@@ -195,31 +257,17 @@ impl Viewport {
             ui.separator();
             outputs(ui, session);
             ui.separator();
-            ui.toggle_value(&mut self.contours, "Contours").on_hover_text("Lines of equal height");
-            for (tool, name, what) in [
-                (Tool::Measure, "Measure", "Drag a line: its length, climb and profile"),
-                (Tool::Brush, "Brush", "Paint heights and masks; strokes are kept in a node"),
-            ] {
-                let mut on = self.tool == tool;
-                if ui.toggle_value(&mut on, name).on_hover_text(what).changed() {
-                    self.tool = if on { tool } else { Tool::Look };
-                    self.profile.clear();
-                }
+            for action in [Action::Contours, Action::Measure, Action::Brush] {
+                self.toggle(ui, session, action, action.name());
             }
-            compare(ui, session);
+            self.toggle(ui, session, Action::Compare, "A|B");
+            compared(ui, session);
             live::toggle(ui, session);
-            if ui.button("Whole").on_hover_text("Show the whole world").clicked() {
-                self.map.fit();
-                if let Ok(landscape) = &mut self.landscape {
-                    landscape.fit();
-                }
+            if ui.button("Whole").on_hover_text(Action::Whole.what()).clicked() {
+                self.carry_out(Action::Whole, session);
             }
-            if let (Mode::Land, Ok(landscape)) = (self.mode, &mut self.landscape) {
-                let mut flying = landscape.is_flying();
-                let how = "W A S D to fly, E and Q up and down, Shift faster, drag to look, wheel for the speed";
-                if ui.toggle_value(&mut flying, "Fly").on_hover_text(how).changed() {
-                    landscape.fly(flying, self.look.exaggeration());
-                }
+            if self.mode == Mode::Land && self.landscape.is_ok() {
+                self.toggle(ui, session, Action::Fly, Action::Fly.name());
                 ui.menu_button("Look", |ui| self.look.menu(ui, session));
             }
         });
@@ -258,15 +306,8 @@ fn outputs(ui: &mut egui::Ui, session: &mut Session) {
 }
 
 /// The choice of what stands beside it.
-fn compare(ui: &mut egui::Ui, session: &mut Session) {
-    let compared = session.compared().map(str::to_owned);
-    let mut on = compared.is_some();
-    if ui.toggle_value(&mut on, "A|B").on_hover_text("Show another output beside this one").changed() {
-        let own = session.shown();
-        let other = ports(session).into_iter().map(|(port, _)| port).find(|port| Some(port) != own.as_ref());
-        session.compare(other.filter(|_| on));
-    }
-    if let Some(mut port) = compared {
+fn compared(ui: &mut egui::Ui, session: &mut Session) {
+    if let Some(mut port) = session.compared().map(str::to_owned) {
         let before = port.clone();
         egui::ComboBox::from_id_salt("compared").selected_text(&port).width(150.0).show_ui(ui, |ui| {
             for (other, _) in ports(session) {
