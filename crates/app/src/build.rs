@@ -139,6 +139,7 @@ impl Builder {
         progress: &dyn Progress,
     ) -> Result<Built, Failure> {
         let start = machine::now();
+        form.engine.map_or(Ok(()), |engine| engine.check(request.world.cells))?;
         let mut staging = OutputFolder::prepare(folder, &request.outputs, form)?;
         let ports: Vec<Port> = request.outputs.iter().map(|output| output.port).collect();
         let (values, timings) = self.evaluate(request, &ports, cancel, progress)?;

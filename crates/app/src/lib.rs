@@ -1,6 +1,6 @@
 //! The program `orograph`, as a library so that tests can call its parts: the command line ([`cli`]), what it says and
 //! where ([`terminal`], [`progress`], [`problems`]), what is asked for ([`request`]), how it is built and written
-//! ([`build`], [`outputs`], [`engine`], [`mesh`]), and how it fails ([`Failure`]). With the feature `editor` there is the
+//! ([`build`], [`outputs`], [`piece`], [`engine`], [`mesh`]), and how it fails ([`Failure`]). With the feature `editor` there is the
 //! window ([`editor`]) and land in three dimensions ([`view`]).
 
 pub mod archive;
@@ -17,6 +17,7 @@ pub mod measure;
 pub mod mesh;
 pub mod outputs;
 pub mod picture;
+pub mod piece;
 pub mod problems;
 pub mod progress;
 pub mod request;

@@ -2,9 +2,10 @@
 //!
 //! | output | file |
 //! |---|---|
-//! | height, mask, other scalar | `NAME.exr` or another format, with `NAME.exr.json` beside it; a height for an engine in its |
+//! | height, mask, other scalar | `NAME.exr` or another format, with `NAME.exr.json` beside it |
 //! | vector | the same twice: `NAME.x.exr` (east) and `NAME.y.exr` (south) |
 //! | colour, normal, weights | `NAME.png` |
+//! | any of these for an engine | its own files ([`Engine::ends`]), each with a JSON file, and a text of what to type there |
 //! | lines | `NAME.geojson` |
 //! | report | `NAME.json` |
 //! | height as a mesh, where asked for | `NAME.glb` or `NAME.obj` |
@@ -17,16 +18,17 @@ use std::{
 };
 
 use orograph_graph::{Cancel, Field, OutputDecl, PortType, Value, World};
-use orograph_nodes::raster::{self, Format, Meta, Problem, RasterError, Writing};
+use orograph_nodes::raster::{self, Format, Meta, Problem, RasterError};
 use serde_json::Map;
 use tempfile::TempDir;
 
 use crate::{
-    engine::{Engine, Fitted},
+    engine::{Engine, sheet},
     failure::{Failure, reason},
     geojson,
     mesh::{MOST_TRIANGLES, Mesh, MeshFormat},
     picture,
+    piece::{Content, Piece},
 };
 
 /// In which form outputs are written.
@@ -34,14 +36,17 @@ use crate::{
 pub struct Form {
     /// Format of heights, masks and other scalars; colours are PNG, lines GeoJSON, reports JSON
     ///
-    /// png16 and r16 hold whole numbers from 0 to 65535 over the range that the JSON file beside them states: 0 to 1 for
-    /// masks, lowest to highest for the rest.
+    /// png16 and r16 hold whole numbers from 0 to 65535, png8 from 0 to 255, over the range that the JSON file beside them
+    /// states: 0 to 1 for masks, lowest to highest for the rest.
     #[arg(long, default_value = "exr", value_name = "FORMAT", value_parser = formats())]
     pub format: Format,
-    /// Write heights as a game engine imports them, and print what to type there; the rest is as `--format` says
+    /// Write heights, masks, weights, colours and normals as a game engine imports them, and what to type there
+    ///
+    /// What to type is printed and stands in ENGINE.txt and the JSON files. What an engine has no place for is as `--format`
+    /// says.
     #[arg(long, value_enum, value_name = "ENGINE")]
     pub engine: Option<Engine>,
-    /// Round to the codes of png16 and r16 at random between the two nearest: a fine grain in place of terraces
+    /// Round to whole codes at random between the two nearest: a fine grain in place of terraces
     #[arg(long)]
     pub dither: bool,
     /// Write each height as a mesh too (`NAME.glb` or `NAME.obj`), in metres with y up
@@ -74,14 +79,9 @@ impl Form {
     /// The most triangles of a mesh, unless told otherwise.
     const TRIANGLES: u64 = 500_000;
 
-    /// The engine that an output is written for.
-    fn engine_of(&self, ty: PortType) -> Option<Engine> {
-        self.engine.filter(|_| ty == PortType::Height)
-    }
-
-    /// The format of a height, mask or other scalar.
-    fn format_of(&self, ty: PortType) -> Format {
-        self.engine_of(ty).map_or(self.format, Engine::format)
+    /// What an engine calls the files of an output; none where it is written as without one.
+    fn ends(&self, ty: PortType) -> &'static [&'static str] {
+        self.engine.map_or(&[], |engine| engine.ends(ty))
     }
 }
 
@@ -97,11 +97,11 @@ const PREVIEW: &str = ".preview.png";
 /// A file that was written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Written {
-    /// The output.
+    /// The output; empty for what is about all of them.
     pub output: String,
     /// The file.
     pub path: PathBuf,
-    /// What it holds: `height`, `mask`, ..., `picture` or `mesh`.
+    /// What it holds: `height`, `mask`, ..., `picture`, `mesh` or `what to type`.
     pub what: &'static str,
     /// Its length in bytes.
     pub bytes: u64,
@@ -122,29 +122,66 @@ pub struct Import {
     pub settings: Map<String, serde_json::Value>,
 }
 
-/// The names of an output's files; the first is the output itself.
-fn names(output: &OutputDecl, form: &Form) -> Vec<String> {
-    let name = &output.name;
-    let extension = form.format_of(output.ty).extension();
-    let with_sidecar = |stem: String| [format!("{stem}.{extension}"), format!("{stem}.{extension}.json")];
+impl Import {
+    /// Names and values as they are read.
+    pub fn lines(&self) -> impl Iterator<Item = (&str, String)> {
+        let text = |value: &serde_json::Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        self.settings.iter().map(move |(name, value)| (name.as_str(), text(value)))
+    }
+}
+
+/// The names of the files of an output's rasters; none where it has none.
+fn rasters(output: &OutputDecl, form: &Form) -> Vec<String> {
+    let (name, extension) = (&output.name, form.format.extension());
+    let ends = form.ends(output.ty);
+    if !ends.is_empty() {
+        return ends.iter().map(|end| format!("{name}{end}")).collect();
+    }
     match output.ty {
         // the check of a document has refused it
-        PortType::Flow => Vec::new(),
-        PortType::Lines => vec![format!("{name}.geojson")],
-        PortType::Report => vec![format!("{name}.json")],
+        PortType::Flow | PortType::Lines | PortType::Report => Vec::new(),
         PortType::Colour | PortType::Normal | PortType::Weights => vec![format!("{name}.png")],
-        PortType::Vector(_) => ["x", "y"].into_iter().flat_map(|axis| with_sidecar(format!("{name}.{axis}"))).collect(),
+        PortType::Vector(_) => ["x", "y"].map(|axis| format!("{name}.{axis}.{extension}")).to_vec(),
         PortType::Height | PortType::Mask | PortType::Scalar(_) | PortType::AnyScalar => {
-            let mut names = with_sidecar(name.clone()).to_vec();
-            if output.ty == PortType::Height && !form.no_preview {
-                names.push(format!("{name}{PREVIEW}"));
-            }
-            if let Some(mesh) = form.mesh.filter(|_| output.ty == PortType::Height) {
-                names.push(format!("{name}.{}", mesh.extension()));
-            }
-            names
+            vec![format!("{name}.{extension}")]
         }
     }
+}
+
+/// Whether a JSON file stands beside each raster of an output.
+fn is_described(output: &OutputDecl, form: &Form) -> bool {
+    let picture = matches!(output.ty, PortType::Colour | PortType::Normal | PortType::Weights);
+    !picture || !form.ends(output.ty).is_empty()
+}
+
+/// The names of what is drawn or built from an output's heights.
+fn views(output: &OutputDecl, form: &Form) -> Vec<String> {
+    if output.ty != PortType::Height {
+        return Vec::new();
+    }
+    let preview = (!form.no_preview).then(|| format!("{}{PREVIEW}", output.name));
+    let mesh = form.mesh.map(|mesh| format!("{}.{}", output.name, mesh.extension()));
+    preview.into_iter().chain(mesh).collect()
+}
+
+/// The names of all files of an output.
+fn names(output: &OutputDecl, form: &Form) -> Vec<String> {
+    let name = &output.name;
+    match output.ty {
+        PortType::Lines => vec![format!("{name}.geojson")],
+        PortType::Report => vec![format!("{name}.json")],
+        _ => {
+            let described = is_described(output, form);
+            let rasters = rasters(output, form);
+            let sidecars = rasters.iter().filter(|_| described).map(|name| sidecar(name)).collect::<Vec<_>>();
+            [rasters, sidecars, views(output, form)].concat()
+        }
+    }
+}
+
+/// The name of the JSON file beside a raster.
+fn sidecar(name: &str) -> String {
+    format!("{name}.json")
 }
 
 /// A folder that outputs are to be written to, and the hidden folder in it where they are written first.
@@ -176,15 +213,13 @@ impl OutputFolder {
                     return Err(Failure::wrong(format!("two outputs would both be written to `{name}`"))
                         .hint("rename one of them, or choose another `--format`"));
                 }
-                let target = folder.join(name);
-                if target.is_dir() {
-                    return Err(Failure::unable(format!(
-                        "`{}` is a folder; a file is to stand there",
-                        target.display()
-                    ))
-                    .hint("remove it, or choose another folder with `-o`"));
-                }
             }
+        }
+        // no output's file ends in `.txt`
+        taken.extend(form.engine.map(|engine| engine.sheet_name().to_owned()));
+        if let Some(target) = taken.iter().map(|name| folder.join(name)).find(|target| target.is_dir()) {
+            return Err(Failure::unable(format!("`{}` is a folder; a file is to stand there", target.display()))
+                .hint("remove it, or choose another folder with `-o`"));
         }
         let mut prepared = Self {
             folder: folder.to_owned(),
@@ -235,31 +270,46 @@ impl OutputFolder {
                 let path = self.place(&names[0]);
                 let filled = raster::replace(&path, |to| {
                     serde_json::to_writer_pretty(&mut *to, report.as_ref())?;
-                    io::Write::write_all(to, b"\n")
+                    to.write_all(b"\n")
                 });
                 filled.map_err(|error| self.failure(&names[0], error))?;
                 self.add(output, &names[0], quantity(output.ty), None)
             }
-            Value::Field(field) if matches!(output.ty, PortType::Colour | PortType::Normal | PortType::Weights) => {
-                let write = match output.ty {
-                    PortType::Normal => raster::write_normal,
-                    PortType::Weights => raster::write_weights,
-                    _ => raster::write_colour,
-                };
-                write(&self.place(&names[0]), field, &go_on).map_err(|error| self.failure(&names[0], error))?;
-                self.add(output, &names[0], quantity(output.ty), None)
-            }
             Value::Field(field) => {
-                for plane in 0..field.planes() {
-                    self.write_plane(output, &names[2 * plane..2 * plane + 2], field, plane, (key, &go_on))?;
+                let pieces = self.pieces(output, field, &go_on)?;
+                for (piece, name) in pieces.into_iter().zip(rasters(output, &self.form)) {
+                    self.write_piece(output, &name, piece, (key, &go_on))?;
                 }
-                for name in &names[2 * field.planes()..] {
-                    let what = self.write_view(name, field, &go_on)?;
-                    self.add(output, name, what, None)?;
+                for name in views(output, &self.form) {
+                    let what = self.write_view(&name, field, &go_on)?;
+                    self.add(output, &name, what, None)?;
                 }
                 Ok(())
             }
         }
+    }
+
+    /// What is written of a raster, in the order of [`rasters`].
+    fn pieces(&self, output: &OutputDecl, field: &Field, go_on: raster::GoOn<'_>) -> Result<Vec<Piece>, Failure> {
+        let (ty, form) = (output.ty, &self.form);
+        if let Some(engine) = form.engine.filter(|_| !form.ends(ty).is_empty()) {
+            return engine.fit(ty, field, form.dither, go_on).map_err(|_| Failure::stopped());
+        }
+        let piece = |field: Field, content: Content| Piece { field, content, import: Map::new() };
+        let content = match ty {
+            PortType::Colour => Content::Colour,
+            PortType::Normal => Content::Normal,
+            PortType::Weights => Content::Weights,
+            _ => {
+                let content = Content::numbers(ty, form.format, form.dither);
+                if field.planes() > 1 {
+                    let plane = |plane: usize| Field::new(*field.window(), field.plane(plane).to_vec());
+                    return Ok((0..field.planes()).map(|at| piece(plane(at), content)).collect());
+                }
+                content
+            }
+        };
+        Ok(vec![piece(field.clone(), content)])
     }
 
     /// Writes a picture or a mesh of heights; says which.
@@ -275,47 +325,50 @@ impl OutputFolder {
         written.map_err(|error| self.failure(name, error))
     }
 
-    fn write_plane(
+    fn write_piece(
         &mut self,
         output: &OutputDecl,
-        names: &[String],
-        field: &Field,
-        plane: usize,
+        name: &str,
+        piece: Piece,
         (key, go_on): (&str, raster::GoOn<'_>),
     ) -> Result<(), Failure> {
-        let single = match field.planes() {
-            1 => field.clone(),
-            _ => Field::new(*field.window(), field.plane(plane).to_vec()),
-        };
-        let dither = self.form.dither;
-        let fitted = match self.form.engine_of(output.ty) {
-            Some(engine) => Some((engine, engine.fit(&single, dither, go_on).map_err(|_| Failure::stopped())?)),
-            None => None,
-        };
-        let (single, writing, import) = match fitted {
-            Some((engine, Fitted { height, writing, import })) => {
-                (height, writing, Some(Import { engine, settings: import }))
-            }
-            None => {
-                let range = (output.ty == PortType::Mask).then_some([0.0, 1.0]);
-                (single, Writing { range, dither, red: false }, None)
-            }
-        };
+        let import = Some(&piece.import).filter(|import| !import.is_empty()).cloned();
         let meta = Meta {
             quantity: quantity(output.ty).to_owned(),
             unit: output.ty.unit().symbol().to_owned(),
             graph_hash: Some(key.to_owned()),
-            import: import.as_ref().map(|import| import.settings.clone()),
+            import: import.clone(),
         };
-        let format = self.form.format_of(output.ty);
-        raster::write(&self.place(&names[0]), format, &single, writing, &meta, go_on)
-            .map_err(|error| self.failure(&names[0], error))?;
-        let range = single.range(0).map(|(lo, hi)| [f64::from(lo), f64::from(hi)]);
-        self.files.push(names[1].clone());
-        self.add(output, &names[0], quantity(output.ty), range)?;
-        if let Some(written) = self.written.last_mut() {
-            written.import = import;
+        let described = is_described(output, &self.form);
+        piece.write(&self.place(name), &meta, described, go_on).map_err(|error| self.failure(name, error))?;
+        if described {
+            self.files.push(sidecar(name));
         }
+        self.add(output, name, quantity(output.ty), piece.range())?;
+        if let Some(written) = self.written.last_mut() {
+            written.import = self.form.engine.zip(import).map(|(engine, settings)| Import { engine, settings });
+        }
+        Ok(())
+    }
+
+    /// Writes what to type in the engine, where there is anything.
+    fn write_sheet(&mut self) -> Result<(), Failure> {
+        let Some((engine, text)) = self.form.engine.and_then(|to| Some((to, sheet(to, &self.written)?))) else {
+            return Ok(());
+        };
+        let name = engine.sheet_name();
+        let filled = raster::replace(&self.place(name), |to| to.write_all(text.as_bytes()));
+        filled.map_err(|error| self.failure(name, error))?;
+        self.files.push(name.to_owned());
+        self.written.push(Written {
+            output: String::new(),
+            path: self.folder.join(name),
+            what: "what to type",
+            bytes: text.len() as u64,
+            range: None,
+            unit: "",
+            import: None,
+        });
         Ok(())
     }
 
@@ -324,6 +377,7 @@ impl OutputFolder {
     /// # Errors
     /// When a file cannot be renamed; those before it are in place then.
     pub fn commit(mut self) -> Result<Vec<Written>, Failure> {
+        self.write_sheet()?;
         for name in &self.files {
             fs::rename(self.place(name), self.folder.join(name)).map_err(|error| self.unwritable(name, &error))?;
         }

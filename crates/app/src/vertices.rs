@@ -1,6 +1,6 @@
-//! Heights at vertices. A raster of this program has cells that fill the world; engines and meshes have vertices that span it
-//! from edge to edge, n a side with n - 1 squares between them. The outermost vertices, half a cell outside the centres of
-//! the outermost cells, have the heights of these.
+//! A raster on another grid. A raster of this program has cells that fill the world; engines and meshes have vertices that span
+//! it from edge to edge, n a side with n - 1 squares between them. The outermost vertices, half a cell outside the centres of
+//! the outermost cells, have the values of these. Pixels of a texture fill the world as cells do.
 
 use orograph_graph::{Field, NodeError, Window, World};
 use orograph_nodes::raster::{GoOn, GridAxis, resample};
@@ -18,20 +18,52 @@ pub fn spacing(field: &Field, vertices: [u32; 2]) -> [f64; 2] {
     [0, 1].map(|axis| size[axis] / f64::from(vertices[axis] - 1))
 }
 
-/// Heights at vertices that span what a field covers from edge to edge, at least two along each axis.
+/// All planes at vertices that span what a field covers from edge to edge, at least two along each axis.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`] when `go_on` said no.
 pub fn at_vertices(field: &Field, vertices: [u32; 2], go_on: GoOn<'_>) -> Result<Field, NodeError> {
-    let axis = |axis: usize| {
+    let axes = [0, 1].map(|axis| {
         let source = field.window().cells[axis];
         let step = f64::from(source) / f64::from(vertices[axis] - 1);
         GridAxis { source: source as usize, offset: -0.5 * step, step }
-    };
-    let check = || if go_on() { Ok(()) } else { Err(NodeError::Cancelled) };
-    let samples = resample(field.plane(0), [axis(0), axis(1)], [0, 0], vertices, None, &check)?;
+    });
     let spacing = spacing(field, vertices);
-    let size = [0, 1].map(|axis| spacing[axis] * f64::from(vertices[axis]));
-    let world = World { size, cells: vertices, ..field.window().world };
-    Ok(Field::new(Window::whole(world), samples))
+    regrid(field, axes, vertices, [0, 1].map(|axis| spacing[axis] * f64::from(vertices[axis])), go_on)
+}
+
+/// All planes in pixels that fill what a field covers: means of smaller cells, cubics between larger ones.
+///
+/// # Errors
+/// [`NodeError::Cancelled`] when `go_on` said no.
+pub fn at_pixels(field: &Field, pixels: [u32; 2], go_on: GoOn<'_>) -> Result<Field, NodeError> {
+    if pixels == field.window().cells {
+        return Ok(field.clone());
+    }
+    let axes = [0, 1].map(|axis| {
+        let source = field.window().cells[axis];
+        GridAxis { source: source as usize, offset: 0.0, step: f64::from(source) / f64::from(pixels[axis]) }
+    });
+    regrid(field, axes, pixels, extent(field), go_on)
+}
+
+fn regrid(
+    field: &Field,
+    axes: [GridAxis; 2],
+    cells: [u32; 2],
+    size: [f64; 2],
+    go_on: GoOn<'_>,
+) -> Result<Field, NodeError> {
+    let check = || if go_on() { Ok(()) } else { Err(NodeError::Cancelled) };
+    let mut samples = Vec::new();
+    for plane in 0..field.planes() {
+        let taken = resample(field.plane(plane), axes, [0, 0], cells, None, &check)?;
+        if samples.is_empty() {
+            samples = taken;
+        } else {
+            samples.extend_from_slice(&taken);
+        }
+    }
+    let world = World { size, cells, ..field.window().world };
+    Ok(Field::with_planes(Window::whole(world), field.planes(), samples))
 }

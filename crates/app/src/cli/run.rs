@@ -140,8 +140,8 @@ pub(super) fn summary(request: &Request, built: &Built, page: Page) -> String {
         let Some(import) = &file.import else { continue };
         imports += &format!("\n{} in {}\n", page.name(&file.path.display().to_string()), import.engine.title());
         let mut settings = Table::new(&[("", Align::Left), ("", Align::Left)]);
-        for (name, value) in &import.settings {
-            settings.row([name.clone(), value.as_str().map_or_else(|| value.to_string(), str::to_owned)]);
+        for (name, value) in import.lines() {
+            settings.row([name.to_owned(), value]);
         }
         imports += &settings.render(page, 2);
     }

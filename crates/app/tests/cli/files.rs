@@ -145,3 +145,76 @@ fn heights_for_engines_come_with_what_to_type_there() {
     place.run(&["run", "g.ron", "--mesh", "glb", "--triangles", "1"]).ended(1, &["2..="]);
     place.run(&["run", "g.ron", "--engine", "cry"]).ended(1, &["unreal"]);
 }
+
+/// A world that is not square, with an output of every kind that an engine takes and one that it does not.
+const PAINTED: &str = r#"(
+    format: 1,
+    world: (size: (2000, 1000), cells: (100, 50), seed: 2),
+    nodes: {
+        "land": Ridged(wavelength: 700, amplitude: 200),
+        "steep": Slope(height: "land", from: 10, to: 60, falloff: 10),
+        "low": Select(value: "land", from: -500, to: 100, falloff: 60),
+        "colour": Ramp(value: "land", low: 0, high: 200),
+        "normal": NormalMap(height: "land"),
+        "layers": Splat(second: "steep.mask", fourth: "low"),
+    },
+    outputs: {
+        "land": "land", "low": "low", "slope": "steep.slope", "colour": "colour", "normal": "normal", "layers": "layers",
+    },
+)"#;
+
+#[test]
+fn an_engine_gets_every_output_in_its_own_form() {
+    let place = Place::new();
+    place.write("g.ron", PAINTED);
+    let size = |path: &str| {
+        let bytes = place.bytes(path);
+        assert_eq!(bytes[..4], *b"\x89PNG", "{path}");
+        let number = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
+        // columns and rows, bits of a sample, kind of colour: 0 grey, 2 three, 6 four
+        (number(16), number(20), bytes[24], bytes[25])
+    };
+    let build = |engine: &str| place.run(&["run", "g.ron", "-o", engine, "--engine", engine, "--no-preview"]).done();
+
+    build("unreal");
+    assert_eq!(size("unreal/land.png"), (127, 127, 16, 0));
+    assert_eq!(size("unreal/low.png"), (127, 127, 8, 0));
+    assert_eq!((size("unreal/colour.png"), size("unreal/normal.png")), ((128, 64, 8, 2), (128, 64, 16, 2)));
+    let layer = |name: &str| {
+        assert_eq!(size(&format!("unreal/layers.{name}.png")), (127, 127, 8, 0));
+        let path = place.path(&format!("unreal/layers.{name}.png"));
+        orograph_nodes::raster::read(&path).expect("a raster").samples
+    };
+    let layers = ["first", "second", "third", "fourth"].map(layer);
+    assert!((0..127 * 127).all(|at| layers.iter().map(|layer| layer[at]).sum::<f32>() == 255.0));
+    assert!(layers[2].iter().all(|v| *v == 0.0) && layers[3].iter().any(|v| *v > 0.0), "as the layers are wired");
+    let text = place.read("unreal/unreal.txt");
+    for told in ["Unreal Engine", "land.png\n", "layers.fourth.png\n", "127 x 127", "Scale Z", "Mapping Scale"] {
+        assert!(text.contains(told), "{told} in {text}");
+    }
+    assert!(!text.contains("slope.exr") && place.path("unreal/slope.exr").exists(), "as without an engine");
+    assert_eq!(place.names("unreal").len(), 2 * 9 + 1);
+
+    let ran = build("unity");
+    assert!(ran.out.contains("unity.txt") && ran.out.contains("Tiling Settings, Size"), "{ran:?}");
+    assert_eq!(place.bytes("unity/land.r16").len(), 2 * 129 * 129);
+    assert_eq!((size("unity/low.png"), size("unity/layers.png")), ((128, 128, 8, 0), (128, 128, 8, 6)));
+    assert!(place.read("unity/layers.png.json").contains("Control Texture Resolution"));
+
+    build("godot");
+    assert_eq!((size("godot/low.png"), size("godot/colour.png")), ((100, 50, 8, 0), (100, 50, 8, 6)));
+    assert!(place.path("godot/land.exr").exists() && place.path("godot/layers.control.exr").exists());
+    let text = place.read("godot/godot.txt");
+    assert!(text.contains("Vertex Spacing") && text.contains("20"), "{text}");
+    let one = place.bytes("godot/layers.control.exr");
+    place.run(&["run", "g.ron", "-o", "godot", "--engine", "godot", "--threads", "1", "-q"]).done();
+    assert!(place.bytes("godot/layers.control.exr") == one, "not the same twice");
+
+    // a graph without masks, and one without anything for an engine
+    place.run(&["run", "g.ron", "-o", "land", "--only", "land", "--engine", "unity", "-q"]).done();
+    assert_eq!(place.names("land"), ["land.preview.png", "land.r16", "land.r16.json", "unity.txt"]);
+    place.run(&["run", "g.ron", "-o", "slope", "--only", "slope", "--engine", "unity", "-q"]).done();
+    assert_eq!(place.names("slope"), ["slope.exr", "slope.exr.json"]);
+    place.write("g.ron", &PAINTED.replace("(2000, 1000), cells: (100, 50)", "(40000, 1), cells: (40000, 1)"));
+    place.run(&["run", "g.ron", "--engine", "godot"]).ended(1, &["32768", "--cells"]);
+}

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use egui::{Key, Modifiers, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable as _};
-use orograph::editor::App;
+use orograph::{editor::App, engine::Engine};
 
 use crate::{scratch, until, window};
 
@@ -39,6 +39,19 @@ fn the_command_line_that_is_copied_writes_the_same_files() {
     let mut window = exporting(&file, &out);
     window.get_by_role_and_label(Role::CheckBox, "steep").click();
     window.run_steps(3);
+    // of the choices that say `none`, the first
+    let engines = window.get_all_by_role(Role::ComboBox).find(|combo| combo.value().as_deref() == Some("none"));
+    engines.expect("a choice of engines").click();
+    window.run_steps(3);
+    window.get_by_label(Engine::Unreal.title()).click();
+    window.run_steps(3);
+    window.get_by_label("Copy the command line").click();
+    window.step();
+    let copied = window.output().platform_output.commands.iter().find_map(|command| match command {
+        egui::OutputCommand::CopyText(text) => Some(text.clone()),
+        _ => None,
+    });
+    let line = copied.expect("a text is copied");
     export(&mut window);
     let written = |folder: &Path| {
         let mut names: Vec<String> = std::fs::read_dir(folder)
@@ -48,19 +61,12 @@ fn the_command_line_that_is_copied_writes_the_same_files() {
         names.sort();
         names
     };
-    assert_eq!(written(&out), ["height.exr", "height.exr.json", "height.preview.png"]);
-    window.get_by_label("Copy the command line").click();
-    window.step();
-    let copied = window.output().platform_output.commands.iter().find_map(|command| match command {
-        egui::OutputCommand::CopyText(text) => Some(text.clone()),
-        _ => None,
-    });
-    let line = copied.expect("a text is copied");
     let again = folder.path().join("again");
     let line = line.replace(&out.display().to_string(), &again.display().to_string());
     assert!(line.contains("--only height"), "{line}");
     let words = line.split(' ').map(std::ffi::OsString::from).chain(["--quiet".into()]);
     orograph::run(words);
+    assert_eq!(written(&out), ["height.png", "height.png.json", "height.preview.png", "unreal.txt"]);
     assert_eq!(written(&again), written(&out));
     for name in written(&out) {
         assert_eq!(

@@ -1,9 +1,9 @@
 //! Raster files: reading elevation models, writing results.
 //!
 //! Read: GeoTIFF, grey PNG, OpenEXR, ESRI ASCII grids, SRTM tiles, raw 16-bit and 32-bit samples ([`read`]). Written:
-//! OpenEXR, GeoTIFF, 16-bit PNG, raw samples, colour PNG ([`write()`], [`write_colour`]), textures for engines
-//! ([`write_normal`], [`write_weights`]), always under a temporary name
-//! that is renamed into place, with a JSON [`Sidecar`] for what a format cannot say itself.
+//! OpenEXR, GeoTIFF, grey PNG, raw samples, colour PNG ([`write()`], [`write_colour`]), textures for engines
+//! ([`write_normal`], [`write_weights`], [`write_tint`], [`write_control`]), always under a temporary name that is renamed
+//! into place, with a JSON [`Sidecar`] for what a format cannot say itself.
 //!
 //! Files come from anywhere, so no reader trusts one. What a reader allocates is bounded by the length of the file: the
 //! cells a header claims are compared with the bytes there are and the strongest compression the format knows
@@ -29,9 +29,9 @@ pub use error::{Problem, RasterError};
 pub use fill::fill_voids;
 pub use metric::height_field;
 pub use resample::{GridAxis, resample};
-pub use save::{Format, Meta, Writing, replace, srgb_bytes, write, write_colour};
+pub use save::{Format, Meta, Writing, replace, srgb_bytes, write, write_colour, write_sidecar};
 pub use sidecar::{Sidecar, sidecar_path};
-pub use texture::{write_normal, write_weights};
+pub use texture::{apportioned, write_control, write_normal, write_tint, write_weights};
 
 /// The most cells a file may have: 4 GiB of samples, 32768 cells a side.
 pub const MAX_CELLS: u64 = 1 << 30;

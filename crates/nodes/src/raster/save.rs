@@ -22,6 +22,8 @@ pub enum Format {
     Exr,
     /// 16-bit grey PNG: codes over a range.
     Png16,
+    /// 8-bit grey PNG: codes over a range, for masks.
+    Png8,
     /// GeoTIFF, 32-bit reals, with cell size.
     Tiff,
     /// Raw 16-bit codes over a range, little-endian.
@@ -32,7 +34,7 @@ pub enum Format {
 
 impl Format {
     /// Every format, best first.
-    pub const ALL: [Self; 5] = [Self::Exr, Self::Png16, Self::Tiff, Self::R16, Self::R32];
+    pub const ALL: [Self; 6] = [Self::Exr, Self::Png16, Self::Png8, Self::Tiff, Self::R16, Self::R32];
 
     /// Its name on a command line.
     #[must_use]
@@ -40,6 +42,7 @@ impl Format {
         match self {
             Self::Exr => "exr",
             Self::Png16 => "png16",
+            Self::Png8 => "png8",
             Self::Tiff => "tiff",
             Self::R16 => "r16",
             Self::R32 => "r32",
@@ -51,7 +54,7 @@ impl Format {
     pub const fn extension(self) -> &'static str {
         match self {
             Self::Exr => "exr",
-            Self::Png16 => "png",
+            Self::Png16 | Self::Png8 => "png",
             Self::Tiff => "tif",
             Self::R16 => "r16",
             Self::R32 => "r32",
@@ -64,20 +67,24 @@ impl Format {
         Self::ALL.into_iter().find(|format| format.name() == name)
     }
 
-    /// Whether it holds 16-bit codes over a range rather than numbers.
+    /// The largest code where it holds whole codes over a range, `None` where it holds numbers.
     #[must_use]
-    pub const fn is_coded(self) -> bool {
-        matches!(self, Self::Png16 | Self::R16)
+    pub const fn largest_code(self) -> Option<u16> {
+        match self {
+            Self::Png16 | Self::R16 => Some(u16::MAX),
+            Self::Png8 => Some(255),
+            Self::Exr | Self::Tiff | Self::R32 => None,
+        }
     }
 }
 
 /// How samples are written.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Writing {
-    /// What the codes 0 and 65535 of a 16-bit format stand for; values beyond are cut off. `None` takes the smallest and
-    /// largest value. Tiles of one world need one range to fit together.
+    /// What the lowest and the largest code of a format of codes stand for; values beyond are cut off. `None` takes the
+    /// smallest and largest value. Tiles of one world need one range to fit together.
     pub range: Option<[f64; 2]>,
-    /// Rounds to 16-bit codes at random between the two nearest, so that their mean is the value: gentle slopes get a grain of
+    /// Rounds to codes at random between the two nearest, so that their mean is the value: gentle slopes get a grain of
     /// half a step where rounding gives them terraces. The draw depends on the cell's place in the world alone.
     pub dither: bool,
     /// Names the channel of an OpenEXR file `R`, which some programs ask for, in place of `Y`.
@@ -100,7 +107,7 @@ pub struct Meta {
 /// Writes the first plane of a field, and its sidecar beside it; returns what the sidecar says.
 ///
 /// # Errors
-/// [`Problem::Unwritable`] when either file cannot be written, [`Problem::NotFinite`] when a 16-bit format cannot hold it,
+/// [`Problem::Unwritable`] when either file cannot be written, [`Problem::NotFinite`] when a format of codes cannot hold it,
 /// [`Problem::Stopped`] when `go_on` said no; earlier files of these names are then as they were.
 pub fn write(
     path: &Path,
@@ -114,39 +121,48 @@ pub fn write(
     let samples = field.plane(0);
     let [columns, rows] = window.cells;
     let own = field.range(0).map_or([0.0, 0.0], |(lo, hi)| [f64::from(lo), f64::from(hi)]);
-    let range = if format.is_coded() { writing.range.unwrap_or(own) } else { own };
-    let codes =
-        if format.is_coded() { encode(field, range, writing.dither).map_err(|p| p.of(path))? } else { Vec::new() };
+    let full = format.largest_code();
+    let range = if full.is_some() { writing.range.unwrap_or(own) } else { own };
+    let codes = match full {
+        Some(full) => encode(field, range, full, writing.dither).map_err(|p| p.of(path))?,
+        None => Vec::new(),
+    };
     let sidecar = Sidecar {
-        columns: Some(u64::from(columns)),
-        rows: Some(u64::from(rows)),
-        cell_m: Some(window.cell_m()),
         range: Some(range),
-        unit: Some(meta.unit.clone()),
-        quantity: Some(meta.quantity.clone()),
-        step: format.is_coded().then(|| (range[1] - range[0]) / 65_535.0),
-        dither: (format.is_coded() && writing.dither).then_some(true),
-        import: meta.import.clone(),
-        seed: Some(window.world.seed),
-        graph_hash: meta.graph_hash.clone(),
-        program: Some(concat!("orograph ", env!("CARGO_PKG_VERSION")).to_owned()),
+        step: full.map(|full| (range[1] - range[0]) / f64::from(full)),
+        dither: (full.is_some() && writing.dither).then_some(true),
+        ..Sidecar::of(window, meta)
     };
     let raster = stage(path, go_on, |to| match format {
         Format::Exr => exr::write(to, columns, rows, samples, if writing.red { "R" } else { "Y" }),
-        Format::Png16 => png::write_grey(to, columns, rows, &codes),
+        Format::Png16 => png::write_grey16(to, columns, rows, &codes),
+        Format::Png8 => png::write_grey8(to, columns, rows, &bytes_of(&codes, |code| [code as u8])),
         Format::Tiff => geotiff::write(to, window, samples),
         Format::R16 => to.write_all(&bytes_of(&codes, u16::to_le_bytes)),
         Format::R32 => to.write_all(&bytes_of(samples, f32::to_le_bytes)),
     })?;
     let beside = sidecar_path(path);
-    let text = stage(&beside, go_on, |to| {
-        serde_json::to_writer_pretty(&mut *to, &sidecar)?;
-        to.write_all(b"\n")
-    })?;
+    let text = stage_sidecar(&beside, &sidecar, go_on)?;
     // Both are complete: what may still fail are two renames.
     persist(raster, path)?;
     persist(text, &beside)?;
     Ok(sidecar)
+}
+
+/// Writes the sidecar of a file that has none of its own, such as a picture.
+///
+/// # Errors
+/// [`Problem::Unwritable`], and [`Problem::Stopped`] when `go_on` said no; an earlier sidecar is then as it was.
+pub fn write_sidecar(path: &Path, sidecar: &Sidecar, go_on: GoOn<'_>) -> Result<(), RasterError> {
+    let beside = sidecar_path(path);
+    persist(stage_sidecar(&beside, sidecar, go_on)?, &beside)
+}
+
+fn stage_sidecar(beside: &Path, sidecar: &Sidecar, go_on: GoOn<'_>) -> Result<NamedTempFile, RasterError> {
+    stage(beside, go_on, |to| {
+        serde_json::to_writer_pretty(&mut *to, sidecar)?;
+        to.write_all(b"\n")
+    })
 }
 
 /// Writes three planes of linear RGB, 0 to 1, as an 8-bit sRGB picture.
@@ -245,16 +261,16 @@ pub(super) fn bytes_of<T: Copy + Sync, const N: usize>(numbers: &[T], bytes: imp
     all
 }
 
-/// 16-bit codes of a field's first plane over a range, rounded to the nearest or, with `dither`, at random to one of the two
-/// nearest. A value that is a code stays that code either way.
-fn encode(field: &Field, [lo, hi]: [f64; 2], dither: bool) -> Result<Vec<u16>, Problem> {
+/// Codes from 0 to `full` of a field's first plane over a range, rounded to the nearest or, with `dither`, at random to one of
+/// the two nearest. A value that is a code stays that code either way.
+fn encode(field: &Field, [lo, hi]: [f64; 2], full: u16, dither: bool) -> Result<Vec<u16>, Problem> {
     let (samples, window) = (field.plane(0), field.window());
     let count = samples.par_iter().filter(|v| !v.is_finite()).count();
     if count > 0 {
         return Err(Problem::NotFinite { count });
     }
     // A level raster has no span; all its codes are 0.
-    let per_unit = if hi > lo { 65_535.0 / (hi - lo) } else { 0.0 };
+    let per_unit = if hi > lo { f64::from(full) / (hi - lo) } else { 0.0 };
     let [column, row] = window.origin;
     let up = |at: usize| {
         if !dither {
@@ -263,7 +279,7 @@ fn encode(field: &Field, [lo, hi]: [f64; 2], dither: bool) -> Result<Vec<u16>, P
         let (i, j) = ((at % window.nx()) as u32, (at / window.nx()) as u32);
         f64::from(mix(mix(row + j) ^ (column + i))) / 4_294_967_296.0
     };
-    let code = |(at, v): (usize, &f32)| ((f64::from(*v) - lo) * per_unit + up(at)).clamp(0.0, 65_535.0) as u16;
+    let code = |(at, v): (usize, &f32)| ((f64::from(*v) - lo) * per_unit + up(at)).clamp(0.0, f64::from(full)) as u16;
     Ok(samples.par_iter().enumerate().map(code).collect())
 }
 
@@ -316,23 +332,28 @@ mod tests {
 
     #[test]
     fn dither_keeps_the_mean_and_whole_codes() {
-        let codes = encode(&level(100.3), [0.0, 65_535.0], true).unwrap();
+        let codes = encode(&level(100.3), [0.0, 65_535.0], u16::MAX, true).unwrap();
         assert!(codes.iter().all(|code| *code == 100 || *code == 101));
         let mean = codes.iter().map(|code| f64::from(*code)).sum::<f64>() / codes.len() as f64;
         // 20000 draws: the mean is off by 0.0032 in one of three cases
         assert!((mean - 100.3).abs() < 0.013, "{mean}");
         for value in [0.0, 777.0, 65_535.0] {
-            assert!(encode(&level(value), [0.0, 65_535.0], true).unwrap().iter().all(|code| f32::from(*code) == value));
+            assert!(
+                encode(&level(value), [0.0, 65_535.0], u16::MAX, true)
+                    .unwrap()
+                    .iter()
+                    .all(|code| f32::from(*code) == value)
+            );
         }
-        assert!(encode(&level(100.5), [0.0, 65_535.0], false).unwrap().iter().all(|code| *code == 101));
+        assert!(encode(&level(100.5), [0.0, 65_535.0], u16::MAX, false).unwrap().iter().all(|code| *code == 101));
     }
 
     #[test]
     fn dither_belongs_to_the_place() {
         let field = level(7.5);
-        let whole = encode(&field, [0.0, 65_535.0], true).unwrap();
+        let whole = encode(&field, [0.0, 65_535.0], u16::MAX, true).unwrap();
         let part = Window { origin: [50, 20], cells: [40, 30], ..*field.window() };
-        let codes = encode(&field.crop(&part), [0.0, 65_535.0], true).unwrap();
+        let codes = encode(&field.crop(&part), [0.0, 65_535.0], u16::MAX, true).unwrap();
         for (j, row) in codes.chunks(40).enumerate() {
             assert_eq!(row, &whole[(20 + j) * 200 + 50..][..40]);
         }

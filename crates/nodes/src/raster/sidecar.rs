@@ -6,9 +6,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use orograph_graph::Window;
 use serde::{Deserialize, Serialize};
 
-use super::{Cell, Problem, RasterError};
+use super::{Cell, Meta, Problem, RasterError};
 
 /// What a raster file holds. Written beside every height file; read beside PNG, OpenEXR and raw files.
 ///
@@ -24,7 +25,7 @@ pub struct Sidecar {
     /// Side of a cell in metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cell_m: Option<f64>,
-    /// Smallest and largest value, in `unit`; in a 16-bit format, what the codes 0 and 65535 stand for.
+    /// Smallest and largest value, in `unit`; in a format of codes, what the lowest and the largest code stand for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
     /// Symbol of the unit; empty for pure numbers.
@@ -33,10 +34,10 @@ pub struct Sidecar {
     /// What the values are, such as `height` or `mask`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quantity: Option<String>,
-    /// In a 16-bit format, what one step of the code is worth, in `unit`.
+    /// In a format of codes, what one step of the code is worth, in `unit`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step: Option<f64>,
-    /// Whether the codes of a 16-bit format are dithered.
+    /// Whether the codes are dithered.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dither: Option<bool>,
     /// What to type where a program imports the file, by the names it has there.
@@ -71,6 +72,24 @@ struct Other {
 }
 
 impl Sidecar {
+    /// What is told of any raster of a window.
+    #[must_use]
+    pub fn of(window: &Window, meta: &Meta) -> Self {
+        let [columns, rows] = window.cells;
+        Self {
+            columns: Some(u64::from(columns)),
+            rows: Some(u64::from(rows)),
+            cell_m: Some(window.cell_m()),
+            unit: Some(meta.unit.clone()),
+            quantity: Some(meta.quantity.clone()),
+            import: meta.import.clone(),
+            seed: Some(window.world.seed),
+            graph_hash: meta.graph_hash.clone(),
+            program: Some(concat!("orograph ", env!("CARGO_PKG_VERSION")).to_owned()),
+            ..Self::default()
+        }
+    }
+
     /// The sidecar of a file of a format that takes one; `None` when there is none.
     ///
     /// # Errors

@@ -1,4 +1,8 @@
-//! Textures that hold numbers rather than colours: normals and the shares of layers. They carry no curve of sRGB.
+//! Textures of engines: normals and the shares of layers, which are numbers and carry no curve of sRGB, and the maps of
+//! Terrain3D, a terrain of the engine Godot.
+//!
+//! Source of its maps: C. Petkovsek, R. Palmroos and contributors, "Terrain3D", documentation of version 1 ("Control Map
+//! Format"; "Import and Export").
 
 use std::path::Path;
 
@@ -6,8 +10,8 @@ use orograph_graph::Field;
 use rayon::prelude::*;
 
 use super::{
-    GoOn, RasterError, png,
-    save::{persist, stage},
+    GoOn, RasterError, exr, png,
+    save::{persist, srgb_bytes, stage},
 };
 
 /// Writes unit normals, -1 to 1 in each of three planes, as 16-bit red, green and blue: -1 is 0, 1 is 65535.
@@ -43,7 +47,73 @@ pub fn write_weights(path: &Path, field: &Field, go_on: GoOn<'_>) -> Result<(), 
     bytes.par_chunks_mut(4).enumerate().for_each(|(cell, out)| {
         out.copy_from_slice(&parts_of_255(planes.map(|plane| plane[cell])));
     });
-    persist(stage(path, go_on, |to| png::write_rgba(to, columns, rows, &bytes))?, path)
+    persist(stage(path, go_on, |to| png::write_rgba(to, columns, rows, false, &bytes))?, path)
+}
+
+/// The shares of four layers as 255ths that sum to one in every cell: what [`write_weights`] writes, as numbers.
+///
+/// # Panics
+/// When the field has fewer than four planes.
+#[must_use]
+pub fn apportioned(field: &Field) -> Field {
+    let planes = [0, 1, 2, 3].map(|plane| field.plane(plane));
+    let len = field.window().len();
+    let mut samples = vec![0.0; 4 * len];
+    let (first, rest) = samples.split_at_mut(len);
+    let (second, rest) = rest.split_at_mut(len);
+    let (third, fourth) = rest.split_at_mut(len);
+    (first, second, third, fourth).into_par_iter().enumerate().for_each(|(cell, (first, second, third, fourth))| {
+        let parts = parts_of_255(planes.map(|plane| plane[cell]));
+        [*first, *second, *third, *fourth] = parts.map(|part| f32::from(part) / 255.0);
+    });
+    Field::with_planes(*field.window(), 4, samples)
+}
+
+/// Writes three planes of linear RGB as an 8-bit sRGB picture with an alpha of 127, as the colour map of Terrain3D takes it:
+/// its alpha makes ground rougher above one half and wetter below, and 127 is what it has itself where nothing is painted.
+///
+/// # Errors
+/// As [`super::write_colour`].
+///
+/// # Panics
+/// When the field has fewer than three planes: a caller's mistake, never a file's.
+pub fn write_tint(path: &Path, field: &Field, go_on: GoOn<'_>) -> Result<(), RasterError> {
+    let [columns, rows] = field.window().cells;
+    let rgb = srgb_bytes(field);
+    let mut bytes = vec![127; 4 * field.window().len()];
+    bytes.par_chunks_mut(4).zip(rgb.par_chunks(3)).for_each(|(out, rgb)| out[..3].copy_from_slice(rgb));
+    persist(stage(path, go_on, |to| png::write_rgba(to, columns, rows, true, &bytes))?, path)
+}
+
+/// Writes the shares of four layers as a control map of Terrain3D: OpenEXR whose numbers are fields of bits.
+///
+/// A cell has two textures there, the layers of the largest shares, numbered from 0: the lower one as the base, the higher one
+/// over it by its part of their sum. A layer that would cover the base altogether is alone. The other two layers are left out.
+///
+/// # Errors
+/// As [`super::write_colour`].
+///
+/// # Panics
+/// When the field has fewer than four planes: a caller's mistake, never a file's.
+pub fn write_control(path: &Path, field: &Field, go_on: GoOn<'_>) -> Result<(), RasterError> {
+    let [columns, rows] = field.window().cells;
+    let planes = [0, 1, 2, 3].map(|plane| field.plane(plane));
+    let cells = (0..field.window().len()).into_par_iter();
+    let bits: Vec<f32> = cells.map(|cell| f32::from_bits(control(planes.map(|plane| plane[cell])))).collect();
+    persist(stage(path, go_on, |to| exr::write(to, columns, rows, &bits, "R"))?, path)
+}
+
+/// The bits of a cell of a control map: five for the base, five for the texture over it, eight for how much of it; the rest
+/// are turns, scales and holes, which nothing here says.
+fn control(shares: [f32; 4]) -> u32 {
+    let shares = shares.map(|share| if share > 0.0 { f64::from(share) } else { 0.0 });
+    let mut order = [0_usize, 1, 2, 3];
+    order.sort_by(|a, b| shares[*b].total_cmp(&shares[*a]));
+    let (base, over) = (order[0].min(order[1]), order[0].max(order[1]));
+    let sum = shares[base] + shares[over];
+    let blend = if sum > 0.0 && sum.is_finite() { (shares[over] / sum * 255.0).round() as u32 } else { 0 };
+    let (base, over, blend) = if blend == 255 { (over, over, 0) } else { (base, over, blend) };
+    (base as u32) << 27 | (over as u32) << 22 | blend << 14
 }
 
 /// Whole parts of 255 nearest to shares: each rounded down, and what is left of 255 given to the largest remainders, among
@@ -107,6 +177,60 @@ mod tests {
         for nothing in [[0.0; 4], [f32::NAN; 4], [-1.0, 0.0, 0.0, 0.0]] {
             assert_eq!(parts_of_255(nothing), [255, 0, 0, 0]);
         }
+    }
+
+    #[test]
+    fn shares_in_255ths_are_those_of_the_file() {
+        let raw = field(4, |plane, cell| ((plane * 7 + cell * 5) % 11) as f32);
+        let parts = apportioned(&raw);
+        for cell in 0..15 {
+            let expected = parts_of_255([0, 1, 2, 3].map(|plane| raw.plane(plane)[cell]));
+            let again = [0, 1, 2, 3].map(|plane| parts.plane(plane)[cell]);
+            assert_eq!(again.map(|part| (part * 255.0).round() as u8), expected);
+            assert_eq!(parts_of_255(again), expected, "and stay so");
+        }
+    }
+
+    #[test]
+    fn control_maps_have_the_two_largest_layers() {
+        let parts = |bits: u32| [bits >> 27, bits >> 22 & 31, bits >> 14 & 255];
+        assert_eq!(parts(control([1.0, 0.0, 0.0, 0.0])), [0, 1, 0]);
+        assert_eq!(parts(control([0.0, 0.0, 1.0, 0.0])), [2, 2, 0], "alone, not as a cover");
+        assert_eq!(parts(control([0.1, 0.3, 0.0, 0.6])), [1, 3, 170]);
+        assert_eq!(parts(control([0.1, 0.6, 0.0, 0.3])), [1, 3, 85], "the order of layers, not of shares");
+        assert_eq!(parts(control([0.5, 0.0, 0.5, 0.0])), [0, 2, 128]);
+        for nothing in [[0.0; 4], [f32::NAN; 4]] {
+            assert_eq!(parts(control(nothing)), [0, 1, 0]);
+        }
+    }
+
+    /// A decoder finds the very bits.
+    #[test]
+    fn control_maps_keep_their_bits() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("layers.control.exr");
+        let shares = field(4, |plane, cell| ((plane * 5 + cell * 3) % 7) as f32);
+        write_control(&path, &shares, &|| true).unwrap();
+        let image = ::exr::prelude::read_first_flat_layer_from_file(&path).unwrap();
+        let channel = &image.layer_data.channel_data.list[0];
+        assert!(channel.name.eq_case_insensitive("R"));
+        let bits: Vec<u32> = channel.sample_data.values_as_f32().map(f32::to_bits).collect();
+        let expected = (0..15).map(|cell| control([0, 1, 2, 3].map(|plane| shares.plane(plane)[cell])));
+        assert_eq!(bits, expected.collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn tints_have_the_curve_and_an_even_roughness() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("colour.png");
+        write_tint(&path, &field(3, |plane, _| [0.0, 0.2140, 1.0][plane]), &|| true).unwrap();
+        let mut reader = ::png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap()));
+        reader.set_transformations(::png::Transformations::IDENTITY);
+        let mut reader = reader.read_info().unwrap();
+        assert!(reader.info().srgb.is_some());
+        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut bytes).unwrap();
+        assert_eq!(bytes[..8], [0, 127, 255, 127, 0, 127, 255, 127]);
     }
 
     #[test]

@@ -167,7 +167,8 @@ impl Export {
             });
         });
         row(ui, "Format", |ui| {
-            let hover = "Of heights, masks and other numbers; colours are PNG, lines GeoJSON, reports JSON";
+            let hover = "Of heights, masks and other numbers that no engine is chosen for; colours are PNG, lines GeoJSON, \
+                         reports JSON";
             let combo = ComboBox::from_id_salt("format").selected_text(form.format.name()).width(160.0);
             let response = combo.show_ui(ui, |ui| {
                 for format in Format::ALL {
@@ -196,7 +197,7 @@ impl Export {
             ui.add(edit).on_hover_text("Along the longer side, or both as 2048x1024; empty for those of the file");
         });
         row(ui, "", |ui| {
-            ui.checkbox(&mut form.dither, "Dither").on_hover_text("A fine grain in place of terraces in 16-bit codes");
+            ui.checkbox(&mut form.dither, "Dither").on_hover_text("A fine grain in place of terraces in whole codes");
             let mut pictures = !form.no_preview;
             ui.checkbox(&mut pictures, "Pictures").on_hover_text("A shaded picture beside each height");
             form.no_preview = !pictures;
@@ -318,10 +319,10 @@ fn done(ui: &mut Ui, built: &Built, folder: &str) {
     for file in &built.files {
         let Some(import) = &file.import else { continue };
         ui.add_space(4.0);
-        ui.strong(format!("{} in {}", file.output, import.engine.title()));
+        let name = file.path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
+        ui.strong(format!("{name} in {}", import.engine.title()));
         egui::Grid::new(("import", &file.path)).num_columns(2).spacing([12.0, 2.0]).show(ui, |ui| {
-            for (name, value) in &import.settings {
-                let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+            for (name, value) in import.lines() {
                 ui.weak(name);
                 ui.add(Label::new(value).selectable(true));
                 ui.end_row();
