@@ -30,9 +30,9 @@ pub use backend::{Backend, Cpu};
 pub use colour::{NoColour, Srgb, Stop};
 pub use diagnostic::{Diagnostic, Severity, line_column};
 pub use document::{
-    Document, Edit, EditError, Entry, Expanded, Frame, FrameEntry, History, JournalError, LoadError, NamedInput,
-    NamedParameter, NodeEntry, OutputDecl, Place, Recovered, Reroute, SUBGRAPH, Scribe, Splice, UsedGraph, diff,
-    format_source, recover,
+    Document, Edit, EditError, Entry, Expanded, Frame, FrameEntry, History, JournalError, LoadError, LooseWire,
+    NamedInput, NamedParameter, NodeEntry, OutputDecl, Place, Recovered, Reroute, SUBGRAPH, Scribe, Splice, UsedGraph,
+    diff, format_source, recover,
 };
 pub use eval::{DiskCacheOptions, EvalError, Evaluator, EvaluatorOptions, Event, Key, Live, Origin};
 pub use field::Field;

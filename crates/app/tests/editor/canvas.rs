@@ -383,6 +383,30 @@ fn nodes_are_copied_as_text_and_pasted() {
 }
 
 #[test]
+fn what_is_copied_keeps_the_wires_into_it() {
+    let (mut window, _folder) = window_on(ROW);
+    settle(&mut window);
+    let steps = title(&window, "steps");
+    click(&mut window, steps);
+    window.event(Event::Copy);
+    window.step();
+    let copied = window.output().platform_output.commands.iter().find_map(|command| match command {
+        egui::OutputCommand::CopyText(text) => Some(text.clone()),
+        _ => None,
+    });
+    let copied = copied.expect("a text was copied");
+    window.event(Event::Paste(copied.clone()));
+    window.run_steps(3);
+    assert_eq!(source_of(&window, "steps2", 0).as_deref(), Some("ground.height"));
+    assert!(window.query_by_label_contains("left out").is_none());
+    window.event(Event::Paste(copied.replace("\"ground\"", "\"rock\"")));
+    window.run_steps(3);
+    assert_eq!(source_of(&window, "steps3", 0), None);
+    assert!(window.query_by_label_contains("One wire is left out: nothing here is called `rock`").is_some());
+    picture(&mut window, "left_out");
+}
+
+#[test]
 fn nodes_are_lined_up_and_arranged() {
     let (mut window, _folder) = window_on(ROW);
     let empty = ground(&window);

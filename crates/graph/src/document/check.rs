@@ -18,7 +18,7 @@ use super::{
     problems::{Problems, list},
     subgraph::{self, Home, Loader, UsedGraph},
     syntax::{Expr, FIELDS, Group, Item, Tree},
-    wires::{self, Pending},
+    wires::{self, LooseWire, Pending},
     world,
 };
 use crate::{
@@ -82,6 +82,7 @@ pub(super) struct Checked {
     pub(super) muted: Muted,
     pub(super) frames: Vec<FrameEntry>,
     pub(super) reroutes: Vec<Reroute>,
+    pub(super) loose: Vec<LooseWire>,
     pub(super) subgraphs: BTreeMap<NodeIndex, Arc<Document>>,
     /// Number of nodes with those of all files that it uses, each use counted.
     pub(super) size: usize,
@@ -182,6 +183,7 @@ impl Checker<'_> {
         let entries: BTreeMap<String, Option<NodeIndex>> =
             self.out.nodes.iter().map(|entry| (entry.name.clone(), entry.index)).collect();
         let wired: BTreeSet<(NodeIndex, usize)> = pending.iter().map(|wire| (wire.node, wire.input)).collect();
+        self.out.loose = wires::loose(&self.out.graph, &pending, &entries);
         let types = wires::connect(&mut self.out.graph, pending, &entries, &self.bad, &mut self.problems);
         let named = self.exposed(root, &entries, &types);
         self.unwired(&wired, &named);

@@ -48,6 +48,7 @@ pub use history::History;
 pub use journal::{Entry, JournalError, Recovered, Scribe, recover};
 pub use splice::Splice;
 pub use subgraph::{SUBGRAPH, UsedGraph};
+pub use wires::LooseWire;
 
 use std::{
     collections::BTreeSet,
@@ -180,6 +181,12 @@ impl Document {
     #[must_use]
     pub fn reroutes(&self) -> &[Reroute] {
         &self.checked.reroutes
+    }
+
+    /// The wires that begin at nodes which are not in it, as those of a part of a file do.
+    #[must_use]
+    pub fn loose_wires(&self) -> &[LooseWire] {
+        &self.checked.loose
     }
 
     /// The graph files that it names, in file order, those that cannot be used among them.

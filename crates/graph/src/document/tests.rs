@@ -326,6 +326,16 @@ fn every_kind_of_mistake_is_one_problem_with_its_name() {
 }
 
 #[test]
+fn wires_from_outside_of_a_part_of_a_file_are_told() {
+    let source =
+        r#"(nodes: { "a": StreamPower(height: "x.height", uplift: 0.001), "b": Metrics(height: "a", mask: "y") })"#;
+    let document = Document::parse(source, &registry());
+    let loose: Vec<[&str; 3]> =
+        document.loose_wires().iter().map(|wire| [wire.node.as_str(), wire.input, wire.from.as_str()]).collect();
+    assert_eq!(loose, [["a", "height", "x.height"], ["b", "mask", "y"]]);
+}
+
+#[test]
 fn what_follows_from_one_mistake_is_not_a_second() {
     // `b` has the type of something unknown, so that what it feeds cannot be wrong because of it.
     assert_eq!(

@@ -25,6 +25,32 @@ pub(super) struct Pending {
     pub(super) span: Range<usize>,
 }
 
+/// A wire that begins at a node which is not in the file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LooseWire {
+    /// The node that takes it.
+    pub node: String,
+    /// Its input.
+    pub input: &'static str,
+    /// Where it would begin: `node`, or `node.port`.
+    pub from: String,
+}
+
+/// The wires that begin at nodes which are not in the file.
+pub(super) fn loose(
+    graph: &Graph,
+    pending: &[Pending],
+    entries: &BTreeMap<String, Option<NodeIndex>>,
+) -> Vec<LooseWire> {
+    let begins = |end: &str| entries.contains_key(end.split_once('.').map_or(end, |(name, _)| name));
+    let ends = pending.iter().filter_map(|wire| Some((wire, wire.end.as_ref().filter(|end| !begins(end))?)));
+    let loose = ends.map(|(wire, end)| {
+        let instance = graph.instance(wire.node);
+        LooseWire { node: instance.name.clone(), input: instance.node.inputs[wire.input].name, from: end.clone() }
+    });
+    loose.collect()
+}
+
 /// A wire whose end exists.
 struct Found {
     from: Port,

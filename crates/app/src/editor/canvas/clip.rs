@@ -1,4 +1,4 @@
-//! Nodes as text, for the clipboard: a graph file of the copied nodes alone.
+//! Nodes as text, for the clipboard: a graph file of the copied nodes, with the wires into them.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -6,18 +6,12 @@ use std::{
 };
 
 use egui::{Pos2, Vec2};
-use orograph_graph::{Document, Edit, NodeEntry, Registry};
+use orograph_graph::{Document, Edit, LooseWire, NodeEntry, Registry};
 
 use super::{commands::fresh_name, model::Model};
 
-/// The copied nodes as they are written, with the wires among them, and where they are. With `outer`, wires from other
-/// nodes are kept as well.
-pub(super) fn text(
-    document: &Document,
-    model: &Model,
-    names: &BTreeSet<String>,
-    outer: bool,
-) -> Result<String, String> {
+/// The copied nodes as they are written, with all wires into them, and where they are.
+pub(super) fn text(document: &Document, model: &Model, names: &BTreeSet<String>) -> Result<String, String> {
     let entries = || document.nodes().iter().filter(|entry| names.contains(&entry.name));
     let mut text = "(\n    nodes: {\n".to_owned();
     for entry in entries() {
@@ -43,18 +37,11 @@ pub(super) fn text(
     });
     let told: Vec<Edit> = notes.chain(ways).collect();
     text.push_str(")\n");
-    if outer && told.is_empty() {
+    if told.is_empty() {
         return Ok(text);
     }
     let mut copy = Document::parse(text, document.registry());
     copy.apply(&Edit::All(told)).map_err(|error| error.to_string())?;
-    if outer {
-        return Ok(copy.source().to_owned());
-    }
-    let cut = model.wires.iter().map(|wire| (wire, model.wire_name(wire)));
-    let cut = cut.filter(|(wire, to)| names.contains(&to.node) && !names.contains(&model.cards[wire.from.card].name));
-    let cut = cut.map(|(_, to)| Edit::Disconnect { node: to.node, input: to.input.to_owned() });
-    copy.apply(&Edit::All(cut.collect())).map_err(|error| error.to_string())?;
     Ok(copy.source().to_owned())
 }
 
@@ -71,11 +58,53 @@ pub(super) struct Pasted {
     pub(super) edits: Vec<Edit>,
     /// The names of the new nodes.
     pub(super) names: Vec<String>,
+    /// Where wires from other nodes would begin that are left out.
+    pub(super) left: Vec<String>,
+}
+
+impl Pasted {
+    /// What is left out, for people.
+    pub(super) fn told(&self) -> Option<String> {
+        let ends: BTreeSet<&str> = self.left.iter().map(String::as_str).collect();
+        let ends: Vec<String> = ends.into_iter().map(|end| format!("`{end}`")).collect();
+        match self.left.len() {
+            0 => None,
+            1 => Some(format!("One wire is left out: nothing here is called {} and fits", ends.join(", "))),
+            many => Some(format!("{many} wires are left out: nothing here is called {} and fits", ends.join(", "))),
+        }
+    }
+}
+
+/// Whether what a wire of a copy begins at is in the document, and fits.
+fn fits(document: &Document, copy: &Document, wire: &LooseWire) -> bool {
+    let graph = copy.graph();
+    let input = graph.find(&wire.node).ok().and_then(|node| graph.instance(node).node.input(wire.input));
+    let port = document.graph().port(&wire.from);
+    input.zip(port.ok()).is_some_and(|(input, port)| input.ty.accepts(document.graph().output_type(port)))
 }
 
 /// The edits that add the nodes of a text, with names that are not taken. `at` is where their middle goes; without it they
-/// go where the text says, moved by `shift`.
+/// go where the text says, moved by `shift`. Wires from nodes that are not in the text begin at those of the document that
+/// are called so, where they fit; others are left out.
 pub(super) fn paste(document: &Document, text: &str, at: Option<Pos2>, shift: Vec2) -> Result<Pasted, String> {
+    let pasted = with_wires(document, text, at, shift, |copy, wire| fits(document, copy, wire))?;
+    // A wire of the document that has waited for a name of the text may close a circle with one from outside.
+    let outside = document.loose_wires().iter().any(|wire| {
+        pasted.names.iter().any(|name| wire.from.split_once('.').map_or(wire.from.as_str(), |(node, _)| node) == name)
+    });
+    if outside && document.clone().apply(&Edit::All(pasted.edits.clone())).is_err() {
+        return with_wires(document, text, at, shift, |_, _| false);
+    }
+    Ok(pasted)
+}
+
+fn with_wires(
+    document: &Document,
+    text: &str,
+    at: Option<Pos2>,
+    shift: Vec2,
+    keeps: impl Fn(&Document, &LooseWire) -> bool,
+) -> Result<Pasted, String> {
     let Some(mut copy) = read(text, document.registry()) else {
         return Err("the clipboard holds no nodes; copy some here, or the text of a graph file".to_owned());
     };
@@ -84,7 +113,10 @@ pub(super) fn paste(document: &Document, text: &str, at: Option<Pos2>, shift: Ve
     let shift = at.map_or(shift, |at| at - model.bounds(|_| true).center());
     let taken: BTreeSet<&str> = document.nodes().iter().map(|entry| entry.name.as_str()).collect();
     let mut names: Vec<String> = copy.nodes().iter().map(|entry| entry.name.clone()).collect();
-    let mut used: BTreeSet<String> = names.iter().cloned().collect();
+    // A new name must not be one that a wire from outside waits for.
+    let waits =
+        copy.loose_wires().iter().map(|wire| wire.from.split_once('.').map_or(wire.from.as_str(), |(name, _)| name));
+    let mut used: BTreeSet<String> = names.iter().map(String::as_str).chain(waits).map(str::to_owned).collect();
     let mut renames = Vec::new();
     let mut moved = Vec::new();
     for name in &mut names {
@@ -99,6 +131,9 @@ pub(super) fn paste(document: &Document, text: &str, at: Option<Pos2>, shift: Ve
         moved.push(place);
     }
     copy.apply(&Edit::All(renames)).map_err(|error| error.to_string())?;
+    let left: Vec<LooseWire> = copy.loose_wires().iter().filter(|wire| !keeps(&copy, wire)).cloned().collect();
+    let cut = left.iter().map(|wire| Edit::Disconnect { node: wire.node.clone(), input: wire.input.to_owned() });
+    copy.apply(&Edit::All(cut.collect())).map_err(|error| error.to_string())?;
     let written = |entry: &NodeEntry| copy.source()[entry.kind_span.start..entry.span.end].to_owned();
     let added = copy.nodes().iter().zip(moved).map(|(entry, at)| Edit::AddWritten {
         name: entry.name.clone(),
@@ -115,7 +150,8 @@ pub(super) fn paste(document: &Document, text: &str, at: Option<Pos2>, shift: Ve
         input: way.input.clone(),
         places: way.places.iter().map(place).collect(),
     });
-    Ok(Pasted { edits: added.chain(muted).chain(notes).chain(ways).collect(), names })
+    let left = left.into_iter().map(|wire| wire.from).collect();
+    Ok(Pasted { edits: added.chain(muted).chain(notes).chain(ways).collect(), names, left })
 }
 
 #[cfg(test)]
@@ -135,27 +171,33 @@ mod tests {
         Model::of(document, &BTreeSet::new(), &mut BTreeMap::new())
     }
 
-    fn copied(document: &Document, names: &[&str], outer: bool) -> String {
+    fn copied(document: &Document, names: &[&str]) -> String {
         let names = names.iter().map(|name| (*name).to_owned()).collect();
-        text(document, &model(document), &names, outer).expect("nodes can be copied")
+        text(document, &model(document), &names).expect("nodes can be copied")
+    }
+
+    fn source_of(document: &Document, node: &str, input: usize) -> Option<String> {
+        let graph = document.graph();
+        let node = graph.find(node).expect("it is there");
+        graph.source(node, input).map(|port| graph.port_name(port))
     }
 
     #[test]
-    fn what_is_copied_is_a_graph_file_with_the_wires_among_its_nodes() {
+    fn what_is_copied_is_a_graph_file_with_the_wires_into_its_nodes() {
         let document = document();
-        let text = copied(&document, &["b", "c"], false);
+        let text = copied(&document, &["b", "c"]);
         let copy = Document::parse(text.clone(), document.registry());
         assert_eq!(copy.nodes().len(), 2, "{text}");
-        let graph = copy.graph();
-        let [b, c] = ["b", "c"].map(|name| graph.find(name).expect("it was copied"));
-        assert_eq!((graph.source(b, 0), graph.source(c, 0).map(|port| port.node)), (None, Some(b)));
-        assert!(copied(&document, &["a"], false).contains("/* long */"));
+        assert_eq!(source_of(&copy, "c", 0).as_deref(), Some("b.height"));
+        let loose = LooseWire { node: "b".into(), input: "height", from: "a".into() };
+        assert_eq!(copy.loose_wires(), [loose]);
+        assert!(copied(&document, &["a"]).contains("/* long */"));
     }
 
     #[test]
     fn pasted_nodes_get_names_of_their_own_and_keep_their_wires() {
         let mut document = document();
-        let text = copied(&document, &["a", "b"], false);
+        let text = copied(&document, &["a", "b"]);
         let pasted = paste(&document, &text, None, vec2(24.0, 24.0)).expect("there are nodes");
         assert_eq!(pasted.names, ["a2", "b2"]);
         document.apply(&Edit::All(pasted.edits)).expect("they can be pasted");
@@ -168,14 +210,49 @@ mod tests {
     }
 
     #[test]
-    fn duplicates_read_what_their_models_read() {
+    fn what_is_pasted_reads_what_its_model_read() {
         let mut document = document();
-        let text = copied(&document, &["c"], true);
+        let text = copied(&document, &["c"]);
         let pasted = paste(&document, &text, None, Vec2::ZERO).expect("there are nodes");
+        assert_eq!(pasted.told(), None);
         document.apply(&Edit::All(pasted.edits)).expect("they can be pasted");
-        let graph = document.graph();
-        let c2 = graph.find("c2").expect("it was pasted");
-        assert_eq!(graph.source(c2, 0).map(|port| graph.port_name(port)).as_deref(), Some("b.height"));
+        assert_eq!(source_of(&document, "c2", 0).as_deref(), Some("b.height"));
+    }
+
+    #[test]
+    fn wires_that_do_not_fit_elsewhere_are_left_out_and_told() {
+        let model = Document::parse(
+            "(nodes: { \"a\": Ridged(), \"m\": Slope(height: \"a\"), \"t\": Terrace(height: \"a\", mask: \"m\") })",
+            &orograph_nodes::registry(),
+        );
+        let text = copied(&model, &["t"]);
+        // `a` gives heights there as well, but `m` is no mask, and `t` is another.
+        let mut other = Document::parse(
+            "(nodes: { \"a\": Ridged(), \"m\": Ridged(), \"t\": Ridged() })",
+            &orograph_nodes::registry(),
+        );
+        let pasted = paste(&other, &text, None, Vec2::ZERO).expect("there are nodes");
+        assert_eq!((pasted.left.clone(), pasted.names.clone()), (vec!["m".to_owned()], vec!["t2".to_owned()]));
+        assert_eq!(pasted.told().as_deref(), Some("One wire is left out: nothing here is called `m` and fits"));
+        other.apply(&Edit::All(pasted.edits)).expect("they can be pasted");
+        assert_eq!((source_of(&other, "t2", 0).as_deref(), source_of(&other, "t2", 2)), (Some("a.height"), None));
+        assert!(!other.has_errors(), "{:?}", other.problems());
+        let empty = Document::parse("(nodes: {})", &orograph_nodes::registry());
+        let pasted = paste(&empty, &text, None, Vec2::ZERO).expect("there are nodes");
+        let told = "2 wires are left out: nothing here is called `a`, `m` and fits";
+        assert_eq!(pasted.told().as_deref(), Some(told));
+    }
+
+    #[test]
+    fn no_circle_is_closed_by_what_is_pasted() {
+        // `b` waits for a `c`, and a `c` that reads `b` comes.
+        let mut document =
+            Document::parse("(nodes: { \"a\": Ridged(), \"b\": Terrace(height: \"c\") })", &orograph_nodes::registry());
+        let pasted = paste(&document, "{ \"c\": Terrace(height: \"b\") }", None, Vec2::ZERO).expect("there are nodes");
+        assert_eq!(pasted.left, ["b"]);
+        document.apply(&Edit::All(pasted.edits)).expect("they can be pasted");
+        assert_eq!(source_of(&document, "b", 0).as_deref(), Some("c.height"));
+        assert_eq!(source_of(&document, "c", 0), None);
     }
 
     #[test]
@@ -188,15 +265,19 @@ mod tests {
         };
         let note = Edit::SetNote { node: "b".to_owned(), note: "steep".to_owned() };
         document.apply(&Edit::All(vec![route("b"), route("c"), note])).expect("they are there");
-        let text = copied(&document, &["a", "b"], false);
+        let text = copied(&document, &["a", "b"]);
         let pasted = paste(&document, &text, None, vec2(24.0, 48.0)).expect("there are nodes");
         document.apply(&Edit::All(pasted.edits)).expect("they can be pasted");
         let way = document.reroutes().iter().find(|way| way.node == "b2").expect("it came along");
         assert_eq!(way.places, [[34.0, 68.0]]);
         assert!(document.nodes().iter().any(|entry| entry.name == "b2" && entry.note == "steep"));
-        // The wire into a node that is copied alone is cut, and its way with it.
-        assert!(!copied(&document, &["c"], false).contains("reroutes"));
-        assert!(copied(&document, &["c"], true).contains("reroutes"));
+        // The way of a wire from outside comes along where the wire does.
+        let alone = copied(&document, &["c"]);
+        assert!(alone.contains("reroutes"), "{alone}");
+        let mut other = Document::parse("(nodes: { \"x\": Ridged() })", document.registry());
+        let pasted = paste(&other, &alone, None, Vec2::ZERO).expect("there are nodes");
+        other.apply(&Edit::All(pasted.edits)).expect("they can be pasted");
+        assert_eq!(other.reroutes(), []);
     }
 
     #[test]

@@ -122,7 +122,7 @@ impl Canvas {
                 if names.is_empty() {
                     return;
                 }
-                match clip::text(session.document(), &self.model, &names, false) {
+                match clip::text(session.document(), &self.model, &names) {
                     Ok(text) => ui.ctx().output_mut(|output| output.commands.push(OutputCommand::CopyText(text))),
                     Err(reason) => return self.refuse(ui, reason),
                 }
@@ -140,7 +140,7 @@ impl Canvas {
                     return;
                 }
                 let shift = Vec2::splat(3.0 * place::STEP);
-                let pasted = clip::text(session.document(), &self.model, &names, true)
+                let pasted = clip::text(session.document(), &self.model, &names)
                     .and_then(|text| clip::paste(session.document(), &text, None, shift));
                 self.add(ui, session, pasted);
             }
@@ -250,8 +250,12 @@ impl Canvas {
     fn add(&mut self, ui: &Ui, session: &mut Session, pasted: Result<clip::Pasted, String>) {
         match pasted {
             Ok(pasted) => {
+                let left = pasted.told();
                 let edits: Vec<Edit> = commands::settle(&self.model).chain(pasted.edits).collect();
                 if self.apply(ui, session, &Edit::All(edits)) {
+                    if let Some(left) = left {
+                        session.note(left, false);
+                    }
                     self.wires.clear();
                     self.moved = true;
                     session.select(pasted.names);
