@@ -574,3 +574,35 @@ fn a_frame_is_drawn_around_nodes_and_moves_with_them() {
     assert!(document(&window).frames().is_empty());
     assert_eq!(document(&window).nodes().len(), 4);
 }
+
+#[test]
+fn a_frame_around_nothing_cuts_no_node() {
+    let (mut window, _folder) = window_on(ROW);
+    settle(&mut window);
+    // Over the corner of a node that is not selected.
+    let over = window.get_by_label_contains("node lonely:").rect().left_top() - vec2(6.0, 6.0);
+    window.hover_at(over);
+    window.run_steps(3);
+    key(&mut window, Modifiers::NONE, Key::C);
+    type_text(&mut window, "free");
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    let frame = &document(&window).frames()[0];
+    assert_eq!(frame.name, "free");
+    let [at, size] = [frame.frame.at, frame.frame.size].map(|[x, y]| vec2(x as f32, y as f32));
+    let rect = egui::Rect::from_min_size(at.to_pos2(), size);
+    for node in ["ground", "steps", "lonely", "place"] {
+        let [x, y] = place_of(&window, node).expect("it has a place");
+        let card = egui::Rect::from_min_size(egui::pos2(x as f32, y as f32), vec2(180.0, 200.0));
+        assert!(!rect.intersects(card), "{node} {card} {rect}");
+    }
+    picture(&mut window, "frame_free");
+    // All nodes together, and one that lies among them.
+    let ground_node = title(&window, "ground");
+    click(&mut window, ground_node);
+    let lonely = title(&window, "lonely");
+    click_with(&mut window, lonely, Modifiers::COMMAND);
+    key(&mut window, Modifiers::NONE, Key::C);
+    type_text(&mut window, "round");
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    picture(&mut window, "frame_round");
+}

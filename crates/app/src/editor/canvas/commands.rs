@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use egui::{Pos2, pos2};
+use egui::{Pos2, Rect, pos2};
 use orograph_graph::{Document, Edit, Fallback, Node, NodeIndex, OutputType, ParamValues, Port, PortType};
 
 use super::{
-    model::{Area, Model, Side, Spot, Wire, WireName},
+    model::{Area, Card, Model, Side, Spot, Wire, WireName},
     place,
 };
 
@@ -149,18 +149,72 @@ pub(super) fn into_wire(model: &Model, wire: &Wire, kind: &Node, name: &str) -> 
     ])
 }
 
-/// A frame around cards, or at a place where there are none.
-pub(super) fn frame(model: &Model, cards: &[usize], name: &str, at: Pos2) -> Edit {
-    let around = cards.iter().map(|card| model.cards[*card].rect()).reduce(egui::Rect::union);
-    let rect = around.map_or_else(
-        || egui::Rect::from_min_size(at, egui::vec2(360.0, 216.0)),
-        // Its head is above them.
-        |rect| egui::Rect::from_min_max(rect.min - egui::vec2(24.0, 48.0), rect.max + egui::vec2(24.0, 24.0)),
-    );
-    let rect = egui::Rect::from_min_max(place::on_grid(rect.min), place::on_grid(rect.max));
+/// Room between the cards of a frame and its edges: left and right, above (where its head is), and below.
+const AROUND: [f32; 3] = [24.0, 48.0, 24.0];
+/// The least of that, beside other cards.
+const LEAST: [f32; 3] = [6.0, 36.0, 6.0];
+/// Sizes of a frame around nothing; the largest that there is room for is taken.
+const EMPTY: [egui::Vec2; 3] = [egui::vec2(360.0, 216.0), egui::vec2(240.0, 144.0), egui::vec2(144.0, 96.0)];
+/// How far from the pointer room is looked for, in steps of the grid.
+const REACH: i32 = 40;
+
+/// A frame around cards and whatever lies among them; without cards an empty one, next to a place, where there is room.
+/// No card is cut by its edge. `seen` is what is in sight.
+pub(super) fn frame(model: &Model, cards: &[usize], name: &str, at: Pos2, seen: Rect) -> Edit {
+    let rect = if cards.is_empty() { room(model, at, seen) } else { around(model, cards) };
     let area = Area { name: name.to_owned(), rect, note: String::new(), colour: None };
     let frame = Edit::SetFrame { name: name.to_owned(), frame: Some(area.frame()) };
     Edit::All(settle(model).chain([frame]).collect())
+}
+
+/// A rectangle around cards, and around those that it would cut.
+fn around(model: &Model, cards: &[usize]) -> Rect {
+    let mut inside = cards.iter().fold(Rect::NOTHING, |all, card| all.union(model.cards[*card].rect()));
+    let padded = |inside: Rect, [side, above, below]: [f32; 3]| {
+        let rect = Rect::from_min_max(inside.min - egui::vec2(side, above), inside.max + egui::vec2(side, below));
+        Rect::from_min_max(place::on_grid(rect.min), place::on_grid(rect.max))
+    };
+    loop {
+        let touched = |rect: Rect| {
+            let others = model.cards.iter().map(Card::rect).filter(move |card| !inside.contains_rect(*card));
+            others.filter(move |card| card.intersects(rect.shrink(0.5)))
+        };
+        let wide = padded(inside, AROUND);
+        if touched(wide).next().is_none() {
+            return wide;
+        }
+        let narrow = padded(inside, LEAST);
+        match touched(narrow).reduce(Rect::union) {
+            None => return narrow,
+            Some(more) => inside = inside.union(more),
+        }
+    }
+}
+
+/// A free rectangle with its corner near a place: it meets no card and cuts no frame.
+fn room(model: &Model, at: Pos2, seen: Rect) -> Rect {
+    let at = place::on_grid(at);
+    let free = |rect: Rect| {
+        let apart = |card: &Card| !card.rect().expand(2.0 * place::STEP).intersects(rect);
+        let uncut = |area: &Area| area.rect.contains_rect(rect) || !area.rect.intersects(rect);
+        model.cards.iter().all(apart) && model.areas.iter().all(uncut)
+    };
+    for size in EMPTY {
+        let steps = || (-REACH..=REACH).map(|step| step as f32 * place::STEP);
+        let places = steps().flat_map(|x| steps().map(move |y| Rect::from_min_size(at + egui::vec2(x, y), size)));
+        // What is out of sight is the worse for it.
+        let cost = |rect: &Rect| {
+            let hidden = rect.size() - rect.intersect(seen).size().max(egui::Vec2::ZERO);
+            (rect.min - at).length() + 2.0 * (hidden.x + hidden.y)
+        };
+        let mut places: Vec<Rect> = places.collect();
+        places.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+        if let Some(found) = places.into_iter().find(|rect| free(*rect)) {
+            return found;
+        }
+    }
+    let below = model.extent().max.y + 2.0 * place::STEP;
+    Rect::from_min_size(place::on_grid(egui::pos2(at.x, below)), EMPTY[0])
 }
 
 /// How cards are lined up.
@@ -191,7 +245,7 @@ impl Alignment {
 /// Lines cards up; `None` when there is nothing to line up.
 pub(super) fn align(model: &Model, cards: &[usize], how: Alignment) -> Option<Edit> {
     let rects: Vec<_> = cards.iter().map(|card| model.cards[*card].rect()).collect();
-    let all = rects.iter().copied().reduce(egui::Rect::union)?;
+    let all = rects.iter().copied().reduce(Rect::union)?;
     let mut places: BTreeMap<usize, Pos2> = BTreeMap::new();
     match how {
         Alignment::Left => places.extend(cards.iter().map(|card| (*card, pos2(all.min.x, model.cards[*card].at.y)))),
@@ -217,7 +271,7 @@ pub(super) fn align(model: &Model, cards: &[usize], how: Alignment) -> Option<Ed
 
 /// Puts cards in layers, by the wires among them; the whole stays where it is.
 pub(super) fn arrange(model: &Model, cards: &[usize]) -> Option<Edit> {
-    let corner = cards.iter().map(|card| model.cards[*card].rect()).reduce(egui::Rect::union)?.min;
+    let corner = cards.iter().map(|card| model.cards[*card].rect()).reduce(Rect::union)?.min;
     let corner = place::on_grid(corner).to_vec2();
     let places = place::layered(model, |card| cards.contains(&card));
     let moved = moved(model, places.into_iter().map(|(card, at)| (card, at + corner)).collect())?;
@@ -274,6 +328,56 @@ mod tests {
         assert_eq!(document.nodes().len(), 2);
         assert!(document.undo());
         assert_eq!(document.nodes().len(), 4);
+    }
+
+    fn framed(source: &str, cards: &[&str], at: Pos2) -> (Model, Rect) {
+        let mut document = Document::parse(source, &registry());
+        let model = |document: &Document| Model::of(document, &BTreeSet::new(), &mut BTreeMap::new());
+        let before = model(&document);
+        let cards: Vec<usize> = cards.iter().map(|name| before.find(name).expect("it is there")).collect();
+        let seen = Rect::from_min_size(pos2(-600.0, -400.0), egui::vec2(1600.0, 1400.0));
+        document.apply(&frame(&before, &cards, "f", at, seen)).expect("a frame may stand there");
+        let after = model(&document);
+        let rect = after.areas[after.area("f").expect("it was added")].rect;
+        (after, rect)
+    }
+
+    /// Cards that the edge of a frame cuts, and those that are in it.
+    fn cut_and_held(model: &Model, rect: Rect) -> (usize, Vec<&str>) {
+        let held: Vec<&Card> = model.cards.iter().filter(|card| rect.contains_rect(card.rect())).collect();
+        let met = model.cards.iter().filter(|card| rect.intersects(card.rect())).count();
+        (met - held.len(), held.into_iter().map(|card| card.name.as_str()).collect())
+    }
+
+    const SPREAD: &str = "(nodes: { \"a\": Ridged(), \"b\": Terrace(height: \"a\"), \"c\": Slope(height: \"b\"), \"d\": Ridged() }, \
+         layout: { \"a\": (0, 0), \"b\": (300, 60), \"c\": (600, 0), \"d\": (20, 306) })";
+
+    #[test]
+    fn an_empty_frame_stands_where_there_is_room() {
+        for at in [pos2(90.0, 90.0), pos2(-100.0, -30.0), pos2(420.0, 40.0), pos2(200.0, 100.0), pos2(0.0, 600.0)] {
+            let (model, rect) = framed(SPREAD, &[], at);
+            assert_eq!(cut_and_held(&model, rect), (0, Vec::new()), "{at} {rect}");
+            assert!((rect.min - at).length() < 400.0, "{at} {rect}");
+        }
+        // Where there is room it begins at the pointer.
+        assert_eq!(framed(SPREAD, &[], pos2(0.0, 660.0)).1, Rect::from_min_size(pos2(0.0, 660.0), EMPTY[0]));
+        // It may stand in another frame, but does not cut it.
+        let within = SPREAD.replace("layout:", "frames: { \"o\": (at: (0, 600), size: (480, 300)) }, layout:");
+        let (model, rect) = framed(&within, &[], pos2(60.0, 640.0));
+        let other = model.areas[model.area("o").expect("it is there")].rect;
+        assert!(other.contains_rect(rect) || !other.intersects(rect), "{other} {rect}");
+    }
+
+    #[test]
+    fn a_frame_around_nodes_takes_in_what_it_would_cut() {
+        let (model, rect) = framed(SPREAD, &["a", "c"], Pos2::ZERO);
+        assert_eq!(cut_and_held(&model, rect), (0, vec!["a", "b", "c"]), "{rect}");
+        // Below `a` there is room for an edge, but not for all that a frame has where it stands alone.
+        let (model, rect) = framed(SPREAD, &["d"], Pos2::ZERO);
+        assert_eq!(cut_and_held(&model, rect).0, 0, "{rect}");
+        let (model, rect) = framed(SPREAD, &["b"], Pos2::ZERO);
+        assert_eq!(cut_and_held(&model, rect), (0, vec!["b"]));
+        assert_eq!(rect.min, pos2(276.0, 12.0));
     }
 
     #[test]

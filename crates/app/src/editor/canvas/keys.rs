@@ -192,7 +192,7 @@ impl Canvas {
             Action::Frame => {
                 let at = pointer.unwrap_or_else(|| lens.rect.center());
                 let name = commands::fresh_name("frame", |name| self.model.area(name).is_some());
-                let edit = commands::frame(&self.model, &chosen, &name, lens.to_graph(at));
+                let edit = commands::frame(&self.model, &chosen, &name, lens.to_graph(at), lens.seen());
                 if self.apply(ui, session, &edit) {
                     session.select([]);
                     self.moved = true;
