@@ -96,17 +96,30 @@ impl Rule<1> for Billow {
     }
 }
 
-/// h += w s, s = gainᵏ (n + o), w ← min(w s, 1).
+/// h += gainᵏ s, s = w (n + o), w ← s, held below 1. State: h, w.
 pub(super) struct Hybrid;
+
+impl Hybrid {
+    /// How far from 1 a weight begins to be held: a corner there would be seen as a line in the land.
+    const ROUND: f32 = 0.3;
+
+    /// The lesser of a number and 1, with a parabola from one to the other.
+    #[inline(always)]
+    fn held(weight: f32) -> f32 {
+        let weight = weight.min(1.0 + Self::ROUND);
+        let over = (weight - (1.0 - Self::ROUND)).max(0.0);
+        weight - over * over * (0.25 / Self::ROUND)
+    }
+}
 
 impl Rule<2> for Hybrid {
     const START: [f32; 2] = [0.0, 1.0];
 
     #[inline(always)]
     fn step(layer: &Layer, noise: f32, _: [f32; 2], [height, weight]: &mut [f32; 2]) {
-        let signal = *weight * (layer.gain * (layer.fade * noise + layer.offset));
-        *height += signal;
-        *weight = signal.min(1.0);
+        let signal = *weight * (layer.fade * noise + layer.offset);
+        *height += layer.gain * signal;
+        *weight = Self::held(signal);
     }
 }
 
