@@ -259,7 +259,8 @@ pub enum Exactness {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Resolution {
     /// The same land: averaged to the coarser cells, results differ by less than this share of the output's standard
-    /// deviation (root mean square) between 128 and 256 cells a side of the tests' world.
+    /// deviation (root mean square) between 128 and 256 and between 256 and 512 cells a side of the tests' world. Smoothed over eight
+    /// of the coarser cells they differ by less than 2 %, unless this is more than 5 %.
     Within(f32),
     /// It depends on the cells, for the stated reason.
     Cells(&'static str),

@@ -73,7 +73,7 @@ pub static NODE: Node = Node {
     reach: Reach::World,
     cpu: run,
     // where debris lies is decided by slopes at the scale of the cells
-    resolution: Resolution::Within(0.2),
+    resolution: Resolution::Within(0.1),
     example: "height: \"base\", temperature: 2, duration: 20000",
     ..Node::DEFAULT
 };

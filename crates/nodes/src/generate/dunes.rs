@@ -56,7 +56,6 @@ pub static NODE: Node = Node {
     params: Params::specs,
     cpu: run,
     example: "wavelength: 3500, height: 210, waviness: 0.4",
-    resolution: Resolution::Within(0.12), // half cells where a slip face begins and ends
     ..Node::DEFAULT
 };
 

@@ -63,7 +63,7 @@ pub static NODE: Node = Node {
     outputs: &[Output::gives("colour", PortType::Colour, "The colours, linear RGB.")],
     params: Params::specs,
     cpu: run,
-    resolution: Resolution::Within(0.2),
+    resolution: Resolution::Within(0.1),
     example: "value: \"base\", second: \"mask\", second_from: 0.4, second_to: 0.8, high: 2000",
     ..Node::DEFAULT
 };

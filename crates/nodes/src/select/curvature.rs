@@ -52,7 +52,6 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| Gaussian::reach_m(Params::read(params).radius, cell_m) + cell_m),
     cpu: run,
-    resolution: Resolution::Within(0.08),
     example: "height: \"base\", radius: 600, kind: tangential",
     ..Node::DEFAULT
 };
