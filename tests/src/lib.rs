@@ -10,4 +10,6 @@ pub use bless::{blessing, golden_folder, write_golden};
 pub use land::{LAND, SELECTION, world};
 pub use pictures::{picture, pictures_folder};
 pub use resolution::{Difference, differences};
-pub use run::{Case, cases, data_folder, evaluate, evaluate_window, example, inputs, pictured};
+pub use run::{
+    Case, cases, data_folder, evaluate, evaluate_window, example, inputs, options, others, pictured, plain, set, wired,
+};

@@ -4,12 +4,13 @@ use std::{num::NonZero, path::PathBuf};
 
 use orograph_graph::{
     Cancel, Document, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, InputValue, Kind, Node, NodeIndex,
-    ParamValue, Port, PortType, Registry, Value, Window, World,
+    ParamValue, Port, Registry, Stop, Value, Window, World,
 };
 
 use crate::land::{LAND, SELECTION};
 
 /// A node wired to test land, with some choice of parameters.
+#[derive(Clone)]
 pub struct Case {
     /// What is special about it, such as `default` or `mode=max`.
     pub name: String,
@@ -145,27 +146,88 @@ pub fn cases(node: &'static Node) -> Vec<Case> {
 }
 
 fn changed(node: &'static Node, name: String, values: &[(&'static str, ParamValue)]) -> Case {
-    let mut case = example(node);
+    Case { name, ..set(example(node), values) }
+}
+
+/// A case with other values of parameters.
+#[must_use]
+pub fn set(mut case: Case, values: &[(&'static str, ParamValue)]) -> Case {
     for (param, value) in values {
         case.graph.instance_mut(case.node).params.set(param, value.clone());
     }
-    Case { name, ..case }
+    case
+}
+
+/// All that a choice or a switch may be; nothing for other kinds of parameters.
+#[must_use]
+pub fn options(kind: &Kind) -> Vec<ParamValue> {
+    match kind {
+        Kind::Choice { options, .. } => options.iter().map(|(name, _)| ParamValue::Choice(name)).collect(),
+        Kind::Bool { .. } => vec![ParamValue::Bool(false), ParamValue::Bool(true)],
+        _ => Vec::new(),
+    }
+}
+
+/// Values of a parameter that differ from each other and from what examples have.
+#[must_use]
+pub fn others(kind: &Kind) -> Vec<ParamValue> {
+    match kind {
+        Kind::Float { soft: [low, high], .. } => {
+            [0.3, 0.8].map(|share| ParamValue::Float(low + share * (high - low))).to_vec()
+        }
+        Kind::Int { soft: [low, high], .. } => vec![ParamValue::Int(*low), ParamValue::Int(*high)],
+        Kind::Seed { .. } => vec![ParamValue::Seed(77)],
+        Kind::Point { hard: [low, high], .. } => {
+            let within = |v: f64| v.clamp(*low, *high);
+            vec![ParamValue::Point([within(3000.0), within(9000.0)]), ParamValue::Point([within(20.0), within(60.0)])]
+        }
+        Kind::Curve { .. } => vec![ParamValue::Curve(vec![[0.0, 3.0], [300.0, 5.0], [900.0, 4.0]])],
+        Kind::Path { .. } => vec![ParamValue::Path(vec![[1000.0, 9000.0], [7000.0, 8000.0], [15000.0, 12000.0]])],
+        Kind::Stops { default } => {
+            let turned = default.iter().rev().map(|stop| stop.colour);
+            let stops = default.iter().zip(turned).map(|(stop, colour)| Stop { at: stop.at + 10.0, colour });
+            vec![ParamValue::Stops(stops.collect())]
+        }
+        kind @ (Kind::Choice { .. } | Kind::Bool { .. }) => options(kind),
+        Kind::Strokes { .. } | Kind::File => Vec::new(),
+    }
+}
+
+/// The example with the defaults of all parameters but files, and wires at no inputs but those that need one.
+///
+/// # Panics
+/// When the example has a problem.
+#[must_use]
+pub fn plain(node: &'static Node) -> Case {
+    let mut case = example(node);
+    for (position, input) in node.inputs.iter().enumerate() {
+        if input.fallback != Fallback::Required && case.graph.source(case.node, position).is_some() {
+            case.graph.disconnect(case.node, position);
+        }
+    }
+    let instance = case.graph.instance_mut(case.node);
+    instance.constants.fill(None);
+    for spec in node.specs().into_iter().filter(|spec| spec.kind != Kind::File) {
+        instance.params.set(spec.name, spec.kind.default_value());
+    }
+    Case { name: "plain".into(), ..case }
 }
 
 /// The example with test land at every input that takes it.
-fn wired(node: &'static Node) -> Case {
+///
+/// # Panics
+/// When the example has a problem.
+#[must_use]
+pub fn wired(node: &'static Node) -> Case {
     let mut case = example(node);
     for (position, input) in node.inputs.iter().enumerate() {
         if case.graph.source(case.node, position).is_some() {
             continue;
         }
-        let source = match input.ty {
-            PortType::Height | PortType::AnyScalar => "other",
-            PortType::Mask => "mask",
-            _ => continue,
-        };
-        let port = case.graph.port(source).expect("a test node");
-        case.graph.connect(port, case.node, input.name).expect("the types fit");
+        let ports = ["other", "mask", "flow.lake_depth"].map(|port| case.graph.port(port).expect("a test node"));
+        if let Some(port) = ports.into_iter().find(|port| input.ty.accepts(case.graph.output_type(*port))) {
+            case.graph.connect(port, case.node, input.name).expect("the types fit");
+        }
     }
     Case { name: "wired".into(), ..case }
 }

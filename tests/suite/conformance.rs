@@ -1,9 +1,11 @@
 //! Every node, whatever it does: its declaration is sound, it runs at its extremes, its bytes do not depend on threads or
 //! SIMD width, a window of it is a window of the whole, and another resolution is the same land.
 
-use orograph_graph::{EvalError, Exactness, Node, Resolution, Value, Window};
+use orograph_graph::{EvalError, Exactness, Node, ParamSpec, ParamValue, Resolution, Value, Window};
 use orograph_nodes::{registry, simd};
-use orograph_tests::{Case, Difference, cases, differences, evaluate, evaluate_window, example, world};
+use orograph_tests::{
+    Case, Difference, cases, differences, evaluate, evaluate_window, example, options, others, plain, set, wired, world,
+};
 
 /// Calls a check for every node and collects what it finds, so that one faulty node does not hide another.
 fn for_every_node(check: impl Fn(&'static Node) -> Result<(), String>) {
@@ -37,6 +39,42 @@ fn every_node_runs_at_its_extremes_or_refuses_with_a_remedy() {
         }
         Ok(())
     });
+}
+
+/// What is said to have no effect in a setting has none there.
+#[test]
+fn parameters_that_rest_change_nothing() {
+    for_every_node(|node| {
+        let specs = node.specs();
+        for spec in &specs {
+            for when in spec.when {
+                let governs = specs.iter().find(|other| other.name == when.param).ok_or("no such parameter")?;
+                for value in options(&governs.kind).into_iter().filter(|value| !when.is.contains(&&*value.to_string()))
+                {
+                    rests(node, spec, (governs.name, value))?;
+                }
+            }
+        }
+        Ok(())
+    });
+}
+
+/// Whether a parameter changes nothing in a setting, in which one of the cases must run.
+fn rests(node: &'static Node, spec: &ParamSpec, setting: (&'static str, ParamValue)) -> Result<(), String> {
+    let (governs, value) = &setting;
+    let mut runs = false;
+    for case in [example(node), wired(node), plain(node)] {
+        let case = set(case, std::slice::from_ref(&setting));
+        let outputs = |case: &Case| evaluate(case, world(48), 2).map_err(|error| error.to_string());
+        let before = outputs(&case);
+        runs |= before.is_ok();
+        for other in others(&spec.kind) {
+            if outputs(&set(case.clone(), &[(spec.name, other.clone())])) != before {
+                return Err(format!("`{}: {other}` changes what comes of `{governs}: {value}`", spec.name));
+            }
+        }
+    }
+    if runs { Ok(()) } else { Err(format!("`{}` cannot be tried with `{governs}: {value}`", spec.name)) }
 }
 
 #[test]

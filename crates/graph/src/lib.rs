@@ -43,7 +43,7 @@ pub use migrate::{Migration, Step};
 pub use node::{Begin, Exactness, Fallback, Input, Kernel, Node, Output, OutputType, Reach, Resolution};
 pub use param::{
     ColourStops, CurvePoints, FileName, Kind, ParamSpec, ParamType, ParamValue, ParamValues, PathPoints, Seed,
-    StepPoints, Stroke, Strokes, TimedStrokes, Tool, check_value, range_text,
+    StepPoints, Stroke, Strokes, TimedStrokes, Tool, When, check_value, range_text,
 };
 pub use petgraph::stable_graph::NodeIndex;
 pub use process::{Moment, Process};

@@ -24,6 +24,40 @@ pub struct ParamSpec {
     pub unit: Unit,
     /// Kind, default and range.
     pub kind: Kind,
+    /// The settings in which alone it has an effect; all of them must hold. Most have one in every setting.
+    pub when: &'static [When],
+}
+
+impl ParamSpec {
+    /// The setting that takes its effect away from it, if one does.
+    #[must_use]
+    pub fn idle(&self, values: &ParamValues) -> Option<&'static When> {
+        self.when.iter().find(|when| !when.holds(values))
+    }
+}
+
+/// A setting of a node: what a choice or a switch must be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct When {
+    /// The parameter.
+    pub param: &'static str,
+    /// Any of these, as a file writes them.
+    pub is: &'static [&'static str],
+}
+
+impl When {
+    /// Whether a node is set so.
+    #[must_use]
+    pub fn holds(&self, values: &ParamValues) -> bool {
+        values.get(self.param).is_none_or(|value| self.is.contains(&value.to_string().as_str()))
+    }
+}
+
+impl fmt::Display for When {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<String> = self.is.iter().map(|name| format!("`{name}`")).collect();
+        write!(f, "`{}` is {}", self.param, names.join(" or "))
+    }
 }
 
 /// The kind of a parameter, with its default and its ranges.
@@ -356,7 +390,8 @@ impl Kind {
 
 /// Declares a node's parameters once: a typed struct `Params`, its specs and its reader.
 ///
-/// A row is `name: type = default, Unit, hard range;` with an optional `soft lo..=hi` before the semicolon. The type is
+/// A row is `name: type = default, Unit, hard range;` with an optional `soft lo..=hi` before the semicolon, and after it, for
+/// what has an effect in some settings alone, `when other = "name" | "name"`. The type is
 /// one of `f64`, `i64`, `bool`, [`Seed`], `[f64; 2]`, [`CurvePoints`], [`StepPoints`], [`PathPoints`], [`ColourStops`], [`Strokes`], [`TimedStrokes`], [`FileName`] or a [`choice!`](crate::choice)
 /// enum; types without a range write `..`.
 ///
@@ -368,17 +403,23 @@ impl Kind {
 ///     talus: f64 = 35.0, Degrees, 5.0..=80.0, soft 20.0..=45.0;
 ///     /// Number of passes.
 ///     passes: i64 = 60, Count, 0..=5000;
+///     /// Whether ground dries.
+///     dry: bool = false, One, ..;
+///     /// How fast it dries.
+///     rate: f64 = 2.0, One, 0.0..=10.0, when dry = true;
 /// }
 ///
 /// let specs = Params::specs();
 /// assert_eq!(specs[0].name, "talus");
 /// let values = orograph_graph::ParamValues::defaults(&specs);
 /// assert_eq!(Params::read(&values).passes, 60);
+/// assert_eq!(specs[3].idle(&values).map(ToString::to_string).as_deref(), Some("`dry` is `true`"));
 /// ```
 #[macro_export]
 macro_rules! params {
     ($( $(#[doc = $doc:literal])+
-        $name:ident: $ty:ty = $default:expr, $unit:ident, $hard:expr $(, soft $lo:literal ..= $hi:literal)?; )*) => {
+        $name:ident: $ty:ty = $default:expr, $unit:ident, $hard:expr
+            $(, soft $lo:literal ..= $hi:literal)? $(, when $on:ident = $($is:literal)|+)*; )*) => {
         /// The node's parameters, typed.
         #[derive(Clone, Debug, PartialEq)]
         pub struct Params { $( $(#[doc = $doc])+ pub $name: $ty, )* }
@@ -392,6 +433,7 @@ macro_rules! params {
                     doc: concat!($($doc, "\n"),+).trim_ascii(),
                     unit: $crate::Unit::$unit,
                     kind: <$ty as $crate::ParamType>::kind($default, $hard)$(.with_soft($lo as f64, $hi as f64))?,
+                    when: &[ $( $crate::When { param: stringify!($on), is: &[ $( concat!($is) ),+ ] } ),* ],
                 } ),* ]
             }
 

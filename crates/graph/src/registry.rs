@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::{
     document::SUBGRAPH,
     node::{Fallback, Input, Node, OutputType},
-    param::{Kind, check_value},
+    param::{Kind, ParamSpec, check_value},
     suggest::closest,
 };
 
@@ -100,6 +100,7 @@ fn check_node(node: &'static Node, faults: &mut Vec<String>) {
             faults.push(format!("default of {error}"));
         }
         check_ranges(spec.name, &spec.kind, faults);
+        check_settings(node, &spec, faults);
     }
     let mut outputs = BTreeSet::new();
     for output in node.outputs {
@@ -159,6 +160,21 @@ fn check_ranges(name: &str, kind: &Kind, faults: &mut Vec<String>) {
     }
 }
 
+/// A setting names a choice or a switch of the node, and some of what that may be.
+fn check_settings(node: &Node, spec: &ParamSpec, faults: &mut Vec<String>) {
+    for when in spec.when {
+        let other = node.specs().into_iter().find(|other| other.name == when.param && other.name != spec.name);
+        let names = match other.map(|other| other.kind) {
+            Some(Kind::Choice { options, .. }) => options.iter().map(|(name, _)| *name).collect(),
+            Some(Kind::Bool { .. }) => vec!["false", "true"],
+            _ => Vec::new(),
+        };
+        if when.is.iter().any(|name| !names.contains(name)) || when.is.len() >= names.len() || when.is.is_empty() {
+            faults.push(format!("`{}` has an effect where {when}, which is no setting of it", spec.name));
+        }
+    }
+}
+
 fn check_order(name: &str, hard: [f64; 2], soft: [f64; 2], default: f64, faults: &mut Vec<String>) {
     let ordered = hard[0] <= soft[0] && soft[0] <= soft[1] && soft[1] <= hard[1];
     if !ordered || !(hard[0]..=hard[1]).contains(&default) {
@@ -178,7 +194,7 @@ fn is_pascal_case(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Migration, Output, PortType, Unit, param::ParamSpec};
+    use crate::{Migration, Output, PortType, Unit, When};
 
     const SOUND: Node = Node {
         id: "Sound",
@@ -237,12 +253,36 @@ mod tests {
                     doc: "A sentence.",
                     unit: Unit::One,
                     kind: Kind::Float { default: 5.0, hard: [0.0, 1.0], soft: [0.0, 1.0] },
+                    when: &[],
                 }]
             },
             ..SOUND
         };
         let found = faults(&LOOSE);
         assert!(found.contains("ranges of `rate` are not nested") && found.contains("default of `gain`"), "{found}");
+    }
+
+    #[test]
+    fn settings_that_no_choice_has_are_found() {
+        static ODD: Node = Node {
+            params: || {
+                let switch = Kind::Bool { default: false };
+                let spec =
+                    |name, when| ParamSpec { name, doc: "A sentence.", unit: Unit::One, kind: switch.clone(), when };
+                vec![
+                    spec("dry", &[]),
+                    spec("fine", &[When { param: "dry", is: &["true"] }]),
+                    spec("always", &[When { param: "dry", is: &["true", "false"] }]),
+                    spec("never", &[When { param: "dry", is: &["wet"] }]),
+                    spec("lost", &[When { param: "gone", is: &["true"] }]),
+                    spec("own", &[When { param: "own", is: &["true"] }]),
+                ]
+            },
+            ..SOUND
+        };
+        let found = faults(&ODD);
+        assert_eq!(found.matches("which is no setting of it").count(), 4, "{found}");
+        assert!(!found.contains("`fine`"), "{found}");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 use orograph_graph::{ParamValue, Port};
 
-use crate::{graph, scratch, settle, window};
+use crate::{graph, picture, scratch, settle, until, window};
 
 /// A window on a file, with a node selected.
 fn selected(file: &str, node: &str) -> Harness<'static, App> {
@@ -308,4 +308,36 @@ fn a_failure_leads_to_the_node_where_it_went_wrong() {
     window.get_by_label("Go to here").click();
     window.run_steps(3);
     assert_eq!(window.state().session().selected(), Some("here"));
+}
+
+#[test]
+fn what_has_no_effect_stands_back_and_says_why() {
+    let file = scratch(
+        "(world: (cells: 64), nodes: { \"a\": Ridged(), \"b\": Terrace(height: \"a\") }, outputs: { \"h\": \"b\" })",
+    );
+    let mut window = window(Some(file.path().join("graph.ron")));
+    window.state_mut().session_mut().select_only("b");
+    settle(&mut window);
+    window.run_steps(4);
+    assert!(window.query_by_label("only where steps is layers").is_some(), "layers count only there");
+    assert!(window.query_by_label_contains("6 points").is_none(), "and take no room");
+    for theme in [egui::Theme::Dark, egui::Theme::Light] {
+        window.ctx.set_theme(theme);
+        picture(&mut window, &format!("resting_{theme:?}_even"));
+    }
+    let edit = orograph_graph::Edit::SetText { node: "b".into(), name: "steps".into(), text: "layers".into() };
+    assert!(window.state_mut().session_mut().apply(&edit));
+    settle(&mut window);
+    window.run_steps(4);
+    assert!(window.query_by_label_contains("6 points").is_some());
+    let step = window.get_by_role_and_label(Role::TextInput, "step").rect().center();
+    window.hover_at(step);
+    until(&mut window, "the reason", |window| {
+        window.query_by_label_contains("No effect now: it counts only where `steps` is `even`").is_some()
+    });
+    assert!(window.query_by_label_contains("A number, with or without").is_none(), "one thing is told at a time");
+    picture(&mut window, "resting_layers");
+    // It can be set all the same.
+    fill(&mut window, "step", "50 m");
+    assert_eq!(param(&window, "b", "step"), ParamValue::Float(50.0));
 }

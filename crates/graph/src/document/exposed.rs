@@ -412,7 +412,7 @@ impl Reader<'_> {
         let place = Place { node, name: input.name };
         self.take(name, place, text, span)?;
         let kind = Kind::Float { default, hard, soft };
-        let spec = ParamSpec { name: input.name, doc: input.doc, unit: input.ty.unit(), kind };
+        let spec = ParamSpec { name: input.name, doc: input.doc, unit: input.ty.unit(), kind, when: &[] };
         Some((place, spec, ParamValue::Float(default)))
     }
 

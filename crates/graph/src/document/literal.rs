@@ -437,7 +437,7 @@ mod tests {
     #[test]
     fn strokes_are_read_with_what_is_usual_left_out() {
         let kind = Kind::Strokes { hard: [-1e6, 1e6], timed: false };
-        let spec = ParamSpec { name: "strokes", doc: "Strokes.", unit: Unit::Metres, kind };
+        let spec = ParamSpec { name: "strokes", doc: "Strokes.", unit: Unit::Metres, kind, when: &[] };
         let text = "[(tool: raise, radius: 200, strength: 30, points: [(0, 0), (50, 20.5)]), \
                     (tool: erase, radius: 80, hardness: 0.9, points: [(1, 2)])]";
         let value = param(&spec, &literal(text)).expect("two strokes");
@@ -484,6 +484,7 @@ mod tests {
             doc: "Colours.",
             unit: Unit::Metres,
             kind: Kind::Stops { default: vec![Stop { at: 0.0, colour: crate::Srgb::hex(0) }] },
+            when: &[],
         };
         let text = r##"[(-10, "#102030"), (2000, "#ffffff")]"##;
         let value = param(&spec, &literal(text)).expect("two colours");

@@ -61,13 +61,20 @@ change of the file makes only what depends on it be computed anew.
 
 fn own_specs() -> Vec<ParamSpec> {
     vec![
-        ParamSpec { name: FILE, doc: "The graph file, relative to this one.", unit: Unit::One, kind: Kind::File },
+        ParamSpec {
+            name: FILE,
+            doc: "The graph file, relative to this one.",
+            unit: Unit::One,
+            kind: Kind::File,
+            when: &[],
+        },
         ParamSpec {
             name: "seed",
             doc: "Changes every random draw of the file's nodes; 0 leaves their seeds as they are.\n\nThe seed of each \
                   node is combined, bit by bit (xor), with a mixture of this one.",
             unit: Unit::Count,
             kind: Kind::Seed { default: 0 },
+            when: &[],
         },
     ]
 }
@@ -218,6 +225,7 @@ pub(super) fn interface(document: &Document) -> &'static Node {
         doc: leaked(&parameter.doc),
         unit: parameter.unit,
         kind: parameter.kind.clone(),
+        when: &[],
     });
     let declared: Vec<ParamSpec> = own_specs().into_iter().chain(named).collect();
 

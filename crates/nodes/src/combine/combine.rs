@@ -51,7 +51,7 @@ params! {
     /// How two values become one.
     mode: Mode = Mode::Add, One, ..;
     /// Difference below which the smooth extremes round and `height_blend` mixes, in the unit of `a`.
-    radius: f64 = 50.0, One, 0.0..=1e6, soft 0..=500;
+    radius: f64 = 50.0, One, 0.0..=1e6, soft 0..=500, when mode = "smooth_min" | "smooth_max" | "height_blend";
     /// The value that counts as full for `screen`, `overlay`, `power` and `clamp`: 1 for masks, a top height for heights.
     full: f64 = 1.0, One, 1e-6..=1e9, soft 1..=5000;
     /// Keeps the result between 0 and `full`, as a mask must be.

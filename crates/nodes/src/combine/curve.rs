@@ -47,19 +47,19 @@ params! {
     /// What the curve is.
     shape: Shape = Shape::Points, One, ..;
     /// Points of the curve: a value of the input, and what it becomes.
-    points: CurvePoints = CurvePoints(vec![[0.0, 0.0], [1000.0, 1000.0]]), One, ..;
+    points: CurvePoints = CurvePoints(vec![[0.0, 0.0], [1000.0, 1000.0]]), One, .., when shape = "points";
     /// What is beyond the ends of the curve.
     beyond: Beyond = Beyond::Linear, One, ..;
-    /// All but points: the input that becomes `out_low`.
-    in_low: f64 = 0.0, One, -1e9..=1e9, soft -1000..=5000;
-    /// All but points: the input that becomes `out_high`.
-    in_high: f64 = 1000.0, One, -1e9..=1e9, soft -1000..=5000;
-    /// Levels: bends the middle up above 1 and down below.
-    gamma: f64 = 1.0, One, 0.05..=20.0, soft 0.25..=4;
-    /// All but points: what `in_low` becomes.
-    out_low: f64 = 0.0, One, -1e9..=1e9, soft -1000..=5000;
-    /// All but points: what `in_high` becomes.
-    out_high: f64 = 1000.0, One, -1e9..=1e9, soft -1000..=5000;
+    /// The input that becomes `out_low`.
+    in_low: f64 = 0.0, One, -1e9..=1e9, soft -1000..=5000, when shape = "levels" | "exponential" | "quintic" | "arctangent" | "tangent";
+    /// The input that becomes `out_high`.
+    in_high: f64 = 1000.0, One, -1e9..=1e9, soft -1000..=5000, when shape = "levels" | "exponential" | "quintic" | "arctangent" | "tangent";
+    /// Bends the middle up above 1 and down below.
+    gamma: f64 = 1.0, One, 0.05..=20.0, soft 0.25..=4, when shape = "levels";
+    /// What `in_low` becomes.
+    out_low: f64 = 0.0, One, -1e9..=1e9, soft -1000..=5000, when shape = "levels" | "exponential" | "quintic" | "arctangent" | "tangent";
+    /// What `in_high` becomes.
+    out_high: f64 = 1000.0, One, -1e9..=1e9, soft -1000..=5000, when shape = "levels" | "exponential" | "quintic" | "arctangent" | "tangent";
 }
 
 /// The declaration.

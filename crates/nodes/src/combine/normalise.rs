@@ -19,10 +19,10 @@ choice! {
 params! {
     /// What of the field is brought to the ends of the range.
     measure: Measure = Measure::Range, One, ..;
-    /// For `percentiles`: shares of the cells, in percent, that lie below the two ends.
-    percentiles: [f64; 2] = [2.0, 98.0], One, 0.0..=100.0;
-    /// For `deviation`: standard deviations from the mean to either end.
-    deviations: f64 = 2.0, One, 0.01..=100.0, soft 0.5..=4;
+    /// Shares of the cells, in percent, that lie below the two ends.
+    percentiles: [f64; 2] = [2.0, 98.0], One, 0.0..=100.0, when measure = "percentiles";
+    /// Standard deviations from the mean to either end.
+    deviations: f64 = 2.0, One, 0.01..=100.0, soft 0.5..=4, when measure = "deviation";
     /// What the lower and the upper end become, in the unit of `quantity`.
     to: [f64; 2] = [0.0, 1000.0], One, -1e12..=1e12;
     /// What the result means; a mask is kept between 0 and 1.

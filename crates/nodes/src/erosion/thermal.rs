@@ -16,10 +16,10 @@ choice! {
 params! {
     /// Whether slopes come to rest or relax for a time.
     until: Until = Until::Equilibrium, One, ..;
-    /// How long slopes relax; `until: duration` only.
-    duration: f64 = 100.0, Years, 0.0..=1e6, soft 0.0..=1000.0;
-    /// Rate at which the excess of a slope over repose decays; `until: duration` only.
-    relaxation: f64 = 0.01, PerYear, 0.0..=10.0, soft 0.0001..=1.0;
+    /// How long slopes relax.
+    duration: f64 = 100.0, Years, 0.0..=1e6, soft 0.0..=1000.0, when until = "duration";
+    /// Rate at which the excess of a slope over repose decays.
+    relaxation: f64 = 0.01, PerYear, 0.0..=10.0, soft 0.0001..=1.0, when until = "duration";
     /// Excess over repose that counts as none, as a share of it.
     tolerance: f64 = 0.02, One, 0.0001..=0.2, soft 0.001..=0.05;
     /// Volume of debris that a volume of rock becomes; with `debris` wired only.

@@ -21,11 +21,11 @@ params! {
     /// Where the steps are.
     steps: Steps = Steps::Even, One, ..;
     /// Height of a step.
-    step: f64 = 100.0, Metres, 0.01..=1e5, soft 5..=500;
+    step: f64 = 100.0, Metres, 0.01..=1e5, soft 5..=500, when steps = "even";
     /// How steep risers and how flat treads are: 1 leaves the land as it is, from 8 on treads are level.
-    sharpness: f64 = 3.0, One, 1.0..=32.0, soft 1..=12;
-    /// For `layers`: the height of each tread above `base`, rising, and the sharpness of the riser that begins there.
-    layers: StepPoints = StepPoints(vec![[0.0, 2.0], [200.0, 8.0], [350.0, 4.0], [800.0, 12.0], [950.0, 3.0], [1400.0, 1.0]]), One, ..;
+    sharpness: f64 = 3.0, One, 1.0..=32.0, soft 1..=12, when steps = "even";
+    /// The height of each tread above `base`, rising, and the sharpness of the riser that begins there.
+    layers: StepPoints = StepPoints(vec![[0.0, 2.0], [200.0, 8.0], [350.0, 4.0], [800.0, 12.0], [950.0, 3.0], [1400.0, 1.0]]), One, .., when steps = "layers";
 }
 
 /// The declaration.

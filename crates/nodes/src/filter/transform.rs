@@ -33,7 +33,7 @@ params! {
     /// What there is beyond the edges of the world.
     outside: Outside = Outside::Mirror, One, ..;
     /// The value beyond the edges, in the unit of the input, for `level`.
-    level: f64 = 0.0, One, -1e9..=1e9, soft -1000..=5000;
+    level: f64 = 0.0, One, -1e9..=1e9, soft -1000..=5000, when outside = "level";
     /// Multiplies values by `stretch` too, so that slopes stay as they are.
     keep_slopes: bool = false, One, ..;
 }

@@ -34,15 +34,15 @@ params! {
     /// The longest displacement there can be; that of noise is a fifth of it on average. Wired ones are cut at it.
     displacement: f64 = 1000.0, Metres, 0.0..=1e6, soft 0..=5000;
     /// Wavelength of the noise's largest forms.
-    wavelength: f64 = 4000.0, Metres, 1.0..=1e6, soft 200..=30000;
+    wavelength: f64 = 4000.0, Metres, 1.0..=1e6, soft 200..=30000, when pattern = "fbm" | "curl";
     /// Octaves of the noise, each of half the wavelength of the one before.
-    octaves: i64 = 3, Count, 1..=16;
+    octaves: i64 = 3, Count, 1..=16, when pattern = "fbm" | "curl";
     /// Ratio of the displacement by an octave to that by the one before; above ½ fine octaves fold the land.
-    gain: f64 = 0.4, One, 0.0..=1.0, soft 0.2..=0.6;
+    gain: f64 = 0.4, One, 0.0..=1.0, soft 0.2..=0.6, when pattern = "fbm" | "curl";
     /// Whether the noise fits together at opposite sides of the world, for land that does.
-    tileable: bool = false, One, ..;
+    tileable: bool = false, One, .., when pattern = "fbm" | "curl";
     /// Which of the endless displacements this is.
-    seed: Seed = Seed(0), Count, ..;
+    seed: Seed = Seed(0), Count, .., when pattern = "fbm" | "curl";
 }
 
 /// The declaration.

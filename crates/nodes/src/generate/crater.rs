@@ -22,13 +22,13 @@ params! {
     /// How many craters there are.
     pattern: Pattern = Pattern::Field, One, ..;
     /// Middle of the one crater, from the world's north-west corner.
-    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7;
+    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7, when pattern = "one";
     /// Diameter from rim to rim of the one crater or the largest.
     diameter: f64 = 4000.0, Metres, 0.01..=1e6, soft 100..=20000;
     /// Diameter of the smallest crater of a field.
-    smallest: f64 = 150.0, Metres, 0.01..=1e6, soft 10..=1000;
+    smallest: f64 = 150.0, Metres, 0.01..=1e6, soft 10..=1000, when pattern = "field";
     /// Share of the ground that craters of each octave of diameters cover.
-    cover: f64 = 0.12, One, 0.0..=0.36, soft 0..=0.3;
+    cover: f64 = 0.12, One, 0.0..=0.36, soft 0..=0.3, when pattern = "field";
     /// Depth of a fresh crater below the ground around, as a share of its diameter.
     depth: f64 = 0.16, One, 0.0..=0.5, soft 0.05..=0.25;
     /// Height of a fresh crater's rim above the ground around, as a share of its diameter.
@@ -36,9 +36,9 @@ params! {
     /// Diameter above which craters are complex: 15 km on the Moon, 7 on Mars, 3 on Earth.
     transition: f64 = 15000.0, Metres, 1.0..=1e6, soft 1000..=20000;
     /// Share of depth and rim that the oldest craters of a field have lost.
-    wear: f64 = 0.8, One, 0.0..=1.0;
+    wear: f64 = 0.8, One, 0.0..=1.0, when pattern = "field";
     /// Which craters a field has.
-    seed: Seed = Seed(0), Count, ..;
+    seed: Seed = Seed(0), Count, .., when pattern = "field";
 }
 
 /// The declaration.

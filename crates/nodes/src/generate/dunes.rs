@@ -29,8 +29,8 @@ params! {
     azimuth: f64 = 60.0, Degrees, -360.0..=360.0, soft 0..=360;
     /// Angle of the slip face.
     repose: f64 = 33.0, Degrees, 10.0..=45.0, soft 30..=35;
-    /// How much ridges wind and vary in height, as a share of the wavelength; not used by crescents.
-    waviness: f64 = 0.5, One, 0.0..=1.0;
+    /// How much ridges wind and vary in height, as a share of the wavelength.
+    waviness: f64 = 0.5, One, 0.0..=1.0, when form = "transverse";
     /// Which dunes these are.
     seed: Seed = Seed(0), Count, ..;
 }

@@ -22,19 +22,19 @@ params! {
     /// Where the faults are.
     pattern: Pattern = Pattern::Random, One, ..;
     /// How many there are.
-    faults: i64 = 150, Count, 1..=2000, soft 1..=400;
+    faults: i64 = 150, Count, 1..=2000, soft 1..=400, when pattern = "random";
     /// Height of the step of the largest, or of the one along the path.
     throw: f64 = 400.0, Metres, -1e5..=1e5, soft 0..=2000;
     /// Half of the width over which 71 % of a step is made.
     width: f64 = 120.0, Metres, 0.1..=1e6, soft 10..=2000;
     /// Direction of the faults, clockwise from north.
-    azimuth: f64 = 30.0, Degrees, -360.0..=360.0, soft 0..=180;
+    azimuth: f64 = 30.0, Degrees, -360.0..=360.0, soft 0..=180, when pattern = "random";
     /// Width of the range of directions about it: 180 for any direction.
-    spread: f64 = 180.0, Degrees, 0.0..=180.0;
+    spread: f64 = 180.0, Degrees, 0.0..=180.0, when pattern = "random";
     /// Trace of the one fault, which goes on straight beyond its ends; the land to its right sinks.
-    path: PathPoints = PathPoints(vec![[3000.0, 15000.0], [6000.0, 9500.0], [10500.0, 7000.0], [13000.0, 1000.0]]), Metres, -1e7..=1e7;
+    path: PathPoints = PathPoints(vec![[3000.0, 15000.0], [6000.0, 9500.0], [10500.0, 7000.0], [13000.0, 1000.0]]), Metres, -1e7..=1e7, when pattern = "path";
     /// Which faults these are.
-    seed: Seed = Seed(0), Count, ..;
+    seed: Seed = Seed(0), Count, .., when pattern = "random";
 }
 
 /// The declaration.

@@ -40,9 +40,9 @@ params! {
     /// Middle, from the world's north-west corner.
     centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7;
     /// Direction of the change, or where a turn begins, clockwise from north.
-    azimuth: f64 = 90.0, Degrees, -360.0..=360.0, soft 0..=360;
+    azimuth: f64 = 90.0, Degrees, -360.0..=360.0, soft 0..=360, when form = "linear" | "angular";
     /// Distance from the beginning to the end; a turn has none.
-    length: f64 = 16000.0, Metres, 0.01..=1e7, soft 100..=30000;
+    length: f64 = 16000.0, Metres, 0.01..=1e7, soft 100..=30000, when form = "linear" | "radial";
     /// What there is beyond the end. A turn that is mirrored has its end half way round and no seam.
     beyond: Beyond = Beyond::Hold, One, ..;
     /// What the values mean, and so where they may be wired.

@@ -19,11 +19,11 @@ params! {
     /// What the coast follows.
     form: Form = Form::Edges, One, ..;
     /// Distance of the coast from the edges of the world.
-    margin: f64 = 2500.0, Metres, 0.0..=1e7, soft 0..=8000;
+    margin: f64 = 2500.0, Metres, 0.0..=1e7, soft 0..=8000, when form = "edges";
     /// Middle of the circle, from the world's north-west corner.
-    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7;
+    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7, when form = "disc";
     /// Radius of the circle.
-    radius: f64 = 6000.0, Metres, 0.01..=1e7, soft 500..=20000;
+    radius: f64 = 6000.0, Metres, 0.01..=1e7, soft 500..=20000, when form = "disc";
     /// Distance from the coast inland over which the land comes to its whole height.
     slope: f64 = 4000.0, Metres, 0.01..=1e7, soft 100..=10000;
     /// Elevation of the sea, which is that of the coast.

@@ -24,15 +24,15 @@ params! {
     /// What shape it is.
     figure: Figure = Figure::Disc, One, ..;
     /// Middle of the shape, from the world's north-west corner; a polygon is where its path is.
-    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7;
+    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7, when figure = "disc" | "rectangle" | "ellipse";
     /// Width across `azimuth` and length along it.
-    size: [f64; 2] = [8000.0, 8000.0], Metres, 0.01..=1e7;
+    size: [f64; 2] = [8000.0, 8000.0], Metres, 0.01..=1e7, when figure = "disc" | "rectangle" | "ellipse";
     /// Direction of the shape's length, clockwise from north.
-    azimuth: f64 = 0.0, Degrees, -360.0..=360.0, soft 0..=180;
+    azimuth: f64 = 0.0, Degrees, -360.0..=360.0, soft 0..=180, when figure = "rectangle" | "ellipse";
     /// Corners of a polygon.
-    path: PathPoints = PathPoints(vec![[3000.0, 12000.0], [6000.0, 3000.0], [13000.0, 5000.0], [12000.0, 13000.0]]), Metres, -1e7..=1e7;
+    path: PathPoints = PathPoints(vec![[3000.0, 12000.0], [6000.0, 3000.0], [13000.0, 5000.0], [12000.0, 13000.0]]), Metres, -1e7..=1e7, when figure = "polygon";
     /// Radius of the corners: a rectangle is cut by it, a polygon grows by it.
-    rounding: f64 = 0.0, Metres, 0.0..=1e7, soft 0..=2000;
+    rounding: f64 = 0.0, Metres, 0.0..=1e7, soft 0..=2000, when figure = "rectangle" | "polygon";
     /// Width over which the mask goes from 1 to 0, half of it on each side of the outline; a cell at least.
     softness: f64 = 1000.0, Metres, 0.0..=1e7, soft 0..=5000;
 }

@@ -25,7 +25,7 @@ params! {
     /// Distance of the foot from the middle.
     radius: f64 = 7000.0, Metres, 1.0..=1e6, soft 500..=100000;
     /// Steepest slope of a stratovolcano: loose ash rests at some 32 degrees.
-    repose: f64 = 32.0, Degrees, 1.0..=60.0, soft 25..=40;
+    repose: f64 = 32.0, Degrees, 1.0..=60.0, soft 25..=40, when form = "strato";
     /// Radius of the caldera's rim; 0 for none.
     caldera_radius: f64 = 450.0, Metres, 0.0..=1e6, soft 0..=5000;
     /// Depth of the caldera's floor below its rim.

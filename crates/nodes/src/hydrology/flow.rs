@@ -46,15 +46,15 @@ params! {
     /// What happens to water in depressions.
     depressions: Sinks = Sinks::Carve, One, ..;
     /// The deepest cut of `breach`.
-    breach_depth: f64 = 10.0, Metres, 0.0..=1e5, soft 0.0..=100.0;
+    breach_depth: f64 = 10.0, Metres, 0.0..=1e5, soft 0.0..=100.0, when depressions = "breach";
     /// The longest cut of `breach`, from the bottom of a depression to ground that is not higher.
-    breach_length: f64 = 500.0, Metres, 0.0..=1e6, soft 0.0..=5000.0;
+    breach_length: f64 = 500.0, Metres, 0.0..=1e6, soft 0.0..=5000.0, when depressions = "breach";
     /// How `area` is gathered.
     routing: Routing = Routing::D8, One, ..;
-    /// The power of the slope, of `mfd` alone.
+    /// The power of the slope.
     ///
     /// 1 spreads widely; from 8 up it is hardly wider than `d8`.
-    exponent: f64 = 1.1, One, 0.0..=20.0, soft 1..=8;
+    exponent: f64 = 1.1, One, 0.0..=20.0, soft 1..=8, when routing = "mfd";
 }
 
 /// The declaration.

@@ -55,11 +55,11 @@ params! {
     /// Side of the file's cells; 0 takes it from the file.
     ///
     /// A file that does not say it either is stretched over the world.
-    cell: f64 = 0.0, Metres, 0.0..=1e6, soft 0.0..=100.0;
+    cell: f64 = 0.0, Metres, 0.0..=1e6, soft 0.0..=100.0, when placement = "centre" | "corner";
     /// How it lies in the world.
     placement: Placement = Placement::Centre, One, ..;
     /// What lies beyond it.
-    beyond: Beyond = Beyond::Extend, One, ..;
+    beyond: Beyond = Beyond::Extend, One, .., when placement = "centre" | "corner";
     /// What a cell without data becomes.
     voids: Voids = Voids::Fill, One, ..;
     /// The value that `beyond` and `voids` may choose.

@@ -35,11 +35,11 @@ params! {
     /// Colour by elevation; white paper when off.
     tints: bool = true, One, ..;
     /// Elevation of the first land colour, lowland green.
-    low: f64 = 0.0, Metres, -1e5..=1e5, soft 0.0..=3000.0;
+    low: f64 = 0.0, Metres, -1e5..=1e5, soft 0.0..=3000.0, when tints = true;
     /// Elevation of the last land colour, snow.
-    high: f64 = 3000.0, Metres, -1e5..=1e5, soft 100.0..=9000.0;
+    high: f64 = 3000.0, Metres, -1e5..=1e5, soft 100.0..=9000.0, when tints = true;
     /// Colour what lies below 0 m as water.
-    water: bool = true, One, ..;
+    water: bool = true, One, .., when tints = true;
 }
 
 /// The declaration.

@@ -32,7 +32,7 @@ params! {
     /// The colours: ready ones, stretched from `low` to `high`, or `stops`.
     palette: Palette = Palette::Alpine, One, ..;
     /// Own colours: values of the input and what they look like.
-    stops: ColourStops = two(0x3b_4a_2f, 0xf7_f9_fb), One, ..;
+    stops: ColourStops = two(0x3b_4a_2f, 0xf7_f9_fb), One, .., when palette = "stops";
     /// Value that has the first colour of a ready palette.
     low: f64 = 0.0, One, -1e9..=1e9, soft -1000..=5000;
     /// Value that has the last colour of a ready palette.
@@ -42,7 +42,7 @@ params! {
     /// Colours where `second` is high, along the same values.
     second_palette: Palette = Palette::Rock, One, ..;
     /// Own colours for where `second` is high.
-    second_stops: ColourStops = two(0x3d_3a_37, 0xbd_b5_a8), One, ..;
+    second_stops: ColourStops = two(0x3d_3a_37, 0xbd_b5_a8), One, .., when second_palette = "stops";
     /// Value of `second` up to which the first colours stand alone.
     second_from: f64 = 25.0, One, -1e9..=1e9, soft 0..=90;
     /// Value of `second` from which the second colours stand alone.

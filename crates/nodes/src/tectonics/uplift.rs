@@ -38,27 +38,27 @@ params! {
     /// Time that `displacement` has risen for.
     duration: f64 = 1e6, Years, 0.0..=1e9, soft 0..=1e7;
     /// Middle of a dome, or a place on a fault, from the world's north-west corner.
-    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7;
+    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7, when shape = "gaussian" | "fault";
     /// Distance from the middle of a dome at which the rate has fallen to 61 % (one standard deviation).
-    radius: f64 = 5000.0, Metres, 1.0..=1e7, soft 500..=50000;
+    radius: f64 = 5000.0, Metres, 1.0..=1e7, soft 500..=50000, when shape = "gaussian";
     /// Crest of a range, from place to place.
-    path: PathPoints = PathPoints(vec![[1500.0, 11500.0], [6500.0, 9500.0], [10000.0, 6500.0], [15000.0, 5000.0]]), Metres, -1e7..=1e7;
+    path: PathPoints = PathPoints(vec![[1500.0, 11500.0], [6500.0, 9500.0], [10000.0, 6500.0], [15000.0, 5000.0]]), Metres, -1e7..=1e7, when shape = "range";
     /// Distance to the right of a range's path at which the rate has fallen to 61 %.
-    front: f64 = 1500.0, Metres, 1.0..=1e7, soft 500..=50000;
+    front: f64 = 1500.0, Metres, 1.0..=1e7, soft 500..=50000, when shape = "range";
     /// Distance to the left of a range's path at which the rate has fallen to 61 %.
-    back: f64 = 3000.0, Metres, 1.0..=1e7, soft 500..=100000;
+    back: f64 = 3000.0, Metres, 1.0..=1e7, soft 500..=100000, when shape = "range";
     /// Direction of a fault, clockwise from north; the block to its right sinks.
-    azimuth: f64 = 30.0, Degrees, -360.0..=360.0, soft 0..=360;
+    azimuth: f64 = 30.0, Degrees, -360.0..=360.0, soft 0..=360, when shape = "fault";
     /// Distance from a fault within which 71 % of the step is made.
-    step: f64 = 100.0, Metres, 0.1..=1e6, soft 10..=2000;
+    step: f64 = 100.0, Metres, 0.1..=1e6, soft 10..=2000, when shape = "fault";
     /// Distance from a fault at which the motion of both blocks has fallen to 37 %.
-    decay: f64 = 10000.0, Metres, 1.0..=1e9, soft 5000..=20000;
+    decay: f64 = 10000.0, Metres, 1.0..=1e9, soft 5000..=20000, when shape = "fault";
     /// Share of a fault's throw by which the left block rises; the right one sinks by the rest.
-    footwall: f64 = 0.3, One, 0.0..=1.0;
+    footwall: f64 = 0.3, One, 0.0..=1.0, when shape = "fault";
     /// Distance between the middles of neighbouring plates, on average.
-    plate_size: f64 = 8000.0, Metres, 100.0..=1e8, soft 2000..=1000000;
+    plate_size: f64 = 8000.0, Metres, 100.0..=1e8, soft 2000..=1000000, when shape = "plates";
     /// Width of the belts where plates meet; a tenth of `plate_size` at most.
-    belt: f64 = 500.0, Metres, 1.0..=1e7, soft 100..=100000;
+    belt: f64 = 500.0, Metres, 1.0..=1e7, soft 100..=100000, when shape = "plates";
     /// How much the rate varies from place to place, as a share of it.
     variation: f64 = 0.0, One, 0.0..=1.0, soft 0..=0.5;
     /// Wavelength of that variation.

@@ -58,7 +58,11 @@ fn section(out: &mut String, title: &str, entries: &[Entry], noun: &str) {
         let _ = writeln!(out, "| {noun} | type | default | range | usual | meaning |\n|---|---|---|---|---|---|");
     }
     for entry in entries {
-        let meaning = cell(entry.doc);
+        let only = match entry.when.is_empty() {
+            true => String::new(),
+            false => format!(" *Only where {}.*", entry.when.join(" and ")),
+        };
+        let meaning = cell(entry.doc) + &only;
         let meaning = entry
             .choices
             .iter()

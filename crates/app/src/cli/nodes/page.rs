@@ -59,6 +59,9 @@ pub struct Entry {
     pub usual: Option<[f64; 2]>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub choices: Vec<Choice>,
+    /// The settings in which alone it has an effect, in words.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub when: Vec<String>,
     pub doc: &'static str,
     /// The default for people.
     #[serde(skip)]
@@ -176,6 +179,7 @@ impl Entry {
             range: None,
             usual: None,
             choices: Vec::new(),
+            when: Vec::new(),
             doc,
             default_text: String::new(),
             range_text: String::new(),
@@ -199,7 +203,8 @@ impl Entry {
     }
 
     fn parameter(spec: &ParamSpec) -> Self {
-        let mut entry = Self { unit: spec.unit.symbol(), ..Self::blank(spec.name, spec.doc) };
+        let when = spec.when.iter().map(ToString::to_string).collect();
+        let mut entry = Self { unit: spec.unit.symbol(), when, ..Self::blank(spec.name, spec.doc) };
         let default = spec.kind.default_value();
         entry.default = Some(value(&default));
         entry.default_text = default.to_string();

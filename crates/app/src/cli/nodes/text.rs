@@ -110,5 +110,8 @@ fn facts(entry: &Entry) -> String {
     if !entry.usual_text.is_empty() {
         facts.push(format!("usually {}", entry.usual_text));
     }
+    if !entry.when.is_empty() {
+        facts.push(format!("only where {}", entry.when.join(" and ")));
+    }
     facts.join(" · ")
 }

@@ -309,6 +309,7 @@ fn parameters(ui: &mut Ui, form: &mut Form, session: &mut Session) {
                     .map_or("", |spec| spec.doc),
                 unit: named.unit,
                 kind: named.kind.clone(),
+                when: &[],
             };
             let places = named.places.iter().map(|place| format!("{}.{}", graph.instance(place.node).name, place.name));
             (target, spec, places.collect())

@@ -16,6 +16,8 @@ pub(super) struct Form {
     refused: Option<(Id, String)>,
     /// Whether a value is being dragged.
     dragging: bool,
+    /// Why what is shown now has no effect.
+    resting: Option<String>,
 }
 
 /// A text that is being typed.
@@ -29,6 +31,16 @@ impl Form {
     /// Forgets what was typed, as when another node is selected.
     pub(super) fn forget(&mut self) {
         (self.typing, self.refused) = (None, None);
+    }
+
+    /// Shows what follows as without effect, for a reason, or as usual.
+    pub(super) fn rest(&mut self, why: Option<String>) {
+        self.resting = why;
+    }
+
+    /// Why what is shown now has no effect.
+    pub(super) fn resting(&self) -> Option<&str> {
+        self.resting.as_deref()
     }
 
     /// Remembers why a line's value was refused, or that it was taken.
@@ -86,7 +98,7 @@ impl Form {
                 self.forget();
             }
         }
-        if !field.hover.is_empty() {
+        if !field.hover.is_empty() && self.resting.is_none() {
             response.on_hover_text(field.hover);
         }
         None

@@ -1,7 +1,7 @@
 //! The selected node: its state, its inputs, its parameters, what it gives, and its page of the manual.
 
 use egui::{Button, Frame, Label, RichText, Ui, containers::menu::MenuButton};
-use orograph_graph::{Edit, Fallback, Input, Kind, Node, NodeIndex, ParamSpec, ParamValue, Port, bytes};
+use orograph_graph::{Edit, Fallback, Input, Kind, Node, NodeIndex, ParamSpec, ParamValue, Port, When, bytes};
 
 use super::{
     form::{self, Entry, Form, line, section, title, words},
@@ -39,12 +39,13 @@ pub(super) fn show(ui: &mut Ui, form: &mut Form, kept: &mut Option<Kept>, sessio
     let graph = document.graph();
     let instance = graph.instance(index);
     let node = instance.node;
-    let params: Vec<(ParamSpec, ParamValue)> = node
+    let params: Vec<(ParamSpec, ParamValue, Option<&When>)> = node
         .specs()
         .into_iter()
         .map(|spec| {
             let value = instance.params.get(spec.name).cloned().unwrap_or_else(|| spec.kind.default_value());
-            (spec, value)
+            let idle = spec.idle(&instance.params);
+            (spec, value, idle)
         })
         .collect();
     let inputs: Vec<Wiring> = node
@@ -69,9 +70,13 @@ pub(super) fn show(ui: &mut Ui, form: &mut Form, kept: &mut Option<Kept>, sessio
     }
     if !params.is_empty() {
         section(ui, "Parameters");
-        for (spec, value) in &params {
+        for (spec, value, idle) in &params {
             let target = Target::Param { node: name.to_owned(), name: spec.name.to_owned() };
-            row(ui, form, session, &target, spec, value, *value != spec.kind.default_value());
+            let changed = *value != spec.kind.default_value();
+            match idle {
+                Some(when) => resting(ui, form, session, &target, (spec, value, changed), when),
+                None => row(ui, form, session, &target, spec, value, changed),
+            }
         }
     }
     section(ui, "Outputs");
@@ -228,7 +233,7 @@ fn input(ui: &mut Ui, form: &mut Form, session: &mut Session, node: &str, wiring
     let target = Target::Input { node: node.to_owned(), name: input.name.to_owned() };
     if let (None, Fallback::Constant { default, hard, soft }) = (source, input.fallback) {
         let kind = Kind::Float { default, hard, soft };
-        let spec = ParamSpec { name: input.name, doc: input.doc, unit: input.ty.unit(), kind };
+        let spec = ParamSpec { name: input.name, doc: input.doc, unit: input.ty.unit(), kind, when: &[] };
         let value = ParamValue::Float(constant.unwrap_or(default));
         let deed = fields(ui, form, session, &target, &spec, &value, constant.is_some());
         carry_out(ui, form, session, &target, deed);
@@ -297,6 +302,35 @@ pub(super) fn row(
     carry_out(ui, form, session, target, deed);
 }
 
+/// A line of what has no effect in the present setting: it stands back, and tells where it would have one. It can be set
+/// all the same; what needs much room is not shown.
+fn resting(
+    ui: &mut Ui,
+    form: &mut Form,
+    session: &mut Session,
+    target: &Target,
+    (spec, value, changed): (&ParamSpec, &ParamValue, bool),
+    when: &When,
+) {
+    let why = format!("No effect now: it counts only where {when}");
+    ui.scope(|ui| {
+        ui.multiply_opacity(RESTING);
+        if value::is_tall(&spec.kind) {
+            let (_, label) = line(ui, target.label(), changed, |ui, _| {
+                ui.add(Label::new(format!("only where {}", when.to_string().replace('`', ""))).truncate());
+            });
+            label.on_hover_ui(|ui| told(ui, spec.doc, &spec.kind.describe(spec.unit)));
+        } else {
+            form.rest(Some(why));
+            row(ui, form, session, target, spec, value, changed);
+            form.rest(None);
+        }
+    });
+}
+
+/// How much is left of the colours of what has no effect.
+const RESTING: f32 = 0.45;
+
 /// Room for the buttons at the end of a line.
 const BUTTONS: f32 = 48.0;
 
@@ -318,12 +352,15 @@ fn fields(
     let (label_id, label) = line(ui, target.label(), changed, |ui, label| {
         let place = Place { line: id, label: label.id, world, folder: &folder };
         let size = egui::vec2((ui.available_width() - BUTTONS).max(20.0), ui.spacing().interact_size.y);
-        ui.allocate_ui_with_layout(size, egui::Layout::left_to_right(egui::Align::Center), |ui| {
+        let room = ui.allocate_ui_with_layout(size, egui::Layout::left_to_right(egui::Align::Center), |ui| {
             ui.set_min_width(size.x);
             if !tall {
                 asked = value::show(ui, form, place, spec, value);
             }
         });
+        if let Some(why) = form.resting() {
+            ui.interact(room.response.rect, id.with("why"), egui::Sense::hover()).on_hover_text(why);
+        }
         ui.spacing_mut().item_spacing.x = 2.0;
         ui.spacing_mut().button_padding.x = 1.0;
         if changed {
@@ -341,7 +378,12 @@ fn fields(
         label.id
     });
     label.context_menu(|ui| menu(ui, session, target, changed, named.as_deref(), &mut deed));
-    label.on_hover_ui(|ui| told(ui, spec.doc, &spec.kind.describe(spec.unit)));
+    label.on_hover_ui(|ui| {
+        told(ui, spec.doc, &spec.kind.describe(spec.unit));
+        if let Some(why) = form.resting() {
+            ui.label(why);
+        }
+    });
     if tall {
         let place = Place { line: id, label: label_id, world, folder: &folder };
         asked = ui.push_id(id, |ui| value::show(ui, form, place, spec, value)).inner;

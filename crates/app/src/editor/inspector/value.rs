@@ -69,7 +69,7 @@ pub(super) fn show(
             response.widget_info(|| WidgetInfo::selected(WidgetType::Checkbox, enabled, now, &name));
             response.changed().then_some(Asked::Set(ParamValue::Bool(now)))
         }
-        (Kind::Choice { options, .. }, ParamValue::Choice(now)) => choice(ui, place, options, now),
+        (Kind::Choice { options, .. }, ParamValue::Choice(now)) => choice(ui, form, place, options, now),
         (Kind::Seed { .. }, ParamValue::Seed(now)) => seed(ui, form, place, *now),
         (Kind::Point { .. }, ParamValue::Point(now)) => {
             let typed = point(ui, form, place, spec.unit, *now, "")?;
@@ -91,7 +91,13 @@ pub(super) fn show(
     }
 }
 
-fn choice(ui: &mut Ui, place: Place<'_>, options: &[(&'static str, &'static str)], now: &str) -> Option<Asked> {
+fn choice(
+    ui: &mut Ui,
+    form: &Form,
+    place: Place<'_>,
+    options: &[(&'static str, &'static str)],
+    now: &str,
+) -> Option<Asked> {
     let mut chosen = None;
     let combo = ComboBox::from_id_salt(place.line).selected_text(now).width(ui.available_width().max(40.0)).truncate();
     let shown = combo.show_ui(ui, |ui| {
@@ -102,7 +108,7 @@ fn choice(ui: &mut Ui, place: Place<'_>, options: &[(&'static str, &'static str)
         }
     });
     let response = shown.response.labelled_by(place.label);
-    if let Some((_, doc)) = options.iter().find(|(name, _)| *name == now) {
+    if let Some((_, doc)) = options.iter().find(|(name, _)| *name == now && form.resting().is_none()) {
         response.on_hover_text(*doc);
     }
     chosen.filter(|name| *name != now).map(|name| Asked::Set(ParamValue::Choice(name)))

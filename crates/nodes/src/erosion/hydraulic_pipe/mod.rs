@@ -37,35 +37,35 @@ params! {
     /// Morphological factor: how many times the bed changes for what one run of the water takes and leaves.
     acceleration: f64 = 2000.0, One, 0.0..=1e5, soft 1.0..=10000.0;
     /// What drives the water.
-    scheme: Scheme = Scheme::Inertial, One, ..;
+    scheme: Scheme = Scheme::Inertial, One, .., when law = "stream_power" | "excess_shear";
     /// How sediment is carried along.
     transport: Transport = Transport::Upwind, One, ..;
     /// How much sediment water carries, and how fast it takes and leaves it.
     law: Law = Law::StreamPower, One, ..;
-    /// Manning's roughness of the bed; `inertial` only.
-    roughness: f64 = 0.05, Roughness, 0.005..=0.5, soft 0.02..=0.15;
-    /// Rate at which pipes lose their discharge; `pipes` only.
-    damping: f64 = 0.0, PerSecond, 0.0..=10.0, soft 0.0..=1.0;
+    /// Manning's roughness of the bed.
+    roughness: f64 = 0.05, Roughness, 0.005..=0.5, soft 0.02..=0.15, when scheme = "inertial", when law = "stream_power" | "excess_shear";
+    /// Rate at which pipes lose their discharge.
+    damping: f64 = 0.0, PerSecond, 0.0..=10.0, soft 0.0..=1.0, when scheme = "pipes", when law = "stream_power" | "excess_shear";
     /// Efficiency of transport: concentration of sediment per unit stream power over settling velocity.
-    capacity: f64 = 0.01, One, 0.0..=10.0, soft 0.001..=0.1;
+    capacity: f64 = 0.01, One, 0.0..=10.0, soft 0.001..=0.1, when law = "stream_power" | "excess_shear";
     /// Settling velocity of the grains.
-    settling: f64 = 0.02, MetresPerSecond, 1e-5..=2.0, soft 0.002..=0.2;
+    settling: f64 = 0.02, MetresPerSecond, 1e-5..=2.0, soft 0.002..=0.2, when law = "stream_power" | "excess_shear";
     /// Rate at which loose ground fills water to its capacity.
-    entrainment: f64 = 0.2, PerSecond, 0.0..=100.0, soft 0.01..=1.0;
-    /// Shear stress below which the bed stays; `excess_shear` only.
-    critical_shear: f64 = 5.0, Pascals, 0.01..=1e5, soft 0.1..=200.0;
+    entrainment: f64 = 0.2, PerSecond, 0.0..=100.0, soft 0.01..=1.0, when law = "stream_power" | "excess_shear";
+    /// Shear stress below which the bed stays.
+    critical_shear: f64 = 5.0, Pascals, 0.01..=1e5, soft 0.1..=200.0, when law = "excess_shear";
     /// How fast rock gives way, as a share of loose ground.
     rock: f64 = 0.01, One, 0.0..=1.0;
     /// Angle above which loose ground slides.
     talus: f64 = 35.0, Degrees, 1.0..=89.0, soft 20.0..=60.0;
     /// Depth of a film of water that is too thin to erode.
-    film: f64 = 0.005, Metres, 1e-4..=1.0, soft 0.001..=0.02;
+    film: f64 = 0.005, Metres, 1e-4..=1.0, soft 0.001..=0.02, when law = "stream_power" | "excess_shear";
     /// Depth from which water takes nothing from its bed; capacity falls to 0 towards it.
-    deep: f64 = 5.0, Metres, 0.01..=1e4, soft 1.0..=20.0;
+    deep: f64 = 5.0, Metres, 0.01..=1e4, soft 1.0..=20.0, when law = "stream_power" | "excess_shear";
     /// Breadth of the least channel, 5 to 12 cells, over which what water takes and leaves is spread; 0 is one cell.
-    width: f64 = 20.0, Metres, 0.0..=1e4, soft 0.0..=100.0;
+    width: f64 = 20.0, Metres, 0.0..=1e4, soft 0.0..=100.0, when law = "stream_power" | "excess_shear";
     /// Share of the water that evaporates.
-    evaporation: f64 = 0.0, PerSecond, 0.0..=1.0, soft 0.0..=0.001;
+    evaporation: f64 = 0.0, PerSecond, 0.0..=1.0, soft 0.0..=0.001, when law = "stream_power" | "excess_shear";
     /// Water that seeps into the ground.
     infiltration: f64 = 0.0, MillimetresPerHour, 0.0..=1e4, soft 0.0..=50.0;
     /// Discharge of a spring.

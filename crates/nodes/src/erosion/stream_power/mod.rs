@@ -100,7 +100,7 @@ params! {
     ///
     /// Any step is stable. Longer ones give rivers less chances to find their way and smear waves of erosion. At most
     /// 10000 steps are made, longer ones than asked for if need be.
-    time_step: f64 = 0.0, Years, 0.0..=1e9, soft 0..=1e5;
+    time_step: f64 = 0.0, Years, 0.0..=1e9, soft 0..=1e5, when method = "implicit";
     /// How the law is solved.
     ///
     /// At once needs n = 1, no deposition, an even uplift course and no sea.
@@ -108,7 +108,7 @@ params! {
     /// On which cells the time passes.
     ///
     /// Coarse to fine is several times as fast over long times, and not quite the same land.
-    schedule: Schedule = Schedule::Full, One, ..;
+    schedule: Schedule = Schedule::Full, One, .., when method = "implicit";
     /// Seed of the random receivers and of the variation.
     seed: Seed = Seed(0), Count, ..;
 }

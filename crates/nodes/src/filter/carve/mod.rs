@@ -61,7 +61,7 @@ params! {
     /// How the elevation of the bed runs along a line.
     course: Course = Course::Downhill, One, ..;
     /// Length along the path over which the elevation of the land is averaged.
-    easing: f64 = 500.0, Metres, 0.0..=1e6, soft 0..=5000;
+    easing: f64 = 500.0, Metres, 0.0..=1e6, soft 0..=5000, when course = "land" | "downhill";
 }
 
 /// The declaration.

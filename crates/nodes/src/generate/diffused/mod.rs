@@ -29,17 +29,17 @@ params! {
     /// Root mean square of heights, over many lands.
     relief: f64 = 200.0, Metres, 0.0..=1e5, soft 10..=2000;
     /// Standard deviation of the Gaussian that smooths the coarsest noise.
-    correlation: f64 = 900.0, Metres, 0.01..=1e7, soft 50..=5000;
+    correlation: f64 = 900.0, Metres, 0.01..=1e7, soft 50..=5000, when form = "gaussian";
     /// Noises of half the length each, or doublings of the layers of the fractal form.
-    octaves: i64 = 6, Count, 1..=12;
+    octaves: i64 = 6, Count, 1..=12, when form = "gaussian" | "fractal";
     /// Height of each finer noise as a share of the one before.
-    gain: f64 = 0.5, One, 0.0..=1.0, soft 0.3..=0.7;
+    gain: f64 = 0.5, One, 0.0..=1.0, soft 0.3..=0.7, when form = "gaussian";
     /// Passes of the mean filter.
-    layers: i64 = 150, Count, 0..=100_000, soft 0..=500;
+    layers: i64 = 150, Count, 0..=100_000, soft 0..=500, when form = "layers";
     /// Share of the filtered values in each pass of the mean filter, and of the coarser layers in their blend.
-    alpha: f64 = 0.5, One, 0.0..=1.0;
+    alpha: f64 = 0.5, One, 0.0..=1.0, when form = "layers" | "fractal";
     /// Whether opposite sides of the world fit together; Gaussian form only, the others are mirrored at the sides.
-    tileable: bool = false, One, ..;
+    tileable: bool = false, One, .., when form = "gaussian";
     /// Which noise it is.
     seed: Seed = Seed(0), Count, ..;
 }

@@ -47,16 +47,16 @@ fractal_params! {
     wavelength: 5000.0, lacunarity: 2.0, gain: 0.5;
     /// Three standard deviations of the heights about their mean of 0: nearly all land lies between ± this.
     amplitude: f64 = 1000.0, Metres, 0.0..=1e6, soft 0..=4000;
-    /// What is added to the noise before octaves multiply: less makes low ground smoother. For hybrid and heterogeneous.
-    offset: f64 = 0.7, One, 0.0..=2.0, soft 0.4..=1.2;
-    /// How strongly slopes damp finer octaves, 1 as published; eroded and jordan alone.
-    damping: f64 = 1.0, One, 0.0..=4.0;
-    /// How far octaves are moved by those before, 1 as published; swiss and jordan alone.
-    warp: f64 = 1.0, One, 0.0..=2.0;
+    /// What is added to the noise before octaves multiply: less makes low ground smoother.
+    offset: f64 = 0.7, One, 0.0..=2.0, soft 0.4..=1.2, when kind = "hybrid" | "heterogeneous";
+    /// How strongly slopes damp finer octaves, 1 as published.
+    damping: f64 = 1.0, One, 0.0..=4.0, when kind = "eroded" | "jordan";
+    /// How far octaves are moved by those before, 1 as published.
+    warp: f64 = 1.0, One, 0.0..=2.0, when kind = "swiss" | "jordan";
     /// Elevation of the base, the first two octaves, below which a blend has no ridges.
-    low: f64 = -150.0, Metres, -1e6..=1e6, soft -1000..=1000;
+    low: f64 = -150.0, Metres, -1e6..=1e6, soft -1000..=1000, when kind = "blend";
     /// Elevation of the base above which a blend is all ridges.
-    high: f64 = 450.0, Metres, -1e6..=1e6, soft -1000..=2000;
+    high: f64 = 450.0, Metres, -1e6..=1e6, soft -1000..=2000, when kind = "blend";
 }
 
 /// The declaration.

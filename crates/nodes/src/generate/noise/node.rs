@@ -29,7 +29,7 @@ choice! {
 }
 
 choice! {
-    /// How distances are measured; not used by values and simplex.
+    /// How distances are measured.
     pub enum Metric {
         /// Along the straight line: round forms.
         Euclidean = "euclidean",
@@ -53,10 +53,10 @@ params! {
     gain: f64 = 0.5, One, 0.0..=1.0, soft 0.3..=0.7;
     /// Height of a value of 1, or of a distance of one wavelength.
     amplitude: f64 = 600.0, Metres, 0.0..=1e6, soft 0..=4000;
-    /// How far points are from a regular grid: 0 not at all, 1 anywhere in their cells; not used by values and simplex.
-    jitter: f64 = 1.0, One, 0.0..=1.0;
+    /// How far points are from a regular grid: 0 not at all, 1 anywhere in their cells.
+    jitter: f64 = 1.0, One, 0.0..=1.0, when kind = "nearest" | "second" | "borders";
     /// How distances are measured; not used by values and simplex.
-    metric: Metric = Metric::Euclidean, One, ..;
+    metric: Metric = Metric::Euclidean, One, .., when kind = "nearest" | "second" | "borders";
     /// Whether opposite sides of the world fit together; wavelengths are then rounded to whole parts of its sides.
     tileable: bool = false, One, ..;
     /// Which of the endless patterns this is.

@@ -29,10 +29,10 @@ choice! {
 params! {
     /// What makes a channel begin.
     heads: Heads = Heads::Area, One, ..;
-    /// Drainage area above which there is a channel, of `area`.
-    channel_area: f64 = 1e5, SquareMetres, 0.0..=1e15, soft 1e4..=1e7;
-    /// The threshold of `slope_area`, A S². Measured ones are 500 to 4000 m².
-    channel_constant: f64 = 2000.0, SquareMetres, 0.0..=1e12, soft 100.0..=10000.0;
+    /// Drainage area above which there is a channel.
+    channel_area: f64 = 1e5, SquareMetres, 0.0..=1e15, soft 1e4..=1e7, when heads = "area";
+    /// The threshold of A S². Measured ones are 500 to 4000 m².
+    channel_constant: f64 = 2000.0, SquareMetres, 0.0..=1e12, soft 100.0..=10000.0, when heads = "slope_area";
     /// Bankfull width of a river of 1 m³/s.
     width: f64 = 8.0, Metres, 0.0..=1e4, soft 1.0..=30.0;
     /// Bankfull depth of a river of 1 m³/s.

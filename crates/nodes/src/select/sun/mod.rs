@@ -30,18 +30,18 @@ choice! {
 params! {
     /// Which suns shine.
     period: Period = Period::Day, One, ..;
-    /// Where on earth the land lies, north positive; of `day` and `year`.
-    latitude: f64 = 45.0, Degrees, -90.0..=90.0;
-    /// Day of the year, of `day`: 80 and 266 are the equinoxes, 172 and 355 the solstices.
-    day: i64 = 80, Count, 1..=366;
-    /// Where the sun stands, clockwise from north; of `fixed`.
-    azimuth: f64 = 225.0, Degrees, 0.0..=360.0;
-    /// How high it stands above the level; of `fixed`.
-    altitude: f64 = 30.0, Degrees, 1.0..=90.0, soft 5..=80;
+    /// Where on earth the land lies, north positive.
+    latitude: f64 = 45.0, Degrees, -90.0..=90.0, when period = "day" | "year";
+    /// Day of the year: 80 and 266 are the equinoxes, 172 and 355 the solstices.
+    day: i64 = 80, Count, 1..=366, when period = "day";
+    /// Where the sun stands, clockwise from north.
+    azimuth: f64 = 225.0, Degrees, 0.0..=360.0, when period = "fixed";
+    /// How high it stands above the level.
+    altitude: f64 = 30.0, Degrees, 1.0..=90.0, soft 5..=80, when period = "fixed";
     /// How far land casts shadows.
     distance: f64 = 5000.0, Metres, 0.0..=1e6, soft 100..=20_000;
-    /// Directions in which the horizon is taken, of `day` and `year`.
-    azimuths: i64 = 48, Count, 8..=128;
+    /// Directions in which the horizon is taken.
+    azimuths: i64 = 48, Count, 8..=128, when period = "day" | "year";
     /// Share of the beam that comes through the air from the zenith; 1 is no air.
     transmittance: f64 = 0.7, One, 0.0..=1.0, soft 0.4..=0.8;
 }
