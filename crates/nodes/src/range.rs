@@ -17,7 +17,7 @@ pub(crate) struct Range<'a> {
 
 /// A straight stretch of the path.
 #[derive(Clone, Copy)]
-struct Stretch {
+pub(crate) struct Stretch {
     start: [f64; 2],
     /// Unit vector along it; to its right is (-y, x).
     along: [f64; 2],
@@ -29,14 +29,12 @@ struct Stretch {
 impl Range<'_> {
     /// The square of the distance to the path, in widths of its side, at every cell of the job's window.
     pub(crate) fn squares(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
-        let stretches: Vec<Stretch> = self.path.windows(2).map(|pair| self.stretch(pair[0], pair[1])).collect();
-        let window = job.window();
+        let (stretches, window) = (self.stretches(), job.window());
         let xs: Vec<f64> = (0..window.nx()).map(|i| window.centre_m(i, 0)[0]).collect();
-        let mut squares = vec![f32::INFINITY; window.len()];
+        let mut squares = vec![0.0; window.len()];
         par::rows(job, &mut squares, |j, row| {
-            for stretch in &stretches {
-                approach(row, &xs, window.centre_m(0, j)[1], *stretch);
-            }
+            let ys = vec![window.centre_m(0, j)[1]; xs.len()];
+            squares_at(&stretches, &xs, &ys, row);
         })?;
         Ok(squares)
     }
@@ -48,6 +46,11 @@ impl Range<'_> {
         Ok(heights)
     }
 
+    /// The stretches of the path.
+    pub(crate) fn stretches(&self) -> Vec<Stretch> {
+        self.path.windows(2).map(|pair| self.stretch(pair[0], pair[1])).collect()
+    }
+
     fn stretch(&self, start: [f64; 2], end: [f64; 2]) -> Stretch {
         let [dx, dy] = [end[0] - start[0], end[1] - start[1]];
         let length_m = (dx * dx + dy * dy).sqrt();
@@ -56,13 +59,20 @@ impl Range<'_> {
     }
 }
 
+/// The squares of the distances of places to the nearest stretch, in widths of its side.
+pub(crate) fn squares_at(stretches: &[Stretch], xs: &[f64], ys: &[f64], squares: &mut [f32]) {
+    squares.fill(f32::INFINITY);
+    for stretch in stretches {
+        approach(squares, xs, ys, *stretch);
+    }
+}
+
 simd! {
     /// Lowers each sample to the square of the distance to a stretch, in widths.
-    fn approach(row: &mut [f32], xs: &[f64], y: f64, stretch: Stretch) {
+    fn approach(row: &mut [f32], xs: &[f64], ys: &[f64], stretch: Stretch) {
         let Stretch { start, along: [ux, uy], length_m, sides } = stretch;
-        let dy = y - start[1];
-        for (nearest, x) in row.iter_mut().zip(xs) {
-            let dx = x - start[0];
+        for ((nearest, x), y) in row.iter_mut().zip(xs).zip(ys) {
+            let (dx, dy) = (x - start[0], y - start[1]);
             let ahead = dx * ux + dy * uy;
             let right = dy * ux - dx * uy;
             let beyond = (-ahead).max(ahead - length_m).max(0.0);

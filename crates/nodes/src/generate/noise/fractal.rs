@@ -36,6 +36,15 @@ pub(crate) struct Octave {
     pub fade: f64,
 }
 
+impl Octave {
+    /// The same octave at places that are `cells` cells of the world apart, less than a wavelength, and counted from the world's corner,
+    /// from the `first` column and row on.
+    pub fn seen(&self, cells: f64, first: [i64; 2]) -> Self {
+        let axes = [0, 1].map(|axis| self.axes[axis].seen(cells, first[axis]));
+        Self { axes, ..*self }
+    }
+}
+
 impl Fractal {
     /// The octaves that the cells of a world can hold, from coarse to fine.
     ///

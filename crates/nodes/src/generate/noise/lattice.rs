@@ -22,6 +22,13 @@ impl Axis {
         Self { base: step / 2 + i64::from(shift), step, period }
     }
 
+    /// The same lattice, seen from places that are `cells` cells of the world apart and counted from the world's corner, from the
+    /// `first` on.
+    pub(super) fn seen(&self, cells: f64, first: i64) -> Self {
+        let step = (self.step as f64 * cells).round() as i64;
+        Self { base: self.base - self.step / 2 + first * step, step, period: self.period }
+    }
+
     /// The position of the centre of a cell of the world.
     #[inline(always)]
     pub(super) fn at(&self, cell: u32) -> i64 {

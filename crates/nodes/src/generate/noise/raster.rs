@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use orograph_graph::{Job, NodeError};
+use rayon::prelude::*;
 
 use super::sheet::{BAND, STRIP, put};
 pub(crate) use super::sheet::{LANES, Lanes};
@@ -144,6 +145,29 @@ pub(crate) fn raster<S: Stack, C: Combine>(
             stack.strip(combine, [left + column as u32, top + row as u32], patch);
         }
         Ok(())
+    })?;
+    Ok(out)
+}
+
+/// The same at the first places of the octaves' own axes, so many along each, wherever these lie.
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub(crate) fn places<S: Stack, C: Combine>(
+    job: &Job<'_>,
+    [nx, ny]: [usize; 2],
+    stack: impl Fn() -> S + Sync,
+    combine: &C,
+) -> Result<Vec<f32>, NodeError> {
+    let mut out = vec![0.0; nx * ny];
+    out.par_chunks_mut(nx * BAND).enumerate().try_for_each(|(band, rows)| {
+        job.check()?;
+        let mut stack = stack();
+        for column in (0..nx).step_by(STRIP) {
+            let patch = &mut Patch::new(rows, nx, column..nx.min(column + STRIP));
+            stack.strip(combine, [column as u32, (band * BAND) as u32], patch);
+        }
+        Ok::<(), NodeError>(())
     })?;
     Ok(out)
 }

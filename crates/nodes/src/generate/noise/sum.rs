@@ -19,6 +19,21 @@ pub(crate) fn lattices(job: &Job<'_>, octaves: &[Octave], basis: Basis, amplitud
     raster::raster(job, sheets, &Sum { start: 0.0 })
 }
 
+/// The same at the first places of the octaves' own axes, so many along each, see [`Octave::seen`].
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub(crate) fn places(
+    job: &Job<'_>,
+    cells: [usize; 2],
+    octaves: &[Octave],
+    basis: Basis,
+    amplitude: f64,
+) -> Result<Vec<f32>, NodeError> {
+    let sheets = || Sheets::new(octaves, basis, |octave| scale(octave, amplitude) * basis.scale());
+    raster::places(job, cells, sheets, &Sum { start: 0.0 })
+}
+
 /// The slopes along x and y of a sum of octaves, in which each octave's are those per its own wavelength, times `amplitude`
 /// and its share. Their standard deviation is [`SLOPE`] times that of [`lattices`] for the same octaves of [`Basis::Bell`].
 ///

@@ -1,0 +1,273 @@
+//! A mountain range along a path: a profile of the distance to it, bent by noise and cut by spurs and valleys.
+
+mod spurs;
+
+use rayon::prelude::*;
+
+use self::spurs::{Places, Spurs};
+use super::noise::{Basis, Fractal, Octave, sum};
+use crate::{
+    par,
+    prelude::*,
+    range::{Range, Stretch, fall_off, squares_at},
+};
+
+choice! {
+    /// How the range falls from its crest.
+    pub enum Profile {
+        /// exp(−w² / 2): a rounded crest and a foot that ends.
+        Gaussian = "gaussian",
+        /// 1 / (1 + w²): a narrower crest and long foothills.
+        Foothills = "foothills",
+        /// (1 − w / 3)², to nothing at three widths: a sharp crest and concave flanks.
+        Sharp = "sharp",
+    }
+}
+
+params! {
+    /// Crest, from place to place.
+    path: PathPoints = PathPoints(vec![[1500.0, 12500.0], [5500.0, 9800.0], [8200.0, 9000.0], [11000.0, 5500.0], [15000.0, 4000.0]]), Metres, -1e7..=1e7;
+    /// Height of the crest above the land around.
+    height: f64 = 2200.0, Metres, 0.0..=1e5, soft 100..=5000;
+    /// Width of the flank to the right of the path.
+    front: f64 = 1500.0, Metres, 1.0..=1e7, soft 200..=20000;
+    /// Width of the flank to the left of the path.
+    back: f64 = 2500.0, Metres, 1.0..=1e7, soft 200..=20000;
+    /// How the range falls from its crest.
+    profile: Profile = Profile::Sharp, One, ..;
+    /// How far crest and foot wind beside the path, in a third of `spacing`: 0 for a range as straight as that.
+    bend: f64 = 0.6, One, 0.0..=1.0;
+    /// How deep the valleys between spurs are: 0 for even flanks.
+    spurs: f64 = 0.6, One, 0.0..=1.0;
+    /// Distance between large spurs.
+    spacing: f64 = 2500.0, Metres, 1.0..=1e6, soft 200..=10000;
+    /// How much summits and passes differ from the height along the crest, as a share of it.
+    variation: f64 = 0.35, One, 0.0..=1.0;
+    /// Which spurs and summits these are.
+    seed: Seed = Seed(0), Count, ..;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Range",
+    category: "generate",
+    summary: "A mountain range along a path, with spurs and summits.",
+    doc: include_str!("page.md"),
+    sources: &[
+        "T. Tricard, S. Efremov, C. Zanni, F. Neyret, J. Martínez, S. Lefebvre, 2019, Procedural phasor noise, ACM Transactions on Graphics 38",
+        "H. Hnaidi, E. Guérin, S. Akkouche, A. Peytavie, E. Galin, 2010, Feature based terrain generation using diffusion equation",
+        "J.-D. Génevaux et al., 2015, Terrain modelling from feature primitives, Computer Graphics Forum 34",
+    ],
+    outputs: &[
+        Output::gives("height", PortType::Height, "Height above the land around."),
+        Output::gives("mask", PortType::Mask, "The profile without spurs and summits, 1 on the crest, which winds."),
+    ],
+    params: Params::specs,
+    cpu: run,
+    example: "height: 2500, seed: 5",
+    ..Node::DEFAULT
+};
+
+/// Salts of the noise that varies the crest and of those that bend it to the east and to the south.
+const SALTS: [u32; 3] = [0x510e_527f, 0x9b05_688c, 0x1f83_d9ab];
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let window = job.window();
+    let nx = window.nx();
+    let course = Course::new(job, &params);
+    let xs: Vec<f64> = (0..nx).map(|i| window.centre_m(i, 0)[0]).collect();
+    let bends = course.bends(|octaves, bend_m| sum::lattices(job, octaves, Basis::Bell, bend_m))?;
+    let mut mask = vec![0.0; window.len()];
+    par::rows_within(job, [0.1, 0.2], &mut mask, |j, row| {
+        let bends = bends.each_ref().map(|bend| &bend[j * nx..][..nx]);
+        course.squares(&xs, window.centre_m(0, j)[1], bends, row);
+    })?;
+    let spurs = Spurs::new(job, [params.spurs, params.spacing], |places| course.heights(job, places))?;
+    let crest = params.fractal(job, SALTS[0], 2.0, 4).octaves(job.world());
+    let mut height = sum::lattices(job, &crest, Basis::Bell, params.variation)?;
+    par::rows_within(job, [0.4, 0.9], &mut height, |j, row| {
+        let mut share = mask[j * nx..][..nx].to_vec();
+        params.profile.of(&mut share);
+        for (height, share) in row.iter_mut().zip(share) {
+            *height = params.height as f32 * (1.0 + *height) * share;
+        }
+        spurs.carve(&xs, window.centre_m(0, j)[1], row, false);
+    })?;
+    par::rows_within(job, [0.9, 1.0], &mut mask, |_, row| params.profile.of(row))?;
+    Ok(Outputs::one("height", Field::new(window, height)).with("mask", Field::new(window, mask)))
+}
+
+impl Params {
+    /// Octaves of noise from so many spacings on.
+    fn fractal(&self, job: &Job<'_>, salt: u32, spacings: f64, octaves: i64) -> Fractal {
+        Fractal {
+            wavelength_m: spacings * self.spacing,
+            octaves,
+            lacunarity: 2.0,
+            gain: 0.5,
+            tileable: false,
+            seed: orograph_graph::mix(job.seed() ^ salt),
+        }
+    }
+}
+
+/// Where the range runs.
+struct Course<'a> {
+    params: &'a Params,
+    stretches: Vec<Stretch>,
+    /// What bends it to the east and to the south; the finest octave is as long as spurs are apart.
+    bends: [Vec<Octave>; 2],
+}
+
+impl<'a> Course<'a> {
+    fn new(job: &Job<'_>, params: &'a Params) -> Self {
+        let stretches = Range { path: &params.path.0, widths_m: [params.front, params.back] }.stretches();
+        let bends = [SALTS[1], SALTS[2]].map(|salt| params.fractal(job, salt, 4.0, 3).octaves(job.world()));
+        Self { params, stretches, bends }
+    }
+
+    /// How far to the east and to the south of places the range is looked for, in metres.
+    fn bends(&self, noise: impl Fn(&[Octave], f64) -> Result<Vec<f32>, NodeError>) -> Result<[Vec<f32>; 2], NodeError> {
+        let bend_m = 3.0 * self.params.bend * self.params.spacing;
+        let [east, south] = &self.bends;
+        Ok([noise(east, bend_m)?, noise(south, bend_m)?])
+    }
+
+    /// The squares of the distances of a row of places to the crest, in widths.
+    fn squares(&self, xs: &[f64], y: f64, [east, south]: [&[f32]; 2], squares: &mut [f32]) {
+        let xs: Vec<f64> = xs.iter().zip(east).map(|(x, bend)| x + f64::from(*bend)).collect();
+        let ys: Vec<f64> = south.iter().map(|bend| y + f64::from(*bend)).collect();
+        squares_at(&self.stretches, &xs, &ys, squares);
+    }
+
+    /// Heights without spurs and summits at places.
+    fn heights(&self, job: &Job<'_>, places: &Places) -> Result<Vec<f32>, NodeError> {
+        let bends = self.bends(|octaves, bend_m| {
+            let seen = octaves.iter().map(|octave| octave.seen(places.step_m / job.cell_m(), places.first));
+            sum::places(job, places.cells, &seen.collect::<Vec<_>>(), Basis::Bell, bend_m)
+        })?;
+        let (xs, nx) = (places.xs(), places.cells[0]);
+        let mut heights = vec![0.0; nx * places.cells[1]];
+        heights.par_chunks_mut(nx).enumerate().try_for_each(|(j, row)| {
+            self.squares(&xs, places.y(j), bends.each_ref().map(|bend| &bend[j * nx..][..nx]), row);
+            self.params.profile.of(row);
+            row.iter_mut().for_each(|height| *height *= self.params.height as f32);
+            job.check()
+        })?;
+        Ok(heights)
+    }
+}
+
+impl Profile {
+    /// Turns squares of distances in widths into shares of the height.
+    fn of(self, row: &mut [f32]) {
+        match self {
+            Self::Gaussian => fall_off(row, 1.0),
+            Self::Foothills => row.iter_mut().for_each(|value| *value = 1.0 / (1.0 + *value)),
+            Self::Sharp => row.iter_mut().for_each(|value| {
+                let left = (1.0 - value.sqrt() * (1.0 / 3.0)).max(0.0);
+                *value = left * left;
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::ParamValue;
+
+    use super::*;
+    use crate::testing::{block_means, generate, moments, outputs_on, with_params, world};
+
+    fn range(changes: &str) -> [Field; 2] {
+        let mut params = with_params(&NODE, changes);
+        params.set("path", ParamValue::Path(vec![[2000.0, 3000.0], [5000.0, 3000.0], [8000.0, 3000.0]]));
+        let mut outputs = outputs_on(Window::whole(world(100, 60, 100.0)), &NODE, &params, &[]).expect("a result");
+        ["height", "mask"].map(|name| outputs.take(name).expect("an output").as_field().expect("a field").clone())
+    }
+
+    /// To rounding: the path is half a cell from the centres of cells, and heads east, so that south is its front.
+    #[test]
+    fn an_even_range_is_its_profile() {
+        type Shape = fn(f64) -> f64;
+        let shapes: [(&str, Shape); 3] = [
+            ("gaussian", |w| crate::math::exp(-0.5 * w * w)),
+            ("foothills", |w| 1.0 / (1.0 + w * w)),
+            ("sharp", |w| (1.0 - w / 3.0).max(0.0) * (1.0 - w / 3.0).max(0.0)),
+        ];
+        for (name, shape) in shapes {
+            let [height, mask] =
+                range(&format!("profile={name},height=1000,front=500,back=900,bend=0,spurs=0,variation=0"));
+            for j in 0..60 {
+                let right = 100.0 * f64::from(j) + 50.0 - 3000.0;
+                let expected = shape(if right > 0.0 { right / 500.0 } else { right / -900.0 });
+                let at = j as usize * 100 + 50;
+                assert!((f64::from(height.samples()[at]) - 1000.0 * expected).abs() < 2e-3, "{name} {right}");
+                assert!((f64::from(mask.samples()[at]) - expected).abs() < 2e-6, "{name} {right}");
+            }
+        }
+    }
+
+    /// Spurs run down the flanks: along a straight range heights vary more than twice as much as down it, in squares of slopes of
+    /// what spurs have changed; nothing is below the foot and the profile stays.
+    #[test]
+    fn spurs_run_down_the_flanks() {
+        let even = range("front=900,back=900,bend=0,spurs=0,variation=0");
+        let spurred = range("front=900,back=900,bend=0,spurs=1,variation=0");
+        assert_eq!(even[1], spurred[1]);
+        assert!(spurred[0].samples().iter().all(|h| *h >= 0.0));
+        let changed: Vec<f32> = spurred[0].samples().iter().zip(even[0].samples()).map(|(a, b)| a - b).collect();
+        let mut squares = [0.0; 2];
+        for (i, j) in (25..75).flat_map(|i| (15..27).chain(33..45).map(move |j| (i, j))) {
+            let at = j * 100 + i;
+            let slope = |step: usize| f64::from(changed[at + step] - changed[at - step]);
+            squares = [squares[0] + slope(1) * slope(1), squares[1] + slope(100) * slope(100)];
+        }
+        assert!(squares[0] > 2.0 * squares[1], "{squares:?}");
+        let [least, most] = changed.iter().fold([0.0_f32; 2], |[l, m], c| [l.min(*c), m.max(*c)]);
+        assert!(least < -50.0 && most > 50.0, "{least} {most}");
+    }
+
+    /// The crest winds beside the path, by a third of its bound at least somewhere and by no more than it.
+    #[test]
+    fn the_crest_bends() {
+        let [_, mask] = range("front=800,back=800,bend=1,spacing=400,spurs=0");
+        let crest = (25..75).map(|i| {
+            let row = (0..60).max_by(|a, b| mask.samples()[a * 100 + i].total_cmp(&mask.samples()[b * 100 + i]));
+            (f64::from(row.expect("rows") as u32) + 0.5 - 30.0) * 100.0
+        });
+        let farthest = crest.fold(0.0_f64, |most, away| most.max(away.abs()));
+        assert!((300.0..=1250.0).contains(&farthest), "{farthest}");
+    }
+
+    /// A finer raster adds detail and changes nothing else: means over 800 m are those of the coarse one, to 2 % of the deviation.
+    #[test]
+    fn finer_cells_only_add_detail() {
+        let land = |cells: u32, cell_m: f64| {
+            let window = Window::whole(world(cells, cells, cell_m));
+            generate(window, &NODE, "seed=3")
+        };
+        let (coarse, fine) = (land(160, 100.0), land(640, 25.0));
+        let (_, std) = moments(coarse.samples());
+        let (coarse, fine) = (block_means(&coarse, 8), block_means(&fine, 32));
+        let difference: Vec<f32> = coarse.iter().zip(&fine).map(|(a, b)| a - b).collect();
+        let (offset, rms) = moments(&difference);
+        assert!(rms < 0.02 * std && offset.abs() < 0.01 * std, "{rms} {offset} {std}");
+    }
+
+    #[test]
+    fn nothing_extreme_breaks_it() {
+        for changes in [
+            "spacing=1",
+            "spacing=1e6,height=1e5,front=1,back=1,spurs=1,bend=1,variation=1",
+            "height=0",
+            "spurs=1,profile=foothills",
+        ] {
+            for cell_m in [1e-3, 1.0, 1e4] {
+                let field = generate(Window::whole(world(70, 5, cell_m)), &NODE, changes);
+                assert!(field.samples().iter().all(|h| h.is_finite() && *h >= 0.0), "{changes} {cell_m}");
+            }
+        }
+    }
+}
