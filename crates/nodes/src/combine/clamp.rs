@@ -34,7 +34,7 @@ pub static NODE: Node = Node {
     outputs: &[Output::same_as("value", "value", "The values between the limits, with the meaning of the input.")],
     params: Params::specs,
     cpu: run,
-    example: "value: \"base\", low: 600, high: 1200, knee: 150",
+    example: "value: \"base\", low: 500, high: 2200, knee: 200",
     ..Node::DEFAULT
 };
 

@@ -79,7 +79,7 @@ pub static NODE: Node = Node {
     outputs: &[Output::same_as("value", "a", "The result, with the meaning of `a`.")],
     params: Params::specs,
     cpu: run,
-    example: "a: \"base\", b: 120, mode: smooth_max, radius: 80",
+    example: "a: \"base\", b: 900, mode: smooth_max, radius: 200",
     ..Node::DEFAULT
 };
 

@@ -79,7 +79,7 @@ pub static NODE: Node = Node {
     outputs: &[Output::same_as("value", "value", "The remapped values, with the meaning of the input.")],
     params: Params::specs,
     cpu: run,
-    example: "value: \"base\", points: [(0, 0), (400, 100), (1200, 1300)]",
+    example: "value: \"base\", points: [(0, 0), (1500, 300), (1900, 1600), (4000, 3000)]",
     ..Node::DEFAULT
 };
 

@@ -48,7 +48,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
-    example: "value: \"base\", measure: percentiles, to: (0, 1500)",
+    example: "value: \"base\", measure: percentiles, to: (200, 1500)",
     ..Node::DEFAULT
 };
 

@@ -57,7 +57,7 @@ pub static NODE: Node = Node {
     cpu: run,
     // what moves is what bends, and coarser cells see less of it
     resolution: Resolution::Within(0.08),
-    example: "height: \"base\", diffusivity: 0.02, duration: 2e5",
+    example: "height: \"base\", diffusivity: 0.02, duration: 2e6",
     ..Node::DEFAULT
 };
 

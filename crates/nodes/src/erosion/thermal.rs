@@ -95,7 +95,7 @@ pub static NODE: Node = Node {
     cpu: run,
     // what slides is decided by slopes at the scale of the cells: coarser cells see fewer steep places
     resolution: Resolution::Within(0.1),
-    example: "height: \"base\", talus: 35",
+    example: "height: \"base\", talus: 22",
     ..Node::DEFAULT
 };
 

@@ -51,7 +51,7 @@ pub static NODE: Node = Node {
         if coarse_m <= cell_m { 0.0 } else { 4.5 * coarse_m + cell_m }
     }),
     cpu: run,
-    example: "value: \"base\", cell: 1024, interpolation: linear",
+    example: "value: \"base\", cell: 1024",
     ..Node::DEFAULT
 };
 

@@ -61,7 +61,7 @@ pub static NODE: Node = Node {
     outputs: &[Output::gives("height", PortType::Height, "The land in steps.")],
     params: Params::specs,
     cpu: run,
-    example: "height: \"base\", step: 200",
+    example: "height: \"base\", step: 400, sharpness: 6",
     ..Node::DEFAULT
 };
 

@@ -60,7 +60,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
-    example: "value: \"base\", offset: (2000, -1000), rotation: 30, stretch: 0.7, outside: wrap",
+    example: "value: \"base\", offset: (600, -400), rotation: 30, stretch: 1.6",
     ..Node::DEFAULT
 };
 

@@ -71,7 +71,7 @@ pub static NODE: Node = Node {
     // four cells around the place that a value is taken from
     reach: Reach::Metres(|params, cell_m| Params::read(params).displacement + 3.0 * cell_m),
     cpu: run,
-    example: "value: \"base\", displacement: 1500, wavelength: 6000, octaves: 2",
+    example: "value: \"base\", displacement: 5000, wavelength: 8000, octaves: 2",
     ..Node::DEFAULT
 };
 

@@ -66,7 +66,7 @@ pub static NODE: Node = Node {
     outputs: &[Output::gives("height", PortType::Height, "Height above the ground around.")],
     params: Params::specs,
     cpu: run,
-    example: "diameter: 6000, smallest: 1000",
+    example: "diameter: 6000, smallest: 1500",
     ..Node::DEFAULT
 };
 

@@ -94,7 +94,7 @@ means (push-pull) before resampling: narrow gaps keep detail, wide ones become s
     outputs: &[Output::chosen("value", quantity::port_type, "What the file holds; a height unless `quantity` says otherwise.")],
     params: Params::specs,
     cpu: run,
-    example: "file: \"glencoe_128.tif\"",
+    example: "file: \"glencoe_128.tif\", placement: stretch",
     ..Node::DEFAULT
 };
 
