@@ -244,7 +244,8 @@ fn wall_fragment(in: Vertex) -> @location(0) vec4f {
     let up = clamp((height - bottom) / max(ground - bottom, 1e-3), 0.0, 1.0);
     var albedo = mix(vec3f(0.16, 0.15, 0.14), vec3f(0.24, 0.22, 0.2), up);
     var open = mix(0.55, 0.9, up);
-    if height > ground {
+    // dry land has no water on top, however a pixel at the rim is sampled
+    if land.y > 0.0 && height > ground {
         albedo = vec3f(0.02, 0.075, 0.095);
         open = 1.0;
     }
