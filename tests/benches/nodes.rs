@@ -2,41 +2,62 @@
 //! after `--` for that node alone. A table in nanoseconds per cell follows criterion's own report. `examples/speed.rs` is
 //! quicker and coarser: the table of all nodes in some minutes.
 //!
+//! Filters with a radius follow as `radii`, at several radii of cells and 1024 cells a side.
+//!
 //! The node runs on its example. Its inputs are computed once, before, and only its own kernel is timed, on all cores.
 
 use std::path::PathBuf;
 
-use criterion::{BenchmarkId, Criterion, Throughput};
+use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput, measurement::WallTime};
 use orograph_graph::{Cancel, Job, Warnings, Window};
 use orograph_nodes::registry;
-use orograph_tests::{data_folder, example, inputs, world};
+use orograph_tests::{Case, REACHING, data_folder, example, inputs, reaching, world};
 
 /// Cells a side.
 const SIDES: [u32; 3] = [512, 1024, 2048];
+
+/// Radii in cells.
+const RADII: [u32; 4] = [4, 16, 64, 256];
 
 fn nodes(c: &mut Criterion) {
     for node in registry().nodes() {
         let mut group = c.benchmark_group(node.id);
         group.sample_size(10);
         for cells in SIDES {
-            let case = example(node);
-            let window = Window::whole(world(cells));
-            let job = Job {
-                node,
-                params: &case.graph.instance(case.node).params.clone(),
-                inputs: inputs(&case, window),
-                window,
-                folder: data_folder(),
-                cancel: Cancel::default(),
-                progress: &|_| {},
-                warnings: Warnings::default(),
-                glimpses: None,
-            };
-            group.throughput(Throughput::Elements(window.len() as u64));
-            group.bench_function(BenchmarkId::from_parameter(cells), |b| b.iter(|| (node.cpu)(&job)));
+            time(&mut group, BenchmarkId::from_parameter(cells), &example(node), cells);
         }
         group.finish();
     }
+}
+
+fn radii(c: &mut Criterion) {
+    let mut group = c.benchmark_group("radii");
+    group.sample_size(10);
+    for filter in REACHING {
+        for cells in RADII {
+            let case = reaching(filter, f64::from(cells) * Window::whole(world(SIDES[1])).cell_m());
+            time(&mut group, BenchmarkId::new(filter.0, cells), &case, SIDES[1]);
+        }
+    }
+    group.finish();
+}
+
+/// Times the kernel of a case on so many cells a side.
+fn time(group: &mut BenchmarkGroup<'_, WallTime>, id: BenchmarkId, case: &Case, cells: u32) {
+    let window = Window::whole(world(cells));
+    let job = Job {
+        node: case.kind(),
+        params: &case.graph.instance(case.node).params.clone(),
+        inputs: inputs(case, window),
+        window,
+        folder: data_folder(),
+        cancel: Cancel::default(),
+        progress: &|_| {},
+        warnings: Warnings::default(),
+        glimpses: None,
+    };
+    group.throughput(Throughput::Elements(window.len() as u64));
+    group.bench_function(id, |b| b.iter(|| (case.kind().cpu)(&job)));
 }
 
 /// Prints what criterion measured in this run and in earlier ones as nanoseconds per cell.
@@ -63,6 +84,7 @@ fn median_ns(id: &str, cells: u32) -> Option<f64> {
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
     nodes(&mut criterion);
+    radii(&mut criterion);
     criterion.final_summary();
     table();
 }

@@ -1,5 +1,5 @@
 //! Time per cell of every node as a table: `cargo run --release -p orograph-tests --example speed`, or with a side in cells and names
-//! of nodes after `--` for some; see `docs/speed.md`.
+//! of nodes after `--` for some, or `radii` for those with a radius at several; see `docs/speed.md`.
 //!
 //! Each node runs on its example on the tests' land, its inputs computed before, on one thread. Told is the mean of the runs that go into a
 //! part of a second, in nanoseconds of that thread per cell of the world: processor time where the system tells it, so that other
@@ -12,15 +12,18 @@ use std::{
     time::{Duration, Instant},
 };
 
-use orograph_graph::{Cancel, InputValue, Job, Node, Warnings, Window};
+use orograph_graph::{Cancel, InputValue, Job, Warnings, Window};
 use orograph_nodes::{memory::LargePages, registry, simd};
-use orograph_tests::{Case, data_folder, example, inputs, world};
+use orograph_tests::{Case, REACHING, data_folder, example, inputs, reaching, world};
 
 #[global_allocator]
 static MEMORY: LargePages = LargePages;
 
 /// Runs go on until they have taken so long together.
 const ENOUGH: Duration = Duration::from_millis(500);
+
+/// Radii in cells.
+const RADII: [u32; 4] = [4, 16, 64, 256];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let (sides, names): (Vec<String>, Vec<String>) =
@@ -31,14 +34,33 @@ fn main() -> Result<(), Box<dyn Error>> {
         format!("{:?}", simd::level()).to_uppercase(),
         machine()
     );
-    println!("| category | node | ns per cell |\n| --- | --- | ---: |");
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    if names == ["radii"] {
+        return Ok(one.install(|| radii(side))?);
+    }
+    println!("| category | node | ns per cell |\n| --- | --- | ---: |");
     for node in registry().nodes().iter().filter(|node| names.is_empty() || names.iter().any(|name| name == node.id)) {
         let case = example(node);
         let window = Window::whole(world(side));
         let values = inputs(&case, window);
-        let mean = one.install(|| mean(node, &case, &values, window))?;
+        let mean = one.install(|| mean(&case, &values, window))?;
         println!("| {} | {} | {:.2} |", node.category, node.id, mean / window.len() as f64);
+    }
+    Ok(())
+}
+
+/// The times of nodes with a radius, of several numbers of cells.
+fn radii(side: u32) -> Result<(), String> {
+    println!("| filter | {} |", RADII.map(|cells| format!("{cells} cells")).join(" | "));
+    println!("| --- |{}", " ---: |".repeat(RADII.len()));
+    let window = Window::whole(world(side));
+    for filter in REACHING {
+        print!("| {} |", filter.0);
+        for cells in RADII {
+            let case = reaching(filter, f64::from(cells) * window.cell_m());
+            print!(" {:.1} |", mean(&case, &inputs(&case, window), window)? / window.len() as f64);
+        }
+        println!();
     }
     Ok(())
 }
@@ -51,7 +73,8 @@ fn thread_ns(begun: Instant) -> f64 {
 }
 
 /// The mean time of the runs of a kernel, in nanoseconds.
-fn mean(node: &'static Node, case: &Case, values: &[InputValue], window: Window) -> Result<f64, String> {
+fn mean(case: &Case, values: &[InputValue], window: Window) -> Result<f64, String> {
+    let node = case.kind();
     let params = case.graph.instance(case.node).params.clone();
     let (begun, mut runs) = (Instant::now(), 0_u32);
     let start = thread_ns(begun);

@@ -63,7 +63,7 @@ const TEST_LAND: &str = r#"
 /// When the example has a problem.
 #[must_use]
 pub fn example(node: &'static Node) -> Case {
-    example_on(TEST_LAND, node)
+    example_on(TEST_LAND, node, node.example)
 }
 
 /// The same on land that looks like land.
@@ -72,10 +72,31 @@ pub fn example(node: &'static Node) -> Case {
 /// When the example has a problem.
 #[must_use]
 pub fn pictured(node: &'static Node) -> Case {
-    example_on(PICTURE_LAND, node)
+    example_on(PICTURE_LAND, node, node.example)
 }
 
-fn example_on(land: &str, node: &'static Node) -> Case {
+/// Filters of a radius: what they are called, the node, and all of its arguments save the last, which is the radius.
+pub const REACHING: [(&str, &str, &str); 7] = [
+    ("Blur", "Blur", r#"value: "base", radius"#),
+    ("Median", "Median", r#"value: "base", radius"#),
+    ("Despike", "Despike", r#"height: "base", radius"#),
+    ("Bilateral", "Bilateral", r#"value: "base", radius"#),
+    ("Morphology, dilated land", "Morphology", r#"value: "base", operation: dilate, radius"#),
+    ("Morphology, a dilated mask of 0 and 1", "Morphology", r#"value: "patches", operation: dilate, radius"#),
+    ("Distance", "Distance", r#"selection: "patches", side: both, limit"#),
+];
+
+/// One of [`REACHING`] on the land that nodes are tested on, with a radius in metres.
+///
+/// # Panics
+/// When it has a problem.
+#[must_use]
+pub fn reaching((_, id, arguments): (&str, &str, &str), radius_m: f64) -> Case {
+    let land = format!(r#"{TEST_LAND} "patches": Select(value: "base", from: 1000, falloff: 0),"#);
+    example_on(&land, registry().get(id).expect("a node"), &format!("{arguments}: {radius_m}"))
+}
+
+fn example_on(land: &str, node: &'static Node, arguments: &str) -> Case {
     let source = format!(
         r#"(
             nodes: {{
@@ -87,7 +108,7 @@ fn example_on(land: &str, node: &'static Node) -> Case {
             }},
             outputs: {{ "node": "node" }},
         )"#,
-        node.id, node.example
+        node.id, arguments
     );
     let document = Document::parse(source, &registry());
     let problems: Vec<String> = document.problems().iter().map(|problem| problem.message.clone()).collect();

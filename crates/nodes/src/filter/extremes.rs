@@ -2,13 +2,20 @@
 //!
 //! A disc of cells is a stack of lines, one per row. The highest value of a line of any length is the higher of two overlapping
 //! ones whose length is a power of two, and those double from one to the next; so each row of the disc costs two loads a cell,
-//! whatever its length, and a row of cells is a loop over vectors.
+//! whatever its length, and a row of cells is a loop over vectors. Where there are only two values, as in a mask of 0 and 1, the disc
+//! reaches the higher one where its nearest cell is within the radius, and wide discs cost no more than [`crate::distance`].
 
 use orograph_graph::{Job, NodeError};
 use rayon::prelude::*;
 
 use super::lines::Ends;
-use crate::simd::simd;
+use crate::{
+    distance::{self, FAR, MOST_CELLS},
+    simd::simd,
+};
+
+/// From this radius in cells on distances cost less than rows, where there are two values.
+const WIDE: f64 = 20.0;
 
 /// The highest value whose centre is within a radius in cells of each cell's own; only cells of the world count, across the joined
 /// sides of a periodic one too. `share` is the part of the job's progress.
@@ -16,6 +23,15 @@ use crate::simd::simd;
 /// # Errors
 /// [`NodeError::Cancelled`].
 pub fn highest(job: &Job<'_>, share: [f32; 2], samples: &[f32], radius_cells: f64) -> Result<Vec<f32>, NodeError> {
+    if (WIDE..=f64::from(MOST_CELLS)).contains(&radius_cells)
+        && let Some([low, high]) = two_values(samples)
+    {
+        let limit = distance::cells(radius_cells, 1.0);
+        let squared = distance::squared(job, share, limit, |at| samples[at] == high)?;
+        let within = square(radius_cells);
+        let value = |squared: u32| if squared != FAR && f64::from(squared) <= within { high } else { low };
+        return Ok(squared.into_par_iter().map(value).collect());
+    }
     let window = job.window();
     let (nx, ny) = (window.nx(), window.ny());
     let ends = [0, 1].map(|axis| Ends::of(&window, axis));
@@ -69,9 +85,24 @@ pub fn lowest(job: &Job<'_>, share: [f32; 2], samples: &[f32], radius_cells: f64
     Ok(out)
 }
 
+/// The lower and the higher one, if there are no others.
+fn two_values(samples: &[f32]) -> Option<[f32; 2]> {
+    let first = *samples.first()?;
+    let other = *samples.iter().find(|value| value.to_bits() != first.to_bits())?;
+    // to the bit, since one zero is not to become the other
+    let only = |value: &f32| (value.to_bits() == first.to_bits()) | (value.to_bits() == other.to_bits());
+    let two = first != other && samples.chunks(4096).all(|part| part.iter().fold(true, |all, value| all & only(value)));
+    two.then(|| [first.min(other), first.max(other)])
+}
+
+/// The square of a radius, with what its rounding may have taken.
+fn square(radius_cells: f64) -> f64 {
+    radius_cells * radius_cells + 1e-6
+}
+
 /// The rows of a disc: how far each is from the middle, and how many cells it has on either side; no more than a world has.
 fn disc(radius_cells: f64, nx: usize, ny: usize) -> Vec<(i64, usize)> {
-    let square = radius_cells * radius_cells + 1e-6;
+    let square = square(radius_cells);
     let rows = (square.sqrt() as i64).min(ny as i64);
     let half = |row: i64| ((square - (row * row) as f64).max(0.0).sqrt() as usize).min(nx);
     (-rows..=rows).map(|row| (row, half(row))).collect()
@@ -106,11 +137,22 @@ mod tests {
     #[test]
     fn the_highest_in_a_disc_is_that_of_every_pair() {
         for (nx, ny) in [(40, 33), (1, 30), (29, 1), (5, 61)] {
-            for (edge, radius) in
-                [(Edge::Base, 0.4), (Edge::Base, 1.0), (Edge::Base, 4.7), (Edge::Base, 90.0), (Edge::Periodic, 3.2)]
-            {
+            for (edge, radius, two) in [
+                (Edge::Base, 0.4, false),
+                (Edge::Base, 1.0, false),
+                (Edge::Base, 4.7, true),
+                (Edge::Base, 90.0, false),
+                (Edge::Base, 21.6, true),
+                (Edge::Base, 25.0, true),
+                (Edge::Periodic, 3.2, false),
+                (Edge::Periodic, 20.0, true),
+            ] {
                 let window = Window::whole(World { boundary: Boundary::all(edge), ..world(nx, ny, 1.0) });
-                let samples: Vec<f32> = (0..nx * ny).map(|at| mix(at) as f32 * 1e-6 - 2000.0).collect();
+                let value = |at: u32| match two {
+                    true => f32::from(mix(at).is_multiple_of(50)) - 0.75,
+                    false => mix(at) as f32 * 1e-6 - 2000.0,
+                };
+                let samples: Vec<f32> = (0..nx * ny).map(value).collect();
                 let found = with_job(window, |job| highest(job, [0.0, 1.0], &samples, radius)).expect("a result");
                 let least = with_job(window, |job| lowest(job, [0.0, 1.0], &samples, radius)).expect("a result");
                 let apart = |a: u32, b: u32, n: u32| {

@@ -28,11 +28,10 @@ pub static NODE: Node = Node {
           the dark parts of masks, the second crests and the bright parts; one after the other closes gaps or removes specks.\n\n\
           The result is exact: one of the values of the land, up to a radius of 128 cells. The surroundings are a circle; above \
           3.6 cells one of four steps, which has the same area and an edge within 8 % of the radius. Wider ones are counted in \
-          coarser cells of a 128th of the radius. The cost does not depend on the radius. At the edges of the world the land is \
+          coarser cells of a 128th of the radius. The cost hardly depends on the radius. At the edges of the world the land is \
           mirrored; where the world is periodic it goes on at the other side. A radius below one cell changes nothing.",
     sources: &[
-        "S. Perreault and P. Hébert (2007), Median filtering in constant time, IEEE Transactions on Image Processing 16, \
-         2389-2394",
+        "B. Weiss (2025), Fast isotropic median filtering, SIGGRAPH Conference Papers, arXiv:2505.22938",
         "K. E. Batcher (1968), Sorting networks and their applications, AFIPS Spring Joint Computer Conference, 307-314",
     ],
     inputs: &[
@@ -60,13 +59,13 @@ mod tests {
     use super::*;
     use crate::testing::{at_every_level, field, run as result, run_in, with_params, world};
 
-    /// A wall stays to the bit, a line of one cell goes, whatever the network or the histograms.
+    /// A wall stays to the bit, a line of one cell goes, whatever the radius.
     #[test]
     fn edges_stay_and_lines_go() {
         let wall = |x: f64| if x < 200.0 { 100.0 } else { 731.0 };
         let edge = field(world(80, 60, 5.0), |x, _| wall(x));
         let line = field(world(80, 60, 5.0), |x, y| if (y - 152.5).abs() < 1.0 { 5000.0 } else { wall(x) });
-        for radius in [7.5, 11.0, 18.5, 40.0] {
+        for radius in [7.5, 11.0, 18.5, 40.0, 90.0] {
             let params = with_params(&NODE, &format!("radius={radius}"));
             assert_eq!(result(&NODE, &params, &[("value", &edge)], "value"), edge, "{radius}");
             let found = result(&NODE, &params, &[("value", &line)], "value");

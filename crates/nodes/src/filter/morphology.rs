@@ -44,7 +44,8 @@ pub static NODE: Node = Node {
           it, `max f(x + d)`, `erode` the lowest; `open` and `close` are one after the other, `outline` is their difference, the hats \
           are what opening and closing take away and fill. A soft mask stays soft, and so does land: opening cuts off crests that \
           are narrower than the disc, closing fills ravines, and both leave broad forms to the last bit.\n\n\
-          Only cells of the world count; at its sides the disc is cut.\n\n\
+          Only cells of the world count; at its sides the disc is cut. Each row of the disc is looked at, save on masks of two \
+          values only, whose cost does not depend on the radius.\n\n\
           **Advice.** Open a mask to be rid of specks, close it to be rid of holes; `Components` does both by area instead of \
           width. A margin that fades is `Distance`.",
     sources: &[
