@@ -11,6 +11,6 @@ pub use land::{LAND, SELECTION, world};
 pub use pictures::{picture, pictures_folder};
 pub use resolution::{Difference, differences};
 pub use run::{
-    Case, REACHING, cases, data_folder, evaluate, evaluate_window, example, inputs, options, others, pictured, plain, reaching,
-    set, wired,
+    Case, REACHING, cases, data_folder, evaluate, evaluate_window, example, inputs, options, others, pictured, plain,
+    reaching, set, wired,
 };
