@@ -151,6 +151,8 @@ fn frames(folder: &Path) {
     window.state_mut().session_mut().set_cells(16);
     settle(&mut window);
     window.hover_at(window.get_by_label("graph").rect().center());
+    window.run_steps(2);
+    window.key_press(egui::Key::Home);
     for (what, steps) in [("all seen", 0.0), ("zoomed in 2.4 times", 5.0), ("a few seen", 8.0)] {
         let delta = vec2(0.0, steps);
         let (unit, phase) = (MouseWheelUnit::Line, TouchPhase::Move);

@@ -606,3 +606,26 @@ fn a_frame_around_nothing_cuts_no_node() {
     key(&mut window, Modifiers::NONE, Key::Enter);
     picture(&mut window, "frame_round");
 }
+
+#[test]
+fn a_large_graph_is_opened_where_it_can_be_read() {
+    let mut nodes = vec!["\"n0\": Ridged()".to_owned()];
+    nodes.extend((1..40).map(|number| format!("\"n{number}\": Terrace(height: \"n{}\")", number - 1)));
+    let text = format!("(world: (cells: 16), nodes: {{ {} }}, outputs: {{ \"h\": \"n39\" }})", nodes.join(", "));
+    let (mut window, _folder) = window_on(&text);
+    settle(&mut window);
+    let pane = window.get_by_label("graph").rect();
+    let last = window.get_by_label_contains("node n39:").rect();
+    assert!(last.width() > 80.0 && pane.contains_rect(last), "{last} in {pane}");
+    let overview = window.get_by_label("overview").rect();
+    assert!(!overview.intersects(last), "{overview} lies over {last}");
+    picture(&mut window, "large");
+    // A click does not move what is seen.
+    let node = title(&window, "n39");
+    click(&mut window, node);
+    assert_eq!(window.get_by_label_contains("node n39:").rect(), last);
+    key(&mut window, Modifiers::NONE, Key::Home);
+    let [first, last] = ["node n0:", "node n39:"].map(|label| window.get_by_label_contains(label).rect());
+    assert!(pane.contains_rect(first) && pane.contains_rect(last), "all of it: {first} {last}");
+    assert!(last.width() < 40.0);
+}

@@ -2,8 +2,14 @@
 
 use egui::{Color32, Pos2, Rect, Stroke, Vec2, epaint::CubicBezierShape, vec2};
 
+use super::overlay;
+
 /// The smallest and the largest enlargement.
 const ZOOM: [f32; 2] = [0.08, 2.5];
+/// The least enlargement at which the names of nodes can be read whole.
+const LEGIBLE: f32 = 0.45;
+/// Room around what is fitted, in points of the window.
+const MARGIN: f32 = 24.0;
 
 /// From places in the graph to points of the window and back.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,9 +28,28 @@ impl Lens {
         if !bounds.is_positive() {
             return Self { rect, centre: Pos2::ZERO, zoom: 1.0 };
         }
-        let room = (rect.size() - Vec2::splat(48.0)).max(Vec2::splat(40.0));
+        let room = (rect.size() - Vec2::splat(2.0 * MARGIN)).max(Vec2::splat(40.0));
         let zoom = (room.x / bounds.width()).min(room.y / bounds.height()).min(1.0);
         Self { rect, centre: bounds.center(), zoom: zoom.clamp(ZOOM[0], ZOOM[1]) }
+    }
+
+    /// One for a graph that is opened: all of it where names can be read then, else as much of it as leaves them legible,
+    /// around `focus`.
+    pub(super) fn opening(rect: Rect, bounds: Rect, focus: Pos2) -> Self {
+        let all = Self::fitted(rect, bounds);
+        if all.zoom >= LEGIBLE {
+            return all;
+        }
+        let half = rect.size() / LEGIBLE / 2.0;
+        // The overview stands beside the end of the graph, and not over it.
+        let mut least = bounds.expand(MARGIN / LEGIBLE).shrink2(half);
+        least.max.x += (overlay::MAP.x + overlay::MARGIN) / LEGIBLE;
+        // Along a side that fits the whole is in the middle; else nothing empty is shown where there is something.
+        let along = |axis: usize| match least.min[axis] > least.max[axis] {
+            true => bounds.center()[axis],
+            false => focus[axis].clamp(least.min[axis], least.max[axis]),
+        };
+        Self { rect, centre: Pos2::new(along(0), along(1)), zoom: LEGIBLE }
     }
 
     pub(super) fn to_screen(self, place: Pos2) -> Pos2 {
@@ -148,6 +173,20 @@ mod tests {
             assert!(distance < 1e-3 && (at..=at + 1).contains(&curve), "{distance} {curve}");
         }
         assert_eq!(lens.distance_to_way(pos2(900.0, 900.0), &places).0, f32::INFINITY);
+    }
+
+    #[test]
+    fn a_large_graph_is_opened_where_it_can_be_read() {
+        let rect = Rect::from_min_size(pos2(10.0, 20.0), vec2(900.0, 300.0));
+        let small = Rect::from_min_size(Pos2::ZERO, vec2(1200.0, 500.0));
+        assert_eq!(Lens::opening(rect, small, pos2(1000.0, 400.0)), Lens::fitted(rect, small));
+        let large = Rect::from_min_size(Pos2::ZERO, vec2(9000.0, 500.0));
+        let end = Lens::opening(rect, large, pos2(8900.0, 10.0));
+        assert_eq!((end.zoom, end.centre.y), (LEGIBLE, 250.0));
+        let beside = (MARGIN + overlay::MAP.x + overlay::MARGIN) / LEGIBLE;
+        assert!((end.seen().max.x - 9000.0 - beside).abs() < 0.1, "{}", end.seen());
+        let middle = Lens::opening(rect, large, pos2(4000.0, 10.0));
+        assert_eq!(middle.centre, pos2(4000.0, 250.0));
     }
 
     #[test]

@@ -64,8 +64,10 @@ pub(super) struct Canvas {
     /// Nodes of which only the title is drawn.
     collapsed: BTreeSet<String>,
     lens: Option<Lens>,
-    /// Whether a person has chosen what is seen; until then it is all.
+    /// Whether a person has chosen what is seen; until then it is all, or what can be read of it.
     moved: bool,
+    /// The pane and the extent of the graph that what is seen was chosen for.
+    opened: Option<(Rect, Rect)>,
     gesture: Gesture,
     /// Whether the pointer has been away from the pane's edge since it took hold, so that the view may move along.
     away: bool,
@@ -104,7 +106,7 @@ impl Canvas {
             return;
         }
         self.read(session);
-        let lens = self.look_through(rect);
+        let lens = self.look_through(rect, session);
         self.follow_selection(session);
         self.move_view(ui, &response);
         self.keys(ui, &response, session);
@@ -152,12 +154,22 @@ impl Canvas {
         self.thumbs.keep(&self.model);
     }
 
-    /// The lens on this pane: all of the graph, until a person has chosen.
-    fn look_through(&mut self, rect: Rect) -> Lens {
+    /// The lens on this pane. Until a person has chosen it shows all of the graph, or as much of it as can be read, around
+    /// what is selected or shown.
+    fn look_through(&mut self, rect: Rect, session: &Session) -> Lens {
+        let extent = self.model.extent();
         let lens = match self.lens {
             Some(lens) if self.moved => Lens { rect, ..lens },
-            _ => Lens::fitted(rect, self.model.extent()),
+            Some(lens) if self.opened == Some((rect, extent)) => lens,
+            _ => {
+                let shown = session.shown();
+                let shown = shown.as_deref().and_then(|port| port.split_once('.')).map(|(node, _)| node);
+                let card = session.selected().or(shown).and_then(|name| self.model.find(name));
+                let focus = card.map_or(extent.center(), |card| self.model.cards[card].rect().center());
+                Lens::opening(rect, extent, focus)
+            }
         };
+        self.opened = Some((rect, extent));
         self.lens = Some(lens);
         lens
     }

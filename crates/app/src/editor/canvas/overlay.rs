@@ -19,8 +19,8 @@ use super::{
 };
 
 /// Size of the overview, and its distance from the corner, in points.
-const MAP: Vec2 = vec2(168.0, 108.0);
-const MARGIN: f32 = 10.0;
+pub(super) const MAP: Vec2 = vec2(168.0, 108.0);
+pub(super) const MARGIN: f32 = 10.0;
 
 /// The search for a node, while it is open.
 #[derive(Debug, Default)]
