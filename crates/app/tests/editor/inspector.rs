@@ -341,3 +341,40 @@ fn what_has_no_effect_stands_back_and_says_why() {
     fill(&mut window, "step", "50 m");
     assert_eq!(param(&window, "b", "step"), ParamValue::Float(50.0));
 }
+
+#[test]
+fn numbers_are_whole_and_units_are_told() {
+    let file = scratch(
+        "(world: (cells: 32), nodes: { \"a\": Constant(value: -1234567.875), \"r\": StreamPower(height: \"a\", erodibility: 2e-6) }, \
+         outputs: { \"h\": \"r\" })",
+    );
+    let mut window = window(Some(file.path().join("graph.ron")));
+    window.state_mut().session_mut().select_only("r");
+    settle(&mut window);
+    window.run_steps(4);
+    let field = |window: &Harness<'_, App>, name: &str| {
+        window.get_by_role_and_label(Role::TextInput, name).value().unwrap_or_default()
+    };
+    let short = field(&window, "erodibility");
+    assert!(short.starts_with("2e-6 m") && short.ends_with('…'), "{short}");
+    let at = window.get_by_role_and_label(Role::TextInput, "erodibility").rect().center();
+    window.hover_at(at);
+    until(&mut window, "all of it is told", |window| window.query_by_label_contains("2e-6 m^(1−2m)/yr").is_some());
+    picture(&mut window, "units");
+    // What is being typed is all of it, and leaving it changes nothing.
+    let before = window.state().session().document().source().to_owned();
+    window.get_by_role_and_label(Role::TextInput, "erodibility").focus();
+    window.run_steps(3);
+    assert_eq!(field(&window, "erodibility"), "2e-6 m^(1−2m)/yr");
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+    assert_eq!(window.state().session().document().source(), before);
+    assert_eq!(field(&window, "erodibility"), short);
+    fill(&mut window, "erodibility", "3e-6");
+    assert!(field(&window, "erodibility").starts_with("3e-6 m"));
+    window.state_mut().session_mut().select_only("a");
+    settle(&mut window);
+    window.run_steps(4);
+    assert!(field(&window, "value").starts_with("-1234567.875"), "{}", field(&window, "value"));
+    picture(&mut window, "numbers");
+}

@@ -89,13 +89,14 @@ fn size(ui: &mut Ui, form: &mut Form, session: &mut Session, now: World) {
     let mut keep = ui.data(|data| data.get_temp(locked)).unwrap_or(true);
     let (typed, _) = line(ui, "size", false, |ui, label| {
         let hover = number::hint(Unit::Metres);
-        let width = ((ui.available_width() - 60.0) / 2.0).clamp(36.0, 90.0);
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let width = ((ui.available_width() - 47.0) / 2.0).clamp(36.0, 90.0);
         let mut typed = None;
         for axis in 0..2 {
             let text = Unit::Metres.display(now.size[axis]);
             let salt = ["width", "height"][axis];
             let entry = Entry { salt, text: &text, hint: salt, hover: &hover, width, label: Some(label.id) };
-            if let Some(text) = form.entry(ui, id, entry) {
+            if let Some(text) = form.quantity(ui, id, entry) {
                 typed = Some((axis, text));
             }
             if axis == 0 {

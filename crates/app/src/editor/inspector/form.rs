@@ -64,6 +64,30 @@ impl Form {
         }
     }
 
+    /// A field for a quantity, as [`Self::entry`]: while nothing is typed its number is whole, and its unit is cut where there
+    /// is no room for it; below the pointer it is whole.
+    pub(super) fn quantity(&mut self, ui: &mut Ui, line: Id, field: Entry<'_>) -> Option<String> {
+        let id = line.with(field.salt);
+        let shown = match ui.memory(|memory| memory.has_focus(id))
+            || self.typing.as_ref().is_some_and(|typing| typing.field == id)
+        {
+            true => field.text.to_owned(),
+            false => fitted(ui, field.text, field.width),
+        };
+        if shown == field.text {
+            return self.entry(ui, line, field);
+        }
+        let hover = format!("{}\n\n{}", field.text, field.hover);
+        let whole = field.text;
+        let typed = self.entry(ui, line, Entry { text: &shown, hover: &hover, ..field });
+        if ui.memory(|memory| memory.has_focus(id)) {
+            // From now on it shows all of its text.
+            select_all(ui, id, whole);
+            ui.ctx().request_repaint();
+        }
+        typed
+    }
+
     /// A field that shows a text until something is typed, and gives that when it is done (Enter, Tab or a click
     /// elsewhere); Escape takes it back. `line` is where it stands, `label` what names it.
     pub(super) fn entry(&mut self, ui: &mut Ui, line: Id, field: Entry<'_>) -> Option<String> {
@@ -126,6 +150,28 @@ pub(super) struct Entry<'a> {
     pub(super) width: f32,
     /// The label that names it.
     pub(super) label: Option<Id>,
+}
+
+/// The margins of a field on both sides, in points.
+pub(super) const FRAME: f32 = 8.0;
+
+/// A quantity as wide as a field: its number, and as much of its unit as there is room for.
+fn fitted(ui: &Ui, text: &str, width: f32) -> String {
+    let room = width - FRAME - 1.0;
+    if wide(ui, text) <= room {
+        return text.to_owned();
+    }
+    let number = text.split(' ').next().unwrap_or(text).len();
+    let cuts = text.char_indices().map(|(at, _)| at).filter(|at| *at > number).rev();
+    let shorter = cuts.map(|at| format!("{}…", text[..at].trim_end()));
+    let found = shorter.into_iter().find(|text| wide(ui, text) <= room);
+    found.unwrap_or_else(|| text[..number].to_owned())
+}
+
+/// How wide a text of a field is, in points.
+pub(super) fn wide(ui: &Ui, text: &str) -> f32 {
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    ui.painter().layout_no_wrap(text.to_owned(), font, ui.visuals().text_color()).size().x
 }
 
 fn select_all(ui: &Ui, id: Id, text: &str) {

@@ -4,7 +4,7 @@ use egui::{Slider, Ui};
 use orograph_graph::{ParamValue, Unit};
 
 use super::{
-    form::{Entry, Form},
+    form::{Entry, FRAME, Form, wide},
     value::{Asked, Place},
 };
 
@@ -18,6 +18,9 @@ pub(super) struct Scale {
     /// Whether it is a whole number.
     pub(super) whole: bool,
 }
+
+/// The least length of a slider, in points.
+const LEAST: f32 = 24.0;
 
 /// A range of at least so many times its lower end is dragged by ratios.
 const DECADES: f64 = 100.0;
@@ -77,16 +80,17 @@ pub(super) fn show(
     };
     let room = ui.available_width();
     let gap = ui.spacing().item_spacing.x;
-    let width = if room < 130.0 { room } else { (room * 0.42).clamp(76.0, 120.0) };
+    let text = if scale.whole { format!("{now}") } else { unit.display(now) };
+    // The number is whole, whatever becomes of the slider.
+    let number = wide(ui, text.split(' ').next().unwrap_or(&text)) + FRAME + 2.0;
+    let width = if room < 130.0 { room } else { (room * 0.42).clamp(76.0, 120.0).max(number).min(room) };
     let mut asked = None;
-    if room >= 130.0 {
+    if room - width - gap >= LEAST {
         asked = slider(ui, place, scale, now, room - width - gap).map(|number| Asked::Drag(value(number)));
     }
-    let text = if scale.whole { format!("{now}") } else { unit.display(now) };
     let hover = hint(unit);
-    let entry =
-        Entry { salt: "number", text: &text, hint: "", hover: &hover, width: width - 8.0, label: Some(place.label) };
-    form.entry(ui, place.line, entry).map(Asked::Text).or(asked)
+    let entry = Entry { salt: "number", text: &text, hint: "", hover: &hover, width, label: Some(place.label) };
+    form.quantity(ui, place.line, entry).map(Asked::Text).or(asked)
 }
 
 /// The slider; gives the number it was moved to.

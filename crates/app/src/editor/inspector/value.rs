@@ -146,7 +146,7 @@ pub(super) fn point(
         let hover = number::hint(unit);
         let entry =
             Entry { salt: &salt, text: &text, hint: ["x", "y"][axis], hover: &hover, width, label: Some(place.label) };
-        if let Some(text) = form.entry(ui, place.line, entry) {
+        if let Some(text) = form.quantity(ui, place.line, entry) {
             typed = Some(unit.parse(&text).map_err(|error| error.to_string()).map(|part| {
                 let mut point = now;
                 point[axis] = part;
