@@ -8,6 +8,7 @@ mod form;
 mod gradient;
 mod manual;
 mod node;
+mod note;
 mod number;
 mod pad;
 mod shown;
@@ -24,6 +25,7 @@ pub(super) struct Inspector {
     /// What the form is about: a node, or the file.
     about: Option<String>,
     kept: Option<shown::Kept>,
+    note: Option<note::Draft>,
 }
 
 impl Inspector {
@@ -31,6 +33,10 @@ impl Inspector {
         let about = session.selected().map(str::to_owned);
         if about != self.about {
             self.form.forget();
+            // What was written of another node is not lost.
+            if let Some(note) = self.note.take() {
+                note.take(session);
+            }
             self.about.clone_from(&about);
         }
         let area = egui::ScrollArea::vertical().id_salt(&about).auto_shrink(false);
@@ -40,7 +46,9 @@ impl Inspector {
                 ui.set_max_width(ui.available_width());
                 ui.spacing_mut().item_spacing.y = 3.0;
                 match (about, session.selection().count()) {
-                    (Some(name), _) => node::show(ui, &mut self.form, &mut self.kept, session, &name),
+                    (Some(name), _) => {
+                        node::show(ui, &mut self.form, (&mut self.kept, &mut self.note), session, &name);
+                    }
                     (None, 0) => file::show(ui, &mut self.form, session),
                     _ => several(ui, session),
                 }

@@ -6,6 +6,7 @@ use orograph_graph::{Edit, Fallback, Input, Kind, Node, NodeIndex, ParamSpec, Pa
 use super::{
     form::{self, Entry, Form, line, section, title, words},
     manual,
+    note::{self, Draft},
     shown::{self, Kept},
     target::Target,
     value::{self, Place},
@@ -25,7 +26,13 @@ struct Wiring {
 }
 
 /// Shows a node.
-pub(super) fn show(ui: &mut Ui, form: &mut Form, kept: &mut Option<Kept>, session: &mut Session, name: &str) {
+pub(super) fn show(
+    ui: &mut Ui,
+    form: &mut Form,
+    (kept, draft): (&mut Option<Kept>, &mut Option<Draft>),
+    session: &mut Session,
+    name: &str,
+) {
     let document = session.document();
     let Some(entry) = document.nodes().iter().find(|entry| entry.name == name) else { return };
     let Some(index) = entry.index else {
@@ -59,9 +66,10 @@ pub(super) fn show(ui: &mut Ui, form: &mut Form, kept: &mut Option<Kept>, sessio
         })
         .collect();
 
-    let muted = entry.muted;
+    let (muted, told) = (entry.muted, entry.note.clone());
     heading(ui, form, session, name, node, muted);
     state(ui, session, name);
+    note::show(ui, draft, session, (name, &told));
     if !inputs.is_empty() {
         section(ui, "Inputs");
         for wiring in &inputs {
