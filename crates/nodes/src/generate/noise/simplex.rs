@@ -9,7 +9,7 @@ use super::{
     lattice::{Axis, hash, hash_row},
     raster::{Combine, LANES, Layer, Noise},
 };
-use crate::simd::simd;
+use crate::{math::lane, simd::simd};
 
 /// (√3 − 1) / 2 in 0.32 fixed point: what is added to both coordinates, times their sum, makes squares of pairs of triangles.
 const SKEW: i64 = 1_572_067_138;
@@ -22,21 +22,15 @@ pub(crate) const SCALE: f32 = 99.836_85;
 /// A lattice is so much finer than the wavelength asked for that its forms are as large as those of gradient noise on squares.
 pub(crate) const FINER: f64 = 0.8;
 
-/// The unit vectors at 7.5° + k · 15° in the first quadrant.
-const QUADRANT: [[f32; 2]; 6] = [
-    [0.991_444_9, 0.130_526_2],
-    [0.923_879_5, 0.382_683_43],
-    [0.793_353_3, 0.608_761_4],
-    [0.608_761_4, 0.793_353_3],
-    [0.382_683_43, 0.923_879_5],
-    [0.130_526_2, 0.991_444_9],
-];
+/// Directions: they are 15° apart, from 7.5° on, in 2³²nds of a turn.
+const DIRECTIONS: u32 = 24;
+const APART: u32 = u32::MAX / DIRECTIONS + 1;
 
 /// An octave of simplex noise.
 pub(crate) struct Simplex {
     octave: Octave,
-    /// The 24 directions, multiplied by the octave's factor.
-    directions: [[f32; 2]; 24],
+    /// The octave's factor.
+    scale: f32,
     /// First row of samples in the world.
     top: u32,
 }
@@ -44,21 +38,18 @@ pub(crate) struct Simplex {
 impl Simplex {
     /// An octave with a factor on it.
     pub fn new(octave: Octave, scale: f32) -> Self {
-        let directions = std::array::from_fn(|k| {
-            let [x, y] = QUADRANT[k % 6].map(|part| part * scale);
-            [[x, y], [-y, x], [-x, -y], [y, -x]][k / 6]
-        });
-        Self { octave, directions, top: 0 }
+        Self { octave, scale, top: 0 }
     }
+}
 
-    /// What the lattice point of a hash adds at an offset from it.
-    #[inline(always)]
-    fn corner(&self, hash: u32, x: f32, y: f32) -> f32 {
-        let [along, down] = self.directions[((u64::from(hash >> 8) * 24) >> 24) as usize];
-        let rest = (REACH - x * x - y * y).max(0.0);
-        let square = rest * rest;
-        square * square * (along * x + down * y)
-    }
+/// What the lattice point of a hash adds at an offset from it.
+#[inline(always)]
+fn corner(hash: u32, x: f32, y: f32) -> f32 {
+    let direction = ((hash >> 8) * DIRECTIONS) >> 24;
+    let [along, down] = lane::turn(direction.wrapping_mul(APART).wrapping_add(APART / 2));
+    let rest = (REACH - x * x - y * y).max(0.0);
+    let square = rest * rest;
+    square * square * (along * x + down * y)
 }
 
 impl Layer for Simplex {
@@ -80,25 +71,38 @@ simd! {
         for (lane, column) in (0..).zip(&mut columns) {
             *column = along.at(x.wrapping_add(lane));
         }
+        // step by step for all lanes, each of which is a loop over vectors
         for (y, state) in (layer.top..).zip(states) {
             let row = down.at(y);
-            let mut noise = [0.0; LANES];
+            let (mut cells, mut lines) = ([0; LANES], [0; LANES]);
+            let (mut xs, mut ys, mut rights) = ([0.0; LANES], [0.0; LANES], [0; LANES]);
             for lane in 0..LANES {
                 let sum = columns[lane] + row;
                 let skew = (sum >> 32) * SKEW + ((i64::from(sum as u32) * SKEW) >> 32);
                 let (x, y) = (columns[lane] + skew, row + skew);
-                let (i, j) = (Axis::cell(x), Axis::cell(y));
+                (cells[lane], lines[lane]) = (Axis::cell(x), Axis::cell(y));
                 let (s, t) = (Axis::fraction(x), Axis::fraction(y));
                 let back = (s + t) * UNSKEW;
-                let (x, y) = (s - back, t - back);
-                let right = i32::from(s > t);
-                let (across, below) = (right as f32, 1.0 - right as f32);
-                let near = hash_row(j, seed);
-                let far = hash_row(j.wrapping_add(1), seed);
-                let third = hash(i.wrapping_add(right), if right == 1 { near } else { far });
-                noise[lane] = layer.corner(hash(i, near), x, y)
-                    + layer.corner(hash(i.wrapping_add(1), far), (x - 1.0) + 2.0 * UNSKEW, (y - 1.0) + 2.0 * UNSKEW)
-                    + layer.corner(third, (x - across) + UNSKEW, (y - below) + UNSKEW);
+                (xs[lane], ys[lane]) = (s - back, t - back);
+                rights[lane] = i32::from(s > t);
+            }
+            let mut hashes = [[0; LANES]; 3];
+            for lane in 0..LANES {
+                let (i, right) = (cells[lane], rights[lane]);
+                let near = hash_row(lines[lane], seed);
+                let far = hash_row(lines[lane].wrapping_add(1), seed);
+                hashes[0][lane] = hash(i, near);
+                hashes[1][lane] = hash(i.wrapping_add(1), far);
+                hashes[2][lane] = hash(i.wrapping_add(right), if right == 1 { near } else { far });
+            }
+            let mut noise = [0.0; LANES];
+            for lane in 0..LANES {
+                let (x, y, across) = (xs[lane], ys[lane], rights[lane] as f32);
+                let below = 1.0 - across;
+                noise[lane] = layer.scale
+                    * (corner(hashes[0][lane], x, y)
+                        + corner(hashes[1][lane], (x - 1.0) + 2.0 * UNSKEW, (y - 1.0) + 2.0 * UNSKEW)
+                        + corner(hashes[2][lane], (x - across) + UNSKEW, (y - below) + UNSKEW));
             }
             C::octave(&constants, &Noise::level(noise), state);
         }

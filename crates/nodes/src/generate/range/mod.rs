@@ -64,7 +64,7 @@ pub static NODE: Node = Node {
     ],
     params: Params::specs,
     cpu: run,
-    example: "height: 2500, seed: 5",
+    example: "height: 3000, front: 3000, back: 4000, spacing: 3500, seed: 8",
     ..Node::DEFAULT
 };
 
