@@ -90,11 +90,21 @@ impl Field {
     /// Smallest and largest sample of a plane; `None` when it has no finite sample.
     #[must_use]
     pub fn range(&self, plane: usize) -> Option<(f32, f32)> {
-        let (lo, hi) = self
-            .plane(plane)
-            .iter()
-            .filter(|v| v.is_finite())
-            .fold((f32::INFINITY, f32::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)));
+        // lanes that do not wait for each other; no comparison with NaN is true
+        let (mut low, mut high) = ([f32::INFINITY; 16], [f32::NEG_INFINITY; 16]);
+        let (whole, rest) = self.plane(plane).as_chunks::<16>();
+        let mut last = [f32::NAN; 16];
+        last[..rest.len()].copy_from_slice(rest);
+        for lanes in whole.iter().chain([&last]) {
+            for ((low, high), v) in low.iter_mut().zip(&mut high).zip(lanes) {
+                let v = if v.abs() < f32::INFINITY { *v } else { f32::NAN };
+                *low = if v < *low { v } else { *low };
+                *high = if v > *high { v } else { *high };
+            }
+        }
+        // a zero without its sign, which would depend on its lane
+        let lo = low.into_iter().fold(f32::INFINITY, f32::min) + 0.0;
+        let hi = high.into_iter().fold(f32::NEG_INFINITY, f32::max) + 0.0;
         (lo <= hi).then_some((lo, hi))
     }
 
@@ -134,5 +144,23 @@ mod tests {
         let part = field.crop(&Window { world, origin: [1, 1], cells: [2, 2] });
         assert_eq!(part.samples(), [5.0, 6.0, 9.0, 10.0]);
         assert_eq!(field.range(0), Some((0.0, 11.0)));
+    }
+
+    #[test]
+    fn a_range_is_that_of_finite_samples() {
+        let world = World { size: [37.0, 1.0], cells: [37, 1], ..World::default() };
+        let range = |samples: Vec<f32>| Field::new(Window::whole(world), samples).range(0);
+        // each place in turn holds the lowest, the highest and what is no number
+        for at in 0..37 {
+            let mut samples = vec![1.0; 37];
+            samples[at] = -3.0;
+            samples[(at + 5) % 37] = 7.0;
+            samples[(at + 9) % 37] = f32::NAN;
+            samples[(at + 20) % 37] = [f32::INFINITY, f32::NEG_INFINITY][at % 2];
+            assert_eq!(range(samples), Some((-3.0, 7.0)));
+        }
+        assert_eq!(range(vec![f32::NAN; 37]), None);
+        let (low, high) = range(vec![-0.0; 37]).expect("finite");
+        assert!(low.is_sign_positive() && high.is_sign_positive(), "a zero has no sign");
     }
 }

@@ -13,6 +13,7 @@ mod ascii;
 mod error;
 mod exr;
 mod fill;
+mod filter;
 mod geotiff;
 mod hgt;
 mod metric;

@@ -3,12 +3,15 @@
 //! Source: W3C, "Portable Network Graphics (PNG) Specification (Third Edition)" (2025). Grey of up to 8 bits is read as codes
 //! from 0 to 255, of 16 bits from 0 to 65535; what they stand for is told by the sidecar or by the graph. A fully
 //! transparent cell is void.
+//!
+//! Written is with `fdeflate`, the fastest compressor there is for such rows, which works on one thread. What comes before it, a
+//! third of the work, runs on the others meanwhile, band by band, so that no more than two bands lie in memory.
 
 use std::io::{self, Cursor, Write};
 
 use ::png::{BitDepth, ColorType, Compression, Decoder, DecodingError, Encoder, EncodingError, Transformations};
 
-use super::{Coding, GoOn, MAX_RATIO, Problem, Raster, Sidecar, claimed_cells, save::bytes_of};
+use super::{Coding, GoOn, MAX_RATIO, Problem, Raster, Sidecar, claimed_cells, filter::filter};
 
 /// Decodes a grey PNG.
 pub(super) fn read(bytes: &[u8], sidecar: Option<&Sidecar>, go_on: GoOn<'_>) -> Result<Raster, Problem> {
@@ -81,57 +84,86 @@ fn fault(error: DecodingError) -> Problem {
     }
 }
 
-/// Writes 16-bit codes as grey, compressed fast: about an eighth larger than the best, some twenty times as fast.
-pub(super) fn write_grey16(to: impl Write, columns: u32, rows: u32, codes: &[u16]) -> io::Result<()> {
-    let bytes = bytes_of(codes, u16::to_be_bytes);
-    write_samples(to, [columns, rows], ColorType::Grayscale, BitDepth::Sixteen, false, &bytes).map_err(refusal)
+/// What a PNG holds, and how its rows are made.
+pub(super) struct Rows<'a> {
+    pub(super) cells: [u32; 2],
+    pub(super) colour: ColorType,
+    pub(super) depth: BitDepth,
+    /// Whether it is a picture with the curve of sRGB rather than numbers.
+    pub(super) srgb: bool,
+    /// Fills whole rows with their bytes, 16-bit numbers big end first; the first of them is told.
+    pub(super) fill: &'a (dyn Fn(usize, &mut [u8]) + Sync),
 }
 
-/// Writes 8-bit codes as grey.
-pub(super) fn write_grey8(to: impl Write, columns: u32, rows: u32, codes: &[u8]) -> io::Result<()> {
-    write_samples(to, [columns, rows], ColorType::Grayscale, BitDepth::Eight, false, codes).map_err(refusal)
-}
+/// Bytes of a band, the rows that are worked on together: few enough for the caches.
+const BAND: usize = 1 << 20;
+/// The most bytes of a chunk: the format ends at 2^31.
+const MOST_OF_CHUNK: usize = 1 << 30;
 
-/// Writes 8-bit sRGB, three bytes a cell.
-pub(super) fn write_rgb(to: impl Write, columns: u32, rows: u32, bytes: &[u8]) -> io::Result<()> {
-    write_samples(to, [columns, rows], ColorType::Rgb, BitDepth::Eight, true, bytes).map_err(refusal)
-}
-
-/// Writes 16-bit numbers as they are, three a cell.
-pub(super) fn write_rgb16(to: impl Write, columns: u32, rows: u32, codes: &[u16]) -> io::Result<()> {
-    let bytes = bytes_of(codes, u16::to_be_bytes);
-    write_samples(to, [columns, rows], ColorType::Rgb, BitDepth::Sixteen, false, &bytes).map_err(refusal)
-}
-
-/// Writes four bytes a cell: 8-bit sRGB with alpha, or, without `srgb`, numbers as they are.
-pub(super) fn write_rgba(to: impl Write, columns: u32, rows: u32, srgb: bool, bytes: &[u8]) -> io::Result<()> {
-    write_samples(to, [columns, rows], ColorType::Rgba, BitDepth::Eight, srgb, bytes).map_err(refusal)
-}
-
-/// What the system says, where it is the system that refuses.
-fn refusal(error: EncodingError) -> io::Error {
-    match error {
+/// Writes a picture, compressed fast: about an eighth larger than the best, some thirty times as fast.
+pub(super) fn write(to: impl Write, picture: &Rows<'_>) -> io::Result<()> {
+    encode(to, picture).map_err(|error| match error {
         EncodingError::IoError(error) => error,
         other => io::Error::other(other),
-    }
+    })
 }
 
-fn write_samples(
-    to: impl Write,
-    [columns, rows]: [u32; 2],
-    colour: ColorType,
-    depth: BitDepth,
-    srgb: bool,
-    bytes: &[u8],
-) -> Result<(), EncodingError> {
+fn encode(to: impl Write, picture: &Rows<'_>) -> Result<(), EncodingError> {
+    let Rows { cells: [columns, rows], colour, depth, srgb, fill } = *picture;
     let mut encoder = Encoder::new(to, columns, rows);
     encoder.set_color(colour);
     encoder.set_depth(depth);
-    encoder.set_compression(Compression::Fast);
+    encoder.set_compression(Compression::NoCompression);
     if srgb {
         encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
     }
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(bytes)?;
+    let step = colour.samples() * (depth as usize / 8);
+    let (length, rows) = (columns as usize * step, rows as usize);
+    let packed = compressed(rows, length, step, fill)?;
+    if packed.len() < length * rows {
+        packed.chunks(MOST_OF_CHUNK).try_for_each(|part| writer.write_chunk(::png::chunk::IDAT, part))?;
+    } else {
+        // its codes are made for small rests; noise is shorter as it is
+        let mut bytes = vec![0; length * rows];
+        fill(0, &mut bytes);
+        writer.write_image_data(&bytes)?;
+    }
     writer.finish()
+}
+
+/// The compressed rows: a band is made and filtered while the one before it is compressed.
+fn compressed(
+    rows: usize,
+    length: usize,
+    step: usize,
+    fill: &(dyn Fn(usize, &mut [u8]) + Sync),
+) -> io::Result<Vec<u8>> {
+    let band = (BAND / length).clamp(1, rows);
+    // the first row is the last of the band before
+    let mut bytes = vec![0; (band + 1) * length];
+    let mut make = |first: usize, lines: &mut Vec<u8>| {
+        let count = band.min(rows - first);
+        fill(first, &mut bytes[length..(count + 1) * length]);
+        lines.resize(count * (length + 1), 0);
+        filter(lines, &bytes[..(count + 1) * length], length, step);
+        bytes.copy_within(count * length..(count + 1) * length, 0);
+    };
+    let (mut now, mut next) = (Vec::new(), Vec::new());
+    // room that is not needed is never touched
+    let mut compressor = fdeflate::Compressor::new(Vec::with_capacity(length * rows))?;
+    make(0, &mut now);
+    for first in (0..rows).step_by(band) {
+        let (done, ()) = rayon::join(
+            || compressor.write_data(&now),
+            || {
+                if first + band < rows {
+                    make(first + band, &mut next);
+                }
+            },
+        );
+        done?;
+        std::mem::swap(&mut now, &mut next);
+    }
+    compressor.finish()
 }

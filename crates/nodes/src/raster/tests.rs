@@ -138,6 +138,32 @@ fn what_is_written_reads_back() {
     assert_eq!(left.len(), 2 * Format::ALL.len(), "no temporary file is left: {left:?}");
 }
 
+/// Noise, which compression would lengthen, and land: other readers find every code, and threads change no byte.
+#[test]
+fn png_is_the_same_for_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let noise = terrain(90, 60).into_samples().into_iter().enumerate();
+    let noise = noise.map(|(at, _)| (orograph_graph::mix(at as u32) % 65_536) as f32).collect();
+    for field in [Field::new(*terrain(90, 60).window(), noise), terrain(90, 60)] {
+        for (format, full) in [(Format::Png16, 65_535.0), (Format::Png8, 255.0)] {
+            let path = folder.path().join("land.png");
+            let bytes = |threads: usize| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let writing = Writing { range: Some([-500.0, 65_535.0]), ..Writing::default() };
+                pool.install(|| write(&path, format, &field, writing, &Meta::default(), &|| true)).unwrap();
+                fs::read(&path).unwrap()
+            };
+            let alone = bytes(1);
+            assert!(bytes(3) == alone && alone.len() < 90 * 60 * 2 + 500, "{}", alone.len());
+            let image = image::load_from_memory(&alone).unwrap().into_luma16();
+            for (found, v) in image.pixels().zip(field.samples()) {
+                let code = ((f64::from(*v) + 500.0) * full / 66_035.0 + 0.5).floor();
+                assert_eq!(f64::from(found.0[0]) * full / 65_535.0, code);
+            }
+        }
+    }
+}
+
 #[test]
 fn a_tile_of_a_world_knows_its_place() {
     let folder = tempfile::tempdir().unwrap();

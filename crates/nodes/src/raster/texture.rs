@@ -6,12 +6,14 @@
 
 use std::path::Path;
 
+use ::png::{BitDepth, ColorType};
 use orograph_graph::Field;
 use rayon::prelude::*;
 
 use super::{
     GoOn, RasterError, exr, png,
-    save::{persist, srgb_bytes, stage},
+    png::Rows,
+    save::{Srgb, persist, stage},
 };
 
 /// Writes unit normals, -1 to 1 in each of three planes, as 16-bit red, green and blue: -1 is 0, 1 is 65535.
@@ -22,15 +24,17 @@ use super::{
 /// # Panics
 /// When the field has fewer than three planes: a caller's mistake, never a file's.
 pub fn write_normal(path: &Path, field: &Field, go_on: GoOn<'_>) -> Result<(), RasterError> {
-    let [columns, rows] = field.window().cells;
+    let (cells, nx) = (field.window().cells, field.window().nx());
     let planes = [0, 1, 2].map(|plane| field.plane(plane));
-    let mut codes = vec![0_u16; 3 * field.window().len()];
-    codes.par_chunks_mut(3).enumerate().for_each(|(cell, out)| {
-        for (out, plane) in out.iter_mut().zip(planes) {
-            *out = ((plane[cell] * 0.5 + 0.5) * 65_535.0).round() as u16;
-        }
-    });
-    persist(stage(path, go_on, |to| png::write_rgb16(to, columns, rows, &codes))?, path)
+    let fill = |first: usize, out: &mut [u8]| {
+        out.par_chunks_mut(6).enumerate().for_each(|(cell, out)| {
+            for (out, plane) in out.as_chunks_mut().0.iter_mut().zip(planes) {
+                *out = (((plane[first * nx + cell] * 0.5 + 0.5) * 65_535.0).round() as u16).to_be_bytes();
+            }
+        });
+    };
+    let (colour, depth) = (ColorType::Rgb, BitDepth::Sixteen);
+    persist(stage(path, go_on, |to| png::write(to, &Rows { cells, colour, depth, srgb: false, fill: &fill }))?, path)
 }
 
 /// Writes the shares of four layers as 8-bit red, green, blue and alpha that sum to 255 in every cell.
@@ -41,13 +45,15 @@ pub fn write_normal(path: &Path, field: &Field, go_on: GoOn<'_>) -> Result<(), R
 /// # Panics
 /// When the field has fewer than four planes: a caller's mistake, never a file's.
 pub fn write_weights(path: &Path, field: &Field, go_on: GoOn<'_>) -> Result<(), RasterError> {
-    let [columns, rows] = field.window().cells;
+    let (cells, nx) = (field.window().cells, field.window().nx());
     let planes = [0, 1, 2, 3].map(|plane| field.plane(plane));
-    let mut bytes = vec![0; 4 * field.window().len()];
-    bytes.par_chunks_mut(4).enumerate().for_each(|(cell, out)| {
-        out.copy_from_slice(&parts_of_255(planes.map(|plane| plane[cell])));
-    });
-    persist(stage(path, go_on, |to| png::write_rgba(to, columns, rows, false, &bytes))?, path)
+    let fill = |first: usize, out: &mut [u8]| {
+        out.par_chunks_mut(4).enumerate().for_each(|(cell, out)| {
+            out.copy_from_slice(&parts_of_255(planes.map(|plane| plane[first * nx + cell])));
+        });
+    };
+    let (colour, depth) = (ColorType::Rgba, BitDepth::Eight);
+    persist(stage(path, go_on, |to| png::write(to, &Rows { cells, colour, depth, srgb: false, fill: &fill }))?, path)
 }
 
 /// The shares of four layers as 255ths that sum to one in every cell: what [`write_weights`] writes, as numbers.
@@ -78,11 +84,13 @@ pub fn apportioned(field: &Field) -> Field {
 /// # Panics
 /// When the field has fewer than three planes: a caller's mistake, never a file's.
 pub fn write_tint(path: &Path, field: &Field, go_on: GoOn<'_>) -> Result<(), RasterError> {
-    let [columns, rows] = field.window().cells;
-    let rgb = srgb_bytes(field);
-    let mut bytes = vec![127; 4 * field.window().len()];
-    bytes.par_chunks_mut(4).zip(rgb.par_chunks(3)).for_each(|(out, rgb)| out[..3].copy_from_slice(rgb));
-    persist(stage(path, go_on, |to| png::write_rgba(to, columns, rows, true, &bytes))?, path)
+    let curve = Srgb::new();
+    let fill = |first: usize, out: &mut [u8]| {
+        out.fill(127);
+        curve.rows::<4>(field, first, out);
+    };
+    let (cells, colour, depth) = (field.window().cells, ColorType::Rgba, BitDepth::Eight);
+    persist(stage(path, go_on, |to| png::write(to, &Rows { cells, colour, depth, srgb: true, fill: &fill }))?, path)
 }
 
 /// Writes the shares of four layers as a control map of Terrain3D: OpenEXR whose numbers are fields of bits.
