@@ -30,7 +30,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| Gaussian::reach_m(Params::read(params).radius, cell_m)),
     cpu: run,
-    example: "height: \"base\", radius: 400",
+    example: "height: \"base\", radius: 400, amount: 0.5",
     ..Node::DEFAULT
 };
 
