@@ -12,7 +12,11 @@ use image::RgbImage;
 /// Its size in pixels, which is that of the window: a smaller one is drawn sooner.
 pub(crate) const SIZE: [u32; 2] = [1280, 720];
 /// Longer than anything here takes on a busy machine without a graphics card.
-const PATIENCE: Duration = Duration::from_secs(90);
+const PATIENCE: Duration = Duration::from_secs(120);
+/// What a movement of the hand is given to be seen in, before it is made once more.
+pub(crate) const TRIAL: Duration = Duration::from_secs(15);
+/// Most often longer than a frame takes.
+const REST: Duration = Duration::from_millis(500);
 /// The variable that makes a missing tool a failure.
 const VARIABLE: &str = "OROGRAPH_WINDOW_TESTS";
 /// The tools, each with what makes it end at once.
@@ -20,13 +24,18 @@ const TOOLS: [(&str, &str); 3] = [("Xvfb", "-help"), ("xdotool", "version"), ("i
 
 /// Looks again and again until there is what is waited for.
 #[track_caller]
-pub(crate) fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+pub(crate) fn until<T>(what: &str, look: impl FnMut() -> Option<T>) -> T {
+    within(PATIENCE, look).unwrap_or_else(|| panic!("{what}: not after {PATIENCE:?}"))
+}
+
+/// Looks again and again for so long.
+pub(crate) fn within<T>(time: Duration, mut look: impl FnMut() -> Option<T>) -> Option<T> {
     let start = Instant::now();
     loop {
-        if let Some(found) = look() {
+        let found = look();
+        if found.is_some() || start.elapsed() > time {
             return found;
         }
-        assert!(start.elapsed() < PATIENCE, "{what}: not after {PATIENCE:?}");
         thread::sleep(Duration::from_millis(20));
     }
 }
@@ -106,14 +115,17 @@ impl Screen {
     }
 
     /// Holds the button at one place and moves the pointer to another. The button is let go when `seen` finds what it
-    /// waits for: a window that draws seldom would take all of it for a click.
+    /// waits for, or does not for a while: a window that draws seldom would take all of it for a click. What of a drag
+    /// comes within one of its frames it takes to be at one place; hence the rests, and that who asks tries again.
     #[track_caller]
-    pub(crate) fn drag<T>(&self, what: &str, from: [i32; 2], to: [i32; 2], seen: impl FnMut() -> Option<T>) -> T {
+    pub(crate) fn drag<T>(&self, from: [i32; 2], to: [i32; 2], mut seen: impl FnMut() -> Option<T>) -> Option<T> {
         self.point(from);
+        thread::sleep(REST);
         self.tell(&["mousedown", "1"]);
+        thread::sleep(REST);
         self.step([(from[0] + to[0]) / 2, (from[1] + to[1]) / 2]);
         self.step(to);
-        let found = until(what, seen);
+        let found = within(TRIAL, &mut seen);
         self.tell(&["mouseup", "1"]);
         found
     }

@@ -5,7 +5,10 @@ use std::{collections::HashSet, thread, time::Duration};
 use image::{Rgb, RgbImage};
 use orograph_graph::{Document, diff};
 
-use crate::{Desk, EMPTY, document, screen::until};
+use crate::{
+    Desk, EMPTY, document,
+    screen::{TRIAL, until, within},
+};
 
 /// Where nodes are added in the window. Their places are rounded to twelve units, and these two differ by half of that
 /// both ways, so that both together tell where the graph is to three units.
@@ -118,11 +121,13 @@ fn nodes_are_wired_and_a_value_is_dragged_and_nothing_is_lost() {
     let [from, to] = pins(&work);
     let around = [to[0] - 60, to[1] - 30, to[0] - 20, to[1] + 30].map(|x| x as u32);
     let free = until("a picture", || desk.screen.picture());
-    desk.screen.drag("the wire is seen", from, to, || {
-        let seen = desk.screen.picture()?;
-        (colours(&seen, around) > colours(&free, around)).then_some(())
+    until("the wire", || {
+        desk.screen.drag(from, to, || {
+            let seen = desk.screen.picture()?;
+            (colours(&seen, around) > colours(&free, around)).then_some(())
+        });
+        within(TRIAL, || (source(&desk.work()?, "terrace").as_deref() == Some("ridged.height")).then_some(()))
     });
-    desk.until("the wire", |work| (source(work, "terrace").as_deref() == Some("ridged.height")).then_some(()));
 
     // The land of the node that was added last.
     let land = until("land is seen", || desk.screen.picture().filter(|seen| colours(seen, LAND) > 5000));
@@ -134,8 +139,9 @@ fn nodes_are_wired_and_a_value_is_dragged_and_nothing_is_lost() {
     let work = desk.work().expect("written");
     let [left, right] = slider(&land).expect("there is a slider");
     let at = |share: f64| [(f64::from(left[0]) + share * f64::from(right[0] - left[0])) as i32, left[1]];
-    desk.screen
-        .drag("the value follows", at(0.3), at(0.65), || desk.work().filter(|now| now.source() != work.source()));
+    until("the value follows", || {
+        desk.screen.drag(at(0.3), at(0.65), || desk.work().filter(|now| now.source() != work.source()))
+    });
     let [x, y] = at(0.65).map(|x| x as u32);
     until("the slider is let go", || {
         let seen = desk.screen.picture()?;
