@@ -1,3 +1,5 @@
+//! Ranks against sorted surroundings, on level, steep and periodic land.
+
 use orograph_graph::{Boundary, Edge, Window, World, mix};
 
 use super::*;

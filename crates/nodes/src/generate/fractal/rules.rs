@@ -96,12 +96,12 @@ impl Rule<1> for Billow {
     }
 }
 
-/// h += gainᵏ s, s = w (n + o), w ← s, held below 1. State: h, w.
+/// h += s, s = w gainᵏ (n + o), w ← s, held below 1. State: h, w.
 pub(super) struct Hybrid;
 
 impl Hybrid {
     /// How far from 1 a weight begins to be held: a corner there would be seen as a line in the land.
-    const ROUND: f32 = 0.3;
+    const ROUND: f32 = 0.15;
 
     /// The lesser of a number and 1, with a parabola from one to the other.
     #[inline(always)]
@@ -117,8 +117,8 @@ impl Rule<2> for Hybrid {
 
     #[inline(always)]
     fn step(layer: &Layer, noise: f32, _: [f32; 2], [height, weight]: &mut [f32; 2]) {
-        let signal = *weight * (layer.fade * noise + layer.offset);
-        *height += layer.gain * signal;
+        let signal = *weight * (layer.gain * (layer.fade * noise + layer.offset));
+        *height += signal;
         *weight = Self::held(signal);
     }
 }
