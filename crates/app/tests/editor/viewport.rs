@@ -113,3 +113,17 @@ fn land_is_seen_while_it_grows() {
     // a state on the way at least, however rarely a busy machine looks, and the result
     assert!(steps.len() > 1 && steps.contains(&0), "{steps:?}");
 }
+
+#[test]
+fn fewer_cells_that_are_asked_for_while_land_grows_are_the_ones_shown() {
+    let shown = |window: &Harness<'_, App>| {
+        let built = window.state().session().built("rivers.height")?;
+        Some((built.cells, built.step))
+    };
+    let mut window = window(Some(graph("hello.ron")));
+    window.state_mut().session_mut().set_cells(384);
+    until(&mut window, "the finer land is seen", |window| shown(window).is_some_and(|(cells, _)| cells == 384));
+    window.state_mut().session_mut().set_cells(192);
+    settle(&mut window);
+    assert_eq!(shown(&window), Some((192, 0)));
+}

@@ -9,7 +9,7 @@
 //! last bit, whatever the blocks (B. Weiss, 2025, "Fast isotropic median filtering"). What differs from the source: steps are
 //! runs of the order, not single values; many equal values are one run, whose members nobody has to look at; and a block is
 //! gone down along its contours rather than across. Surroundings are no squares, which leave square marks, but above 3.6
-//! cells circles of four steps ([`circle`]), of the circle's area, with an edge that stays within 8 % of the radius.
+//! cells circles of four steps (`circle`), of the circle's area, with an edge that stays within 8 % of the radius.
 //!
 //! The rim and the steps grow with the radius, but dozens of cells are looked at together: from 4 to 64 cells, 256 times the area, the
 //! cost is three times as much. It is the sorting of what blocks see twice, and the steps where land is steep. They are many where
