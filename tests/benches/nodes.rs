@@ -9,9 +9,9 @@
 use std::path::PathBuf;
 
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput, measurement::WallTime};
-use orograph_graph::{Cancel, Job, Warnings, Window};
+use orograph_graph::Window;
 use orograph_nodes::registry;
-use orograph_tests::{Case, REACHING, data_folder, example, inputs, reaching, world};
+use orograph_tests::{Case, REACHING, example, inputs, reaching, world};
 
 /// Cells a side.
 const SIDES: [u32; 3] = [512, 1024, 2048];
@@ -45,17 +45,7 @@ fn radii(c: &mut Criterion) {
 /// Times the kernel of a case on so many cells a side.
 fn time(group: &mut BenchmarkGroup<'_, WallTime>, id: BenchmarkId, case: &Case, cells: u32) {
     let window = Window::whole(world(cells));
-    let job = Job {
-        node: case.kind(),
-        params: &case.graph.instance(case.node).params.clone(),
-        inputs: inputs(case, window),
-        window,
-        folder: data_folder(),
-        cancel: Cancel::default(),
-        progress: &|_| {},
-        warnings: Warnings::default(),
-        glimpses: None,
-    };
+    let job = case.job(inputs(case, window), window);
     group.throughput(Throughput::Elements(window.len() as u64));
     group.bench_function(id, |b| b.iter(|| (case.kind().cpu)(&job)));
 }

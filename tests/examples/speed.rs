@@ -12,9 +12,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use orograph_graph::{Cancel, InputValue, Job, Warnings, Window};
+use orograph_graph::{InputValue, Window};
 use orograph_nodes::{memory::LargePages, registry, simd};
-use orograph_tests::{Case, REACHING, data_folder, example, inputs, reaching, world};
+use orograph_tests::{Case, REACHING, example, inputs, reaching, world};
 
 #[global_allocator]
 static MEMORY: LargePages = LargePages;
@@ -75,21 +75,10 @@ fn thread_ns(begun: Instant) -> f64 {
 /// The mean time of the runs of a kernel, in nanoseconds.
 fn mean(case: &Case, values: &[InputValue], window: Window) -> Result<f64, String> {
     let node = case.kind();
-    let params = case.graph.instance(case.node).params.clone();
     let (begun, mut runs) = (Instant::now(), 0_u32);
     let start = thread_ns(begun);
     while runs == 0 || begun.elapsed() < ENOUGH {
-        let job = Job {
-            node,
-            params: &params,
-            inputs: values.to_vec(),
-            window,
-            folder: data_folder(),
-            cancel: Cancel::default(),
-            progress: &|_| {},
-            warnings: Warnings::default(),
-            glimpses: None,
-        };
+        let job = case.job(values.to_vec(), window);
         (node.cpu)(&job).map_err(|error| format!("{}: {error}", node.id))?;
         runs += 1;
     }

@@ -17,6 +17,7 @@ import richdem as rd
 import topotoolbox as tt
 
 import routing
+from land import hills
 
 CELL_M = 30.0
 STEPS, STEP_YR = 5, 1e4  # as in bench_flow.rs
@@ -28,12 +29,8 @@ LAWS = {1.0: (0.45, 1e-5), 1.5: (0.6, 3e-6), 2.0: (0.9, 1e-6)}  # n: (m, K)
 def terrain(side, relief=1000.0, seed=7):
     """Relief of so many metres with amplitudes of wavelength squared, and 0.5 m of white noise: full of small pits."""
     rng = np.random.default_rng(seed)
-    k = np.hypot(np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side)[None, :])
-    k[0, 0] = np.inf
-    shape = (side, side // 2 + 1)
-    land = np.fft.irfft2((rng.standard_normal(shape) + 1j * rng.standard_normal(shape)) / k**2, s=(side, side))
-    land *= relief / np.ptp(land)
-    return (land - land.min() + 0.5 * rng.standard_normal((side, side)) + 5.0).astype("<f4")
+    land = hills(side, rng, relief)
+    return (land + 0.5 * rng.standard_normal((side, side)) + 5.0).astype("<f4")
 
 
 def timed(repeats, kernel):

@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 import taichi as ti
 
+from land import terrain
+
 CELL_M, GRAVITY, RAIN = 30.0, 9.81, 20.0 / 3.6e6
 CAPACITY, SETTLING, ENTRAINMENT, ACCELERATION = 0.01 / 0.02, 0.02, 0.2, 2000.0
 FILM_M, DEEP_M, THICKEST, FLOOR = 1e-4, 5.0, 0.3, 0.05
@@ -20,17 +22,6 @@ STEPS, COURANT = 40, 0.02
 SECONDS = STEPS * COURANT * CELL_M / np.sqrt(GRAVITY * np.float32(0.05)) * (1.0 - 1e-9)
 # A step of ours is timed over a longer run, in which what the node does before and after counts little.
 TIMED_S = 8 * SECONDS
-
-
-def terrain(side, seed=7):
-    """1000 m of relief with amplitudes that grow with the square of the wavelength."""
-    rng = np.random.default_rng(seed)
-    k = np.hypot(np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side)[None, :])
-    k[0, 0] = np.inf
-    shape = (side, side // 2 + 1)
-    land = np.fft.irfft2((rng.standard_normal(shape) + 1j * rng.standard_normal(shape)) / k**2, s=(side, side))
-    land *= 1000.0 / np.ptp(land)
-    return (land - land.min()).astype("<f4")
 
 
 @ti.data_oriented

@@ -15,16 +15,7 @@ import numpy as np
 import OpenEXR
 from PIL import Image
 
-
-def terrain(side, seed=7):
-    """1000 m of relief with amplitudes that grow with the square of the wavelength."""
-    rng = np.random.default_rng(seed)
-    k = np.hypot(np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side)[None, :])
-    k[0, 0] = np.inf
-    shape = (side, side // 2 + 1)
-    land = np.fft.irfft2((rng.standard_normal(shape) + 1j * rng.standard_normal(shape)) / k**2, s=(side, side))
-    land *= 1000.0 / np.ptp(land)
-    return (land - land.min()).astype("<f4")
+from land import terrain
 
 
 def timed(repeats, write):

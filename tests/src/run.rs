@@ -3,8 +3,8 @@
 use std::{num::NonZero, path::PathBuf};
 
 use orograph_graph::{
-    Cancel, Document, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, InputValue, Kind, Node, NodeIndex,
-    ParamValue, Port, Registry, Stop, Value, Window, World,
+    Cancel, Document, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, InputValue, Job, Kind, Node, NodeIndex,
+    ParamValue, Port, Registry, Stop, Value, Warnings, Window, World,
 };
 
 use crate::land::{LAND, SELECTION};
@@ -31,6 +31,22 @@ impl Case {
     #[must_use]
     pub fn outputs(&self) -> Vec<Port> {
         (0..self.kind().outputs.len()).map(|output| Port { node: self.node, output }).collect()
+    }
+
+    /// What the node's kernel alone is given, on values at its inputs; nobody watches it.
+    #[must_use]
+    pub fn job(&self, inputs: Vec<InputValue>, window: Window) -> Job<'_> {
+        Job {
+            node: self.kind(),
+            params: &self.graph.instance(self.node).params,
+            inputs,
+            window,
+            folder: data_folder(),
+            cancel: Cancel::default(),
+            progress: &|_| {},
+            warnings: Warnings::default(),
+            glimpses: None,
+        }
     }
 }
 

@@ -5,6 +5,8 @@
 //! one line per kernel, of all or of those named: its name, the shortest time and the median processor time in seconds, and the most bytes that it
 //! held at once. Threads are those of `RAYON_NUM_THREADS`. Processor time comes from `/proc`, so Linux is needed.
 
+mod clock;
+
 use std::{
     alloc::{GlobalAlloc, Layout, System},
     error::Error,
@@ -24,6 +26,8 @@ use orograph_nodes::{
         flow,
     },
 };
+
+use clock::processor_s;
 
 const CELL_M: f64 = 30.0;
 /// Steps of a run of river incision, and the length of each.
@@ -234,16 +238,6 @@ unsafe impl GlobalAlloc for Counting {
         // SAFETY: as above.
         unsafe { System.realloc(at, layout, size) }
     }
-}
-
-/// Processor time of all threads so far.
-fn processor_s() -> Result<f64, Box<dyn Error>> {
-    let mut nanoseconds = 0.0;
-    for thread in std::fs::read_dir("/proc/self/task")? {
-        let text = std::fs::read_to_string(thread?.path().join("schedstat"))?;
-        nanoseconds += text.split(' ').next().unwrap_or_default().parse::<f64>()?;
-    }
-    Ok(nanoseconds * 1e-9)
 }
 
 fn write<T: Copy>(path: &Path, samples: &[T]) -> std::io::Result<()>

@@ -5,6 +5,8 @@
 //! f32, cells of 30 m; or `-`, for waves. Prints the number of steps, the shortest time and the mean processor time in
 //! seconds. Threads are those of `RAYON_NUM_THREADS`. Processor time comes from `/proc`, so Linux is needed.
 
+mod clock;
+
 use std::{error::Error, path::Path, time::Instant};
 
 use orograph_graph::{
@@ -12,6 +14,8 @@ use orograph_graph::{
     Warnings, Window, World,
 };
 use orograph_nodes::{erosion::hydraulic_pipe::NODE, math};
+
+use clock::processor_s;
 
 const CELL_M: f64 = 30.0;
 
@@ -108,14 +112,4 @@ fn time(repeats: usize, job: &Job<'_>) -> Result<Outputs, Box<dyn Error>> {
     let steps = report.as_report().and_then(|report| report.get("steps")).ok_or("the number of steps")?;
     println!("{steps} {elapsed_s} {}", processor[processor.len() / 2]);
     Ok(outputs)
-}
-
-/// Processor time of all threads so far.
-fn processor_s() -> Result<f64, Box<dyn Error>> {
-    let mut nanoseconds = 0.0;
-    for thread in std::fs::read_dir("/proc/self/task")? {
-        let text = std::fs::read_to_string(thread?.path().join("schedstat"))?;
-        nanoseconds += text.split(' ').next().unwrap_or_default().parse::<f64>()?;
-    }
-    Ok(nanoseconds * 1e-9)
 }

@@ -4,6 +4,8 @@
 //! folder OUT. Prints for each format its name, the shortest elapsed and the median processor time in seconds, and the
 //! bytes of the file. Threads are those of `RAYON_NUM_THREADS`. Processor time comes from `/proc`, so Linux is needed.
 
+mod clock;
+
 use std::{error::Error, path::Path, time::Instant};
 
 use orograph_graph::{Field, Window, World};
@@ -11,6 +13,8 @@ use orograph_nodes::{
     memory::LargePages,
     raster::{Format, Meta, Writing, write},
 };
+
+use clock::processor_s;
 
 #[global_allocator]
 static MEMORY: LargePages = LargePages;
@@ -54,14 +58,4 @@ fn time(name: &str, repeats: usize, run: impl Fn() -> Result<(), Box<dyn Error>>
     processor.sort_by(f64::total_cmp);
     print!("{name} {shortest_s:.4} {:.4}", processor[processor.len() / 2]);
     Ok(())
-}
-
-/// Processor time of all threads so far.
-fn processor_s() -> Result<f64, Box<dyn Error>> {
-    let mut nanoseconds = 0.0;
-    for thread in std::fs::read_dir("/proc/self/task")? {
-        let text = std::fs::read_to_string(thread?.path().join("schedstat"))?;
-        nanoseconds += text.split(' ').next().unwrap_or_default().parse::<f64>()?;
-    }
-    Ok(nanoseconds * 1e-9)
 }

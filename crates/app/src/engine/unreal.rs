@@ -40,8 +40,12 @@ impl Landscape {
     }
 
     /// What lays a texture over all of it once: its coordinates count squares, by one scale for both axes.
-    fn texture(&self, what: Value) -> Map<String, Value> {
-        let mut import = settings(what);
+    fn texture(&self, srgb: bool, compression: &str) -> Map<String, Value> {
+        let mut import = settings(json!({
+            "Where": "Content Browser, Import; in the landscape's material a Texture Sample",
+            "sRGB": srgb,
+            "Compression Settings": compression,
+        }));
         let [across, down] = self.vertices.map(|n| n - 1);
         import.insert("Landscape Layer Coords, Mapping Scale".to_owned(), across.into());
         if across != down {
@@ -72,19 +76,11 @@ pub(super) fn fit(ty: PortType, value: &Field, dither: bool, go_on: GoOn<'_>) ->
             ["first", "second", "third", "fourth"].into_iter().enumerate().map(piece).collect()
         }
         PortType::Colour => {
-            let import = landscape.texture(json!({
-                "Where": "Content Browser, Import; in the landscape's material a Texture Sample",
-                "sRGB": true,
-                "Compression Settings": "Default",
-            }));
+            let import = landscape.texture(true, "Default");
             vec![Piece { field: texture(value, go_on)?, content: Content::Colour, import }]
         }
         PortType::Normal => {
-            let import = landscape.texture(json!({
-                "Where": "Content Browser, Import; in the landscape's material a Texture Sample",
-                "sRGB": false,
-                "Compression Settings": "Normalmap",
-            }));
+            let import = landscape.texture(false, "Normalmap");
             vec![Piece { field: normal_texture(value, go_on)?, content: Content::Normal, import }]
         }
         _ => Vec::new(),

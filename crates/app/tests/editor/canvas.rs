@@ -48,21 +48,21 @@ pub fn document<'a>(window: &'a Harness<'_, App>) -> &'a Document {
 }
 
 /// An empty place of the graph.
-fn ground(window: &Harness<'_, App>) -> Pos2 {
+pub fn ground(window: &Harness<'_, App>) -> Pos2 {
     window.get_by_label("graph").rect().center_bottom() - vec2(0.0, 12.0)
 }
 
-fn selection(window: &Harness<'_, App>) -> Vec<String> {
+pub fn selection(window: &Harness<'_, App>) -> Vec<String> {
     window.state().session().selection().map(str::to_owned).collect()
 }
 
-fn source_of(window: &Harness<'_, App>, node: &str, input: usize) -> Option<String> {
+pub fn source_of(window: &Harness<'_, App>, node: &str, input: usize) -> Option<String> {
     let graph = document(window).graph();
     let node = graph.find(node).expect("the node exists");
     graph.source(node, input).map(|port| graph.port_name(port))
 }
 
-fn place_of(window: &Harness<'_, App>, node: &str) -> Option<[f64; 2]> {
+pub fn place_of(window: &Harness<'_, App>, node: &str) -> Option<[f64; 2]> {
     document(window).nodes().iter().find(|entry| entry.name == node).and_then(|entry| entry.layout)
 }
 
@@ -354,59 +354,6 @@ fn menus_act_on_what_they_were_opened_on() {
 }
 
 #[test]
-fn nodes_are_copied_as_text_and_pasted() {
-    let (mut window, _folder) = window_on(ROW);
-    let ground_node = title(&window, "ground");
-    click(&mut window, ground_node);
-    let steps = title(&window, "steps");
-    click_with(&mut window, steps, Modifiers::COMMAND);
-    window.event(Event::Copy);
-    window.step();
-    let copied = window.output().platform_output.commands.iter().find_map(|command| match command {
-        egui::OutputCommand::CopyText(text) => Some(text.clone()),
-        _ => None,
-    });
-    let copied = copied.expect("a text was copied");
-    assert!(copied.contains("Terrace(height: \"ground\")"), "{copied}");
-    window.event(Event::Paste(copied));
-    window.run_steps(3);
-    assert_eq!(selection(&window), ["ground2", "steps2"]);
-    assert_eq!(source_of(&window, "steps2", 0).as_deref(), Some("ground2.height"));
-    assert_eq!(document(&window).steps(), 1);
-    key(&mut window, Modifiers::COMMAND, Key::D);
-    assert_eq!(selection(&window), ["ground3", "steps3"]);
-    window.event(Event::Paste("a hill".to_owned()));
-    window.run_steps(3);
-    assert_eq!(document(&window).nodes().len(), 8);
-    key(&mut window, Modifiers::COMMAND, Key::A);
-    assert_eq!(selection(&window).len(), 8);
-}
-
-#[test]
-fn what_is_copied_keeps_the_wires_into_it() {
-    let (mut window, _folder) = window_on(ROW);
-    settle(&mut window);
-    let steps = title(&window, "steps");
-    click(&mut window, steps);
-    window.event(Event::Copy);
-    window.step();
-    let copied = window.output().platform_output.commands.iter().find_map(|command| match command {
-        egui::OutputCommand::CopyText(text) => Some(text.clone()),
-        _ => None,
-    });
-    let copied = copied.expect("a text was copied");
-    window.event(Event::Paste(copied.clone()));
-    window.run_steps(3);
-    assert_eq!(source_of(&window, "steps2", 0).as_deref(), Some("ground.height"));
-    assert!(window.query_by_label_contains("left out").is_none());
-    window.event(Event::Paste(copied.replace("\"ground\"", "\"rock\"")));
-    window.run_steps(3);
-    assert_eq!(source_of(&window, "steps3", 0), None);
-    assert!(window.query_by_label_contains("One wire is left out: nothing here is called `rock`").is_some());
-    picture(&mut window, "left_out");
-}
-
-#[test]
 fn nodes_are_lined_up_and_arranged() {
     let (mut window, _folder) = window_on(ROW);
     let empty = ground(&window);
@@ -546,65 +493,6 @@ fn nodes_are_muted_and_heard_again() {
     assert_eq!(muted(&window), ["steps", "steps2"]);
     key(&mut window, Modifiers::NONE, Key::M);
     assert_eq!(muted(&window), ["steps"]);
-}
-
-#[test]
-fn a_frame_is_drawn_around_nodes_and_moves_with_them() {
-    let (mut window, _folder) = window_on(ROW);
-    let ground_node = title(&window, "ground");
-    click(&mut window, ground_node);
-    key(&mut window, Modifiers::NONE, Key::C);
-    type_text(&mut window, "base");
-    key(&mut window, Modifiers::NONE, Key::Enter);
-    let frames = document(&window).frames();
-    assert_eq!(frames.len(), 1);
-    assert_eq!(frames[0].name, "base");
-    let before = frames[0].frame.at;
-    let pane = window.get_by_label("graph").rect();
-    let head = title(&window, "ground") - vec2(0.0, 26.0);
-    assert!(pane.contains(head));
-    let steps = document(&window).steps();
-    drag(&mut window, head, head + vec2(-40.0, 30.0));
-    let after = document(&window).frames()[0].frame.at;
-    assert!(after[0] < before[0] && after[1] > before[1], "{before:?} {after:?}");
-    let place = place_of(&window, "ground").expect("it has a place");
-    assert_eq!([place[0], place[1]], [after[0] - before[0], after[1] - before[1]], "the node moves with it");
-    assert_eq!(document(&window).steps(), steps + 1);
-    key(&mut window, Modifiers::NONE, Key::Delete);
-    assert!(document(&window).frames().is_empty());
-    assert_eq!(document(&window).nodes().len(), 4);
-}
-
-#[test]
-fn a_frame_around_nothing_cuts_no_node() {
-    let (mut window, _folder) = window_on(ROW);
-    settle(&mut window);
-    // Over the corner of a node that is not selected.
-    let over = window.get_by_label_contains("node lonely:").rect().left_top() - vec2(6.0, 6.0);
-    window.hover_at(over);
-    window.run_steps(3);
-    key(&mut window, Modifiers::NONE, Key::C);
-    type_text(&mut window, "free");
-    key(&mut window, Modifiers::NONE, Key::Enter);
-    let frame = &document(&window).frames()[0];
-    assert_eq!(frame.name, "free");
-    let [at, size] = [frame.frame.at, frame.frame.size].map(|[x, y]| vec2(x as f32, y as f32));
-    let rect = egui::Rect::from_min_size(at.to_pos2(), size);
-    for node in ["ground", "steps", "lonely", "place"] {
-        let [x, y] = place_of(&window, node).expect("it has a place");
-        let card = egui::Rect::from_min_size(egui::pos2(x as f32, y as f32), vec2(180.0, 200.0));
-        assert!(!rect.intersects(card), "{node} {card} {rect}");
-    }
-    picture(&mut window, "frame_free");
-    // All nodes together, and one that lies among them.
-    let ground_node = title(&window, "ground");
-    click(&mut window, ground_node);
-    let lonely = title(&window, "lonely");
-    click_with(&mut window, lonely, Modifiers::COMMAND);
-    key(&mut window, Modifiers::NONE, Key::C);
-    type_text(&mut window, "round");
-    key(&mut window, Modifiers::NONE, Key::Enter);
-    picture(&mut window, "frame_round");
 }
 
 #[test]

@@ -4,8 +4,10 @@
 
 mod brush;
 mod canvas;
+mod clipboard;
 mod export;
 mod files;
+mod frames;
 mod hand;
 mod inspector;
 mod live;

@@ -149,7 +149,7 @@ mod tests {
             ..Sidecar::default()
         };
         let text = serde_json::to_vec(&own).unwrap();
-        assert_eq!(Sidecar::parse(&text).unwrap(), own);
+        assert_eq!(Sidecar::parse(&text).expect("a sidecar"), own);
         let other = Sidecar::parse(br#"{"z_min": -1.2, "z_max": 1344.9, "formula": "z"}"#).unwrap();
         assert_eq!(other.range, Some([-1.2, 1344.9]));
     }

@@ -107,7 +107,7 @@ fn terrain(nx: u32, ny: u32) -> Field {
 
 #[test]
 fn what_is_written_reads_back() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("a folder");
     let field = terrain(70, 45);
     let meta = Meta { quantity: "height".into(), unit: "m".into(), graph_hash: Some("abc".into()), import: None };
     for format in Format::ALL {
@@ -117,8 +117,8 @@ fn what_is_written_reads_back() {
         assert_eq!((sidecar.seed, sidecar.graph_hash.as_deref()), (Some(7), Some("abc")));
         let text = fs::read(sidecar_path(&path)).unwrap();
         // JSON is read to within a unit of the last place, so the texts are compared
-        assert_eq!(text, [&serde_json::to_vec_pretty(&sidecar).unwrap()[..], b"\n"].concat());
-        assert_eq!(serde_json::from_slice::<Sidecar>(&text).unwrap().columns, sidecar.columns);
+        assert_eq!(text, [&serde_json::to_vec_pretty(&sidecar).expect("JSON")[..], b"\n"].concat());
+        assert_eq!(serde_json::from_slice::<Sidecar>(&text).expect("a sidecar").columns, sidecar.columns);
         let back = height_field(read(&path).unwrap(), [0.0, 1.0], None).unwrap();
         assert_eq!(back.window().cells, [70, 45]);
         assert!((back.window().cell_m() - 12.5).abs() < 1e-12);
@@ -141,21 +141,21 @@ fn what_is_written_reads_back() {
 /// Noise, which compression would lengthen, and land: other readers find every code, and threads change no byte.
 #[test]
 fn png_is_the_same_for_any_number_of_threads() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("a folder");
     let noise = terrain(90, 60).into_samples().into_iter().enumerate();
     let noise = noise.map(|(at, _)| (orograph_graph::mix(at as u32) % 65_536) as f32).collect();
     for field in [Field::new(*terrain(90, 60).window(), noise), terrain(90, 60)] {
         for (format, full) in [(Format::Png16, 65_535.0), (Format::Png8, 255.0)] {
             let path = folder.path().join("land.png");
             let bytes = |threads: usize| {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
                 let writing = Writing { range: Some([-500.0, 65_535.0]), ..Writing::default() };
-                pool.install(|| write(&path, format, &field, writing, &Meta::default(), &|| true)).unwrap();
-                fs::read(&path).unwrap()
+                pool.install(|| write(&path, format, &field, writing, &Meta::default(), &|| true)).expect("written");
+                fs::read(&path).expect("there")
             };
             let alone = bytes(1);
             assert!(bytes(3) == alone && alone.len() < 90 * 60 * 2 + 500, "{}", alone.len());
-            let image = image::load_from_memory(&alone).unwrap().into_luma16();
+            let image = image::load_from_memory(&alone).expect("a picture").into_luma16();
             for (found, v) in image.pixels().zip(field.samples()) {
                 let code = ((f64::from(*v) + 500.0) * full / 66_035.0 + 0.5).floor();
                 assert_eq!(f64::from(found.0[0]) * full / 65_535.0, code);
@@ -166,7 +166,7 @@ fn png_is_the_same_for_any_number_of_threads() {
 
 #[test]
 fn a_tile_of_a_world_knows_its_place() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("tile.tif");
     let whole = terrain(40, 30);
     let part = whole.crop(&Window { world: whole.window().world, origin: [8, 20], cells: [16, 10] });
@@ -179,12 +179,12 @@ fn a_tile_of_a_world_knows_its_place() {
 
 #[test]
 fn colour_is_encoded_as_srgb() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("map.png");
     let world = World { size: [3.0, 1.0], cells: [3, 1], ..World::default() };
     let planes = vec![0.0, 0.5, 1.0, 0.2140, 0.002, 2.0, -1.0, f32::NAN, 0.0031308];
     write_colour(&path, &Field::with_planes(Window::whole(world), 3, planes), &|| true).unwrap();
-    let mut reader = ::png::Decoder::new(io::Cursor::new(fs::read(&path).unwrap())).read_info().unwrap();
+    let mut reader = ::png::Decoder::new(io::Cursor::new(fs::read(&path).expect("there"))).read_info().unwrap();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
     reader.next_frame(&mut bytes).unwrap();
     // IEC 61966-2-1: 0.5 -> 187.5, 0.214 -> 127.5, 0.002 -> 6.6, 0.0031308 -> 10.3.
@@ -194,7 +194,7 @@ fn colour_is_encoded_as_srgb() {
 
 #[test]
 fn a_failed_write_leaves_what_was_there() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("land.r16");
     fs::write(&path, b"before").unwrap();
     let mut broken = terrain(4, 4).into_samples();
@@ -206,7 +206,7 @@ fn a_failed_write_leaves_what_was_there() {
     assert!(error.to_string().contains("land.r16") && error.remedy().contains("room"), "{error}");
     let error = write(&path, Format::R32, &terrain(4, 4), Writing::default(), &Meta::default(), &|| false).unwrap_err();
     assert!(matches!(error.problem, Problem::Stopped));
-    assert_eq!(fs::read(&path).unwrap(), b"before");
+    assert_eq!(fs::read(&path).expect("there"), b"before");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     let nowhere = folder.path().join("missing/land.exr");
     let error =
@@ -216,7 +216,7 @@ fn a_failed_write_leaves_what_was_there() {
 
 #[test]
 fn what_is_no_raster_is_named() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("a folder");
     let problem = |name: &str, bytes: &[u8]| {
         let path = folder.path().join(name);
         fs::write(&path, bytes).unwrap();

@@ -158,12 +158,12 @@ mod tests {
 
     /// The samples of a PNG file.
     fn read(path: &Path) -> (::png::ColorType, Vec<u8>) {
-        let mut reader = ::png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).unwrap()));
+        let mut reader = ::png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).expect("there")));
         reader.set_transformations(::png::Transformations::IDENTITY);
-        let mut reader = reader.read_info().unwrap();
+        let mut reader = reader.read_info().expect("a PNG");
         assert!(reader.info().srgb.is_none() && reader.info().gama_chunk.is_none());
-        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-        reader.next_frame(&mut bytes).unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size().expect("a size")];
+        reader.next_frame(&mut bytes).expect("pixels");
         (reader.info().color_type, bytes)
     }
 
@@ -215,11 +215,11 @@ mod tests {
     /// A decoder finds the very bits.
     #[test]
     fn control_maps_keep_their_bits() {
-        let folder = tempfile::tempdir().unwrap();
+        let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("layers.control.exr");
         let shares = field(4, |plane, cell| ((plane * 5 + cell * 3) % 7) as f32);
-        write_control(&path, &shares, &|| true).unwrap();
-        let image = ::exr::prelude::read_first_flat_layer_from_file(&path).unwrap();
+        write_control(&path, &shares, &|| true).expect("written");
+        let image = ::exr::prelude::read_first_flat_layer_from_file(&path).expect("a file");
         let channel = &image.layer_data.channel_data.list[0];
         assert!(channel.name.eq_case_insensitive("R"));
         let bits: Vec<u32> = channel.sample_data.values_as_f32().map(f32::to_bits).collect();
@@ -229,28 +229,29 @@ mod tests {
 
     #[test]
     fn tints_have_the_curve_and_an_even_roughness() {
-        let folder = tempfile::tempdir().unwrap();
+        let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("colour.png");
-        write_tint(&path, &field(3, |plane, _| [0.0, 0.2140, 1.0][plane]), &|| true).unwrap();
-        let mut reader = ::png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap()));
+        write_tint(&path, &field(3, |plane, _| [0.0, 0.2140, 1.0][plane]), &|| true).expect("written");
+        let mut reader = ::png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).expect("there")));
         reader.set_transformations(::png::Transformations::IDENTITY);
-        let mut reader = reader.read_info().unwrap();
+        let mut reader = reader.read_info().expect("a PNG");
         assert!(reader.info().srgb.is_some());
-        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-        reader.next_frame(&mut bytes).unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size().expect("a size")];
+        reader.next_frame(&mut bytes).expect("pixels");
         assert_eq!(bytes[..8], [0, 127, 255, 127, 0, 127, 255, 127]);
     }
 
     #[test]
     fn files_hold_the_numbers_without_a_curve() {
-        let folder = tempfile::tempdir().unwrap();
+        let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("weights.png");
-        write_weights(&path, &field(4, |plane, cell| if plane == cell % 4 { 1.0 } else { 0.0 }), &|| true).unwrap();
+        write_weights(&path, &field(4, |plane, cell| if plane == cell % 4 { 1.0 } else { 0.0 }), &|| true)
+            .expect("written");
         let (colour, bytes) = read(&path);
         assert_eq!(colour, ::png::ColorType::Rgba);
         assert_eq!(bytes[..8], [255, 0, 0, 0, 0, 255, 0, 0]);
         let path = folder.path().join("normal.png");
-        write_normal(&path, &field(3, |plane, _| [-1.0, 0.0, 1.0][plane]), &|| true).unwrap();
+        write_normal(&path, &field(3, |plane, _| [-1.0, 0.0, 1.0][plane]), &|| true).expect("written");
         let (colour, bytes) = read(&path);
         assert_eq!(colour, ::png::ColorType::Rgb);
         assert_eq!(bytes[..6], [0, 0, 128, 0, 255, 255]);
