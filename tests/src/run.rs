@@ -41,6 +41,7 @@ impl Case {
             params: &self.graph.instance(self.node).params,
             inputs,
             window,
+            wanted: orograph_graph::Wanted::ALL,
             folder: data_folder(),
             cancel: Cancel::default(),
             progress: &|_| {},

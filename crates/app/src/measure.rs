@@ -24,6 +24,7 @@ pub fn measure(height: &Field, registry: &Registry, cancel: &Cancel) -> Result<R
             params: &ParamValues::defaults(&node.specs()),
             inputs,
             window: *height.window(),
+            wanted: orograph_graph::Wanted::ALL,
             folder: PathBuf::new(),
             cancel: cancel.clone(),
             progress: &|_| {},

@@ -130,6 +130,31 @@ impl Outputs {
     }
 }
 
+/// Which outputs of a node are wanted, by their position in its declaration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wanted(u64);
+
+impl Wanted {
+    /// No output.
+    pub const NONE: Self = Self(0);
+    /// Every output.
+    pub const ALL: Self = Self(u64::MAX);
+    /// The most outputs that a node may declare.
+    pub const MAX_OUTPUTS: usize = u64::BITS as usize;
+
+    /// The same with one more output.
+    #[must_use]
+    pub const fn with(self, output: usize) -> Self {
+        Self(self.0 | 1 << output)
+    }
+
+    /// Returns true if the output is wanted.
+    #[must_use]
+    pub const fn contains(self, output: usize) -> bool {
+        self.0 >> output & 1 == 1
+    }
+}
+
 /// One run of a kernel over a window.
 ///
 /// All fields of inputs and outputs cover exactly [`Job::window`]; the evaluator has grown it by the node's reach and
@@ -143,6 +168,8 @@ pub struct Job<'a> {
     pub inputs: Vec<InputValue>,
     /// What is computed.
     pub window: Window,
+    /// The outputs that somebody reads; a kernel need not compute the others, and what it gives of them is dropped.
+    pub wanted: Wanted,
     /// Folder that file parameters are relative to.
     pub folder: PathBuf,
     /// The switch that stops it.
@@ -190,6 +217,16 @@ impl Job<'_> {
     pub fn seed(&self) -> u32 {
         let own = if self.params.get("seed").is_some() { self.params.read::<Seed>("seed").0 } else { 0 };
         mix(self.world().seed ^ mix(own))
+    }
+
+    /// Returns true if somebody reads the output of that name.
+    ///
+    /// # Panics
+    /// When the node declares no such output.
+    #[must_use]
+    pub fn wants(&self, output: &str) -> bool {
+        let at = self.node.output_index(output);
+        self.wanted.contains(at.unwrap_or_else(|| panic!("`{}` declares no output `{output}`", self.node.id)))
     }
 
     /// The full path of a file parameter. A kernel reads no files but these and, beside `NAME.png`, its companion

@@ -37,10 +37,12 @@ pub use document::{
 pub use eval::{DiskCacheOptions, EvalError, Evaluator, EvaluatorOptions, Event, Key, Live, Origin};
 pub use field::Field;
 pub use graph::{Graph, GraphError, Instance, Port, Wire};
-pub use job::{Cancel, Glimpses, InputValue, Job, Lane, NodeError, Outputs, Warnings, mix};
+pub use job::{Cancel, Glimpses, InputValue, Job, Lane, NodeError, Outputs, Wanted, Warnings, mix};
 pub use lines::{Line, Lines, Vertex};
 pub use migrate::{Migration, Step};
-pub use node::{Begin, Exactness, Fallback, Input, Kernel, Node, Output, OutputType, Reach, Resolution};
+pub use node::{
+    Begin, Exactness, Fallback, Input, Kernel, Node, Output, OutputType, Reach, Resolution, Scratch, Sizing,
+};
 pub use param::{
     ColourStops, CurvePoints, FileName, Kind, ParamSpec, ParamType, ParamValue, ParamValues, PathPoints, Seed,
     StepPoints, Stroke, Strokes, TimedStrokes, Tool, When, check_value, range_text,

@@ -1,12 +1,13 @@
 //! The declaration of a kind of node, as plain data.
 
 use crate::{
-    job::{Job, NodeError, Outputs},
+    job::{Job, NodeError, Outputs, Wanted},
     migrate::Migration,
     param::{ParamSpec, ParamValues},
     process::Process,
     unit::Unit,
     value::PortType,
+    world::Window,
 };
 
 /// A kind of node: everything the registry, the loader, the evaluator, the manual, the editor and the tests know of it.
@@ -40,6 +41,8 @@ pub struct Node {
     pub declared: &'static [ParamSpec],
     /// How far around a cell it reads.
     pub reach: Reach,
+    /// What its kernel allocates beside its inputs and outputs, at its peak.
+    pub scratch: Scratch,
     /// The definition of its result.
     pub cpu: Kernel,
     /// How what it does begins, for who runs it step by step; `None` for a node that cannot be.
@@ -75,6 +78,7 @@ impl Node {
         params: Vec::new,
         declared: &[],
         reach: Reach::Point,
+        scratch: Scratch::None,
         cpu: |_| Err(NodeError::failed("this node has no kernel")),
         process: None,
         exactness: Exactness::Exact,
@@ -239,6 +243,43 @@ pub enum Reach {
     Metres(fn(&ParamValues, f64) -> f64),
     /// The whole world.
     World,
+}
+
+/// Memory that a kernel allocates beside its inputs and outputs, at its peak. Counted before a run, and held to within
+/// 20 % by a test that measures it.
+#[derive(Clone, Copy, Debug)]
+pub enum Scratch {
+    /// Nothing that grows with the window.
+    None,
+    /// So many bytes per cell of the window.
+    PerCell(f64),
+    /// Bytes, from what the kernel is asked for.
+    Bytes(fn(&Sizing<'_>) -> u64),
+}
+
+/// What the memory of a kernel depends on.
+#[derive(Clone, Copy, Debug)]
+pub struct Sizing<'a> {
+    /// Checked parameters.
+    pub params: &'a ParamValues,
+    /// What the kernel works on.
+    pub window: Window,
+    /// Per declared input, whether a wire's value stands there.
+    pub wired: &'a [bool],
+    /// The outputs that are read.
+    pub wanted: Wanted,
+}
+
+impl Scratch {
+    /// Bytes.
+    #[must_use]
+    pub fn bytes(self, sizing: &Sizing<'_>) -> u64 {
+        match self {
+            Self::None => 0,
+            Self::PerCell(bytes) => (bytes * sizing.window.len() as f64) as u64,
+            Self::Bytes(of) => of(sizing),
+        }
+    }
 }
 
 /// Whether results are equal everywhere.

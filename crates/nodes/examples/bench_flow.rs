@@ -108,6 +108,7 @@ fn job<'a>(node: &'static Node, params: &'a ParamValues, height: &Field, erodibi
         params,
         inputs: node.inputs.iter().map(input).collect(),
         window: *height.window(),
+        wanted: orograph_graph::Wanted::ALL,
         folder: std::path::PathBuf::new(),
         cancel: Cancel::default(),
         progress: &|_| {},

@@ -39,6 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             params: &params,
             inputs: Vec::new(),
             window: Window::whole(world),
+            wanted: orograph_graph::Wanted::ALL,
             folder: std::path::PathBuf::new(),
             cancel: Cancel::default(),
             progress: &|_| {},

@@ -62,6 +62,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         params: &params,
         inputs: NODE.inputs.iter().map(input).collect(),
         window,
+        wanted: orograph_graph::Wanted::ALL,
         folder: std::path::PathBuf::new(),
         cancel: Cancel::default(),
         progress: &|_| {},

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     graph::{Graph, Instance, Port},
-    job::{Cancel, InputValue, Job, NodeError, Warnings},
+    job::{Cancel, InputValue, Job, NodeError, Wanted, Warnings},
     process::{Moment, Process},
     value::Value,
     world::{Window, World},
@@ -211,6 +211,7 @@ fn with_job<T: Send>(
         params: &instance.params,
         inputs: inputs.to_vec(),
         window,
+        wanted: Wanted::ALL,
         folder: folder.to_owned(),
         cancel: cancel.clone(),
         progress: &|_| {},

@@ -27,7 +27,7 @@ use super::{
 };
 use crate::{
     graph::Instance,
-    job::{Cancel, Glimpses, InputValue, Job, NodeError, Outputs, Warnings},
+    job::{Cancel, Glimpses, InputValue, Job, NodeError, Outputs, Wanted, Warnings},
     value::Value,
     world::Window,
 };
@@ -164,6 +164,7 @@ impl<'r> Run<'r> {
             params: &step.instance.params,
             inputs: self.inputs(step),
             window: step.window,
+            wanted: Wanted::ALL,
             folder: self.folder.to_owned(),
             cancel: self.stop.clone(),
             progress: &progress,

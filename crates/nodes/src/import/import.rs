@@ -174,6 +174,7 @@ mod tests {
             params,
             inputs: Vec::new(),
             window,
+            wanted: orograph_graph::Wanted::ALL,
             folder: folder(),
             cancel,
             progress: &progress,

@@ -377,6 +377,7 @@ mod tests {
             params: &params,
             inputs: node.inputs.iter().map(input).collect(),
             window,
+            wanted: orograph_graph::Wanted::ALL,
             folder: std::path::PathBuf::new(),
             cancel: Cancel::default(),
             progress: &|_| {},

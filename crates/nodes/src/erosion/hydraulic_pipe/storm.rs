@@ -213,6 +213,7 @@ mod tests {
             params,
             inputs: NODE.inputs.iter().map(input).collect(),
             window: *land.window(),
+            wanted: orograph_graph::Wanted::ALL,
             folder: std::path::PathBuf::new(),
             cancel: Cancel::default(),
             progress: &|fraction| assert!((0.0..=1.0).contains(&fraction)),

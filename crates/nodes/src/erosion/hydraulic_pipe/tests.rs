@@ -176,6 +176,7 @@ fn advance(lake: &mut Lake<'_>, land: &Field, seconds: f64) -> u64 {
         params: &params,
         inputs: vec![],
         window: *land.window(),
+        wanted: orograph_graph::Wanted::ALL,
         folder: std::path::PathBuf::new(),
         cancel: orograph_graph::Cancel::default(),
         progress: &|_| (),

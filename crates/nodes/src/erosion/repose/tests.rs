@@ -17,6 +17,7 @@ fn with_job<T>(cells: [u32; 2], call: impl FnOnce(&Job<'_>) -> T) -> T {
         params: &params,
         inputs: Vec::new(),
         window: Window::whole(world(cells[0], cells[1], 1.0)),
+        wanted: orograph_graph::Wanted::ALL,
         folder: std::path::PathBuf::new(),
         cancel: Cancel::default(),
         progress: &|_| {},

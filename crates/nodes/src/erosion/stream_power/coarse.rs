@@ -62,6 +62,7 @@ impl Coarse {
             params: job.params,
             inputs: self.inputs.clone(),
             window: self.window,
+            wanted: job.wanted,
             folder: job.folder.clone(),
             cancel: job.cancel.clone(),
             progress: job.progress,

@@ -116,6 +116,7 @@ fn lines_are_carved_as_they_are() {
             InputValue::Constant(1.0),
         ],
         window: *land.window(),
+        wanted: orograph_graph::Wanted::ALL,
         folder: std::path::PathBuf::new(),
         cancel: Cancel::default(),
         progress: &|_| (),

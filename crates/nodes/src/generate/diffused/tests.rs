@@ -41,6 +41,7 @@ fn filtered(noise: &[f64], [nx, ny]: [u32; 2], response: impl Fn(f64) -> f64 + S
         params: &params,
         inputs: Vec::new(),
         window,
+        wanted: orograph_graph::Wanted::ALL,
         folder: std::path::PathBuf::new(),
         cancel: orograph_graph::Cancel::default(),
         progress: &|_| (),

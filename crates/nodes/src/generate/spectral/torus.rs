@@ -424,6 +424,7 @@ mod tests {
                     params: &job_params,
                     inputs: Vec::new(),
                     window: orograph_graph::Window::whole(world),
+                    wanted: orograph_graph::Wanted::ALL,
                     folder: std::path::PathBuf::new(),
                     cancel: orograph_graph::Cancel::default(),
                     progress: &|_| (),
