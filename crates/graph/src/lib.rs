@@ -34,7 +34,10 @@ pub use document::{
     NamedInput, NamedParameter, NodeEntry, OutputDecl, Place, Recovered, Reroute, SUBGRAPH, Scribe, Splice, UsedGraph,
     diff, format_source, recover,
 };
-pub use eval::{DiskCacheOptions, EvalError, Evaluator, EvaluatorOptions, Event, Key, Live, Origin};
+pub use eval::{
+    Delivered, Delivery, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Key, Live, Origin, Request, Store,
+    StoreFolder, Usage,
+};
 pub use field::Field;
 pub use graph::{Graph, GraphError, Instance, Port, Wire};
 pub use job::{Cancel, Glimpses, InputValue, Job, Lane, NodeError, Outputs, Wanted, Warnings, mix};

@@ -1,28 +1,30 @@
-//! What a kernel gave back, held against its declaration.
+//! Checks what a kernel gave back against its declaration.
 
 use rayon::prelude::*;
 
 use super::{error::EvalError, plan::Step};
 use crate::{
     field::Field,
-    job::Outputs,
+    job::{Outputs, Wanted},
     value::{PortType, Value},
     world::Window,
 };
 
-/// The declared outputs, each checked and cut to the window that is wanted.
-pub(super) fn take(step: &Step<'_>, mut outputs: Outputs) -> Result<Vec<Value>, EvalError> {
-    let declared = step.instance.node.outputs.iter().zip(&step.types);
+/// The wanted outputs, each checked and cut to the window that is wanted; others are dropped.
+pub(super) fn take(step: &Step<'_>, wanted: Wanted, mut outputs: Outputs) -> Result<Vec<Option<Value>>, EvalError> {
+    let declared = step.instance.node.outputs.iter().zip(&step.types).enumerate();
     declared
-        .map(|(output, ty)| {
+        .map(|(at, (output, ty))| {
+            if !wanted.contains(at) {
+                return Ok(None);
+            }
             let value = outputs.take(output.name).ok_or_else(|| "was not given".to_owned());
-            value.and_then(|value| fitting(value, *ty, &step.window, &step.wanted)).map_err(|message| {
-                EvalError::Output {
-                    node: step.instance.name.clone(),
-                    id: step.instance.node.id,
-                    output: output.name,
-                    message,
-                }
+            let value = value.and_then(|value| fitting(value, *ty, &step.window, &step.wanted));
+            value.map(Some).map_err(|message| EvalError::Output {
+                node: step.instance.name.clone(),
+                id: step.instance.node.id,
+                output: output.name,
+                message,
             })
         })
         .collect()

@@ -8,10 +8,9 @@
 //! A window does not enter the keys of what reads it, since a result does not depend on the window that it was computed
 //! in: that is what a node's reach states. So a node keeps its key when another reader makes its input wider.
 
-use std::{fmt, path::Path};
+use std::{fmt, path::Path, sync::LazyLock};
 
 use super::{
-    error::EvalError,
     files::{Files, Stamped},
     plan::{Plan, Source, Step},
 };
@@ -66,21 +65,27 @@ pub(super) struct Origins {
     pub(super) files: Vec<Stamped>,
 }
 
-/// The keys of all steps, without their windows.
+/// The keys of all steps, without their windows; none for a step with a fault. A file that cannot be read is a fault.
 pub(super) fn origins(
-    plan: &Plan<'_>,
+    plan: &mut Plan<'_>,
     backend: &dyn Backend,
     files: &Files,
     folder: &Path,
     cancel: &Cancel,
-) -> Result<Vec<Origins>, EvalError> {
-    let mut all: Vec<Origins> = Vec::with_capacity(plan.steps.len());
-    for step in &plan.steps {
-        let read = files.of_step(step, folder, cancel)?;
-        let key = key(step, backend, &read, &all);
-        all.push(Origins { key, files: read });
+) -> Vec<Option<Origins>> {
+    let mut all: Vec<Option<Origins>> = Vec::with_capacity(plan.steps.len());
+    for at in 0..plan.steps.len() {
+        let inherited = plan.steps[at].wires().find_map(|(source, _)| plan.steps[source].fault.clone());
+        let step = &mut plan.steps[at];
+        step.fault = inherited.or(step.fault.take());
+        let read = match &step.fault {
+            Some(_) => None,
+            None => files.of_step(step, folder, cancel).map_err(|error| step.fault = Some(error)).ok(),
+        };
+        let origins = read.map(|files| Origins { key: key(step, backend, &files, &all), files });
+        all.push(origins);
     }
-    Ok(all)
+    all
 }
 
 /// The backend that runs a kind of node: the chosen one, or the CPU, which runs them all.
@@ -88,7 +93,7 @@ pub(super) fn backend_of<'a>(chosen: &'a dyn Backend, node: &Node) -> &'a dyn Ba
     if chosen.supports(node) { chosen } else { &Cpu }
 }
 
-fn key(step: &Step<'_>, backend: &dyn Backend, files: &[Stamped], earlier: &[Origins]) -> Key {
+fn key(step: &Step<'_>, backend: &dyn Backend, files: &[Stamped], earlier: &[Option<Origins>]) -> Key {
     let mut hash = Hash::new(b'n');
     hash.origin(step, files, earlier);
     hash.params(&step.instance.params);
@@ -100,7 +105,7 @@ fn key(step: &Step<'_>, backend: &dyn Backend, files: &[Stamped], earlier: &[Ori
 }
 
 /// What a step works on: its key, but for its parameters.
-pub(super) fn ground(step: &Step<'_>, origins: &Origins, earlier: &[Origins]) -> Key {
+pub(super) fn ground(step: &Step<'_>, origins: &Origins, earlier: &[Option<Origins>]) -> Key {
     let mut hash = Hash::new(b'g');
     hash.origin(step, &origins.files, earlier);
     hash.finish()
@@ -111,13 +116,14 @@ struct Hash(blake3::Hasher);
 
 impl Hash {
     fn new(tag: u8) -> Self {
-        let mut hash = blake3::Hasher::new_derive_key(SCHEME);
+        static BLANK: LazyLock<blake3::Hasher> = LazyLock::new(|| blake3::Hasher::new_derive_key(SCHEME));
+        let mut hash = BLANK.clone();
         hash.update(&[tag]);
         Self(hash)
     }
 
     /// The kind of a step, its world, its files and its inputs.
-    fn origin(&mut self, step: &Step<'_>, files: &[Stamped], earlier: &[Origins]) {
+    fn origin(&mut self, step: &Step<'_>, files: &[Stamped], earlier: &[Option<Origins>]) {
         let hash = self;
         let node = step.instance.node;
         hash.text(node.id);
@@ -136,7 +142,8 @@ impl Hash {
             match source {
                 Source::Wire { step, output } => {
                     hash.bytes(b"w");
-                    hash.bytes(&earlier[*step].key.0);
+                    let source = earlier[*step].as_ref().expect("a step with a key reads only such");
+                    hash.bytes(&source.key.0);
                     hash.u32(*output as u32);
                 }
                 Source::Constant(value) => {

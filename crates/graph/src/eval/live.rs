@@ -8,7 +8,7 @@ use std::{
 use petgraph::stable_graph::NodeIndex;
 
 use super::{
-    Evaluator, check,
+    Evaluation, Evaluator, Request, check,
     error::EvalError,
     event::Event,
     key::{self, Key, Origins},
@@ -39,7 +39,9 @@ pub struct Live {
 /// A plan of one node and what it needs, with the keys.
 struct Planned<'g> {
     plan: Plan<'g>,
-    origins: Vec<Origins>,
+    origins: Vec<Option<Origins>>,
+    /// The node itself: what it needs comes before it.
+    at: usize,
 }
 
 impl<'g> Planned<'g> {
@@ -51,18 +53,27 @@ impl<'g> Planned<'g> {
         world: World,
         cancel: &Cancel,
     ) -> Result<Self, EvalError> {
-        let plan = Plan::new(graph, &[(Port { node, output: 0 }, Window::whole(world))])?;
-        let origins = key::origins(&plan, &*evaluator.backend, &evaluator.files, folder, cancel)?;
-        Ok(Self { plan, origins })
+        let request = Request { port: Port { node, output: 0 }, window: Window::whole(world) };
+        let mut plan = Plan::new(graph, &[request], &[]);
+        let origins = key::origins(&mut plan, &*evaluator.backend, &evaluator.files, folder, cancel);
+        let at = plan.targets[0].clone()?.step;
+        match plan.steps[at].fault.take() {
+            Some(fault) => Err(fault),
+            None => Ok(Self { plan, origins, at }),
+        }
     }
 
-    /// The node itself: what it needs comes before it.
     fn step(&self) -> &Step<'g> {
-        &self.plan.steps[self.plan.targets[0].step]
+        &self.plan.steps[self.at]
+    }
+
+    /// What its results come from.
+    fn origins(&self) -> &Origins {
+        self.origins[self.at].as_ref().expect("a step without a fault has a key")
     }
 
     fn ground(&self) -> Key {
-        key::ground(self.step(), &self.origins[self.plan.targets[0].step], &self.origins)
+        key::ground(self.step(), self.origins(), &self.origins)
     }
 }
 
@@ -86,18 +97,21 @@ impl Live {
         let Some(begin) = instance.node.process else {
             return Err(EvalError::Request(format!("`{}` cannot be run step by step", instance.name)));
         };
-        let wires: Vec<(Port, Window)> = step
+        let wires: Vec<Request> = step
             .inputs
             .iter()
             .filter_map(|source| match source {
                 Source::Wire { step: source, output } => {
                     let from = planned.plan.steps[*source].index;
-                    Some((Port { node: from, output: *output }, step.window))
+                    Some(Request { port: Port { node: from, output: *output }, window: step.window })
                 }
                 Source::Constant(_) | Source::Absent => None,
             })
             .collect();
-        let mut values = evaluator.evaluate(&graph, &folder, &wires, cancel, events)?.into_iter();
+        let evaluation = Evaluation { graph: &graph, folder: &folder, requests: &wires, byproducts: &[] };
+        let values: Result<Vec<Value>, EvalError> =
+            evaluator.evaluate(&evaluation, cancel, events).into_iter().collect();
+        let mut values = values?.into_iter();
         let input = |source: &Source| match source {
             Source::Wire { .. } => values.next().map_or(InputValue::Absent, InputValue::Value),
             Source::Constant(value) => InputValue::Constant(*value),
@@ -171,7 +185,7 @@ impl Live {
         let instance = self.graph.instance(self.node);
         let outputs = with_job(evaluator, instance, &self.inputs, place, cancel, |job| self.process.outputs(job))?;
         let planned = Planned::new(evaluator, &self.graph, &self.folder, self.node, self.world, cancel)?;
-        check::take(planned.step(), outputs)
+        Ok(check::take(planned.step(), Wanted::ALL, outputs)?.into_iter().flatten().collect())
     }
 
     /// Keeps the outputs of a process that has come to its end as the results of the node, so that an evaluation finds them.
@@ -182,9 +196,8 @@ impl Live {
         let planned = Planned::new(evaluator, &self.graph, &self.folder, self.node, self.world, &Cancel::default())?;
         // A file that has changed since gives the same process another key.
         if self.moment().is_over() && planned.ground() == self.ground {
-            let at = planned.plan.targets[0].step;
             for (output, value) in outputs.iter().enumerate() {
-                evaluator.memory.insert((planned.origins[at].key, output), &planned.step().wanted, value);
+                evaluator.store.insert((planned.origins().key, output), &planned.step().wanted, value);
             }
         }
         Ok(())

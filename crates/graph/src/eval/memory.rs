@@ -1,16 +1,19 @@
 //! Whether there is memory for a plan, asked before anything runs.
 
-use super::{error::EvalError, needs::Needs, plan::Plan};
+use super::{
+    error::EvalError,
+    needs::{Needs, Slot},
+    plan::Plan,
+};
 
-/// Refuses a plan whose values would take more than the limit or, without one, more than the machine has to give. The
-/// estimate is of samples alive at once when steps run one after another; what kernels use beside their inputs and
-/// outputs is not known.
-pub(super) fn check(plan: &Plan<'_>, needs: &Needs, limit: Option<u64>) -> Result<(), EvalError> {
+/// Estimates the memory of a plan whose steps run one after another; gives its peak in bytes.
+///
+/// # Errors
+/// The step at which the plan takes more than the limit or, without one, more than the machine has to give.
+pub(super) fn check(plan: &Plan<'_>, needs: &Needs, limit: Option<u64>) -> Result<u64, (usize, EvalError)> {
     let estimate = estimate(plan, needs);
-    let refuse = |(needs, step): (u64, usize), available| EvalError::TooLarge {
-        node: plan.steps[step].instance.name.clone(),
-        needs,
-        available,
+    let refuse = |(needs, step): (u64, usize), available| {
+        (step, EvalError::TooLarge { node: plan.steps[step].instance.name.clone(), needs, available })
     };
     let available = limit.or_else(|| Some(system::available()? + estimate.held));
     if let Some(available) = available
@@ -21,33 +24,44 @@ pub(super) fn check(plan: &Plan<'_>, needs: &Needs, limit: Option<u64>) -> Resul
     if !can_allocate(estimate.largest.0) {
         return Err(refuse(estimate.largest, None));
     }
-    Ok(())
+    Ok(estimate.peak.0)
 }
 
 /// Bytes, and the step at which they are needed.
 #[derive(Debug, Default, PartialEq)]
 struct Estimate {
-    /// What the values found in a cache take already.
+    /// What the values found in memory take already.
     held: u64,
-    /// All values alive at once.
+    /// All values alive at once, with the scratch of the kernel.
     peak: (u64, usize),
-    /// What one step reads for itself and gives.
+    /// What one kernel allocates.
     largest: (u64, usize),
 }
 
 fn estimate(plan: &Plan<'_>, needs: &Needs) -> Estimate {
-    let held = needs.found.iter().flatten().flatten().map(|value| value.bytes() as u64).sum();
+    let held = needs.found.iter().flatten().map(Slot::bytes).sum();
     let mut estimate = Estimate { held, ..Estimate::default() };
     let mut readers = needs.readers.clone();
-    let mut alive = held;
-    for (at, step) in plan.steps.iter().enumerate().filter(|(at, _)| needs.compute[*at]) {
-        let cuts = step.wires().filter(|(source, _)| plan.steps[*source].wanted != step.window);
-        let cuts: u64 = cuts.map(|(source, output)| plan.steps[source].output_bytes(output, &step.window)).sum();
-        let given: u64 = (0..step.types.len()).map(|output| step.output_bytes(output, &step.window)).sum();
-        estimate.largest = estimate.largest.max((cuts + given, at));
-        estimate.peak = estimate.peak.max((alive + cuts + given, at));
+    for target in plan.targets.iter().flatten() {
+        // A request takes its value as soon as it is there.
+        readers[target.step][target.output] = readers[target.step][target.output].saturating_sub(1);
+    }
+    let mut alive: u64 = held;
+    // What was found on disk is read when it is needed first.
+    let mut loaded: Vec<Vec<bool>> =
+        needs.found.iter().map(|slots| slots.iter().map(|slot| !matches!(slot, Slot::Stored(_))).collect()).collect();
+    for (at, step) in plan.steps.iter().enumerate().filter(|(at, _)| needs.computes(*at)) {
+        for (source, output) in step.wires() {
+            if !std::mem::replace(&mut loaded[source][output], true) {
+                alive += plan.steps[source].output_bytes(output, &plan.steps[source].wanted);
+            }
+        }
+        let wanted = needs.wanted[at];
+        let takes = step.kernel_bytes(wanted, &plan.steps);
+        estimate.largest = estimate.largest.max((takes, at));
+        estimate.peak = estimate.peak.max((alive + takes, at));
 
-        let kept = (0..step.types.len()).filter(|output| readers[at][*output] > 0);
+        let kept = (0..step.types.len()).filter(|output| wanted.contains(*output) && readers[at][*output] > 0);
         alive += kept.map(|output| step.output_bytes(output, &step.wanted)).sum::<u64>();
         for (source, output) in step.wires() {
             readers[source][output] -= 1;

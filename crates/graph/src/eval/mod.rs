@@ -1,14 +1,12 @@
 //! The evaluator: builds what is asked for, and of that only what has changed.
 //!
-//! A request is pulled up the wires: [`plan`] finds the nodes it needs and the window each is needed on, growing it by
-//! the nodes' reaches; [`key`] names each result by a hash of all that can change it; [`needs`] takes from the caches
-//! ([`cache`] in memory, [`disk`]) what they hold under those names; [`memory`] asks whether there is room for the rest;
-//! [`run`] computes it, independent nodes side by side; [`check`] holds each result against its declaration. [`live`] runs one
-//! node step by step.
+//! Requests are pulled up the wires: [`plan`] finds the nodes they need and the window each is needed on, growing it by
+//! the nodes' reaches; [`key`] names each result by a hash of all that can change it; [`needs`] finds what the [`store`]
+//! holds under those names, in memory or on disk; [`memory`] asks whether there is room for the rest; [`run`] computes it,
+//! independent nodes side by side, and delivers each requested value as soon as it is there; [`check`] holds each result
+//! to its declaration. [`live`] runs one node step by step.
 
-mod cache;
 mod check;
-mod disk;
 mod error;
 mod event;
 mod files;
@@ -18,17 +16,19 @@ mod memory;
 mod needs;
 mod plan;
 mod run;
+mod store;
 #[cfg(test)]
 mod tests;
 
-use std::{fmt, num::NonZero, path::Path, path::PathBuf, sync::Arc, time::Duration};
+use std::{fmt, io, num::NonZero, path::Path, sync::Arc, sync::Mutex, time::Duration};
 
 pub use error::EvalError;
 pub use event::{Event, Origin};
 pub use key::Key;
 pub use live::Live;
+pub use store::{Store, StoreFolder, Usage};
 
-use self::{cache::MemoryCache, disk::DiskCache, files::Files, needs::Needs, plan::Plan, run::Run};
+use self::{files::Files, key::Origins, needs::Needs, plan::Plan, run::Run};
 use crate::{
     backend::{Backend, Cpu},
     graph::{Graph, Port},
@@ -37,41 +37,62 @@ use crate::{
     world::Window,
 };
 
+/// An output on a window of a world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Request {
+    /// The output.
+    pub port: Port,
+    /// The part of the world. Requests of one evaluation may be of different worlds.
+    pub window: Window,
+}
+
+/// What is asked of a graph.
+#[derive(Clone, Copy, Debug)]
+pub struct Evaluation<'a> {
+    /// The graph.
+    pub graph: &'a Graph,
+    /// What file parameters are relative to.
+    pub folder: &'a Path,
+    /// What is delivered. What comes first is computed first.
+    pub requests: &'a [Request],
+    /// What is stored as well where its kernel runs for a request anyway; it is never delivered.
+    pub byproducts: &'a [Request],
+}
+
+/// A requested value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Delivered {
+    /// The value.
+    pub value: Value,
+    /// Its key: equal keys, equal values. It names a result in a file beside it.
+    pub key: Key,
+}
+
+/// The answer to a request.
+pub type Delivery = Result<Delivered, EvalError>;
+
 /// How an [`Evaluator`] works. Nothing in it changes a result, save for a backend within its nodes' tolerances.
 #[derive(Clone)]
 pub struct EvaluatorOptions {
     /// Runs the kernels that it supports; the CPU runs the others.
     pub backend: Arc<dyn Backend>,
-    /// Bytes of results that are kept in memory between evaluations.
-    pub memory_budget: usize,
-    /// Bytes that the values of one evaluation may take at once, estimated before it starts; `None` for what the machine
-    /// has free. What kernels use beside their inputs and outputs is not counted.
+    /// Keeps results between evaluations; several evaluators may share it.
+    pub store: Arc<Store>,
+    /// Bytes that one evaluation may take at once, estimated before it starts; `None` for what the machine has free.
     pub memory_limit: Option<u64>,
-    /// Keeps results between runs of the program.
-    pub disk_cache: Option<DiskCacheOptions>,
     /// Threads that work; `None` for one per core.
     pub threads: Option<NonZero<usize>>,
     /// How often results are shown while their kernel goes on, where it can ([`Event::NodeGlimpse`]); `None` for never.
     pub glimpses: Option<Duration>,
 }
 
-/// A folder of results.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DiskCacheOptions {
-    /// The folder; it is made when the first result is written. Only files of the cache in it are ever touched.
-    pub folder: PathBuf,
-    /// Bytes that its files may take; the least recently used are deleted.
-    pub budget: u64,
-}
-
 impl Default for EvaluatorOptions {
-    /// The CPU, 1 GiB of results in memory, the machine's limit, none on disk, a thread per core.
+    /// The CPU, a store of its own with 1 GiB of memory and no disk, the machine's limit, a thread per core.
     fn default() -> Self {
         Self {
             backend: Arc::new(Cpu),
-            memory_budget: 1 << 30,
+            store: Arc::new(Store::new(1 << 30, None)),
             memory_limit: None,
-            disk_cache: None,
             threads: None,
             glimpses: None,
         }
@@ -82,21 +103,24 @@ impl fmt::Debug for EvaluatorOptions {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("EvaluatorOptions")
             .field("backend", &self.backend.name())
-            .field("memory_budget", &self.memory_budget)
+            .field("store", &self.store)
             .field("memory_limit", &self.memory_limit)
-            .field("disk_cache", &self.disk_cache)
             .field("threads", &self.threads)
             .field("glimpses", &self.glimpses)
             .finish()
     }
 }
 
+/// Bytes up to which kernels run side by side even where one after the other would take less.
+const SIDE_BY_SIDE: u64 = 256 << 20;
+
 /// Evaluates graphs, and remembers results by what they come from. It can be shared: evaluations of several threads
 /// find each other's results, and take turns on its workers, so that one may wait for a kernel of another.
 ///
 /// ```
 /// use orograph_graph::{
-///     Cancel, Evaluator, EvaluatorOptions, Field, Graph, Instance, Node, Output, Outputs, PortType, Window, World,
+///     Cancel, Evaluation, Evaluator, EvaluatorOptions, Field, Graph, Instance, Node, Output, Outputs, PortType, Request,
+///     Window, World,
 /// };
 ///
 /// static PLAIN: Node = Node {
@@ -109,17 +133,18 @@ impl fmt::Debug for EvaluatorOptions {
 /// let mut graph = Graph::default();
 /// graph.add(Instance::new("plain", &PLAIN))?;
 /// let evaluator = Evaluator::new(EvaluatorOptions::default())?;
-/// let requests = [(graph.port("plain.height")?, Window::whole(World::default()))];
-/// let values = evaluator.evaluate(&graph, ".".as_ref(), &requests, &Cancel::default(), &|_| {})?;
-/// assert_eq!(values[0].as_field().and_then(|field| field.range(0)), Some((120.0, 120.0)));
+/// let requests = [Request { port: graph.port("plain.height")?, window: Window::whole(World::default()) }];
+/// let evaluation = Evaluation { graph: &graph, folder: ".".as_ref(), requests: &requests, byproducts: &[] };
+/// let values = evaluator.evaluate(&evaluation, &Cancel::default(), &|_| {});
+/// let height = values[0].as_ref().expect("a plain node").as_field().expect("a raster");
+/// assert_eq!(height.range(0), Some((120.0, 120.0)));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Evaluator {
     backend: Arc<dyn Backend>,
     pool: rayon::ThreadPool,
-    memory: MemoryCache,
+    store: Arc<Store>,
     memory_limit: Option<u64>,
-    disk: Option<DiskCache>,
     files: Files,
     glimpses: Option<Duration>,
 }
@@ -142,9 +167,8 @@ impl Evaluator {
         Ok(Self {
             backend: options.backend,
             pool,
-            memory: MemoryCache::new(options.memory_budget),
+            store: options.store,
             memory_limit: options.memory_limit,
-            disk: options.disk_cache.map(|DiskCacheOptions { folder, budget }| DiskCache::new(folder, budget)),
             files: Files::default(),
             glimpses: options.glimpses,
         })
@@ -156,48 +180,151 @@ impl Evaluator {
         self.pool.current_num_threads()
     }
 
-    /// Bytes of the results that are kept in memory; never more than the budget.
+    /// Where its results are kept.
     #[must_use]
-    pub fn cached_bytes(&self) -> usize {
-        self.memory.bytes()
+    pub const fn store(&self) -> &Arc<Store> {
+        &self.store
     }
 
-    /// The requested outputs, each on its window, in the order of the requests. Blocks until they are there.
-    ///
-    /// Every request must be of one world. File parameters are relative to `folder`. `events` is called from the worker
-    /// threads and should return at once.
-    ///
-    /// # Errors
-    /// The first thing that is in the way, see [`EvalError`]. Nothing runs on after that; results that were complete
-    /// stay in the caches.
+    /// The answers to the requests, in their order. Blocks until all are there.
     pub fn evaluate(
         &self,
-        graph: &Graph,
-        folder: &Path,
-        requests: &[(Port, Window)],
+        evaluation: &Evaluation<'_>,
         cancel: &Cancel,
         events: &(dyn Fn(Event) + Sync),
-    ) -> Result<Vec<Value>, EvalError> {
-        let plan = Plan::new(graph, requests)?;
-        let origins = key::origins(&plan, &*self.backend, &self.files, folder, cancel)?;
-        let needs = Needs::new(self, &plan, &origins, cancel, events);
-        if cancel.is_cancelled() {
-            return Err(EvalError::Cancelled);
+    ) -> Vec<Result<Value, EvalError>> {
+        let answers = Mutex::new(vec![Err(EvalError::Cancelled); evaluation.requests.len()]);
+        self.deliver(evaluation, cancel, events, &|request, delivery| {
+            event::lock(&answers)[request] = delivery.map(|delivered| delivered.value);
+        });
+        answers.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    /// Answers each request as soon as its value is there, or cannot be; the value is released when the receiver drops
+    /// it. A request that fails does not affect those that do not depend on what failed. Blocks until all are answered.
+    ///
+    /// `events` and `deliver` are called from the worker threads. `events` should return at once; while `deliver` holds a
+    /// thread, the others compute. `deliver` must not wait for this evaluator.
+    pub fn deliver(
+        &self,
+        evaluation: &Evaluation<'_>,
+        cancel: &Cancel,
+        events: &(dyn Fn(Event) + Sync),
+        deliver: &(dyn Fn(usize, Delivery) + Sync),
+    ) {
+        let mut numbers: Vec<usize> = (0..evaluation.requests.len()).collect();
+        // A stored result that is not there after all is planned again, without it.
+        while !numbers.is_empty() && !cancel.is_cancelled() {
+            let requests: Vec<Request> = numbers.iter().map(|number| evaluation.requests[*number]).collect();
+            let left = self.attempt(&Evaluation { requests: &requests, ..*evaluation }, &numbers, cancel, events, deliver);
+            numbers = left.into_iter().map(|request| numbers[request]).collect();
         }
-        memory::check(&plan, &needs, self.memory_limit)?;
-        let run = Run::new(self, &plan, &origins, needs, folder, cancel, events);
+        for number in numbers {
+            deliver(number, Err(EvalError::Cancelled));
+        }
+    }
+
+    /// Plans and runs once; gives the requests that are left without an answer.
+    fn attempt(
+        &self,
+        evaluation: &Evaluation<'_>,
+        numbers: &[usize],
+        cancel: &Cancel,
+        events: &(dyn Fn(Event) + Sync),
+        deliver: &(dyn Fn(usize, Delivery) + Sync),
+    ) -> Vec<usize> {
+        let mut plan = Plan::new(evaluation.graph, evaluation.requests, evaluation.byproducts);
+        let mut origins = self.origins(&mut plan, evaluation.folder, cancel);
+        let (needs, peak) = loop {
+            let needs = Needs::new(&self.store, &plan, &origins);
+            match memory::check(&plan, &needs, self.memory_limit) {
+                Ok(peak) => break (needs, peak),
+                Err((at, error)) => {
+                    plan.steps[at].fault = Some(error);
+                    plan.spread_faults(&mut origins);
+                }
+            }
+        };
+        if cancel.is_cancelled() {
+            return (0..numbers.len()).collect();
+        }
+        self.tell(&plan, &origins, &needs, events);
+        for (request, target) in plan.targets.iter().enumerate() {
+            let fault = target.as_ref().map_or_else(|error| Some(error), |target| plan.steps[target.step].fault.as_ref());
+            if let Some(fault) = fault {
+                deliver(numbers[request], Err(fault.clone()));
+            }
+        }
+        let ceiling = peak.max(SIDE_BY_SIDE);
+        let folder = evaluation.folder;
+        let run = Run::new(self, &plan, &origins, needs, numbers, folder, ceiling, cancel, events, deliver);
         self.pool.scope(|scope| run.pump(scope));
         run.finish()
     }
 
-    /// The key of an output on a window: equal keys, equal results. It names a result in a file beside it.
+    fn origins(&self, plan: &mut Plan<'_>, folder: &Path, cancel: &Cancel) -> Vec<Option<Origins>> {
+        key::origins(plan, &*self.backend, &self.files, folder, cancel)
+    }
+
+    /// Tells what is found and what will be computed, with the warnings of kernels that ran before.
+    fn tell(&self, plan: &Plan<'_>, origins: &[Option<Origins>], needs: &Needs, events: &(dyn Fn(Event) + Sync)) {
+        let steps = || 0..plan.steps.len();
+        let compute = steps().filter(|at| needs.computes(*at)).count();
+        let cached = steps().filter(|at| needs.is_found(*at)).count();
+        events(Event::Planned { compute, cached });
+        for (at, step) in plan.steps.iter().enumerate().filter(|(at, _)| !needs.computes(*at)) {
+            let (node, name) = (step.index, || step.name.clone());
+            let kept = origins[at].as_ref().map(|origins| self.store.notes(origins.key));
+            for message in kept.iter().flat_map(|kept| kept.iter()) {
+                events(Event::Warning { node, name: name(), message: message.clone() });
+            }
+            if needs.is_found(at) && !needs.is_stored(at) {
+                let bytes = needs.found[at].iter().map(needs::Slot::bytes).sum::<u64>() as usize;
+                let (time, origin) = (Duration::ZERO, Origin::Memory);
+                events(Event::NodeFinished { node, name: name(), time, bytes, origin });
+            }
+        }
+    }
+
+    /// Writes the requested values that are in memory to the store's folder, where there is one, so that another run of
+    /// the program finds them.
+    ///
+    /// # Errors
+    /// When the folder takes no files; the results stay in memory.
+    pub fn persist(&self, evaluation: &Evaluation<'_>, cancel: &Cancel) -> Result<(), String> {
+        if self.store.folder().is_none() {
+            return Ok(());
+        }
+        let mut plan = Plan::new(evaluation.graph, evaluation.requests, &[]);
+        let origins = self.origins(&mut plan, evaluation.folder, cancel);
+        for target in plan.targets.iter().flatten() {
+            let (Some(origins), step) = (&origins[target.step], &plan.steps[target.step]) else { continue };
+            let slot = (origins.key, target.output);
+            if let Some(value) = self.store.in_memory(slot, &step.wanted) {
+                let written = self.pool.install(|| self.store.persist(slot, &step.wanted, &value, cancel));
+                written.map_err(|error| self.unkept(&error))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn unkept(&self, error: &io::Error) -> String {
+        let folder = self.store.folder().map_or_else(String::new, |place| place.folder.display().to_string());
+        format!("results cannot be kept in {folder}: {error}")
+    }
+
+    /// The key of an output on a window: equal keys, equal results.
     ///
     /// # Errors
     /// As [`Evaluator::evaluate`], for what can be seen without running anything.
     pub fn key(&self, graph: &Graph, folder: &Path, port: Port, window: Window) -> Result<Key, EvalError> {
-        let plan = Plan::new(graph, &[(port, window)])?;
-        let origins = key::origins(&plan, &*self.backend, &self.files, folder, &Cancel::default())?;
-        Ok(origins[plan.targets[0].step].key.output(port.output, &window))
+        let mut plan = Plan::new(graph, &[Request { port, window }], &[]);
+        let origins = self.origins(&mut plan, folder, &Cancel::default());
+        let target = plan.targets[0].clone()?;
+        match &origins[target.step] {
+            Some(origins) => Ok(origins.key.output(port.output, &window)),
+            None => Err(plan.steps[target.step].fault.clone().unwrap_or(EvalError::Cancelled)),
+        }
     }
 }
 

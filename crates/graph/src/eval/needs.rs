@@ -1,19 +1,41 @@
-//! What of a plan is found in a cache and what has to be computed.
+//! What of a plan is in the store and what has to be computed.
 
 use super::{
-    Evaluator,
-    event::{Event, Origin, now},
+    Store,
     key::Origins,
     plan::{Plan, Step},
+    store::{Found, Ticket},
 };
-use crate::{job::Cancel, value::Value};
+use crate::{job::Wanted, value::Value};
 
-/// Per step of a plan: whether it is computed, what was found, and how often its outputs will be read.
+/// An output of a step, as far as it is there.
+#[derive(Clone, Debug, Default)]
+pub(super) enum Slot {
+    /// Not yet, or no longer.
+    #[default]
+    Empty,
+    /// Here.
+    Here(Value),
+    /// On disk.
+    Stored(Ticket),
+}
+
+impl Slot {
+    /// Bytes of a value that is here.
+    pub(super) fn bytes(&self) -> u64 {
+        match self {
+            Self::Here(value) => value.bytes() as u64,
+            Self::Empty | Self::Stored(_) => 0,
+        }
+    }
+}
+
+/// Per step of a plan: what is computed, what was found, and how often its outputs will be read.
 pub(super) struct Needs {
-    /// Whether the kernel runs. A step that is neither computed nor found is not needed.
-    pub(super) compute: Vec<bool>,
-    /// Values found in a cache, per output that is read.
-    pub(super) found: Vec<Vec<Option<Value>>>,
+    /// The outputs that the kernel computes; none for a step whose kernel does not run.
+    pub(super) wanted: Vec<Wanted>,
+    /// Outputs that were found and will be read.
+    pub(super) found: Vec<Vec<Slot>>,
     /// Per output, how many inputs of computed steps and requests read it.
     pub(super) readers: Vec<Vec<usize>>,
     /// The computed steps that read a step, once per wire.
@@ -22,84 +44,65 @@ pub(super) struct Needs {
 
 impl Needs {
     /// Looks results up from the requests towards the sources: what feeds a result that was found is not looked at.
-    pub(super) fn new(
-        evaluator: &Evaluator,
-        plan: &Plan<'_>,
-        origins: &[Origins],
-        cancel: &Cancel,
-        events: &(dyn Fn(Event) + Sync),
-    ) -> Self {
+    pub(super) fn new(store: &Store, plan: &Plan<'_>, origins: &[Option<Origins>]) -> Self {
         let count = plan.steps.len();
         let mut needs = Self {
-            compute: vec![false; count],
-            found: plan.steps.iter().map(|step| vec![None; step.types.len()]).collect(),
+            wanted: vec![Wanted::NONE; count],
+            found: plan.steps.iter().map(|step| vec![Slot::Empty; step.types.len()]).collect(),
             readers: plan.steps.iter().map(|step| vec![0; step.types.len()]).collect(),
             consumers: vec![Vec::new(); count],
         };
-        for target in &plan.targets {
+        for target in plan.targets.iter().flatten().filter(|target| plan.steps[target.step].fault.is_none()) {
             needs.readers[target.step][target.output] += 1;
         }
-        let mut told = Vec::new();
         for (at, step) in plan.steps.iter().enumerate().rev() {
-            if needs.readers[at].iter().all(|count| *count == 0) || cancel.is_cancelled() {
+            let Some(origins) = &origins[at] else { continue };
+            let wanted = needs.recall(store, at, step, origins);
+            if wanted == Wanted::NONE {
                 continue;
             }
-            let start = now();
-            let Some((values, origin)) = recall(evaluator, step, &origins[at], &needs.readers[at], cancel, events)
-            else {
-                needs.compute[at] = true;
-                for (source, output) in step.wires() {
-                    needs.readers[source][output] += 1;
-                    needs.consumers[source].push(at);
-                }
-                continue;
-            };
-            told.push(Event::NodeFinished {
-                node: step.index,
-                name: step.name.clone(),
-                time: start.elapsed(),
-                bytes: values.iter().flatten().map(Value::bytes).sum(),
-                origin,
+            let missing = (0..step.types.len()).filter(|output| {
+                let is_there = || store.find((origins.key, *output), step.types[*output], &step.wanted).is_some();
+                step.byproducts.contains(*output) && !is_there()
             });
-            needs.found[at] = values;
+            needs.wanted[at] = missing.fold(wanted, Wanted::with);
+            for (source, output) in step.wires() {
+                needs.readers[source][output] += 1;
+                needs.consumers[source].push(at);
+            }
         }
-        let compute = needs.compute.iter().filter(|compute| **compute).count();
-        events(Event::Planned { compute, cached: told.len() });
-        told.into_iter().rev().for_each(events);
         needs
     }
-}
 
-/// The read outputs of a step from the caches; `None` when one of them is in neither.
-fn recall(
-    evaluator: &Evaluator,
-    step: &Step<'_>,
-    origins: &Origins,
-    readers: &[usize],
-    cancel: &Cancel,
-    events: &(dyn Fn(Event) + Sync),
-) -> Option<(Vec<Option<Value>>, Origin)> {
-    let mut values = vec![None; readers.len()];
-    let mut origin = Origin::Memory;
-    for output in (0..readers.len()).filter(|output| readers[*output] > 0) {
-        let slot = (origins.key, output);
-        if let Some(value) = evaluator.memory.get(slot, &step.wanted) {
-            values[output] = Some(value);
-            continue;
-        }
-        let disk = evaluator.disk.as_ref()?;
-        let key = origins.key.output(output, &step.wanted);
-        let value = match disk.load(key, step.types[output], &step.wanted, cancel) {
-            Ok(value) => value?,
-            Err(damage) => {
-                let message = format!("a result in the cache is not used: {damage}");
-                events(Event::Warning { node: step.index, name: step.name.clone(), message });
-                return None;
-            }
-        };
-        evaluator.memory.insert(slot, &step.wanted, &value);
-        values[output] = Some(value);
-        origin = Origin::Disk;
+    /// Returns true if the step's kernel runs.
+    pub(super) fn computes(&self, at: usize) -> bool {
+        self.wanted[at] != Wanted::NONE
     }
-    Some((values, origin))
+
+    /// Finds the outputs of a step that are read; gives those that have to be computed.
+    fn recall(&mut self, store: &Store, at: usize, step: &Step<'_>, origins: &Origins) -> Wanted {
+        let mut wanted = Wanted::NONE;
+        for output in (0..step.types.len()).filter(|output| self.readers[at][*output] > 0) {
+            let slot = (origins.key, output);
+            self.found[at][output] = match store.find(slot, step.types[output], &step.wanted) {
+                Some(Found::Memory(value)) => Slot::Here(value),
+                Some(Found::Disk(ticket)) => Slot::Stored(ticket),
+                None => {
+                    wanted = wanted.with(output);
+                    Slot::Empty
+                }
+            };
+        }
+        wanted
+    }
+
+    /// Returns true if outputs of the step are read from disk and none of them has to be computed.
+    pub(super) fn is_stored(&self, at: usize) -> bool {
+        !self.computes(at) && self.found[at].iter().any(|slot| matches!(slot, Slot::Stored(_)))
+    }
+
+    /// Returns true if outputs of the step are read and none of them has to be computed.
+    pub(super) fn is_found(&self, at: usize) -> bool {
+        !self.computes(at) && self.readers[at].iter().any(|count| *count > 0)
+    }
 }

@@ -1,35 +1,40 @@
-//! What a request needs: which nodes, in which order, on which windows.
+//! What requests need: which nodes, in which order, on which windows.
 
-use std::{collections::HashMap, sync::Arc};
+use std::{
+    collections::{HashMap, HashSet},
+    sync::Arc,
+};
 
 use petgraph::stable_graph::NodeIndex;
 
-use super::error::EvalError;
+use super::{Request, error::EvalError, key::Origins};
 use crate::{
-    graph::{Graph, Instance, Port},
-    node::{Fallback, OutputType, Reach},
+    graph::{Graph, Instance},
+    job::Wanted,
+    node::{Fallback, OutputType, Reach, Sizing},
     param::ParamValues,
     value::PortType,
-    world::{Edge, Window},
+    world::{Edge, Window, World},
 };
 
-/// The nodes that requests need, each after those that it reads.
+/// The nodes that requests need, each after those that it reads. A node is planned once for each world.
 ///
-/// Nodes stand in the order in which a recursive evaluation would finish them, which keeps few values alive at a time.
+/// Steps are in the order in which a recursive evaluation would finish them, which keeps few values alive at a time.
 pub(super) struct Plan<'g> {
     pub(super) steps: Vec<Step<'g>>,
-    /// Per request: step, output and window.
-    pub(super) targets: Vec<Target>,
+    /// Per request, what it asks of which step; or why nothing can be asked.
+    pub(super) targets: Vec<Result<Target, EvalError>>,
 }
 
 /// A requested value.
+#[derive(Clone, Copy)]
 pub(super) struct Target {
     pub(super) step: usize,
     pub(super) output: usize,
     pub(super) window: Window,
 }
 
-/// The evaluation of one node.
+/// The evaluation of one node in one world.
 pub(super) struct Step<'g> {
     pub(super) index: NodeIndex,
     pub(super) instance: &'g Instance,
@@ -41,9 +46,13 @@ pub(super) struct Step<'g> {
     pub(super) wanted: Window,
     /// The window its kernel works on: `wanted` with the halo of its reach.
     pub(super) window: Window,
+    /// Outputs that are stored if its kernel runs anyway.
+    pub(super) byproducts: Wanted,
+    /// Why it cannot run: a fault of its own or of what it reads.
+    pub(super) fault: Option<EvalError>,
 }
 
-/// What stands at an input.
+/// What an input reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Source {
     /// An output of an earlier step.
@@ -54,34 +63,90 @@ pub(super) enum Source {
     Absent,
 }
 
-impl<'g> Plan<'g> {
-    pub(super) fn new(graph: &'g Graph, requests: &[(Port, Window)]) -> Result<Self, EvalError> {
-        check_requests(graph, requests)?;
-        let order = order(graph, requests.iter().map(|(port, _)| port.node));
-        let position: HashMap<NodeIndex, usize> = order.iter().enumerate().map(|(at, index)| (*index, at)).collect();
-        let targets: Vec<Target> = requests
-            .iter()
-            .map(|(port, window)| Target { step: position[&port.node], output: port.output, window: *window })
-            .collect();
+/// Inputs, output types and fault of a step.
+struct Wired {
+    inputs: Vec<Source>,
+    types: Vec<PortType>,
+    fault: Option<EvalError>,
+}
 
-        let mut wired: Vec<(Vec<Source>, Vec<PortType>)> = Vec::with_capacity(order.len());
-        for index in &order {
-            let inputs = sources(graph, *index, &position, &wired)?;
-            let types = output_types(graph.instance(*index), &inputs, &wired);
-            wired.push((inputs, types));
+/// A node in one of the worlds of the requests.
+type Place = (usize, NodeIndex);
+
+impl<'g> Plan<'g> {
+    pub(super) fn new(graph: &'g Graph, requests: &[Request], byproducts: &[Request]) -> Self {
+        let mut worlds: Vec<World> = Vec::new();
+        let mut place = |request: &Request| -> Place {
+            let world = request.window.world;
+            let known = worlds.iter().position(|known| *known == world);
+            let at = known.unwrap_or_else(|| {
+                worlds.push(world);
+                worlds.len() - 1
+            });
+            (at, request.port.node)
+        };
+        let checked: Vec<Result<Place, EvalError>> =
+            requests.iter().map(|request| check(graph, request).map(|()| place(request))).collect();
+        let order = order(graph, checked.iter().flatten().copied());
+        let position: HashMap<Place, usize> = order.iter().enumerate().map(|(at, place)| (*place, at)).collect();
+        let target = |request: &Request, place: Place| Target {
+            step: position[&place],
+            output: request.port.output,
+            window: request.window,
+        };
+        let targets: Vec<Result<Target, EvalError>> =
+            requests.iter().zip(checked).map(|(request, place)| place.map(|place| target(request, place))).collect();
+
+        let mut wired: Vec<Wired> = Vec::with_capacity(order.len());
+        for (world, index) in &order {
+            let steps = |node: NodeIndex| position[&(*world, node)];
+            let step = wire(graph, *index, &steps, &wired);
+            wired.push(step);
         }
 
         let windows = windows(graph, &order, &wired, &targets);
-        let steps = order
-            .into_iter()
+        let mut steps: Vec<Step<'g>> = order
+            .iter()
             .zip(wired)
             .zip(windows)
-            .map(|((index, (inputs, types)), (wanted, window))| {
-                let instance = graph.instance(index);
-                Step { index, instance, name: Arc::from(instance.name.as_str()), inputs, types, wanted, window }
+            .map(|(((_, index), Wired { inputs, types, fault }), (wanted, window))| {
+                let instance = graph.instance(*index);
+                let name = Arc::from(instance.name.as_str());
+                Step { index: *index, instance, name, inputs, types, wanted, window, byproducts: Wanted::NONE, fault }
             })
             .collect();
-        Ok(Self { steps, targets })
+        for request in byproducts.iter().filter(|request| check(graph, request).is_ok()) {
+            let world = worlds.iter().position(|world| *world == request.window.world);
+            let step = world.and_then(|world| position.get(&(world, request.port.node)));
+            if let Some(step) = step.map(|at| &mut steps[*at]).filter(|step| step.wanted.contains(&request.window)) {
+                step.byproducts = step.byproducts.with(request.port.output);
+            }
+        }
+        Self { steps, targets }
+    }
+
+    /// Passes faults on to the steps that read a step with one; these have no keys.
+    pub(super) fn spread_faults(&mut self, origins: &mut [Option<Origins>]) {
+        for at in 0..self.steps.len() {
+            let inherited = self.steps[at].wires().find_map(|(source, _)| self.steps[source].fault.clone());
+            if self.steps[at].fault.is_none() {
+                self.steps[at].fault = inherited;
+            }
+            if self.steps[at].fault.is_some() {
+                origins[at] = None;
+            }
+        }
+    }
+
+    /// Per step the requests that ask for it.
+    pub(super) fn requests_of_steps(&self) -> Vec<Vec<usize>> {
+        let mut of_steps = vec![Vec::new(); self.steps.len()];
+        for (request, target) in self.targets.iter().enumerate() {
+            if let Ok(target) = target {
+                of_steps[target.step].push(request);
+            }
+        }
+        of_steps
     }
 }
 
@@ -99,29 +164,35 @@ impl Step<'_> {
         let cells = u64::from(window.cells[0]) * u64::from(window.cells[1]);
         cells * self.types[output].planes().unwrap_or(0) as u64 * size_of::<f32>() as u64
     }
+
+    /// Bytes that its kernel takes for the wanted outputs: these on its window, its scratch, and parts of inputs that
+    /// were computed on wider windows.
+    pub(super) fn kernel_bytes(&self, wanted: Wanted, steps: &[Step<'_>]) -> u64 {
+        let cuts = self.wires().filter(|(source, _)| steps[*source].wanted != self.window);
+        let cuts: u64 = cuts.map(|(source, output)| steps[source].output_bytes(output, &self.window)).sum();
+        let given = (0..self.types.len()).filter(|output| wanted.contains(*output));
+        let given: u64 = given.map(|output| self.output_bytes(output, &self.window)).sum();
+        let wired: Vec<bool> = self.inputs.iter().map(|source| matches!(source, Source::Wire { .. })).collect();
+        let sizing = Sizing { params: &self.instance.params, window: self.window, wired: &wired, wanted };
+        cuts + given + self.instance.node.scratch.bytes(&sizing)
+    }
 }
 
-fn check_requests(graph: &Graph, requests: &[(Port, Window)]) -> Result<(), EvalError> {
-    let Some((_, first)) = requests.first() else { return Ok(()) };
-    first.world.check()?;
-    for (port, window) in requests {
-        let Some(instance) = graph.get(port.node) else {
-            return Err(EvalError::Request("a node was asked for that is not in the graph".to_owned()));
-        };
-        let name = &instance.name;
-        if port.output >= instance.node.outputs.len() {
-            return Err(EvalError::Request(format!("`{name}` has no output number {}", port.output)));
-        }
-        if window.world != first.world {
-            return Err(EvalError::Request(format!("`{name}` was asked for in another world than the rest")));
-        }
-        if window.is_empty() || !contains(&Window::whole(window.world), window) {
-            let ([x, y], [nx, ny]) = (window.origin, window.cells);
-            let [wx, wy] = window.world.cells;
-            return Err(EvalError::Request(format!(
-                "`{name}` was asked for in {nx} x {ny} cells from ({x}, {y}), which are not a part of the world's {wx} x {wy}"
-            )));
-        }
+fn check(graph: &Graph, Request { port, window }: &Request) -> Result<(), EvalError> {
+    window.world.check()?;
+    let Some(instance) = graph.get(port.node) else {
+        return Err(EvalError::Request("a node was requested that is not in the graph".to_owned()));
+    };
+    let name = &instance.name;
+    if port.output >= instance.node.outputs.len() {
+        return Err(EvalError::Request(format!("`{name}` has no output number {}", port.output)));
+    }
+    if window.is_empty() || !contains(&Window::whole(window.world), window) {
+        let ([x, y], [nx, ny]) = (window.origin, window.cells);
+        let [wx, wy] = window.world.cells;
+        return Err(EvalError::Request(format!(
+            "`{name}` was requested on {nx} x {ny} cells from ({x}, {y}), which are not a part of the world's {wx} x {wy}"
+        )));
     }
     Ok(())
 }
@@ -133,78 +204,92 @@ fn contains(whole: &Window, part: &Window) -> bool {
 
 /// The needed nodes, each after those that it reads: depth first along the inputs, without recursion, since a chain
 /// may be long.
-fn order(graph: &Graph, wanted: impl Iterator<Item = NodeIndex>) -> Vec<NodeIndex> {
+fn order(graph: &Graph, wanted: impl Iterator<Item = Place>) -> Vec<Place> {
     let mut order = Vec::new();
-    let mut seen = std::collections::HashSet::new();
+    let mut seen = HashSet::new();
     for root in wanted {
         let mut stack = vec![(root, 0)];
         if !seen.insert(root) {
             continue;
         }
-        while let Some((index, input)) = stack.last_mut() {
-            if *input == graph.instance(*index).node.inputs.len() {
-                order.push(*index);
+        while let Some(((world, index), input)) = stack.last_mut() {
+            let (world, index) = (*world, *index);
+            if *input == graph.instance(index).node.inputs.len() {
+                order.push((world, index));
                 stack.pop();
                 continue;
             }
-            let source = graph.source(*index, *input);
+            let source = graph.source(index, *input);
             *input += 1;
-            if let Some(source) = source
-                && seen.insert(source.node)
+            if let Some(source) = source.map(|port| (world, port.node))
+                && seen.insert(source)
             {
-                stack.push((source.node, 0));
+                stack.push((source, 0));
             }
         }
     }
     order
 }
 
-fn sources(
+/// Inputs and output types of a node, after those of what it reads.
+fn wire(graph: &Graph, index: NodeIndex, steps: &dyn Fn(NodeIndex) -> usize, wired: &[Wired]) -> Wired {
+    let instance = graph.instance(index);
+    let mut fault = None;
+    let mut inputs = Vec::with_capacity(instance.node.inputs.len());
+    for at in 0..instance.node.inputs.len() {
+        let (source, wrong) = source(graph, index, at, steps, wired);
+        inputs.push(source);
+        fault = fault.or(wrong);
+    }
+    let types = output_types(instance, &inputs, wired);
+    let inherited = inputs.iter().find_map(|source| match source {
+        Source::Wire { step, .. } => wired[*step].fault.clone(),
+        Source::Constant(_) | Source::Absent => None,
+    });
+    Wired { inputs, types, fault: inherited.or(fault) }
+}
+
+fn source(
     graph: &Graph,
     index: NodeIndex,
-    position: &HashMap<NodeIndex, usize>,
-    wired: &[(Vec<Source>, Vec<PortType>)],
-) -> Result<Vec<Source>, EvalError> {
+    at: usize,
+    steps: &dyn Fn(NodeIndex) -> usize,
+    wired: &[Wired],
+) -> (Source, Option<EvalError>) {
     let instance = graph.instance(index);
-    let node = instance.node;
-    let mut sources = Vec::with_capacity(node.inputs.len());
-    for (at, input) in node.inputs.iter().enumerate() {
-        let source = match (graph.source(index, at), input.fallback) {
-            (Some(port), _) => {
-                let step = position[&port.node];
-                let gives = wired[step].1[port.output];
-                if !input.ty.accepts(gives) {
-                    return Err(EvalError::Type {
-                        from: graph.port_name(port),
-                        gives,
-                        to: format!("{}.{}", instance.name, input.name),
-                        takes: input.ty,
-                    });
-                }
-                Source::Wire { step, output: port.output }
-            }
-            (None, Fallback::Required) => {
-                return Err(EvalError::Unwired { node: instance.name.clone(), id: node.id, input: input.name });
-            }
-            (None, Fallback::None) => Source::Absent,
-            (None, Fallback::Constant { default, .. }) => {
-                let value = instance.constants.get(at).copied().flatten().unwrap_or(default);
-                if !value.is_finite() {
-                    return Err(EvalError::Constant { node: instance.name.clone(), input: input.name, value });
-                }
-                Source::Constant(value)
-            }
-        };
-        sources.push(source);
+    let input = &instance.node.inputs[at];
+    match (graph.source(index, at), input.fallback) {
+        (Some(port), _) => {
+            let step = steps(port.node);
+            // The types of a step with a fault are not known.
+            let gives = wired[step].types[port.output];
+            let fits = wired[step].fault.is_some() || input.ty.accepts(gives);
+            let fault = (!fits).then(|| EvalError::Type {
+                from: graph.port_name(port),
+                gives,
+                to: format!("{}.{}", instance.name, input.name),
+                takes: input.ty,
+            });
+            (Source::Wire { step, output: port.output }, fault)
+        }
+        (None, Fallback::Required) => {
+            let (node, id) = (instance.name.clone(), instance.node.id);
+            (Source::Absent, Some(EvalError::Unwired { node, id, input: input.name }))
+        }
+        (None, Fallback::None) => (Source::Absent, None),
+        (None, Fallback::Constant { default, .. }) => {
+            let value = instance.constants.get(at).copied().flatten().unwrap_or(default);
+            let fault = || EvalError::Constant { node: instance.name.clone(), input: input.name, value };
+            (Source::Constant(value), (!value.is_finite()).then(fault))
+        }
     }
-    Ok(sources)
 }
 
 /// As [`Graph::output_type`], without walking up the same chain once per node.
-fn output_types(instance: &Instance, inputs: &[Source], wired: &[(Vec<Source>, Vec<PortType>)]) -> Vec<PortType> {
+fn output_types(instance: &Instance, inputs: &[Source], wired: &[Wired]) -> Vec<PortType> {
     let node = instance.node;
     let type_at = |name: &str| match node.inputs.iter().position(|input| input.name == name).map(|at| inputs[at]) {
-        Some(Source::Wire { step, output }) => wired[step].1[output],
+        Some(Source::Wire { step, output }) => wired[step].types[output],
         _ => PortType::Height,
     };
     let types = node.outputs.iter().map(|output| match output.ty {
@@ -218,23 +303,23 @@ fn output_types(instance: &Instance, inputs: &[Source], wired: &[(Vec<Source>, V
 /// Per step the window that its readers want and the one that its kernel works on: from the requests up the wires.
 fn windows(
     graph: &Graph,
-    order: &[NodeIndex],
-    wired: &[(Vec<Source>, Vec<PortType>)],
-    targets: &[Target],
+    order: &[Place],
+    wired: &[Wired],
+    targets: &[Result<Target, EvalError>],
 ) -> Vec<(Window, Window)> {
     let mut wanted: Vec<Option<Window>> = vec![None; order.len()];
     let want = |slot: &mut Option<Window>, window: &Window| {
         *slot = Some(slot.map_or(*window, |other| other.union(window)));
     };
-    for target in targets {
+    for target in targets.iter().flatten() {
         want(&mut wanted[target.step], &target.window);
     }
     let mut windows = Vec::with_capacity(order.len());
     for at in (0..order.len()).rev() {
-        let instance = graph.instance(order[at]);
+        let instance = graph.instance(order[at].1);
         let wanted_here = wanted[at].expect("a step is a target or the source of a later step");
         let window = reached(instance.node.reach, &instance.params, &wanted_here);
-        for source in &wired[at].0 {
+        for source in &wired[at].inputs {
             if let Source::Wire { step, .. } = source {
                 want(&mut wanted[*step], &window);
             }

@@ -1,6 +1,6 @@
 //! Results kept in memory and on disk.
 
-use std::{fs, path::PathBuf};
+use std::{fs, path::PathBuf, time::Duration};
 
 use super::*;
 
@@ -16,13 +16,14 @@ const ENDS: &[&str] = &["stats.height", "stats.report", "stats.lines"];
 
 /// An evaluator that remembers on disk only.
 fn on_disk(folder: &Path, budget: u64) -> Evaluator {
-    let disk_cache = Some(DiskCacheOptions { folder: folder.to_owned(), budget });
-    with(EvaluatorOptions { memory_budget: 0, disk_cache, ..EvaluatorOptions::default() })
+    with(keeping(0, Some(StoreFolder { folder: folder.to_owned(), budget, worth: Duration::ZERO })))
 }
 
+/// The files of a store.
 fn files(folder: &Path) -> Vec<PathBuf> {
-    let mut files: Vec<PathBuf> =
-        fs::read_dir(folder).expect("a folder").map(|e| e.expect("an entry").path()).collect();
+    let entries = |folder: &Path| fs::read_dir(folder).expect("a folder").map(|e| e.expect("an entry").path());
+    let shards = entries(folder).filter(|path| path.is_dir());
+    let mut files: Vec<PathBuf> = shards.flat_map(|shard| entries(&shard).collect::<Vec<_>>()).collect();
     files.sort();
     files
 }
@@ -42,13 +43,13 @@ fn bits(values: &[Value]) -> Vec<Vec<u64>> {
 fn memory_stays_within_its_budget() {
     let window = Window::whole(world(64));
     let budget = 40_000; // two rasters of 16 KiB
-    let evaluator = with(EvaluatorOptions { memory_budget: budget, ..EvaluatorOptions::default() });
+    let evaluator = with(keeping(budget, None));
     for level in 0..10 {
         let graph = Build(graph()).set("base", "level", ParamValue::Float(f64::from(level))).0;
         run(&evaluator, &graph, ENDS, window).expect("runs");
-        assert!(evaluator.cached_bytes() <= budget);
+        assert!(evaluator.store().bytes() <= budget);
     }
-    assert!(evaluator.cached_bytes() > 16 << 10);
+    assert!(evaluator.store().bytes() > 16 << 10);
 }
 
 #[test]
@@ -137,7 +138,7 @@ fn the_least_recently_used_files_are_deleted_and_others_are_left_alone() {
     assert_eq!([1.0, 3.0, 4.0].map(origin), [Origin::Disk; 3]);
     assert_eq!(origin(2.0), Origin::Computed);
     let held: u64 = files(folder.path()).iter().map(|file| fs::metadata(file).expect("a file").len()).sum();
-    assert!(held <= 3 * 4300 + 100_000);
+    assert!(held <= 3 * 4300);
     assert!(folder.path().join("notes.txt").exists());
 }
 

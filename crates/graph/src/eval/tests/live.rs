@@ -1,5 +1,7 @@
 //! A process that is run step by step.
 
+use std::path::PathBuf;
+
 use super::*;
 use crate::{Moment, Process, Stroke, Tool};
 

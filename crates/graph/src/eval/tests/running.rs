@@ -115,18 +115,64 @@ fn cancel_latency() -> Duration {
         }
     };
     let requests = [(graph.port("both").expect("exists"), Window::whole(world(16)))];
-    let result = evaluator(2).evaluate(&graph, Path::new(""), &requests, &cancel, &events);
+    let result = evaluate(&evaluator(2), &graph, &requests, &cancel, &events);
     assert_eq!(result.err(), Some(EvalError::Cancelled));
     cancelled_at.into_inner().expect("no panic").expect("cancelled").elapsed()
 }
 
+/// Counts to a second, unless it is cancelled.
+static SLOW: Node = Node {
+    id: "Slow",
+    outputs: HEIGHT,
+    cpu: |job| {
+        for _ in 0..100 {
+            job.check()?;
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        height(job, |_, _| 5.0)
+    },
+    ..Node::DEFAULT
+};
+
 #[test]
-fn a_failure_stops_the_others() {
-    let graph = pair(&ENDLESS, &FAILS);
-    let start = event::now();
-    let error = run(&evaluator(2), &graph, &["both"], Window::whole(world(4))).err().expect("it fails");
-    assert!(matches!(&error, EvalError::Node { node, .. } if node == "right"), "{error}");
-    assert!(start.elapsed() < Duration::from_secs(30), "the endless node was stopped");
+fn a_failure_leaves_the_other_requests_alone() {
+    let graph = Build(pair(&SLOW, &FAILS)).node("after", &ADD, &[("height", "left")]).0;
+    let window = Window::whole(world(4));
+    let request = |end: &str| Request { port: graph.port(end).expect("exists"), window };
+    let outside = Request { window: Window { cells: [9, 9], ..window }, ..request("left") };
+    let requests = [request("both"), request("after"), outside, request("right")];
+    let evaluation = Evaluation { graph: &graph, folder: Path::new(""), requests: &requests, byproducts: &[] };
+    for threads in [1, 2] {
+        let answers = evaluator(threads).evaluate(&evaluation, &Cancel::default(), &|_| {});
+        let failed = |answer: &Result<Value, EvalError>| {
+            matches!(answer, Err(EvalError::Node { node, .. }) if node == "right")
+        };
+        assert!(failed(&answers[0]) && failed(&answers[3]), "{answers:?}");
+        assert_eq!(answers[1].as_ref().ok().and_then(Value::as_field).and_then(|f| f.range(0)), Some((6.0, 6.0)));
+        assert!(matches!(answers[2], Err(EvalError::Request(_))));
+    }
+}
+
+#[test]
+fn what_is_ready_is_delivered_before_the_rest_and_released() {
+    let graph = pair(&SLOW, &WAVES);
+    let window = Window::whole(world(64));
+    let requests = ["right", "both"].map(|end| Request { port: graph.port(end).expect("exists"), window });
+    let evaluation = Evaluation { graph: &graph, folder: Path::new(""), requests: &requests, byproducts: &[] };
+    let told = Mutex::new(Vec::new());
+    let note = |what: String| told.lock().expect("no panic").push(what);
+    let events = |event: Event| match event {
+        Event::NodeFinished { name, .. } => note(format!("finished {name}")),
+        _ => {}
+    };
+    evaluator(2).deliver(&evaluation, &Cancel::default(), &events, &|request, delivery| {
+        assert!(delivery.is_ok());
+        note(format!("delivered {request}"));
+    });
+    let told = told.into_inner().expect("no panic");
+    let place = |what: &str| told.iter().position(|told| told == what).expect("happened");
+    assert!(place("delivered 0") < place("finished left"), "{told:?}");
+    assert!(place("finished both") < place("delivered 1"), "{told:?}");
 }
 
 #[test]
@@ -141,7 +187,7 @@ fn what_is_cancelled_before_it_begins_runs_nothing() {
             started.fetch_add(1, Ordering::Relaxed);
         }
     };
-    let result = evaluator(2).evaluate(&graph, Path::new(""), &requests, &cancel, &events);
+    let result = evaluate(&evaluator(2), &graph, &requests, &cancel, &events);
     assert_eq!((result.err(), started.into_inner()), (Some(EvalError::Cancelled), 0));
 }
 
@@ -156,7 +202,7 @@ fn progress_rises_and_is_told_sparingly() {
         }
     };
     let requests = [(graph.port("eager").expect("exists"), Window::whole(world(4)))];
-    evaluator(1).evaluate(&graph, Path::new(""), &requests, &Cancel::default(), &events).expect("runs");
+    evaluate(&evaluator(1), &graph, &requests, &Cancel::default(), &events).expect("runs");
     let fractions = fractions.into_inner().expect("no panic");
     assert!(fractions.is_sorted() && !fractions.is_empty());
     // one at once, then one every 50 ms
@@ -179,7 +225,7 @@ fn who_watches_sees_land_grow() {
             }
         };
         let evaluator = with(EvaluatorOptions { glimpses, ..EvaluatorOptions::default() });
-        let values = evaluator.evaluate(&graph, Path::new(""), &requests, &Cancel::default(), &events).expect("runs");
+        let values = evaluate(&evaluator, &graph, &requests, &Cancel::default(), &events).expect("runs");
         assert_eq!(values[0].as_field().and_then(|field| field.range(0)), Some((9.0, 9.0)));
         seen.into_inner().expect("no panic")
     };
@@ -189,7 +235,7 @@ fn who_watches_sees_land_grow() {
 }
 
 #[test]
-fn a_warning_is_told_once_and_when_computed() {
+fn a_warning_is_told_once_per_evaluation_also_from_the_store() {
     let graph = Build::default().node("land", &DOUBTS, &[]).0;
     let evaluator = evaluator(1);
     let told = || {
@@ -200,11 +246,11 @@ fn a_warning_is_told_once_and_when_computed() {
             }
         };
         let requests = [(graph.port("land").expect("exists"), Window::whole(world(4)))];
-        evaluator.evaluate(&graph, Path::new(""), &requests, &Cancel::default(), &events).expect("runs");
+        evaluate(&evaluator, &graph, &requests, &Cancel::default(), &events).expect("runs");
         warnings.into_inner().expect("no panic")
     };
     assert_eq!(told(), ["land: cells are wide"]);
-    assert_eq!(told(), [""; 0], "from memory");
+    assert_eq!(told(), ["land: cells are wide"], "from memory");
 }
 
 #[test]

@@ -49,8 +49,8 @@ fn a_node_is_computed_on_the_smallest_window_around_all_that_is_wanted() {
     let graph = chain();
     let whole = Window::whole(world(64));
     let part = Window { origin: [30, 30], cells: [4, 4], ..whole };
-    let requests = [(graph.port("sum").expect("exists"), part)];
-    let plan = Plan::new(&graph, &requests).expect("plans");
+    let requests = [Request { port: graph.port("sum").expect("exists"), window: part }];
+    let plan = Plan::new(&graph, &requests, &[]);
     let window = |name: &str| {
         let step = plan.steps.iter().find(|step| &*step.name == name).expect("needed");
         (step.wanted.origin, step.wanted.cells, step.window.origin, step.window.cells)

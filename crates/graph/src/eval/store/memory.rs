@@ -5,11 +5,11 @@ use std::{
     sync::Mutex,
 };
 
-use super::{event::lock, key::Key};
+use crate::eval::{event::lock, key::Key};
 use crate::{value::Value, world::Window};
 
 /// Names a value on any window: the key of its node, without the window, and the output.
-pub(super) type Slot = (Key, usize);
+pub(in crate::eval) type Slot = (Key, usize);
 
 /// A cache under a budget of bytes, shared by threads.
 pub(super) struct MemoryCache {

@@ -1,0 +1,104 @@
+//! One kernel, from its inputs to checked results.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use super::Run;
+use crate::{
+    eval::{
+        check,
+        error::EvalError,
+        event::{Event, Origin, Throttle, Ticker, lock, now},
+        key::backend_of,
+        plan::Step,
+    },
+    graph::Instance,
+    job::{Cancel, Glimpses, Job, NodeError, Outputs, Warnings},
+    value::Value,
+};
+
+impl Run<'_> {
+    /// Runs a step's kernel; gives its wanted outputs. `None` for an error when the evaluation is being stopped, or a
+    /// stored input is not there after all.
+    pub(super) fn compute(&self, at: usize, step: &Step<'_>) -> Result<Vec<Option<Value>>, Option<EvalError>> {
+        let node = step.instance.node;
+        if self.cancel.is_cancelled() {
+            return Err(None);
+        }
+        let Some(inputs) = self.inputs(step) else { return Err(None) };
+        let start = now();
+        let wanted = lock(&self.state).wanted[at];
+        (self.events)(Event::NodeStarted { node: step.index, name: step.name.clone() });
+        let throttle = Throttle::new();
+        let progress = |fraction: f32| {
+            if throttle.admits(fraction) {
+                (self.events)(Event::NodeProgress { node: step.index, name: step.name.clone(), fraction });
+            }
+        };
+        let ticker = self.evaluator.glimpses.map(Ticker::new);
+        let due = || ticker.as_ref().is_some_and(Ticker::is_due);
+        let take = |outputs: Outputs| {
+            let named = outputs.into_iter_named();
+            let values = named.filter_map(|(output, value)| Some((node.output_index(output)?, value))).collect();
+            (self.events)(Event::NodeGlimpse { node: step.index, name: step.name.clone(), values });
+        };
+        let job = Job {
+            node,
+            params: &step.instance.params,
+            inputs,
+            window: step.window,
+            wanted,
+            folder: self.folder.to_owned(),
+            cancel: self.cancel.clone(),
+            progress: &progress,
+            warnings: Warnings::default(),
+            glimpses: ticker.is_some().then_some(Glimpses { due: &due, take: &take }),
+        };
+        let backend = backend_of(&*self.evaluator.backend, node);
+        let outcome = attempt(step.instance, self.cancel, || backend.run(node, &job));
+        let warnings = job.warnings.take();
+        drop(job);
+        let outputs = outcome.map_err(|error| Some(error).filter(|error| *error != EvalError::Cancelled))?;
+        let values = check::take(step, wanted, outputs)?;
+        if let Some(origins) = &self.origins[at] {
+            for file in &origins.files {
+                file.check_unchanged(&step.instance.name)?;
+            }
+            self.evaluator.store.keep_notes(origins.key, &warnings);
+        }
+        for message in warnings {
+            (self.events)(Event::Warning { node: step.index, name: step.name.clone(), message });
+        }
+        (self.events)(Event::NodeFinished {
+            node: step.index,
+            name: step.name.clone(),
+            time: start.elapsed(),
+            bytes: values.iter().flatten().map(Value::bytes).sum(),
+            origin: Origin::Computed,
+        });
+        Ok(values)
+    }
+}
+
+/// Runs a part of a node's code, and says why it gave nothing.
+pub(in crate::eval) fn attempt<T>(
+    instance: &Instance,
+    cancel: &Cancel,
+    code: impl FnOnce() -> Result<T, NodeError>,
+) -> Result<T, EvalError> {
+    let (node, id) = (instance.name.clone(), instance.node.id);
+    match catch_unwind(AssertUnwindSafe(code)) {
+        Ok(Ok(value)) => Ok(value),
+        Ok(Err(NodeError::Cancelled)) if cancel.is_cancelled() => Err(EvalError::Cancelled),
+        Ok(Err(NodeError::Cancelled)) => {
+            let message = "it stopped as if cancelled, which nobody asked for".to_owned();
+            Err(EvalError::Node { node, id, message, hint: None })
+        }
+        Ok(Err(NodeError::Failed { message, hint })) => Err(EvalError::Node { node, id, message, hint }),
+        Err(panic) => Err(EvalError::Panicked { node, id, message: panic_message(&*panic) }),
+    }
+}
+
+fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no message".to_owned())
+}

@@ -1,0 +1,369 @@
+//! Results on disk: a folder of files under a budget, which several programs may share.
+//!
+//! A result is the file `FF/HASH.X.Y.WxH.orovalue`: the hash names program, key and output, `FF` are its first two
+//! digits, and the numbers are the window, so that a wider result is found by its name. Files are written beside their
+//! name and renamed into place, are checked when they are read ([`entry`]), and are deleted when they are not what they
+//! should be. The time of modification is that of the last use.
+
+use std::{
+    collections::HashSet,
+    fs::{self, File},
+    io,
+    path::{Path, PathBuf},
+    sync::{LazyLock, Mutex},
+    time::{Duration, SystemTime},
+};
+
+use super::{
+    entry::{self, Name},
+    memory::Slot,
+};
+use crate::{
+    eval::{event::lock, key::Key},
+    job::Cancel,
+    value::{PortType, Value},
+    world::Window,
+};
+
+const ENDING: &str = "orovalue";
+const NOTES: &str = "oronotes";
+const UNFINISHED: &str = ".orovalue.part";
+
+/// A folder of stored results.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StoreFolder {
+    /// The folder; it is made when the first result is written. Only files of the store in it are ever touched.
+    pub folder: PathBuf,
+    /// Bytes that its files may take; the least recently used are deleted.
+    pub budget: u64,
+    /// A result whose kernel took less time is written only when it is asked to be ([`Evaluator::persist`]).
+    ///
+    /// [`Evaluator::persist`]: crate::Evaluator::persist
+    pub worth: Duration,
+}
+
+/// What a folder of results holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Usage {
+    /// Number of results.
+    pub files: u64,
+    /// Their bytes.
+    pub bytes: u64,
+}
+
+impl StoreFolder {
+    /// Counts what it holds. A folder that does not exist holds nothing.
+    ///
+    /// # Errors
+    /// When it cannot be listed.
+    pub fn usage(&self) -> io::Result<Usage> {
+        let files = files(&self.folder)?;
+        Ok(Usage { files: files.len() as u64, bytes: files.iter().map(|file| file.bytes).sum() })
+    }
+
+    /// Deletes all results, those of other versions of the program too; gives what they took.
+    ///
+    /// # Errors
+    /// When the folder cannot be listed or a file cannot be deleted.
+    pub fn clear(&self) -> io::Result<Usage> {
+        let mut cleared = Usage::default();
+        for file in files(&self.folder)? {
+            match fs::remove_file(&file.path) {
+                Ok(()) => cleared = Usage { files: cleared.files + 1, bytes: cleared.bytes + file.bytes },
+                // another program was faster
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+                Err(error) => return Err(error),
+            }
+        }
+        for shard in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
+            if shard.file_name().to_str().is_some_and(is_shard) {
+                // One that holds files of others stays.
+                let _ = fs::remove_dir(shard.path());
+            }
+        }
+        Ok(cleared)
+    }
+}
+
+/// A stored result that has been found by its name.
+#[derive(Clone, Debug)]
+pub(in crate::eval) struct Ticket {
+    path: PathBuf,
+    name: Name,
+    stored: Window,
+}
+
+/// The store's end of a folder.
+pub(super) struct Disk {
+    place: StoreFolder,
+    /// Bytes of its files when they were counted last, and bytes written since.
+    held: Mutex<Option<[u64; 2]>>,
+    /// Files that could not be read and perhaps not be deleted either; they are not tried again.
+    unreadable: Mutex<HashSet<PathBuf>>,
+}
+
+impl Disk {
+    /// The part of the budget after which the files are counted again: other programs may share the folder.
+    const RECOUNT: u64 = 16;
+
+    pub(super) fn new(place: StoreFolder) -> Self {
+        Self { place, held: Mutex::default(), unreadable: Mutex::default() }
+    }
+
+    pub(super) const fn place(&self) -> &StoreFolder {
+        &self.place
+    }
+
+    /// A result that covers the window, if there is one. It is not opened.
+    pub(super) fn find(&self, slot: Slot, ty: PortType, window: &Window) -> Option<Ticket> {
+        let name = name(slot);
+        let ticket = |stored: Window| Ticket { path: self.path(&name, &stored), name, stored };
+        let is_there = |ticket: &Ticket| ticket.path.is_file() && !lock(&self.unreadable).contains(&ticket.path);
+        let exact = ticket(*window);
+        if is_there(&exact) {
+            return Some(exact);
+        }
+        if ty.planes().is_none() || window.is_whole() {
+            return None;
+        }
+        let whole = ticket(Window::whole(window.world));
+        if is_there(&whole) {
+            return Some(whole);
+        }
+        let hex = hex(&name);
+        let stored = fs::read_dir(exact.path.parent()?).ok()?.flatten().filter_map(|entry| {
+            let file = entry.file_name();
+            let (origin, cells) = parse(file.to_str()?.strip_prefix(&hex)?)?;
+            Some(Window { world: window.world, origin, cells })
+        });
+        let wider = stored.filter(|stored| is_within_world(stored) && stored.contains(window)).map(ticket);
+        wider.filter(is_there).min_by_key(|ticket| ticket.stored.len())
+    }
+
+    /// Reads a result.
+    ///
+    /// # Errors
+    /// What is wrong with a file that cannot be trusted; it is deleted or at least avoided. `None` when it is merely gone, or reading
+    /// was cancelled.
+    pub(super) fn load(
+        &self,
+        ticket: &Ticket,
+        ty: PortType,
+        window: &Window,
+        cancel: &Cancel,
+    ) -> Result<Value, Option<String>> {
+        let Ticket { path, name, stored } = ticket;
+        let file = File::open(path).map_err(|_| {
+            lock(&self.unreadable).insert(path.clone());
+            None
+        })?;
+        match entry::read(&file, name, ty, stored, window, cancel) {
+            Ok(value) => {
+                touch(path);
+                Ok(value)
+            }
+            Err(_) if cancel.is_cancelled() => Err(None),
+            Err(error) => {
+                // What cannot be deleted is replaced by the new result, or avoided.
+                let _ = fs::remove_file(path);
+                lock(&self.unreadable).insert(path.clone());
+                Err(Some(format!("{} {error}", path.display())))
+            }
+        }
+    }
+
+    /// Writes a result, and deletes the least recently used ones when there are too many.
+    ///
+    /// # Errors
+    /// When the folder cannot be written to, the disk is full, or the evaluation was cancelled meanwhile.
+    pub(super) fn store(&self, slot: Slot, value: &Value, window: &Window, cancel: &Cancel) -> io::Result<()> {
+        let name = name(slot);
+        let path = self.path(&name, window);
+        let avoided = lock(&self.unreadable).contains(&path);
+        if (path.is_file() && !avoided) || entry::bytes(value, window) > self.place.budget {
+            return Ok(());
+        }
+        self.put(&path, |file| entry::write(file, &name, value, cancel))?;
+        lock(&self.unreadable).remove(&path);
+        Ok(())
+    }
+
+    /// The warnings that belong to a node's results, as they were kept.
+    pub(super) fn notes(&self, key: Key) -> Vec<String> {
+        let text = fs::read_to_string(self.notes_path(key)).unwrap_or_default();
+        // One that is damaged is as good as none: no result depends on it.
+        serde_json::from_str(&text).unwrap_or_default()
+    }
+
+    /// Keeps the warnings that belong to a node's results.
+    ///
+    /// # Errors
+    /// As [`Self::store`].
+    pub(super) fn keep_notes(&self, key: Key, notes: &[String]) -> io::Result<()> {
+        let text = serde_json::to_vec(notes)?;
+        self.put(&self.notes_path(key), |file| io::Write::write_all(file, &text))
+    }
+
+    fn put(&self, path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
+        let shard = path.parent().unwrap_or(&self.place.folder);
+        let begin = || {
+            fs::create_dir_all(shard)?;
+            tempfile::Builder::new().prefix(".").suffix(UNFINISHED).tempfile_in(shard)
+        };
+        // Another program may delete an empty shard between the two calls.
+        let mut file = begin().or_else(|_| begin())?;
+        write(file.as_file_mut())?;
+        let bytes = file.as_file().metadata()?.len();
+        file.persist(path)?;
+        self.trim(bytes)
+    }
+
+    fn path(&self, name: &Name, window: &Window) -> PathBuf {
+        let ([x, y], [nx, ny]) = (window.origin, window.cells);
+        self.shard(name).join(format!("{}.{x}.{y}.{nx}x{ny}.{ENDING}", hex(name)))
+    }
+
+    fn notes_path(&self, key: Key) -> PathBuf {
+        let name = name((key, usize::MAX));
+        self.shard(&name).join(format!("{}.0.0.0x0.{NOTES}", hex(&name)))
+    }
+
+    fn shard(&self, name: &Name) -> PathBuf {
+        self.place.folder.join(format!("{:02x}", name[0]))
+    }
+
+    /// Counts new bytes, and deletes the least recently used files while there are too many.
+    fn trim(&self, new: u64) -> io::Result<()> {
+        let mut held = lock(&self.held);
+        let budget = self.place.budget;
+        if let Some([counted, written]) = held.as_mut() {
+            *written += new;
+            if *counted + *written <= budget && *written <= budget / Self::RECOUNT {
+                return Ok(());
+            }
+        }
+        let mut files = files(&self.place.folder)?;
+        files.sort_by_key(|file| file.used);
+        let mut bytes: u64 = files.iter().map(|file| file.bytes).sum();
+        for file in files {
+            if bytes <= budget {
+                break;
+            }
+            if fs::remove_file(&file.path).is_ok() {
+                bytes -= file.bytes;
+            }
+        }
+        *held = Some([bytes, 0]);
+        Ok(())
+    }
+}
+
+/// A file of the store.
+struct Stored {
+    /// When it was used last. A time to come, after the clock was set back, counts as the oldest.
+    used: SystemTime,
+    path: PathBuf,
+    bytes: u64,
+}
+
+/// The store's files. Leftovers of a program that was killed are removed.
+#[expect(clippy::disallowed_methods, reason = "the age of a file changes no result")]
+fn files(folder: &Path) -> io::Result<Vec<Stored>> {
+    let now = SystemTime::now();
+    let mut found = Vec::new();
+    let shards = match fs::read_dir(folder) {
+        Ok(shards) => shards,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(found),
+        Err(error) => return Err(error),
+    };
+    for shard in shards {
+        let shard = shard?;
+        if !shard.file_name().to_str().is_some_and(is_shard) {
+            continue;
+        }
+        // A shard that another program has just deleted holds nothing.
+        for entry in fs::read_dir(shard.path()).into_iter().flatten().flatten() {
+            let file = entry.file_name();
+            let (Some(file), Ok(meta)) = (file.to_str(), entry.metadata()) else { continue };
+            let used = meta.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+            if !meta.is_file() {
+                continue;
+            }
+            if is_name(file) {
+                let used = if used > now { SystemTime::UNIX_EPOCH } else { used };
+                found.push(Stored { used, path: entry.path(), bytes: meta.len() });
+            } else if file.ends_with(UNFINISHED) && now.duration_since(used).is_ok_and(|age| age > ABANDONED) {
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// Age of an unfinished file that nobody writes any more.
+const ABANDONED: Duration = Duration::from_secs(24 * 3600);
+
+fn is_shard(name: &str) -> bool {
+    name.len() == 2 && is_hex(name)
+}
+
+fn is_hex(text: &str) -> bool {
+    text.bytes().all(|c| matches!(c, b'0'..=b'9' | b'a'..=b'f'))
+}
+
+/// Returns true if a file name is one that the store gives.
+fn is_name(file: &str) -> bool {
+    file.split_at_checked(32).is_some_and(|(hash, rest)| {
+        is_hex(hash) && parse(&rest.replace(NOTES, ENDING)).is_some()
+    })
+}
+
+/// The window in the part of a file's name after the hash: `.X.Y.WxH.orovalue`.
+fn parse(rest: &str) -> Option<([u32; 2], [u32; 2])> {
+    let mut parts = rest.strip_prefix('.')?.strip_suffix(ENDING)?.strip_suffix('.')?.split('.');
+    let mut number = || parts.next()?.parse().ok();
+    let origin = [number()?, number()?];
+    let (nx, ny) = parts.next()?.split_once('x')?;
+    let cells = [nx.parse().ok()?, ny.parse().ok()?];
+    parts.next().is_none().then_some((origin, cells))
+}
+
+fn is_within_world(window: &Window) -> bool {
+    (0..2).all(|axis| {
+        window.origin[axis].checked_add(window.cells[axis]).is_some_and(|end| end <= window.world.cells[axis])
+    })
+}
+
+/// The name of a result: what this program, and no other, gives for that slot.
+fn name((key, output): Slot) -> Name {
+    let mut hash = blake3::Hasher::new();
+    hash.update(&*PROGRAM).update(key.bytes()).update(&(output as u64).to_le_bytes());
+    let mut name = Name::default();
+    hash.finalize_xof().fill(&mut name);
+    name
+}
+
+fn hex(name: &Name) -> String {
+    name.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Hash of the running program: another build may compute other results under the same key. A program that cannot read
+/// itself is known by its version alone.
+static PROGRAM: LazyLock<[u8; 32]> = LazyLock::new(|| {
+    let mut hash = blake3::Hasher::new();
+    hash.update(env!("CARGO_PKG_VERSION").as_bytes());
+    if let Ok(path) = std::env::current_exe()
+        && let Ok(file) = File::open(path)
+    {
+        let _ = hash.update_reader(file);
+    }
+    *hash.finalize().as_bytes()
+});
+
+/// Marks a file as used now. Where that is not permitted, it merely looks older than it is.
+#[expect(clippy::disallowed_methods, reason = "the time of last use changes no result")]
+fn touch(path: &Path) {
+    if let Ok(file) = File::options().append(true).open(path) {
+        let _ = file.set_modified(SystemTime::now());
+    }
+}

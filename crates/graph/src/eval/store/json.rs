@@ -1,0 +1,57 @@
+//! Lines and reports as JSON that reads back to the same bits.
+
+use std::io;
+
+use crate::{
+    lines::{Line, Lines, Vertex},
+    report::{Axis, Measure, Report, Series},
+};
+
+/// Numbers in JSON are written as their bits: it has no infinities, and a round trip must be exact.
+type Bits = u64;
+type StoredAxis = (String, String, Vec<Bits>);
+/// Measures, series and notes.
+type StoredReport = (Vec<(String, Bits, String)>, Vec<(String, StoredAxis, StoredAxis)>, Vec<String>);
+
+/// Order, the line downstream, and the numbers of the vertices.
+type StoredLine = (u32, Option<u32>, Vec<[Bits; 6]>);
+
+pub(super) fn encode_report(report: &Report) -> io::Result<Vec<u8>> {
+    let axis = |axis: &Axis| -> StoredAxis {
+        (axis.label.clone(), axis.unit.clone(), axis.values.iter().map(|v| v.to_bits()).collect())
+    };
+    let measures = report.measures.iter().map(|m| (m.name.clone(), m.value.to_bits(), m.unit.clone()));
+    let series = report.series.iter().map(|s| (s.name.clone(), axis(&s.x), axis(&s.y)));
+    let stored: StoredReport = (measures.collect(), series.collect(), report.notes.clone());
+    Ok(serde_json::to_vec(&stored)?)
+}
+
+pub(super) fn decode_report(json: &[u8]) -> io::Result<Report> {
+    let (measures, series, notes): StoredReport = serde_json::from_slice(json)?;
+    let axis = |(label, unit, values): StoredAxis| Axis {
+        label,
+        unit,
+        values: values.into_iter().map(f64::from_bits).collect(),
+    };
+    let measures = measures.into_iter().map(|(name, bits, unit)| Measure { name, value: f64::from_bits(bits), unit });
+    let series = series.into_iter().map(|(name, x, y)| Series { name, x: axis(x), y: axis(y) });
+    Ok(Report { measures: measures.collect(), series: series.collect(), notes })
+}
+
+pub(super) fn encode_lines(lines: &Lines) -> io::Result<Vec<u8>> {
+    let stored = lines.lines.iter().map(|line| -> StoredLine {
+        let vertices = line.vertices.iter().map(|vertex| vertex.numbers().map(f64::to_bits));
+        (line.order, line.downstream, vertices.collect())
+    });
+    Ok(serde_json::to_vec(&stored.collect::<Vec<_>>())?)
+}
+
+pub(super) fn decode_lines(json: &[u8]) -> io::Result<Lines> {
+    let stored: Vec<StoredLine> = serde_json::from_slice(json)?;
+    let lines = stored.into_iter().map(|(order, downstream, vertices)| Line {
+        order,
+        downstream,
+        vertices: vertices.into_iter().map(|bits| Vertex::from_numbers(bits.map(f64::from_bits))).collect(),
+    });
+    Ok(Lines { lines: lines.collect() })
+}
