@@ -28,6 +28,7 @@ use super::{
 use crate::{
     graph::Instance,
     job::{Cancel, Glimpses, InputValue, Job, NodeError, Outputs, Wanted, Warnings},
+    memory::{OutOfMemory, running},
     value::Value,
     world::Window,
 };
@@ -119,9 +120,10 @@ impl<'r> Run<'r> {
         }
         let targets = self.plan.targets.iter().map(|target| {
             let value = state.values[target.step][target.output].as_ref();
-            cut(value.expect("a requested value is kept until the end"), &target.window)
+            let value = value.expect("a requested value is kept until the end");
+            cut(value, &target.window).map_err(|refused| out_of_memory(self.plan.steps[target.step].instance, refused))
         });
-        Ok(targets.collect())
+        targets.collect()
     }
 
     fn work<'s>(&'s self, at: usize, scope: &Scope<'s>) {
@@ -162,7 +164,7 @@ impl<'r> Run<'r> {
         let job = Job {
             node,
             params: &step.instance.params,
-            inputs: self.inputs(step),
+            inputs: self.inputs(step).map_err(|refused| Some(out_of_memory(step.instance, refused)))?,
             window: step.window,
             wanted: Wanted::ALL,
             folder: self.folder.to_owned(),
@@ -172,7 +174,9 @@ impl<'r> Run<'r> {
             glimpses: ticker.is_some().then_some(Glimpses { due: &due, take: &take }),
         };
         let backend = backend_of(&*self.evaluator.backend, node);
+        let named = running(&step.name);
         let outcome = attempt(step.instance, &self.stop, || backend.run(node, &job));
+        drop(named);
         let warnings = job.warnings.take();
         drop(job);
         let outputs = outcome.map_err(|error| Some(error).filter(|error| *error != EvalError::Cancelled))?;
@@ -194,7 +198,7 @@ impl<'r> Run<'r> {
     }
 
     /// Takes a step's inputs, and drops the values that nobody else will read.
-    fn inputs(&self, step: &Step<'_>) -> Vec<InputValue> {
+    fn inputs(&self, step: &Step<'_>) -> Result<Vec<InputValue>, OutOfMemory> {
         let mut state = lock(&self.state);
         let taken: Vec<InputValue> = step
             .inputs
@@ -209,8 +213,8 @@ impl<'r> Run<'r> {
         taken
             .into_iter()
             .map(|input| match input {
-                InputValue::Value(value) => InputValue::Value(cut(&value, &step.window)),
-                other => other,
+                InputValue::Value(value) => Ok(InputValue::Value(cut(&value, &step.window)?)),
+                other => Ok(other),
             })
             .collect()
     }
@@ -290,17 +294,22 @@ pub(super) fn attempt<T>(
             let message = "it stopped as if cancelled, which nobody asked for".to_owned();
             Err(EvalError::Node { node, id, message, hint: None })
         }
+        Ok(Err(NodeError::OutOfMemory(refused))) => Err(out_of_memory(instance, refused)),
         Ok(Err(NodeError::Failed { message, hint })) => Err(EvalError::Node { node, id, message, hint }),
         Err(panic) => Err(EvalError::Panicked { node, id, message: panic_message(&*panic) }),
     }
 }
 
 /// The part of a value on a window.
-fn cut(value: &Value, window: &Window) -> Value {
+fn cut(value: &Value, window: &Window) -> Result<Value, OutOfMemory> {
     match value {
-        Value::Field(field) => Value::Field(field.crop(window)),
-        Value::Lines(_) | Value::Report(_) => value.clone(),
+        Value::Field(field) => Ok(Value::Field(field.try_crop(window)?)),
+        Value::Lines(_) | Value::Report(_) => Ok(value.clone()),
     }
+}
+
+fn out_of_memory(instance: &Instance, refused: OutOfMemory) -> EvalError {
+    EvalError::OutOfMemory { node: instance.name.clone(), id: instance.node.id, refused }
 }
 
 fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
