@@ -1,12 +1,15 @@
 //! What the tests over the whole registry share: land to feed to nodes, ways to run one node, golden files.
 
 mod bless;
+mod counting;
 mod land;
 mod pictures;
 mod resolution;
 mod run;
+mod scratch;
 
 pub use bless::{blessing, golden_folder, write_golden};
+pub use counting::Counting;
 pub use land::{LAND, SELECTION, world};
 pub use pictures::{picture, pictures_folder};
 pub use resolution::{Difference, differences};
@@ -14,3 +17,4 @@ pub use run::{
     Case, REACHING, cases, data_folder, evaluate, evaluate_window, example, inputs, options, others, pictured, plain,
     reaching, set, wired,
 };
+pub use scratch::{Scratch, scratch, scratches};

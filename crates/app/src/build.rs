@@ -60,6 +60,7 @@ impl Builder {
     /// When the means asked for do not exist.
     pub fn new(means: &Means, memory: usize) -> Result<Self, Failure> {
         means.backend.check()?;
+        machine::start_threads(means.threads)?;
         if let Some(cache) = means.cache.as_ref().filter(|cache| cache.exists() && !cache.is_dir()) {
             return Err(Failure::wrong(format!("`{}` is a file; `--cache` takes a folder", cache.display())));
         }
@@ -169,9 +170,11 @@ fn failure(error: EvalError) -> Failure {
         | EvalError::Constant { .. }
         | EvalError::File { .. }
         | EvalError::Node { .. } => Failure::wrong(message),
-        EvalError::TooLarge { .. } | EvalError::Panicked { .. } | EvalError::Output { .. } | EvalError::Threads(_) => {
-            Failure::unable(message)
-        }
+        EvalError::TooLarge { .. }
+        | EvalError::OutOfMemory { .. }
+        | EvalError::Panicked { .. }
+        | EvalError::Output { .. }
+        | EvalError::Threads(_) => Failure::unable(message),
     };
     Failure { hint, ..failure }
 }

@@ -1,6 +1,6 @@
 //! The program `orograph`, as a library so that tests can call its parts: the command line ([`cli`]), what it says and
 //! where ([`terminal`], [`progress`], [`problems`]), what is asked for ([`request`]), how it is built and written
-//! ([`build`], [`outputs`], [`piece`], [`engine`], [`mesh`]), and how it fails ([`Failure`]). With the feature `editor` there is the
+//! ([`build`], [`outputs`], [`piece`], [`engine`], [`mesh`]), and how it fails ([`Failure`], [`memory`]). With the feature `editor` there is the
 //! window ([`editor`]) and land in three dimensions ([`view`]).
 
 pub mod archive;
@@ -14,6 +14,7 @@ mod geojson;
 pub mod heightfile;
 mod machine;
 pub mod measure;
+pub mod memory;
 pub mod mesh;
 pub mod outputs;
 pub mod picture;

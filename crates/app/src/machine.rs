@@ -1,6 +1,10 @@
-//! What the machine tells: time, memory.
+//! What the machine tells and gives: time, memory, threads.
 
-use std::{fs, time::Instant};
+use std::{error::Error as _, fs, num::NonZero, sync::OnceLock, thread::available_parallelism, time::Instant};
+
+use orograph_graph::{EvalError, memory::with_capacity};
+
+use crate::failure::Failure;
 
 /// The time, for what is told of a run; no result depends on it.
 #[expect(clippy::disallowed_methods, reason = "durations are reported, never computed with")]
@@ -15,4 +19,37 @@ pub fn peak_memory() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     line.split_whitespace().next()?.parse::<u64>().ok()?.checked_mul(1024)
+}
+
+/// Addresses that a thread takes: its stack, and what the system and the libraries add.
+const THREAD_BYTES: usize = 9 << 20;
+
+/// Returns true if there is room for so many more threads. To be asked before they are started, since one for which there
+/// is room for the stack but not for the rest ends the program.
+#[must_use]
+pub fn has_room_for(threads: usize) -> bool {
+    with_capacity::<u8>(threads.saturating_mul(THREAD_BYTES)).is_ok()
+}
+
+/// Starts the threads that files are written with, as many as nodes are computed with: one per core unless told otherwise.
+/// They are started once; what is asked for later has no effect.
+///
+/// # Errors
+/// When the system gives no threads.
+pub fn start_threads(threads: Option<NonZero<usize>>) -> Result<(), Failure> {
+    static STARTED: OnceLock<Result<(), String>> = OnceLock::new();
+    let start = || {
+        let count = threads.or_else(|| available_parallelism().ok()).map_or(1, NonZero::get);
+        // those that compute come on top
+        if !has_room_for(2 * count) {
+            return Err(format!("there is no memory for {count} of them"));
+        }
+        let started = rayon::ThreadPoolBuilder::new().num_threads(count).build_global();
+        // an error without a source says that they run already
+        started.or_else(|error| error.source().map_or(Ok(()), |error| Err(error.to_string())))
+    };
+    STARTED.get_or_init(start).clone().map_err(|why| {
+        let error = EvalError::Threads(why);
+        Failure { hint: error.hint(), ..Failure::unable(error.to_string()) }
+    })
 }

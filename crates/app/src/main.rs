@@ -1,7 +1,7 @@
 //! The program `orograph`.
 
 #[global_allocator]
-static MEMORY: orograph_nodes::memory::LargePages = orograph_nodes::memory::LargePages;
+static MEMORY: orograph::memory::Memory = orograph::memory::Memory;
 
 fn main() -> std::process::ExitCode {
     orograph::run(std::env::args_os())

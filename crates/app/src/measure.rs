@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use orograph_graph::{
     Cancel, Fallback, Field, InputValue, Job, Measure, Node, NodeError, ParamValues, PortType, Registry, Report, Value,
-    Warnings,
+    Warnings, memory::REMEDY,
 };
 use orograph_nodes::measure::metrics;
 use serde::Serialize;
@@ -61,6 +61,7 @@ fn inputs(node: &Node, height: &Field) -> Option<Vec<InputValue>> {
 fn failure(node: &Node, error: NodeError) -> Failure {
     match error {
         NodeError::Cancelled => Failure::stopped(),
+        NodeError::OutOfMemory(refused) => Failure::unable(format!("{}: {refused}", node.id)).hint(REMEDY),
         NodeError::Failed { message, hint } => Failure { hint, ..Failure::wrong(format!("{}: {message}", node.id)) },
     }
 }

@@ -17,7 +17,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use orograph_graph::{Cancel, Field, OutputDecl, PortType, Value, World};
+use orograph_graph::{Cancel, Field, OutputDecl, PortType, Value, World, memory::Leftover};
 use orograph_nodes::raster::{self, Format, Meta, Problem, RasterError};
 use serde_json::Map;
 use tempfile::TempDir;
@@ -193,6 +193,8 @@ pub struct OutputFolder {
     /// Folders that did not exist before, outermost first.
     made: Vec<PathBuf>,
     staging: Option<TempDir>,
+    /// Removes what was made when the program ends for lack of memory.
+    leftover: Option<Leftover>,
     form: Form,
     written: Vec<Written>,
     files: Vec<String>,
@@ -225,6 +227,7 @@ impl OutputFolder {
             folder: folder.to_owned(),
             made: missing(folder),
             staging: None,
+            leftover: None,
             form: form.clone(),
             written: Vec::new(),
             files: Vec::new(),
@@ -237,7 +240,10 @@ impl OutputFolder {
             return Err(refused(io::ErrorKind::NotADirectory.into()));
         }
         fs::create_dir_all(folder).map_err(refused)?;
-        prepared.staging = Some(tempfile::Builder::new().prefix(".orograph-").tempdir_in(folder).map_err(refused)?);
+        let staging = tempfile::Builder::new().prefix(".orograph-").tempdir_in(folder).map_err(refused)?;
+        let around: Vec<&Path> = prepared.made.iter().rev().map(PathBuf::as_path).collect();
+        prepared.leftover = Some(Leftover::note(staging.path(), &around));
+        prepared.staging = Some(staging);
         Ok(prepared)
     }
 
@@ -426,6 +432,7 @@ impl Drop for OutputFolder {
     /// Removes what was made for nothing. What cannot be removed stays, and does no harm.
     fn drop(&mut self) {
         drop(self.staging.take());
+        drop(self.leftover.take());
         for folder in self.made.iter().rev() {
             let _ = fs::remove_dir(folder);
         }

@@ -1,15 +1,22 @@
 //! Ctrl-C: the first asks the work to stop, which removes what is half done; the second ends the program at once, which
 //! may leave the hidden folder of half-written files.
 
-use orograph_graph::Cancel;
+use orograph_graph::{Cancel, memory::REMEDY};
 
-use crate::failure::{Exit, Failure};
+use crate::{
+    failure::{Exit, Failure},
+    machine,
+};
 
 /// A switch that Ctrl-C turns, or a polite request of the system to end.
 ///
 /// # Errors
 /// When the system gives no handler for signals. A program can ask for one only once.
 pub fn on_interrupt() -> Result<Cancel, Failure> {
+    let unable = |why: &str| Failure::unable(format!("cannot listen for Ctrl-C: {why}")).hint(REMEDY);
+    if !machine::has_room_for(1) {
+        return Err(unable("there is no memory for a thread"));
+    }
     let cancel = Cancel::default();
     let switch = cancel.clone();
     let handler = move || {
@@ -18,6 +25,6 @@ pub fn on_interrupt() -> Result<Cancel, Failure> {
         }
         switch.cancel();
     };
-    ctrlc::set_handler(handler).map_err(|error| Failure::unable(format!("cannot listen for Ctrl-C: {error}")))?;
+    ctrlc::set_handler(handler).map_err(|error| unable(&error.to_string()))?;
     Ok(cancel)
 }

@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::world::Window;
+use crate::{
+    memory::{OutOfMemory, with_capacity},
+    world::Window,
+};
 
 /// A row-major raster of `f32` with the window of the world it covers. Copies share the samples.
 ///
@@ -44,7 +47,8 @@ impl Field {
         Self { window, planes, samples: Arc::new(samples) }
     }
 
-    /// A raster that is `value` everywhere.
+    /// A raster that is `value` everywhere, for tests and examples; a kernel asks for its memory
+    /// ([`filled`](crate::memory::filled)).
     #[must_use]
     pub fn constant(window: Window, value: f32) -> Self {
         Self::new(window, vec![value; window.len()])
@@ -108,19 +112,30 @@ impl Field {
         (lo <= hi).then_some((lo, hi))
     }
 
+    /// The part that covers `window`, for tests; the evaluator asks for its memory ([`Self::try_crop`]).
+    ///
+    /// # Panics
+    /// As [`Self::try_crop`], and when there is no memory.
+    #[must_use]
+    pub fn crop(&self, window: &Window) -> Self {
+        self.try_crop(window).expect("there is memory for a part")
+    }
+
     /// The part that covers `window`.
+    ///
+    /// # Errors
+    /// [`OutOfMemory`].
     ///
     /// # Panics
     /// When `window` is not inside this raster's window: an evaluator's mistake, never a file's.
-    #[must_use]
-    pub fn crop(&self, window: &Window) -> Self {
+    pub fn try_crop(&self, window: &Window) -> Result<Self, OutOfMemory> {
         if self.window == *window {
-            return self.clone();
+            return Ok(self.clone());
         }
         assert!(self.window.contains(window), "cannot crop beyond the raster");
         let x0 = (window.origin[0] - self.window.origin[0]) as usize;
         let y0 = (window.origin[1] - self.window.origin[1]) as usize;
-        let mut samples = Vec::with_capacity(self.planes * window.len());
+        let mut samples = with_capacity(self.planes * window.len())?;
         for plane in 0..self.planes {
             let plane = self.plane(plane);
             for j in 0..window.ny() {
@@ -128,7 +143,7 @@ impl Field {
                 samples.extend_from_slice(&plane[start..start + window.nx()]);
             }
         }
-        Self::with_planes(*window, self.planes, samples)
+        Ok(Self::with_planes(*window, self.planes, samples))
     }
 }
 

@@ -11,6 +11,7 @@ use std::{
 use crate::{
     field::Field,
     lines::Lines,
+    memory::OutOfMemory,
     node::Node,
     param::{FileName, ParamValues, Seed},
     value::Value,
@@ -49,6 +50,9 @@ pub enum NodeError {
     /// The evaluation was cancelled.
     #[error("cancelled")]
     Cancelled,
+    /// The system had no memory for a raster.
+    #[error(transparent)]
+    OutOfMemory(OutOfMemory),
     /// It could not be done.
     #[error("{message}")]
     Failed {

@@ -5,6 +5,7 @@
 //! - [`Graph`]: instances and wires, checked when they are made.
 //! - [`Document`]: the graph as a file; all its problems as [`Diagnostic`]s.
 //! - [`Evaluator`]: builds outputs of a graph, and remembers them.
+//! - [`memory`]: where rasters come from; [`machine`]: how much memory there is.
 
 mod backend;
 mod colour;
@@ -15,6 +16,8 @@ mod field;
 mod graph;
 mod job;
 mod lines;
+pub mod machine;
+pub mod memory;
 mod migrate;
 mod node;
 mod param;

@@ -11,6 +11,7 @@ mod unpack;
 
 use std::path::{Path, PathBuf};
 
+use orograph_graph::memory::Leftover;
 use tempfile::TempDir;
 
 pub use pack::{Packed, pack};
@@ -61,13 +62,15 @@ pub struct Source {
     pub path: PathBuf,
     /// The archive as it was named, and where its files are.
     unpacked: Option<(PathBuf, TempDir)>,
+    /// Removes them when the program ends for lack of memory.
+    _leftover: Option<Leftover>,
 }
 
 impl Source {
     /// A graph file that is in no archive.
     #[must_use]
     pub fn file(path: &Path) -> Self {
-        Self { path: path.to_owned(), unpacked: None }
+        Self { path: path.to_owned(), unpacked: None, _leftover: None }
     }
 
     /// The graph file at a path, which may be an archive.
@@ -81,8 +84,10 @@ impl Source {
         let folder = tempfile::Builder::new().prefix("orograph-").tempdir().map_err(|error| {
             Failure::unable(format!("cannot make a folder to unpack `{}`: {}", path.display(), reason(&error)))
         })?;
-        let graph = unpack_into(path, folder.path())?.graph;
-        Ok(Self { path: folder.path().join(graph), unpacked: Some((path.to_owned(), folder)) })
+        let leftover = Leftover::note(folder.path(), &[]);
+        let graph = folder.path().join(unpack_into(path, folder.path())?.graph);
+        let unpacked = Some((path.to_owned(), folder));
+        Ok(Self { path: graph, unpacked, _leftover: Some(leftover) })
     }
 
     /// A text for people, in which files of the archive are named by it and not by where they are unpacked.

@@ -8,6 +8,7 @@ use std::{
 };
 
 use flate2::read::GzDecoder;
+use orograph_graph::memory::Leftover;
 
 use super::fault_of;
 use crate::failure::{Failure, reason};
@@ -49,6 +50,7 @@ pub fn unpack(archive: &Path, folder: &Path) -> Result<Unpacked, Failure> {
         builder.permissions(fs::Permissions::from_mode(0o777));
     }
     let staging = builder.tempdir_in(parent).map_err(|error| unwritable(&error))?;
+    let _leftover = Leftover::note(staging.path(), &[]);
     let unpacked = unpack_into(archive, staging.path())?;
     if folder.exists() {
         fs::remove_dir(folder).map_err(|error| unwritable(&error))?;

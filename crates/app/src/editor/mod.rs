@@ -33,13 +33,15 @@ use std::path::PathBuf;
 pub use app::App;
 pub use session::{Answer, Journals, Lost, NodeState, Note, Question, Session, Simulation, Wish};
 
-use crate::failure::Failure;
+use crate::{failure::Failure, machine, memory};
 
 /// Opens the window, on a file if one is named, and returns when it is closed.
 ///
 /// # Errors
-/// When there is no display, or no graphics driver that can draw the window.
+/// When there is no display, no graphics driver that can draw the window, or no threads.
 pub fn open(file: Option<PathBuf>) -> Result<(), Failure> {
+    machine::start_threads(None)?;
+    memory::keeps_a_journal();
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title("Orograph")

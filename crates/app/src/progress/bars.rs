@@ -10,7 +10,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use orograph_graph::{Event, NodeIndex};
 
 use super::Progress;
-use crate::{request::Request, terminal::Page};
+use crate::{machine, request::Request, terminal::Page};
 
 /// Steps of a node's bar.
 const STEPS: u64 = 1000;
@@ -52,6 +52,13 @@ impl Bars {
     }
 }
 
+/// Lets a bar's time go on by itself, where there is room for the thread that this takes.
+fn tick(bar: &ProgressBar) {
+    if machine::has_room_for(1) {
+        bar.enable_steady_tick(Duration::from_millis(200));
+    }
+}
+
 impl Progress for Bars {
     fn started(&self, request: &Request, _: usize) {
         let names = request.graph.indices().map(|node| request.graph.instance(node).name.len());
@@ -66,7 +73,7 @@ impl Progress for Bars {
                 bar.set_style(self.style("{msg} {bar} {pos}/{len} nodes  {elapsed}", "green"));
                 let column = state.column.max("building".len());
                 bar.set_message(format!("{:column$}", "building"));
-                bar.enable_steady_tick(Duration::from_millis(200));
+                tick(&bar);
                 state.overall = Some(bar);
             }
             Event::NodeStarted { node, name } => {
@@ -75,7 +82,7 @@ impl Progress for Bars {
                 let column = state.column.max("building".len());
                 bar.set_prefix(format!("{name:column$}"));
                 bar.set_message(self.page.dim(kind));
-                bar.enable_steady_tick(Duration::from_millis(200));
+                tick(&bar);
                 state.nodes.insert(*node, bar);
             }
             Event::NodeProgress { node, fraction, .. } => {

@@ -6,6 +6,7 @@ use super::{error::EvalError, plan::Step};
 use crate::{
     field::Field,
     job::{Outputs, Wanted},
+    memory::OutOfMemory,
     value::{PortType, Value},
     world::Window,
 };
@@ -18,42 +19,56 @@ pub(super) fn take(step: &Step<'_>, wanted: Wanted, mut outputs: Outputs) -> Res
             if !wanted.contains(at) {
                 return Ok(None);
             }
-            let value = outputs.take(output.name).ok_or_else(|| "was not given".to_owned());
+            let (node, id) = (step.instance.name.clone(), step.instance.node.id);
+            let value = outputs.take(output.name).ok_or_else(|| "was not given".to_owned().into());
             let value = value.and_then(|value| fitting(value, *ty, &step.window, &step.wanted));
-            value.map(Some).map_err(|message| EvalError::Output {
-                node: step.instance.name.clone(),
-                id: step.instance.node.id,
-                output: output.name,
-                message,
+            value.map(Some).map_err(|fault| match fault {
+                Fault::Wrong(message) => EvalError::Output { node, id, output: output.name, message },
+                Fault::Memory(refused) => EvalError::OutOfMemory { node, id, refused },
             })
         })
         .collect()
 }
 
-fn fitting(value: Value, ty: PortType, window: &Window, wanted: &Window) -> Result<Value, String> {
+/// Why an output is not taken.
+enum Fault {
+    /// It is not as declared.
+    Wrong(String),
+    /// There is no memory for the part that is wanted.
+    Memory(OutOfMemory),
+}
+
+impl From<String> for Fault {
+    fn from(message: String) -> Self {
+        Self::Wrong(message)
+    }
+}
+
+fn fitting(value: Value, ty: PortType, window: &Window, wanted: &Window) -> Result<Value, Fault> {
     match (value, ty.planes()) {
         (Value::Lines(lines), None) if ty == PortType::Lines => match lines.fault() {
-            Some(fault) => Err(fault),
+            Some(fault) => Err(fault.into()),
             None => Ok(Value::Lines(lines)),
         },
         (Value::Report(report), None) if ty == PortType::Report => Ok(Value::Report(report)),
-        (Value::Lines(_), _) => Err(format!("gave lines instead of a {ty}")),
-        (Value::Report(_), _) => Err(format!("gave a report instead of a {ty}")),
-        (Value::Field(_), None) => Err(format!("gave a raster instead of a {ty}")),
+        (Value::Lines(_), _) => Err(format!("gave lines instead of a {ty}").into()),
+        (Value::Report(_), _) => Err(format!("gave a report instead of a {ty}").into()),
+        (Value::Field(_), None) => Err(format!("gave a raster instead of a {ty}").into()),
         (Value::Field(field), Some(planes)) => {
             if field.planes() != planes {
-                return Err(format!("gave {} planes; a {ty} has {planes}", field.planes()));
+                return Err(format!("gave {} planes; a {ty} has {planes}", field.planes()).into());
             }
             if field.window() != window {
                 return Err(format!(
                     "gave the window {}, not the one asked for, {}",
                     describe(field.window()),
                     describe(window)
-                ));
+                )
+                .into());
             }
-            let field = field.crop(wanted);
+            let field = field.try_crop(wanted).map_err(Fault::Memory)?;
             match first_not_finite(&field) {
-                Some(place) => Err(place),
+                Some(place) => Err(place.into()),
                 None => Ok(Value::Field(field)),
             }
         }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::{
+    memory::{OutOfMemory, REMEDY},
     value::PortType,
     world::{WorldError, bytes},
 };
@@ -73,6 +74,16 @@ pub enum EvalError {
         /// Bytes there are: the limit that was set, or what the machine has free; `None` where it only refused.
         available: Option<u64>,
     },
+    /// The system had no memory for a raster, though the estimate before the run was within what there is.
+    #[error("`{node}` ({id}): {refused}")]
+    OutOfMemory {
+        /// The node's name.
+        node: String,
+        /// Its kind.
+        id: &'static str,
+        /// What was asked for.
+        refused: OutOfMemory,
+    },
     /// A kernel said that it cannot do it.
     #[error("`{node}` ({id}): {message}")]
     Node {
@@ -128,6 +139,7 @@ impl EvalError {
             | Self::Constant { node, .. }
             | Self::File { node, .. }
             | Self::TooLarge { node, .. }
+            | Self::OutOfMemory { node, .. }
             | Self::Node { node, .. }
             | Self::Panicked { node, .. }
             | Self::Output { node, .. } => Some(node),
@@ -146,12 +158,13 @@ impl EvalError {
             Self::File { parameter, .. } => {
                 Some(format!("`{parameter}` names a file relative to the folder of the graph file"))
             }
-            Self::TooLarge { .. } => Some("give the world fewer cells, or build a part of it".to_owned()),
+            Self::TooLarge { .. } | Self::OutOfMemory { .. } => Some(REMEDY.to_owned()),
             Self::Node { hint, .. } => hint.clone(),
             Self::Panicked { .. } | Self::Output { .. } => {
                 Some("this is a fault of the node, not of the graph; please report it with the graph file".to_owned())
             }
-            Self::Cancelled | Self::World(_) | Self::Request(_) | Self::Threads(_) => None,
+            Self::Threads(_) => Some("use fewer threads, or give the program more memory".to_owned()),
+            Self::Cancelled | Self::World(_) | Self::Request(_) => None,
         }
     }
 }

@@ -5,6 +5,7 @@ use super::{
     needs::{Needs, Slot},
     plan::Plan,
 };
+use crate::machine;
 
 /// Estimates the memory of a plan whose steps run one after another; gives its peak in bytes.
 ///
@@ -15,7 +16,7 @@ pub(super) fn check(plan: &Plan<'_>, needs: &Needs, limit: Option<u64>) -> Resul
     let refuse = |(needs, step): (u64, usize), available| {
         (step, EvalError::TooLarge { node: plan.steps[step].instance.name.clone(), needs, available })
     };
-    let available = limit.or_else(|| Some(system::available()? + estimate.held));
+    let available = limit.or_else(|| Some(machine::available()? + estimate.held));
     if let Some(available) = available
         && estimate.peak.0 > available
     {
@@ -77,48 +78,4 @@ fn estimate(plan: &Plan<'_>, needs: &Needs) -> Estimate {
 /// Asks the system for so much address space and gives it back untouched.
 fn can_allocate(bytes: u64) -> bool {
     usize::try_from(bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok())
-}
-
-/// What the machine has to give.
-#[cfg(target_os = "linux")]
-mod system {
-    use std::fs;
-
-    /// Bytes that can be taken without others having to yield, as the kernel estimates them: memory and free swap,
-    /// within the limit of the container, if there is one.
-    pub(super) fn available() -> Option<u64> {
-        let info = fs::read_to_string("/proc/meminfo").ok()?;
-        let free = free(&info)?;
-        let container = fs::read_to_string("/sys/fs/cgroup/memory.max").ok();
-        let container = container.and_then(|limit| limit.trim().parse().ok());
-        Some(container.map_or(free, |limit: u64| free.min(limit)))
-    }
-
-    /// Available memory and free swap of a `/proc/meminfo`.
-    pub(super) fn free(info: &str) -> Option<u64> {
-        let kib = |name: &str| -> Option<u64> {
-            let rest = info.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':'))?;
-            rest.trim().strip_suffix("kB")?.trim().parse().ok()
-        };
-        Some((kib("MemAvailable")? + kib("SwapFree").unwrap_or(0)) * 1024)
-    }
-}
-
-/// What the machine has to give: not known here; an allocation that fails says it.
-#[cfg(not(target_os = "linux"))]
-mod system {
-    pub(super) const fn available() -> Option<u64> {
-        None
-    }
-}
-
-#[cfg(all(test, target_os = "linux"))]
-mod tests {
-    #[test]
-    fn free_memory_is_read() {
-        let info = "MemTotal:        8000 kB\nMemAvailable:    3000 kB\nSwapFree:         100 kB\n";
-        assert_eq!(super::system::free(info), Some(3100 * 1024));
-        assert_eq!(super::system::free("MemTotal: 1 kB"), None);
-        assert!(super::system::available().is_some_and(|bytes| bytes > 0));
-    }
 }

@@ -26,10 +26,11 @@ use super::{
     event::{Event, Origin, lock, now},
     key::Origins,
     needs::{Needs, Slot},
-    plan::{Plan, Step},
+    plan::{Plan, Source, Step},
 };
 use crate::{
     job::{Cancel, InputValue},
+    memory::OutOfMemory,
     value::Value,
     world::Window,
 };
@@ -113,30 +114,41 @@ impl<'r> Run<'r> {
         let answer = self.plan.targets[request].as_ref().ok().and_then(|target| {
             let value = self.take(at, target.output)?;
             let key = self.origins[at].as_ref()?.key.output(target.output, &target.window);
-            Some(Delivered { value: cut(value, &target.window), key })
+            let value = cut(value, &target.window).map_err(|refused| self.out_of_memory(at, refused));
+            Some(value.map(|value| Delivered { value, key }))
         });
-        if let Some(delivered) = answer {
+        if let Some(delivery) = answer {
             lock(&self.state).answered[request] = true;
-            (self.deliver)(self.numbers[request], Ok(delivered));
+            (self.deliver)(self.numbers[request], delivery);
         }
         lock(&self.state).active -= 1;
         self.pump(scope);
     }
 
-    /// The inputs of a step on its window; values that nobody else will read are dropped here. `None` when a stored one
-    /// could not be had.
-    fn inputs(&self, step: &Step<'_>) -> Option<Vec<InputValue>> {
+    /// The inputs of a step on its window; values that nobody else will read are dropped here.
+    ///
+    /// # Errors
+    /// When there is no memory for a part of one; `None` when a stored one could not be had.
+    fn inputs(&self, at: usize) -> Result<Vec<InputValue>, Option<EvalError>> {
+        let step = &self.plan.steps[at];
         let mut inputs = Vec::with_capacity(step.inputs.len());
         for source in &step.inputs {
             inputs.push(match *source {
-                super::plan::Source::Wire { step: source, output } => {
-                    InputValue::Value(cut(self.take(source, output)?, &step.window))
+                Source::Wire { step: source, output } => {
+                    let value = self.take(source, output).ok_or(None)?;
+                    let value = cut(value, &step.window).map_err(|refused| self.out_of_memory(at, refused))?;
+                    InputValue::Value(value)
                 }
-                super::plan::Source::Constant(value) => InputValue::Constant(value),
-                super::plan::Source::Absent => InputValue::Absent,
+                Source::Constant(value) => InputValue::Constant(value),
+                Source::Absent => InputValue::Absent,
             });
         }
-        Some(inputs)
+        Ok(inputs)
+    }
+
+    fn out_of_memory(&self, at: usize, refused: OutOfMemory) -> EvalError {
+        let instance = self.plan.steps[at].instance;
+        EvalError::OutOfMemory { node: instance.name.clone(), id: instance.node.id, refused }
     }
 
     /// One reading of a value, from disk if need be.
@@ -211,9 +223,9 @@ impl<'r> Run<'r> {
 }
 
 /// The part of a value on a window.
-pub(super) fn cut(value: Value, window: &Window) -> Value {
+fn cut(value: Value, window: &Window) -> Result<Value, OutOfMemory> {
     match value {
-        Value::Field(field) => Value::Field(field.crop(window)),
-        Value::Lines(_) | Value::Report(_) => value,
+        Value::Field(field) => Ok(Value::Field(field.try_crop(window)?)),
+        Value::Lines(_) | Value::Report(_) => Ok(value),
     }
 }

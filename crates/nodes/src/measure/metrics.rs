@@ -274,7 +274,7 @@ fn drainage(job: &Job<'_>, height: &Field, channel_area_m2: f64, report: &mut Re
             // m/m² to km/km²
             1e3 * cells / (height.window().len() as f64 * height.window().cell_m())
         }
-        Err(NodeError::Cancelled) => return Err(NodeError::Cancelled),
+        Err(error @ (NodeError::Cancelled | NodeError::OutOfMemory(_))) => return Err(error),
         Err(NodeError::Failed { message, .. }) => {
             report.notes.push(format!("drainage density is not measured: {message}"));
             f64::NAN

@@ -8,7 +8,7 @@ use std::{
     path::Path,
 };
 
-use orograph_graph::{Field, mix};
+use orograph_graph::{Field, memory::Leftover, mix};
 use rayon::prelude::*;
 use tempfile::NamedTempFile;
 
@@ -253,6 +253,7 @@ pub(super) fn stage(
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     let file = builder.tempfile_in(folder).map_err(unwritable)?;
+    let _leftover = Leftover::note(file.path(), &[]);
     let mut to = BufWriter::with_capacity(1 << 18, Part { file, go_on });
     fill(&mut to).map_err(unwritable)?;
     to.into_inner().map(|part| part.file).map_err(|error| unwritable(error.into_error()))

@@ -13,6 +13,7 @@ use crate::{
     },
     graph::Instance,
     job::{Cancel, Glimpses, Job, NodeError, Outputs, Warnings},
+    memory::running,
     value::Value,
 };
 
@@ -24,7 +25,7 @@ impl Run<'_> {
         if self.cancel.is_cancelled() {
             return Err(None);
         }
-        let Some(inputs) = self.inputs(step) else { return Err(None) };
+        let inputs = self.inputs(at)?;
         let start = now();
         let wanted = lock(&self.state).wanted[at];
         (self.events)(Event::NodeStarted { node: step.index, name: step.name.clone() });
@@ -54,7 +55,9 @@ impl Run<'_> {
             glimpses: ticker.is_some().then_some(Glimpses { due: &due, take: &take }),
         };
         let backend = backend_of(&*self.evaluator.backend, node);
+        let named = running(&step.name);
         let outcome = attempt(step.instance, self.cancel, || backend.run(node, &job));
+        drop(named);
         let warnings = job.warnings.take();
         drop(job);
         let outputs = outcome.map_err(|error| Some(error).filter(|error| *error != EvalError::Cancelled))?;
@@ -93,6 +96,7 @@ pub(in crate::eval) fn attempt<T>(
             let message = "it stopped as if cancelled, which nobody asked for".to_owned();
             Err(EvalError::Node { node, id, message, hint: None })
         }
+        Ok(Err(NodeError::OutOfMemory(refused))) => Err(EvalError::OutOfMemory { node, id, refused }),
         Ok(Err(NodeError::Failed { message, hint })) => Err(EvalError::Node { node, id, message, hint }),
         Err(panic) => Err(EvalError::Panicked { node, id, message: panic_message(&*panic) }),
     }

@@ -25,6 +25,7 @@ use super::json;
 use crate::{
     field::Field,
     job::Cancel,
+    memory::{self, Zero},
     value::{PortType, Value},
     world::Window,
 };
@@ -183,9 +184,7 @@ pub(super) fn read(
     };
     let layout = Layout::of_field(planes, stored);
     let table = read_table(file, name, &layout, held)?;
-    let mut samples: Vec<f32> = Vec::new();
-    samples.try_reserve_exact(planes * window.len()).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
-    samples.resize(planes * window.len(), 0.0);
+    let mut samples: Vec<f32> = zeroed(planes * window.len())?;
     let top = (window.origin[1] - stored.origin[1]) as usize;
     let left = (window.origin[0] - stored.origin[0]) as usize;
     // Rows of the result by the band that they are in; the first and the last may be parts of one.
@@ -231,11 +230,13 @@ fn read_table(file: &File, name: &Name, layout: &Layout, held: u64) -> io::Resul
 
 fn read_band(file: &File, at: u64, count: usize, hash: &[u8], cancel: &Cancel) -> io::Result<Vec<u8>> {
     stop_if(cancel)?;
-    let mut bytes: Vec<u8> = Vec::new();
-    bytes.try_reserve_exact(count).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
-    bytes.resize(count, 0);
+    let mut bytes: Vec<u8> = zeroed(count)?;
     read_at(file, &mut bytes, at)?;
     if blake3::hash(&bytes).as_bytes() != hash { Err(damaged("is damaged")) } else { Ok(bytes) }
+}
+
+fn zeroed<T: Zero>(count: usize) -> io::Result<Vec<T>> {
+    memory::zeroed(count).map_err(|refused| io::Error::new(io::ErrorKind::OutOfMemory, refused))
 }
 
 /// Fills a buffer from a place in the file, without moving a position that others share.

@@ -38,11 +38,11 @@ impl MemoryCache {
     }
 
     /// The value on a window, also as a part of one that was kept for a wider window. What is no raster is
-    /// not made of parts: it is found on its own window only.
+    /// not made of parts: it is found on its own window only. A part for which there is no memory is not found.
     pub(super) fn get(&self, slot: Slot, window: &Window) -> Option<Value> {
         let found = lock(&self.inner).touch(slot, window)?;
         Some(match found {
-            Value::Field(field) => Value::Field(field.crop(window)),
+            Value::Field(field) => Value::Field(field.try_crop(window).ok()?),
             whole @ (Value::Lines(_) | Value::Report(_)) => whole,
         })
     }

@@ -1,0 +1,33 @@
+//! The end of the program by the standard library, for systems whose own calls are not used here. What allocates on the
+//! way and is refused again ends the program at once.
+
+use std::{ffi::CStr, io::Write as _, path::Path};
+
+use orograph_graph::memory::Left;
+
+/// Returns true if errors go to a terminal.
+pub(super) fn is_terminal() -> bool {
+    std::io::IsTerminal::is_terminal(&std::io::stderr())
+}
+
+/// Writes to standard error, as far as that takes it.
+pub(super) fn say(text: &[u8]) {
+    let _ = std::io::stderr().write_all(text);
+}
+
+/// Ends the program.
+pub(super) fn leave() -> ! {
+    std::process::exit(i32::from(crate::Exit::Unable as u8))
+}
+
+/// Removes what is left over, as far as it can be. The path ends with a zero byte.
+pub(super) fn remove(path: &[u8], left: Left) {
+    let Some(path) = CStr::from_bytes_with_nul(path).ok().and_then(|path| path.to_str().ok()).map(Path::new) else {
+        return;
+    };
+    let _ = match left {
+        Left::Temporary if path.is_dir() => std::fs::remove_dir_all(path),
+        Left::Temporary => std::fs::remove_file(path),
+        Left::Around => std::fs::remove_dir(path),
+    };
+}

@@ -1,0 +1,20 @@
+//! Where rasters and scratch come from, and what happens when there is no memory for anything else.
+//!
+//! A kernel asks for everything that grows with its window through [`zeroed`], [`filled`], [`copied`] or
+//! [`with_capacity`]. When the system has no such memory they give back [`OutOfMemory`], which `?` turns into an error
+//! that names the node and the remedy.
+//!
+//! Every other allocation is small and cannot fail in Rust's standard library without ending the program. The
+//! program's allocator ends it in good order: it asks [`is_asking`] whether the failed request came from here, and if
+//! not says what ran ([`running`]) and removes what is half written ([`Leftover`]). A library that tries to reserve memory by itself
+//! (`Vec::try_reserve`) is ended in the same way.
+
+mod leftover;
+mod notes;
+mod rasters;
+mod work;
+
+pub use leftover::{Left, Leftover, each_leftover};
+pub use notes::{Note, Notes};
+pub use rasters::{OutOfMemory, REMEDY, Zero, copied, filled, is_asking, with_capacity, zeroed};
+pub use work::{each_running, running};

@@ -1,0 +1,52 @@
+//! Memory that every kernel uses beside its inputs and outputs, as a table: `cargo run --release -p orograph-tests --example
+//! scratch`, or with names of nodes after `--` for some, or `all` for every case of theirs.
+//!
+//! Each node runs on the tests' land, its inputs computed before. Told are bytes per cell at the kernel's peak, in worlds of 256 and
+//! 512 cells a side on one thread, and of 512 on two, beside what the node declares. Without `all` it is the case that uses most.
+
+use orograph_tests::{Counting, Scratch, scratches};
+
+#[global_allocator]
+static MEMORY: Counting = Counting::new();
+
+/// Cells a side, and threads.
+const RUNS: [(u32, usize); 3] = [(256, 1), (512, 1), (512, 2)];
+
+fn main() {
+    let (all, names): (Vec<String>, Vec<String>) = std::env::args().skip(1).partition(|name| name == "all");
+    println!("Bytes per cell.\n");
+    println!("| node | case | 256, one thread | 512, one thread | 512, two threads | declared | |");
+    println!("| --- | --- | ---: | ---: | ---: | ---: | --- |");
+    let mut most: Option<Vec<Scratch>> = None;
+    for measured in scratches(&MEMORY, &names, &RUNS) {
+        if !all.is_empty() {
+            print(&measured);
+            continue;
+        }
+        let is_next = most.as_ref().is_some_and(|most| most[0].id != measured[0].id);
+        if is_next && let Some(most) = most.take() {
+            print(&most);
+        }
+        if most.as_ref().is_none_or(|most| most[1].measured < measured[1].measured) {
+            most = Some(measured);
+        }
+    }
+    if let Some(most) = most {
+        print(&most);
+    }
+}
+
+fn print(measured: &[Scratch]) {
+    let [small, large, threads] = measured else { return };
+    let told = |run: &Scratch| format!("{:.2}", run.per_cell(run.measured));
+    let verdict = if measured.iter().all(Scratch::holds) { "" } else { "differs" };
+    println!(
+        "| {} | {} | {} | {} | {} | {:.2} | {verdict} |",
+        large.id,
+        large.case,
+        told(small),
+        told(large),
+        told(threads),
+        large.per_cell(large.declared)
+    );
+}
