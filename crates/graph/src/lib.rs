@@ -31,8 +31,8 @@ pub use colour::{NoColour, Srgb, Stop};
 pub use diagnostic::{Diagnostic, Severity, line_column};
 pub use document::{
     Document, Edit, EditError, Entry, Expanded, Frame, FrameEntry, History, JournalError, LoadError, LooseWire,
-    NamedInput, NamedParameter, NodeEntry, OutputDecl, Place, Recovered, Reroute, SUBGRAPH, Scribe, Splice, UsedGraph,
-    diff, format_source, recover,
+    NamedInput, NamedParameter, NodeEntry, OutputDecl, Place, Recovered, Reroute, SUBGRAPH, Scribe, Splice, Statistics,
+    UsedGraph, diff, format_source, recover,
 };
 pub use eval::{DiskCacheOptions, EvalError, Evaluator, EvaluatorOptions, Event, Key, Live, Origin};
 pub use field::Field;
