@@ -139,7 +139,7 @@ pub struct Request {
     /// Its text and graph, with the changes of the command line.
     pub document: Document,
     /// The graph that is built: the document's, with the nodes of the files that it uses.
-    pub graph: Graph,
+    pub graph: Arc<Graph>,
     /// The world that is built.
     pub world: World,
     /// The outputs that are built, in that graph.

@@ -1,11 +1,14 @@
 //! The graph: instances of nodes and the wires between them, on petgraph.
 
-use std::collections::BTreeMap;
+use std::{
+    collections::{BTreeMap, HashMap},
+    sync::OnceLock,
+};
 
 use petgraph::{
     Direction,
     stable_graph::{NodeIndex, StableDiGraph},
-    visit::EdgeRef as _,
+    visit::{EdgeRef as _, IntoEdgeReferences as _, IntoNodeReferences as _},
 };
 
 use crate::{
@@ -37,6 +40,18 @@ impl Instance {
             node,
             params: ParamValues::defaults(&node.specs()),
             constants: vec![None; node.inputs.len()],
+        }
+    }
+
+    /// The type of an output, where `wired` gives the type of what is wired to an input.
+    fn output_type(&self, output: usize, wired: impl Fn(usize) -> Option<PortType>) -> PortType {
+        match self.node.outputs[output].ty {
+            OutputType::Fixed(ty) => ty,
+            OutputType::Chosen(choose) => choose(&self.params),
+            OutputType::SameAs(input) => {
+                let position = self.node.inputs.iter().position(|declared| declared.name == input);
+                position.and_then(wired).unwrap_or(PortType::Height)
+            }
         }
     }
 }
@@ -113,6 +128,8 @@ fn did_you_mean(suggestion: &Option<String>) -> String {
 pub struct Graph {
     inner: StableDiGraph<Instance, Wire>,
     names: BTreeMap<String, NodeIndex>,
+    /// The types of all outputs, from [`Self::find_types`] until the next change.
+    types: OnceLock<HashMap<Port, PortType>>,
 }
 
 impl Graph {
@@ -124,6 +141,7 @@ impl Graph {
         if self.names.contains_key(&instance.name) {
             return Err(GraphError::NameTaken(instance.name));
         }
+        self.types.take();
         let name = instance.name.clone();
         let index = self.inner.add_node(instance);
         self.names.insert(name, index);
@@ -132,6 +150,7 @@ impl Graph {
 
     /// Removes a node with its wires.
     pub fn remove(&mut self, index: NodeIndex) -> Option<Instance> {
+        self.types.take();
         let instance = self.inner.remove_node(index)?;
         self.names.remove(&instance.name);
         Some(instance)
@@ -168,6 +187,7 @@ impl Graph {
     /// # Panics
     /// When the index is not of this graph.
     pub fn instance_mut(&mut self, index: NodeIndex) -> &mut Instance {
+        self.types.take();
         &mut self.inner[index]
     }
 
@@ -231,12 +251,14 @@ impl Graph {
             });
         }
         self.disconnect(to, position);
+        self.types.take();
         self.inner.add_edge(from.node, to, Wire { output: from.output, input: position });
         Ok(())
     }
 
     /// Wires an output to an input that has no wire. The caller has checked that the types fit and that no circle closes.
     pub(crate) fn add_wire(&mut self, from: Port, to: NodeIndex, input: usize) {
+        self.types.take();
         self.inner.add_edge(from.node, to, Wire { output: from.output, input });
     }
 
@@ -244,6 +266,7 @@ impl Graph {
     pub fn disconnect(&mut self, to: NodeIndex, input: usize) {
         let edge = self.inner.edges_directed(to, Direction::Incoming).find(|e| e.weight().input == input);
         if let Some(edge) = edge.map(|e| e.id()) {
+            self.types.take();
             self.inner.remove_edge(edge);
         }
     }
@@ -260,6 +283,9 @@ impl Graph {
     /// The type an output has in this graph.
     #[must_use]
     pub fn output_type(&self, port: Port) -> PortType {
+        if let Some(ty) = self.types.get().and_then(|types| types.get(&port)) {
+            return *ty;
+        }
         let mut port = port;
         loop {
             let instance = &self.inner[port.node];
@@ -273,6 +299,37 @@ impl Graph {
                 None => return PortType::Height,
             }
         }
+    }
+
+    /// Finds the types of all outputs in one pass, so that [`Self::output_type`] follows no wires until the next change.
+    pub(crate) fn find_types(&self) {
+        self.types.get_or_init(|| self.output_types());
+    }
+
+    fn output_types(&self) -> HashMap<Port, PortType> {
+        let mut types = HashMap::new();
+        for node in self.topological() {
+            let instance = &self.inner[node];
+            for output in 0..instance.node.outputs.len() {
+                let wired = |input| self.source(node, input).and_then(|source| types.get(&source).copied());
+                let ty = instance.output_type(output, wired);
+                types.insert(Port { node, output }, ty);
+            }
+        }
+        types
+    }
+
+    /// Returns true if the other graph has the same nodes, with the same names, parameters and indices, and the same wires.
+    pub(crate) fn same(&self, other: &Self) -> bool {
+        let instance = |a: &Instance, b: &Instance| {
+            a.name == b.name && std::ptr::eq(a.node, b.node) && a.params == b.params && a.constants == b.constants
+        };
+        let mut nodes = self.inner.node_references().zip(other.inner.node_references());
+        let mut wires = self.inner.edge_references().zip(other.inner.edge_references());
+        self.inner.node_count() == other.inner.node_count()
+            && self.inner.edge_count() == other.inner.edge_count()
+            && nodes.all(|((a, this), (b, that))| a == b && instance(this, that))
+            && wires.all(|(a, b)| a.source() == b.source() && a.target() == b.target() && a.weight() == b.weight())
     }
 
     /// An output as `node.port`.

@@ -34,8 +34,8 @@ pub use colour::{NoColour, Srgb, Stop};
 pub use diagnostic::{Diagnostic, Severity, line_column};
 pub use document::{
     Document, Edit, EditError, Entry, Expanded, Frame, FrameEntry, History, JournalError, LoadError, LooseWire,
-    NamedInput, NamedParameter, NodeEntry, OutputDecl, Place, Recovered, Reroute, SUBGRAPH, Scribe, Splice, UsedGraph,
-    diff, format_source, recover,
+    NamedInput, NamedParameter, NodeEntry, OutputDecl, Place, Recovered, Reroute, SUBGRAPH, Scribe, Splice, Statistics,
+    UsedGraph, diff, format_source, recover,
 };
 pub use eval::{
     Delivered, Delivery, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Key, Live, Origin, Request, Store,

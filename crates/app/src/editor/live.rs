@@ -27,7 +27,7 @@ pub struct Subject {
     /// Which state of the document it is of.
     pub revision: u64,
     /// The graph, with the nodes of the files that it uses.
-    pub graph: Graph,
+    pub graph: Arc<Graph>,
     /// What its files are relative to.
     pub folder: PathBuf,
     /// The world, with the cells that are wanted.
@@ -186,7 +186,7 @@ impl Work {
                 let follows = match &mut self.live {
                     Some((live, _)) => {
                         let Subject { graph, folder, node, world, .. } = &*subject;
-                        live.follow(&self.evaluator, graph.clone(), folder.clone(), *node, *world)?
+                        live.follow(&self.evaluator, Graph::clone(graph), folder.clone(), *node, *world)?
                     }
                     None => false,
                 };
@@ -215,7 +215,7 @@ impl Work {
             (switches.begin.clone(), switches.process.clone())
         };
         let Subject { graph, folder, node, world, .. } = &**subject;
-        let live = Live::begin(&self.evaluator, graph.clone(), folder.clone(), *node, *world, &begin, &|_| {})?;
+        let live = Live::begin(&self.evaluator, Graph::clone(graph), folder.clone(), *node, *world, &begin, &|_| {})?;
         self.live = Some((live, process));
         self.show()
     }

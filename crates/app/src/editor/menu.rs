@@ -227,7 +227,7 @@ const PREVIEWS: [u32; 6] = [128, 256, 512, 1024, 2048, 4096];
 pub(super) fn status(ui: &mut Ui, session: &mut Session) {
     ui.horizontal(|ui| {
         let names = session.document().nodes().iter().map(|node| node.name.as_str());
-        let states = names.map(|name| (name, session.node(name)));
+        let states = names.map(|name| (name, session.info(name)));
         let (mut running, mut failed, mut memory) = (None, 0, 0);
         for (name, info) in states {
             memory += info.bytes as u64;

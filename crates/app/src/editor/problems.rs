@@ -26,7 +26,7 @@ impl Problems {
             .document()
             .nodes()
             .iter()
-            .filter(|node| matches!(session.node(&node.name).state, NodeState::Failed { at: None, .. }));
+            .filter(|node| matches!(session.info(&node.name).state, NodeState::Failed { at: None, .. }));
         match session.document().problems().len() + failed.count() {
             0 => "Problems".to_owned(),
             count => format!("Problems ({count})"),
@@ -126,7 +126,7 @@ fn of_file(session: &Session) -> Vec<Line> {
 fn of_nodes(session: &Session) -> Vec<Line> {
     let mut lines = Vec::new();
     for node in session.document().nodes() {
-        let info = session.node(&node.name);
+        let info = session.info(&node.name);
         let line = |severity, message: String, hint| Line {
             severity,
             place: node.kind.clone(),
@@ -134,10 +134,10 @@ fn of_nodes(session: &Session) -> Vec<Line> {
             hint,
             node: Some(node.name.clone()),
         };
-        if let NodeState::Failed { message, hint, at: None } = info.state {
-            lines.push(line(Severity::Error, message, hint));
+        if let NodeState::Failed { message, hint, at: None } = &info.state {
+            lines.push(line(Severity::Error, message.clone(), hint.clone()));
         }
-        lines.extend(info.warnings.into_iter().map(|warning| line(Severity::Warning, warning, None)));
+        lines.extend(info.warnings.iter().map(|warning| line(Severity::Warning, warning.clone(), None)));
     }
     lines
 }

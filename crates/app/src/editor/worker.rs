@@ -37,7 +37,7 @@ pub struct Order {
     /// Which state of the document it is of; told back with everything.
     pub revision: u64,
     /// The graph, with the nodes of the files that it uses.
-    pub graph: Graph,
+    pub graph: Arc<Graph>,
     /// What its files are relative to.
     pub folder: PathBuf,
     /// The document's world.

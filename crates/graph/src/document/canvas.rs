@@ -1,5 +1,9 @@
 //! What stands on the canvas alone: places of nodes, notes on them, and ways of wires. It changes nothing of what is built.
 
+use std::collections::{BTreeMap, HashMap};
+
+use petgraph::stable_graph::NodeIndex;
+
 use super::{
     check::NodeEntry,
     literal::{Literal, pair},
@@ -30,11 +34,12 @@ fn of_nodes<'i>(
     field: &str,
     does: &str,
     nodes: &[NodeEntry],
+    by_name: &HashMap<String, usize>,
     problems: &mut Problems,
 ) -> Vec<(usize, &'i str, &'i Item)> {
     let mut found = Vec::new();
     for (name, item) in problems.duplicates(group, &format!("in `{field}`")) {
-        match nodes.iter().position(|entry| entry.name == name) {
+        match by_name.get(name).copied() {
             Some(position) => found.push((position, name, item)),
             None => {
                 let message = format!("`{field}` {does} `{name}`, but there is no such node");
@@ -47,8 +52,14 @@ fn of_nodes<'i>(
 }
 
 /// Reads `layout`: places of nodes.
-pub(super) fn layout(group: &Group, source: &str, nodes: &mut [NodeEntry], problems: &mut Problems) {
-    for (position, name, item) in of_nodes(group, "layout", "places", nodes, problems) {
+pub(super) fn layout(
+    group: &Group,
+    source: &str,
+    nodes: &mut [NodeEntry],
+    by_name: &HashMap<String, usize>,
+    problems: &mut Problems,
+) {
+    for (position, name, item) in of_nodes(group, "layout", "places", nodes, by_name, problems) {
         match pair(name, Unit::One, &Literal::read(&item.value, source)) {
             Some(Ok(place)) => nodes[position].layout = Some(place),
             _ => problems.misplaced(&item.value, name, "a place such as `(240, 80)`", source),
@@ -57,8 +68,14 @@ pub(super) fn layout(group: &Group, source: &str, nodes: &mut [NodeEntry], probl
 }
 
 /// Reads `notes`: what is told of nodes.
-pub(super) fn notes(group: &Group, source: &str, nodes: &mut [NodeEntry], problems: &mut Problems) {
-    for (position, name, item) in of_nodes(group, "notes", "tells of", nodes, problems) {
+pub(super) fn notes(
+    group: &Group,
+    source: &str,
+    nodes: &mut [NodeEntry],
+    by_name: &HashMap<String, usize>,
+    problems: &mut Problems,
+) {
+    for (position, name, item) in of_nodes(group, "notes", "tells of", nodes, by_name, problems) {
         match Literal::read(&item.value, source) {
             Literal::Text(note) => nodes[position].note = note,
             _ => problems.misplaced(&item.value, name, "a text in quotes", source),
@@ -71,16 +88,15 @@ pub(super) fn reroutes(
     group: &Group,
     source: &str,
     graph: &Graph,
-    nodes: &[NodeEntry],
+    entries: &BTreeMap<String, Option<NodeIndex>>,
     problems: &mut Problems,
 ) -> Vec<Reroute> {
     let mut found = Vec::new();
     for (name, item) in problems.duplicates(group, "in `reroutes`") {
         let (node, input) = name.split_once('.').unwrap_or((name, ""));
-        let entry = nodes.iter().find(|entry| entry.name == node);
-        let missing = match entry.map(|entry| entry.index) {
+        let missing = match entries.get(node) {
             None => Some(format!("there is no node `{node}`")),
-            Some(Some(index)) if graph.instance(index).node.input(input).is_none() => {
+            Some(Some(index)) if graph.instance(*index).node.input(input).is_none() => {
                 Some(format!("`{node}` has no input `{input}`"))
             }
             Some(_) => None,

@@ -1,7 +1,7 @@
 //! From a syntax tree to a graph: every problem of the file, and what is sound.
 
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::{BTreeMap, BTreeSet, HashMap},
     ops::Range,
     sync::Arc,
 };
@@ -72,9 +72,11 @@ pub struct OutputDecl {
 /// What a file says.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Checked {
-    pub(super) graph: Graph,
+    pub(super) graph: Arc<Graph>,
     pub(super) world: World,
     pub(super) nodes: Vec<NodeEntry>,
+    /// Positions in `nodes`.
+    pub(super) by_name: HashMap<String, usize>,
     pub(super) outputs: Vec<OutputDecl>,
     pub(super) parameters: Vec<NamedParameter>,
     pub(super) inputs: Vec<NamedInput>,
@@ -184,7 +186,9 @@ impl Checker<'_> {
             self.out.nodes.iter().map(|entry| (entry.name.clone(), entry.index)).collect();
         let wired: BTreeSet<(NodeIndex, usize)> = pending.iter().map(|wire| (wire.node, wire.input)).collect();
         self.out.loose = wires::loose(&self.out.graph, &pending, &entries);
-        let types = wires::connect(&mut self.out.graph, pending, &entries, &self.bad, &mut self.problems);
+        let types =
+            wires::connect(Arc::make_mut(&mut self.out.graph), pending, &entries, &self.bad, &mut self.problems);
+        self.out.graph.find_types();
         let named = self.exposed(root, &entries, &types);
         self.unwired(&wired, &named);
         self.outputs(root, &entries, &types);
@@ -200,18 +204,17 @@ impl Checker<'_> {
         if let Some(item) = root.get("layout")
             && let Some(group) = self.map(&item.value, "layout", "`{ \"node\": (0, 0), … }`")
         {
-            canvas::layout(group, self.source, &mut self.out.nodes, &mut self.problems);
+            canvas::layout(group, self.source, &mut self.out.nodes, &self.out.by_name, &mut self.problems);
         }
         if let Some(item) = root.get("notes")
             && let Some(group) = self.map(&item.value, "notes", "`{ \"node\": \"…\", … }`")
         {
-            canvas::notes(group, self.source, &mut self.out.nodes, &mut self.problems);
+            canvas::notes(group, self.source, &mut self.out.nodes, &self.out.by_name, &mut self.problems);
         }
         if let Some(item) = root.get("reroutes")
             && let Some(group) = self.map(&item.value, "reroutes", "`{ \"node.input\": [(120, 40), …], … }`")
         {
-            let (graph, nodes) = (&self.out.graph, &self.out.nodes);
-            self.out.reroutes = canvas::reroutes(group, self.source, graph, nodes, &mut self.problems);
+            self.out.reroutes = canvas::reroutes(group, self.source, &self.out.graph, &entries, &mut self.problems);
         }
         if let Some(item) = root.get("frames")
             && let Some(group) = self.map(&item.value, "frames", "`{ \"name\": (at: (0, 0), size: (400, 300)), … }`")
@@ -260,6 +263,7 @@ impl Checker<'_> {
                 };
                 self.out.size += usize::from(entry.index.is_some());
             }
+            self.out.by_name.insert(entry.name.clone(), self.out.nodes.len());
             self.out.nodes.push(entry);
         }
         pending
@@ -444,7 +448,7 @@ impl Checker<'_> {
             }
         }
         // The name is new: an entry of a name that is taken was left out before.
-        let index = self.out.graph.add(instance).ok()?;
+        let index = Arc::make_mut(&mut self.out.graph).add(instance).ok()?;
         if !sound {
             self.bad.insert(index);
         }

@@ -242,6 +242,15 @@ impl Edit {
         }
     }
 
+    /// The places that edits begin with, which are written together.
+    fn places(edits: &[Self]) -> Vec<(&str, [f64; 2])> {
+        let place = |edit| match edit {
+            &Self::SetLayout { ref node, at: Some(at) } => Some((node.as_str(), at)),
+            _ => None,
+        };
+        edits.iter().map_while(place).collect()
+    }
+
     /// Changes the draft. What it makes of the file is checked afterwards.
     pub(super) fn carry_out(&self, draft: &mut Draft, registry: &Registry, home: &Home) -> Result<(), EditError> {
         let mut editor = Editor::new(draft, registry, home);
@@ -283,7 +292,19 @@ impl Edit {
             Self::SetMuted { node, muted } => editor.set_muted(node, *muted),
             Self::SetFrame { name, frame } => editor.set_frame(name, frame.as_ref()),
             Self::RenameFrame { from, to } => editor.rename_frame(from, to),
-            Self::All(edits) => edits.iter().try_for_each(|edit| edit.carry_out(draft, registry, home)),
+            Self::All(edits) => {
+                let mut rest = edits.as_slice();
+                while let Some(edit) = rest.first() {
+                    let places = Self::places(rest);
+                    if places.len() > 1 {
+                        Editor::new(draft, registry, home).set_places(&places)?;
+                    } else {
+                        edit.carry_out(draft, registry, home)?;
+                    }
+                    rest = &rest[places.len().max(1)..];
+                }
+                Ok(())
+            }
         }
     }
 }

@@ -7,6 +7,7 @@
 use std::{
     collections::{BTreeMap, HashMap},
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use petgraph::stable_graph::NodeIndex;
@@ -16,25 +17,35 @@ use crate::{
     graph::{Graph, Port},
     job::mix,
     param::ParamValue,
+    value::PortType,
 };
 
 /// A document's graph with the nodes of the files that it uses.
 #[derive(Clone, Debug, Default)]
 pub struct Expanded {
-    /// The graph; it has no `Subgraph`.
-    pub graph: Graph,
+    /// The graph; it has no `Subgraph`. As long as edits change nothing that is built, it is the same one.
+    pub graph: Arc<Graph>,
     /// The document's outputs, in this graph.
     pub outputs: Vec<OutputDecl>,
-    /// Outputs of the document's graph in this one.
-    ports: HashMap<Port, Port>,
+    /// Outputs of the document's graph in this one; `None` where they are the same.
+    ports: Option<Arc<HashMap<Port, Port>>>,
 }
 
 impl Expanded {
     /// Where an output of the document's graph is in this one.
     #[must_use]
     pub fn port(&self, port: Port) -> Option<Port> {
-        self.ports.get(&port).copied()
+        self.ports.as_ref().map_or(Some(port), |ports| ports.get(&port).copied())
     }
+}
+
+/// The expanded graph as it is kept.
+#[derive(Debug)]
+pub(super) struct Placed {
+    graph: Arc<Graph>,
+    ports: Option<Arc<HashMap<Port, Port>>>,
+    /// The document's outputs in file order; `None` for one that nothing gives.
+    outputs: Vec<Option<(Port, PortType)>>,
 }
 
 /// What a use of a file says.
@@ -56,22 +67,38 @@ impl Document {
     /// The graph to build. Of a document with errors it is that of what is sound.
     #[must_use]
     pub fn expand(&self) -> Expanded {
+        let Placed { graph, ports, outputs } = self.read.build.placed.get_or_init(|| self.placed());
+        let outputs = self.outputs().iter().zip(outputs).filter_map(|(output, placed)| {
+            let (port, ty) = (*placed)?;
+            Some(OutputDecl { port, ty, ..output.clone() })
+        });
+        Expanded { graph: Arc::clone(graph), outputs: outputs.collect(), ports: ports.clone() }
+    }
+
+    fn placed(&self) -> Placed {
+        let checked = &self.read.checked;
+        if checked.subgraphs.is_empty() && checked.muted.is_empty() {
+            let outputs =
+                self.outputs().iter().map(|output| Some((output.port, checked.graph.output_type(output.port))));
+            return Placed { graph: Arc::clone(&checked.graph), ports: None, outputs: outputs.collect() };
+        }
         let mut graph = Graph::default();
-        let ports = place(self, &Use::default(), &mut graph, &mut HashMap::new());
-        let outputs = self.outputs().iter().filter_map(|output| {
+        let mut known = (!checked.subgraphs.is_empty()).then(Known::new);
+        let ports = place(self, &Use::default(), &mut graph, &mut known);
+        let outputs = self.outputs().iter().map(|output| {
             let port = *ports.get(&output.port)?;
-            Some(OutputDecl { port, ty: graph.output_type(port), ..output.clone() })
+            Some((port, graph.output_type(port)))
         });
         let outputs = outputs.collect();
-        Expanded { graph, outputs, ports }
+        Placed { graph: Arc::new(graph), ports: Some(Arc::new(ports)), outputs }
     }
 }
 
 /// Nodes of files by what they compute.
 type Known = HashMap<String, NodeIndex>;
 
-/// Adds the nodes of a document to a graph; gives where its outputs are.
-fn place(document: &Document, given: &Use, to: &mut Graph, known: &mut Known) -> HashMap<Port, Port> {
+/// Adds the nodes of a document to a graph; gives where its outputs are. Without `known` no equal nodes are looked for.
+fn place(document: &Document, given: &Use, to: &mut Graph, known: &mut Option<Known>) -> HashMap<Port, Port> {
     let graph = document.graph();
     let mut ports = HashMap::new();
     for index in graph.topological() {
@@ -143,8 +170,10 @@ fn place(document: &Document, given: &Use, to: &mut Graph, known: &mut Known) ->
             }
             continue;
         }
-        let what = format!("{} {:?} {:?} {wires:?}", node.id, instance.params, instance.constants);
-        let equal = known.get(&what).copied().filter(|_| !given.prefix.is_empty());
+        let what =
+            known.as_ref().map(|_| format!("{} {:?} {:?} {wires:?}", node.id, instance.params, instance.constants));
+        let equal = known.as_ref().zip(what.as_ref()).and_then(|(known, what)| known.get(what).copied());
+        let equal = equal.filter(|_| !given.prefix.is_empty());
         let new = match equal {
             Some(equal) => equal,
             None => {
@@ -153,7 +182,9 @@ fn place(document: &Document, given: &Use, to: &mut Graph, known: &mut Known) ->
                 for (position, port) in wires {
                     to.add_wire(port, new, position);
                 }
-                known.insert(what, new);
+                if let (Some(known), Some(what)) = (known.as_mut(), what) {
+                    known.insert(what, new);
+                }
                 new
             }
         };

@@ -73,7 +73,7 @@ impl Document {
             builder.permissions(std::fs::Permissions::from_mode(0o666));
         }
         let mut file = builder.tempfile_in(folder)?;
-        file.write_all(self.source.as_bytes())?;
+        file.write_all(self.source().as_bytes())?;
         if let Ok(earlier) = std::fs::metadata(&target) {
             file.as_file().set_permissions(earlier.permissions())?;
         }

@@ -1,18 +1,20 @@
 //! Applying edits, and taking them back.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::{
+    collections::{BTreeMap, VecDeque},
+    sync::Arc,
+};
 
 use serde::{Deserialize, Serialize};
 
 use super::{
     Document,
-    check::{Checked, check},
     edit::{Edit, EditError},
     editor::Editor,
     lex::quote,
+    read::{Parsed, Read},
     splice::{Draft, Splice, redo, undo},
     subgraph::{FILE, Loader},
-    syntax,
 };
 use crate::{
     diagnostic::{Diagnostic, Severity},
@@ -122,24 +124,12 @@ impl Document {
     /// # Errors
     /// [`EditError`] when the file would be wrong, with the reason; the document is unchanged then.
     pub fn apply(&mut self, edit: &Edit) -> Result<(), EditError> {
-        if let Some(problem) = self.problems().iter().find(|problem| problem.code == "syntax") {
-            return Err(EditError::Notation(problem.message.clone()));
+        let from = Arc::clone(&self.read);
+        if let Some((read, step)) = self.edited(&from, edit)? {
+            self.read = read;
+            self.before = Some(from);
+            self.history.made(step);
         }
-        let mut draft = Draft::new(&self.source);
-        edit.carry_out(&mut draft, &self.registry, &self.home)?;
-        if draft.source == self.source {
-            return Ok(());
-        }
-        let checked = self.check(&draft.source);
-        // What has changed in other files since is not the edit's fault.
-        let now = if self.uses().is_empty() { None } else { Some(self.check(&self.source)) };
-        let before = now.as_ref().map_or(self.problems(), |now| &now.problems);
-        if let Some(problem) = added(before, &checked.problems, edit.renames()) {
-            return Err(EditError::Refused { message: problem.message.clone(), hint: problem.hint.clone() });
-        }
-        self.source = draft.source;
-        self.checked = checked;
-        self.history.made(draft.splices);
         Ok(())
     }
 
@@ -148,16 +138,58 @@ impl Document {
     /// # Errors
     /// As [`Self::apply`], which this is when there is no last edit; the document is unchanged then.
     pub fn amend(&mut self, edit: &Edit) -> Result<(), EditError> {
-        let Some(last) = self.last_edit() else { return self.apply(edit) };
-        self.history.take_last(&mut self.source);
-        self.read_again();
-        let made = self.apply(edit);
-        if made.is_err() {
-            redo(&mut self.source, &last);
-            self.history.push(last);
-            self.read_again();
+        let Some(from) = self.before_last() else { return self.apply(edit) };
+        let made = self.edited(&from, edit)?;
+        self.history.pop();
+        match made {
+            Some((read, step)) => {
+                self.read = read;
+                self.before = Some(from);
+                self.history.made(step);
+            }
+            None => {
+                self.read = from;
+                self.before = None;
+            }
         }
-        made
+        Ok(())
+    }
+
+    /// The text before the last edit; `None` when there is no edit.
+    fn before_last(&mut self) -> Option<Arc<Read>> {
+        let last = self.history.last()?;
+        if self.before.is_none() {
+            let mut source = self.source().to_owned();
+            // A step always fits the text that it led to.
+            undo(&mut source, last);
+            self.before = Some(Arc::new(self.read_text(source)));
+        }
+        self.before.clone()
+    }
+
+    /// What an edit makes of a text, with the bytes that it replaces; `None` where it changes nothing.
+    fn edited(&mut self, from: &Read, edit: &Edit) -> Result<Option<Made>, EditError> {
+        if let Some(problem) = from.checked.problems.iter().find(|problem| problem.code == "syntax") {
+            return Err(EditError::Notation(problem.message.clone()));
+        }
+        let mut draft = Draft::of(&from.source, Some(&from.parsed));
+        let carried_out = edit.carry_out(&mut draft, &self.registry, &self.home);
+        let unchanged = carried_out.is_err() || draft.source == from.source;
+        let parsed = if unchanged { Arc::clone(&from.parsed) } else { Arc::clone(draft.parsed()) };
+        self.parsed += draft.parses();
+        carried_out?;
+        if unchanged {
+            return Ok(None);
+        }
+        let read = self.check(draft.source, parsed, Some(&self.read));
+        // What has changed in other files since is not the edit's fault. An edit of this text alone leaves them as they were.
+        let now = (!from.checked.uses.is_empty() && !from.reads_as(&read))
+            .then(|| self.check(from.source.clone(), Arc::clone(&from.parsed), None));
+        let before = now.as_ref().unwrap_or(from);
+        if let Some(problem) = added(&before.checked.problems, &read.checked.problems, edit.renames()) {
+            return Err(EditError::Refused { message: problem.message.clone(), hint: problem.hint.clone() });
+        }
+        Ok(Some((Arc::new(read), draft.splices)))
     }
 
     /// How many edits can be taken back.
@@ -182,7 +214,7 @@ impl Document {
     /// # Errors
     /// [`EditError`] when the document has mistakes of notation.
     pub fn with_file_names(&self, rename: &dyn Fn(&str, &str, &str) -> Option<String>) -> Result<String, EditError> {
-        let mut draft = Draft::new(&self.source);
+        let mut draft = Draft::of(self.source(), Some(&self.read.parsed));
         let mut renames = Vec::new();
         for index in self.graph().indices() {
             let instance = self.graph().instance(index);
@@ -206,27 +238,28 @@ impl Document {
     /// Puts another text in place of this one, such as what another program made of the file, as one step for
     /// [`Self::undo`]. Nothing is refused: the text may have problems. Says whether it differs.
     pub fn replace(&mut self, source: &str) -> bool {
-        let Some(splice) = Splice::between(&self.source, source) else { return false };
-        source.clone_into(&mut self.source);
+        let Some(splice) = Splice::between(self.source(), source) else { return false };
         self.history.made(vec![splice]);
-        self.read_again();
+        self.take(source.to_owned());
         true
     }
 
     /// Takes the last edit back; says whether there was one.
     pub fn undo(&mut self) -> bool {
-        let undone = self.history.undo(&mut self.source);
+        let mut source = self.source().to_owned();
+        let undone = self.history.undo(&mut source);
         if undone {
-            self.read_again();
+            self.take(source);
         }
         undone
     }
 
     /// Makes the edit again that was taken back last; says whether there was one.
     pub fn redo(&mut self) -> bool {
-        let redone = self.history.redo(&mut self.source);
+        let mut source = self.source().to_owned();
+        let redone = self.history.redo(&mut source);
         if redone {
-            self.read_again();
+            self.take(source);
         }
         redone
     }
@@ -243,15 +276,32 @@ impl Document {
         !self.history.undone.is_empty()
     }
 
+    /// Reads the text again because of what it depends on: its place, or the files that it names.
     pub(super) fn read_again(&mut self) {
-        self.checked = self.check(&self.source);
+        let parsed = Arc::clone(&self.read.parsed);
+        self.read = Arc::new(self.check(self.source().to_owned(), parsed, None));
+        self.before = None;
     }
 
-    fn check(&self, source: &str) -> Checked {
-        let (tree, notation) = syntax::parse(source);
-        check(source, &tree, &self.registry, &self.home, notation, &mut Loader::new(&self.home))
+    /// Puts another text in place of this one.
+    fn take(&mut self, source: String) {
+        self.read = Arc::new(self.read_text(source));
+        self.before = None;
+    }
+
+    fn read_text(&mut self, source: String) -> Read {
+        self.parsed += 1;
+        let parsed = Arc::new(Parsed::of(&source));
+        self.check(source, parsed, Some(&self.read))
+    }
+
+    fn check(&self, source: String, parsed: Arc<Parsed>, like: Option<&Read>) -> Read {
+        Read::new(source, parsed, &self.registry, &self.home, &mut Loader::new(&self.home), like)
     }
 }
+
+/// A text that an edit has made, with the bytes that it replaced.
+type Made = (Arc<Read>, Vec<Splice>);
 
 /// What a node may lack while a graph is being made: a wire, or the file that it stands for.
 const UNFINISHED: [&str; 2] = ["unwired", "no-file"];

@@ -89,8 +89,8 @@ impl Document {
             format: FORMAT,
             path: self.path().map(Path::to_owned),
             folder: self.path().is_none().then(|| std::path::absolute(self.folder().join(".")).ok()).flatten(),
-            file: OnDisk::new(&self.source, saved),
-            text: self.source.clone(),
+            file: OnDisk::new(self.source(), saved),
+            text: self.source().to_owned(),
             history: self.history.clone(),
         })
     }
@@ -98,7 +98,7 @@ impl Document {
     /// The entry of what the document's file is known to say.
     #[must_use]
     pub fn file_entry(&self, saved: Option<&str>) -> Entry {
-        Entry::File(OnDisk::new(&self.source, saved))
+        Entry::File(OnDisk::new(self.source(), saved))
     }
 
     /// What the last edit replaced, if there is one.
@@ -199,7 +199,7 @@ impl Recovered {
     /// The document, with its history, as the text of a file; or, in no file, where it was.
     #[must_use]
     pub fn document(&self, path: Option<&Path>, registry: &Registry) -> Document {
-        let nowhere = || Home { folder: self.folder.clone().unwrap_or_default(), path: None };
+        let nowhere = || Home { folder: self.folder.clone().unwrap_or_default(), ..Home::default() };
         let home = path.map_or_else(nowhere, Home::of_file);
         let mut document = Document::with_home(self.text.clone(), registry, home);
         document.history = self.history.clone();

@@ -29,6 +29,7 @@ mod merge;
 mod moved;
 mod muted;
 mod problems;
+mod read;
 mod splice;
 mod subgraph;
 mod syntax;
@@ -46,6 +47,7 @@ pub use format::format_source;
 pub use frames::{Frame, FrameEntry};
 pub use history::History;
 pub use journal::{Entry, JournalError, Recovered, Scribe, recover};
+pub use read::Statistics;
 pub use splice::Splice;
 pub use subgraph::{SUBGRAPH, UsedGraph};
 pub use wires::LooseWire;
@@ -66,7 +68,7 @@ use crate::{
     registry::Registry,
     world::World,
 };
-use check::Checked;
+use read::Read;
 use subgraph::{Home, Loader};
 
 /// A graph as a file: its text, what is wrong with it, and the graph of what is sound.
@@ -91,10 +93,13 @@ use subgraph::{Home, Loader};
 #[derive(Clone, Debug)]
 pub struct Document {
     registry: Registry,
-    source: String,
     home: Home,
-    checked: Checked,
+    read: Arc<Read>,
+    /// The text before the last edit, while it is known, for an edit that replaces the last one.
+    before: Option<Arc<Read>>,
     history: History,
+    /// How often its own text was parsed.
+    parsed: u64,
 }
 
 impl Document {
@@ -132,7 +137,7 @@ impl Document {
     /// All problems of the file, sorted by place.
     #[must_use]
     pub fn problems(&self) -> &[Diagnostic] {
-        &self.checked.problems
+        &self.read.checked.problems
     }
 
     /// Whether a problem is an error, so that the file should not be built.
@@ -143,62 +148,62 @@ impl Document {
 
     /// The graph of what is sound; nodes in file order.
     #[must_use]
-    pub const fn graph(&self) -> &Graph {
-        &self.checked.graph
+    pub fn graph(&self) -> &Graph {
+        &self.read.checked.graph
     }
 
     /// The world, with defaults for what the file leaves out or has wrong.
     #[must_use]
-    pub const fn world(&self) -> World {
-        self.checked.world
+    pub fn world(&self) -> World {
+        self.read.checked.world
     }
 
     /// The outputs whose wires exist, in file order.
     #[must_use]
     pub fn outputs(&self) -> &[OutputDecl] {
-        &self.checked.outputs
+        &self.read.checked.outputs
     }
 
     /// What the file lets its users set, in file order.
     #[must_use]
     pub fn parameters(&self) -> &[NamedParameter] {
-        &self.checked.parameters
+        &self.read.checked.parameters
     }
 
     /// What the file lets its users wire, in file order.
     #[must_use]
     pub fn inputs(&self) -> &[NamedInput] {
-        &self.checked.inputs
+        &self.read.checked.inputs
     }
 
     /// The frames of the canvas, in file order.
     #[must_use]
     pub fn frames(&self) -> &[FrameEntry] {
-        &self.checked.frames
+        &self.read.checked.frames
     }
 
     /// The ways of wires on the canvas that are not straight, in file order.
     #[must_use]
     pub fn reroutes(&self) -> &[Reroute] {
-        &self.checked.reroutes
+        &self.read.checked.reroutes
     }
 
     /// The wires that begin at nodes which are not in it, as those of a part of a file do.
     #[must_use]
     pub fn loose_wires(&self) -> &[LooseWire] {
-        &self.checked.loose
+        &self.read.checked.loose
     }
 
     /// The graph files that it names, in file order, those that cannot be used among them.
     #[must_use]
     pub fn uses(&self) -> &[UsedGraph] {
-        &self.checked.uses
+        &self.read.checked.uses
     }
 
     /// The document that a `Subgraph` of the graph stands for.
     #[must_use]
     pub fn subgraph(&self, node: NodeIndex) -> Option<&Arc<Self>> {
-        self.checked.subgraphs.get(&node)
+        self.read.checked.subgraphs.get(&node)
     }
 
     /// Its file; `None` for a text that is in none.
@@ -245,11 +250,11 @@ impl Document {
     /// What the file says of itself: the comments before its opening bracket, without their marks.
     #[must_use]
     pub fn about(&self) -> String {
-        let (tree, _) = syntax::parse(&self.source);
-        let start = tree.root.as_ref().map_or(self.source.len(), |root| root.span.start);
+        let tree = &self.read.parsed.tree;
+        let start = tree.root.as_ref().map_or(self.read.source.len(), |root| root.span.start);
         let before = tree.comments.iter().take_while(|comment| comment.span.start < start);
         let lines = before.flat_map(|comment| {
-            let text = &self.source[comment.span.clone()];
+            let text = &self.read.source[comment.span.clone()];
             let text = text.strip_prefix("//").or_else(|| text.strip_prefix("/*")?.strip_suffix("*/")).unwrap_or(text);
             text.lines().map(str::trim)
         });
@@ -259,13 +264,32 @@ impl Document {
     /// All nodes, placeholders for unknown ones among them, in file order.
     #[must_use]
     pub fn nodes(&self) -> &[NodeEntry] {
-        &self.checked.nodes
+        &self.read.checked.nodes
+    }
+
+    /// The node of that name, a placeholder among them.
+    #[must_use]
+    pub fn node(&self, name: &str) -> Option<&NodeEntry> {
+        self.read.checked.by_name.get(name).map(|position| &self.nodes()[*position])
     }
 
     /// The text of the file.
     #[must_use]
     pub fn source(&self) -> &str {
-        &self.source
+        &self.read.source
+    }
+
+    /// How often the work of reading was done since the document was opened.
+    #[must_use]
+    pub fn statistics(&self) -> Statistics {
+        Statistics { texts_parsed: self.parsed, files_parsed: self.home.kept.parsed() }
+    }
+
+    /// A number that changes with every change of what is built: nodes, wires, world, outputs and files, not places on the
+    /// canvas, notes or comments. No two documents with different graphs have the same one.
+    #[must_use]
+    pub fn build(&self) -> u64 {
+        self.read.build.id
     }
 
     /// The kinds of nodes it was read with.

@@ -12,7 +12,7 @@ impl Document {
 
     /// The same work in no file, with its history. The files that it names, as they stand, are looked for in another folder.
     pub fn set_folder(&mut self, folder: impl Into<PathBuf>) {
-        self.home = Home { folder: folder.into(), path: None };
+        self.home = Home { folder: folder.into(), ..Home::default() };
         self.read_again();
     }
 

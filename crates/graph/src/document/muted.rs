@@ -4,7 +4,7 @@
 //! give nothing, so that what reads them is as if unwired.
 
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::{BTreeMap, BTreeSet, HashMap},
     ops::Range,
 };
 
@@ -37,14 +37,33 @@ pub(super) fn passed_input(graph: &Graph, node: NodeIndex, wired: impl Fn(usize)
     (0..declared.inputs.len()).find(fits)
 }
 
-/// What stands for an output, behind muted nodes; `None` where one of them passes nothing on.
-fn behind(graph: &Graph, muted: &Muted, port: Port) -> Option<Port> {
-    if !muted.contains_key(&port.node) {
-        return Some(port);
+/// What stands for outputs, behind muted nodes.
+#[derive(Default)]
+struct Behind {
+    /// By muted node: the input whose wire it passes on, and the output at the other end, which is of no muted node.
+    passed: HashMap<NodeIndex, (usize, Port)>,
+}
+
+impl Behind {
+    /// Sources come before what they feed, so that one pass finds all.
+    fn new(graph: &Graph, muted: &Muted) -> Self {
+        let mut behind = Self::default();
+        for node in graph.topological().into_iter().filter(|node| muted.contains_key(node)) {
+            let source = |position| behind.port(muted, graph.source(node, position)?);
+            let passed = passed_input(graph, node, |position| Some(graph.output_type(source(position)?)));
+            let passed = passed.and_then(|position| Some((position, source(position)?)));
+            behind.passed.extend(passed.map(|passed| (node, passed)));
+        }
+        behind
     }
-    let source = |position| behind(graph, muted, graph.source(port.node, position)?);
-    let passed = passed_input(graph, port.node, |position| Some(graph.output_type(source(position)?)))?;
-    source(passed).filter(|_| port.output == 0)
+
+    /// What stands for an output; `None` where a muted node passes nothing on.
+    fn port(&self, muted: &Muted, port: Port) -> Option<Port> {
+        if !muted.contains_key(&port.node) {
+            return Some(port);
+        }
+        self.passed.get(&port.node).filter(|_| port.output == 0).map(|(_, source)| *source)
+    }
 }
 
 /// Reads `muted`: a list of names.
@@ -97,7 +116,11 @@ pub(super) fn check(
         let node = graph.instance(index).node;
         (0..node.inputs.len()).filter(move |at| node.inputs[*at].fallback == Fallback::Required)
     };
-    let silent = |port: Port| muted.contains_key(&port.node) && behind(graph, muted, port).is_none();
+    if muted.is_empty() {
+        return;
+    }
+    let behind = Behind::new(graph, muted);
+    let silent = |port: Port| behind.port(muted, port).is_none();
     let mut told = BTreeSet::new();
     let mut tell = |port: Port, reader: String| {
         // Behind a node that lacks a wire nothing else is wrong.
@@ -131,14 +154,16 @@ impl Document {
     /// Whether a node is muted: built as if it were not there.
     #[must_use]
     pub fn is_muted(&self, node: NodeIndex) -> bool {
-        self.checked.muted.contains_key(&node)
+        self.read.checked.muted.contains_key(&node)
     }
 
     /// Of a muted node, the position of the input whose wire it passes on as its first output.
     #[must_use]
     pub fn passed_input(&self, node: NodeIndex) -> Option<usize> {
-        let (graph, muted) = (self.graph(), &self.checked.muted);
-        let behind = |position| behind(graph, muted, graph.source(node, position)?);
-        passed_input(graph, node, |position| Some(graph.output_type(behind(position)?))).filter(|_| self.is_muted(node))
+        let (graph, muted) = (self.graph(), &self.read.checked.muted);
+        if !self.is_muted(node) {
+            return None;
+        }
+        Behind::new(graph, muted).passed.get(&node).map(|(position, _)| *position)
     }
 }

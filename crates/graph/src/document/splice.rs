@@ -1,12 +1,17 @@
 //! Changes of a text at a syntax tree's offsets: what is not touched stays as it is, to the byte.
 
-use std::ops::Range;
+use std::{
+    cell::{Cell, OnceCell},
+    ops::Range,
+    sync::Arc,
+};
 
 use serde::{Deserialize, Serialize};
 
 use super::{
     lex::{Bracket, Comment},
-    syntax::{Group, Tree, parse},
+    read::Parsed,
+    syntax::Group,
 };
 
 /// Bytes of a text that were replaced by others.
@@ -80,33 +85,56 @@ pub(super) fn undo(text: &mut String, splices: &[Splice]) -> bool {
 /// A text replacement: which bytes, and what stands there instead.
 pub(super) type Change = (Range<usize>, String);
 
-/// A text with its tree, being edited; the tree is without mistakes of notation.
+/// A text being edited. Its tree, which is without mistakes of notation, is made when it is asked for.
 pub(super) struct Draft {
     pub(super) source: String,
-    pub(super) tree: Tree,
     pub(super) splices: Vec<Splice>,
+    parsed: OnceCell<Arc<Parsed>>,
+    parses: Cell<u64>,
 }
 
 impl Draft {
     pub(super) fn new(source: &str) -> Self {
-        Self { source: source.to_owned(), tree: parse(source).0, splices: Vec::new() }
+        Self::of(source, None)
     }
 
-    /// Makes changes that do not overlap, and reads the text again.
+    /// A draft of a text whose tree is known.
+    pub(super) fn of(source: &str, parsed: Option<&Arc<Parsed>>) -> Self {
+        let known = parsed.map_or_else(OnceCell::new, |parsed| OnceCell::from(Arc::clone(parsed)));
+        Self { source: source.to_owned(), splices: Vec::new(), parsed: known, parses: Cell::new(0) }
+    }
+
+    /// The text as it is now, parsed.
+    pub(super) fn parsed(&self) -> &Arc<Parsed> {
+        self.parsed.get_or_init(|| {
+            self.parses.set(self.parses.get() + 1);
+            Arc::new(Parsed::of(&self.source))
+        })
+    }
+
+    /// How often the text was parsed.
+    pub(super) const fn parses(&self) -> u64 {
+        self.parses.get()
+    }
+
+    /// Makes changes that do not overlap.
     pub(super) fn change(&mut self, mut changes: Vec<Change>) {
         changes.retain(|(range, text)| self.source[range.clone()] != **text);
+        if changes.is_empty() {
+            return;
+        }
         changes.sort_by_key(|(range, _)| std::cmp::Reverse((range.start, range.end)));
         for (range, inserted) in changes {
             let splice = Splice { at: range.start, removed: self.source[range].to_owned(), inserted };
             splice.forth(&mut self.source);
             self.splices.push(splice);
         }
-        self.tree = parse(&self.source).0;
+        self.parsed = OnceCell::new();
     }
 
     /// The outermost brackets.
     pub(super) fn root(&self) -> Option<&Group> {
-        self.tree.root.as_ref()?.as_group()
+        self.parsed().tree.root.as_ref()?.as_group()
     }
 
     /// The brackets of a field of the file, such as `nodes`.
@@ -116,45 +144,54 @@ impl Draft {
 
     /// The changes that add an item to the end of brackets; `own_line` says how it goes into empty ones.
     pub(super) fn insertion(&self, group: &Group, text: &str, own_line: bool) -> Vec<Change> {
+        self.insertions(group, &[text.to_owned()], own_line)
+    }
+
+    /// The changes that add items to the end of brackets, as one after the other would be; `own_line` says how they go into
+    /// empty ones.
+    pub(super) fn insertions(&self, group: &Group, texts: &[String], own_line: bool) -> Vec<Change> {
         let source = self.source.as_str();
         let newline = if source.contains("\r\n") { "\r\n" } else { "\n" };
         let Some(close) = group.close else { return Vec::new() };
         let closing_indent = indent(source, close);
+        let lines = |indent: &str| texts.iter().map(|text| format!("{indent}{text},{newline}")).collect::<String>();
+        let row = || texts.join(", ");
         let Some(last) = group.items.last() else {
             let start = group.open + 1 + source[group.open + 1..close].trim_end().len();
             let inner = &source[group.open + 1..close];
+            let inner_indent = format!("{closing_indent}    ");
             if first_on_line(source, close) && inner.contains('\n') {
                 let line = line_start(source, close);
-                return vec![(line..line, format!("{closing_indent}    {text},{newline}"))];
+                return vec![(line..line, lines(&inner_indent))];
             }
             let new = if own_line {
-                format!("{newline}{closing_indent}    {text},{newline}{closing_indent}")
+                format!("{newline}{}{closing_indent}", lines(&inner_indent))
             } else if group.bracket == Bracket::Curly {
-                format!(" {text} ")
+                format!(" {} ", row())
             } else if inner.trim().is_empty() {
-                text.to_owned()
+                row()
             } else {
-                format!(" {text}")
+                format!(" {}", row())
             };
             return vec![(start..close, new)];
         };
         let end = last.span().end;
         let after = last.comma.map_or(end, |comma| comma + 1);
-        match line_end(source, &self.tree.comments, after).filter(|at| *at < close) {
+        match line_end(source, &self.parsed().tree.comments, after).filter(|at| *at < close) {
             Some(line_feed) => {
                 let indent = if first_on_line(source, last.span().start) {
                     indent(source, last.span().start).to_owned()
                 } else {
                     format!("{closing_indent}    ")
                 };
-                let mut changes = vec![(line_feed + 1..line_feed + 1, format!("{indent}{text},{newline}"))];
+                let mut changes = vec![(line_feed + 1..line_feed + 1, lines(&indent))];
                 if last.comma.is_none() {
                     changes.push((end..end, ",".to_owned()));
                 }
                 changes
             }
-            None if last.comma.is_some() => vec![(after..after, format!(" {text},"))],
-            None => vec![(end..end, format!(", {text}"))],
+            None if last.comma.is_some() => vec![(after..after, format!(" {},", row()))],
+            None => vec![(end..end, format!(", {}", row()))],
         }
     }
 

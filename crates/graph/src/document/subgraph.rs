@@ -8,11 +8,18 @@
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
-use super::{Document, LoadError, args, check::check, file::read, literal::Literal, syntax, syntax::Group};
+use super::{
+    Document, LoadError, args,
+    file::read,
+    literal::Literal,
+    read::{Parsed, Read},
+    syntax::Group,
+};
 use crate::{
+    diagnostic::Diagnostic,
     graph::Port,
     job::NodeError,
     node::{Input, Node, Output, OutputType},
@@ -94,11 +101,17 @@ pub(super) struct Home {
     pub(super) folder: PathBuf,
     /// The file; `None` for a text that is in none.
     pub(super) path: Option<PathBuf>,
+    /// What the files that it uses said last.
+    pub(super) kept: Kept,
 }
 
 impl Home {
     pub(super) fn of_file(path: &Path) -> Self {
-        Self { folder: path.parent().map(Path::to_owned).unwrap_or_default(), path: Some(path.to_owned()) }
+        Self {
+            folder: path.parent().map(Path::to_owned).unwrap_or_default(),
+            path: Some(path.to_owned()),
+            ..Self::default()
+        }
     }
 }
 
@@ -109,6 +122,13 @@ pub struct UsedGraph {
     pub path: PathBuf,
     /// What it says; `None` where it cannot be read.
     pub document: Option<Arc<Document>>,
+}
+
+impl UsedGraph {
+    /// What tells one state of the file from another.
+    pub(super) fn content(&self) -> (&Path, Option<*const Document>) {
+        (&self.path, self.document.as_ref().map(Arc::as_ptr))
+    }
 }
 
 /// Why a file cannot be used.
@@ -126,12 +146,13 @@ pub(super) struct Loader {
     /// Files being read, from the outermost: where they are, and how they were named.
     open: Vec<(PathBuf, PathBuf)>,
     done: BTreeMap<PathBuf, Result<Arc<Document>, Unusable>>,
+    kept: Kept,
 }
 
 impl Loader {
     pub(super) fn new(home: &Home) -> Self {
         let open = home.path.as_ref().and_then(|path| Some((path.canonicalize().ok()?, path.clone())));
-        Self { open: open.into_iter().collect(), ..Self::default() }
+        Self { open: open.into_iter().collect(), done: BTreeMap::new(), kept: home.kept.clone() }
     }
 
     /// The document of a file, without errors.
@@ -155,7 +176,13 @@ impl Loader {
         }
         let source = read(path).map_err(|error| unusable(error.to_string()))?;
         self.open.push((place.clone(), path.to_owned()));
-        let document = Arc::new(Document::read(source, registry, Home::of_file(path), self));
+        let document = match self.kept.find(path).filter(|kept| kept.source() == source) {
+            Some(kept) if self.is_sound(&kept, registry) => kept,
+            _ => {
+                let document = Document::read(source, registry, Home::of_file(path), self);
+                self.kept.add(path, document)
+            }
+        };
         self.open.pop();
         let done = if document.has_errors() {
             let message = format!("`{}` has problems of its own, which must be mended first", path.display());
@@ -170,19 +197,66 @@ impl Loader {
         self.done.insert(place, done.clone());
         done
     }
+
+    /// Returns true if a document whose text is as it was depends on nothing that has changed since: the files that it names
+    /// are there, and the graph files that it uses are the same. One with an error about a file is read again.
+    fn is_sound(&mut self, document: &Document, registry: &Registry) -> bool {
+        let same = |loader: &mut Self, used: &UsedGraph| {
+            let now = loader.load(&used.path, registry).ok();
+            now.is_some_and(|now| used.document.as_ref().is_some_and(|before| Arc::ptr_eq(&now, before)))
+        };
+        let about_files = |problem: &Diagnostic| matches!(problem.code, "subgraph" | "missing-file");
+        !document.problems().iter().any(about_files)
+            && document.uses().iter().all(|used| same(self, used))
+            && document.files().iter().all(|file| file.is_file())
+    }
+}
+
+/// Graph files as they were read last, by the names that lead to them, for a document and its copies.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Kept(Arc<Mutex<Shelf>>);
+
+#[derive(Debug, Default)]
+struct Shelf {
+    files: BTreeMap<PathBuf, Arc<Document>>,
+    parsed: u64,
+}
+
+impl Kept {
+    fn shelf(&self) -> MutexGuard<'_, Shelf> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn find(&self, path: &Path) -> Option<Arc<Document>> {
+        self.shelf().files.get(path).cloned()
+    }
+
+    fn add(&self, path: &Path, document: Document) -> Arc<Document> {
+        let document = Arc::new(document);
+        let mut shelf = self.shelf();
+        shelf.files.insert(path.to_owned(), Arc::clone(&document));
+        shelf.parsed += 1;
+        document
+    }
+
+    /// How often a file was parsed.
+    pub(super) fn parsed(&self) -> u64 {
+        self.shelf().parsed
+    }
 }
 
 impl Document {
     /// Reads a source that is one of several files.
     pub(super) fn read(source: String, registry: &Registry, home: Home, loader: &mut Loader) -> Self {
-        let (tree, syntax) = syntax::parse(&source);
-        let checked = check(&source, &tree, registry, &home, syntax, loader);
-        Self { registry: registry.clone(), source, home, checked, history: super::History::default() }
+        let parsed = Arc::new(Parsed::of(&source));
+        let read = Read::new(source, parsed, registry, &home, loader, None);
+        let history = super::History::default();
+        Self { registry: registry.clone(), home, read: Arc::new(read), before: None, history, parsed: 1 }
     }
 
     /// Number of nodes with those of all files that it uses, each use counted.
     pub(super) fn size(&self) -> usize {
-        self.checked.size
+        self.read.checked.size
     }
 }
 
@@ -197,6 +271,10 @@ pub(super) fn file_of(group: Option<&Group>, source: &str) -> Option<String> {
 
 /// The declaration of a use of a file.
 pub(super) fn interface(document: &Document) -> &'static Node {
+    document.read.declaration.get_or_init(|| declare(document))
+}
+
+fn declare(document: &Document) -> &'static Node {
     let inputs: Vec<Input> = document
         .inputs()
         .iter()

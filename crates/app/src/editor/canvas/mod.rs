@@ -48,7 +48,7 @@ const REFUSAL: f64 = 4.0;
 #[derive(Debug, PartialEq, Eq)]
 struct Seen {
     path: Option<PathBuf>,
-    revision: u64,
+    edits: u64,
     /// Of the text, to tell another file from the same one under another name.
     hash: u64,
 }
@@ -131,14 +131,14 @@ impl Canvas {
 
     /// Makes the model anew when the document has changed.
     fn read(&mut self, session: &Session) {
-        let same = |seen: &Seen| seen.revision == session.revision() && seen.path.as_deref() == session.path();
+        let same = |seen: &Seen| seen.edits == session.edits() && seen.path.as_deref() == session.path();
         if self.seen.as_ref().is_some_and(same) {
             return;
         }
         let mut hasher = DefaultHasher::new();
         session.document().source().hash(&mut hasher);
         let path = session.path().map(PathBuf::from);
-        let now = Seen { path, revision: session.revision(), hash: hasher.finish() };
+        let now = Seen { path, edits: session.edits(), hash: hasher.finish() };
         if self.seen.as_ref().is_some_and(|seen| seen.path != now.path && seen.hash != now.hash) {
             *self = Self { without_map: self.without_map, ..Self::default() };
         }
@@ -306,7 +306,7 @@ impl Canvas {
         let mut busy = false;
         for position in visible {
             let card = &model.cards[position];
-            let info = session.node(&card.name);
+            let info = session.info(&card.name);
             busy |= matches!(info.state, NodeState::Running { .. });
             let port = card.outputs.first().map(|output| format!("{}.{}", card.name, output.name));
             let thumb = port.as_deref().and_then(|port| self.thumbs.get(port));
@@ -325,7 +325,7 @@ impl Canvas {
                     fixed.card != position && !model.spots(position).any(|spot| fits(spot.side, spot.pin))
                 }),
             };
-            brush.card(card, &info, thumb, emphasis, time);
+            brush.card(card, info, thumb, emphasis, time);
             if let Some(passed) = model.passed(position).filter(|_| card.muted) {
                 brush.passed(card, passed.pin, model.pin(passed).ty);
             }

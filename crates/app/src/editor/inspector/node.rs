@@ -34,7 +34,7 @@ pub(super) fn show(
     name: &str,
 ) {
     let document = session.document();
-    let Some(entry) = document.nodes().iter().find(|entry| entry.name == name) else { return };
+    let Some(entry) = document.node(name) else { return };
     let Some(index) = entry.index else {
         let (kind, span) = (entry.kind.clone(), entry.span.clone());
         let problems = document.problems().iter().filter(|problem| span.contains(&problem.span.start));

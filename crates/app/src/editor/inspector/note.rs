@@ -17,7 +17,7 @@ impl Draft {
     pub(super) fn take(self, session: &mut Session) {
         let Self { node, text } = self;
         let text = text.trim().to_owned();
-        let before = session.document().nodes().iter().find(|entry| entry.name == node).map(|entry| &entry.note);
+        let before = session.document().node(&node).map(|entry| &entry.note);
         if before.is_some_and(|note| *note != text) {
             session.apply(&Edit::SetNote { node, note: text });
         }

@@ -109,8 +109,12 @@ pub struct Note {
 /// A document being worked on.
 pub struct Session {
     document: Document,
-    /// Rises with every change of the document.
+    /// Rises with every change of what is built of the document.
     revision: u64,
+    /// Rises with every change of the document.
+    edits: u64,
+    /// What [`Document::build`] was at the present revision.
+    build: u64,
     /// The text as it is in the file.
     saved: Option<String>,
     /// Where the files of an archive are, for as long as it is worked on.
@@ -185,6 +189,8 @@ impl Session {
         let mut session = Self {
             document,
             revision: 0,
+            edits: 0,
+            build: 0,
             saved,
             unpacked,
             example: None,
@@ -216,10 +222,16 @@ impl Session {
         &self.document
     }
 
-    /// Rises with every change of the document.
+    /// Rises with every change of what is built of the document; places on the canvas, notes and comments are no part of it.
     #[must_use]
     pub const fn revision(&self) -> u64 {
         self.revision
+    }
+
+    /// Rises with every change of the document.
+    #[must_use]
+    pub const fn edits(&self) -> u64 {
+        self.edits
     }
 
     /// The file it is, if it is in one.
@@ -339,7 +351,7 @@ impl Session {
     }
 
     fn has_node(&self, name: &str) -> bool {
-        self.document.nodes().iter().any(|node| node.name == name)
+        self.document.node(name).is_some()
     }
 
     /// The output that is shown, as `node.port`: the one that is pinned, else the first one of the selected node, else
@@ -409,7 +421,13 @@ impl Session {
     /// What is known of a node.
     #[must_use]
     pub fn node(&self, name: &str) -> NodeInfo {
-        self.nodes.get(name).cloned().unwrap_or_default()
+        self.info(name).clone()
+    }
+
+    /// What is known of a node, for those who look at many.
+    pub(super) fn info(&self, name: &str) -> &NodeInfo {
+        static NOTHING: NodeInfo = NodeInfo { state: NodeState::Waiting, time: None, bytes: 0, warnings: Vec::new() };
+        self.nodes.get(name).unwrap_or(&NOTHING)
     }
 
     /// The newest of an output (`node.port`): of the present state of the document if it is there, with as many cells as
@@ -453,12 +471,17 @@ impl Session {
 
     /// After a change of the document.
     fn changed(&mut self) {
+        self.edits += 1;
+        let document = &self.document;
+        self.selection.retain(|name| document.node(name).is_some());
+        if std::mem::replace(&mut self.build, document.build()) == self.build {
+            // The graph that is built is the same: what the worker does, and has done, still counts.
+            return;
+        }
         self.revision += 1;
         self.stale = true;
-        let names: BTreeSet<String> = self.document.nodes().iter().map(|node| node.name.clone()).collect();
-        self.selection.retain(|name| names.contains(name));
-        self.nodes.retain(|name, _| names.contains(name));
-        self.built.retain(|port, _| port.split_once('.').is_some_and(|(node, _)| names.contains(node)));
+        self.nodes.retain(|name, _| document.node(name).is_some());
+        self.built.retain(|port, _| port.split_once('.').is_some_and(|(node, _)| document.node(node).is_some()));
         for info in self.nodes.values_mut() {
             info.state = NodeState::Waiting;
         }

@@ -3,7 +3,10 @@
 //! While it runs, nothing that comes after it is built. What is painted on it is data of the node, each stroke with the time
 //! at which it acts, so that what is seen is at any time what a build from the start would have come to.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
 use orograph_graph::{EvalError, Moment, NodeIndex, Port, Value};
 
@@ -188,7 +191,7 @@ impl Session {
         let outputs = self.document.graph().instance(index).node.outputs.iter();
         self.worker.run_live(Ask::Run(Box::new(Subject {
             revision: self.revision,
-            graph: order.graph.clone(),
+            graph: Arc::clone(&order.graph),
             folder: order.folder.clone(),
             world: worker::coarser(order.world, order.cells),
             node: port.node,

@@ -1,6 +1,9 @@
 //! Edits of what stands on the canvas alone: places, notes, ways of wires, frames.
 
-use std::ops::Range;
+use std::{
+    collections::{HashMap, HashSet},
+    ops::Range,
+};
 
 use super::{Editor, node_of, refused};
 use crate::document::{
@@ -9,14 +12,57 @@ use crate::document::{
     lex::{Bracket, quote},
     literal::number_text,
     splice::Change,
+    syntax::Item,
 };
+
+/// A place as it is written.
+fn place_text([x, y]: [f64; 2]) -> String {
+    format!("({}, {})", number_text(x), number_text(y))
+}
 
 impl Editor<'_> {
     pub(in crate::document) fn set_layout(&mut self, node: &str, at: Option<[f64; 2]>) {
         match at {
-            Some([x, y]) => self.set_entry("layout", node, &format!("({}, {})", number_text(x), number_text(y))),
+            Some(at) => self.set_entry("layout", node, &place_text(at)),
             None => self.remove_entry("layout", node),
         }
+    }
+
+    /// Sets the places of many nodes at once, as one after the other would be.
+    pub(in crate::document) fn set_places(&mut self, places: &[(&str, [f64; 2])]) -> Result<(), EditError> {
+        let keys = self.items("nodes").iter().filter_map(|item| item.key.as_ref());
+        let nodes: HashSet<&str> = keys.map(|key| key.text.as_str()).collect();
+        for (node, _) in places.iter().filter(|(node, _)| !nodes.contains(node)) {
+            self.item(node)?;
+        }
+        if self.draft.field("layout").is_none() {
+            self.set_root("layout", "{}");
+        }
+        let Some(group) = self.draft.field("layout") else { return Ok(()) };
+        let mut stands: HashMap<&str, &Item> = HashMap::new();
+        for item in &group.items {
+            if let Some(key) = &item.key {
+                stands.entry(&key.text).or_insert(item);
+            }
+        }
+        let last: HashMap<&str, [f64; 2]> = places.iter().copied().collect();
+        let mut written = HashSet::new();
+        let (mut changes, mut added) = (Vec::new(), Vec::new());
+        for (node, _) in places {
+            if !written.insert(*node) {
+                continue;
+            }
+            let text = place_text(last[node]);
+            match stands.get(node) {
+                Some(item) => changes.push((item.value.span.clone(), text)),
+                None => added.push(format!("{}: {text}", quote(node))),
+            }
+        }
+        if !added.is_empty() {
+            changes.extend(self.draft.insertions(group, &added, false));
+        }
+        self.draft.change(changes);
+        Ok(())
     }
 
     pub(in crate::document) fn set_note(&mut self, node: &str, note: &str) -> Result<(), EditError> {
@@ -40,8 +86,7 @@ impl Editor<'_> {
         if places.is_empty() {
             self.drop_entry("reroutes", &wire);
         } else {
-            let pair = |[x, y]: &[f64; 2]| format!("({}, {})", number_text(*x), number_text(*y));
-            let places: Vec<String> = places.iter().map(pair).collect();
+            let places: Vec<String> = places.iter().copied().map(place_text).collect();
             self.set_entry("reroutes", &wire, &format!("[{}]", places.join(", ")));
         }
         Ok(())
