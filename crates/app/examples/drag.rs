@@ -77,7 +77,7 @@ fn drags(count: usize) -> [(&'static str, Box<dyn Fn(usize) -> Edit>); 3] {
 /// Drags by the session alone.
 fn session(path: &Path, count: usize) {
     let mut opened = None;
-    let open = median(1, |_| opened = Session::open(Some(path.to_owned()), orograph_nodes::registry(), || {}).ok());
+    let open = median(1, |_| opened = Session::open(Some(path.to_owned()), orograph_nodes::registry(), orograph::storage::in_memory(), || {}).ok());
     let mut session = opened.expect("the file can be read");
     line(count, "file opened", [Some(open), None, None]);
     session.set_cells(16);
@@ -110,7 +110,7 @@ fn window(path: &Path, count: usize) {
     let mut window: Harness<'static, App> =
         Harness::builder().with_size([1280.0, 800.0]).with_step_dt(1.0 / 60.0).build_eframe(|context| {
             context.wgpu_render_state = None;
-            App::new(context, Some(path.to_owned())).expect("the graph can be read")
+            App::new(context, Some(path.to_owned()), orograph::storage::in_memory()).expect("the graph can be read")
         });
     window.state_mut().session_mut().set_cells(16);
     window.state_mut().session_mut().select_only("n5");

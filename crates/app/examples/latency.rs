@@ -64,7 +64,7 @@ fn window(folder: &Path, graph: &str) -> Harness<'static, App> {
     fs::write(&path, graph).expect("written");
     Harness::builder().with_size([1280.0, 800.0]).build_eframe(|context| {
         context.wgpu_render_state = None;
-        App::new(context, Some(path)).expect("the graph can be read")
+        App::new(context, Some(path), orograph::storage::in_memory()).expect("the graph can be read")
     })
 }
 

@@ -37,7 +37,7 @@ fn window(graph: &str, cells: u32) -> Harness<'static, App> {
     let mut window = Harness::builder()
         .with_size([1440.0, 900.0])
         .wgpu()
-        .build_eframe(|context| App::new(context, Some(file)).expect("the graph can be read"));
+        .build_eframe(|context| App::new(context, Some(file), orograph::storage::in_memory()).expect("the graph can be read"));
     window.state_mut().session_mut().set_cells(cells);
     window
 }

@@ -2,24 +2,25 @@
 
 use std::{
     path::Path,
-    sync::{Mutex, PoisonError},
+    sync::{Arc, Mutex, PoisonError, mpsc::sync_channel},
+    thread,
     time::Duration,
 };
 
 use orograph_graph::{
-    Cancel, DiskCacheOptions, EvalError, Evaluator, EvaluatorOptions, Event, Origin, Port, Value, Window,
+    Cancel, Delivered, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Origin, Port, Value,
 };
 
 use crate::{
-    failure::Failure,
+    failure::{Failure, reason},
     machine,
     outputs::{Form, OutputFolder, Written},
     progress::Progress,
     request::{Means, Request},
 };
 
-/// Bytes that the cache on disk may take.
-const DISK_BUDGET: u64 = 10 << 30;
+/// Results that may wait to be written before those that compute wait as well.
+const WAITING: usize = 1;
 
 /// What a node took.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,30 +48,32 @@ pub struct Built {
     pub time: Duration,
 }
 
-/// Builds requests, one after the other; remembers results in between if it is told to.
-#[derive(Debug)]
+/// Builds requests.
+#[derive(Clone, Debug)]
 pub struct Builder {
-    evaluator: Evaluator,
+    evaluator: Arc<Evaluator>,
 }
 
 impl Builder {
-    /// A builder that remembers so many bytes of results.
+    /// A builder whose store keeps so many bytes of results in memory.
     ///
     /// # Errors
     /// When the means asked for do not exist.
     pub fn new(means: &Means, memory: usize) -> Result<Self, Failure> {
         means.backend.check()?;
         machine::start_threads(means.threads)?;
-        if let Some(cache) = means.cache.as_ref().filter(|cache| cache.exists() && !cache.is_dir()) {
-            return Err(Failure::wrong(format!("`{}` is a file; `--cache` takes a folder", cache.display())));
-        }
         let options = EvaluatorOptions {
-            memory_budget: memory,
-            disk_cache: means.cache.clone().map(|folder| DiskCacheOptions { folder, budget: DISK_BUDGET }),
+            store: means.storage.store(memory)?,
             threads: means.threads,
             ..EvaluatorOptions::default()
         };
-        Ok(Self { evaluator: Evaluator::new(options).map_err(failure)? })
+        Ok(Self { evaluator: Arc::new(Evaluator::new(options).map_err(failure)?) })
+    }
+
+    /// A builder that finds the results of others with the same evaluator.
+    #[must_use]
+    pub const fn sharing(evaluator: Arc<Evaluator>) -> Self {
+        Self { evaluator }
     }
 
     /// Evaluates outputs of the graph on the whole world.
@@ -84,8 +87,26 @@ impl Builder {
         cancel: &Cancel,
         progress: &dyn Progress,
     ) -> Result<(Vec<Value>, Vec<Timing>), Failure> {
+        let mut values = vec![None; ports.len()];
+        let timings = self.stream(request, ports, cancel, progress, |at, delivered| {
+            values[at] = Some(delivered.value);
+            Ok(())
+        })?;
+        Ok((values.into_iter().flatten().collect(), timings))
+    }
+
+    /// Evaluates outputs of the graph on the whole world and gives each to `take`, on this thread, as soon as it is there
+    /// and while others are computed.
+    fn stream(
+        &self,
+        request: &Request,
+        ports: &[Port],
+        cancel: &Cancel,
+        progress: &dyn Progress,
+        mut take: impl FnMut(usize, Delivered) -> Result<(), Failure>,
+    ) -> Result<Vec<Timing>, Failure> {
         progress.started(request, self.evaluator.threads());
-        let graph = &request.graph;
+        let graph = &*request.graph;
         let timings = Mutex::new(Vec::new());
         let events = |event: Event| {
             let kind = match &event {
@@ -102,12 +123,37 @@ impl Builder {
             }
             progress.event(kind, &event);
         };
-        let window: Window = request.window();
-        let wanted: Vec<(Port, Window)> = ports.iter().map(|port| (*port, window)).collect();
-        let values = self.evaluator.evaluate(graph, request.folder(), &wanted, cancel, &events);
-        let timings = timings.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let values = values.map_err(failure);
-        Ok((values.map_err(|failure| Failure { message: request.shown(&failure.message), ..failure })?, timings))
+        let window = request.window();
+        let requests: Vec<_> = ports.iter().map(|port| orograph_graph::Request { port: *port, window }).collect();
+        let evaluation = Evaluation { graph, folder: request.folder(), requests: &requests, byproducts: &[] };
+        // What one failure makes useless is stopped.
+        let stop = cancel.child();
+        let (sender, deliveries) = sync_channel(WAITING);
+        let outcome = thread::scope(|scope| {
+            let evaluate = || {
+                self.evaluator.deliver(&evaluation, &stop, &events, &|at, delivery| {
+                    // Nobody takes any more after a failure.
+                    let _ = sender.send((at, delivery));
+                });
+                drop(sender);
+            };
+            let builder = thread::Builder::new().name("evaluation".to_owned());
+            builder.spawn_scoped(scope, evaluate).map_err(|error| {
+                Failure::unable(format!("cannot start a thread: {}", reason(&error)))
+            })?;
+            let mut outcome = Ok(());
+            for (at, delivery) in deliveries {
+                if outcome.is_ok() {
+                    outcome = delivery.map_err(failure).and_then(|delivered| take(at, delivered));
+                    if outcome.is_err() {
+                        stop.cancel();
+                    }
+                }
+            }
+            outcome
+        });
+        outcome.map_err(|failure| Failure { message: request.shown(&failure.message), ..failure })?;
+        Ok(timings.into_inner().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Builds the outputs of a request into a folder: all of them, or none.
@@ -143,16 +189,16 @@ impl Builder {
         form.engine.map_or(Ok(()), |engine| engine.check(request.world.cells))?;
         let mut staging = OutputFolder::prepare(folder, &request.outputs, form)?;
         let ports: Vec<Port> = request.outputs.iter().map(|output| output.port).collect();
-        let (values, timings) = self.evaluate(request, &ports, cancel, progress)?;
-        progress.writing();
-        for (output, value) in request.outputs.iter().zip(&values) {
-            let window = request.window();
-            let key = self.evaluator.key(&request.graph, request.folder(), output.port, window).map_err(failure)?;
-            staging.write(output, value, &window.world, &key.to_string(), cancel)?;
-            if cancel.is_cancelled() {
-                return Err(Failure::stopped());
+        let world = request.world;
+        let mut left = ports.len();
+        let timings = self.stream(request, &ports, cancel, progress, |at, Delivered { value, key }| {
+            left -= 1;
+            if left == 0 {
+                progress.writing();
             }
-        }
+            staging.write(&request.outputs[at], &value, &world, &key.to_string(), cancel)?;
+            if cancel.is_cancelled() { Err(Failure::stopped()) } else { Ok(()) }
+        })?;
         let files = staging.commit()?;
         Ok(Built { files, timings, time: start.elapsed() })
     }

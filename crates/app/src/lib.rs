@@ -23,6 +23,7 @@ pub mod problems;
 pub mod progress;
 pub mod request;
 mod stop;
+pub mod storage;
 pub mod terminal;
 #[cfg(test)]
 mod testing;

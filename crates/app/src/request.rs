@@ -10,7 +10,7 @@ use std::{
 use clap::ValueEnum;
 use orograph_graph::{Document, Edit, Graph, OutputDecl, Registry, Window, World, WorldError, closest};
 
-use crate::{archive::Source, failure::Failure, problems};
+use crate::{archive::Source, failure::Failure, problems, storage::Storage};
 
 /// What the command line says differently from the file.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -38,9 +38,8 @@ pub struct Means {
     /// Threads that work; one per core unless said otherwise. The result is the same for any number
     #[arg(long, value_name = "N")]
     pub threads: Option<NonZero<usize>>,
-    /// Folder that keeps results between runs, so that only what has changed is computed; up to 10 GiB
-    #[arg(long, value_name = "DIR")]
-    pub cache: Option<PathBuf>,
+    #[command(flatten)]
+    pub storage: Storage,
 }
 
 /// What computes.

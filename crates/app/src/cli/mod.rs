@@ -1,6 +1,7 @@
 //! The command line: one file per command.
 
 mod asked;
+mod cache;
 mod check;
 mod diff;
 mod edit;
@@ -52,6 +53,7 @@ enum Command {
     Pack(pack::PackArgs),
     Unpack(pack::UnpackArgs),
     Nodes(nodes::Args),
+    Cache(cache::Args),
 }
 
 impl Command {
@@ -68,6 +70,7 @@ impl Command {
             Self::Pack(args) => args.run(),
             Self::Unpack(args) => args.run(),
             Self::Nodes(args) => args.run(),
+            Self::Cache(args) => args.run(),
         }
     }
 }

@@ -1,9 +1,9 @@
 //! The window: its menus, its panes, and what it does every frame.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::Arc};
 
 use egui_tiles::{Behavior, SimplificationOptions, TileId, Tiles, Tree, UiResponse};
-use orograph_graph::Registry;
+use orograph_graph::{Registry, Store};
 
 use super::{
     Journals, Session, Wish,
@@ -59,15 +59,19 @@ struct Panes {
 }
 
 impl App {
-    /// An editor on a file, or on an empty graph.
+    /// An editor on a file, or on an empty graph, whose results go to a store.
     ///
     /// # Errors
     /// When the file cannot be read, or the worker cannot be started.
-    pub fn new(context: &eframe::CreationContext<'_>, file: Option<PathBuf>) -> Result<Self, Failure> {
+    pub fn new(
+        context: &eframe::CreationContext<'_>,
+        file: Option<PathBuf>,
+        store: Arc<Store>,
+    ) -> Result<Self, Failure> {
         let registry: Registry = orograph_nodes::registry();
         theme::install(&context.egui_ctx);
         let wake = context.egui_ctx.clone();
-        let session = Session::open(file, registry, move || wake.request_repaint())?;
+        let session = Session::open(file, registry, store, move || wake.request_repaint())?;
         let panes = Panes {
             session,
             canvas: Canvas::default(),

@@ -33,7 +33,11 @@ use std::path::PathBuf;
 pub use app::App;
 pub use session::{Answer, Journals, Lost, NodeState, Note, Question, Session, Simulation, Wish};
 
-use crate::{failure::Failure, machine, memory};
+use crate::{
+    failure::Failure,
+    machine, memory,
+    storage::{self, Storage},
+};
 
 /// Opens the window, on a file if one is named, and returns when it is closed.
 ///
@@ -42,6 +46,7 @@ use crate::{failure::Failure, machine, memory};
 pub fn open(file: Option<PathBuf>) -> Result<(), Failure> {
     machine::start_threads(None)?;
     memory::keeps_a_journal();
+    let store = Storage::default().store(storage::memory_budget())?;
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title("Orograph")
@@ -53,7 +58,7 @@ pub fn open(file: Option<PathBuf>) -> Result<(), Failure> {
     eframe::run_native(
         "orograph",
         options,
-        Box::new(|context| Ok(Box::new(App::new(context, file)?.kept(context, Journals::of_system())))),
+        Box::new(|context| Ok(Box::new(App::new(context, file, store)?.kept(context, Journals::of_system())))),
     )
     .map_err(|error| {
         let why = error.to_string();

@@ -1,22 +1,24 @@
 //! The worker: builds what the editor shows, on its own thread, so that the window never waits.
 //!
 //! An [`Order`] says what is to be seen. The newest order wins: an older one is cancelled, and what it had finished stays
-//! in the evaluator's cache, so that a node which an edit does not concern is not run again. Of each order the shown
-//! node is built first with few cells, then the pictures of the other nodes, then the shown node with the cells that
-//! were asked for. Each node is asked for by itself, so that one that fails, or panics, takes no other with it.
+//! in the store, so that a node which an edit does not concern is not run again. Of each order the shown node comes first
+//! with few cells, then the pictures of the other nodes, then the shown node with the cells that were asked for; all of it
+//! is one evaluation, in which a node that fails does not affect the others. An order that is done and not followed by
+//! another one is written to the store's folder, where the next run of the program finds it.
 
 use std::{
     path::PathBuf,
     sync::{
         Arc, Mutex, PoisonError,
-        mpsc::{Receiver, Sender, channel},
+        mpsc::{Receiver, RecvTimeoutError, Sender, channel},
     },
     thread,
     time::Duration,
 };
 
 use orograph_graph::{
-    Cancel, EvalError, Evaluator, EvaluatorOptions, Event, Graph, Moment, Origin, Port, Value, Window, World,
+    Cancel, Delivered, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Graph, Moment, Origin, Port, Request,
+    Store, Value, Window, World,
 };
 
 use super::live::Bench;
@@ -25,11 +27,10 @@ use crate::failure::Failure;
 
 /// Cells along the longer side of the first, quick picture.
 pub const QUICK_CELLS: u32 = 128;
-/// Bytes of results that are kept.
-const MEMORY: usize = 2 << 30;
-
 /// How often land is shown while it grows.
 const GLIMPSES: Duration = Duration::from_millis(200);
+/// How long nothing is edited before results are written to the store's folder.
+const REST: Duration = Duration::from_secs(1);
 
 /// What is to be seen of a graph.
 #[derive(Clone, Debug)]
@@ -46,6 +47,9 @@ pub struct Order {
     pub shown: Vec<Wanted>,
     /// What is shown small: an output of every node, in the order in which they follow from each other.
     pub small: Vec<Wanted>,
+    /// Outputs that are stored with as many cells as what is shown large if their kernel runs anyway: those that other
+    /// nodes read, and the document's own, which an export asks for.
+    pub byproducts: Vec<Port>,
     /// Cells along the longer side of what is shown large.
     pub cells: u32,
 }
@@ -163,6 +167,7 @@ pub struct Worker {
     running: Arc<Mutex<Cancel>>,
     thread: Option<thread::JoinHandle<()>>,
     bench: Bench,
+    evaluator: Arc<Evaluator>,
 }
 
 impl Worker {
@@ -170,21 +175,20 @@ impl Worker {
     ///
     /// # Errors
     /// When the system gives no threads.
-    pub fn start(wake: impl Fn() + Send + Sync + 'static) -> Result<Self, Failure> {
-        let options =
-            EvaluatorOptions { memory_budget: MEMORY, glimpses: Some(GLIMPSES), ..EvaluatorOptions::default() };
+    pub fn start(store: Arc<Store>, wake: impl Fn() + Send + Sync + 'static) -> Result<Self, Failure> {
+        let options = EvaluatorOptions { store, glimpses: Some(GLIMPSES), ..EvaluatorOptions::default() };
         let evaluator = Arc::new(Evaluator::new(options).map_err(|error| Failure::unable(error.to_string()))?);
         let wake: Arc<dyn Fn() + Send + Sync> = Arc::new(wake);
         let (orders, inbox) = channel();
         let (outbox, news) = channel();
         let running = Arc::new(Mutex::new(Cancel::default()));
         let bench = Bench::start(Arc::clone(&evaluator), outbox.clone(), Arc::clone(&wake))?;
-        let desk = Desk { evaluator, outbox, running: Arc::clone(&running), wake };
+        let desk = Desk { evaluator: Arc::clone(&evaluator), outbox, running: Arc::clone(&running), wake };
         let thread = thread::Builder::new()
             .name("worker".to_owned())
             .spawn(move || desk.work(&inbox))
             .map_err(|error| Failure::unable(format!("cannot start the worker thread: {error}")))?;
-        Ok(Self { orders: Some(orders), news, running, thread: Some(thread), bench })
+        Ok(Self { orders: Some(orders), news, running, thread: Some(thread), bench, evaluator })
     }
 
     /// Takes an order, in place of the one before.
@@ -197,6 +201,12 @@ impl Worker {
             // The worker only ends when this end is dropped.
             let _ = orders.send(order);
         }
+    }
+
+    /// The evaluator, with the results of all that has been shown.
+    #[must_use]
+    pub const fn evaluator(&self) -> &Arc<Evaluator> {
+        &self.evaluator
     }
 
     /// Asks for a node to be run step by step.
@@ -231,19 +241,42 @@ struct Desk {
 
 impl Desk {
     fn work(&self, inbox: &Receiver<Order>) {
-        while let Ok(mut order) = inbox.recv() {
-            let cancel = {
-                // Nobody submits while this is held, so that the switch is that of the newest order.
-                let running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
-                if let Some(newest) = inbox.try_iter().last() {
-                    order = newest;
-                }
-                running.clone()
+        let mut settled: Option<Order> = None;
+        loop {
+            let received = match &settled {
+                Some(_) => inbox.recv_timeout(REST),
+                None => inbox.recv().map_err(|_| RecvTimeoutError::Disconnected),
             };
-            if self.carry_out(&order, &cancel).is_some() {
-                self.tell(News::Done { revision: order.revision });
+            match received {
+                Ok(order) => settled = self.carry_out_newest(order, inbox),
+                Err(RecvTimeoutError::Timeout) => {
+                    let running = self.running.lock().unwrap_or_else(PoisonError::into_inner).clone();
+                    settled.take().iter().for_each(|order| self.keep(order, &running));
+                }
+                Err(RecvTimeoutError::Disconnected) => {
+                    settled.iter().for_each(|order| self.keep(order, &Cancel::default()));
+                    return;
+                }
             }
         }
+    }
+
+    /// Carries out an order, or the newest one after it. Returns None when it was cancelled.
+    fn carry_out_newest(&self, mut order: Order, inbox: &Receiver<Order>) -> Option<Order> {
+        let cancel = {
+            // Nobody submits while this is held, so that the switch is that of the newest order.
+            let running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some(newest) = inbox.try_iter().last() {
+                order = newest;
+            }
+            running.clone()
+        };
+        self.carry_out(&order, &cancel);
+        if cancel.is_cancelled() {
+            return None;
+        }
+        self.tell(News::Done { revision: order.revision });
+        Some(order)
     }
 
     fn tell(&self, news: News) {
@@ -252,25 +285,27 @@ impl Desk {
         (self.wake)();
     }
 
-    /// `None` when it was cancelled.
-    fn carry_out(&self, order: &Order, cancel: &Cancel) -> Option<()> {
-        let quick = coarser(order.world, QUICK_CELLS.min(order.cells));
-        let full = coarser(order.world, order.cells);
-        for wanted in order.shown.iter().chain(order.small.iter().filter(|small| !order.shown.contains(small))) {
-            self.build(order, wanted, quick, cancel)?;
-        }
-        if full != quick {
-            for wanted in &order.shown {
-                self.build(order, wanted, full, cancel)?;
+    fn carry_out(&self, order: &Order, cancel: &Cancel) {
+        let (wanted, requests) = order.requests();
+        let byproducts = order.byproducts();
+        let evaluation = order.evaluation(&requests, &byproducts);
+        let events = |event: Event| self.pass_on(order, event);
+        self.evaluator.deliver(&evaluation, cancel, &events, &|request, delivery| {
+            let (Wanted { node, name, .. }, revision) = (wanted[request], order.revision);
+            match delivery {
+                Ok(Delivered { value, .. }) => {
+                    let cells = longer(requests[request].window.world.cells);
+                    self.tell(News::Built { revision, name: name.clone(), cells, value });
+                }
+                Err(EvalError::Cancelled) => {}
+                Err(error) => self.tell(News::Failed { revision, node: node.clone(), error }),
             }
-        }
-        Some(())
+        });
     }
 
-    fn build(&self, order: &Order, wanted: &Wanted, world: World, cancel: &Cancel) -> Option<()> {
+    fn pass_on(&self, order: &Order, event: Event) {
         let revision = order.revision;
-        let cells = world.cells[0].max(world.cells[1]);
-        let events = |event: Event| match event {
+        match event {
             Event::Planned { .. } => {}
             Event::NodeStarted { name, .. } => {
                 self.tell(News::Running { revision, node: outer(&name).to_owned(), fraction: 0.0 });
@@ -278,35 +313,66 @@ impl Desk {
             Event::NodeProgress { name, fraction, .. } => {
                 self.tell(News::Running { revision, node: outer(&name).to_owned(), fraction });
             }
-            Event::NodeFinished { name, time, bytes, origin, .. } => {
+            Event::NodeFinished { name, cells, time, bytes, origin, .. } => {
                 let (node, computed) = (outer(&name).to_owned(), origin == Origin::Computed);
-                self.tell(News::Finished { revision, node, time, bytes, cells, computed });
+                self.tell(News::Finished { revision, node, time, bytes, cells: longer(cells), computed });
             }
-            Event::NodeGlimpse { node, values, .. } if cells > QUICK_CELLS => {
+            Event::NodeGlimpse { node, values, .. } => {
                 let watched = |output: usize| order.shown.iter().find(|shown| shown.port == Port { node, output });
                 for (output, value) in values {
-                    if let Some(Wanted { name, .. }) = watched(output) {
+                    let cells = value.as_field().map_or(0, |field| longer(field.window().world.cells));
+                    if let Some(Wanted { name, .. }) = watched(output).filter(|_| cells > QUICK_CELLS) {
                         self.tell(News::Glimpsed { revision, name: name.clone(), cells, value });
                     }
                 }
             }
-            Event::NodeGlimpse { .. } => {}
             Event::Warning { name, message, .. } => {
                 self.tell(News::Warned { revision, node: outer(&name).to_owned(), message });
             }
-        };
-        let request = [(wanted.port, Window::whole(world))];
-        match self.evaluator.evaluate(&order.graph, &order.folder, &request, cancel, &events) {
-            Ok(mut values) => {
-                if let Some(value) = values.pop() {
-                    self.tell(News::Built { revision, name: wanted.name.clone(), cells, value });
-                }
-            }
-            Err(EvalError::Cancelled) => return None,
-            Err(error) => self.tell(News::Failed { revision, node: wanted.node.clone(), error }),
         }
-        Some(())
     }
+
+    /// Writes what an order asked for to the store's folder. Where that does not work nothing is lost: it is computed again.
+    fn keep(&self, order: &Order, cancel: &Cancel) {
+        let (_, requests) = order.requests();
+        let _ = self.evaluator.persist(&order.evaluation(&requests, &[]), cancel);
+    }
+}
+
+impl Order {
+    fn quick(&self) -> World {
+        coarser(self.world, QUICK_CELLS.min(self.cells))
+    }
+
+    fn full(&self) -> World {
+        coarser(self.world, self.cells)
+    }
+
+    /// What is asked for, the most urgent first.
+    fn requests(&self) -> (Vec<&Wanted>, Vec<Request>) {
+        let (quick, full) = (self.quick(), self.full());
+        let small = self.small.iter().filter(|small| !self.shown.contains(small));
+        let at_first = self.shown.iter().chain(small).map(|wanted| (wanted, quick));
+        let then = self.shown.iter().filter(|_| full != quick).map(|wanted| (wanted, full));
+        let request = |(wanted, world): (_, World)| -> (&Wanted, Request) {
+            let wanted: &Wanted = wanted;
+            (wanted, Request { port: wanted.port, window: Window::whole(world) })
+        };
+        at_first.chain(then).map(request).unzip()
+    }
+
+    fn byproducts(&self) -> Vec<Request> {
+        let window = Window::whole(self.full());
+        self.byproducts.iter().map(|port| Request { port: *port, window }).collect()
+    }
+
+    fn evaluation<'a>(&'a self, requests: &'a [Request], byproducts: &'a [Request]) -> Evaluation<'a> {
+        Evaluation { graph: &self.graph, folder: &self.folder, requests, byproducts }
+    }
+}
+
+fn longer(cells: [u32; 2]) -> u32 {
+    cells[0].max(cells[1])
 }
 
 /// The node of the document that a node of the expanded graph belongs to.

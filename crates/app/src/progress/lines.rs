@@ -51,7 +51,7 @@ impl Progress for Lines {
             }
             // Only a window watches.
             Event::NodeGlimpse { .. } => {}
-            Event::NodeFinished { node, name, time, bytes: size, origin } => {
+            Event::NodeFinished { node, name, time, bytes: size, origin, .. } => {
                 heard.remove(node);
                 let how = match origin {
                     Origin::Computed => format!("computed in {}", seconds(*time)),

@@ -47,7 +47,7 @@ fn window(file: Option<PathBuf>) -> Harness<'static, App> {
         .with_max_steps(64)
         .with_step_dt(1.0 / 60.0)
         .wgpu()
-        .build_eframe(|context| App::new(context, file).expect("the file can be read"))
+        .build_eframe(|context| App::new(context, file, orograph::storage::in_memory()).expect("the file can be read"))
 }
 
 /// How long anything is waited for, however busy the machine is.

@@ -41,7 +41,7 @@ fn a_file_that_is_missing_is_named_and_read_when_it_comes() {
         r#"(world: (size: "4 km", cells: 64), nodes: { "dem": Import(file: "land.tif"), "b": Terrace(height: "dem"), "c": Perlin }, outputs: { "h": "b" })"#,
     );
     let path = folder.path().join("graph.ron");
-    let mut session = Session::open(Some(path), orograph_nodes::registry(), || {}).expect("it opens");
+    let mut session = Session::open(Some(path), orograph_nodes::registry(), orograph::storage::in_memory(), || {}).expect("it opens");
     session.keep(Journals::with_state(folder.path()), || {});
     build(&mut session);
     for node in ["dem", "b"] {
@@ -72,7 +72,7 @@ fn a_node_that_panics_takes_no_other_with_it() {
     );
     let registry = orograph_nodes::registry();
     let registry = Registry::new(registry.nodes().iter().copied().chain([&PANICS]));
-    let mut session = Session::open(Some(folder.path().join("graph.ron")), registry, || {}).expect("it opens");
+    let mut session = Session::open(Some(folder.path().join("graph.ron")), registry, orograph::storage::in_memory(), || {}).expect("it opens");
     build(&mut session);
     assert!(failure(&session, "bad").contains("out of luck"));
     assert!(matches!(session.node("b").state, NodeState::Failed { at: Some(at), .. } if at == "bad"));
@@ -117,7 +117,7 @@ fn without_a_graphics_device_the_land_is_a_map() {
     let mut window: Harness<'static, App> =
         Harness::builder().with_size([1280.0, 800.0]).with_max_steps(64).build_eframe(|context| {
             context.wgpu_render_state = None;
-            App::new(context, Some(file)).expect("the file can be read")
+            App::new(context, Some(file), orograph::storage::in_memory()).expect("the file can be read")
         });
     window.state_mut().session_mut().set_cells(64);
     settle(&mut window);
@@ -137,7 +137,7 @@ fn a_graphics_device_that_is_lost_takes_no_work_with_it() {
         let state = &mut state;
         Harness::builder().with_size([1280.0, 800.0]).with_max_steps(64).wgpu().build_eframe(move |context| {
             state.clone_from(&context.wgpu_render_state);
-            App::new(context, Some(path)).expect("the file can be read")
+            App::new(context, Some(path), orograph::storage::in_memory()).expect("the file can be read")
         })
     };
     settle(&mut window);

@@ -64,6 +64,8 @@ pub enum Event {
         node: NodeIndex,
         /// Its name.
         name: Arc<str>,
+        /// Cells of the world along x and y.
+        cells: [u32; 2],
         /// How long it took to compute or to read back.
         time: Duration,
         /// Bytes of its results.

@@ -281,7 +281,8 @@ impl Evaluator {
             if needs.is_found(at) && !needs.is_stored(at) {
                 let bytes = needs.found[at].iter().map(needs::Slot::bytes).sum::<u64>() as usize;
                 let (time, origin) = (Duration::ZERO, Origin::Memory);
-                events(Event::NodeFinished { node, name: name(), time, bytes, origin });
+                let cells = step.wanted.world.cells;
+                events(Event::NodeFinished { node, name: name(), cells, time, bytes, origin });
             }
         }
     }

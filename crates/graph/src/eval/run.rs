@@ -165,8 +165,8 @@ impl<'r> Run<'r> {
             Ok(value) => {
                 let (node, name, bytes) = (step.index, step.name.clone(), value.bytes());
                 if lock(&self.state).hold(at, output, &value) {
-                    let (time, origin) = (start.elapsed(), Origin::Disk);
-                    (self.events)(Event::NodeFinished { node, name, time, bytes, origin });
+                    let (time, origin, cells) = (start.elapsed(), Origin::Disk, step.wanted.world.cells);
+                    (self.events)(Event::NodeFinished { node, name, cells, time, bytes, origin });
                 }
                 Some(value)
             }

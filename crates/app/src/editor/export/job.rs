@@ -7,14 +7,14 @@ use std::{
 };
 
 use egui::Context;
-use orograph_graph::{Cancel, Event};
+use orograph_graph::{Cancel, Evaluator, Event};
 
 use crate::{
     build::{Builder, Built},
     failure::Failure,
     outputs::Form,
     progress::Progress,
-    request::{BackendName, Means, Request},
+    request::Request,
 };
 
 /// How far a build is.
@@ -49,18 +49,23 @@ pub(super) struct Job {
 }
 
 impl Job {
-    /// Begins a build into a folder.
+    /// Begins a build into a folder, with the results that an evaluator has.
     ///
     /// # Errors
     /// When the system gives no thread.
-    pub(super) fn start(request: Request, folder: PathBuf, form: Form, context: &Context) -> Result<Self, Failure> {
+    pub(super) fn start(
+        evaluator: &Arc<Evaluator>,
+        request: Request,
+        folder: PathBuf,
+        form: Form,
+        context: &Context,
+    ) -> Result<Self, Failure> {
         let job = Self { state: Arc::default(), cancel: Cancel::default() };
         let (state, cancel, context) = (Arc::clone(&job.state), job.cancel.clone(), context.clone());
+        let builder = Builder::sharing(Arc::clone(evaluator));
         let work = move || {
             let teller = Teller { state, context };
-            let means = Means { backend: BackendName::Auto, threads: None, cache: None };
-            let built =
-                Builder::new(&means, 0).and_then(|builder| builder.build(&request, &folder, &form, &cancel, &teller));
+            let built = builder.build(&request, &folder, &form, &cancel, &teller);
             teller.tell(|state| state.end = Some(built));
         };
         let thread = thread::Builder::new().name("export".to_owned());

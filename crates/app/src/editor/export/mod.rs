@@ -230,7 +230,10 @@ impl Export {
         self.job = None;
         match self
             .request(session)
-            .and_then(|request| Job::start(request, PathBuf::from(self.folder.trim()), self.form.clone(), context))
+            .and_then(|request| {
+                let folder = PathBuf::from(self.folder.trim());
+                Job::start(session.evaluator(), request, folder, self.form.clone(), context)
+            })
         {
             Ok(job) => (self.job, self.refused, self.follows) = (Some(job), None, true),
             Err(failure) => self.refused = Some(failure),

@@ -10,10 +10,11 @@ mod unpacked;
 use std::{
     collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
+    sync::Arc,
     time::Duration,
 };
 
-use orograph_graph::{Document, Edit, Entry, EvalError, PortType, Registry, Value};
+use orograph_graph::{Document, Edit, Entry, EvalError, Evaluator, PortType, Registry, Store, Value};
 
 use files::Opened;
 pub use files::{Answer, Question, Wish};
@@ -180,6 +181,7 @@ impl Session {
     pub fn open(
         file: Option<PathBuf>,
         registry: Registry,
+        store: Arc<Store>,
         wake: impl Fn() + Send + Sync + 'static,
     ) -> Result<Self, Failure> {
         let Opened { document, saved, unpacked } = match file {
@@ -199,7 +201,7 @@ impl Session {
             compared: None,
             also: Vec::new(),
             cells: 512,
-            worker: Worker::start(wake)?,
+            worker: Worker::start(store, wake)?,
             stale: true,
             busy: false,
             simulation: None,
@@ -214,6 +216,12 @@ impl Session {
         };
         session.changed();
         Ok(session)
+    }
+
+    /// The evaluator, with the results of all that has been shown.
+    #[must_use]
+    pub const fn evaluator(&self) -> &Arc<Evaluator> {
+        self.worker.evaluator()
     }
 
     /// The document.
@@ -533,8 +541,14 @@ impl Session {
                 shown.push(wanted);
             }
         }
+        let read = graph.indices().flat_map(|node| {
+            let inputs = 0..graph.instance(node).node.inputs.len();
+            inputs.filter_map(move |input| graph.source(node, input))
+        });
+        let byproducts = read.filter_map(|port| expanded.port(port)).chain(expanded.outputs.iter().map(|output| output.port));
         Order {
             revision: self.revision,
+            byproducts: byproducts.collect(),
             folder: self.document.folder().to_owned(),
             world: self.document.world(),
             shown,
@@ -580,7 +594,10 @@ impl Session {
                 *glimpse = Some(Built { revision, cells, step, value });
             }
             News::Warned { revision, node, message } if revision == self.revision => {
-                self.nodes.entry(node).or_default().warnings.push(message);
+                let warnings = &mut self.nodes.entry(node).or_default().warnings;
+                if !warnings.contains(&message) {
+                    warnings.push(message);
+                }
             }
             News::Failed { revision, node, error } if revision == self.revision => {
                 let at = error.node().filter(|at| *at != node).map(str::to_owned);

@@ -74,6 +74,7 @@ impl Run<'_> {
         (self.events)(Event::NodeFinished {
             node: step.index,
             name: step.name.clone(),
+            cells: step.window.world.cells,
             time: start.elapsed(),
             bytes: values.iter().flatten().map(Value::bytes).sum(),
             origin: Origin::Computed,

@@ -1,0 +1,58 @@
+//! `orograph cache`: the folder of stored results.
+
+use orograph_graph::bytes;
+
+use crate::{
+    failure::{Failure, reason},
+    storage::{self, Storage},
+    terminal::{self, counted},
+};
+
+/// Shows or empties the folder that stores results between runs
+///
+/// Nothing in it is needed: what is missing is computed again. The variable OROGRAPH_CACHE names another folder; empty, it
+/// turns storing off.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    action: Option<Action>,
+    /// Another folder of results, as given to `run`
+    #[arg(long, value_name = "DIR", global = true)]
+    cache: Option<std::path::PathBuf>,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Action {
+    /// Delete all stored results
+    Clear,
+}
+
+impl Args {
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let storage = Storage { cache: self.cache, no_cache: false };
+        let Some(place) = storage.folder()? else {
+            return terminal::print(&format!("results are not stored: {} is empty\n", storage::VARIABLE));
+        };
+        let unable = |error: std::io::Error| {
+            Failure::unable(format!("cannot read the folder `{}`: {}", place.folder.display(), reason(&error)))
+        };
+        match self.action {
+            None => {
+                let usage = place.usage().map_err(unable)?;
+                let text = format!(
+                    "folder  {}\nsize    {} in {}\nlimit   {}\n",
+                    place.folder.display(),
+                    bytes(usage.bytes),
+                    counted(usage.files as usize, "result"),
+                    bytes(place.budget)
+                );
+                terminal::print(&text)
+            }
+            Some(Action::Clear) => {
+                let cleared = place.clear().map_err(unable)?;
+                let count = counted(cleared.files as usize, "result");
+                terminal::print(&format!("deleted {count}, {}\n", bytes(cleared.bytes)))
+            }
+        }
+    }
+}
