@@ -77,7 +77,10 @@ fn drags(count: usize) -> [(&'static str, Box<dyn Fn(usize) -> Edit>); 3] {
 /// Drags by the session alone.
 fn session(path: &Path, count: usize) {
     let mut opened = None;
-    let open = median(1, |_| opened = Session::open(Some(path.to_owned()), orograph_nodes::registry(), orograph::storage::in_memory(), || {}).ok());
+    let open = median(1, |_| {
+        opened =
+            Session::open(Some(path.to_owned()), orograph_nodes::registry(), orograph::storage::in_memory(), || {}).ok()
+    });
     let mut session = opened.expect("the file can be read");
     line(count, "file opened", [Some(open), None, None]);
     session.set_cells(16);

@@ -34,10 +34,9 @@ fn main() {
 /// A window on a graph of the project, when all of it is built with that many cells a side.
 fn window(graph: &str, cells: u32) -> Harness<'static, App> {
     let file = PathBuf::from(ROOT).join("graphs").join(graph);
-    let mut window = Harness::builder()
-        .with_size([1440.0, 900.0])
-        .wgpu()
-        .build_eframe(|context| App::new(context, Some(file), orograph::storage::in_memory()).expect("the graph can be read"));
+    let mut window = Harness::builder().with_size([1440.0, 900.0]).wgpu().build_eframe(|context| {
+        App::new(context, Some(file), orograph::storage::in_memory()).expect("the graph can be read")
+    });
     window.state_mut().session_mut().set_cells(cells);
     window
 }

@@ -138,9 +138,9 @@ impl Builder {
                 drop(sender);
             };
             let builder = thread::Builder::new().name("evaluation".to_owned());
-            builder.spawn_scoped(scope, evaluate).map_err(|error| {
-                Failure::unable(format!("cannot start a thread: {}", reason(&error)))
-            })?;
+            builder
+                .spawn_scoped(scope, evaluate)
+                .map_err(|error| Failure::unable(format!("cannot start a thread: {}", reason(&error))))?;
             let mut outcome = Ok(());
             for (at, delivery) in deliveries {
                 if outcome.is_ok() {

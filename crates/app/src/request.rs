@@ -38,6 +38,7 @@ pub struct Means {
     /// Threads that work; one per core unless said otherwise. The result is the same for any number
     #[arg(long, value_name = "N")]
     pub threads: Option<NonZero<usize>>,
+    /// Where results are stored.
     #[command(flatten)]
     pub storage: Storage,
 }

@@ -41,7 +41,8 @@ fn a_file_that_is_missing_is_named_and_read_when_it_comes() {
         r#"(world: (size: "4 km", cells: 64), nodes: { "dem": Import(file: "land.tif"), "b": Terrace(height: "dem"), "c": Perlin }, outputs: { "h": "b" })"#,
     );
     let path = folder.path().join("graph.ron");
-    let mut session = Session::open(Some(path), orograph_nodes::registry(), orograph::storage::in_memory(), || {}).expect("it opens");
+    let mut session =
+        Session::open(Some(path), orograph_nodes::registry(), orograph::storage::in_memory(), || {}).expect("it opens");
     session.keep(Journals::with_state(folder.path()), || {});
     build(&mut session);
     for node in ["dem", "b"] {
@@ -72,7 +73,9 @@ fn a_node_that_panics_takes_no_other_with_it() {
     );
     let registry = orograph_nodes::registry();
     let registry = Registry::new(registry.nodes().iter().copied().chain([&PANICS]));
-    let mut session = Session::open(Some(folder.path().join("graph.ron")), registry, orograph::storage::in_memory(), || {}).expect("it opens");
+    let mut session =
+        Session::open(Some(folder.path().join("graph.ron")), registry, orograph::storage::in_memory(), || {})
+            .expect("it opens");
     build(&mut session);
     assert!(failure(&session, "bad").contains("out of luck"));
     assert!(matches!(session.node("b").state, NodeState::Failed { at: Some(at), .. } if at == "bad"));

@@ -271,7 +271,9 @@ fn what_other_programs_save_is_followed() {
 fn window(file: &Path, state: PathBuf) -> Harness<'static, App> {
     let file = file.to_owned();
     Harness::builder().with_size([1000.0, 700.0]).with_max_steps(64).wgpu().build_eframe(move |context| {
-        App::new(context, Some(file), orograph::storage::in_memory()).expect("the file can be read").kept(context, Journals::with_state(&state))
+        App::new(context, Some(file), orograph::storage::in_memory())
+            .expect("the file can be read")
+            .kept(context, Journals::with_state(&state))
     })
 }
 

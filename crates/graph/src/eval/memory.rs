@@ -4,6 +4,7 @@ use super::{
     error::EvalError,
     needs::{Needs, Slot},
     plan::Plan,
+    stages::{Stage, Stages},
 };
 use crate::machine;
 
@@ -26,6 +27,37 @@ pub(super) fn check(plan: &Plan<'_>, needs: &Needs, limit: Option<u64>) -> Resul
         return Err(refuse(estimate.largest, None));
     }
     Ok(estimate.peak.0)
+}
+
+/// Estimates the memory of a build in stages.
+///
+/// # Errors
+/// When it would take more than the limit or, without one, more than the machine has to give.
+pub(super) fn check_stages(plan: &Plan<'_>, stages: &Stages, limit: Option<u64>) -> Result<(), EvalError> {
+    let mut peak = (0, 0);
+    for (at, stage) in stages.all.iter().enumerate() {
+        // Results of earlier stages that this or a later one reads.
+        let read = |result: &(usize, usize)| stages.all[at..].iter().any(|stage| stage.reads.contains(result));
+        let held = stages.all[..at].iter().flat_map(|stage| stage.results.iter().map(move |result| (stage, result)));
+        let held: u64 =
+            held.filter(|(_, result)| read(result)).map(|(stage, result)| bytes(plan, stage, *result)).sum();
+        let put_together = stage.results.iter().zip(&stage.streamed).filter(|(_, streamed)| streamed.is_none());
+        let given: u64 = put_together.map(|(result, _)| bytes(plan, stage, *result)).sum();
+        let step = stage.steps.last().or(stage.results.first().map(|(step, _)| step)).copied().unwrap_or(0);
+        peak = peak.max((held + given + stage.bytes, step));
+    }
+    let (needs, step) = peak;
+    let available = limit.or_else(machine::available);
+    match available {
+        Some(most) if needs > most => {
+            Err(EvalError::TooLarge { node: plan.steps[step].instance.name.clone(), needs, available })
+        }
+        _ => Ok(()),
+    }
+}
+
+fn bytes(plan: &Plan<'_>, stage: &Stage, (step, output): (usize, usize)) -> u64 {
+    plan.steps[step].output_bytes(output, &stage.window)
 }
 
 /// Bytes, and the step at which they are needed.

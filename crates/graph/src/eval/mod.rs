@@ -16,9 +16,11 @@ mod memory;
 mod needs;
 mod plan;
 mod run;
+mod stages;
 mod store;
 #[cfg(test)]
 mod tests;
+mod work;
 
 use std::{fmt, io, num::NonZero, path::Path, sync::Arc, sync::Mutex, time::Duration};
 
@@ -28,7 +30,12 @@ pub use key::Key;
 pub use live::Live;
 pub use store::{Store, StoreFolder, Usage};
 
-use self::{files::Files, key::Origins, needs::Needs, plan::Plan, run::Run};
+use self::{
+    files::Files,
+    key::Origins,
+    plan::Plan,
+    work::{Pinned, Work},
+};
 use crate::{
     backend::{Backend, Cpu},
     graph::{Graph, Port},
@@ -110,9 +117,6 @@ impl fmt::Debug for EvaluatorOptions {
             .finish()
     }
 }
-
-/// Bytes up to which kernels run side by side even where one after the other would take less.
-const SIDE_BY_SIDE: u64 = 256 << 20;
 
 /// Evaluates graphs, and remembers results by what they come from. It can be shared: evaluations of several threads
 /// find each other's results, and take turns on its workers, so that one may wait for a kernel of another.
@@ -212,79 +216,12 @@ impl Evaluator {
         events: &(dyn Fn(Event) + Sync),
         deliver: &(dyn Fn(usize, Delivery) + Sync),
     ) {
-        let mut numbers: Vec<usize> = (0..evaluation.requests.len()).collect();
-        // A stored result that is not there after all is planned again, without it.
-        while !numbers.is_empty() && !cancel.is_cancelled() {
-            let requests: Vec<Request> = numbers.iter().map(|number| evaluation.requests[*number]).collect();
-            let left = self.attempt(&Evaluation { requests: &requests, ..*evaluation }, &numbers, cancel, events, deliver);
-            numbers = left.into_iter().map(|request| numbers[request]).collect();
-        }
-        for number in numbers {
-            deliver(number, Err(EvalError::Cancelled));
-        }
-    }
-
-    /// Plans and runs once; gives the requests that are left without an answer.
-    fn attempt(
-        &self,
-        evaluation: &Evaluation<'_>,
-        numbers: &[usize],
-        cancel: &Cancel,
-        events: &(dyn Fn(Event) + Sync),
-        deliver: &(dyn Fn(usize, Delivery) + Sync),
-    ) -> Vec<usize> {
-        let mut plan = Plan::new(evaluation.graph, evaluation.requests, evaluation.byproducts);
-        let mut origins = self.origins(&mut plan, evaluation.folder, cancel);
-        let (needs, peak) = loop {
-            let needs = Needs::new(&self.store, &plan, &origins);
-            match memory::check(&plan, &needs, self.memory_limit) {
-                Ok(peak) => break (needs, peak),
-                Err((at, error)) => {
-                    plan.steps[at].fault = Some(error);
-                    plan.spread_faults(&mut origins);
-                }
-            }
-        };
-        if cancel.is_cancelled() {
-            return (0..numbers.len()).collect();
-        }
-        self.tell(&plan, &origins, &needs, events);
-        for (request, target) in plan.targets.iter().enumerate() {
-            let fault = target.as_ref().map_or_else(|error| Some(error), |target| plan.steps[target.step].fault.as_ref());
-            if let Some(fault) = fault {
-                deliver(numbers[request], Err(fault.clone()));
-            }
-        }
-        let ceiling = peak.max(SIDE_BY_SIDE);
-        let folder = evaluation.folder;
-        let run = Run::new(self, &plan, &origins, needs, numbers, folder, ceiling, cancel, events, deliver);
-        self.pool.scope(|scope| run.pump(scope));
-        run.finish()
+        let pinned = Pinned::default();
+        Work { evaluation: *evaluation, pinned: &pinned, keeps: true, cancel, events, deliver }.carry_out(self);
     }
 
     fn origins(&self, plan: &mut Plan<'_>, folder: &Path, cancel: &Cancel) -> Vec<Option<Origins>> {
         key::origins(plan, &*self.backend, &self.files, folder, cancel)
-    }
-
-    /// Tells what is found and what will be computed, with the warnings of kernels that ran before.
-    fn tell(&self, plan: &Plan<'_>, origins: &[Option<Origins>], needs: &Needs, events: &(dyn Fn(Event) + Sync)) {
-        let steps = || 0..plan.steps.len();
-        let compute = steps().filter(|at| needs.computes(*at)).count();
-        let cached = steps().filter(|at| needs.is_found(*at)).count();
-        events(Event::Planned { compute, cached });
-        for (at, step) in plan.steps.iter().enumerate().filter(|(at, _)| !needs.computes(*at)) {
-            let (node, name) = (step.index, || step.name.clone());
-            let kept = origins[at].as_ref().map(|origins| self.store.notes(origins.key));
-            for message in kept.iter().flat_map(|kept| kept.iter()) {
-                events(Event::Warning { node, name: name(), message: message.clone() });
-            }
-            if needs.is_found(at) && !needs.is_stored(at) {
-                let bytes = needs.found[at].iter().map(needs::Slot::bytes).sum::<u64>() as usize;
-                let (time, origin) = (Duration::ZERO, Origin::Memory);
-                let cells = step.wanted.world.cells;
-                events(Event::NodeFinished { node, name: name(), cells, time, bytes, origin });
-            }
-        }
     }
 
     /// Writes the requested values that are in memory to the store's folder, where there is one, so that another run of

@@ -5,6 +5,7 @@ use super::{
     key::Origins,
     plan::{Plan, Step},
     store::{Found, Ticket},
+    work::Pinned,
 };
 use crate::{job::Wanted, value::Value};
 
@@ -44,7 +45,7 @@ pub(super) struct Needs {
 
 impl Needs {
     /// Looks results up from the requests towards the sources: what feeds a result that was found is not looked at.
-    pub(super) fn new(store: &Store, plan: &Plan<'_>, origins: &[Option<Origins>]) -> Self {
+    pub(super) fn new(store: &Store, pinned: &Pinned, plan: &Plan<'_>, origins: &[Option<Origins>]) -> Self {
         let count = plan.steps.len();
         let mut needs = Self {
             wanted: vec![Wanted::NONE; count],
@@ -57,7 +58,7 @@ impl Needs {
         }
         for (at, step) in plan.steps.iter().enumerate().rev() {
             let Some(origins) = &origins[at] else { continue };
-            let wanted = needs.recall(store, at, step, origins);
+            let wanted = needs.recall(store, pinned, at, step, origins);
             if wanted == Wanted::NONE {
                 continue;
             }
@@ -80,10 +81,14 @@ impl Needs {
     }
 
     /// Finds the outputs of a step that are read; gives those that have to be computed.
-    fn recall(&mut self, store: &Store, at: usize, step: &Step<'_>, origins: &Origins) -> Wanted {
+    fn recall(&mut self, store: &Store, pinned: &Pinned, at: usize, step: &Step<'_>, origins: &Origins) -> Wanted {
         let mut wanted = Wanted::NONE;
         for output in (0..step.types.len()).filter(|output| self.readers[at][*output] > 0) {
             let slot = (origins.key, output);
+            if let Some(value) = pinned.get(&slot) {
+                self.found[at][output] = Slot::Here(value.clone());
+                continue;
+            }
             self.found[at][output] = match store.find(slot, step.types[output], &step.wanted) {
                 Some(Found::Memory(value)) => Slot::Here(value),
                 Some(Found::Disk(ticket)) => Slot::Stored(ticket),

@@ -170,11 +170,16 @@ impl Step<'_> {
     pub(super) fn kernel_bytes(&self, wanted: Wanted, steps: &[Step<'_>]) -> u64 {
         let cuts = self.wires().filter(|(source, _)| steps[*source].wanted != self.window);
         let cuts: u64 = cuts.map(|(source, output)| steps[source].output_bytes(output, &self.window)).sum();
+        cuts + self.own_bytes(wanted, &self.window)
+    }
+
+    /// Bytes of the wanted outputs on a window, and of the scratch of the kernel that computes them there.
+    pub(super) fn own_bytes(&self, wanted: Wanted, window: &Window) -> u64 {
         let given = (0..self.types.len()).filter(|output| wanted.contains(*output));
-        let given: u64 = given.map(|output| self.output_bytes(output, &self.window)).sum();
+        let given: u64 = given.map(|output| self.output_bytes(output, window)).sum();
         let wired: Vec<bool> = self.inputs.iter().map(|source| matches!(source, Source::Wire { .. })).collect();
-        let sizing = Sizing { params: &self.instance.params, window: self.window, wired: &wired, wanted };
-        cuts + given + self.instance.node.scratch.bytes(&sizing)
+        let sizing = Sizing { params: &self.instance.params, window: *window, wired: &wired, wanted };
+        given + self.instance.node.scratch.bytes(&sizing)
     }
 }
 
@@ -333,7 +338,7 @@ fn windows(
 }
 
 /// The window a kernel must work on for `wanted` to be right.
-fn reached(reach: Reach, params: &ParamValues, wanted: &Window) -> Window {
+pub(super) fn reached(reach: Reach, params: &ParamValues, wanted: &Window) -> Window {
     match reach {
         Reach::Point => *wanted,
         Reach::World => Window::whole(wanted.world),

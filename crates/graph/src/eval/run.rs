@@ -21,7 +21,7 @@ use rayon::Scope;
 pub(super) use self::kernel::attempt;
 use self::state::{State, Task};
 use super::{
-    Delivered, Delivery, Evaluator,
+    Delivered, Delivery, Evaluator, Work,
     error::EvalError,
     event::{Event, Origin, lock, now},
     key::Origins,
@@ -43,6 +43,8 @@ pub(super) struct Run<'r> {
     folder: &'r Path,
     events: &'r (dyn Fn(Event) + Sync),
     deliver: &'r (dyn Fn(usize, Delivery) + Sync),
+    /// Whether results are kept in the store.
+    keeps: bool,
     /// The request's number for the caller, per request of the plan.
     numbers: &'r [usize],
     /// Most bytes that kernels side by side may take.
@@ -55,22 +57,19 @@ pub(super) struct Run<'r> {
 }
 
 impl<'r> Run<'r> {
-    #[expect(clippy::too_many_arguments, reason = "what one evaluation consists of")]
     pub(super) fn new(
         evaluator: &'r Evaluator,
+        work: &'r Work<'r>,
         plan: &'r Plan<'r>,
         origins: &'r [Option<Origins>],
         needs: Needs,
         numbers: &'r [usize],
-        folder: &'r Path,
         ceiling: u64,
-        cancel: &'r Cancel,
-        events: &'r (dyn Fn(Event) + Sync),
-        deliver: &'r (dyn Fn(usize, Delivery) + Sync),
     ) -> Self {
         let state = Mutex::new(State::new(plan, needs));
-        let disk_failed = AtomicBool::new(false);
-        Self { evaluator, plan, origins, folder, events, deliver, numbers, ceiling, cancel, disk_failed, state }
+        let Work { evaluation, keeps, cancel, events, deliver, .. } = *work;
+        let (folder, disk_failed) = (evaluation.folder, AtomicBool::new(false));
+        Self { evaluator, plan, origins, folder, events, deliver, keeps, numbers, ceiling, cancel, disk_failed, state }
     }
 
     /// Starts ready tasks until the pool is busy.
@@ -98,7 +97,7 @@ impl<'r> Run<'r> {
             Ok(values) => {
                 self.publish(at, &values);
                 self.pump(scope);
-                if self.evaluator.store.folder().is_some_and(|place| start.elapsed() >= place.worth) {
+                if self.keeps && self.evaluator.store.folder().is_some_and(|place| start.elapsed() >= place.worth) {
                     self.write(at, step, &values);
                 }
             }
@@ -184,7 +183,7 @@ impl<'r> Run<'r> {
         let step = &self.plan.steps[at];
         let key = self.origins[at].as_ref().map(|origins| origins.key);
         for (output, value) in values.iter().enumerate() {
-            if let (Some(value), Some(key)) = (value, key) {
+            if let (Some(value), Some(key), true) = (value, key, self.keeps) {
                 self.evaluator.store.insert((key, output), &step.wanted, value);
             }
         }

@@ -228,13 +228,10 @@ impl Export {
 
     fn begin(&mut self, context: &Context, session: &Session) {
         self.job = None;
-        match self
-            .request(session)
-            .and_then(|request| {
-                let folder = PathBuf::from(self.folder.trim());
-                Job::start(session.evaluator(), request, folder, self.form.clone(), context)
-            })
-        {
+        match self.request(session).and_then(|request| {
+            let folder = PathBuf::from(self.folder.trim());
+            Job::start(session.evaluator(), request, folder, self.form.clone(), context)
+        }) {
             Ok(job) => (self.job, self.refused, self.follows) = (Some(job), None, true),
             Err(failure) => self.refused = Some(failure),
         }

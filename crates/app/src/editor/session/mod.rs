@@ -545,7 +545,8 @@ impl Session {
             let inputs = 0..graph.instance(node).node.inputs.len();
             inputs.filter_map(move |input| graph.source(node, input))
         });
-        let byproducts = read.filter_map(|port| expanded.port(port)).chain(expanded.outputs.iter().map(|output| output.port));
+        let byproducts =
+            read.filter_map(|port| expanded.port(port)).chain(expanded.outputs.iter().map(|output| output.port));
         Order {
             revision: self.revision,
             byproducts: byproducts.collect(),

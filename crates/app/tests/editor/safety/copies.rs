@@ -17,7 +17,9 @@ use crate::{graph, settle};
 fn kept(file: Option<PathBuf>, state: &Path) -> Harness<'static, App> {
     let state = state.to_owned();
     Harness::builder().with_size([1000.0, 700.0]).with_max_steps(64).wgpu().build_eframe(move |context| {
-        App::new(context, file, orograph::storage::in_memory()).expect("the file can be read").kept(context, Journals::with_state(&state))
+        App::new(context, file, orograph::storage::in_memory())
+            .expect("the file can be read")
+            .kept(context, Journals::with_state(&state))
     })
 }
 
@@ -94,7 +96,8 @@ fn the_files_of_an_archive_go_with_the_work_that_is_given_up() {
     let state = folder.path().join("state");
     let archive = packed(&folder.path().join("far"));
     let open = |file: Option<PathBuf>| {
-        let mut session = Session::open(file, orograph_nodes::registry(), orograph::storage::in_memory(), || {}).expect("it can be read");
+        let mut session = Session::open(file, orograph_nodes::registry(), orograph::storage::in_memory(), || {})
+            .expect("it can be read");
         session.keep(Journals::with_state(&state), || {});
         session
     };

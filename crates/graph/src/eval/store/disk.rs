@@ -313,9 +313,7 @@ fn is_hex(text: &str) -> bool {
 
 /// Returns true if a file name is one that the store gives.
 fn is_name(file: &str) -> bool {
-    file.split_at_checked(32).is_some_and(|(hash, rest)| {
-        is_hex(hash) && parse(&rest.replace(NOTES, ENDING)).is_some()
-    })
+    file.split_at_checked(32).is_some_and(|(hash, rest)| is_hex(hash) && parse(&rest.replace(NOTES, ENDING)).is_some())
 }
 
 /// The window in the part of a file's name after the hash: `.X.Y.WxH.orovalue`.

@@ -11,9 +11,9 @@ use std::{
     sync::{Arc, Mutex},
 };
 
-pub use disk::{StoreFolder, Usage};
-pub(super) use disk::Ticket;
 use disk::Disk;
+pub(super) use disk::Ticket;
+pub use disk::{StoreFolder, Usage};
 use memory::MemoryCache;
 pub(super) use memory::Slot;
 

@@ -164,7 +164,8 @@ fn evaluate(
     cancel: &Cancel,
     events: &(dyn Fn(Event) + Sync),
 ) -> Result<Vec<Value>, EvalError> {
-    let requests: Vec<Request> = requests.iter().map(|(port, window)| Request { port: *port, window: *window }).collect();
+    let requests: Vec<Request> =
+        requests.iter().map(|(port, window)| Request { port: *port, window: *window }).collect();
     let evaluation = Evaluation { graph, folder: Path::new(""), requests: &requests, byproducts: &[] };
     evaluator.evaluate(&evaluation, cancel, events).into_iter().collect()
 }

@@ -64,4 +64,45 @@ proptest! {
             prop_assert_eq!(got.as_field(), Some(&all.as_field().expect("a field").crop(window)));
         }
     }
+
+    #[test]
+    fn bands_make_up_what_is_built_at_once(
+        parts in prop::collection::vec((0..4usize, any::<prop::sample::Index>(), any::<prop::sample::Index>(), 0.0..6.0), 1..12),
+        ends in prop::collection::vec((any::<prop::sample::Index>(), any::<bool>()), 1..5),
+        window in window(),
+        band_cells in 1..400u32,
+        threads in 1..4usize,
+        warm in any::<bool>(),
+    ) {
+        let graph = graph(&parts);
+        let port = |index: &prop::sample::Index| {
+            graph.port(&format!("n{}", index.index(parts.len() + 1))).expect("exists")
+        };
+        let requests: Vec<Request> = ends.iter().map(|(at, _)| Request { port: port(at), window }).collect();
+        let evaluation = Evaluation { graph: &graph, folder: Path::new(""), requests: &requests, byproducts: &[] };
+        let cancel = Cancel::default();
+        let expected = evaluator(1).evaluate(&evaluation, &cancel, &|_| {});
+        let evaluator = evaluator(threads);
+        if warm {
+            let one = Evaluation { requests: &requests[..1], ..evaluation };
+            evaluator.evaluate(&one, &cancel, &|_| {});
+        }
+        let streamed: Vec<bool> = ends.iter().map(|(_, streamed)| *streamed).collect();
+        let given: Mutex<Vec<Vec<Field>>> = Mutex::new(vec![Vec::new(); requests.len()]);
+        evaluator.build_in_stages(&evaluation, &window, &streamed, band_cells, &cancel, &|_| {}, &|request, delivery| {
+            let value = delivery.expect("built").value;
+            given.lock().expect("no panic")[request].push(value.as_field().expect("a field").clone());
+        });
+        for ((bands, expected), streamed) in given.into_inner().expect("no panic").iter().zip(&expected).zip(&streamed) {
+            let expected = expected.as_ref().expect("built").as_field().expect("a field");
+            prop_assert!(!bands.is_empty() && (*streamed || bands.len() == 1));
+            let mut row = window.origin[1];
+            for band in bands {
+                prop_assert_eq!(band.window().origin[1], row);
+                prop_assert_eq!(band, &expected.crop(band.window()));
+                row += band.window().cells[1];
+            }
+            prop_assert_eq!(row, window.origin[1] + window.cells[1]);
+        }
+    }
 }

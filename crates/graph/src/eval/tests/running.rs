@@ -144,9 +144,8 @@ fn a_failure_leaves_the_other_requests_alone() {
     let evaluation = Evaluation { graph: &graph, folder: Path::new(""), requests: &requests, byproducts: &[] };
     for threads in [1, 2] {
         let answers = evaluator(threads).evaluate(&evaluation, &Cancel::default(), &|_| {});
-        let failed = |answer: &Result<Value, EvalError>| {
-            matches!(answer, Err(EvalError::Node { node, .. }) if node == "right")
-        };
+        let failed =
+            |answer: &Result<Value, EvalError>| matches!(answer, Err(EvalError::Node { node, .. }) if node == "right");
         assert!(failed(&answers[0]) && failed(&answers[3]), "{answers:?}");
         assert_eq!(answers[1].as_ref().ok().and_then(Value::as_field).and_then(|f| f.range(0)), Some((6.0, 6.0)));
         assert!(matches!(answers[2], Err(EvalError::Request(_))));

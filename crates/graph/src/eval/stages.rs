@@ -1,0 +1,194 @@
+//! Building in stages, for worlds whose rasters fill the memory: what needs the whole world is computed whole, everything
+//! between in bands of rows, so that only what is read as a whole is ever there as a whole.
+//!
+//! A result is *whole* when its node reaches across the world, when such a node reads it, or when it is requested as a
+//! whole. All others exist for one band at a time: a band of the requested rows is followed up the wires, with the halos of
+//! the nodes' reaches, to whole results. Nodes give the same bytes in a band as in the world, as the tests of their reach
+//! show, so the bands are those of the whole.
+
+mod bands;
+mod plan;
+
+pub(super) use self::plan::{Stage, Stages};
+use super::{
+    Delivered, Delivery, Evaluation, Evaluator, Request,
+    error::EvalError,
+    event::Event,
+    memory,
+    needs::Needs,
+    plan::{Plan, Target},
+    work::{Pinned, Work},
+};
+use crate::{job::Cancel, value::Value, world::Window};
+
+/// Cells of a band, about; fewer make the start of a kernel felt, more take memory.
+const BAND_CELLS: u32 = 1 << 20;
+/// Bytes of one plane from which on stages are worth their bookkeeping.
+const LARGE: u64 = 16 << 20;
+
+impl Evaluator {
+    /// As [`Self::deliver`], with as little memory as the graph allows: a request for which `streamed` is true may be
+    /// answered by several values, bands of its rows from north to south. Kernels run one after the other. Requests on
+    /// different windows are answered as by `deliver`.
+    pub fn deliver_in_bands(
+        &self,
+        evaluation: &Evaluation<'_>,
+        streamed: &[bool],
+        cancel: &Cancel,
+        events: &(dyn Fn(Event) + Sync),
+        deliver: &(dyn Fn(usize, Delivery) + Sync),
+    ) {
+        let Some(window) = common_window(evaluation.requests).filter(|window| plane_bytes(window) >= LARGE) else {
+            return self.deliver(evaluation, cancel, events, deliver);
+        };
+        self.build_in_stages(evaluation, &window, streamed, BAND_CELLS, cancel, events, deliver);
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "what a build consists of")]
+    pub(super) fn build_in_stages(
+        &self,
+        evaluation: &Evaluation<'_>,
+        window: &Window,
+        streamed: &[bool],
+        band_cells: u32,
+        cancel: &Cancel,
+        events: &(dyn Fn(Event) + Sync),
+        deliver: &(dyn Fn(usize, Delivery) + Sync),
+    ) {
+        let mut plan = Plan::new(evaluation.graph, evaluation.requests, &[]);
+        let origins = self.origins(&mut plan, evaluation.folder, cancel);
+        let sound = |target: &Target| plan.steps[target.step].fault.is_none();
+        if !plan.targets.iter().all(|target| target.as_ref().is_ok_and(sound)) {
+            // Faults are told there.
+            return self.deliver(evaluation, cancel, events, deliver);
+        }
+        let needs = Needs::new(&self.store, &Pinned::default(), &plan, &origins);
+        let stages = Stages::new(&plan, &needs, window, streamed, band_cells);
+        if let Err(error) = memory::check_stages(&plan, &stages, self.memory_limit) {
+            for request in 0..evaluation.requests.len() {
+                deliver(request, Err(error.clone()));
+            }
+            return;
+        }
+        let compute = (0..plan.steps.len()).filter(|at| needs.computes(*at)).count();
+        let cached = (0..plan.steps.len()).filter(|at| needs.is_found(*at)).count();
+        drop(needs);
+        events(Event::Planned { compute, cached });
+
+        let course = Course { evaluator: self, evaluation, plan: &plan, origins: &origins, cancel, events, deliver };
+        let mut pinned = Pinned::default();
+        let mut answered = vec![false; evaluation.requests.len()];
+        for (at, stage) in stages.all.iter().enumerate() {
+            if let Err(error) = course.pass(stage, &mut pinned, &mut answered) {
+                for request in (0..answered.len()).filter(|request| !answered[*request]) {
+                    deliver(request, Err(error.clone()));
+                }
+                return;
+            }
+            // What no later stage reads is released.
+            pinned.retain(|slot, _| {
+                stages.all[at + 1..].iter().any(|later| later.reads.iter().any(|read| course.slot(*read) == *slot))
+            });
+        }
+    }
+}
+
+/// The course of a build through its stages.
+struct Course<'a> {
+    evaluator: &'a Evaluator,
+    evaluation: &'a Evaluation<'a>,
+    plan: &'a Plan<'a>,
+    origins: &'a [Option<super::key::Origins>],
+    cancel: &'a Cancel,
+    events: &'a (dyn Fn(Event) + Sync),
+    deliver: &'a (dyn Fn(usize, Delivery) + Sync),
+}
+
+impl Course<'_> {
+    fn slot(&self, (step, output): (usize, usize)) -> super::store::Slot {
+        (self.origins[step].as_ref().expect("a step without a fault has a key").key, output)
+    }
+
+    fn request(&self, (step, output): (usize, usize), window: Window) -> Request {
+        Request { port: crate::graph::Port { node: self.plan.steps[step].index, output }, window }
+    }
+
+    /// Computes the results of a stage; pins those that later stages read, and answers requests.
+    fn pass(&self, stage: &Stage, pinned: &mut Pinned, answered: &mut [bool]) -> Result<(), EvalError> {
+        let values = match stage.band_rows {
+            Some(rows) => self.pass_bands(stage, rows, pinned, answered)?,
+            None => {
+                let requests: Vec<Request> = stage
+                    .results
+                    .iter()
+                    .map(|result| self.request(*result, self.plan.steps[result.0].wanted))
+                    .collect();
+                let evaluation = Evaluation { requests: &requests, byproducts: &[], ..*self.evaluation };
+                let quiet = |event: Event| {
+                    if !matches!(event, Event::Planned { .. }) {
+                        (self.events)(event);
+                    }
+                };
+                self.values(evaluation, pinned, true, &quiet)?.into_iter().map(Some).collect()
+            }
+        };
+        for (result, value) in stage.results.iter().zip(values) {
+            let Some(value) = value else { continue };
+            for (request, target) in self.plan.targets.iter().enumerate() {
+                let Ok(target) = target else { continue };
+                if (target.step, target.output) == *result && !answered[request] {
+                    answered[request] = true;
+                    let value = cut(&value, &target.window, &self.plan.steps[target.step].name)?;
+                    (self.deliver)(request, Ok(Delivered { value, key: self.key(target) }));
+                }
+            }
+            pinned.insert(self.slot(*result), value);
+        }
+        Ok(())
+    }
+
+    fn key(&self, target: &Target) -> super::Key {
+        self.slot((target.step, target.output)).0.output(target.output, &target.window)
+    }
+
+    /// The values of requests, or the first error.
+    fn values(
+        &self,
+        evaluation: Evaluation<'_>,
+        pinned: &Pinned,
+        keeps: bool,
+        events: &(dyn Fn(Event) + Sync),
+    ) -> Result<Vec<Value>, EvalError> {
+        let answers = std::sync::Mutex::new(vec![Err(EvalError::Cancelled); evaluation.requests.len()]);
+        let deliver = |request: usize, delivery: Delivery| {
+            super::event::lock(&answers)[request] = delivery.map(|delivered| delivered.value);
+        };
+        Work { evaluation, pinned, keeps, cancel: self.cancel, events, deliver: &deliver }.carry_out(self.evaluator);
+        answers.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner).into_iter().collect()
+    }
+}
+
+fn cut(value: &Value, window: &Window, node: &str) -> Result<Value, EvalError> {
+    match value {
+        Value::Field(field) => field.try_crop(window).map(Value::Field).map_err(|refused| EvalError::TooLarge {
+            node: node.to_owned(),
+            needs: refused.bytes,
+            available: None,
+        }),
+        Value::Lines(_) | Value::Report(_) => Ok(value.clone()),
+    }
+}
+
+/// The window of all requests, if it is one.
+fn common_window(requests: &[Request]) -> Option<Window> {
+    let first = requests.first()?.window;
+    requests
+        .iter()
+        .all(|request| request.window == first)
+        .then_some(first)
+        .filter(|window| window.world.check().is_ok())
+}
+
+fn plane_bytes(window: &Window) -> u64 {
+    u64::from(window.cells[0]) * u64::from(window.cells[1]) * size_of::<f32>() as u64
+}

@@ -1,0 +1,102 @@
+//! What one evaluation is about, and its course: plan, look up, check the memory, run, and plan again what was lost.
+
+use std::collections::HashMap;
+
+use super::{
+    Delivery, Evaluation, Evaluator, Request,
+    event::{Event, Origin},
+    key::Origins,
+    memory,
+    needs::{Needs, Slot},
+    plan::Plan,
+    run::Run,
+    store,
+};
+use crate::{job::Cancel, value::Value};
+
+/// Bytes up to which kernels run side by side even where one after the other would take less.
+const SIDE_BY_SIDE: u64 = 256 << 20;
+
+/// Values that are held for the evaluations of one request after the other.
+pub(super) type Pinned = HashMap<store::Slot, Value>;
+
+/// An evaluation with those who watch it.
+#[derive(Clone, Copy)]
+pub(super) struct Work<'a> {
+    pub(super) evaluation: Evaluation<'a>,
+    /// What is there whatever the store holds.
+    pub(super) pinned: &'a Pinned,
+    /// Whether results are kept in the store.
+    pub(super) keeps: bool,
+    pub(super) cancel: &'a Cancel,
+    pub(super) events: &'a (dyn Fn(Event) + Sync),
+    pub(super) deliver: &'a (dyn Fn(usize, Delivery) + Sync),
+}
+
+impl Work<'_> {
+    /// Answers all requests.
+    pub(super) fn carry_out(&self, evaluator: &Evaluator) {
+        let mut numbers: Vec<usize> = (0..self.evaluation.requests.len()).collect();
+        // A stored result that is not there after all is planned again, without it.
+        while !numbers.is_empty() && !self.cancel.is_cancelled() {
+            let left = self.attempt(evaluator, &numbers);
+            numbers = left.into_iter().map(|request| numbers[request]).collect();
+        }
+        for number in numbers {
+            (self.deliver)(number, Err(super::EvalError::Cancelled));
+        }
+    }
+
+    /// Plans and runs once; gives the requests that are left without an answer, by their places among `numbers`.
+    fn attempt(&self, evaluator: &Evaluator, numbers: &[usize]) -> Vec<usize> {
+        let Evaluation { graph, folder, requests, byproducts } = self.evaluation;
+        let requests: Vec<Request> = numbers.iter().map(|number| requests[*number]).collect();
+        let mut plan = Plan::new(graph, &requests, byproducts);
+        let mut origins = evaluator.origins(&mut plan, folder, self.cancel);
+        let (needs, peak) = loop {
+            let needs = Needs::new(&evaluator.store, self.pinned, &plan, &origins);
+            match memory::check(&plan, &needs, evaluator.memory_limit) {
+                Ok(peak) => break (needs, peak),
+                Err((at, error)) => {
+                    plan.steps[at].fault = Some(error);
+                    plan.spread_faults(&mut origins);
+                }
+            }
+        };
+        if self.cancel.is_cancelled() {
+            return (0..numbers.len()).collect();
+        }
+        self.tell(evaluator, &plan, &origins, &needs);
+        for (request, target) in plan.targets.iter().enumerate() {
+            let fault = target.as_ref().map_or_else(Some, |target| plan.steps[target.step].fault.as_ref());
+            if let Some(fault) = fault {
+                (self.deliver)(numbers[request], Err(fault.clone()));
+            }
+        }
+        let run = Run::new(evaluator, self, &plan, &origins, needs, numbers, peak.max(SIDE_BY_SIDE));
+        evaluator.pool.scope(|scope| run.pump(scope));
+        run.finish()
+    }
+
+    /// Tells what is found and what will be computed, with the warnings of kernels that ran before.
+    fn tell(&self, evaluator: &Evaluator, plan: &Plan<'_>, origins: &[Option<Origins>], needs: &Needs) {
+        let events = self.events;
+        let steps = || 0..plan.steps.len();
+        let compute = steps().filter(|at| needs.computes(*at)).count();
+        let cached = steps().filter(|at| needs.is_found(*at)).count();
+        events(Event::Planned { compute, cached });
+        for (at, step) in plan.steps.iter().enumerate().filter(|(at, _)| !needs.computes(*at)) {
+            let (node, name) = (step.index, || step.name.clone());
+            let kept = origins[at].as_ref().map(|origins| evaluator.store.notes(origins.key));
+            for message in kept.iter().flat_map(|kept| kept.iter()) {
+                events(Event::Warning { node, name: name(), message: message.clone() });
+            }
+            if needs.is_found(at) && !needs.is_stored(at) {
+                let bytes = needs.found[at].iter().map(Slot::bytes).sum::<u64>() as usize;
+                let (time, origin) = (std::time::Duration::ZERO, Origin::Memory);
+                let cells = step.wanted.world.cells;
+                events(Event::NodeFinished { node, name: name(), cells, time, bytes, origin });
+            }
+        }
+    }
+}
