@@ -18,6 +18,7 @@ mod lines;
 mod migrate;
 mod node;
 mod param;
+mod ports;
 mod process;
 mod registry;
 mod report;
@@ -48,6 +49,7 @@ pub use param::{
     StepPoints, Stroke, Strokes, TimedStrokes, Tool, When, check_value, range_text,
 };
 pub use petgraph::stable_graph::NodeIndex;
+pub use ports::{Carried, InputReader, ends};
 pub use process::{Moment, Process};
 pub use registry::Registry;
 pub use report::{Axis, Measure, Report, Series};
