@@ -21,6 +21,7 @@ pub mod memory;
 mod migrate;
 mod node;
 mod param;
+mod ports;
 mod process;
 mod registry;
 mod report;
@@ -54,6 +55,7 @@ pub use param::{
     StepPoints, Stroke, Strokes, TimedStrokes, Tool, When, check_value, range_text,
 };
 pub use petgraph::stable_graph::NodeIndex;
+pub use ports::{Carried, InputReader, ends};
 pub use process::{Moment, Process};
 pub use registry::Registry;
 pub use report::{Axis, Measure, Report, Series};
