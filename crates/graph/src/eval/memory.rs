@@ -1,7 +1,7 @@
 //! Whether there is memory for a plan, asked before anything runs.
 
 use super::{error::EvalError, needs::Needs, plan::Plan};
-use crate::machine;
+use crate::{machine, memory::with_capacity};
 
 /// Refuses a plan whose values would take more than the limit or, without one, more than the machine has to give. The
 /// estimate is of samples alive at once when steps run one after another; what kernels use beside their inputs and
@@ -63,5 +63,5 @@ fn estimate(plan: &Plan<'_>, needs: &Needs) -> Estimate {
 
 /// Asks the system for so much address space and gives it back untouched.
 fn can_allocate(bytes: u64) -> bool {
-    usize::try_from(bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok())
+    usize::try_from(bytes).is_ok_and(|bytes| with_capacity::<u8>(bytes).is_ok())
 }
