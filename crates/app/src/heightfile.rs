@@ -59,7 +59,7 @@ pub fn read(path: &Path, scale: &Scale) -> Result<Field, Failure> {
             _ => error.remedy(),
         };
         let failure = match &error.problem {
-            Problem::Unreadable(_) => Failure::unable(error.to_string()),
+            Problem::Unreadable(_) | Problem::OutOfMemory(_) => Failure::unable(error.to_string()),
             _ => Failure::wrong(error.to_string()),
         };
         failure.hint(remedy)
@@ -70,6 +70,9 @@ pub fn read(path: &Path, scale: &Scale) -> Result<Field, Failure> {
     }
     raster::height_field(raster, scale.range.unwrap_or([0.0, 1.0]), scale.cell).map_err(|problem| match problem {
         Problem::NoCellSize => wrong("does not say how large its cells are", "say it in metres: `--cell 30`"),
+        problem @ Problem::OutOfMemory(_) => {
+            Failure::unable(format!("`{}`: {problem}", path.display())).hint(problem.remedy())
+        }
         problem => Failure::wrong(format!("`{}`: {problem}", path.display())).hint(problem.remedy()),
     })
 }

@@ -2,6 +2,8 @@
 
 mod bad_input;
 mod files;
+#[cfg(target_os = "linux")]
+mod limits;
 mod manual;
 mod reuse;
 mod run;

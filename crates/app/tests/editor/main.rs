@@ -26,7 +26,11 @@ use std::{
 };
 
 use egui_kittest::Harness;
-use orograph::editor::App;
+use orograph::{editor::App, memory::Memory};
+
+/// As in the program.
+#[global_allocator]
+static MEMORY: Memory = Memory;
 
 /// A graph file of the project.
 fn graph(name: &str) -> PathBuf {

@@ -1,6 +1,7 @@
 //! Journals, work of earlier times, other windows and other programs on the same file.
 
 mod copies;
+mod memory;
 
 use std::{
     fs,

@@ -6,7 +6,7 @@ use super::{
     plan::Plan,
     stages::{Stage, Stages},
 };
-use crate::machine;
+use crate::{machine, memory::with_capacity};
 
 /// Estimates the memory of a plan whose steps run one after another; gives its peak in bytes.
 ///
@@ -109,5 +109,5 @@ fn estimate(plan: &Plan<'_>, needs: &Needs) -> Estimate {
 
 /// Asks the system for so much address space and gives it back untouched.
 fn can_allocate(bytes: u64) -> bool {
-    usize::try_from(bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok())
+    usize::try_from(bytes).is_ok_and(|bytes| with_capacity::<u8>(bytes).is_ok())
 }

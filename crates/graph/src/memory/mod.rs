@@ -1,7 +1,7 @@
 //! Where rasters and scratch come from, and what happens when there is no memory for anything else.
 //!
-//! A kernel asks for everything that grows with its window through [`zeroed`], [`filled`], [`copied`] or
-//! [`with_capacity`]. When the system has no such memory they give back [`OutOfMemory`], which `?` turns into an error
+//! A kernel asks for everything that grows with its window through [`zeroed`], [`filled`], [`copied`],
+//! [`collected`] or [`with_capacity`]. When the system has no such memory they give back [`OutOfMemory`], which `?` turns into an error
 //! that names the node and the remedy.
 //!
 //! Every other allocation is small and cannot fail in Rust's standard library without ending the program. The
@@ -16,5 +16,5 @@ mod work;
 
 pub use leftover::{Left, Leftover, each_leftover};
 pub use notes::{Note, Notes};
-pub use rasters::{OutOfMemory, REMEDY, Zero, copied, filled, is_asking, with_capacity, zeroed};
+pub use rasters::{OutOfMemory, REMEDY, Zero, collected, copied, filled, is_asking, with_capacity, zeroed};
 pub use work::{each_running, running};

@@ -114,6 +114,16 @@ pub fn copied<T: Copy>(values: &[T]) -> Result<Vec<T>, OutOfMemory> {
     Ok(all)
 }
 
+/// What an iterator gives, which knows how much that is.
+///
+/// # Errors
+/// [`OutOfMemory`].
+pub fn collected<T>(values: impl ExactSizeIterator<Item = T>) -> Result<Vec<T>, OutOfMemory> {
+    let mut all = with_capacity(values.len())?;
+    all.extend(values);
+    Ok(all)
+}
+
 /// An empty vector with room for so many values.
 ///
 /// # Errors
@@ -136,6 +146,7 @@ mod tests {
         assert_eq!(zeroed::<u8>(0), Ok(Vec::new()));
         assert_eq!(filled(3, f32::INFINITY), Ok(vec![f32::INFINITY; 3]));
         assert_eq!(copied(&[1, 2, 3]), Ok(vec![1, 2, 3]));
+        assert_eq!(collected([1, 2, 3].iter().map(|v| v * v)), Ok(vec![1, 4, 9]));
         let mut rows = with_capacity::<u64>(7).expect("little");
         let room = rows.capacity();
         rows.extend(0..7);

@@ -5,6 +5,8 @@
 //! the south-west cell. The format names no reference system: grids that fit on the globe in cells of at most a tenth
 //! of a degree are taken for longitude and latitude.
 
+use orograph_graph::memory::with_capacity;
+
 use super::{Cell, GoOn, Problem, Raster, claimed_cells, looks_geographic};
 
 #[derive(Default)]
@@ -34,7 +36,7 @@ pub(super) fn read(bytes: &[u8], go_on: GoOn<'_>) -> Result<Raster, Problem> {
     };
     // A cell takes a digit and a blank at least.
     let cells = claimed_cells(columns, rows, 2, bytes.len() as u64 + 1, 1)?;
-    let mut samples = Vec::with_capacity(cells);
+    let mut samples = with_capacity(cells)?;
     for word in words.by_ref().take(cells) {
         let value: f32 = parse(word).ok_or_else(|| {
             let at = samples.len() as u64;

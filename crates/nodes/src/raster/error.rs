@@ -5,7 +5,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use orograph_graph::NodeError;
+use orograph_graph::{
+    NodeError,
+    memory::{OutOfMemory, REMEDY},
+};
 
 /// A raster file that could not be read or written: the file and its [`Problem`].
 #[derive(Debug, thiserror::Error)]
@@ -104,6 +107,9 @@ pub enum Problem {
     /// It was told to stop.
     #[error("it was stopped before its end")]
     Stopped,
+    /// The system had no memory for it.
+    #[error(transparent)]
+    OutOfMemory(#[from] OutOfMemory),
     /// The system refused to write it.
     #[error("it cannot be written: {0}")]
     Unwritable(#[source] io::Error),
@@ -144,6 +150,7 @@ impl Problem {
                 "say the size of a cell in metres, or give the file its place (N40W106.hgt, a GeoTIFF with tags)"
             }
             Self::Stopped => "try again",
+            Self::OutOfMemory(_) => REMEDY,
             Self::NoCellSize => "say the size of a cell in metres",
             Self::Unwritable(_) => "choose a folder that may be written to, and check that the disk has room",
             Self::NotFinite { .. } => "find the node that gives them, or write exr, tiff or r32",
@@ -175,6 +182,9 @@ impl RasterError {
 
 impl From<RasterError> for NodeError {
     fn from(error: RasterError) -> Self {
-        Self::failed_with_hint(error.to_string(), error.remedy())
+        match error.problem {
+            Problem::OutOfMemory(refused) => Self::OutOfMemory(refused),
+            _ => Self::failed_with_hint(error.to_string(), error.remedy()),
+        }
     }
 }

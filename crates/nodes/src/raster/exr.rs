@@ -14,6 +14,8 @@ use ::exr::{
     },
 };
 
+use orograph_graph::memory::collected;
+
 use super::{MAX_RATIO, Problem, Raster, Sidecar, claimed_cells};
 
 /// Names of a height channel, best first.
@@ -50,8 +52,8 @@ pub(super) fn read(bytes: &[u8], sidecar: Option<&Sidecar>) -> Result<Raster, Pr
     };
     let samples = match channel.sample_data {
         FlatSamples::F32(samples) => samples,
-        FlatSamples::F16(samples) => samples.iter().map(|v| v.to_f32()).collect(),
-        FlatSamples::U32(samples) => samples.iter().map(|v| *v as f32).collect(),
+        FlatSamples::F16(samples) => collected(samples.iter().map(|v| v.to_f32()))?,
+        FlatSamples::U32(samples) => collected(samples.iter().map(|v| *v as f32))?,
     };
     if samples.len() != columns * rows {
         return Err(Problem::Unsupported {

@@ -6,7 +6,7 @@
 //! cells around it, so narrow gaps keep detail and wide ones become smooth. What differs: known cells are never changed, so the
 //! weights of the finest level are 0 or 1.
 
-use orograph_graph::NodeError;
+use orograph_graph::{NodeError, memory::zeroed};
 use rayon::prelude::*;
 
 /// One level of the pyramid: values, and from 0 to 1 how much of each is known.
@@ -76,7 +76,7 @@ fn coarser(
     check: &(dyn Fn() -> Result<(), NodeError> + Sync),
 ) -> Result<Level, NodeError> {
     let (nx, ny) = (columns.div_ceil(2), rows.div_ceil(2));
-    let (mut values, mut weights) = (vec![0.0; nx * ny], vec![0.0; nx * ny]);
+    let (mut values, mut weights) = (zeroed(nx * ny)?, zeroed(nx * ny)?);
     values.par_chunks_mut(nx).zip(weights.par_chunks_mut(nx)).enumerate().try_for_each(|(j, (values, weights))| {
         for i in 0..nx {
             let (mut sum, mut weight) = (0.0, 0.0);

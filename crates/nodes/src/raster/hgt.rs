@@ -4,6 +4,8 @@
 //! degree lines: the samples are posts, so a cell is 1/(side - 1) degree and reaches half a cell beyond the tile. The name
 //! is the place of the south-west post.
 
+use orograph_graph::memory::collected;
+
 use super::{Cell, Problem, Raster};
 
 const VOID: i16 = -32768;
@@ -18,13 +20,10 @@ pub(super) fn read(bytes: &[u8], stem: &str) -> Result<Raster, Problem> {
             bytes.len()
         )));
     }
-    let samples = bytes
-        .chunks_exact(2)
-        .map(|b| match i16::from_be_bytes([b[0], b[1]]) {
-            VOID => f32::NAN,
-            v => f32::from(v),
-        })
-        .collect();
+    let samples = collected(bytes.chunks_exact(2).map(|b| match i16::from_be_bytes([b[0], b[1]]) {
+        VOID => f32::NAN,
+        v => f32::from(v),
+    }))?;
     let cell = 1.0 / (side - 1) as f64;
     let mut raster = Raster::new(side, side, samples);
     raster.cell = Some(Cell::Degrees([cell, cell]));

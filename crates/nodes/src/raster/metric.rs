@@ -66,8 +66,11 @@ pub fn height_field(raster: Raster, range: [f64; 2], cell_m: Option<f64>) -> Res
         None => raster.cell_m()?.ok_or(Problem::NoCellSize)?,
     };
     let Raster { columns, rows, mut samples, .. } = raster.decoded(range);
-    let never = |error: NodeError| Problem::Damaged(error.to_string());
-    fill_voids(columns, rows, &mut samples, &|| Ok(())).map_err(never)?;
+    let failed = |error| match error {
+        NodeError::OutOfMemory(refused) => Problem::OutOfMemory(refused),
+        never => Problem::Damaged(never.to_string()),
+    };
+    fill_voids(columns, rows, &mut samples, &|| Ok(())).map_err(failed)?;
     let mut cells = [columns as u64, rows as u64];
     if (dx - dy).abs() > 1e-6 * dx {
         cells[0] = ((columns as f64 * dx / dy).round() as u64).max(1);
@@ -82,7 +85,7 @@ pub fn height_field(raster: Raster, range: [f64; 2], cell_m: Option<f64>) -> Res
             GridAxis { source: columns, offset: 0.0, step: columns as f64 / f64::from(nx) },
             GridAxis { source: rows, offset: 0.0, step: 1.0 },
         ];
-        samples = resample(&samples, axes, [0, 0], [nx, ny], None, &|| Ok(())).map_err(never)?;
+        samples = resample(&samples, axes, [0, 0], [nx, ny], None, &|| Ok(())).map_err(failed)?;
     }
     let world = World { size: [f64::from(nx) * dy, f64::from(ny) * dy], cells: [nx, ny], ..World::default() };
     Ok(Field::new(Window::whole(world), samples))

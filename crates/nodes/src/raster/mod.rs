@@ -26,6 +26,8 @@ mod texture;
 
 use std::{fs, io, io::Read, path::Path};
 
+use orograph_graph::memory::with_capacity;
+
 pub use error::{Problem, RasterError};
 pub use fill::fill_voids;
 pub use metric::height_field;
@@ -160,7 +162,7 @@ fn load(path: &Path, go_on: GoOn<'_>) -> Result<Vec<u8>, Problem> {
         });
     }
     let mut file = fs::File::open(path).map_err(unreadable)?.take(meta.len());
-    let mut bytes = Vec::new();
+    let mut bytes = with_capacity(usize::try_from(meta.len()).unwrap_or(usize::MAX))?;
     while file.by_ref().take(1 << 23).read_to_end(&mut bytes).map_err(unreadable)? > 0 {
         if !go_on() {
             return Err(Problem::Stopped);

@@ -11,6 +11,8 @@ use std::io::{self, Cursor, Write};
 
 use ::png::{BitDepth, ColorType, Compression, Decoder, DecodingError, Encoder, EncodingError, Transformations};
 
+use orograph_graph::memory::{collected, zeroed};
+
 use super::{Coding, GoOn, MAX_RATIO, Problem, Raster, Sidecar, claimed_cells, filter::filter};
 
 /// Decodes a grey PNG.
@@ -36,7 +38,7 @@ pub(super) fn read(bytes: &[u8], sidecar: Option<&Sidecar>, go_on: GoOn<'_>) -> 
     }
     let too_large = || Problem::TooLarge { columns: columns.into(), rows: rows.into() };
     let line = reader.output_line_size(columns).ok_or_else(too_large)?;
-    let mut bytes = vec![0; reader.output_buffer_size().ok_or_else(too_large)?];
+    let mut bytes = zeroed(reader.output_buffer_size().ok_or_else(too_large)?)?;
     if reader.info().interlaced {
         reader.next_frame(&mut bytes).map_err(fault)?;
     } else {
@@ -48,15 +50,15 @@ pub(super) fn read(bytes: &[u8], sidecar: Option<&Sidecar>, go_on: GoOn<'_>) -> 
         }
     }
     let (samples, full): (Vec<f32>, u32) = match reader.output_color_type() {
-        (ColorType::Grayscale, BitDepth::Eight) => (bytes.iter().map(|v| f32::from(*v)).collect(), 255),
+        (ColorType::Grayscale, BitDepth::Eight) => (collected(bytes.iter().map(|v| f32::from(*v)))?, 255),
         (ColorType::GrayscaleAlpha, BitDepth::Eight) => {
-            (bytes.chunks_exact(2).map(|c| visible(u16::from(c[0]), u16::from(c[1]))).collect(), 255)
+            (collected(bytes.chunks_exact(2).map(|c| visible(u16::from(c[0]), u16::from(c[1]))))?, 255)
         }
         (ColorType::Grayscale, BitDepth::Sixteen) => {
-            (bytes.chunks_exact(2).map(|c| f32::from(word(c))).collect(), 65_535)
+            (collected(bytes.chunks_exact(2).map(|c| f32::from(word(c))))?, 65_535)
         }
         (ColorType::GrayscaleAlpha, BitDepth::Sixteen) => {
-            (bytes.chunks_exact(4).map(|c| visible(word(c), word(&c[2..]))).collect(), 65_535)
+            (collected(bytes.chunks_exact(4).map(|c| visible(word(c), word(&c[2..]))))?, 65_535)
         }
         _ => return Err(Problem::damaged("its samples are not of the kind it declares")),
     };

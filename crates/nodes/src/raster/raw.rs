@@ -2,12 +2,14 @@
 //!
 //! The shape is told by the sidecar; without one, the file must be a square.
 
+use orograph_graph::memory::collected;
+
 use super::{Coding, Problem, Raster, Sidecar, claimed_cells};
 
 /// Decodes 16-bit codes.
 pub(super) fn read_r16(bytes: &[u8], sidecar: Option<&Sidecar>) -> Result<Raster, Problem> {
     let (columns, rows) = shape(bytes, 2, sidecar)?;
-    let samples = bytes.chunks_exact(2).map(|b| f32::from(u16::from_le_bytes([b[0], b[1]]))).collect();
+    let samples = collected(bytes.chunks_exact(2).map(|b| f32::from(u16::from_le_bytes([b[0], b[1]]))))?;
     let mut raster = Raster::new(columns, rows, samples);
     raster.coding = Some(Coding { full: 65_535, range: sidecar.and_then(|s| s.range) });
     raster.cell = sidecar.and_then(Sidecar::cell);
@@ -17,7 +19,7 @@ pub(super) fn read_r16(bytes: &[u8], sidecar: Option<&Sidecar>) -> Result<Raster
 /// Decodes 32-bit numbers.
 pub(super) fn read_r32(bytes: &[u8], sidecar: Option<&Sidecar>) -> Result<Raster, Problem> {
     let (columns, rows) = shape(bytes, 4, sidecar)?;
-    let samples = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+    let samples = collected(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])))?;
     let mut raster = Raster::new(columns, rows, samples);
     raster.cell = sidecar.and_then(Sidecar::cell);
     Ok(raster)

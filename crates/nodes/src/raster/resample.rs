@@ -5,7 +5,7 @@
 //! interpolating splines"), cut to the two samples it lies between, so that it invents no summit and no pit. Where grids coincide,
 //! samples are copied bit by bit.
 
-use orograph_graph::NodeError;
+use orograph_graph::{NodeError, memory::zeroed};
 use rayon::prelude::*;
 
 /// How target cells lie on the source cells along one axis: target cell i covers `offset + i * step` to
@@ -123,7 +123,7 @@ pub fn resample(
     // Source rows are narrowed first, only those that are needed.
     let top = down.iter().map(|t| t.first).min().unwrap_or(0);
     let bottom = down.iter().map(|t| t.first + t.weights.len()).max().unwrap_or(0);
-    let mut narrowed = vec![0.0_f32; nx * (bottom - top)];
+    let mut narrowed = zeroed::<f32>(nx * (bottom - top))?;
     narrowed.par_chunks_mut(nx).zip(samples[top * columns..].par_chunks(columns)).try_for_each(|(out, row)| {
         for (out, taps) in out.iter_mut().zip(&across) {
             let reach = &row[taps.first..taps.first + taps.weights.len()];
@@ -132,7 +132,7 @@ pub fn resample(
         }
         check()
     })?;
-    let mut out = vec![0.0_f32; nx * down.len()];
+    let mut out = zeroed::<f32>(nx * down.len())?;
     out.par_chunks_mut(nx).zip(&down).try_for_each_init(
         || vec![0.0_f64; nx],
         |sums, (out, taps)| {

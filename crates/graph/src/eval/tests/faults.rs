@@ -1,6 +1,7 @@
 //! Nodes that fail, and graphs that cannot be built.
 
 use super::*;
+use crate::memory::{OutOfMemory, zeroed};
 
 /// A node whose kernel does something it must not.
 const fn faulty(id: &'static str, cpu: crate::Kernel) -> Node {
@@ -24,6 +25,10 @@ static GIVES_PLANES: Node = faulty("GivesPlanes", |job| {
 static GIVES_WHOLE: Node =
     faulty("GivesWhole", |job| Ok(Outputs::one("height", Field::constant(Window::whole(*job.world()), 0.0))));
 static REFUSES: Node = faulty("Refuses", |_| Err(NodeError::failed_with_hint("the well is dry", "dig deeper")));
+static TOO_MUCH: Node = faulty("TooMuch", |job| {
+    let samples = zeroed(1 << 60)?;
+    Ok(Outputs::one("height", Field::new(job.window(), samples)))
+});
 static STOPS: Node = faulty("Stops", |_| Err(NodeError::Cancelled));
 
 /// A height or a slope, as a parameter says.
@@ -105,6 +110,15 @@ fn what_does_not_fit_into_memory_is_refused_with_what_it_would_take() {
     let error = run(&evaluator, &graph, &["soft"], Window::whole(world(1024))).err().expect("refused");
     assert_eq!(error.to_string(), "building `soft` needs 8.0 MiB of memory; 1.0 MiB is available");
     assert!(run(&evaluator, &graph, &["soft"], Window::whole(world(256))).is_ok());
+}
+
+#[test]
+fn memory_that_a_kernel_is_refused_is_an_error_of_its_node() {
+    let error = error_of(&TOO_MUCH);
+    let refused = OutOfMemory { bytes: 1 << 62 };
+    assert_eq!(error, EvalError::OutOfMemory { node: "bad".to_owned(), id: "TooMuch", refused });
+    assert_eq!(error.to_string(), "`bad` (TooMuch): there is no memory for another 4.0 EiB");
+    assert!(error.hint().is_some_and(|hint| hint.contains("fewer cells")));
 }
 
 #[test]

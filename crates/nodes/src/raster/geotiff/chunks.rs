@@ -2,6 +2,7 @@
 
 use std::{borrow::Cow, io::Read};
 
+use orograph_graph::memory::{filled, zeroed};
 use rayon::prelude::*;
 use weezl::{BitOrder, LzwStatus};
 
@@ -175,7 +176,7 @@ impl Layout {
     pub(super) fn decode(&self, file: &[u8], nodata: Option<f64>, go_on: GoOn<'_>) -> Result<Vec<f32>, Problem> {
         let columns = self.columns as usize;
         let across = self.columns.div_ceil(self.chunk[0]) as usize;
-        let mut samples = vec![f32::NAN; columns * self.rows as usize];
+        let mut samples = filled(columns * self.rows as usize, f32::NAN)?;
         // A chunk is at most as high as the image here; a tile may be higher, and then there is one row of them.
         let band_rows = self.chunk[1].min(self.rows) as usize;
         samples.par_chunks_mut(columns * band_rows).enumerate().try_for_each(|(down, band)| {
@@ -238,7 +239,7 @@ impl Layout {
                 bytes.chunks_exact_mut(row_samples * width).for_each(|row| self.accumulate(row));
             }
             Predictor::Float => {
-                let mut row_copy = vec![0; row_samples * width];
+                let mut row_copy = zeroed(row_samples * width)?;
                 for row in bytes.to_mut().chunks_exact_mut(row_samples * width) {
                     row_copy.copy_from_slice(row);
                     gather_float(&mut row_copy, row, width, self.bands as usize);
@@ -292,7 +293,7 @@ fn swap(bytes: &mut [u8], width: usize) {
 }
 
 fn inflate(packed: &[u8], size: usize, index: usize) -> Result<Vec<u8>, Problem> {
-    let mut bytes = vec![0; size];
+    let mut bytes = zeroed(size)?;
     flate2::read::ZlibDecoder::new(packed)
         .read_exact(&mut bytes)
         .map_err(|error| Problem::damaged(format!("chunk {index} does not inflate: {error}")))?;
@@ -301,7 +302,7 @@ fn inflate(packed: &[u8], size: usize, index: usize) -> Result<Vec<u8>, Problem>
 
 /// Decodes until the chunk is full: some writers leave the closing code out or pad it away.
 fn unpack_lzw(packed: &[u8], size: usize, index: usize) -> Result<Vec<u8>, Problem> {
-    let mut bytes = vec![0; size];
+    let mut bytes = zeroed(size)?;
     let mut decoder = weezl::decode::Decoder::with_tiff_size_switch(BitOrder::Msb, 8);
     let (mut read, mut written) = (0, 0);
     while written < size {
