@@ -60,8 +60,10 @@ fn reading(path: &Path, count: usize) {
     line(count, "graph expanded", [None, Some(expanded), None]);
 }
 
-/// The drags of the tables: what they are called, and the edit of an event.
-fn drags(count: usize) -> [(&'static str, Box<dyn Fn(usize) -> Edit>); 3] {
+/// A drag of the table: what it is called, and the edit of an event.
+type Drag = (&'static str, Box<dyn Fn(usize) -> Edit>);
+
+fn drags(count: usize) -> [Drag; 3] {
     let (last, middle) = (format!("n{}", count - 1), format!("n{}", count / 2));
     let set = |node: String, name: &'static str, first: usize| {
         move |event: usize| Edit::SetText { node: node.clone(), name: name.into(), text: format!("{}", first + event) }

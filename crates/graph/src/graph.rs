@@ -13,7 +13,7 @@ use petgraph::{
 
 use crate::{
     node::{Fallback, Node, OutputType},
-    param::ParamValues,
+    param::{ParamSpec, ParamValues},
     suggest::closest,
     value::PortType,
 };
@@ -35,12 +35,12 @@ impl Instance {
     /// A node with the defaults of its kind.
     #[must_use]
     pub fn new(name: impl Into<String>, node: &'static Node) -> Self {
-        Self {
-            name: name.into(),
-            node,
-            params: ParamValues::defaults(&node.specs()),
-            constants: vec![None; node.inputs.len()],
-        }
+        Self::with(name, node, &node.specs())
+    }
+
+    /// The same where the specifications of the kind have been made already.
+    pub(crate) fn with(name: impl Into<String>, node: &'static Node, specs: &[ParamSpec]) -> Self {
+        Self { name: name.into(), node, params: ParamValues::defaults(specs), constants: vec![None; node.inputs.len()] }
     }
 
     /// The type of an output, where `wired` gives the type of what is wired to an input.

@@ -5,6 +5,7 @@
 mod brush;
 mod canvas;
 mod clipboard;
+mod drags;
 mod export;
 mod files;
 mod frames;

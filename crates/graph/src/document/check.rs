@@ -411,8 +411,8 @@ impl Checker<'_> {
         body: Option<&Group>,
         pending: &mut Vec<Pending>,
     ) -> Option<NodeIndex> {
-        let mut instance = Instance::new(&entry.name, node);
         let specs = node.specs();
+        let mut instance = Instance::with(&entry.name, node, &specs);
         let mut given = Vec::new();
         if let Some(group) = body {
             self.problems.duplicates(group, &format!("in `{}`", entry.name));

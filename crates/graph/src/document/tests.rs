@@ -3,6 +3,7 @@
 use super::*;
 use crate::{CurvePoints, FileName, Input, Migration, Node, Output, PathPoints, PortType, Seed, Step, Unit};
 
+mod costs;
 mod edits;
 mod form;
 mod fuzz;

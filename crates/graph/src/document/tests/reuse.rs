@@ -329,3 +329,64 @@ fn files_that_multiply_and_files_too_deep_are_refused() {
     assert!(deepest("40.ron").contains("deep in one another"), "{}", deepest("40.ron"));
     assert_eq!(deepest("4.ron"), "");
 }
+
+#[test]
+fn a_file_is_parsed_again_only_when_it_says_something_else() {
+    let (folder, mut document) = using(
+        r#""a": Subgraph(file: "lib/ridge.ron", land: "b"), "b": Ridged(), "c": Subgraph(file: "lib/ridge.ron")"#,
+    );
+    let files = |document: &Document| document.statistics().files_parsed;
+    assert_eq!(files(&document), 1);
+    let shown = |document: &Document| document.problems().iter().map(|p| p.code).collect::<Vec<_>>();
+    assert_eq!(shown(&document), [] as [&str; 0]);
+    for age in 1..5 {
+        document.set_from_text("a", "age", &format!("{age}5 Myr")).expect_err("only up to 4");
+        document.set_from_text("a", "age", &format!("0.{}5 Myr", age + 5)).expect("it is fine");
+        document.amend(&Edit::SetLayout { node: "b".into(), at: Some([f64::from(age), 0.0]) }).expect("it is fine");
+    }
+    document.apply(&Edit::RenameNode { from: "b".into(), to: "ground".into() }).expect("it is fine");
+    assert!(document.undo() && document.redo());
+    let ridge = folder.path().join("lib/ridge.ron");
+    std::fs::write(&ridge, RIDGE).expect("written");
+    let build = document.build();
+    document.look_again();
+    assert_eq!(files(&document), 1);
+    assert_ne!(document.build(), build);
+
+    std::fs::write(&ridge, RIDGE.replace("octaves: 3", "octaves: 4")).expect("written");
+    document.set_from_text("a", "age", "1.25 Myr").expect("it is fine");
+    assert_eq!(files(&document), 2);
+    // Equal nodes of several uses are there once.
+    let base = document.expand().graph.find("c/base").expect("it is there");
+    assert_eq!(document.expand().graph.instance(base).params.get("octaves"), Some(&ParamValue::Int(4)));
+
+    // What a file depends on is looked at again, though its text is the same.
+    std::fs::remove_file(folder.path().join("lib/data/map.png")).expect("removed");
+    document.look_again();
+    assert!(shown(&document).contains(&"subgraph"), "{:?}", document.problems());
+    std::fs::write(folder.path().join("lib/data/map.png"), "").expect("written");
+    document.look_again();
+    assert_eq!(shown(&document), [] as [&str; 0]);
+}
+
+#[test]
+fn a_file_that_is_kept_is_still_refused_where_it_uses_itself() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, nodes: &str| {
+        let text = format!("(nodes: {{ {nodes} }}, outputs: {{ \"o\": \"a\" }})");
+        std::fs::write(folder.path().join(name), text).expect("written");
+    };
+    write("inner.ron", "\"a\": Ridged()");
+    write("middle.ron", "\"a\": Subgraph(file: \"inner.ron\")");
+    let mut document = at(folder.path(), "\"a\": Subgraph(file: \"middle.ron\")");
+    assert_eq!(document.problems(), []);
+    assert_eq!(document.statistics().files_parsed, 2);
+    write("inner.ron", "\"a\": Subgraph(file: \"middle.ron\")");
+    document.look_again();
+    assert!(document.has_errors(), "middle.ron uses itself through inner.ron");
+    write("inner.ron", "\"a\": Ridged(octaves: 2)");
+    document.look_again();
+    assert_eq!(document.problems(), []);
+    let a = document.expand().graph.find("a/a/a").expect("it is there");
+    assert_eq!(document.expand().graph.instance(a).params.get("octaves"), Some(&ParamValue::Int(2)));
+}
