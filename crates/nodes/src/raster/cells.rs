@@ -25,7 +25,7 @@ pub(super) enum Cells {
     },
     /// Red, green and blue with the curve of sRGB, in so many bytes.
     Light {
-        curve: Srgb,
+        curve: Box<Srgb>,
         bytes: usize,
     },
     Normal,

@@ -27,6 +27,7 @@ mod resample;
 mod sidecar;
 mod srgb;
 mod texture;
+mod whole;
 mod writer;
 
 use std::{fs, io, io::Read, path::Path};
@@ -40,7 +41,8 @@ pub use resample::{GridAxis, resample};
 pub use sidecar::{Sidecar, sidecar_path};
 pub use srgb::srgb_bytes;
 pub use texture::apportioned;
-pub use writer::{Finished, Writer, write, write_colour};
+pub use whole::{write, write_colour};
+pub use writer::{Finished, Writer};
 
 /// The most cells a file may have: 4 GiB of samples, 32768 cells a side.
 pub const MAX_CELLS: u64 = 1 << 30;

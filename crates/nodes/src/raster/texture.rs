@@ -96,7 +96,7 @@ mod tests {
     use super::{super::Content, *};
 
     fn write(path: &Path, content: Content, field: &Field) {
-        super::super::writer::whole(path, content, field, None, &|| true).expect("written");
+        super::super::whole::whole(path, content, field, None, &|| true).expect("written");
     }
 
     fn field(planes: usize, value: impl Fn(usize, usize) -> f32) -> Field {
