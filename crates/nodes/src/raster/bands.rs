@@ -176,8 +176,10 @@ fn rows_that_are_not_the_next_are_refused() {
     let top = band(&field, 0, 50);
     let mut writer = Writer::begin(&path, *top.window(), content).expect("begun");
     assert!(refused(&mut writer, &band(&field, 0, 51)).contains("at most 50"));
+    drop(writer);
     let mut writer = Writer::begin(&path, *field.window(), Content::Colour).expect("begun");
     assert!(refused(&mut writer, &field).contains("2 planes where 3"));
+    drop(writer);
     let unknown = Content::Numbers(Format::R16, Writing::default());
     assert!(unknown.needs_whole() && !unknown.over(&field).needs_whole() && !content.needs_whole());
     let Err(error) = Writer::begin(&path, *field.window(), unknown) else { panic!("its range is not known") };
