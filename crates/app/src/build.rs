@@ -8,13 +8,13 @@ use std::{
 };
 
 use orograph_graph::{
-    Cancel, Delivered, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Origin, Port, Value,
+    Cancel, Delivered, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Origin, OutputDecl, Port, Value,
 };
 
 use crate::{
     failure::{Failure, reason},
     machine,
-    outputs::{Form, OutputFolder, Written},
+    outputs::{Form, OutputFolder, OutputWriter, Written},
     progress::Progress,
     request::{Means, Request},
 };
@@ -88,19 +88,20 @@ impl Builder {
         progress: &dyn Progress,
     ) -> Result<(Vec<Value>, Vec<Timing>), Failure> {
         let mut values = vec![None; ports.len()];
-        let timings = self.stream(request, ports, cancel, progress, |at, delivered| {
+        let timings = self.stream(request, ports, &vec![false; ports.len()], cancel, progress, |at, delivered| {
             values[at] = Some(delivered.value);
             Ok(())
         })?;
         Ok((values.into_iter().flatten().collect(), timings))
     }
 
-    /// Evaluates outputs of the graph on the whole world and gives each to `take`, on this thread, as soon as it is there
-    /// and while others are computed.
+    /// Evaluates outputs of the graph and gives each to `take`, on this thread, as soon as it is there and while others are
+    /// computed; those for which `streamed` is true may come in bands of rows.
     fn stream(
         &self,
         request: &Request,
         ports: &[Port],
+        streamed: &[bool],
         cancel: &Cancel,
         progress: &dyn Progress,
         mut take: impl FnMut(usize, Delivered) -> Result<(), Failure>,
@@ -131,7 +132,7 @@ impl Builder {
         let (sender, deliveries) = sync_channel(WAITING);
         let outcome = thread::scope(|scope| {
             let evaluate = || {
-                self.evaluator.deliver(&evaluation, &stop, &events, &|at, delivery| {
+                self.evaluator.deliver_in_bands(&evaluation, streamed, &stop, &events, &|at, delivery| {
                     // Nobody takes any more after a failure.
                     let _ = sender.send((at, delivery));
                 });
@@ -187,18 +188,36 @@ impl Builder {
     ) -> Result<Built, Failure> {
         let start = machine::now();
         form.engine.map_or(Ok(()), |engine| engine.check(request.world.cells))?;
-        let mut staging = OutputFolder::prepare(folder, &request.outputs, form)?;
+        let staging = OutputFolder::prepare(folder, &request.outputs, form)?;
         let ports: Vec<Port> = request.outputs.iter().map(|output| output.port).collect();
-        let world = request.world;
+        let window = request.window();
+        let has_rows = |output: &OutputDecl| output.ty.planes().is_some();
+        let mut writers: Vec<Option<OutputWriter<'_>>> = Vec::with_capacity(ports.len());
+        for output in &request.outputs {
+            writers.push(has_rows(output).then(|| staging.writer(output, &window)).transpose()?);
+        }
+        let streamed: Vec<bool> =
+            writers.iter().map(|writer| writer.as_ref().is_some_and(OutputWriter::is_streamable)).collect();
         let mut left = ports.len();
-        let timings = self.stream(request, &ports, cancel, progress, |at, Delivered { value, key }| {
-            left -= 1;
+        let timings = self.stream(request, &ports, &streamed, cancel, progress, |at, Delivered { value, key }| {
+            let end = window.origin[1] + window.cells[1];
+            let is_last =
+                value.as_field().is_none_or(|field| field.window().origin[1] + field.window().cells[1] == end);
+            left -= usize::from(is_last);
             if left == 0 {
                 progress.writing();
             }
-            staging.write(&request.outputs[at], &value, &world, &key.to_string(), cancel)?;
+            match (writers[at].as_mut(), value.as_field()) {
+                (Some(writer), Some(rows)) => writer.rows(rows, cancel)?,
+                _ => staging.write(&request.outputs[at], &value, &window.world, &key.to_string(), cancel)?,
+            }
+            drop(value);
+            if let Some(writer) = writers[at].take_if(|_| is_last) {
+                writer.finish(&key.to_string(), cancel)?;
+            }
             if cancel.is_cancelled() { Err(Failure::stopped()) } else { Ok(()) }
         })?;
+        drop(writers);
         let files = staging.commit()?;
         Ok(Built { files, timings, time: start.elapsed() })
     }

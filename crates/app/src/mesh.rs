@@ -2,7 +2,7 @@
 //!
 //! A regular grid of vertices that spans the world, as fine as a number of triangles allows and no finer than the cells.
 //! Lengths are metres; x runs east, y up, z south, right-handed, with the middle of the world at x = z = 0 and y the
-//! elevation. Each square is split along the diagonal whose ends differ less in height, so that ridges and valleys that run
+//! elevation, so that meshes of windows fit together. Each square is split along the diagonal whose ends differ less in height, so that ridges and valleys that run
 //! askew stay whole. Textures of the whole world fit as they are: u runs east and v south from the north-west corner.
 //!
 //! Sources: Khronos Group, 2021, "glTF 2.0 Specification"; Wavefront Technologies, 1995, "Object Files (.obj)".
@@ -62,6 +62,12 @@ impl Mesh {
         let grid = at_vertices(height, [nx + 1, ny + 1], go_on)?;
         let (columns, rows) = (nx as usize + 1, ny as usize + 1);
         let (size, [dx, dy], z) = (extent(height), spacing(height, [nx + 1, ny + 1]), grid.plane(0));
+        let window = height.window();
+        // the north-west corner from the middle of the world, as whole cells: exact for the whole world
+        let corner = [0, 1].map(|axis| {
+            let middle = 0.5 * (f64::from(window.world.cells[axis]) * window.cell_m());
+            f64::from(window.origin[axis]) * window.cell_m() - middle
+        });
         let mut mesh = Self {
             positions: Vec::with_capacity(z.len()),
             normals: Vec::with_capacity(z.len()),
@@ -80,7 +86,7 @@ impl Mesh {
                 let (x, south) = (i as f64 * dx, j as f64 * dy);
                 let (p, q) = (slope(at, i, columns, 1, dx), slope(at, j, rows, columns, dy));
                 let length = (1.0 + p * p + q * q).sqrt();
-                mesh.positions.push([(x - 0.5 * size[0]) as f32, z[at], (south - 0.5 * size[1]) as f32]);
+                mesh.positions.push([(x + corner[0]) as f32, z[at], (south + corner[1]) as f32]);
                 mesh.normals.push([-p / length, 1.0 / length, -q / length].map(|v| v as f32));
                 mesh.places.push([(x / size[0]) as f32, (south / size[1]) as f32]);
             }
@@ -201,6 +207,7 @@ fn squares([nx, ny]: [u32; 2], most: u64) -> [u32; 2] {
 
 #[cfg(test)]
 mod tests {
+    use orograph_graph::Window;
     use orograph_nodes::math;
 
     use super::*;
@@ -223,6 +230,19 @@ mod tests {
         }
         assert_eq!(squares([5000, 3], 200), [100, 1]);
         assert_eq!(squares([3, 5000], 200), [1, 100]);
+    }
+
+    /// Two windows side by side lie where the whole does, and meet.
+    #[test]
+    fn meshes_of_windows_fit_together() {
+        let whole = hills();
+        let half = |west: u32| whole.crop(&Window { origin: [west, 0], cells: [30, 40], ..*whole.window() });
+        let ends = |height: &Field| {
+            let mesh = mesh(height, 1_000_000);
+            let x = mesh.positions.iter().map(|[x, ..]| *x);
+            [x.clone().fold(f32::INFINITY, f32::min), x.fold(f32::NEG_INFINITY, f32::max)]
+        };
+        assert_eq!([ends(&whole), ends(&half(0)), ends(&half(30))], [[-750.0, 750.0], [-750.0, 0.0], [0.0, 750.0]]);
     }
 
     /// The triangles cover the world once, all facing up: their shadows sum to its area.

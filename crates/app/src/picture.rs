@@ -38,42 +38,89 @@ pub fn of_height(height: &Field, view: View) -> Field {
     }
 }
 
-/// The most pixels of a preview along its longer side.
-const PREVIEW_SIDE: u32 = 2048;
-
-/// A picture of heights that any viewer opens: the map, of larger cells where there are more than 2048 along a side.
-#[must_use]
-pub fn preview(height: &Field) -> Field {
-    of_height(&shrunk(height, PREVIEW_SIDE), View::Map)
-}
-
 /// The means of squares of cells, as large as it takes for no side to have more than `most` of them. Those at the east
 /// and south sides may be cut.
 pub(crate) fn shrunk(field: &Field, most: u32) -> Field {
-    let window = field.window();
-    let side = window.cells[0].max(window.cells[1]).div_ceil(most) as usize;
-    if side == 1 {
+    let mut shrinking = Shrinking::new(field.window(), field.planes(), most);
+    if shrinking.side == 1 {
         return field.clone();
     }
-    let cells = window.cells.map(|count| count.div_ceil(side as u32));
-    let size = cells.map(|count| f64::from(count) * side as f64 * window.cell_m());
-    let nx = window.nx();
-    let rows = |plane: usize| {
-        field.plane(plane).par_chunks(side * nx).flat_map_iter(move |band| {
-            let mean = move |first: usize| {
-                let columns = first..(first + side).min(nx);
-                let (mut sum, mut count) = (0.0, 0.0);
-                for row in band.chunks_exact(nx) {
-                    sum += row[columns.clone()].iter().map(|v| f64::from(*v)).sum::<f64>();
-                    count += columns.len() as f64;
+    shrinking.rows(field);
+    shrinking.finish()
+}
+
+/// [`shrunk`] of a raster whose rows come in bands.
+pub(crate) struct Shrinking {
+    window: Window,
+    /// Cells along a side of a square.
+    side: usize,
+    /// Rows that have come.
+    done: usize,
+    planes: Vec<Squares>,
+}
+
+/// The squares of a plane.
+struct Squares {
+    means: Vec<f32>,
+    /// Sums over the rows that have come of squares whose last row has not.
+    open: Vec<f64>,
+}
+
+impl Shrinking {
+    pub(crate) fn new(window: &Window, planes: usize, most: u32) -> Self {
+        let side = window.cells[0].max(window.cells[1]).div_ceil(most) as usize;
+        let squares = |_| Squares { means: Vec::new(), open: Vec::new() };
+        Self { window: *window, side, done: 0, planes: (0..planes).map(squares).collect() }
+    }
+
+    /// Takes the next rows.
+    pub(crate) fn rows(&mut self, band: &Field) {
+        let (nx, ny, side) = (self.window.nx(), self.window.ny(), self.side);
+        let (first, end) = (self.done, self.done + band.window().ny());
+        for (plane, squares) in self.planes.iter_mut().enumerate() {
+            let samples = band.plane(plane);
+            if side == 1 {
+                squares.means.extend_from_slice(samples);
+                continue;
+            }
+            let open = &squares.open;
+            let sums = |square: usize| {
+                let rows = (square * side).max(first)..((square + 1) * side).min(end);
+                let mut sums = if square * side < first { open.clone() } else { vec![0.0; nx.div_ceil(side)] };
+                for row in samples[(rows.start - first) * nx..(rows.end - first) * nx].chunks_exact(nx) {
+                    for (sum, part) in sums.iter_mut().zip(row.chunks(side)) {
+                        *sum += part.iter().map(|v| f64::from(*v)).sum::<f64>();
+                    }
                 }
-                (sum / count) as f32
+                sums
             };
-            (0..nx).step_by(side).map(mean)
-        })
-    };
-    let samples = (0..field.planes()).into_par_iter().flat_map(rows).collect();
-    Field::with_planes(Window::whole(World { size, cells, ..window.world }), field.planes(), samples)
+            let all: Vec<Vec<f64>> = (first / side..end.div_ceil(side)).into_par_iter().map(sums).collect();
+            for (square, sums) in (first / side..).zip(all) {
+                let last = ((square + 1) * side).min(ny);
+                if last > end {
+                    squares.open = sums;
+                    continue;
+                }
+                let cells = |i: usize| (side.min(nx - i * side) * (last - square * side)) as f64;
+                squares.means.extend(sums.iter().enumerate().map(|(i, sum)| (sum / cells(i)) as f32));
+            }
+        }
+        self.done = end;
+    }
+
+    /// The squares of all rows.
+    pub(crate) fn finish(self) -> Field {
+        let (planes, side) = (self.planes.len(), self.side);
+        let mut means = self.planes.into_iter().map(|squares| squares.means);
+        let mut samples = means.next().unwrap_or_default();
+        means.for_each(|means| samples.extend_from_slice(&means));
+        if side == 1 {
+            return Field::with_planes(self.window, planes, samples);
+        }
+        let cells = self.window.cells.map(|count| count.div_ceil(side as u32));
+        let size = cells.map(|count| f64::from(count) * side as f64 * self.window.cell_m());
+        Field::with_planes(Window::whole(World { size, cells, ..self.window.world }), planes, samples)
+    }
 }
 
 /// A picture of one plane of numbers: black at the lowest, white at the highest.
@@ -145,6 +192,26 @@ mod tests {
         // squares of 2 x 2 cells, those in the east of 1 x 2, in the south of 2 x 1
         assert_eq!(small.samples(), [4.0, 6.0, 8.0, 9.5, 14.5, 16.5, 18.5, 20.0]);
         assert_eq!((small.window().cells, small.window().cell_m()), ([4, 2], 20.0));
+    }
+
+    /// Rows in any bands give the same squares, of which the last are cut.
+    #[test]
+    fn squares_do_not_depend_on_the_bands() {
+        let world = World { size: [531.0, 47.0], cells: [531, 47], ..World::default() };
+        let window = Window::whole(world);
+        let value = |at: usize| orograph_graph::mix(at as u32) as f32 * 1e-5;
+        let field = Field::with_planes(window, 2, (0..2 * window.len()).map(value).collect());
+        for most in [600, 531, 200, 100, 7] {
+            let whole = shrunk(&field, most);
+            for height in [1, 4, 5, 13, 46] {
+                let mut shrinking = Shrinking::new(&window, 2, most);
+                for first in (0..47).step_by(height as usize) {
+                    let band = Window { origin: [0, first], cells: [531, height.min(47 - first)], ..window };
+                    shrinking.rows(&field.crop(&band));
+                }
+                assert_eq!(shrinking.finish(), whole, "{most}, {height}");
+            }
+        }
     }
 
     #[test]

@@ -128,7 +128,7 @@ fn normal_texture(normal: &Field, go_on: GoOn<'_>) -> Result<Field, NodeError> {
 
 /// Codes over the range of heights.
 fn codes(format: Format, range: [f64; 2], dither: bool) -> Content {
-    Content::Numbers(format, Writing { range: Some(range), dither, red: false })
+    Content::Numbers(format, Writing { range: Some(range), dither, ..Writing::default() })
 }
 
 /// Lowest and highest height; a metre for level ground, since an engine's terrain has an extent.

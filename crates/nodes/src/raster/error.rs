@@ -113,6 +113,9 @@ pub enum Problem {
     /// The system refused to write it.
     #[error("it cannot be written: {0}")]
     Unwritable(#[source] io::Error),
+    /// Rows that a writer cannot take: a caller's mistake, never a file's.
+    #[error("its rows do not fit: {0}")]
+    Misfit(String),
     /// A 16-bit format cannot hold samples that are not numbers.
     #[error("{count} cells are not finite, which a 16-bit format cannot hold")]
     NotFinite {
@@ -153,6 +156,7 @@ impl Problem {
             Self::OutOfMemory(_) => REMEDY,
             Self::NoCellSize => "say the size of a cell in metres",
             Self::Unwritable(_) => "choose a folder that may be written to, and check that the disk has room",
+            Self::Misfit(_) => "this is a mistake of the program; write the outputs one by one with `--only`",
             Self::NotFinite { .. } => "find the node that gives them, or write exr, tiff or r32",
         }
     }

@@ -1,28 +1,34 @@
 //! Raster files: reading elevation models, writing results.
 //!
 //! Read: GeoTIFF, grey PNG, OpenEXR, ESRI ASCII grids, SRTM tiles, raw 16-bit and 32-bit samples ([`read`]). Written:
-//! OpenEXR, GeoTIFF, grey PNG, raw samples, colour PNG ([`write()`], [`write_colour`]), textures for engines
-//! ([`write_normal`], [`write_weights`], [`write_tint`], [`write_control`]), always under a temporary name that is renamed
-//! into place, with a JSON [`Sidecar`] for what a format cannot say itself.
+//! OpenEXR, GeoTIFF, grey PNG, raw samples, colour PNG, textures for engines ([`Content`]), by one [`Writer`] that takes rows
+//! as they come, always under a temporary name that is renamed into place, with a JSON [`Sidecar`] for what a format cannot
+//! say itself.
 //!
 //! Files come from anywhere, so no reader trusts one. What a reader allocates is bounded by the length of the file: the
 //! cells a header claims are compared with the bytes there are and the strongest compression the format knows
 //! (`claimed_cells`), before anything of that size is allocated. Every offset is checked against the file.
 
 mod ascii;
+mod cells;
+mod codes;
 mod error;
 mod exr;
 mod fill;
 mod filter;
+mod format;
 mod geotiff;
 mod hgt;
 mod metric;
+mod part;
 mod png;
 mod raw;
 mod resample;
-mod save;
 mod sidecar;
+mod srgb;
 mod texture;
+mod whole;
+mod writer;
 
 use std::{fs, io, io::Read, path::Path};
 
@@ -30,11 +36,15 @@ use orograph_graph::memory::with_capacity;
 
 pub use error::{Problem, RasterError};
 pub use fill::fill_voids;
+pub use format::{Content, Format, Meta, Writing};
 pub use metric::height_field;
+pub use part::replace;
 pub use resample::{GridAxis, resample};
-pub use save::{Format, Meta, Writing, replace, srgb_bytes, write, write_colour, write_sidecar};
 pub use sidecar::{Sidecar, sidecar_path};
-pub use texture::{apportioned, write_control, write_normal, write_tint, write_weights};
+pub use srgb::srgb_bytes;
+pub use texture::apportioned;
+pub use whole::{write, write_colour};
+pub use writer::{Finished, Writer};
 
 /// The most cells a file may have: 4 GiB of samples, 32768 cells a side.
 pub const MAX_CELLS: u64 = 1 << 30;
@@ -218,5 +228,7 @@ fn looks_geographic(origin: [f64; 2], cell: [f64; 2], columns: usize, rows: usiz
     cell[0] <= 0.1 && cell[1] <= 0.1 && origin[0] >= -180.0 && east <= 360.0 && origin[1] <= 90.0 && south >= -90.0
 }
 
+#[cfg(test)]
+mod bands;
 #[cfg(test)]
 mod tests;

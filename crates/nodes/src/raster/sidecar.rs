@@ -25,6 +25,16 @@ pub struct Sidecar {
     /// Side of a cell in metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cell_m: Option<f64>,
+    /// Metres to the east and to the south from the north-west corner of the world to that of the raster, where it shows a
+    /// part of the world.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub origin_m: Option<[f64; 2]>,
+    /// The same in cells of the world.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub origin_cells: Option<[u32; 2]>,
+    /// Cells of the whole world, where the raster shows a part of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub world_cells: Option<[u32; 2]>,
     /// Smallest and largest value, in `unit`; in a format of codes, what the lowest and the largest code stand for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
@@ -72,14 +82,19 @@ struct Other {
 }
 
 impl Sidecar {
-    /// What is told of any raster of a window.
+    /// What is said of any raster of a window.
     #[must_use]
     pub fn of(window: &Window, meta: &Meta) -> Self {
         let [columns, rows] = window.cells;
+        let shown = meta.shows.as_ref().unwrap_or(window);
+        let part = (!shown.is_whole()).then_some(shown);
         Self {
             columns: Some(u64::from(columns)),
             rows: Some(u64::from(rows)),
             cell_m: Some(window.cell_m()),
+            origin_m: part.map(|part| part.origin.map(|cells| f64::from(cells) * part.cell_m())),
+            origin_cells: part.map(|part| part.origin),
+            world_cells: part.map(|part| part.world.cells),
             unit: Some(meta.unit.clone()),
             quantity: Some(meta.quantity.clone()),
             import: meta.import.clone(),

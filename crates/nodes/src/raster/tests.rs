@@ -109,7 +109,7 @@ fn terrain(nx: u32, ny: u32) -> Field {
 fn what_is_written_reads_back() {
     let folder = tempfile::tempdir().expect("a folder");
     let field = terrain(70, 45);
-    let meta = Meta { quantity: "height".into(), unit: "m".into(), graph_hash: Some("abc".into()), import: None };
+    let meta = Meta { quantity: "height".into(), unit: "m".into(), graph_hash: Some("abc".into()), ..Meta::default() };
     for format in Format::ALL {
         let path = folder.path().join(format!("{}.{}", format.name(), format.extension()));
         let sidecar = write(&path, format, &field, Writing::default(), &meta, &|| true).unwrap();

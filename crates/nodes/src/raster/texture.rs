@@ -4,59 +4,39 @@
 //! Source of its maps: C. Petkovsek, R. Palmroos and contributors, "Terrain3D", documentation of version 1 ("Control Map
 //! Format"; "Import and Export").
 
-use std::path::Path;
-
-use ::png::{BitDepth, ColorType};
 use orograph_graph::Field;
 use rayon::prelude::*;
 
-use super::{
-    GoOn, RasterError, exr, png,
-    png::Rows,
-    save::{Srgb, persist, stage},
-};
-
-/// Writes unit normals, -1 to 1 in each of three planes, as 16-bit red, green and blue: -1 is 0, 1 is 65535.
-///
-/// # Errors
-/// As [`super::write_colour`].
-///
-/// # Panics
-/// When the field has fewer than three planes: a caller's mistake, never a file's.
-pub fn write_normal(path: &Path, field: &Field, go_on: GoOn<'_>) -> Result<(), RasterError> {
-    let (cells, nx) = (field.window().cells, field.window().nx());
-    let planes = [0, 1, 2].map(|plane| field.plane(plane));
-    let fill = |first: usize, out: &mut [u8]| {
-        out.par_chunks_mut(6).enumerate().for_each(|(cell, out)| {
-            for (out, plane) in out.as_chunks_mut().0.iter_mut().zip(planes) {
-                *out = (((plane[first * nx + cell] * 0.5 + 0.5) * 65_535.0).round() as u16).to_be_bytes();
-            }
-        });
-    };
-    let (colour, depth) = (ColorType::Rgb, BitDepth::Sixteen);
-    persist(stage(path, go_on, |to| png::write(to, &Rows { cells, colour, depth, srgb: false, fill: &fill }))?, path)
+/// Fills the pixels of row `j` of unit normals: 16-bit red, green and blue, big end first.
+pub(super) fn normal_row(field: &Field, j: usize, out: &mut [u8]) {
+    let nx = field.window().nx();
+    let planes = [0, 1, 2].map(|plane| &field.plane(plane)[j * nx..(j + 1) * nx]);
+    for (cell, out) in out.as_chunks_mut::<6>().0.iter_mut().enumerate() {
+        for (out, plane) in out.as_chunks_mut().0.iter_mut().zip(planes) {
+            *out = (((plane[cell] * 0.5 + 0.5) * 65_535.0).round() as u16).to_be_bytes();
+        }
+    }
 }
 
-/// Writes the shares of four layers as 8-bit red, green, blue and alpha that sum to 255 in every cell.
-///
-/// # Errors
-/// As [`super::write_colour`].
-///
-/// # Panics
-/// When the field has fewer than four planes: a caller's mistake, never a file's.
-pub fn write_weights(path: &Path, field: &Field, go_on: GoOn<'_>) -> Result<(), RasterError> {
-    let (cells, nx) = (field.window().cells, field.window().nx());
-    let planes = [0, 1, 2, 3].map(|plane| field.plane(plane));
-    let fill = |first: usize, out: &mut [u8]| {
-        out.par_chunks_mut(4).enumerate().for_each(|(cell, out)| {
-            out.copy_from_slice(&parts_of_255(planes.map(|plane| plane[first * nx + cell])));
-        });
-    };
-    let (colour, depth) = (ColorType::Rgba, BitDepth::Eight);
-    persist(stage(path, go_on, |to| png::write(to, &Rows { cells, colour, depth, srgb: false, fill: &fill }))?, path)
+/// Fills the pixels of row `j` of the shares of four layers.
+pub(super) fn weights_row(field: &Field, j: usize, out: &mut [u8]) {
+    let nx = field.window().nx();
+    let planes = [0, 1, 2, 3].map(|plane| &field.plane(plane)[j * nx..(j + 1) * nx]);
+    for (cell, out) in out.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+        *out = parts_of_255(planes.map(|plane| plane[cell]));
+    }
 }
 
-/// The shares of four layers as 255ths that sum to one in every cell: what [`write_weights`] writes, as numbers.
+/// Fills the cells of row `j` of a control map of Terrain3D, little end first.
+pub(super) fn control_row(field: &Field, j: usize, out: &mut [u8]) {
+    let nx = field.window().nx();
+    let planes = [0, 1, 2, 3].map(|plane| &field.plane(plane)[j * nx..(j + 1) * nx]);
+    for (cell, out) in out.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+        *out = control(planes.map(|plane| plane[cell])).to_le_bytes();
+    }
+}
+
+/// The shares of four layers as 255ths that sum to one in every cell: what [`Content::Weights`](super::Content::Weights) writes, as numbers.
 ///
 /// # Panics
 /// When the field has fewer than four planes.
@@ -73,42 +53,6 @@ pub fn apportioned(field: &Field) -> Field {
         [*first, *second, *third, *fourth] = parts.map(|part| f32::from(part) / 255.0);
     });
     Field::with_planes(*field.window(), 4, samples)
-}
-
-/// Writes three planes of linear RGB as an 8-bit sRGB picture with an alpha of 127, as the colour map of Terrain3D takes it:
-/// its alpha makes ground rougher above one half and wetter below, and 127 is what it has itself where nothing is painted.
-///
-/// # Errors
-/// As [`super::write_colour`].
-///
-/// # Panics
-/// When the field has fewer than three planes: a caller's mistake, never a file's.
-pub fn write_tint(path: &Path, field: &Field, go_on: GoOn<'_>) -> Result<(), RasterError> {
-    let curve = Srgb::new();
-    let fill = |first: usize, out: &mut [u8]| {
-        out.fill(127);
-        curve.rows::<4>(field, first, out);
-    };
-    let (cells, colour, depth) = (field.window().cells, ColorType::Rgba, BitDepth::Eight);
-    persist(stage(path, go_on, |to| png::write(to, &Rows { cells, colour, depth, srgb: true, fill: &fill }))?, path)
-}
-
-/// Writes the shares of four layers as a control map of Terrain3D: OpenEXR whose numbers are fields of bits.
-///
-/// A cell has two textures there, the layers of the largest shares, numbered from 0: the lower one as the base, the higher one
-/// over it by its part of their sum. A layer that would cover the base altogether is alone. The other two layers are left out.
-///
-/// # Errors
-/// As [`super::write_colour`].
-///
-/// # Panics
-/// When the field has fewer than four planes: a caller's mistake, never a file's.
-pub fn write_control(path: &Path, field: &Field, go_on: GoOn<'_>) -> Result<(), RasterError> {
-    let [columns, rows] = field.window().cells;
-    let planes = [0, 1, 2, 3].map(|plane| field.plane(plane));
-    let cells = (0..field.window().len()).into_par_iter();
-    let bits: Vec<f32> = cells.map(|cell| f32::from_bits(control(planes.map(|plane| plane[cell])))).collect();
-    persist(stage(path, go_on, |to| exr::write(to, columns, rows, &bits, "R"))?, path)
 }
 
 /// The bits of a cell of a control map: five for the base, five for the texture over it, eight for how much of it; the rest
@@ -145,9 +89,15 @@ fn parts_of_255(shares: [f32; 4]) -> [u8; 4] {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use orograph_graph::{Window, World};
 
-    use super::*;
+    use super::{super::Content, *};
+
+    fn write(path: &Path, content: Content, field: &Field) {
+        super::super::whole::whole(path, content, field, None, &|| true).expect("written");
+    }
 
     fn field(planes: usize, value: impl Fn(usize, usize) -> f32) -> Field {
         let world = World { size: [50.0, 30.0], cells: [5, 3], ..World::default() };
@@ -218,7 +168,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("layers.control.exr");
         let shares = field(4, |plane, cell| ((plane * 5 + cell * 3) % 7) as f32);
-        write_control(&path, &shares, &|| true).expect("written");
+        write(&path, Content::Control, &shares);
         let image = ::exr::prelude::read_first_flat_layer_from_file(&path).expect("a file");
         let channel = &image.layer_data.channel_data.list[0];
         assert!(channel.name.eq_case_insensitive("R"));
@@ -231,7 +181,7 @@ mod tests {
     fn tints_have_the_curve_and_an_even_roughness() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("colour.png");
-        write_tint(&path, &field(3, |plane, _| [0.0, 0.2140, 1.0][plane]), &|| true).expect("written");
+        write(&path, Content::Tint, &field(3, |plane, _| [0.0, 0.2140, 1.0][plane]));
         let mut reader = ::png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).expect("there")));
         reader.set_transformations(::png::Transformations::IDENTITY);
         let mut reader = reader.read_info().expect("a PNG");
@@ -245,13 +195,12 @@ mod tests {
     fn files_hold_the_numbers_without_a_curve() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("weights.png");
-        write_weights(&path, &field(4, |plane, cell| if plane == cell % 4 { 1.0 } else { 0.0 }), &|| true)
-            .expect("written");
+        write(&path, Content::Weights, &field(4, |plane, cell| if plane == cell % 4 { 1.0 } else { 0.0 }));
         let (colour, bytes) = read(&path);
         assert_eq!(colour, ::png::ColorType::Rgba);
         assert_eq!(bytes[..8], [255, 0, 0, 0, 0, 255, 0, 0]);
         let path = folder.path().join("normal.png");
-        write_normal(&path, &field(3, |plane, _| [-1.0, 0.0, 1.0][plane]), &|| true).expect("written");
+        write(&path, Content::Normal, &field(3, |plane, _| [-1.0, 0.0, 1.0][plane]));
         let (colour, bytes) = read(&path);
         assert_eq!(colour, ::png::ColorType::Rgb);
         assert_eq!(bytes[..6], [0, 0, 128, 0, 255, 255]);

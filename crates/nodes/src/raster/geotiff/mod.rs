@@ -17,7 +17,7 @@ mod write;
 
 use chunks::Layout;
 use directory::{Directory, tag};
-pub(super) use write::write;
+pub(super) use write::Frame;
 
 use super::{GoOn, MAX_RATIO, Problem, Raster, claimed_cells};
 

@@ -2,7 +2,10 @@
 //!
 //! Uncompressed, because deflate hardly shrinks the noise-like mantissas of terrain, and takes far longer than writing them.
 
-use std::io::{self, Seek, Write};
+use std::{
+    io::{self, Seek, SeekFrom, Write},
+    ops::Range,
+};
 
 use orograph_graph::Window;
 use tiff::{
@@ -12,27 +15,51 @@ use tiff::{
 };
 
 /// Beyond this many bytes of samples, offsets need 64 bits.
-const CLASSIC_MOST: usize = 0xF000_0000;
+const CLASSIC_MOST: u64 = 0xF000_0000;
 
-/// Writes a plane of `window.len()` samples. The reference system is a local one in metres, x east and y north from the
-/// world's south-west corner, so that tiles of a world fit together.
-pub(in crate::raster) fn write(to: impl Write + Seek, window: &Window, samples: &[f32]) -> io::Result<()> {
-    let written = if size_of_val(samples) > CLASSIC_MOST {
-        TiffEncoder::new_big(to).and_then(|to| encode::<_, TiffKindBig>(to, window, samples))
-    } else {
-        TiffEncoder::new(to).and_then(|to| encode::<_, TiffKindStandard>(to, window, samples))
-    };
-    written.map_err(|error| match error {
-        TiffError::IoError(error) => error,
-        other => io::Error::other(other),
-    })
+/// What a file has before and after its samples.
+pub(in crate::raster) struct Frame {
+    /// From the beginning of the file to its samples.
+    pub(in crate::raster) head: Vec<u8>,
+    /// From behind the samples to the end.
+    pub(in crate::raster) tail: Vec<u8>,
 }
 
-fn encode<W: Write + Seek, K: TiffKind>(
+impl Frame {
+    /// The frame of a raster of a window; `has_voids` tells whether any of its samples is NaN, and changes the tail alone.
+    /// The reference system is a local one in metres, x east and y north from the world's south-west corner, so that tiles
+    /// of a world fit together.
+    pub(in crate::raster) fn of(window: &Window, has_voids: bool) -> io::Result<Self> {
+        let bytes = 4 * window.len() as u64;
+        let head = encode(window, has_voids, None)?.0;
+        let (_, outline) = encode(window, has_voids, Some(head..head + bytes))?;
+        Ok(Self { head: outline.head, tail: outline.tail })
+    }
+}
+
+/// Has the `tiff` crate write a file of nothing but zeros, of which only the frame is kept; says where its samples begin.
+/// Without a place for the samples they are left out.
+fn encode(window: &Window, has_voids: bool, samples: Option<Range<u64>>) -> io::Result<(u64, Outline)> {
+    let zeros = samples.is_some();
+    let mut to = Outline { at: 0, samples: samples.unwrap_or(u64::MAX..u64::MAX), head: Vec::new(), tail: Vec::new() };
+    let encoded = if 4 * window.len() as u64 > CLASSIC_MOST {
+        TiffEncoder::new_big(&mut to).and_then(|to| image::<_, TiffKindBig>(to, window, has_voids, zeros))
+    } else {
+        TiffEncoder::new(&mut to).and_then(|to| image::<_, TiffKindStandard>(to, window, has_voids, zeros))
+    };
+    match encoded {
+        Ok(head) => Ok((head, to)),
+        Err(TiffError::IoError(error)) => Err(error),
+        Err(other) => Err(io::Error::other(other)),
+    }
+}
+
+fn image<W: Write + Seek, K: TiffKind>(
     mut encoder: TiffEncoder<W, K>,
     window: &Window,
-    samples: &[f32],
-) -> TiffResult<()> {
+    has_voids: bool,
+    zeros: bool,
+) -> TiffResult<u64> {
     let d = window.cell_m();
     let west = f64::from(window.origin[0]) * d;
     let north = (f64::from(window.world.cells[1]) - f64::from(window.origin[1])) * d;
@@ -66,8 +93,56 @@ fn encode<W: Write + Seek, K: TiffKind>(
     ];
     tags.write_tag(Tag::GeoKeyDirectoryTag, keys.as_slice())?;
     tags.write_tag(Tag::GeoAsciiParamsTag, citation)?;
-    if samples.iter().any(|v| v.is_nan()) {
+    if has_voids {
         tags.write_tag(Tag::GdalNodata, "nan")?;
     }
-    image.write_data(samples)
+    let head = tags.write_data([0_u8; 0].as_slice())?;
+    let mut strip = Vec::new();
+    while zeros && image.next_strip_sample_count() > 0 {
+        strip.resize(image.next_strip_sample_count() as usize, 0.0);
+        image.write_strip(&strip)?;
+    }
+    image.finish()?;
+    Ok(head)
+}
+
+/// Keeps what is written before and after a range, and passes over what is within.
+struct Outline {
+    at: u64,
+    samples: Range<u64>,
+    head: Vec<u8>,
+    tail: Vec<u8>,
+}
+
+impl Write for Outline {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let Range { start, end } = self.samples;
+        let (part, from, most) = if self.at < start {
+            (Some(&mut self.head), 0, start - self.at)
+        } else if self.at < end {
+            (None, start, end - self.at)
+        } else {
+            (Some(&mut self.tail), end, u64::MAX)
+        };
+        let count = most.min(bytes.len() as u64) as usize;
+        if let Some(part) = part {
+            let at = (self.at - from) as usize;
+            part.resize(part.len().max(at + count), 0);
+            part[at..at + count].copy_from_slice(&bytes[..count]);
+        }
+        self.at += count as u64;
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Seek for Outline {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let SeekFrom::Start(at) = to else { return Err(io::ErrorKind::Unsupported.into()) };
+        self.at = at;
+        Ok(at)
+    }
 }

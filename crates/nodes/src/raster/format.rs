@@ -1,0 +1,164 @@
+//! Formats of numbers, and what is said about a file.
+
+use orograph_graph::{Field, PortType, Window};
+
+/// A format for heights, masks and scalars.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// OpenEXR, 32-bit reals, uncompressed.
+    Exr,
+    /// 16-bit grey PNG: codes over a range.
+    Png16,
+    /// 8-bit grey PNG: codes over a range, for masks.
+    Png8,
+    /// GeoTIFF, 32-bit reals, with cell size.
+    Tiff,
+    /// Raw 16-bit codes over a range, little-endian.
+    R16,
+    /// Raw 32-bit reals, little-endian.
+    R32,
+}
+
+impl Format {
+    /// Every format, best first.
+    pub const ALL: [Self; 6] = [Self::Exr, Self::Png16, Self::Png8, Self::Tiff, Self::R16, Self::R32];
+
+    /// Its name on a command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Exr => "exr",
+            Self::Png16 => "png16",
+            Self::Png8 => "png8",
+            Self::Tiff => "tiff",
+            Self::R16 => "r16",
+            Self::R32 => "r32",
+        }
+    }
+
+    /// The extension of its files.
+    #[must_use]
+    pub const fn extension(self) -> &'static str {
+        match self {
+            Self::Exr => "exr",
+            Self::Png16 | Self::Png8 => "png",
+            Self::Tiff => "tif",
+            Self::R16 => "r16",
+            Self::R32 => "r32",
+        }
+    }
+
+    /// The format of that name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|format| format.name() == name)
+    }
+
+    /// The largest code where it holds whole codes over a range, `None` where it holds numbers.
+    #[must_use]
+    pub const fn largest_code(self) -> Option<u16> {
+        match self {
+            Self::Png16 | Self::R16 => Some(u16::MAX),
+            Self::Png8 => Some(255),
+            Self::Exr | Self::Tiff | Self::R32 => None,
+        }
+    }
+}
+
+/// How samples are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Writing {
+    /// What the lowest and the largest code of a format of codes stand for; values beyond are cut off. `None` takes the
+    /// smallest and largest value. Tiles of one world need one range to fit together.
+    pub range: Option<[f64; 2]>,
+    /// Rounds to codes at random between the two nearest, so that their mean is the value: gentle slopes get a grain of
+    /// half a step where rounding gives them terraces. The draw depends on the cell's place in the world alone.
+    pub dither: bool,
+    /// Names the channel of an OpenEXR file `R`, which some programs ask for, instead of `Y`.
+    pub red: bool,
+    /// The plane that is written, of a field that has several.
+    pub plane: usize,
+}
+
+/// What a sidecar says beyond the raster itself.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Meta {
+    /// What the values are, such as `height`.
+    pub quantity: String,
+    /// Symbol of their unit.
+    pub unit: String,
+    /// Hash of the graph that made them.
+    pub graph_hash: Option<String>,
+    /// What to type where a program imports the file.
+    pub import: Option<serde_json::Map<String, serde_json::Value>>,
+    /// The window of the world that the raster shows, where it has a grid of its own.
+    pub shows: Option<Window>,
+}
+
+/// What a file is made of, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Content {
+    /// The numbers of one plane.
+    Numbers(Format, Writing),
+    /// Three planes of linear RGB, 0 to 1, as an 8-bit sRGB picture.
+    Colour,
+    /// The same with an alpha of 127, as the colour map of Terrain3D takes it: its alpha makes ground rougher above one half
+    /// and wetter below, and 127 is what it has itself where nothing is painted.
+    Tint,
+    /// Unit normals, -1 to 1 in each of three planes, as 16-bit red, green and blue: -1 is 0, 1 is 65535.
+    Normal,
+    /// The shares of four layers as 8-bit red, green, blue and alpha that sum to 255 in every cell.
+    Weights,
+    /// The shares of four layers as a control map of Terrain3D: OpenEXR whose numbers are fields of bits.
+    ///
+    /// A cell has two textures there, the layers of the largest shares, numbered from 0: the lower one as the base, the
+    /// higher one over it by its part of their sum. A layer that would cover the base altogether is alone. The other two
+    /// layers are left out.
+    Control,
+}
+
+impl Content {
+    /// Scalars in a format: masks over 0 to 1, the rest over their own range.
+    #[must_use]
+    pub fn numbers(ty: PortType, format: Format, dither: bool) -> Self {
+        let range = (ty == PortType::Mask).then_some([0.0, 1.0]);
+        Self::Numbers(format, Writing { range, dither, ..Writing::default() })
+    }
+
+    /// The same of another plane.
+    #[must_use]
+    pub fn of_plane(self, plane: usize) -> Self {
+        match self {
+            Self::Numbers(format, writing) => Self::Numbers(format, Writing { plane, ..writing }),
+            other => other,
+        }
+    }
+
+    /// Returns true if the whole raster must be known before its first row can be written: a format of codes over the
+    /// range of the raster itself. [`Self::over`] makes a content of it that needs no more than rows.
+    #[must_use]
+    pub const fn needs_whole(&self) -> bool {
+        matches!(self, Self::Numbers(format, writing) if format.largest_code().is_some() && writing.range.is_none())
+    }
+
+    /// The same for the rows of this raster, whose range is known now.
+    #[must_use]
+    pub fn over(self, whole: &Field) -> Self {
+        match self {
+            Self::Numbers(format, writing) if self.needs_whole() => {
+                let range = whole.range(writing.plane).map_or([0.0, 0.0], |(lo, hi)| [f64::from(lo), f64::from(hi)]);
+                Self::Numbers(format, Writing { range: Some(range), ..writing })
+            }
+            other => other,
+        }
+    }
+
+    /// How many planes a field needs for it at least.
+    pub(super) const fn planes(&self) -> usize {
+        match self {
+            Self::Numbers(_, writing) => writing.plane + 1,
+            Self::Colour | Self::Tint | Self::Normal => 3,
+            Self::Weights | Self::Control => 4,
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! A file under a temporary name, which gets its own when it is complete.
+//!
+//! A reader never sees half of a file, and a full disk leaves what was there before as it was.
+
+use std::{
+    io::{self, BufRead, BufReader, BufWriter, Seek, SeekFrom, Write},
+    path::Path,
+};
+
+use orograph_graph::memory::Leftover;
+use tempfile::NamedTempFile;
+
+use super::{GoOn, Problem, RasterError};
+
+/// A file that is being written. Dropped, it leaves nothing.
+pub(super) struct Part {
+    to: BufWriter<NamedTempFile>,
+    /// Removes it when the program ends for lack of memory.
+    leftover: Leftover,
+}
+
+impl Part {
+    /// Begins the file that will have this name.
+    pub(super) fn begin(path: &Path) -> Result<Self, RasterError> {
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".orograph-").suffix(".part");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            // Temporary files are private by default; a result is an ordinary file, as the umask would have it.
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        let file = builder.tempfile_in(folder).map_err(|error| Problem::Unwritable(error).of(path))?;
+        let leftover = Leftover::note(file.path(), &[]);
+        Ok(Self { to: BufWriter::with_capacity(1 << 18, file), leftover })
+    }
+
+    /// Why it could not be written: the system refused, or it was stopped.
+    pub(super) fn fault(error: io::Error, path: &Path, go_on: GoOn<'_>) -> RasterError {
+        if go_on() { Problem::Unwritable(error) } else { Problem::Stopped }.of(path)
+    }
+
+    /// A reader of what is written so far.
+    pub(super) fn reader(&mut self) -> io::Result<impl BufRead + Seek> {
+        self.to.seek(SeekFrom::Start(0))?;
+        Ok(BufReader::with_capacity(1 << 16, self.to.get_ref().as_file()))
+    }
+
+    /// Writes all that is left; what can still fail is a rename.
+    pub(super) fn complete(self, path: &Path) -> Result<Complete, RasterError> {
+        let file = self.to.into_inner().map_err(|error| Problem::Unwritable(error.into_error()).of(path))?;
+        Ok(Complete { file, _leftover: self.leftover })
+    }
+}
+
+impl Write for Part {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.to.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.to.flush()
+    }
+}
+
+impl Seek for Part {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.to.seek(to)
+    }
+
+    fn stream_position(&mut self) -> io::Result<u64> {
+        self.to.stream_position()
+    }
+}
+
+/// A complete file under its temporary name.
+pub(super) struct Complete {
+    file: NamedTempFile,
+    _leftover: Leftover,
+}
+
+impl Complete {
+    /// Gives it its name.
+    pub(super) fn persist(self, path: &Path) -> Result<(), RasterError> {
+        match self.file.persist(path) {
+            Ok(_) => Ok(()),
+            Err(error) => Err(Problem::Unwritable(error.error).of(path)),
+        }
+    }
+}
+
+/// Writes a file of any kind whole: `fill` writes under a temporary name, which is renamed into place.
+///
+/// # Errors
+/// [`Problem::Unwritable`]; an earlier file of this name is then as it was.
+pub fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), RasterError> {
+    staged(path, fill)?.persist(path)
+}
+
+/// A complete file that `fill` writes.
+pub(super) fn staged(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<Complete, RasterError> {
+    let mut part = Part::begin(path)?;
+    fill(&mut part).map_err(|error| Problem::Unwritable(error).of(path))?;
+    part.complete(path)
+}
