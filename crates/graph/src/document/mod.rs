@@ -29,6 +29,7 @@ mod merge;
 mod moved;
 mod muted;
 mod problems;
+mod sea;
 mod splice;
 mod subgraph;
 mod syntax;

@@ -39,8 +39,9 @@ fn check(job: &Job<'_>, params: &Params, start: &Field) -> Result<(), NodeError>
     if params.uplift_course.0.iter().any(|[_, factor]| *factor != params.uplift_course.0[0][1]) {
         return refuse("knows no uplift that changes".to_owned(), "leave `uplift_course` at its default");
     }
-    if start.samples().iter().any(|&height| f64::from(height) < params.sea_level) {
-        return refuse("knows no sea, and land is below `sea_level`".to_owned(), "lower `sea_level`");
+    let under = |level: f64| start.samples().iter().any(|&height| f64::from(height) < level);
+    if job.sea_level().is_some_and(under) {
+        return refuse("knows no sea, and land is below that of the world".to_owned(), "lower the world's `sea_level`");
     }
     Ok(())
 }
@@ -178,9 +179,10 @@ mod tests {
     fn it_refuses_what_it_does_not_know() {
         let height = strip(4, |_| 1.0);
         let deposition = Field::constant(*height.window(), 0.5);
+        let low = testing::at_sea(&height, 2.0);
         for (changes, fields) in [
             ("n=1.5", vec![("height", &height)]),
-            ("sea_level=0.5", vec![("height", &height)]),
+            ("", vec![("height", &low)]),
             ("", vec![("height", &height), ("deposition", &deposition)]),
         ] {
             let error = outputs(&format!("method=analytical,{changes}"), &fields).expect_err("unknown");
