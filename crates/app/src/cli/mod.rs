@@ -11,6 +11,7 @@ mod pack;
 mod perspective;
 mod render;
 mod run;
+mod sea;
 mod sweep;
 mod watch;
 

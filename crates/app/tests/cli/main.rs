@@ -5,6 +5,7 @@ mod files;
 mod manual;
 mod reuse;
 mod run;
+mod sea;
 #[cfg(unix)]
 mod signals;
 

@@ -31,7 +31,7 @@ pub use fill::fill_voids;
 pub use metric::height_field;
 pub use resample::{GridAxis, resample};
 pub use save::{Format, Meta, Writing, replace, srgb_bytes, write, write_colour, write_sidecar};
-pub use sidecar::{Sidecar, sidecar_path};
+pub use sidecar::{Sidecar, sea_level, sidecar_path};
 pub use texture::{apportioned, write_control, write_normal, write_tint, write_weights};
 
 /// The most cells a file may have: 4 GiB of samples, 32768 cells a side.
