@@ -57,7 +57,7 @@ impl Editor<'_> {
         Ok(())
     }
 
-    /// Writes the sea level of an older node into a world that says none.
+    /// Writes the sea level of an older node into a world without one.
     pub(super) fn give_sea(&mut self, text: String) {
         let world = self.draft.root().and_then(|root| root.get("world")).and_then(|item| item.value.as_group());
         if world.is_none_or(|world| world.get(SEA_LEVEL).is_none()) {

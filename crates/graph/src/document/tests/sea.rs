@@ -64,7 +64,7 @@ fn the_sea_of_an_older_node_becomes_the_worlds() {
     let two = format!(r#"{coast}version: 2, sea_level: 50), "b": Coast(height: "a", water: 50)"#);
     assert_eq!(sea("", &two), Some(50.0));
     assert_eq!(sea("world: (sea_level: \"0.05 km\"), ", &two), Some(50.0));
-    // a node that says nothing takes the world's
+    // a node without a level of its own takes the world's
     assert_eq!(sea("world: (sea_level: 7), ", &format!("{coast}version: 3)")), Some(7.0));
     assert_eq!(sea("world: (sea_level: 7), ", &format!("{coast}slope: 0.2)")), Some(7.0));
 }
