@@ -13,7 +13,7 @@ struct Frame {
     cells: vec2u,
     cell_m: f32,
     exaggeration: f32,
-    heights: vec4f,    // lowest, highest, sea; base of the walls (exaggerated)
+    heights: vec4f,    // lowest above the sea, highest, sea; base of the walls (exaggerated)
     size: vec2f,       // pixels
     seconds: f32,
     exposure: f32,

@@ -7,7 +7,7 @@
 
 use std::{error::Error, path::Path};
 
-use orograph_graph::{Cancel, Document, Evaluator, EvaluatorOptions, Window};
+use orograph_graph::{Document, Evaluator, EvaluatorOptions, Window};
 use orograph_nodes::registry;
 
 /// Thresholds as shares of the world's area.
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let world = document.world().with_cells_along_x(cells);
         world.check()?;
         let window = Window::whole(world);
-        let values = evaluator.evaluate(document.graph(), folder, &[(port, window)], &Cancel::default(), &|_| {})?;
+        let values = evaluator.values(document.graph(), folder, &[port], window)?;
         let field = values[0].as_field().ok_or("the output is no raster")?;
         Ok((field.plane(0).to_vec(), window.nx(), world.size[0] * world.size[1]))
     };

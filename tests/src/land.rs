@@ -1,13 +1,13 @@
 //! Test land: a landscape given by a formula in world coordinates, so that it is the same at every resolution, in every
 //! window, and whatever happens to the nodes under test.
 
-use orograph_graph::{Boundary, Field, Job, Node, NodeError, Output, Outputs, PortType, World, mix};
+use orograph_graph::{Field, Job, Node, NodeError, Output, Outputs, PortType, World, mix};
 use orograph_nodes::math;
 
 /// A world of 16 km a side with base level all around.
 #[must_use]
 pub fn world(cells: u32) -> World {
-    World { size: [16_384.0, 16_384.0], cells: [cells, cells], seed: 7, boundary: Boundary::default() }
+    World { size: [16_384.0, 16_384.0], cells: [cells, cells], seed: 7, ..World::default() }
 }
 
 /// Hills from 9 km down to 600 m in wavelength, some 1500 m of relief, with closed hollows.

@@ -1,10 +1,10 @@
 //! Running one node of the registry on test land.
 
-use std::{num::NonZero, path::PathBuf};
+use std::{num::NonZero, path::PathBuf, sync::Arc};
 
 use orograph_graph::{
     Cancel, Document, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, InputValue, Job, Kind, Node, NodeIndex,
-    ParamValue, Port, Registry, Stop, Value, Warnings, Window, World,
+    ParamValue, Port, Registry, Stop, Store, Value, Warnings, Window, World,
 };
 
 use crate::land::{LAND, SELECTION};
@@ -284,12 +284,11 @@ pub fn evaluate(case: &Case, world: World, threads: usize) -> Result<Vec<Value>,
 /// What the evaluator says.
 pub fn evaluate_window(case: &Case, window: Window, threads: usize) -> Result<Vec<Value>, EvalError> {
     let evaluator = Evaluator::new(EvaluatorOptions {
-        memory_budget: 0,
+        store: Arc::new(Store::new(0, None)),
         threads: NonZero::new(threads),
         ..EvaluatorOptions::default()
     })?;
-    let requests: Vec<(Port, Window)> = case.outputs().into_iter().map(|port| (port, window)).collect();
-    evaluator.evaluate(&case.graph, &data_folder(), &requests, &Cancel::default(), &|_| {})
+    evaluator.values(&case.graph, &data_folder(), &case.outputs(), window)
 }
 
 /// The inputs of a case over a window, as its kernel gets them.
@@ -299,10 +298,8 @@ pub fn evaluate_window(case: &Case, window: Window, threads: usize) -> Result<Ve
 #[must_use]
 pub fn inputs(case: &Case, window: Window) -> Vec<InputValue> {
     let evaluator = Evaluator::new(EvaluatorOptions::default()).expect("an evaluator");
-    let value = |port: Port| {
-        let values = evaluator.evaluate(&case.graph, &data_folder(), &[(port, window)], &Cancel::default(), &|_| {});
-        values.expect("an input").remove(0)
-    };
+    let value =
+        |port: Port| evaluator.values(&case.graph, &data_folder(), &[port], window).expect("an input").remove(0);
     let instance = case.graph.instance(case.node);
     let declared = instance.node.inputs.iter().enumerate();
     declared

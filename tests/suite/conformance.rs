@@ -1,10 +1,11 @@
 //! Every node, whatever it does: its declaration is sound, it runs at its extremes, its bytes do not depend on threads or
 //! SIMD width, a window of it is a window of the whole, and another resolution is the same land.
 
-use orograph_graph::{EvalError, Exactness, Node, ParamSpec, ParamValue, Resolution, Value, Window};
+use orograph_graph::{EvalError, Exactness, InputValue, Node, ParamSpec, ParamValue, Resolution, Value, Window, World};
 use orograph_nodes::{registry, simd};
 use orograph_tests::{
-    Case, Difference, cases, differences, evaluate, evaluate_window, example, options, others, plain, set, wired, world,
+    Case, Difference, cases, differences, evaluate, evaluate_window, example, inputs, options, others, plain, set,
+    wired, world,
 };
 
 /// Calls a check for every node and collects what it finds, so that one faulty node does not hide another.
@@ -134,6 +135,38 @@ fn a_window_with_its_halo_equals_the_window_of_the_whole() {
             }
         }
         Ok(())
+    });
+}
+
+/// Only nodes that say so depend on the sea, and each of those does: the results of the others are kept when it changes.
+#[test]
+fn the_sea_changes_what_nodes_declare_that_it_does() {
+    for_every_node(|node| {
+        let mut changes = false;
+        for case in [example(node), wired(node), plain(node)] {
+            let dry = Window::whole(world(64));
+            let inputs = inputs(&case, dry);
+            let on = |window: &Window, value: &Value| match value {
+                Value::Field(field) => Value::Field(field.crop(window)),
+                other => other.clone(),
+            };
+            let results = |sea_level: Option<f64>| -> Option<Vec<Value>> {
+                let window = Window::whole(World { sea_level, ..world(64) });
+                let inputs = inputs.iter().map(|input| match input {
+                    InputValue::Value(value) => InputValue::Value(on(&window, value)),
+                    other => other.clone(),
+                });
+                let outputs = (node.cpu)(&case.job(inputs.collect(), window)).ok()?;
+                Some(outputs.into_iter_named().map(|(_, value)| on(&dry, &value)).collect())
+            };
+            let without = results(None);
+            changes |= [0.0, 600.0, 12_000.0].into_iter().any(|level| results(Some(level)) != without);
+        }
+        match (changes, node.reads_sea) {
+            (true, false) => Err("depends on the sea level; set `reads_sea`".to_owned()),
+            (false, true) => Err("does not depend on the sea level".to_owned()),
+            _ => Ok(()),
+        }
     });
 }
 

@@ -3,7 +3,7 @@
 
 use std::{num::NonZero, path::PathBuf};
 
-use orograph_graph::{Cancel, Document, Evaluator, EvaluatorOptions, Port, Value, Window, World, format_source};
+use orograph_graph::{Document, Evaluator, EvaluatorOptions, Port, Value, Window, World, format_source};
 use orograph_nodes::registry;
 
 fn folder() -> PathBuf {
@@ -26,12 +26,10 @@ fn build(document: &Document, longer: f64, threads: usize) -> Vec<Value> {
     let cells = world.cells.map(|n| (longer * f64::from(n) / longest).round() as u32);
     let window = Window::whole(World { cells, ..world });
     let expanded = document.expand();
-    let requests: Vec<(Port, Window)> = expanded.outputs.iter().map(|output| (output.port, window)).collect();
+    let ports: Vec<Port> = expanded.outputs.iter().map(|output| output.port).collect();
     let evaluator = Evaluator::new(EvaluatorOptions { threads: NonZero::new(threads), ..EvaluatorOptions::default() })
         .expect("an evaluator");
-    evaluator
-        .evaluate(&expanded.graph, &folder(), &requests, &Cancel::default(), &|_| {})
-        .unwrap_or_else(|error| panic!("{error}"))
+    evaluator.values(&expanded.graph, &folder(), &ports, window).unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[test]

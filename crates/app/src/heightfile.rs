@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use orograph_graph::Field;
+use orograph_graph::{Field, Window, World};
 use orograph_nodes::raster::{self, Problem};
 
 use crate::failure::Failure;
@@ -48,7 +48,7 @@ fn range(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
-/// Reads a height file of any known format, voids filled, over a world of its own.
+/// Reads a height file of any known format, voids filled, over a world of its own, with the sea of the file beside it.
 ///
 /// # Errors
 /// When it is no such file, or says neither its cell size nor what its codes stand for and `scale` does not either.
@@ -68,11 +68,18 @@ pub fn read(path: &Path, scale: &Scale) -> Result<Field, Failure> {
     if raster.coding.is_some_and(|coding| coding.range.is_none()) && scale.range.is_none() {
         return Err(wrong("has codes, and nothing says which heights they stand for", "say it: `--range 0,2500`"));
     }
-    raster::height_field(raster, scale.range.unwrap_or([0.0, 1.0]), scale.cell).map_err(|problem| match problem {
+    let field = raster::height_field(raster, scale.range.unwrap_or([0.0, 1.0]), scale.cell);
+    let field = field.map_err(|problem| match problem {
         Problem::NoCellSize => wrong("does not say how large its cells are", "say it in metres: `--cell 30`"),
         problem @ Problem::OutOfMemory(_) => {
             Failure::unable(format!("`{}`: {problem}", path.display())).hint(problem.remedy())
         }
         problem => Failure::wrong(format!("`{}`: {problem}", path.display())).hint(problem.remedy()),
-    })
+    })?;
+    let sea_level = raster::sea_level(path).map_err(|error| {
+        let remedy = error.remedy();
+        Failure::wrong(error.to_string()).hint(remedy)
+    })?;
+    let window = *field.window();
+    Ok(field.crop(&Window { world: World { sea_level, ..window.world }, ..window }))
 }

@@ -121,7 +121,7 @@ impl Field {
         self.try_crop(window).expect("there is memory for a part")
     }
 
-    /// The part that covers `window`.
+    /// The part that covers `window`, in the world of `window`, which may have another sea level.
     ///
     /// # Errors
     /// [`OutOfMemory`].
@@ -133,6 +133,9 @@ impl Field {
             return Ok(self.clone());
         }
         assert!(self.window.contains(window), "cannot crop beyond the raster");
+        if self.window.cells == window.cells {
+            return Ok(Self { window: *window, ..self.clone() });
+        }
         let x0 = (window.origin[0] - self.window.origin[0]) as usize;
         let y0 = (window.origin[1] - self.window.origin[1]) as usize;
         let mut samples = with_capacity(self.planes * window.len())?;
@@ -158,6 +161,8 @@ mod tests {
         let field = Field::new(Window::whole(world), (0..12).map(|v| v as f32).collect());
         let part = field.crop(&Window { world, origin: [1, 1], cells: [2, 2] });
         assert_eq!(part.samples(), [5.0, 6.0, 9.0, 10.0]);
+        let flooded = Window::whole(World { sea_level: Some(2.0), ..world });
+        assert_eq!(field.crop(&flooded), Field::new(flooded, field.samples().to_vec()));
         assert_eq!(field.range(0), Some((0.0, 11.0)));
     }
 

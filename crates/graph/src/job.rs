@@ -207,6 +207,16 @@ impl Job<'_> {
         &self.window.world
     }
 
+    /// Elevation of the sea in metres, or None in a world without one.
+    ///
+    /// # Panics
+    /// When the node does not declare that it [reads](Node::reads_sea) it: its results would be kept when the sea changes.
+    #[must_use]
+    pub fn sea_level(&self) -> Option<f64> {
+        assert!(self.node.reads_sea, "`{}` does not declare that it reads the sea level", self.node.id);
+        self.world().sea_level
+    }
+
     /// Side of a cell in metres.
     #[must_use]
     pub fn cell_m(&self) -> f64 {

@@ -38,4 +38,12 @@ pub enum Step {
         /// New value for each old one.
         factor: f64,
     },
+    /// A level of the sea is now the world's `sea_level`. Where neither the file nor another node says it, the world takes the
+    /// node's; a disagreement is a problem of the file.
+    SeaLevel {
+        /// The parameter that it was.
+        name: &'static str,
+        /// Its old default: up to it there was no sea.
+        none: f64,
+    },
 }

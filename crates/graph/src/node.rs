@@ -41,6 +41,8 @@ pub struct Node {
     pub declared: &'static [ParamSpec],
     /// How far around a cell it reads.
     pub reach: Reach,
+    /// True if its result may depend on the world's sea level. The results of other nodes are kept when that changes.
+    pub reads_sea: bool,
     /// What its kernel allocates beside its inputs and outputs, at its peak.
     pub scratch: Scratch,
     /// The definition of its result.
@@ -78,6 +80,7 @@ impl Node {
         params: Vec::new,
         declared: &[],
         reach: Reach::Point,
+        reads_sea: false,
         scratch: Scratch::None,
         cpu: |_| Err(NodeError::failed("this node has no kernel")),
         process: None,

@@ -69,6 +69,8 @@ pub struct World {
     pub seed: u32,
     /// Kind of each side.
     pub boundary: Boundary,
+    /// Elevation of the sea in metres; land that is lower lies under water. `None` for a world without a sea.
+    pub sea_level: Option<f64>,
 }
 
 /// Why a world cannot be evaluated.
@@ -87,6 +89,9 @@ pub enum WorldError {
     /// Cells would not be square.
     #[error("cells would be {0} x {1} m; they must be square, so choose cells in the ratio of the size")]
     NotSquare(f64, f64),
+    /// A sea deeper or higher than any on Earth.
+    #[error("a sea at {0} m is not within {low} to {high} m", low = World::SEA_LEVELS[0], high = World::SEA_LEVELS[1])]
+    SeaLevel(f64),
 }
 
 /// A number of bytes for people: `1.5 GiB`.
@@ -103,9 +108,10 @@ pub fn bytes(count: u64) -> String {
 }
 
 impl Default for World {
-    /// 16.384 km a side, 1024 cells a side, seed 0, base level all around.
+    /// 16.384 km a side, 1024 cells a side, seed 0, base level all around, no sea.
     fn default() -> Self {
-        Self { size: [16384.0, 16384.0], cells: [1024, 1024], seed: 0, boundary: Boundary::default() }
+        let boundary = Boundary::default();
+        Self { size: [16384.0, 16384.0], cells: [1024, 1024], seed: 0, boundary, sea_level: None }
     }
 }
 
@@ -114,6 +120,14 @@ impl World {
     pub const MAX_SIDE: u32 = 65_536;
     /// The most cells in all, 2 GiB a layer: the links of a cell with its eight neighbours are numbered in 32 bits.
     pub const MAX_CELLS: u64 = 1 << 29;
+    /// The lowest and the highest sea level in metres: beyond the depths and heights of the Earth.
+    pub const SEA_LEVELS: [f64; 2] = [-12_000.0, 12_000.0];
+
+    /// Returns true if both are the same but for the sea, so that a raster of one has its place in the other.
+    #[must_use]
+    pub fn has_cells_of(&self, other: &Self) -> bool {
+        *self == Self { sea_level: self.sea_level, ..*other }
+    }
 
     /// Side of a cell in metres.
     #[must_use]
@@ -134,7 +148,7 @@ impl World {
         Self { cells: [nx, ((f64::from(nx) * ratio).round() as u32).max(1)], ..self }
     }
 
-    /// Checks extent, cell count and squareness of cells.
+    /// Checks extent, cell count, squareness of cells and the sea level.
     ///
     /// # Errors
     /// [`WorldError`], with the numbers that are wrong.
@@ -154,7 +168,11 @@ impl World {
         if (dx - dy).abs() > 1e-6 * dx {
             return Err(WorldError::NotSquare(dx, dy));
         }
-        Ok(())
+        let [low, high] = Self::SEA_LEVELS;
+        match self.sea_level {
+            Some(level) if !(low..=high).contains(&level) => Err(WorldError::SeaLevel(level)),
+            _ => Ok(()),
+        }
     }
 }
 
@@ -246,10 +264,10 @@ impl Window {
         out
     }
 
-    /// Whether every cell of `other` is in this window of the same world.
+    /// Returns true if every cell of `other` is in this window of the same world, whatever the sea level.
     #[must_use]
     pub fn contains(&self, other: &Self) -> bool {
-        self.world == other.world
+        self.world.has_cells_of(&other.world)
             && (0..2).all(|axis| {
                 self.origin[axis] <= other.origin[axis]
                     && other.origin[axis] + other.cells[axis] <= self.origin[axis] + self.cells[axis]
@@ -274,6 +292,11 @@ mod tests {
         assert_eq!(World { size: [2.0, 1.0], cells: [32_768, 16_384], ..world }.check(), Ok(()));
         assert!(matches!(World { size: [f64::NAN, 1.0], ..world }.check(), Err(WorldError::NoExtent(..))));
         assert!(matches!(World { cells: [1024, 512], ..world }.check(), Err(WorldError::NotSquare(..))));
+        for level in [f64::NAN, f64::INFINITY, -12_000.1, 12_000.1] {
+            let world = World { sea_level: Some(level), ..world };
+            assert!(matches!(world.check(), Err(WorldError::SeaLevel(..))), "{level}");
+        }
+        assert_eq!(World { sea_level: Some(-12_000.0), ..world }.check(), Ok(()));
     }
 
     #[test]
@@ -285,6 +308,15 @@ mod tests {
         assert!(grown.contains(&window) && !window.contains(&grown));
         assert!(window.grown(1e9).is_whole());
         assert_eq!(window.grown(0.0), window);
+    }
+
+    #[test]
+    fn a_place_does_not_depend_on_the_sea() {
+        let dry = Window::whole(World::default());
+        let wet = Window::whole(World { sea_level: Some(3.0), ..World::default() });
+        assert!(dry != wet && dry.contains(&wet) && wet.contains(&dry));
+        let seeded = Window::whole(World { seed: 1, sea_level: Some(3.0), ..World::default() });
+        assert!(!wet.contains(&seeded));
     }
 
     #[test]

@@ -22,6 +22,12 @@ pub(crate) fn field(world: World, value: impl Fn(f64, f64) -> f64) -> Field {
     Field::new(window, samples.collect())
 }
 
+/// The same field in a world with a sea.
+pub(crate) fn at_sea(field: &Field, level_m: f64) -> Field {
+    let window = *field.window();
+    field.crop(&Window { world: World { sea_level: Some(level_m), ..window.world }, ..window })
+}
+
 /// A node's defaults with `name=value` changes, separated by commas.
 pub(crate) fn with_params(node: &'static Node, changes: &str) -> ParamValues {
     let specs = node.specs();

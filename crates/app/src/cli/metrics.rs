@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use orograph_graph::{Field, Measure, Report, Unit, plain};
 use serde_json::{Value, json};
 
+use super::sea::Sea;
 use crate::{
     failure::Failure,
     heightfile::{self, Scale},
@@ -17,7 +18,7 @@ use crate::{
 ///
 /// Read are GeoTIFF, grey PNG, OpenEXR, ESRI ASCII, SRTM (.hgt), .r16 and .r32; voids are filled. What is measured and how
 /// is in the manual: the nodes of the category `measure` (`orograph nodes`), with their defaults. Curves and histograms
-/// are in the JSON.
+/// are in the JSON. With a sea, from the file beside the heights or `--sea`, the land above it is measured.
 ///
 /// With `--against`, the distances of elevation and slope are those of their distributions (Wasserstein) in interquartile
 /// ranges of the reference, that of hypsometry the mean difference of the curves; 0 is no difference.
@@ -31,6 +32,8 @@ pub struct Args {
     against: Option<PathBuf>,
     #[command(flatten)]
     scale: Scale,
+    #[command(flatten)]
+    sea: Sea,
     /// Print as JSON, with curves and histograms
     #[arg(long)]
     json: bool,
@@ -47,7 +50,7 @@ impl Args {
     pub(super) fn run(self) -> Result<(), Failure> {
         let (registry, cancel) = (orograph_nodes::registry(), stop::on_interrupt()?);
         let measured = |path| -> Result<Measured<'_>, Failure> {
-            let height = heightfile::read(path, &self.scale)?;
+            let height = self.sea.around(heightfile::read(path, &self.scale)?);
             let report = measure::measure(&height, &registry, &cancel)?;
             Ok(Measured { path, height, report })
         };
@@ -80,6 +83,7 @@ fn as_json(measured: &Measured<'_>) -> Value {
         "cells": window.cells,
         "cell_m": window.cell_m(),
         "range_m": measured.height.range(0),
+        "sea_level_m": window.world.sea_level,
         "measures": measured.report.measures,
         "series": measured.report.series,
         "notes": measured.report.notes,

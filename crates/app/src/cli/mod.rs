@@ -12,6 +12,7 @@ mod pack;
 mod perspective;
 mod render;
 mod run;
+mod sea;
 mod sweep;
 mod watch;
 

@@ -36,9 +36,6 @@ pub struct Perspective {
     /// Output of the graph that has depths of water in metres
     #[arg(long, value_name = "NAME")]
     pub water: Option<String>,
-    /// Elevation of a sea
-    #[arg(long, value_name = "METRES", allow_hyphen_values = true, value_parser = metres)]
-    sea: Option<f64>,
     /// Metres between lines of equal height
     #[arg(long, value_name = "METRES", value_parser = metres)]
     contours: Option<f64>,
@@ -108,7 +105,6 @@ impl Perspective {
             ("--tints", self.tints.is_some()),
             ("--colour", self.colour.is_some()),
             ("--water", self.water.is_some()),
-            ("--sea", self.sea.is_some()),
             ("--contours", self.contours.is_some()),
             ("--haze", self.haze.is_some()),
             ("--exposure", self.exposure.is_some()),
@@ -173,16 +169,16 @@ impl Perspective {
             orbit.distance = distance;
             orbit.limit(&land, exaggeration);
         }
-        let scene = self.scene(orbit.camera(), exaggeration);
+        let scene = self.scene(orbit.camera(), exaggeration, seen.height.window().world.sea_level);
         let bytes = Offscreen::new().and_then(|device| device.picture(&Arc::new(land), &scene, size));
         Ok(crate::picture::of_codes(&bytes.map_err(failed)?, size))
     }
 
     #[cfg(feature = "editor")]
-    fn scene(&self, camera: crate::view::Camera, exaggeration: f64) -> crate::view::Scene {
+    fn scene(&self, camera: crate::view::Camera, exaggeration: f64, sea_level: Option<f64>) -> crate::view::Scene {
         use crate::view::{Colouring, Contours, Scene, Sun};
 
-        let mut scene = Scene { exaggeration, sea_level: self.sea, ..Scene::new(camera) };
+        let mut scene = Scene { exaggeration, sea_level, ..Scene::new(camera) };
         if let Some([azimuth_deg, elevation_deg]) = self.sun {
             scene.sun = Sun { azimuth_deg, elevation_deg };
         }

@@ -6,7 +6,10 @@ use clap::ValueEnum;
 use orograph_graph::{Cancel, Field, OutputDecl, PortType, Value, closest};
 use orograph_nodes::raster::{self, Problem};
 
-use super::perspective::{Perspective, Seen};
+use super::{
+    perspective::{Perspective, Seen},
+    sea::Sea,
+};
 use crate::{
     archive::is_archive,
     build::Builder,
@@ -58,6 +61,8 @@ pub struct Args {
     scale: Scale,
     #[command(flatten)]
     perspective: Perspective,
+    #[command(flatten)]
+    sea: Sea,
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
@@ -117,7 +122,7 @@ impl Args {
             )));
         }
         self.means.backend.check()?;
-        let height = heightfile::read(&self.file, &self.scale)?;
+        let height = self.sea.around(heightfile::read(&self.file, &self.scale)?);
         match self.view {
             View::Map => Ok(picture::of_height(&height, picture::View::Map)),
             View::Hillshade => Ok(picture::of_height(&height, picture::View::Hillshade)),
@@ -153,14 +158,15 @@ impl Args {
         let Some(Some(field)) = fields.next() else {
             return Err(Failure::wrong(format!("`{}` is a {}, which has no picture", output.name, output.ty)));
         };
+        let field = self.sea.around(field.clone());
         match self.view {
-            View::Map => Ok(picture::of_field(field, output.ty, picture::View::Map)),
-            View::Hillshade => Ok(picture::of_field(field, output.ty, picture::View::Hillshade)),
+            View::Map => Ok(picture::of_field(&field, output.ty, picture::View::Map)),
+            View::Hillshade => Ok(picture::of_field(&field, output.ty, picture::View::Hillshade)),
             View::Perspective => {
                 let mut next = |wanted: bool| if wanted { fields.next().flatten().cloned() } else { None };
                 let colour = next(self.perspective.colour.is_some());
                 let water = next(self.perspective.water.is_some());
-                self.perspective.picture(&Seen { height: field.clone(), colour, water })
+                self.perspective.picture(&Seen { height: field, colour, water })
             }
         }
     }

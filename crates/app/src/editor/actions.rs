@@ -130,7 +130,7 @@ impl Action {
                 land("Fly", "W A S D to fly, E and Q up and down, Shift faster, drag to look, wheel for the speed")
             }
             Self::Contours => land("Contours", "Lines of equal height"),
-            Self::Sea => land("Sea level", "Water up to a level"),
+            Self::Sea => land("Sea", "The sea of the world"),
             Self::Water => land("Water", "The water that the shown node gives"),
             Self::Shadows => land("Shadows", "Shadows of the sun"),
             Self::Sky => land("Sky", "The sky behind the land"),

@@ -32,7 +32,7 @@ pub(super) struct Frame {
     cells: [u32; 2],
     cell_m: f32,
     exaggeration: f32,
-    /// Lowest and highest height, elevation of the sea, in metres; base of the walls, exaggerated.
+    /// Lowest height above the sea, highest height, elevation of the sea, in metres; base of the walls, exaggerated.
     heights: Vec4,
     size: [f32; 2],
     seconds: f32,
@@ -68,6 +68,8 @@ impl Frame {
         let vector = |v: DVec3, w: f64| v.extend(w).as_vec4();
         let [low, high] = land.range();
         let sea = scene.sea_level.map_or(NO_SEA, |sea| sea as f32);
+        // tints begin at the shore
+        let low = (low as f32).max(sea);
         let contours = scene.contours.map_or([0.0; 2], |lines| [lines.interval as f32, lines.opacity]);
         let colouring = match (scene.colouring, land.colour()) {
             (Colouring::Own, Some(_)) => 0,
@@ -88,7 +90,7 @@ impl Frame {
             cells: land.cells(),
             cell_m: land.cell_m() as f32,
             exaggeration: scene.exaggeration as f32,
-            heights: Vec4::new(low as f32, high as f32, sea, ground.base as f32),
+            heights: Vec4::new(low, high as f32, sea, ground.base as f32),
             size: size.map(|n| n as f32),
             seconds: scene.seconds,
             exposure: scene.exposure + EXPOSURE + adapted(scene.sun.elevation_deg),

@@ -7,6 +7,7 @@ mod limits;
 mod manual;
 mod reuse;
 mod run;
+mod sea;
 #[cfg(unix)]
 mod signals;
 

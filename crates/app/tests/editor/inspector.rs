@@ -223,6 +223,14 @@ fn the_world_and_the_outputs_are_edited_while_nothing_is_selected() {
     assert_eq!(window.state().session().document().world().cells, [300, 300]);
     fill(&mut window, "seed", "8");
     assert_eq!(window.state().session().document().world().seed, 8);
+    let sea = |window: &Harness<'_, App>| window.state().session().document().world().sea_level;
+    fill(&mut window, "sea level", "-0.2 km");
+    assert_eq!(sea(&window), Some(-200.0));
+    fill(&mut window, "sea level", "20 km");
+    assert_eq!(sea(&window), Some(-200.0), "refused");
+    assert!(window.query_by_label_contains("allowed is a length from -12 km to 12 km").is_some());
+    fill(&mut window, "sea level", " ");
+    assert_eq!(sea(&window), None);
     window.get_by_role_and_label(Role::ComboBox, "boundary").click();
     window.run_steps(3);
     window.get_by_label("open").click();

@@ -47,9 +47,8 @@ fn seen(window: &Harness<'_, App>, port: &str) -> Value {
 fn built(document: &Document, port: &str) -> Value {
     let evaluator = Evaluator::new(EvaluatorOptions::default()).expect("threads");
     let graph = document.graph();
-    let request = [(graph.port(port).expect("exists"), Window::whole(document.world()))];
-    let folder = std::path::Path::new("");
-    evaluator.evaluate(graph, folder, &request, &Cancel::default(), &|_| {}).expect("it runs").remove(0)
+    let (port, window) = (graph.port(port).expect("exists"), Window::whole(document.world()));
+    evaluator.values(graph, std::path::Path::new(""), &[port], window).expect("it runs").remove(0)
 }
 
 fn strokes(window: &Harness<'_, App>) -> Vec<Stroke> {

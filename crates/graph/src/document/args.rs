@@ -23,6 +23,14 @@ pub(super) struct Arg {
     pub(super) rewritten: bool,
 }
 
+/// A value that a migration takes out of a node's brackets for the world.
+#[derive(Clone, Debug)]
+pub(super) struct Moved {
+    pub(super) literal: Literal,
+    /// Place of the value.
+    pub(super) span: Range<usize>,
+}
+
 /// The place and name of a node's kind, and its brackets if it has any; `None` when the value is no node.
 pub(super) fn kind_of(value: &Expr) -> Option<(Range<usize>, Option<&Group>)> {
     match &value.kind {
@@ -62,8 +70,10 @@ pub(super) fn version(group: &Group, source: &str) -> Option<u32> {
     }
 }
 
-/// Applies the steps from `version` to the node's own version, in order. `place` is where additions are reported.
-pub(super) fn migrate(args: &mut Vec<Arg>, node: &Node, version: u32, place: &Range<usize>) {
+/// Applies the steps from `version` to the node's own version, in order; gives the sea level that it had to itself, if it says
+/// one. `place` is where additions are reported.
+pub(super) fn migrate(args: &mut Vec<Arg>, node: &Node, version: u32, place: &Range<usize>) -> Option<Moved> {
+    let mut sea = None;
     let due = node.migrations.iter().filter(|migration| migration.from >= version);
     for step in due.flat_map(|migration| migration.steps) {
         match *step {
@@ -80,6 +90,12 @@ pub(super) fn migrate(args: &mut Vec<Arg>, node: &Node, version: u32, place: &Ra
                 }
             }
             Step::Drop { name } => args.retain(|arg| arg.name != name),
+            Step::SeaLevel { name, .. } => {
+                if let Some(at) = args.iter().position(|arg| arg.name == name) {
+                    let Arg { literal, span, .. } = args.remove(at);
+                    sea = Some(Moved { literal, span });
+                }
+            }
             Step::Scale { name, factor } => {
                 for arg in args.iter_mut().filter(|arg| arg.name == name) {
                     // What says its unit means the same as before; a wire cannot be scaled.
@@ -96,4 +112,5 @@ pub(super) fn migrate(args: &mut Vec<Arg>, node: &Node, version: u32, place: &Ra
             }
         }
     }
+    sea
 }

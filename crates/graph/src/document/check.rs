@@ -16,6 +16,7 @@ use super::{
     literal::{Literal, Misfit, constant, is_name, param},
     muted::{self, Muted},
     problems::{Problems, list},
+    sea,
     subgraph::{self, Home, Loader, UsedGraph},
     syntax::{Expr, FIELDS, Group, Item, Tree},
     wires::{self, LooseWire, Pending},
@@ -74,6 +75,8 @@ pub struct OutputDecl {
 pub(super) struct Checked {
     pub(super) graph: Arc<Graph>,
     pub(super) world: World,
+    /// The sea level that the file takes for granted where another uses it, if it does.
+    pub(super) sea: Option<Option<f64>>,
     pub(super) nodes: Vec<NodeEntry>,
     /// Positions in `nodes`.
     pub(super) by_name: HashMap<String, usize>,
@@ -103,8 +106,8 @@ pub(super) fn check(
     let mut problems = Problems::new(syntax);
     let mut checked = match root(source, tree, &mut problems) {
         Some(root) => {
-            let (out, bad) = (Checked::default(), BTreeSet::new());
-            let mut checker = Checker { source, registry, home, loader, problems, out, bad };
+            let (out, bad, seas) = (Checked::default(), BTreeSet::new(), Vec::new());
+            let mut checker = Checker { source, registry, home, loader, problems, out, bad, seas };
             checker.file(root);
             problems = checker.problems;
             checker.out
@@ -161,6 +164,8 @@ struct Checker<'a> {
     out: Checked,
     /// Nodes with a parameter that was refused, so that what it would choose is not known.
     bad: BTreeSet<NodeIndex>,
+    /// The seas that nodes were written for.
+    seas: Vec<sea::Own>,
 }
 
 impl Checker<'_> {
@@ -182,6 +187,9 @@ impl Checker<'_> {
                 self.problems.push(problem.hint("write `nodes: { \"name\": Kind(…), … }`"));
             }
         }
+        let world = root.get("world").and_then(|item| item.value.as_group());
+        let said = world.is_some_and(|world| world.get(world::SEA_LEVEL).is_some());
+        self.out.sea = sea::settle(&mut self.out.world, said, &self.seas, &mut self.problems);
         let entries: BTreeMap<String, Option<NodeIndex>> =
             self.out.nodes.iter().map(|entry| (entry.name.clone(), entry.index)).collect();
         let wired: BTreeSet<(NodeIndex, usize)> = pending.iter().map(|wire| (wire.node, wire.input)).collect();
@@ -344,6 +352,9 @@ impl Checker<'_> {
             Ok(inner) => {
                 self.out.uses.push(UsedGraph { path, document: Some(Arc::clone(&inner)) });
                 let index = self.node(subgraph::interface(&inner), version, entry, body, pending)?;
+                if let Some(level) = inner.read.checked.sea {
+                    self.seas.push(sea::Own { node: entry.name.clone(), span, level });
+                }
                 self.out.size += inner.size();
                 self.out.subgraphs.insert(index, inner);
                 Some(index)
@@ -418,7 +429,15 @@ impl Checker<'_> {
             self.problems.duplicates(group, &format!("in `{}`", entry.name));
             given = args::args(group, self.source);
         }
-        args::migrate(&mut given, node, version, &entry.kind_span);
+        let moved = args::migrate(&mut given, node, version, &entry.kind_span);
+        match sea::of_node(node, &entry.name, &entry.kind_span, moved.as_ref()) {
+            Ok(own) => self.seas.extend(own),
+            Err(misfit) => {
+                if let Some(moved) = &moved {
+                    self.problems.take(owned(Err::<(), _>(misfit), entry), &moved.literal, &moved.span, |()| {});
+                }
+            }
+        }
         let mut sound = true;
         let mut wires = Vec::new();
         for arg in &given {
@@ -462,6 +481,10 @@ impl Checker<'_> {
         let names = || node.inputs.iter().map(|input| input.name).chain(specs.iter().map(|spec| spec.name));
         let message = format!("`{}` ({}) has no input or parameter `{}`", entry.name, node.id, arg.name);
         let problem = Diagnostic::error("unknown-parameter", arg.name_span.clone(), message);
+        if let Some(hint) = sea::moved_hint(node, &arg.name) {
+            self.problems.push(problem.hint(hint));
+            return None;
+        }
         let near = closest(&arg.name, names());
         self.problems.push(match near {
             Some(near) => problem.hint(format!("did you mean `{near}`?")),

@@ -317,6 +317,10 @@ fn worlds(a: &World, b: &World, lines: &mut Vec<String>) {
     if a.seed != b.seed {
         lines.push(format!("world.seed {} → {}", a.seed, b.seed));
     }
+    if a.sea_level != b.sea_level {
+        let [x, y] = [a, b].map(|w| w.sea_level.map_or_else(|| "none".to_owned(), |level| Unit::Metres.display(level)));
+        lines.push(format!("world.sea_level {x} → {y}"));
+    }
     let sides = |w: &Boundary| [("west", w.west), ("east", w.east), ("north", w.north), ("south", w.south)];
     for ((side, x), (_, y)) in sides(&a.boundary).into_iter().zip(sides(&b.boundary)) {
         if x != y {

@@ -134,7 +134,7 @@ pub enum Edit {
         /// The name it gets.
         to: String,
     },
-    /// Sets extent, cells, seed and boundary; what stays the same is not touched.
+    /// Sets extent, cells, seed, boundary and sea level; what stays the same is not touched.
     SetWorld(World),
     /// Sets where an editor shows a node, or forgets it.
     SetLayout {
@@ -278,10 +278,7 @@ impl Edit {
             }
             Self::RemoveOutput { name } => editor.remove_output(name),
             Self::RenameOutput { from, to } => editor.rename_output(from, to),
-            Self::SetWorld(world) => {
-                editor.set_world(world);
-                Ok(())
-            }
+            Self::SetWorld(world) => editor.set_world(world),
             Self::SetLayout { node, at } => {
                 editor.item(node)?;
                 editor.set_layout(node, *at);

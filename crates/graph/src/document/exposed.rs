@@ -12,7 +12,7 @@ use super::{
     lex::Bracket,
     literal::{Literal, Misfit, pair},
     problems::{Problems, list},
-    subgraph,
+    sea, subgraph,
     syntax::{Expr, Group},
 };
 use crate::{
@@ -298,6 +298,10 @@ impl Reader<'_> {
         let what = if section == Section::Inputs { "input" } else { "parameter" };
         let message = format!("`{name}` {verb} `{text}`, but `{owner}` ({kind}) has no {what} `{part}`");
         let problem = Diagnostic::error("unknown-place", span.clone(), message);
+        if let Some(hint) = sea::moved_hint(instance.node, part) {
+            self.problems.push(problem.hint(hint));
+            return;
+        }
         self.problems.push(match closest(part, known.iter().copied()) {
             Some(near) => problem.hint(format!("did you mean `{owner}.{near}`?")),
             None => problem.hint(format!("it has {}", list(known))),

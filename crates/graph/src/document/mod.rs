@@ -30,6 +30,7 @@ mod moved;
 mod muted;
 mod problems;
 mod read;
+mod sea;
 mod splice;
 mod subgraph;
 mod syntax;

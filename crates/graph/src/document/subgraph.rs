@@ -54,7 +54,7 @@ change of the file makes only what depends on it be computed anew.
 
 - **Inputs and parameters** are those that the file names in `inputs` and `parameters`. What is not said here is as in the
   file. Its **outputs** are those in `outputs`; a wire that names none takes the first.
-- **World**: extent, cells, boundary and seed are those of the graph that is built. What the file says of its own world
+- **World**: extent, cells, boundary, seed and sea level are those of the graph that is built. What the file says of its own world
   counts only when it is built by itself.
 - **File names** in the file are relative to the file itself.
 - **Recursion**, a file that uses itself, also through others, is refused; files stand at most 16 deep in one another.

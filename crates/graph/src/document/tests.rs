@@ -8,6 +8,7 @@ mod edits;
 mod form;
 mod fuzz;
 mod reuse;
+mod sea;
 mod work;
 
 #[expect(dead_code, reason = "only the declarations are looked at")]
@@ -120,6 +121,30 @@ mod nodes {
         };
     }
 
+    pub(super) mod coast {
+        use super::*;
+
+        crate::params! {
+            /// Slope.
+            slope: f64 = 0.1, One, 0.0..=1.0;
+        }
+
+        /// A kind that had a sea level of its own.
+        pub(in super::super) static NODE: Node = Node {
+            id: "Coast",
+            version: 3,
+            migrations: &[
+                Migration { from: 1, steps: &[Step::Rename { from: "water", to: "sea_level" }] },
+                Migration { from: 2, steps: &[Step::SeaLevel { name: "sea_level", none: -12_000.0 }] },
+            ],
+            params: Params::specs,
+            inputs: &[Input::needs("height", PortType::Height, "H.")],
+            outputs: &[Output::same_as("height", "height", "H.")],
+            reads_sea: true,
+            ..Node::DEFAULT
+        };
+    }
+
     pub(super) static METRICS: Node = Node {
         id: "Metrics",
         inputs: &[Input::needs("height", PortType::AnyScalar, "H."), Input::takes("mask", PortType::Mask, "M.")],
@@ -140,7 +165,14 @@ mod nodes {
 }
 
 pub(super) fn registry() -> Registry {
-    Registry::new([&nodes::ridged::NODE, &nodes::rivers::NODE, &nodes::thermal::NODE, &nodes::METRICS, &nodes::FLOW])
+    Registry::new([
+        &nodes::ridged::NODE,
+        &nodes::rivers::NODE,
+        &nodes::thermal::NODE,
+        &nodes::coast::NODE,
+        &nodes::METRICS,
+        &nodes::FLOW,
+    ])
 }
 
 /// The example that the file form was designed on.

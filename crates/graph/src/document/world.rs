@@ -10,14 +10,17 @@ use super::{
 use crate::{
     closest,
     diagnostic::Diagnostic,
+    param::range_text,
     unit::Unit,
     world::{Boundary, Edge, World, WorldError, bytes},
 };
 
-const FIELDS: [&str; 4] = ["size", "cells", "seed", "boundary"];
+const FIELDS: [&str; 5] = ["size", "cells", "seed", "boundary", "sea_level"];
+/// The field of the sea.
+pub(super) const SEA_LEVEL: &str = "sea_level";
 const SIDES: [&str; 4] = ["west", "east", "north", "south"];
 
-/// Reads `(size: .., cells: .., seed: .., boundary: ..)`; what is left out or wrong is the default.
+/// Reads `(size: .., cells: .., seed: .., boundary: .., sea_level: ..)`; what is left out or wrong is the default.
 ///
 /// One number of cells means that many along x; the number along y follows from the size, so that cells are square.
 pub(super) fn read(value: &Expr, source: &str, problems: &mut Problems) -> World {
@@ -53,6 +56,9 @@ pub(super) fn read(value: &Expr, source: &str, problems: &mut Problems) -> World
     if let Some(item) = group.get("boundary") {
         world.boundary = boundary(&item.value, source, problems);
     }
+    if let Some((literal, span)) = field(SEA_LEVEL) {
+        problems.take(sea_level(&literal), &literal, &span, |level| world.sea_level = Some(level));
+    }
     if sound && let Err(error) = world.check() {
         problems.push(impossible(&error, group, value));
         (world.size, world.cells) = (default.size, default.cells);
@@ -73,6 +79,7 @@ fn impossible(error: &WorldError, group: &Group, value: &Expr) -> Diagnostic {
             place("cells").or_else(|| place("size")),
             "with one number, `cells: 1024`, the other side follows from the size",
         ),
+        WorldError::SeaLevel(_) => (place(SEA_LEVEL), "for example `sea_level: \"0 m\"`"),
     };
     Diagnostic::error("world", span.unwrap_or_else(|| value.span.clone()), error.to_string()).hint(hint)
 }
@@ -121,6 +128,22 @@ fn seed(literal: &Literal) -> Result<u32, Misfit> {
             .map_err(|_| Misfit::new("range", format!("`seed` is {seed}, allowed is 0 to {}", u32::MAX))),
         other => Err(Misfit::new("type", format!("`seed` is {}, but takes a whole number", other.describe()))),
     }
+}
+
+/// Reads the level of a sea in metres.
+pub(super) fn sea_level(literal: &Literal) -> Result<f64, Misfit> {
+    if matches!(literal, Literal::Word(_)) {
+        return Err(Misfit::new("type", format!("`{SEA_LEVEL}` is {}, but takes a length", literal.describe()))
+            .hint("write `sea_level: \"0 m\"`, or leave it out for a world without a sea"));
+    }
+    let level = quantity(SEA_LEVEL, Unit::Metres, literal)?;
+    let [low, high] = World::SEA_LEVELS;
+    if (low..=high).contains(&level) {
+        return Ok(level);
+    }
+    let (level, allowed) = (Unit::Metres.display(level), range_text(World::SEA_LEVELS, Unit::Metres));
+    Err(Misfit::new("range", format!("`{SEA_LEVEL}` is {level}, allowed is a length{allowed}"))
+        .hint("leave it out for a world without a sea"))
 }
 
 fn boundary(value: &Expr, source: &str, problems: &mut Problems) -> Boundary {

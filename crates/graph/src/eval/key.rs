@@ -129,6 +129,10 @@ impl Hash {
         hash.text(node.id);
         hash.u32(node.version);
         hash.world(&step.wanted.world);
+        if let Some(level) = step.wanted.world.sea_level.filter(|_| node.reads_sea) {
+            hash.bytes(b"~");
+            hash.f64(level);
+        }
         for content in files.iter().flat_map(Stamped::contents) {
             match content {
                 Some(content) => {

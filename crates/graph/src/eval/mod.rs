@@ -204,6 +204,22 @@ impl Evaluator {
         answers.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
+    /// The values of outputs on one window, for callers that neither watch nor cancel.
+    ///
+    /// # Errors
+    /// That of the first output that cannot be had.
+    pub fn values(
+        &self,
+        graph: &Graph,
+        folder: &Path,
+        ports: &[Port],
+        window: Window,
+    ) -> Result<Vec<Value>, EvalError> {
+        let requests: Vec<Request> = ports.iter().map(|port| Request { port: *port, window }).collect();
+        let evaluation = Evaluation { graph, folder, requests: &requests, byproducts: &[] };
+        self.evaluate(&evaluation, &Cancel::default(), &|_| {}).into_iter().collect()
+    }
+
     /// Answers each request as soon as its value is there, or cannot be; the value is released when the receiver drops
     /// it. A request that fails does not affect those that do not depend on what failed. Blocks until all are answered.
     ///

@@ -26,7 +26,7 @@ params! {
     radius: f64 = 6000.0, Metres, 0.01..=1e7, soft 500..=20000, when form = "disc";
     /// Distance from the coast inland over which the land comes to its whole height.
     slope: f64 = 4000.0, Metres, 0.01..=1e7, soft 100..=10000;
-    /// Elevation of the sea, which is that of the coast.
+    /// Elevation of the coast. Give it the world's `sea_level`, so that the coast is the shore.
     sea: f64 = 0.0, Metres, -1e5..=1e5, soft -500..=500;
     /// Depth of the sea floor.
     depth: f64 = 300.0, Metres, 0.0..=1e5, soft 0..=2000;

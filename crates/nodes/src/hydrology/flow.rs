@@ -107,6 +107,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
+    reads_sea: true,
     cpu: run,
     resolution: Resolution::Cells(
         "rivers are one cell wide, so the drainage area of a place depends on whether its cell has the river in it",
@@ -136,6 +137,9 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let spreads = gathers.contains(&true) && params.routing != Routing::D8 && params.depressions != Sinks::Keep;
     let mut codes = vec![0; grid.cells()];
     receivers::d8(job, &grid, land, &mut codes)?;
+    if let Some(level) = job.sea_level() {
+        receivers::end_at_sea(land, level, &mut codes);
+    }
     job.advance(0.1)?;
     let mut depressions = Depressions::default();
     if fills || spreads || params.depressions != Sinks::Keep {

@@ -59,6 +59,27 @@ pub(super) fn with_boundary(world: World, boundary: Boundary) -> World {
     World { boundary, ..world }
 }
 
+/// Water that comes to the sea has left: depressions spill into it, and on land all is as if the sea were the world's side.
+#[test]
+fn drainage_ends_at_the_sea() {
+    for height in [hills(testing::world(90, 70, 10.0)), noise(testing::world(60, 50, 10.0))] {
+        let level = f64::from(height.samples().iter().sum::<f32>() / height.samples().len() as f32);
+        let (nx, len) = (height.window().nx(), height.samples().len());
+        let is_sea = |cell: usize| f64::from(height.samples()[cell]) < level;
+        let ends = |cell: usize| is_sea(cell) || reference::on_border(nx, len, cell);
+        for changes in ["", "depressions=fill", "routing=d_infinity", "routing=mfd"] {
+            let wet = flow(&testing::at_sea(&height, level), changes);
+            assert!(wet.filled == reference::priority_flood(nx, height.samples(), ends), "{changes}");
+            for cell in (0..len).filter(|&cell| is_sea(cell)) {
+                assert_eq!((wet.direction[cell], wet.depth[cell], wet.lake[cell]), (-1.0, 0.0, 0.0), "{changes}");
+            }
+            // all of the area comes to an end somewhere
+            let (left, all) = (f64::from(area_that_leaves(&wet)), len as f64 * 100.0);
+            assert!((left / all - 1.0).abs() < 1e-4, "{changes}: {left} of {all}");
+        }
+    }
+}
+
 #[test]
 fn filling_is_the_priority_flood_to_the_last_bit() {
     for (nx, ny) in [(1, 1), (1, 9), (9, 1), (2, 2), (3, 3), (17, 70), (200, 150)] {

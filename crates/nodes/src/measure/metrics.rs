@@ -44,6 +44,8 @@ pub static NODE: Node = Node {
           - **Drainage density**: length of the channels over the area, along the steepest descent of each cell with \
           at least `channel_area` of drainage area, after depressions have been drained through their lowest passes. \
           It goes with `1/√channel_area`, about 0.6 of it, so it means nothing without that number.\n\n\
+          In a world with a `sea_level` all of this is measured on the land above it, with two measures more: the \
+          level, and the `land_share` of the area. Rivers end at the shore.\n\n\
           Slopes and drainage depend on the cell size: compare at equal cells only. Holes in the data are left out; \
           where they are, or no side of the world lets water out, drainage density is not measured.",
     sources: &[
@@ -56,6 +58,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
+    reads_sea: true,
     cpu: run,
     resolution: Resolution::Cells("slopes and channels are those of the cells"),
     example: "height: \"base\", channel_area: 500000",
@@ -74,17 +77,53 @@ pub fn metrics(job: &Job<'_>, height: &Field, params: &Params) -> Result<Report,
     let window = *height.window();
     let mut report = Report::default();
     report.measure("cell_size", window.cell_m(), "m");
-    elevations(job, height, &mut report)?;
+    let land = Land::of(height);
+    land.share(&mut report);
+    elevations(job, &land, &mut report)?;
     job.advance(0.2)?;
-    local_relief(height, params.local_window, &mut report);
+    local_relief(&land.field, params.local_window, &mut report);
     job.advance(0.3)?;
-    let steepness = interior_slopes(height, &|| job.check())?;
+    let steepness = interior_slopes(height, &land, &|| job.check())?;
     job.advance(0.4)?;
     slopes(job, &steepness, &mut report)?;
     drop(steepness);
     job.advance(0.5)?;
-    drainage(job, height, params.channel_area, &mut report)?;
+    drainage(job, height, &land, params.channel_area, &mut report)?;
     Ok(report)
+}
+
+/// What of a field lies above the sea of its world.
+struct Land {
+    /// The field, in which the cells of the sea are holes.
+    field: Field,
+    sea_m: Option<f64>,
+    sea_cells: u64,
+}
+
+impl Land {
+    fn of(height: &Field) -> Self {
+        let Some(sea_m) = height.window().world.sea_level else {
+            return Self { field: height.clone(), sea_m: None, sea_cells: 0 };
+        };
+        let is_sea = |z: f32| f64::from(z) < sea_m;
+        let dry = height.plane(0).par_iter().map(|&z| if is_sea(z) { f32::NAN } else { z }).collect();
+        let sea_cells = height.plane(0).par_iter().filter(|z| is_sea(**z)).count() as u64;
+        Self { field: Field::new(*height.window(), dry), sea_m: Some(sea_m), sea_cells }
+    }
+
+    /// Cells of land, with those that have no height.
+    fn cells(&self) -> u64 {
+        self.field.window().len() as u64 - self.sea_cells
+    }
+
+    fn share(&self, report: &mut Report) {
+        let Some(sea_m) = self.sea_m else { return };
+        report.measure("sea_level", sea_m, "m");
+        report.measure("land_share", self.cells() as f64 / self.field.window().len() as f64, "");
+        if self.cells() == 0 {
+            report.notes.push("all of it lies below the sea".to_owned());
+        }
+    }
 }
 
 /// How far a landscape is from a reference: Wasserstein-1 distances of slope and elevation divided by the reference's
@@ -96,10 +135,12 @@ pub fn compare(field: &Field, reference: &Field) -> Report {
         let quartiles = quantiles(b, &[0.25, 0.75]);
         report.measure(name, wasserstein(a, b) / (quartiles[1] - quartiles[0]), "");
     };
-    distance("elevation_distance", &finite(field), &finite(reference));
-    let [a, b] = [field, reference].map(|field| interior_slopes(field, &|| Ok(())).unwrap_or_default());
-    distance("slope_distance", &a, &b);
-    let curves = [field, reference].map(|field| Elevations::of(field).curve(field));
+    let lands = [field, reference].map(Land::of);
+    let [a, b] = lands.each_ref().map(|land| finite(&land.field));
+    distance("elevation_distance", &a, &b);
+    let slopes = |field, land: &Land| interior_slopes(field, land, &|| Ok(())).unwrap_or_default();
+    distance("slope_distance", &slopes(field, &lands[0]), &slopes(reference, &lands[1]));
+    let curves = lands.each_ref().map(|land| Elevations::of(&land.field).curve(&land.field));
     let difference: f64 = curves[0].iter().zip(&curves[1]).map(|(a, b)| (a - b).abs()).sum();
     report.measure("hypsometry_distance", difference / curves[0].len() as f64, "");
     let [a, b] = [field, reference].map(|field| field.window().cell_m());
@@ -189,7 +230,8 @@ fn axis(label: &str, unit: &str, values: Vec<f64>) -> Axis {
     Axis { label: label.to_owned(), unit: unit.to_owned(), values }
 }
 
-fn elevations(job: &Job<'_>, height: &Field, report: &mut Report) -> Result<(), NodeError> {
+fn elevations(job: &Job<'_>, land: &Land, report: &mut Report) -> Result<(), NodeError> {
+    let height = &land.field;
     let found = Elevations::of(height);
     job.advance(0.1)?;
     let relief = found.max - found.min;
@@ -199,7 +241,7 @@ fn elevations(job: &Job<'_>, height: &Field, report: &mut Report) -> Result<(), 
     report.measure("elevation_std", found.std, "m");
     report.measure("relief", relief, "m");
     report.measure("hypsometric_integral", (found.mean - found.min) / relief, "");
-    let holes = height.window().len() as f64 - found.count;
+    let holes = land.cells() as f64 - found.count;
     if holes > 0.0 {
         report.notes.push(format!("{holes} cells without a height are left out"));
     }
@@ -234,8 +276,12 @@ fn local_relief(height: &Field, window_m: f64, report: &mut Report) {
     report.measure("local_relief_max", reliefs.iter().copied().fold(f64::NAN, f64::max), "m");
 }
 
-/// Slopes in degrees of all cells but the outermost, without holes. `check` is asked at each row whether to stop.
-fn interior_slopes(height: &Field, check: &(dyn Fn() -> Result<(), NodeError> + Sync)) -> Result<Vec<f32>, NodeError> {
+/// Slopes in degrees of all cells of land but the outermost, without holes. `check` is asked at each row whether to stop.
+fn interior_slopes(
+    height: &Field,
+    land: &Land,
+    check: &(dyn Fn() -> Result<(), NodeError> + Sync),
+) -> Result<Vec<f32>, NodeError> {
     let (nx, ny) = (height.window().nx(), height.window().ny());
     if nx < 3 || ny < 3 {
         return Ok(Vec::new());
@@ -247,6 +293,10 @@ fn interior_slopes(height: &Field, check: &(dyn Fn() -> Result<(), NodeError> + 
         |whole, (j, row)| {
             surface.row(j + 1, |start, east, south| slope_degrees(east, south, &mut whole[start..start + east.len()]));
             row.copy_from_slice(&whole[1..nx - 1]);
+            if land.sea_cells > 0 {
+                let heights = &land.field.plane(0)[(j + 1) * nx + 1..][..nx - 2];
+                row.iter_mut().zip(heights).filter(|(_, z)| z.is_nan()).for_each(|(slope, _)| *slope = f32::NAN);
+            }
             check()
         },
     )?;
@@ -276,13 +326,19 @@ fn slopes(job: &Job<'_>, slopes: &[f32], report: &mut Report) -> Result<(), Node
     Ok(())
 }
 
-fn drainage(job: &Job<'_>, height: &Field, channel_area_m2: f64, report: &mut Report) -> Result<(), NodeError> {
+fn drainage(
+    job: &Job<'_>,
+    height: &Field,
+    land: &Land,
+    channel_area_m2: f64,
+    report: &mut Report,
+) -> Result<(), NodeError> {
     report.measure("channel_area", channel_area_m2, "m²");
-    let density = match channel_cells(job, height, channel_area_m2) {
+    let density = match channel_cells(job, height, land.sea_m, channel_area_m2) {
         Ok([straight, diagonal]) => {
             let cells = straight as f64 + diagonal as f64 * std::f64::consts::SQRT_2;
             // m/m² to km/km²
-            1e3 * cells / (height.window().len() as f64 * height.window().cell_m())
+            1e3 * cells / (land.cells() as f64 * height.window().cell_m())
         }
         Err(error @ (NodeError::Cancelled | NodeError::OutOfMemory(_))) => return Err(error),
         Err(NodeError::Failed { message, .. }) => {
@@ -295,7 +351,12 @@ fn drainage(job: &Job<'_>, height: &Field, channel_area_m2: f64, report: &mut Re
 }
 
 /// Channel cells that drain to a side and to a corner.
-fn channel_cells(job: &Job<'_>, height: &Field, channel_area_m2: f64) -> Result<[u64; 2], NodeError> {
+fn channel_cells(
+    job: &Job<'_>,
+    height: &Field,
+    sea_m: Option<f64>,
+    channel_area_m2: f64,
+) -> Result<[u64; 2], NodeError> {
     let heights = height.plane(0);
     if heights.par_iter().any(|z| !z.is_finite()) {
         return Err(NodeError::failed("there are cells without a height"));
@@ -303,6 +364,9 @@ fn channel_cells(job: &Job<'_>, height: &Field, channel_area_m2: f64) -> Result<
     let grid = Grid::new(height.window())?;
     let mut codes = vec![0; grid.cells()];
     receivers::d8(job, &grid, heights, &mut codes)?;
+    if let Some(level) = sea_m {
+        receivers::end_at_sea(heights, level, &mut codes);
+    }
     let mut depressions = Depressions::default();
     depressions.find(job, &grid, heights, &codes)?;
     depressions.carve(job, &grid, &mut codes)?;

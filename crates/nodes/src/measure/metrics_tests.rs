@@ -3,7 +3,7 @@
 use orograph_graph::{Boundary, Edge, World};
 
 use super::*;
-use crate::testing::{at_every_level, field, outputs, run_in, world};
+use crate::testing::{at_every_level, at_sea, field, outputs, run_in, world};
 
 fn report(height: &Field) -> Report {
     let mut outputs = outputs(&NODE, &ParamValues::defaults(&NODE.specs()), &[("height", height)]).expect("a result");
@@ -88,6 +88,36 @@ fn any_land_is_measured() {
     assert_eq!(holes.notes.len(), 3, "{:?}", holes.notes);
     let walled = World { boundary: Boundary::all(Edge::Wall), ..world(30, 30, 10.0) };
     report(&field(walled, |x, _| x));
+}
+
+/// A roof whose lower half is under water: all that is measured is that of the upper half.
+#[test]
+fn a_sea_leaves_the_land_above_it() {
+    let roof = field(world(101, 60, 10.0), |x, _| 505.0 - (x - 505.0).abs());
+    let [dry, wet] = [&roof, &at_sea(&roof, 252.0)].map(report);
+    assert!(dry.get("sea_level").is_none() && dry.get("land_share").is_none());
+    assert_eq!((value(&wet, "sea_level"), value(&wet, "elevation_min")), (252.0, 255.0));
+    assert_eq!((value(&wet, "land_share"), value(&wet, "relief")), (51.0 / 101.0, 250.0));
+    assert!((value(&wet, "slope_p50") - 45.0).abs() < 1e-3 && value(&wet, "slope_mean") < 45.0, "a crest");
+    assert!(wet.notes.iter().all(|note| !note.contains("without a height")), "{:?}", wet.notes);
+    // a channel of a single cell of area begins everywhere: a link of a cell for each cell of land
+    let mut params = ParamValues::defaults(&NODE.specs());
+    params.set("channel_area", orograph_graph::ParamValue::Float(100.0));
+    let density = |height: &Field| {
+        let mut outputs = outputs(&NODE, &params, &[("height", height)]).expect("a result");
+        outputs.take("report").expect("a report").as_report().expect("a report").get("drainage_density")
+    };
+    // base sides pass nothing on: 58 of 60 rows; the crest drains too
+    let expected = 1e3 * 58.0 / 60.0 / 10.0;
+    assert!((density(&at_sea(&roof, 252.0)).expect("measured") - expected).abs() < 1e-9);
+
+    let drowned = report(&at_sea(&roof, 1e4));
+    assert_eq!(value(&drowned, "land_share"), 0.0);
+    assert!(
+        value(&drowned, "elevation_mean").is_nan() && drowned.notes.iter().any(|note| note.contains("below the sea"))
+    );
+    let same = compare(&at_sea(&roof, 252.0), &at_sea(&roof, 252.0));
+    assert!(same.measures.iter().all(|measure| measure.value == 0.0), "{:?}", same.measures);
 }
 
 #[test]

@@ -40,7 +40,7 @@ pub use format::{Content, Format, Meta, Writing};
 pub use metric::height_field;
 pub use part::replace;
 pub use resample::{GridAxis, resample};
-pub use sidecar::{Sidecar, sidecar_path};
+pub use sidecar::{Sidecar, sea_level, sidecar_path};
 pub use srgb::srgb_bytes;
 pub use texture::apportioned;
 pub use whole::{write, write_colour};

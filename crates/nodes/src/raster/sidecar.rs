@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use orograph_graph::Window;
+use orograph_graph::{Window, World};
 use serde::{Deserialize, Serialize};
 
 use super::{Cell, Meta, Problem, RasterError};
@@ -56,6 +56,9 @@ pub struct Sidecar {
     /// The world's seed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u32>,
+    /// Elevation of the world's sea in metres, where it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sea_level_m: Option<f64>,
     /// Hash of the graph that made it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub graph_hash: Option<String>,
@@ -99,6 +102,7 @@ impl Sidecar {
             quantity: Some(meta.quantity.clone()),
             import: meta.import.clone(),
             seed: Some(window.world.seed),
+            sea_level_m: window.world.sea_level,
             graph_hash: meta.graph_hash.clone(),
             program: Some(concat!("orograph ", env!("CARGO_PKG_VERSION")).to_owned()),
             ..Self::default()
@@ -140,6 +144,12 @@ impl Sidecar {
         {
             return Err(format!("a cell of {cell} m has no extent"));
         }
+        let [lowest, highest] = World::SEA_LEVELS;
+        if let Some(level) = sidecar.sea_level_m
+            && !(lowest..=highest).contains(&level)
+        {
+            return Err(format!("a sea at {level} m is not within {lowest} to {highest} m"));
+        }
         Ok(sidecar)
     }
 
@@ -147,6 +157,14 @@ impl Sidecar {
     pub(super) fn cell(&self) -> Option<Cell> {
         self.cell_m.map(|d| Cell::Metres([d, d]))
     }
+}
+
+/// The sea level in the sidecar of a file, if it has one that says it.
+///
+/// # Errors
+/// [`Problem::Sidecar`] when there is a sidecar that is wrong.
+pub fn sea_level(path: &Path) -> Result<Option<f64>, RasterError> {
+    Ok(Sidecar::beside(path)?.and_then(|sidecar| sidecar.sea_level_m))
 }
 
 #[cfg(test)]
@@ -161,6 +179,7 @@ mod tests {
             cell_m: Some(12.5),
             range: Some([-1.0, 4.0]),
             seed: Some(7),
+            sea_level_m: Some(-2.5),
             ..Sidecar::default()
         };
         let text = serde_json::to_vec(&own).unwrap();
@@ -171,7 +190,14 @@ mod tests {
 
     #[test]
     fn nonsense_is_refused() {
-        for text in [r#"{"range": [5, 1]}"#, r#"{"cell_m": 0}"#, r#"{"cell_m": -3}"#, "[1", r#"{"columns": -1}"#] {
+        for text in [
+            r#"{"range": [5, 1]}"#,
+            r#"{"cell_m": 0}"#,
+            r#"{"sea_level_m": 13000}"#,
+            r#"{"cell_m": -3}"#,
+            "[1",
+            r#"{"columns": -1}"#,
+        ] {
             assert!(Sidecar::parse(text.as_bytes()).is_err(), "{text}");
         }
         assert_eq!(sidecar_path(Path::new("a/b.png")), Path::new("a/b.png.json"));

@@ -38,7 +38,7 @@ params! {
     low: f64 = 0.0, Metres, -1e5..=1e5, soft 0.0..=3000.0, when tints = true;
     /// Elevation of the last land colour, snow.
     high: f64 = 3000.0, Metres, -1e5..=1e5, soft 100.0..=9000.0, when tints = true;
-    /// Colour what lies below 0 m as water.
+    /// Colour what lies below the world's sea level as water.
     water: bool = true, One, .., when tints = true;
 }
 
@@ -59,6 +59,8 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Hillshade",
+    version: 2,
+    migrations: &[Migration { from: 1, steps: &[] }],
     category: "render",
     summary: "Shaded relief as a cartographer would draw it, plain and coloured by elevation.",
     doc: "`shade` is the light that a matt surface reflects towards the sky: the cosine of the angle between the \
@@ -70,8 +72,9 @@ pub static NODE: Node = Node {
           squared sine of the angle between sun and aspect, so that the sun that grazes a slope draws it; `blend` is \
           the mean of both.\n\n\
           `colour` is the tint of the elevation under that light: sunlit slopes a little warm, shaded ones cool. Land \
-          runs from green at `low` to white at `high` in steps that look equal; water deepens as far below 0 m as \
-          `high` is above `low`.\n\n\
+          runs from green at `low` to white at `high` in steps that look equal. In a world with a `sea_level` \
+          what lies below it is water, which deepens as far below that level as `high` is above `low`; without one all is \
+          land.\n\n\
           `wet` draws water over the land, such as the `cover` of `Rivers` or a mask of lakes: where it is 1 the \
           colour is that of open water on level ground, and in between the two are mixed.\n\n\
           Raise `exaggeration` for gentle land, where 45° of sun leave no contrast.",
@@ -85,6 +88,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|_, cell_m| cell_m),
+    reads_sea: true,
     cpu: run,
     resolution: Resolution::Cells("the gradient is that between neighbouring cells: larger cells are gentler"),
     example: "height: \"base\", light: single, high: 2500",
@@ -98,7 +102,8 @@ impl Default for Params {
 }
 
 impl Params {
-    /// The defaults, with tints over the heights of a field and gentle land exaggerated until it shows.
+    /// The defaults, with tints over the heights of a field, from the sea on where its world has one, and gentle land
+    /// exaggerated until it shows.
     #[must_use]
     pub fn fitted(height: &Field) -> Self {
         let (low, high) = height.range(0).map_or((0.0, 1.0), |(low, high)| (f64::from(low), f64::from(high)));
@@ -115,7 +120,7 @@ impl Params {
             .sum();
         let mean = steepness / (nx * ny) as f64;
         let exaggeration = if mean > 0.0 && mean.is_finite() { (0.3 / mean).clamp(1.0, 50.0) } else { 1.0 };
-        let low = if high > 0.0 { low.max(0.0) } else { low };
+        let low = height.window().world.sea_level.filter(|sea| high > *sea).map_or(low, |sea| low.max(sea));
         Self { low, high, exaggeration, ..Self::default() }
     }
 }
@@ -163,7 +168,8 @@ fn paint<E: Send>(
     let nx = window.nx();
     let surface = Surface::new(height, Method::Horn);
     let sun = Sun::new(params);
-    let land = params.tints.then(|| Tints::new(params.low, params.high, params.water));
+    let sea_m = window.world.sea_level.filter(|_| params.water);
+    let land = params.tints.then(|| Tints::new(params.low, params.high, sea_m));
     let water = sun.lit(tints::open_water(), sun.sin_altitude);
     let light = |j: usize, shade: &mut [f32]| {
         surface.row(j, |start, east, south| sun.shade(east, south, &mut shade[start..start + east.len()]));
@@ -275,7 +281,7 @@ simd! {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{at_every_level, field, run, run_in, with_params, world};
+    use crate::testing::{self, at_every_level, field, run, run_in, with_params, world};
 
     fn hills() -> Field {
         field(world(300, 40, 25.0), |x, y| 900.0 * libm::sin(x / 700.0) * libm::cos(y / 300.0) + 200.0)
@@ -337,6 +343,24 @@ mod tests {
                 assert!((drawn - expected).abs() < 1e-6, "{drawn}, not {expected}");
             }
         }
+    }
+
+    /// Blue is what lies below the sea of the world, and nothing where it has none.
+    #[test]
+    fn only_a_sea_is_drawn_as_water() {
+        let plain = field(world(40, 4, 25.0), |x, _| x - 500.0);
+        let blue = |height: &Field, changes: &str| -> Vec<bool> {
+            let colour = run(&NODE, &with_params(&NODE, changes), &[("height", height)], "colour");
+            colour.plane(2).iter().zip(colour.plane(0)).map(|(blue, red)| blue > red).collect()
+        };
+        assert!(blue(&plain, "").iter().all(|blue| !blue), "no sea");
+        for level in [-200.0, 0.0, 100.0] {
+            let below: Vec<bool> = plain.samples().iter().map(|&height| f64::from(height) < level).collect();
+            assert_eq!(blue(&testing::at_sea(&plain, level), ""), below, "{level}");
+        }
+        assert!(blue(&testing::at_sea(&plain, 0.0), "water=false").iter().all(|blue| !blue));
+        let sea = testing::at_sea(&plain, 0.0);
+        assert_eq!((Params::fitted(&plain).low, Params::fitted(&sea).low), (-487.5, 0.0));
     }
 
     #[test]

@@ -31,27 +31,28 @@ pub struct Tints {
     table: Vec<[f32; 3]>,
     low_m: f32,
     per_m: f32,
-    water: bool,
+    sea_m: f32,
 }
 
 impl Tints {
-    /// Land tints from `low_m` to `high_m`; with `water`, what lies below 0 m is coloured as water, down to as far below
-    /// 0 m as `high_m` is above `low_m`.
+    /// Land tints from `low_m` to `high_m`; what lies below the level of a sea is coloured as water, down to as far below it as
+    /// `high_m` is above `low_m`.
     #[must_use]
-    pub fn new(low_m: f64, high_m: f64, water: bool) -> Self {
+    pub fn new(low_m: f64, high_m: f64, sea_m: Option<f64>) -> Self {
         let row = |anchors: &[(f64, u32)]| -> Vec<[f32; 3]> {
             (0..STEPS).map(|i| at(anchors, i as f64 / (STEPS - 1) as f64)).collect()
         };
         let table = [row(&WATER), row(&LAND)].concat();
-        Self { table, low_m: low_m as f32, per_m: (1.0 / (high_m - low_m).max(1e-6)) as f32, water }
+        let sea_m = sea_m.map_or(f32::NEG_INFINITY, |level| level as f32);
+        Self { table, low_m: low_m as f32, per_m: (1.0 / (high_m - low_m).max(1e-6)) as f32, sea_m }
     }
 
     /// The colour of an elevation in linear RGB.
     #[must_use]
     #[inline]
     pub fn of(&self, height_m: f32) -> [f32; 3] {
-        let wet = self.water && height_m < 0.0;
-        let place = if wet { -height_m * self.per_m } else { (height_m - self.low_m) * self.per_m };
+        let wet = height_m < self.sea_m;
+        let place = if wet { (self.sea_m - height_m) * self.per_m } else { (height_m - self.low_m) * self.per_m };
         let place = place.clamp(0.0, 1.0) * (STEPS - 1) as f32;
         let step = (place as usize).min(STEPS - 2);
         let t = place - step as f32;
@@ -82,13 +83,16 @@ mod tests {
 
     #[test]
     fn elevations_beyond_the_range_have_the_end_colours() {
-        let tints = Tints::new(100.0, 2000.0, true);
+        let tints = Tints::new(100.0, 2000.0, Some(0.0));
         assert_eq!(tints.of(9000.0), tints.of(2100.0));
         assert_eq!(tints.of(3.0), tints.of(100.0));
         assert_eq!(tints.of(-2000.0), tints.of(-1e30));
-        assert_ne!(tints.of(-1.0), Tints::new(100.0, 2000.0, false).of(-1.0));
+        let dry = Tints::new(100.0, 2000.0, None);
+        assert!(tints.of(-1.0) != dry.of(-1.0) && dry.of(-1.0) == dry.of(100.0));
+        let high = Tints::new(100.0, 2000.0, Some(500.0));
+        assert_eq!((high.of(499.0), high.of(500.0)), (tints.of(-1.0), tints.of(500.0)));
         assert!(tints.of(f32::NAN).iter().all(|v| v.is_nan()));
-        let level = Tints::new(5.0, 5.0, true);
+        let level = Tints::new(5.0, 5.0, Some(0.0));
         assert!(level.of(5.0).iter().chain(&level.of(6.0)).all(|v| (0.0..=1.0).contains(v)));
     }
 }

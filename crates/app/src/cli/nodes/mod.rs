@@ -82,9 +82,10 @@ pub(super) fn describe(document: &Document, file: &Path, as_json: bool) -> Resul
             .map(|line| line + "\n")
             .map_err(|error| Failure::unable(format!("cannot write it as JSON: {error}")));
     }
-    let World { cells: [nx, ny], seed, size, .. } = document.world();
+    let World { cells: [nx, ny], seed, size, sea_level, .. } = document.world();
     let [width, height] = size.map(|metres| Unit::Metres.display(metres));
-    let world = format!("{width} x {height} in {nx} x {ny} cells, seed {seed}");
+    let sea = sea_level.map_or_else(String::new, |level| format!(", sea at {}", Unit::Metres.display(level)));
+    let world = format!("{width} x {height} in {nx} x {ny} cells, seed {seed}{sea}");
     Ok(text::describe(&graph, &world, Page::stdout()))
 }
 

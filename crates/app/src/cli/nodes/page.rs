@@ -141,6 +141,8 @@ pub struct GraphPage {
     pub size_m: [f64; 2],
     pub cells: [u32; 2],
     pub seed: u32,
+    /// Elevation of the sea, if there is one.
+    pub sea_level_m: Option<f64>,
     pub inputs: Vec<Entry>,
     pub parameters: Vec<Entry>,
     pub outputs: Vec<Entry>,
@@ -153,13 +155,14 @@ impl GraphPage {
     pub fn of(document: &Document, file: &Path) -> Self {
         let NodePage { inputs, mut parameters, outputs, .. } = NodePage::of(document.declaration());
         parameters.drain(..SUBGRAPH.specs().len());
-        let World { size, cells, seed, .. } = document.world();
+        let World { size, cells, seed, sea_level, .. } = document.world();
         Self {
             file: file.display().to_string(),
             about: document.about(),
             size_m: size,
             cells,
             seed,
+            sea_level_m: sea_level,
             inputs,
             parameters,
             outputs,

@@ -86,10 +86,10 @@ fn now() -> Instant {
     Instant::now()
 }
 
-/// Whether two values share their contents.
+/// Returns true if two values share their contents, in the same world.
 fn same(a: &Value, b: &Value) -> bool {
     match (a, b) {
-        (Value::Field(a), Value::Field(b)) => std::ptr::eq(a.samples(), b.samples()),
+        (Value::Field(a), Value::Field(b)) => a.window() == b.window() && std::ptr::eq(a.samples(), b.samples()),
         (Value::Lines(a), Value::Lines(b)) => Arc::ptr_eq(a, b),
         (Value::Report(a), Value::Report(b)) => Arc::ptr_eq(a, b),
         _ => false,

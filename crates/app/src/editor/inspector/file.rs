@@ -81,6 +81,32 @@ fn world(ui: &mut Ui, form: &mut Form, session: &mut Session) {
     }
     form.reason(ui, seed);
     boundary(ui, form, session, now);
+    sea_level(ui, form, session, now);
+}
+
+/// The level of the sea; an empty field is a world without one.
+fn sea_level(ui: &mut Ui, form: &mut Form, session: &mut Session, now: World) {
+    let id = ui.make_persistent_id("sea level");
+    let (typed, label) = line(ui, "sea level", false, |ui, label| {
+        let text = now.sea_level.map_or_else(String::new, |level| Unit::Metres.display(level));
+        let hover = number::hint(Unit::Metres);
+        let entry =
+            Entry { salt: "level", text: &text, hint: "none", hover: &hover, width: 90.0, label: Some(label.id) };
+        let typed = form.quantity(ui, id, entry);
+        let remove = Button::new("✖").small().frame(false);
+        let removed = now.sea_level.is_some() && ui.add(remove).on_hover_text("No sea").clicked();
+        if removed { Some(String::new()) } else { typed }
+    });
+    label.on_hover_text("Land below this elevation lies under water; empty for a world without a sea");
+    if let Some(text) = typed {
+        let level = match text.trim() {
+            "" => Ok(None),
+            text => Unit::Metres.parse(text).map(Some).map_err(|error| error.to_string()),
+        };
+        let made = level.and_then(|sea_level| session.attempt(&Edit::SetWorld(World { sea_level, ..now })));
+        form.judge(id, made);
+    }
+    form.reason(ui, id);
 }
 
 fn size(ui: &mut Ui, form: &mut Form, session: &mut Session, now: World) {

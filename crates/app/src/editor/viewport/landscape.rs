@@ -131,7 +131,7 @@ impl Landscape {
         ui: &mut egui::Ui,
         shown: [&Shown; 2],
         drapes: [Option<Drape>; 2],
-        (look, contours, tool): (&Look, bool, bool),
+        (look, contours, sea_level, tool): (&Look, bool, Option<f64>, bool),
         marks: Marks,
     ) -> Hand {
         let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
@@ -169,7 +169,7 @@ impl Landscape {
         self.eye = Some(eye).filter(|eye| self.moved || camera != before || matches!(eye, Eye::Fly(_)));
         self.moved = self.eye.is_some();
 
-        let scene = look.scene(camera, contours, land.range());
+        let scene = look.scene(camera, contours, land.range(), sea_level);
         for side in 0..if both { 2 } else { 1 } {
             self.sides[side].draw(&self.state, size, &scene);
             let Some(target) = &self.sides[side].target else { continue };

@@ -46,8 +46,8 @@ pub(super) struct Look {
     day: f64,
     shadows: bool,
     sky: bool,
+    /// Whether the sea of the world is shown.
     sea: bool,
-    sea_level: f64,
     exposure: f32,
 }
 
@@ -63,8 +63,7 @@ impl Default for Look {
             day: 172.0,
             shadows: true,
             sky: true,
-            sea: false,
-            sea_level: 0.0,
+            sea: true,
             exposure: 0.0,
         }
     }
@@ -99,8 +98,8 @@ impl Look {
         }
     }
 
-    /// The scene that a camera sees; `range` is that of the heights.
-    pub(super) fn scene(&self, camera: Camera, contours: bool, range: [f64; 2]) -> Scene {
+    /// The scene that a camera sees; `range` is that of the heights, `sea_level` that of the world.
+    pub(super) fn scene(&self, camera: Camera, contours: bool, range: [f64; 2], sea_level: Option<f64>) -> Scene {
         Scene {
             sun: Sun::at(self.hour, self.latitude_deg, self.day),
             exaggeration: self.exaggeration,
@@ -111,7 +110,7 @@ impl Look {
                 Over::Output(_) => Colouring::Own,
             },
             contours: contours.then(|| Contours::over(range[1] - range[0])),
-            sea_level: self.sea.then_some(self.sea_level),
+            sea_level: sea_level.filter(|_| self.sea),
             haze: self.haze,
             background: if self.sky { Background::Sky } else { Background::Plain([0.018; 3]) },
             shadows: self.shadows,
@@ -154,8 +153,10 @@ impl Look {
                 }
             });
             ui.end_row();
-            ui.checkbox(&mut self.sea, "Sea level");
-            ui.add_enabled(self.sea, egui::DragValue::new(&mut self.sea_level).speed(5.0).suffix(" m"));
+            let level = session.document().world().sea_level;
+            ui.add_enabled(level.is_some(), egui::Checkbox::new(&mut self.sea, "Sea"))
+                .on_disabled_hover_text("The world has no sea: set its sea level in the inspector of the file");
+            ui.weak(level.map_or_else(|| "none".to_owned(), |level| Unit::Metres.display(level)));
             ui.end_row();
             ui.label("Heights ×");
             ui.add(egui::Slider::new(&mut self.exaggeration, 0.25..=10.0).logarithmic(true).max_decimals(2));

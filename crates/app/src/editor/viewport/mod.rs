@@ -147,7 +147,8 @@ impl Viewport {
                 let [first, second] = &parts;
                 let other = compared.as_ref().and_then(|_| Drape::of(session, second));
                 let drapes = [Drape::of(session, first), other];
-                landscape.ui(ui, sides, drapes, (&self.look, self.contours, tool), marks)
+                let sea_level = session.document().world().sea_level;
+                landscape.ui(ui, sides, drapes, (&self.look, self.contours, sea_level, tool), marks)
             }
             _ => {
                 self.painter.want(ui.ctx(), &shown, self.contours);
@@ -201,6 +202,7 @@ impl Viewport {
                 let on = session.compared().is_some();
                 Status::switch(on || !session.document().nodes().is_empty(), on)
             }
+            Action::Sea if session.document().world().sea_level.is_none() => Status::switch(false, false),
             _ => self.look.switched(action).map_or(Status::can(session.shown().is_some()), in_3d),
         }
     }

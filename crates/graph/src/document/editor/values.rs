@@ -8,6 +8,7 @@ use crate::{
         edit::EditError,
         lex::quote,
         literal::{Literal, constant, number_text, param, value_text},
+        sea::{self, Own, moved_hint},
         syntax::parse_value,
     },
     node::{Fallback, Node},
@@ -68,10 +69,11 @@ impl Editor<'_> {
             return Ok(node);
         }
         let (mut changes, mut added, mut removed) = (Vec::new(), Vec::new(), Vec::new());
+        let mut moved = None;
         if let Some(group) = group {
             let mut named = args(group, &self.draft.source);
             let all: Vec<usize> = named.iter().filter_map(|arg| arg.item).collect();
-            migrate(&mut named, node, written, &(0..0));
+            moved = migrate(&mut named, node, written, &(0..0));
             removed = all.into_iter().filter(|at| named.iter().all(|arg| arg.item != Some(*at))).collect();
             for arg in named {
                 match arg.item {
@@ -96,6 +98,11 @@ impl Editor<'_> {
         self.write_arg(name, "version", &node.version.to_string())?;
         for (arg, text) in added {
             self.write_arg(name, &arg, &text)?;
+        }
+        if let Some(moved) = moved
+            && let Ok(Some(Own { level: Some(_), .. })) = sea::of_node(node, name, &(0..0), Some(&moved))
+        {
+            self.give_sea(moved.literal.write());
         }
         Ok(node)
     }
@@ -154,6 +161,9 @@ pub(super) fn has_value(kind: &Node, node: &str, name: &str) -> Result<(), EditE
         return Ok(());
     }
     let message = format!("`{node}` ({}) has no input or parameter `{name}`", kind.id);
+    if let Some(hint) = moved_hint(kind, name) {
+        return Err(EditError::Refused { message, hint: Some(hint) });
+    }
     let hint = closest(name, names()).map(|near| format!("did you mean `{near}`?"));
     Err(EditError::Refused { message, hint })
 }

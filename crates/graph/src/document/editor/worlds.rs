@@ -2,12 +2,21 @@
 
 use super::Editor;
 use crate::{
-    document::{literal::number_text, problems::Problems, world},
+    document::{
+        args::{args, migrate, version},
+        edit::EditError,
+        lex::quote,
+        literal::number_text,
+        problems::Problems,
+        sea::{self, Own},
+        syntax::Item,
+        world::{self, SEA_LEVEL},
+    },
     world::{Boundary, Edge, World},
 };
 
 impl Editor<'_> {
-    pub(in crate::document) fn set_world(&mut self, world: &World) {
+    pub(in crate::document) fn set_world(&mut self, world: &World) -> Result<(), EditError> {
         let default = World::default();
         let now = self.world();
         let pair = |[x, y]: [String; 2]| format!("({x}, {y})");
@@ -30,6 +39,42 @@ impl Editor<'_> {
                 self.set_world_field("cells", Some(pair(world.cells.map(|cells| cells.to_string()))));
             }
         }
+        self.set_sea(world.sea_level)
+    }
+
+    /// Sets the sea level, and takes out those that older nodes have each for itself, which would contradict it.
+    fn set_sea(&mut self, level: Option<f64>) -> Result<(), EditError> {
+        let own = self.own_seas();
+        let now = self.world().and_then(|now| now.sea_level).or(own.first().and_then(|own| own.level));
+        if now == level {
+            return Ok(());
+        }
+        for own in own {
+            self.current(&own.node)?;
+        }
+        let text = level.map(|level| quote(&format!("{} m", number_text(level))));
+        self.set_world_field(SEA_LEVEL, text);
+        Ok(())
+    }
+
+    /// Writes the sea level of an older node into a world without one.
+    pub(super) fn give_sea(&mut self, text: String) {
+        let world = self.draft.root().and_then(|root| root.get("world")).and_then(|item| item.value.as_group());
+        if world.is_none_or(|world| world.get(SEA_LEVEL).is_none()) {
+            self.set_world_field(SEA_LEVEL, Some(text));
+        }
+    }
+
+    /// The nodes that say a sea level each for itself.
+    fn own_seas(&self) -> Vec<Own> {
+        let own = |item: &Item| {
+            let (node, group) = self.known(item)?;
+            let (group, source) = (group?, self.draft.source.as_str());
+            let moved = migrate(&mut args(group, source), node, version(group, source)?, &(0..0))?;
+            let own = sea::of_node(node, &item.key.as_ref()?.text, &moved.span, Some(&moved)).ok()??;
+            own.level.is_some().then_some(own)
+        };
+        self.items("nodes").iter().filter_map(own).collect()
     }
 
     /// The world the file says; `None` where that is wrong.

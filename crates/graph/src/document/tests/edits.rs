@@ -283,10 +283,12 @@ fn any_edit() -> impl Strategy<Value = Edit> {
         (node(), wire).prop_map(|(name, from)| Edit::SetOutput { name, from }),
         node().prop_map(|name| Edit::RemoveOutput { name }),
         (node(), node()).prop_map(|(from, to)| Edit::RenameOutput { from, to }),
-        (1..4_u32, 1..4_u32, 0..3_u32, 0..4_usize).prop_map(|(x, y, seed, edge)| {
-            let size = [f64::from(x) * 1000.0, f64::from(y) * 1000.0];
-            Edit::SetWorld(World { size, cells: [x * 64, y * 64], seed, boundary: Boundary::all(Edge::NAMES[edge].1) })
-        }),
+        (1..4_u32, 1..4_u32, 0..3_u32, 0..4_usize, prop::option::of(-9.0..9.0_f64)).prop_map(
+            |(x, y, seed, edge, sea_level)| {
+                let (size, cells) = ([f64::from(x) * 1000.0, f64::from(y) * 1000.0], [x * 64, y * 64]);
+                Edit::SetWorld(World { size, cells, seed, boundary: Boundary::all(Edge::NAMES[edge].1), sea_level })
+            }
+        ),
         (node(), at).prop_map(|(node, at)| Edit::SetLayout { node, at }),
     ];
     prop_oneof![9 => leaf.clone(), 1 => prop::collection::vec(leaf, 0..4).prop_map(Edit::All)]

@@ -87,6 +87,10 @@ fn differences_are_named_with_units() {
         changed("seed: 7", "seed: 8, boundary: (west: wall)"),
         ["world.seed 7 → 8", "world.boundary.west base → wall"]
     );
+    assert_eq!(changed("seed: 7", "seed: 7, sea_level: \"0 m\""), ["world.sea_level none → 0 m"]);
+    let [low, high] =
+        ["-50", "\"1.2 km\""].map(|level| ALPS.replace("seed: 7", &format!("seed: 7, sea_level: {level}")));
+    assert_eq!(diff(&parse(&low), &parse(&high)), ["world.sea_level -50 m → 1.2 km"]);
     assert_eq!(changed("cells: (1024, 1024)", "cells: 512"), ["world.cells 1024 x 1024 → 512 x 512"]);
     assert_eq!(changed("(16384, 16384)", "\"8 km\""), ["world.size 16.384 km x 16.384 km → 8 km x 8 km"]);
     assert_eq!(changed("rivers", "water"), ["node rivers renamed to water"]);

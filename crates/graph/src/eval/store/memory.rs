@@ -76,7 +76,7 @@ impl Inner {
     fn touch(&mut self, slot: Slot, window: &Window) -> Option<Value> {
         let entry = self.entries.get_mut(&slot)?.iter_mut().find(|entry| match entry.value {
             Value::Field(_) => entry.window.contains(window),
-            Value::Lines(_) | Value::Report(_) => entry.window == *window,
+            Value::Lines(_) | Value::Report(_) => entry.window.contains(window) && window.contains(&entry.window),
         })?;
         self.clock += 1;
         self.by_use.remove(&entry.used);

@@ -103,6 +103,49 @@ fn whatever_can_change_the_result_enters() {
     assert_eq!(keys.len(), count);
 }
 
+/// The sea enters the keys of nodes that read it and of what they feed, and no others.
+#[test]
+fn the_sea_enters_where_it_is_read() {
+    static TIDE: Node = Node {
+        id: "Tide",
+        inputs: ONE,
+        outputs: HEIGHT,
+        reads_sea: true,
+        cpu: |job| height(job, |_, _| job.sea_level().unwrap_or(-1.0) as f32),
+        ..Node::DEFAULT
+    };
+    let graph = Build::default()
+        .node("a", &WAVES, &[])
+        .node("stats", &ANOMALY, &[("height", "a")])
+        .node("tide", &TIDE, &[("height", "stats")])
+        .node("b", &ADD, &[("height", "tide")])
+        .0;
+    let window = |sea_level| Window::whole(World { sea_level, ..world(16) });
+    let [none, low, high] = [None, Some(0.0), Some(50.0)].map(window);
+    for (port, reads) in [("a", false), ("stats.lines", false), ("tide", true), ("b", true)] {
+        let [none, low, high] = [none, low, high].map(|window| key(&graph, port, window));
+        assert_eq!((none != low, low != high), (reads, reads), "{port}");
+    }
+    // so a change of the level builds what depends on it again, and results come in the world that was asked for
+    let evaluator = evaluator(2);
+    for (window, computed) in [(low, 4), (high, 2), (none, 2), (low, 0)] {
+        let ports = ["a", "stats.lines", "b"].map(|port| (graph.port(port).expect("exists"), window));
+        let count = Mutex::new(0);
+        let events = |event| {
+            if matches!(event, Event::NodeFinished { origin: Origin::Computed, .. }) {
+                *count.lock().expect("counts") += 1;
+            }
+        };
+        let values = evaluate(&evaluator, &graph, &ports, &Cancel::default(), &events).expect("values");
+        assert_eq!(*count.lock().expect("counts"), computed, "{:?}", window.world.sea_level);
+        for field in [&values[0], &values[2]].map(|value| value.as_field().expect("a field")) {
+            assert_eq!(*field.window(), window);
+        }
+        let sea = window.world.sea_level.unwrap_or(-1.0) as f32;
+        assert_eq!(values[2].as_field().and_then(|field| field.range(0)), Some((sea + 1.0, sea + 1.0)));
+    }
+}
+
 #[test]
 fn outputs_of_one_node_are_told_apart() {
     let graph = Build::default().node("base", &WAVES, &[]).node("stats", &ANOMALY, &[("height", "base")]).0;

@@ -23,7 +23,7 @@ const LEVELS: u32 = 3;
 ///
 /// # Errors
 /// What it is, and what to do.
-fn check(inputs: &Inputs<'_>, params: &Params) -> Result<(), NodeError> {
+fn check(inputs: &Inputs<'_>, params: &Params, sea_level: Option<f64>) -> Result<(), NodeError> {
     let refuse = |what: String, way: &str| {
         Err(NodeError::failed_with_hint(
             format!("`method: analytical` {what}"),
@@ -39,8 +39,9 @@ fn check(inputs: &Inputs<'_>, params: &Params) -> Result<(), NodeError> {
     if params.uplift_course.0.iter().any(|[_, factor]| *factor != params.uplift_course.0[0][1]) {
         return refuse("knows no uplift that changes".to_owned(), "leave `uplift_course` at its default");
     }
-    if inputs.height.samples().iter().any(|&height| f64::from(height) < params.sea_level) {
-        return refuse("knows no sea, and land is below `sea_level`".to_owned(), "lower `sea_level`");
+    let under = |level: f64| inputs.height.samples().iter().any(|&height| f64::from(height) < level);
+    if sea_level.is_some_and(under) {
+        return refuse("knows no sea, and land is below that of the world".to_owned(), "lower the world's `sea_level`");
     }
     Ok(())
 }
@@ -51,7 +52,7 @@ fn check(inputs: &Inputs<'_>, params: &Params) -> Result<(), NodeError> {
 /// When the run asks for what the solution does not know, or [`NodeError::Cancelled`].
 pub fn grow(job: &Job<'_>, params: &Params, land: &mut Land<'_>, asked: Asked) -> Result<Work, NodeError> {
     let inputs = Inputs::read(job)?;
-    check(&inputs, params)?;
+    check(&inputs, params, job.sea_level())?;
     if inputs.diffusivity.constant().is_none_or(|diffusivity| diffusivity > 0.0) {
         job.warn("`method: analytical` leaves out the creep of `diffusivity`; use `method: implicit` to see it");
     }
@@ -179,9 +180,10 @@ mod tests {
     fn it_refuses_what_it_does_not_know() {
         let height = strip(4, |_| 1.0);
         let deposition = Field::constant(*height.window(), 0.5);
+        let low = testing::at_sea(&height, 2.0);
         for (changes, fields) in [
             ("n=1.5", vec![("height", &height)]),
-            ("sea_level=0.5", vec![("height", &height)]),
+            ("", vec![("height", &low)]),
             ("", vec![("height", &height), ("deposition", &deposition)]),
         ] {
             let error = outputs(&format!("method=analytical,{changes}"), &fields).expect_err("unknown");

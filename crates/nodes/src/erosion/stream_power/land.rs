@@ -42,6 +42,7 @@ pub struct Land<'a> {
     seed: u32,
     law: Law,
     n: f64,
+    /// Level of the sea in metres; without one it is below everything.
     sea_level_m: f64,
     /// What is carried and settles; without it, all that is eroded leaves the world.
     sediment: Option<Sediment<'a>>,
@@ -144,7 +145,7 @@ impl<'a> Land<'a> {
             seed: job.seed(),
             law,
             n: params.n,
-            sea_level_m: params.sea_level,
+            sea_level_m: job.sea_level().unwrap_or(f64::NEG_INFINITY),
             sediment: Sediment::new(inputs.deposition, cells, Wants::of(job).sediment),
             grid,
         })
@@ -351,7 +352,8 @@ mod tests {
             x * 0.05 + f64::from(mix((x * 8.0) as u32 ^ mix((y * 8.0) as u32))) / 4_294_967_296.0 * 200.0
         });
         let uplift = Field::constant(Window::whole(world), 0.001);
-        let node = Node { cpu: balance, inputs: NODE.inputs, params: NODE.params, ..Node::DEFAULT };
+        let height = testing::at_sea(&height, 60.0);
+        let node = Node { cpu: balance, inputs: NODE.inputs, params: NODE.params, reads_sea: true, ..Node::DEFAULT };
         for (deposition, diffusivity, changes) in [
             (0.5, 0.0, "duration=1e5"),
             (0.5, 0.01, "duration=1e5"),
@@ -364,7 +366,7 @@ mod tests {
         ] {
             let [deposition, diffusivity] =
                 [deposition, diffusivity].map(|value| Field::constant(Window::whole(world), value));
-            let params = testing::with_params(&NODE, &format!("{changes},sea_level=60"));
+            let params = testing::with_params(&NODE, changes);
             let mut fields = vec![("height", &height), ("uplift", &uplift), ("diffusivity", &diffusivity)];
             if deposition.samples()[0] > 0.0 {
                 fields.push(("deposition", &deposition));

@@ -76,10 +76,6 @@ params! {
     /// Smaller areas erode as if they were this large, which makes the hillslopes between rivers the same at every
     /// cell size whose cells are smaller than this.
     critical_area: f64 = 2e4, SquareMetres, 0.0..=1e12, soft 0..=1e6;
-    /// Level of the sea: what is lower does not erode, and rivers end there.
-    ///
-    /// A level below all land makes no sea.
-    sea_level: f64 = -12000.0, Metres, -12000.0..=12000.0, soft -1000..=1000;
     /// Factor of the uplift in the course of the run: places from 0, the start, to 1, the end.
     ///
     /// A smooth curve through the points, level beyond them: growth, a pulse, decay.
@@ -152,6 +148,8 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "StreamPower",
+    version: 2,
+    migrations: &[Migration { from: 1, steps: &[Step::SeaLevel { name: "sea_level", none: -12000.0 }] }],
     category: "erosion",
     summary: "Rivers that cut into rising land until erosion balances uplift.",
     doc: "The height h of every cell that drains follows\n\n    ∂h/∂t = U − K Aᵐ Sⁿ\n\n\
@@ -171,12 +169,13 @@ pub static NODE: Node = Node {
           does not erode until the pass is below it. Cells at sides that are `base` keep their height, or sink with \
           `base_level_fall`: the sea, or the valley that everything drains to, into which a plateau is cut from its \
           edge. Cells at `open` sides rise with the uplift, and where no neighbour is lower \
-          water leaves there without cutting.\n\n\
+          water leaves there without cutting. What lies below the world's `sea_level` does not erode, and rivers end at \
+          its shore.\n\n\
           Above 0, `deposition` makes rivers carry what they erode, and drop it where they are too gentle for it:\n\n    ∂h/∂t = U − K Aᵐ S + G Q / A\n\n\
           with Q the flux of sediment in m³/yr and G the `deposition`, 0.1 to 2 in most rivers, and Sⁿ for S where n is not 1. It is the \
           shared stream-power law with the transport coefficient K / G: a large G with an equally larger K makes rivers \
           that carry as much as they can everywhere. Slopes that balance uplift are (1 + G)^(1/n) times as steep, and alluvial \
-          plains and fans form where land sinks or mountains end. Lakes and the sea (below `sea_level`) fill from their \
+          plains and fans form where land sinks or mountains end. Lakes and the sea fill from their \
           shores up to the water's surface, and pass on what they cannot hold. What slides joins the rivers at the next step. The mass of the sediment is kept to \
           rounding errors: what is eroded lies somewhere or has left at an outlet.\n\n\
           Where the drainage area is below `critical_area`, erosion is that of this area: these are hillslopes, which \
@@ -247,6 +246,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
+    reads_sea: true,
     cpu: run,
     resolution: Resolution::Cells(
         "the drainage network that forms depends on the cells; the mean height hardly does, as long as cells are well \

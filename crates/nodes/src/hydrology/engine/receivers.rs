@@ -86,6 +86,15 @@ pub fn d8<T: Elevation>(job: &Job<'_>, grid: &Grid, heights: &[T], codes: &mut [
     )
 }
 
+/// Lets water leave the world at every cell below the level of a sea.
+pub fn end_at_sea(heights: &[f32], sea_level_m: f64, codes: &mut [u8]) {
+    codes.par_iter_mut().zip(heights).with_min_len(1 << 14).for_each(|(code, &height)| {
+        if f64::from(height) < sea_level_m {
+            *code = *code & BORDER | OUTLET;
+        }
+    });
+}
+
 /// Fills `codes` with receivers drawn between the neighbours that bound the steepest facet. `seed` chooses the draw;
 /// another one should be given at every step.
 ///
