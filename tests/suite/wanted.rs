@@ -56,9 +56,10 @@ fn each_output_is_given_alone_as_among_all() {
 #[test]
 fn a_process_gives_each_output_alone_as_among_all() {
     let window = Window::whole(world(32));
-    let begun = registry().nodes().iter().filter_map(|node| node.process.map(|begin| (example(node), begin)));
-    for (case, begin) in begun.collect::<Vec<_>>() {
-        let job = |wanted| Job { wanted, ..case.job(inputs(&case, window), window) };
+    for node in registry().nodes() {
+        let (case, Some(begin)) = (example(node), node.process) else { continue };
+        let read = inputs(&case, window);
+        let job = |wanted: Wanted| Job { wanted, ..case.job(read.clone(), window) };
         let mut process = begin(&job(Wanted::NONE)).expect("a process");
         process.step(&job(Wanted::NONE)).expect("a step");
         let checked = each_alone(&case, |wanted| process.outputs(&job(wanted)).map(named));

@@ -116,8 +116,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     };
     let wants = Wants::of(job);
     let traced = wants.lines || wants.cover;
-    let width_m = (wants.width || traced).then(|| law(params.width, WIDTH_EXPONENT)).unwrap_or_default();
-    let depth_m = (wants.depth || traced).then(|| law(params.depth, DEPTH_EXPONENT)).unwrap_or_default();
+    let width_m = if wants.width || traced { law(params.width, WIDTH_EXPONENT) } else { Vec::new() };
+    let depth_m = if wants.depth || traced { law(params.depth, DEPTH_EXPONENT) } else { Vec::new() };
     let sections = Sections { width_m, depth_m };
     job.advance(0.6)?;
     let traced = traced.then(|| lines::trace(job, &grid, &drained, &network, &sections, &params));
