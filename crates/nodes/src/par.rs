@@ -38,6 +38,23 @@ pub fn rows(job: &Job<'_>, out: &mut [f32], row: impl Fn(usize, &mut [f32]) + Sy
     rows_within(job, [0.0, 1.0], out, row)
 }
 
+/// A raster that is made row by row in the memory of another, whose samples each row has at first; in memory of its own if the
+/// other is `kept`.
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub fn rows_from(
+    job: &Job<'_>,
+    share: [f32; 2],
+    from: &mut Vec<f32>,
+    kept: bool,
+    row: impl Fn(usize, &mut [f32]) + Sync,
+) -> Result<Vec<f32>, NodeError> {
+    let mut out = if kept { from.clone() } else { std::mem::take(from) };
+    rows_within(job, share, &mut out, row)?;
+    Ok(out)
+}
+
 /// Calls `band(j, rows)` for each band of `height` rows of `out` (the last may be lower), in parallel, where j is the
 /// band's first row. For kernels that keep something from row to row.
 ///

@@ -1,6 +1,6 @@
 //! What the tests of nodes share: small worlds, fields from formulas, runs of a kernel.
 
-use orograph_graph::{Cancel, Fallback, InputValue, Kind, ParamValue, Value, Warnings, World, check_value};
+use orograph_graph::{Cancel, Fallback, InputValue, Kind, ParamValue, Value, Wanted, Warnings, World, check_value};
 
 use crate::{
     prelude::*,
@@ -79,6 +79,18 @@ pub(crate) fn outputs_and_warnings(
     params: &ParamValues,
     fields: &[(&str, &Field)],
 ) -> (Result<Outputs, NodeError>, Vec<String>) {
+    outputs_wanted(Wanted::ALL, cancel, window, node, params, fields)
+}
+
+/// The same where only some outputs are wanted.
+pub(crate) fn outputs_wanted(
+    wanted: Wanted,
+    cancel: &Cancel,
+    window: Window,
+    node: &Node,
+    params: &ParamValues,
+    fields: &[(&str, &Field)],
+) -> (Result<Outputs, NodeError>, Vec<String>) {
     let inputs =
         node.inputs.iter().map(|input| match (fields.iter().find(|(name, _)| *name == input.name), input.fallback) {
             (Some((_, field)), _) => InputValue::Value(Value::Field((*field).clone())),
@@ -90,7 +102,7 @@ pub(crate) fn outputs_and_warnings(
         params,
         inputs: inputs.collect(),
         window,
-        wanted: orograph_graph::Wanted::ALL,
+        wanted,
         folder: std::path::PathBuf::new(),
         cancel: cancel.clone(),
         progress: &|fraction| assert!((0.0..=1.0).contains(&fraction)),
@@ -108,7 +120,7 @@ pub(crate) fn with_job<T>(window: Window, work: impl FnOnce(&Job<'_>) -> T) -> T
         params: &ParamValues::defaults(&[]),
         inputs: Vec::new(),
         window,
-        wanted: orograph_graph::Wanted::ALL,
+        wanted: Wanted::ALL,
         folder: std::path::PathBuf::new(),
         cancel: Cancel::default(),
         progress: &|_| (),

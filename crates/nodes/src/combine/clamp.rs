@@ -12,6 +12,22 @@ params! {
     knee: f64 = 0.0, One, 0.0..=1e9, soft 0..=500;
 }
 
+inputs! {
+    /// What is kept between the limits.
+    value: AnyScalar;
+    /// The lower limit, a number or a field.
+    low: AnyScalar = 0.0, -1e9..=1e9, soft -1000.0..=5000.0;
+    /// The upper limit, a number or a field.
+    high: AnyScalar = 1000.0, -1e9..=1e9, soft -1000.0..=5000.0;
+    /// Where the result replaces the input: fully at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The values between the limits, with the meaning of the input.
+    value: SameAs(value);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Clamp",
@@ -25,13 +41,8 @@ pub static NODE: Node = Node {
           `low` is above `high`, `low` holds.\n\n\
           **Advice.** A sea floor is `low`; a plateau is `high` with a knee of some tens of metres.",
     sources: &["I. Quilez, 2013, Smooth minimum"],
-    inputs: &[
-        Input::needs("value", PortType::AnyScalar, "What is kept between the limits."),
-        Input::any_number("low", 0.0, [-1e9, 1e9], [-1000.0, 5000.0], "The lower limit, a number or a field."),
-        Input::any_number("high", 1000.0, [-1e9, 1e9], [-1000.0, 5000.0], "The upper limit, a number or a field."),
-        Input::mask("mask", "Where the result replaces the input: fully at 1, not at all at 0."),
-    ],
-    outputs: &[Output::same_as("value", "value", "The values between the limits, with the meaning of the input.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "value: \"base\", low: 500, high: 2200, knee: 200",
@@ -39,9 +50,9 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { value, low, high, mask } = Inputs::read(job)?;
     let knee = Params::read(job.params).knee as f32;
-    let (low, high, mask) = (job.lane("low"), job.lane("high"), job.lane("mask"));
-    let mut out = job.field("value")?.samples().to_vec();
+    let mut out = value.samples().to_vec();
     blocks(job, [0.0, 1.0], &mut out, |cells, first| {
         let (mut spare_low, mut spare_high, mut spare_mask) = ([0.0; BLOCK], [0.0; BLOCK], [0.0; BLOCK]);
         let low = samples(low, first, cells.len(), &mut spare_low);
@@ -49,7 +60,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let mask = samples(mask, first, cells.len(), &mut spare_mask);
         limit(cells, low, high, mask, knee);
     })?;
-    Ok(Outputs::one("value", Field::new(job.window(), out)))
+    Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
 simd! {

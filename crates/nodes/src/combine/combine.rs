@@ -4,8 +4,6 @@
 //! `min(a, b) − max(r − |a − b|, 0)² / 4r`, which is exactly a or b where they differ by the radius r or more. Screen and
 //! overlay are those of image compositing (World Wide Web Consortium, 2015, "Compositing and Blending Level 1").
 
-use orograph_graph::Fallback;
-
 use crate::{
     cells::{BLOCK, blocks, masked, samples},
     math,
@@ -58,6 +56,22 @@ params! {
     clamp: bool = false, One, ..;
 }
 
+inputs! {
+    /// The first field; the result means what it means.
+    a: AnyScalar;
+    /// The second field, or a number.
+    b: AnyScalar = 0.0, -1e9..=1e9, soft -1000.0..=1000.0;
+    /// Where the result replaces `a`: fully at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+    /// Where `a` stays whatever the mask says, as river beds must.
+    keep: Mask = 0.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The result, with the meaning of `a`.
+    value: SameAs(a);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Combine",
@@ -65,18 +79,8 @@ pub static NODE: Node = Node {
     summary: "Two fields into one, cell by cell: sums, products, extremes, blends.",
     doc: include_str!("combine.md"),
     sources: &["I. Quilez, 2013, Smooth minimum", "World Wide Web Consortium, 2015, Compositing and Blending Level 1"],
-    inputs: &[
-        Input::needs("a", PortType::AnyScalar, "The first field; the result means what it means."),
-        Input::any_number("b", 0.0, [-1e9, 1e9], [-1000.0, 1000.0], "The second field, or a number."),
-        Input::mask("mask", "Where the result replaces `a`: fully at 1, not at all at 0."),
-        Input {
-            name: "keep",
-            ty: PortType::Mask,
-            fallback: Fallback::Constant { default: 0.0, hard: [0.0, 1.0], soft: [0.0, 1.0] },
-            doc: "Where `a` stays whatever the mask says, as river beds must.",
-        },
-    ],
-    outputs: &[Output::same_as("value", "a", "The result, with the meaning of `a`.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "a: \"base\", b: 900, mode: smooth_max, radius: 200",
@@ -84,8 +88,8 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { a, b, mask, keep } = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let (a, b, mask, keep) = (job.field("a")?, job.lane("b"), job.lane("mask"), job.lane("keep"));
     let mut out = a.samples().to_vec();
     blocks(job, [0.0, 1.0], &mut out, |cells, first| {
         let (mut spare_b, mut spare_mask) = ([0.0; BLOCK], [0.0; BLOCK]);
@@ -105,7 +109,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             cells.iter_mut().for_each(|v| *v = v.clamp(0.0, params.full as f32));
         }
     })?;
-    Ok(Outputs::one("value", Field::new(job.window(), out)))
+    Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
 /// How far the smooth extremes are beyond the plain ones.

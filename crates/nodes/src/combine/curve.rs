@@ -62,6 +62,18 @@ params! {
     out_high: f64 = 1000.0, One, -1e9..=1e9, soft -1000..=5000, when shape = "levels" | "exponential" | "quintic" | "arctangent" | "tangent";
 }
 
+inputs! {
+    /// What is remapped.
+    value: AnyScalar;
+    /// Where the result replaces the input: fully at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The remapped values, with the meaning of the input.
+    value: SameAs(value);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Curve",
@@ -72,11 +84,8 @@ pub static NODE: Node = Node {
         "F. N. Fritsch, R. E. Carlson, 1980, Monotone piecewise cubic interpolation",
         "G. Dahan (2025), La création et la manipulation de champs de hauteur, travail d'initiative personnelle encadré",
     ],
-    inputs: &[
-        Input::needs("value", PortType::AnyScalar, "What is remapped."),
-        Input::mask("mask", "Where the result replaces the input: fully at 1, not at all at 0."),
-    ],
-    outputs: &[Output::same_as("value", "value", "The remapped values, with the meaning of the input.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "value: \"base\", points: [(0, 0), (1500, 300), (1900, 1600), (4000, 3000)]",
@@ -84,17 +93,16 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { value, mask } = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let value = job.field("value")?;
     let clamp = params.beyond == Beyond::Clamp;
     let curve = match params.shape {
         Shape::Points => Curve::points(&params.points.0, clamp),
         _ => Curve::levels(&params, clamp)?,
     };
     if matches!(curve, Curve::Identity { ends: None }) {
-        return Ok(Outputs::one("value", value.clone()));
+        return Ok(Given { value: Some(value.clone()) }.into());
     }
-    let mask = job.lane("mask");
     let mut out = value.samples().to_vec();
     blocks(job, [0.0, 1.0], &mut out, |cells, first| {
         let mut spare = [0.0; BLOCK];
@@ -105,7 +113,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         curve.apply(mapped);
         blend(cells, mapped, mask);
     })?;
-    Ok(Outputs::one("value", Field::new(job.window(), out)))
+    Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
 /// A curve, ready to be applied.

@@ -25,6 +25,20 @@ params! {
     like: Like = Like::Reference, One, ..;
 }
 
+inputs! {
+    /// What is given another distribution.
+    value: AnyScalar;
+    /// A field of the distribution, for `reference`.
+    reference: Option<AnyScalar>;
+    /// Where the result replaces the input: fully at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The matched values, with the meaning of the input.
+    value: SameAs(value);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Match",
@@ -44,12 +58,8 @@ pub static NODE: Node = Node {
         "M. J. Wichura (1988), Algorithm AS 241: The percentage points of the normal distribution, Applied Statistics 37, \
          477-484",
     ],
-    inputs: &[
-        Input::needs("value", PortType::AnyScalar, "What is given another distribution."),
-        Input::takes("reference", PortType::AnyScalar, "A field of the distribution, for `reference`."),
-        Input::mask("mask", "Where the result replaces the input: fully at 1, not at all at 0."),
-    ],
-    outputs: &[Output::same_as("value", "value", "The matched values, with the meaning of the input.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
@@ -58,11 +68,11 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
-    let value = job.field("value")?;
+    let Inputs { value, reference, mask } = Inputs::read(job)?;
     let order = order(value.samples());
     job.advance(0.4)?;
     let count = order.len();
-    let target = Target::new(job, Params::read(job.params).like, value.samples(), &order)?;
+    let target = Target::new(job, reference, Params::read(job.params).like, value.samples(), &order)?;
     job.advance(0.6)?;
     let mut out = vec![0.0; count];
     let mut first = 0;
@@ -74,7 +84,6 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         }
         first += equal;
     }
-    let mask = job.lane("mask");
     blocks(job, [0.8, 1.0], &mut out, |cells, first| {
         let mut spare = [0.0; BLOCK];
         let mask = samples(mask, first, cells.len(), &mut spare);
@@ -82,7 +91,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             *new = masked(old, *new, mask);
         }
     })?;
-    Ok(Outputs::one("value", Field::new(job.window(), out)))
+    Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
 /// Values and places in the order of the values: each value, as a number of the same order, above its place.
@@ -109,10 +118,16 @@ enum Target {
 }
 
 impl Target {
-    fn new(job: &Job<'_>, like: Like, samples: &[f32], order: &[u64]) -> Result<Self, NodeError> {
+    fn new(
+        job: &Job<'_>,
+        reference: Option<&Field>,
+        like: Like,
+        samples: &[f32],
+        order: &[u64],
+    ) -> Result<Self, NodeError> {
         match like {
             Like::Reference => {
-                let Some(reference) = job.optional("reference") else {
+                let Some(reference) = reference else {
                     return Err(NodeError::failed_with_hint(
                         "nothing is wired to `reference`",
                         "wire the field whose distribution is wanted, or write `like: uniform` or `like: normal`",

@@ -31,6 +31,16 @@ params! {
     clamp: bool = false, One, ..;
 }
 
+inputs! {
+    /// What is stretched.
+    value: AnyScalar;
+}
+
+outputs! {
+    /// The stretched values.
+    value: Chosen(crate::quantity::port_type);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Normalise",
@@ -43,8 +53,8 @@ pub static NODE: Node = Node {
           percentiles and deviations do not.\n\n\
           **Advice.** It needs the whole world, so tiles cannot be made each by itself: for land of a known range `Remap` is \
           better. Land normalised after erosion has other slopes than those that eroded.",
-    inputs: &[Input::needs("value", PortType::AnyScalar, "What is stretched.")],
-    outputs: &[Output::chosen("value", crate::quantity::port_type, "The stretched values.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
@@ -54,13 +64,13 @@ pub static NODE: Node = Node {
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    let value = job.field("value")?;
+    let value = Inputs::read(job)?.value;
     let [low, high] = ends(&params, value.samples(), job.window().nx())?;
     job.advance(0.4)?;
     let is_mask = params.quantity == Quantity::Mask;
     let [to_low, to_high] = params.to;
     if [low, high] == params.to && !params.clamp && !is_mask {
-        return Ok(Outputs::one("value", value.clone()));
+        return Ok(Given { value: Some(value.clone()) }.into());
     }
     let map = |x: f32| {
         let share = if high > low { (f64::from(x) - low) / (high - low) } else { 0.5 };
@@ -71,7 +81,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     };
     let mut out = value.samples().to_vec();
     blocks(job, [0.4, 1.0], &mut out, |cells, _| cells.iter_mut().for_each(|cell| *cell = map(*cell)))?;
-    Ok(Outputs::one("value", Field::new(job.window(), out)))
+    Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
 /// The values that become the ends of the range.

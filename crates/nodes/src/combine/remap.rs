@@ -50,6 +50,16 @@ params! {
     clamp: bool = true, One, ..;
 }
 
+inputs! {
+    /// What is remapped.
+    value: AnyScalar;
+}
+
+outputs! {
+    /// The remapped values.
+    value: Chosen(port_type);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Remap",
@@ -62,8 +72,8 @@ pub static NODE: Node = Node {
           **Advice.** Rock is never the same everywhere: noise from ±1 to a band of erodibilities, spread \
           logarithmically, makes rivers wind and ridges stand out. A slope remapped to a mask chooses cliffs with a \
           soft edge.",
-    inputs: &[Input::needs("value", PortType::AnyScalar, "What is remapped.")],
-    outputs: &[Output::chosen("value", port_type, "The remapped values.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "value: \"base\", from: (0, 2000), to: (1e-6, 1e-5), quantity: erodibility, spacing: logarithmic",
@@ -110,7 +120,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         octaves: if logarithmic { math::log2(to1 / to0) } else { 0.0 },
         ends: [low.max(-most), high.min(most)],
     };
-    let mut out = job.field("value")?.samples().to_vec();
+    let mut out = Inputs::read(job)?.value.samples().to_vec();
     blocks(job, [0.0, 1.0], &mut out, |cells, _| {
         if logarithmic {
             logarithmically(cells, &map);
@@ -118,7 +128,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             linearly(cells, &map);
         }
     })?;
-    Ok(Outputs::one("value", Field::new(job.window(), out)))
+    Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
 /// From one range to another, in double precision: the ends must come out exactly, and a rate of 1e-12 has neighbours.

@@ -10,6 +10,20 @@ params! {
     critical_slope: f64 = 0.0, One, 0.0..=10.0, soft 0.0..=1.5;
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+    /// The coefficient D. Below 0 counts as 0: the ground stays.
+    diffusivity: Scalar(SquareMetresPerYear) = 0.01, 0.0..=1e3, soft 0.0..=0.1;
+}
+
+outputs! {
+    /// The land at the end.
+    height: Height;
+    /// What each cell has gained; below 0 where it has lost.
+    moved: Scalar(Metres);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Creep",
@@ -37,21 +51,8 @@ pub static NODE: Node = Node {
         "N. F. Fernandes and W. E. Dietrich (1997), Hillslope evolution by diffusive processes: The timescale for \
          equilibrium adjustments, Water Resources Research 33, 1307-1318",
     ],
-    inputs: &[
-        Input::needs("height", PortType::Height, "The land."),
-        Input::number(
-            "diffusivity",
-            Unit::SquareMetresPerYear,
-            0.01,
-            [0.0, 1e3],
-            [0.0, 0.1],
-            "The coefficient D. Below 0 counts as 0: the ground stays.",
-        ),
-    ],
-    outputs: &[
-        Output::gives("height", PortType::Height, "The land at the end."),
-        Output::gives("moved", PortType::Scalar(Unit::Metres), "What each cell has gained; below 0 where it has lost."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
@@ -65,10 +66,10 @@ pub static NODE: Node = Node {
 const MAX_STEPS: f64 = 64.0;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { height: start, diffusivity } = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let start = job.field("height")?;
     let window = job.window();
-    let slope = Hillslope::new(&window, job.lane("diffusivity"), params.critical_slope);
+    let slope = Hillslope::new(&window, diffusivity, params.critical_slope);
     // As long as steps are of high order.
     let steps = (3.0 * slope.mobility(params.duration)).ceil().min(MAX_STEPS) as u32;
     let mut heights: Vec<f64> = start.samples().iter().map(|&height| f64::from(height)).collect();
@@ -76,10 +77,13 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         job.advance(step as f32 / steps as f32)?;
         slope.creep(job, &mut heights, params.duration / f64::from(steps), step, &|_| false, None)?;
     }
-    let moved = heights.iter().zip(start.samples());
-    let moved =
-        moved.map(|(height, &before)| if before.is_finite() { (height - f64::from(before)) as f32 } else { 0.0 });
-    let moved = moved.collect();
-    let height = heights.iter().map(|&height| height as f32).collect();
-    Ok(Outputs::one("height", Field::new(window, height)).with("moved", Field::new(window, moved)))
+    let wants = Wants::of(job);
+    let moved = |(height, &before): (&f64, &f32)| {
+        if before.is_finite() { (height - f64::from(before)) as f32 } else { 0.0 }
+    };
+    Ok(Given {
+        height: wants.height.then(|| Field::new(window, heights.iter().map(|&height| height as f32).collect())),
+        moved: wants.moved.then(|| Field::new(window, heights.iter().zip(start.samples()).map(moved).collect())),
+    }
+    .into())
 }

@@ -26,6 +26,30 @@ params! {
     bulking: f64 = 1.3, One, 1.0..=2.0, soft 1.0..=1.6;
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+    /// Angle of repose, per cell if wired.
+    talus: Scalar(Degrees) = 35.0, 5.0..=80.0, soft 20.0..=60.0;
+    /// Where it acts: 0 holds the ground in place.
+    mask: Mask = 1.0, 0.0..=1.0;
+    /// Thickness of what is loose; everything, if not wired.
+    debris: Option<Scalar(Metres)>;
+    /// Steepest angle that rock holds at, per cell if wired; with `debris` wired only.
+    rock: Scalar(Degrees) = 60.0, 20.0..=85.0, soft 45.0..=75.0;
+}
+
+outputs! {
+    /// The land at rest.
+    height: Height;
+    /// What each cell has gained; below 0 where it has lost.
+    moved: Scalar(Metres);
+    /// Thickness of what is loose; what was gained, if not wired.
+    debris: Scalar(Metres);
+    /// Thickness of rock that has become debris.
+    crumbled: Scalar(Metres);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Thermal",
@@ -66,30 +90,8 @@ pub static NODE: Node = Node {
         "B. Beneš, R. Forsbach, 2001, Layered data representation for visual simulation of terrain erosion, SCCG",
         "J. N. Tsitsiklis, 1995, Efficient algorithms for globally optimal trajectories, IEEE Trans. Autom. Control 40",
     ],
-    inputs: &[
-        Input::needs("height", PortType::Height, "The land."),
-        Input::number("talus", Unit::Degrees, 35.0, [5.0, 80.0], [20.0, 60.0], "Angle of repose, per cell if wired."),
-        Input::mask("mask", "Where it acts: 0 holds the ground in place."),
-        Input::takes("debris", PortType::Scalar(Unit::Metres), "Thickness of what is loose; everything, if not wired."),
-        Input::number(
-            "rock",
-            Unit::Degrees,
-            60.0,
-            [20.0, 85.0],
-            [45.0, 75.0],
-            "Steepest angle that rock holds at, per cell if wired; with `debris` wired only.",
-        ),
-    ],
-    outputs: &[
-        Output::gives("height", PortType::Height, "The land at rest."),
-        Output::gives("moved", PortType::Scalar(Unit::Metres), "What each cell has gained; below 0 where it has lost."),
-        Output::gives(
-            "debris",
-            PortType::Scalar(Unit::Metres),
-            "Thickness of what is loose; what was gained, if not wired.",
-        ),
-        Output::gives("crumbled", PortType::Scalar(Unit::Metres), "Thickness of rock that has become debris."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
@@ -100,42 +102,56 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let inputs = Inputs::read(job)?;
     let params = Params::read(job.params);
     let window = job.window();
-    let height = job.field("height")?.samples();
+    let height = inputs.height.samples();
     let left = match params.until {
         Until::Equilibrium => 0.0,
         Until::Duration => math::exp(-params.relaxation * params.duration) as f32,
     };
-    let rise = rises(job, height, job.lane("talus"))?;
+    let wants = Wants::of(job);
+    let field = |samples| Field::new(window, samples);
+    let still = |wanted: bool| wanted.then(|| Field::constant(window, 0.0));
+    if left == 1.0 {
+        let thickness = |debris: &Field| field(debris.samples().iter().map(|thickness| thickness.max(0.0)).collect());
+        return Ok(Given {
+            height: wants.height.then(|| inputs.height.clone()),
+            moved: still(wants.moved),
+            debris: inputs.debris.filter(|_| wants.debris).map(thickness).or_else(|| still(wants.debris)),
+            crumbled: still(wants.crumbled),
+        }
+        .into());
+    }
+    let rise = rises(job, height, inputs.talus, inputs.mask)?;
     let wraps = if window.is_whole() { wraps(&job.world().boundary) } else { [false; 2] };
     let land = Land { cells: [window.nx(), window.ny()], wraps, height, rise: &rise, loose: None };
-    let still = vec![0.0; height.len()];
-    let Some(debris) = job.optional("debris") else {
-        let moved = if left < 1.0 { slide(&land, left, &params, job)? } else { still.clone() };
-        let gained = moved.iter().map(|moved| moved.max(0.0)).collect();
-        return Ok(outputs(window, [sum(height, &moved), moved, gained, still]));
+    let Some(debris) = inputs.debris else {
+        let moved = slide(&land, left, &params, job)?;
+        return Ok(Given {
+            height: wants.height.then(|| field(sum(height, &moved))),
+            debris: wants.debris.then(|| field(moved.iter().map(|moved| moved.max(0.0)).collect())),
+            moved: wants.moved.then(|| field(moved)),
+            crumbled: still(wants.crumbled),
+        }
+        .into());
     };
     let thickness: Vec<f32> = debris.samples().iter().map(|thickness| thickness.max(0.0)).collect();
-    if left == 1.0 {
-        return Ok(outputs(window, [height.to_vec(), still.clone(), thickness, still]));
-    }
-    let crumbled = crumble(&land, &thickness, left, job)?;
+    let crumbled = crumble(&land, &rises(job, height, inputs.rock, inputs.mask)?, &thickness, left, job)?;
     let bulking = params.bulking as f32;
     let swelled: Vec<f32> = crumbled.iter().map(|crumbled| (bulking - 1.0) * crumbled).collect();
     let loose: Vec<f32> = thickness.iter().zip(&crumbled).map(|(r, crumbled)| r + bulking * crumbled).collect();
     let ground = sum(height, &swelled);
     let slid = slide(&Land { height: &ground, loose: Some(&loose), ..land }, left, &params, job)?;
-    let debris = loose.iter().zip(&slid).map(|(loose, slid)| (loose + slid).max(0.0)).collect();
-    let moved = swelled.iter().zip(&slid).map(|(swelled, slid)| swelled + slid).collect();
-    Ok(outputs(window, [sum(&ground, &slid), moved, debris, crumbled]))
-}
-
-fn outputs(window: Window, [height, moved, debris, crumbled]: [Vec<f32>; 4]) -> Outputs {
-    Outputs::one("height", Field::new(window, height))
-        .with("moved", Field::new(window, moved))
-        .with("debris", Field::new(window, debris))
-        .with("crumbled", Field::new(window, crumbled))
+    let debris = || loose.iter().zip(&slid).map(|(loose, slid)| (loose + slid).max(0.0)).collect();
+    let moved = || swelled.iter().zip(&slid).map(|(swelled, slid)| swelled + slid).collect();
+    Ok(Given {
+        height: wants.height.then(|| field(sum(&ground, &slid))),
+        moved: wants.moved.then(|| field(moved())),
+        debris: wants.debris.then(|| field(debris())),
+        crumbled: wants.crumbled.then(|| field(crumbled)),
+    }
+    .into())
 }
 
 /// Heights with what was gained; to the bit the same where that is nothing.
@@ -143,11 +159,10 @@ fn sum(height: &[f32], gained: &[f32]) -> Vec<f32> {
     height.iter().zip(gained).map(|(h, d)| if *d == 0.0 { *h } else { h + d }).collect()
 }
 
-/// The thickness of rock below `thickness` of debris that does not hold.
-fn crumble(land: &Land<'_>, thickness: &[f32], left: f32, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
+/// The thickness of rock below `thickness` of debris that does not hold at its own `rise`.
+fn crumble(land: &Land<'_>, rise: &[f32], thickness: &[f32], left: f32, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
     let rock: Vec<f32> = land.height.iter().zip(thickness).map(|(h, r)| h - r).collect();
-    let rise = rises(job, land.height, job.lane("rock"))?;
-    let rock = Land { height: &rock, rise: &rise, ..*land };
+    let rock = Land { height: &rock, rise, ..*land };
     let held = capped(&Land { rise: &relaxed(&rock, left, job)?, ..rock }, job)?;
     Ok(rock.height.iter().zip(&held).map(|(rock, held)| if held < rock { rock - held } else { 0.0 }).collect())
 }

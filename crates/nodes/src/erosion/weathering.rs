@@ -22,6 +22,30 @@ params! {
     tolerance: f64 = 0.02, One, 0.001..=0.2, soft 0.005..=0.05;
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+    /// How exposed rock is to the weather.
+    exposure: Mask = 1.0, 0.0..=1.0;
+    /// Mean annual temperature at sea level.
+    temperature: Scalar(Celsius) = 12.0, -40.0..=40.0, soft -10.0..=30.0;
+    /// Angle of repose of debris.
+    talus: Scalar(Degrees) = 35.0, 5.0..=80.0, soft 20.0..=60.0;
+    /// Where it acts: 0 holds the ground as it is.
+    mask: Mask = 1.0, 0.0..=1.0;
+    /// Thickness of debris on the rock at first.
+    debris: Option<Scalar(Metres)>;
+}
+
+outputs! {
+    /// The land afterwards.
+    height: Height;
+    /// Thickness of debris.
+    debris: Scalar(Metres);
+    /// Thickness of rock that has become debris.
+    weathered: Scalar(Metres);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Weathering",
@@ -49,26 +73,8 @@ pub static NODE: Node = Node {
          equilibrium, Nature 388",
         "O. Fisher, 1866, On the disintegration of a chalk cliff, Geol. Mag. 3",
     ],
-    inputs: &[
-        Input::needs("height", PortType::Height, "The land."),
-        Input::mask("exposure", "How exposed rock is to the weather."),
-        Input::number(
-            "temperature",
-            Unit::Celsius,
-            12.0,
-            [-40.0, 40.0],
-            [-10.0, 30.0],
-            "Mean annual temperature at sea level.",
-        ),
-        Input::number("talus", Unit::Degrees, 35.0, [5.0, 80.0], [20.0, 60.0], "Angle of repose of debris."),
-        Input::mask("mask", "Where it acts: 0 holds the ground as it is."),
-        Input::takes("debris", PortType::Scalar(Unit::Metres), "Thickness of debris on the rock at first."),
-    ],
-    outputs: &[
-        Output::gives("height", PortType::Height, "The land afterwards."),
-        Output::gives("debris", PortType::Scalar(Unit::Metres), "Thickness of debris."),
-        Output::gives("weathered", PortType::Scalar(Unit::Metres), "Thickness of rock that has become debris."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
@@ -85,10 +91,11 @@ const ROUNDS: f64 = 16.0;
 const PASSING: usize = 64;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let inputs = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let height = job.field("height")?.samples();
-    let rise = rises(job, height, job.lane("talus"))?;
-    let (exposure, temperature) = (job.lane("exposure"), job.lane("temperature"));
+    let height = inputs.height.samples();
+    let rise = rises(job, height, inputs.talus, inputs.mask)?;
+    let (exposure, temperature) = (inputs.exposure, inputs.temperature);
     let rate: Vec<f32> = (0..height.len())
         .into_par_iter()
         .map(|at| {
@@ -102,14 +109,20 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let most = params.duration * f64::from(rate.iter().copied().fold(0.0, f32::max));
     let cover = (4.0 * params.bulking * most / params.cover).min(ROUNDS);
     let rounds = cover.max(2.0 * most / job.cell_m()).ceil();
-    weather(job, &params, &rise, &rate, rounds as u32)
+    weather(job, &params, &inputs, [&rise, &rate], rounds as u32)
 }
 
 /// Loses rock and slides debris in so many rounds.
-fn weather(job: &Job<'_>, params: &Params, rise: &[f32], rate: &[f32], rounds: u32) -> Result<Outputs, NodeError> {
+fn weather(
+    job: &Job<'_>,
+    params: &Params,
+    inputs: &Inputs<'_>,
+    [rise, rate]: [&[f32]; 2],
+    rounds: u32,
+) -> Result<Outputs, NodeError> {
     let window = job.window();
-    let height = job.field("height")?.samples();
-    let thickness: Vec<f32> = match job.optional("debris") {
+    let height = inputs.height.samples();
+    let thickness: Vec<f32> = match inputs.debris {
         Some(debris) => debris.samples().iter().map(|thickness| thickness.max(0.0)).collect(),
         None => vec![0.0; height.len()],
     };
@@ -161,9 +174,13 @@ fn weather(job: &Job<'_>, params: &Params, rise: &[f32], rate: &[f32], rounds: u
     if !at_rest {
         job.warn("some debris still slides; raise `tolerance`, or give the world larger cells");
     }
-    Ok(Outputs::one("height", Field::new(window, surface))
-        .with("debris", Field::new(window, debris))
-        .with("weathered", Field::new(window, weathered)))
+    let wants = Wants::of(job);
+    Ok(Given {
+        height: wants.height.then(|| Field::new(window, surface)),
+        debris: wants.debris.then(|| Field::new(window, debris)),
+        weathered: wants.weathered.then(|| Field::new(window, weathered)),
+    }
+    .into())
 }
 
 #[cfg(test)]

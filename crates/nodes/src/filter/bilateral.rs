@@ -16,6 +16,18 @@ params! {
     contrast: f64 = 50.0, One, 1e-4..=1e9, soft 1..=500;
 }
 
+inputs! {
+    /// What is smoothed.
+    value: AnyScalar;
+    /// Where it is smoothed: fully at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The smoothed values, with the meaning of the input.
+    value: SameAs(value);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Bilateral",
@@ -36,11 +48,8 @@ pub static NODE: Node = Node {
         "S. Paris and F. Durand (2009), A fast approximation of the bilateral filter using a signal processing approach, \
          International Journal of Computer Vision 81, 24-52",
     ],
-    inputs: &[
-        Input::needs("value", PortType::AnyScalar, "What is smoothed."),
-        Input::mask("mask", "Where it is smoothed: fully at 1, not at all at 0."),
-    ],
-    outputs: &[Output::same_as("value", "value", "The smoothed values, with the meaning of the input.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| {
         let radius_m = Params::read(params).radius;
@@ -71,12 +80,12 @@ const ROWS: usize = 16;
 const CELLS: usize = 2048;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { value, mask } = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let value = job.field("value")?;
     let window = job.window();
     let radius = params.radius / job.cell_m();
     if radius < LEAST {
-        return Ok(Outputs::one("value", value.clone()));
+        return Ok(Given { value: Some(value.clone()) }.into());
     }
     let coarse = Coarse::new(&window, (radius / FINE).max(1.0));
     let means = coarse.means(job, value.samples())?;
@@ -88,8 +97,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         around.smooth(first, rows, per_contrast);
         Ok(())
     })?;
-    mix(job, value.samples(), &mut out, job.lane("mask"))?;
-    Ok(Outputs::one("value", Field::new(window, out)))
+    mix(job, value.samples(), &mut out, mask)?;
+    Ok(Given { value: Some(Field::new(window, out)) }.into())
 }
 
 /// What the cells of a window are mixed with.

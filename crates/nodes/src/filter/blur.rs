@@ -10,6 +10,18 @@ params! {
     radius: f64 = 100.0, Metres, 0.0..=1e6, soft 0..=2000;
 }
 
+inputs! {
+    /// What is smoothed.
+    value: AnyScalar;
+    /// Where it is smoothed: fully at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The smoothed values, with the meaning of the input.
+    value: SameAs(value);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Blur",
@@ -30,11 +42,8 @@ pub static NODE: Node = Node {
         "P. Gwosdek, S. Grewenig, A. Bruhn and J. Weickert (2011), Theoretical foundations of Gaussian convolution by extended \
          box filtering, Scale Space and Variational Methods in Computer Vision, 447-458",
     ],
-    inputs: &[
-        Input::needs("value", PortType::AnyScalar, "What is smoothed."),
-        Input::mask("mask", "Where it is smoothed: fully at 1, not at all at 0."),
-    ],
-    outputs: &[Output::same_as("value", "value", "The smoothed values, with the meaning of the input.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| Gaussian::reach_m(Params::read(params).radius, cell_m)),
     cpu: run,
@@ -43,15 +52,15 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { value, mask } = Inputs::read(job)?;
     let radius_m = Params::read(job.params).radius;
-    let value = job.field("value")?;
     if radius_m == 0.0 {
-        return Ok(Outputs::one("value", value.clone()));
+        return Ok(Given { value: Some(value.clone()) }.into());
     }
     let filter = Gaussian::new(radius_m / job.cell_m());
     let mut out = separable(job, [0.0, 0.9], value.samples(), &filter)?;
-    mix(job, value.samples(), &mut out, job.lane("mask"))?;
-    Ok(Outputs::one("value", Field::new(job.window(), out)))
+    mix(job, value.samples(), &mut out, mask)?;
+    Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
 #[cfg(test)]

@@ -31,6 +31,20 @@ params! {
     side: Side = Side::Both, One, ..;
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+    /// Where spikes are looked for: fully at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The land without them.
+    height: Height;
+    /// 1 where a spike or a pit was.
+    removed: Mask;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Despike",
@@ -47,14 +61,8 @@ pub static NODE: Node = Node {
         "F. R. Hampel (1974), The influence curve and its role in robust estimation, Journal of the American Statistical \
          Association 69, 383-393",
     ],
-    inputs: &[
-        Input::needs("height", PortType::Height, "The land."),
-        Input::mask("mask", "Where spikes are looked for: fully at 1, not at all at 0."),
-    ],
-    outputs: &[
-        Output::gives("height", PortType::Height, "The land without them."),
-        Output::gives("removed", PortType::Mask, "1 where a spike or a pit was."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| 2.0 * reach_m(Params::read(params).radius, cell_m)),
     cpu: run,
@@ -67,8 +75,9 @@ pub static NODE: Node = Node {
 const DEVIATIONS: f32 = 1.482_602_2;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { height, mask } = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let height = job.field("height")?.samples();
+    let height = height.samples();
     let median = rank(job, [0.0, 0.45], height, params.radius, 0.5, Beyond::Straight)?;
     let distances: Vec<f32> = height.par_iter().zip(&median).map(|(z, m)| (z - m).abs()).collect();
     let usual = rank(job, [0.45, 0.9], &distances, params.radius, 0.5, Beyond::Mirrored)?;
@@ -86,15 +95,16 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             if above > most { 1.0 } else { 0.0 }
         })
         .collect();
-    let mut out: Vec<f32> = height
-        .par_iter()
-        .zip(&median)
-        .zip(&removed)
-        .map(|((z, m), removed)| if *removed > 0.0 { *m } else { *z })
-        .collect();
-    mix(job, height, &mut out, job.lane("mask"))?;
+    drop((distances, usual));
+    let wants = Wants::of(job);
     let field = |samples| Field::new(job.window(), samples);
-    Ok(Outputs::one("height", field(out)).with("removed", field(removed)))
+    let despiked = || {
+        let cells = height.par_iter().zip(&median).zip(&removed);
+        let mut out: Vec<f32> = cells.map(|((z, m), removed)| if *removed > 0.0 { *m } else { *z }).collect();
+        mix(job, height, &mut out, mask).map(|()| field(out))
+    };
+    Ok(Given { height: wants.height.then(despiked).transpose()?, removed: wants.removed.then(|| field(removed)) }
+        .into())
 }
 
 #[cfg(test)]

@@ -15,6 +15,18 @@ params! {
     percentile: f64 = 50.0, One, 0.0..=100.0;
 }
 
+inputs! {
+    /// What is smoothed.
+    value: AnyScalar;
+    /// Where it is smoothed: fully at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The medians, with the meaning of the input.
+    value: SameAs(value);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Median",
@@ -35,11 +47,8 @@ pub static NODE: Node = Node {
         "B. Weiss (2025), Fast isotropic median filtering, SIGGRAPH Conference Papers, arXiv:2505.22938",
         "K. E. Batcher (1968), Sorting networks and their applications, AFIPS Spring Joint Computer Conference, 307-314",
     ],
-    inputs: &[
-        Input::needs("value", PortType::AnyScalar, "What is smoothed."),
-        Input::mask("mask", "Where it is smoothed: fully at 1, not at all at 0."),
-    ],
-    outputs: &[Output::same_as("value", "value", "The medians, with the meaning of the input.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| reach_m(Params::read(params).radius, cell_m)),
     cpu: run,
@@ -48,11 +57,11 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { value, mask } = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let value = job.field("value")?;
     let mut out = rank(job, [0.0, 0.9], value.samples(), params.radius, 0.01 * params.percentile, Beyond::Mirrored)?;
-    mix(job, value.samples(), &mut out, job.lane("mask"))?;
-    Ok(Outputs::one("value", Field::new(job.window(), out)))
+    mix(job, value.samples(), &mut out, mask)?;
+    Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
 #[cfg(test)]

@@ -35,6 +35,18 @@ params! {
     radius: f64 = 100.0, Metres, 0.0..=1e5, soft 0..=1000;
 }
 
+inputs! {
+    /// A mask, land, or any other values.
+    value: AnyScalar;
+    /// Where the result replaces it: fully at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The result, with the meaning of the input.
+    value: SameAs(value);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Morphology",
@@ -52,11 +64,8 @@ pub static NODE: Node = Node {
         "J. Serra (1982), Image Analysis and Mathematical Morphology, Academic Press",
         "S. R. Sternberg (1986), Grayscale morphology, Computer Vision, Graphics, and Image Processing 35, 333-355",
     ],
-    inputs: &[
-        Input::needs("value", PortType::AnyScalar, "A mask, land, or any other values."),
-        Input::mask("mask", "Where the result replaces it: fully at 1, not at all at 0."),
-    ],
-    outputs: &[Output::same_as("value", "value", "The result, with the meaning of the input.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, _| {
         let params = Params::read(params);
@@ -73,8 +82,8 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { value, mask } = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let value = job.field("value")?;
     let samples = value.samples();
     let radius = params.radius / job.cell_m();
     let dilated = |samples: &[f32], share| highest(job, share, samples, radius);
@@ -93,8 +102,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         Operation::TopHat => less(samples.to_vec(), &dilated(&eroded(samples, early)?, late)?),
         Operation::BottomHat => less(eroded(&dilated(samples, early)?, late)?, samples),
     };
-    mix(job, samples, &mut out, job.lane("mask"))?;
-    Ok(Outputs::one("value", Field::new(job.window(), out)))
+    mix(job, samples, &mut out, mask)?;
+    Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
 #[cfg(test)]

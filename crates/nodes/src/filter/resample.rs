@@ -25,6 +25,18 @@ params! {
     interpolation: Interpolation = Interpolation::Cubic, One, ..;
 }
 
+inputs! {
+    /// What is resampled.
+    value: AnyScalar;
+    /// Where it is resampled: fully at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The resampled values, with the meaning of the input.
+    value: SameAs(value);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Resample",
@@ -39,11 +51,8 @@ pub static NODE: Node = Node {
           **Advice.** `cells` shows what an engine or a game map of that grid has; `cubic` takes detail away, as a blur does, \
           and keeps what coarse data know. The difference from the input, by `Combine`, is the detail.",
     sources: &["E. Catmull and R. Rom (1974), A class of local interpolating splines"],
-    inputs: &[
-        Input::needs("value", PortType::AnyScalar, "What is resampled."),
-        Input::mask("mask", "Where it is resampled: fully at 1, not at all at 0."),
-    ],
-    outputs: &[Output::same_as("value", "value", "The resampled values, with the meaning of the input.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     // two coarse cells to either side of the one a place lies in, each up to one and a half times as large
     reach: Reach::Metres(|params, cell_m| {
@@ -56,10 +65,10 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { value, mask } = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let value = job.field("value")?;
     if params.cell <= job.cell_m() {
-        return Ok(Outputs::one("value", value.clone()));
+        return Ok(Given { value: Some(value.clone()) }.into());
     }
     let between = match params.interpolation {
         Interpolation::Cells => Between::Cells,
@@ -69,8 +78,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let coarse = Coarse::new(&job.window(), params.cell / job.cell_m());
     let means = coarse.means(job, value.samples())?;
     let mut out = coarse.spread(job, [0.4, 0.9], &means, between)?;
-    mix(job, value.samples(), &mut out, job.lane("mask"))?;
-    Ok(Outputs::one("value", Field::new(job.window(), out)))
+    mix(job, value.samples(), &mut out, mask)?;
+    Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
 #[cfg(test)]

@@ -12,6 +12,18 @@ params! {
     amount: f64 = 0.7, One, -1.0..=10.0, soft 0..=3;
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+    /// Where it is sharpened: fully at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The sharpened land.
+    height: Height;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Sharpen",
@@ -22,11 +34,8 @@ pub static NODE: Node = Node {
           **Advice.** It also makes noise stronger, and cuts pits into river beds: sharpen before rivers run, or mask them out. \
           A large radius with a small amount lifts whole ridges from their valleys.",
     sources: &["A. Rosenfeld and A. C. Kak, 1982, Digital Picture Processing, 2nd edition, section 6.4"],
-    inputs: &[
-        Input::needs("height", PortType::Height, "The land."),
-        Input::mask("mask", "Where it is sharpened: fully at 1, not at all at 0."),
-    ],
-    outputs: &[Output::gives("height", PortType::Height, "The sharpened land.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| Gaussian::reach_m(Params::read(params).radius, cell_m)),
     cpu: run,
@@ -35,10 +44,10 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { height, mask } = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let height = job.field("height")?;
     if params.amount == 0.0 || params.radius == 0.0 {
-        return Ok(Outputs::one("height", height.clone()));
+        return Ok(Given { height: Some(height.clone()) }.into());
     }
     let filter = Gaussian::new(params.radius / job.cell_m());
     let mut out = separable(job, [0.0, 0.8], height.samples(), &filter)?;
@@ -46,8 +55,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     out.par_iter_mut()
         .zip(height.samples())
         .for_each(|(smooth, height)| *smooth = height + amount * (height - *smooth));
-    mix(job, height.samples(), &mut out, job.lane("mask"))?;
-    Ok(Outputs::one("height", Field::new(job.window(), out)))
+    mix(job, height.samples(), &mut out, mask)?;
+    Ok(Given { height: Some(Field::new(job.window(), out)) }.into())
 }
 
 #[cfg(test)]

@@ -28,6 +28,18 @@ params! {
     side: Side = Side::Both, One, ..;
 }
 
+inputs! {
+    /// What is smeared.
+    value: AnyScalar;
+    /// Where it is smeared: fully at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The smeared values, with the meaning of the input.
+    value: SameAs(value);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Smear",
@@ -44,11 +56,8 @@ pub static NODE: Node = Node {
     sources: &[
         "B. Cabral and L. C. Leedom (1993), Imaging vector fields using line integral convolution, SIGGRAPH 93, 263-270",
     ],
-    inputs: &[
-        Input::needs("value", PortType::AnyScalar, "What is smeared."),
-        Input::mask("mask", "Where it is smeared: fully at 1, not at all at 0."),
-    ],
-    outputs: &[Output::same_as("value", "value", "The smeared values, with the meaning of the input.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| {
         let length_m = Params::read(params).length;
@@ -64,12 +73,12 @@ pub static NODE: Node = Node {
 const MOST: f64 = 256.0;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { value, mask } = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let value = job.field("value")?;
     let window = job.window();
     let length = params.length / job.cell_m();
     if length < 1.0 {
-        return Ok(Outputs::one("value", value.clone()));
+        return Ok(Given { value: Some(value.clone()) }.into());
     }
     let ends = [0, 1].map(|axis| Ends::of(&window, axis));
     let mut out = if length <= MOST {
@@ -82,8 +91,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let smeared = smeared(job, &means, coarse.cells(), ends, &taps(&params, lengths))?;
         coarse.spread(job, [0.9; 2], &smeared, Between::Cubic)?
     };
-    mix(job, value.samples(), &mut out, job.lane("mask"))?;
-    Ok(Outputs::one("value", Field::new(window, out)))
+    mix(job, value.samples(), &mut out, mask)?;
+    Ok(Given { value: Some(Field::new(window, out)) }.into())
 }
 
 /// A cell that counts, so far to the east and to the south, and its weight.

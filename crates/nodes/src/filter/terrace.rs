@@ -28,6 +28,20 @@ params! {
     layers: StepPoints = StepPoints(vec![[0.0, 2.0], [200.0, 8.0], [350.0, 4.0], [800.0, 12.0], [950.0, 3.0], [1400.0, 1.0]]), One, .., when steps = "layers";
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+    /// A height at which a tread lies, per cell if wired.
+    base: Scalar(Metres) = 0.0, -1e6..=1e6, soft -1000.0..=1000.0;
+    /// Where the land is cut: fully at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The land in steps.
+    height: Height;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Terrace",
@@ -46,19 +60,8 @@ pub static NODE: Node = Node {
     sources: &[
         "F. K. Musgrave, C. E. Kolb and R. S. Mace, 1989, The synthesis and rendering of eroded fractal terrains",
     ],
-    inputs: &[
-        Input::needs("height", PortType::Height, "The land."),
-        Input::number(
-            "base",
-            Unit::Metres,
-            0.0,
-            [-1e6, 1e6],
-            [-1000.0, 1000.0],
-            "A height at which a tread lies, per cell if wired.",
-        ),
-        Input::mask("mask", "Where the land is cut: fully at 1, not at all at 0."),
-    ],
-    outputs: &[Output::gives("height", PortType::Height, "The land in steps.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "height: \"base\", step: 400, sharpness: 6",
@@ -66,8 +69,8 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { height, base, mask } = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let height = job.field("height")?;
     let layers = match params.steps {
         Steps::Even => Vec::new(),
         Steps::Layers => layers(&params.layers.0)?,
@@ -75,9 +78,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let level =
         if layers.is_empty() { params.sharpness == 1.0 } else { layers.iter().all(|layer| layer.sharpness == 1.0) };
     if level {
-        return Ok(Outputs::one("height", height.clone()));
+        return Ok(Given { height: Some(height.clone()) }.into());
     }
-    let (base, mask) = (job.lane("base"), job.lane("mask"));
     let mut out = height.samples().to_vec();
     blocks(job, [0.0, 1.0], &mut out, |cells, first| {
         let (mut spare_base, mut spare_mask) = ([0.0; BLOCK], [0.0; BLOCK]);
@@ -89,7 +91,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             cut_layers(cells, base, mask, &layers);
         }
     })?;
-    Ok(Outputs::one("height", Field::new(job.window(), out)))
+    Ok(Given { height: Some(Field::new(job.window(), out)) }.into())
 }
 
 /// A step from one tread of a table to the next.

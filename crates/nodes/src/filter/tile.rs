@@ -24,6 +24,18 @@ params! {
     sides: Sides = Sides::All, One, ..;
 }
 
+inputs! {
+    /// What is made to fit.
+    value: AnyScalar;
+    /// Where the result replaces the input: fully at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The field that fits, with the meaning of the input.
+    value: SameAs(value);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Tile",
@@ -42,11 +54,8 @@ pub static NODE: Node = Node {
         "E. Heitz and F. Neyret (2018), High-performance by-example noise using a histogram-preserving blending operator, \
          Proceedings of the ACM on Computer Graphics and Interactive Techniques 1 (2)",
     ],
-    inputs: &[
-        Input::needs("value", PortType::AnyScalar, "What is made to fit."),
-        Input::mask("mask", "Where the result replaces the input: fully at 1, not at all at 0."),
-    ],
-    outputs: &[Output::same_as("value", "value", "The field that fits, with the meaning of the input.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
@@ -55,8 +64,8 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { value, mask } = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let value = job.field("value")?;
     let window = job.window();
     let (nx, ny) = (window.nx(), window.ny());
     let mut out = value.samples().to_vec();
@@ -68,8 +77,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let shares = shares(ny, params.margin / job.cell_m());
         blend(job, [0.5, 0.9], &mut out, |j, i| (j + ny / 2) % ny * nx + i, |j, _| shares[j])?;
     }
-    mix(job, value.samples(), &mut out, job.lane("mask"))?;
-    Ok(Outputs::one("value", Field::new(window, out)))
+    mix(job, value.samples(), &mut out, mask)?;
+    Ok(Given { value: Some(Field::new(window, out)) }.into())
 }
 
 /// The share of the moved field for each of `n` cells along an axis.

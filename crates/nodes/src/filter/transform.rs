@@ -38,6 +38,18 @@ params! {
     keep_slopes: bool = false, One, ..;
 }
 
+inputs! {
+    /// What is transformed.
+    value: AnyScalar;
+    /// Where the result replaces the input: fully at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The transformed values, with the meaning of the input.
+    value: SameAs(value);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Transform",
@@ -52,11 +64,8 @@ pub static NODE: Node = Node {
           **Advice.** To transform a noise change its own parameters instead: that loses nothing. Use this for imported land, \
           stamps and masks.",
     sources: &["E. Catmull and R. Rom (1974), A class of local interpolating splines"],
-    inputs: &[
-        Input::needs("value", PortType::AnyScalar, "What is transformed."),
-        Input::mask("mask", "Where the result replaces the input: fully at 1, not at all at 0."),
-    ],
-    outputs: &[Output::same_as("value", "value", "The transformed values, with the meaning of the input.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
@@ -68,11 +77,11 @@ pub static NODE: Node = Node {
 const ROUNDED: f64 = 1_048_576.0;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { value, mask } = Inputs::read(job)?;
     let params = Params::read(job.params);
-    let value = job.field("value")?;
     let window = job.window();
     if params.offset == [0.0; 2] && params.rotation == 0.0 && params.stretch == 1.0 {
-        return Ok(Outputs::one("value", value.clone()));
+        return Ok(Given { value: Some(value.clone()) }.into());
     }
     let smoothed;
     let source = if params.stretch < 1.0 {
@@ -97,8 +106,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             *out = factor * source.at(from.map(|metres| ((metres / cell_m - 0.5) * ROUNDED).round() / ROUNDED));
         }
     })?;
-    mix(job, value.samples(), &mut out, job.lane("mask"))?;
-    Ok(Outputs::one("value", Field::new(window, out)))
+    mix(job, value.samples(), &mut out, mask)?;
+    Ok(Given { value: Some(Field::new(window, out)) }.into())
 }
 
 /// The world's samples.

@@ -45,6 +45,22 @@ params! {
     seed: Seed = Seed(0), Count, .., when pattern = "fbm" | "curl";
 }
 
+inputs! {
+    /// What is bent.
+    value: AnyScalar;
+    /// Share of the displacement.
+    mask: Mask = 1.0, 0.0..=1.0;
+    /// How far to the east of a cell its value is taken; for `field`.
+    east: Option<Scalar(Metres)>;
+    /// The same to the south.
+    south: Option<Scalar(Metres)>;
+}
+
+outputs! {
+    /// The values, bent, with the meaning of the input.
+    value: SameAs(value);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Warp",
@@ -56,17 +72,8 @@ pub static NODE: Node = Node {
         "E. Catmull, R. Rom, 1974, A class of local interpolating splines",
         "I. Quilez, 2002, Domain warping",
     ],
-    inputs: &[
-        Input::needs("value", PortType::AnyScalar, "What is bent."),
-        Input::mask("mask", "Share of the displacement."),
-        Input::takes(
-            "east",
-            PortType::Scalar(Unit::Metres),
-            "How far to the east of a cell its value is taken; for `field`.",
-        ),
-        Input::takes("south", PortType::Scalar(Unit::Metres), "The same to the south."),
-    ],
-    outputs: &[Output::same_as("value", "value", "The values, bent, with the meaning of the input.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     // four cells around the place that a value is taken from
     reach: Reach::Metres(|params, cell_m| Params::read(params).displacement + 3.0 * cell_m),
@@ -79,14 +86,15 @@ pub static NODE: Node = Node {
 const SALTS: [u32; 3] = [0x2c1b_3c6d, 0x297a_2d39, 0x61c8_8647];
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let inputs = Inputs::read(job)?;
+    let Inputs { value, mask, .. } = inputs;
     let params = Params::read(job.params);
-    let value = job.field("value")?;
     if params.displacement == 0.0 {
-        return Ok(Outputs::one("value", value.clone()));
+        return Ok(Given { value: Some(value.clone()) }.into());
     }
-    let [mut east, mut south] = params.displacements(job)?;
+    let [mut east, mut south] = params.displacements(job, &inputs)?;
     let (limit, per_cell) = (params.displacement as f32, (1.0 / job.cell_m()) as f32);
-    let (window, mask) = (job.window(), job.lane("mask"));
+    let window = job.window();
     let nx = window.nx();
     // metres to cells, cut at the longest
     east.par_chunks_mut(nx).zip(south.par_chunks_mut(nx)).enumerate().try_for_each(|(j, (east, south))| {
@@ -100,12 +108,12 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     par::rows_within(job, [0.3, 1.0], &mut out, |j, row| {
         take_row(&source, j, [&east[j * nx..][..nx], &south[j * nx..][..nx]], row);
     })?;
-    Ok(Outputs::one("value", Field::new(window, out)))
+    Ok(Given { value: Some(Field::new(window, out)) }.into())
 }
 
 impl Params {
     /// The displacements to the east and to the south in metres.
-    fn displacements(&self, job: &Job<'_>) -> Result<[Vec<f32>; 2], NodeError> {
+    fn displacements(&self, job: &Job<'_>, inputs: &Inputs<'_>) -> Result<[Vec<f32>; 2], NodeError> {
         // each axis has its part of the longest, so that both together do not exceed it
         let part_m = self.displacement * std::f64::consts::FRAC_1_SQRT_2;
         match self.pattern {
@@ -122,7 +130,7 @@ impl Params {
                 down.iter_mut().for_each(|down| *down = -*down);
                 Ok([down, along])
             }
-            Pattern::Field => match (job.optional("east"), job.optional("south")) {
+            Pattern::Field => match (inputs.east, inputs.south) {
                 (None, None) => Err(NodeError::failed_with_hint(
                     "there is no displacement",
                     "wire metres to `east` or `south`, or choose another `pattern`",

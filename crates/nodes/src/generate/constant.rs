@@ -12,6 +12,11 @@ params! {
     quantity: Quantity = Quantity::Height, One, ..;
 }
 
+outputs! {
+    /// The value in every cell.
+    value: Chosen(quantity::port_type);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Constant",
@@ -19,7 +24,7 @@ pub static NODE: Node = Node {
     summary: "The same value everywhere.",
     doc: "A level plain, a full mask or a number shared by several nodes. Where one input needs one number, write the \
           number at that input instead.",
-    outputs: &[Output::chosen("value", quantity::port_type, "The value in every cell.")],
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "value: 250",
@@ -29,5 +34,5 @@ pub static NODE: Node = Node {
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     quantity::check(params.quantity, &[params.value])?;
-    Ok(Outputs::one("value", Field::constant(job.window(), params.value as f32)))
+    Ok(Given { value: Some(Field::constant(job.window(), params.value as f32)) }.into())
 }

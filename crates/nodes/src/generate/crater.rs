@@ -41,6 +41,11 @@ params! {
     seed: Seed = Seed(0), Count, .., when pattern = "field";
 }
 
+outputs! {
+    /// Height above the ground around.
+    height: Height;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Crater",
@@ -63,7 +68,7 @@ pub static NODE: Node = Node {
          Cratering, Pergamon",
         "H. J. Melosh (1989), Impact Cratering: A Geologic Process, Oxford University Press",
     ],
-    outputs: &[Output::gives("height", PortType::Height, "Height above the ground around.")],
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "diameter: 6000, smallest: 1500",
@@ -108,7 +113,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         }
         Ok(())
     })?;
-    Ok(Outputs::one("height", Field::new(window, height)))
+    Ok(Given { height: Some(Field::new(window, height)) }.into())
 }
 
 impl Params {

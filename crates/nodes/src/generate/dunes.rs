@@ -35,6 +35,11 @@ params! {
     seed: Seed = Seed(0), Count, ..;
 }
 
+outputs! {
+    /// Height above the ground.
+    height: Height;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Dunes",
@@ -52,7 +57,7 @@ pub static NODE: Node = Node {
         "P. Hersen (2004), On the crescentic shape of barchan dunes, European Physical Journal B 37, 507-514",
         "N. Lancaster (1995), Geomorphology of Desert Dunes, Routledge",
     ],
-    outputs: &[Output::gives("height", PortType::Height, "Height above the ground.")],
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "wavelength: 3500, height: 210, waviness: 0.4",
@@ -78,7 +83,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         Form::Transverse => params.ridges(job, slip)?,
         Form::Barchan => params.crescents(job, slip)?,
     };
-    Ok(Outputs::one("height", Field::new(job.window(), samples)))
+    Ok(Given { height: Some(Field::new(job.window(), samples)) }.into())
 }
 
 /// Heights of a crescent from its middle to the farthest place that it covers, and a little.

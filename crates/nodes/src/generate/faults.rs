@@ -37,6 +37,11 @@ params! {
     seed: Seed = Seed(0), Count, .., when pattern = "random";
 }
 
+outputs! {
+    /// Height above and below the land before it broke.
+    height: Height;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Faults",
@@ -54,7 +59,7 @@ pub static NODE: Node = Node {
         "B. B. Mandelbrot (1975), Stochastic models for the Earth's relief, the shape and the fractal dimension of the \
          coastlines, and the number-area rule for islands, PNAS 72 (10), 3825-3828",
     ],
-    outputs: &[Output::gives("height", PortType::Height, "Height above and below the land before it broke.")],
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "faults: 60, throw: 500, width: 300, spread: 60",
@@ -91,7 +96,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             faults.iter().for_each(|fault| add(row, &xs, fault.left[1] * y + fault.offset, *fault));
         })?;
     }
-    Ok(Outputs::one("height", Field::new(window, height)))
+    Ok(Given { height: Some(Field::new(window, height)) }.into())
 }
 
 impl Params {

@@ -49,6 +49,11 @@ params! {
     quantity: Quantity = Quantity::Height, One, ..;
 }
 
+outputs! {
+    /// The value in every cell.
+    value: Chosen(quantity::port_type);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Gradient",
@@ -61,7 +66,7 @@ pub static NODE: Node = Node {
           `beyond: mirror` lets it go back on the second half of the way.\n\n\
           A tilted plain drains: add it to noise with `Combine` before water runs on it. As a mask it fades one land into \
           another; `Curve` gives it any other profile.",
-    outputs: &[Output::chosen("value", quantity::port_type, "The value in every cell.")],
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "form: radial, from: 900, to: 0, length: 7000",
@@ -94,7 +99,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             *value = (params.from + (params.to - params.from) * share) as f32;
         }
     })?;
-    Ok(Outputs::one("value", Field::new(window, values)))
+    Ok(Given { value: Some(Field::new(window, values)) }.into())
 }
 
 impl Params {

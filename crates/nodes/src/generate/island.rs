@@ -40,6 +40,20 @@ params! {
     seed: Seed = Seed(0), Count, ..;
 }
 
+inputs! {
+    /// Elevation inland: a wired height, or the same everywhere.
+    height: Scalar(Metres) = 500.0, -1e6..=1e6, soft 0.0..=3000.0;
+    /// Distance to the coast, below 0 on land; for `outline`.
+    distance: Option<Scalar(Metres)>;
+}
+
+outputs! {
+    /// Elevation.
+    height: Height;
+    /// Distance d inland from the coast, below 0 at sea.
+    inland: Scalar(Metres);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Island",
@@ -52,25 +66,8 @@ pub static NODE: Node = Node {
           The coast follows the form, moved by noise of eight octaves by up to `roughness`. With `edges`, d is (Σ dᵢ⁻²)^−½ − margin, with \
           the distances dᵢ to the four sides of the world: along a side the distance to it, rounder towards corners, and without creases. A \
           `roughness` above twice the `margin` may reach the edge of the world.",
-    inputs: &[
-        Input::number(
-            "height",
-            Unit::Metres,
-            500.0,
-            [-1e6, 1e6],
-            [0.0, 3000.0],
-            "Elevation inland: a wired height, or the same everywhere.",
-        ),
-        Input::takes(
-            "distance",
-            PortType::Scalar(Unit::Metres),
-            "Distance to the coast, below 0 on land; for `outline`.",
-        ),
-    ],
-    outputs: &[
-        Output::gives("height", PortType::Height, "Elevation."),
-        Output::gives("inland", PortType::Scalar(Unit::Metres), "Distance d inland from the coast, below 0 at sea."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "height: 800, roughness: 2500, seed: 3",
@@ -78,9 +75,9 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { height, distance: wired } = Inputs::read(job)?;
     let params = Params::read(job.params);
     let window = job.window();
-    let wired = job.optional("distance");
     if params.form == Form::Outline && wired.is_none() {
         return Err(NodeError::failed_with_hint(
             "there is no outline",
@@ -111,22 +108,29 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             *inland = (even + f64::from(*inland)) as f32;
         }
     })?;
-    let height = job.lane("height");
     let [sea, depth] = [params.sea, params.depth].map(|part| part as f32);
     let [per_slope, per_shelf] = [params.slope, params.shelf].map(|part| (1.0 / part) as f32);
-    let mut out = vec![0.0; window.len()];
-    par::rows_within(job, [0.8, 1.0], &mut out, |j, row| {
+    let wants = Wants::of(job);
+    let land = |j, row: &mut [f32]| {
         for (i, out) in row.iter_mut().enumerate() {
-            let at = j * window.nx() + i;
-            let inland = inland[at];
+            let inland = *out;
             *out = if inland >= 0.0 {
-                sea + (height.at(at) - sea) * rise(inland * per_slope)
+                sea + (height.at(j * window.nx() + i) - sea) * rise(inland * per_slope)
             } else {
                 sea - depth * rise(-inland * per_shelf)
             };
         }
-    })?;
-    Ok(Outputs::one("height", Field::new(window, out)).with("inland", Field::new(window, inland)))
+    };
+    let field = |samples| Field::new(window, samples);
+    Ok(Given {
+        height: wants
+            .height
+            .then(|| par::rows_from(job, [0.8, 1.0], &mut inland, wants.inland, land))
+            .transpose()?
+            .map(field),
+        inland: wants.inland.then(|| field(inland)),
+    }
+    .into())
 }
 
 /// From 0 to 1, steepest at the beginning.

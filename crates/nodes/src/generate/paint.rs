@@ -21,6 +21,18 @@ params! {
     strokes: Strokes = Strokes(Vec::new()), Metres, -1e7..=1e7;
 }
 
+inputs! {
+    /// The land that is painted on; a plain at 0 m without it.
+    height: Option<Height>;
+}
+
+outputs! {
+    /// The land with what was painted.
+    height: Height;
+    /// What was painted with `mask` and `erase`; 0 elsewhere.
+    mask: Mask;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Paint",
@@ -41,11 +53,8 @@ pub static NODE: Node = Node {
         "C. Yuksel, S. Schaefer and J. Keyser (2011), Parameterization and applications of Catmull-Rom curves, Computer-Aided \
          Design 43, 747-755",
     ],
-    inputs: &[Input::takes("height", PortType::Height, "The land that is painted on; a plain at 0 m without it.")],
-    outputs: &[
-        Output::gives("height", PortType::Height, "The land with what was painted."),
-        Output::gives("mask", PortType::Mask, "What was painted with `mask` and `erase`; 0 elsewhere."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| {
         let smooth = Params::read(params).strokes.0.into_iter().filter(|stroke| stroke.tool == Tool::Smooth);
@@ -66,12 +75,20 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let paths: Vec<Path> = strokes.iter().map(|stroke| Path::new(stroke, job.world())).collect();
     let (marks, works): (Vec<&Path>, Vec<&Path>) =
         paths.iter().partition(|path| matches!(path.tool, Tool::Mask | Tool::Erase));
-    let mut mask = vec![0.0; job.window().len()];
-    act(job, [0.0, 0.2], &marks, &mut mask, |path, value, weight| match path.tool {
-        Tool::Mask => value + (1.0 - value) * weight,
-        _ => value - value * weight,
-    })?;
-    let mut height = match job.optional("height") {
+    let wants = Wants::of(job);
+    let marked = || {
+        let mut mask = vec![0.0; job.window().len()];
+        act(job, [0.0, 0.2], &marks, &mut mask, |path, value, weight| match path.tool {
+            Tool::Mask => value + (1.0 - value) * weight,
+            _ => value - value * weight,
+        })
+        .map(|()| Field::new(job.window(), mask))
+    };
+    let mask = wants.mask.then(marked).transpose()?;
+    if !wants.height {
+        return Ok(Given { mask, ..Given::default() }.into());
+    }
+    let mut height = match Inputs::read(job)?.height {
         Some(land) => land.samples().to_vec(),
         None => vec![0.0; job.window().len()],
     };
@@ -95,7 +112,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             })?,
         }
     }
-    Ok(Outputs::one("height", Field::new(job.window(), height)).with("mask", Field::new(job.window(), mask)))
+    Ok(Given { height: Some(Field::new(job.window(), height)), mask }.into())
 }
 
 #[cfg(test)]

@@ -13,6 +13,11 @@ fractal_params! {
     amplitude: f64 = 1000.0, Metres, 0.0..=1e6, soft 0..=4000;
 }
 
+outputs! {
+    /// Elevation, between ± `amplitude`.
+    height: Height;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Perlin",
@@ -25,7 +30,7 @@ pub static NODE: Node = Node {
         "F. K. Musgrave, C. E. Kolb, R. S. Mace, 1989, The synthesis and rendering of eroded fractal terrains",
         "D. S. Ebert, F. K. Musgrave, D. Peachey, K. Perlin, S. Worley, 2003, Texturing and Modeling",
     ],
-    outputs: &[Output::gives("height", PortType::Height, "Elevation, between ± `amplitude`.")],
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "wavelength: 5000, octaves: 10, gain: 0.45, amplitude: 800, seed: 3",
@@ -36,7 +41,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let octaves = params.fractal(job.seed()).octaves(job.world());
     let samples = sum::lattices(job, &octaves, params.gradients.basis(), params.amplitude)?;
-    Ok(Outputs::one("height", Field::new(job.window(), samples)))
+    Ok(Given { height: Some(Field::new(job.window(), samples)) }.into())
 }
 
 #[cfg(test)]

@@ -32,6 +32,11 @@ fractal_params! {
     sharpening: f64 = 0.0, One, 0.0..=1.0;
 }
 
+outputs! {
+    /// Elevation, from 0 to `amplitude`.
+    height: Height;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Ridged",
@@ -43,7 +48,7 @@ pub static NODE: Node = Node {
         "D. S. Ebert, F. K. Musgrave, D. Peachey, K. Perlin, S. Worley, 2003, Texturing and Modeling, chapter 16",
         "K. Perlin, 2002, Improving noise",
     ],
-    outputs: &[Output::gives("height", PortType::Height, "Elevation, from 0 to `amplitude`.")],
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "wavelength: 6000, octaves: 12, lacunarity: 2.3, gain: 0.48, amplitude: 2400",
@@ -58,7 +63,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     } else {
         Ridges::<false>::new(&params, &octaves).raster(job, &octaves)?
     };
-    Ok(Outputs::one("height", Field::new(job.window(), samples)))
+    Ok(Given { height: Some(Field::new(job.window(), samples)) }.into())
 }
 
 /// The recursion over octaves, with all constants at hand. `SQUARED` is for an exponent of 2, several times as fast as any

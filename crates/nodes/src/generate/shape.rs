@@ -37,6 +37,13 @@ params! {
     softness: f64 = 1000.0, Metres, 0.0..=1e7, soft 0..=5000;
 }
 
+outputs! {
+    /// 1 inside and 0 outside, softly.
+    mask: Mask;
+    /// Distance to the outline, below 0 inside.
+    distance: Scalar(Metres);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Shape",
@@ -51,10 +58,7 @@ pub static NODE: Node = Node {
         "J. J. Moré and D. C. Sorensen (1983), Computing a trust region step, SIAM Journal on Scientific and Statistical \
          Computing 4 (3), 553-572",
     ],
-    outputs: &[
-        Output::gives("mask", PortType::Mask, "1 inside and 0 outside, softly."),
-        Output::gives("distance", PortType::Scalar(Unit::Metres), "Distance to the outline, below 0 inside."),
-    ],
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "figure: ellipse, size: (6000, 10000), azimuth: 30",
@@ -82,17 +86,25 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         }
     })?;
     let per_softness = (1.0 / params.softness.max(job.cell_m())) as f32;
-    let mut mask = vec![0.0; window.len()];
-    par::rows_within(job, [0.9, 1.0], &mut mask, |j, row| {
-        soften(row, &distance[j * window.nx()..], per_softness);
-    })?;
-    Ok(Outputs::one("mask", Field::new(window, mask)).with("distance", Field::new(window, distance)))
+    let wants = Wants::of(job);
+    let mask = |_, row: &mut [f32]| soften(row, per_softness);
+    let field = |samples| Field::new(window, samples);
+    Ok(Given {
+        mask: wants
+            .mask
+            .then(|| par::rows_from(job, [0.9, 1.0], &mut distance, wants.distance, mask))
+            .transpose()?
+            .map(field),
+        distance: wants.distance.then(|| field(distance)),
+    }
+    .into())
 }
 
 simd! {
-    fn soften(mask: &mut [f32], distance: &[f32], per_softness: f32) {
-        for (mask, &distance) in mask.iter_mut().zip(distance) {
-            *mask = math::lane::smoothstep(0.5 - distance * per_softness);
+    /// Turns distances into a mask.
+    fn soften(distances: &mut [f32], per_softness: f32) {
+        for distance in distances {
+            *distance = math::lane::smoothstep(0.5 - *distance * per_softness);
         }
     }
 }

@@ -32,6 +32,11 @@ params! {
     caldera_depth: f64 = 250.0, Metres, 0.0..=10000.0, soft 0..=1000;
 }
 
+outputs! {
+    /// Height above the foot.
+    height: Height;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Volcano",
@@ -45,7 +50,7 @@ pub static NODE: Node = Node {
           The **caldera** is a level floor `caldera_depth` below the rim, with walls of 60 degrees.\n\n\
           Volcanoes are this round for a few thousand years only: `StreamPower` with a high erodibility cuts the gullies.",
     sources: &["J. Milne (1878), On the form of volcanos, Geological Magazine 5 (8), 337-345"],
-    outputs: &[Output::gives("height", PortType::Height, "Height above the foot.")],
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "centre: (7000, 9000), height: 1800",
@@ -79,7 +84,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             *height = value as f32;
         }
     })?;
-    Ok(Outputs::one("height", Field::new(window, height)))
+    Ok(Given { height: Some(Field::new(window, height)) }.into())
 }
 
 /// The profile without a caldera.

@@ -57,6 +57,32 @@ params! {
     exponent: f64 = 1.1, One, 0.0..=20.0, soft 1..=8, when routing = "mfd";
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+    /// Rain that runs off: what neither evaporates nor is used by plants. Below 0 counts as 0.
+    runoff: Scalar(MetresPerYear) = 1.0, 0.0..=1e6, soft 0.0..=4.0;
+}
+
+outputs! {
+    /// Drainage area of each cell, its own included.
+    area: Scalar(SquareMetres);
+    /// Directions, areas, discharge and water level, for nodes that go on from here.
+    flow: Flow;
+    /// Mean discharge through each cell.
+    discharge: Scalar(CubicMetresPerSecond);
+    /// The land as water runs on it: depressions filled to the level at which they spill, or cut open.
+    conditioned: Height;
+    /// Depth of standing water, 0 on dry land.
+    lake_depth: Scalar(Metres);
+    /// The number of the lake, 0 on dry land.
+    /// Water that touches is one lake; from 1 in the order of their first cells, row by row from the north-west.
+    lake: Scalar(Count);
+    /// The neighbour that each cell drains to.
+    /// 0 to 7 are E, NE, N, NW, W, SW, S, SE; -1 is where water leaves the world or stays, -2 where it jumps.
+    direction: Scalar(Count);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Flow",
@@ -77,44 +103,8 @@ pub static NODE: Node = Node {
         "J. B. Lindsay (2016), Efficient hybrid breaching-filling sink removal methods for flow path enforcement in \
          digital elevation models, Hydrological Processes 30, 846-857",
     ],
-    inputs: &[
-        Input::needs("height", PortType::Height, "The land."),
-        Input::number(
-            "runoff",
-            Unit::MetresPerYear,
-            1.0,
-            [0.0, 1e6],
-            [0.0, 4.0],
-            "Rain that runs off: what neither evaporates nor is used by plants. Below 0 counts as 0.",
-        ),
-    ],
-    outputs: &[
-        Output::gives("area", PortType::Scalar(Unit::SquareMetres), "Drainage area of each cell, its own included."),
-        Output::gives(
-            "flow",
-            PortType::Flow,
-            "Directions, areas, discharge and water level, for nodes that go on from here.",
-        ),
-        Output::gives("discharge", PortType::Scalar(Unit::CubicMetresPerSecond), "Mean discharge through each cell."),
-        Output::gives(
-            "conditioned",
-            PortType::Height,
-            "The land as water runs on it: depressions filled to the level at which they spill, or cut open.",
-        ),
-        Output::gives("lake_depth", PortType::Scalar(Unit::Metres), "Depth of standing water, 0 on dry land."),
-        Output::gives(
-            "lake",
-            PortType::Scalar(Unit::Count),
-            "The number of the lake, 0 on dry land.\n\
-             Water that touches is one lake; from 1 in the order of their first cells, row by row from the north-west.",
-        ),
-        Output::gives(
-            "direction",
-            PortType::Scalar(Unit::Count),
-            "The neighbour that each cell drains to.\n\
-             0 to 7 are E, NE, N, NW, W, SW, S, SE; -1 is where water leaves the world or stays, -2 where it jumps.",
-        ),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
@@ -130,7 +120,8 @@ const SECONDS_PER_YEAR: f64 = 31_557_600.0;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    let land = job.field("height")?.samples();
+    let Inputs { height, runoff } = Inputs::read(job)?;
+    let land = height.samples();
     let grid = Grid::new(&job.window())?;
     if params.depressions == Sinks::Jump && params.routing != Routing::D8 {
         return Err(NodeError::failed_with_hint(
@@ -139,11 +130,17 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         ));
     }
 
+    let wants = Wants::of(job);
+    let gathers = [wants.area || wants.flow, wants.discharge || wants.flow];
+    let fills = wants.flow || wants.conditioned || wants.lake_depth || wants.lake;
+    let spreads = gathers.contains(&true) && params.routing != Routing::D8 && params.depressions != Sinks::Keep;
     let mut codes = vec![0; grid.cells()];
     receivers::d8(job, &grid, land, &mut codes)?;
     job.advance(0.1)?;
     let mut depressions = Depressions::default();
-    depressions.find(job, &grid, land, &codes)?;
+    if fills || spreads || params.depressions != Sinks::Keep {
+        depressions.find(job, &grid, land, &codes)?;
+    }
     job.advance(0.4)?;
     match params.depressions {
         Sinks::Carve | Sinks::Breach => depressions.carve(job, &grid, &mut codes)?,
@@ -151,7 +148,9 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         Sinks::Jump | Sinks::Keep => {}
     }
     job.advance(0.5)?;
-    let level = if params.depressions == Sinks::Breach {
+    let level = if !fills && !spreads {
+        Vec::new()
+    } else if params.depressions == Sinks::Breach {
         let limits = Limits { depth_m: params.breach_depth, length_m: params.breach_length, cell_m: job.cell_m() };
         depressions.breach(job, &grid, land, &codes, limits)?
     } else {
@@ -162,35 +161,38 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     job.advance(0.6)?;
 
     let surface = if params.depressions == Sinks::Keep { land } else { &level };
-    let water = Water { job, grid: &grid, codes: &codes, depressions: &depressions, surface, params: &params };
-    let (area, discharge) = water.gather()?;
+    let water = Water { job, runoff, grid: &grid, codes: &codes, depressions: &depressions, surface, params: &params };
+    let [area, discharge] = water.gather(gathers)?;
     job.advance(0.9)?;
-    let mut depth = vec![0.0; grid.cells()];
-    depth
-        .par_iter_mut()
-        .zip(&level)
-        .zip(land)
-        .for_each(|((depth, level), height)| *depth = if level > height { level - height } else { 0.0 });
-    let lake = lakes::numbers(job, &depth)?;
-    let mut direction = vec![-1.0; grid.cells()];
-    direction
-        .par_iter_mut()
-        .zip(&codes)
-        .filter(|(_, code)| code::has_receiver(**code))
-        .for_each(|(direction, &code)| *direction = code::direction(code) as f32);
-    if params.depressions == Sinks::Jump {
-        depressions.jumps(&grid).for_each(|pit| direction[pit as usize] = -2.0);
-    }
-    let drained = Drained { direction: &direction, area_m2: &area, discharge_m3_per_s: &discharge, level_m: &level };
-    let flow = drained.field(job.window());
+    let stands = |(level, height): (&f32, &f32)| if level > height { level - height } else { 0.0 };
+    let depth = (wants.lake_depth || wants.lake).then(|| level.par_iter().zip(land).map(stands).collect::<Vec<f32>>());
+    let lake = depth.as_ref().filter(|_| wants.lake).map(|depth| lakes::numbers(job, depth)).transpose()?;
+    let direction = (wants.direction || wants.flow).then(|| {
+        let way = |&code: &u8| if code::has_receiver(code) { code::direction(code) as f32 } else { -1.0 };
+        let mut direction: Vec<f32> = codes.par_iter().map(way).collect();
+        if params.depressions == Sinks::Jump {
+            depressions.jumps(&grid).for_each(|pit| direction[pit as usize] = -2.0);
+        }
+        direction
+    });
+    let flow = match (&direction, &area, &discharge) {
+        (Some(direction), Some(area), Some(discharge)) if wants.flow => {
+            let drained = Drained { direction, area_m2: area, discharge_m3_per_s: discharge, level_m: &level };
+            Some(drained.field(job.window()))
+        }
+        _ => None,
+    };
     let field = |samples| Field::new(job.window(), samples);
-    Ok(Outputs::one("area", field(area))
-        .with("flow", flow)
-        .with("discharge", field(discharge))
-        .with("conditioned", field(level))
-        .with("lake_depth", field(depth))
-        .with("lake", field(lake))
-        .with("direction", field(direction)))
+    Ok(Given {
+        area: area.filter(|_| wants.area).map(field),
+        flow,
+        discharge: discharge.filter(|_| wants.discharge).map(field),
+        conditioned: wants.conditioned.then(|| field(level)),
+        lake_depth: depth.filter(|_| wants.lake_depth).map(field),
+        lake: lake.map(field),
+        direction: direction.filter(|_| wants.direction).map(field),
+    }
+    .into())
 }
 
 /// Runoff in metres per year.
@@ -201,6 +203,8 @@ fn runoff(rate: f32) -> f64 {
 /// What is needed to gather water.
 struct Water<'a> {
     job: &'a Job<'a>,
+    /// In metres per year.
+    runoff: Lane<'a>,
     grid: &'a Grid,
     codes: &'a [u8],
     depressions: &'a Depressions<f32>,
@@ -210,40 +214,50 @@ struct Water<'a> {
 }
 
 impl Water<'_> {
-    /// Drainage area in m² and discharge in m³/s. Cells are counted exactly, and runoff, where it differs, is added in
-    /// double precision.
-    fn gather(&self) -> Result<(Vec<f32>, Vec<f32>), NodeError> {
+    /// Drainage area in m² and discharge in m³/s, each if it is wanted. Cells are counted exactly, and runoff, where it
+    /// differs, is added in double precision.
+    fn gather(&self, [area, discharge]: [bool; 2]) -> Result<[Option<Vec<f32>>; 2], NodeError> {
         let cell_m2 = self.job.cell_m() * self.job.cell_m();
         let per_s = cell_m2 / SECONDS_PER_YEAR;
-        match (self.spread(), self.job.lane("runoff")) {
+        match (self.spread(), self.runoff) {
+            _ if !(area || discharge) => Ok([None, None]),
             (None, Lane::Constant(rate)) => {
                 let mut cells = vec![1_u32; self.grid.cells()];
                 self.accumulate(&mut cells)?;
                 let times = |each: f64| cells.par_iter().map(|&cells| (f64::from(cells) * each) as f32).collect();
-                Ok((times(cell_m2), times(per_s * runoff(rate))))
+                Ok([area.then(|| times(cell_m2)), discharge.then(|| times(per_s * runoff(rate)))])
             }
-            (None, Lane::Samples(rates)) => {
+            (None, Lane::Samples(rates)) if area && discharge => {
                 let mut amounts: Vec<[f64; 2]> = rates.par_iter().map(|&rate| [1.0, runoff(rate)]).collect();
                 self.accumulate(&mut amounts)?;
-                Ok(amounts
-                    .par_iter()
-                    .map(|[cells, runoff]| ((cells * cell_m2) as f32, (runoff * per_s) as f32))
-                    .unzip())
+                let times =
+                    |of: usize, each: f64| amounts.par_iter().map(|amount| (amount[of] * each) as f32).collect();
+                Ok([Some(times(0, cell_m2)), Some(times(1, per_s))])
             }
-            (Some(spread), rates) => {
+            (spread, rates) => {
                 let gather = |weight: &(dyn Fn(usize) -> f64 + Sync)| {
                     let mut amounts: Vec<f64> = (0..self.grid.cells()).into_par_iter().map(weight).collect();
-                    spread::accumulate(self.job, self.grid, self.surface, self.codes, spread, &mut amounts)?;
+                    match spread {
+                        Some(spread) => {
+                            spread::accumulate(self.job, self.grid, self.surface, self.codes, spread, &mut amounts)?;
+                        }
+                        None => self.accumulate(&mut amounts)?,
+                    }
                     Ok::<_, NodeError>(amounts)
-                };
-                let cells = gather(&|_| 1.0)?;
-                let amounts = match rates {
-                    Lane::Constant(rate) => cells.par_iter().map(|cells| cells * runoff(rate)).collect(),
-                    Lane::Samples(rates) => gather(&|cell| runoff(rates[cell]))?,
                 };
                 let times =
                     |amounts: &[f64], each: f64| amounts.par_iter().map(|&amount| (amount * each) as f32).collect();
-                Ok((times(&cells, cell_m2), times(&amounts, per_s)))
+                let even = rates.constant();
+                let cells = if area || even.is_some() { gather(&|_| 1.0)? } else { Vec::new() };
+                let of_area = area.then(|| times(&cells, cell_m2));
+                let of_runoff = match rates {
+                    _ if !discharge => None,
+                    Lane::Constant(rate) => {
+                        Some(cells.par_iter().map(|cells| (cells * runoff(rate) * per_s) as f32).collect())
+                    }
+                    Lane::Samples(rates) => Some(times(&gather(&|cell| runoff(rates[cell]))?, per_s)),
+                };
+                Ok([of_area, of_runoff])
             }
         }
     }

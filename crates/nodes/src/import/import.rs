@@ -66,6 +66,11 @@ params! {
     level: f64 = 0.0, Metres, -1e6..=1e6, soft -500.0..=5000.0;
 }
 
+outputs! {
+    /// What the file holds; a height unless `quantity` says otherwise.
+    value: Chosen(quantity::port_type);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Import",
@@ -91,7 +96,7 @@ means (push-pull) before resampling: narrow gaps keep detail, wide ones become s
         "S. J. Gortler, R. Grzeszczuk, R. Szeliski, M. F. Cohen, 1996, The Lumigraph",
         "J. P. Snyder, 1987, Map Projections: A Working Manual, USGS Professional Paper 1395",
     ],
-    outputs: &[Output::chosen("value", quantity::port_type, "What the file holds; a height unless `quantity` says otherwise.")],
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "file: \"glencoe_128.tif\", placement: stretch",
@@ -123,7 +128,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         out.iter_mut().for_each(|v| *v = v.clamp(0.0, 1.0));
     }
     job.advance(1.0)?;
-    Ok(Outputs::one("value", Field::new(job.window(), out)))
+    Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
 /// How the world's cells lie on the raster's.

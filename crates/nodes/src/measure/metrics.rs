@@ -17,6 +17,16 @@ params! {
     local_window: f64 = 2500.0, Metres, 1.0..=1e6, soft 500.0..=10000.0;
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+}
+
+outputs! {
+    /// Measures, hypsometric curve and slope histogram.
+    report: Report;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Metrics",
@@ -42,8 +52,8 @@ pub static NODE: Node = Node {
          analysis, GSA Bulletin 82, 1079-1084",
         "R. E. Horton, 1945, Erosional development of streams and their drainage basins, GSA Bulletin 56, 275-370",
     ],
-    inputs: &[Input::needs("height", PortType::Height, "The land.")],
-    outputs: &[Output::gives("report", PortType::Report, "Measures, hypsometric curve and slope histogram.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
@@ -53,7 +63,7 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
-    Ok(Outputs::one("report", metrics(job, job.field("height")?, &Params::read(job.params))?))
+    Ok(Given { report: Some(metrics(job, Inputs::read(job)?.height, &Params::read(job.params))?) }.into())
 }
 
 /// Measures a height field over the job's window.

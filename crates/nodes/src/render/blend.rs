@@ -36,6 +36,20 @@ params! {
     mode: Mode = Mode::Cover, One, ..;
 }
 
+inputs! {
+    /// The ground.
+    below: Colour;
+    /// What comes over it.
+    above: Colour;
+    /// Where it comes: fully at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The mixed colours, linear RGB.
+    colour: Colour;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Blend",
@@ -48,12 +62,8 @@ pub static NODE: Node = Node {
           **Advice.** Ground is layers: a ramp for the soil, `cover` of rock where the slope is steep, of sand where \
           `Rivers` deposits, then `multiply` with a grey ramp of `Hillshade`'s light or of an occlusion.",
     sources: &["World Wide Web Consortium, 2015, Compositing and Blending Level 1"],
-    inputs: &[
-        Input::needs("below", PortType::Colour, "The ground."),
-        Input::needs("above", PortType::Colour, "What comes over it."),
-        Input::mask("mask", "Where it comes: fully at 1, not at all at 0."),
-    ],
-    outputs: &[Output::gives("colour", PortType::Colour, "The mixed colours, linear RGB.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     resolution: Resolution::Cells("the light of the land below belongs to its cells"),
@@ -62,8 +72,8 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { below, above, mask } = Inputs::read(job)?;
     let mode = Params::read(job.params).mode;
-    let (below, above, mask) = (job.field("below")?, job.field("above")?, job.lane("mask"));
     let len = job.window().len();
     let mut out = below.samples().to_vec();
     for (plane, (out, above)) in out.chunks_mut(len).zip(above.samples().chunks(len)).enumerate() {
@@ -73,7 +83,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             blend(cells, &above[first..][..mask.len()], mask, mode);
         })?;
     }
-    Ok(Outputs::one("colour", Field::with_planes(job.window(), 3, out)))
+    Ok(Given { colour: Some(Field::with_planes(job.window(), 3, out)) }.into())
 }
 
 #[inline(always)]

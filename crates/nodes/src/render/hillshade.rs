@@ -42,6 +42,20 @@ params! {
     water: bool = true, One, .., when tints = true;
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+    /// How much of each cell is drawn as water.
+    wet: Option<Mask>;
+}
+
+outputs! {
+    /// Reflected light, 0 in the dark to 1 facing the sun.
+    shade: Mask;
+    /// Elevation tints under that light, linear RGB.
+    colour: Colour;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Hillshade",
@@ -67,14 +81,8 @@ pub static NODE: Node = Node {
          Open-File Report 92-422",
         "E. Imhof, 1965, Kartographische Geländedarstellung, de Gruyter",
     ],
-    inputs: &[
-        Input::needs("height", PortType::Height, "The land."),
-        Input::takes("wet", PortType::Mask, "How much of each cell is drawn as water."),
-    ],
-    outputs: &[
-        Output::gives("shade", PortType::Mask, "Reflected light, 0 in the dark to 1 facing the sun."),
-        Output::gives("colour", PortType::Colour, "Elevation tints under that light, linear RGB."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|_, cell_m| cell_m),
     cpu: run,
@@ -115,13 +123,16 @@ impl Params {
 /// Shaded relief of a height field: `shade`, one plane, and `colour`, three planes of linear RGB.
 #[must_use]
 pub fn relief(height: &Field, params: &Params) -> [Field; 2] {
-    match paint(height, None, params, || Ok::<_, std::convert::Infallible>(())) {
-        Ok(fields) => fields,
+    let window = *height.window();
+    let mut colour = vec![0.0; 3 * window.len()];
+    match paint(height, None, params, Some(&mut colour), || Ok::<_, std::convert::Infallible>(())) {
+        Ok(shade) => [Field::new(window, shade), Field::with_planes(window, 3, colour)],
         Err(never) => match never {},
     }
 }
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { height, wet } = Inputs::read(job)?;
     let params = Params::read(job.params);
     if params.low > params.high {
         return Err(NodeError::failed_with_hint(
@@ -129,25 +140,43 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             "exchange the two",
         ));
     }
-    let [shade, colour] = paint(job.field("height")?, job.optional("wet"), &params, || job.check())?;
-    Ok(Outputs::one("shade", shade).with("colour", colour))
+    let (window, wants) = (job.window(), Wants::of(job));
+    let mut colour = wants.colour.then(|| vec![0.0; 3 * window.len()]);
+    let shade = paint(height, wet, &params, colour.as_deref_mut(), || job.check())?;
+    Ok(Given {
+        shade: wants.shade.then(|| Field::new(window, shade)),
+        colour: colour.map(|colour| Field::with_planes(window, 3, colour)),
+    }
+    .into())
 }
 
-/// Paints all rows, asking `check` before each whether to go on.
+/// Shades all rows, asking `check` before each whether to go on, and paints them in the three planes of `colour` if there are
+/// such.
 fn paint<E: Send>(
     height: &Field,
     wet: Option<&Field>,
     params: &Params,
+    colour: Option<&mut [f32]>,
     check: impl Fn() -> Result<(), E> + Sync,
-) -> Result<[Field; 2], E> {
+) -> Result<Vec<f32>, E> {
     let window = *height.window();
     let nx = window.nx();
     let surface = Surface::new(height, Method::Horn);
     let sun = Sun::new(params);
     let land = params.tints.then(|| Tints::new(params.low, params.high, params.water));
     let water = sun.lit(tints::open_water(), sun.sin_altitude);
+    let light = |j: usize, shade: &mut [f32]| {
+        surface.row(j, |start, east, south| sun.shade(east, south, &mut shade[start..start + east.len()]));
+    };
     let mut shade = vec![0.0; window.len()];
-    let mut colour = vec![0.0; 3 * window.len()];
+    let Some(colour) = colour else {
+        shade.par_chunks_mut(nx).enumerate().try_for_each(|(j, shade)| {
+            check()?;
+            light(j, shade);
+            Ok(())
+        })?;
+        return Ok(shade);
+    };
     let (red, rest) = colour.split_at_mut(window.len());
     let (green, blue) = rest.split_at_mut(window.len());
     (shade.par_chunks_mut(nx), red.par_chunks_mut(nx), green.par_chunks_mut(nx), blue.par_chunks_mut(nx))
@@ -156,7 +185,7 @@ fn paint<E: Send>(
         .enumerate()
         .try_for_each(|(j, ((shade, red, green, blue), heights))| {
             check()?;
-            surface.row(j, |start, east, south| sun.shade(east, south, &mut shade[start..start + east.len()]));
+            light(j, shade);
             let rgb = red.iter_mut().zip(green.iter_mut()).zip(blue.iter_mut());
             for (((&shade, &height), ((red, green), blue)), _) in shade.iter().zip(heights).zip(rgb).zip(0..nx) {
                 let tint = land.as_ref().map_or([1.0; 3], |tints| tints.of(height));
@@ -170,7 +199,7 @@ fn paint<E: Send>(
             }
             Ok(())
         })?;
-    Ok([Field::new(window, shade), Field::with_planes(window, 3, colour)])
+    Ok(shade)
 }
 
 /// Directions of light and how much of each.

@@ -25,6 +25,16 @@ params! {
     exaggeration: f64 = 1.0, One, 0.0..=1000.0, soft 0.1..=10.0;
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+}
+
+outputs! {
+    /// Unit normals: red east, green by `convention`, blue up.
+    normal: Normal;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "NormalMap",
@@ -39,8 +49,8 @@ pub static NODE: Node = Node {
           `convention`.\n\n\
           A normal map carries the detail of the full resolution over a mesh of larger triangles.",
     sources: &["B. K. P. Horn, 1981, Hill shading and the reflectance map, Proceedings of the IEEE 69(1), 14-47"],
-    inputs: &[Input::needs("height", PortType::Height, "The land.")],
-    outputs: &[Output::gives("normal", PortType::Normal, "Unit normals: red east, green by `convention`, blue up.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|_, cell_m| cell_m),
     cpu: run,
@@ -51,7 +61,7 @@ pub static NODE: Node = Node {
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    let surface = Surface::new(job.field("height")?, Method::Horn);
+    let surface = Surface::new(Inputs::read(job)?.height, Method::Horn);
     let scale = params.exaggeration as f32;
     let scales = match params.convention {
         Convention::OpenGl => [-scale, scale],
@@ -72,7 +82,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             });
             job.check()
         })?;
-    Ok(Outputs::one("normal", Field::with_planes(window, 3, normal)))
+    Ok(Given { normal: Some(Field::with_planes(window, 3, normal)) }.into())
 }
 
 simd! {

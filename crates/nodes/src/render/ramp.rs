@@ -49,6 +49,18 @@ params! {
     second_to: f64 = 40.0, One, -1e9..=1e9, soft 0..=90;
 }
 
+inputs! {
+    /// What is coloured.
+    value: AnyScalar;
+    /// What brings the second colours in, such as the slope.
+    second: Option<AnyScalar>;
+}
+
+outputs! {
+    /// The colours, linear RGB.
+    colour: Colour;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Ramp",
@@ -56,11 +68,8 @@ pub static NODE: Node = Node {
     summary: "Colours by value, and by a second value such as the slope.",
     doc: include_str!("ramp.md"),
     sources: &["B. Ottosson, 2020, A perceptual color space for image processing"],
-    inputs: &[
-        Input::needs("value", PortType::AnyScalar, "What is coloured."),
-        Input::takes("second", PortType::AnyScalar, "What brings the second colours in, such as the slope."),
-    ],
-    outputs: &[Output::gives("colour", PortType::Colour, "The colours, linear RGB.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     resolution: Resolution::Within(0.1),
@@ -69,10 +78,11 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let inputs = Inputs::read(job)?;
     let params = Params::read(job.params);
     let uses_range = params.palette != Palette::Stops || params.second_palette != Palette::Stops;
     rises("low", params.low, "high", params.high, uses_range)?;
-    let second = job.optional("second");
+    let second = inputs.second;
     rises("second_from", params.second_from, "second_to", params.second_to, second.is_some())?;
     let ready = |palette: Palette, own: ColourStops| match palette {
         Palette::Stops => own.0,
@@ -81,7 +91,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let first = Ramp::new(&ready(params.palette, params.stops), params.between);
     let other = Ramp::new(&ready(params.second_palette, params.second_stops), params.between);
     let (from, span) = (params.second_from as f32, (params.second_to - params.second_from) as f32);
-    let values = job.field("value")?.plane(0);
+    let values = inputs.value.plane(0);
     let second = second.map(|field| field.plane(0));
     let window = job.window();
     let (nx, len) = (window.nx(), window.len());
@@ -108,7 +118,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             }
             Ok::<_, NodeError>(())
         })?;
-    Ok(Outputs::one("colour", Field::with_planes(window, 3, colour)))
+    Ok(Given { colour: Some(Field::with_planes(window, 3, colour)) }.into())
 }
 
 /// Refuses a range that does not rise, where it is used.

@@ -21,6 +21,22 @@ params! {
     sharpness: f64 = 1.0, One, 0.1..=64.0, soft 0.5..=8.0;
 }
 
+inputs! {
+    /// The layer in red, which also fills what the others leave.
+    first: Option<Mask>;
+    /// The layer in green.
+    second: Option<Mask>;
+    /// The layer in blue.
+    third: Option<Mask>;
+    /// The layer in alpha.
+    fourth: Option<Mask>;
+}
+
+outputs! {
+    /// The shares of the four layers, summing to one.
+    weights: Weights;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Splat",
@@ -37,13 +53,8 @@ pub static NODE: Node = Node {
           It is written as a PNG with red, green, blue and alpha without the curve of sRGB. Its four bytes sum to 255 in \
           every cell: what rounding leaves goes to the largest remainders. An engine that finds another sum shows dark \
           or bright specks.",
-    inputs: &[
-        Input::takes("first", PortType::Mask, "The layer in red, which also fills what the others leave."),
-        Input::takes("second", PortType::Mask, "The layer in green."),
-        Input::takes("third", PortType::Mask, "The layer in blue."),
-        Input::takes("fourth", PortType::Mask, "The layer in alpha."),
-    ],
-    outputs: &[Output::gives("weights", PortType::Weights, "The shares of the four layers, summing to one.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     resolution: Resolution::Within(0.1),
@@ -51,11 +62,10 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-const LAYERS: [&str; 4] = ["first", "second", "third", "fourth"];
-
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    let masks = LAYERS.map(|layer| job.optional(layer).map(|mask| mask.plane(0)));
+    let Inputs { first, second, third, fourth } = Inputs::read(job)?;
+    let masks = [first, second, third, fourth].map(|layer| layer.map(|mask| mask.plane(0)));
     let window = job.window();
     let (nx, len) = (window.nx(), window.len());
     let mut weights = vec![0.0; 4 * len];
@@ -76,7 +86,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             shares(rows, params.mode, params.sharpness as f32);
             Ok::<_, NodeError>(())
         })?;
-    Ok(Outputs::one("weights", Field::with_planes(window, 4, weights)))
+    Ok(Given { weights: Some(Field::with_planes(window, 4, weights)) }.into())
 }
 
 simd! {
@@ -114,6 +124,8 @@ mod tests {
     use super::*;
     use crate::math;
     use crate::testing::{at_every_level, field, outputs_on, run, run_in, with_params, world};
+
+    const LAYERS: [&str; 4] = ["first", "second", "third", "fourth"];
 
     fn masks() -> [Field; 4] {
         let wave = |k: f64| field(world(120, 30, 1.0), move |x, y| 0.5 + 0.5 * libm::sin(x / 9.0 + k * y / 7.0));

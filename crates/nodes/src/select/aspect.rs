@@ -17,6 +17,18 @@ params! {
     level: f64 = 2.0, Degrees, 0.0..=45.0, soft 0..=10;
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+}
+
+outputs! {
+    /// Direction, 0° to 360° clockwise from north; −1 on the level.
+    aspect: Scalar(Degrees);
+    /// 1 where the ground faces the chosen directions.
+    mask: Mask;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Aspect",
@@ -29,15 +41,8 @@ pub static NODE: Node = Node {
           millimetre.\n\n\
           **Advice.** In the north, shaded slopes (azimuth 0°) keep snow and forest, sunny ones (180°) are dry.",
     sources: &["B. K. P. Horn, 1981, Hill shading and the reflectance map, Proceedings of the IEEE 69(1), 14-47"],
-    inputs: &[Input::needs("height", PortType::Height, "The land.")],
-    outputs: &[
-        Output::gives(
-            "aspect",
-            PortType::Scalar(Unit::Degrees),
-            "Direction, 0° to 360° clockwise from north; −1 on the level.",
-        ),
-        Output::gives("mask", PortType::Mask, "1 where the ground faces the chosen directions."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|_, cell_m| cell_m),
     cpu: run,
@@ -50,8 +55,7 @@ pub static NODE: Node = Node {
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    let surface = Surface::new(job.field("height")?, Method::Horn);
-    let nx = job.window().nx();
+    let surface = Surface::new(Inputs::read(job)?.height, Method::Horn);
     let mut aspect = vec![0.0; job.window().len()];
     par::rows_within(job, [0.0, 0.6], &mut aspect, |j, row| {
         surface.row(j, |start, east, south| {
@@ -62,11 +66,11 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     })?;
     let steep = math::tan(params.level.to_radians()) as f32;
     let (half, falloff) = (0.5 * params.width as f32, params.falloff as f32);
-    let mut mask = vec![0.0; aspect.len()];
-    par::rows_within(job, [0.6, 1.0], &mut mask, |j, row| {
+    let wants = Wants::of(job);
+    let mask = |j, row: &mut [f32]| {
         surface.row(j, |start, east, south| {
-            let facing = &aspect[j * nx + start..];
-            for (((out, &aspect), &p), &q) in row[start..].iter_mut().zip(facing).zip(east).zip(south) {
+            for ((out, &p), &q) in row[start..].iter_mut().zip(east).zip(south) {
+                let aspect = *out;
                 let outside = (apart(aspect, params.azimuth as f32) - half).max(0.0);
                 let chosen = if outside == 0.0 { 1.0 } else { math::lane::smoothstep(1.0 - outside / falloff) };
                 let slope = (p * p + q * q).sqrt();
@@ -74,8 +78,17 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
                 *out = if aspect < 0.0 { 0.0 } else { chosen * sloping };
             }
         });
-    })?;
-    Ok(Outputs::one("aspect", Field::new(job.window(), aspect)).with("mask", Field::new(job.window(), mask)))
+    };
+    let field = |samples| Field::new(job.window(), samples);
+    Ok(Given {
+        mask: wants
+            .mask
+            .then(|| par::rows_from(job, [0.6, 1.0], &mut aspect, wants.aspect, mask))
+            .transpose()?
+            .map(field),
+        aspect: wants.aspect.then(|| field(aspect)),
+    }
+    .into())
 }
 
 /// The direction of descent of slopes to the east and to the south.

@@ -30,6 +30,20 @@ params! {
     least_hole: f64 = 0.0, SquareMetres, 0.0..=1e15, soft 0..=1e7;
 }
 
+inputs! {
+    /// What is selected.
+    selection: Mask;
+}
+
+outputs! {
+    /// The selection where its component is kept.
+    mask: Mask;
+    /// The number of the kept component, 0 outside.
+    number: Scalar(Count);
+    /// The area of the kept component, 0 outside.
+    area: Scalar(SquareMetres);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Components",
@@ -44,12 +58,8 @@ pub static NODE: Node = Node {
     sources: &[
         "A. Rosenfeld and J. L. Pfaltz (1966), Sequential operations in digital picture processing, Journal of the ACM 13, 471-494",
     ],
-    inputs: &[Input::needs("selection", PortType::Mask, "What is selected.")],
-    outputs: &[
-        Output::gives("mask", PortType::Mask, "The selection where its component is kept."),
-        Output::gives("number", PortType::Scalar(Unit::Count), "The number of the kept component, 0 outside."),
-        Output::gives("area", PortType::Scalar(Unit::SquareMetres), "The area of the kept component, 0 outside."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
@@ -66,7 +76,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             "exchange the two",
         ));
     }
-    let selection = job.field("selection")?.samples();
+    let selection = Inputs::read(job)?.selection.samples();
     let cell_m2 = job.cell_m() * job.cell_m();
     let corners = params.connection == Connection::Corners;
     let selected = |at: usize| f64::from(selection[at]) >= params.threshold;
@@ -97,15 +107,19 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let field = |value: &(dyn Fn(usize) -> f32 + Sync)| {
         Field::new(job.window(), (0..selection.len()).into_par_iter().map(value).collect())
     };
-    let mask = field(&|at| match number_of(at) {
+    let mask = |at| match number_of(at) {
         0 => 0.0,
         _ if filled(at) => 1.0,
         _ => selection[at],
-    });
-    let number = field(&|at| number_of(at) as f32);
-    let area =
-        field(&|at| if number_of(at) > 0 { area_m2(found.cells[found.of[at] as usize - 1]) as f32 } else { 0.0 });
-    Ok(Outputs::one("mask", mask).with("number", number).with("area", area))
+    };
+    let area = |at| if number_of(at) > 0 { area_m2(found.cells[found.of[at] as usize - 1]) as f32 } else { 0.0 };
+    let wants = Wants::of(job);
+    Ok(Given {
+        mask: wants.mask.then(|| field(&mask)),
+        number: wants.number.then(|| field(&|at| number_of(at) as f32)),
+        area: wants.area.then(|| field(&area)),
+    }
+    .into())
 }
 
 /// Which cells are in holes of less than that many cells.

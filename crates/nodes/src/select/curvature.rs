@@ -25,6 +25,16 @@ params! {
     radius: f64 = 50.0, Metres, 0.0..=1e5, soft 0..=1000;
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+}
+
+outputs! {
+    /// Curvature, above 0 in hollows.
+    curvature: Scalar(PerMetre);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Curvature",
@@ -47,8 +57,8 @@ pub static NODE: Node = Node {
         "L. W. Zevenbergen and C. R. Thorne (1987), Quantitative analysis of land surface topography, Earth Surface Processes and \
          Landforms 12, 47-56",
     ],
-    inputs: &[Input::needs("height", PortType::Height, "The land.")],
-    outputs: &[Output::gives("curvature", PortType::Scalar(Unit::PerMetre), "Curvature, above 0 in hollows.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| Gaussian::reach_m(Params::read(params).radius, cell_m) + cell_m),
     cpu: run,
@@ -59,7 +69,7 @@ pub static NODE: Node = Node {
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let (nx, ny) = (job.window().nx(), job.window().ny());
-    let height = job.field("height")?.samples();
+    let height = Inputs::read(job)?.height.samples();
     let smoothed = separable(job, [0.0, 0.6], height, &Gaussian::new(params.radius / job.cell_m()))?;
     let cell_m = job.cell_m();
     let mut out = vec![0.0; smoothed.len()];
@@ -79,7 +89,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             *out = bend(params.kind, [p, q], [r, s, t]) as f32;
         }
     })?;
-    Ok(Outputs::one("curvature", Field::new(job.window(), out)))
+    Ok(Given { curvature: Some(Field::new(job.window(), out)) }.into())
 }
 
 /// Squared slope below which ground is level: that of a millimetre in ten kilometres.

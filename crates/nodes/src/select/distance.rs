@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use crate::{
     distance::{self, FAR},
+    par,
     prelude::*,
 };
 
@@ -28,6 +29,18 @@ params! {
     limit: f64 = 1000.0, Metres, 1e-3..=1e7, soft 10..=10_000;
 }
 
+inputs! {
+    /// What is selected.
+    selection: Mask;
+}
+
+outputs! {
+    /// Distance to the edge of the selection.
+    distance: Scalar(Metres);
+    /// 1 near the selection, 0 from `limit` on.
+    mask: Mask;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Distance",
@@ -43,11 +56,8 @@ pub static NODE: Node = Node {
         "A. Meijster, J. B. T. M. Roerdink and W. H. Hesselink (2000), A general algorithm for computing distance transforms in \
          linear time, Mathematical Morphology and its Applications to Image and Signal Processing, 331-340",
     ],
-    inputs: &[Input::needs("selection", PortType::Mask, "What is selected.")],
-    outputs: &[
-        Output::gives("distance", PortType::Scalar(Unit::Metres), "Distance to the edge of the selection."),
-        Output::gives("mask", PortType::Mask, "1 near the selection, 0 from `limit` on."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| Params::read(params).limit + cell_m),
     cpu: run,
@@ -58,7 +68,7 @@ pub static NODE: Node = Node {
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    let selection = job.field("selection")?.samples();
+    let selection = Inputs::read(job)?.selection.samples();
     let selected = |at: usize| f64::from(selection[at]) >= params.threshold;
     let limit_cells = distance::cells(params.limit, job.cell_m()).saturating_add(1);
     let measure = |share, side: bool| -> Result<Option<Vec<u32>>, NodeError> {
@@ -74,11 +84,23 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         squared => ((f64::from(squared).sqrt() - 0.5) * job.cell_m()).min(params.limit),
     };
     let of = |side: &Option<Vec<u32>>, at: usize| side.as_ref().map_or(0.0, |squared| metres(squared[at]));
-    let distance: Vec<f32> =
+    let mut distance: Vec<f32> =
         (0..selection.len()).into_par_iter().map(|at| (of(&outwards, at) - of(&inwards, at)) as f32).collect();
-    let mask = distance.par_iter().map(|&distance| mask(f64::from(distance), params.side, params.limit)).collect();
+    drop((outwards, inwards));
+    let wants = Wants::of(job);
+    let chosen = |_, row: &mut [f32]| {
+        row.iter_mut().for_each(|distance| *distance = mask(f64::from(*distance), params.side, params.limit));
+    };
     let field = |samples| Field::new(job.window(), samples);
-    Ok(Outputs::one("distance", field(distance)).with("mask", field(mask)))
+    Ok(Given {
+        mask: wants
+            .mask
+            .then(|| par::rows_from(job, [0.9, 1.0], &mut distance, wants.distance, chosen))
+            .transpose()?
+            .map(field),
+        distance: wants.distance.then(|| field(distance)),
+    }
+    .into())
 }
 
 /// How much is selected at a distance.

@@ -33,15 +33,15 @@ pub static NODES: &[&Node] = &[
 ];
 
 simd! {
-    /// 1 within the range, falling to 0 over `falloff` outside of it by the cubic `3 t² - 2 t³`.
-    fn within(out: &mut [f32], values: &[f32], range: [f32; 2], falloff: f32) {
+    /// Turns values into 1 within the range, falling to 0 over `falloff` outside of it by the cubic `3 t² - 2 t³`.
+    fn within(values: &mut [f32], range: [f32; 2], falloff: f32) {
         let sharpness = if falloff > 0.0 { 1.0 / falloff } else { f32::MAX };
-        for (out, &value) in out.iter_mut().zip(values) {
-            let below = range[0] - value;
-            let above = value - range[1];
+        for value in values {
+            let below = range[0] - *value;
+            let above = *value - range[1];
             let outside = if below > above { below } else { above };
             let outside = if outside > 0.0 { outside } else { 0.0 };
-            *out = math::lane::smoothstep(1.0 - (outside * sharpness).min(1.0));
+            *value = math::lane::smoothstep(1.0 - (outside * sharpness).min(1.0));
         }
     }
 }

@@ -17,6 +17,18 @@ params! {
     exaggeration: f64 = 1.0, One, 0.0..=1000.0, soft 0.2..=10;
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+}
+
+outputs! {
+    /// The share of an even sky's light that is hidden.
+    occlusion: Mask;
+    /// The share that arrives, 1 in the open.
+    sky: Mask;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Occlusion",
@@ -36,11 +48,8 @@ pub static NODE: Node = Node {
          Climatology 7, 193-197",
         "K. Zakšek, K. Oštir and Ž. Kokalj (2011), Sky-view factor as a relief visualization technique, Remote Sensing 3, 398-415",
     ],
-    inputs: &[Input::needs("height", PortType::Height, "The land.")],
-    outputs: &[
-        Output::gives("occlusion", PortType::Mask, "The share of an even sky's light that is hidden."),
-        Output::gives("sky", PortType::Mask, "The share that arrives, 1 in the open."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| {
         let params = Params::read(params);
@@ -65,7 +74,7 @@ pub(super) fn around(azimuths: i64) -> impl Iterator<Item = f64> {
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let rays = Rays::new(around(params.azimuths), params.distance, job.world(), growth(params.azimuths));
-    let horizon = Horizon::new(job, [0.0, 0.2], job.field("height")?, rays)?;
+    let horizon = Horizon::new(job, [0.0, 0.2], Inputs::read(job)?.height, rays)?;
     let nx = job.window().nx();
     let mut occlusion = vec![0.0; job.window().len()];
     par::rows_within(job, [0.2, 0.9], &mut occlusion, |j, row| {
@@ -81,12 +90,18 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             cells.iter_mut().for_each(|sum| *sum = (*sum * share).min(1.0));
         }
     })?;
-    let mut sky = vec![0.0; occlusion.len()];
-    par::rows_within(job, [0.9, 1.0], &mut sky, |j, row| {
-        row.iter_mut().zip(&occlusion[j * nx..]).for_each(|(sky, hidden)| *sky = 1.0 - hidden);
-    })?;
+    let wants = Wants::of(job);
+    let open = |_, row: &mut [f32]| row.iter_mut().for_each(|hidden| *hidden = 1.0 - *hidden);
     let field = |samples| Field::new(job.window(), samples);
-    Ok(Outputs::one("occlusion", field(occlusion)).with("sky", field(sky)))
+    Ok(Given {
+        sky: wants
+            .sky
+            .then(|| par::rows_from(job, [0.9, 1.0], &mut occlusion, wants.occlusion, open))
+            .transpose()?
+            .map(field),
+        occlusion: wants.occlusion.then(|| field(occlusion)),
+    }
+    .into())
 }
 
 simd! {

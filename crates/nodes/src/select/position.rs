@@ -14,6 +14,22 @@ params! {
     threshold: f64 = 1.0, One, 0.01..=10.0, soft 0.2..=3.0;
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+}
+
+outputs! {
+    /// Height above the mean of the surroundings.
+    position: Scalar(Metres);
+    /// The same as a share of what is usual around the place.
+    deviation: Scalar(One);
+    /// Where the land stands above its surroundings.
+    ridges: Mask;
+    /// Where it lies below them.
+    valleys: Mask;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Position",
@@ -32,17 +48,8 @@ pub static NODE: Node = Node {
         "J. De Reu and others (2013), Application of the topographic position index to heterogeneous landscapes, \
          Geomorphology 186, 39-49",
     ],
-    inputs: &[Input::needs("height", PortType::Height, "The land.")],
-    outputs: &[
-        Output::gives("position", PortType::Scalar(Unit::Metres), "Height above the mean of the surroundings."),
-        Output::gives(
-            "deviation",
-            PortType::Scalar(Unit::One),
-            "The same as a share of what is usual around the place.",
-        ),
-        Output::gives("ridges", PortType::Mask, "Where the land stands above its surroundings."),
-        Output::gives("valleys", PortType::Mask, "Where it lies below them."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| 2.0 * Gaussian::reach_m(Params::read(params).radius, cell_m)),
     cpu: run,
@@ -55,24 +62,32 @@ const LEVEL_M: f32 = 1e-3;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    let height = job.field("height")?.samples();
+    let height = Inputs::read(job)?.height.samples();
     let filter = Gaussian::new(params.radius / job.cell_m());
     let mut position = separable(job, [0.0, 0.4], height, &filter)?;
     position.par_iter_mut().zip(height).for_each(|(smoothed, height)| *smoothed = height - *smoothed);
+    let wants = Wants::of(job);
+    let field = |samples| Field::new(job.window(), samples);
+    if !(wants.deviation || wants.ridges || wants.valleys) {
+        return Ok(Given { position: wants.position.then(|| field(position)), ..Given::default() }.into());
+    }
     let squares: Vec<f32> = position.par_iter().map(|position| position * position).collect();
     let mut deviation = separable(job, [0.4, 0.8], &squares, &filter)?;
+    drop(squares);
     deviation.par_iter_mut().zip(&position).for_each(|(mean, position)| *mean = position / (mean.sqrt() + LEVEL_M));
     job.advance(0.9)?;
     let mask = |side: f32| {
         let share =
             deviation.par_iter().map(|v| crate::math::lane::smoothstep(side * v / (2.0 * params.threshold as f32)));
-        Field::new(job.window(), share.collect())
+        field(share.collect())
     };
-    let (ridges, valleys) = (mask(1.0), mask(-1.0));
-    Ok(Outputs::one("position", Field::new(job.window(), position))
-        .with("deviation", Field::new(job.window(), deviation))
-        .with("ridges", ridges)
-        .with("valleys", valleys))
+    Ok(Given {
+        position: wants.position.then(|| field(position)),
+        ridges: wants.ridges.then(|| mask(1.0)),
+        valleys: wants.valleys.then(|| mask(-1.0)),
+        deviation: wants.deviation.then(|| field(deviation)),
+    }
+    .into())
 }
 
 #[cfg(test)]

@@ -12,6 +12,16 @@ params! {
     radius: f64 = 100.0, Metres, 0.1..=1e5, soft 10..=2000;
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+}
+
+outputs! {
+    /// Root mean square height above the smoothed form.
+    roughness: Scalar(Metres);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Roughness",
@@ -25,12 +35,8 @@ pub static NODE: Node = Node {
           **Advice.** With a small radius it tells rock from meadow, with a large one mountains from plains; `Select` makes a \
           mask of it.",
     sources: &["M. W. Smith (2014), Roughness in the Earth Sciences, Earth-Science Reviews 136, 202-225"],
-    inputs: &[Input::needs("height", PortType::Height, "The land.")],
-    outputs: &[Output::gives(
-        "roughness",
-        PortType::Scalar(Unit::Metres),
-        "Root mean square height above the smoothed form.",
-    )],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| 2.0 * Gaussian::reach_m(Params::read(params).radius, cell_m)),
     cpu: run,
@@ -40,7 +46,7 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
-    let height = job.field("height")?.samples();
+    let height = Inputs::read(job)?.height.samples();
     let filter = Gaussian::new(Params::read(job.params).radius / job.cell_m());
     let mut out = separable(job, [0.0, 0.5], height, &filter)?;
     out.par_iter_mut().zip(height).for_each(|(smoothed, height)| {
@@ -49,7 +55,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     });
     let mut out = separable(job, [0.5, 1.0], &out, &filter)?;
     out.par_iter_mut().for_each(|mean| *mean = mean.sqrt());
-    Ok(Outputs::one("roughness", Field::new(job.window(), out)))
+    Ok(Given { roughness: Some(Field::new(job.window(), out)) }.into())
 }
 
 #[cfg(test)]

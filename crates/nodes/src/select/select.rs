@@ -28,6 +28,16 @@ params! {
     invert: bool = false, One, ..;
 }
 
+inputs! {
+    /// What is selected by its value.
+    value: AnyScalar;
+}
+
+outputs! {
+    /// 1 where the value is within the range.
+    mask: Mask;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Select",
@@ -38,8 +48,8 @@ pub static NODE: Node = Node {
           **Advice.** Snow above a height, rivers above a drainage area (logarithmic, a `falloff` of 0.3 is a factor of two), \
           meadows below a slope: make each a mask and multiply them with `Combine`. `Slope` and `Aspect` have masks of their \
           own.",
-    inputs: &[Input::needs("value", PortType::AnyScalar, "What is selected by its value.")],
-    outputs: &[Output::gives("mask", PortType::Mask, "1 where the value is within the range.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "value: \"base\", from: 800, to: 1400, falloff: 150",
@@ -57,21 +67,19 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let logarithmic = params.scale == Scale::Logarithmic;
     let end = |value: f64| if logarithmic { order(value as f32) } else { value as f32 };
     let range = [end(params.from), end(params.to)];
-    let (values, nx) = (job.field("value")?.samples(), job.window().nx());
+    let (values, nx) = (Inputs::read(job)?.value.samples(), job.window().nx());
     let mut mask = vec![0.0; values.len()];
     par::rows(job, &mut mask, |j, row| {
-        let values = &values[j * nx..][..nx];
+        row.copy_from_slice(&values[j * nx..][..nx]);
         if logarithmic {
-            let orders: Vec<f32> = values.iter().map(|value| order(*value)).collect();
-            within(row, &orders, range, params.falloff as f32);
-        } else {
-            within(row, values, range, params.falloff as f32);
+            row.iter_mut().for_each(|value| *value = order(*value));
         }
+        within(row, range, params.falloff as f32);
         if params.invert {
             row.iter_mut().for_each(|mask| *mask = 1.0 - *mask);
         }
     })?;
-    Ok(Outputs::one("mask", Field::new(job.window(), mask)))
+    Ok(Given { mask: Some(Field::new(job.window(), mask)) }.into())
 }
 
 /// The decimal logarithm, and a value below all of them for what has none.

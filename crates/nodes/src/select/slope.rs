@@ -18,6 +18,18 @@ params! {
     method: Method = Method::Horn, One, ..;
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+}
+
+outputs! {
+    /// Angle of slope, 0° to 90°.
+    slope: Scalar(Degrees);
+    /// 1 where the slope is within the range.
+    mask: Mask;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Slope",
@@ -32,11 +44,8 @@ pub static NODE: Node = Node {
           A slope belongs to a cell size: the same land on larger cells is gentler, because the gradient is that of \
           the surface between neighbouring cells. Compare slopes at equal cell sizes only.",
     sources: &["B. K. P. Horn, 1981, Hill shading and the reflectance map, Proceedings of the IEEE 69(1), 14-47"],
-    inputs: &[Input::needs("height", PortType::Height, "The land.")],
-    outputs: &[
-        Output::gives("slope", PortType::Scalar(Unit::Degrees), "Angle of slope, 0° to 90°."),
-        Output::gives("mask", PortType::Mask, "1 where the slope is within the range."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|_, cell_m| cell_m),
     cpu: run,
@@ -53,18 +62,24 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             "exchange the two",
         ));
     }
-    let surface = Surface::new(job.field("height")?, params.method);
+    let surface = Surface::new(Inputs::read(job)?.height, params.method);
     let mut slope = vec![0.0; job.window().len()];
     par::rows_within(job, [0.0, 0.8], &mut slope, |j, row| {
         surface.row(j, |start, east, south| slope_degrees(east, south, &mut row[start..start + east.len()]));
     })?;
-    let nx = job.window().nx();
-    let mut mask = vec![0.0; slope.len()];
+    let wants = Wants::of(job);
     let range = [params.from as f32, params.to as f32];
-    par::rows_within(job, [0.8, 1.0], &mut mask, |j, row| {
-        within(row, &slope[j * nx..][..nx], range, params.falloff as f32);
-    })?;
-    Ok(Outputs::one("slope", Field::new(job.window(), slope)).with("mask", Field::new(job.window(), mask)))
+    let mask = |_, row: &mut [f32]| within(row, range, params.falloff as f32);
+    let field = |samples| Field::new(job.window(), samples);
+    Ok(Given {
+        mask: wants
+            .mask
+            .then(|| par::rows_from(job, [0.8, 1.0], &mut slope, wants.slope, mask))
+            .transpose()?
+            .map(field),
+        slope: wants.slope.then(|| field(slope)),
+    }
+    .into())
 }
 
 #[cfg(test)]

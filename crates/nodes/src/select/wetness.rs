@@ -17,6 +17,18 @@ params! {
     falloff: f64 = 3.0, One, 0.0..=50.0, soft 0..=8;
 }
 
+inputs! {
+    /// Where water runs, from `Flow`.
+    flow: Flow;
+}
+
+outputs! {
+    /// The index ln(a / tan β), with a in metres.
+    wetness: Scalar(One);
+    /// 1 on wet ground.
+    mask: Mask;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Wetness",
@@ -33,11 +45,8 @@ pub static NODE: Node = Node {
         "K. J. Beven and M. J. Kirkby (1979), A physically based, variable contributing area model of basin hydrology, Hydrological \
          Sciences Bulletin 24, 43-69",
     ],
-    inputs: &[Input::needs("flow", PortType::Flow, "Where water runs, from `Flow`.")],
-    outputs: &[
-        Output::gives("wetness", PortType::Scalar(Unit::One), "The index ln(a / tan β), with a in metres."),
-        Output::gives("mask", PortType::Mask, "1 on wet ground."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|_, cell_m| cell_m),
     cpu: run,
@@ -48,7 +57,7 @@ pub static NODE: Node = Node {
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    let drained = Drained::read(job.field("flow")?);
+    let drained = Drained::read(Inputs::read(job)?.flow);
     let window = job.window();
     let nx = window.nx();
     let level = Field::new(window, drained.level_m.to_vec());
@@ -65,11 +74,18 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             }
         });
     })?;
-    let mut mask = vec![0.0; wetness.len()];
-    par::rows_within(job, [0.8, 1.0], &mut mask, |j, row| {
-        within(row, &wetness[j * nx..][..nx], [params.from as f32, f32::MAX], params.falloff as f32);
-    })?;
-    Ok(Outputs::one("wetness", Field::new(window, wetness)).with("mask", Field::new(window, mask)))
+    let wants = Wants::of(job);
+    let mask = |_, row: &mut [f32]| within(row, [params.from as f32, f32::MAX], params.falloff as f32);
+    let field = |samples| Field::new(window, samples);
+    Ok(Given {
+        mask: wants
+            .mask
+            .then(|| par::rows_from(job, [0.8, 1.0], &mut wetness, wants.wetness, mask))
+            .transpose()?
+            .map(field),
+        wetness: wants.wetness.then(|| field(wetness)),
+    }
+    .into())
 }
 
 #[cfg(test)]

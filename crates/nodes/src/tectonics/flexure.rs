@@ -24,6 +24,16 @@ params! {
     fill: Fill = Fill::Air, One, ..;
 }
 
+inputs! {
+    /// Thickness of rock laid on; below 0 where taken away.
+    load: Scalar(Metres);
+}
+
+outputs! {
+    /// What the land moves by, upwards.
+    deflection: Scalar(Metres);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Flexure",
@@ -46,12 +56,8 @@ pub static NODE: Node = Node {
         "D. L. Turcotte and G. Schubert (2002), Geodynamics, 2nd edition, Cambridge University Press, chapter 3",
         "A. B. Watts (2001), Isostasy and Flexure of the Lithosphere, Cambridge University Press",
     ],
-    inputs: &[Input::needs(
-        "load",
-        PortType::Scalar(Unit::Metres),
-        "Thickness of rock laid on; below 0 where taken away.",
-    )],
-    outputs: &[Output::gives("deflection", PortType::Scalar(Unit::Metres), "What the land moves by, upwards.")],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
@@ -109,7 +115,7 @@ impl Plate {
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let plate = Params::read(job.params).plate();
     let window = job.window();
-    let load = job.field("load")?.samples();
+    let load = Inputs::read(job)?.load.samples();
     if plate.rigidity == 0.0 {
         let local = (-CRUST * GRAVITY / plate.restoring) as f32;
         let mut deflection = vec![0.0; window.len()];
@@ -118,7 +124,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
                 *value = local * load;
             }
         })?;
-        return Ok(Outputs::one("deflection", Field::new(window, deflection)));
+        return Ok(Given { deflection: Some(Field::new(window, deflection)) }.into());
     }
     // no plate is wider than that on cells that are worth the name
     let alpha_cells = (plate.alpha_m() / job.cell_m()).min(1e9);
@@ -144,7 +150,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             *value = rows.sum(|j| column.sum(|i| bent.values[j * side + i][0])) as f32;
         }
     })?;
-    Ok(Outputs::one("deflection", Field::new(window, deflection)))
+    Ok(Given { deflection: Some(Field::new(window, deflection)) }.into())
 }
 
 /// Means of squares of `coarser` cells, in the corner of a grid of nothing.

@@ -6,6 +6,8 @@
 mod fault;
 mod plates;
 
+use rayon::prelude::*;
+
 use self::{fault::Fault, plates::Plates};
 use crate::{
     generate::noise::{Basis, Fractal, sum},
@@ -67,6 +69,18 @@ params! {
     seed: Seed = Seed(0), Count, ..;
 }
 
+inputs! {
+    /// Share of the rate, per cell if wired: a painted map of uplift.
+    map: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// Rate at which the land rises.
+    uplift: Scalar(MetresPerYear);
+    /// What it rises by in `duration`.
+    displacement: Height;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Uplift",
@@ -81,11 +95,8 @@ pub static NODE: Node = Node {
         "P. England and D. McKenzie (1982), A thin viscous sheet model for continental deformation, Geophysical \
          Journal of the Royal Astronomical Society 70, 295-321",
     ],
-    inputs: &[Input::mask("map", "Share of the rate, per cell if wired: a painted map of uplift.")],
-    outputs: &[
-        Output::gives("uplift", PortType::Scalar(Unit::MetresPerYear), "Rate at which the land rises."),
-        Output::gives("displacement", PortType::Height, "What it rises by in `duration`."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Point,
     cpu: run,
@@ -105,21 +116,21 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             }
         })?;
     }
-    let map = job.lane("map");
+    let map = Inputs::read(job)?.map;
     let duration_yr = params.duration as f32;
-    let mut displacement = vec![0.0; window.len()];
     par::rows(job, &mut uplift, |j, row| {
         let map = map.slice(j * window.nx()..(j + 1) * window.nx());
         for (i, uplift) in row.iter_mut().enumerate() {
             *uplift *= map.at(i);
         }
     })?;
-    par::rows(job, &mut displacement, |j, row| {
-        for (displacement, uplift) in row.iter_mut().zip(&uplift[j * window.nx()..]) {
-            *displacement = uplift * duration_yr;
-        }
-    })?;
-    Ok(Outputs::one("uplift", Field::new(window, uplift)).with("displacement", Field::new(window, displacement)))
+    let wants = Wants::of(job);
+    let field = |samples| Field::new(window, samples);
+    Ok(Given {
+        displacement: wants.displacement.then(|| field(uplift.par_iter().map(|rate| rate * duration_yr).collect())),
+        uplift: wants.uplift.then(|| field(uplift)),
+    }
+    .into())
 }
 
 impl Params {

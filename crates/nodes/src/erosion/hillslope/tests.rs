@@ -31,15 +31,23 @@ fn total(samples: &[f32]) -> f64 {
 
 /// One step of the engine, with a map of channels: `[height, lost]`.
 fn step(height: &Field, channel: &Field, diffusivity: f64, critical: f64, duration: f64) -> [Vec<f64>; 2] {
+    inputs! {
+        /// The land.
+        height: Height;
+        /// The coefficient of creep.
+        diffusivity: Scalar(SquareMetresPerYear) = 0.01, 0.0..=1e3;
+        /// Channels.
+        channel: Mask = 1.0, 0.0..=1.0;
+    }
     static STEP: Node = Node {
         id: "Step",
-        inputs: &[NODE.inputs[0], NODE.inputs[1], Input::mask("channel", "Channels.")],
+        inputs: Inputs::PORTS,
         params: NODE.params,
         cpu: |job| {
-            let slope = Hillslope::new(&job.window(), job.lane("diffusivity"), job.params.read("critical_slope"));
-            let mut heights: Vec<f64> = job.field("height")?.samples().iter().map(|&h| f64::from(h)).collect();
+            let Inputs { height, diffusivity, channel } = Inputs::read(job)?;
+            let slope = Hillslope::new(&job.window(), diffusivity, job.params.read("critical_slope"));
+            let mut heights: Vec<f64> = height.samples().iter().map(|&h| f64::from(h)).collect();
             let mut lost = vec![0.0; heights.len()];
-            let channel = job.lane("channel");
             let is_channel = |cell: usize| channel.at(cell) > 0.5;
             slope.creep(job, &mut heights, job.params.read("duration"), 0, &is_channel, Some(&mut lost))?;
             // Samples are single precision: the rest of each beside it.

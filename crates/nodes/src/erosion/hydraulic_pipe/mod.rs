@@ -85,6 +85,36 @@ params! {
     strokes: TimedStrokes = TimedStrokes(Vec::new()), Metres, -1e7..=1e7;
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+    /// Rain, per cell if wired.
+    rain: Scalar(MillimetresPerHour) = 20.0, 0.0..=1e5, soft 0.0..=200.0;
+    /// Factor on `entrainment`, per cell if wired: a mask, or the softness of the ground.
+    erodibility: Scalar(One) = 1.0, 0.0..=1e6, soft 0.0..=4.0;
+    /// Thickness of loose ground on the rock at the start, per cell if wired.
+    regolith: Scalar(Metres) = 10.0, 0.0..=1e9, soft 0.0..=50.0;
+    /// Drainage of the land, for a warm start: lakes are full and rivers run from the first second.
+    flow: Option<Flow>;
+}
+
+outputs! {
+    /// The land after it.
+    height: Height;
+    /// Depth of water at the end.
+    water: Scalar(Metres);
+    /// Velocity of the water at the end.
+    velocity: Vector(MetresPerSecond);
+    /// Suspended sediment at the end, as a depth of solid.
+    sediment: Scalar(Metres);
+    /// What each cell has gained; below 0 where it has lost.
+    deposition: Scalar(Metres);
+    /// Discharge per metre of width, mean over the run.
+    flow: Scalar(SquareMetresPerSecond);
+    /// Steps, and the balances of water and of solids.
+    report: Report;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "HydraulicPipe",
@@ -105,52 +135,8 @@ pub static NODE: Node = Node {
         "A. Selle, R. Fedkiw, B. Kim, Y. Liu, J. Rossignac, 2008, An unconditionally stable MacCormack method, Journal \
          of Scientific Computing 35, 350-371",
     ],
-    inputs: &[
-        Input::needs("height", PortType::Height, "The land."),
-        Input::number("rain", Unit::MillimetresPerHour, 20.0, [0.0, 1e5], [0.0, 200.0], "Rain, per cell if wired."),
-        Input::number(
-            "erodibility",
-            Unit::One,
-            1.0,
-            [0.0, 1e6],
-            [0.0, 4.0],
-            "Factor on `entrainment`, per cell if wired: a mask, or the softness of the ground.",
-        ),
-        Input::number(
-            "regolith",
-            Unit::Metres,
-            10.0,
-            [0.0, 1e9],
-            [0.0, 50.0],
-            "Thickness of loose ground on the rock at the start, per cell if wired.",
-        ),
-        Input::takes(
-            "flow",
-            PortType::Flow,
-            "Drainage of the land, for a warm start: lakes are full and rivers run from the first second.",
-        ),
-    ],
-    outputs: &[
-        Output::gives("height", PortType::Height, "The land after it."),
-        Output::gives("water", PortType::Scalar(Unit::Metres), "Depth of water at the end."),
-        Output::gives("velocity", PortType::Vector(Unit::MetresPerSecond), "Velocity of the water at the end."),
-        Output::gives(
-            "sediment",
-            PortType::Scalar(Unit::Metres),
-            "Suspended sediment at the end, as a depth of solid.",
-        ),
-        Output::gives(
-            "deposition",
-            PortType::Scalar(Unit::Metres),
-            "What each cell has gained; below 0 where it has lost.",
-        ),
-        Output::gives(
-            "flow",
-            PortType::Scalar(Unit::SquareMetresPerSecond),
-            "Discharge per metre of width, mean over the run.",
-        ),
-        Output::gives("report", PortType::Report, "Steps, and the balances of water and of solids."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
     cpu: run,

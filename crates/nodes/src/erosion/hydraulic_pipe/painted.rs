@@ -2,7 +2,7 @@
 
 use orograph_graph::{Stroke, Tool};
 
-use super::{Params, band::Scene, budget, physics::Physics};
+use super::{Inputs, Params, band::Scene, budget, physics::Physics};
 use crate::{
     prelude::*,
     strokes::{Path, act},
@@ -21,33 +21,33 @@ pub(super) struct Painted {
 }
 
 impl Painted {
-    pub fn new(job: &Job<'_>, params: &Params) -> Self {
-        Self { spring: spring(job, params), ..Self::default() }
+    pub fn new(job: &Job<'_>, rain: Lane<'_>, params: &Params) -> Self {
+        Self { spring: spring(job, rain, params), ..Self::default() }
     }
 
     /// The land.
     pub fn land<'s>(&'s self, job: &'s Job<'_>) -> Result<&'s [f32], NodeError> {
-        let input = job.field("height")?.samples();
+        let input = Inputs::read(job)?.height.samples();
         Ok(self.land.as_deref().unwrap_or(input))
     }
 
     /// What a run of these physics reads.
     pub fn scene<'s>(&'s self, job: &'s Job<'_>, physics: Physics) -> Result<Scene<'s>, NodeError> {
-        let window = job.window();
+        let (window, inputs) = (job.window(), Inputs::read(job)?);
         let rain = self.rain.as_deref().or(self.spring.as_deref());
         Ok(Scene {
             cells: [window.nx(), window.ny()],
             boundary: job.world().boundary,
             land: self.land(job)?,
-            rain: rain.map_or(job.lane("rain"), Lane::Samples),
-            erodibility: job.lane("erodibility"),
+            rain: rain.map_or(inputs.rain, Lane::Samples),
+            erodibility: inputs.erodibility,
             physics,
         })
     }
 
     /// What it would read without painted rain.
     pub fn dry_scene<'s>(&'s self, job: &'s Job<'_>, physics: Physics) -> Result<Scene<'s>, NodeError> {
-        let rain = self.spring.as_deref().map_or(job.lane("rain"), Lane::Samples);
+        let rain = self.spring.as_deref().map_or(Inputs::read(job)?.rain, Lane::Samples);
         Ok(Scene { rain, ..self.scene(job, physics)? })
     }
 
@@ -82,7 +82,7 @@ impl Painted {
             }
         }
         if rains && let Some(drops) = &self.drops {
-            let lane = self.spring.as_deref().map_or(job.lane("rain"), Lane::Samples);
+            let lane = self.spring.as_deref().map_or(Inputs::read(job)?.rain, Lane::Samples);
             self.rain = Some(drops.iter().enumerate().map(|(at, drop)| lane.at(at).max(0.0) + drop).collect());
         }
         Ok(())
@@ -92,7 +92,7 @@ impl Painted {
 /// Rain with the spring in it, in mm/h; none where there is no spring.
 ///
 /// The spring's water is spread with the weight (1 - distance / radius)₊, or falls on the cell it is in.
-fn spring(job: &Job<'_>, params: &Params) -> Option<Vec<f32>> {
+fn spring(job: &Job<'_>, rain: Lane<'_>, params: &Params) -> Option<Vec<f32>> {
     if params.river <= 0.0 {
         return None;
     }
@@ -106,6 +106,5 @@ fn spring(job: &Job<'_>, params: &Params) -> Option<Vec<f32>> {
     let sum: f64 = (0..window.len()).map(weight).sum();
     // mm/h over one cell that are 1 m³/s
     let rate = 3.6e6 * params.river / (job.cell_m() * job.cell_m()) / sum.max(f64::MIN_POSITIVE);
-    let lane = job.lane("rain");
-    Some((0..window.len()).map(|at| lane.at(at).max(0.0) + (weight(at) * rate) as f32).collect())
+    Some((0..window.len()).map(|at| rain.at(at).max(0.0) + (weight(at) * rate) as f32).collect())
 }

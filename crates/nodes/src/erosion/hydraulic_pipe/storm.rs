@@ -5,7 +5,7 @@ use std::{borrow::Cow, ops::Range};
 use orograph_graph::{Edge, Moment, Process};
 
 use super::{
-    Params,
+    Given, Inputs, Params, Wants,
     band::State,
     budget,
     painted::Painted,
@@ -54,11 +54,12 @@ impl Storm {
                 ));
             }
         }
-        let painted = Painted::new(job, &params);
+        let inputs = Inputs::read(job)?;
+        let painted = Painted::new(job, inputs.rain, &params);
         let physics = Physics::new(&params, job.cell_m());
         let scene = painted.scene(job, physics)?;
-        let mut run = Run::new(&scene, job.lane("regolith"));
-        if let Some(depths) = warm::depths(job, &params, job.field("height")?)? {
+        let mut run = Run::new(&scene, inputs.regolith);
+        if let Some(depths) = warm::depths(job, &inputs, &params)? {
             run.fill(&depths);
         }
         let water_start = budget::water(&run, &scene);
@@ -98,7 +99,7 @@ impl Storm {
             land.iter().zip(self.run.row(State::Change, j)).map(|(land, change)| land + change).collect()
         });
         let water = raster(&|j| self.run.row(State::Water, j)[..nx].to_vec());
-        Outputs::one("height", height).with("water", water)
+        Given { height: Some(height), water: Some(water), ..Given::default() }.into()
     }
 }
 
@@ -131,9 +132,11 @@ impl Process for Storm {
         }
         let scene = painted.dry_scene(job, self.physics)?;
         let run = &self.run;
-        let cell_m2 = job.cell_m() * job.cell_m();
-        let water_in = budget::rain(&scene) * cell_m2 * self.pacing.time_s / 3.6e6 + self.water_painted;
-        let report = budget::report(run, &scene, &self.pacing, self.water_start, water_in);
+        let report = || {
+            let cell_m2 = job.cell_m() * job.cell_m();
+            let water_in = budget::rain(&scene) * cell_m2 * self.pacing.time_s / 3.6e6 + self.water_painted;
+            budget::report(run, &scene, &self.pacing, self.water_start, water_in)
+        };
 
         let window = job.window();
         let nx = window.nx();
@@ -142,25 +145,36 @@ impl Process for Storm {
             let mut samples = vec![0.0; window.len()];
             par::rows_within(job, [self.fraction(); 2], &mut samples, row).map(|()| samples)
         };
-        let copy = |state: State| raster(&|j, out| out.copy_from_slice(&run.row(state, j)[..nx]));
-        let rest = raster(&|j, out| {
-            for ((out, land), change) in out.iter_mut().zip(&scene.land[j * nx..]).zip(run.row(State::Change, j)) {
-                *out = if *change == 0.0 { *land } else { land + change };
-            }
-        })?;
-        let flow = raster(&|j, out| {
-            out.iter_mut().zip(run.flow(j)).for_each(|(out, flow)| *out = flow * per_second);
-        })?;
-        let mut velocity = raster(&|j, out| run.velocity(&self.physics, j, 0, out))?;
-        velocity.extend(raster(&|j, out| run.velocity(&self.physics, j, 1, out))?);
-        let field = |samples| Field::new(window, samples);
-        Ok(Outputs::one("height", field(rest))
-            .with("water", field(copy(State::Water)?))
-            .with("velocity", Field::with_planes(window, 2, velocity))
-            .with("sediment", field(copy(State::Sediment)?))
-            .with("deposition", field(copy(State::Change)?))
-            .with("flow", field(flow))
-            .with("report", report))
+        let field = |row: &(dyn Fn(usize, &mut [f32]) + Sync)| raster(row).map(|samples| Field::new(window, samples));
+        let copy = |state: State| field(&|j, out| out.copy_from_slice(&run.row(state, j)[..nx]));
+        let rest = || {
+            field(&|j, out| {
+                for ((out, land), change) in out.iter_mut().zip(&scene.land[j * nx..]).zip(run.row(State::Change, j)) {
+                    *out = if *change == 0.0 { *land } else { land + change };
+                }
+            })
+        };
+        let flow = || {
+            field(&|j, out| {
+                out.iter_mut().zip(run.flow(j)).for_each(|(out, flow)| *out = flow * per_second);
+            })
+        };
+        let velocity = || {
+            let mut velocity = raster(&|j, out| run.velocity(&self.physics, j, 0, out))?;
+            velocity.extend(raster(&|j, out| run.velocity(&self.physics, j, 1, out))?);
+            Ok::<_, NodeError>(Field::with_planes(window, 2, velocity))
+        };
+        let wants = Wants::of(job);
+        Ok(Given {
+            height: wants.height.then(rest).transpose()?,
+            water: wants.water.then(|| copy(State::Water)).transpose()?,
+            velocity: wants.velocity.then(velocity).transpose()?,
+            sediment: wants.sediment.then(|| copy(State::Sediment)).transpose()?,
+            deposition: wants.deposition.then(|| copy(State::Change)).transpose()?,
+            flow: wants.flow.then(flow).transpose()?,
+            report: wants.report.then(report),
+        }
+        .into())
     }
 
     fn take(&mut self, values: &ParamValues) -> bool {
@@ -203,7 +217,7 @@ mod tests {
 
     /// Calls with a job on that land.
     fn on<T>(land: &Field, params: &ParamValues, code: impl FnOnce(&Job<'_>) -> T) -> T {
-        let input = |input: &Input| match (input.name, input.fallback) {
+        let input = |input: &orograph_graph::Input| match (input.name, input.fallback) {
             ("height", _) => InputValue::Value(Value::Field(land.clone())),
             (_, Fallback::Constant { default, .. }) => InputValue::Constant(default),
             _ => InputValue::Absent,

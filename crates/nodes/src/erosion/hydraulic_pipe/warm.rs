@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::{Params, flow::HIGHEST, physics::Scheme};
+use super::{Inputs, Params, flow::HIGHEST, physics::Scheme};
 use crate::{hydrology::drained::Drained, hydrology::engine::Grid, math, prelude::*};
 
 /// The least slope of a river's bed: what is flatter is a lake's business.
@@ -16,13 +16,13 @@ const LEAST_SLOPE: f64 = 1e-3;
 ///
 /// # Errors
 /// When the world is too small to drain, or [`NodeError::Cancelled`].
-pub(super) fn depths(job: &Job<'_>, params: &Params, height: &Field) -> Result<Option<Vec<f32>>, NodeError> {
-    let Some(flow) = job.optional("flow") else { return Ok(None) };
+pub(super) fn depths(job: &Job<'_>, inputs: &Inputs<'_>, params: &Params) -> Result<Option<Vec<f32>>, NodeError> {
+    let Some(flow) = inputs.flow else { return Ok(None) };
     job.check()?;
     let grid = Grid::new(&job.window())?;
     let flow = Drained::read(flow);
-    let heights = height.samples();
-    let rain = job.lane("rain");
+    let heights = inputs.height.samples();
+    let rain = inputs.rain;
     let sum: f64 = (0..heights.len()).map(|at| f64::from(rain.at(at).max(0.0))).sum();
     let rain_m_per_s = sum / heights.len() as f64 / 3.6e6;
     let cell_m = job.cell_m();

@@ -335,13 +335,11 @@ fn wrap(raster: &mut [f32], nx: usize, ny: usize, wraps: [bool; 2]) {
 /// Heights from here on, in metres, are holes in the data: their squares would overflow.
 const HIGHEST: f32 = 1e15;
 
-/// Rise between neighbours at an angle, in metres; infinite where the job's mask or the height holds nothing that may
-/// move.
+/// Rise between neighbours at an angle, in metres; infinite where the mask or the height holds nothing that may move.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
-pub fn rises(job: &Job<'_>, height: &[f32], angle: Lane<'_>) -> Result<Vec<f32>, NodeError> {
-    let mask = job.lane("mask");
+pub fn rises(job: &Job<'_>, height: &[f32], angle: Lane<'_>, mask: Lane<'_>) -> Result<Vec<f32>, NodeError> {
     let cell_m = job.cell_m() as f32;
     let tangent = |degrees: f32| math::f32::tan(degrees.clamp(1.0, 89.0).to_radians());
     let constant = angle.constant().map(tangent);

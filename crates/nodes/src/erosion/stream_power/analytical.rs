@@ -4,9 +4,9 @@
 //! where a round costs little (Tzathas, Gailleton, Steer and Cordonnier 2024).
 
 use super::{
-    Params,
+    Inputs, Params,
     coarse::Coarse,
-    land::{Land, Work},
+    land::{Asked, Land, Work},
 };
 use crate::prelude::*;
 
@@ -23,7 +23,7 @@ const LEVELS: u32 = 3;
 ///
 /// # Errors
 /// What it is, and what to do.
-fn check(job: &Job<'_>, params: &Params, start: &Field) -> Result<(), NodeError> {
+fn check(inputs: &Inputs<'_>, params: &Params) -> Result<(), NodeError> {
     let refuse = |what: String, way: &str| {
         Err(NodeError::failed_with_hint(
             format!("`method: analytical` {what}"),
@@ -33,32 +33,33 @@ fn check(job: &Job<'_>, params: &Params, start: &Field) -> Result<(), NodeError>
     if params.n != 1.0 {
         return refuse(format!("is for n = 1, and n is {}", params.n), "leave `n` at its default");
     }
-    if job.lane("deposition").constant().is_none_or(|g| g > 0.0) {
+    if inputs.deposition.constant().is_none_or(|g| g > 0.0) {
         return refuse("knows no deposition".to_owned(), "leave `deposition` at its default");
     }
     if params.uplift_course.0.iter().any(|[_, factor]| *factor != params.uplift_course.0[0][1]) {
         return refuse("knows no uplift that changes".to_owned(), "leave `uplift_course` at its default");
     }
-    if start.samples().iter().any(|&height| f64::from(height) < params.sea_level) {
+    if inputs.height.samples().iter().any(|&height| f64::from(height) < params.sea_level) {
         return refuse("knows no sea, and land is below `sea_level`".to_owned(), "lower `sea_level`");
     }
     Ok(())
 }
 
-/// Puts the land at its age. Gives what wears it down in a year, where time has passed.
+/// Puts the land at its age. Gives what wears it down in a year, where time has passed and it is asked for.
 ///
 /// # Errors
 /// When the run asks for what the solution does not know, or [`NodeError::Cancelled`].
-pub fn grow(job: &Job<'_>, params: &Params, land: &mut Land<'_>, start: &Field) -> Result<Option<Work>, NodeError> {
-    check(job, params, start)?;
-    if job.lane("diffusivity").constant().is_none_or(|diffusivity| diffusivity > 0.0) {
+pub fn grow(job: &Job<'_>, params: &Params, land: &mut Land<'_>, asked: Asked) -> Result<Work, NodeError> {
+    let inputs = Inputs::read(job)?;
+    check(&inputs, params)?;
+    if inputs.diffusivity.constant().is_none_or(|diffusivity| diffusivity > 0.0) {
         job.warn("`method: analytical` leaves out the creep of `diffusivity`; use `method: implicit` to see it");
     }
     if params.duration <= 0.0 {
-        return Ok(None);
+        return Ok(Work::default());
     }
-    settle(job, params, land, start, 0)?;
-    land.wear(job).map(Some)
+    settle(job, params, land, inputs.height, 0)?;
+    land.wear(job, asked)
 }
 
 fn settle(job: &Job<'_>, params: &Params, land: &mut Land<'_>, start: &Field, level: u32) -> Result<(), NodeError> {
@@ -66,7 +67,7 @@ fn settle(job: &Job<'_>, params: &Params, land: &mut Land<'_>, start: &Field, le
     let rounds = match coarse {
         Some(coarse) => {
             let coarse_job = coarse.job(job);
-            let coarse_start = coarse_job.field("height")?;
+            let coarse_start = Inputs::read(&coarse_job)?.height;
             let mut below = Land::new(&coarse_job, params, coarse_start)?;
             settle(&coarse_job, params, &mut below, coarse_start, level + 1)?;
             land.heights = coarse.corrected(job, start.samples(), coarse_start.samples(), below.heights)?;

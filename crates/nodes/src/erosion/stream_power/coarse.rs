@@ -163,7 +163,10 @@ mod tests {
     use orograph_graph::Boundary;
 
     use super::*;
-    use crate::{erosion::stream_power::NODE, testing};
+    use crate::{
+        erosion::stream_power::{Inputs, NODE},
+        testing,
+    };
 
     /// Runs a kernel on a world.
     fn run(world: World, cpu: orograph_graph::Kernel) {
@@ -177,7 +180,7 @@ mod tests {
         run(testing::world(131, 178, 10.0), |job| {
             let coarse = Coarse::below(job, 64)?.expect("enough cells");
             assert_eq!((coarse.window.cells, coarse.window.cell_m()), ([66, 89], 20.0));
-            let [fine, before] = [job, &coarse.job(job)].map(|job| job.field("height").expect("a field").clone());
+            let [fine, before] = [job, &coarse.job(job)].map(|job| Inputs::read(job).expect("inputs").height.clone());
             assert_eq!(before.samples()[66 + 1], 3.0 * 30.0 - 30.0);
             let change = |x: f64, y: f64| 7.0 + 0.25 * x - 0.5 * y;
             let after = (0..66 * 89).map(|cell| {

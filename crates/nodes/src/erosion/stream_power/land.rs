@@ -6,12 +6,12 @@ mod levels;
 use rayon::prelude::*;
 
 use super::{
-    Params, Receivers, area::Area, deposition::Transport, incision::Law, links::Links, rock::Rock, slides,
-    tectonics::Tectonics,
+    Inputs, Params, Receivers, Wants, area::Area, deposition::Transport, incision::Law, links::Links, rock::Rock,
+    slides, tectonics::Tectonics,
 };
 use crate::{
     erosion::hillslope::Hillslope,
-    hydrology::engine::{Depressions, Drainage, Grid, Outlet, code, receivers},
+    hydrology::engine::{Depressions, Drainage, Grid, Outlet, receivers},
     math,
     prelude::*,
 };
@@ -52,16 +52,42 @@ struct Sediment<'a> {
     deposition: Lane<'a>,
     /// What came loose at the last step and joins the rivers at the next one, in metres.
     debris: Vec<f64>,
-    /// Thickness of what lies on the rock, in metres.
-    thickness: Vec<f32>,
+    /// Thickness of what lies on the rock, in metres; only where it is wanted.
+    thickness: Option<Vec<f32>>,
 }
 
-/// What a step did.
+/// What is asked of a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Asked {
+    /// [`Work::lowered`].
+    pub lowered: bool,
+    /// [`Work::flux`].
+    pub flux: bool,
+}
+
+impl Asked {
+    /// Returns true if anything is asked.
+    pub const fn any(self) -> bool {
+        self.lowered || self.flux
+    }
+
+    /// Amounts for each of the two that is asked for, copied only for both.
+    pub fn split(self, amounts: Vec<f64>) -> (Option<Vec<f64>>, Option<Vec<f64>>) {
+        match (self.lowered, self.flux) {
+            (true, true) => (Some(amounts.clone()), Some(amounts)),
+            (false, true) => (None, Some(amounts)),
+            (lowered, false) => (lowered.then_some(amounts), None),
+        }
+    }
+}
+
+/// What a step did, as far as it was asked.
+#[derive(Debug, Default)]
 pub struct Work {
     /// By how much the land is lower than the uplift alone would have it, in metres.
-    pub lowered: Vec<f64>,
+    pub lowered: Option<Vec<f64>>,
     /// What rivers carried out of each cell, in metres over a cell.
-    pub flux: Vec<f64>,
+    pub flux: Option<Vec<f64>>,
 }
 
 /// The steepest drop over a distance of 1.
@@ -88,13 +114,13 @@ impl<'a> Land<'a> {
     pub fn new(job: &'a Job<'_>, params: &Params, start: &Field) -> Result<Self, NodeError> {
         let grid = Grid::new(&job.window())?;
         let cells = grid.cells();
-        let cell_m = job.cell_m();
+        let (cell_m, inputs) = (job.cell_m(), Inputs::read(job)?);
         let law = Law::new(params.n);
         let tangent = |degrees: f32| {
             let degrees = f64::from(degrees).clamp(0.0, 90.0);
             if degrees < 90.0 { math::tan(degrees.to_radians()) } else { f64::INFINITY }
         };
-        let steepest = match job.lane("repose") {
+        let steepest = match inputs.repose {
             Lane::Constant(degrees) => Steepest::Everywhere(tangent(degrees)),
             Lane::Samples(degrees) => {
                 Steepest::Each(degrees.par_iter().map(|&degrees| tangent(degrees) as f32).collect())
@@ -106,75 +132,82 @@ impl<'a> Land<'a> {
             tangents: vec![0; if params.receivers == Receivers::RhoInfinity { cells } else { 0 }],
             depressions: Depressions::default(),
             drainage: Drainage::default(),
-            area: Area::new(&law, cells, job.lane("rain"), cell_m * cell_m, params.critical_area, params.m),
+            area: Area::new(&law, cells, inputs.rain, cell_m * cell_m, params.critical_area, params.m),
             cell_m,
-            tectonics: Tectonics::new(job, params),
+            tectonics: Tectonics::new(&inputs, params),
             time_yr: 0.0,
-            rock: Rock::new(job, params, &law)?,
+            rock: Rock::new(&inputs, params, &law, job.seed())?,
             steepest,
-            hillslope: Hillslope::new(&job.window(), job.lane("diffusivity"), params.critical_slope),
+            hillslope: Hillslope::new(&job.window(), inputs.diffusivity, params.critical_slope),
             river_m2: if params.critical_area > 0.0 { params.critical_area } else { f64::INFINITY },
             receivers: params.receivers,
             seed: job.seed(),
             law,
             n: params.n,
             sea_level_m: params.sea_level,
-            sediment: Sediment::new(job, cells),
+            sediment: Sediment::new(inputs.deposition, cells, Wants::of(job).sediment),
             grid,
         })
     }
 
-    /// Thickness of the sediment on the rock of a cell in metres.
+    /// Thickness of the sediment on the rock in metres. Returns None when there is none anywhere.
     #[must_use]
-    pub fn sediment_m(&self, cell: usize) -> f32 {
-        self.sediment.as_ref().map_or(0.0, |sediment| sediment.thickness[cell])
+    pub fn sediment_m(&self) -> Option<&[f32]> {
+        self.sediment.as_ref()?.thickness.as_deref()
     }
 
     /// Whether a cell keeps its height.
     #[must_use]
     pub fn is_base(&self, cell: usize) -> bool {
-        self.codes[cell] & code::OUTLET != 0
-            && self.grid.outlet(cell % self.grid.nx, cell / self.grid.nx) == Outlet::Base
+        self.grid.outlet(cell % self.grid.nx, cell / self.grid.nx) == Outlet::Base
     }
 
-    /// Raises the land for the time of a step, then erodes it. Says what it did if `told` is set.
+    /// Raises the land for the time of a step, then erodes it. Says what it did as far as it is asked.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
-    pub fn step(&mut self, job: &Job<'_>, step_yr: f64, step: u32, told: bool) -> Result<Option<Work>, NodeError> {
+    pub fn step(&mut self, job: &Job<'_>, step_yr: f64, step: u32, asked: Asked) -> Result<Work, NodeError> {
         let until_yr = self.time_yr + step_yr;
         self.tectonics.raise(job, &self.grid, &mut self.heights, [self.time_yr, until_yr])?;
         self.time_yr = until_yr;
         self.route(job, Some(step))?;
         let Some(mut sediment) = self.sediment.take() else {
-            let before = told.then(|| self.heights.clone());
+            let before = asked.any().then(|| self.heights.clone());
             self.erode(job, step_yr)?;
             self.slide(job)?;
             let Some(mut lowered) = before else {
                 self.creep(job, step_yr, step, None)?;
-                return Ok(None);
+                return Ok(Work::default());
             };
             lowered.par_iter_mut().zip(&self.heights).for_each(|(height, after)| *height -= after);
-            let (mut flux, fluvial) = (lowered.clone(), self.heights.clone());
-            self.creep(job, step_yr, step, Some(&mut flux))?;
-            let crept = fluvial.par_iter().zip(&self.heights).map(|(before, after)| before - after);
-            lowered.par_iter_mut().zip(crept).for_each(|(lowered, crept)| *lowered += crept);
-            self.drainage.accumulate(job, &self.grid, &self.codes, &mut flux)?;
-            return Ok(Some(Work { lowered, flux }));
+            let (mut lowered, mut flux) = asked.split(lowered);
+            let fluvial = asked.lowered.then(|| self.heights.clone());
+            self.creep(job, step_yr, step, flux.as_mut())?;
+            if let (Some(lowered), Some(fluvial)) = (&mut lowered, fluvial) {
+                let crept = fluvial.par_iter().zip(&self.heights).map(|(before, after)| before - after);
+                lowered.par_iter_mut().zip(crept).for_each(|(lowered, crept)| *lowered += crept);
+            }
+            if let Some(flux) = &mut flux {
+                self.drainage.accumulate(job, &self.grid, &self.codes, flux)?;
+            }
+            return Ok(Work { lowered, flux });
         };
-        let mut lowered = self.heights.clone();
+        let mut lowered = (asked.lowered || sediment.thickness.is_some()).then(|| self.heights.clone());
         let flux = self.carry(job, step_yr, &mut sediment)?;
         let fluvial = self.heights.clone();
         self.slide(job)?;
         let slid = self.heights.par_iter().zip(&fluvial).map(|(after, before)| before - after);
         sediment.debris.par_iter_mut().zip(slid).for_each(|(debris, slid)| *debris += slid);
         self.creep(job, step_yr, step, Some(&mut sediment.debris))?;
-        let after = self.heights.par_iter();
-        lowered.par_iter_mut().zip(after).for_each(|(height, after)| *height -= after);
-        let layers = sediment.thickness.par_iter_mut().zip(&lowered);
-        layers.for_each(|(thickness, lowered)| *thickness = (f64::from(*thickness) - lowered).max(0.0) as f32);
+        if let Some(lowered) = &mut lowered {
+            lowered.par_iter_mut().zip(&self.heights).for_each(|(height, after)| *height -= after);
+        }
+        if let (Some(thickness), Some(lowered)) = (&mut sediment.thickness, &lowered) {
+            let layers = thickness.par_iter_mut().zip(lowered);
+            layers.for_each(|(thickness, lowered)| *thickness = (f64::from(*thickness) - lowered).max(0.0) as f32);
+        }
         self.sediment = Some(sediment);
-        Ok(Some(Work { lowered, flux }))
+        Ok(Work { lowered: lowered.filter(|_| asked.lowered), flux: asked.flux.then_some(flux) })
     }
 
     /// Lets slopes give way that are steeper than repose.
@@ -270,13 +303,13 @@ impl<'a> Land<'a> {
 }
 
 impl<'a> Sediment<'a> {
-    /// A land without sediment, or none where `deposition` is 0 everywhere.
-    fn new(job: &'a Job<'_>, cells: usize) -> Option<Self> {
-        let deposition = job.lane("deposition");
+    /// A land without sediment, whose thickness is followed if it is `measured`. Returns None when `deposition` is 0
+    /// everywhere.
+    fn new(deposition: Lane<'a>, cells: usize, measured: bool) -> Option<Self> {
         if deposition.constant().is_some_and(|g| g <= 0.0) {
             return None;
         }
-        Some(Self { deposition, debris: vec![0.0; cells], thickness: vec![0.0; cells] })
+        Some(Self { deposition, debris: vec![0.0; cells], thickness: measured.then(|| vec![0.0; cells]) })
     }
 }
 
@@ -285,21 +318,22 @@ mod tests {
     use orograph_graph::mix;
 
     use super::*;
-    use crate::{erosion::stream_power::NODE, testing};
+    use crate::{erosion::stream_power::NODE, hydrology::engine::code, testing};
 
     /// Twenty steps over rough, rising land with lakes, a sea, slides and creep: what left and what is on its way is what the
     /// land lost.
     fn balance(job: &Job<'_>) -> Result<Outputs, NodeError> {
-        let (params, start) = (Params::read(job.params), job.field("height")?);
+        let (params, start) = (Params::read(job.params), Inputs::read(job)?.height);
         let mut land = Land::new(job, &params, start)?;
         let cells = || 0..start.samples().len();
         let (mut left, mut moved) = (0.0, 0.0);
         for step in 0..20 {
-            let work = land.step(job, params.duration / 20.0, step, true)?.expect("what it did");
-            left += cells().filter(|&c| land.codes[c] & code::OUTLET != 0).map(|c| work.flux[c]).sum::<f64>();
-            moved += work.lowered.iter().map(|m| m.abs()).sum::<f64>();
+            let work = land.step(job, params.duration / 20.0, step, Asked { lowered: true, flux: true })?;
+            let (lowered, flux) = (work.lowered.expect("heights"), work.flux.expect("a flux"));
+            left += cells().filter(|&c| land.codes[c] & code::OUTLET != 0).map(|c| flux[c]).sum::<f64>();
+            moved += lowered.iter().map(|m| m.abs()).sum::<f64>();
         }
-        let rise_m = f64::from(job.lane("uplift").at(0)) * params.duration;
+        let rise_m = f64::from(Inputs::read(job)?.uplift.at(0)) * params.duration;
         let lost: f64 = cells()
             .map(|c| f64::from(start.samples()[c]) + if land.is_base(c) { 0.0 } else { rise_m } - land.heights[c])
             .sum();

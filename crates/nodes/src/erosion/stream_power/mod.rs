@@ -27,7 +27,7 @@ mod tests;
 use rayon::prelude::*;
 
 use self::{
-    land::{Land, Work},
+    land::{Asked, Land, Work},
     rock::DEFAULT_ERODIBILITY,
     schedule::Steps,
 };
@@ -111,6 +111,42 @@ params! {
     schedule: Schedule = Schedule::Full, One, .., when method = "implicit";
     /// Seed of the random receivers and of the variation.
     seed: Seed = Seed(0), Count, ..;
+}
+
+inputs! {
+    /// The land at the start.
+    height: Height;
+    /// Rate at which the land rises, or sinks where it is below 0.
+    uplift: Scalar(MetresPerYear) = 0.0, -1.0..=1.0, soft 0.0..=0.005;
+    /// The coefficient K of the law. Below 0 counts as 0: nothing erodes.
+    erodibility: Scalar(Erodibility) = DEFAULT_ERODIBILITY, 0.0..=1e3, soft 0.0..=1e-4;
+    /// In place of `erodibility`: how fast a river that drains 1 km² cuts down where its slope is 10 %.
+    /// 0 leaves it to `erodibility`; in a map, nothing erodes where it is 0 or below.
+    reference_rate: Scalar(MetresPerYear) = 0.0, 0.0..=1.0, soft 0.0..=0.01;
+    /// Rain as a share of the mean: where it is 2, a cell counts as two in the drainage area. Below 0 counts as 0.
+    rain: Scalar(One) = 1.0, 0.0..=1e6, soft 0.0..=4.0;
+    /// The coefficient G of deposition: how readily the load of rivers settles. 0 carries all of it out of the world.
+    deposition: Scalar(One) = 0.0, 0.0..=1e3, soft 0.0..=4.0;
+    /// Steepest slope that stands; 90° is without limit.
+    repose: Scalar(Degrees) = 35.0, 0.0..=90.0, soft 20.0..=60.0;
+    /// The coefficient D of creep on hillslopes: 0.001 in dry to 0.1 in wet lands, 0 for none. Below 0 counts as 0.
+    diffusivity: Scalar(SquareMetresPerYear) = 0.0, 0.0..=1e3, soft 0.0..=0.1;
+}
+
+outputs! {
+    /// The land at the end.
+    height: Height;
+    /// Drainage area at the end, by steepest descent, weighted by the rain.
+    area: Scalar(SquareMetres);
+    /// Thickness of the rock that was eroded.
+    erosion: Scalar(Metres);
+    /// How fast the land was worn down during the last time step, below 0 where it was built up.
+    /// It nears the uplift where both balance.
+    erosion_rate: Scalar(MetresPerYear);
+    /// Thickness of the sediment that lies on the rock at the end; 0 without `deposition`.
+    sediment: Scalar(Metres);
+    /// What rivers carried out of each cell during the last time step.
+    sediment_flux: Scalar(CubicMetresPerYear);
 }
 
 /// The declaration.
@@ -207,91 +243,8 @@ pub static NODE: Node = Node {
         "D. G. Tarboton (1997), A new method for the determination of flow directions and upslope areas in grid \
          digital elevation models, Water Resources Research 33, 309-319",
     ],
-    inputs: &[
-        Input::needs("height", PortType::Height, "The land at the start."),
-        Input::number(
-            "uplift",
-            Unit::MetresPerYear,
-            0.0,
-            [-1.0, 1.0],
-            [0.0, 0.005],
-            "Rate at which the land rises, or sinks where it is below 0.",
-        ),
-        Input::number(
-            "erodibility",
-            Unit::Erodibility,
-            DEFAULT_ERODIBILITY,
-            [0.0, 1e3],
-            [0.0, 1e-4],
-            "The coefficient K of the law. Below 0 counts as 0: nothing erodes.",
-        ),
-        Input::number(
-            "reference_rate",
-            Unit::MetresPerYear,
-            0.0,
-            [0.0, 1.0],
-            [0.0, 0.01],
-            "In place of `erodibility`: how fast a river that drains 1 km² cuts down where its slope is 10 %.\n\
-             0 leaves it to `erodibility`; in a map, nothing erodes where it is 0 or below.",
-        ),
-        Input::number(
-            "rain",
-            Unit::One,
-            1.0,
-            [0.0, 1e6],
-            [0.0, 4.0],
-            "Rain as a share of the mean: where it is 2, a cell counts as two in the drainage area. Below 0 counts as 0.",
-        ),
-        Input::number(
-            "deposition",
-            Unit::One,
-            0.0,
-            [0.0, 1e3],
-            [0.0, 4.0],
-            "The coefficient G of deposition: how readily the load of rivers settles. 0 carries all of it out of the world.",
-        ),
-        Input::number(
-            "repose",
-            Unit::Degrees,
-            35.0,
-            [0.0, 90.0],
-            [20.0, 60.0],
-            "Steepest slope that stands; 90° is without limit.",
-        ),
-        Input::number(
-            "diffusivity",
-            Unit::SquareMetresPerYear,
-            0.0,
-            [0.0, 1e3],
-            [0.0, 0.1],
-            "The coefficient D of creep on hillslopes: 0.001 in dry to 0.1 in wet lands, 0 for none. Below 0 counts as 0.",
-        ),
-    ],
-    outputs: &[
-        Output::gives("height", PortType::Height, "The land at the end."),
-        Output::gives(
-            "area",
-            PortType::Scalar(Unit::SquareMetres),
-            "Drainage area at the end, by steepest descent, weighted by the rain.",
-        ),
-        Output::gives("erosion", PortType::Scalar(Unit::Metres), "Thickness of the rock that was eroded."),
-        Output::gives(
-            "erosion_rate",
-            PortType::Scalar(Unit::MetresPerYear),
-            "How fast the land was worn down during the last time step, below 0 where it was built up.\n\
-             It nears the uplift where both balance.",
-        ),
-        Output::gives(
-            "sediment",
-            PortType::Scalar(Unit::Metres),
-            "Thickness of the sediment that lies on the rock at the end; 0 without `deposition`.",
-        ),
-        Output::gives(
-            "sediment_flux",
-            PortType::Scalar(Unit::CubicMetresPerYear),
-            "What rivers carried out of each cell during the last time step.",
-        ),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
@@ -310,64 +263,61 @@ const SHORTEST_YR: f64 = 1e-30;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    let start = job.field("height")?;
+    let start = Inputs::read(job)?.height;
     warn_of_unresolved_hillslopes(job, params.critical_area);
+    let wants = Wants::of(job);
     let mut land = Land::new(job, &params, start)?;
+    let asked = Asked { lowered: wants.erosion_rate, flux: wants.sediment_flux };
     let (step_yr, work) = match params.method {
-        Method::Implicit => implicit(job, &params, &mut land, start)?,
-        Method::Analytical => (1.0, analytical::grow(job, &params, &mut land, start)?),
+        Method::Implicit => implicit(job, &params, &mut land, asked)?,
+        Method::Analytical => (1.0, analytical::grow(job, &params, &mut land, asked)?),
     };
-    land.route(job, None)?;
+    if wants.area {
+        land.route(job, None)?;
+    }
 
     let cell_m2 = job.cell_m() * job.cell_m();
     let cells = || (0..land.heights.len()).into_par_iter();
-    let height = cells().map(|cell| land.heights[cell] as f32).collect();
-    let area = cells().map(|cell| land.area.m2(cell) as f32).collect();
+    let field = |samples| Field::new(job.window(), samples);
+    let nothing = || Field::constant(job.window(), 0.0);
     // The heights of many steps add up to rounding errors of the order of 1e-12 m where nothing was eroded.
-    let erosion = cells().map(|cell| {
+    let eroded = |cell: usize| {
         let risen_m = land.tectonics.risen_m(cell, land.is_base(cell));
         (f64::from(start.samples()[cell]) + risen_m - land.heights[cell]).max(0.0) as f32
-    });
-    let erosion = erosion.collect();
-    let sediment = cells().map(|cell| land.sediment_m(cell)).collect();
-    let per_yr = |metres: f64| metres / step_yr.max(SHORTEST_YR);
-    let (rate, flux) = match work {
-        Some(work) => (
-            work.lowered.par_iter().map(|&lowered_m| per_yr(lowered_m) as f32).collect(),
-            work.flux.par_iter().map(|&carried_m| (per_yr(carried_m).max(0.0) * cell_m2) as f32).collect(),
-        ),
-        None => (vec![0.0; land.heights.len()], vec![0.0; land.heights.len()]),
     };
-    let field = |samples| Field::new(job.window(), samples);
-    Ok(Outputs::one("height", field(height))
-        .with("area", field(area))
-        .with("erosion", field(erosion))
-        .with("erosion_rate", field(rate))
-        .with("sediment", field(sediment))
-        .with("sediment_flux", field(flux)))
+    let per_yr = |metres: f64| metres / step_yr.max(SHORTEST_YR);
+    let rate = |lowered: Vec<f64>| field(lowered.par_iter().map(|&lowered_m| per_yr(lowered_m) as f32).collect());
+    let flux = |carried: Vec<f64>| {
+        field(carried.par_iter().map(|&carried_m| (per_yr(carried_m).max(0.0) * cell_m2) as f32).collect())
+    };
+    Ok(Given {
+        height: wants.height.then(|| field(cells().map(|cell| land.heights[cell] as f32).collect())),
+        area: wants.area.then(|| field(cells().map(|cell| land.area.m2(cell) as f32).collect())),
+        erosion: wants.erosion.then(|| field(cells().map(eroded).collect())),
+        erosion_rate: wants.erosion_rate.then(|| work.lowered.map_or_else(nothing, rate)),
+        sediment: wants.sediment.then(|| land.sediment_m().map_or_else(nothing, |metres| field(metres.to_vec()))),
+        sediment_flux: wants.sediment_flux.then(|| work.flux.map_or_else(nothing, flux)),
+    }
+    .into())
 }
 
-/// Makes the steps of a run. Gives how long they are and what the last one did.
-fn implicit(
-    job: &Job<'_>,
-    params: &Params,
-    land: &mut Land<'_>,
-    start: &Field,
-) -> Result<(f64, Option<Work>), NodeError> {
+/// Makes the steps of a run. Gives how long they are and what the last one did, as far as it is asked.
+fn implicit(job: &Job<'_>, params: &Params, land: &mut Land<'_>, asked: Asked) -> Result<(f64, Work), NodeError> {
     let asked_yr = if params.time_step > 0.0 { params.time_step } else { params.duration / 100.0 };
     let count = if params.duration > 0.0 { (params.duration / asked_yr).ceil().min(MAX_STEPS) as u32 } else { 0 };
     let step_yr = params.duration / f64::from(count.max(1));
     let first = match params.schedule {
         Schedule::Full => 0,
-        Schedule::CoarseToFine => schedule::begin(job, params, Steps { count, step_yr }, land, start)?,
+        Schedule::CoarseToFine => schedule::begin(job, params, Steps { count, step_yr }, land)?,
     };
-    let mut work = None;
+    let mut work = Work::default();
     for step in first..count {
         job.advance(step as f32 / (count + 1) as f32)?;
-        work = land.step(job, step_yr, step, step + 1 == count)?;
+        let asked = if step + 1 == count { asked } else { Asked::default() };
+        work = land.step(job, step_yr, step, asked)?;
         job.glimpse(|| {
             let height = land.heights.par_iter().map(|height| *height as f32).collect();
-            Outputs::one("height", Field::new(job.window(), height))
+            Given { height: Some(Field::new(job.window(), height)), ..Given::default() }.into()
         });
     }
     job.advance(count as f32 / (count + 1) as f32)?;

@@ -1,6 +1,6 @@
 //! How easily rock erodes: its erodibility K, given as such or by the rate at which a reference river cuts it.
 
-use super::{Params, incision::Law};
+use super::{Inputs, Params, incision::Law};
 use crate::{math, prelude::*};
 
 /// What K is when the file says nothing.
@@ -26,8 +26,8 @@ impl<'a> Rock<'a> {
     ///
     /// # Errors
     /// When both the erodibility and the reference rate are given.
-    pub fn new(job: &'a Job<'_>, params: &Params, law: &Law) -> Result<Self, NodeError> {
-        let (erodibility, rate) = (job.lane("erodibility"), job.lane("reference_rate"));
+    pub fn new(inputs: &Inputs<'a>, params: &Params, law: &Law, seed: u32) -> Result<Self, NodeError> {
+        let (erodibility, rate) = (inputs.erodibility, inputs.reference_rate);
         let (given, per_given) = if rate.constant() == Some(0.0) {
             (erodibility, 1.0)
         } else if erodibility.constant() == Some(DEFAULT_ERODIBILITY as f32) {
@@ -39,7 +39,7 @@ impl<'a> Rock<'a> {
             ));
         };
         let variation = (params.variation > 0.0).then(|| variation(law, params.variation));
-        Ok(Self { given, per_given, variation, seed: job.seed() })
+        Ok(Self { given, per_given, variation, seed })
     }
 
     /// K where it is the same everywhere, before it varies.

@@ -4,7 +4,11 @@
 //! whole run; what the small cells add, they add in a share of the time in which the land answers a change. So the land
 //! spends its time on coarse cells first, and on each finer level what is left when this share has come.
 
-use super::{Params, coarse::Coarse, land::Land};
+use super::{
+    Inputs, Params,
+    coarse::Coarse,
+    land::{Asked, Land},
+};
 use crate::prelude::*;
 
 /// Coarser levels.
@@ -30,14 +34,8 @@ pub struct Steps {
 ///
 /// # Errors
 /// When an input is refused, or [`NodeError::Cancelled`].
-pub fn begin(
-    job: &Job<'_>,
-    params: &Params,
-    steps: Steps,
-    land: &mut Land<'_>,
-    start: &Field,
-) -> Result<u32, NodeError> {
-    below(job, params, steps, land, start, 1)
+pub fn begin(job: &Job<'_>, params: &Params, steps: Steps, land: &mut Land<'_>) -> Result<u32, NodeError> {
+    below(job, params, steps, land, Inputs::read(job)?.height, 1)
 }
 
 fn below(
@@ -53,7 +51,7 @@ fn below(
     }
     let Some(coarse) = Coarse::below(job, FEWEST_CELLS)? else { return Ok(0) };
     let coarse_job = coarse.job(job);
-    let coarse_start = coarse_job.field("height")?;
+    let coarse_start = Inputs::read(&coarse_job)?.height;
     let mut coarse_land = Land::new(&coarse_job, params, coarse_start)?;
     let first = below(&coarse_job, params, steps, &mut coarse_land, coarse_start, level + 1)?;
     let mut step = first;
@@ -66,7 +64,7 @@ fn below(
             break;
         }
         job.advance(step as f32 / (steps.count + 1) as f32)?;
-        coarse_land.step(&coarse_job, steps.step_yr, step, false)?;
+        coarse_land.step(&coarse_job, steps.step_yr, step, Asked::default())?;
         step += 1;
     }
     land.take_over(job, &coarse, [start, coarse_start], coarse_land)?;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Params, course::Course};
+use super::{Inputs, Params, course::Course};
 use crate::{
     hydrology::engine::{Grid, Outlet},
     prelude::*,
@@ -22,9 +22,9 @@ pub struct Tectonics<'a> {
 impl<'a> Tectonics<'a> {
     /// Reads `uplift`, `uplift_course` and `base_level_fall`.
     #[must_use]
-    pub fn new(job: &'a Job<'_>, params: &Params) -> Self {
+    pub fn new(inputs: &Inputs<'a>, params: &Params) -> Self {
         Self {
-            uplift: job.lane("uplift"),
+            uplift: inputs.uplift,
             course: Course::new(&params.uplift_course),
             base_level_fall: params.base_level_fall,
             duration_yr: params.duration,

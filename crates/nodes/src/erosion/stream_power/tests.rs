@@ -1,6 +1,6 @@
 //! Tests of river incision: closed forms, other programs' results, a plain reference, and inputs at the edge of sense.
 
-use orograph_graph::{Boundary, Edge, World, mix};
+use orograph_graph::{Boundary, Cancel, Edge, Wanted, World, mix};
 
 use super::NODE;
 use crate::{hydrology::engine::reference, math, prelude::*, testing};
@@ -421,5 +421,30 @@ fn the_same_for_any_thread_count_and_simd_level() {
         let fields: Vec<_> = fields.into_iter().chain(more).collect();
         assert!(testing::run_in(1, &NODE, &params, &fields) == testing::run_in(7, &NODE, &params, &fields));
         testing::at_every_level(|| testing::outputs(&NODE, &params, &fields));
+    }
+}
+
+/// On coarser cells too, what is not wanted is left out, and the rest is the same.
+#[test]
+fn each_output_alone_is_what_it_is_among_all() {
+    let window = Window::whole(testing::world(260, 257, 50.0));
+    let height = testing::field(window.world, |x, y| 300.0 * white(x, y));
+    let [uplift, deposition, diffusivity] = [0.001, 0.5, 0.01].map(|value| Field::constant(window, value));
+    let fields = [("height", &height), ("uplift", &uplift), ("diffusivity", &diffusivity), ("deposition", &deposition)];
+    for (changes, fields) in [
+        ("schedule=coarse_to_fine,duration=1e6,time_step=5e4", &fields[..]),
+        ("schedule=coarse_to_fine,duration=1e6,time_step=5e4", &fields[..3]),
+        ("method=analytical,duration=1e6", &fields[..2]),
+    ] {
+        let params = testing::with_params(&NODE, changes);
+        let run = |wanted| {
+            let found = testing::outputs_wanted(wanted, &Cancel::default(), window, &NODE, &params, fields).0;
+            found.expect("a result").into_iter_named().collect::<Vec<_>>()
+        };
+        let all = run(Wanted::ALL);
+        assert_eq!(all.len(), NODE.outputs.len());
+        for (at, among_all) in all.iter().enumerate() {
+            assert!(run(Wanted::NONE.with(at)) == [among_all.clone()], "{changes}: {}", among_all.0);
+        }
     }
 }

@@ -12,31 +12,47 @@ use crate::{filter::lines::Ends, math};
 /// Rows that are drawn together.
 const ROWS: usize = 32;
 
-/// The land with beds, and how much of each cell is bed: 1 on it, 0 beyond its banks.
+/// The land with beds, and how much of each cell is bed: 1 on it, 0 beyond its banks; each if it is wanted.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
-pub fn draw(job: &Job<'_>, land: &[f32], ways: &[Way], params: &Params) -> Result<(Vec<f32>, Vec<f32>), NodeError> {
+pub fn draw(
+    job: &Job<'_>,
+    land: &[f32],
+    ways: &[Way],
+    params: &Params,
+    wanted: [bool; 2],
+) -> Result<[Option<Vec<f32>>; 2], NodeError> {
     let window = job.window();
     let bank_m = params.bank.max(window.cell_m());
     let pieces: Vec<Vec<Piece>> = ways.iter().map(|way| pieces(&window, way, bank_m)).collect();
     let nx = window.nx();
-    let mut height = land.to_vec();
-    let mut bed = vec![0.0; land.len()];
-    let strips = height.par_chunks_mut(nx * ROWS).zip(bed.par_chunks_mut(nx * ROWS)).enumerate();
-    strips.try_for_each_init(Vec::new, |nearest, (k, (height, bed))| {
-        let rows = [k * ROWS, k * ROWS + height.len() / nx];
+    let strips = |raster| strips(raster, nx * ROWS, land.len());
+    let mut height = wanted[0].then(|| land.to_vec());
+    let mut bed = wanted[1].then(|| vec![0.0; land.len()]);
+    let (heights, beds) = (strips(&mut height), strips(&mut bed));
+    let lands = land.par_chunks(nx * ROWS).zip(heights).zip(beds).enumerate();
+    lands.try_for_each_init(Vec::new, |nearest, (k, ((land, mut height), mut bed))| {
+        let rows = [k * ROWS, k * ROWS + land.len() / nx];
         nearest.clear();
-        nearest.resize(height.len(), Nearest::NOTHING);
-        let strip = Strip { window: &window, land: &land[rows[0] * nx..], rows, bank_m, params };
+        nearest.resize(land.len(), Nearest::NOTHING);
+        let strip = Strip { window: &window, land, rows, bank_m, params };
         for pieces in &pieces {
             job.check()?;
-            strip.draw(pieces, nearest, height, bed);
+            strip.draw(pieces, nearest, height.as_deref_mut(), bed.as_deref_mut());
         }
         Ok::<_, NodeError>(())
     })?;
     job.advance(0.9)?;
-    Ok((height, bed))
+    Ok([height, bed])
+}
+
+/// The strips of a raster; as many times nothing where there is none.
+fn strips(raster: &mut Option<Vec<f32>>, size: usize, len: usize) -> Vec<Option<&mut [f32]>> {
+    match raster {
+        Some(raster) => raster.chunks_mut(size).map(Some).collect(),
+        None => std::iter::repeat_with(|| None).take(len.div_ceil(size)).collect(),
+    }
 }
 
 /// A straight piece of a bed, and the cells it may change: from the first column and row to those after the last.
@@ -97,7 +113,7 @@ fn pieces(window: &Window, way: &Way, bank_m: f64) -> Vec<Piece> {
 /// Some rows of the world.
 struct Strip<'a> {
     window: &'a Window,
-    /// The land as it was, from the strip's first row on.
+    /// The land as it was.
     land: &'a [f32],
     rows: [usize; 2],
     bank_m: f64,
@@ -106,7 +122,13 @@ struct Strip<'a> {
 
 impl Strip<'_> {
     /// Draws one way. `nearest` has nothing before and after.
-    fn draw(&self, pieces: &[Piece], nearest: &mut [Nearest], height: &mut [f32], bed: &mut [f32]) {
+    fn draw(
+        &self,
+        pieces: &[Piece],
+        nearest: &mut [Nearest],
+        mut height: Option<&mut [f32]>,
+        mut bed: Option<&mut [f32]>,
+    ) {
         let nx = self.window.nx();
         let here = |piece: &&Piece| piece.rows[0] < self.rows[1] && piece.rows[1] > self.rows[0];
         let (mut first, mut end) = (nx, 0);
@@ -119,10 +141,13 @@ impl Strip<'_> {
                 }
             }
         }
-        for row in 0..height.len() / nx {
+        for row in 0..self.land.len() / nx {
             for at in (first..end).map(|i| row * nx + i) {
                 if nearest[at].square_m2 < f64::INFINITY {
-                    self.change(&nearest[at], self.land[at], &mut height[at], &mut bed[at]);
+                    let (mut spare, mut share) = (0.0, 0.0);
+                    let height = height.as_mut().map_or(&mut spare, |height| &mut height[at]);
+                    let bed = bed.as_mut().map_or(&mut share, |bed| &mut bed[at]);
+                    self.change(&nearest[at], self.land[at], height, bed);
                     nearest[at] = Nearest::NOTHING;
                 }
             }

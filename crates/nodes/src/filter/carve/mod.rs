@@ -64,6 +64,22 @@ params! {
     easing: f64 = 500.0, Metres, 0.0..=1e6, soft 0..=5000, when course = "land" | "downhill";
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+    /// Lines with widths, depths and elevations of their own, as `Rivers` gives them.
+    lines: Option<Lines>;
+    /// Where the result replaces the land: fully at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The land with the bed.
+    height: Height;
+    /// 1 on the bed, 0 beyond its banks.
+    bed: Mask;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Carve",
@@ -76,19 +92,8 @@ pub static NODE: Node = Node {
         "J.-D. Génevaux, É. Galin, É. Guérin, A. Peytavie and B. Benes (2013), Terrain generation using procedural models based \
          on hydrology, ACM Transactions on Graphics 32 (4)",
     ],
-    inputs: &[
-        Input::needs("height", PortType::Height, "The land."),
-        Input::takes(
-            "lines",
-            PortType::Lines,
-            "Lines with widths, depths and elevations of their own, as `Rivers` gives them.",
-        ),
-        Input::mask("mask", "Where the result replaces the land: fully at 1, not at all at 0."),
-    ],
-    outputs: &[
-        Output::gives("height", PortType::Height, "The land with the bed."),
-        Output::gives("bed", PortType::Mask, "1 on the bed, 0 beyond its banks."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
@@ -97,19 +102,26 @@ pub static NODE: Node = Node {
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let (Inputs { height, lines, mask }, wants) = (Inputs::read(job)?, Wants::of(job));
     let params = Params::read(job.params);
-    let height = job.field("height")?;
-    let ways: Vec<Way> = match job.lines("lines") {
+    let ways: Vec<Way> = match lines {
         Some(lines) => lines.lines.iter().map(|line| Way::of_line(line, &params)).collect(),
         None if params.width == 0.0 => Vec::new(),
         None => vec![Way::of_path(&params, height)],
     };
     if ways.is_empty() {
-        return Ok(Outputs::one("height", height.clone()).with("bed", Field::constant(job.window(), 0.0)));
+        return Ok(Given {
+            height: wants.height.then(|| height.clone()),
+            bed: wants.bed.then(|| Field::constant(job.window(), 0.0)),
+        }
+        .into());
     }
-    let (mut out, bed) = draw(job, height.samples(), &ways, &params)?;
-    mix(job, height.samples(), &mut out, job.lane("mask"))?;
-    Ok(Outputs::one("height", Field::new(job.window(), out)).with("bed", Field::new(job.window(), bed)))
+    let [mut out, bed] = draw(job, height.samples(), &ways, &params, [wants.height, wants.bed])?;
+    if let Some(out) = &mut out {
+        mix(job, height.samples(), out, mask)?;
+    }
+    let field = |samples| Field::new(job.window(), samples);
+    Ok(Given { height: out.map(field), bed: bed.map(field) }.into())
 }
 
 #[cfg(test)]

@@ -44,6 +44,11 @@ params! {
     seed: Seed = Seed(0), Count, ..;
 }
 
+outputs! {
+    /// Height above the mean of the land.
+    height: Height;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Diffused",
@@ -55,7 +60,7 @@ pub static NODE: Node = Node {
         "J. Makhoul (1980), A fast cosine transform in one and two dimensions, IEEE Transactions on Acoustics, Speech, and \
          Signal Processing 28 (1), 27-34",
     ],
-    outputs: &[Output::gives("height", PortType::Height, "Height above the mean of the land.")],
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
@@ -73,7 +78,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         }
         Form::Fractal => layered(job, params.relief, |mean| blend(params.alpha, params.octaves as u32, mean))?,
     };
-    Ok(Outputs::one("height", Field::new(job.window(), height)))
+    Ok(Given { height: Some(Field::new(job.window(), height)) }.into())
 }
 
 impl Params {

@@ -59,6 +59,11 @@ fractal_params! {
     high: f64 = 450.0, Metres, -1e6..=1e6, soft -1000..=2000, when kind = "blend";
 }
 
+outputs! {
+    /// Elevation about 0; `amplitude` is three standard deviations.
+    height: Height;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Fractal",
@@ -72,11 +77,7 @@ pub static NODE: Node = Node {
         "G. de Carpentier, R. Bidarra, 2009, Interactive GPU-based procedural heightfield brushes",
         "G. de Carpentier, 2011, Scape: procedural extensions",
     ],
-    outputs: &[Output::gives(
-        "height",
-        PortType::Height,
-        "Elevation about 0; `amplitude` is three standard deviations.",
-    )],
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "kind: eroded, wavelength: 6000, gain: 0.5, amplitude: 1500, seed: 2",
@@ -97,7 +98,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         Kind::Jordan => params.raster::<rules::Jordan, 5>(job)?,
         Kind::Blend => params.raster::<rules::Blend, 4>(job)?,
     };
-    Ok(Outputs::one("height", Field::new(job.window(), samples)))
+    Ok(Given { height: Some(Field::new(job.window(), samples)) }.into())
 }
 
 impl Params {

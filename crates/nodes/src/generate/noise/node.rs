@@ -63,6 +63,11 @@ params! {
     seed: Seed = Seed(0), Count, ..;
 }
 
+outputs! {
+    /// Elevation: `amplitude` times the noise.
+    height: Height;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Noise",
@@ -74,7 +79,7 @@ pub static NODE: Node = Node {
         "S. Gustavson, 2005, Simplex noise demystified",
         "D. S. Ebert, F. K. Musgrave, D. Peachey, K. Perlin, S. Worley, 2003, Texturing and Modeling, chapter 4",
     ],
-    outputs: &[Output::gives("height", PortType::Height, "Elevation: `amplitude` times the noise.")],
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "kind: nearest, wavelength: 3000, octaves: 3, gain: 0.4, amplitude: 900, seed: 4",
@@ -109,7 +114,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         (_, Metric::Manhattan) => params.cells::<Manhattan>(job, &octaves)?,
         (_, Metric::Chebyshev) => params.cells::<Chebyshev>(job, &octaves)?,
     };
-    Ok(Outputs::one("height", Field::new(job.window(), samples)))
+    Ok(Given { height: Some(Field::new(job.window(), samples)) }.into())
 }
 
 impl Params {

@@ -47,6 +47,13 @@ params! {
     seed: Seed = Seed(0), Count, ..;
 }
 
+outputs! {
+    /// Height above the land around.
+    height: Height;
+    /// The profile without spurs and summits, 1 on the crest, which winds.
+    mask: Mask;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Range",
@@ -58,10 +65,7 @@ pub static NODE: Node = Node {
         "H. Hnaidi, E. Guérin, S. Akkouche, A. Peytavie, E. Galin, 2010, Feature based terrain generation using diffusion equation",
         "J.-D. Génevaux et al., 2015, Terrain modelling from feature primitives, Computer Graphics Forum 34",
     ],
-    outputs: &[
-        Output::gives("height", PortType::Height, "Height above the land around."),
-        Output::gives("mask", PortType::Mask, "The profile without spurs and summits, 1 on the crest, which winds."),
-    ],
+    outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
     example: "height: 3000, front: 3000, back: 4000, spacing: 3500, seed: 8",
@@ -83,19 +87,26 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let bends = bends.each_ref().map(|bend| &bend[j * nx..][..nx]);
         course.squares(&xs, window.centre_m(0, j)[1], bends, row);
     })?;
-    let spurs = Spurs::new(job, [params.spurs, params.spacing], |places| course.heights(job, places))?;
-    let crest = params.fractal(job, SALTS[0], 2.0, 4).octaves(job.world());
-    let mut height = sum::lattices(job, &crest, Basis::Bell, params.variation)?;
-    par::rows_within(job, [0.4, 0.9], &mut height, |j, row| {
-        let mut share = mask[j * nx..][..nx].to_vec();
-        params.profile.of(&mut share);
-        for (height, share) in row.iter_mut().zip(share) {
-            *height = params.height as f32 * (1.0 + *height) * share;
-        }
-        spurs.carve(&xs, window.centre_m(0, j)[1], row, false);
-    })?;
-    par::rows_within(job, [0.9, 1.0], &mut mask, |_, row| params.profile.of(row))?;
-    Ok(Outputs::one("height", Field::new(window, height)).with("mask", Field::new(window, mask)))
+    let wants = Wants::of(job);
+    let risen = || -> Result<Field, NodeError> {
+        let spurs = Spurs::new(job, [params.spurs, params.spacing], |places| course.heights(job, places))?;
+        let crest = params.fractal(job, SALTS[0], 2.0, 4).octaves(job.world());
+        let mut height = sum::lattices(job, &crest, Basis::Bell, params.variation)?;
+        par::rows_within(job, [0.4, 0.9], &mut height, |j, row| {
+            let mut share = mask[j * nx..][..nx].to_vec();
+            params.profile.of(&mut share);
+            for (height, share) in row.iter_mut().zip(share) {
+                *height = params.height as f32 * (1.0 + *height) * share;
+            }
+            spurs.carve(&xs, window.centre_m(0, j)[1], row, false);
+        })?;
+        Ok(Field::new(window, height))
+    };
+    let height = wants.height.then(risen).transpose()?;
+    if wants.mask {
+        par::rows_within(job, [0.9, 1.0], &mut mask, |_, row| params.profile.of(row))?;
+    }
+    Ok(Given { height, mask: wants.mask.then(|| Field::new(window, mask)) }.into())
 }
 
 impl Params {

@@ -57,6 +57,11 @@ params! {
     seed: Seed = Seed(0), Count, ..;
 }
 
+outputs! {
+    /// Height above the mean of the land.
+    height: Height;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Spectral",
@@ -69,7 +74,7 @@ pub static NODE: Node = Node {
         "D. Saupe (1988), Algorithms for random fractals, in H.-O. Peitgen and D. Saupe (eds), The Science of Fractal Images, \
          Springer",
     ],
-    outputs: &[Output::gives("height", PortType::Height, "Height above the mean of the land.")],
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
@@ -97,7 +102,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let draw = Draw { seed: job.seed(), even: params.amplitudes == Amplitudes::Even };
     let power = Power::new(&params);
     let height = torus.sum(job, draw, &power)?;
-    Ok(Outputs::one("height", Field::new(job.window(), height)))
+    Ok(Given { height: Some(Field::new(job.window(), height)) }.into())
 }
 
 /// A power law of frequency between two scales.

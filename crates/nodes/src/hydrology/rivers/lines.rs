@@ -29,18 +29,18 @@ pub fn trace(
     sections: &Sections,
     params: &Params,
 ) -> Result<Lines, NodeError> {
+    let inflows = network.inflows(job, grid)?;
     let rows: Vec<Vec<u32>> = (0..grid.ny)
         .into_par_iter()
         .map(|y| {
             job.check()?;
-            let cells = (y * grid.nx..(y + 1) * grid.nx).filter(|&cell| {
-                network.orders[cell] > 0 && network.inflows[cell] != 1 && has_receiver(network.codes[cell])
-            });
+            let cells = (y * grid.nx..(y + 1) * grid.nx)
+                .filter(|&cell| network.orders[cell] > 0 && inflows[cell] != 1 && has_receiver(network.codes[cell]));
             Ok(cells.map(|cell| cell as u32).collect())
         })
         .collect::<Result<_, NodeError>>()?;
     let starts = rows.concat();
-    let links = Links { job, grid, drained, network, sections };
+    let links = Links { job, grid, drained, network, inflows, sections };
     let lines = starts.par_iter().map(|&start| {
         job.check()?;
         let (vertices, end) = links.follow(start);
@@ -56,6 +56,7 @@ struct Links<'a> {
     grid: &'a Grid,
     drained: &'a Drained<'a>,
     network: &'a Network,
+    inflows: Vec<u8>,
     sections: &'a Sections,
 }
 
@@ -76,7 +77,7 @@ impl Links<'_> {
             let (east, south) = STEPS[direction(code)];
             position_m = [position_m[0] + f64::from(east) * cell_m, position_m[1] + f64::from(south) * cell_m];
             let mut vertex = self.vertex(cell, position_m);
-            let joins = self.network.inflows[cell as usize] != 1;
+            let joins = self.inflows[cell as usize] != 1;
             if joins && let Some(last) = vertices.last() {
                 // What flows on from a junction is not this river's.
                 vertex = Vertex { position_m, elevation_m: vertex.elevation_m, ..*last };

@@ -43,6 +43,26 @@ params! {
     smooth: f64 = 20.0, Metres, 0.0..=1e5, soft 0.0..=200.0;
 }
 
+inputs! {
+    /// Where water runs, from `Flow`.
+    flow: Flow;
+}
+
+outputs! {
+    /// 1 in cells with a channel, 0 elsewhere.
+    mask: Mask;
+    /// Strahler's order of the channel, 0 elsewhere.
+    order: Scalar(Count);
+    /// Bankfull width of the channel, 0 elsewhere.
+    width: Scalar(Metres);
+    /// Bankfull depth of the channel, 0 elsewhere.
+    depth: Scalar(Metres);
+    /// The share of each cell that rivers cover, drawn along `lines`.
+    cover: Mask;
+    /// A line from each head or junction down to the next junction or end.
+    lines: Lines;
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Rivers",
@@ -61,15 +81,8 @@ pub static NODE: Node = Node {
         "G. M. Chaikin (1974), An algorithm for high-speed curve generation, Computer Graphics and Image Processing 3, \
          346-349",
     ],
-    inputs: &[Input::needs("flow", PortType::Flow, "Where water runs, from `Flow`.")],
-    outputs: &[
-        Output::gives("mask", PortType::Mask, "1 in cells with a channel, 0 elsewhere."),
-        Output::gives("order", PortType::Scalar(Unit::Count), "Strahler's order of the channel, 0 elsewhere."),
-        Output::gives("width", PortType::Scalar(Unit::Metres), "Bankfull width of the channel, 0 elsewhere."),
-        Output::gives("depth", PortType::Scalar(Unit::Metres), "Bankfull depth of the channel, 0 elsewhere."),
-        Output::gives("cover", PortType::Mask, "The share of each cell that rivers cover, drawn along `lines`."),
-        Output::gives("lines", PortType::Lines, "A line from each head or junction down to the next junction or end."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
@@ -91,7 +104,7 @@ struct Sections {
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let grid = Grid::new(&job.window())?;
-    let drained = Drained::read(job.field("flow")?);
+    let drained = Drained::read(Inputs::read(job)?.flow);
     let network = Network::find(job, &grid, &drained, &params)?;
     job.advance(0.4)?;
 
@@ -101,18 +114,26 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             .map(|(&order, &discharge)| if order > 0 { factor as f32 * math::pow(discharge, exponent) } else { 0.0 })
             .collect()
     };
-    let sections = Sections { width_m: law(params.width, WIDTH_EXPONENT), depth_m: law(params.depth, DEPTH_EXPONENT) };
+    let wants = Wants::of(job);
+    let traced = wants.lines || wants.cover;
+    let width_m = if wants.width || traced { law(params.width, WIDTH_EXPONENT) } else { Vec::new() };
+    let depth_m = if wants.depth || traced { law(params.depth, DEPTH_EXPONENT) } else { Vec::new() };
+    let sections = Sections { width_m, depth_m };
     job.advance(0.6)?;
-    let lines = lines::trace(job, &grid, &drained, &network, &sections, &params)?;
+    let traced = traced.then(|| lines::trace(job, &grid, &drained, &network, &sections, &params));
+    let lines = traced.transpose()?;
     job.advance(0.8)?;
-    let cover = cover::draw(job, &grid, &lines)?;
+    let cover = lines.as_ref().filter(|_| wants.cover).map(|lines| cover::draw(job, &grid, lines)).transpose()?;
 
-    let numbers =
-        |of: fn(u8) -> f32| Field::new(job.window(), network.orders.par_iter().map(|&order| of(order)).collect());
-    Ok(Outputs::one("mask", numbers(|order| if order > 0 { 1.0 } else { 0.0 }))
-        .with("order", numbers(f32::from))
-        .with("width", Field::new(job.window(), sections.width_m))
-        .with("depth", Field::new(job.window(), sections.depth_m))
-        .with("cover", Field::new(job.window(), cover))
-        .with("lines", lines))
+    let field = |samples| Field::new(job.window(), samples);
+    let numbers = |of: fn(u8) -> f32| field(network.orders.par_iter().map(|&order| of(order)).collect());
+    Ok(Given {
+        mask: wants.mask.then(|| numbers(|order| if order > 0 { 1.0 } else { 0.0 })),
+        order: wants.order.then(|| numbers(f32::from)),
+        width: wants.width.then(|| field(sections.width_m)),
+        depth: wants.depth.then(|| field(sections.depth_m)),
+        cover: cover.map(field),
+        lines: lines.filter(|_| wants.lines),
+    }
+    .into())
 }

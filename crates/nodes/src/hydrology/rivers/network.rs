@@ -21,8 +21,6 @@ pub struct Network {
     pub codes: Vec<u8>,
     /// Strahler's order, 0 where there is no channel.
     pub orders: Vec<u8>,
-    /// Number of channels that come in; 0 too where there is none.
-    pub inflows: Vec<u8>,
 }
 
 /// Whether a channel has begun here or above.
@@ -81,6 +79,15 @@ impl Network {
         })?;
         let orders: Vec<u8> =
             begun.par_iter().zip(&inflow).map(|(begun, inflow)| if begun.0 { inflow.order() } else { 0 }).collect();
+        Ok(Self { codes, orders })
+    }
+
+    /// Number of channels that come in to each cell; 0 too where there is none.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn inflows(&self, job: &Job<'_>, grid: &Grid) -> Result<Vec<u8>, NodeError> {
+        let Self { codes, orders } = self;
         let mut inflows = vec![0; grid.cells()];
         inflows.par_chunks_mut(grid.nx).enumerate().try_for_each(|(y, inflows)| {
             job.check()?;
@@ -99,7 +106,7 @@ impl Network {
             }
             Ok::<_, NodeError>(())
         })?;
-        Ok(Self { codes, orders, inflows })
+        Ok(inflows)
     }
 }
 

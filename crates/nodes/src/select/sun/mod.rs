@@ -46,6 +46,22 @@ params! {
     transmittance: f64 = 0.7, One, 0.0..=1.0, soft 0.4..=0.8;
 }
 
+inputs! {
+    /// The land.
+    height: Height;
+}
+
+outputs! {
+    /// The beam as a share of that on a surface that faces the sun.
+    exposure: Mask;
+    /// The share of the time from sunrise to sunset that is sunny.
+    sunlit: Mask;
+    /// Time in the sun of a day.
+    duration: Scalar(Seconds);
+    /// Mean flux of the beam over a day.
+    irradiance: Scalar(WattsPerSquareMetre);
+}
+
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Sun",
@@ -70,13 +86,8 @@ pub static NODE: Node = Node {
         "L. Kumar, A. K. Skidmore and E. Knowles (1997), Modelling topographic variation in solar radiation in a GIS environment, \
          International Journal of Geographical Information Science 11, 475-497",
     ],
-    inputs: &[Input::needs("height", PortType::Height, "The land.")],
-    outputs: &[
-        Output::gives("exposure", PortType::Mask, "The beam as a share of that on a surface that faces the sun."),
-        Output::gives("sunlit", PortType::Mask, "The share of the time from sunrise to sunset that is sunny."),
-        Output::gives("duration", PortType::Scalar(Unit::Seconds), "Time in the sun of a day."),
-        Output::gives("irradiance", PortType::Scalar(Unit::WattsPerSquareMetre), "Mean flux of the beam over a day."),
-    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| {
         let params = Params::read(params);
@@ -170,7 +181,7 @@ const BAND: usize = 16;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    let height = job.field("height")?;
+    let height = Inputs::read(job)?.height;
     let (arcs, days) = params.arcs();
     let horizon = Horizon::new(job, [0.0, 0.2], height, params.rays(job))?;
     let surface = Surface::new(height, Method::Horn);
@@ -209,10 +220,14 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         Field::new(job.window(), rows.map(|sum| (sum * scale as f32).min(most)).collect())
     };
     let share = |of: f64| if of > 0.0 { 1.0 / of } else { 0.0 };
-    Ok(Outputs::one("exposure", field(1, share(facing), 1.0))
-        .with("sunlit", field(0, share(time_s), 1.0))
-        .with("duration", field(0, 1.0 / days, DAY_S as f32))
-        .with("irradiance", field(1, 1.0 / (days * DAY_S), f32::MAX)))
+    let wants = Wants::of(job);
+    Ok(Given {
+        exposure: wants.exposure.then(|| field(1, share(facing), 1.0)),
+        sunlit: wants.sunlit.then(|| field(0, share(time_s), 1.0)),
+        duration: wants.duration.then(|| field(0, 1.0 / days, DAY_S as f32)),
+        irradiance: wants.irradiance.then(|| field(1, 1.0 / (days * DAY_S), f32::MAX)),
+    }
+    .into())
 }
 
 /// Adds up one row: seconds in the sun and joules per square metre.

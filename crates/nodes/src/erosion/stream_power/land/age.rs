@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use orograph_graph::{Job, NodeError};
 use rayon::prelude::*;
 
-use super::{Land, Work};
+use super::{Asked, Land, Work};
 use crate::hydrology::engine::code;
 
 /// The longest travel time over one link, in ages: rock that does not erode.
@@ -80,11 +80,14 @@ impl Land<'_> {
         self.tectonics.rate(cell, self.is_base(cell))
     }
 
-    /// By how much the law wears the land down in a year.
+    /// By how much the law wears the land down in a year, as far as it is asked for.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
-    pub fn wear(&mut self, job: &Job<'_>) -> Result<Work, NodeError> {
+    pub fn wear(&mut self, job: &Job<'_>, asked: Asked) -> Result<Work, NodeError> {
+        if !asked.any() {
+            return Ok(Work::default());
+        }
         let links = self.links(1.0);
         let wear = |cell: usize| {
             let code = self.codes[cell];
@@ -94,9 +97,10 @@ impl Land<'_> {
             let drop = self.heights[cell] - self.heights[self.grid.receiver(cell as u32, code) as usize];
             links.of(cell, code).0 * drop.max(0.0)
         };
-        let lowered: Vec<f64> = (0..self.heights.len()).into_par_iter().map(wear).collect();
-        let mut flux = lowered.clone();
-        self.drainage.accumulate(job, &self.grid, &self.codes, &mut flux)?;
+        let (lowered, mut flux) = asked.split((0..self.heights.len()).into_par_iter().map(wear).collect());
+        if let Some(flux) = &mut flux {
+            self.drainage.accumulate(job, &self.grid, &self.codes, flux)?;
+        }
         Ok(Work { lowered, flux })
     }
 
@@ -171,15 +175,16 @@ fn ancestor(ancestors: &[AtomicU64], receiver: u32) -> u64 {
 mod tests {
     use super::{super::Land, *};
     use crate::{
-        erosion::stream_power::{NODE, Params, tests::white},
+        erosion::stream_power::{Inputs, NODE, Params, tests::white},
         prelude::*,
         testing,
     };
 
     /// The plain reference: every way walked cell by cell until the age has passed.
     fn walk(job: &Job<'_>) -> Result<Outputs, NodeError> {
-        let (params, start) = (Params::read(job.params), job.field("height")?.samples());
-        let mut land = Land::new(job, &params, job.field("height")?)?;
+        let (params, start) = (Params::read(job.params), Inputs::read(job)?.height);
+        let mut land = Land::new(job, &params, start)?;
+        let start = start.samples();
         land.grow(job, start, params.duration, 0)?;
         let links = land.links(1.0);
         let mut ends = [0; 2];

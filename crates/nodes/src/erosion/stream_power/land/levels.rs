@@ -44,7 +44,7 @@ impl Land<'_> {
         self.time_yr = below.time_yr;
         if let (Some(own), Some(below)) = (&mut self.sediment, &below.sediment) {
             own.debris = coarse.spread(&below.debris);
-            own.thickness = coarse.spread(&below.thickness);
+            own.thickness = below.thickness.as_ref().map(|thickness| coarse.spread(thickness));
         }
         self.heights = coarse.corrected(job, start.samples(), coarse_start.samples(), below.heights)?;
         Ok(())
