@@ -9,8 +9,6 @@ use std::{
 };
 
 use crate::{
-    field::Field,
-    lines::Lines,
     node::Node,
     param::{FileName, ParamValues, Seed},
     value::Value,
@@ -164,11 +162,12 @@ pub struct Job<'a> {
     pub node: &'a Node,
     /// Checked parameters.
     pub params: &'a ParamValues,
-    /// What stands at each declared input, in declaration order.
+    /// The value of each declared input, in declaration order; [`inputs!`](crate::inputs) makes `Inputs` from it.
     pub inputs: Vec<InputValue>,
     /// What is computed.
     pub window: Window,
-    /// The outputs that somebody reads; a kernel need not compute the others, and what it gives of them is dropped.
+    /// The outputs that somebody reads: a kernel gives these and computes no others. [`outputs!`](crate::outputs) makes `Wants`
+    /// from it.
     pub wanted: Wanted,
     /// Folder that file parameters are relative to.
     pub folder: PathBuf,
@@ -219,16 +218,6 @@ impl Job<'_> {
         mix(self.world().seed ^ mix(own))
     }
 
-    /// Returns true if somebody reads the output of that name.
-    ///
-    /// # Panics
-    /// When the node declares no such output.
-    #[must_use]
-    pub fn wants(&self, output: &str) -> bool {
-        let at = self.node.output_index(output);
-        self.wanted.contains(at.unwrap_or_else(|| panic!("`{}` declares no output `{output}`", self.node.id)))
-    }
-
     /// The full path of a file parameter. A kernel reads no files but these and, beside `NAME.png`, its companion
     /// `NAME.png.json`: their content is a part of what its results are remembered by, that of others is not.
     ///
@@ -243,53 +232,6 @@ impl Job<'_> {
             ));
         }
         Ok(self.folder.join(file))
-    }
-
-    fn input(&self, name: &str) -> &InputValue {
-        let at = self.node.inputs.iter().position(|input| input.name == name);
-        at.and_then(|at| self.inputs.get(at))
-            .unwrap_or_else(|| panic!("`{}` reads input `{name}`, which it does not declare", self.node.id))
-    }
-
-    /// The field wired to an input that must be wired.
-    ///
-    /// # Errors
-    /// When nothing is wired; the graph's check reports it before a run.
-    pub fn field(&self, name: &str) -> Result<&Field, NodeError> {
-        self.optional(name).ok_or_else(|| NodeError::failed(format!("nothing is wired to `{name}`")))
-    }
-
-    /// The field wired to an input, if any.
-    #[must_use]
-    pub fn optional(&self, name: &str) -> Option<&Field> {
-        match self.input(name) {
-            InputValue::Value(value) => value.as_field(),
-            InputValue::Constant(_) | InputValue::Absent => None,
-        }
-    }
-
-    /// The lines wired to an input, if any.
-    #[must_use]
-    pub fn lines(&self, name: &str) -> Option<&Lines> {
-        match self.input(name) {
-            InputValue::Value(value) => value.as_lines(),
-            InputValue::Constant(_) | InputValue::Absent => None,
-        }
-    }
-
-    /// What stands at an input that takes a wire or a number.
-    ///
-    /// # Panics
-    /// When the input has neither a wire nor a constant, or carries no raster: a mistake in the node's declaration.
-    #[must_use]
-    pub fn lane(&self, name: &str) -> Lane<'_> {
-        match self.input(name) {
-            InputValue::Constant(v) => Lane::Constant(*v as f32),
-            InputValue::Value(Value::Field(field)) => Lane::Samples(field.samples()),
-            InputValue::Value(Value::Lines(_) | Value::Report(_)) | InputValue::Absent => {
-                panic!("`{}` reads `{name}` as numbers, but it may be without", self.node.id)
-            }
-        }
     }
 
     /// Tells the user, beside the result, that it may not be what was meant: what, and what would help. Lower case, without a

@@ -48,8 +48,10 @@ impl Process for Storm {
     }
 
     fn outputs(&self, job: &Job<'_>) -> Result<Outputs, NodeError> {
-        let (land, gained) =
-            (job.field("height")?.samples(), self.gained + self.due(self.moment().since.unwrap_or(-1.0)));
+        let (land, gained) = (
+            crate::InputReader::new(job).required::<Field>("height")?.samples(),
+            self.gained + self.due(self.moment().since.unwrap_or(-1.0)),
+        );
         let nx = job.window().nx();
         height(job, |i, j| land[j * nx + i] + gained)
     }

@@ -59,7 +59,8 @@ static ADD: Node = Node {
     inputs: &[ONE[0], Input::number("other", Unit::Metres, 1.0, [-1e6, 1e6], [0.0, 10.0], "O.")],
     outputs: HEIGHT,
     cpu: |job| {
-        let (a, b) = (job.field("height")?.samples(), job.lane("other"));
+        let mut inputs = crate::InputReader::new(job);
+        let (a, b) = (inputs.required::<Field>("height")?.samples(), inputs.lane("other")?);
         let nx = job.window().nx();
         height(job, |i, j| a[j * nx + i] + b.at(j * nx + i))
     },
@@ -74,7 +75,7 @@ static BLUR: Node = Node {
     params: Params::specs,
     reach: Reach::Metres(|params, _| params.read("radius")),
     cpu: |job| {
-        let field = job.field("height")?;
+        let field = crate::InputReader::new(job).required::<Field>("height")?;
         let reach = (Params::read(job.params).radius / job.cell_m()).ceil() as usize;
         let (nx, ny) = (job.window().nx(), job.window().ny());
         height(job, |i, j| {
@@ -102,7 +103,7 @@ static ANOMALY: Node = Node {
     ],
     reach: Reach::World,
     cpu: |job| {
-        let samples = job.field("height")?.samples();
+        let samples = crate::InputReader::new(job).required::<Field>("height")?.samples();
         let mean = samples.iter().map(|v| f64::from(*v)).sum::<f64>() / samples.len() as f64;
         let mut report = Report::default();
         report.measure("mean", mean, "m");

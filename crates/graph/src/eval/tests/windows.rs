@@ -10,7 +10,7 @@ static EASTWARD: Node = Node {
     outputs: HEIGHT,
     reach: Reach::Metres(|_, cell_m| 3.0 * cell_m),
     cpu: |job| {
-        let (field, window) = (job.field("height")?, job.window());
+        let (field, window) = (crate::InputReader::new(job).required::<Field>("height")?, job.window());
         let wraps = job.world().boundary.east == Edge::Periodic && window.nx() == job.world().cells[0] as usize;
         height(job, |i, j| {
             let at = |i: usize| if wraps { i % window.nx() } else { i.min(window.nx() - 1) };
