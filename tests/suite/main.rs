@@ -6,3 +6,4 @@ mod graphs;
 mod manual;
 mod spec_lock;
 mod tidy;
+mod wanted;
