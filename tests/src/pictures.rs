@@ -4,7 +4,7 @@ use std::{io::Cursor, path::PathBuf};
 
 use image::{ImageFormat, Rgb, RgbImage};
 use orograph::picture::{self, View};
-use orograph_graph::{Field, Node, Port, PortType, Value};
+use orograph_graph::{Field, Node, Port, PortType, Value, World};
 use orograph_nodes::{
     math,
     render::{light, palettes::Palette},
@@ -37,7 +37,11 @@ pub fn picture(node: &'static Node) -> Option<Vec<u8>> {
     let case = pictured(node);
     let ty = case.graph.output_type(Port { node: case.node, output: 0 });
     ty.planes()?;
-    let values = evaluate(&case, world(SIDE), 2).unwrap_or_else(|error| panic!("{}: {error}", node.id));
+    // A node that makes a coast is seen in the sea that belongs to it.
+    let instance = case.graph.instance(case.node);
+    let sea_level = instance.params.get("sea").map(|_| instance.params.read::<f64>("sea"));
+    let values =
+        evaluate(&case, World { sea_level, ..world(SIDE) }, 2).unwrap_or_else(|error| panic!("{}: {error}", node.id));
     let field = values.first().and_then(Value::as_field)?;
     let seen = match ty {
         // from black at 0 to white at 1 as the eye sees it
