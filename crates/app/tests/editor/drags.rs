@@ -21,7 +21,8 @@ fn chain(count: usize) -> String {
 
 fn session(folder: &Path) -> Session {
     let file = Some(folder.join("graph.ron"));
-    let mut session = Session::open(file, orograph_nodes::registry(), || {}).expect("the file can be read");
+    let mut session = Session::open(file, orograph_nodes::registry(), orograph::storage::in_memory(), || {})
+        .expect("the file can be read");
     session.set_cells(16);
     session.poll();
     session

@@ -10,7 +10,8 @@ pub(crate) const HILLS: &str = "// Two hills.\n(\n    nodes: {\n        \"b\": P
                      \"a\": Perlin,\n    },\n    outputs: { \"height\": \"b\" },\n)\n";
 
 pub(crate) fn session(file: Option<&Path>) -> Session {
-    Session::open(file.map(Path::to_owned), orograph_nodes::registry(), || {}).expect("the file can be read")
+    Session::open(file.map(Path::to_owned), orograph_nodes::registry(), orograph::storage::in_memory(), || {})
+        .expect("the file can be read")
 }
 
 pub(crate) fn octaves(count: &str) -> Edit {

@@ -3,7 +3,7 @@
 use egui::{pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
-use orograph_graph::{Cancel, Document, Evaluator, EvaluatorOptions, ParamValue, Stroke, Tool, Value, Window};
+use orograph_graph::{Document, Evaluator, EvaluatorOptions, ParamValue, Stroke, Tool, Value, Window};
 
 use crate::{hand::drag, picture, scratch, settle, until, window};
 
