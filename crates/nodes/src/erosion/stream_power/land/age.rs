@@ -223,7 +223,7 @@ mod tests {
         let erodibility = testing::field(world, |x, _| if x < 2000.0 { 1e-5 } else { 3e-5 });
         let repose = Field::constant(Window::whole(world), 90.0);
         let fields = [("height", &height), ("uplift", &uplift), ("erodibility", &erodibility), ("repose", &repose)];
-        let node = Node { cpu: walk, inputs: NODE.inputs, params: NODE.params, ..Node::DEFAULT };
+        let node = Node { cpu: walk, inputs: NODE.inputs, params: NODE.params, reads_sea: true, ..Node::DEFAULT };
         for changes in ["duration=3e4,base_level_fall=0.0005", "duration=1e5,receivers=d8", "duration=2e5,m=0.4"] {
             testing::outputs(&node, &testing::with_params(&NODE, changes), &fields).expect("heights");
         }
