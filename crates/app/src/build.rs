@@ -187,7 +187,7 @@ impl Builder {
         progress: &dyn Progress,
     ) -> Result<Built, Failure> {
         let start = machine::now();
-        form.engine.map_or(Ok(()), |engine| engine.check(request.world.cells))?;
+        form.engine.map_or(Ok(()), |engine| engine.check(request.window().cells))?;
         let staging = OutputFolder::prepare(folder, &request.outputs, form)?;
         let ports: Vec<Port> = request.outputs.iter().map(|output| output.port).collect();
         let window = request.window();

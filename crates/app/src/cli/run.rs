@@ -124,7 +124,12 @@ impl Args {
 /// What was built, for people.
 pub(super) fn summary(request: &Request, built: &Built, page: Page) -> String {
     let world = request.world;
-    let [width, height] = world.size.map(|metres| Unit::Metres.display(metres));
+    let window = request.window();
+    let extent = |count: u32| Unit::Metres.display(f64::from(count) * world.cell_m());
+    let [width, height] =
+        if window.is_whole() { world.size.map(|v| Unit::Metres.display(v)) } else { window.cells.map(extent) };
+    let [x, y] = window.origin.map(extent);
+    let place = if window.is_whole() { String::new() } else { format!(" from ({x}, {y})") };
     let cell = significant(world.cell_m());
     let mut table = Table::new(&[("", Align::Left), ("", Align::Left), ("", Align::Right), ("", Align::Left)]);
     for file in &built.files {
@@ -157,8 +162,8 @@ pub(super) fn summary(request: &Request, built: &Built, page: Page) -> String {
         counted(built.files.len(), "file"),
         seconds(built.time),
         page.dim(&format!(
-            "({nodes}; {width} x {height}, {} x {} cells of {cell} m, seed {})",
-            world.cells[0], world.cells[1], world.seed
+            "({nodes}; {width} x {height}{place}, {} x {} cells of {cell} m, seed {})",
+            window.cells[0], window.cells[1], world.seed
         )),
     )
 }

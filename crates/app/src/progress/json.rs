@@ -10,7 +10,7 @@ use crate::{build::Built, failure::Failure, request::Request, terminal};
 
 /// The lines, for `--help`.
 pub const HELP: &str = r#"With --json, standard output has one JSON object per line:
-  {"event":"start","graph":F,"size_m":[X,Y],"cells":[NX,NY],"seed":S,"sea_level_m":Z|null,"threads":T,"outputs":[NAME...]}
+  {"event":"start","graph":F,"size_m":[X,Y],"cells":[NX,NY],"window":{"origin":[I,J],"cells":[NX,NY]}|null,"seed":S,"sea_level_m":Z|null,"threads":T,"outputs":[NAME...]}
   {"event":"plan","compute":N,"cached":M}
   {"event":"progress","node":NAME,"kind":KIND,"fraction":0.25}
   {"event":"node","node":NAME,"kind":KIND,"origin":"computed"|"memory"|"disk","seconds":T,"bytes":B}
@@ -54,10 +54,12 @@ fn say(line: &Value) {
 impl Progress for JsonLines {
     fn started(&self, request: &Request, threads: usize) {
         let outputs: Vec<&str> = request.outputs.iter().map(|output| output.name.as_str()).collect();
+        let window = request.window();
+        let part = (!window.is_whole()).then(|| json!({"origin": window.origin, "cells": window.cells}));
         say(&json!({
             "event": "start", "graph": request.path.display().to_string(), "size_m": request.world.size,
             "cells": request.world.cells, "seed": request.world.seed, "sea_level_m": request.world.sea_level,
-            "threads": threads, "outputs": outputs,
+            "threads": threads, "outputs": outputs, "window": part,
         }));
     }
 

@@ -1,5 +1,7 @@
 //! What is to be built: a graph file, and what the command line says differently.
 
+mod part;
+
 use std::{
     num::NonZero,
     path::{Path, PathBuf},
@@ -10,6 +12,8 @@ use std::{
 use clap::ValueEnum;
 use orograph_graph::{Document, Edit, Graph, OutputDecl, Registry, Window, World, WorldError, closest};
 
+pub use part::Part;
+
 use crate::{archive::Source, failure::Failure, problems, storage::Storage};
 
 /// What the command line says differently from the file.
@@ -18,6 +22,13 @@ pub struct Changes {
     /// Cells along the world's longer side, or along both (`2048x1024`); cells stay square
     #[arg(long, value_name = "N|WxH")]
     pub cells: Option<Cells>,
+    /// Build only a part of the world: place of its north-west corner from that of the world, and extent
+    ///
+    /// For example `--window "4 km,6 km,2 km x 2 km"`; it is widened to whole cells, and `--cells` is still the count of the
+    /// whole world. The files equal the same part of the whole build and state where it is. What depends on the whole world,
+    /// such as rivers, is computed for all of it.
+    #[arg(long, value_name = "X,Y,W x H")]
+    pub window: Option<Part>,
     /// The world's seed
     #[arg(long, value_name = "N")]
     pub seed: Option<u32>,
@@ -142,6 +153,8 @@ pub struct Request {
     pub graph: Arc<Graph>,
     /// The world that is built.
     pub world: World,
+    /// The part of it that is written.
+    window: Window,
     /// The outputs that are built, in that graph.
     pub outputs: Vec<OutputDecl>,
     /// Where the files of an archive are, for as long as the request lives.
@@ -177,9 +190,13 @@ impl Request {
         if let Some(cells) = changes.cells {
             world = with_cells(world, cells)?;
         }
+        let window = match &changes.window {
+            Some(part) => part.window(world)?,
+            None => Window::whole(world),
+        };
         let expanded = document.expand();
         let path = path.to_owned();
-        Ok(Self { path, document, graph: expanded.graph, world, outputs: expanded.outputs, source })
+        Ok(Self { path, window, document, graph: expanded.graph, world, outputs: expanded.outputs, source })
     }
 
     /// The same file with further changes; those that the request was made with are made already.
@@ -193,7 +210,8 @@ impl Request {
         let kept = |output: &OutputDecl| self.outputs.iter().any(|known| known.name == output.name);
         let outputs = expanded.outputs.into_iter().filter(kept).collect();
         let world = World { seed: seed.unwrap_or(self.world.seed), ..self.world };
-        Ok(Self { document, graph: expanded.graph, world, outputs, ..self.clone() })
+        let window = Window { world, ..self.window };
+        Ok(Self { document, graph: expanded.graph, world, window, outputs, ..self.clone() })
     }
 
     /// Keeps only the outputs of these names; all of them when there are none.
@@ -228,10 +246,10 @@ impl Request {
         self.document.folder()
     }
 
-    /// The whole world.
+    /// The part of the world that is built; the whole unless `--window` says otherwise.
     #[must_use]
     pub const fn window(&self) -> Window {
-        Window::whole(self.world)
+        self.window
     }
 }
 
