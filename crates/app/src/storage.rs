@@ -17,10 +17,10 @@ const WORTH: Duration = Duration::from_millis(300);
 /// Whether and where results are stored.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct Storage {
-    /// Folder that stores results between runs, so that only what has changed is computed; up to 10 GiB
+    /// Folder that stores all results between runs, so that only what has changed is computed; up to 10 GiB
     ///
-    /// Without it, it is the cache folder of the system (`orograph cache` names it), or the one that the variable
-    /// OROGRAPH_CACHE names.
+    /// Without it, results that took more than a moment are stored in the cache folder of the system (`orograph cache` names
+    /// it), or in the one that the variable OROGRAPH_CACHE names.
     #[arg(long, value_name = "DIR", conflicts_with = "no_cache")]
     pub cache: Option<PathBuf>,
     /// Store nothing, and compute everything
@@ -42,7 +42,9 @@ impl Storage {
             None if self.no_cache => None,
             None => standard_folder(),
         };
-        Ok(folder.map(|folder| StoreFolder { folder, budget: DISK_BUDGET, worth: WORTH }))
+        // A folder that is named is to hold everything.
+        let worth = if self.cache.is_some() { Duration::ZERO } else { WORTH };
+        Ok(folder.map(|folder| StoreFolder { folder, budget: DISK_BUDGET, worth }))
     }
 
     /// A store that keeps so many bytes in memory.

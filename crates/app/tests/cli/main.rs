@@ -10,6 +10,7 @@ mod run;
 mod sea;
 #[cfg(unix)]
 mod signals;
+mod window;
 
 use std::{
     fs,
@@ -70,7 +71,7 @@ impl Place {
 
     fn command(&self, args: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_orograph"));
-        command.current_dir(self.0.path()).env("NO_COLOR", "1").args(args);
+        command.current_dir(self.0.path()).env("NO_COLOR", "1").env("OROGRAPH_CACHE", "").args(args);
         // No window opens, whoever runs the tests.
         ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].into_iter().for_each(|name| {
             command.env_remove(name);
@@ -88,7 +89,11 @@ impl Place {
     #[cfg(unix)]
     fn shell(&self, line: &str) -> Ran {
         let mut shell = Command::new("sh");
-        shell.current_dir(self.0.path()).env("NO_COLOR", "1").args(["-c", line, env!("CARGO_BIN_EXE_orograph")]);
+        shell.current_dir(self.0.path()).env("NO_COLOR", "1").env("OROGRAPH_CACHE", "").args([
+            "-c",
+            line,
+            env!("CARGO_BIN_EXE_orograph"),
+        ]);
         Ran::from(shell.output().expect("a shell"))
     }
 }

@@ -17,6 +17,7 @@ mod menu;
 mod opening;
 mod problems;
 mod safety;
+mod store;
 mod viewport;
 mod ways;
 

@@ -127,13 +127,13 @@ impl<'g> Plan<'g> {
 
     /// Passes faults on to the steps that read a step with one; these have no keys.
     pub(super) fn spread_faults(&mut self, origins: &mut [Option<Origins>]) {
-        for at in 0..self.steps.len() {
+        for (at, origins) in origins.iter_mut().enumerate() {
             let inherited = self.steps[at].wires().find_map(|(source, _)| self.steps[source].fault.clone());
             if self.steps[at].fault.is_none() {
                 self.steps[at].fault = inherited;
             }
             if self.steps[at].fault.is_some() {
-                origins[at] = None;
+                *origins = None;
             }
         }
     }

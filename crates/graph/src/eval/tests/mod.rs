@@ -7,6 +7,7 @@ mod live;
 mod pull;
 mod random;
 mod running;
+mod store;
 mod windows;
 
 use std::{collections::BTreeMap, num::NonZero, path::Path, sync::Mutex};

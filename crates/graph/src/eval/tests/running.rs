@@ -160,9 +160,10 @@ fn what_is_ready_is_delivered_before_the_rest_and_released() {
     let evaluation = Evaluation { graph: &graph, folder: Path::new(""), requests: &requests, byproducts: &[] };
     let told = Mutex::new(Vec::new());
     let note = |what: String| told.lock().expect("no panic").push(what);
-    let events = |event: Event| match event {
-        Event::NodeFinished { name, .. } => note(format!("finished {name}")),
-        _ => {}
+    let events = |event: Event| {
+        if let Event::NodeFinished { name, .. } = event {
+            note(format!("finished {name}"));
+        }
     };
     evaluator(2).deliver(&evaluation, &Cancel::default(), &events, &|request, delivery| {
         assert!(delivery.is_ok());

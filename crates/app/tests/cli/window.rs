@@ -1,0 +1,100 @@
+//! `--window`, and the folder of stored results.
+
+use std::fs;
+
+use super::{Place, json_lines};
+
+/// Generators, a filter with a reach, and rivers, which need the whole world.
+const LAND: &str = r#"(
+    format: 1,
+    world: (size: ("9.6 km", "6.4 km"), cells: (96, 64), seed: 3),
+    nodes: {
+        "hills": Ridged(wavelength: "3 km", amplitude: "500 m"),
+        "soft": Blur(value: "hills", radius: "300 m"),
+        "rivers": StreamPower(height: "hills", duration: "20 kyr"),
+        "relief": Hillshade(height: "soft"),
+        "report": Metrics(height: "rivers"),
+    },
+    outputs: {
+        "soft": "soft", "rivers": "rivers", "area": "rivers.area", "colour": "relief.colour", "report": "report",
+    },
+)
+"#;
+
+fn samples(place: &Place, file: &str) -> Vec<[u8; 4]> {
+    fs::read(place.path(file)).expect("written").as_chunks().0.to_vec()
+}
+
+#[test]
+fn a_window_equals_the_same_part_of_the_whole_build() {
+    let place = Place::new();
+    place.write("g.ron", LAND);
+    for cells in ["96", "192"] {
+        let n: usize = cells.parse().expect("a number");
+        let whole = format!("whole{cells}");
+        place.run(&["run", "g.ron", "-q", "--format", "r32", "--cells", cells, "-o", &whole]).done();
+        // within, at a corner, one cell, across to the far side
+        for (at, window) in
+            ["1 km,2 km,3 km x 1.5 km", "0,0,500x400", "5000,3000,1 x 1", "9 km,0,0.6 km x 6.4 km"].iter().enumerate()
+        {
+            let out = format!("part{cells}-{at}");
+            place
+                .run(&["run", "g.ron", "-q", "--format", "r32", "--cells", cells, "--window", window, "-o", &out])
+                .done();
+            for output in ["soft", "rivers", "area"] {
+                let sidecar: serde_json::Value =
+                    serde_json::from_str(&place.read(&format!("{out}/{output}.r32.json"))).expect("JSON");
+                let number = |name: &str, axis: usize| sidecar[name][axis].as_u64().expect("a number") as usize;
+                let (x, y) = (number("origin_cells", 0), number("origin_cells", 1));
+                let nx = sidecar["columns"].as_u64().expect("columns") as usize;
+                let ny = sidecar["rows"].as_u64().expect("rows") as usize;
+                let (all, part) = (
+                    samples(&place, &format!("{whole}/{output}.r32")),
+                    samples(&place, &format!("{out}/{output}.r32")),
+                );
+                assert_eq!(part.len(), nx * ny);
+                for j in 0..ny {
+                    assert!(part[j * nx..][..nx] == all[(y + j) * n + x..][..nx], "{output} of {window}, row {j}");
+                }
+                let cell_m = 9600.0 / n as f64;
+                assert_eq!(sidecar["origin_m"][0].as_f64(), Some(x as f64 * cell_m));
+            }
+            assert_eq!(place.read(&format!("{out}/report.json")), place.read(&format!("{whole}/report.json")));
+        }
+    }
+}
+
+#[test]
+fn a_window_that_cannot_be_is_refused() {
+    let place = Place::new();
+    place.write("g.ron", LAND);
+    let refused = |window: &str, words: &str| {
+        place.run(&["run", "g.ron", &format!("--window={window}"), "-o", "none"]).ended(1, &[words]);
+        assert!(!place.path("none").exists());
+    };
+    refused("9 km,0,1 km x 1 km", "not within the world of 9.6 km x 6.4 km");
+    refused("-1,0,10x10", "not within");
+    let ran = place.run(&["run", "g.ron", "--window", "1,2"]);
+    assert!(ran.err.contains("4 km,6 km,2 km x 2 km"), "{}", ran.err);
+    place.write("round.ron", &LAND.replace("seed: 3", "seed: 3, boundary: periodic"));
+    place.run(&["run", "round.ron", "--window", "9 km,0,1 km x 1 km"]).ended(1, &["periodic"]);
+}
+
+#[test]
+fn the_folder_of_results_is_shown_and_cleared() {
+    let place = Place::new();
+    place.write("g.ron", LAND);
+    place.run(&["run", "g.ron", "-q", "--cache", "kept"]).done();
+    let shown = place.run(&["cache", "--cache", "kept"]).done().out;
+    assert!(shown.contains("kept") && shown.contains("results") && shown.contains("limit"), "{shown}");
+    // what a window needs is cut out of the stored whole
+    let args = ["run", "g.ron", "--json", "--cache", "kept", "--window", "1 km,1 km,1 km x 1 km", "-o", "part"];
+    let lines = json_lines(&place.run(&args).done().out);
+    let nodes: Vec<_> = lines.iter().filter(|line| line["event"] == "node").collect();
+    assert!(!nodes.is_empty() && nodes.iter().all(|node| node["origin"] == "disk"), "{nodes:?}");
+    assert!(place.run(&["cache", "clear", "--cache", "kept"]).done().out.contains("deleted"));
+    assert!(place.run(&["cache", "--cache", "kept"]).done().out.contains("0 results"));
+    assert!(place.run(&["cache"]).done().out.contains("OROGRAPH_CACHE"), "turned off in these tests");
+    let computed = json_lines(&place.run(&["run", "g.ron", "--json", "--no-cache"]).done().out);
+    assert!(computed.iter().filter(|line| line["event"] == "node").all(|node| node["origin"] == "computed"));
+}
