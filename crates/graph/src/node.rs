@@ -273,13 +273,27 @@ pub struct Sizing<'a> {
     pub wanted: Wanted,
 }
 
+impl Sizing<'_> {
+    /// So many bytes for each cell of the window.
+    #[must_use]
+    pub fn cells(&self, bytes: f64) -> u64 {
+        (bytes * self.window.len() as f64) as u64
+    }
+
+    /// Returns true if the input of that name, among those that the node declares, has a wire.
+    #[must_use]
+    pub fn is_wired(&self, inputs: &[Input], name: &str) -> bool {
+        inputs.iter().zip(self.wired).any(|(input, wired)| input.name == name && *wired)
+    }
+}
+
 impl Scratch {
     /// Bytes.
     #[must_use]
     pub fn bytes(self, sizing: &Sizing<'_>) -> u64 {
         match self {
             Self::None => 0,
-            Self::PerCell(bytes) => (bytes * sizing.window.len() as f64) as u64,
+            Self::PerCell(bytes) => sizing.cells(bytes),
             Self::Bytes(of) => of(sizing),
         }
     }

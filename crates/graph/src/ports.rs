@@ -255,8 +255,20 @@ macro_rules! outputs {
             /// What a job asks for.
             #[must_use]
             pub fn of(job: &$crate::Job<'_>) -> Self {
-                let mut wanted = (0..).map(|output| job.wanted.contains(output));
+                Self::among(job.wanted)
+            }
+
+            /// The same by position.
+            #[must_use]
+            pub fn among(wanted: $crate::Wanted) -> Self {
+                let mut wanted = (0..).map(|output| wanted.contains(output));
                 Self { $( $name: wanted.next().is_some_and(|wanted| wanted), )+ }
+            }
+
+            /// How many outputs are read.
+            #[must_use]
+            pub const fn count(self) -> usize {
+                0 $( + self.$name as usize )+
             }
         }
 

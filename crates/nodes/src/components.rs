@@ -4,7 +4,7 @@
 //! Rosenfeld and J. L. Pfaltz, 1966, Sequential operations in digital picture processing). It is one pass over cells and one over
 //! runs, always in the same order.
 
-use orograph_graph::{Job, NodeError};
+use orograph_graph::{Job, NodeError, memory::zeroed};
 
 use crate::filter::lines::Ends;
 
@@ -68,7 +68,7 @@ pub fn components(job: &Job<'_>, corners: bool, set: impl Fn(usize) -> bool) -> 
         }
     }
 
-    let mut found = Components { of: vec![0; nx * ny], cells: Vec::new() };
+    let mut found = Components { of: zeroed(nx * ny)?, cells: Vec::new() };
     let mut numbers = vec![0; runs.len()];
     for (at, run) in runs.iter().enumerate() {
         let root = root(&mut above, at as u32) as usize;

@@ -4,7 +4,7 @@
 //! numbers throughout (A. Meijster, J. Roerdink, W. Hesselink, 2000, A general algorithm for computing distance transforms
 //! in linear time). Distances are between the centres of cells, across the joined sides of a periodic world too.
 
-use orograph_graph::{Job, NodeError, Window};
+use orograph_graph::{Job, NodeError, Window, memory::filled};
 use rayon::prelude::*;
 
 use crate::filter::lines::Ends;
@@ -32,7 +32,7 @@ pub fn squared(
     let window = job.window();
     let limit = limit_cells.min(MOST_CELLS);
     let nx = window.nx();
-    let mut out = vec![FAR; window.len()];
+    let mut out = filled(window.len(), FAR)?;
     out.par_chunks_mut(nx).enumerate().try_for_each(|(j, row)| {
         row.iter_mut().enumerate().for_each(|(i, cell)| *cell = if set(j * nx + i) { 0 } else { FAR });
         job.check()

@@ -108,6 +108,17 @@ impl Rays {
         (cells.ceil() + 1.0 + smoothing) * cell_m
     }
 
+    /// Bytes of the smoothed land that a [`Horizon`] keeps.
+    #[must_use]
+    pub fn bytes(&self, window: &Window) -> u64 {
+        (self.levels() * window.len() * size_of::<f32>()) as u64
+    }
+
+    /// How often land is smoothed.
+    fn levels(&self) -> usize {
+        self.rays.iter().flatten().map(|look| look.level).max().unwrap_or(0)
+    }
+
     /// How many directions there are.
     #[must_use]
     pub fn count(&self) -> usize {
@@ -167,7 +178,7 @@ impl<'a> Horizon<'a> {
     /// # Errors
     /// [`NodeError::Cancelled`].
     pub fn new(job: &Job<'_>, share: [f32; 2], height: &'a Field, rays: Rays) -> Result<Self, NodeError> {
-        let levels = rays.rays.iter().flatten().map(|look| look.level).max().unwrap_or(0);
+        let levels = rays.levels();
         let part = (share[1] - share[0]) / levels.max(1) as f32;
         let smoothed = (1..=levels).map(|level| {
             let from = share[0] + part * (level - 1) as f32;

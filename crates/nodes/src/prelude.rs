@@ -2,6 +2,6 @@
 
 pub(crate) use orograph_graph::{
     ColourStops, CurvePoints, Field, FileName, Job, Lane, Migration, Node, NodeError, Outputs, ParamValues, PathPoints,
-    PortType, Reach, Report, Resolution, Seed, Step, StepPoints, TimedStrokes, Unit, Window, choice, inputs, outputs,
-    params,
+    PortType, Reach, Report, Resolution, Scratch, Seed, Sizing, Step, StepPoints, TimedStrokes, Unit, Window, choice,
+    inputs, outputs, params,
 };

@@ -111,3 +111,14 @@ fn threads_that_cannot_be_started_are_an_error() {
     }
     run(&place, 300 * MIB, "run g.ron -q --threads 200").ended(2, &["threads", "use fewer threads"]);
 }
+
+/// `StreamPower` on 23170 x 23170 cells holds 12 GiB of values, and 14 GiB beside them. However much memory the machine has, the
+/// shell gives the program 24 GiB of addresses.
+#[test]
+fn a_graph_is_refused_for_what_its_kernels_hold_beside_their_values() {
+    let place = Place::new();
+    let graph = concat!(env!("CARGO_MANIFEST_DIR"), "/../../graphs/alps.ron");
+    let ran = run(&place, 24 * 1024 * MIB, &format!("run {graph} --threads 2 --cells 23170"));
+    ran.ended(2, &["rivers", "GiB of memory", "fewer cells"]);
+    assert!(!place.path("out").exists(), "nothing has run");
+}

@@ -62,6 +62,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
+    scratch: Scratch::PerCell(8.0),
     cpu: run,
     example: "value: \"base\", like: uniform",
     ..Node::DEFAULT

@@ -55,6 +55,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
+    scratch: Scratch::PerCell(8.0),
     cpu: run,
     // what moves is what bends, and coarser cells see less of it
     resolution: Resolution::Within(0.08),

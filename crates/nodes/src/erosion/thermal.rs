@@ -94,12 +94,29 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     // what slides is decided by slopes at the scale of the cells: coarser cells see fewer steep places
     resolution: Resolution::Within(0.1),
     example: "height: \"base\", talus: 22",
     ..Node::DEFAULT
 };
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let given = 4.0 * Wants::among(sizing.wanted).count() as f64;
+    let params = Params::read(sizing.params);
+    if params.until == Until::Duration && params.relaxation * params.duration == 0.0 {
+        return 0;
+    }
+    // grids of ground, rise and twice what moved, each a quarter of the one before, and what moved in the end; the
+    // rise of the land and what is left of it
+    let loose = sizing.is_wired(Inputs::PORTS, "debris");
+    let slump = if loose { 20.0 } else { 16.0 } * 4.0 / 3.0 + 4.0 + 8.0;
+    // thickness, what crumbled and swelled, what is loose, and the ground below
+    let layers = if loose { 20.0 } else { 0.0 };
+    sizing.cells((slump + layers - given).max(0.0))
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let inputs = Inputs::read(job)?;
@@ -170,7 +187,7 @@ fn crumble(land: &Land<'_>, rise: &[f32], thickness: &[f32], left: f32, job: &Jo
 /// What each cell gains as the land comes to rest, but for the share `left` of all excess.
 fn slide(land: &Land<'_>, left: f32, params: &Params, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
     let rise = relaxed(land, left, job)?;
-    let mut slump = Slump::new(&Land { rise: &rise, ..*land }, params.tolerance as f32);
+    let mut slump = Slump::new(&Land { rise: &rise, ..*land }, params.tolerance as f32)?;
     if !slump.settle(SWEEPS, [0.0, 1.0], job)? {
         job.warn(format!(
             "some slopes are still steeper than repose by more than {}; raise `tolerance`, or give the world larger \
@@ -178,7 +195,7 @@ fn slide(land: &Land<'_>, left: f32, params: &Params, job: &Job<'_>) -> Result<V
             params.tolerance
         ));
     }
-    Ok(slump.moved())
+    Ok(slump.moved()?)
 }
 
 #[cfg(test)]

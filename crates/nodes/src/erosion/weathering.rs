@@ -77,6 +77,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     // where debris lies is decided by slopes at the scale of the cells
     resolution: Resolution::Within(0.1),
@@ -89,6 +90,14 @@ const ROUNDS: f64 = 16.0;
 
 /// The most sweeps over a grid in all rounds but the last: what is still on its way then goes on in the next.
 const PASSING: usize = 64;
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let given = 4.0 * Wants::among(sizing.wanted).count() as f64;
+    // rise, rate, thickness and rock; debris, what weathered, the surface and what is lost; grids of ground, rise, layer and
+    // twice what moved, each a quarter of the one before, and what moved in the end
+    sizing.cells(32.0 + 20.0 * 4.0 / 3.0 + 4.0 - given)
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let inputs = Inputs::read(job)?;
@@ -156,11 +165,11 @@ fn weather(
             debris[at] += bulking * lost[at];
             surface[at] += (bulking - 1.0) * lost[at];
         }
-        let mut slump = Slump::new(&Land { height: &surface, loose: Some(&debris), ..land }, params.tolerance as f32);
+        let mut slump = Slump::new(&Land { height: &surface, loose: Some(&debris), ..land }, params.tolerance as f32)?;
         let share = [round, round + 1].map(|round| round as f32 / rounds as f32);
         let last = round + 1 == rounds;
         at_rest = slump.settle(if last { SWEEPS } else { PASSING }, share, job)?;
-        for (debris, slid) in debris.iter_mut().zip(slump.moved()) {
+        for (debris, slid) in debris.iter_mut().zip(slump.moved()?) {
             if slid != 0.0 {
                 *debris = (*debris + slid).max(0.0);
             }

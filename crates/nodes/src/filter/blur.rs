@@ -46,10 +46,17 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| Gaussian::reach_m(Params::read(params).radius, cell_m)),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     example: "value: \"base\", radius: 300",
     ..Node::DEFAULT
 };
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let radius_m = Params::read(sizing.params).radius;
+    if radius_m == 0.0 { 0 } else { Gaussian::bytes(radius_m, &sizing.window) }
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { value, mask } = Inputs::read(job)?;

@@ -4,7 +4,7 @@
 //! Each has the mean of what it covers, parts of cells included. Places are counted from the world's edge, so that a coarse
 //! cell is the same in every window that contains it.
 
-use orograph_graph::{Job, NodeError, Window};
+use orograph_graph::{Job, NodeError, Window, memory::zeroed};
 use rayon::prelude::*;
 
 use super::lines::Ends;
@@ -81,7 +81,7 @@ impl Coarse {
     pub fn means(&self, job: &Job<'_>, samples: &[f32]) -> Result<Vec<f32>, NodeError> {
         let [columns, rows] = &self.axes;
         let covers: Vec<Vec<(usize, f64)>> = (0..columns.count).map(|at| columns.covers(at)).collect();
-        let mut means = vec![0.0; columns.count * rows.count];
+        let mut means = zeroed(columns.count * rows.count)?;
         means.par_chunks_mut(columns.count).enumerate().try_for_each(|(at, means)| {
             job.check()?;
             let mut sums = vec![0.0; columns.count];
@@ -115,7 +115,7 @@ impl Coarse {
     ) -> Result<Vec<f32>, NodeError> {
         let [columns, rows] = &self.axes;
         let taps: Vec<Taps> = (0..columns.cells).map(|i| columns.taps(i, between)).collect();
-        let mut out = vec![0.0; columns.cells * rows.cells];
+        let mut out = zeroed(columns.cells * rows.cells)?;
         par::rows_within(job, share, &mut out, |j, out| {
             let across = rows.taps(j, between);
             let line: Vec<f64> =

@@ -65,6 +65,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| 2.0 * reach_m(Params::read(params).radius, cell_m)),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     resolution: Resolution::Cells("a spike is a matter of single cells"),
     example: "height: \"base\", radius: 700, threshold: 2.5",
@@ -73,6 +74,14 @@ pub static NODE: Node = Node {
 
 /// Standard deviations of a Gaussian per median of the distances from its middle.
 const DEVIATIONS: f32 = 1.482_602_2;
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let wants = Wants::among(sizing.wanted);
+    // medians and distances from them, whose medians are sought
+    let ranked = sizing.cells(8.0) + super::rank::bytes(&sizing.window, Params::read(sizing.params).radius);
+    ranked.max(sizing.cells(16.0)) - sizing.cells(4.0 * wants.count() as f64)
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { height, mask } = Inputs::read(job)?;

@@ -5,7 +5,10 @@
 //! whatever its length, and a row of cells is a loop over vectors. Where there are only two values, as in a mask of 0 and 1, the disc
 //! reaches the higher one where its nearest cell is within the radius, and wide discs cost no more than [`crate::distance`].
 
-use orograph_graph::{Job, NodeError};
+use orograph_graph::{
+    Job, NodeError,
+    memory::{copied, filled},
+};
 use rayon::prelude::*;
 
 use super::lines::Ends;
@@ -39,7 +42,7 @@ pub fn highest(job: &Job<'_>, share: [f32; 2], samples: &[f32], radius_cells: f6
     let reach = rows.iter().map(|(_, half)| *half).max().unwrap_or(0);
     let width = nx + 2 * reach;
     // rows with what is beyond their ends; each place becomes the highest of itself and the next `span - 1`
-    let mut lines = vec![f32::NEG_INFINITY; width * ny];
+    let mut lines = filled(width * ny, f32::NEG_INFINITY)?;
     lines.par_chunks_mut(width).zip(samples.par_chunks(nx)).for_each(|(line, row)| {
         line[reach..reach + nx].copy_from_slice(row);
         if ends[0] == Ends::Wrap {
@@ -49,7 +52,7 @@ pub fn highest(job: &Job<'_>, share: [f32; 2], samples: &[f32], radius_cells: f6
             }
         }
     });
-    let mut out = samples.to_vec();
+    let mut out = copied(samples)?;
     let mut span = 1;
     loop {
         let part = span as f32 / (2 * reach + 1) as f32;

@@ -47,6 +47,20 @@ impl Gaussian {
         }
     }
 
+    /// Bytes that [`separable`](super::lines::separable) holds beside its result, on one thread: strips of columns, and lines
+    /// with what the filter reads around them.
+    #[must_use]
+    pub fn bytes(sigma_m: f64, window: &orograph_graph::Window) -> u64 {
+        let filter = Self::new(sigma_m / window.cell_m());
+        let boxes = match &filter {
+            Self::Weights(_) => 0,
+            Self::Boxes(extended) => 2 * extended.radius + 1,
+        };
+        let cells = window.nx().max(window.ny()) + 2 * filter.reach() + boxes;
+        let strips = window.nx().div_ceil(LANES) * window.ny() * size_of::<&mut [f32]>();
+        (cells * size_of::<Lanes>() + strips) as u64
+    }
+
     /// Metres around a cell that are read, for cells of `cell_m`.
     #[must_use]
     pub fn reach_m(sigma_m: f64, cell_m: f64) -> f64 {

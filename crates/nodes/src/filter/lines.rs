@@ -4,7 +4,7 @@
 //! beyond its ends: mirrored about the edge of its last cell, or joined to its other end where the world is periodic.
 //! Where a window is cut out of the world the continuation is arbitrary, which is what the halo is for.
 
-use orograph_graph::{Boundary, Edge};
+use orograph_graph::{Boundary, Edge, memory::copied};
 use rayon::prelude::*;
 
 use crate::prelude::*;
@@ -72,7 +72,7 @@ pub fn separable(
     filter: &impl LineFilter,
 ) -> Result<Vec<f32>, NodeError> {
     let window = job.window();
-    let mut out = samples.to_vec();
+    let mut out = copied(samples)?;
     along_x(job, &window, &mut out, filter)?;
     job.advance(0.5 * (share[0] + share[1]))?;
     along_y(job, &window, &mut out, filter)?;

@@ -51,10 +51,17 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| reach_m(Params::read(params).radius, cell_m)),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     example: "value: \"base\", radius: 900",
     ..Node::DEFAULT
 };
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    // without the result
+    super::rank::bytes(&sizing.window, Params::read(sizing.params).radius) - sizing.cells(4.0)
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { value, mask } = Inputs::read(job)?;

@@ -75,11 +75,26 @@ pub static NODE: Node = Node {
         };
         passes * params.radius
     }),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     resolution: Resolution::Cells("the disc is made of whole cells"),
     example: "value: \"mask\", operation: outline, radius: 500",
     ..Node::DEFAULT
 };
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let params = Params::read(sizing.params);
+    let nx = sizing.window.nx() as f64;
+    // lines with what is beyond their ends
+    let lines = 4.0 * (1.0 + 2.0 * (params.radius / sizing.window.cell_m()).min(nx) / nx);
+    let held = match params.operation {
+        Operation::Dilate => 0.0,
+        Operation::Erode | Operation::Open => 4.0,
+        Operation::Close | Operation::Outline | Operation::TopHat | Operation::BottomHat => 8.0,
+    };
+    sizing.cells(held + lines)
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { value, mask } = Inputs::read(job)?;

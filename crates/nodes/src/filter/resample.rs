@@ -59,10 +59,18 @@ pub static NODE: Node = Node {
         let coarse_m = Params::read(params).cell;
         if coarse_m <= cell_m { 0.0 } else { 4.5 * coarse_m + cell_m }
     }),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     example: "value: \"base\", cell: 1024",
     ..Node::DEFAULT
 };
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let params = Params::read(sizing.params);
+    let coarser = params.cell / sizing.window.cell_m();
+    if coarser <= 1.0 { 0 } else { sizing.cells(4.0 / (coarser * coarser)) }
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { value, mask } = Inputs::read(job)?;

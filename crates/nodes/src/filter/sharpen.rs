@@ -38,10 +38,18 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| Gaussian::reach_m(Params::read(params).radius, cell_m)),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     example: "height: \"base\", radius: 400, amount: 0.5",
     ..Node::DEFAULT
 };
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let params = Params::read(sizing.params);
+    let is_used = params.amount != 0.0 && params.radius != 0.0;
+    if is_used { Gaussian::bytes(params.radius, &sizing.window) } else { 0 }
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { height, mask } = Inputs::read(job)?;

@@ -1,5 +1,6 @@
 //! A field smeared along a direction.
 
+use orograph_graph::memory::zeroed;
 use rayon::prelude::*;
 
 use super::{
@@ -64,6 +65,7 @@ pub static NODE: Node = Node {
         // coarse cells are a 170th of the length at most
         if length_m < cell_m { 0.0 } else { 1.1 * length_m + 2.0 * cell_m }
     }),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     example: "value: \"base\", azimuth: 30, length: 3000",
     ..Node::DEFAULT
@@ -71,6 +73,22 @@ pub static NODE: Node = Node {
 
 /// The longest line in cells.
 const MOST: f64 = 256.0;
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let params = Params::read(sizing.params);
+    let length = params.length / sizing.window.cell_m();
+    if length < 1.0 {
+        return 0;
+    }
+    let across = math::sin(params.azimuth.to_radians()).abs();
+    let reach = if params.side == Side::Both { 0.5 } else { 1.0 };
+    let coarser = (length / MOST).max(1.0);
+    // rows with what is beyond their ends; of coarser cells means and what they become
+    let wide = 1.0 + 2.0 * reach * across * length / sizing.window.nx() as f64;
+    let held = if coarser > 1.0 { 8.0_f64.max(4.0 + 4.0 * wide) } else { 4.0 * wide };
+    sizing.cells(held / (coarser * coarser))
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { value, mask } = Inputs::read(job)?;
@@ -146,13 +164,13 @@ fn smeared(
 ) -> Result<Vec<f32>, NodeError> {
     let margin = taps.iter().map(|tap| tap.east.unsigned_abs() as usize).max().unwrap_or(0);
     let width = nx + 2 * margin;
-    let mut wide = vec![0.0; width * ny];
+    let mut wide = zeroed(width * ny)?;
     wide.par_chunks_mut(width).zip(samples.par_chunks(nx)).for_each(|(out, row)| {
         for (i, out) in out.iter_mut().enumerate() {
             *out = row[ends[0].index(i as i64 - margin as i64, nx)];
         }
     });
-    let mut out = vec![0.0; nx * ny];
+    let mut out = zeroed(nx * ny)?;
     out.par_chunks_mut(nx).enumerate().try_for_each(|(j, row)| {
         job.check()?;
         for tap in taps {

@@ -58,6 +58,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
+    scratch: Scratch::PerCell(4.0),
     cpu: run,
     example: "value: \"base\", margin: 4000",
     ..Node::DEFAULT

@@ -68,6 +68,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     example: "value: \"base\", offset: (600, -400), rotation: 30, stretch: 1.6",
     ..Node::DEFAULT
@@ -75,6 +76,17 @@ pub static NODE: Node = Node {
 
 /// Places are rounded to this share of a cell, so that those on cells are on cells.
 const ROUNDED: f64 = 1_048_576.0;
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let Params { offset, rotation, stretch, .. } = Params::read(sizing.params);
+    let stays = offset == [0.0; 2] && rotation == 0.0;
+    if stretch >= 1.0 || (stays && stretch == 1.0) {
+        return 0;
+    }
+    let sigma = 0.4 * (1.0 / (stretch * stretch) - 1.0).sqrt();
+    sizing.cells(4.0).max(Gaussian::bytes(sigma * sizing.window.cell_m(), &sizing.window))
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { value, mask } = Inputs::read(job)?;

@@ -77,6 +77,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     // four cells around the place that a value is taken from
     reach: Reach::Metres(|params, cell_m| Params::read(params).displacement + 3.0 * cell_m),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     example: "value: \"base\", displacement: 5000, wavelength: 8000, octaves: 2",
     ..Node::DEFAULT
@@ -84,6 +85,12 @@ pub static NODE: Node = Node {
 
 /// Draws of the displacement to the east and of that to the south, and of the noise whose curl is taken.
 const SALTS: [u32; 3] = [0x2c1b_3c6d, 0x297a_2d39, 0x61c8_8647];
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    // how far east and south of each cell its value is taken
+    if Params::read(sizing.params).displacement == 0.0 { 0 } else { sizing.cells(8.0) }
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let inputs = Inputs::read(job)?;

@@ -1,6 +1,6 @@
 //! Convolution of a square grid with a kernel that is known by its response to waves.
 
-use orograph_graph::{Job, NodeError};
+use orograph_graph::{Job, NodeError, memory::zeroed};
 use rayon::prelude::*;
 
 use super::{Batch, Complex, LANES, Plan};
@@ -27,7 +27,7 @@ impl Grid {
         let waves = |k: usize| if k > side / 2 { k as f64 - side as f64 } else { k as f64 };
         let scale = 1.0 / (side as f64 * side as f64);
         self.rows(job, |_, rows| plan.transform(rows))?;
-        self.transpose();
+        self.transpose()?;
         job.advance(0.4)?;
         // transforming twice gives back the grid in reverse, which is put right below
         self.rows(job, |first, rows| {
@@ -42,7 +42,7 @@ impl Grid {
             plan.transform(rows);
             rows[1..].reverse();
         })?;
-        self.transpose();
+        self.transpose()?;
         job.advance(0.8)?;
         self.rows(job, |_, rows| {
             plan.transform(rows);
@@ -74,9 +74,9 @@ impl Grid {
         )
     }
 
-    fn transpose(&mut self) {
+    fn transpose(&mut self) -> Result<(), NodeError> {
         let (side, from) = (self.side, &self.values);
-        let mut to = vec![[0.0; 2]; from.len()];
+        let mut to: Vec<[f64; 2]> = zeroed(from.len())?;
         to.par_chunks_mut(side * BLOCK.min(side)).enumerate().for_each(|(block, rows)| {
             for first in (0..side).step_by(BLOCK) {
                 for (j, row) in rows.chunks_exact_mut(side).enumerate() {
@@ -87,5 +87,6 @@ impl Grid {
             }
         });
         self.values = to;
+        Ok(())
     }
 }

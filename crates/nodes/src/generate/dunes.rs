@@ -59,10 +59,20 @@ pub static NODE: Node = Node {
     ],
     outputs: Given::PORTS,
     params: Params::specs,
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     example: "wavelength: 3500, height: 210, waviness: 0.4",
     ..Node::DEFAULT
 };
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    match Params::read(sizing.params).form {
+        // how far crests are bent and how low they are, and two slopes
+        Form::Transverse => sizing.cells(16.0),
+        Form::Barchan => 0,
+    }
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);

@@ -60,6 +60,7 @@ pub static NODE: Node = Node {
         let smooth = Params::read(params).strokes.0.into_iter().filter(|stroke| stroke.tool == Tool::Smooth);
         smooth.map(|stroke| Gaussian::reach_m(SMOOTHING * stroke.radius, cell_m)).sum()
     }),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     example: "height: \"base\", strokes: [\
               (tool: raise, radius: 900, strength: 600, points: [(1500, 6500), (3500, 5000), (4500, 2500), (6800, 1800)]), \
@@ -69,6 +70,14 @@ pub static NODE: Node = Node {
               (tool: erase, radius: 400, points: [(3200, 4800), (3600, 3200)])]",
     ..Node::DEFAULT
 };
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let strokes = Params::read(sizing.params).strokes.0;
+    let smooths = Wants::among(sizing.wanted).height && strokes.iter().any(|stroke| stroke.tool == Tool::Smooth);
+    // the smoothed land and how much of it counts
+    if smooths { sizing.cells(8.0) } else { 0 }
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let strokes = Params::read(job.params).strokes.0;

@@ -3,12 +3,13 @@
 //! O'Callaghan and Mark (1984) for directions, Cordonnier, Bovy and Braun (2019) for depressions, Lindsay (2016) for
 //! breaching; the method is in [`super::engine`].
 
+use orograph_graph::memory::{copied, zeroed};
 use rayon::prelude::*;
 
 use super::{
     drained::Drained,
     engine::{Depressions, Drainage, Grid, Limits, Spread, code, drainage::Amount, receivers, spread},
-    lakes,
+    flow_scratch, lakes,
 };
 use crate::prelude::*;
 
@@ -108,6 +109,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     reads_sea: true,
+    scratch: Scratch::Bytes(flow_scratch::scratch),
     cpu: run,
     resolution: Resolution::Cells(
         "rivers are one cell wide, so the drainage area of a place depends on whether its cell has the river in it",
@@ -135,7 +137,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let gathers = [wants.area || wants.flow, wants.discharge || wants.flow];
     let fills = wants.flow || wants.conditioned || wants.lake_depth || wants.lake;
     let spreads = gathers.contains(&true) && params.routing != Routing::D8 && params.depressions != Sinks::Keep;
-    let mut codes = vec![0; grid.cells()];
+    let mut codes = zeroed(grid.cells())?;
     receivers::d8(job, &grid, land, &mut codes)?;
     if let Some(level) = job.sea_level() {
         receivers::end_at_sea(land, level, &mut codes);
@@ -158,7 +160,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let limits = Limits { depth_m: params.breach_depth, length_m: params.breach_length, cell_m: job.cell_m() };
         depressions.breach(job, &grid, land, &codes, limits)?
     } else {
-        let mut level = land.to_vec();
+        let mut level = copied(land)?;
         depressions.fill(&mut level);
         level
     };

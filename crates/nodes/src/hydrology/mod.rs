@@ -3,6 +3,7 @@
 pub mod drained;
 pub mod engine;
 pub mod flow;
+mod flow_scratch;
 mod lakes;
 pub mod rivers;
 

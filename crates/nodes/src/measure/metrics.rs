@@ -59,6 +59,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     reads_sea: true,
+    scratch: Scratch::PerCell(15.0),
     cpu: run,
     resolution: Resolution::Cells("slopes and channels are those of the cells"),
     example: "height: \"base\", channel_area: 500000",

@@ -89,6 +89,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::Metres(|_, cell_m| cell_m),
     reads_sea: true,
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     resolution: Resolution::Cells("the gradient is that between neighbouring cells: larger cells are gentler"),
     example: "height: \"base\", light: single, high: 2500",
@@ -134,6 +135,12 @@ pub fn relief(height: &Field, params: &Params) -> [Field; 2] {
         Ok(shade) => [Field::new(window, shade), Field::with_planes(window, 3, colour)],
         Err(never) => match never {},
     }
+}
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    // the shade, which is there even if only its colours are read
+    if Wants::among(sizing.wanted).shade { 0 } else { sizing.cells(4.0) }
 }
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {

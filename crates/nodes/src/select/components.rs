@@ -62,11 +62,18 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     resolution: Resolution::Cells("what hangs together across one cell may not across smaller ones"),
     example: "selection: \"mask\", least_area: 3e6",
     ..Node::DEFAULT
 };
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    // the component of each cell, and which ones are in filled holes
+    sizing.cells(4.0 + if Params::read(sizing.params).least_hole > 0.0 { 1.0 } else { 0.0 })
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);

@@ -61,10 +61,17 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| Gaussian::reach_m(Params::read(params).radius, cell_m) + cell_m),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     example: "height: \"base\", radius: 600, kind: tangential",
     ..Node::DEFAULT
 };
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    // the smoothed land
+    sizing.cells(4.0).max(Gaussian::bytes(Params::read(sizing.params).radius, &sizing.window))
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);

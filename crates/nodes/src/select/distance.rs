@@ -60,11 +60,20 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| Params::read(params).limit + cell_m),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     resolution: Resolution::Cells("the edge of the selection runs along the edges of cells"),
     example: "selection: \"mask\", limit: 2000, side: both",
     ..Node::DEFAULT
 };
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let sides = if Params::read(sizing.params).side == Side::Both { 2.0 } else { 1.0 };
+    // squares to either side, and the distance
+    let given = 4.0 * Wants::among(sizing.wanted).count() as f64;
+    sizing.cells((4.0 + 4.0 * sides - given).max(0.0))
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);

@@ -1,5 +1,7 @@
 //! How much of the sky a place sees, and how much is hidden from it: ambient occlusion.
 
+use orograph_graph::World;
+
 use crate::{
     cells::BLOCK,
     horizon::{Horizon, Rays},
@@ -55,6 +57,7 @@ pub static NODE: Node = Node {
         let params = Params::read(params);
         Rays::reach_m(params.distance, cell_m, growth(params.azimuths))
     }),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     resolution: Resolution::Within(0.12),
     example: "height: \"base\", distance: 3000, exaggeration: 2",
@@ -71,9 +74,20 @@ pub(super) fn around(azimuths: i64) -> impl Iterator<Item = f64> {
     (0..azimuths).map(move |k| 360.0 * k as f64 / azimuths as f64)
 }
 
+impl Params {
+    fn rays(&self, world: &World) -> Rays {
+        Rays::new(around(self.azimuths), self.distance, world, growth(self.azimuths))
+    }
+}
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    Params::read(sizing.params).rays(&sizing.window.world).bytes(&sizing.window)
+}
+
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    let rays = Rays::new(around(params.azimuths), params.distance, job.world(), growth(params.azimuths));
+    let rays = params.rays(job.world());
     let horizon = Horizon::new(job, [0.0, 0.2], Inputs::read(job)?.height, rays)?;
     let nx = job.window().nx();
     let mut occlusion = vec![0.0; job.window().len()];

@@ -52,6 +52,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| 2.0 * Gaussian::reach_m(Params::read(params).radius, cell_m)),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     example: "height: \"base\", radius: 800",
     ..Node::DEFAULT
@@ -59,6 +60,19 @@ pub static NODE: Node = Node {
 
 /// Height in metres below which land counts as level: a millimetre.
 const LEVEL_M: f32 = 1e-3;
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let wants = Wants::among(sizing.wanted);
+    let smooth = Gaussian::bytes(Params::read(sizing.params).radius, &sizing.window);
+    let given = sizing.cells(4.0 * wants.count() as f64);
+    if !(wants.deviation || wants.ridges || wants.valleys) {
+        return smooth;
+    }
+    // positions, their squares and the squares smoothed; then positions, deviations and each mask
+    let masks = [wants.ridges, wants.valleys].iter().filter(|wanted| **wanted).count();
+    (sizing.cells(12.0) + smooth).max(sizing.cells(8.0 + 4.0 * masks as f64)).saturating_sub(given)
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);

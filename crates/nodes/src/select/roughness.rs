@@ -39,11 +39,18 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| 2.0 * Gaussian::reach_m(Params::read(params).radius, cell_m)),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     resolution: Resolution::Within(0.08),
     example: "height: \"base\", radius: 500",
     ..Node::DEFAULT
 };
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    // squares, which are smoothed in turn
+    sizing.cells(4.0) + Gaussian::bytes(Params::read(sizing.params).radius, &sizing.window)
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let height = Inputs::read(job)?.height.samples();

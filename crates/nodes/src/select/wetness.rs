@@ -49,6 +49,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::Metres(|_, cell_m| cell_m),
+    scratch: Scratch::PerCell(4.0),
     cpu: run,
     resolution: Resolution::Cells("rivers are one cell wide and slopes are those between neighbouring cells"),
     example: "flow: \"flow.flow\"",

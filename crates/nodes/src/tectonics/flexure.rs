@@ -3,6 +3,8 @@
 //! D. L. Turcotte and G. Schubert (2002), "Geodynamics": a thin elastic plate on a fluid, `D ∇⁴w + (ρₘ − ρ_f) g w = q`,
 //! solved in wave numbers: `ŵ = q̂ / (D k⁴ + (ρₘ − ρ_f) g)`. The plate goes on beyond the world, without a load there.
 
+use orograph_graph::memory::zeroed;
+
 use crate::{fourier::grid::Grid, math, par, prelude::*};
 
 choice! {
@@ -60,6 +62,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     example: "load: \"base\", elastic_thickness: 2000",
     ..Node::DEFAULT
@@ -112,13 +115,25 @@ impl Plate {
     }
 }
 
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let plate = Params::read(sizing.params).plate();
+    if plate.rigidity == 0.0 {
+        return 0;
+    }
+    // complex numbers, twice while rows become columns, which is before there is a deflection
+    let (_, side) = plate.grid(&sizing.window);
+    let grid = (side * side * size_of::<[f64; 2]>()) as u64;
+    (2 * grid).saturating_sub(sizing.cells(4.0)).max(grid)
+}
+
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let plate = Params::read(job.params).plate();
     let window = job.window();
     let load = Inputs::read(job)?.load.samples();
     if plate.rigidity == 0.0 {
         let local = (-CRUST * GRAVITY / plate.restoring) as f32;
-        let mut deflection = vec![0.0; window.len()];
+        let mut deflection = zeroed(window.len())?;
         par::rows(job, &mut deflection, |j, row| {
             for (value, load) in row.iter_mut().zip(&load[j * window.nx()..]) {
                 *value = local * load;
@@ -126,16 +141,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         })?;
         return Ok(Given { deflection: Some(Field::new(window, deflection)) }.into());
     }
-    // no plate is wider than that on cells that are worth the name
-    let alpha_cells = (plate.alpha_m() / job.cell_m()).min(1e9);
-    let mut coarser = 1;
-    while 2.0 * coarser as f64 * CELLS_PER_ALPHA <= alpha_cells {
-        coarser *= 2;
-    }
-    // two cells more, which the interpolation reads
-    let margin = (MARGIN * alpha_cells / coarser as f64).ceil() as usize + 2;
-    let side = (window.nx().max(window.ny()).div_ceil(coarser) + margin).next_power_of_two();
-    let grid = Grid { side, values: restricted(load, window.nx(), coarser, side) };
+    let (coarser, side) = plate.grid(&window);
+    let grid = Grid { side, values: restricted(load, window.nx(), coarser, side)? };
     // waves across the grid to radians per metre
     let per_metre = std::f64::consts::TAU / (side as f64 * coarser as f64 * job.cell_m());
     let bent = grid.convolve(job, |m, n| {
@@ -143,7 +150,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         -CRUST * GRAVITY / (plate.rigidity * square * square + plate.restoring)
     })?;
     let columns: Vec<Taps> = (0..window.nx()).map(|i| Taps::new(i, coarser, side)).collect();
-    let mut deflection = vec![0.0; window.len()];
+    let mut deflection = zeroed(window.len())?;
     par::rows_within(job, [0.9, 1.0], &mut deflection, |j, row| {
         let rows = Taps::new(j, coarser, side);
         for (value, column) in row.iter_mut().zip(&columns) {
@@ -153,9 +160,24 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { deflection: Some(Field::new(window, deflection)) }.into())
 }
 
+impl Plate {
+    /// How many cells of the window are one of the grid that is bent, along a side, and how many it has.
+    fn grid(&self, window: &Window) -> (usize, usize) {
+        // no plate is wider than that on cells that are worth the name
+        let alpha_cells = (self.alpha_m() / window.cell_m()).min(1e9);
+        let mut coarser = 1;
+        while 2.0 * coarser as f64 * CELLS_PER_ALPHA <= alpha_cells {
+            coarser *= 2;
+        }
+        // two cells more, which the interpolation reads
+        let margin = (MARGIN * alpha_cells / coarser as f64).ceil() as usize + 2;
+        (coarser, (window.nx().max(window.ny()).div_ceil(coarser) + margin).next_power_of_two())
+    }
+}
+
 /// Means of squares of `coarser` cells, in the corner of a grid of nothing.
-fn restricted(load: &[f32], nx: usize, coarser: usize, side: usize) -> Vec<[f64; 2]> {
-    let mut grid = vec![[0.0; 2]; side * side];
+fn restricted(load: &[f32], nx: usize, coarser: usize, side: usize) -> Result<Vec<[f64; 2]>, NodeError> {
+    let mut grid: Vec<[f64; 2]> = zeroed(side * side)?;
     let share = 1.0 / (coarser as f64 * coarser as f64);
     for (j, row) in load.chunks_exact(nx).enumerate() {
         let out = &mut grid[j / coarser * side..][..side];
@@ -163,7 +185,7 @@ fn restricted(load: &[f32], nx: usize, coarser: usize, side: usize) -> Vec<[f64;
             out[0] += share * cells.iter().map(|&load| f64::from(load)).sum::<f64>();
         }
     }
-    grid
+    Ok(grid)
 }
 
 /// Four neighbours on the coarse grid, which wraps, and their weights.

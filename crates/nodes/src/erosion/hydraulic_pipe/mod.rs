@@ -139,6 +139,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     process: Some(begin),
     resolution: Resolution::Cells(
@@ -147,6 +148,12 @@ pub static NODE: Node = Node {
     example: "height: \"base\", duration: 3600, rain: 60, acceleration: 4000",
     ..Node::DEFAULT
 };
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    // the state of the storm; rows that are under way, for one thread
+    sizing.cells(46.0) + 6600 * sizing.window.nx() as u64
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let mut storm = Storm::new(job)?;

@@ -27,7 +27,10 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
-use orograph_graph::{Edge, Job, NodeError};
+use orograph_graph::{
+    Edge, Job, NodeError,
+    memory::{OutOfMemory, filled, with_capacity, zeroed},
+};
 use rayon::prelude::*;
 
 pub use cap::capped;
@@ -94,7 +97,10 @@ pub struct Slump {
 
 impl Slump {
     /// A surface at rest nowhere yet. `tolerance` is the excess that counts as none, as a share of the repose.
-    pub fn new(land: &Land<'_>, tolerance: f32) -> Self {
+    ///
+    /// # Errors
+    /// [`OutOfMemory`].
+    pub fn new(land: &Land<'_>, tolerance: f32) -> Result<Self, OutOfMemory> {
         let Land { cells, wraps, .. } = *land;
         let mut coarser = 0;
         while cells
@@ -106,7 +112,7 @@ impl Slump {
         }
         // Closed cells fill the sides up to whole cells of the coarsest grid.
         let [nx, ny] = cells.map(|n| n.next_multiple_of(1 << coarser));
-        let mut finest = Level::new(nx, ny, wraps, land.loose.is_some());
+        let mut finest = Level::new(nx, ny, wraps, land.loose.is_some())?;
         for j in 0..cells[1] {
             let to = finest.at(0, j);
             let (from, to) = (j * cells[0]..(j + 1) * cells[0], to..to + cells[0]);
@@ -126,9 +132,9 @@ impl Slump {
         finest.wrap_ground();
         let mut levels = vec![finest];
         for level in 0..coarser {
-            levels.push(levels[level].coarser());
+            levels.push(levels[level].coarser()?);
         }
-        Self { levels, cells, tolerance }
+        Ok(Self { levels, cells, tolerance })
     }
 
     /// Sweeps until no slope exceeds its repose, coarse grids first: whether it came to that. `sweeps` is the most
@@ -184,10 +190,14 @@ impl Slump {
     }
 
     /// What each cell has gained, in metres, row-major.
-    #[must_use]
-    pub fn moved(&self) -> Vec<f32> {
-        let level = &self.levels[0];
-        (0..self.cells[1]).flat_map(|j| &level.moved[level.at(0, j)..][..self.cells[0]]).copied().collect()
+    ///
+    /// # Errors
+    /// [`OutOfMemory`].
+    pub fn moved(&self) -> Result<Vec<f32>, OutOfMemory> {
+        let (level, [nx, ny]) = (&self.levels[0], self.cells);
+        let mut moved = with_capacity(nx * ny)?;
+        (0..ny).for_each(|j| moved.extend_from_slice(&level.moved[level.at(0, j)..][..nx]));
+        Ok(moved)
     }
 }
 
@@ -197,20 +207,20 @@ pub fn wraps(boundary: &orograph_graph::Boundary) -> [bool; 2] {
 }
 
 impl Level {
-    fn new(nx: usize, ny: usize, wraps: [bool; 2], layered: bool) -> Self {
+    fn new(nx: usize, ny: usize, wraps: [bool; 2], layered: bool) -> Result<Self, OutOfMemory> {
         let len = (nx + 2) * (ny + 2);
-        Self {
+        Ok(Self {
             nx,
             ny,
             wraps,
-            height: vec![0.0; len],
-            rise: vec![f32::INFINITY; len],
-            loose: vec![0.0; if layered { len } else { 0 }],
-            moved: vec![0.0; len],
-            next: vec![0.0; len],
+            height: zeroed(len)?,
+            rise: filled(len, f32::INFINITY)?,
+            loose: zeroed(if layered { len } else { 0 })?,
+            moved: zeroed(len)?,
+            next: zeroed(len)?,
             quantum: 0.0,
             changed: vec![true; nx.div_ceil(TILE[0]) * ny.div_ceil(TILE[1])],
-        }
+        })
     }
 
     /// Index of a cell.
@@ -219,9 +229,9 @@ impl Level {
     }
 
     /// The grid of half the resolution: means of 2 x 2 cells, over twice the distance.
-    fn coarser(&self) -> Self {
+    fn coarser(&self) -> Result<Self, OutOfMemory> {
         let layered = !self.loose.is_empty();
-        let mut coarse = Self::new(self.nx / 2, self.ny / 2, self.wraps, layered);
+        let mut coarse = Self::new(self.nx / 2, self.ny / 2, self.wraps, layered)?;
         restrict(&self.height, self.nx, self.ny, &mut coarse.height);
         restrict(&self.rise, self.nx, self.ny, &mut coarse.rise);
         if layered {
@@ -232,7 +242,7 @@ impl Level {
         }
         coarse.quantum = 2.0 * self.quantum;
         coarse.wrap_ground();
-        coarse
+        Ok(coarse)
     }
 
     fn wrap_ground(&mut self) {
@@ -344,7 +354,7 @@ pub fn rises(job: &Job<'_>, height: &[f32], angle: Lane<'_>, mask: Lane<'_>) -> 
     let tangent = |degrees: f32| math::f32::tan(degrees.clamp(1.0, 89.0).to_radians());
     let constant = angle.constant().map(tangent);
     let nx = job.window().nx();
-    let mut rise = vec![0.0; height.len()];
+    let mut rise = zeroed(height.len())?;
     par::rows_within(job, [0.0, 0.0], &mut rise, |j, row| {
         for (i, rise) in row.iter_mut().enumerate() {
             let at = j * nx + i;

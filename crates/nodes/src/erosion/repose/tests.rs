@@ -44,13 +44,13 @@ fn sweeps_agree_with_double_precision() {
     for wraps in [[false; 2], [true, false], [true; 2]] {
         for loose in [None, Some(layer.as_slice())] {
             let land = Land { cells: [75, 41], wraps, height: &height, rise: &rise, loose };
-            let mut slump = Slump::new(&land, 0.02);
+            let mut slump = Slump::new(&land, 0.02).expect("memory");
             slump.levels[0].wake();
             let mut expected = vec![0.0; height.len()];
             for sweep in 0..8 {
                 with_job([75, 41], |job| slump.levels[0].sweep(0.02, job)).unwrap();
                 expected = reference::sweep(&land, &expected).0;
-                for (at, (moved, expected)) in slump.moved().iter().zip(&expected).enumerate() {
+                for (at, (moved, expected)) in slump.moved().expect("memory").iter().zip(&expected).enumerate() {
                     let off = (f64::from(*moved) - expected).abs();
                     assert!(off < 1e-3, "{wraps:?}, sweep {sweep}, cell {at}: {moved} {expected}");
                 }
@@ -65,10 +65,10 @@ fn layers_are_conserved_and_never_negative() {
     let (height, rise) = rough();
     let layer: Vec<f32> = height.iter().map(|h| 0.2 * (h - 495.0).max(0.0)).collect();
     let land = Land { cells: [75, 41], wraps: [false; 2], height: &height, rise: &rise, loose: Some(&layer) };
-    let mut slump = Slump::new(&land, 0.02);
+    let mut slump = Slump::new(&land, 0.02).expect("memory");
     let at_rest = with_job([75, 41], |job| slump.settle(SWEEPS, [0.0, 1.0], job)).unwrap();
     assert!(at_rest);
-    let moved = slump.moved();
+    let moved = slump.moved().expect("memory");
     let (before, gained): (f64, f64) =
         layer.iter().zip(&moved).fold((0.0, 0.0), |(a, b), (r, d)| (a + f64::from(*r), b + f64::from(*d)));
     assert!(gained.abs() < 1e-6 * before, "{gained} of {before}");
@@ -91,9 +91,9 @@ fn the_pyramid_agrees_with_one_grid() {
     let covered: Vec<f32> = rock.samples().iter().zip(cover.samples()).map(|(b, r)| b + r).collect();
     for (height, loose) in [(pile.samples(), None), (&covered, Some(cover.samples()))] {
         let land = Land { cells: [n as usize; 2], wraps: [false; 2], height, rise: &rise, loose };
-        let mut slump = Slump::new(&land, 0.01);
+        let mut slump = Slump::new(&land, 0.01).expect("memory");
         assert!(with_job([n, n], |job| slump.settle(SWEEPS, [0.0, 1.0], job)).unwrap());
-        let (moved, expected) = (slump.moved(), reference::rest(&land));
+        let (moved, expected) = (slump.moved().expect("memory"), reference::rest(&land));
         let peak = |moved: &dyn Fn(usize) -> f64| {
             (0..rise.len()).map(|at| f64::from(height[at]) + moved(at)).fold(0.0, f64::max)
         };

@@ -3,6 +3,7 @@
 mod age;
 mod levels;
 
+use orograph_graph::memory::{OutOfMemory, copied, zeroed};
 use rayon::prelude::*;
 
 use super::{
@@ -129,8 +130,8 @@ impl<'a> Land<'a> {
         };
         Ok(Self {
             heights: start.samples().par_iter().map(|&height| f64::from(height)).collect(),
-            codes: vec![0; cells],
-            tangents: vec![0; if params.receivers == Receivers::RhoInfinity { cells } else { 0 }],
+            codes: zeroed(cells)?,
+            tangents: zeroed(if params.receivers == Receivers::RhoInfinity { cells } else { 0 })?,
             depressions: Depressions::default(),
             drainage: Drainage::default(),
             area: Area::new(&law, cells, inputs.rain, cell_m * cell_m, params.critical_area, params.m),
@@ -146,7 +147,7 @@ impl<'a> Land<'a> {
             law,
             n: params.n,
             sea_level_m: job.sea_level().unwrap_or(f64::NEG_INFINITY),
-            sediment: Sediment::new(inputs.deposition, cells, Wants::of(job).sediment),
+            sediment: Sediment::new(inputs.deposition, cells, Wants::of(job).sediment)?,
             grid,
         })
     }
@@ -173,7 +174,7 @@ impl<'a> Land<'a> {
         self.time_yr = until_yr;
         self.route(job, Some(step))?;
         let Some(mut sediment) = self.sediment.take() else {
-            let before = asked.any().then(|| self.heights.clone());
+            let before = asked.any().then(|| copied(&self.heights)).transpose()?;
             self.erode(job, step_yr)?;
             self.slide(job)?;
             let Some(mut lowered) = before else {
@@ -182,7 +183,7 @@ impl<'a> Land<'a> {
             };
             lowered.par_iter_mut().zip(&self.heights).for_each(|(height, after)| *height -= after);
             let (mut lowered, mut flux) = asked.split(lowered);
-            let fluvial = asked.lowered.then(|| self.heights.clone());
+            let fluvial = asked.lowered.then(|| copied(&self.heights)).transpose()?;
             self.creep(job, step_yr, step, flux.as_mut())?;
             if let (Some(lowered), Some(fluvial)) = (&mut lowered, fluvial) {
                 let crept = fluvial.par_iter().zip(&self.heights).map(|(before, after)| before - after);
@@ -193,9 +194,9 @@ impl<'a> Land<'a> {
             }
             return Ok(Work { lowered, flux });
         };
-        let mut lowered = (asked.lowered || sediment.thickness.is_some()).then(|| self.heights.clone());
+        let mut lowered = (asked.lowered || sediment.thickness.is_some()).then(|| copied(&self.heights)).transpose()?;
         let flux = self.carry(job, step_yr, &mut sediment)?;
-        let fluvial = self.heights.clone();
+        let fluvial = copied(&self.heights)?;
         self.slide(job)?;
         let slid = self.heights.par_iter().zip(&fluvial).map(|(after, before)| before - after);
         sediment.debris.par_iter_mut().zip(slid).for_each(|(debris, slid)| *debris += slid);
@@ -274,7 +275,7 @@ impl<'a> Land<'a> {
 
     /// Solves the law with deposition over a step; gives the flux of sediment.
     fn carry(&mut self, job: &Job<'_>, step_yr: f64, sediment: &mut Sediment<'_>) -> Result<Vec<f64>, NodeError> {
-        let mut surface = self.heights.clone();
+        let mut surface = copied(&self.heights)?;
         self.depressions.fill(&mut surface);
         let sea_level_m = self.sea_level_m;
         surface.par_iter_mut().for_each(|level| *level = level.max(sea_level_m));
@@ -306,11 +307,12 @@ impl<'a> Land<'a> {
 impl<'a> Sediment<'a> {
     /// A land without sediment, whose thickness is followed if it is `measured`. Returns None when `deposition` is 0
     /// everywhere.
-    fn new(deposition: Lane<'a>, cells: usize, measured: bool) -> Option<Self> {
+    fn new(deposition: Lane<'a>, cells: usize, measured: bool) -> Result<Option<Self>, OutOfMemory> {
         if deposition.constant().is_some_and(|g| g <= 0.0) {
-            return None;
+            return Ok(None);
         }
-        Some(Self { deposition, debris: vec![0.0; cells], thickness: measured.then(|| vec![0.0; cells]) })
+        let thickness = measured.then(|| zeroed(cells)).transpose()?;
+        Ok(Some(Self { deposition, debris: zeroed(cells)?, thickness }))
     }
 }
 

@@ -17,6 +17,7 @@ mod hillslope_tests;
 mod incision;
 mod land;
 mod links;
+mod memory;
 mod rock;
 mod schedule;
 mod slides;
@@ -247,6 +248,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     reads_sea: true,
+    scratch: Scratch::Bytes(memory::scratch),
     cpu: run,
     resolution: Resolution::Cells(
         "the drainage network that forms depends on the cells; the mean height hardly does, as long as cells are well \

@@ -47,6 +47,11 @@ pub fn draw(
     Ok([height, bed])
 }
 
+/// Bytes that [`draw`] holds beside its results, on one thread: what is nearest to each cell of a strip.
+pub fn bytes(window: &Window) -> u64 {
+    (ROWS * window.nx() * size_of::<Nearest>()) as u64
+}
+
 /// The strips of a raster; as many times nothing where there is none.
 fn strips(raster: &mut Option<Vec<f32>>, size: usize, len: usize) -> Vec<Option<&mut [f32]>> {
     match raster {

@@ -96,6 +96,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
+    scratch: Scratch::Bytes(|sizing| draw::bytes(&sizing.window)),
     cpu: run,
     example: "height: \"base\", width: 900, depth: 200, bank: 1200",
     ..Node::DEFAULT

@@ -22,7 +22,7 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
-use orograph_graph::{Job, NodeError};
+use orograph_graph::{Job, NodeError, Window, memory::zeroed};
 use rayon::prelude::*;
 
 use self::{
@@ -83,6 +83,24 @@ pub fn rank(
     let radius = (2.0 * radius / (x + y)).clamp(1.0, MOST);
     let ranked = Padded::new(&means, coarse.cells(), ends, beyond, radius).rank(job, progress, share)?;
     coarse.spread(job, [progress[1]; 2], &ranked, Between::Cubic)
+}
+
+/// Bytes that [`rank`] holds, its result among them.
+#[must_use]
+pub fn bytes(window: &Window, radius_m: f64) -> u64 {
+    let radius = radius_m / window.cell_m();
+    let cells = [window.nx() as f64, window.ny() as f64];
+    let all = 4.0 * cells[0] * cells[1];
+    if radius < 1.0 {
+        return all as u64;
+    }
+    let coarser = (radius / MOST).max(1.0);
+    let margin = 2.0 * radius / coarser;
+    let [nx, ny] = cells.map(|cells| (cells / coarser).ceil());
+    // with what is around it, blocks, and both put together
+    let ranked = 4.0 * (nx + margin) * (ny + margin) + 8.0 * nx * ny;
+    let coarse = if coarser > 1.0 { 4.0 * nx * ny } else { 0.0 };
+    (ranked + coarse).max(2.0 * coarse + all) as u64
 }
 
 /// A raster with as much around it as the surroundings of its outermost cells take.
@@ -161,7 +179,7 @@ impl Padded {
             Ok(sweep::ranked(block, cells, steps, rank))
         });
         let found: Vec<Vec<f32>> = found.collect::<Result<_, NodeError>>()?;
-        let mut out = vec![0.0; nx * ny];
+        let mut out = zeroed(nx * ny)?;
         for ([x, y], values) in corners.into_iter().zip(&found) {
             let width = sides[0].min(nx - x);
             for (j, row) in values.chunks_exact(width).enumerate() {

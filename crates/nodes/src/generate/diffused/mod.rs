@@ -6,7 +6,7 @@
 
 mod mirror;
 
-use orograph_graph::mix;
+use orograph_graph::{World, mix};
 
 use super::spectral::torus::{Draw, Spectrum, Torus};
 use crate::{fourier::LANES, math::lane, par, prelude::*};
@@ -63,10 +63,21 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     example: "correlation: 1200, octaves: 2",
     ..Node::DEFAULT
 };
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let params = Params::read(sizing.params);
+    match params.form {
+        Form::Gaussian => params.torus(&sizing.window.world).bytes(&sizing.window, &Hills::new(&params)),
+        // noise in double precision and its waves
+        Form::Layers | Form::Fractal => sizing.cells(12.0),
+    }
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
@@ -82,9 +93,12 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 }
 
 impl Params {
+    fn torus(&self, world: &World) -> Torus {
+        if self.tileable { Torus::tiled(world) } else { Torus::around(world, 8.0 * self.correlation) }
+    }
+
     fn gaussian(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
-        let torus =
-            if self.tileable { Torus::tiled(job.world()) } else { Torus::around(job.world(), 8.0 * self.correlation) };
+        let torus = self.torus(job.world());
         let hills = Hills::new(self);
         torus.sum(job, Draw { seed: job.seed(), even: false }, &hills)
     }

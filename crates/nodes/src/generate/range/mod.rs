@@ -67,6 +67,7 @@ pub static NODE: Node = Node {
     ],
     outputs: Given::PORTS,
     params: Params::specs,
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     example: "height: 3000, front: 3000, back: 4000, spacing: 3500, seed: 8",
     ..Node::DEFAULT
@@ -74,6 +75,12 @@ pub static NODE: Node = Node {
 
 /// Salts of the noise that varies the crest and of those that bend it to the east and to the south.
 const SALTS: [u32; 3] = [0x510e_527f, 0x9b05_688c, 0x1f83_d9ab];
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    // bends and distances, or distances and the land around spurs
+    sizing.cells((12.5 - 4.0 * Wants::among(sizing.wanted).count() as f64).max(0.0))
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
@@ -87,6 +94,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let bends = bends.each_ref().map(|bend| &bend[j * nx..][..nx]);
         course.squares(&xs, window.centre_m(0, j)[1], bends, row);
     })?;
+    drop(bends);
     let wants = Wants::of(job);
     let risen = || -> Result<Field, NodeError> {
         let spurs = Spurs::new(job, [params.spurs, params.spacing], |places| course.heights(job, places))?;

@@ -7,6 +7,8 @@
 
 pub(super) mod torus;
 
+use orograph_graph::World;
+
 use self::torus::{Draw, Spectrum, Torus};
 use crate::{
     fourier::LANES,
@@ -77,11 +79,18 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     resolution: Resolution::Within(0.05),
     example: "outer_scale: 8000, beta: 3",
     ..Node::DEFAULT
 };
+
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let params = Params::read(sizing.params);
+    params.torus(&sizing.window.world).bytes(&sizing.window, &Power::new(&params))
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
@@ -94,15 +103,17 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     if 2.0 * job.cell_m() > params.outer_scale {
         job.warn("waves as long as `outer_scale` are shorter than two cells: the land is level");
     }
-    let torus = if params.tileable {
-        Torus::tiled(job.world())
-    } else {
-        Torus::around(job.world(), params.outer_scale * params.stretch.sqrt())
-    };
+    let torus = params.torus(job.world());
     let draw = Draw { seed: job.seed(), even: params.amplitudes == Amplitudes::Even };
     let power = Power::new(&params);
     let height = torus.sum(job, draw, &power)?;
     Ok(Given { height: Some(Field::new(job.window(), height)) }.into())
+}
+
+impl Params {
+    fn torus(&self, world: &World) -> Torus {
+        if self.tileable { Torus::tiled(world) } else { Torus::around(world, self.outer_scale * self.stretch.sqrt()) }
+    }
 }
 
 /// A power law of frequency between two scales.

@@ -8,7 +8,7 @@
 //! which rows are taken together, two in each lane. Everything is in single precision, whose error is a ten-millionth
 //! of the heights.
 
-use orograph_graph::{Job, NodeError, World, mix};
+use orograph_graph::{Job, NodeError, Window, World, mix};
 use rayon::prelude::*;
 
 use crate::{
@@ -113,6 +113,12 @@ impl Torus {
         )?;
         job.advance(1.0)?;
         Ok(out)
+    }
+
+    /// Bytes that [`Self::sum`] holds beside its result.
+    pub fn bytes(&self, window: &Window, spectrum: &impl Spectrum) -> u64 {
+        let waves = self.waves([window.nx(), window.ny()], Draw { seed: 0, even: false }, spectrum);
+        (waves.strips() * window.ny() * size_of::<Batch<f32>>()) as u64
     }
 
     /// Waves for a world of so many cells.

@@ -5,7 +5,7 @@
 //! transformations in digital images"). Distances are small whole numbers, so that eight queues hold all cells that are
 //! under way (Dial 1969) and nothing is sorted: O(N). Plain flats are lakes without depth and are crossed alike.
 
-use orograph_graph::{Job, NodeError};
+use orograph_graph::{Job, NodeError, memory::filled};
 
 use super::{
     Depressions, Elevation, Grid,
@@ -33,7 +33,7 @@ impl<T: Elevation> Depressions<T> {
             let level = self.spills[label as usize].level;
             (label != OUTSIDE && heights[cell as usize] <= level).then_some(level)
         };
-        let mut distance = vec![u32::MAX; grid.cells()];
+        let mut distance = filled(grid.cells(), u32::MAX)?;
         let mut queues: [Vec<u32>; QUEUES as usize] = Default::default();
         for exit in self.exits(grid) {
             // A way that goes on over the same water is no outlet.

@@ -10,7 +10,7 @@
 //! Shares are worked out row by row, many cells at once (module `shares`), and kept with the cell that receives them;
 //! then each cell gathers (module `gather`).
 
-use orograph_graph::{Job, NodeError};
+use orograph_graph::{Job, NodeError, memory::zeroed};
 use rayon::prelude::*;
 
 mod gather;
@@ -59,7 +59,7 @@ pub fn accumulate(
 /// The shares of all cells.
 fn links(job: &Job<'_>, grid: &Grid, heights: &[f32], codes: &[u8], spread: Spread) -> Result<Links, NodeError> {
     let (nx, cells, band) = (grid.nx, grid.cells(), BAND_ROWS * grid.nx);
-    let mut links = Links { incoming: vec![[0.0; 8]; cells], gives: vec![0; cells], missing: vec![0; cells] };
+    let mut links = Links { incoming: zeroed(cells)?, gives: zeroed(cells)?, missing: zeroed(cells)? };
     (links.incoming.par_chunks_mut(band))
         .zip(links.gives.par_chunks_mut(band))
         .zip(links.missing.par_chunks_mut(band))

@@ -85,6 +85,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
+    scratch: Scratch::PerCell(2.0),
     cpu: run,
     resolution: Resolution::Cells("a channel is one cell wide in rasters, and more of its bends show in smaller cells"),
     example: "flow: \"flow.flow\", channel_area: 500000",

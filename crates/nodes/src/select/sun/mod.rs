@@ -2,6 +2,7 @@
 
 mod path;
 
+use orograph_graph::World;
 use rayon::prelude::*;
 
 use self::path::{Arc, DAY_S};
@@ -93,6 +94,7 @@ pub static NODE: Node = Node {
         let params = Params::read(params);
         Rays::reach_m(params.distance, cell_m, params.growth()).max(cell_m)
     }),
+    scratch: orograph_graph::Scratch::Bytes(scratch),
     cpu: run,
     resolution: Resolution::Cells("slopes are those between neighbouring cells: larger cells are gentler"),
     example: "height: \"base\", day: 355",
@@ -107,10 +109,10 @@ impl Params {
         if self.period == Period::Fixed { FINE } else { growth(self.azimuths) }
     }
 
-    fn rays(&self, job: &Job<'_>) -> Rays {
+    fn rays(&self, world: &World) -> Rays {
         match self.period {
-            Period::Fixed => Rays::new([self.azimuth], self.distance, job.world(), FINE),
-            _ => Rays::new(around(self.azimuths), self.distance, job.world(), self.growth()),
+            Period::Fixed => Rays::new([self.azimuth], self.distance, world, FINE),
+            _ => Rays::new(around(self.azimuths), self.distance, world, self.growth()),
         }
     }
 
@@ -179,11 +181,17 @@ struct Scratch {
 /// Rows that share a working space.
 const BAND: usize = 16;
 
+/// What the kernel holds beside its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    // seconds in the sun and joules, and pieces of an output before they are one, beside the smoothed land
+    sizing.cells(12.0) + Params::read(sizing.params).rays(&sizing.window.world).bytes(&sizing.window)
+}
+
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let height = Inputs::read(job)?.height;
     let (arcs, days) = params.arcs();
-    let horizon = Horizon::new(job, [0.0, 0.2], height, params.rays(job))?;
+    let horizon = Horizon::new(job, [0.0, 0.2], height, params.rays(job.world()))?;
     let surface = Surface::new(height, Method::Horn);
     let ways: Vec<Way> = arcs.iter().map(|arc| Way::new(arc, horizon.rays())).collect();
     // directions in which the sun stands at some time
