@@ -241,6 +241,19 @@ mod tests {
     }
 
     #[test]
+    fn a_part_has_the_colours_of_the_whole() {
+        let world = World { size: [80.0, 60.0], cells: [8, 6], ..World::default() };
+        let whole = Field::new(Window::whole(world), (0..48).map(|v| v as f32 * 3.0 + 1.0).collect());
+        let window = Window { origin: [2, 1], cells: [4, 3], ..Window::whole(world) };
+        let part = whole.crop(&window);
+        for ty in [PortType::Mask, PortType::Scalar(Unit::Metres), PortType::Scalar(Unit::SquareMetres)] {
+            assert_eq!(of_part(&part, ty, &whole), of_field(&whole, ty, View::Map).crop(&window), "{ty:?}");
+        }
+        assert_eq!(of_part(&whole, PortType::Height, &whole), of_height(&whole, View::Map));
+        assert_ne!(of_part(&part, PortType::Height, &whole), of_height(&part, View::Map));
+    }
+
+    #[test]
     fn pictures_have_three_planes_between_black_and_white() {
         let world = World { size: [80.0, 60.0], cells: [8, 6], ..World::default() };
         let height = Field::new(Window::whole(world), (0..48).map(|v| v as f32 * 3.0 - 20.0).collect());
