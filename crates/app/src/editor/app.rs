@@ -105,7 +105,7 @@ impl App {
         self.panes.viewport.seen()
     }
 
-    /// The window of the part at finer cells that the map draws over the shown output.
+    /// The window of the part at finer cells, of the present state of the document, that the map draws over the shown output.
     #[must_use]
     pub fn finer(&self) -> Option<Window> {
         self.panes.viewport.finer(&self.panes.session)

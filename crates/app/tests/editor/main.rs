@@ -92,11 +92,6 @@ fn picture(window: &mut Harness<'_, App>, name: &str) -> image::RgbaImage {
         window.step();
         thread::sleep(Duration::from_millis(20));
     }
-    still(window, name)
-}
-
-/// The window as its last frame left it; kept like [`picture`].
-fn still(window: &mut Harness<'_, App>, name: &str) -> image::RgbaImage {
     let picture = window.render().expect("there is a graphics driver");
     if let Some(folder) = std::env::var_os("OROGRAPH_PICTURES") {
         picture.save(PathBuf::from(folder).join(format!("{name}.png"))).expect("the folder can be written to");

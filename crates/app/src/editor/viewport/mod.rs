@@ -118,7 +118,7 @@ impl Viewport {
         }
     }
 
-    /// The window of the part at finer cells that the map draws over the shown output.
+    /// The window of the part at finer cells, of the present state of the document, that the map draws over the shown output.
     pub(super) fn finer(&self, session: &Session) -> Option<Window> {
         let port = session.shown().filter(|_| self.mode == Mode::Map)?;
         self.finer.part(&port, session.revision()).map(|(_, window)| *window)
