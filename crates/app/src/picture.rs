@@ -38,6 +38,22 @@ pub fn of_height(height: &Field, view: View) -> Field {
     }
 }
 
+/// A picture of a part of the world, with the tints and greys that [`of_field`] gives the `whole`.
+#[must_use]
+pub fn of_part(part: &Field, ty: PortType, whole: &Field) -> Field {
+    match ty {
+        PortType::Height => {
+            let [_, colour] = hillshade::relief(part, &hillshade::Params::fitted(whole));
+            colour
+        }
+        PortType::Colour | PortType::Normal | PortType::Weights => of_field(part, ty, View::Map),
+        PortType::Scalar(Unit::SquareMetres | Unit::CubicMetresPerSecond | Unit::CubicMetresPerYear) => {
+            sizes(part, whole)
+        }
+        _ => numbers(part, whole),
+    }
+}
+
 /// The means of squares of cells, as large as it takes for no side to have more than `most` of them. Those at the east
 /// and south sides may be cut.
 pub(crate) fn shrunk(field: &Field, most: u32) -> Field {
@@ -126,7 +142,12 @@ impl Shrinking {
 /// A picture of one plane of numbers: black at the lowest, white at the highest.
 #[must_use]
 pub fn of_numbers(field: &Field) -> Field {
-    let (lo, hi) = field.range(0).unwrap_or((0.0, 1.0));
+    numbers(field, field)
+}
+
+/// A picture of numbers: black at the lowest of the `whole`, white at its highest.
+fn numbers(field: &Field, whole: &Field) -> Field {
+    let (lo, hi) = whole.range(0).unwrap_or((0.0, 1.0));
     let span = if hi > lo { hi - lo } else { 1.0 };
     grey(field, |v| (v - lo) / span)
 }
@@ -135,8 +156,13 @@ pub fn of_numbers(field: &Field) -> Field {
 /// logarithms between.
 #[must_use]
 pub fn of_sizes(field: &Field) -> Field {
-    let (_, hi) = field.range(0).unwrap_or((0.0, 1.0));
-    let least = field.plane(0).iter().copied().filter(|v| *v > 0.0).fold(f32::INFINITY, f32::min);
+    sizes(field, field)
+}
+
+/// [`of_sizes`] between the least and the greatest of the `whole`.
+fn sizes(field: &Field, whole: &Field) -> Field {
+    let (_, hi) = whole.range(0).unwrap_or((0.0, 1.0));
+    let least = whole.plane(0).iter().copied().filter(|v| *v > 0.0).fold(f32::INFINITY, f32::min);
     let decades = if least < hi { math::ln(hi / least) } else { 1.0 };
     grey(field, |v| if v > least { math::ln(v / least) / decades } else { 0.0 })
 }
@@ -212,6 +238,19 @@ mod tests {
                 assert_eq!(shrinking.finish(), whole, "{most}, {height}");
             }
         }
+    }
+
+    #[test]
+    fn a_part_has_the_colours_of_the_whole() {
+        let world = World { size: [80.0, 60.0], cells: [8, 6], ..World::default() };
+        let whole = Field::new(Window::whole(world), (0..48).map(|v| v as f32 * 3.0 + 1.0).collect());
+        let window = Window { origin: [2, 1], cells: [4, 3], ..Window::whole(world) };
+        let part = whole.crop(&window);
+        for ty in [PortType::Mask, PortType::Scalar(Unit::Metres), PortType::Scalar(Unit::SquareMetres)] {
+            assert_eq!(of_part(&part, ty, &whole), of_field(&whole, ty, View::Map).crop(&window), "{ty:?}");
+        }
+        assert_eq!(of_part(&whole, PortType::Height, &whole), of_height(&whole, View::Map));
+        assert_ne!(of_part(&part, PortType::Height, &whole), of_height(&part, View::Map));
     }
 
     #[test]

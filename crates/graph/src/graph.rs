@@ -1,7 +1,7 @@
 //! The graph: instances of nodes and the wires between them, on petgraph.
 
 use std::{
-    collections::{BTreeMap, HashMap},
+    collections::{BTreeMap, HashMap, HashSet, VecDeque},
     sync::OnceLock,
 };
 
@@ -12,10 +12,11 @@ use petgraph::{
 };
 
 use crate::{
-    node::{Fallback, Node, OutputType},
+    node::{Fallback, Node, OutputType, Reach},
     param::{ParamSpec, ParamValues},
     suggest::closest,
     value::PortType,
+    world::World,
 };
 
 /// A node in a graph: a kind with its parameters and its constants.
@@ -353,10 +354,32 @@ impl Graph {
         found
     }
 
+    /// The nearest node, from this one up along the wires, that needs the whole world to compute a part of it. Returns None
+    /// when a part of the node is computed from a part of every node above it.
+    #[must_use]
+    pub fn needs_whole_world(&self, node: NodeIndex, world: &World) -> Option<NodeIndex> {
+        let shorter = world.size[0].min(world.size[1]);
+        let (mut seen, mut queue) = (HashSet::from([node]), VecDeque::from([node]));
+        while let Some(node) = queue.pop_front() {
+            let instance = &self.inner[node];
+            let part = match instance.node.reach {
+                Reach::Point => true,
+                Reach::Metres(from) => (0.0..shorter).contains(&from(&instance.params, world.cell_m())),
+                Reach::World => false,
+            };
+            if !part {
+                return Some(node);
+            }
+            let sources = self.inner.neighbors_directed(node, Direction::Incoming);
+            queue.extend(sources.filter(|source| seen.insert(*source)));
+        }
+        None
+    }
+
     /// The nodes on a way along wires from one node to another, both included; `None` when there is none.
     fn path(&self, from: NodeIndex, to: NodeIndex) -> Option<Vec<NodeIndex>> {
         let mut before: BTreeMap<NodeIndex, NodeIndex> = BTreeMap::new();
-        let mut queue = std::collections::VecDeque::from([from]);
+        let mut queue = VecDeque::from([from]);
         while let Some(node) = queue.pop_front() {
             if node == to {
                 let mut way = vec![node];
@@ -439,5 +462,21 @@ mod tests {
         graph.connect(graph.port("base").expect("exists"), one, "height").expect("fits");
         assert_eq!(graph.output_type(graph.port("one").expect("exists")), PortType::Height);
         assert_eq!(graph.unwired().len(), 1);
+    }
+
+    #[test]
+    fn the_nearest_node_that_needs_the_whole_world_is_found_upwards() {
+        static ROUTER: Node = Node { id: "Router", reach: Reach::World, ..FILTER };
+        static FAR: Node = Node { id: "Far", reach: Reach::Metres(|_, _| 1e9), ..FILTER };
+        let mut graph = graph();
+        let router = graph.add(Instance::new("router", &ROUTER)).expect("new name");
+        let [base, one, two] = ["base", "one", "two"].map(|name| graph.find(name).expect("exists"));
+        graph.connect(Port { node: base, output: 0 }, router, "height").expect("fits");
+        graph.connect(Port { node: base, output: 0 }, one, "height").expect("fits");
+        graph.connect(Port { node: router, output: 0 }, two, "height").expect("fits");
+        let needs = [base, one, two, router].map(|node| graph.needs_whole_world(node, &World::default()));
+        assert_eq!(needs, [None, None, Some(router), Some(router)]);
+        graph.instance_mut(one).node = &FAR;
+        assert_eq!(graph.needs_whole_world(one, &World::default()), Some(one));
     }
 }

@@ -3,7 +3,7 @@
 use std::{path::PathBuf, sync::Arc};
 
 use egui_tiles::{Behavior, SimplificationOptions, TileId, Tiles, Tree, UiResponse};
-use orograph_graph::{Registry, Store};
+use orograph_graph::{Registry, Store, Window};
 
 use super::{
     Journals, Session, Wish,
@@ -103,6 +103,12 @@ impl App {
     #[must_use]
     pub fn seen(&self) -> Option<(u64, u32)> {
         self.panes.viewport.seen()
+    }
+
+    /// The window of the part at finer cells, of the present state of the document, that the map draws over the shown output.
+    #[must_use]
+    pub fn finer(&self) -> Option<Window> {
+        self.panes.viewport.finer(&self.panes.session)
     }
 
     /// The work it shows, to be changed.

@@ -6,7 +6,7 @@ use egui::{Context, RichText, ThemePreference, Ui};
 use orograph_graph::bytes;
 
 use super::{
-    NodeState, Session, Wish,
+    Detail, NodeState, Session, Wish,
     actions::{self, Action, Line, Lines, Part, Status},
     browser::{Browser, Outcome, Purpose},
     export::Export,
@@ -252,6 +252,9 @@ pub(super) fn status(ui: &mut Ui, session: &mut Session) {
             let nodes = if failed == 1 { "1 node failed".to_owned() } else { format!("{failed} nodes failed") };
             ui.colored_label(ui.visuals().error_fg_color, nodes);
         }
+        if let Some(detail) = session.detail() {
+            ui.add(egui::Label::new(RichText::new(detail_told(session, detail)).weak()).truncate());
+        }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             preview(ui, session);
             ui.weak(bytes(memory)).on_hover_text("Memory of the results of all nodes");
@@ -264,6 +267,20 @@ pub(super) fn status(ui: &mut Ui, session: &mut Session) {
             }
         });
     });
+}
+
+/// How a close view is served, for people.
+fn detail_told(session: &Session, detail: &Detail) -> String {
+    match detail {
+        Detail::OfBuild { node } if session.cells() < whole(session) => {
+            format!("Full detail at export: {node} is computed for the whole world")
+        }
+        Detail::OfBuild { node } => format!("Full detail: {node} is computed for the whole world"),
+        Detail::OnMap => "The map shows this place in more detail".to_owned(),
+        Detail::Building => "Adding detail".to_owned(),
+        Detail::Built { cells } => format!("Detail of {cells} cells"),
+        Detail::Failed { message } => format!("No more detail: {message}"),
+    }
 }
 
 /// The choice of how fine what is shown is built.

@@ -31,7 +31,7 @@ pub mod worker;
 use std::path::PathBuf;
 
 pub use app::App;
-pub use session::{Answer, Journals, Lost, NodeState, Note, Question, Session, Simulation, Wish};
+pub use session::{Answer, Built, Detail, Journals, Lost, NodeState, Note, Question, Session, Simulation, Wish};
 
 use crate::{
     failure::Failure,

@@ -3,7 +3,8 @@
 //! An [`Order`] says what is to be seen. The newest order wins: an older one is cancelled, and what it had finished stays
 //! in the store, so that a node which an edit does not concern is not run again. Of each order the shown node comes first
 //! with few cells, then the pictures of the other nodes, then the shown node with the cells that were asked for; all of it
-//! is one evaluation, in which a node that fails does not affect the others. An order that is done and not followed by
+//! is one evaluation, in which a node that fails does not affect the others. A part of the world at finer cells comes last,
+//! when all that is done. An order that is done and not followed by
 //! another one is written to the store's folder, where the next run of the program finds it.
 
 use std::{
@@ -35,6 +36,8 @@ const REST: Duration = Duration::from_secs(1);
 /// What is to be seen of a graph.
 #[derive(Clone, Debug)]
 pub struct Order {
+    /// Orders with the same number differ in [`Self::part`] alone, so that the rest is not carried out twice.
+    pub number: u64,
     /// Which state of the document it is of; told back with everything.
     pub revision: u64,
     /// The graph, with the nodes of the files that it uses.
@@ -52,6 +55,17 @@ pub struct Order {
     pub byproducts: Vec<Port>,
     /// Cells along the longer side of what is shown large.
     pub cells: u32,
+    /// What is shown at finer cells, if anything.
+    pub part: Option<Part>,
+}
+
+/// A part of the world at cells of its own.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// The output.
+    pub wanted: Wanted,
+    /// The cells.
+    pub window: Window,
 }
 
 /// An output that is to be seen.
@@ -102,6 +116,17 @@ pub enum News {
         cells: u32,
         /// What it is.
         value: Value,
+    },
+    /// The part of an output at finer cells is there, or cannot be built.
+    Part {
+        /// Of which order.
+        revision: u64,
+        /// The output, as `node.port`.
+        name: String,
+        /// The part.
+        window: Window,
+        /// What it is, or why it cannot be built.
+        value: Result<Value, EvalError>,
     },
     /// An output of the shown node as it is while its kernel goes on.
     Glimpsed {
@@ -242,13 +267,14 @@ struct Desk {
 impl Desk {
     fn work(&self, inbox: &Receiver<Order>) {
         let mut settled: Option<Order> = None;
+        let mut done = None;
         loop {
             let received = match &settled {
                 Some(_) => inbox.recv_timeout(REST),
                 None => inbox.recv().map_err(|_| RecvTimeoutError::Disconnected),
             };
             match received {
-                Ok(order) => settled = self.carry_out_newest(order, inbox),
+                Ok(order) => settled = self.carry_out_newest(order, inbox, &mut done),
                 Err(RecvTimeoutError::Timeout) => {
                     let running = self.running.lock().unwrap_or_else(PoisonError::into_inner).clone();
                     settled.take().iter().for_each(|order| self.keep(order, &running));
@@ -261,8 +287,9 @@ impl Desk {
         }
     }
 
-    /// Carries out an order, or the newest one after it. Returns None when it was cancelled.
-    fn carry_out_newest(&self, mut order: Order, inbox: &Receiver<Order>) -> Option<Order> {
+    /// Carries out an order, or the newest one after it, as far as it is not done. `done` is the number of the order that
+    /// was carried out last. Returns None when it was cancelled.
+    fn carry_out_newest(&self, mut order: Order, inbox: &Receiver<Order>, done: &mut Option<u64>) -> Option<Order> {
         let cancel = {
             // Nobody submits while this is held, so that the switch is that of the newest order.
             let running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
@@ -271,12 +298,18 @@ impl Desk {
             }
             running.clone()
         };
-        self.carry_out(&order, &cancel);
-        if cancel.is_cancelled() {
-            return None;
+        if *done != Some(order.number) {
+            self.carry_out(&order, &cancel);
+            if cancel.is_cancelled() {
+                return None;
+            }
+            *done = Some(order.number);
+            self.tell(News::Done { revision: order.revision });
         }
-        self.tell(News::Done { revision: order.revision });
-        Some(order)
+        if let Some(part) = &order.part {
+            self.build_part(&order, part, &cancel);
+        }
+        (!cancel.is_cancelled()).then_some(order)
     }
 
     fn tell(&self, news: News) {
@@ -299,6 +332,19 @@ impl Desk {
                 }
                 Err(EvalError::Cancelled) => {}
                 Err(error) => self.tell(News::Failed { revision, node: node.clone(), error }),
+            }
+        });
+    }
+
+    /// Builds the part at finer cells. Nodes keep the state and the time of the whole.
+    fn build_part(&self, order: &Order, Part { wanted, window }: &Part, cancel: &Cancel) {
+        let requests = [Request { port: wanted.port, window: *window }];
+        let evaluation = order.evaluation(&requests, &[]);
+        self.evaluator.deliver(&evaluation, cancel, &|_| {}, &|_, delivery| {
+            let (revision, name, window) = (order.revision, wanted.name.clone(), *window);
+            match delivery.map(|delivered| delivered.value) {
+                Err(EvalError::Cancelled) => {}
+                value => self.tell(News::Part { revision, name, window, value }),
             }
         });
     }
@@ -371,12 +417,13 @@ impl Order {
     }
 }
 
-fn longer(cells: [u32; 2]) -> u32 {
+/// Cells along the longer side.
+pub(super) fn longer(cells: [u32; 2]) -> u32 {
     cells[0].max(cells[1])
 }
 
 /// The node of the document that a node of the expanded graph belongs to.
-fn outer(name: &str) -> &str {
+pub(super) fn outer(name: &str) -> &str {
     name.split_once('/').map_or(name, |(outer, _)| outer)
 }
 

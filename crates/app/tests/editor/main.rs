@@ -5,6 +5,7 @@
 mod brush;
 mod canvas;
 mod clipboard;
+mod detail;
 mod drags;
 mod export;
 mod files;

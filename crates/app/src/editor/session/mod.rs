@@ -1,5 +1,6 @@
 //! The work: a document, what is selected and shown of it, and what is known of its nodes. It draws nothing.
 
+mod detail;
 mod files;
 mod journal;
 mod outside;
@@ -16,6 +17,7 @@ use std::{
 
 use orograph_graph::{Document, Edit, Entry, EvalError, Evaluator, PortType, Registry, Store, Value};
 
+pub use detail::{Detail, View};
 use files::Opened;
 pub use files::{Answer, Question, Wish};
 pub use journal::Journals;
@@ -23,6 +25,7 @@ pub use recovery::Lost;
 pub use simulation::Simulation;
 
 use self::{
+    detail::Close,
     journal::{Found, Journal, Trouble},
     unpacked::Unpacked,
 };
@@ -132,12 +135,15 @@ pub struct Session {
     /// Cells along the longer side of what is shown.
     cells: u32,
     worker: Worker,
+    /// Rises with every order that is not of a finer part alone.
+    orders: u64,
     /// Whether the worker is to be told of the present state.
     stale: bool,
     /// Whether the worker has more to tell of the present state.
     busy: bool,
     /// The node that is run step by step, if one is.
     simulation: Option<Simulation>,
+    close: Close,
     nodes: BTreeMap<String, NodeInfo>,
     /// By `node.port`: with few cells, with those asked for, and with those while its kernel goes on.
     built: BTreeMap<String, [Option<Built>; 3]>,
@@ -202,9 +208,11 @@ impl Session {
             also: Vec::new(),
             cells: 512,
             worker: Worker::start(store, wake)?,
+            orders: 0,
             stale: true,
             busy: false,
             simulation: None,
+            close: Close::default(),
             nodes: BTreeMap::new(),
             built: BTreeMap::new(),
             notes: Vec::new(),
@@ -512,10 +520,13 @@ impl Session {
         }
         if std::mem::take(&mut self.stale) {
             self.busy = true;
+            self.orders += 1;
+            self.forget_ordered_detail();
             let order = self.order();
             self.follow_simulation(&order);
             self.worker.submit(order);
         }
+        self.order_detail();
     }
 
     fn order(&self) -> Order {
@@ -548,6 +559,7 @@ impl Session {
         let byproducts =
             read.filter_map(|port| expanded.port(port)).chain(expanded.outputs.iter().map(|output| output.port));
         Order {
+            number: self.orders,
             revision: self.revision,
             byproducts: byproducts.collect(),
             folder: self.document.folder().to_owned(),
@@ -555,6 +567,7 @@ impl Session {
             shown,
             small,
             cells: self.cells,
+            part: None,
             graph: expanded.graph,
         }
     }
@@ -608,6 +621,7 @@ impl Session {
                 };
                 self.nodes.entry(node).or_default().state = state;
             }
+            News::Part { revision, name, window, value } => self.hear_detail(revision, name, window, value),
             News::Live { moment, held, cells, values, .. } => self.hear_simulation(moment, held, cells, values),
             News::LiveFailed { error, .. } => self.hear_trouble(&error),
             News::Done { revision } if revision == self.revision => self.busy = false,

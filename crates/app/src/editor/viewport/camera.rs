@@ -1,6 +1,7 @@
 //! Where a map is looked at from.
 
 use egui::{Pos2, Rect, Vec2, vec2};
+use orograph_graph::Window;
 
 /// Which part of the world a map shows. Places are in metres from the world's origin, x east and y south.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +50,13 @@ impl Camera {
     /// The rectangle of the world on the screen.
     pub(super) fn world(self, pane: Rect, size: [f64; 2]) -> Rect {
         Rect::from_min_max(self.to_screen(pane, [0.0; 2]), self.to_screen(pane, size))
+    }
+
+    /// The rectangle of a window on the screen.
+    pub(super) fn window(self, pane: Rect, window: &Window) -> Rect {
+        let corner = |cells: [u32; 2]| self.to_screen(pane, cells.map(|count| f64::from(count) * window.cell_m()));
+        let [first, size] = [window.origin, window.cells];
+        Rect::from_min_max(corner(first), corner([first[0] + size[0], first[1] + size[1]]))
     }
 }
 

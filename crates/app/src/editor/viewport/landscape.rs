@@ -15,6 +15,7 @@ use super::{
     map::{Hand, Marks, label, readout, travelled},
     split::Split,
 };
+use crate::editor::session::View;
 use crate::view::{self, Camera, Fly, FlyKeys, Land, Orbit, Renderer, Scene, ViewError};
 
 /// Pictures in the window are codes of sRGB in a format that has no curve of its own.
@@ -30,6 +31,8 @@ pub(super) struct Landscape {
     /// The extent of the land that the eye was placed for.
     size_m: [f64; 2],
     split: Split,
+    /// What was in view when it was drawn last.
+    view: Option<View>,
 }
 
 /// A camera that hands move.
@@ -80,7 +83,13 @@ impl Landscape {
             moved: false,
             size_m: [0.0; 2],
             split: Split::default(),
+            view: None,
         })
+    }
+
+    /// What was in view when it was drawn last.
+    pub(super) const fn view(&self) -> Option<View> {
+        self.view
     }
 
     /// Of which state of the document the picture is, and with how many cells along the longer side.
@@ -168,6 +177,7 @@ impl Landscape {
         // The whole land is framed anew until a hand moves the eye, whatever becomes of the window.
         self.eye = Some(eye).filter(|eye| self.moved || camera != before || matches!(eye, Eye::Fly(_)));
         self.moved = self.eye.is_some();
+        self.view = in_view(&land, &camera, exaggeration, size);
 
         let scene = look.scene(camera, contours, land.range(), sea_level);
         for side in 0..if both { 2 } else { 1 } {
@@ -228,6 +238,16 @@ impl Landscape {
         }
         Hand { place, pressed, path }
     }
+}
+
+/// The part of the world around the place in the middle of the picture, as wide as the picture is there.
+fn in_view(land: &Land, camera: &Camera, exaggeration: f64, size: [u32; 2]) -> Option<View> {
+    let middle = size.map(|pixels| f64::from(pixels) / 2.0);
+    let hit = land.cast(&camera.ray(middle, size), exaggeration)?;
+    let half = camera.half_extent(size).map(|extent| extent * hit.distance);
+    let half_m = half[0].max(half[1]);
+    let part = [-half_m, half_m].map(|by| hit.place.map(|place| place + by));
+    Some(View { part, pixel_m: half[1] / middle[1], draws: false })
 }
 
 /// Moves the eye by the pointer and the keys.

@@ -3,7 +3,7 @@
 use egui::{
     Align2, Color32, CursorIcon, Event, FontId, PointerButton, Pos2, Rect, Sense, Stroke, TextureHandle, pos2, vec2,
 };
-use orograph_graph::{PortType, Unit};
+use orograph_graph::{PortType, Unit, Window};
 
 use super::{
     Shown,
@@ -11,6 +11,7 @@ use super::{
     scale,
     split::{self, Split},
 };
+use crate::editor::session::View;
 
 /// A line across the land, from one place to another in metres.
 pub(super) type Line = [[f64; 2]; 2];
@@ -66,23 +67,40 @@ pub(super) struct Map {
     /// The extent of the world that the camera was made for.
     size: [f64; 2],
     split: Split,
+    /// What was in view when it was drawn last.
+    view: Option<View>,
+}
+
+/// A part of the shown output at finer cells.
+#[derive(Clone, Copy)]
+pub(super) struct Finer<'a> {
+    /// Its samples, once they are there.
+    pub(super) shown: Option<&'a Shown>,
+    /// Its picture, once it is made, with the window that it covers.
+    pub(super) picture: Option<(&'a TextureHandle, &'a Window)>,
 }
 
 impl Map {
+    /// What was in view when it was drawn last.
+    pub(super) const fn view(&self) -> Option<View> {
+        self.view
+    }
+
     /// Shows the whole world.
     pub(super) const fn fit(&mut self) {
         self.camera = None;
     }
 
-    /// Draws the map; of two pictures the second one right of the line between them. `tool` says that the first button is
+    /// Draws the map, with finer cells over the first picture; of two pictures the second one right of the line between them.
+    /// `tool` says that the first button is
     /// a tool's.
     pub(super) fn ui(
         &mut self,
         ui: &mut egui::Ui,
         shown: [&Shown; 2],
         pictures: [Option<&TextureHandle>; 2],
-        tool: bool,
-        marks: Marks,
+        finer: Finer<'_>,
+        (tool, marks): (bool, Marks),
     ) -> Hand {
         let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
         let pane = response.rect;
@@ -125,7 +143,14 @@ impl Map {
             let clip = split::half(pane, edge, side);
             let unit = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
             painter.with_clip_rect(clip).image(picture.id(), world, unit, Color32::WHITE);
+            if let Some((picture, window)) = finer.picture.filter(|_| side == 0) {
+                let place = camera.window(pane, window);
+                painter.with_clip_rect(clip).image(picture.id(), place, unit, Color32::WHITE);
+            }
         }
+        let pixel_m = camera.metres / f64::from(ui.ctx().pixels_per_point());
+        let part = [pane.min, pane.max].map(|corner| camera.to_world(pane, corner));
+        self.view = Some(View { part, pixel_m, draws: true });
         if let Some(x) = edge {
             split::draw(&painter, pane, x, shown.map(|shown| shown.port.as_str()));
         }
@@ -144,7 +169,9 @@ impl Map {
         scale::bar(&painter, pane, camera.metres);
         if let Some(at) = response.hover_pos() {
             let side = usize::from(edge.is_some_and(|x| at.x > x));
-            let text = readout(shown[side], camera.to_world(pane, at));
+            let place = camera.to_world(pane, at);
+            let finer = finer.shown.filter(|finer| side == 0 && cell(finer, place).is_some());
+            let text = readout(finer.unwrap_or(shown[side]), place);
             label(&painter, pane.right_bottom() - vec2(10.0, 10.0), Align2::RIGHT_BOTTOM, &text);
         }
         if !shown[0].fresh {
@@ -195,7 +222,8 @@ pub(super) fn short(unit: Unit, value: f64) -> String {
 pub(super) fn cell(shown: &Shown, [x, y]: [f64; 2]) -> Option<usize> {
     let window = shown.field.window();
     let cell_m = window.cell_m();
-    let [i, j] = [(x / cell_m).floor(), (y / cell_m).floor()];
+    let origin = window.origin.map(f64::from);
+    let [i, j] = [(x / cell_m).floor() - origin[0], (y / cell_m).floor() - origin[1]];
     let inside = i >= 0.0 && j >= 0.0 && i < window.nx() as f64 && j < window.ny() as f64;
     inside.then(|| j as usize * window.nx() + i as usize)
 }

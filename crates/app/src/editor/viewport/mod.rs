@@ -14,7 +14,7 @@ mod split;
 
 use std::path::Path;
 
-use orograph_graph::{Field, PortType, Value};
+use orograph_graph::{Field, PortType, Value, Window};
 use orograph_nodes::raster;
 
 use self::{
@@ -22,7 +22,7 @@ use self::{
     drape::{Drape, Parts},
     landscape::Landscape,
     look::Look,
-    map::{Map, Marks},
+    map::{Finer, Map, Marks},
     painter::Painter,
     profile::Profile,
 };
@@ -67,6 +67,8 @@ pub(super) struct Viewport {
     map: Map,
     other: Painter,
     painter: Painter,
+    /// Of the part at finer cells.
+    finer: Painter,
     profile: Profile,
     brush: Brush,
     live: live::Bar,
@@ -100,6 +102,7 @@ impl Viewport {
             map: Map::default(),
             other: Painter::default(),
             painter: Painter::default(),
+            finer: Painter::default(),
             profile: Profile::default(),
             brush: Brush::default(),
             live: live::Bar::default(),
@@ -115,7 +118,24 @@ impl Viewport {
         }
     }
 
+    /// The window of the part at finer cells, of the present state of the document, that the map draws over the shown output.
+    pub(super) fn finer(&self, session: &Session) -> Option<Window> {
+        let port = session.shown().filter(|_| self.mode == Mode::Map)?;
+        self.finer.part(&port, session.revision()).map(|(_, window)| *window)
+    }
+
     pub(super) fn ui(&mut self, ui: &mut egui::Ui, session: &mut Session) {
+        self.terrain(ui, session);
+        let view = match (self.mode, &self.landscape) {
+            (Mode::Land, Ok(landscape)) => landscape.view(),
+            _ => self.map.view(),
+        };
+        if let Some(wait) = session.look_at(view) {
+            ui.ctx().request_repaint_after(wait);
+        }
+    }
+
+    fn terrain(&mut self, ui: &mut egui::Ui, session: &mut Session) {
         self.bar(ui, session);
         let port = session.shown();
         let compared = session.compared().map(str::to_owned);
@@ -155,8 +175,14 @@ impl Viewport {
                 if let Some(compared) = &compared {
                     self.other.want(ui.ctx(), compared, self.contours);
                 }
+                let finer = finer(session, &shown);
+                if let Some(finer) = finer.as_ref().filter(|finer| finer.fresh) {
+                    self.finer.want_part(ui.ctx(), finer, &shown, self.contours);
+                }
+                let picture = self.finer.part(&shown.port, shown.revision);
+                let finer = Finer { shown: finer.as_ref(), picture };
                 let pictures = [self.painter.texture(), compared.as_ref().and_then(|_| self.other.texture())];
-                self.map.ui(ui, sides, pictures, tool, marks)
+                self.map.ui(ui, sides, pictures, finer, (tool, marks))
             }
         };
         match self.tool {
@@ -352,4 +378,12 @@ fn shown(session: &Session, port: &str) -> Option<Shown> {
         .is_some_and(|simulation| port.split_once('.').is_some_and(|(node, _)| node == simulation.node()));
     let fresh = live || built.revision == session.revision() && built.step == 0 && !session.is_busy();
     Some(Shown { port: port.to_owned(), ty, field: field.clone(), revision: built.revision, step: built.step, fresh })
+}
+
+/// The part of an output at finer cells, if it is of the same state of the document.
+fn finer(session: &Session, shown: &Shown) -> Option<Shown> {
+    let (port, built) = session.finer()?;
+    let Value::Field(field) = &built.value else { return None };
+    let same = port == shown.port && built.revision == shown.revision && shown.step == 0;
+    same.then(|| Shown { port: port.to_owned(), ty: shown.ty, field: field.clone(), ..*shown })
 }

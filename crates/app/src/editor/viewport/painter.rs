@@ -3,20 +3,22 @@
 use std::sync::mpsc::{Receiver, channel};
 
 use egui::{ColorImage, Context, TextureHandle, TextureOptions};
-use orograph_graph::{Field, PortType};
+use orograph_graph::{Field, PortType, Window};
 use orograph_nodes::raster::srgb_bytes;
 
 use super::{Shown, scale::contour_step};
-use crate::picture::{self, View};
+use crate::picture;
 
 /// What a picture is of.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 struct Key {
     port: String,
     revision: u64,
     step: u64,
-    cells: [u32; 2],
+    window: Window,
     contours: bool,
+    /// Cells of the whole whose tints it has.
+    whole: [u32; 2],
 }
 
 /// Makes and keeps the picture of one output.
@@ -29,12 +31,22 @@ pub(super) struct Painter {
 impl Painter {
     /// Asks for the picture of an output; until it is there the one before stays.
     pub(super) fn want(&mut self, context: &Context, shown: &Shown, contours: bool) {
+        self.want_in_tints(context, shown, None, contours);
+    }
+
+    /// Asks for the picture of a part of an output, in the tints of the whole.
+    pub(super) fn want_part(&mut self, context: &Context, part: &Shown, whole: &Shown, contours: bool) {
+        self.want_in_tints(context, part, Some(&whole.field), contours);
+    }
+
+    fn want_in_tints(&mut self, context: &Context, shown: &Shown, whole: Option<&Field>, contours: bool) {
         let key = Key {
             port: shown.port.clone(),
             revision: shown.revision,
             step: shown.step,
-            cells: shown.field.window().cells,
+            window: *shown.field.window(),
             contours: contours && shown.ty == PortType::Height,
+            whole: whole.unwrap_or(&shown.field).window().cells,
         };
         if let Some((made, image)) = self.work.take() {
             match image.try_recv() {
@@ -53,12 +65,14 @@ impl Painter {
             return;
         }
         let (outbox, inbox) = channel();
-        let (context, field, ty) = (context.clone(), shown.field.clone(), shown.ty);
+        let (context, field, whole, ty) = (context.clone(), shown.field.clone(), whole.cloned(), shown.ty);
         let contours = key.contours;
         let most = context.input(|input| input.max_texture_side) as u32;
         rayon::spawn(move || {
+            let field = picture::shrunk(&field, most);
+            let whole = whole.map_or_else(|| field.clone(), |whole| picture::shrunk(&whole, most));
             // Nobody waits for it any more when the window is closed.
-            let _ = outbox.send(image(&picture::shrunk(&field, most), ty, contours));
+            let _ = outbox.send(image(&field, &whole, ty, contours));
             context.request_repaint();
         });
         self.work = Some((key, inbox));
@@ -67,7 +81,13 @@ impl Painter {
     /// Of which state of the document the newest picture is, and with how many cells along the longer side.
     pub(super) fn seen(&self) -> Option<(u64, u32)> {
         let key = self.texture.as_ref().map(|(key, _)| key).filter(|key| key.step == 0);
-        key.map(|key| (key.revision, key.cells[0].max(key.cells[1])))
+        key.map(|key| (key.revision, key.window.world.cells[0].max(key.window.world.cells[1])))
+    }
+
+    /// The newest picture of an output at a state of the document, and the window that it covers.
+    pub(super) fn part(&self, port: &str, revision: u64) -> Option<(&TextureHandle, &Window)> {
+        let (key, texture) = self.texture.as_ref()?;
+        (key.port == port && key.revision == revision).then_some((texture, &key.window))
     }
 
     /// The newest picture.
@@ -86,11 +106,11 @@ const fn options() -> TextureOptions {
     }
 }
 
-/// A picture of an output for the screen.
-fn image(field: &Field, ty: PortType, contours: bool) -> ColorImage {
-    let mut bytes = srgb_bytes(&picture::of_field(field, ty, View::Map));
+/// A picture of an output for the screen, in the tints of the whole.
+fn image(field: &Field, whole: &Field, ty: PortType, contours: bool) -> ColorImage {
+    let mut bytes = srgb_bytes(&picture::of_part(field, ty, whole));
     if contours {
-        let (low, high) = field.range(0).unwrap_or_default();
+        let (low, high) = whole.range(0).unwrap_or_default();
         draw_contours(&mut bytes, field, contour_step(f64::from(high - low)));
     }
     let window = field.window();

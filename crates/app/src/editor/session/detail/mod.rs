@@ -1,0 +1,188 @@
+//! More cells where the view is close: the part of the world in view is built at finer cells than the preview.
+//!
+//! The part is ordered when the view has rested and everything else is built. It is a little larger than the view and begins
+//! on a coarse grid, so that a small move needs no other part. A node that needs the whole world rules it out: a part at
+//! other cells would not be the terrain that an export gives.
+
+mod part;
+
+use std::time::{Duration, Instant};
+
+use orograph_graph::{EvalError, Value, Window, World};
+
+pub use self::part::View;
+use self::part::{covers, finer};
+use super::{Built, Session};
+use crate::editor::worker::{self, Part, Wanted, coarser, longer};
+
+/// How long the view rests before a part is ordered.
+const REST: Duration = Duration::from_millis(150);
+/// Pixels that a cell of the preview covers at most before a part is ordered.
+const COARSE_PX: f64 = 2.0;
+
+/// How a close view is served.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Detail {
+    /// It has the cells of the build, since this node is computed for the whole world.
+    OfBuild {
+        /// The node's name in the document.
+        node: String,
+    },
+    /// Only the map draws finer cells.
+    OnMap,
+    /// Finer cells are being built.
+    Building,
+    /// Finer cells are there.
+    Built {
+        /// Cells along the longer side of the whole world.
+        cells: u32,
+    },
+    /// Finer cells cannot be built.
+    Failed {
+        /// Why.
+        message: String,
+    },
+}
+
+/// A part of an output.
+#[derive(Clone, Debug, PartialEq)]
+struct Target {
+    revision: u64,
+    port: String,
+    window: Window,
+}
+
+/// What rules parts of an output out.
+#[derive(Debug)]
+struct RuledOut {
+    /// The state of the document, the output, and the cells of the world.
+    of: (u64, String, [u32; 2]),
+    /// The node that needs the whole world, if one does.
+    by: Option<String>,
+}
+
+/// What is known of the close view.
+#[derive(Debug, Default)]
+pub(super) struct Close {
+    detail: Option<Detail>,
+    /// What the view needs, and since when it needs that part.
+    wanted: Option<(Target, Instant)>,
+    ordered: Option<Target>,
+    answer: Option<(Target, Result<Built, String>)>,
+    whole: Option<RuledOut>,
+}
+
+impl Session {
+    /// How a close view is served. Returns None when the view is not closer than the preview is fine.
+    #[must_use]
+    pub const fn detail(&self) -> Option<&Detail> {
+        self.close.detail.as_ref()
+    }
+
+    /// The newest part with finer cells, and the output (`node.port`) that it is of.
+    #[must_use]
+    pub fn finer(&self) -> Option<(&str, &Built)> {
+        let (target, built) = self.close.answer.as_ref()?;
+        Some((target.port.as_str(), built.as_ref().ok()?))
+    }
+
+    /// Notes what is in view. Returns the time after which [`Self::poll`] has to be called to order a part of it.
+    pub fn look_at(&mut self, view: Option<View>) -> Option<Duration> {
+        let found = view.and_then(|view| self.served(&view));
+        let (target, detail) = found.unzip();
+        self.close.detail = detail;
+        let Some(target) = target.flatten() else {
+            self.close.wanted = None;
+            return None;
+        };
+        let since = match &self.close.wanted {
+            Some((before, since)) if before.window == target.window => *since,
+            _ => Instant::now(),
+        };
+        let ordered = self.close.ordered.as_ref() == Some(&target);
+        self.close.wanted = Some((target, since));
+        (!ordered && !self.is_busy()).then(|| REST.saturating_sub(since.elapsed()))
+    }
+
+    /// What a view needs and how it is served; None when the preview is fine enough for it.
+    fn served(&mut self, view: &View) -> Option<(Option<Target>, Detail)> {
+        let port = self.shown().filter(|_| self.simulation.is_none())?;
+        let graph = self.document.graph();
+        graph.output_type(graph.port(&port).ok()?).planes()?;
+        let document = self.document.world();
+        let preview = coarser(document, self.cells);
+        let sees_all = (0..2).all(|axis| view.part[0][axis] <= 0.0 && view.part[1][axis] >= preview.size[axis]);
+        if sees_all || document.check().is_err() || preview.cell_m() <= COARSE_PX * view.pixel_m {
+            return None;
+        }
+        let mut window = finer(document, preview, view)?;
+        if let Some(node) = self.whole(&port, &window.world) {
+            return Some((None, Detail::OfBuild { node }));
+        }
+        if !view.draws {
+            return Some((None, Detail::OnMap));
+        }
+        let ordered = self.close.ordered.as_ref().map(|ordered| ordered.window);
+        if let Some(before) = ordered.filter(|before| before.world == window.world && covers(before, view)) {
+            window = before;
+        }
+        let target = Target { revision: self.revision, port, window };
+        let detail = match &self.close.answer {
+            Some((of, Ok(built))) if *of == target => Detail::Built { cells: built.cells },
+            Some((of, Err(message))) if *of == target => Detail::Failed { message: message.clone() },
+            _ => Detail::Building,
+        };
+        Some((Some(target), detail))
+    }
+
+    /// The node of the document that needs the whole world to compute a part of an output.
+    fn whole(&mut self, port: &str, world: &World) -> Option<String> {
+        let of = (self.revision, port.to_owned(), world.cells);
+        if let Some(known) = self.close.whole.as_ref().filter(|known| known.of == of) {
+            return known.by.clone();
+        }
+        let expanded = self.document.expand();
+        let placed = self.document.graph().port(port).ok().and_then(|port| expanded.port(port));
+        let node = placed.and_then(|port| expanded.graph.needs_whole_world(port.node, world));
+        let by = node.map(|node| worker::outer(&expanded.graph.instance(node).name).to_owned());
+        self.close.whole = Some(RuledOut { of, by: by.clone() });
+        by
+    }
+
+    /// Orders the part that the view needs, once the view has rested and nothing else is being built.
+    pub(super) fn order_detail(&mut self) {
+        let Some((target, since)) = &self.close.wanted else { return };
+        let current = target.revision == self.revision && self.shown().as_ref() == Some(&target.port);
+        let ordered = self.close.ordered.as_ref() == Some(target);
+        if ordered || !current || self.is_busy() || since.elapsed() < REST {
+            return;
+        }
+        let target = target.clone();
+        let mut order = self.order();
+        let graph = self.document.graph();
+        let placed = graph.port(&target.port).ok().and_then(|port| self.document.expand().port(port));
+        let Some((port, (node, _))) = placed.zip(target.port.split_once('.')) else { return };
+        let wanted = Wanted { node: node.to_owned(), name: target.port.clone(), port };
+        order.part = Some(Part { wanted, window: target.window });
+        self.close.ordered = Some(target);
+        self.worker.submit(order);
+    }
+
+    /// Another order cancels that of a part, unless the part is there.
+    pub(super) fn forget_ordered_detail(&mut self) {
+        let answered = self.close.answer.as_ref().map(|(target, _)| target);
+        if self.close.ordered.as_ref() != answered {
+            self.close.ordered = None;
+        }
+    }
+
+    pub(super) fn hear_detail(&mut self, revision: u64, port: String, window: Window, part: Result<Value, EvalError>) {
+        let target = Target { revision, port, window };
+        if self.close.ordered.as_ref() != Some(&target) {
+            return;
+        }
+        let cells = longer(window.world.cells);
+        let built = part.map(|value| Built { revision, cells, step: 0, value }).map_err(|error| error.to_string());
+        self.close.answer = Some((target, built));
+    }
+}

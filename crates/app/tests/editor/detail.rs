@@ -1,0 +1,155 @@
+//! More cells where the map is close.
+
+use egui::{pos2, vec2};
+use egui_kittest::{Harness, kittest::Queryable as _};
+use orograph::editor::{App, Detail};
+use orograph_graph::{Edit, Evaluator, EvaluatorOptions, Value, Window};
+
+use crate::{
+    graph,
+    hand::{drag, wheel},
+    picture, scratch, settle, until, window,
+};
+
+const HILLS: &str = r#"(
+    world: (size: 8000, cells: 256, seed: 3),
+    nodes: {
+        "hills": Perlin(wavelength: 1500, octaves: 10, amplitude: 400),
+        "soft":  Blur(value: "hills", radius: 12),
+    },
+    outputs: { "height": "soft" },
+)"#;
+
+fn hills() -> (Harness<'static, App>, tempfile::TempDir) {
+    let folder = scratch(HILLS);
+    let mut window = window(Some(folder.path().join("graph.ron")));
+    window.state_mut().session_mut().set_cells(128);
+    settle(&mut window);
+    (window, folder)
+}
+
+fn detail(window: &Harness<'_, App>) -> Option<Detail> {
+    window.state().session().detail().cloned()
+}
+
+/// Turns the wheel over the middle of the terrain, and lets the view come to rest.
+fn zoom(window: &mut Harness<'_, App>, steps: f32) {
+    window.hover_at(pos2(460.0, 260.0));
+    window.step();
+    wheel(window, steps);
+    window.run_steps(20);
+}
+
+/// Runs frames for more than twice the time that the view rests before a part is ordered.
+fn rest(window: &mut Harness<'_, App>) {
+    for _ in 0..35 {
+        window.step();
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+}
+
+#[track_caller]
+fn drawn(window: &mut Harness<'_, App>) -> Window {
+    until(window, "finer cells are drawn", |window| {
+        let part = window.state().session().finer().and_then(|(_, built)| built.value.as_field());
+        let current = matches!(detail(window), Some(Detail::Built { .. }));
+        current && part.is_some_and(|part| window.state().finer() == Some(*part.window()))
+    });
+    window.state().finer().expect("just now")
+}
+
+/// How uneven the colour is from pixel to pixel over 300 pixels of the terrain: the mean change of its change.
+fn roughness(picture: &image::RgbaImage, first: u32) -> f64 {
+    let green = |x: u32, y: u32| f64::from(picture.get_pixel(x, y)[1]);
+    let places = (150..350).flat_map(|y| (first..first + 300).map(move |x| (x, y)));
+    let bends = places.map(|(x, y)| (green(x - 1, y) - 2.0 * green(x, y) + green(x + 1, y)).abs());
+    bends.sum::<f64>() / (200.0 * 300.0)
+}
+
+/// Compares the part with the same part of a build of the whole world.
+#[track_caller]
+fn check(window: &Harness<'_, App>) {
+    let session = window.state().session();
+    let (port, built) = session.finer().expect("it is there");
+    let part = built.value.as_field().expect("a raster");
+    let document = session.document();
+    let evaluator = Evaluator::new(EvaluatorOptions::default()).expect("threads");
+    let (graph, whole) = (document.graph(), Window::whole(part.window().world));
+    let port = graph.port(port).expect("exists");
+    let values = evaluator.values(graph, std::path::Path::new(""), &[port], whole).expect("it runs");
+    let Value::Field(whole) = &values[0] else { panic!("a raster") };
+    assert!(whole.crop(part.window()) == *part, "the same samples");
+}
+
+#[test]
+fn a_close_map_shows_finer_cells_of_the_part_in_view() {
+    let (mut window, _folder) = hills();
+    window.get_by_label("Map").click();
+    window.run_steps(3);
+    rest(&mut window);
+    assert_eq!((detail(&window), window.state().finer()), (None, None), "the whole world is in view");
+
+    zoom(&mut window, 12.0);
+    let part = drawn(&mut window);
+    assert_eq!(part.world.cells, [1024; 2], "four times the document's");
+    assert!(!part.is_whole() && part.len() < 1 << 20, "{part:?}");
+    check(&window);
+    picture(&mut window, "detail");
+    assert!(window.query_by_label_contains("Detail of 1024 cells").is_some());
+
+    // A small move needs nothing more; a long one does.
+    drag(&mut window, pos2(460.0, 260.0), pos2(464.0, 262.0));
+    rest(&mut window);
+    assert_eq!((detail(&window), window.state().finer()), (Some(Detail::Built { cells: 1024 }), Some(part)));
+    drag(&mut window, pos2(460.0, 260.0), pos2(460.0, 260.0) + vec2(-260.0, -120.0));
+    let moved = drawn(&mut window);
+    assert!(moved != part && moved.world == part.world, "{moved:?}");
+    check(&window);
+
+    // Left of the line between two outputs are finer cells, right of it those of the preview.
+    window.state_mut().session_mut().compare(Some("soft.value".to_owned()));
+    window.step();
+    settle(&mut window);
+    let both = picture(&mut window, "detail_compared");
+    let [fine, coarse] = [100, 540].map(|first| roughness(&both, first));
+    assert!(fine > 1.5 * coarse, "{fine} with finer cells, {coarse} with those of the preview");
+
+    let edit = Edit::SetText { node: "hills".into(), name: "amplitude".into(), text: "200 m".into() };
+    assert!(window.state_mut().session_mut().apply(&edit));
+    window.step();
+    assert_eq!(window.state().finer(), None, "finer cells of the state before do not count");
+    drawn(&mut window);
+    check(&window);
+
+    window.get_by_label("Whole").click();
+    window.run_steps(2);
+    assert_eq!(detail(&window), None);
+}
+
+#[test]
+fn a_node_that_needs_the_whole_world_keeps_the_detail_of_the_build() {
+    let mut window = window(Some(graph("hello.ron")));
+    window.state_mut().session_mut().set_cells(128);
+    settle(&mut window);
+    window.get_by_label("Map").click();
+    window.run_steps(3);
+    zoom(&mut window, 12.0);
+    rest(&mut window);
+    assert_eq!(detail(&window), Some(Detail::OfBuild { node: "rivers".into() }));
+    assert!(window.query_by_label("Full detail at export: rivers is computed for the whole world").is_some());
+    assert!(window.state().session().finer().is_none() && window.state().finer().is_none());
+    picture(&mut window, "detail_of_build");
+}
+
+#[test]
+fn in_3d_a_close_view_tells_what_the_map_shows() {
+    let (mut window, _folder) = hills();
+    until(&mut window, "the terrain is drawn", |window| window.state().seen().is_some());
+    assert_eq!(detail(&window), None, "the whole world is in view");
+    zoom(&mut window, 12.0);
+    until(&mut window, "the view is close", |window| detail(window) == Some(Detail::OnMap));
+    rest(&mut window);
+    assert!(window.state().session().finer().is_none());
+    assert!(window.query_by_label("The map shows this place in more detail").is_some());
+    picture(&mut window, "detail_3d");
+}
