@@ -139,9 +139,10 @@ impl Builder {
                 drop(sender);
             };
             let builder = thread::Builder::new().name("evaluation".to_owned());
-            builder
-                .spawn_scoped(scope, evaluate)
-                .map_err(|error| Failure::unable(format!("cannot start a thread: {}", reason(&error))))?;
+            builder.spawn_scoped(scope, evaluate).map_err(|error| {
+                Failure::unable(format!("cannot start a thread: {}", reason(&error)))
+                    .hint("use fewer threads with `--threads`, or give the program more memory")
+            })?;
             let mut outcome = Ok(());
             for (at, delivery) in deliveries {
                 if outcome.is_ok() {

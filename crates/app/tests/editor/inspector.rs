@@ -99,7 +99,7 @@ fn choices_switches_and_seeds_are_set() {
     let mut window = selected("alps.ron", "relief");
     window.get_by_role_and_label(Role::CheckBox, "water").click();
     window.run_steps(2);
-    assert_eq!(param(&window, "relief", "water"), ParamValue::Bool(true));
+    assert_eq!(param(&window, "relief", "water"), ParamValue::Bool(false));
     window.state_mut().session_mut().select_only("old");
     window.run_steps(3);
     window.get_by_role_and_label(Role::ComboBox, "mode").click();
