@@ -26,7 +26,7 @@ const MIB: u64 = 1024;
 /// The program with so many KiB of addresses.
 fn limited(place: &Place, kib: u64, args: &str) -> Command {
     let mut shell = Command::new("sh");
-    shell.current_dir(place.path(".")).env("NO_COLOR", "1");
+    shell.current_dir(place.path(".")).env("NO_COLOR", "1").env("OROGRAPH_CACHE", "");
     shell.args(["-c", &format!("ulimit -v {kib}; exec \"$0\" {args}"), env!("CARGO_BIN_EXE_orograph")]);
     shell
 }

@@ -78,6 +78,7 @@ impl Desk {
         command.arg("edit").arg(file);
         command.env("DISPLAY", &self.screen.name).env("WINIT_X11_SCALE_FACTOR", "1");
         command.env("OROGRAPH_STATE", self.folder.path().join("state"));
+        command.env("OROGRAPH_CACHE", self.folder.path().join("results"));
         command.env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
         command.stdin(Stdio::null()).stdout(Stdio::null());
         command

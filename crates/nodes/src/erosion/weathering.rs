@@ -94,6 +94,10 @@ const PASSING: usize = 64;
 /// What the kernel holds beside its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let given = 4.0 * Wants::among(sizing.wanted).count() as f64;
+    if Params::read(sizing.params).duration == 0.0 {
+        // no round is made: rise, rate, thickness, rock, debris, what weathered and the surface
+        return sizing.cells(28.0 - given);
+    }
     // rise, rate, thickness and rock; debris, what weathered, the surface and what is lost; grids of ground, rise, layer and
     // twice what moved, each a quarter of the one before, and what moved in the end
     sizing.cells(32.0 + 20.0 * 4.0 / 3.0 + 4.0 - given)

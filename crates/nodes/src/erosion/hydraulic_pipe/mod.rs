@@ -151,6 +151,11 @@ pub static NODE: Node = Node {
 
 /// What the kernel holds beside its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let params = Params::read(sizing.params);
+    if params.law == Law::WebglErosion || params.width == 0.0 {
+        // the state of the storm, and no rows over which wear is spread
+        return sizing.cells(36.0);
+    }
     // the state of the storm; rows that are under way, for one thread
     sizing.cells(46.0) + 6600 * sizing.window.nx() as u64
 }
