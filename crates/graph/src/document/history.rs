@@ -235,7 +235,7 @@ impl Document {
         Ok(draft.source)
     }
 
-    /// Puts another text in place of this one, such as what another program made of the file, as one step for
+    /// Replaces the text. such as what another program made of the file, as one step for
     /// [`Self::undo`]. Nothing is refused: the text may have problems. Says whether it differs.
     pub fn replace(&mut self, source: &str) -> bool {
         let Some(splice) = Splice::between(self.source(), source) else { return false };
@@ -283,7 +283,7 @@ impl Document {
         self.before = None;
     }
 
-    /// Puts another text in place of this one.
+    /// Replaces the text.
     fn take(&mut self, source: String) {
         self.read = Arc::new(self.read_text(source));
         self.before = None;

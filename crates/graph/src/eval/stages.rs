@@ -59,7 +59,7 @@ impl Evaluator {
         let origins = self.origins(&mut plan, evaluation.folder, cancel);
         let sound = |target: &Target| plan.steps[target.step].fault.is_none();
         if !plan.targets.iter().all(|target| target.as_ref().is_ok_and(sound)) {
-            // Faults are told there.
+            // Requests with a fault are answered there.
             return self.deliver(evaluation, cancel, events, deliver);
         }
         let needs = Needs::new(&self.store, &Pinned::default(), &plan, &origins);

@@ -25,7 +25,8 @@ impl Files {
     /// MiB available, MiB in all.
     fn mib(&self) -> (u64, u64) {
         let read = |path: &Path| self.0.get(path.to_str()?).cloned();
-        let [available, total] = [available_by(&read), total_by(&read)].map(|bytes| bytes.expect("is told") / MIB);
+        let [available, total] =
+            [available_by(&read), total_by(&read)].map(|bytes| bytes.expect("the system states it") / MIB);
         (available, total)
     }
 
