@@ -1,17 +1,17 @@
-//! Where kernels run.
+//! Backends: what runs kernels.
 
 use crate::{
     job::{Job, NodeError, Outputs},
     node::Node,
 };
 
-/// Runs kernels. The CPU backend is the definition of every result; another backend must agree with it within the
-/// tolerance that a node declares.
+/// Runs kernels. The CPU backend defines every result; another backend must agree with it within the tolerance that a
+/// node declares.
 pub trait Backend: Send + Sync {
-    /// Its name, such as `cpu`. It enters the key of results that the backend may change.
+    /// Its name, such as `cpu`. It is part of the key of results that the backend may change.
     fn name(&self) -> &'static str;
 
-    /// Whether it can run this kind of node.
+    /// Returns true if it can run this kind of node.
     fn supports(&self, node: &Node) -> bool;
 
     /// Runs the node's kernel on a job.

@@ -1,4 +1,4 @@
-//! Colours as a file writes them.
+//! Colours as written in a file.
 
 use std::{fmt, str::FromStr};
 
@@ -22,7 +22,7 @@ impl fmt::Display for Srgb {
     }
 }
 
-/// A text that is no colour.
+/// A text that is not a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("a colour is `#` and six hexadecimal digits, such as `#7a9e77`")]
 pub struct NoColour;
@@ -39,7 +39,7 @@ impl FromStr for Srgb {
     }
 }
 
-/// A colour and the value that has it.
+/// A colour at a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     /// The value.

@@ -1,13 +1,13 @@
-//! Problems of a file, each with its place, for people.
+//! Problems of a file, each with its place, in readable form.
 
 use std::{fmt, fmt::Write as _, ops::Range};
 
-/// How bad a problem is.
+/// The severity of a problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Severity {
     /// The file cannot be built.
     Error,
-    /// The file can be built, but probably says something else than was meant.
+    /// The file can be built, but probably does not mean what the author intended.
     Warning,
 }
 
@@ -23,17 +23,17 @@ impl fmt::Display for Severity {
 /// A problem of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// How bad it is.
+    /// Its severity.
     pub severity: Severity,
-    /// What kind of problem it is, in kebab case, such as `unknown-node`; for programs that read the output.
+    /// The kind of problem in kebab case, such as `unknown-node`; for programs that read the output.
     pub code: &'static str,
-    /// The bytes of the source it is about; may be empty.
+    /// The bytes of the source that it concerns; may be empty.
     pub span: Range<usize>,
     /// What is wrong, in one line.
     pub message: String,
-    /// What to write below the marked bytes.
+    /// Text below the marked bytes.
     pub label: Option<String>,
-    /// What can be done about it.
+    /// Advice on what to do.
     pub hint: Option<String>,
 }
 
@@ -50,21 +50,21 @@ impl Diagnostic {
         Self { severity: Severity::Warning, ..Self::error(code, span, message) }
     }
 
-    /// With a text below the marked bytes.
+    /// Adds a text below the marked bytes.
     #[must_use]
     pub fn label(mut self, label: impl Into<String>) -> Self {
         self.label = Some(label.into());
         self
     }
 
-    /// With advice.
+    /// Adds advice.
     #[must_use]
     pub fn hint(mut self, hint: impl Into<String>) -> Self {
         self.hint = Some(hint.into());
         self
     }
 
-    /// With `did you mean`, where there is a name that is near.
+    /// Adds `did you mean` if there is a similar name.
     #[must_use]
     pub fn suggest(self, name: Option<&str>) -> Self {
         match name {
@@ -73,15 +73,15 @@ impl Diagnostic {
         }
     }
 
-    /// Line and column where it begins, both from 1; the column counts characters.
+    /// Line and column of its start, both from 1; the column counts characters.
     #[must_use]
     pub fn line_column(&self, source: &str) -> (usize, usize) {
         line_column(source, self.span.start)
     }
 
-    /// The problem as text of a few lines: message, place, the line in question with the bytes marked, advice.
+    /// The problem as text of a few lines: message, place, the line with the bytes marked, advice.
     ///
-    /// `file` is the name to print. It ends with a line feed.
+    /// `file` is the name to print. The text ends with a line feed.
     #[must_use]
     pub fn render(&self, source: &str, file: &str) -> String {
         let (line, column) = self.line_column(source);
@@ -90,7 +90,7 @@ impl Diagnostic {
         let text = source[line_start..].split('\n').next().unwrap_or("");
         let marked = source[start..floor_char(source, self.span.end.max(start))].split('\n').next().unwrap_or("");
 
-        // A clip of the line around the mark, so that a file of one endless line prints too.
+        // An excerpt of the line around the mark, so that a file with one very long line prints as well.
         let skipped = if column > EXCERPT / 2 + 20 { column - EXCERPT / 2 } else { 0 };
         let excerpt: String =
             text.chars().skip(skipped).take(EXCERPT).map(|c| if c.is_control() { ' ' } else { c }).collect();
@@ -113,10 +113,10 @@ impl Diagnostic {
     }
 }
 
-/// The most characters of a line that are shown.
+/// The largest number of characters shown of a line.
 const EXCERPT: usize = 120;
 
-/// The offset, or the start of the character it is in.
+/// The offset, or the start of the character that it lies in.
 fn floor_char(source: &str, at: usize) -> usize {
     let mut at = at.min(source.len());
     while !source.is_char_boundary(at) {

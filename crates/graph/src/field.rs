@@ -1,4 +1,4 @@
-//! The raster that travels on wires.
+//! Rasters on wires.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use crate::{
     world::Window,
 };
 
-/// A row-major raster of `f32` with the window of the world it covers. Copies share the samples.
+/// A row-major raster of `f32` with the window of the world that it covers. Copies share the samples.
 ///
 /// Shape: `planes` x `ny` x `nx`, plane after plane; one plane for heights, masks and scalars, two for vectors (x east,
 /// y south), three for linear RGB colour.
@@ -19,7 +19,7 @@ pub struct Field {
 }
 
 impl PartialEq for Field {
-    /// Equal windows and equal bytes, so that two NaN of the same bits are equal.
+    /// Equal windows and equal bytes; two NaNs with the same bits are equal.
     fn eq(&self, other: &Self) -> bool {
         self.window == other.window
             && self.planes == other.planes
@@ -31,7 +31,7 @@ impl Field {
     /// A raster of one plane from its samples, row by row from the north-west corner.
     ///
     /// # Panics
-    /// When there are not exactly `window.len()` samples: a kernel's mistake, never a file's.
+    /// When there are not exactly `window.len()` samples: a bug in a kernel, never the fault of a file.
     #[must_use]
     pub fn new(window: Window, samples: Vec<f32>) -> Self {
         Self::with_planes(window, 1, samples)
@@ -40,15 +40,15 @@ impl Field {
     /// A raster of several planes from its samples, plane after plane.
     ///
     /// # Panics
-    /// When there are not exactly `planes * window.len()` samples: a kernel's mistake, never a file's.
+    /// When there are not exactly `planes * window.len()` samples: a bug in a kernel, never the fault of a file.
     #[must_use]
     pub fn with_planes(window: Window, planes: usize, samples: Vec<f32>) -> Self {
         assert_eq!(samples.len(), planes * window.len(), "samples do not fill the window");
         Self { window, planes, samples: Arc::new(samples) }
     }
 
-    /// A raster that is `value` everywhere, for tests and examples; a kernel asks for its memory
-    /// ([`filled`](crate::memory::filled)).
+    /// A raster with the same value everywhere, for tests and examples; a kernel allocates with
+    /// [`filled`](crate::memory::filled).
     #[must_use]
     pub fn constant(window: Window, value: f32) -> Self {
         Self::new(window, vec![value; window.len()])
@@ -79,22 +79,22 @@ impl Field {
         &self.samples[plane * len..(plane + 1) * len]
     }
 
-    /// Takes the samples out, without a copy when nobody else holds them.
+    /// Returns the samples, without a copy if nothing else shares them.
     #[must_use]
     pub fn into_samples(self) -> Vec<f32> {
         Arc::try_unwrap(self.samples).unwrap_or_else(|shared| shared.as_ref().clone())
     }
 
-    /// Bytes its samples take.
+    /// Size of its samples in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.samples.len() * size_of::<f32>()
     }
 
-    /// Smallest and largest sample of a plane; `None` when it has no finite sample.
+    /// Smallest and largest sample of a plane. Returns None when it has no finite sample.
     #[must_use]
     pub fn range(&self, plane: usize) -> Option<(f32, f32)> {
-        // lanes that do not wait for each other; no comparison with NaN is true
+        // independent lanes; no comparison with NaN is true
         let (mut low, mut high) = ([f32::INFINITY; 16], [f32::NEG_INFINITY; 16]);
         let (whole, rest) = self.plane(plane).as_chunks::<16>();
         let mut last = [f32::NAN; 16];
@@ -106,16 +106,16 @@ impl Field {
                 *high = if v > *high { v } else { *high };
             }
         }
-        // a zero without its sign, which would depend on its lane
+        // zero without a sign, which would depend on the lane
         let lo = low.into_iter().fold(f32::INFINITY, f32::min) + 0.0;
         let hi = high.into_iter().fold(f32::NEG_INFINITY, f32::max) + 0.0;
         (lo <= hi).then_some((lo, hi))
     }
 
-    /// The part that covers `window`, for tests; the evaluator asks for its memory ([`Self::try_crop`]).
+    /// The part that covers `window`, for tests; the evaluator uses [`Self::try_crop`].
     ///
     /// # Panics
-    /// As [`Self::try_crop`], and when there is no memory.
+    /// As [`Self::try_crop`], and when there is not enough memory.
     #[must_use]
     pub fn crop(&self, window: &Window) -> Self {
         self.try_crop(window).expect("there is memory for a part")
@@ -127,7 +127,7 @@ impl Field {
     /// [`OutOfMemory`].
     ///
     /// # Panics
-    /// When `window` is not inside this raster's window: an evaluator's mistake, never a file's.
+    /// When `window` is not inside this raster's window: a bug in the evaluator, never the fault of a file.
     pub fn try_crop(&self, window: &Window) -> Result<Self, OutOfMemory> {
         if self.window == *window {
             return Ok(self.clone());
@@ -170,7 +170,7 @@ mod tests {
     fn a_range_is_that_of_finite_samples() {
         let world = World { size: [37.0, 1.0], cells: [37, 1], ..World::default() };
         let range = |samples: Vec<f32>| Field::new(Window::whole(world), samples).range(0);
-        // each place in turn holds the lowest, the highest and what is no number
+        // the lowest, the highest and the NaN sample at each position in turn
         for at in 0..37 {
             let mut samples = vec![1.0; 37];
             samples[at] = -3.0;

@@ -1,4 +1,4 @@
-//! The graph: instances of nodes and the wires between them, on petgraph.
+//! The graph: node instances and the wires between them, on petgraph.
 
 use std::{
     collections::{BTreeMap, HashMap, HashSet, VecDeque},
@@ -19,7 +19,7 @@ use crate::{
     world::World,
 };
 
-/// A node in a graph: a kind with its parameters and its constants.
+/// A node in a graph: its kind with parameters and constants.
 #[derive(Clone, Debug)]
 pub struct Instance {
     /// Its name, unique in the graph.
@@ -28,7 +28,7 @@ pub struct Instance {
     pub node: &'static Node,
     /// Checked parameters.
     pub params: ParamValues,
-    /// Per declared input, the number a file gives in place of a wire.
+    /// Per declared input, the number that a file gives instead of a wire.
     pub constants: Vec<Option<f64>>,
 }
 
@@ -39,12 +39,12 @@ impl Instance {
         Self::with(name, node, &node.specs())
     }
 
-    /// The same where the specifications of the kind have been made already.
+    /// The same, if the specifications of the kind have been made already.
     pub(crate) fn with(name: impl Into<String>, node: &'static Node, specs: &[ParamSpec]) -> Self {
         Self { name: name.into(), node, params: ParamValues::defaults(specs), constants: vec![None; node.inputs.len()] }
     }
 
-    /// The type of an output, where `wired` gives the type of what is wired to an input.
+    /// The type of an output; `wired` returns the type of the wire into an input.
     fn output_type(&self, output: usize, wired: impl Fn(usize) -> Option<PortType>) -> PortType {
         match self.node.outputs[output].ty {
             OutputType::Fixed(ty) => ty,
@@ -57,7 +57,7 @@ impl Instance {
     }
 }
 
-/// A wire, from an output of one node to an input of another, by position in their declarations.
+/// A wire from an output of one node to an input of another, by position in their declarations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wire {
     /// Position of the output.
@@ -78,15 +78,15 @@ pub struct Port {
 /// Why a change of a graph was refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GraphError {
-    /// No node has that name.
+    /// There is no node of that name.
     #[error("there is no node `{name}`{}", did_you_mean(.suggestion))]
     UnknownNode {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// A name that is near.
+        /// A similar name.
         suggestion: Option<String>,
     },
-    /// A node of that name exists.
+    /// There is already a node of that name.
     #[error("there is a node `{0}` already")]
     NameTaken(String),
     /// The node has no such port.
@@ -98,9 +98,9 @@ pub enum GraphError {
         id: &'static str,
         /// `input` or `output`.
         direction: &'static str,
-        /// The port asked for.
+        /// The requested port.
         port: String,
-        /// A port that is near.
+        /// A similar port.
         suggestion: Option<String>,
     },
     /// The types do not fit.
@@ -108,15 +108,15 @@ pub enum GraphError {
     Type {
         /// The output, as `node.port`.
         from: String,
-        /// What it gives.
+        /// Its type.
         gives: PortType,
         /// The input, as `node.port`.
         to: String,
-        /// What it takes.
+        /// The type that the input takes.
         takes: PortType,
     },
-    /// The wire would close a circle.
-    #[error("the wire would close a circle: {}", .0.join(" → "))]
+    /// The wire would close a cycle.
+    #[error("the wire would close a cycle: {}", .0.join(" → "))]
     Cycle(Vec<String>),
 }
 
@@ -124,7 +124,7 @@ fn did_you_mean(suggestion: &Option<String>) -> String {
     suggestion.as_ref().map_or_else(String::new, |name| format!("; did you mean `{name}`?"))
 }
 
-/// Instances and wires. Every wire fits in type, every input has at most one, and there is no circle.
+/// Instances and wires. Every wire matches in type, every input has at most one wire, and there are no cycles.
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
     inner: StableDiGraph<Instance, Wire>,
@@ -160,7 +160,7 @@ impl Graph {
     /// The node of that name.
     ///
     /// # Errors
-    /// [`GraphError::UnknownNode`], with a name that is near.
+    /// [`GraphError::UnknownNode`], with a similar name.
     pub fn find(&self, name: &str) -> Result<NodeIndex, GraphError> {
         self.names.get(name).copied().ok_or_else(|| GraphError::UnknownNode {
             name: name.to_owned(),
@@ -168,7 +168,7 @@ impl Graph {
         })
     }
 
-    /// The instance at an index, if the graph has one there.
+    /// The instance at an index. Returns None when the graph has none there.
     #[must_use]
     pub fn get(&self, index: NodeIndex) -> Option<&Instance> {
         self.inner.node_weight(index)
@@ -177,16 +177,16 @@ impl Graph {
     /// The instance at an index.
     ///
     /// # Panics
-    /// When the index is not of this graph.
+    /// When the index does not belong to this graph.
     #[must_use]
     pub fn instance(&self, index: NodeIndex) -> &Instance {
         &self.inner[index]
     }
 
-    /// The instance at an index, to change its parameters and constants. Its name stays as it is.
+    /// The instance at an index, mutable, to change its parameters and constants. Its name must stay the same.
     ///
     /// # Panics
-    /// When the index is not of this graph.
+    /// When the index does not belong to this graph.
     pub fn instance_mut(&mut self, index: NodeIndex) -> &mut Instance {
         self.types.take();
         &mut self.inner[index]
@@ -197,14 +197,14 @@ impl Graph {
         self.inner.node_indices()
     }
 
-    /// All nodes, each after those that it reads.
+    /// All nodes in topological order: each after those that it reads.
     #[must_use]
     pub fn topological(&self) -> Vec<NodeIndex> {
-        // Connecting refuses circles, so there is an order.
+        // Connecting refuses cycles, so there is an order.
         petgraph::algo::toposort(&self.inner, None).unwrap_or_default()
     }
 
-    /// The output that a wire end such as `rivers` or `rivers.area` names; the first output where no port is named.
+    /// The output that a source such as `rivers` or `rivers.area` refers to; without a port, the first output.
     ///
     /// # Errors
     /// [`GraphError::UnknownNode`] or [`GraphError::UnknownPort`].
@@ -223,10 +223,10 @@ impl Graph {
         Ok(Port { node, output })
     }
 
-    /// Wires an output to an input, replacing the wire that was there.
+    /// Wires an output to an input, replacing an earlier wire.
     ///
     /// # Errors
-    /// [`GraphError::UnknownPort`], [`GraphError::Type`] or [`GraphError::Cycle`]; the graph is unchanged then.
+    /// [`GraphError::UnknownPort`], [`GraphError::Type`] or [`GraphError::Cycle`]; the graph is then unchanged.
     pub fn connect(&mut self, from: Port, to: NodeIndex, input: &str) -> Result<(), GraphError> {
         let target = &self.inner[to];
         let position =
@@ -237,8 +237,8 @@ impl Graph {
                 port: input.to_owned(),
                 suggestion: closest(input, target.node.inputs.iter().map(|i| i.name)).map(str::to_owned),
             })?;
-        if let Some(circle) = self.path(to, from.node) {
-            let mut names: Vec<String> = circle.iter().map(|n| self.inner[*n].name.clone()).collect();
+        if let Some(cycle) = self.path(to, from.node) {
+            let mut names: Vec<String> = cycle.iter().map(|n| self.inner[*n].name.clone()).collect();
             names.push(target.name.clone());
             return Err(GraphError::Cycle(names));
         }
@@ -257,13 +257,14 @@ impl Graph {
         Ok(())
     }
 
-    /// Wires an output to an input that has no wire. The caller has checked that the types fit and that no circle closes.
+    /// Wires an output to an input without a wire. The caller has checked that the types match and that no cycle
+    /// closes.
     pub(crate) fn add_wire(&mut self, from: Port, to: NodeIndex, input: usize) {
         self.types.take();
         self.inner.add_edge(from.node, to, Wire { output: from.output, input });
     }
 
-    /// Removes the wire into an input, if any.
+    /// Removes the wire into an input, if there is one.
     pub fn disconnect(&mut self, to: NodeIndex, input: usize) {
         let edge = self.inner.edges_directed(to, Direction::Incoming).find(|e| e.weight().input == input);
         if let Some(edge) = edge.map(|e| e.id()) {
@@ -272,7 +273,7 @@ impl Graph {
         }
     }
 
-    /// The output wired to an input.
+    /// The output wired to an input. Returns None when there is no wire.
     #[must_use]
     pub fn source(&self, to: NodeIndex, input: usize) -> Option<Port> {
         self.inner
@@ -281,7 +282,7 @@ impl Graph {
             .map(|e| Port { node: e.source(), output: e.weight().output })
     }
 
-    /// The type an output has in this graph.
+    /// The type of an output in this graph.
     #[must_use]
     pub fn output_type(&self, port: Port) -> PortType {
         if let Some(ty) = self.types.get().and_then(|types| types.get(&port)) {
@@ -302,7 +303,8 @@ impl Graph {
         }
     }
 
-    /// Finds the types of all outputs in one pass, so that [`Self::output_type`] follows no wires until the next change.
+    /// Finds the types of all outputs in one pass, so that [`Self::output_type`] does not follow wires until the next
+    /// change.
     pub(crate) fn find_types(&self) {
         self.types.get_or_init(|| self.output_types());
     }
@@ -340,7 +342,7 @@ impl Graph {
         format!("{}.{}", instance.name, instance.node.outputs[port.output].name)
     }
 
-    /// Inputs that must be wired and are not, as node and position.
+    /// Required inputs without a wire, as node and position.
     #[must_use]
     pub fn unwired(&self) -> Vec<(NodeIndex, usize)> {
         let mut found = Vec::new();
@@ -354,8 +356,8 @@ impl Graph {
         found
     }
 
-    /// The nearest node, from this one up along the wires, that needs the whole world to compute a part of it. Returns None
-    /// when a part of the node is computed from a part of every node above it.
+    /// The nearest node, from this one upstream, that needs the whole world to compute a part of it. Returns None when
+    /// a part of the node can be computed from a part of every node upstream.
     #[must_use]
     pub fn needs_whole_world(&self, node: NodeIndex, world: &World) -> Option<NodeIndex> {
         let shorter = world.size[0].min(world.size[1]);
@@ -376,7 +378,7 @@ impl Graph {
         None
     }
 
-    /// The nodes on a way along wires from one node to another, both included; `None` when there is none.
+    /// The nodes on a path along wires from one node to another, including both. Returns None when there is no path.
     fn path(&self, from: NodeIndex, to: NodeIndex) -> Option<Vec<NodeIndex>> {
         let mut before: BTreeMap<NodeIndex, NodeIndex> = BTreeMap::new();
         let mut queue = VecDeque::from([from]);
@@ -442,14 +444,14 @@ mod tests {
     }
 
     #[test]
-    fn circles_are_refused_and_named() {
+    fn cycles_are_refused_and_named() {
         let mut graph = graph();
         let (one, two) = (graph.find("one").expect("exists"), graph.find("two").expect("exists"));
         graph.connect(graph.port("base").expect("exists"), one, "height").expect("fits");
         graph.connect(graph.port("one").expect("exists"), two, "height").expect("fits");
-        let error = graph.connect(graph.port("two").expect("exists"), one, "height").expect_err("a circle");
+        let error = graph.connect(graph.port("two").expect("exists"), one, "height").expect_err("a cycle");
         assert_eq!(error, GraphError::Cycle(vec!["one".into(), "two".into(), "one".into()]));
-        let own = graph.connect(graph.port("one").expect("exists"), one, "height").expect_err("a circle");
+        let own = graph.connect(graph.port("one").expect("exists"), one, "height").expect_err("a cycle");
         assert_eq!(own, GraphError::Cycle(vec!["one".into(), "one".into()]));
         assert_eq!(graph.source(one, 0).map(|p| graph.port_name(p)), Some("base.height".into()));
     }

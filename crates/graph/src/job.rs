@@ -1,4 +1,4 @@
-//! One run of a kernel: what it reads, what it gives back, how it reports and stops.
+//! One run of a kernel: its inputs, its results, progress and cancellation.
 
 use std::{
     path::PathBuf,
@@ -24,18 +24,18 @@ pub struct Cancel {
 }
 
 impl Cancel {
-    /// Asks everything that holds a copy to stop.
+    /// Requests that everything with a copy stops.
     pub fn cancel(&self) {
         self.own.store(true, Ordering::Relaxed);
     }
 
-    /// A switch that is on when this one is, and that can be switched on without it.
+    /// A switch that is on when this one is, and that can also be switched on separately.
     #[must_use]
     pub fn child(&self) -> Self {
         Self { own: Arc::default(), parent: Some(Arc::new(self.clone())) }
     }
 
-    /// Whether somebody asked.
+    /// Returns true if cancellation was requested.
     #[must_use]
     pub fn is_cancelled(&self) -> bool {
         self.own.load(Ordering::Relaxed) || self.parent.as_ref().is_some_and(|parent| parent.is_cancelled())
@@ -51,12 +51,12 @@ pub enum NodeError {
     /// The system had no memory for a raster.
     #[error(transparent)]
     OutOfMemory(OutOfMemory),
-    /// It could not be done.
+    /// The kernel failed.
     #[error("{message}")]
     Failed {
-        /// What is wrong, lower case, without a full stop.
+        /// What is wrong, in lower case, without a full stop.
         message: String,
-        /// What would help.
+        /// A possible remedy.
         hint: Option<String>,
     },
 }
@@ -67,13 +67,13 @@ impl NodeError {
         Self::Failed { message: message.into(), hint: None }
     }
 
-    /// A failure with what would help.
+    /// A failure with a hint.
     pub fn failed_with_hint(message: impl Into<String>, hint: impl Into<String>) -> Self {
         Self::Failed { message: message.into(), hint: Some(hint.into()) }
     }
 }
 
-/// What a kernel has to say of a result that is there, but may not be what was meant: each text once, in the order told.
+/// Warnings of a kernel about results that may not be what the user intended: each text once, in order.
 #[derive(Debug, Default)]
 pub struct Warnings(Mutex<Vec<String>>);
 
@@ -85,19 +85,19 @@ impl Warnings {
         }
     }
 
-    /// Takes them out.
+    /// Removes and returns the warnings.
     #[must_use]
     pub fn take(&self) -> Vec<String> {
         std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
-/// What stands at an input during a run.
+/// The value of an input during a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum InputValue {
-    /// A wire's value.
+    /// The value of a wire.
     Value(Value),
-    /// A number that stands for the wire.
+    /// A constant.
     Constant(f64),
     /// Nothing.
     Absent,
@@ -113,7 +113,7 @@ impl Outputs {
         Self::default().with(name, value)
     }
 
-    /// The same with one more result.
+    /// Adds a result.
     #[must_use]
     pub fn with(mut self, name: &'static str, value: impl Into<Value>) -> Self {
         self.0.push((name, value.into()));
@@ -125,14 +125,14 @@ impl Outputs {
         self.0.into_iter()
     }
 
-    /// Takes the result of that name out.
+    /// Removes and returns the result of that name.
     pub fn take(&mut self, name: &str) -> Option<Value> {
         let at = self.0.iter().position(|(n, _)| *n == name)?;
         Some(self.0.swap_remove(at).1)
     }
 }
 
-/// Which outputs of a node are wanted, by their position in its declaration.
+/// A set of outputs of a node, by position in its declaration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wanted(u64);
 
@@ -141,10 +141,10 @@ impl Wanted {
     pub const NONE: Self = Self(0);
     /// Every output.
     pub const ALL: Self = Self(u64::MAX);
-    /// The most outputs that a node may declare.
+    /// The largest number of outputs that a node may declare.
     pub const MAX_OUTPUTS: usize = u64::BITS as usize;
 
-    /// The same with one more output.
+    /// The same set with one more output.
     #[must_use]
     pub const fn with(self, output: usize) -> Self {
         Self(self.0 | 1 << output)
@@ -160,7 +160,7 @@ impl Wanted {
 /// One run of a kernel over a window.
 ///
 /// All fields of inputs and outputs cover exactly [`Job::window`]; the evaluator has grown it by the node's reach and
-/// crops the result. Kernels may use rayon; they run inside the evaluator's pool.
+/// crops the result. Kernels may use rayon; they run inside the evaluator's thread pool.
 pub struct Job<'a> {
     /// The node's declaration.
     pub node: &'a Node,
@@ -168,29 +168,32 @@ pub struct Job<'a> {
     pub params: &'a ParamValues,
     /// The value of each declared input, in declaration order; [`inputs!`](crate::inputs) makes `Inputs` from it.
     pub inputs: Vec<InputValue>,
-    /// What is computed.
+    /// The same on the world of [`Node::coarse`], where only wired inputs have a value. Empty if there is no such world
+    /// or its cells are those of the window.
+    pub coarse: Vec<InputValue>,
+    /// The window to compute.
     pub window: Window,
-    /// The outputs that somebody reads: a kernel gives these and computes no others. [`outputs!`](crate::outputs) makes `Wants`
-    /// from it.
+    /// The requested outputs: a kernel returns these and computes no others. [`outputs!`](crate::outputs) makes `Wants`
+    /// from them.
     pub wanted: Wanted,
     /// Folder that file parameters are relative to.
     pub folder: PathBuf,
-    /// The switch that stops it.
+    /// The switch that stops the kernel.
     pub cancel: Cancel,
     /// Receives the finished fraction, 0 to 1.
     pub progress: &'a (dyn Fn(f32) + Sync),
-    /// Receives what [`Job::warn`] tells.
+    /// Collects the warnings of [`Job::warn`].
     pub warnings: Warnings,
-    /// Receives what [`Job::glimpse`] shows, where somebody watches.
+    /// Receives intermediate results from [`Job::glimpse`]; `None` without a progressive preview.
     pub glimpses: Option<Glimpses<'a>>,
 }
 
-/// Who watches a kernel at work.
+/// The receiver of a progressive preview.
 #[derive(Clone, Copy)]
 pub struct Glimpses<'a> {
-    /// Whether it is time for another look.
+    /// Returns true if another intermediate result is due.
     pub due: &'a (dyn Fn() -> bool + Sync),
-    /// Receives the results as they are.
+    /// Receives the intermediate results.
     pub take: &'a (dyn Fn(Outputs) + Sync),
 }
 
@@ -207,10 +210,11 @@ impl Job<'_> {
         &self.window.world
     }
 
-    /// Elevation of the sea in metres, or None in a world without one.
+    /// Elevation of the sea in metres. Returns None in a world without a sea.
     ///
     /// # Panics
-    /// When the node does not declare that it [reads](Node::reads_sea) it: its results would be kept when the sea changes.
+    /// When the node does not declare that it [reads](Node::reads_sea) the sea level: its results would be reused after
+    /// a change of the level.
     #[must_use]
     pub fn sea_level(&self) -> Option<f64> {
         assert!(self.node.reads_sea, "`{}` does not declare that it reads the sea level", self.node.id);
@@ -223,20 +227,20 @@ impl Job<'_> {
         self.window.cell_m()
     }
 
-    /// The seed of this run: the world's seed mixed with the node's parameter `seed`, where it has one.
+    /// The seed of this run: the world's seed combined with the node's parameter `seed`, if it has one.
     ///
-    /// Two nodes of one kind with equal seeds draw the same numbers; give them different `seed`s to tell them apart.
+    /// Two nodes of one kind with equal seeds draw the same numbers; give them different `seed`s for different results.
     #[must_use]
     pub fn seed(&self) -> u32 {
         let own = if self.params.get("seed").is_some() { self.params.read::<Seed>("seed").0 } else { 0 };
         mix(self.world().seed ^ mix(own))
     }
 
-    /// The full path of a file parameter. A kernel reads no files but these and, beside `NAME.png`, its companion
-    /// `NAME.png.json`: their content is a part of what its results are remembered by, that of others is not.
+    /// The full path of a file parameter. A kernel reads no other files, except `NAME.png.json` next to a `NAME.png`:
+    /// the key of its results includes the content of these files, but of no others.
     ///
     /// # Errors
-    /// When no file is named.
+    /// When the parameter is empty.
     pub fn file(&self, name: &str) -> Result<PathBuf, NodeError> {
         let FileName(file) = self.params.read(name);
         if file.is_empty() {
@@ -248,17 +252,17 @@ impl Job<'_> {
         Ok(self.folder.join(file))
     }
 
-    /// Tells the user, beside the result, that it may not be what was meant: what, and what would help. Lower case, without a
-    /// full stop, as the message of an error: `cells of 90 m do not resolve hillslopes; ...`.
+    /// Warns the user that a result may not be what they intended. The message names the problem and a remedy, in lower
+    /// case, without a full stop, like the message of an error: `cells of 90 m do not resolve hillslopes; ...`.
     ///
-    /// It is told when the kernel runs, not when its result is taken from a cache. It must depend on nothing but what the
-    /// result depends on.
+    /// The warning is stored with the result and repeated when the result comes from a cache. It must depend only on
+    /// what the result depends on.
     pub fn warn(&self, message: impl Into<String>) {
         self.warnings.add(message.into());
     }
 
-    /// Shows results as they are on the way, to who watches; some of the outputs do. They are made only if somebody does, a
-    /// few times a second, and are never kept: what the kernel gives in the end does not depend on them.
+    /// Offers intermediate results of some outputs for a progressive preview. They are computed only while a viewer is
+    /// attached, a few times a second, and are never stored; the final result does not depend on them.
     pub fn glimpse(&self, results: impl FnOnce() -> Outputs) {
         if let Some(glimpses) = self.glimpses
             && (glimpses.due)()
@@ -267,19 +271,19 @@ impl Job<'_> {
         }
     }
 
-    /// Reports progress and asks whether to go on. Cheap; call it once per pass, at least ten times a second.
+    /// Reports progress and checks for cancellation. Cheap; call it once per pass, at least ten times a second.
     ///
     /// # Errors
-    /// [`NodeError::Cancelled`] when the run is to stop.
+    /// [`NodeError::Cancelled`] when the run should stop.
     pub fn advance(&self, fraction: f32) -> Result<(), NodeError> {
         (self.progress)(fraction.clamp(0.0, 1.0));
         self.check()
     }
 
-    /// Asks whether to go on, from any thread.
+    /// Checks for cancellation, from any thread.
     ///
     /// # Errors
-    /// [`NodeError::Cancelled`] when the run is to stop.
+    /// [`NodeError::Cancelled`] when the run should stop.
     pub fn check(&self) -> Result<(), NodeError> {
         if self.cancel.is_cancelled() { Err(NodeError::Cancelled) } else { Ok(()) }
     }
@@ -288,7 +292,7 @@ impl Job<'_> {
 /// An input per cell: a raster, or one number for all cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lane<'a> {
-    /// The same everywhere.
+    /// The same value for all cells.
     Constant(f32),
     /// One per cell, row-major.
     Samples(&'a [f32]),
@@ -314,7 +318,7 @@ impl<'a> Lane<'a> {
         }
     }
 
-    /// The number, if it is one for all cells.
+    /// The number, if it is the same for all cells.
     #[must_use]
     pub const fn constant(&self) -> Option<f32> {
         match self {

@@ -1,11 +1,11 @@
-//! Orograph's core: values, node declarations, the graph, its file and its evaluation. It knows no terrain.
+//! Orograph's core: values, node declarations, the graph, its file and its evaluation. It is independent of terrain.
 //!
-//! - [`Value`] and [`Field`]: what travels on a wire, typed by meaning ([`PortType`]).
-//! - [`Node`]: one kind of node as plain data; a [`Registry`] holds them.
-//! - [`Graph`]: instances and wires, checked when they are made.
+//! - [`Value`] and [`Field`]: what a wire carries, typed by meaning ([`PortType`]).
+//! - [`Node`]: the declaration of one kind of node as plain data; a [`Registry`] holds them.
+//! - [`Graph`]: node instances and wires, checked as they are connected.
 //! - [`Document`]: the graph as a file; all its problems as [`Diagnostic`]s.
-//! - [`Evaluator`]: builds outputs of a graph, and remembers them.
-//! - [`memory`]: where rasters come from; [`machine`]: how much memory there is.
+//! - [`Evaluator`]: builds outputs of a graph and caches results.
+//! - [`memory`]: allocation of rasters; [`machine`]: how much memory there is.
 
 mod backend;
 mod colour;
@@ -34,9 +34,9 @@ pub use backend::{Backend, Cpu};
 pub use colour::{NoColour, Srgb, Stop};
 pub use diagnostic::{Diagnostic, Severity, line_column};
 pub use document::{
-    Document, Edit, EditError, Entry, Expanded, Frame, FrameEntry, History, JournalError, LoadError, LooseWire,
-    NamedInput, NamedParameter, NodeEntry, OutputDecl, Place, Recovered, Reroute, SUBGRAPH, Scribe, Splice, Statistics,
-    UsedGraph, diff, format_source, recover,
+    Document, Edit, EditError, Expanded, Frame, FrameEntry, History, JournalEntry, JournalError, JournalWriter,
+    LoadError, LooseWire, NamedInput, NamedParameter, NodeEntry, OutputDecl, Place, Recovered, Reroute, SUBGRAPH,
+    Splice, Statistics, UsedGraph, diff, format_source, recover,
 };
 pub use eval::{
     Delivered, Delivery, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Key, Live, Origin, Request, Store,

@@ -1,6 +1,6 @@
 //! Steps from an older version of a node's declaration to the next.
 
-/// One step: what a file written for version `from` must say to mean the same in version `from + 1`.
+/// One step: the change to a file written for version `from` that keeps its meaning in version `from + 1`.
 #[derive(Clone, Copy, Debug)]
 pub struct Migration {
     /// The version it starts from.
@@ -9,7 +9,7 @@ pub struct Migration {
     pub steps: &'static [Step],
 }
 
-/// A change that a migration makes to what a file says of a node.
+/// A change that a migration makes to the arguments of a node in a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {
     /// A parameter or an input has a new name.
@@ -19,14 +19,14 @@ pub enum Step {
         /// The new name.
         to: &'static str,
     },
-    /// A default changed: write the old one, as RON, where the file says nothing.
+    /// A default changed: write the old one, as RON, if the file has no value.
     Keep {
         /// The parameter or input.
         name: &'static str,
         /// Its old default.
         value: &'static str,
     },
-    /// A parameter or an input is gone and had no effect.
+    /// A parameter or an input without effect was removed.
     Drop {
         /// Its name.
         name: &'static str,
@@ -35,15 +35,15 @@ pub enum Step {
     Scale {
         /// The parameter or input.
         name: &'static str,
-        /// New value for each old one.
+        /// Factor from the old value to the new.
         factor: f64,
     },
-    /// A level of the sea is now the world's `sea_level`. Where neither the file nor another node says it, the world takes the
-    /// node's; a disagreement is a problem of the file.
+    /// A sea level of a node is now the world's `sea_level`. If neither the world nor another node has one, the world
+    /// takes this one; contradicting levels are a problem of the file.
     SeaLevel {
-        /// The parameter that it was.
+        /// The name of the old parameter.
         name: &'static str,
-        /// Its old default: up to it there was no sea.
+        /// Its old default: at or below it there was no sea.
         none: f64,
     },
 }

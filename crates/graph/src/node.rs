@@ -7,65 +7,72 @@ use crate::{
     process::Process,
     unit::Unit,
     value::PortType,
-    world::Window,
+    world::{Window, World},
 };
 
-/// A kind of node: everything the registry, the loader, the evaluator, the manual, the editor and the tests know of it.
+/// A kind of node: everything that the registry, the loader, the evaluator, the manual, the editor and the tests need
+/// to know.
 ///
-/// It is a struct of static data and function pointers, written as a `static` in the node's own file; no consumer
-/// names a node.
+/// It is a struct of static data and function pointers, written as a `static` in the node's own file. No consumer
+/// refers to a particular node.
 pub struct Node {
-    /// Identity in a file: the field's name of the thing, one word in PascalCase. Chosen once; renaming keeps an alias.
+    /// Identifier in a file: the term of the field, one word in PascalCase. Chosen once; renaming a node keeps the old
+    /// id as an alias.
     pub id: &'static str,
-    /// Ids it had before.
+    /// Former ids.
     pub aliases: &'static [&'static str],
-    /// Rises when a default, a range, a port or the result changes.
+    /// Increases when a default, a range, a port or the result changes.
     pub version: u32,
-    /// The steps from older versions, ordered.
+    /// The steps from older versions, in order.
     pub migrations: &'static [Migration],
-    /// Family in the palette, such as `noise`.
+    /// Category in the palette, such as `noise`.
     pub category: &'static str,
-    /// One sentence.
+    /// A one-sentence description.
     pub summary: &'static str,
     /// The manual's text in Markdown: equation, meaning, advice, differences from the source.
     pub doc: &'static str,
-    /// Where the method comes from: authors, year, title.
+    /// Sources of the method: authors, year, title.
     pub sources: &'static [&'static str],
-    /// What it takes.
+    /// Its inputs.
     pub inputs: &'static [Input],
-    /// What it gives; a wire that names no port takes the first.
+    /// Its outputs; a wire that names no port refers to the first.
     pub outputs: &'static [Output],
     /// Its parameters, usually `Params::specs`.
     pub params: fn() -> Vec<ParamSpec>,
-    /// Parameters in place of [`Self::params`]: those of a use of [`SUBGRAPH`](crate::SUBGRAPH), which its file declares.
+    /// Parameters that replace [`Self::params`]: those of a use of [`SUBGRAPH`](crate::SUBGRAPH), declared by its file.
     pub declared: &'static [ParamSpec],
     /// How far around a cell it reads.
     pub reach: Reach,
-    /// True if its result may depend on the world's sea level. The results of other nodes are kept when that changes.
+    /// True if its result may depend on the world's sea level. Results of other nodes stay valid when the level
+    /// changes.
     pub reads_sea: bool,
-    /// What its kernel allocates beside its inputs and outputs, at its peak.
+    /// The same place on other cells, where its kernel reads its wired inputs too ([`Job::coarse`](crate::Job)): a
+    /// function of the parameters and of everything about the world but its cells. `None` for the world alone. Only for
+    /// nodes that read the whole world.
+    pub coarse: Option<fn(&ParamValues, &World) -> Option<World>>,
+    /// The peak memory that its kernel allocates besides inputs and outputs.
     pub scratch: Scratch,
-    /// The definition of its result.
+    /// The kernel that defines its result.
     pub cpu: Kernel,
-    /// How what it does begins, for who runs it step by step; `None` for a node that cannot be.
+    /// Starts its process, for callers that run it incrementally; `None` if it cannot be run step by step.
     pub process: Option<Begin>,
-    /// Whether the result is equal to the last bit on every machine and thread count.
+    /// Whether the result is bit-identical on every machine and for any number of threads.
     pub exactness: Exactness,
     /// How results at different cell sizes are related.
     pub resolution: Resolution,
-    /// A use of it in a graph file that runs as it stands: inputs and parameters as they would be written inside the
-    /// brackets. Shown in the manual; what the registry-wide tests run beside the defaults.
+    /// An example of its use that runs without changes: inputs and parameters as written inside the brackets in a graph
+    /// file. Shown in the manual; tests of all nodes run it as well as the defaults.
     pub example: &'static str,
 }
 
 /// A kernel: a pure function of the job.
 pub type Kernel = fn(&Job<'_>) -> Result<Outputs, NodeError>;
 
-/// Begins a [`Process`].
+/// Starts a [`Process`].
 pub type Begin = fn(&Job<'_>) -> Result<Box<dyn Process>, NodeError>;
 
 impl Node {
-    /// Blank fields for `..Node::DEFAULT`.
+    /// Empty fields for `..Node::DEFAULT`.
     pub const DEFAULT: Self = Self {
         id: "",
         aliases: &[],
@@ -81,6 +88,7 @@ impl Node {
         declared: &[],
         reach: Reach::Point,
         reads_sea: false,
+        coarse: None,
         scratch: Scratch::None,
         cpu: |_| Err(NodeError::failed("this node has no kernel")),
         process: None,
@@ -101,7 +109,7 @@ impl Node {
         self.outputs.iter().position(|output| output.name == name)
     }
 
-    /// The specs of its parameters.
+    /// The specifications of its parameters.
     #[must_use]
     pub fn specs(&self) -> Vec<ParamSpec> {
         if self.declared.is_empty() { (self.params)() } else { self.declared.to_vec() }
@@ -114,51 +122,51 @@ impl std::fmt::Debug for Node {
     }
 }
 
-/// An input: it takes a wire, or a constant where it has a number to stand for it.
+/// An input: it takes a wire, or a constant if it has a numeric fallback.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Input {
     /// Name in a file, in snake case.
     pub name: &'static str,
-    /// What may be wired to it.
+    /// The type that may be wired to it.
     pub ty: PortType,
-    /// What stands in when the file says nothing.
+    /// What it falls back to without a wire.
     pub fallback: Fallback,
     /// Documentation; the first line is a sentence.
     pub doc: &'static str,
 }
 
-/// What an input is without a wire.
+/// What an input falls back to without a wire.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fallback {
-    /// It must be wired.
+    /// A wire is required.
     Required,
-    /// It may be left out; the kernel does without.
+    /// The input is optional; the kernel does without it.
     None,
-    /// A number stands where the wire would be.
+    /// A number replaces the wire.
     Constant {
-        /// Value when the file says nothing.
+        /// Default value.
         default: f64,
-        /// What a file may say.
+        /// Range that a file may use.
         hard: [f64; 2],
-        /// What a slider covers.
+        /// Range of the slider.
         soft: [f64; 2],
     },
 }
 
 impl Input {
-    /// An input that must be wired.
+    /// A required input.
     #[must_use]
     pub const fn needs(name: &'static str, ty: PortType, doc: &'static str) -> Self {
         Self { name, ty, fallback: Fallback::Required, doc }
     }
 
-    /// An input that may be left out.
+    /// An optional input.
     #[must_use]
     pub const fn takes(name: &'static str, ty: PortType, doc: &'static str) -> Self {
         Self { name, ty, fallback: Fallback::None, doc }
     }
 
-    /// An input that takes a wire or a number, `default` unless the file says otherwise. Its type is a scalar of `unit`.
+    /// An input that takes a wire or a number; without either it is `default`. Its type is a scalar of `unit`.
     #[must_use]
     pub const fn number(
         name: &'static str,
@@ -171,7 +179,7 @@ impl Input {
         Self { name, ty: PortType::Scalar(unit), fallback: Fallback::Constant { default, hard, soft }, doc }
     }
 
-    /// An input for any height, mask or scalar that takes a wire or a number, `default` unless the file says otherwise.
+    /// An input that takes a wire of any height, mask or scalar, or a number; without either it is `default`.
     #[must_use]
     pub const fn any_number(
         name: &'static str,
@@ -183,7 +191,7 @@ impl Input {
         Self { name, ty: PortType::AnyScalar, fallback: Fallback::Constant { default, hard, soft }, doc }
     }
 
-    /// An input for a mask that takes a wire or a number from 0 to 1; 1 unless the file says otherwise.
+    /// An input that takes a mask or a number from 0 to 1; without either it is 1.
     #[must_use]
     pub const fn mask(name: &'static str, doc: &'static str) -> Self {
         Self {
@@ -200,7 +208,7 @@ impl Input {
 pub struct Output {
     /// Name in a file, in snake case.
     pub name: &'static str,
-    /// What it is.
+    /// Its type.
     pub ty: OutputType,
     /// Documentation; the first line is a sentence.
     pub doc: &'static str,
@@ -211,7 +219,7 @@ pub struct Output {
 pub enum OutputType {
     /// Always the same.
     Fixed(PortType),
-    /// That of what is wired to the named input; the first of [`Output`]'s fallbacks, a height, while nothing is.
+    /// The type of the wire into the named input; a height while nothing is wired.
     SameAs(&'static str),
     /// Chosen by the parameters.
     Chosen(fn(&ParamValues) -> PortType),
@@ -224,7 +232,7 @@ impl Output {
         Self { name, ty: OutputType::Fixed(ty), doc }
     }
 
-    /// An output of the type that is wired to `input`.
+    /// An output with the type of what is wired to `input`.
     #[must_use]
     pub const fn same_as(name: &'static str, input: &'static str, doc: &'static str) -> Self {
         Self { name, ty: OutputType::SameAs(input), doc }
@@ -237,50 +245,50 @@ impl Output {
     }
 }
 
-/// How far around a cell a kernel reads; halos of windows are derived from it.
+/// How far around a cell a kernel reads; the halos of windows follow from it.
 #[derive(Clone, Copy, Debug)]
 pub enum Reach {
     /// Only the cell itself.
     Point,
-    /// A distance in metres, from the parameters and the cell size in metres.
+    /// A distance in metres, computed from the parameters and the cell size in metres.
     Metres(fn(&ParamValues, f64) -> f64),
     /// The whole world.
     World,
 }
 
-/// Memory that a kernel allocates beside its inputs and outputs, at its peak. Counted before a run, and held to within
-/// 20 % by a test that measures it.
+/// The peak memory that a kernel allocates besides its inputs and outputs. It is part of the estimate before a run; a
+/// test measures it and allows a deviation of 20 %.
 #[derive(Clone, Copy, Debug)]
 pub enum Scratch {
     /// Nothing that grows with the window.
     None,
-    /// So many bytes per cell of the window.
+    /// Bytes per cell of the window.
     PerCell(f64),
-    /// Bytes, from what the kernel is asked for.
+    /// Bytes, computed from the request.
     Bytes(fn(&Sizing<'_>) -> u64),
 }
 
-/// What the memory of a kernel depends on.
+/// What a kernel's memory depends on.
 #[derive(Clone, Copy, Debug)]
 pub struct Sizing<'a> {
     /// Checked parameters.
     pub params: &'a ParamValues,
-    /// What the kernel works on.
+    /// The window that the kernel computes.
     pub window: Window,
-    /// Per declared input, whether a wire's value stands there.
+    /// Per declared input, true if a wire is connected.
     pub wired: &'a [bool],
     /// The outputs that are read.
     pub wanted: Wanted,
 }
 
 impl Sizing<'_> {
-    /// So many bytes for each cell of the window.
+    /// A number of bytes for each cell of the window.
     #[must_use]
     pub fn cells(&self, bytes: f64) -> u64 {
         (bytes * self.window.len() as f64) as u64
     }
 
-    /// Returns true if the input of that name, among those that the node declares, has a wire.
+    /// Returns true if the declared input of that name has a wire.
     #[must_use]
     pub fn is_wired(&self, inputs: &[Input], name: &str) -> bool {
         inputs.iter().zip(self.wired).any(|(input, wired)| input.name == name && *wired)
@@ -288,7 +296,7 @@ impl Sizing<'_> {
 }
 
 impl Scratch {
-    /// Bytes.
+    /// The number of bytes.
     #[must_use]
     pub fn bytes(self, sizing: &Sizing<'_>) -> u64 {
         match self {
@@ -313,13 +321,13 @@ pub enum Exactness {
     },
 }
 
-/// How a result at one cell size relates to that at another.
+/// How results at different cell sizes are related.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Resolution {
-    /// The same land: averaged to the coarser cells, results differ by less than this share of the output's standard
-    /// deviation (root mean square) between 128 and 256 and between 256 and 512 cells a side of the tests' world. Smoothed over eight
-    /// of the coarser cells they differ by less than 2 %, unless this is more than 5 %.
+    /// The same terrain: averaged to the coarser cells, results differ by less than this fraction of the output's
+    /// standard deviation (root mean square) between 128 and 256 and between 256 and 512 cells a side of the tests'
+    /// world. Smoothed over eight of the coarser cells they differ by less than 2 %, unless this is more than 5 %.
     Within(f32),
-    /// It depends on the cells, for the stated reason.
+    /// It depends on the cell size, for the stated reason.
     Cells(&'static str),
 }

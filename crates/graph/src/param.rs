@@ -13,7 +13,7 @@ use crate::{
     unit::{Unit, plain},
 };
 
-/// One parameter of a node, as data: what the loader checks, the inspector shows and the manual prints.
+/// One parameter of a node as data: the loader checks it, the inspector shows it and the manual prints it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParamSpec {
     /// Name in a file, in snake case.
@@ -24,29 +24,29 @@ pub struct ParamSpec {
     pub unit: Unit,
     /// Kind, default and range.
     pub kind: Kind,
-    /// The settings in which alone it has an effect; all of them must hold. Most have one in every setting.
+    /// The settings that it depends on: it has an effect only if all of them hold. Most parameters have none.
     pub when: &'static [When],
 }
 
 impl ParamSpec {
-    /// The setting that takes its effect away from it, if one does.
+    /// The setting that disables it, if any.
     #[must_use]
     pub fn idle(&self, values: &ParamValues) -> Option<&'static When> {
         self.when.iter().find(|when| !when.holds(values))
     }
 }
 
-/// A setting of a node: what a choice or a switch must be.
+/// A setting of a node: the value of a choice or a switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct When {
     /// The parameter.
     pub param: &'static str,
-    /// Any of these, as a file writes them.
+    /// The values that satisfy it, as written in a file.
     pub is: &'static [&'static str],
 }
 
 impl When {
-    /// Whether a node is set so.
+    /// Returns true if a node has this setting.
     #[must_use]
     pub fn holds(&self, values: &ParamValues) -> bool {
         values.get(self.param).is_none_or(|value| self.is.contains(&value.to_string().as_str()))
@@ -65,73 +65,73 @@ impl fmt::Display for When {
 pub enum Kind {
     /// A real number.
     Float {
-        /// Value when the file says nothing.
+        /// Default value.
         default: f64,
-        /// What a file may say.
+        /// Range that a file may use.
         hard: [f64; 2],
-        /// What a slider covers.
+        /// Range of the slider.
         soft: [f64; 2],
     },
-    /// A whole number.
+    /// An integer.
     Int {
-        /// Value when the file says nothing.
+        /// Default value.
         default: i64,
-        /// What a file may say.
+        /// Range that a file may use.
         hard: [i64; 2],
-        /// What a slider covers.
+        /// Range of the slider.
         soft: [i64; 2],
     },
-    /// Yes or no.
+    /// A boolean.
     Bool {
-        /// Value when the file says nothing.
+        /// Default value.
         default: bool,
     },
     /// One of a few names.
     Choice {
-        /// Value when the file says nothing.
+        /// Default value.
         default: &'static str,
         /// Names in a file with their documentation.
         options: &'static [(&'static str, &'static str)],
     },
-    /// A seed, mixed with the world's.
+    /// A seed, combined with the world's seed.
     Seed {
-        /// Value when the file says nothing.
+        /// Default value.
         default: u32,
     },
-    /// A place or an extent in the world.
+    /// A position or a size in the world.
     Point {
-        /// Value when the file says nothing.
+        /// Default value.
         default: [f64; 2],
-        /// What a file may say, for each component.
+        /// Range that a file may use, for each component.
         hard: [f64; 2],
     },
-    /// A curve through points, x rising.
+    /// A curve through points with increasing x.
     Curve {
-        /// Value when the file says nothing.
+        /// Default value.
         default: Vec<[f64; 2]>,
-        /// Whether y stays what it is from each point to the next; else a monotone cubic goes through them.
+        /// True if y is constant from each point to the next; otherwise a monotone cubic interpolates the points.
         steps: bool,
     },
-    /// A way through places in the world, in order; straight from each to the next.
+    /// A path through points in the world, in order, with straight segments.
     Path {
-        /// Value when the file says nothing.
+        /// Default value.
         default: Vec<[f64; 2]>,
-        /// What a file may say, for each component.
+        /// Range that a file may use, for each component.
         hard: [f64; 2],
     },
-    /// Colours of values, the values rising.
+    /// A colour gradient: colours at increasing values.
     Stops {
-        /// Value when the file says nothing.
+        /// Default value.
         default: Vec<Stop>,
     },
-    /// Strokes of a brush over the world, in the order they were painted. None by default.
+    /// Brush strokes on the world, in the order they were painted. Empty by default.
     Strokes {
-        /// Where the points may be, for each component.
+        /// Range of the points, for each component.
         hard: [f64; 2],
-        /// Whether each has a time at which it acts.
+        /// True if each stroke acts at a given time.
         timed: bool,
     },
-    /// A file, relative to the graph's.
+    /// A file, relative to the graph file.
     File,
 }
 
@@ -158,12 +158,13 @@ pub enum ParamValue {
     Stops(Vec<Stop>),
     /// Of [`Kind::Strokes`].
     Strokes(Vec<Stroke>),
-    /// Of [`Kind::File`]; empty when no file is named.
+    /// Of [`Kind::File`]; empty when there is no file.
     File(String),
 }
 
 impl Kind {
-    /// The same kind with another default; as it is where the value is of another kind. A file and strokes have no default.
+    /// The same kind with another default, or unchanged if the value is of another kind. Files and strokes have no
+    /// default.
     #[must_use]
     pub fn with_default(mut self, value: &ParamValue) -> Self {
         match (&mut self, value) {
@@ -200,7 +201,7 @@ impl Kind {
         }
     }
 
-    /// What may be written, in words: "a number from 1 m to 1000 km".
+    /// The allowed values as text: "a number from 1 m to 1000 km".
     #[must_use]
     pub fn describe(&self, unit: Unit) -> String {
         match self {
@@ -231,7 +232,7 @@ impl Kind {
     }
 }
 
-/// ` from A to B`, leaving out what has no end.
+/// ` from A to B`; an infinite end is left out.
 #[must_use]
 pub fn range_text(range: [f64; 2], unit: Unit) -> String {
     let [lo, hi] = range;
@@ -269,7 +270,7 @@ impl fmt::Display for ParamValue {
     }
 }
 
-/// Checked values of a node's parameters, complete: what the file does not say is the default.
+/// The checked values of all parameters of a node; those that a file leaves out have their defaults.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParamValues(BTreeMap<&'static str, ParamValue>);
 
@@ -299,8 +300,8 @@ impl ParamValues {
     /// Reads a parameter as its declared type.
     ///
     /// # Panics
-    /// When the parameter is not declared with that type: a mistake in a node's file, which the registry's self-check
-    /// and every test of the node would show.
+    /// When the parameter is not declared with that type: a mistake in the node's source, which the registry's
+    /// self-check and every test of the node detect.
     #[must_use]
     pub fn read<T: ParamType>(&self, name: &str) -> T {
         self.get(name)
@@ -309,12 +310,13 @@ impl ParamValues {
     }
 }
 
-/// Checks a value against its declaration: kind, hard range, finite numbers, rising curve, path that goes somewhere.
+/// Checks a value against its declaration: kind, hard range, finite numbers, increasing curve, path without repeated
+/// points.
 ///
 /// # Errors
-/// What is wrong, in words that say what is allowed.
+/// A message with the problem and the allowed values.
 pub fn check_value(spec: &ParamSpec, value: &ParamValue) -> Result<(), String> {
-    let allowed = || format!("allowed is {}", spec.kind.describe(spec.unit));
+    let allowed = || format!("but must be {}", spec.kind.describe(spec.unit));
     let number = |v: f64, [lo, hi]: [f64; 2]| {
         if v.is_finite() && v >= lo && v <= hi {
             Ok(())
@@ -348,7 +350,7 @@ pub fn check_value(spec: &ParamSpec, value: &ParamValue) -> Result<(), String> {
             }
             if let Some(pair) = points.windows(2).find(|pair| pair[0] == pair[1]) {
                 let [x, y] = pair[0].map(plain);
-                return Err(format!("`{}` goes from ({x}, {y}) to the same place", spec.name));
+                return Err(format!("`{}` has the same place twice in a row: ({x}, {y})", spec.name));
             }
             points.as_flattened().iter().try_for_each(|v| number(*v, *hard))
         }
@@ -388,12 +390,12 @@ impl Kind {
     }
 }
 
-/// Declares a node's parameters once: a typed struct `Params`, its specs and its reader.
+/// Declares a node's parameters once: a typed struct `Params`, its specifications and its reader.
 ///
-/// A row is `name: type = default, Unit, hard range;` with an optional `soft lo..=hi` before the semicolon, and after it, for
-/// what has an effect in some settings alone, `when other = "name" | "name"`. The type is
-/// one of `f64`, `i64`, `bool`, [`Seed`], `[f64; 2]`, [`CurvePoints`], [`StepPoints`], [`PathPoints`], [`ColourStops`], [`Strokes`], [`TimedStrokes`], [`FileName`] or a [`choice!`](crate::choice)
-/// enum; types without a range write `..`.
+/// A row is `name: type = default, Unit, hard range;`. Before the semicolon it may have `soft lo..=hi`, and then, for a
+/// parameter that has an effect only with some settings, `when other = "name" | "name"`. The type is one of `f64`,
+/// `i64`, `bool`, [`Seed`], `[f64; 2]`, [`CurvePoints`], [`StepPoints`], [`PathPoints`], [`ColourStops`], [`Strokes`],
+/// [`TimedStrokes`], [`FileName`] or a [`choice!`](crate::choice) enum; types without a range write `..`.
 ///
 /// ```
 /// use orograph_graph::params;
@@ -425,7 +427,7 @@ macro_rules! params {
         pub struct Params { $( $(#[doc = $doc])+ pub $name: $ty, )* }
 
         impl Params {
-            /// The declarations, in the order they are shown.
+            /// The declarations, in display order.
             #[must_use]
             pub fn specs() -> Vec<$crate::ParamSpec> {
                 vec![ $( $crate::ParamSpec {
@@ -447,7 +449,7 @@ macro_rules! params {
     };
 }
 
-/// Declares an enum that a parameter can choose from; its names in a file are chosen here, never derived from positions.
+/// Declares an enum for a choice parameter. Its names in a file are written here, never derived from positions.
 ///
 /// ```
 /// orograph_graph::choice! {

@@ -1,4 +1,4 @@
-//! Ports: the macros that declare a node's inputs and outputs once, and what the inputs are read with.
+//! Ports: the macros that declare a node's inputs and outputs once, and the reader of the inputs.
 
 use crate::{
     field::Field,
@@ -7,12 +7,12 @@ use crate::{
     value::Value,
 };
 
-/// Reads what a job has at its inputs, one after the other in declaration order; used by [`inputs!`](crate::inputs).
+/// Reads the inputs of a job in declaration order; used by [`inputs!`](crate::inputs).
 pub struct InputReader<'a>(std::slice::Iter<'a, InputValue>);
 
-/// What a wire into a typed input carries.
+/// The type of a value on a wire into a typed input.
 pub trait Carried {
-    /// Returns None when the value is something else.
+    /// Returns None when the value is of another type.
     fn of(value: &Value) -> Option<&Self>;
 }
 
@@ -29,21 +29,21 @@ impl Carried for Lines {
 }
 
 impl<'a> InputReader<'a> {
-    /// A reader before the first input.
+    /// A reader at the first input.
     #[must_use]
     pub fn new(job: &'a Job<'_>) -> Self {
         Self(job.inputs.iter())
     }
 
-    /// The next input, which must be wired.
+    /// The next input, which is required.
     ///
     /// # Errors
-    /// When nothing is wired; the graph's check reports it before a run.
+    /// When nothing is wired; the graph's check reports this before a run.
     pub fn required<T: Carried>(&mut self, name: &str) -> Result<&'a T, NodeError> {
         self.optional().ok_or_else(|| NodeError::failed(format!("nothing is wired to `{name}`")))
     }
 
-    /// The next input, which may be left out.
+    /// The next input, which is optional.
     pub fn optional<T: Carried>(&mut self) -> Option<&'a T> {
         match self.0.next()? {
             InputValue::Value(value) => T::of(value),
@@ -54,7 +54,7 @@ impl<'a> InputReader<'a> {
     /// The next input, which takes a wire or a number.
     ///
     /// # Errors
-    /// When it has neither: whoever made the job did not follow the declaration.
+    /// When it has neither, because the job does not follow the declaration.
     pub fn lane(&mut self, name: &str) -> Result<Lane<'a>, NodeError> {
         match self.0.next() {
             Some(InputValue::Constant(v)) => Ok(Lane::Constant(*v as f32)),
@@ -72,18 +72,18 @@ pub const fn ends(range: &std::ops::RangeInclusive<f64>) -> [f64; 2] {
 
 /// Declares a node's inputs once: `Inputs::PORTS` for the declaration, a typed struct `Inputs`, and its reader.
 ///
-/// A row is `name: Type;`, where the type is one of [`PortType`](crate::PortType), with its unit if it has one:
+/// A row is `name: Type;`, where the type is a [`PortType`](crate::PortType), with its unit if it has one:
 ///
-/// - `height: Height;` must be wired: a `&Field`, or `&Lines` for `Lines`;
-/// - `debris: Option<Scalar(Metres)>;` may be left out: an `Option<&Field>`;
-/// - `talus: Scalar(Degrees) = 35.0, 5.0..=80.0, soft 20.0..=45.0;` takes a wire or a number: a [`Lane`]. The slider covers the
-///   hard range unless `soft` says otherwise.
+/// - `height: Height;` is required: a `&Field`, or `&Lines` for `Lines`;
+/// - `debris: Option<Scalar(Metres)>;` is optional: an `Option<&Field>`;
+/// - `talus: Scalar(Degrees) = 35.0, 5.0..=80.0, soft 20.0..=45.0;` takes a wire or a number: a [`Lane`]. The slider
+///   covers the hard range unless `soft` is given.
 ///
 /// ```
 /// use orograph_graph::{Fallback, Job, NodeError, inputs};
 ///
 /// inputs! {
-///     /// The land.
+///     /// The terrain.
 ///     height: Height;
 ///     /// Slope above which loose material slides.
 ///     talus: Scalar(Degrees) = 35.0, 5.0..=80.0, soft 20.0..=45.0;
@@ -107,7 +107,7 @@ pub const fn ends(range: &std::ops::RangeInclusive<f64>) -> [f64; 2] {
 /// use orograph_graph::{Job, NodeError, inputs};
 ///
 /// inputs! {
-///     /// The land.
+///     /// The terrain.
 ///     height: Height;
 /// }
 ///
@@ -120,7 +120,7 @@ macro_rules! inputs {
     ($( $(#[doc = $doc:literal])+
         $name:ident: $ty:ident $(($unit:ident))? $(<$of:ident $(($of_unit:ident))?>)?
             $(= $default:expr, $hard:expr $(, soft $lo:literal ..= $hi:literal)?)?; )+) => {
-        /// What is at the node's inputs, typed.
+        /// The node's inputs, typed.
         #[derive(Clone, Copy, Debug)]
         pub struct Inputs<'a> { $(
             $(#[doc = $doc])+
@@ -128,7 +128,7 @@ macro_rules! inputs {
         )+ }
 
         impl<'a> Inputs<'a> {
-            /// The declarations, in the order they are shown.
+            /// The declarations, in display order.
             pub const PORTS: &'static [$crate::Input] = &[ $( $crate::Input {
                 name: stringify!($name),
                 ty: $crate::inputs!(@type $ty $(($unit))? $(<$of $(($of_unit))?>)?),
@@ -138,10 +138,10 @@ macro_rules! inputs {
                 doc: concat!($($doc, "\n"),+).trim_ascii(),
             } ),+ ];
 
-            /// Reads what a job has at them.
+            /// Reads the inputs of a job.
             ///
             /// # Errors
-            /// When nothing is wired to an input that must be; the graph's check reports it before a run.
+            /// When a required input has no wire; the graph's check reports this before a run.
             pub fn read(job: &'a $crate::Job<'_>) -> Result<Self, $crate::NodeError> {
                 let mut reader = $crate::InputReader::new(job);
                 Ok(Self { $(
@@ -177,23 +177,23 @@ macro_rules! inputs {
     };
 }
 
-/// Declares a node's outputs once: `Given::PORTS` for the declaration, `Wants`, which says what of them is read, and `Given`,
-/// which a kernel fills with exactly that.
+/// Declares a node's outputs once: `Given::PORTS` for the declaration, `Wants` with the outputs that are requested, and
+/// `Given`, which a kernel fills with exactly these.
 ///
-/// A row is `name: Type;` with a type of [`PortType`](crate::PortType), or `SameAs(input)` for the type of what is wired to
-/// that input of [`inputs!`](crate::inputs), or `Chosen(function)` for one that the parameters choose.
-/// A value is `Lines` or a `Report` where the type says so, and a `Field` otherwise.
+/// A row is `name: Type;` with a [`PortType`](crate::PortType), `SameAs(input)` for the type of the wire into that
+/// input of [`inputs!`](crate::inputs), or `Chosen(function)` for a type that the parameters choose. A value is `Lines`
+/// or a `Report` if the type says so, and a `Field` otherwise.
 ///
 /// ```
 /// use orograph_graph::{Field, Job, NodeError, Outputs, inputs, outputs};
 ///
 /// inputs! {
-///     /// The land.
+///     /// The terrain.
 ///     height: Height;
 /// }
 ///
 /// outputs! {
-///     /// The land turned over.
+///     /// The inverted terrain.
 ///     turned: SameAs(height);
 ///     /// Where it is above 0.
 ///     above: Mask;
@@ -218,7 +218,7 @@ macro_rules! inputs {
 /// use orograph_graph::{Field, Job, Outputs, outputs};
 ///
 /// outputs! {
-///     /// Land at 0 m.
+///     /// Terrain at 0 m.
 ///     height: Height;
 /// }
 ///
@@ -227,32 +227,32 @@ macro_rules! inputs {
 /// }
 /// ```
 ///
-/// Nor does the type of an input that there is not:
+/// The type of an undeclared input does not compile either:
 ///
 /// ```compile_fail,E0609
 /// use orograph_graph::{inputs, outputs};
 ///
 /// inputs! {
-///     /// The land.
+///     /// The terrain.
 ///     height: Height;
 /// }
 ///
 /// outputs! {
-///     /// The land turned over.
+///     /// The inverted terrain.
 ///     turned: SameAs(hieght);
 /// }
 /// ```
 #[macro_export]
 macro_rules! outputs {
     ($( $(#[doc = $doc:literal])+ $name:ident: $ty:ident $(($($of:tt)+))?; )+) => {
-        /// The node's outputs that somebody reads.
+        /// The requested outputs of the node.
         #[allow(dead_code, reason = "a kernel of one output has nothing to ask")]
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub struct Wants { $( $(#[doc = $doc])+ pub $name: bool, )+ }
 
         #[allow(dead_code, reason = "a kernel of one output has nothing to ask")]
         impl Wants {
-            /// What a job asks for.
+            /// The requested outputs of a job.
             #[must_use]
             pub fn of(job: &$crate::Job<'_>) -> Self {
                 Self::among(job.wanted)
@@ -265,19 +265,19 @@ macro_rules! outputs {
                 Self { $( $name: wanted.next().is_some_and(|wanted| wanted), )+ }
             }
 
-            /// How many outputs are read.
+            /// Number of requested outputs.
             #[must_use]
             pub const fn count(self) -> usize {
                 0 $( + self.$name as usize )+
             }
         }
 
-        /// What the node gives: what is wanted, and nothing else.
+        /// The node's outputs: those that are requested, and no others.
         #[derive(Clone, Debug, Default)]
         pub struct Given { $( $(#[doc = $doc])+ pub $name: Option<$crate::outputs!(@value $ty)>, )+ }
 
         impl Given {
-            /// The declarations, in the order they are shown.
+            /// The declarations, in display order.
             pub const PORTS: &'static [$crate::Output] = &[ $( $crate::Output {
                 name: stringify!($name),
                 ty: $crate::outputs!(@type $ty $(($($of)+))?),

@@ -1,29 +1,30 @@
-//! What a node does, step by step, for who watches it and has a hand in it.
+//! A node's process, for callers that run it incrementally, watch it and change its parameters meanwhile.
 
 use crate::{
     job::{Job, NodeError, Outputs},
     param::ParamValues,
 };
 
-/// Where a [`Process`] is, in seconds from its start.
+/// The position of a [`Process`] in time, in seconds from its start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
-    /// How far it is.
+    /// The current time.
     pub now: f64,
-    /// Where its last step began; what happens after that can still be said. `None` before the first step.
+    /// Start of its last step; strokes after that can still be added. `None` before the first step.
     pub since: Option<f64>,
-    /// Where it ends.
+    /// Its end.
     pub end: f64,
 }
 
 impl Moment {
-    /// Whether there is nothing more to do.
+    /// Returns true if the process has reached its end.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.now >= self.end
     }
 
-    /// The time of something that happens now, with as few digits as tell it from what happened before the last step.
+    /// The time for something that happens now, with as few digits as are needed to place it after the start of the
+    /// last step.
     #[must_use]
     pub fn time(&self) -> f64 {
         let later = |time: &f64| *time <= self.now && self.since.is_none_or(|since| *time > since);
@@ -32,28 +33,28 @@ impl Moment {
     }
 }
 
-/// What a node does from its start to its end. Stepped to the end it gives what the kernel gives, to the last bit.
+/// A node's computation from its start to its end. Stepped to the end it gives what the kernel gives, to the last bit.
 ///
-/// Each call is given the same job as the one before, but for the parameters where [`Process::take`] has taken others. It
-/// must depend on nothing but that and the steps before.
+/// Each call gets the same job as the one before, except for the parameters after [`Process::take`] has adopted others.
+/// The result must depend only on the job and the earlier steps.
 pub trait Process: Send + Sync {
-    /// Where it is.
+    /// The position in time.
     fn moment(&self) -> Moment;
 
-    /// Goes on by one step.
+    /// Advances by one step.
     ///
     /// # Errors
-    /// [`NodeError`], also when the job was cancelled; then there is no going on.
+    /// [`NodeError`], also when the job was cancelled; the process cannot continue after it.
     fn step(&mut self, job: &Job<'_>) -> Result<(), NodeError>;
 
-    /// The node's outputs as they are now.
+    /// The node's current outputs.
     ///
     /// # Errors
     /// [`NodeError`], also when the job was cancelled.
     fn outputs(&self, job: &Job<'_>) -> Result<Outputs, NodeError>;
 
-    /// Takes other parameters, where all that has happened is what would have happened with them; else it stays as it is and
-    /// says no.
+    /// Adopts other parameters if every step so far would have been the same with them, and returns true; otherwise
+    /// changes nothing and returns false.
     fn take(&mut self, params: &ParamValues) -> bool;
 }
 

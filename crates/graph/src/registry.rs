@@ -9,7 +9,7 @@ use crate::{
     suggest::closest,
 };
 
-/// The kinds of nodes a program knows, in palette order.
+/// The kinds of nodes of a program, in palette order.
 #[derive(Clone, Debug, Default)]
 pub struct Registry {
     nodes: Vec<&'static Node>,
@@ -43,12 +43,12 @@ impl Registry {
         &self.nodes
     }
 
-    /// All nodes that a file may name: those with a kernel, and [`SUBGRAPH`], in palette order.
+    /// All nodes that a file may use: those with a kernel, and [`SUBGRAPH`], in palette order.
     pub fn listed(&self) -> impl Iterator<Item = &'static Node> {
         self.nodes.iter().copied().chain([&SUBGRAPH])
     }
 
-    /// The id nearest to a misspelt one.
+    /// The id closest to a misspelt one.
     #[must_use]
     pub fn suggest(&self, id: &str) -> Option<&'static str> {
         closest(id, self.listed().map(|node| node.id))
@@ -56,7 +56,7 @@ impl Registry {
 
     /// Checks the declarations as data: names, documentation, defaults within ranges, versions and migrations.
     ///
-    /// Returns one line per fault, each beginning with the node's id; none for a sound registry.
+    /// Returns one line per fault, each beginning with the node's id; empty for a valid registry.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
         let mut faults = Vec::new();
@@ -64,7 +64,7 @@ impl Registry {
         for node in &self.nodes {
             for id in node.aliases.iter().chain([&node.id]) {
                 if !ids.insert(*id) {
-                    faults.push(format!("{id}: the id is taken twice"));
+                    faults.push(format!("{id}: the id is used twice"));
                 }
             }
             let mut found = Vec::new();
@@ -108,7 +108,7 @@ fn check_node(node: &'static Node, faults: &mut Vec<String>) {
         if let OutputType::SameAs(input) = output.ty
             && node.input(input).is_none()
         {
-            faults.push(format!("output `{}` is typed by `{input}`, which is no input", output.name));
+            faults.push(format!("output `{}` is typed by `{input}`, which is not an input", output.name));
         }
     }
     for (step, from) in node.migrations.iter().zip(1..) {
@@ -160,7 +160,7 @@ fn check_ranges(name: &str, kind: &Kind, faults: &mut Vec<String>) {
     }
 }
 
-/// A setting names a choice or a switch of the node, and some of what that may be.
+/// The setting of a `when` must name a choice or a switch of the node, and some but not all of its values.
 fn check_settings(node: &Node, spec: &ParamSpec, faults: &mut Vec<String>) {
     for when in spec.when {
         let other = node.specs().into_iter().find(|other| other.name == when.param && other.name != spec.name);
@@ -170,7 +170,7 @@ fn check_settings(node: &Node, spec: &ParamSpec, faults: &mut Vec<String>) {
             _ => Vec::new(),
         };
         if when.is.iter().any(|name| !names.contains(name)) || when.is.len() >= names.len() || when.is.is_empty() {
-            faults.push(format!("`{}` has an effect where {when}, which is no setting of it", spec.name));
+            faults.push(format!("`{}` has an effect where {when}, which is not a setting of the node", spec.name));
         }
     }
 }
@@ -240,7 +240,7 @@ mod tests {
         static TWICE: Node =
             Node { inputs: &[Input::mask("mask", "A sentence."), Input::mask("mask", "A sentence.")], ..SOUND };
         assert!(faults(&TWICE).contains("`mask` is declared twice"));
-        assert!(Registry::new([&FINE, &TWICE]).faults().join("\n").contains("taken twice"));
+        assert!(Registry::new([&FINE, &TWICE]).faults().join("\n").contains("used twice"));
     }
 
     #[test]
@@ -281,7 +281,7 @@ mod tests {
             ..SOUND
         };
         let found = faults(&ODD);
-        assert_eq!(found.matches("which is no setting of it").count(), 4, "{found}");
+        assert_eq!(found.matches("which is not a setting of the node").count(), 4, "{found}");
         assert!(!found.contains("`fine`"), "{found}");
     }
 

@@ -1,19 +1,19 @@
-//! Reports: what a measuring node says.
+//! Reports: the results of measuring nodes.
 
 use serde::{Deserialize, Serialize};
 
-/// Measures, curves and remarks, in the order they were written.
+/// Measures, curves and notes, in the order they were written.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// One line per measure.
     pub measures: Vec<Measure>,
     /// Curves and histograms.
     pub series: Vec<Series>,
-    /// Remarks about the measurement, such as "hillslopes are not resolved at this cell size".
+    /// Notes on the measurement, such as "hillslopes are not resolved at this cell size".
     pub notes: Vec<String>,
 }
 
-/// A number with a name.
+/// A named number.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measure {
     /// Name in snake case, such as `hypsometric_integral`.
@@ -38,7 +38,7 @@ pub struct Series {
 /// One axis of a curve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
-    /// What it shows.
+    /// Label of the axis.
     pub label: String,
     /// Symbol of the unit, empty for pure numbers.
     pub unit: String,
@@ -58,7 +58,7 @@ impl Report {
         self.measures.iter().find(|m| m.name == name).map(|m| m.value)
     }
 
-    /// Bytes its contents take, roughly.
+    /// Approximate size in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let series: usize = self.series.iter().map(|s| 64 + 8 * (s.x.values.len() + s.y.values.len())).sum();

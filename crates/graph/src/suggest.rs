@@ -1,6 +1,7 @@
-//! "Did you mean": the nearest of a few known names.
+//! "Did you mean": the most similar of a few known names.
 
-/// The known name that is nearest to `word`, when it is near enough to be a slip: a third of its letters at most.
+/// The most similar known name, if it is close enough to be a slip: a distance of at most a third of the letters of
+/// `word`.
 pub fn closest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let most = (word.chars().count() / 3).max(1);
     known

@@ -1,7 +1,7 @@
-//! Units: what a number means, how a person may type it, how it is printed.
+//! Units: the meaning of a number, and how it is typed and printed.
 //!
-//! Inside the program every quantity is in its base unit (metres, years, degrees); a file or a command line may say
-//! `"2 km"` or `"35 deg"`, and what is printed is scaled to be read.
+//! Inside the program every quantity is in its base unit (metres, years, degrees). A file or a command line may use
+//! `"2 km"` or `"35 deg"`, and printed quantities are scaled to be readable.
 
 use std::fmt;
 
@@ -56,7 +56,7 @@ pub enum Unit {
     WattsPerSquareMetre,
 }
 
-/// A suffix a person may type, with the factor to the base unit.
+/// A suffix that may be typed, with its factor to the base unit.
 type Suffix = (&'static str, f64);
 
 impl Unit {
@@ -116,7 +116,7 @@ impl Unit {
         }
     }
 
-    /// The unit in words, for messages: "a length in m".
+    /// The unit with its quantity, for messages: "a length in m".
     #[must_use]
     pub const fn describe(self) -> &'static str {
         match self {
@@ -201,7 +201,7 @@ impl Unit {
             .ok_or_else(|| UnitError::UnknownSuffix { suffix: suffix.to_owned(), expected: self })
     }
 
-    /// A value with the most readable of the unit's scales: `2 km`, `35°`, `1.5 mm/yr`.
+    /// A value at the most readable scale of the unit: `2 km`, `35°`, `1.5 mm/yr`.
     #[must_use]
     pub fn display(self, value: f64) -> String {
         let scales: &[Suffix] = match self {
@@ -230,14 +230,14 @@ impl fmt::Display for Unit {
     }
 }
 
-/// Why a text is not a quantity of the asked unit.
+/// Why a text is not a quantity of the expected unit.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum UnitError {
     /// The text does not begin with a number.
     #[error("`{0}` is not a number")]
     NotANumber(String),
-    /// The suffix belongs to no scale of the unit.
-    #[error("`{suffix}` is no unit of {}; write one of {}", .expected.describe(), list(.expected.suffixes()))]
+    /// The suffix does not belong to the unit.
+    #[error("`{suffix}` is not a unit of {}; write one of {}", .expected.describe(), list(.expected.suffixes()))]
     UnknownSuffix {
         /// What was typed.
         suffix: String,
@@ -271,7 +271,7 @@ fn split_number(text: &str) -> Option<(f64, &str)> {
     best
 }
 
-/// A number with at most six significant digits and no trailing zeros; powers of ten beyond that.
+/// A number with at most six significant digits and no trailing zeros; very large and small ones with a power of ten.
 #[must_use]
 pub fn plain(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {

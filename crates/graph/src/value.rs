@@ -1,15 +1,15 @@
-//! What travels on a wire, and the meaning it carries.
+//! The values that wires carry, and their meaning.
 
 use std::{fmt, sync::Arc};
 
 use crate::{field::Field, lines::Lines, report::Report, unit::Unit};
 
-/// The meaning of a value; ports are typed by it, so that a slope cannot be wired where a height belongs.
+/// The meaning of a value; ports are typed by it, so that a slope cannot be wired to an input for a height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum PortType {
     /// Elevation in metres, one plane.
     Height,
-    /// A selection from 0 to 1, one plane.
+    /// A mask from 0 to 1, one plane.
     Mask,
     /// Any other scalar, with its unit, one plane.
     Scalar(Unit),
@@ -17,11 +17,11 @@ pub enum PortType {
     Vector(Unit),
     /// Linear RGB, three planes, 0 to 1.
     Colour,
-    /// Unit normals of a surface as a texture holds them, red, green and blue from -1 to 1.
+    /// Surface normals as in a normal map: red, green and blue from -1 to 1.
     Normal,
-    /// Shares of four layers in each cell, summing to one.
+    /// Weights of four layers in each cell, with a sum of one (a splat map).
     Weights,
-    /// Where water runs: four planes, written and read by nodes of hydrology. It travels on wires only.
+    /// Flow directions: four planes, written and read by hydrology nodes. Only wires carry it; files cannot.
     Flow,
     /// Lines in the world, such as rivers.
     Lines,
@@ -32,9 +32,9 @@ pub enum PortType {
 }
 
 impl PortType {
-    /// Whether an output of type `from` may be wired to an input of this type.
+    /// Returns true if an output of type `from` may be wired to an input of this type.
     ///
-    /// A mask may stand for a plain number and a height for a length; everything else must match.
+    /// A mask is also accepted as a plain number and a height as a length; all other types must be equal.
     #[must_use]
     pub fn accepts(self, from: Self) -> bool {
         self == from
@@ -63,7 +63,7 @@ impl PortType {
         }
     }
 
-    /// Planes of a field of this type; `None` for what is no field.
+    /// Number of planes of a field of this type. Returns None when values of the type are not fields.
     #[must_use]
     pub const fn planes(self) -> Option<usize> {
         match self {
@@ -75,7 +75,7 @@ impl PortType {
         }
     }
 
-    /// Whether a value of this type can be written to a file. A flow cannot: its parts are outputs of their own.
+    /// Returns true if a value of this type can be written to a file. A flow cannot: its parts are separate outputs.
     #[must_use]
     pub const fn is_writable(self) -> bool {
         !matches!(self, Self::Flow)
@@ -114,7 +114,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// The raster, if it is one.
+    /// The raster. Returns None when the value is not a field.
     #[must_use]
     pub const fn as_field(&self) -> Option<&Field> {
         match self {
@@ -123,7 +123,7 @@ impl Value {
         }
     }
 
-    /// The lines, if it is such.
+    /// The lines. Returns None when the value is of another type.
     #[must_use]
     pub fn as_lines(&self) -> Option<&Lines> {
         match self {
@@ -132,7 +132,7 @@ impl Value {
         }
     }
 
-    /// The report, if it is one.
+    /// The report. Returns None when the value is of another type.
     #[must_use]
     pub fn as_report(&self) -> Option<&Report> {
         match self {
@@ -141,7 +141,7 @@ impl Value {
         }
     }
 
-    /// Bytes its contents take.
+    /// Size of its contents in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         match self {

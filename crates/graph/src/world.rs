@@ -1,4 +1,4 @@
-//! The world: its extent in metres, its cells, its edges; and the window of it that a raster covers.
+//! The world: its size in metres, its cells and its boundary; and the window of it that a raster covers.
 
 use serde::Serialize;
 
@@ -11,18 +11,25 @@ pub enum Edge {
     Base,
     /// Water and sediment leave; the elevation is free.
     Open,
-    /// Nothing crosses.
+    /// Nothing crosses this side.
     Wall,
-    /// What leaves here comes in on the opposite side.
+    /// What leaves here enters on the opposite side.
     Periodic,
+    /// The land goes on: erosion by rivers also runs on a margin of [`World::MARGIN`] of the shorter side, which is cut off.
+    Inland,
 }
 
 impl Edge {
-    /// Every kind of edge with the name it has in a file.
-    pub const NAMES: [(&'static str, Self); 4] =
-        [("base", Self::Base), ("open", Self::Open), ("wall", Self::Wall), ("periodic", Self::Periodic)];
+    /// Every kind of edge with its name in a file.
+    pub const NAMES: [(&'static str, Self); 5] = [
+        ("inland", Self::Inland),
+        ("base", Self::Base),
+        ("open", Self::Open),
+        ("wall", Self::Wall),
+        ("periodic", Self::Periodic),
+    ];
 
-    /// The name of this kind of edge in a file.
+    /// Its name in a file.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -30,6 +37,7 @@ impl Edge {
             Self::Open => "open",
             Self::Wall => "wall",
             Self::Periodic => "periodic",
+            Self::Inland => "inland",
         }
     }
 }
@@ -55,7 +63,7 @@ impl Boundary {
     }
 }
 
-/// Extent, resolution and seed: everything about the place that is not in a node.
+/// Size, resolution and seed: everything about the place that does not belong to a node.
 ///
 /// The value of cell (i, j) is taken at its centre, `((i + 0.5) d, (j + 0.5) d)` metres from the world's north-west
 /// corner; x runs east, y south. Cells are square.
@@ -65,42 +73,47 @@ pub struct World {
     pub size: [f64; 2],
     /// Cells along x and y.
     pub cells: [u32; 2],
-    /// Seed that every random draw depends on.
+    /// Seed of all random numbers.
     pub seed: u32,
     /// Kind of each side.
     pub boundary: Boundary,
-    /// Elevation of the sea in metres; land that is lower lies under water. `None` for a world without a sea.
+    /// Elevation of the sea in metres; lower terrain is under water. `None` for a world without a sea.
     pub sea_level: Option<f64>,
 }
 
 /// Why a world cannot be evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WorldError {
-    /// No cells at all.
-    #[error("a world of {0} x {1} cells has nothing in it; give it at least 1 x 1")]
+    /// No cells.
+    #[error("a world of {0} x {1} cells is empty; give it at least 1 x 1")]
     Empty(u32, u32),
     /// More cells than a raster of this program can have.
-    #[error("a world of {0} x {1} cells needs {memory} for a single layer; the most is {side} cells a side and {most} in all",
-        memory = bytes(u64::from(*.0) * u64::from(*.1) * 4), side = World::MAX_SIDE, most = World::MAX_CELLS)]
+    #[error("a world of {0} x {1} cells needs {memory} for a single layer; the limit is {side} cells a side and {most} in all",
+        memory = scaled(4.0 * f64::from(*.0) * f64::from(*.1)), side = World::MAX_SIDE, most = World::MAX_CELLS)]
     TooLarge(u32, u32),
-    /// Not a positive, finite extent.
+    /// A size that is not positive and finite.
     #[error("a world of {0} x {1} m has no extent; both must be above zero and finite")]
     NoExtent(f64, f64),
-    /// Cells would not be square.
+    /// Cells that are not square.
     #[error("cells would be {0} x {1} m; they must be square, so choose cells in the ratio of the size")]
     NotSquare(f64, f64),
-    /// A sea deeper or higher than any on Earth.
+    /// A sea level outside the range of heights and depths on Earth.
     #[error("a sea at {0} m is not within {low} to {high} m", low = World::SEA_LEVELS[0], high = World::SEA_LEVELS[1])]
     SeaLevel(f64),
 }
 
-/// A number of bytes for people: `1.5 GiB`.
+/// A number of bytes as text: `1.5 GiB`.
 #[must_use]
 pub fn bytes(count: u64) -> String {
-    let mut value = count as f64;
-    for unit in ["B", "KiB", "MiB", "GiB", "TiB", "PiB"] {
+    if count < 1024 { format!("{count} B") } else { scaled(count as f64) }
+}
+
+/// A number of at least 1024 bytes as text, also one beyond 64 bits.
+fn scaled(count: f64) -> String {
+    let mut value = count / 1024.0;
+    for unit in ["KiB", "MiB", "GiB", "TiB", "PiB"] {
         if value < 1024.0 {
-            return if unit == "B" { format!("{count} B") } else { format!("{value:.1} {unit}") };
+            return format!("{value:.1} {unit}");
         }
         value /= 1024.0;
     }
@@ -108,7 +121,7 @@ pub fn bytes(count: u64) -> String {
 }
 
 impl Default for World {
-    /// 16.384 km a side, 1024 cells a side, seed 0, base level all around, no sea.
+    /// 16.384 km a side, 1024 cells a side, seed 0, base level on all sides, no sea.
     fn default() -> Self {
         let boundary = Boundary::default();
         Self { size: [16384.0, 16384.0], cells: [1024, 1024], seed: 0, boundary, sea_level: None }
@@ -116,14 +129,18 @@ impl Default for World {
 }
 
 impl World {
-    /// The most cells along one side: rasters are indexed by `u32`, and lattice phases assume 16-bit cell numbers.
+    /// Width of the margin beyond `inland` sides, as a share of the world's shorter side.
+    pub const MARGIN: f64 = 0.1;
+    /// The largest number of cells along a side: rasters are indexed by `u32`, and lattice phases assume 16-bit cell
+    /// numbers.
     pub const MAX_SIDE: u32 = 65_536;
-    /// The most cells in all, 2 GiB a layer: the links of a cell with its eight neighbours are numbered in 32 bits.
+    /// The largest number of cells, 2 GiB per layer: the links of a cell with its eight neighbours are numbered in 32
+    /// bits.
     pub const MAX_CELLS: u64 = 1 << 29;
     /// The lowest and the highest sea level in metres: beyond the depths and heights of the Earth.
     pub const SEA_LEVELS: [f64; 2] = [-12_000.0, 12_000.0];
 
-    /// Returns true if both are the same but for the sea, so that a raster of one has its place in the other.
+    /// Returns true if both worlds differ at most in sea level, so that a raster of one fits the other.
     #[must_use]
     pub fn has_cells_of(&self, other: &Self) -> bool {
         *self == Self { sea_level: self.sea_level, ..*other }
@@ -135,23 +152,24 @@ impl World {
         self.size[0] / f64::from(self.cells[0])
     }
 
-    /// The same world with `nx` cells along x, and along y as many as make the cells square.
+    /// The same world with `nx` cells along x, and as many along y as make the cells square.
     ///
-    /// Where the size is no whole number of such cells the nearest number is taken, which [`Self::check`] refuses.
+    /// If the size is not a whole number of such cells, the nearest number is taken; [`Self::check`] then returns an
+    /// error.
     #[must_use]
     pub fn with_cells_along_x(self, nx: u32) -> Self {
         let ratio = self.size[1] / self.size[0];
         if nx == 0 || !ratio.is_finite() || ratio <= 0.0 {
             return Self { cells: [nx, nx], ..self };
         }
-        // The conversion saturates, which the check refuses as well.
+        // The conversion saturates, which the check rejects as well.
         Self { cells: [nx, ((f64::from(nx) * ratio).round() as u32).max(1)], ..self }
     }
 
-    /// Checks extent, cell count, squareness of cells and the sea level.
+    /// Checks size, cell count, squareness of cells and sea level.
     ///
     /// # Errors
-    /// [`WorldError`], with the numbers that are wrong.
+    /// [`WorldError`], with the values that are wrong.
     pub fn check(&self) -> Result<(), WorldError> {
         let [nx, ny] = self.cells;
         let [w, h] = self.size;
@@ -176,7 +194,7 @@ impl World {
     }
 }
 
-/// A rectangle of the world's cells: what one raster covers.
+/// A rectangle of the world's cells: the extent of a raster.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Window {
     /// The world it is a part of.
@@ -212,7 +230,7 @@ impl Window {
         self.nx() * self.ny()
     }
 
-    /// Whether it has no cells.
+    /// Returns true if it has no cells.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.len() == 0
@@ -231,13 +249,13 @@ impl Window {
         [(f64::from(self.origin[0]) + i as f64 + 0.5) * d, (f64::from(self.origin[1]) + j as f64 + 0.5) * d]
     }
 
-    /// Whether it is the whole world.
+    /// Returns true if it is the whole world.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.origin == [0, 0] && self.cells == self.world.cells
     }
 
-    /// The window grown by `reach_m` metres on each side, rounded up to cells and cut at the world's edges.
+    /// The window grown by `reach_m` metres on each side, rounded up to cells and clipped to the world.
     #[must_use]
     pub fn grown(&self, reach_m: f64) -> Self {
         let halo = (reach_m / self.cell_m() - 1e-9).ceil().clamp(0.0, f64::from(u32::MAX / 4)) as u32;
@@ -264,7 +282,7 @@ impl Window {
         out
     }
 
-    /// Returns true if every cell of `other` is in this window of the same world, whatever the sea level.
+    /// Returns true if every cell of `other` is in this window. Both are in the same world; the sea level may differ.
     #[must_use]
     pub fn contains(&self, other: &Self) -> bool {
         self.world.has_cells_of(&other.world)
@@ -286,7 +304,10 @@ mod tests {
         assert!(matches!(World { cells: [0, 5], ..world }.check(), Err(WorldError::Empty(..))));
         let huge = World { cells: [1_000_000_000, 1], ..world };
         assert!(huge.check().expect_err("too many").to_string().contains("3.7 GiB"));
-        // 10^9 cells, few enough a side, and the most there can be
+        // more bytes than 64 bits can count
+        let most = World { cells: [u32::MAX; 2], ..world };
+        assert!(most.check().expect_err("too many").to_string().contains("64.0 EiB"));
+        // 10^9 cells, few enough a side, and the maximum
         let square = |side: u32| World { cells: [side; 2], ..world };
         assert!(square(31_623).check().expect_err("too many").to_string().contains("536870912 in all"));
         assert_eq!(World { size: [2.0, 1.0], cells: [32_768, 16_384], ..world }.check(), Ok(()));

@@ -1,8 +1,9 @@
-//! The graph that is built: in place of each `Subgraph` stand the nodes of its file.
+//! The graph that is built: each `Subgraph` is replaced by the nodes of its file.
 //!
-//! A node of a file is named by the use and its own name, `hills/base`. What the use says is written into the nodes: a
-//! parameter at every place that it drives, a wire or a number at every input that it feeds, file names relative to the
-//! outermost file. A muted node is left out, and what it passes on stands for its first output. So inner nodes have keys of their own; a node that is equal in several uses is there once.
+//! A node of a file is named by the use and its own name, `hills/base`. What the use defines is written into the nodes:
+//! a parameter at every place that it drives, a wire or a number at every input that it feeds, file names relative to
+//! the outermost file. A muted node is left out, and what it passes on replaces its first output. Inner nodes therefore
+//! have their own keys; nodes that are equal in several uses are added only once.
 
 use std::{
     collections::{BTreeMap, HashMap},
@@ -12,7 +13,7 @@ use std::{
 
 use petgraph::stable_graph::NodeIndex;
 
-use super::{Document, OutputDecl, muted::passed_input};
+use super::{Document, OutputDecl, check::muted::passed_input};
 use crate::{
     graph::{Graph, Port},
     job::mix,
@@ -20,38 +21,38 @@ use crate::{
     value::PortType,
 };
 
-/// A document's graph with the nodes of the files that it uses.
+/// A document's graph including the nodes of the files that it uses.
 #[derive(Clone, Debug, Default)]
 pub struct Expanded {
-    /// The graph; it has no `Subgraph`. As long as edits change nothing that is built, it is the same one.
+    /// The graph; it has no `Subgraph`. It stays the same one while edits change nothing that is built.
     pub graph: Arc<Graph>,
     /// The document's outputs, in this graph.
     pub outputs: Vec<OutputDecl>,
-    /// Outputs of the document's graph in this one; `None` where they are the same.
+    /// Outputs of the document's graph in this one; `None` when they are the same.
     ports: Option<Arc<HashMap<Port, Port>>>,
 }
 
 impl Expanded {
-    /// Where an output of the document's graph is in this one.
+    /// The output in this graph for an output of the document's graph.
     #[must_use]
     pub fn port(&self, port: Port) -> Option<Port> {
         self.ports.as_ref().map_or(Some(port), |ports| ports.get(&port).copied())
     }
 }
 
-/// The expanded graph as it is kept.
+/// The cached expanded graph.
 #[derive(Debug)]
 pub(super) struct Placed {
     graph: Arc<Graph>,
     ports: Option<Arc<HashMap<Port, Port>>>,
-    /// The document's outputs in file order; `None` for one that nothing gives.
+    /// The document's outputs in file order; `None` for an output without a source.
     outputs: Vec<Option<(Port, PortType)>>,
 }
 
-/// What a use of a file says.
+/// What a use of a file defines.
 #[derive(Default)]
 struct Use {
-    /// Before the names of the file's nodes.
+    /// Prefix of the names of the file's nodes.
     prefix: String,
     /// The file's folder, relative to that of the outermost file.
     folder: PathBuf,
@@ -63,14 +64,27 @@ struct Use {
     wires: BTreeMap<(NodeIndex, &'static str), Port>,
 }
 
+/// The names of the inputs that a node of ground layers mixes, in the order of the layers.
+const LAYERS: [&str; 4] = ["first", "second", "third", "fourth"];
+
+/// Which layers of weights can lie anywhere. All of them, unless the node has an input for each.
+fn layers(graph: &Graph, port: Port) -> [bool; 4] {
+    let inputs = graph.instance(port.node).node.inputs;
+    let at = LAYERS.map(|layer| inputs.iter().position(|input| input.name == layer));
+    let mut layers = at.map(|at| at.is_none_or(|at| graph.source(port.node, at).is_some()));
+    // what no other layer covers
+    layers[0] = true;
+    layers
+}
+
 impl Document {
-    /// The graph to build. Of a document with errors it is that of what is sound.
+    /// The graph to build. For a document with errors it is the graph of the valid part.
     #[must_use]
     pub fn expand(&self) -> Expanded {
         let Placed { graph, ports, outputs } = self.read.build.placed.get_or_init(|| self.placed());
         let outputs = self.outputs().iter().zip(outputs).filter_map(|(output, placed)| {
             let (port, ty) = (*placed)?;
-            Some(OutputDecl { port, ty, ..output.clone() })
+            Some(OutputDecl { port, ty, layers: layers(graph, port), ..output.clone() })
         });
         Expanded { graph: Arc::clone(graph), outputs: outputs.collect(), ports: ports.clone() }
     }
@@ -94,10 +108,10 @@ impl Document {
     }
 }
 
-/// Nodes of files by what they compute.
+/// Nodes of files, by what they compute.
 type Known = HashMap<String, NodeIndex>;
 
-/// Adds the nodes of a document to a graph; gives where its outputs are. Without `known` no equal nodes are looked for.
+/// Adds the nodes of a document to a graph; returns where its outputs are. Without `known`, equal nodes are not merged.
 fn place(document: &Document, given: &Use, to: &mut Graph, known: &mut Option<Known>) -> HashMap<Port, Port> {
     let graph = document.graph();
     let mut ports = HashMap::new();
@@ -108,7 +122,7 @@ fn place(document: &Document, given: &Use, to: &mut Graph, known: &mut Option<Kn
         for (name, value) in graph.instance(index).params.iter() {
             let said = given.values.get(&(index, name));
             let value = match said.unwrap_or(value) {
-                // What the use says is relative to the outermost file already.
+                // File names given by the use are already relative to the outermost file.
                 ParamValue::File(file) if said.is_none() && !file.is_empty() => {
                     ParamValue::File(given.folder.join(file).to_string_lossy().into_owned())
                 }
@@ -148,7 +162,7 @@ fn place(document: &Document, given: &Use, to: &mut Graph, known: &mut Option<Kn
             for parameter in inner.parameters() {
                 if let Some(value) = instance.params.get(&parameter.name) {
                     let places = parameter.places.iter().map(|place| ((place.node, place.name), value.clone()));
-                    // Where a use names no file, or has no strokes, the file keeps its own.
+                    // If the use has an empty file name or no strokes, the file keeps its own.
                     let own = [ParamValue::File(String::new()), ParamValue::Strokes(Vec::new())];
                     inside.values.extend(places.filter(|(_, value)| !own.contains(value)));
                 }
@@ -177,7 +191,7 @@ fn place(document: &Document, given: &Use, to: &mut Graph, known: &mut Option<Kn
         let new = match equal {
             Some(equal) => equal,
             None => {
-                // Names of a file are unique, and a use's name stands before those of its nodes.
+                // Names in a file are unique, and its nodes are prefixed with the name of the use.
                 let Ok(new) = to.add(instance) else { continue };
                 for (position, port) in wires {
                     to.add_wire(port, new, position);

@@ -1,4 +1,4 @@
-//! A document on disk: read whole, written beside its name and renamed into place.
+//! A document on disk: read whole, written to a temporary file and renamed into place.
 
 use std::{
     fs::File,
@@ -12,52 +12,52 @@ use crate::{registry::Registry, world::bytes};
 /// The largest file that is read, in bytes. A graph of ten thousand nodes takes about 3 MB.
 const MAX_BYTES: u64 = 16 << 20;
 
-/// Why a file could not be read as a text at all.
+/// Why a file could not be read as text.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
     /// There is no such file.
     #[error("there is no file `{}`; check the name", .0.display())]
     Missing(PathBuf),
-    /// A folder stands there.
+    /// The path is a folder.
     #[error("`{}` is a folder; name a graph file in it", .0.display())]
     Folder(PathBuf),
-    /// It is too large to be a graph file.
-    #[error("`{}` has more than {most}; a graph file is a short text, rasters are named in it", .0.display(), most = bytes(MAX_BYTES))]
+    /// The file is too large to be a graph file.
+    #[error("`{}` has more than {most}; a graph file is a short text that refers to its rasters by name", .0.display(), most = bytes(MAX_BYTES))]
     TooLarge(PathBuf),
-    /// It is no text.
-    #[error("`{}` is no text in UTF-8 (byte {} is not); save it as UTF-8, or name a graph file", .path.display(), .at)]
+    /// The file is not text.
+    #[error("`{}` is not UTF-8 text (byte {} is not valid); save it as UTF-8, or name a graph file", .path.display(), .at)]
     NotText {
         /// The file.
         path: PathBuf,
-        /// The first byte that is wrong.
+        /// The first invalid byte.
         at: usize,
     },
-    /// The system refused.
+    /// The system failed to read it.
     #[error("`{}` cannot be read: {source}", .path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the system.
         source: io::Error,
     },
 }
 
 impl Document {
-    /// Reads a file. Problems of what it says are in [`Document::problems`].
+    /// Reads a file. Problems of its contents are in [`Document::problems`].
     ///
     /// # Errors
-    /// [`LoadError`] when it cannot be read as a text of at most 16 MiB.
+    /// [`LoadError`] when it cannot be read as text of at most 16 MiB.
     pub fn load(path: impl AsRef<Path>, registry: &Registry) -> Result<Self, LoadError> {
         Ok(Self::parse_at(read(path.as_ref())?, path, registry))
     }
 
-    /// Writes the file: a temporary one beside it, flushed to the disk, then renamed into place, so that a reader never
-    /// sees half of it and a failure leaves the earlier file as it was.
+    /// Writes the file: first a temporary file in the same folder, flushed to disk, then renamed into place. A reader
+    /// never sees half of it, and a failure leaves the earlier file unchanged.
     ///
     /// # Errors
-    /// What the system says, when the folder cannot be written or the disk is full.
+    /// The error of the system, when the folder cannot be written or the disk is full.
     pub fn save(&self, path: impl AsRef<Path>) -> io::Result<()> {
-        // A link is followed, so that it stays one.
+        // Follow a link, so that it remains a link.
         let path = path.as_ref();
         let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
         let folder = match target.parent() {
@@ -68,7 +68,8 @@ impl Document {
         builder.prefix(".orograph-").suffix(".tmp");
         #[cfg(unix)]
         {
-            // A temporary file is private by default; the saved one has the rights of the earlier file, or the usual.
+            // A temporary file is private by default; the saved one gets the permissions of the earlier file, or the
+            // usual ones.
             use std::os::unix::fs::PermissionsExt as _;
             builder.permissions(std::fs::Permissions::from_mode(0o666));
         }
@@ -79,7 +80,7 @@ impl Document {
         }
         file.as_file().sync_all()?;
         file.persist(&target).map_err(|error| error.error)?;
-        // The new name lasts when the folder is on the disk. Not all systems let a folder be flushed; the file is whole
+        // The new name is durable once the folder is on disk. Not all systems can flush a folder; the file is complete
         // either way.
         #[cfg(unix)]
         let _ = File::open(folder).and_then(|folder| folder.sync_all());

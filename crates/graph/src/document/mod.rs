@@ -1,57 +1,38 @@
 //! The document: the graph as a file.
 //!
-//! The notation is RON (rusty object notation) with two limits: a text ends on its line, and brackets nest at most 64
-//! deep. The source text is kept; a syntax tree ([`syntax`]) says what stands where, [`check`] turns it into a graph
-//! and a list of all problems, and an edit replaces bytes at the tree's offsets, so that whatever it does not touch
-//! survives, comments and order first of all.
+//! The notation is RON (Rusty Object Notation) with two limits: a string ends on its line, and brackets nest at most 64
+//! levels deep. The source text is kept. A syntax tree ([`syntax`]) records where everything is, [`check`] turns it
+//! into a graph and a list of all problems, and an edit replaces bytes at the tree's offsets, so that everything it
+//! does not touch survives, including comments and order.
 //!
-//! The parser is our own. That of the `ron2` crate was tried: its recovery skips to the closing bracket, so that one
-//! missing comma gave four messages and hid the nodes after it, and each error counts lines from the start of the
-//! file, so that a file of 80 kB with many mistakes took nine seconds. It checks ours in the tests: what we accept, it
-//! accepts.
+//! We wrote our own parser. We tried the one of the `ron2` crate: its recovery skips to the closing bracket, so that
+//! one missing comma gave four messages and hid the nodes after it, and each error counts lines from the start of the
+//! file, so that a file of 80 kB with many mistakes took nine seconds. The tests use it as a reference: it accepts
+//! everything that ours accepts.
 
-mod args;
-mod canvas;
 mod check;
-mod diff;
 mod edit;
-mod editor;
 mod expand;
-mod exposed;
 mod file;
-mod format;
-mod frames;
-mod history;
-mod journal;
-mod lex;
-mod literal;
-mod merge;
-mod moved;
-mod muted;
-mod problems;
 mod read;
-mod sea;
-mod splice;
 mod subgraph;
 mod syntax;
-mod wires;
-mod world;
 
-pub use canvas::Reroute;
+pub use self::check::canvas::Reroute;
+pub use self::check::exposed::{NamedInput, NamedParameter, Place};
+pub use self::check::frames::{Frame, FrameEntry};
+pub use self::check::wires::LooseWire;
+pub use self::edit::diff::diff;
+pub use self::edit::history::History;
+pub use self::edit::journal::{JournalEntry, JournalError, JournalWriter, Recovered, recover};
+pub use self::syntax::format::format_source;
+pub use self::syntax::splice::Splice;
 pub use check::{NodeEntry, OutputDecl};
-pub use diff::diff;
 pub use edit::{Edit, EditError};
 pub use expand::Expanded;
-pub use exposed::{NamedInput, NamedParameter, Place};
 pub use file::LoadError;
-pub use format::format_source;
-pub use frames::{Frame, FrameEntry};
-pub use history::History;
-pub use journal::{Entry, JournalError, Recovered, Scribe, recover};
 pub use read::Statistics;
-pub use splice::Splice;
 pub use subgraph::{SUBGRAPH, UsedGraph};
-pub use wires::LooseWire;
 
 use std::{
     collections::BTreeSet,
@@ -72,7 +53,7 @@ use crate::{
 use read::Read;
 use subgraph::{Home, Loader};
 
-/// A graph as a file: its text, what is wrong with it, and the graph of what is sound.
+/// A graph as a file: its text, its problems, and the graph of its valid part.
 ///
 /// ```
 /// use orograph_graph::{Document, Edit, Registry};
@@ -96,29 +77,30 @@ pub struct Document {
     registry: Registry,
     home: Home,
     read: Arc<Read>,
-    /// The text before the last edit, while it is known, for an edit that replaces the last one.
+    /// The text before the last edit, if known, for an edit that replaces the last one.
     before: Option<Arc<Read>>,
     history: History,
-    /// How often its own text was parsed.
+    /// How often the document's own text was parsed.
     parsed: u64,
 }
 
 impl Document {
-    /// Reads a source that is in no file. It always succeeds: what is wrong is in [`Self::problems`], what is sound in
-    /// [`Self::graph`]. Graph files that it uses are looked for in the current folder.
+    /// Reads a source that has no file. It always succeeds: problems are in [`Self::problems`], the valid part is in
+    /// [`Self::graph`]. Graph files that it uses are looked up in the current folder.
     #[must_use]
     pub fn parse(source: impl Into<String>, registry: &Registry) -> Self {
         Self::with_home(source.into(), registry, Home::default())
     }
 
-    /// Reads a source that is in no file, such as a copy of an example; the files that it names are looked for in that folder.
+    /// Reads a source that has no file, such as a copy of an example. The files that it names are looked up in that
+    /// folder.
     #[must_use]
     pub fn parse_in(source: impl Into<String>, folder: impl Into<PathBuf>, registry: &Registry) -> Self {
         Self::with_home(source.into(), registry, Home { folder: folder.into(), ..Home::default() })
     }
 
-    /// Reads a source that is, or is going to be, the text of a file at that path; the files that it names are looked for
-    /// beside it.
+    /// Reads a source that is, or will be, the text of a file at that path. The files that it names are looked up
+    /// relative to its folder.
     #[must_use]
     pub fn parse_at(source: impl Into<String>, path: impl AsRef<Path>, registry: &Registry) -> Self {
         Self::with_home(source.into(), registry, Home::of_file(path.as_ref()))
@@ -129,10 +111,10 @@ impl Document {
         Self::read(source, registry, home, &mut loader)
     }
 
-    /// A new file, without nodes.
+    /// A new document without nodes, in a world whose terrain continues beyond its sides.
     #[must_use]
     pub fn empty(registry: &Registry) -> Self {
-        Self::parse("(\n    format: 1,\n    nodes: {},\n)\n", registry)
+        Self::parse("(\n    format: 1,\n    world: (boundary: inland),\n    nodes: {},\n)\n", registry)
     }
 
     /// All problems of the file, sorted by place.
@@ -141,19 +123,19 @@ impl Document {
         &self.read.checked.problems
     }
 
-    /// Whether a problem is an error, so that the file should not be built.
+    /// Returns true if at least one problem is an error, so that the file should not be built.
     #[must_use]
     pub fn has_errors(&self) -> bool {
         self.problems().iter().any(|problem| problem.severity == Severity::Error)
     }
 
-    /// The graph of what is sound; nodes in file order.
+    /// The graph of the valid part; nodes are in file order.
     #[must_use]
     pub fn graph(&self) -> &Graph {
         &self.read.checked.graph
     }
 
-    /// The world, with defaults for what the file leaves out or has wrong.
+    /// The world, with defaults for fields that are missing or invalid.
     #[must_use]
     pub fn world(&self) -> World {
         self.read.checked.world
@@ -165,68 +147,68 @@ impl Document {
         &self.read.checked.outputs
     }
 
-    /// What the file lets its users set, in file order.
+    /// The parameters that the file exposes, in file order.
     #[must_use]
     pub fn parameters(&self) -> &[NamedParameter] {
         &self.read.checked.parameters
     }
 
-    /// What the file lets its users wire, in file order.
+    /// The inputs that the file exposes, in file order.
     #[must_use]
     pub fn inputs(&self) -> &[NamedInput] {
         &self.read.checked.inputs
     }
 
-    /// The frames of the canvas, in file order.
+    /// The frames on the canvas, in file order.
     #[must_use]
     pub fn frames(&self) -> &[FrameEntry] {
         &self.read.checked.frames
     }
 
-    /// The ways of wires on the canvas that are not straight, in file order.
+    /// The routes of wires on the canvas that are not straight, in file order.
     #[must_use]
     pub fn reroutes(&self) -> &[Reroute] {
         &self.read.checked.reroutes
     }
 
-    /// The wires that begin at nodes which are not in it, as those of a part of a file do.
+    /// The wires whose source node is not in the document, as in copied parts of a file.
     #[must_use]
     pub fn loose_wires(&self) -> &[LooseWire] {
         &self.read.checked.loose
     }
 
-    /// The graph files that it names, in file order, those that cannot be used among them.
+    /// The graph files that it uses, in file order, including those that cannot be used.
     #[must_use]
     pub fn uses(&self) -> &[UsedGraph] {
         &self.read.checked.uses
     }
 
-    /// The document that a `Subgraph` of the graph stands for.
+    /// The document behind a `Subgraph` node of the graph.
     #[must_use]
     pub fn subgraph(&self, node: NodeIndex) -> Option<&Arc<Self>> {
         self.read.checked.subgraphs.get(&node)
     }
 
-    /// Its file; `None` for a text that is in none.
+    /// Its path. Returns None when the text has no file.
     #[must_use]
     pub fn path(&self) -> Option<&Path> {
         self.home.path.as_deref()
     }
 
-    /// Folder that the files it names are relative to.
+    /// The folder that file names in it are relative to.
     #[must_use]
     pub fn folder(&self) -> &Path {
         &self.home.folder
     }
 
-    /// What the file is for others, as the declaration of a node: with its named inputs and parameters after those that
-    /// every [`SUBGRAPH`] has, and its outputs.
+    /// The file as the declaration of a node: its named inputs and parameters after those that every [`SUBGRAPH`] has,
+    /// and its outputs.
     #[must_use]
     pub fn declaration(&self) -> &'static Node {
         subgraph::interface(self)
     }
 
-    /// Every file that it reads, also through the graph files that it uses, whether it exists or not.
+    /// Every file that it reads, directly or through the graph files that it uses, whether it exists or not.
     #[must_use]
     pub fn files(&self) -> BTreeSet<PathBuf> {
         let mut files = BTreeSet::new();
@@ -248,7 +230,7 @@ impl Document {
         files
     }
 
-    /// What the file says of itself: the comments before its opening bracket, without their marks.
+    /// The file's description: the comments before its opening bracket, without comment markers.
     #[must_use]
     pub fn about(&self) -> String {
         let tree = &self.read.parsed.tree;
@@ -262,13 +244,13 @@ impl Document {
         lines.collect::<Vec<_>>().join("\n").trim().to_owned()
     }
 
-    /// All nodes, placeholders for unknown ones among them, in file order.
+    /// All nodes in file order, including placeholders for unknown ones.
     #[must_use]
     pub fn nodes(&self) -> &[NodeEntry] {
         &self.read.checked.nodes
     }
 
-    /// The node of that name, a placeholder among them.
+    /// The node of that name; it may be a placeholder.
     #[must_use]
     pub fn node(&self, name: &str) -> Option<&NodeEntry> {
         self.read.checked.by_name.get(name).map(|position| &self.nodes()[*position])
@@ -280,20 +262,20 @@ impl Document {
         &self.read.source
     }
 
-    /// How often the work of reading was done since the document was opened.
+    /// How often texts were parsed since the document was opened.
     #[must_use]
     pub fn statistics(&self) -> Statistics {
         Statistics { texts_parsed: self.parsed, files_parsed: self.home.kept.parsed() }
     }
 
-    /// A number that changes with every change of what is built: nodes, wires, world, outputs and files, not places on the
-    /// canvas, notes or comments. No two documents with different graphs have the same one.
+    /// A number that changes with every change of what is built: nodes, wires, world, outputs and files, but not places
+    /// on the canvas, notes or comments. No two documents with different graphs have the same number.
     #[must_use]
     pub fn build(&self) -> u64 {
         self.read.build.id
     }
 
-    /// The kinds of nodes it was read with.
+    /// The registry it was read with.
     #[must_use]
     pub const fn registry(&self) -> &Registry {
         &self.registry

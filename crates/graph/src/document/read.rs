@@ -1,8 +1,8 @@
-//! A text that has been read: its tree, what it says, and the graph that is built of it.
+//! A parsed text: its tree, its contents, and the graph built from it.
 //!
-//! A text is parsed once and checked once. An edit begins with the tree of the text that it changes, and the tree of what
-//! it has made goes on to the check. The graph to build is expanded when it is asked for, and kept for as long as edits
-//! change nothing that is built, such as places on the canvas.
+//! A text is parsed once and checked once. An edit starts from the tree of the text that it changes, and the tree of
+//! the result goes on to the check. The graph to build is expanded on demand and reused as long as edits change nothing
+//! that is built, such as positions on the canvas.
 
 use std::sync::{
     Arc, OnceLock,
@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{diagnostic::Diagnostic, node::Node, registry::Registry};
 
-/// A syntax tree with the mistakes of notation of its text.
+/// A syntax tree with the syntax errors of its text.
 #[derive(Debug)]
 pub(super) struct Parsed {
     pub(super) tree: Tree,
@@ -31,19 +31,19 @@ impl Parsed {
     }
 }
 
-/// A text with all that was read from it.
+/// A text with everything that was read from it.
 #[derive(Debug)]
 pub(super) struct Read {
     pub(super) source: String,
     pub(super) parsed: Arc<Parsed>,
     pub(super) checked: Checked,
     pub(super) build: Arc<Build>,
-    /// What it is for others, made when it is asked for.
+    /// Its declaration as a node, made on demand.
     pub(super) declaration: OnceLock<&'static Node>,
 }
 
 impl Read {
-    /// Checks a text. It shares what is built with `like` where that is the same.
+    /// Checks a text. It shares what is built with `like` if that is the same.
     pub(super) fn new(
         source: String,
         parsed: Arc<Parsed>,
@@ -58,18 +58,18 @@ impl Read {
         Self { source, parsed, checked, build, declaration: OnceLock::new() }
     }
 
-    /// Returns true if the same graph files are used, and they say the same.
+    /// Returns true if both use the same graph files, with the same contents.
     pub(super) fn reads_as(&self, other: &Self) -> bool {
         self.checked.uses.iter().map(UsedGraph::content).eq(other.checked.uses.iter().map(UsedGraph::content))
     }
 }
 
-/// What is built of a text.
+/// What is built from a text.
 #[derive(Debug)]
 pub(super) struct Build {
     /// Unique in the program.
     pub(super) id: u64,
-    /// Filled when it is asked for.
+    /// Filled on demand.
     pub(super) placed: OnceLock<Placed>,
 }
 
@@ -81,7 +81,7 @@ impl Default for Build {
 }
 
 impl Checked {
-    /// Returns true if the same graph is built of the same files in the same world.
+    /// Returns true if the same graph is built from the same files in the same world.
     fn builds_as(&self, other: &Self) -> bool {
         let same_output = |(a, b): (&OutputDecl, &OutputDecl)| a.name == b.name && a.port == b.port && a.ty == b.ty;
         self.world == other.world
@@ -95,11 +95,11 @@ impl Checked {
     }
 }
 
-/// How often the work of reading was done, for those who watch what an edit costs.
+/// How much was parsed, to measure the cost of edits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
     /// How often the document's own text was parsed.
     pub texts_parsed: u64,
-    /// How often the text of a graph file that it uses was parsed.
+    /// How often the text of a graph file that the document uses was parsed.
     pub files_parsed: u64,
 }

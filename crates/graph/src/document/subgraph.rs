@@ -1,9 +1,9 @@
 //! A graph file as a node of another: the declaration of `Subgraph`, how files are found and read, and the inputs,
-//! outputs and parameters that a use of one has.
+//! outputs and parameters of a use.
 //!
-//! A use is a node like any other: its declaration is made from the file. The declarations of nodes are `'static`, so
-//! one is leaked for each set of inputs, outputs and parameters that a program meets, a few kilobytes each; a file that
-//! changes without changing these adds none.
+//! A use is a node like any other: its declaration is made from the file. Declarations of nodes are `'static`, so one
+//! is leaked for each set of inputs, outputs and parameters that a program meets, a few kilobytes each; a file that
+//! changes without changing these leaks nothing more.
 
 use std::{
     collections::BTreeMap,
@@ -12,11 +12,11 @@ use std::{
 };
 
 use super::{
-    Document, LoadError, args,
+    Document, LoadError,
+    check::args,
     file::read,
-    literal::Literal,
     read::{Parsed, Read},
-    syntax::Group,
+    syntax::{Group, literal::Literal},
 };
 use crate::{
     diagnostic::Diagnostic,
@@ -32,16 +32,16 @@ use crate::{
 /// The parameter that names the file.
 pub(super) const FILE: &str = "file";
 
-/// Names that every use has, so that a file cannot give them.
+/// Names that every use has, so that a file cannot expose them.
 pub(super) const RESERVED: [&str; 3] = [FILE, "seed", "version"];
 
-/// Files deeper in one another than this are refused.
+/// Graph files nested deeper than this are refused.
 const MAX_DEPTH: usize = 16;
 
-/// Nodes that a file may have with all that it uses, each use counted.
+/// The largest number of nodes of a file including all that it uses, counted once per use.
 pub(super) const MAX_NODES: usize = 100_000;
 
-/// The node that stands for a graph file. It has no kernel: [`Document::expand`] puts the nodes of the file in its place.
+/// The node of a graph file. It has no kernel: [`Document::expand`] replaces it with the nodes of the file.
 pub static SUBGRAPH: Node = DECLARATION;
 
 const DECLARATION: Node = Node {
@@ -49,17 +49,18 @@ const DECLARATION: Node = Node {
     category: "reuse",
     summary: "A graph file as a node, with the inputs, outputs and parameters that the file declares.",
     doc: "\
-The nodes of the file stand in place of this one: they are computed, cached and shared as if they were written here, and a
-change of the file makes only what depends on it be computed anew.
+The nodes of the file replace this one: they are computed, cached and shared as if they were written here, and a
+change of the file recomputes only what depends on it.
 
-- **Inputs and parameters** are those that the file names in `inputs` and `parameters`. What is not said here is as in the
-  file. Its **outputs** are those in `outputs`; a wire that names none takes the first.
-- **World**: extent, cells, boundary, seed and sea level are those of the graph that is built. What the file says of its own world
-  counts only when it is built by itself.
+- **Inputs and parameters** are those that the file exposes in `inputs` and `parameters`; those left out here have the
+  file's values. **Outputs** are those in the file's `outputs`; a wire that names none takes the first.
+- **World**: size, cells, boundary, seed and sea level are those of the graph that is built. The file's own `world` is
+  used only when the file is built by itself.
 - **File names** in the file are relative to the file itself.
-- **Recursion**, a file that uses itself, also through others, is refused; files stand at most 16 deep in one another.
+- **Recursion**: a file that uses itself, directly or through others, is refused. Files can be nested at most 16 deep.
 
-`orograph check --describe FILE` prints what a file declares. The page of the graph file says how it does so.",
+`orograph check --describe FILE` prints what a file declares. The [page of the graph file](../graph-files.md) describes
+how to declare it.",
     params: own_specs,
     cpu: |_| Err(NodeError::failed("a subgraph is built as the nodes of its file, by `Document::expand`")),
     example: "file: \"ridge.ron\", height: \"base\"",
@@ -78,7 +79,7 @@ fn own_specs() -> Vec<ParamSpec> {
         ParamSpec {
             name: "seed",
             doc: "Changes every random draw of the file's nodes; 0 leaves their seeds as they are.\n\nThe seed of each \
-                  node is combined, bit by bit (xor), with a mixture of this one.",
+                  node is combined by xor with a hash of this one.",
             unit: Unit::Count,
             kind: Kind::Seed { default: 0 },
             when: &[],
@@ -87,21 +88,21 @@ fn own_specs() -> Vec<ParamSpec> {
 }
 
 impl Node {
-    /// Whether it stands for a graph file: [`SUBGRAPH`], or a use of it with what the file declares.
+    /// Returns true if it is a graph file: [`SUBGRAPH`], or a use of it with the declarations of the file.
     #[must_use]
     pub fn is_subgraph(&self) -> bool {
         self.id == SUBGRAPH.id
     }
 }
 
-/// Where a document is.
+/// The location of a document.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Home {
     /// Folder that file names are relative to.
     pub(super) folder: PathBuf,
-    /// The file; `None` for a text that is in none.
+    /// The path; `None` for a text without a file.
     pub(super) path: Option<PathBuf>,
-    /// What the files that it uses said last.
+    /// The graph files that it used last.
     pub(super) kept: Kept,
 }
 
@@ -120,12 +121,12 @@ impl Home {
 pub struct UsedGraph {
     /// The file.
     pub path: PathBuf,
-    /// What it says; `None` where it cannot be read.
+    /// Its contents; `None` when it cannot be read.
     pub document: Option<Arc<Document>>,
 }
 
 impl UsedGraph {
-    /// What tells one state of the file from another.
+    /// What identifies a state of the file.
     pub(super) fn content(&self) -> (&Path, Option<*const Document>) {
         (&self.path, self.document.as_ref().map(Arc::as_ptr))
     }
@@ -136,14 +137,14 @@ impl UsedGraph {
 pub(super) struct Unusable {
     pub(super) message: String,
     pub(super) hint: Option<String>,
-    /// What it says all the same.
+    /// The document, if it could be read anyway.
     pub(super) document: Option<Arc<Document>>,
 }
 
 /// Reads graph files that use each other, each once.
 #[derive(Default)]
 pub(super) struct Loader {
-    /// Files being read, from the outermost: where they are, and how they were named.
+    /// The files being read, from the outermost: their resolved paths, and the names that were used.
     open: Vec<(PathBuf, PathBuf)>,
     done: BTreeMap<PathBuf, Result<Arc<Document>, Unusable>>,
     kept: Kept,
@@ -155,7 +156,7 @@ impl Loader {
         Self { open: open.into_iter().collect(), done: BTreeMap::new(), kept: home.kept.clone() }
     }
 
-    /// The document of a file, without errors.
+    /// The document of a file, if it has no errors.
     pub(super) fn load(&mut self, path: &Path, registry: &Registry) -> Result<Arc<Document>, Unusable> {
         let unusable = |message: String| Unusable { message, hint: None, document: None };
         let Ok(place) = path.canonicalize() else {
@@ -169,7 +170,7 @@ impl Loader {
             return Err(Unusable { hint, ..unusable(message) });
         }
         if self.open.len() > MAX_DEPTH {
-            return Err(unusable(format!("graph files stand more than {MAX_DEPTH} deep in one another")));
+            return Err(unusable(format!("graph files are nested more than {MAX_DEPTH} deep")));
         }
         if let Some(done) = self.done.get(&place) {
             return done.clone();
@@ -185,7 +186,7 @@ impl Loader {
         };
         self.open.pop();
         let done = if document.has_errors() {
-            let message = format!("`{}` has problems of its own, which must be mended first", path.display());
+            let message = format!("`{}` has errors, which must be fixed first", path.display());
             Err(Unusable { message, hint: None, document: Some(document) })
         } else if document.outputs().is_empty() {
             let hint = Some("add `outputs: { \"height\": \"node\" }` to it".to_owned());
@@ -198,8 +199,8 @@ impl Loader {
         done
     }
 
-    /// Returns true if a document whose text is as it was depends on nothing that has changed since: the files that it names
-    /// are there, and the graph files that it uses are the same. One with an error about a file is read again.
+    /// Returns true if nothing has changed that a document with an unchanged text depends on: the files that it names
+    /// exist, and the graph files that it uses are the same. A document with an error about a file is read again.
     fn is_sound(&mut self, document: &Document, registry: &Registry) -> bool {
         let same = |loader: &mut Self, used: &UsedGraph| {
             let now = loader.load(&used.path, registry).ok();
@@ -212,7 +213,7 @@ impl Loader {
     }
 }
 
-/// Graph files as they were read last, by the names that lead to them, for a document and its copies.
+/// Graph files as they were last read, by the paths that refer to them, for a document and its copies.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Kept(Arc<Mutex<Shelf>>);
 
@@ -246,7 +247,7 @@ impl Kept {
 }
 
 impl Document {
-    /// Reads a source that is one of several files.
+    /// Reads a source that may be one of several files.
     pub(super) fn read(source: String, registry: &Registry, home: Home, loader: &mut Loader) -> Self {
         let parsed = Arc::new(Parsed::of(&source));
         let read = Read::new(source, parsed, registry, &home, loader, None);
@@ -254,13 +255,13 @@ impl Document {
         Self { registry: registry.clone(), home, read: Arc::new(read), before: None, history, parsed: 1 }
     }
 
-    /// Number of nodes with those of all files that it uses, each use counted.
+    /// Number of nodes including those of all files that it uses, counted once per use.
     pub(super) fn size(&self) -> usize {
         self.read.checked.size
     }
 }
 
-/// The file that the brackets of a `Subgraph` name.
+/// The file named in the brackets of a `Subgraph`.
 pub(super) fn file_of(group: Option<&Group>, source: &str) -> Option<String> {
     let given = args::args(group?, source);
     given.into_iter().find(|arg| arg.name == FILE).and_then(|arg| match arg.literal {
@@ -319,7 +320,7 @@ fn declare(document: &Document) -> &'static Node {
     })
 }
 
-/// The named input that gives an output its type, where it takes any numbers and the file wires nothing to it.
+/// The named input that determines an output's type, if the input accepts any numbers and the file wires nothing to it.
 fn open_input(document: &Document, output: Port) -> Option<&str> {
     let graph = document.graph();
     let mut port = output;
@@ -335,7 +336,7 @@ fn open_input(document: &Document, output: Port) -> Option<&str> {
     }
 }
 
-/// A text for the rest of the program, one of each.
+/// Leaks a text; equal texts are leaked once.
 fn leaked(text: &str) -> &'static str {
     static KNOWN: Mutex<std::collections::BTreeSet<&'static str>> = Mutex::new(std::collections::BTreeSet::new());
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,4 +1,4 @@
-//! Tests of the document as a whole, on a few nodes that resemble real ones.
+//! Tests of the document, with a few nodes that resemble real ones.
 
 use super::*;
 use crate::{CurvePoints, FileName, Input, Migration, Node, Output, PathPoints, PortType, Seed, Step, Unit};
@@ -129,7 +129,7 @@ mod nodes {
             slope: f64 = 0.1, One, 0.0..=1.0;
         }
 
-        /// A kind that had a sea level of its own.
+        /// A kind that once had its own sea level.
         pub(in super::super) static NODE: Node = Node {
             id: "Coast",
             version: 3,
@@ -175,7 +175,7 @@ pub(super) fn registry() -> Registry {
     ])
 }
 
-/// The example that the file form was designed on.
+/// The example for which the file format was designed.
 pub(super) const ALPS: &str = r#"// An alpine range: ridges, carved by rivers.
 (
     format: 1,
@@ -196,14 +196,14 @@ fn parse(source: &str) -> Document {
     Document::parse(source, &registry())
 }
 
-/// Problems of a file with these nodes and an output of `a`, as `code: message`, errors only.
+/// Problems of a file with these nodes and an output of `a`, as `code: message`.
 fn errors(nodes: &str) -> Vec<String> {
     let document = parse(&format!("(nodes: {{ {nodes} }}, outputs: {{ \"o\": \"a\" }})"));
     document.problems().iter().map(|p| format!("{}: {}", p.code, p.message)).collect()
 }
 
 #[test]
-fn a_sound_file_becomes_a_graph() {
+fn a_valid_file_becomes_a_graph() {
     let document = parse(ALPS);
     assert_eq!(document.problems(), []);
     let graph = document.graph();
@@ -231,13 +231,13 @@ fn a_sound_file_becomes_a_graph() {
 }
 
 #[test]
-fn what_no_file_can_hold_is_refused_before_a_run() {
+fn outputs_that_cannot_be_written_are_refused_before_a_run() {
     let source = r#"(nodes: { "base": Ridged, "water": Flow(height: "base") }, outputs: { "o": "water.flow" })"#;
     let document = parse(source);
     let [problem] = document.problems() else { panic!("one problem: {:?}", document.problems()) };
     assert_eq!(
         (problem.code, problem.message.as_str()),
-        ("not-writable", "output `o` is a flow, which is not written to a file")
+        ("not-writable", "output `o` is a flow, which cannot be written to a file")
     );
     assert_eq!(problem.hint.as_deref(), Some("write `water.area` or `water.filled`"));
     assert_eq!(parse(&source.replace("water.flow", "water.area")).problems(), []);
@@ -264,9 +264,12 @@ fn six_mistakes_are_six_problems() {
         found,
         [
             ((4, 26), "`base` (Ridged) has no input or parameter `wavelenght`"),
-            ((4, 53), "`base.octaves` is 99, allowed is a whole number from 1 to 24"),
+            ((4, 53), "`base.octaves` is 99, but must be a whole number from 1 to 24"),
             ((5, 19), "unknown node `Streampower`"),
-            ((6, 71), "`scree.talus` cannot be read: `km` is no unit of an angle in °; write one of `°`, `deg`, `rad`"),
+            (
+                (6, 71),
+                "`scree.talus` cannot be read: `km` is not a unit of an angle in °; write one of `°`, `deg`, `rad`"
+            ),
             ((7, 47), "`base.slope` gives a scalar (°), but `more.height` takes a height (m)"),
             ((8, 35), "`report.height` is wired to `scre`, but there is no node `scre`"),
         ]
@@ -277,11 +280,11 @@ fn six_mistakes_are_six_problems() {
 }
 
 #[test]
-fn every_kind_of_mistake_is_one_problem_with_its_name() {
+fn every_kind_of_mistake_is_one_problem_with_its_code() {
     for (nodes, expected) in [
-        (r#""a": Ridged, "a": Ridged"#, "duplicate: `a` stands twice in `nodes`"),
-        (r#""a": Ridged(octaves: 3, octaves: 4)"#, "duplicate: `octaves` stands twice in `a`"),
-        (r#""a": Ridged(3)"#, "unnamed: a value without a name stands in `a`"),
+        (r#""a": Ridged, "a": Ridged"#, "duplicate: `a` appears twice in `nodes`"),
+        (r#""a": Ridged(octaves: 3, octaves: 4)"#, "duplicate: `octaves` appears twice in `a`"),
+        (r#""a": Ridged(3)"#, "unnamed: found a value without a name in `a`"),
         (r#""a": Metrics"#, "unwired: `a` (Metrics) needs a wire into `height`"),
         (
             r#""a": Metrics(heigth: "b"), "b": Ridged"#,
@@ -299,33 +302,36 @@ fn every_kind_of_mistake_is_one_problem_with_its_name() {
         (r#""a": Metrics(height: "b"), "b": 3"#, "type: `b` is the number `3`, but takes a node such as `Perlin(…)`"),
         (
             r#""a": StreamPower(height: "b"), "b": StreamPower(height: "c"), "c": StreamPower(height: "a")"#,
-            "cycle: the wires form a circle: a → c → b → a",
+            "cycle: the wires form a cycle: a → c → b → a",
         ),
-        (r#""a": StreamPower(height: "a")"#, "cycle: the wires form a circle: a → a"),
+        (r#""a": StreamPower(height: "a")"#, "cycle: the wires form a cycle: a → a"),
         (r#""a": Ridged(wavelength: 1e999)"#, "value: `a.wavelength` is infinite, or too large for a number"),
-        (r#""a": Ridged(wavelength: NaN)"#, "value: `a.wavelength` is no number (NaN)"),
+        (r#""a": Ridged(wavelength: NaN)"#, "value: `a.wavelength` is not a number (NaN)"),
         (r#""a": Ridged(wavelength: -inf)"#, "value: `a.wavelength` is infinite, or too large for a number"),
         (
             r#""a": Ridged(wavelength: 0.5)"#,
-            "range: `a.wavelength` is 0.5 m, allowed is a length in m from 1 m to 1000 km",
+            "range: `a.wavelength` is 0.5 m, but must be a length in m from 1 m to 1000 km",
         ),
-        (r#""a": Ridged(wavelength: 2km)"#, "value: `a.wavelength` is `2km`, which is no number"),
+        (r#""a": Ridged(wavelength: 2km)"#, "value: `a.wavelength` is `2km`, which is not a number"),
         (r#""a": Ridged(wavelength: far)"#, "type: `a.wavelength` is the word `far`, but takes a length in m"),
         (
             r#""a": Ridged(octaves: 2.5)"#,
             "type: `a.octaves` is the number `2.5`, but takes a whole number from 1 to 24",
         ),
-        (r#""a": Ridged(seed: -1)"#, "range: `a.seed` is -1, allowed is a whole number from 0 to 4294967295"),
+        (r#""a": Ridged(seed: -1)"#, "range: `a.seed` is -1, but must be a whole number from 0 to 4294967295"),
         (r#""a": Ridged(shape: sharpe)"#, "type: `a.shape` is the word `sharpe`, but takes one of `sharp`, `billow`"),
         (r#""a": Ridged(inverted: 1)"#, "type: `a.inverted` is the number `1`, but takes `true` or `false`"),
         (
             r#""a": Ridged(profile: [(0, 0), (0, 1)])"#,
             "range: `a`: the points of `profile` must rise in x: 0 follows 0",
         ),
-        (r#""a": Ridged(ridge: [("1 km", 0), (1000, 0)])"#, "range: `a.ridge` goes from (1000, 0) to the same place"),
+        (
+            r#""a": Ridged(ridge: [("1 km", 0), (1000, 0)])"#,
+            "range: `a.ridge` has the same place twice in a row: (1000, 0)",
+        ),
         (
             r#""a": Ridged(ridge: (1, 0))"#,
-            "type: `a.ridge` is 2 things in round brackets, but takes a list of places `[(x, y), ...]`, each a length in m \
+            "type: `a.ridge` is 2 items in round brackets, but takes a list of places `[(x, y), ...]`, each a length in m \
              from -1000 km to 1000 km",
         ),
         (
@@ -334,12 +340,12 @@ fn every_kind_of_mistake_is_one_problem_with_its_name() {
         ),
         (
             r#""a": Thermal(version: 4, height: "b"), "b": Ridged"#,
-            "version: `a` (Thermal) is of version 4, this program knows up to 3",
+            "version: `a` (Thermal) has version 4, but this program supports versions up to 3",
         ),
-        (r#""a": Ridged(version: 0)"#, "version: the version of `a` is no whole number from 1"),
+        (r#""a": Ridged(version: 0)"#, "version: the version of `a` is not a whole number of at least 1"),
         (
             r#""a": StreamPower(height: "b", mask: 1.5), "b": Ridged"#,
-            "range: `a.mask` is 1.5, allowed is a mask from 0 to 1",
+            "range: `a.mask` is 1.5, but must be a mask from 0 to 1",
         ),
         (
             r#""a": StreamPower(height: "b", erodibility: base), "b": Ridged"#,
@@ -354,12 +360,12 @@ fn every_kind_of_mistake_is_one_problem_with_its_name() {
     assert_eq!(
         errors(r#""a": Ridged, "b": StreamPower(height: "b"), "c": StreamPower(height: "d"), "d": StreamPower(height: "c")"#).len(),
         2,
-        "two circles are two problems"
+        "two cycles are two problems"
     );
 }
 
 #[test]
-fn wires_from_outside_of_a_part_of_a_file_are_told() {
+fn wires_from_outside_a_part_of_a_file_are_listed() {
     let source =
         r#"(nodes: { "a": StreamPower(height: "x.height", uplift: 0.001), "b": Metrics(height: "a", mask: "y") })"#;
     let document = Document::parse(source, &registry());
@@ -369,8 +375,8 @@ fn wires_from_outside_of_a_part_of_a_file_are_told() {
 }
 
 #[test]
-fn what_follows_from_one_mistake_is_not_a_second() {
-    // `b` has the type of something unknown, so that what it feeds cannot be wrong because of it.
+fn consequences_of_a_mistake_are_not_reported() {
+    // `b` has an unknown type, so that what it feeds cannot be wrong because of it.
     assert_eq!(
         errors(r#""a": Metrics(height: "c", mask: "b"), "b": StreamPower(height: "x"), "c": Ridged"#),
         ["unknown-wire: `b.height` is wired to `x`, but there is no node `x`"]
@@ -389,9 +395,9 @@ fn problems_outside_nodes_are_found() {
     };
     let world =
         |world: &str| one(&format!("(world: {world}, nodes: {{ \"a\": Ridged }}, outputs: {{ \"o\": \"a\" }})"));
-    assert_eq!(one(""), "the file says nothing");
+    assert_eq!(one(""), "the file is empty");
     assert_eq!(one("[1]"), "a graph file begins with `(`");
-    assert_eq!(one("(format: 2, nodez: 3)"), "the file is of format 2, this program reads formats up to 1");
+    assert_eq!(one("(format: 2, nodez: 3)"), "the file has format 2, but this program reads formats up to 1");
     assert_eq!(one("(nodes: {}, outputs: {})"), "the file has no outputs, so a run writes nothing");
     assert_eq!(
         one("(format: 0.5, nodes: {\"a\": Ridged}, outputs: {\"a\": \"a\"})"),
@@ -410,7 +416,7 @@ fn problems_outside_nodes_are_found() {
     assert!(world("(cells: 99999999999)").contains("GiB"));
     assert!(world("(cells: (1024, 512))").contains("must be square"));
     assert!(world("(size: (1, -3))").contains("has no extent"));
-    assert!(world("(size: \"16 yr\")").contains("is no unit of a length"));
+    assert!(world("(size: \"16 yr\")").contains("is not a unit of a length"));
     assert!(world("(boundary: bse)").contains("`wall`"));
     assert!(world("(boundary: (west: periodic))").contains("opposite side"));
     assert!(world("(sizes: 3)").contains("has no field `sizes`"));

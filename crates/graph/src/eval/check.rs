@@ -1,4 +1,4 @@
-//! Checks what a kernel gave back against its declaration.
+//! Verifies the outputs of a kernel against its declaration.
 
 use rayon::prelude::*;
 
@@ -11,7 +11,7 @@ use crate::{
     world::Window,
 };
 
-/// The wanted outputs, each checked and cut to the window that is wanted; others are dropped.
+/// The requested outputs, each verified and cropped to the requested window; others are dropped.
 pub(super) fn take(step: &Step<'_>, wanted: Wanted, mut outputs: Outputs) -> Result<Vec<Option<Value>>, EvalError> {
     let declared = step.instance.node.outputs.iter().zip(&step.types).enumerate();
     declared
@@ -20,7 +20,7 @@ pub(super) fn take(step: &Step<'_>, wanted: Wanted, mut outputs: Outputs) -> Res
                 return Ok(None);
             }
             let (node, id) = (step.instance.name.clone(), step.instance.node.id);
-            let value = outputs.take(output.name).ok_or_else(|| "was not given".to_owned().into());
+            let value = outputs.take(output.name).ok_or_else(|| "was not returned".to_owned().into());
             let value = value.and_then(|value| fitting(value, *ty, &step.window, &step.wanted));
             value.map(Some).map_err(|fault| match fault {
                 Fault::Wrong(message) => EvalError::Output { node, id, output: output.name, message },
@@ -30,11 +30,11 @@ pub(super) fn take(step: &Step<'_>, wanted: Wanted, mut outputs: Outputs) -> Res
         .collect()
 }
 
-/// Why an output is not taken.
+/// Why an output is rejected.
 enum Fault {
     /// It is not as declared.
     Wrong(String),
-    /// There is no memory for the part that is wanted.
+    /// There is no memory for the requested part.
     Memory(OutOfMemory),
 }
 
@@ -51,16 +51,16 @@ fn fitting(value: Value, ty: PortType, window: &Window, wanted: &Window) -> Resu
             None => Ok(Value::Lines(lines)),
         },
         (Value::Report(report), None) if ty == PortType::Report => Ok(Value::Report(report)),
-        (Value::Lines(_), _) => Err(format!("gave lines instead of a {ty}").into()),
-        (Value::Report(_), _) => Err(format!("gave a report instead of a {ty}").into()),
-        (Value::Field(_), None) => Err(format!("gave a raster instead of a {ty}").into()),
+        (Value::Lines(_), _) => Err(format!("returned lines instead of a {ty}").into()),
+        (Value::Report(_), _) => Err(format!("returned a report instead of a {ty}").into()),
+        (Value::Field(_), None) => Err(format!("returned a raster instead of a {ty}").into()),
         (Value::Field(field), Some(planes)) => {
             if field.planes() != planes {
-                return Err(format!("gave {} planes; a {ty} has {planes}", field.planes()).into());
+                return Err(format!("returned {} planes; a {ty} has {planes}", field.planes()).into());
             }
             if field.window() != window {
                 return Err(format!(
-                    "gave the window {}, not the one asked for, {}",
+                    "returned the window {} instead of the requested {}",
                     describe(field.window()),
                     describe(window)
                 )
@@ -80,11 +80,11 @@ fn describe(window: &Window) -> String {
     format!("{nx} x {ny} cells from ({x}, {y})")
 }
 
-/// The first sample that is no number, in words, with its cell in the world.
+/// A message on the first sample that is NaN or infinite, with its cell in the world.
 fn first_not_finite(field: &Field) -> Option<String> {
     const CHUNK: usize = 1 << 16;
     let samples = field.samples();
-    // Without an early exit inside a chunk the loop vectorises.
+    // Without an early exit inside a chunk the loop is vectorised.
     let chunk =
         samples.par_chunks(CHUNK).position_first(|chunk| chunk.iter().fold(false, |bad, v| bad | !v.is_finite()))?;
     let at = chunk * CHUNK + samples[chunk * CHUNK..].iter().position(|v| !v.is_finite())?;
@@ -93,5 +93,5 @@ fn first_not_finite(field: &Field) -> Option<String> {
     let i = window.origin[0] as usize + cell % window.nx();
     let j = window.origin[1] as usize + cell / window.nx();
     let of_plane = if field.planes() > 1 { format!(" of plane {plane}") } else { String::new() };
-    Some(format!("gave {} at cell ({i}, {j}){of_plane}", samples[at]))
+    Some(format!("returned {} at cell ({i}, {j}){of_plane}", samples[at]))
 }

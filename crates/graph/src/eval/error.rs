@@ -1,4 +1,4 @@
-//! Why an evaluation gave no result.
+//! Why an evaluation failed.
 
 use std::path::PathBuf;
 
@@ -8,19 +8,19 @@ use crate::{
     world::{WorldError, bytes},
 };
 
-/// Why an evaluation gave no result. The message names the node; [`EvalError::hint`] says what would help.
+/// Why an evaluation failed. The message names the node; [`EvalError::hint`] suggests a remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EvalError {
-    /// It was cancelled.
+    /// The evaluation was cancelled.
     #[error("cancelled")]
     Cancelled,
     /// The world cannot be evaluated.
     #[error(transparent)]
     World(#[from] WorldError),
-    /// What was asked for does not exist.
+    /// The requested output does not exist.
     #[error("{0}")]
     Request(String),
-    /// An input that must be wired is not.
+    /// A required input has no wire.
     #[error("nothing is wired to `{input}` of `{node}` ({id})")]
     Unwired {
         /// The node's name.
@@ -30,26 +30,26 @@ pub enum EvalError {
         /// The input.
         input: &'static str,
     },
-    /// What is wired to an input does not fit, since a parameter has changed the type of the source.
+    /// The type of a wire does not fit its input, because a parameter has changed the type of the source.
     #[error("`{from}` gives a {gives}, but `{to}` takes a {takes}")]
     Type {
         /// The output, as `node.port`.
         from: String,
-        /// What it gives.
+        /// Its type.
         gives: PortType,
         /// The input, as `node.port`.
         to: String,
-        /// What it takes.
+        /// The type that the input takes.
         takes: PortType,
     },
-    /// The constant at an input is not a number.
-    #[error("`{input}` of `{node}` is {value}, which is not a number to compute with")]
+    /// The constant at an input is not a finite number.
+    #[error("`{input}` of `{node}` is {value}, which is not a finite number")]
     Constant {
         /// The node's name.
         node: String,
         /// The input.
         input: &'static str,
-        /// What stands there.
+        /// The constant.
         value: f64,
     },
     /// A file that a node reads cannot be read.
@@ -64,40 +64,41 @@ pub enum EvalError {
         /// What is wrong with it.
         message: String,
     },
-    /// It would take more memory than there is.
+    /// The evaluation would need more memory than is available.
     #[error("building `{node}` needs {} of memory{}", bytes(*.needs), room(*.available))]
     TooLarge {
-        /// The node at which the need is greatest.
+        /// The node that needs the most memory.
         node: String,
         /// Bytes needed.
         needs: u64,
-        /// Bytes there are: the limit that was set, or what the machine has free; `None` where it only refused.
+        /// Bytes available: the limit that was set, or what the machine has free; `None` if the system refused an
+        /// allocation.
         available: Option<u64>,
     },
-    /// The system had no memory for a raster, though the estimate before the run was within what there is.
+    /// The system had no memory for a raster, although the estimate before the run was within what is available.
     #[error("`{node}` ({id}): {refused}")]
     OutOfMemory {
         /// The node's name.
         node: String,
         /// Its kind.
         id: &'static str,
-        /// What was asked for.
+        /// The allocation that failed.
         refused: OutOfMemory,
     },
-    /// A kernel said that it cannot do it.
+    /// A kernel reported an error.
     #[error("`{node}` ({id}): {message}")]
     Node {
         /// The node's name.
         node: String,
         /// Its kind.
         id: &'static str,
-        /// What is wrong, in the kernel's words.
+        /// The kernel's message.
         message: String,
-        /// What would help.
+        /// A possible remedy.
         hint: Option<String>,
     },
     /// A kernel panicked.
-    #[error("`{node}` ({id}) stopped with an internal fault: {message}")]
+    #[error("`{node}` ({id}) failed with an internal error: {message}")]
     Panicked {
         /// The node's name.
         node: String,
@@ -106,7 +107,7 @@ pub enum EvalError {
         /// The panic's message.
         message: String,
     },
-    /// A kernel gave an output that its declaration does not allow.
+    /// A kernel returned an output that contradicts its declaration.
     #[error("`{node}.{output}` ({id}) {message}")]
     Output {
         /// The node's name.
@@ -125,13 +126,13 @@ pub enum EvalError {
 
 fn room(available: Option<u64>) -> String {
     available.map_or_else(
-        || ", which this machine does not give".to_owned(),
+        || ", which the system refused".to_owned(),
         |available| format!("; {} is available", bytes(available)),
     )
 }
 
 impl EvalError {
-    /// The node at which it went wrong, where it is one.
+    /// The node that failed. Returns None when the error concerns no single node.
     #[must_use]
     pub fn node(&self) -> Option<&str> {
         match self {
@@ -148,11 +149,11 @@ impl EvalError {
         }
     }
 
-    /// What would help, where something is known to.
+    /// A possible remedy. Returns None when none is known.
     #[must_use]
     pub fn hint(&self) -> Option<String> {
         match self {
-            Self::Unwired { input, .. } => Some(format!("write `{input}: \"node\"` with the node it is to come from")),
+            Self::Unwired { input, .. } => Some(format!("write `{input}: \"node\"` with the name of a node")),
             Self::Type { .. } => Some("wire another output, or put a converter between them".to_owned()),
             Self::Constant { .. } => Some("write a finite number".to_owned()),
             Self::File { parameter, .. } => {
@@ -161,7 +162,7 @@ impl EvalError {
             Self::TooLarge { .. } | Self::OutOfMemory { .. } => Some(REMEDY.to_owned()),
             Self::Node { hint, .. } => hint.clone(),
             Self::Panicked { .. } | Self::Output { .. } => {
-                Some("this is a fault of the node, not of the graph; please report it with the graph file".to_owned())
+                Some("this is a bug in the node, not in the graph; please report it with the graph file".to_owned())
             }
             Self::Threads(_) => Some("use fewer threads, or give the program more memory".to_owned()),
             Self::Cancelled | Self::World(_) | Self::Request(_) => None,

@@ -1,4 +1,4 @@
-//! What an evaluation tells while it runs.
+//! Events of an evaluation.
 
 use std::{
     sync::{Arc, Mutex, PoisonError},
@@ -14,21 +14,21 @@ use crate::value::Value;
 pub enum Origin {
     /// The kernel ran.
     Computed,
-    /// The cache in memory.
+    /// Read from the memory cache.
     Memory,
-    /// The cache on disk.
+    /// Read from the disk cache.
     Disk,
 }
 
-/// What happens during an evaluation. Events come from the threads that work, so those of different nodes interleave;
-/// those of one node come in order.
+/// What happens during an evaluation. Events come from the worker threads: those of different nodes interleave, those
+/// of one node are in order.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// It is known what has to be done.
+    /// The work is known.
     Planned {
         /// Nodes whose kernels will run.
         compute: usize,
-        /// Nodes whose results are taken from a cache.
+        /// Nodes whose results come from a cache.
         cached: usize,
     },
     /// A kernel starts.
@@ -38,27 +38,27 @@ pub enum Event {
         /// Its name.
         name: Arc<str>,
     },
-    /// A kernel goes on. At most some twenty of them a second and node.
+    /// A kernel has made progress. There are at most about twenty of these events per second and node.
     NodeProgress {
         /// The node.
         node: NodeIndex,
         /// Its name.
         name: Arc<str>,
-        /// The finished part, 0 to 1, never falling.
+        /// The finished part, from 0 to 1, never decreasing.
         fraction: f32,
     },
-    /// Results of a node as they are while its kernel goes on ([`Job::glimpse`](crate::Job::glimpse)), for an evaluator
-    /// that [watches](crate::EvaluatorOptions::glimpses); on the window that the kernel computes, which may be larger than
-    /// what was asked for.
+    /// Intermediate results of a node while its kernel runs ([`Job::glimpse`](crate::Job::glimpse)), if the evaluator
+    /// has [progressive preview](crate::EvaluatorOptions::glimpses) on. They cover the window that the kernel computes,
+    /// which may be larger than the requested one.
     NodeGlimpse {
         /// The node.
         node: NodeIndex,
         /// Its name.
         name: Arc<str>,
-        /// Positions of outputs in its declaration, with their values.
+        /// Positions of outputs in the node's declaration, with their values.
         values: Vec<(usize, Value)>,
     },
-    /// A node's results are there.
+    /// The results of a node are available.
     NodeFinished {
         /// The node.
         node: NodeIndex,
@@ -66,32 +66,32 @@ pub enum Event {
         name: Arc<str>,
         /// Cells of the world along x and y.
         cells: [u32; 2],
-        /// How long it took to compute or to read back.
+        /// Time to compute them, or to read them back.
         time: Duration,
         /// Bytes of its results.
         bytes: usize,
-        /// Where they came from.
+        /// Their origin.
         origin: Origin,
     },
-    /// A result is there, but may not be what was meant ([`Job::warn`](crate::Job::warn)); or something did not work that the
-    /// results do not depend on, such as writing to the cache.
+    /// A result is available, but may not be what the user intended ([`Job::warn`](crate::Job::warn)); or something
+    /// failed that does not affect results, such as writing to the cache.
     Warning {
         /// The node.
         node: NodeIndex,
         /// Its name.
         name: Arc<str>,
-        /// What, in words.
+        /// The message.
         message: String,
     },
 }
 
-/// The time, for what is told of a run; no result depends on it.
+/// The current time, for reports only; no result depends on it.
 #[expect(clippy::disallowed_methods, reason = "durations are reported, never computed with")]
 pub(super) fn now() -> Instant {
     Instant::now()
 }
 
-/// Lets through a rising fraction every now and then.
+/// Lets through an increasing fraction at intervals.
 pub(super) struct Throttle(Mutex<(Option<Instant>, f32)>);
 
 impl Throttle {
@@ -101,7 +101,8 @@ impl Throttle {
         Self(Mutex::new((None, 0.0)))
     }
 
-    /// Whether this fraction is to be told. A thread that finds another one asking need not wait: its news is no newer.
+    /// Returns true if this fraction should be reported. A thread that finds another one here returns at once: its
+    /// fraction is no newer.
     pub(super) fn admits(&self, fraction: f32) -> bool {
         let Ok(mut last) = self.0.try_lock() else { return false };
         let time = now();
@@ -114,7 +115,7 @@ impl Throttle {
     }
 }
 
-/// Says every now and then that it is time again.
+/// Ticks at intervals.
 pub(super) struct Ticker {
     interval: Duration,
     last: Mutex<Instant>,
@@ -125,7 +126,7 @@ impl Ticker {
         Self { interval, last: Mutex::new(now()) }
     }
 
-    /// Whether it is time; then it is not again for the interval.
+    /// Returns true if the interval is over; then a new one begins.
     pub(super) fn is_due(&self) -> bool {
         let Ok(mut last) = self.last.try_lock() else { return false };
         let time = now();
@@ -137,7 +138,8 @@ impl Ticker {
     }
 }
 
-/// Locks, also after a panic elsewhere: what is behind the evaluator's locks is whole between any two statements.
+/// Locks a mutex, even after a panic elsewhere: data behind the evaluator's locks is consistent between any two
+/// statements.
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

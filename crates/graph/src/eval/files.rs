@@ -1,7 +1,7 @@
-//! The content of the files that nodes read, hashed once as long as they stay as they are.
+//! Hashes of the files that nodes read, reused as long as a file stays unchanged.
 //!
-//! With a file goes its companion, where there is one: `NAME.png.json` beside `NAME.png`, which says what the format of
-//! the file cannot.
+//! A file is hashed together with its companion, if there is one: `NAME.png.json` next to `NAME.png`, with metadata
+//! that the file format cannot hold.
 
 use std::{
     collections::BTreeMap,
@@ -15,21 +15,21 @@ use std::{
 use super::{error::EvalError, event::lock, plan::Step};
 use crate::{job::Cancel, param::ParamValue};
 
-/// What tells a changed file from an unchanged one without reading it.
+/// Metadata that shows that a file has changed, without reading it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Stamp {
     modified: SystemTime,
     bytes: u64,
 }
 
-/// A file of a parameter, and its companion, as they were when they were hashed.
+/// A file of a parameter and its companion, as they were when they were hashed.
 #[derive(Clone, Debug)]
 pub(super) struct Stamped {
     parameter: &'static str,
     parts: [Part; 2],
 }
 
-/// One file; what was seen of it is `None` where there was none.
+/// One file; its metadata is `None` when it did not exist.
 #[derive(Clone, Debug)]
 struct Part {
     path: PathBuf,
@@ -44,12 +44,12 @@ type Content = [u8; 32];
 pub(super) struct Files(Mutex<BTreeMap<PathBuf, (Stamp, Content)>>);
 
 impl Files {
-    /// Coarser than the clock of any file system in use: a file as young as this may change once more without its
-    /// time of modification changing.
+    /// Coarser than the clock of any file system in use: a file as recent as this may change again without a new
+    /// modification time.
     const SETTLED: Duration = Duration::from_secs(3);
 
-    /// The files that a step's parameters name, in the order of the parameters. A parameter that names none is left
-    /// out: the kernel says what it makes of that.
+    /// The files that a step's parameters name, in the order of the parameters. Empty parameters are left out: the
+    /// kernel handles them.
     pub(super) fn of_step(&self, step: &Step<'_>, folder: &Path, cancel: &Cancel) -> Result<Vec<Stamped>, EvalError> {
         let mut found = Vec::new();
         for (parameter, value) in step.instance.params.iter() {
@@ -97,7 +97,7 @@ impl Stamped {
         self.parts.iter().map(|part| part.seen.as_ref().map(|(_, content)| content))
     }
 
-    /// Checks, after the kernel has read them, that the files are still the ones that were hashed.
+    /// Checks, after the kernel has read them, that the files are still those that were hashed.
     pub(super) fn check_unchanged(&self, node: &str) -> Result<(), EvalError> {
         for part in &self.parts {
             if stamp(&part.path).ok() != part.seen.map(|(stamp, _)| stamp) {
@@ -109,7 +109,7 @@ impl Stamped {
     }
 }
 
-/// The name of the companion of a file: the file's with `.json` after it.
+/// The path of a file's companion: the file name followed by `.json`.
 fn companion(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".json");

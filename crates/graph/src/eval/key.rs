@@ -1,12 +1,13 @@
-//! Keys: 128-bit hashes of where a value comes from.
+//! Keys: 128-bit hashes of a value's provenance.
 //!
-//! Provenance, not content: hashing the rasters themselves at each edit would cost more than many nodes. What enters is
-//! what can change the result, and nothing else: the kind and version of the node, its parameters, the world, what
-//! stands at its inputs, the content of the files it reads, and the backend where the node is not exact. Names of nodes,
-//! the rest of the graph, thread counts and the order of evaluation do not.
+//! Provenance, not content: hashing the rasters after each edit would cost more than many nodes. A key includes
+//! everything that can change the result, and nothing else: the kind and version of the node, its parameters, the
+//! world, its inputs, the content of the files that it reads, and the backend if the node is not exact. Names of nodes,
+//! the rest of the graph, thread counts and the order of evaluation are not included.
 //!
-//! A window does not enter the keys of what reads it, since a result does not depend on the window that it was computed
-//! in: that is what a node's reach states. So a node keeps its key when another reader makes its input wider.
+//! A result does not depend on the window in which it was computed, as a node's reach guarantees. Keys of downstream
+//! nodes therefore do not include the window, and a node keeps its key when another reader needs a wider window of its
+//! input.
 
 use std::{fmt, path::Path, sync::LazyLock};
 
@@ -22,10 +23,10 @@ use crate::{
     world::{Window, World},
 };
 
-/// Names the scheme of the keys; change it when what enters them or how it is written changes.
+/// Identifies the scheme of the keys; change it when the hashed data or its encoding changes.
 const SCHEME: &str = "orograph evaluation key 2";
 
-/// A 128-bit hash of where a value comes from (the first half of a BLAKE3 hash).
+/// A 128-bit hash of a value's provenance (the first half of a BLAKE3 hash).
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Key([u8; 16]);
 
@@ -58,14 +59,14 @@ impl fmt::Debug for Key {
     }
 }
 
-/// What a step's results come from.
+/// The provenance of a step's results.
 pub(super) struct Origins {
     pub(super) key: Key,
-    /// The files that its kernel reads, as they were when the key was made.
+    /// The files that its kernel reads, as they were when the key was computed.
     pub(super) files: Vec<Stamped>,
 }
 
-/// The keys of all steps, without their windows; none for a step with a fault. A file that cannot be read is a fault.
+/// The keys of all steps, without their windows; `None` for a step with a fault. An unreadable file is a fault.
 pub(super) fn origins(
     plan: &mut Plan<'_>,
     backend: &dyn Backend,
@@ -88,7 +89,7 @@ pub(super) fn origins(
     all
 }
 
-/// The backend that runs a kind of node: the chosen one, or the CPU, which runs them all.
+/// The backend that runs a kind of node: the chosen one, or the CPU, which runs all.
 pub(super) fn backend_of<'a>(chosen: &'a dyn Backend, node: &Node) -> &'a dyn Backend {
     if chosen.supports(node) { chosen } else { &Cpu }
 }
@@ -104,14 +105,14 @@ fn key(step: &Step<'_>, backend: &dyn Backend, files: &[Stamped], earlier: &[Opt
     hash.finish()
 }
 
-/// What a step works on: its key, but for its parameters.
+/// The key of a step without its parameters.
 pub(super) fn ground(step: &Step<'_>, origins: &Origins, earlier: &[Option<Origins>]) -> Key {
     let mut hash = Hash::new(b'g');
     hash.origin(step, &origins.files, earlier);
     hash.finish()
 }
 
-/// Writes values so that no two different sequences of them give the same bytes.
+/// Encodes values so that no two different sequences of them give the same bytes.
 struct Hash(blake3::Hasher);
 
 impl Hash {
@@ -122,7 +123,7 @@ impl Hash {
         Self(hash)
     }
 
-    /// The kind of a step, its world, its files and its inputs.
+    /// Hashes the kind of a step, its world, its files and its inputs.
     fn origin(&mut self, step: &Step<'_>, files: &[Stamped], earlier: &[Option<Origins>]) {
         let hash = self;
         let node = step.instance.node;
@@ -171,7 +172,7 @@ impl Hash {
         self.bytes(&v.to_le_bytes());
     }
 
-    /// The bits of a number; both zeros are one.
+    /// The bits of a number; positive and negative zero are the same.
     fn f64(&mut self, v: f64) {
         self.u64((v + 0.0).to_bits());
     }
@@ -191,8 +192,8 @@ impl Hash {
         }
     }
 
-    /// Parameters in the order of their names. Of a file, its own name enters beside its content, since its ending may
-    /// say how it is read; the folders above it do not, so that a project can be moved.
+    /// Hashes parameters in the order of their names. For a file, its name is included as well as its content, since
+    /// the extension may select the format; its folder is not, so that a project can be moved.
     fn params(&mut self, params: &ParamValues) {
         for (name, value) in params.iter() {
             self.text(name);

@@ -1,4 +1,4 @@
-//! A node's process under way, with what it reads.
+//! A node's running process, with its inputs.
 
 use std::{
     fmt,
@@ -23,24 +23,24 @@ use crate::{
     world::{Window, World},
 };
 
-/// A node's [process](crate::Node::process) that is run step by step on the whole world. At its end its outputs are what an
-/// evaluation of the node gives, and [kept](Self::keep) they are not computed again.
+/// A node's [process](crate::Node::process), run step by step on the whole world. At its end its outputs equal those of
+/// an evaluation of the node; once they are [kept](Self::keep) they are not computed again.
 pub struct Live {
     graph: Graph,
     folder: PathBuf,
     node: NodeIndex,
     world: World,
     inputs: Vec<InputValue>,
-    /// What the inputs come from.
+    /// The provenance of the inputs.
     ground: Key,
     process: Box<dyn Process>,
 }
 
-/// A plan of one node and what it needs, with the keys.
+/// A plan of one node and its sources, with the keys.
 struct Planned<'g> {
     plan: Plan<'g>,
     origins: Vec<Option<Origins>>,
-    /// The node itself: what it needs comes before it.
+    /// The node itself; its sources come before it.
     at: usize,
 }
 
@@ -67,7 +67,7 @@ impl<'g> Planned<'g> {
         &self.plan.steps[self.at]
     }
 
-    /// What its results come from.
+    /// The provenance of its results.
     fn origins(&self) -> &Origins {
         self.origins[self.at].as_ref().expect("a step without a fault has a key")
     }
@@ -78,7 +78,7 @@ impl<'g> Planned<'g> {
 }
 
 impl Live {
-    /// Begins the process of a node, after what it reads has been evaluated.
+    /// Starts the process of a node after evaluating its inputs.
     ///
     /// # Errors
     /// As [`Evaluator::evaluate`]; [`EvalError::Request`] for a node that has no process.
@@ -124,8 +124,8 @@ impl Live {
         Ok(Self { graph, folder, node, world, inputs, ground, process })
     }
 
-    /// Goes on in another state of the graph, where all that has happened is what would have happened there; else it stays as
-    /// it is and says no.
+    /// Continues with another state of the graph if every step so far would have been the same there, and returns true;
+    /// otherwise changes nothing and returns false.
     ///
     /// # Errors
     /// As [`Evaluator::key`].
@@ -151,7 +151,7 @@ impl Live {
         Ok(true)
     }
 
-    /// Where it is.
+    /// The position in time.
     #[must_use]
     pub fn moment(&self) -> Moment {
         self.process.moment()
@@ -163,10 +163,10 @@ impl Live {
         self.world.cells
     }
 
-    /// Goes on by one step; at its end it does nothing.
+    /// Advances by one step; does nothing at the end.
     ///
     /// # Errors
-    /// [`EvalError`]; then there is no going on.
+    /// [`EvalError`]; the process cannot continue after it.
     pub fn step(&mut self, evaluator: &Evaluator, cancel: &Cancel) -> Result<(), EvalError> {
         if self.moment().is_over() {
             return Ok(());
@@ -176,7 +176,7 @@ impl Live {
         with_job(evaluator, instance, inputs, (Window::whole(*world), folder), cancel, |job| process.step(job))
     }
 
-    /// The node's outputs as they are now, in the order of its declaration.
+    /// The node's current outputs, in the order of its declaration.
     ///
     /// # Errors
     /// [`EvalError`], as for a kernel.
@@ -188,13 +188,13 @@ impl Live {
         Ok(check::take(planned.step(), Wanted::ALL, outputs)?.into_iter().flatten().collect())
     }
 
-    /// Keeps the outputs of a process that has come to its end as the results of the node, so that an evaluation finds them.
+    /// Stores the outputs of a finished process as the results of the node, so that an evaluation finds them.
     ///
     /// # Errors
     /// As [`Self::outputs`].
     pub fn keep(&self, evaluator: &Evaluator, outputs: &[Value]) -> Result<(), EvalError> {
         let planned = Planned::new(evaluator, &self.graph, &self.folder, self.node, self.world, &Cancel::default())?;
-        // A file that has changed since gives the same process another key.
+        // If a file has changed since, the same process has another key.
         if self.moment().is_over() && planned.ground() == self.ground {
             for (output, value) in outputs.iter().enumerate() {
                 evaluator.store.insert((planned.origins().key, output), &planned.step().wanted, value);
@@ -210,7 +210,7 @@ impl fmt::Debug for Live {
     }
 }
 
-/// Runs a part of a node's code on the evaluator's threads.
+/// Runs a function of the node on the evaluator's threads.
 fn with_job<T: Send>(
     evaluator: &Evaluator,
     instance: &Instance,
@@ -223,6 +223,7 @@ fn with_job<T: Send>(
         node: instance.node,
         params: &instance.params,
         inputs: inputs.to_vec(),
+        coarse: Vec::new(),
         window,
         wanted: Wanted::ALL,
         folder: folder.to_owned(),

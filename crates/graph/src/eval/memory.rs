@@ -1,4 +1,4 @@
-//! Whether there is memory for a plan, asked before anything runs.
+//! Estimates the memory of a plan before anything runs.
 
 use super::{
     error::EvalError,
@@ -8,10 +8,10 @@ use super::{
 };
 use crate::{machine, memory::with_capacity};
 
-/// Estimates the memory of a plan whose steps run one after another; gives its peak in bytes.
+/// Estimates the memory of a plan whose steps run one after another; returns its peak in bytes.
 ///
 /// # Errors
-/// The step at which the plan takes more than the limit or, without one, more than the machine has to give.
+/// The step at which the plan exceeds the limit or, without a limit, the memory that the machine has available.
 pub(super) fn check(plan: &Plan<'_>, needs: &Needs, limit: Option<u64>) -> Result<u64, (usize, EvalError)> {
     let estimate = estimate(plan, needs);
     let refuse = |(needs, step): (u64, usize), available| {
@@ -32,11 +32,11 @@ pub(super) fn check(plan: &Plan<'_>, needs: &Needs, limit: Option<u64>) -> Resul
 /// Estimates the memory of a build in stages.
 ///
 /// # Errors
-/// When it would take more than the limit or, without one, more than the machine has to give.
+/// When it would exceed the limit or, without a limit, the memory that the machine has available.
 pub(super) fn check_stages(plan: &Plan<'_>, stages: &Stages, limit: Option<u64>) -> Result<(), EvalError> {
     let mut peak = (0, 0);
     for (at, stage) in stages.all.iter().enumerate() {
-        // Results of earlier stages that this or a later one reads.
+        // Results of earlier stages that this or a later stage reads.
         let read = |result: &(usize, usize)| stages.all[at..].iter().any(|stage| stage.reads.contains(result));
         let held = stages.all[..at].iter().flat_map(|stage| stage.results.iter().map(move |result| (stage, result)));
         let held: u64 =
@@ -60,14 +60,14 @@ fn bytes(plan: &Plan<'_>, stage: &Stage, (step, output): (usize, usize)) -> u64 
     plan.steps[step].output_bytes(output, &stage.window)
 }
 
-/// Bytes, and the step at which they are needed.
+/// Bytes, and the step that needs them.
 #[derive(Debug, Default, PartialEq)]
 struct Estimate {
-    /// What the values found in memory take already.
+    /// Size of the values found in memory.
     held: u64,
-    /// All values alive at once, with the scratch of the kernel.
+    /// All values alive at the same time, with the kernel's scratch memory.
     peak: (u64, usize),
-    /// What one kernel allocates.
+    /// The largest allocation of one kernel.
     largest: (u64, usize),
 }
 
@@ -76,11 +76,11 @@ fn estimate(plan: &Plan<'_>, needs: &Needs) -> Estimate {
     let mut estimate = Estimate { held, ..Estimate::default() };
     let mut readers = needs.readers.clone();
     for target in plan.targets.iter().flatten() {
-        // A request takes its value as soon as it is there.
+        // A request takes its value as soon as it is available.
         readers[target.step][target.output] = readers[target.step][target.output].saturating_sub(1);
     }
     let mut alive: u64 = held;
-    // What was found on disk is read when it is needed first.
+    // Values found on disk are read when they are first needed.
     let mut loaded: Vec<Vec<bool>> =
         needs.found.iter().map(|slots| slots.iter().map(|slot| !matches!(slot, Slot::Stored(_))).collect()).collect();
     for (at, step) in plan.steps.iter().enumerate().filter(|(at, _)| needs.computes(*at)) {
@@ -107,7 +107,7 @@ fn estimate(plan: &Plan<'_>, needs: &Needs) -> Estimate {
     estimate
 }
 
-/// Asks the system for so much address space and gives it back untouched.
+/// Reserves that much address space and releases it untouched.
 fn can_allocate(bytes: u64) -> bool {
     usize::try_from(bytes).is_ok_and(|bytes| with_capacity::<u8>(bytes).is_ok())
 }

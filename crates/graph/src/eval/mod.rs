@@ -1,10 +1,10 @@
-//! The evaluator: builds what is asked for, and of that only what has changed.
+//! The evaluator: builds what is requested, and recomputes only what has changed.
 //!
-//! Requests are pulled up the wires: [`plan`] finds the nodes they need and the window each is needed on, growing it by
-//! the nodes' reaches; [`key`] names each result by a hash of all that can change it; [`needs`] finds what the [`store`]
-//! holds under those names, in memory or on disk; [`memory`] asks whether there is room for the rest; [`run`] computes it,
-//! independent nodes side by side, and delivers each requested value as soon as it is there; [`check`] holds each result
-//! to its declaration. [`live`] runs one node step by step.
+//! Requests are pulled up the wires: [`plan`] finds the nodes they need and the window for each, grown by the nodes'
+//! reaches; [`key`] names each result by a hash of everything that can change it; [`needs`] looks these names up in the
+//! [`store`], in memory or on disk; [`memory`] checks whether there is room for the rest; [`run`] computes it,
+//! independent nodes in parallel, and delivers each requested value as soon as it is available; [`check`] verifies each
+//! result against its declaration. [`live`] runs one node step by step.
 
 mod check;
 mod error;
@@ -49,20 +49,20 @@ use crate::{
 pub struct Request {
     /// The output.
     pub port: Port,
-    /// The part of the world. Requests of one evaluation may be of different worlds.
+    /// The part of the world. The requests of one evaluation may be in different worlds.
     pub window: Window,
 }
 
-/// What is asked of a graph.
+/// The input of an evaluation.
 #[derive(Clone, Copy, Debug)]
 pub struct Evaluation<'a> {
     /// The graph.
     pub graph: &'a Graph,
-    /// What file parameters are relative to.
+    /// The folder that file parameters are relative to.
     pub folder: &'a Path,
-    /// What is delivered. What comes first is computed first.
+    /// What is delivered. Earlier requests are computed first.
     pub requests: &'a [Request],
-    /// What is stored as well where its kernel runs for a request anyway; it is never delivered.
+    /// Outputs to store as well if their kernel runs for a request anyway; they are never delivered.
     pub byproducts: &'a [Request],
 }
 
@@ -71,30 +71,31 @@ pub struct Evaluation<'a> {
 pub struct Delivered {
     /// The value.
     pub value: Value,
-    /// Its key: equal keys, equal values. It names a result in a file beside it.
+    /// Its key: values with equal keys are equal. It also names a stored result.
     pub key: Key,
 }
 
 /// The answer to a request.
 pub type Delivery = Result<Delivered, EvalError>;
 
-/// How an [`Evaluator`] works. Nothing in it changes a result, save for a backend within its nodes' tolerances.
+/// Options of an [`Evaluator`]. They do not change results, except a backend within the tolerances of its nodes.
 #[derive(Clone)]
 pub struct EvaluatorOptions {
     /// Runs the kernels that it supports; the CPU runs the others.
     pub backend: Arc<dyn Backend>,
-    /// Keeps results between evaluations; several evaluators may share it.
+    /// Caches results between evaluations; several evaluators may share it.
     pub store: Arc<Store>,
-    /// Bytes that one evaluation may take at once, estimated before it starts; `None` for what the machine has free.
+    /// Bytes that one evaluation may use at a time, estimated before it starts; `None` for what the machine has free.
     pub memory_limit: Option<u64>,
-    /// Threads that work; `None` for one per core.
+    /// Number of worker threads; `None` for one per core.
     pub threads: Option<NonZero<usize>>,
-    /// How often results are shown while their kernel goes on, where it can ([`Event::NodeGlimpse`]); `None` for never.
+    /// Interval between intermediate results ([`Event::NodeGlimpse`]) from kernels that offer them; `None` turns them
+    /// off.
     pub glimpses: Option<Duration>,
 }
 
 impl Default for EvaluatorOptions {
-    /// The CPU, a store of its own with 1 GiB of memory and no disk, the machine's limit, a thread per core.
+    /// The CPU, a separate store with 1 GiB of memory and no disk, the machine's memory limit, one thread per core.
     fn default() -> Self {
         Self {
             backend: Arc::new(Cpu),
@@ -118,8 +119,8 @@ impl fmt::Debug for EvaluatorOptions {
     }
 }
 
-/// Evaluates graphs, and remembers results by what they come from. It can be shared: evaluations of several threads
-/// find each other's results, and take turns on its workers, so that one may wait for a kernel of another.
+/// Evaluates graphs and caches results by their provenance. It can be shared between threads: their evaluations reuse
+/// each other's results and share its workers, so an evaluation may have to wait for a kernel of another.
 ///
 /// ```
 /// use orograph_graph::{
@@ -154,13 +155,13 @@ pub struct Evaluator {
 }
 
 impl Evaluator {
-    /// Stack of a worker. A worker that waits inside a kernel may take up another one, on top of the first.
+    /// Stack size of a worker. A worker that waits inside a kernel may start another kernel on top of the first.
     const STACK_BYTES: usize = 8 << 20;
 
-    /// An evaluator with its own worker threads.
+    /// Creates an evaluator with its own worker threads.
     ///
     /// # Errors
-    /// [`EvalError::Threads`] when the system gives no threads.
+    /// [`EvalError::Threads`] when the system cannot start threads.
     pub fn new(options: EvaluatorOptions) -> Result<Self, EvalError> {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(options.threads.map_or(0, NonZero::get))
@@ -184,13 +185,13 @@ impl Evaluator {
         self.pool.current_num_threads()
     }
 
-    /// Where its results are kept.
+    /// The store that caches its results.
     #[must_use]
     pub const fn store(&self) -> &Arc<Store> {
         &self.store
     }
 
-    /// The answers to the requests, in their order. Blocks until all are there.
+    /// Evaluates all requests and returns the answers in their order. Blocks until all are available.
     pub fn evaluate(
         &self,
         evaluation: &Evaluation<'_>,
@@ -204,10 +205,10 @@ impl Evaluator {
         answers.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
-    /// The values of outputs on one window, for callers that neither watch nor cancel.
+    /// The values of outputs on one window, for callers that need neither events nor cancellation.
     ///
     /// # Errors
-    /// That of the first output that cannot be had.
+    /// That of the first output that fails.
     pub fn values(
         &self,
         graph: &Graph,
@@ -220,11 +221,12 @@ impl Evaluator {
         self.evaluate(&evaluation, &Cancel::default(), &|_| {}).into_iter().collect()
     }
 
-    /// Answers each request as soon as its value is there, or cannot be; the value is released when the receiver drops
-    /// it. A request that fails does not affect those that do not depend on what failed. Blocks until all are answered.
+    /// Answers each request as soon as its value is available or has failed; the value is released when the receiver
+    /// drops it. A failing request does not affect requests that do not depend on the failure. Blocks until all are
+    /// answered.
     ///
-    /// `events` and `deliver` are called from the worker threads. `events` should return at once; while `deliver` holds a
-    /// thread, the others compute. `deliver` must not wait for this evaluator.
+    /// `events` and `deliver` are called from the worker threads. `events` should return quickly; while `deliver`
+    /// blocks a thread, the others compute. `deliver` must not wait for this evaluator.
     pub fn deliver(
         &self,
         evaluation: &Evaluation<'_>,
@@ -240,11 +242,11 @@ impl Evaluator {
         key::origins(plan, &*self.backend, &self.files, folder, cancel)
     }
 
-    /// Writes the requested values that are in memory to the store's folder, where there is one, so that another run of
-    /// the program finds them.
+    /// Writes the requested values that are in memory to the store's folder, if it has one, so that another run of the
+    /// program finds them.
     ///
     /// # Errors
-    /// When the folder takes no files; the results stay in memory.
+    /// When the folder cannot be written; the results stay in memory.
     pub fn persist(&self, evaluation: &Evaluation<'_>, cancel: &Cancel) -> Result<(), String> {
         if self.store.folder().is_none() {
             return Ok(());
@@ -264,13 +266,13 @@ impl Evaluator {
 
     fn unkept(&self, error: &io::Error) -> String {
         let folder = self.store.folder().map_or_else(String::new, |place| place.folder.display().to_string());
-        format!("results cannot be kept in {folder}: {error}")
+        format!("results cannot be stored in {folder}: {error}")
     }
 
     /// The key of an output on a window: equal keys, equal results.
     ///
     /// # Errors
-    /// As [`Evaluator::evaluate`], for what can be seen without running anything.
+    /// As [`Evaluator::evaluate`], for errors that are known without running anything.
     pub fn key(&self, graph: &Graph, folder: &Path, port: Port, window: Window) -> Result<Key, EvalError> {
         let mut plan = Plan::new(graph, &[Request { port, window }], &[]);
         let origins = self.origins(&mut plan, folder, &Cancel::default());

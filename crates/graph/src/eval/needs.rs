@@ -1,4 +1,4 @@
-//! What of a plan is in the store and what has to be computed.
+//! Which parts of a plan are in the store, and which have to be computed.
 
 use super::{
     Store,
@@ -9,20 +9,20 @@ use super::{
 };
 use crate::{job::Wanted, value::Value};
 
-/// An output of a step, as far as it is there.
+/// The state of an output of a step.
 #[derive(Clone, Debug, Default)]
 pub(super) enum Slot {
-    /// Not yet, or no longer.
+    /// Not available yet, or released.
     #[default]
     Empty,
-    /// Here.
+    /// In memory.
     Here(Value),
     /// On disk.
     Stored(Ticket),
 }
 
 impl Slot {
-    /// Bytes of a value that is here.
+    /// Size of a value in memory.
     pub(super) fn bytes(&self) -> u64 {
         match self {
             Self::Here(value) => value.bytes() as u64,
@@ -44,7 +44,7 @@ pub(super) struct Needs {
 }
 
 impl Needs {
-    /// Looks results up from the requests towards the sources: what feeds a result that was found is not looked at.
+    /// Looks results up from the requests towards the sources: sources of a result that was found are not looked up.
     pub(super) fn new(store: &Store, pinned: &Pinned, plan: &Plan<'_>, origins: &[Option<Origins>]) -> Self {
         let count = plan.steps.len();
         let mut needs = Self {
@@ -80,7 +80,7 @@ impl Needs {
         self.wanted[at] != Wanted::NONE
     }
 
-    /// Finds the outputs of a step that are read; gives those that have to be computed.
+    /// Finds the outputs of a step that are read; returns those that have to be computed.
     fn recall(&mut self, store: &Store, pinned: &Pinned, at: usize, step: &Step<'_>, origins: &Origins) -> Wanted {
         let mut wanted = Wanted::NONE;
         for output in (0..step.types.len()).filter(|output| self.readers[at][*output] > 0) {

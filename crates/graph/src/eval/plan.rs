@@ -17,12 +17,12 @@ use crate::{
     world::{Edge, Window, World},
 };
 
-/// The nodes that requests need, each after those that it reads. A node is planned once for each world.
+/// The nodes that requests need, each after those that it reads. A node is planned once per world.
 ///
 /// Steps are in the order in which a recursive evaluation would finish them, which keeps few values alive at a time.
 pub(super) struct Plan<'g> {
     pub(super) steps: Vec<Step<'g>>,
-    /// Per request, what it asks of which step; or why nothing can be asked.
+    /// Per request, its step and output, or why it cannot be evaluated.
     pub(super) targets: Vec<Result<Target, EvalError>>,
 }
 
@@ -40,19 +40,22 @@ pub(super) struct Step<'g> {
     pub(super) instance: &'g Instance,
     pub(super) name: Arc<str>,
     pub(super) inputs: Vec<Source>,
+    /// Its wired inputs on the cells of [`Node::coarse`](crate::Node), one per input; empty without such cells. They
+    /// follow from the inputs and the parameters, so that keys leave them out.
+    pub(super) coarse: Vec<Source>,
     /// The types of its outputs.
     pub(super) types: Vec<PortType>,
-    /// The window its readers take from: the smallest one that contains what each of them wants.
+    /// The window that its readers need: the smallest one that contains all of theirs.
     pub(super) wanted: Window,
-    /// The window its kernel works on: `wanted` with the halo of its reach.
+    /// The window that its kernel computes: `wanted` grown by the halo of its reach.
     pub(super) window: Window,
-    /// Outputs that are stored if its kernel runs anyway.
+    /// Outputs that are stored if the kernel runs anyway.
     pub(super) byproducts: Wanted,
-    /// Why it cannot run: a fault of its own or of what it reads.
+    /// Why it cannot run: a fault of the step or of one that it reads.
     pub(super) fault: Option<EvalError>,
 }
 
-/// What an input reads.
+/// The source of an input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Source {
     /// An output of an earlier step.
@@ -66,6 +69,7 @@ pub(super) enum Source {
 /// Inputs, output types and fault of a step.
 struct Wired {
     inputs: Vec<Source>,
+    coarse: Vec<Source>,
     types: Vec<PortType>,
     fault: Option<EvalError>,
 }
@@ -87,7 +91,7 @@ impl<'g> Plan<'g> {
         };
         let checked: Vec<Result<Place, EvalError>> =
             requests.iter().map(|request| check(graph, request).map(|()| place(request))).collect();
-        let order = order(graph, checked.iter().flatten().copied());
+        let order = order(graph, &mut worlds, checked.iter().flatten().copied());
         let position: HashMap<Place, usize> = order.iter().enumerate().map(|(at, place)| (*place, at)).collect();
         let target = |request: &Request, place: Place| Target {
             step: position[&place],
@@ -100,19 +104,28 @@ impl<'g> Plan<'g> {
         let mut wired: Vec<Wired> = Vec::with_capacity(order.len());
         for (world, index) in &order {
             let steps = |node: NodeIndex| position[&(*world, node)];
-            let step = wire(graph, *index, &steps, &wired);
+            let mut step = wire(graph, *index, &steps, &wired);
+            if let Some(coarse) = coarse_world(graph.instance(*index), &worlds[*world]) {
+                let world = worlds.iter().position(|known| *known == coarse).expect("a world of the order");
+                let source = |at| match graph.source(*index, at) {
+                    Some(port) => Source::Wire { step: position[&(world, port.node)], output: port.output },
+                    None => Source::Absent,
+                };
+                step.coarse = (0..step.inputs.len()).map(source).collect();
+            }
             wired.push(step);
         }
 
-        let windows = windows(graph, &order, &wired, &targets);
+        let windows = windows(graph, &order, &worlds, &wired, &targets);
         let mut steps: Vec<Step<'g>> = order
             .iter()
             .zip(wired)
             .zip(windows)
-            .map(|(((_, index), Wired { inputs, types, fault }), (wanted, window))| {
+            .map(|(((_, index), Wired { inputs, coarse, types, fault }), (wanted, window))| {
                 let instance = graph.instance(*index);
                 let name = Arc::from(instance.name.as_str());
-                Step { index: *index, instance, name, inputs, types, wanted, window, byproducts: Wanted::NONE, fault }
+                let byproducts = Wanted::NONE;
+                Step { index: *index, instance, name, inputs, coarse, types, wanted, window, byproducts, fault }
             })
             .collect();
         for request in byproducts.iter().filter(|request| check(graph, request).is_ok()) {
@@ -125,7 +138,7 @@ impl<'g> Plan<'g> {
         Self { steps, targets }
     }
 
-    /// Passes faults on to the steps that read a step with one; these have no keys.
+    /// Propagates faults to the steps that read a faulty one; these have no keys.
     pub(super) fn spread_faults(&mut self, origins: &mut [Option<Origins>]) {
         for (at, origins) in origins.iter_mut().enumerate() {
             let inherited = self.steps[at].wires().find_map(|(source, _)| self.steps[source].fault.clone());
@@ -138,7 +151,7 @@ impl<'g> Plan<'g> {
         }
     }
 
-    /// Per step the requests that ask for it.
+    /// Per step, the requests for it.
     pub(super) fn requests_of_steps(&self) -> Vec<Vec<usize>> {
         let mut of_steps = vec![Vec::new(); self.steps.len()];
         for (request, target) in self.targets.iter().enumerate() {
@@ -151,29 +164,36 @@ impl<'g> Plan<'g> {
 }
 
 impl Step<'_> {
-    /// The steps and outputs it reads, one per wire.
+    /// The steps and outputs that it reads, one per wire.
     pub(super) fn wires(&self) -> impl Iterator<Item = (usize, usize)> {
-        self.inputs.iter().filter_map(|source| match source {
-            Source::Wire { step, output } => Some((*step, *output)),
-            Source::Constant(_) | Source::Absent => None,
-        })
+        wires(&self.inputs).chain(wires(&self.coarse))
     }
 
-    /// Bytes of one output on a window; none for reports.
+    /// The wires of its inputs on the world's cells.
+    pub(super) fn own_wires(&self) -> impl Iterator<Item = (usize, usize)> {
+        wires(&self.inputs)
+    }
+
+    /// The wires of its inputs on other cells.
+    pub(super) fn coarse_wires(&self) -> impl Iterator<Item = (usize, usize)> {
+        wires(&self.coarse)
+    }
+
+    /// Size of one output on a window; zero for reports.
     pub(super) fn output_bytes(&self, output: usize, window: &Window) -> u64 {
         let cells = u64::from(window.cells[0]) * u64::from(window.cells[1]);
         cells * self.types[output].planes().unwrap_or(0) as u64 * size_of::<f32>() as u64
     }
 
-    /// Bytes that its kernel takes for the wanted outputs: these on its window, its scratch, and parts of inputs that
-    /// were computed on wider windows.
+    /// Memory that its kernel needs for the wanted outputs: the outputs on its window, its scratch memory, and crops of
+    /// inputs that were computed on wider windows.
     pub(super) fn kernel_bytes(&self, wanted: Wanted, steps: &[Step<'_>]) -> u64 {
-        let cuts = self.wires().filter(|(source, _)| steps[*source].wanted != self.window);
+        let cuts = wires(&self.inputs).filter(|(source, _)| steps[*source].wanted != self.window);
         let cuts: u64 = cuts.map(|(source, output)| steps[source].output_bytes(output, &self.window)).sum();
         cuts + self.own_bytes(wanted, &self.window)
     }
 
-    /// Bytes of the wanted outputs on a window, and of the scratch of the kernel that computes them there.
+    /// Size of the wanted outputs on a window, and of the scratch memory of the kernel that computes them there.
     pub(super) fn own_bytes(&self, wanted: Wanted, window: &Window) -> u64 {
         let given = (0..self.types.len()).filter(|output| wanted.contains(*output));
         let given: u64 = given.map(|output| self.output_bytes(output, window)).sum();
@@ -181,6 +201,19 @@ impl Step<'_> {
         let sizing = Sizing { params: &self.instance.params, window: *window, wired: &wired, wanted };
         given + self.instance.node.scratch.bytes(&sizing)
     }
+}
+
+fn wires(sources: &[Source]) -> impl Iterator<Item = (usize, usize)> {
+    sources.iter().filter_map(|source| match source {
+        Source::Wire { step, output } => Some((*step, *output)),
+        Source::Constant(_) | Source::Absent => None,
+    })
+}
+
+/// The cells on which a node also reads its inputs, where they are not those of the world.
+fn coarse_world(instance: &Instance, world: &World) -> Option<World> {
+    let coarse = (instance.node.coarse?)(&instance.params, world)?;
+    (coarse.cells != world.cells).then_some(coarse)
 }
 
 fn check(graph: &Graph, Request { port, window }: &Request) -> Result<(), EvalError> {
@@ -202,14 +235,14 @@ fn check(graph: &Graph, Request { port, window }: &Request) -> Result<(), EvalEr
     Ok(())
 }
 
-/// [`Window::contains`] for a window that may claim cells beyond any world.
+/// [`Window::contains`] for a window that may extend beyond any world.
 fn contains(whole: &Window, part: &Window) -> bool {
     (0..2).all(|axis| part.origin[axis].checked_add(part.cells[axis]).is_some()) && whole.contains(part)
 }
 
-/// The needed nodes, each after those that it reads: depth first along the inputs, without recursion, since a chain
-/// may be long.
-fn order(graph: &Graph, wanted: impl Iterator<Item = Place>) -> Vec<Place> {
+/// The needed nodes, each after those that it reads: depth first along the inputs, without recursion, since a chain may
+/// be long.
+fn order(graph: &Graph, worlds: &mut Vec<World>, wanted: impl Iterator<Item = Place>) -> Vec<Place> {
     let mut order = Vec::new();
     let mut seen = HashSet::new();
     for root in wanted {
@@ -218,13 +251,22 @@ fn order(graph: &Graph, wanted: impl Iterator<Item = Place>) -> Vec<Place> {
             continue;
         }
         while let Some(((world, index), input)) = stack.last_mut() {
-            let (world, index) = (*world, *index);
-            if *input == graph.instance(index).node.inputs.len() {
+            let (mut world, index) = (*world, *index);
+            let instance = graph.instance(index);
+            let inputs = instance.node.inputs.len();
+            let coarse = coarse_world(instance, &worlds[world]);
+            if *input == if coarse.is_some() { 2 * inputs } else { inputs } {
                 order.push((world, index));
                 stack.pop();
                 continue;
             }
-            let source = graph.source(index, *input);
+            let source = graph.source(index, *input % inputs);
+            if let Some(coarse) = coarse.filter(|_| *input >= inputs) {
+                world = worlds.iter().position(|known| *known == coarse).unwrap_or(worlds.len());
+                if world == worlds.len() {
+                    worlds.push(coarse);
+                }
+            }
             *input += 1;
             if let Some(source) = source.map(|port| (world, port.node))
                 && seen.insert(source)
@@ -236,7 +278,7 @@ fn order(graph: &Graph, wanted: impl Iterator<Item = Place>) -> Vec<Place> {
     order
 }
 
-/// Inputs and output types of a node, after those of what it reads.
+/// Inputs and output types of a node; the nodes that it reads come first.
 fn wire(graph: &Graph, index: NodeIndex, steps: &dyn Fn(NodeIndex) -> usize, wired: &[Wired]) -> Wired {
     let instance = graph.instance(index);
     let mut fault = None;
@@ -251,7 +293,7 @@ fn wire(graph: &Graph, index: NodeIndex, steps: &dyn Fn(NodeIndex) -> usize, wir
         Source::Wire { step, .. } => wired[*step].fault.clone(),
         Source::Constant(_) | Source::Absent => None,
     });
-    Wired { inputs, types, fault: inherited.or(fault) }
+    Wired { inputs, coarse: Vec::new(), types, fault: inherited.or(fault) }
 }
 
 fn source(
@@ -266,7 +308,7 @@ fn source(
     match (graph.source(index, at), input.fallback) {
         (Some(port), _) => {
             let step = steps(port.node);
-            // The types of a step with a fault are not known.
+            // The types of a step with a fault are unknown.
             let gives = wired[step].types[port.output];
             let fits = wired[step].fault.is_some() || input.ty.accepts(gives);
             let fault = (!fits).then(|| EvalError::Type {
@@ -305,10 +347,11 @@ fn output_types(instance: &Instance, inputs: &[Source], wired: &[Wired]) -> Vec<
     types.collect()
 }
 
-/// Per step the window that its readers want and the one that its kernel works on: from the requests up the wires.
+/// Per step, the window that its readers need and the one that its kernel computes: from the requests up the wires.
 fn windows(
     graph: &Graph,
     order: &[Place],
+    worlds: &[World],
     wired: &[Wired],
     targets: &[Result<Target, EvalError>],
 ) -> Vec<(Window, Window)> {
@@ -329,7 +372,10 @@ fn windows(
                 want(&mut wanted[*step], &window);
             }
         }
-        // What was computed for the whole world is kept whole: the next tile takes it from the cache.
+        if let Some(coarse) = coarse_world(instance, &worlds[order[at].0]) {
+            wires(&wired[at].coarse).for_each(|(step, _)| want(&mut wanted[step], &Window::whole(coarse)));
+        }
+        // A result computed for the whole world is kept whole: the next tile takes it from the cache.
         let kept = if matches!(instance.node.reach, Reach::World) { window } else { wanted_here };
         windows.push((kept, window));
     }
@@ -337,7 +383,7 @@ fn windows(
     windows
 }
 
-/// The window a kernel must work on for `wanted` to be right.
+/// The window that a kernel must compute for `wanted` to be correct.
 pub(super) fn reached(reach: Reach, params: &ParamValues, wanted: &Window) -> Window {
     match reach {
         Reach::Point => *wanted,
@@ -345,13 +391,13 @@ pub(super) fn reached(reach: Reach, params: &ParamValues, wanted: &Window) -> Wi
         Reach::Metres(from) => match from(params, wanted.cell_m()) {
             0.0 => *wanted,
             reach_m if reach_m > 0.0 => around(wanted.grown(reach_m)),
-            // not a distance: nothing less than the whole is certain to be enough
+            // not a distance: only the whole world is certain to be enough
             _ => Window::whole(wanted.world),
         },
     }
 }
 
-/// A halo that comes to a periodic side goes on at the opposite one, so the window takes the whole of that axis.
+/// A halo that reaches a periodic side continues at the opposite one, so the window covers the whole axis.
 fn around(mut window: Window) -> Window {
     let world = window.world;
     let sides = [[world.boundary.west, world.boundary.east], [world.boundary.north, world.boundary.south]];

@@ -1,9 +1,9 @@
-//! The run of a plan: ready steps side by side on the pool.
+//! Running a plan: ready steps run in parallel on the thread pool.
 //!
-//! Each task on the pool runs one kernel or delivers one result, and there are at most as many at a time as the pool has
-//! threads. Kernels use the same pool inside; a thread that waits there may take up another task meanwhile, so no lock is
-//! held while a kernel runs, and the bound keeps such nesting small. Two kernels run side by side only where their memory
-//! fits below what one after the other takes at its peak.
+//! Each task on the pool runs one kernel or delivers one result, and there are at most as many tasks at a time as the
+//! pool has threads. Kernels use the same pool; a thread that waits inside a kernel may start another task meanwhile,
+//! so no lock is held while a kernel runs, and the bound on tasks limits such nesting. Two kernels run in parallel only
+//! if their memory stays below the peak of running one after the other.
 
 mod kernel;
 mod state;
@@ -35,7 +35,7 @@ use crate::{
     world::Window,
 };
 
-/// One evaluation under way.
+/// A running evaluation.
 pub(super) struct Run<'r> {
     evaluator: &'r Evaluator,
     plan: &'r Plan<'r>,
@@ -43,15 +43,15 @@ pub(super) struct Run<'r> {
     folder: &'r Path,
     events: &'r (dyn Fn(Event) + Sync),
     deliver: &'r (dyn Fn(usize, Delivery) + Sync),
-    /// Whether results are kept in the store.
+    /// True if results are kept in the store.
     keeps: bool,
-    /// The request's number for the caller, per request of the plan.
+    /// Per request of the plan, its index for the caller.
     numbers: &'r [usize],
-    /// Most bytes that kernels side by side may take.
+    /// Limit for the memory of kernels that run in parallel.
     ceiling: u64,
     /// On when the caller cancels.
     cancel: &'r Cancel,
-    /// Whether writing to the disk has failed before; it is not tried again in this run.
+    /// True after a failed write to disk; no other write is tried in this run.
     disk_failed: AtomicBool,
     state: Mutex<State>,
 }
@@ -84,7 +84,7 @@ impl<'r> Run<'r> {
         }
     }
 
-    /// The requests of the plan that have not been answered, since a stored result turned out not to be there.
+    /// The unanswered requests of the plan, because a stored result could not be read.
     pub(super) fn finish(self) -> Vec<usize> {
         let state = self.state.into_inner().unwrap_or_else(PoisonError::into_inner);
         (0..self.plan.targets.len()).filter(|request| !state.answered[*request]).collect()
@@ -108,7 +108,7 @@ impl<'r> Run<'r> {
         }
     }
 
-    /// Delivers a result that is there.
+    /// Delivers an available result.
     fn hand_over<'s>(&'s self, at: usize, request: usize, scope: &Scope<'s>) {
         let answer = self.plan.targets[request].as_ref().ok().and_then(|target| {
             let value = self.take(at, target.output)?;
@@ -124,25 +124,26 @@ impl<'r> Run<'r> {
         self.pump(scope);
     }
 
-    /// The inputs of a step on its window; values that nobody else will read are dropped here.
+    /// The inputs of a step on its window, and those on other cells; values without further readers are dropped here.
     ///
     /// # Errors
-    /// When there is no memory for a part of one; `None` when a stored one could not be had.
-    fn inputs(&self, at: usize) -> Result<Vec<InputValue>, Option<EvalError>> {
+    /// When there is no memory for a crop; `None` when a stored value could not be read.
+    fn inputs(&self, at: usize) -> Result<[Vec<InputValue>; 2], Option<EvalError>> {
         let step = &self.plan.steps[at];
-        let mut inputs = Vec::with_capacity(step.inputs.len());
-        for source in &step.inputs {
-            inputs.push(match *source {
-                Source::Wire { step: source, output } => {
-                    let value = self.take(source, output).ok_or(None)?;
-                    let value = cut(value, &step.window).map_err(|refused| self.out_of_memory(at, refused))?;
-                    InputValue::Value(value)
-                }
-                Source::Constant(value) => InputValue::Constant(value),
-                Source::Absent => InputValue::Absent,
-            });
-        }
-        Ok(inputs)
+        let input = |source: &Source, window: Option<&Window>| match *source {
+            Source::Wire { step: source, output } => {
+                let value = self.take(source, output).ok_or(None)?;
+                let window = window.unwrap_or(&self.plan.steps[source].wanted);
+                let value = cut(value, window).map_err(|refused| self.out_of_memory(at, refused))?;
+                Ok(InputValue::Value(value))
+            }
+            Source::Constant(value) => Ok(InputValue::Constant(value)),
+            Source::Absent => Ok(InputValue::Absent),
+        };
+        let inputs: Result<_, Option<EvalError>> =
+            step.inputs.iter().map(|source| input(source, Some(&step.window))).collect();
+        let coarse: Result<_, Option<EvalError>> = step.coarse.iter().map(|source| input(source, None)).collect();
+        Ok([inputs?, coarse?])
     }
 
     fn out_of_memory(&self, at: usize, refused: OutOfMemory) -> EvalError {
@@ -150,7 +151,7 @@ impl<'r> Run<'r> {
         EvalError::OutOfMemory { node: instance.name.clone(), id: instance.node.id, refused }
     }
 
-    /// One reading of a value, from disk if need be.
+    /// Takes a value for one reader, from disk if necessary.
     fn take(&self, at: usize, output: usize) -> Option<Value> {
         let ticket = match lock(&self.state).read(at, output) {
             Slot::Here(value) => return Some(value),
@@ -171,7 +172,7 @@ impl<'r> Run<'r> {
             }
             Err(damage) => {
                 if let Some(damage) = damage {
-                    let message = format!("a stored result is not used: {damage}");
+                    let message = format!("a stored result was ignored: {damage}");
                     (self.events)(Event::Warning { node: step.index, name: step.name.clone(), message });
                 }
                 None
@@ -190,7 +191,7 @@ impl<'r> Run<'r> {
         lock(&self.state).publish(at, self.plan, values);
     }
 
-    /// Answers all requests that depend on a step which has failed. Without an error it was cancelled.
+    /// Answers all requests that depend on a failed step. Without an error, it was cancelled.
     fn fail(&self, at: usize, error: Option<&EvalError>) {
         let requests = lock(&self.state).fail(at, self.plan, error.is_some());
         for request in requests {
@@ -200,8 +201,8 @@ impl<'r> Run<'r> {
         }
     }
 
-    /// Writes results to the disk, where there is one. What reads them has been started before. A failure elsewhere does
-    /// not stop it, so that the work is not lost.
+    /// Writes results to disk, if the store has a folder. Steps that read them have been started before. A failure
+    /// elsewhere does not stop the writing, so that the work is not lost.
     fn write(&self, at: usize, step: &Step<'_>, values: &[Option<Value>]) {
         let Some(origins) = &self.origins[at] else { return };
         for (output, value) in values.iter().enumerate() {
@@ -221,7 +222,7 @@ impl<'r> Run<'r> {
     }
 }
 
-/// The part of a value on a window.
+/// Crops a value to a window.
 fn cut(value: Value, window: &Window) -> Result<Value, OutOfMemory> {
     match value {
         Value::Field(field) => Ok(Value::Field(field.try_crop(window)?)),

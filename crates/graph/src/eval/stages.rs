@@ -1,10 +1,10 @@
-//! Building in stages, for worlds whose rasters fill the memory: what needs the whole world is computed whole, everything
-//! between in bands of rows, so that only what is read as a whole is ever there as a whole.
+//! Building in stages, for worlds whose rasters fill the memory: nodes that need the whole world compute it whole, and
+//! everything between runs in bands of rows, so that only what is read as a whole is in memory as a whole.
 //!
 //! A result is *whole* when its node reaches across the world, when such a node reads it, or when it is requested as a
-//! whole. All others exist for one band at a time: a band of the requested rows is followed up the wires, with the halos of
-//! the nodes' reaches, to whole results. Nodes give the same bytes in a band as in the world, as the tests of their reach
-//! show, so the bands are those of the whole.
+//! whole. All others exist for one band at a time: a band of the requested rows is followed up the wires, with the
+//! halos of the nodes' reaches, to whole results. Nodes give the same bytes in a band as in the world (tests of their
+//! reach verify it), so the bands equal rows of the whole.
 
 mod bands;
 mod plan;
@@ -21,9 +21,9 @@ use super::{
 };
 use crate::{job::Cancel, value::Value, world::Window};
 
-/// Cells of a band, about; fewer make the start of a kernel felt, more take memory.
+/// Approximate number of cells of a band; with fewer, starting a kernel becomes noticeable, more need more memory.
 const BAND_CELLS: u32 = 1 << 20;
-/// Bytes of one plane from which on stages are worth their bookkeeping.
+/// Smallest size of a plane, in bytes, at which stages are worth their overhead.
 const LARGE: u64 = 16 << 20;
 
 impl Evaluator {
@@ -85,7 +85,7 @@ impl Evaluator {
                 }
                 return;
             }
-            // What no later stage reads is released.
+            // Release what no later stage reads.
             pinned.retain(|slot, _| {
                 stages.all[at + 1..].iter().any(|later| later.reads.iter().any(|read| course.slot(*read) == *slot))
             });
@@ -93,7 +93,7 @@ impl Evaluator {
     }
 }
 
-/// The course of a build through its stages.
+/// A build running through its stages.
 struct Course<'a> {
     evaluator: &'a Evaluator,
     evaluation: &'a Evaluation<'a>,
@@ -179,7 +179,7 @@ fn cut(value: &Value, window: &Window, node: &str) -> Result<Value, EvalError> {
     }
 }
 
-/// The window of all requests, if it is one.
+/// The common window of all requests. Returns None when they differ.
 fn common_window(requests: &[Request]) -> Option<Window> {
     let first = requests.first()?.window;
     requests

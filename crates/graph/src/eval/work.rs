@@ -1,4 +1,4 @@
-//! What one evaluation is about, and its course: plan, look up, check the memory, run, and plan again what was lost.
+//! One evaluation: plan, look up, check the memory, run, and plan again what was lost.
 
 use std::collections::HashMap;
 
@@ -14,19 +14,19 @@ use super::{
 };
 use crate::{job::Cancel, value::Value};
 
-/// Bytes up to which kernels run side by side even where one after the other would take less.
+/// Memory up to which kernels run in parallel even if running one after the other would need less.
 const SIDE_BY_SIDE: u64 = 256 << 20;
 
-/// Values that are held for the evaluations of one request after the other.
+/// Values that stay alive between the evaluations of one request.
 pub(super) type Pinned = HashMap<store::Slot, Value>;
 
-/// An evaluation with those who watch it.
+/// An evaluation with its receivers.
 #[derive(Clone, Copy)]
 pub(super) struct Work<'a> {
     pub(super) evaluation: Evaluation<'a>,
-    /// What is there whatever the store holds.
+    /// Values that are available whatever the store contains.
     pub(super) pinned: &'a Pinned,
-    /// Whether results are kept in the store.
+    /// True if results are kept in the store.
     pub(super) keeps: bool,
     pub(super) cancel: &'a Cancel,
     pub(super) events: &'a (dyn Fn(Event) + Sync),
@@ -37,7 +37,7 @@ impl Work<'_> {
     /// Answers all requests.
     pub(super) fn carry_out(&self, evaluator: &Evaluator) {
         let mut numbers: Vec<usize> = (0..self.evaluation.requests.len()).collect();
-        // A stored result that is not there after all is planned again, without it.
+        // If a stored result cannot be read, plan again without it.
         while !numbers.is_empty() && !self.cancel.is_cancelled() {
             let left = self.attempt(evaluator, &numbers);
             numbers = left.into_iter().map(|request| numbers[request]).collect();
@@ -47,7 +47,7 @@ impl Work<'_> {
         }
     }
 
-    /// Plans and runs once; gives the requests that are left without an answer, by their places among `numbers`.
+    /// Plans and runs once; returns the requests that remain unanswered, by their indices in `numbers`.
     fn attempt(&self, evaluator: &Evaluator, numbers: &[usize]) -> Vec<usize> {
         let Evaluation { graph, folder, requests, byproducts } = self.evaluation;
         let requests: Vec<Request> = numbers.iter().map(|number| requests[*number]).collect();
@@ -66,7 +66,7 @@ impl Work<'_> {
         if self.cancel.is_cancelled() {
             return (0..numbers.len()).collect();
         }
-        self.tell(evaluator, &plan, &origins, &needs);
+        self.report(evaluator, &plan, &origins, &needs);
         for (request, target) in plan.targets.iter().enumerate() {
             let fault = target.as_ref().map_or_else(Some, |target| plan.steps[target.step].fault.as_ref());
             if let Some(fault) = fault {
@@ -78,8 +78,8 @@ impl Work<'_> {
         run.finish()
     }
 
-    /// Tells what is found and what will be computed, with the warnings of kernels that ran before.
-    fn tell(&self, evaluator: &Evaluator, plan: &Plan<'_>, origins: &[Option<Origins>], needs: &Needs) {
+    /// Reports what was found and what will be computed, with the stored warnings of kernels that ran before.
+    fn report(&self, evaluator: &Evaluator, plan: &Plan<'_>, origins: &[Option<Origins>], needs: &Needs) {
         let events = self.events;
         let steps = || 0..plan.steps.len();
         let compute = steps().filter(|at| needs.computes(*at)).count();
@@ -91,7 +91,8 @@ impl Work<'_> {
             for message in kept.iter().flat_map(|kept| kept.iter()) {
                 events(Event::Warning { node, name: name(), message: message.clone() });
             }
-            if needs.is_found(at) && !needs.is_stored(at) {
+            let is_pinned = |origins: &Origins| self.pinned.keys().any(|(key, _)| *key == origins.key);
+            if needs.is_found(at) && !needs.is_stored(at) && !origins[at].as_ref().is_some_and(is_pinned) {
                 let bytes = needs.found[at].iter().map(Slot::bytes).sum::<u64>() as usize;
                 let (time, origin) = (std::time::Duration::ZERO, Origin::Memory);
                 let cells = step.wanted.world.cells;

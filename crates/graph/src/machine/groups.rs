@@ -1,8 +1,8 @@
 //! The control groups that limit this process's memory, of both versions and at all levels.
 //!
-//! `/proc/self/cgroup` names the group of each hierarchy and `/proc/self/mountinfo` the folder that shows it. A group is
-//! limited by its own limit and by those of all groups above it; in a container only those up to the container's own are
-//! seen, and the ones above it count through what the machine has free.
+//! `/proc/self/cgroup` names the group of each hierarchy and `/proc/self/mountinfo` the folder that shows it. A group
+//! is limited by its own limit and by those of all groups above it. In a container only the groups up to the
+//! container's are visible; those above it count through the memory that the machine has free.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -21,7 +21,7 @@ pub(super) struct Group {
     folder: PathBuf,
 }
 
-/// The groups that count this process's memory, each before the one above it.
+/// The groups that count this process's memory, each before its parent.
 pub(super) fn memory_groups(read: Read<'_>) -> Vec<Group> {
     let text = |path: &str| read(Path::new(path)).unwrap_or_default();
     let (own, mounts) = (text("/proc/self/cgroup"), text("/proc/self/mountinfo"));
@@ -66,13 +66,13 @@ fn mount(line: &str) -> Option<Mount> {
     Some(Mount { version, root: unescaped(root), point: unescaped(point) })
 }
 
-/// A path of `/proc/self/mountinfo`, in which spaces, tabs, line ends and backslashes are octal numbers.
+/// A path of `/proc/self/mountinfo`, where spaces, tabs, line ends and backslashes are written as octal numbers.
 fn unescaped(path: &str) -> PathBuf {
     let codes = [("\\040", " "), ("\\011", "\t"), ("\\012", "\n"), ("\\134", "\\")];
     PathBuf::from(codes.iter().fold(path.to_owned(), |path, (code, letter)| path.replace(code, letter)))
 }
 
-/// The group of a line of `/proc/self/cgroup`, `number:controllers:path`, where it is the one that counts memory.
+/// The group in a line of `/proc/self/cgroup`, `number:controllers:path`, if it is the one that counts memory.
 fn own_path(line: &str, version: Version) -> Option<&str> {
     let mut parts = line.splitn(3, ':');
     let (number, controllers, path) = (parts.next()?, parts.next()?, parts.next()?);
@@ -83,16 +83,16 @@ fn own_path(line: &str, version: Version) -> Option<&str> {
     counts.then_some(path)
 }
 
-/// The way from the group that a mount point shows down to the process's own. Returns None when the mount point does not
-/// show it, as when a container sees another's.
+/// The path from the group of a mount point down to the process's own. Returns None when the mount point does not show
+/// it, as when a container sees another's.
 fn below(path: &Path, root: &Path) -> Option<PathBuf> {
     let below = path.strip_prefix(root).ok()?;
     below.components().all(|part| matches!(part, Component::Normal(_))).then(|| below.to_owned())
 }
 
 impl Group {
-    /// Bytes that may still be taken within this group: what is left of its limit and of its limit on swap, of which
-    /// the machine has `swap_free`. Returns None when it has no limit.
+    /// Bytes still available within this group: the rest of its limit and of its limit on swap, of which the machine
+    /// has `swap_free`. Returns None when it has no limit.
     pub(super) fn room(&self, read: Read<'_>, swap_free: u64) -> Option<u64> {
         let number = |name: &str| self.number(read, name);
         let limit = self.limit(read)?;
@@ -100,7 +100,7 @@ impl Group {
             Version::One => {
                 let used = number("memory.usage_in_bytes")?.saturating_sub(self.reclaimable(read));
                 let memory = limit.saturating_sub(used);
-                // with swap, where that is counted
+                // including swap, if that is counted
                 let both = number("memory.memsw.limit_in_bytes").zip(number("memory.memsw.usage_in_bytes"));
                 let both = both.map_or(u64::MAX, |(limit, used)| {
                     limit.saturating_sub(used.saturating_sub(self.reclaimable(read)))
@@ -116,8 +116,8 @@ impl Group {
         }
     }
 
-    /// Bytes of memory that this group may take; above `memory.high` its processes are slowed down until they hardly
-    /// move. Returns None when it has no limit.
+    /// Memory limit of this group in bytes; above `memory.high` its processes are slowed down until they hardly
+    /// progress. Returns None when it has no limit.
     pub(super) fn limit(&self, read: Read<'_>) -> Option<u64> {
         let names: &[&str] = match self.version {
             Version::One => &["memory.limit_in_bytes"],
@@ -126,7 +126,7 @@ impl Group {
         names.iter().filter_map(|name| self.number(read, name)).min()
     }
 
-    /// Bytes of files that the system keeps in memory for this group, and gives up before it refuses any.
+    /// Bytes of the page cache of this group, which the system releases before it refuses an allocation.
     fn reclaimable(&self, read: Read<'_>) -> u64 {
         let stat = read(&self.folder.join("memory.stat")).unwrap_or_default();
         let names = match self.version {
@@ -140,13 +140,13 @@ impl Group {
         names.into_iter().filter_map(value).sum()
     }
 
-    /// A number in one of its files; `max` is none.
+    /// A number in one of its files. Returns None for `max`.
     fn number(&self, read: Read<'_>, name: &str) -> Option<u64> {
         read(&self.folder.join(name))?.trim().parse().ok()
     }
 
-    /// Returns true if the group above, below the mount point or there, does not count what its children take
-    /// (`memory.use_hierarchy` of version 1, which newer systems always have on).
+    /// Returns true if the parent group, if it is visible, does not count the memory of its children
+    /// (`memory.use_hierarchy` of version 1, which is always on in newer systems).
     fn is_below_a_flat_one(&self, read: Read<'_>, point: &Path) -> bool {
         let above = self.folder.parent().filter(|above| above.starts_with(point));
         let told = above.and_then(|above| read(&above.join("memory.use_hierarchy")));

@@ -1,5 +1,5 @@
-//! What memory the machine gives this process: its own memory, the limits of the control groups that the process is in,
-//! and the limits of the process itself. Known on Linux alone; elsewhere an allocation that fails tells it.
+//! The memory that the machine gives this process: its own memory, the limits of the control groups that the process is
+//! in, and the limits of the process itself. Known on Linux only; elsewhere a failing allocation is the only sign.
 
 mod groups;
 mod process;
@@ -10,18 +10,18 @@ use std::path::Path;
 
 use groups::memory_groups;
 
-/// Reads a small file of the system; returns None when there is none. Tests give it texts of their own.
+/// Reads a small file of the system. Returns None when it does not exist. Tests replace it.
 type Read<'a> = &'a dyn Fn(&Path) -> Option<String>;
 
-/// Bytes that this process can take without others having to yield: free memory and swap, within what is left of every
-/// limit. Returns None where the system does not tell.
+/// Bytes that this process can allocate without displacing others: free memory and swap, within what is left of every
+/// limit. Returns None when the system does not report them.
 #[must_use]
 pub fn available() -> Option<u64> {
     available_by(&|path| std::fs::read_to_string(path).ok())
 }
 
-/// Bytes of memory that this process could take if nothing else ran: the machine's memory without swap, within every
-/// limit. Budgets of caches follow it. Returns None where the system does not tell.
+/// Bytes of memory that this process could allocate if nothing else ran: the machine's memory without swap, within
+/// every limit. Limits of caches depend on it. Returns None when the system does not report it.
 #[must_use]
 pub fn total() -> Option<u64> {
     total_by(&|path| std::fs::read_to_string(path).ok())

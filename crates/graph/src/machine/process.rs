@@ -1,4 +1,4 @@
-//! The machine's memory and the limits of this process, as `/proc` tells them.
+//! The machine's memory and the limits of this process, as reported by `/proc`.
 
 use std::path::Path;
 
@@ -7,15 +7,15 @@ use super::Read;
 /// The memory of the machine in bytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Machine {
-    /// All of it, without swap.
+    /// All memory, without swap.
     pub(super) total: u64,
-    /// What can be taken without swapping, as the kernel estimates it.
+    /// Memory available without swapping, as the kernel estimates it.
     pub(super) free: u64,
-    /// Swap that is not used.
+    /// Unused swap.
     pub(super) swap_free: u64,
 }
 
-/// The memory of a `/proc/meminfo`.
+/// The memory according to `/proc/meminfo`.
 pub(super) fn machine(info: &str) -> Option<Machine> {
     let (total, free) = (kib(info, "MemTotal")?, kib(info, "MemAvailable")?);
     Some(Machine { total, free, swap_free: kib(info, "SwapFree").unwrap_or(0) })
@@ -34,7 +34,7 @@ impl Limit {
     }
 }
 
-/// The limits on addresses (`RLIMIT_AS`) and on data (`RLIMIT_DATA`), as far as they are set.
+/// The limits on address space (`RLIMIT_AS`) and data (`RLIMIT_DATA`), if they are set.
 pub(super) fn limits(read: Read<'_>) -> Vec<Limit> {
     let text = |path: &str| read(Path::new(path)).unwrap_or_default();
     let (limits, status) = (text("/proc/self/limits"), text("/proc/self/status"));

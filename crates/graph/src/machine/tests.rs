@@ -1,4 +1,4 @@
-//! Texts of systems, and what they mean.
+//! The contents of `/proc` of various systems, and what they mean.
 
 use std::{collections::HashMap, path::Path};
 
@@ -30,14 +30,14 @@ impl Files {
         (available, total)
     }
 
-    /// A hierarchy of version 2, and what it says of this process.
+    /// A hierarchy of version 2, and the group of this process in it.
     fn two(self, root: &str, own: &str) -> Self {
         let mount = format!("30 23 0:26 {root} /sys/fs/cgroup rw,nosuid shared:9 - cgroup2 cgroup2 rw,nsdelegate\n");
         self.with("/proc/self/mountinfo", format!("23 1 0:1 / / rw - ext4 /dev/sda rw\n{mount}"))
             .with("/proc/self/cgroup", format!("0::{own}\n"))
     }
 
-    /// A hierarchy of version 1 beside one of version 2 that counts no memory, as systems of both have it.
+    /// A hierarchy of version 1 and one of version 2 that counts no memory, as in hybrid systems.
     fn hybrid(self, root: &str, own: &str) -> Self {
         let mounts = format!(
             "33 25 0:28 / /sys/fs/cgroup/unified rw shared:10 - cgroup2 cgroup2 rw\n\
@@ -116,16 +116,16 @@ fn groups_of_version_1_count_beside_those_of_version_2() {
 
 #[test]
 fn a_container_sees_its_own_group_at_the_mount_point() {
-    // the names of groups are the container's own
+    // group names are relative to the container
     let own = machine().two("/", "/").with("/sys/fs/cgroup/memory.max", 700 * MIB);
     assert_eq!(own.with("/sys/fs/cgroup/memory.current", 200 * MIB).mib(), (600, 700));
-    // they are the machine's, and the mount point shows the container's group
+    // group names are the machine's, and the mount point shows the container's group
     for (root, path) in [("/docker/abc", "/docker/abc"), ("/docker/abc", "/docker/abc/worker")] {
         let group = machine().hybrid(root, path).with("/sys/fs/cgroup/memory/memory.limit_in_bytes", 700 * MIB);
         let group = group.with("/sys/fs/cgroup/memory/memory.usage_in_bytes", 200 * MIB);
         assert_eq!(group.mib(), (600, 700), "{path}");
     }
-    // the process was moved out of what the container sees; the limit at the mount point is the best that is known
+    // the process was moved out of what the container sees; the limit at the mount point is the best known
     let moved = machine().two("/", "/../other").with("/sys/fs/cgroup/memory.max", 700 * MIB);
     assert_eq!(moved.with("/sys/fs/cgroup/memory.current", 200 * MIB).mib(), (600, 700));
 }

@@ -4,20 +4,21 @@ use std::path::Path;
 
 use super::{Note, Notes};
 
-/// As many at a time, and bytes of their paths together.
+/// Number of paths at a time, and total bytes of their names.
 const MOST: usize = 16;
 const LONGEST: usize = 4096;
 
 static LEFTOVERS: Notes<MOST, LONGEST> = Notes::new();
 
-/// Paths that are removed when the program ends for lack of memory, until this is dropped.
+/// Paths that are removed if the program ends for lack of memory before this is dropped.
 #[derive(Debug)]
 #[must_use = "the paths are forgotten when this is dropped"]
 pub struct Leftover(#[expect(dead_code, reason = "it is dropped")] Note<MOST, LONGEST>);
 
 impl Leftover {
-    /// A file or a folder with everything in it, and folders around it that were made for it, the innermost first, which go
-    /// if nothing else is in them. Where a path cannot be noted because of its length, none is removed.
+    /// Registers a file or a folder with its contents, and the folders that were created for it, the innermost first,
+    /// which are removed if they are empty. A path that is too long to be registered is not removed, and neither are
+    /// the others.
     pub fn note(temporary: &Path, around: &[&Path]) -> Self {
         let mut text = Vec::new();
         for path in [temporary].iter().chain(around) {
@@ -28,17 +29,17 @@ impl Leftover {
     }
 }
 
-/// What a path among the leftovers is.
+/// The kind of a path among the leftovers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Left {
-    /// A file or a folder that goes with everything in it.
+    /// A file or a folder that is removed with its contents.
     Temporary,
-    /// A folder that goes if it is empty.
+    /// A folder that is removed if it is empty.
     Around,
 }
 
-/// Reads the paths that are left over when the program ends now, in the order in which they can be removed, each with a zero
-/// byte at its end. Does not allocate.
+/// Reads the paths that are left over if the program ends now, in the order in which they can be removed, each
+/// terminated by a zero byte. Does not allocate.
 pub fn each_leftover(mut read: impl FnMut(&[u8], Left)) {
     LEFTOVERS.each(|paths| {
         let mut left = Left::Temporary;
@@ -58,7 +59,7 @@ mod tests {
         let paths = || {
             let mut paths = Vec::new();
             each_leftover(|path, left| paths.push((String::from_utf8(path.to_vec()).expect("text"), left)));
-            // other tests leave things over meanwhile
+            // other tests register paths meanwhile
             paths.retain(|(path, _)| path.starts_with("/this test"));
             paths
         };

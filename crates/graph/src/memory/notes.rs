@@ -1,8 +1,8 @@
-//! Short texts that can be read when nothing can be allocated.
+//! Short texts that can be read when no memory can be allocated.
 
 use std::sync::{Mutex, PoisonError, TryLockError};
 
-/// `COUNT` places for texts of up to `BYTES` bytes, in static memory. Neither writing nor reading allocates.
+/// `COUNT` slots for texts of up to `BYTES` bytes, in static memory. Neither writing nor reading allocates.
 #[derive(Debug)]
 pub struct Notes<const COUNT: usize, const BYTES: usize>(Mutex<[Place<BYTES>; COUNT]>);
 
@@ -13,23 +13,23 @@ struct Place<const BYTES: usize> {
     text: [u8; BYTES],
 }
 
-/// A text among [`Notes`] until it is dropped.
+/// A text among [`Notes`]; dropping it removes the text.
 #[derive(Debug)]
 #[must_use = "the note is taken out again when this is dropped"]
 pub struct Note<const COUNT: usize, const BYTES: usize> {
     notes: &'static Notes<COUNT, BYTES>,
-    /// Which one; `None` when there was no room.
+    /// Its slot; `None` when there was no room.
     place: Option<usize>,
 }
 
 impl<const COUNT: usize, const BYTES: usize> Notes<COUNT, BYTES> {
-    /// No notes.
+    /// Without notes.
     #[must_use]
     pub const fn new() -> Self {
         Self(Mutex::new([Place { is_taken: false, len: 0, text: [0; BYTES] }; COUNT]))
     }
 
-    /// Notes a text. It is left out when it is too long or there is no room.
+    /// Adds a text. It is left out when it is too long or there is no room.
     pub fn add(&'static self, text: &[u8]) -> Note<COUNT, BYTES> {
         let mut places = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let place = places.iter().position(|place| !place.is_taken).filter(|_| text.len() <= BYTES);
@@ -40,8 +40,8 @@ impl<const COUNT: usize, const BYTES: usize> Notes<COUNT, BYTES> {
         Note { notes: self, place }
     }
 
-    /// Reads all notes. Reads nothing while another thread has them for longer than a moment, since the reader must
-    /// come to its end.
+    /// Reads all notes. Reads none when another thread locks them for longer than a moment, since the reader must not
+    /// hang.
     pub fn each(&self, mut read: impl FnMut(&[u8])) {
         for _ in 0..1000 {
             let places = match self.0.try_lock() {

@@ -1,4 +1,4 @@
-//! Memory that may be refused.
+//! Memory whose allocation may fail.
 
 use std::{
     alloc::{Layout, alloc_zeroed},
@@ -8,14 +8,14 @@ use std::{
 
 use crate::{job::NodeError, world};
 
-/// What helps when there is not enough memory.
+/// The remedy when there is not enough memory.
 pub const REMEDY: &str = "give the world fewer cells, build a part of it, or give the program more memory";
 
 /// The system had no memory for a raster.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no memory for another {}", world::bytes(*.bytes))]
+#[error("there is not enough memory for another {}", world::bytes(*.bytes))]
 pub struct OutOfMemory {
-    /// Bytes that were asked for.
+    /// The requested number of bytes.
     pub bytes: u64,
 }
 
@@ -32,18 +32,18 @@ impl From<OutOfMemory> for NodeError {
 }
 
 thread_local! {
-    /// Without a destructor and known when the program is compiled, so that an allocator may read it.
+    /// Without a destructor and initialized at compile time, so that an allocator may read it.
     static ASKING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Returns true while this thread asks for memory that may be refused. For the program's allocator, which must give
-/// back nothing then.
+/// Returns true while this thread makes an allocation that may fail. For the program's allocator, which must then
+/// return null.
 #[must_use]
 pub fn is_asking() -> bool {
     ASKING.get()
 }
 
-/// Runs an allocation that may be refused.
+/// Runs an allocation that may fail.
 fn asking<T>(allocate: impl FnOnce() -> T) -> T {
     let before = ASKING.replace(true);
     let result = allocate();
@@ -51,7 +51,7 @@ fn asking<T>(allocate: impl FnOnce() -> T) -> T {
     result
 }
 
-/// Types of which a value with all bytes 0 is the number 0.
+/// Types whose value with all bytes 0 is the number 0.
 #[expect(unsafe_code, reason = "a promise that only the types below make")]
 /// # Safety
 /// All bytes 0 must be a valid value.
@@ -73,7 +73,8 @@ zero!(bool, u8, u16, u32, u64, usize, i8, i16, i32, i64, isize, f32, f64);
 // SAFETY: valid elements side by side, without bytes in between.
 unsafe impl<T: Zero, const N: usize> Zero for [T; N] {}
 
-/// So many zeros. The system hands pages out when they are first written to, so that asking costs no time.
+/// Allocates `count` zeros. The system provides pages when they are first written to, so the allocation itself takes no
+/// time.
 ///
 /// # Errors
 /// [`OutOfMemory`].
@@ -94,7 +95,7 @@ pub fn zeroed<T: Zero>(count: usize) -> Result<Vec<T>, OutOfMemory> {
     Ok(unsafe { Vec::from_raw_parts(block.cast(), count, count) })
 }
 
-/// So many copies of a value.
+/// Allocates `count` copies of a value.
 ///
 /// # Errors
 /// [`OutOfMemory`].
@@ -104,7 +105,7 @@ pub fn filled<T: Copy>(count: usize, value: T) -> Result<Vec<T>, OutOfMemory> {
     Ok(all)
 }
 
-/// A copy of these values.
+/// Copies values.
 ///
 /// # Errors
 /// [`OutOfMemory`].
@@ -114,7 +115,7 @@ pub fn copied<T: Copy>(values: &[T]) -> Result<Vec<T>, OutOfMemory> {
     Ok(all)
 }
 
-/// What an iterator gives, which knows how much that is.
+/// Collects an iterator of known length.
 ///
 /// # Errors
 /// [`OutOfMemory`].
@@ -124,7 +125,7 @@ pub fn collected<T>(values: impl ExactSizeIterator<Item = T>) -> Result<Vec<T>, 
     Ok(all)
 }
 
-/// An empty vector with room for so many values.
+/// An empty vector with capacity for that many values.
 ///
 /// # Errors
 /// [`OutOfMemory`].
@@ -167,7 +168,7 @@ mod tests {
         }
         assert!(!is_asking());
         let error = OutOfMemory { bytes: 3 << 30 };
-        assert_eq!(error.to_string(), "there is no memory for another 3.0 GiB");
+        assert_eq!(error.to_string(), "there is not enough memory for another 3.0 GiB");
         assert_eq!(NodeError::from(error), NodeError::OutOfMemory(error));
     }
 }

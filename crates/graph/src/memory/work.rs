@@ -1,20 +1,20 @@
-//! Which nodes run.
+//! The names of running nodes.
 
 use super::{Note, Notes};
 
-/// The most nodes that are named, and the most bytes of a name.
+/// The largest number of nodes that are named, and the longest name in bytes.
 const MOST: usize = 32;
 const LONGEST: usize = 64;
 
 static RUNNING: Notes<MOST, LONGEST> = Notes::new();
 
-/// Notes that a node of this name runs, until the guard is dropped. It is named when the program runs out of memory.
+/// Registers a running node until the guard is dropped. It is named if the program runs out of memory.
 pub fn running(name: &str) -> Note<MOST, LONGEST> {
     let end = name.floor_char_boundary(LONGEST);
     RUNNING.add(&name.as_bytes()[..end])
 }
 
-/// Reads the names of the nodes that run. Does not allocate.
+/// Reads the names of the running nodes. Does not allocate.
 pub fn each_running(read: impl FnMut(&[u8])) {
     RUNNING.each(read);
 }

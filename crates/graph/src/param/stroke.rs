@@ -1,4 +1,4 @@
-//! Strokes of a brush, as data: in metres of the world, so that they mean the same at any number of cells.
+//! Brush strokes as data, in metres of the world, so that they mean the same at any number of cells.
 
 use std::ops::RangeInclusive;
 
@@ -6,30 +6,30 @@ use super::{Kind, ParamType, ParamValue, range_text};
 use crate::unit::{Unit, plain};
 
 crate::choice! {
-    /// What a stroke does.
+    /// The effect of a stroke.
     pub enum Tool {
-        /// Lifts the land.
+        /// Raises the terrain.
         Raise = "raise",
-        /// Lowers the land.
+        /// Lowers the terrain.
         Lower = "lower",
-        /// Evens out the land.
+        /// Smooths the terrain.
         Smooth = "smooth",
         /// Adds to the mask.
         Mask = "mask",
-        /// Takes from the mask, or from painted rain.
+        /// Removes from the mask, or from painted rain.
         Erase = "erase",
-        /// Lets more rain fall.
+        /// Adds rain.
         Rain = "rain",
     }
 }
 
 impl Tool {
-    /// The tools for land that stands still.
+    /// The tools for static terrain.
     const STILL: &[Self] = &[Self::Raise, Self::Lower, Self::Smooth, Self::Mask, Self::Erase];
-    /// The tools for what goes on in time.
+    /// The tools for a process in time.
     const TIMED: &[Self] = &[Self::Raise, Self::Lower, Self::Rain, Self::Erase];
 
-    /// The tools of strokes that act at a time, or of those that do not.
+    /// The tools of timed strokes, or of strokes without a time.
     #[must_use]
     pub const fn all(timed: bool) -> &'static [Self] {
         if timed { Self::TIMED } else { Self::STILL }
@@ -41,7 +41,7 @@ impl Tool {
         Self::all(timed).iter().copied().find(|tool| tool.name() == name)
     }
 
-    /// The strength of a stroke that says none, which is also the most for those that take a part.
+    /// The default strength of a stroke, which is also the maximum for tools whose strength is a fraction.
     #[must_use]
     pub const fn usual_strength(self) -> f64 {
         match self {
@@ -51,7 +51,7 @@ impl Tool {
         }
     }
 
-    /// What a file may say of the strength.
+    /// The allowed range of the strength.
     #[must_use]
     pub const fn strengths(self) -> [f64; 2] {
         match self {
@@ -72,33 +72,33 @@ impl Tool {
     }
 }
 
-/// One movement of the brush, from where it was put down to where it was lifted.
+/// One movement of the brush, from pressing to releasing it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
-    /// What it does.
+    /// Its effect.
     pub tool: Tool,
-    /// Half the width of the brush, in metres.
+    /// Radius of the brush, in metres.
     pub radius: f64,
-    /// How much it does along its middle, in the [unit](Tool::unit) of its tool.
+    /// Strength along its centre line, in the [unit](Tool::unit) of its tool.
     pub strength: f64,
-    /// The part of the radius within which it does all of that, 0 to 1.
+    /// The fraction of the radius with full strength, 0 to 1.
     pub hardness: f64,
-    /// When it acts, in seconds from the start of what goes on in time; 0 elsewhere.
+    /// When it acts, in seconds from the start of the process; 0 for strokes without a time.
     pub time: f64,
-    /// Where it went, in metres of the world; at least one place.
+    /// Its path, in metres of the world; at least one point.
     pub points: Vec<[f64; 2]>,
 }
 
 impl Stroke {
-    /// The hardness of a stroke that says none.
+    /// The default hardness of a stroke.
     pub const USUAL_HARDNESS: f64 = 0.5;
-    /// What a file may say of the radius, in metres.
+    /// The allowed range of the radius, in metres.
     pub const RADII: [f64; 2] = [0.01, 1e6];
-    /// What a file may say of the time, in seconds.
+    /// The allowed range of the time, in seconds.
     pub const TIMES: [f64; 2] = [0.0, 1e10];
 }
 
-/// A parameter of strokes; what they do to land is the node's to say.
+/// A parameter of strokes; the node defines what they do to the terrain.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Strokes(pub Vec<Stroke>);
 
@@ -117,7 +117,7 @@ impl ParamType for Strokes {
     }
 }
 
-/// A parameter of strokes that act at a time each, on something that goes on; what they do to it is the node's to say.
+/// A parameter of strokes that each act at a time, on a running process; the node defines what they do to it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TimedStrokes(pub Vec<Stroke>);
 
@@ -133,7 +133,7 @@ impl ParamType for TimedStrokes {
     }
 }
 
-/// What is wrong with strokes: the number of the first one that is, counted from 1, and why.
+/// The problem with a list of strokes, if any: the number of the first invalid one, counted from 1, and the reason.
 pub(super) fn check(strokes: &[Stroke], hard: [f64; 2], timed: bool) -> Result<(), (usize, String)> {
     let check = |(at, stroke)| check_one(stroke, hard, timed).map_err(|wrong| (at + 1, wrong));
     strokes.iter().enumerate().try_for_each(check)
@@ -147,7 +147,7 @@ fn check_one(stroke: &Stroke, hard: [f64; 2], timed: bool) -> Result<(), String>
         if value >= range[0] && value <= range[1] {
             return Ok(());
         }
-        Err(format!("`{name}` is {}, allowed is {}{}", plain(value), unit.describe(), range_text(range, unit)))
+        Err(format!("`{name}` is {}, but must be {}{}", plain(value), unit.describe(), range_text(range, unit)))
     };
     number("radius", stroke.radius, Stroke::RADII, Unit::Metres)?;
     number("strength", stroke.strength, stroke.tool.strengths(), stroke.tool.unit())?;

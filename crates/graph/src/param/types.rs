@@ -1,4 +1,4 @@
-//! The Rust types that parameters have in a kernel.
+//! The Rust types of parameters in a kernel.
 
 use std::ops::{RangeFull, RangeInclusive};
 
@@ -7,13 +7,13 @@ use crate::colour::Stop;
 
 /// A Rust type that a parameter can have.
 pub trait ParamType: Sized {
-    /// How its hard range is written in [`params!`](crate::params): a range, or `..` where there is none.
+    /// The type of its hard range in [`params!`](crate::params): a range, or `..` when there is none.
     type Range;
 
     /// The declaration of a parameter of this type.
     fn kind(default: Self, hard: Self::Range) -> Kind;
 
-    /// The value as this type; `None` when it is of another kind.
+    /// The value as this type. Returns None when it is of another kind.
     fn from_value(value: &ParamValue) -> Option<Self>;
 }
 
@@ -64,7 +64,7 @@ impl ParamType for bool {
     }
 }
 
-/// A seed parameter: mixed with the world's seed, see [`crate::Job::seed`].
+/// A seed parameter, combined with the world's seed; see [`crate::Job::seed`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Seed(pub u32);
 
@@ -98,7 +98,7 @@ impl ParamType for [f64; 2] {
     }
 }
 
-/// A curve parameter: points with x rising; how it runs between them is the node's to say.
+/// A curve parameter: points with increasing x; the node defines the interpolation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CurvePoints(pub Vec<[f64; 2]>);
 
@@ -117,7 +117,7 @@ impl ParamType for CurvePoints {
     }
 }
 
-/// A curve parameter whose y stays what it is from each point to the next.
+/// A curve parameter whose y is constant from each point to the next.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StepPoints(pub Vec<[f64; 2]>);
 
@@ -133,7 +133,7 @@ impl ParamType for StepPoints {
     }
 }
 
-/// A path parameter: at least two places in the world, each different from the one before.
+/// A path parameter: at least two points in the world, each different from the one before.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PathPoints(pub Vec<[f64; 2]>);
 
@@ -152,7 +152,7 @@ impl ParamType for PathPoints {
     }
 }
 
-/// A parameter of colours and the values that have them; how colours run between them is the node's to say.
+/// A parameter of colour stops; the node defines the interpolation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ColourStops(pub Vec<Stop>);
 
@@ -171,7 +171,7 @@ impl ParamType for ColourStops {
     }
 }
 
-/// A file parameter: a name relative to the graph's folder; read it through [`crate::Job::file`].
+/// A file parameter: a name relative to the graph's folder; resolve it with [`crate::Job::file`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FileName(pub String);
 

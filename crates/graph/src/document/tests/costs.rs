@@ -1,9 +1,9 @@
-//! What edits cost: how often texts are parsed, and what is built again.
+//! The cost of edits: how often texts are parsed, and what is built again.
 
 use super::*;
 use crate::ParamValue;
 
-/// So many nodes, each reading the one before; `more` stands after them.
+/// A chain of `count` nodes, each reading the one before; `more` follows them.
 fn chain(count: usize, more: &str) -> String {
     let node = |number: usize| match number.checked_sub(1) {
         None => "        \"n0\": Ridged(octaves: 3),\n".to_owned(),
@@ -21,7 +21,7 @@ fn place(node: &str, at: [f64; 2]) -> Edit {
     Edit::SetLayout { node: node.into(), at: Some(at) }
 }
 
-/// What a document says, its problems among it.
+/// A document's text, problems and number of undo steps.
 fn said(document: &Document) -> (String, Vec<Diagnostic>, usize) {
     (document.source().to_owned(), document.problems().to_vec(), document.steps())
 }
@@ -82,7 +82,7 @@ fn an_edit_that_replaces_the_last_one_is_the_same_as_undo_and_an_edit() {
 }
 
 #[test]
-fn what_is_not_built_leaves_what_is_built() {
+fn edits_of_the_canvas_keep_the_built_graph() {
     let mut document = parse(ALPS);
     let (build, graph) = (document.build(), document.expand().graph);
     let frame = Frame { at: [0.0; 2], size: [200.0; 2], note: String::new(), colour: None };
@@ -126,7 +126,7 @@ fn what_is_not_built_leaves_what_is_built() {
 }
 
 #[test]
-fn places_that_are_set_together_are_written_as_one_after_the_other() {
+fn positions_set_together_are_written_as_if_one_by_one() {
     let layouts = [
         "",
         "    layout: {},\n",
@@ -177,8 +177,8 @@ fn ten_thousand_nodes_are_opened_and_edited() {
     document.apply(&slider("n9999", 0.6)).expect("it is fine");
     document.amend(&slider("n0", 0.6)).expect_err("the first has no exponent");
     document.amend(&slider("n1", 0.6)).expect("it is fine");
-    let circle = Edit::Connect { from: "n9999".into(), to: "n1".into(), input: "height".into() };
-    assert!(document.apply(&circle).expect_err("a circle").to_string().contains("circle"));
+    let cycle = Edit::Connect { from: "n9999".into(), to: "n1".into(), input: "height".into() };
+    assert!(document.apply(&cycle).expect_err("a cycle").to_string().contains("cycle"));
     let parsed = document.statistics().texts_parsed;
     document.apply(&Edit::All(names().map(|name| place(&name, [1.0, 2.0])).collect())).expect("all are there");
     assert!(document.statistics().texts_parsed <= parsed + 3);

@@ -1,11 +1,11 @@
-//! Edits: what they write, what they refuse, and that they can be taken back.
+//! Edits: what they write, what they refuse, and undo.
 
 use proptest::prelude::*;
 
 use super::*;
 use crate::{Boundary, Edge, ParamValue};
 
-/// The example with a comment wherever one may stand.
+/// The example with a comment in every possible place.
 const COMMENTED: &str = r#"// start
 ( // root
     format: 1, // one
@@ -110,7 +110,7 @@ fn an_edit_changes_one_place() {
 }
 
 #[test]
-fn wires_outputs_and_places_follow_a_node() {
+fn wires_outputs_and_positions_follow_a_node() {
     let (_, added) = changed(Edit::RenameNode { from: "rivers".into(), to: "water".into() });
     assert_eq!(
         added,
@@ -174,6 +174,7 @@ fn a_graph_is_made_from_nothing() {
         document.source(),
         r#"(
     format: 1,
+    world: (boundary: inland),
     nodes: {
         "base": Ridged(centre: (1, 2), file: "a b.tif"),
         "talus": Thermal(version: 3, height: "base", talus: "30deg"),
@@ -186,7 +187,7 @@ fn a_graph_is_made_from_nothing() {
 }
 
 #[test]
-fn what_would_be_wrong_is_refused() {
+fn invalid_edits_are_refused() {
     let refused = |edit: Edit| {
         let mut document = parse(COMMENTED);
         let error = document.apply(&edit).expect_err("refused").to_string();
@@ -195,11 +196,11 @@ fn what_would_be_wrong_is_refused() {
         error
     };
     let connect = |from: &str, to: &str| Edit::Connect { from: from.into(), to: to.into(), input: "height".into() };
-    assert!(refused(connect("scree", "rivers")).contains("circle: rivers → scree → rivers"));
+    assert!(refused(connect("scree", "rivers")).contains("cycle: rivers → scree → rivers"));
     assert!(refused(connect("base.slope", "scree")).contains("gives a scalar (°)"));
     assert!(refused(connect("bse", "scree")).contains("did you mean `base`?"));
     assert!(refused(text("base", "octaves", "99")).contains("from 1 to 24"));
-    assert!(refused(text("base", "wavelength", "2 yr")).contains("no unit of a length"));
+    assert!(refused(text("base", "wavelength", "2 yr")).contains("not a unit of a length"));
     assert!(refused(text("base", "shape", "round")).contains("one of `sharp`, `billow`"));
     assert!(refused(text("base", "wavelenght", "2 km")).contains("did you mean `wavelength`?"));
     assert!(refused(text("scree", "version", "2")).contains("no input or parameter `version`"));
@@ -217,7 +218,7 @@ fn what_would_be_wrong_is_refused() {
 }
 
 #[test]
-fn placeholders_are_kept_and_older_nodes_are_brought_up() {
+fn placeholders_are_kept_and_older_nodes_are_migrated() {
     let source = r#"(
     nodes: {
         "a": Ridged,
@@ -247,7 +248,7 @@ fn placeholders_are_kept_and_older_nodes_are_brought_up() {
     assert!(document.source().contains(r#""base": Ridged(octaves: 5),"#));
 }
 
-/// Any edit, of things that exist and of things that do not.
+/// Any edit, of names that exist and of names that do not.
 fn any_edit() -> impl Strategy<Value = Edit> {
     let node = || prop::sample::select(vec!["base", "rivers", "scree", "new", "other", "zzz"]).prop_map(str::to_owned);
     let name = || {
@@ -295,14 +296,14 @@ fn any_edit() -> impl Strategy<Value = Edit> {
 }
 
 fn comments(source: &str) -> Vec<String> {
-    crate::document::lex::lex(source).comments.into_iter().map(|c| source[c.span].to_owned()).collect()
+    crate::document::syntax::lex::lex(source).comments.into_iter().map(|c| source[c.span].to_owned()).collect()
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn edits_are_taken_back_to_the_byte(
+    fn undo_restores_every_byte(
         edits in prop::collection::vec(any_edit(), 1..12),
         start in prop::sample::select(vec![COMMENTED, ALPS, "(nodes:{\"base\":Ridged})"]),
         crlf: bool,
@@ -320,7 +321,7 @@ proptest! {
                 if document.source() != states[states.len() - 1] {
                     states.push(document.source().to_owned());
                 }
-                // Comments around what an edit removes stay; those inside a node that is removed go with it.
+                // Comments around what an edit removes stay; those inside a removed node go with it.
                 let removes = format!("{edit:?}").contains("RemoveNode");
                 if !removes {
                     prop_assert_eq!(comments(document.source()), before, "{:?}", edit);

@@ -1,4 +1,4 @@
-//! The canonical form, and differences in words.
+//! The canonical form, and differences as text.
 
 use super::*;
 

@@ -1,11 +1,11 @@
-//! Files that nobody would write: no panic, no hang, and what holds for every file.
+//! Hostile files: no panic, no hang, and invariants that hold for every file.
 
 use proptest::prelude::*;
 
 use super::*;
 use crate::Severity;
 
-/// Pieces that mean something to the parser.
+/// Tokens of the notation.
 const PIECES: [&str; 42] = [
     "(",
     ")",
@@ -55,8 +55,8 @@ fn pieces() -> impl Strategy<Value = String> {
     prop::collection::vec(prop::sample::select(PIECES.to_vec()), 0..60).prop_map(|pieces| pieces.concat())
 }
 
-/// A sound file, spoilt: bytes replaced, cut off, repeated, or pieces put in.
-fn spoilt() -> impl Strategy<Value = String> {
+/// A valid file, damaged: bytes replaced, cut off, repeated, or tokens inserted.
+fn damaged() -> impl Strategy<Value = String> {
     let change = (0..ALPS.len(), prop::sample::select(PIECES.to_vec()), 0..12_usize);
     (prop::collection::vec(change, 1..5), 0..ALPS.len() * 2).prop_map(|(changes, cut)| {
         let mut source = ALPS.as_bytes().to_vec();
@@ -70,7 +70,7 @@ fn spoilt() -> impl Strategy<Value = String> {
     })
 }
 
-/// A sound file with comments, white space and commas where they may stand, and numbers written at length.
+/// A valid file with comments, white space and commas wherever they are allowed, and numbers in unusual notation.
 fn disguised() -> impl Strategy<Value = String> {
     let gap = prop::sample::select(vec![
         "",
@@ -86,13 +86,13 @@ fn disguised() -> impl Strategy<Value = String> {
         "// f\n// g\n\n",
     ]);
     (prop::collection::vec(gap, 400), any::<bool>()).prop_map(|(gaps, commas)| {
-        let lexed = crate::document::lex::lex(ALPS);
+        let lexed = crate::document::syntax::lex::lex(ALPS);
         let mut out = String::new();
         for (i, token) in lexed.tokens.iter().enumerate() {
             let text = &ALPS[token.span.clone()];
             let closes = matches!(text, ")" | "}");
             let before = i.checked_sub(1).map_or("", |i| &ALPS[lexed.tokens[i].span.clone()]);
-            // The brackets of a place and the file's last one, with a comma before, are sound as well.
+            // The brackets of a position and the file's last one, with a comma before, are valid as well.
             if commas && closes && !matches!(before, "," | "(" | "{") {
                 out.push(',');
             }
@@ -132,14 +132,14 @@ fn check_any(source: &str) -> Result<(), TestCaseError> {
 }
 
 fn comments(source: &str) -> Vec<String> {
-    crate::document::lex::lex(source).comments.into_iter().map(|c| source[c.span].to_owned()).collect()
+    crate::document::syntax::lex::lex(source).comments.into_iter().map(|c| source[c.span].to_owned()).collect()
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn any_text_is_read(source in prop_oneof![any::<String>(), pieces(), spoilt()]) {
+    fn any_text_is_read(source in prop_oneof![any::<String>(), pieces(), damaged()]) {
         check_any(&source)?;
     }
 

@@ -1,4 +1,4 @@
-//! Named parameters and inputs, and graph files as nodes of others.
+//! Exposed parameters and inputs, and graph files as nodes of others.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use tempfile::TempDir;
 use super::*;
 use crate::{Fallback, ParamValue, Port, mix};
 
-/// A file with two parameters, one of them at two places, and an input.
+/// A file with two parameters, one of them with two places, and an input.
 const RIDGE: &str = r#"// A ridge,
 // cut by rivers.
 (
@@ -63,23 +63,23 @@ fn parameters_and_inputs_are_read_from_their_places() {
 }
 
 #[test]
-fn wrong_entries_are_told_with_the_remedy() {
+fn wrong_entries_are_reported_with_a_remedy() {
     for (entry, said) in [
         (r#""age": "rivers.duratoin""#, "no parameter `duratoin`; did you mean `rivers.duration`?"),
         (r#""age": "river.duration""#, "there is no node `river`; did you mean `rivers`?"),
-        (r#""age": "rivers""#, "which is no place"),
+        (r#""age": "rivers""#, "which is not a parameter"),
         (r#""age": 3"#, "`age` is the number `3`, but takes a place"),
         (r#""age": (doc: "x")"#, "does not say what it drives"),
         (r#""age": (drives: "rivers.m", dco: "x")"#, "no field `dco`; did you mean `doc`?"),
-        (r#""age": (drives: "rivers.m", range: (0, 3))"#, "wider than what its places take"),
+        (r#""age": (drives: "rivers.m", range: (0, 3))"#, "wider than its places allow"),
         (r#""age": (drives: "rivers.m", range: (1, 2))"#, "`age` is 0.5, but its range is 1 to 2"),
-        (r#""age": (drives: "base.shape", range: (1, 2))"#, "no number, so it has no range"),
+        (r#""age": (drives: "base.shape", range: (1, 2))"#, "not a number, so it cannot have a range"),
         (r#""age": ["rivers.m", "rivers.duration"]"#, "give each its own name"),
         (r#""age": ["rivers.duration", "late.duration"]"#, "(1000000) and `late.duration` (2000000), which differ"),
-        (r#""age": "rivers.height""#, "takes a wire and no number; name it in `inputs`"),
+        (r#""age": "rivers.height""#, "takes a wire, not a number; name it in `inputs`"),
         (r#""seed": "base.seed""#, "every `Subgraph` has a `seed`"),
         (r#""my-age": "rivers.m""#, "`my-age` cannot name a parameter"),
-        (r#""a": "rivers.m", "b": "rivers.m""#, "has the name `a` already"),
+        (r#""a": "rivers.m", "b": "rivers.m""#, "is already exposed as `a`"),
     ] {
         let document = parse(&format!(
             r#"(parameters: {{ {entry} }}, outputs: {{ "o": "late" }}, nodes: {{
@@ -90,7 +90,7 @@ fn wrong_entries_are_told_with_the_remedy() {
         assert!(told.contains(said), "{entry}: {told}");
     }
     let open = parse(r#"(inputs: { "land": "a.height" }, nodes: { "a": StreamPower }, outputs: { "o": "a" })"#);
-    assert!(!open.has_errors() && problem(&open).contains("only for others to use"), "{:?}", open.problems());
+    assert!(!open.has_errors() && problem(&open).contains("only another graph can use"), "{:?}", open.problems());
     assert_eq!(open.inputs()[0].fallback, Fallback::Required);
 }
 
@@ -121,20 +121,20 @@ fn edits_carry_names_along() {
 }
 
 #[test]
-fn values_are_given_names_and_lose_them() {
+fn values_are_exposed_and_concealed() {
     let expose =
         |node: &str, name: &str, to: &str| Edit::Expose { node: node.into(), name: name.into(), to: to.into() };
     let mut document = parse(&RIDGE.replace(r#", file: "data/map.png""#, ""));
     let before = document.source().to_owned();
     for (edit, line) in [
-        // a parameter, a number at an input, a wire, and an input that takes nothing else
+        // a parameter, a number at an input, a wire, and an input that accepts nothing else
         (expose("base", "octaves", "roughness"), r#""roughness": "base.octaves","#),
         (expose("late", "mask", "share"), r#""share": "late.mask","#),
         (
             expose("late", "height", "cut"),
             r#"inputs: { "land": (feeds: "rivers.height", doc: "Land to cut."), "cut": "late.height" },"#,
         ),
-        // a name that stands there leads to both places
+        // an existing name gets both places
         (expose("late", "erodibility", "rock"), r#""rock": ["rivers.erodibility", "late.erodibility"],"#),
         (
             Edit::RenameNamed { from: "age".into(), to: "years".into() },
@@ -152,7 +152,7 @@ fn values_are_given_names_and_lose_them() {
         assert_eq!(document.source(), before);
     }
     for (edit, said) in [
-        (expose("rivers", "duration", "span"), "has the name `age` already"),
+        (expose("rivers", "duration", "span"), "is already exposed as `age`"),
         (expose("base", "octaves", "rock"), "which is"),
         (expose("base", "octaves", "file"), "every `Subgraph` has a `file`"),
         (expose("base", "octaves", "2x"), "cannot name a parameter"),
@@ -178,7 +178,7 @@ fn values_are_given_names_and_lose_them() {
 }
 
 #[test]
-fn differences_of_names_and_of_inner_files_are_told() {
+fn differences_of_names_and_of_inner_files_are_listed() {
     let (folder, before) = using(r#""a": Subgraph(file: "lib/ridge.ron")"#);
     std::fs::write(folder.path().join("lib/ridge.ron"), RIDGE.replace("octaves: 3", "octaves: 4")).expect("written");
     let after = at(folder.path(), r#""a": Subgraph(file: "lib/ridge.ron", age: "2 Myr")"#);
@@ -234,7 +234,7 @@ fn equal_nodes_of_several_uses_are_one() {
     let names: Vec<&str> = graph.indices().map(|node| graph.instance(node).name.as_str()).collect();
     let mut sorted = names.clone();
     sorted.sort_unstable();
-    // The base of two uses is equal, and what comes after it is not.
+    // The base of two uses is equal, the nodes after it are not.
     assert_eq!(sorted.len(), 8, "{sorted:?}");
     assert_eq!(names.iter().filter(|name| name.ends_with("/base")).count(), 2);
 }
@@ -242,11 +242,11 @@ fn equal_nodes_of_several_uses_are_one() {
 #[test]
 fn uses_are_checked_like_other_nodes() {
     for (nodes, said) in [
-        (r#""a": Subgraph"#, "`a` names no graph file; write `file"),
+        (r#""a": Subgraph"#, "`a` does not name a graph file; write `file"),
         (r#""a": Subgraph(file: "lib/rigde.ron")"#, "there is no file"),
         (r#""a": Subgraph(file: "lib")"#, "is a folder"),
         (r#""a": Subgraph(file: "lib/ridge.ron", aeg: 3)"#, "no input or parameter `aeg`; did you mean `age`?"),
-        (r#""a": Subgraph(file: "lib/ridge.ron", age: "9 Myr")"#, "allowed is"),
+        (r#""a": Subgraph(file: "lib/ridge.ron", age: "9 Myr")"#, "but must be"),
         (r#""a": Subgraph(file: "lib/ridge.ron", land: 3)"#, "takes a wire from a height"),
         (r#""a": Subgraph(file: "lib/ridge.ron"), "b": StreamPower(height: "a.area")"#, "gives a scalar (m²)"),
         (r#""a": Subgraph(file: "lib/ridge.ron"), "b": StreamPower(height: "a.aera")"#, "did you mean `a.area`?"),
@@ -260,18 +260,18 @@ fn uses_are_checked_like_other_nodes() {
 }
 
 #[test]
-fn faults_inside_a_file_are_told_of_that_file() {
+fn faults_inside_a_file_are_reported_with_its_name() {
     let (folder, _) = using(r#""a": Ridged"#);
     std::fs::write(folder.path().join("lib/ridge.ron"), RIDGE.replace("Ridged", "Rigded")).expect("written");
     let document =
         at(folder.path(), r#""a": Subgraph(file: "lib/ridge.ron", anything: "b"), "b": Metrics(height: "a")"#);
-    assert!(problem(&document).contains("has problems of its own"));
+    assert!(problem(&document).contains("has errors, which must be fixed"));
     let [used] = document.uses() else { panic!("{:?}", document.uses()) };
     assert!(used.path.ends_with("lib/ridge.ron"));
     let inner = used.document.as_ref().expect("was read");
     assert_eq!(inner.problems()[0].hint.as_deref(), Some("did you mean `Ridged`?"));
     assert!(document.files().contains(&used.path), "it is watched all the same");
-    // what stands in a use that cannot be read may be a wire, and follows a new name
+    // a string in a use that cannot be read may be a wire, and follows a new name
     let mut document = document;
     document.apply(&Edit::RenameNode { from: "b".into(), to: "c".into() }).expect("renamed");
     assert!(document.source().contains("anything: \"c\""), "{}", document.source());
@@ -326,7 +326,7 @@ fn files_that_multiply_and_files_too_deep_are_refused() {
         document.problems().first().map(|problem| problem.message.clone()).unwrap_or_default()
     };
     assert!(deepest("8.ron").contains("more than 100000 nodes"), "{}", deepest("8.ron"));
-    assert!(deepest("40.ron").contains("deep in one another"), "{}", deepest("40.ron"));
+    assert!(deepest("40.ron").contains("graph files are nested"), "{}", deepest("40.ron"));
     assert_eq!(deepest("4.ron"), "");
 }
 
@@ -356,11 +356,11 @@ fn a_file_is_parsed_again_only_when_it_says_something_else() {
     std::fs::write(&ridge, RIDGE.replace("octaves: 3", "octaves: 4")).expect("written");
     document.set_from_text("a", "age", "1.25 Myr").expect("it is fine");
     assert_eq!(files(&document), 2);
-    // Equal nodes of several uses are there once.
+    // Equal nodes of several uses are added once.
     let base = document.expand().graph.find("c/base").expect("it is there");
     assert_eq!(document.expand().graph.instance(base).params.get("octaves"), Some(&ParamValue::Int(4)));
 
-    // What a file depends on is looked at again, though its text is the same.
+    // The files that a document depends on are read again, although its text is the same.
     std::fs::remove_file(folder.path().join("lib/data/map.png")).expect("removed");
     document.look_again();
     assert!(shown(&document).contains(&"subgraph"), "{:?}", document.problems());

@@ -1,4 +1,4 @@
-//! The sea level of a file, and that of nodes which had one of their own.
+//! The sea level of a file, and that of nodes that once had their own.
 
 use super::*;
 
@@ -15,7 +15,7 @@ fn problem(document: &Document) -> String {
     }
 }
 
-/// The sea of a file without problems.
+/// The sea level of a file without problems.
 #[track_caller]
 fn sea(world: &str, nodes: &str) -> Option<f64> {
     let document = file(world, nodes);
@@ -24,7 +24,7 @@ fn sea(world: &str, nodes: &str) -> Option<f64> {
 }
 
 #[test]
-fn the_world_says_where_the_sea_is() {
+fn the_world_has_a_sea_level() {
     assert_eq!(sea("", ""), None);
     assert_eq!(sea("world: (seed: 3), ", ""), None);
     for (text, level) in [("0", 0.0), ("\"0 m\"", 0.0), ("-12.5", -12.5), ("\"-1 km\"", -1000.0), ("12e3", 12e3)] {
@@ -33,13 +33,13 @@ fn the_world_says_where_the_sea_is() {
 }
 
 #[test]
-fn what_is_no_level_of_a_sea_is_refused() {
+fn invalid_sea_levels_are_refused() {
     for (text, told) in [
-        ("NaN", "`sea_level` is no number (NaN); write a finite number"),
+        ("NaN", "`sea_level` is not a number (NaN); write a finite number"),
         ("inf", "infinite"),
-        ("12000.1", "`sea_level` is 12.0001 km, allowed is a length from -12 km to 12 km; leave it out"),
+        ("12000.1", "`sea_level` is 12.0001 km, but must be a length from -12 km to 12 km; leave it out"),
         ("\"-13 km\"", "`sea_level` is -13 km"),
-        ("\"2 yr\"", "is no unit of a length"),
+        ("\"2 yr\"", "is not a unit of a length"),
         ("\"high\"", "cannot be read"),
         ("none", "`sea_level` is the word `none`, but takes a length; write `sea_level: \"0 m\"`, or leave it out"),
         ("(0, 1)", "but takes a length"),
@@ -60,11 +60,11 @@ fn the_sea_of_an_older_node_becomes_the_worlds() {
     assert_eq!(sea("", &format!("{coast}version: 2, sea_level: -3)")), Some(-3.0));
     assert_eq!(sea("", &format!("{coast}version: 2, sea_level: -12000)")), None, "its word for no sea");
     assert_eq!(sea("", &format!("{coast}version: 2)")), None);
-    // nodes that agree, with each other and with the world
+    // nodes that agree with each other and with the world
     let two = format!(r#"{coast}version: 2, sea_level: 50), "b": Coast(height: "a", water: 50)"#);
     assert_eq!(sea("", &two), Some(50.0));
     assert_eq!(sea("world: (sea_level: \"0.05 km\"), ", &two), Some(50.0));
-    // a node without a level of its own takes the world's
+    // a node without its own level takes the world's
     assert_eq!(sea("world: (sea_level: 7), ", &format!("{coast}version: 3)")), Some(7.0));
     assert_eq!(sea("world: (sea_level: 7), ", &format!("{coast}slope: 0.2)")), Some(7.0));
 }
@@ -76,13 +76,13 @@ fn seas_that_disagree_are_reported() {
     assert_eq!(
         told("", ["water: 50", "water: 60"]),
         "`a` has a sea at 50 m and `b` has a sea at 60 m, but a world has one sea; write its level into `world` as \
-         `sea_level`, and take it out of the nodes"
+         `sea_level`, and remove it from the nodes"
     );
     assert!(told("", ["slope: 0.2", "water: 60"]).starts_with("`b` has a sea at 60 m and `a` has no sea, but"));
     assert!(told("", ["version: 3", "water: 60"]).contains("`a` has no sea"), "written for a world without one");
     assert_eq!(
         told("world: (sea_level: 0), ", ["slope: 0.2", "water: 60"]),
-        "`b` has a sea at 60 m, but the world's `sea_level` is a sea at 0 m; take it out of the node; a world has one sea"
+        "`b` has a sea at 60 m, but the world's `sea_level` is a sea at 0 m; remove it from the node; a world has one sea"
     );
     // the world's own mistake is reported once
     assert!(told("world: (sea_level: NaN), ", ["water: 50", "water: 60"]).contains("NaN"));
@@ -125,7 +125,7 @@ fn a_file_that_is_used_brings_the_sea_of_its_older_nodes() {
 }
 
 #[test]
-fn an_edit_takes_the_sea_of_a_node_into_the_world() {
+fn an_edit_moves_the_sea_of_a_node_to_the_world() {
     let source = r#"(world: (seed: 7), nodes: { "base": Ridged, "a": Coast(height: "base", water: "50 m" /* kept */),
         "b": Coast(height: "a", water: 50) }, outputs: { "o": "b" })"#;
     let slope = Edit::SetText { node: "a".into(), name: "slope".into(), text: "0.2".into() };
@@ -137,7 +137,7 @@ fn an_edit_takes_the_sea_of_a_node_into_the_world() {
     document.undo();
     assert_eq!(document.source(), source);
 
-    // a world that is changed elsewhere keeps the sea where it is said
+    // changing another field of the world keeps the sea level where it is written
     let world = document.world();
     document.apply(&Edit::SetWorld(World { seed: 8, ..world })).expect("applied");
     assert_eq!(document.source(), source.replace("seed: 7", "seed: 8"));

@@ -1,9 +1,9 @@
-//! Muted nodes, frames, journals, and two changes of one text.
+//! Muted nodes, frames, journals, and merging.
 
 use proptest::prelude::*;
 
 use super::*;
-use crate::{Entry, JournalError, ParamValue, Port, Recovered, Scribe, Srgb, recover};
+use crate::{JournalEntry, JournalError, JournalWriter, ParamValue, Port, Recovered, Srgb, recover};
 
 const CHAIN: &str = r#"(
     nodes: {
@@ -25,7 +25,7 @@ fn octaves(count: i64) -> Edit {
     Edit::SetParam { node: "base".into(), param: "octaves".into(), value: ParamValue::Int(count) }
 }
 
-/// What is wired into an input of the built graph.
+/// The source of an input in the built graph.
 fn into(document: &Document, node: &str, input: usize) -> Option<String> {
     let graph = document.expand().graph;
     graph.source(graph.find(node).expect("built"), input).map(|port| graph.port_name(port))
@@ -42,7 +42,7 @@ fn a_muted_node_passes_its_wire_on() {
     let scree = document.graph().find("scree").expect("there");
     assert!(document.is_muted(scree) && document.nodes()[2].muted);
     assert_eq!(document.passed_input(scree), Some(0));
-    // What a muted node would give is seen where its wire comes from.
+    // The output of a muted node maps to the source of its wire.
     let port = document.expand().port(Port { node: scree, output: 0 }).expect("passed");
     assert_eq!(document.expand().graph.port_name(port), "rivers.height");
 
@@ -61,7 +61,7 @@ fn a_muted_node_passes_its_wire_on() {
 }
 
 #[test]
-fn what_a_muted_node_cannot_pass_on_is_told() {
+fn muted_nodes_that_pass_nothing_on_are_reported() {
     let mut document = parse(CHAIN);
     let error = document.apply(&mute("base", true)).expect_err("a source").to_string();
     assert!(
@@ -73,7 +73,7 @@ fn what_a_muted_node_cannot_pass_on_is_told() {
     let mut document = parse(&wired);
     let error = document.apply(&mute("rivers", true)).expect_err("an area is written").to_string();
     assert!(error.contains("passes nothing on as `area`, which the output `area` needs"), "{error}");
-    // Behind a node that lacks its wire nothing else is wrong.
+    // If the node already lacks its wire, that is the only problem.
     let broken = CHAIN
         .replace("Thermal(version: 3, height: \"rivers\")", "Thermal(version: 3)")
         .replace("layout", "muted: [\"scree\"], layout");
@@ -108,7 +108,7 @@ fn names_in_muted_follow_their_nodes() {
 }
 
 #[test]
-fn muting_is_told_among_differences() {
+fn muting_is_listed_among_differences() {
     let (plain, muted) = (parse(CHAIN), parse(&CHAIN.replace("layout", "muted: [\"scree\"], layout")));
     assert_eq!(diff(&plain, &muted), ["node scree muted"]);
     assert_eq!(diff(&muted, &plain), ["node scree no longer muted"]);
@@ -140,7 +140,7 @@ fn frames_are_read_and_edited() {
     document.apply(&set("Rivers", None)).expect("gone");
     assert_eq!(document.source(), CHAIN);
     for (text, said) in [
-        ("(at: (0, 0))", "does not say where it is"),
+        ("(at: (0, 0))", "needs `at` and `size`"),
         ("(at: 0, size: (1, 1))", "a pair of numbers"),
         ("(at: (0, 0), size: (1, 1), tint: 1)", "no field `tint`"),
         ("(at: (0, 0), size: (1, 1), colour: \"red\")", "a colour such as"),
@@ -152,7 +152,7 @@ fn frames_are_read_and_edited() {
 }
 
 #[test]
-fn notes_and_ways_of_wires_are_read_and_edited() {
+fn notes_and_routes_of_wires_are_read_and_edited() {
     let note = |node: &str, note: &str| Edit::SetNote { node: node.into(), note: note.into() };
     let route = |node: &str, places: &[[f64; 2]]| Edit::SetReroutes {
         node: node.into(),
@@ -193,7 +193,7 @@ fn notes_and_ways_of_wires_are_read_and_edited() {
     document.apply(&route("scree", &[])).expect("straight");
     assert_eq!(document.source(), CHAIN);
     for (text, said) in [
-        ("notes: { \"scre\": \"\" }", "`notes` tells of `scre`, but there is no such node"),
+        ("notes: { \"scre\": \"\" }", "`notes` has a note for `scre`, but there is no such node"),
         ("notes: { \"scree\": 7 }", "a text in quotes"),
         ("reroutes: { \"scre.height\": [(0, 0)] }", "there is no node `scre`"),
         ("reroutes: { \"scree.hight\": [(0, 0)] }", "`scree` has no input `hight`"),
@@ -206,47 +206,47 @@ fn notes_and_ways_of_wires_are_read_and_edited() {
     }
 }
 
-/// What is done to a document and written down of it.
+/// A document, and the journal of what is done to it.
 struct Work {
     document: Document,
     saved: String,
-    scribe: Scribe,
+    writer: JournalWriter,
     journal: String,
 }
 
 impl Work {
     fn new() -> Self {
         let document = parse(CHAIN);
-        let mut scribe = Scribe::default();
-        let journal = scribe.line(&document.start_entry(Some(CHAIN)));
-        Self { document, saved: CHAIN.to_owned(), scribe, journal }
+        let mut writer = JournalWriter::default();
+        let journal = writer.line(&document.start_entry(Some(CHAIN)));
+        Self { document, saved: CHAIN.to_owned(), writer, journal }
     }
 
-    fn write(&mut self, entry: &Entry) {
-        self.journal += &self.scribe.line(entry);
+    fn write(&mut self, entry: &JournalEntry) {
+        self.journal += &self.writer.line(entry);
     }
 
-    /// One of several things that can be done.
+    /// One of several actions.
     fn step(&mut self, what: u8, number: i64) {
         let before = self.document.steps();
         match what % 6 {
             0 | 1 => {
                 self.document.apply(&octaves(number)).expect("in range");
                 if self.document.steps() > before {
-                    self.write(&Entry::Made(self.document.last_edit().expect("made")));
+                    self.write(&JournalEntry::Made(self.document.last_edit().expect("made")));
                 }
             }
             2 if before > 0 => {
                 self.document.amend(&octaves(number)).expect("in range");
                 let entry = if self.document.steps() == before {
-                    Entry::Amended(self.document.last_edit().expect("made"))
+                    JournalEntry::Amended(self.document.last_edit().expect("made"))
                 } else {
-                    Entry::Dropped
+                    JournalEntry::Dropped
                 };
                 self.write(&entry);
             }
-            3 if self.document.undo() => self.write(&Entry::Undone),
-            4 if self.document.redo() => self.write(&Entry::Redone),
+            3 if self.document.undo() => self.write(&JournalEntry::Undone),
+            4 if self.document.redo() => self.write(&JournalEntry::Redone),
             5 => {
                 self.saved = self.document.source().to_owned();
                 self.write(&self.document.file_entry(Some(&self.saved)));
@@ -256,7 +256,7 @@ impl Work {
     }
 }
 
-/// All texts on the way back, and all on the way forth.
+/// All texts reached by undo, and all reached by redo.
 fn ways(document: &Document) -> [Vec<String>; 2] {
     let (mut back, mut forth) = (document.clone(), document.clone());
     let texts = |document: &mut Document, step: fn(&mut Document) -> bool| {
@@ -279,7 +279,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn a_journal_gives_back_the_work_with_its_history(steps in prop::collection::vec((any::<u8>(), 1_i64..24), 0..40)) {
+    fn a_journal_restores_the_work_with_its_history(steps in prop::collection::vec((any::<u8>(), 1_i64..24), 0..40)) {
         let mut work = Work::new();
         let mut lengths = vec![(work.journal.len(), work.document.source().to_owned())];
         for (what, number) in steps {
@@ -291,10 +291,10 @@ proptest! {
         prop_assert_eq!(recovered.read, work.journal.len());
         prop_assert_eq!(recovered.has_work(), work.saved != work.document.source());
         same(&recovered, &work);
-        // Writing goes on where it ended.
-        let mut more = recovered.scribe;
-        prop_assert_eq!(more.line(&Entry::Undone), work.scribe.clone().line(&Entry::Undone));
-        // Torn anywhere, it gives what was whole.
+        // Writing continues where it ended.
+        let mut more = recovered.writer;
+        prop_assert_eq!(more.line(&JournalEntry::Undone), work.writer.clone().line(&JournalEntry::Undone));
+        // Torn anywhere, it restores the complete entries.
         for cut in 0..work.journal.len() {
             match recover(&work.journal.as_bytes()[..cut]) {
                 Ok(recovered) => {
@@ -331,11 +331,11 @@ proptest! {
 }
 
 #[test]
-fn entries_that_do_not_fit_are_not_followed() {
-    let entry = |json: &str| serde_json::from_str::<Entry>(json).expect("an entry");
+fn entries_that_do_not_fit_are_not_replayed() {
+    let entry = |json: &str| serde_json::from_str::<JournalEntry>(json).expect("an entry");
     let mut work = Work::new();
     work.step(0, 5);
-    let good = (work.journal.clone(), work.scribe.clone());
+    let good = (work.journal.clone(), work.writer.clone());
     for bad in [
         r#"{"made":[{"at":18446744073709551615,"removed":"x","inserted":"y"}]}"#,
         r#"{"made":[{"at":0,"removed":"","inserted":"("},{"at":0,"removed":"no","inserted":"y"}]}"#,
@@ -343,14 +343,14 @@ fn entries_that_do_not_fit_are_not_followed() {
         r#"{"file":{"other":{"at":9999999,"removed":"","inserted":"y"}}}"#,
         r#""redone""#,
     ] {
-        (work.journal, work.scribe) = good.clone();
+        (work.journal, work.writer) = good.clone();
         work.write(&entry(bad));
-        work.write(&Entry::Undone);
+        work.write(&JournalEntry::Undone);
         let recovered = recover(work.journal.as_bytes()).expect("begins well");
         assert!(recovered.torn && recovered.read == good.0.len(), "{bad}");
         same(&recovered, &work);
     }
-    let starts = |json: &str| recover(Scribe::default().line(&entry(json)).as_bytes()).err();
+    let starts = |json: &str| recover(JournalWriter::default().line(&entry(json)).as_bytes()).err();
     let history = r#"{"done":[[{"at":0,"removed":"b","inserted":"x"}]],"undone":[]}"#;
     let start = |format: u32| {
         format!(r#"{{"start":{{"format":{format},"path":null,"file":"nothing","text":"abc","history":{history}}}}}"#)
@@ -364,7 +364,7 @@ fn entries_that_do_not_fit_are_not_followed() {
 fn a_copy_finds_its_files_after_a_crash() {
     let folder = std::path::absolute("some/folder").expect("there is a present folder");
     let read = |document: &Document| {
-        let journal = Scribe::default().line(&document.start_entry(None));
+        let journal = JournalWriter::default().line(&document.start_entry(None));
         recover(journal.as_bytes()).expect("whole")
     };
     let copy = Document::parse_in(CHAIN, "some/folder", &registry());
@@ -379,14 +379,14 @@ fn merged(mine: &str, theirs: &str) -> Result<String, Vec<String>> {
 }
 
 #[test]
-fn changes_of_different_things_go_together() {
+fn changes_of_different_items_are_merged() {
     let theirs = CHAIN.replace("// cut", "// cut deep").replace("mask: 0.5", "mask: 0.7");
     let mine = CHAIN.replace("octaves: 3", "octaves: 5");
     assert_eq!(merged(&mine, &theirs), Ok(theirs.replace("octaves: 3", "octaves: 5")));
     // Several parameters of one node, too.
     let mine = CHAIN.replace("height: \"scree\", ", "height: \"scree\", duration: 2e6, ");
     assert_eq!(merged(&mine, &theirs), Ok(theirs.replace("mask: 0.7", "mask: 0.7, duration: 2e6")));
-    // Nodes are added and removed, with what hangs on them.
+    // Nodes are added and removed, with what is connected to them.
     let mut work = parse(CHAIN);
     work.apply(&Edit::All(vec![
         Edit::Connect { from: "rivers".into(), to: "late".into(), input: "height".into() },
@@ -400,23 +400,23 @@ fn changes_of_different_things_go_together() {
     assert_eq!(both.problems(), []);
     assert_eq!(diff(&work, &both), ["late.mask 0.5 → 0.7"]);
     assert!(both.source().contains("// cut deep") && both.source().contains("\"plain\": (5, 6)"), "{}", both.source());
-    // The same change is no conflict, and nothing is changed by nothing.
+    // The same change is not a conflict, and merging nothing changes nothing.
     assert_eq!(merged(&theirs, &theirs), Ok(theirs.clone()));
     assert_eq!(merged(CHAIN, &theirs), Ok(theirs.clone()));
     assert_eq!(merged(&theirs, CHAIN), Ok(CHAIN.replace("mask: 0.5", "mask: 0.7")), "comments are theirs");
 }
 
 #[test]
-fn changes_of_one_thing_are_conflicts() {
+fn changes_of_one_item_are_conflicts() {
     let octaves = |count: &str| CHAIN.replace("octaves: 3", &format!("octaves: {count}"));
     assert_eq!(merged(&octaves("5"), &octaves("6")), Err(vec!["base.octaves".to_owned()]));
     let kind = CHAIN.replace("Thermal(version: 3, height: \"rivers\")", "StreamPower(height: \"rivers\")");
     let talus = CHAIN.replace("height: \"rivers\")", "height: \"rivers\", talus: 40)");
     assert_eq!(merged(&kind, &talus), Err(vec!["scree".to_owned()]));
-    // Where a node is shown is nobody's quarrel.
+    // The position of a node is never a conflict.
     let moved = |place: &str| CHAIN.replace("(0, 0)", place);
     assert_eq!(merged(&moved("(1, 1)"), &moved("(2, 2)")), Ok(moved("(1, 1)")));
-    // What goes together as text may not as a graph.
+    // Changes that can be merged as text may conflict as a graph.
     let mut gone = parse(CHAIN);
     gone.apply(&Edit::All(vec![
         Edit::Connect { from: "rivers".into(), to: "late".into(), input: "height".into() },
@@ -426,7 +426,7 @@ fn changes_of_one_thing_are_conflicts() {
     let reads = CHAIN.replace("\"height\": \"late\"", "\"height\": \"late\", \"stones\": \"scree\"");
     let why = gone.merge(CHAIN, &reads).expect_err("it is gone");
     assert!(why[0].contains("no node `scree`"), "{why:?}");
-    assert!(merged("(nodes: {", CHAIN).expect_err("broken")[0].contains("cannot be read everywhere"));
+    assert!(merged("(nodes: {", CHAIN).expect_err("broken")[0].contains("has syntax errors"));
 }
 
 proptest! {

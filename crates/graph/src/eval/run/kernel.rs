@@ -1,4 +1,4 @@
-//! One kernel, from its inputs to checked results.
+//! One kernel, from its inputs to verified results.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -18,14 +18,14 @@ use crate::{
 };
 
 impl Run<'_> {
-    /// Runs a step's kernel; gives its wanted outputs. `None` for an error when the evaluation is being stopped, or a
-    /// stored input is not there after all.
+    /// Runs a step's kernel; returns its wanted outputs. An error of `None` means that the evaluation is being stopped,
+    /// or that a stored input could not be read.
     pub(super) fn compute(&self, at: usize, step: &Step<'_>) -> Result<Vec<Option<Value>>, Option<EvalError>> {
         let node = step.instance.node;
         if self.cancel.is_cancelled() {
             return Err(None);
         }
-        let inputs = self.inputs(at)?;
+        let [inputs, coarse] = self.inputs(at)?;
         let start = now();
         let wanted = lock(&self.state).wanted[at];
         (self.events)(Event::NodeStarted { node: step.index, name: step.name.clone() });
@@ -46,6 +46,7 @@ impl Run<'_> {
             node,
             params: &step.instance.params,
             inputs,
+            coarse,
             window: step.window,
             wanted,
             folder: self.folder.to_owned(),
@@ -83,7 +84,7 @@ impl Run<'_> {
     }
 }
 
-/// Runs a part of a node's code, and says why it gave nothing.
+/// Runs a function of a node, and returns the reason if it fails.
 pub(in crate::eval) fn attempt<T>(
     instance: &Instance,
     cancel: &Cancel,
@@ -94,7 +95,7 @@ pub(in crate::eval) fn attempt<T>(
         Ok(Ok(value)) => Ok(value),
         Ok(Err(NodeError::Cancelled)) if cancel.is_cancelled() => Err(EvalError::Cancelled),
         Ok(Err(NodeError::Cancelled)) => {
-            let message = "it stopped as if cancelled, which nobody asked for".to_owned();
+            let message = "it stopped as if it had been cancelled, but nothing cancelled it".to_owned();
             Err(EvalError::Node { node, id, message, hint: None })
         }
         Ok(Err(NodeError::OutOfMemory(refused))) => Err(EvalError::OutOfMemory { node, id, refused }),

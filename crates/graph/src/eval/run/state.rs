@@ -1,4 +1,4 @@
-//! The bookkeeping of a run: what is ready, what is still read, how much memory is taken.
+//! The bookkeeping of a run: ready steps, remaining readers, memory in use.
 
 use std::{cmp::Reverse, collections::BinaryHeap};
 
@@ -11,10 +11,10 @@ use crate::{
     value::Value,
 };
 
-/// What can be done next. Earlier steps come first, and what delivers (and so releases) before what computes.
+/// The next task. Earlier steps come first, and delivering (which releases memory) before computing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Task {
-    /// Answers a request with an output of a step that is there.
+    /// Answers a request with an available output of a step.
     Deliver(usize, usize),
     /// Runs the kernel of a step.
     Compute(usize),
@@ -41,30 +41,30 @@ impl PartialOrd for Task {
     }
 }
 
-/// Where a run is.
+/// The state of a run.
 pub(super) struct State {
     /// Values that will still be read, per step and output.
     values: Vec<Vec<Slot>>,
-    /// How often they will.
+    /// How often they will be read.
     readers: Vec<Vec<usize>>,
     /// Outputs that kernels compute.
     pub(super) wanted: Vec<Wanted>,
     consumers: Vec<Vec<usize>>,
     requests: Vec<Vec<usize>>,
-    /// Per step, its wires from steps that have not run.
+    /// Per step, the number of its wires from steps that have not run.
     missing: Vec<usize>,
-    /// Steps that are over, by success or failure.
+    /// Steps that have succeeded or failed.
     over: Vec<bool>,
-    /// Steps whose reading from disk has been told.
+    /// Steps whose reading from disk has been reported.
     told: Vec<bool>,
     ready: BinaryHeap<Reverse<Task>>,
-    /// Tasks that run.
+    /// Number of running tasks.
     pub(super) active: usize,
     /// Requests that have been answered.
     pub(super) answered: Vec<bool>,
-    /// Bytes of values that are here.
+    /// Size of the values in memory.
     held: u64,
-    /// Bytes that running kernels take, per step.
+    /// Memory of running kernels, per step.
     working: Vec<u64>,
 }
 
@@ -110,7 +110,7 @@ impl State {
         }
     }
 
-    /// The next task, if it fits: a kernel waits while others run and both together would take more than the ceiling.
+    /// The next task, if it fits: a kernel waits while others run and their total memory would exceed the ceiling.
     pub(super) fn start(&mut self, plan: &Plan<'_>, ceiling: u64) -> Option<Task> {
         loop {
             let Reverse(task) = *self.ready.peek()?;
@@ -133,7 +133,7 @@ impl State {
         }
     }
 
-    /// One reading of a value; the last one takes it.
+    /// Takes a value for one reader; the last one gets the value itself.
     pub(super) fn read(&mut self, at: usize, output: usize) -> Slot {
         let slot = &mut self.values[at][output];
         self.readers[at][output] -= 1;
@@ -144,7 +144,7 @@ impl State {
         std::mem::take(slot)
     }
 
-    /// Holds a value that was read from disk for its other readers. Returns true if the step's reading is to be told.
+    /// Keeps a value that was read from disk for its other readers. Returns true if the reading should be reported.
     pub(super) fn hold(&mut self, at: usize, output: usize, value: &Value) -> bool {
         if self.readers[at][output] > 0 {
             self.held += value.bytes() as u64;
@@ -153,7 +153,7 @@ impl State {
         !std::mem::replace(&mut self.told[at], true)
     }
 
-    /// Takes the results of a step, and makes ready what waited for them.
+    /// Stores the results of a step, and makes the steps that waited for them ready.
     pub(super) fn publish(&mut self, at: usize, plan: &Plan<'_>, values: &[Option<Value>]) {
         for (output, value) in values.iter().enumerate() {
             if let Some(value) = value
@@ -184,8 +184,8 @@ impl State {
         self.active -= 1;
     }
 
-    /// A step has failed: leaves all that depends on it, and releases what that would have read. Gives the unanswered
-    /// requests among it, which count as answered if `answer`.
+    /// Handles a failed step: gives up everything that depends on it, and releases what that would have read. Returns
+    /// the unanswered requests among it, which count as answered if `answer`.
     pub(super) fn fail(&mut self, at: usize, plan: &Plan<'_>, answer: bool) -> Vec<usize> {
         self.end(at);
         let mut requests = Vec::new();

@@ -1,4 +1,4 @@
-//! A stage band by band.
+//! Computing a stage in bands.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -23,7 +23,7 @@ use crate::{
 };
 
 impl Course<'_> {
-    /// Computes the results of a stage in bands; gives those that are put together.
+    /// Computes the results of a stage in bands; returns those that are assembled into whole rasters.
     pub(super) fn pass_bands(
         &self,
         stage: &Stage,
@@ -32,7 +32,7 @@ impl Course<'_> {
         answered: &mut [bool],
     ) -> Result<Vec<Option<Value>>, EvalError> {
         let bands = bands(&stage.window, rows);
-        let teller = Teller::new(self.events);
+        let teller = BandReporter::new(self.events);
         let mut whole: Vec<Whole> = Vec::new();
         for (at, band) in bands.iter().enumerate() {
             let requests: Vec<Request> = stage.results.iter().map(|result| self.request(*result, *band)).collect();
@@ -66,7 +66,7 @@ impl Course<'_> {
     }
 }
 
-/// Bands of a window from north to south.
+/// Bands of a window, from north to south.
 fn bands(window: &Window, rows: u32) -> Vec<Window> {
     let ends = (0..window.cells[1]).step_by(rows as usize);
     let band = |first: u32| Window {
@@ -77,7 +77,7 @@ fn bands(window: &Window, rows: u32) -> Vec<Window> {
     ends.map(band).collect()
 }
 
-/// A result that is put together from bands.
+/// A result assembled from bands.
 struct Whole {
     position: usize,
     planes: usize,
@@ -110,8 +110,8 @@ impl Whole {
     }
 }
 
-/// Tells of nodes that run once a band as if each ran once.
-struct Teller<'a> {
+/// Reports nodes that run once per band as if each ran once.
+struct BandReporter<'a> {
     events: &'a (dyn Fn(Event) + Sync),
     state: Mutex<Told>,
 }
@@ -130,7 +130,7 @@ struct Node {
     origin: Option<Origin>,
 }
 
-impl<'a> Teller<'a> {
+impl<'a> BandReporter<'a> {
     fn new(events: &'a (dyn Fn(Event) + Sync)) -> Self {
         Self { events, state: Mutex::default() }
     }
@@ -147,7 +147,7 @@ impl<'a> Teller<'a> {
                     is_new.then_some(Event::NodeStarted { node, name })
                 }
                 Event::NodeFinished { node, cells, time, bytes, origin, .. } => {
-                    // What is pinned or stored is read for every band.
+                    // Pinned and stored results are read for every band.
                     if let Some(known) = told.nodes.get_mut(&node).filter(|_| origin == Origin::Computed) {
                         known.time += time;
                         known.bytes += bytes;

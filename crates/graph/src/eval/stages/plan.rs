@@ -1,4 +1,4 @@
-//! What is computed whole and what in bands, in which order.
+//! What is computed whole and what in bands, and in which order.
 
 use std::collections::HashSet;
 
@@ -13,28 +13,28 @@ use crate::{
 
 /// A part of a build: some results, computed together.
 pub(in crate::eval) struct Stage {
-    /// Steps and outputs that are there afterwards, or have been delivered in bands.
+    /// Steps and outputs that are available afterwards, or have been delivered in bands.
     pub(in crate::eval) results: Vec<(usize, usize)>,
-    /// Whole results that it reads, of earlier stages.
+    /// Whole results of earlier stages that it reads.
     pub(in crate::eval) reads: Vec<(usize, usize)>,
     /// Steps that it computes.
     pub(in crate::eval) steps: Vec<usize>,
-    /// Rows of a band; none for a step that is computed whole.
+    /// Rows of a band; `None` for a stage that is computed whole.
     pub(in crate::eval) band_rows: Option<u32>,
-    /// Requests whose bands are delivered instead of being put together, per result.
+    /// Per result, the request whose bands are delivered instead of being assembled.
     pub(in crate::eval) streamed: Vec<Option<usize>>,
-    /// Rows and columns that are built of the results.
+    /// The window of the results that is built.
     pub(in crate::eval) window: Window,
-    /// Bytes that computing it takes beside what it reads and the results that it puts together.
+    /// Memory for computing it besides what it reads and the results that it assembles.
     pub(in crate::eval) bytes: u64,
 }
 
-/// The stages of a build, in their order.
+/// The stages of a build, in order.
 pub(in crate::eval) struct Stages {
     pub(in crate::eval) all: Vec<Stage>,
 }
 
-/// Most cells that halos may add, as a part of the cells without.
+/// Largest number of cells that halos may add, as a fraction of the cells without them.
 const HALO: f64 = 0.125;
 
 impl Stages {
@@ -42,7 +42,13 @@ impl Stages {
         let mut build = Build { plan, needs, window: *window, band_cells, whole: HashSet::new(), all: Vec::new() };
         for (at, step) in plan.steps.iter().enumerate() {
             if needs.computes(at) && is_whole(step) {
-                let inputs: Vec<_> = step.wires().filter(|(source, _)| needs.computes(*source)).collect();
+                let computed = |(source, _): &(usize, usize)| needs.computes(*source);
+                let coarse: Vec<_> = step.coarse_wires().filter(computed).collect();
+                if let Some((first, _)) = coarse.first() {
+                    let window = Window::whole(plan.steps[*first].window.world);
+                    build.band_stage(coarse, None, window);
+                }
+                let inputs = step.own_wires().filter(computed).collect();
                 build.band_stage(inputs, None, Window::whole(step.window.world));
                 build.whole_stage(at);
             }
@@ -56,7 +62,7 @@ impl Stages {
             }
         }
         let results: Vec<(usize, usize)> = last.iter().map(|(result, _)| *result).collect();
-        // Two requests of one output share its whole.
+        // Two requests of one output share the whole raster.
         let alone = |result: &(usize, usize)| results.iter().filter(|other| *other == result).count() == 1;
         let requests = last.iter().map(|(result, request)| Some(*request).filter(|at| streamed[*at] && alone(result)));
         let requests: Vec<Option<usize>> = requests.collect();
@@ -70,9 +76,9 @@ struct Build<'a> {
     plan: &'a Plan<'a>,
     needs: &'a Needs,
     window: Window,
-    /// Cells of a band, about.
+    /// Approximate number of cells of a band.
     band_cells: u32,
-    /// Results that are there as a whole once the stages so far have passed.
+    /// Results that are available as a whole after the stages so far.
     whole: HashSet<(usize, usize)>,
     all: Vec<Stage>,
 }
@@ -121,7 +127,7 @@ impl Build<'_> {
         self.all.push(Stage { results, reads, steps, band_rows: Some(rows), streamed, window, bytes });
     }
 
-    /// Requests of what is in the store are answered by a stage that computes nothing.
+    /// Adds a stage that computes nothing, for requests that the store can answer.
     fn found(&mut self) {
         let stored = self.plan.targets.iter().filter_map(|target| target.as_ref().ok());
         let stored = stored.map(|target| (target.step, target.output)).filter(|(step, _)| !self.needs.computes(*step));
@@ -137,7 +143,7 @@ impl Build<'_> {
         }
     }
 
-    /// Rows of a band, as few as halos allow, and bytes that one in the middle takes.
+    /// Rows of a band, as few as halos allow, and the memory of a band in the middle.
     fn band_rows(&self, steps: &[usize], results: &[(usize, usize)], window: &Window) -> (u32, u64) {
         let mut rows = (self.band_cells / window.cells[0].max(1)).clamp(1, window.cells[1]);
         loop {
@@ -152,7 +158,7 @@ impl Build<'_> {
         }
     }
 
-    /// Cells that kernels work on for a band, and bytes that are taken at most.
+    /// Cells that kernels compute for a band, and the peak memory.
     fn band_cost(&self, steps: &[usize], results: &[(usize, usize)], band: &Window) -> (f64, u64) {
         let mut wanted: Vec<Option<Window>> = vec![None; self.plan.steps.len()];
         for (step, _) in results {
@@ -177,7 +183,7 @@ impl Build<'_> {
     }
 }
 
-/// Returns true if a step is computed for the whole world, or gives what is not made of rows.
+/// Returns true if a step is computed for the whole world, or its results cannot be split into rows.
 fn is_whole(step: &Step<'_>) -> bool {
     matches!(step.instance.node.reach, Reach::World) || step.types.iter().any(|ty| ty.planes().is_none())
 }

@@ -1,9 +1,9 @@
-//! Results on disk: a folder of files under a budget, which several programs may share.
+//! The disk cache: a folder of files under a size limit, which several programs may share.
 //!
-//! A result is the file `FF/HASH.X.Y.WxH.orovalue`: the hash names program, key and output, `FF` are its first two
-//! digits, and the numbers are the window, so that a wider result is found by its name. Files are written beside their
-//! name and renamed into place, are checked when they are read ([`entry`]), and are deleted when they are not what they
-//! should be. The time of modification is that of the last use.
+//! A result is the file `FF/HASH.X.Y.WxH.orovalue`: the hash identifies program, key and output, `FF` are its first two
+//! digits, and the numbers are the window, so that a wider result is found by its name. Files are written under a
+//! temporary name and renamed into place, are verified when they are read ([`entry`]), and are deleted when they are
+//! invalid. The modification time is the time of last use.
 
 use std::{
     collections::HashSet,
@@ -32,27 +32,28 @@ const UNFINISHED: &str = ".orovalue.part";
 /// A folder of stored results.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StoreFolder {
-    /// The folder; it is made when the first result is written. Only files of the store in it are ever touched.
+    /// The folder; it is created with the first result. The store touches only its own files in it.
     pub folder: PathBuf,
-    /// Bytes that its files may take; the least recently used are deleted.
+    /// Size limit of its files in bytes; the least recently used are deleted.
     pub budget: u64,
-    /// A result whose kernel took less time is written only when it is asked to be ([`Evaluator::persist`]).
+    /// Smallest computing time of results that are written automatically; faster ones are written only on request
+    /// ([`Evaluator::persist`]).
     ///
     /// [`Evaluator::persist`]: crate::Evaluator::persist
     pub worth: Duration,
 }
 
-/// What a folder of results holds.
+/// The contents of a folder of results.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Usage {
     /// Number of results.
     pub files: u64,
-    /// Their bytes.
+    /// Their size in bytes.
     pub bytes: u64,
 }
 
 impl StoreFolder {
-    /// Counts what it holds. A folder that does not exist holds nothing.
+    /// Counts its contents. A folder that does not exist is empty.
     ///
     /// # Errors
     /// When it cannot be listed.
@@ -61,7 +62,7 @@ impl StoreFolder {
         Ok(Usage { files: files.len() as u64, bytes: files.iter().map(|file| file.bytes).sum() })
     }
 
-    /// Deletes all results, those of other versions of the program too; gives what they took.
+    /// Deletes all results, including those of other versions of the program; returns what they used.
     ///
     /// # Errors
     /// When the folder cannot be listed or a file cannot be deleted.
@@ -77,7 +78,7 @@ impl StoreFolder {
         }
         for shard in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
             if shard.file_name().to_str().is_some_and(is_shard) {
-                // One that holds files of others stays.
+                // Keep one that contains other files.
                 let _ = fs::remove_dir(shard.path());
             }
         }
@@ -85,7 +86,7 @@ impl StoreFolder {
     }
 }
 
-/// A stored result that has been found by its name.
+/// A stored result that was found by its name.
 #[derive(Clone, Debug)]
 pub(in crate::eval) struct Ticket {
     path: PathBuf,
@@ -93,17 +94,18 @@ pub(in crate::eval) struct Ticket {
     stored: Window,
 }
 
-/// The store's end of a folder.
+/// The store's access to a folder.
 pub(super) struct Disk {
     place: StoreFolder,
-    /// Bytes of its files when they were counted last, and bytes written since.
+    /// Size of its files when they were last counted, and bytes written since.
     held: Mutex<Option<[u64; 2]>>,
-    /// Files that could not be read and perhaps not be deleted either; they are not tried again.
+    /// Files that could not be read, and perhaps not be deleted either; they are not tried again.
     unreadable: Mutex<HashSet<PathBuf>>,
 }
 
 impl Disk {
-    /// The part of the budget after which the files are counted again: other programs may share the folder.
+    /// Fraction of the budget (one over this number) after which the files are counted again, since other programs may
+    /// share the folder.
     const RECOUNT: u64 = 16;
 
     pub(super) fn new(place: StoreFolder) -> Self {
@@ -114,7 +116,7 @@ impl Disk {
         &self.place
     }
 
-    /// A result that covers the window, if there is one. It is not opened.
+    /// A result that covers the window, if there is one. Its file is not opened.
     pub(super) fn find(&self, slot: Slot, ty: PortType, window: &Window) -> Option<Ticket> {
         let name = name(slot);
         let ticket = |stored: Window| Ticket { path: self.path(&name, &stored), name, stored };
@@ -143,8 +145,8 @@ impl Disk {
     /// Reads a result.
     ///
     /// # Errors
-    /// What is wrong with a file that cannot be trusted; it is deleted or at least avoided. `None` when it is merely gone, or reading
-    /// was cancelled.
+    /// What is wrong with an invalid file, which is then deleted or at least ignored. `None` when the file is merely
+    /// gone, or reading was cancelled.
     pub(super) fn load(
         &self,
         ticket: &Ticket,
@@ -164,7 +166,7 @@ impl Disk {
             }
             Err(_) if cancel.is_cancelled() => Err(None),
             Err(error) => {
-                // What cannot be deleted is replaced by the new result, or avoided.
+                // A file that cannot be deleted is replaced by the new result, or ignored.
                 let _ = fs::remove_file(path);
                 lock(&self.unreadable).insert(path.clone());
                 Err(Some(format!("{} {error}", path.display())))
@@ -172,7 +174,7 @@ impl Disk {
         }
     }
 
-    /// Writes a result, and deletes the least recently used ones when there are too many.
+    /// Writes a result, and deletes the least recently used ones if the folder exceeds its limit.
     ///
     /// # Errors
     /// When the folder cannot be written to, the disk is full, or the evaluation was cancelled meanwhile.
@@ -188,14 +190,14 @@ impl Disk {
         Ok(())
     }
 
-    /// The warnings that belong to a node's results, as they were kept.
+    /// The stored warnings of a node's results.
     pub(super) fn notes(&self, key: Key) -> Vec<String> {
         let text = fs::read_to_string(self.notes_path(key)).unwrap_or_default();
-        // One that is damaged is as good as none: no result depends on it.
+        // Damaged warnings count as none: no result depends on them.
         serde_json::from_str(&text).unwrap_or_default()
     }
 
-    /// Keeps the warnings that belong to a node's results.
+    /// Stores the warnings of a node's results.
     ///
     /// # Errors
     /// As [`Self::store`].
@@ -232,7 +234,7 @@ impl Disk {
         self.place.folder.join(format!("{:02x}", name[0]))
     }
 
-    /// Counts new bytes, and deletes the least recently used files while there are too many.
+    /// Counts new bytes, and deletes the least recently used files while the total exceeds the limit.
     fn trim(&self, new: u64) -> io::Result<()> {
         let mut held = lock(&self.held);
         let budget = self.place.budget;
@@ -260,13 +262,13 @@ impl Disk {
 
 /// A file of the store.
 struct Stored {
-    /// When it was used last. A time to come, after the clock was set back, counts as the oldest.
+    /// Time of last use. A time in the future, after the clock was set back, counts as the oldest.
     used: SystemTime,
     path: PathBuf,
     bytes: u64,
 }
 
-/// The store's files. Leftovers of a program that was killed are removed.
+/// The store's files. Leftovers of a killed program are removed.
 #[expect(clippy::disallowed_methods, reason = "the age of a file changes no result")]
 fn files(folder: &Path) -> io::Result<Vec<Stored>> {
     let now = SystemTime::now();
@@ -281,7 +283,7 @@ fn files(folder: &Path) -> io::Result<Vec<Stored>> {
         if !shard.file_name().to_str().is_some_and(is_shard) {
             continue;
         }
-        // A shard that another program has just deleted holds nothing.
+        // A shard that another program has just deleted is empty.
         for entry in fs::read_dir(shard.path()).into_iter().flatten().flatten() {
             let file = entry.file_name();
             let (Some(file), Ok(meta)) = (file.to_str(), entry.metadata()) else { continue };
@@ -300,7 +302,7 @@ fn files(folder: &Path) -> io::Result<Vec<Stored>> {
     Ok(found)
 }
 
-/// Age of an unfinished file that nobody writes any more.
+/// Age at which an unfinished file counts as abandoned.
 const ABANDONED: Duration = Duration::from_secs(24 * 3600);
 
 fn is_shard(name: &str) -> bool {
@@ -311,12 +313,12 @@ fn is_hex(text: &str) -> bool {
     text.bytes().all(|c| matches!(c, b'0'..=b'9' | b'a'..=b'f'))
 }
 
-/// Returns true if a file name is one that the store gives.
+/// Returns true if a file name is in the format of the store.
 fn is_name(file: &str) -> bool {
     file.split_at_checked(32).is_some_and(|(hash, rest)| is_hex(hash) && parse(&rest.replace(NOTES, ENDING)).is_some())
 }
 
-/// The window in the part of a file's name after the hash: `.X.Y.WxH.orovalue`.
+/// The window in the part of a file name after the hash: `.X.Y.WxH.orovalue`.
 fn parse(rest: &str) -> Option<([u32; 2], [u32; 2])> {
     let mut parts = rest.strip_prefix('.')?.strip_suffix(ENDING)?.strip_suffix('.')?.split('.');
     let mut number = || parts.next()?.parse().ok();
@@ -332,7 +334,7 @@ fn is_within_world(window: &Window) -> bool {
     })
 }
 
-/// The name of a result: what this program, and no other, gives for that slot.
+/// The name of the result for a slot, unique to this program.
 fn name((key, output): Slot) -> Name {
     let mut hash = blake3::Hasher::new();
     hash.update(&*PROGRAM).update(key.bytes()).update(&(output as u64).to_le_bytes());
@@ -346,7 +348,7 @@ fn hex(name: &Name) -> String {
 }
 
 /// Hash of the running program: another build may compute other results under the same key. A program that cannot read
-/// itself is known by its version alone.
+/// its own file is identified by its version alone.
 static PROGRAM: LazyLock<[u8; 32]> = LazyLock::new(|| {
     let mut hash = blake3::Hasher::new();
     hash.update(env!("CARGO_PKG_VERSION").as_bytes());
@@ -358,7 +360,7 @@ static PROGRAM: LazyLock<[u8; 32]> = LazyLock::new(|| {
     *hash.finalize().as_bytes()
 });
 
-/// Marks a file as used now. Where that is not permitted, it merely looks older than it is.
+/// Marks a file as used now. Without permission for it, the file merely looks older than it is.
 #[expect(clippy::disallowed_methods, reason = "the time of last use changes no result")]
 fn touch(path: &Path) {
     if let Ok(file) = File::options().append(true).open(path) {

@@ -11,8 +11,8 @@
 //! | 32 each | the table: BLAKE3 hash of each band, plane after plane |
 //! | rest | the payload: samples as little-endian `f32`, or JSON as one band |
 //!
-//! A part of the rows is read and checked without the rest, so that a window is cut out of a wider raster by reading
-//! only the bands that it touches.
+//! A part of the rows can be read and verified without the rest, so that cropping a wider raster reads only the bands
+//! that the window touches.
 
 use std::{
     fs::File,
@@ -35,15 +35,15 @@ const VERSION: u32 = 2;
 const HASH: usize = 32;
 /// Fields before the hash of the header.
 const FIELDS: usize = 8 + 4 + 16 + 4 + 4 + 16 + 8 + 4;
-/// Bytes of a band of rows, about.
+/// Approximate size of a band of rows in bytes.
 const BAND_BYTES: usize = 1 << 20;
-/// Bands that are hashed side by side before they are written.
+/// Number of bands that are hashed in parallel before they are written.
 const BATCH: usize = 16;
 
 /// The name of a result: its hash.
 pub(super) type Name = [u8; 16];
 
-/// How a result is laid out in its file.
+/// The layout of a result in its file.
 struct Layout {
     kind: &'static [u8; 4],
     planes: usize,
@@ -63,7 +63,7 @@ impl Layout {
         Self { kind, planes: 0, window: *window, payload, band_rows: 0 }
     }
 
-    /// Bands of one plane, or the one of JSON.
+    /// Number of bands of one plane; one for JSON.
     fn bands(&self) -> usize {
         if self.planes == 0 { 1 } else { self.window.ny().div_ceil(self.band_rows) }
     }
@@ -72,7 +72,7 @@ impl Layout {
         HASH * self.planes.max(1) * self.bands()
     }
 
-    /// Where the payload begins.
+    /// Offset of the payload.
     fn start(&self) -> u64 {
         (FIELDS + HASH + self.table_bytes()) as u64
     }
@@ -91,7 +91,7 @@ impl Layout {
     }
 }
 
-/// Bytes of the file of a value.
+/// Size of the file of a value.
 ///
 /// # Errors
 /// When lines or a report cannot be encoded.
@@ -106,7 +106,7 @@ pub(super) fn bytes(value: &Value, window: &Window) -> u64 {
 /// Writes the file of a value.
 ///
 /// # Errors
-/// When it cannot be written, or is cancelled.
+/// When it cannot be written, or the evaluation is cancelled.
 pub(super) fn write(file: &mut File, name: &Name, value: &Value, cancel: &Cancel) -> io::Result<()> {
     match value {
         Value::Field(field) => write_field(file, name, field, cancel),
@@ -116,7 +116,7 @@ pub(super) fn write(file: &mut File, name: &Name, value: &Value, cancel: &Cancel
 }
 
 fn write_json(file: &mut File, name: &Name, kind: &'static [u8; 4], payload: &[u8]) -> io::Result<()> {
-    // Lines and reports are found by the window in their file's name; the one within is not read.
+    // Lines and reports are found by the window in their file name; the one inside is not read.
     let window = Window { world: crate::World::default(), origin: [0; 2], cells: [0; 2] };
     let layout = Layout::of_json(kind, &window, payload.len() as u64);
     file.write_all(&header(&layout.fields(name), blake3::hash(payload).as_bytes()))?;
@@ -128,7 +128,7 @@ fn write_field(file: &mut File, name: &Name, field: &Field, cancel: &Cancel) -> 
     let band = layout.band_rows * field.window().nx();
     let bands: Vec<&[f32]> = (0..field.planes()).flat_map(|plane| field.plane(plane).chunks(band)).collect();
     let fields = layout.fields(name);
-    // The header is written last, when its hashes are known; until then the file has another name.
+    // The header is written last, when its hashes are known; until then the file has a temporary name.
     file.write_all(&vec![0; layout.start() as usize])?;
     let mut table = Vec::with_capacity(layout.table_bytes());
     for batch in bands.chunks(BATCH) {
@@ -151,7 +151,7 @@ fn write_field(file: &mut File, name: &Name, field: &Field, cancel: &Cancel) -> 
     file.write_all(&header(&fields, &table))
 }
 
-/// Fields, their hash with the table, and the table.
+/// Fields, the hash of fields and table, and the table.
 fn header(fields: &[u8], table: &[u8]) -> Vec<u8> {
     let hash = blake3::Hasher::new().update(fields).update(table).finalize();
     [fields, hash.as_bytes(), table].concat()
@@ -160,7 +160,7 @@ fn header(fields: &[u8], table: &[u8]) -> Vec<u8> {
 /// Reads the part of a value on a window, from the file of the value on `stored`.
 ///
 /// # Errors
-/// When the file is not exactly what its name promises, cannot be read, or reading is cancelled.
+/// When the file does not match its name, cannot be read, or reading is cancelled.
 pub(super) fn read(
     file: &File,
     name: &Name,
@@ -187,7 +187,7 @@ pub(super) fn read(
     let mut samples: Vec<f32> = zeroed(planes * window.len())?;
     let top = (window.origin[1] - stored.origin[1]) as usize;
     let left = (window.origin[0] - stored.origin[0]) as usize;
-    // Rows of the result by the band that they are in; the first and the last may be parts of one.
+    // Rows of the result by band; the first and the last band may be partial.
     let first_rows = (layout.band_rows - top % layout.band_rows).min(window.ny());
     let (nx, planes_rows) = (window.nx(), window.len());
     samples.par_chunks_mut(planes_rows).enumerate().try_for_each(|(plane, samples)| {
@@ -220,7 +220,7 @@ fn read_table(file: &File, name: &Name, layout: &Layout, held: u64) -> io::Resul
     let (fields, rest) = header.split_at(FIELDS);
     let (hash, table) = rest.split_at(HASH);
     if fields != layout.fields(name) {
-        return Err(damaged("is not what its name says"));
+        return Err(damaged("does not match its name"));
     }
     if blake3::Hasher::new().update(fields).update(table).finalize().as_bytes() != hash {
         return Err(damaged("is damaged"));
@@ -239,7 +239,7 @@ fn zeroed<T: Zero>(count: usize) -> io::Result<Vec<T>> {
     memory::zeroed(count).map_err(|refused| io::Error::new(io::ErrorKind::OutOfMemory, refused))
 }
 
-/// Fills a buffer from a place in the file, without moving a position that others share.
+/// Fills a buffer from an offset of the file, without moving a position shared with others.
 #[cfg(unix)]
 fn read_at(file: &File, buffer: &mut [u8], at: u64) -> io::Result<()> {
     std::os::unix::fs::FileExt::read_exact_at(file, buffer, at)

@@ -1,4 +1,4 @@
-//! Lines and reports as JSON that reads back to the same bits.
+//! Lines and reports as JSON with an exact round-trip.
 
 use std::io;
 
@@ -7,13 +7,13 @@ use crate::{
     report::{Axis, Measure, Report, Series},
 };
 
-/// Numbers in JSON are written as their bits: it has no infinities, and a round trip must be exact.
+/// Numbers in JSON are written as their bits: JSON has no infinities, and the round-trip must be exact.
 type Bits = u64;
 type StoredAxis = (String, String, Vec<Bits>);
 /// Measures, series and notes.
 type StoredReport = (Vec<(String, Bits, String)>, Vec<(String, StoredAxis, StoredAxis)>, Vec<String>);
 
-/// Order, the line downstream, and the numbers of the vertices.
+/// Order, index of the line downstream, and the numbers of the vertices.
 type StoredLine = (u32, Option<u32>, Vec<[Bits; 6]>);
 
 pub(super) fn encode_report(report: &Report) -> io::Result<Vec<u8>> {

@@ -1,4 +1,4 @@
-//! Results in memory, the least recently used dropped first.
+//! The memory cache; the least recently used results are dropped first.
 
 use std::{
     collections::{BTreeMap, HashMap},
@@ -8,10 +8,10 @@ use std::{
 use crate::eval::{event::lock, key::Key};
 use crate::{value::Value, world::Window};
 
-/// Names a value on any window: the key of its node, without the window, and the output.
+/// Identifies a value on any window: the key of its node, without the window, and the output.
 pub(in crate::eval) type Slot = (Key, usize);
 
-/// A cache under a budget of bytes, shared by threads.
+/// A cache with a size limit in bytes, shared by threads.
 pub(super) struct MemoryCache {
     budget: usize,
     inner: Mutex<Inner>,
@@ -20,7 +20,7 @@ pub(super) struct MemoryCache {
 #[derive(Default)]
 struct Inner {
     entries: HashMap<Slot, Vec<Entry>>,
-    /// Slots by when one of their entries was last used.
+    /// Slots by the last use of one of their entries.
     by_use: BTreeMap<u64, Slot>,
     clock: u64,
     bytes: usize,
@@ -37,8 +37,8 @@ impl MemoryCache {
         Self { budget, inner: Mutex::default() }
     }
 
-    /// The value on a window, also as a part of one that was kept for a wider window. What is no raster is
-    /// not made of parts: it is found on its own window only. A part for which there is no memory is not found.
+    /// The value on a window, possibly cropped from one that was kept for a wider window. Lines and reports cannot be
+    /// cropped: they are found on their own window only. A crop for which there is no memory counts as not found.
     pub(super) fn get(&self, slot: Slot, window: &Window) -> Option<Value> {
         let found = lock(&self.inner).touch(slot, window)?;
         Some(match found {
@@ -47,7 +47,7 @@ impl MemoryCache {
         })
     }
 
-    /// Keeps a value. One that is larger than the whole budget is not kept.
+    /// Keeps a value, unless it is larger than the whole limit.
     pub(super) fn insert(&self, slot: Slot, window: &Window, value: &Value) {
         let bytes = weight(value);
         if bytes > self.budget {
@@ -66,7 +66,7 @@ impl MemoryCache {
         inner.entries.entry(slot).or_default().push(Entry { window: *window, value: value.clone(), used });
     }
 
-    /// Bytes of what it holds.
+    /// Size of its contents in bytes.
     pub(super) fn bytes(&self) -> usize {
         lock(&self.inner).bytes
     }
@@ -98,7 +98,7 @@ impl Inner {
     }
 }
 
-/// Bytes of a value with those of its entry, so that many small reports count as well.
+/// Size of a value including that of its entry, so that many small reports count as well.
 fn weight(value: &Value) -> usize {
     value.bytes() + size_of::<Entry>()
 }

@@ -1,4 +1,4 @@
-//! The store of results: in memory and, where a folder is given, on disk. Evaluators, and programs, may share one.
+//! The store of results: in memory and, with a folder, on disk. Evaluators and programs may share one.
 
 mod disk;
 mod entry;
@@ -24,7 +24,7 @@ use crate::{
     world::Window,
 };
 
-/// Results by what they come from. A raster is also found as a part of one that was kept for a wider window.
+/// A cache of results, by their provenance. A raster is also found as a part of one that was kept for a wider window.
 pub struct Store {
     memory: MemoryCache,
     disk: Option<Disk>,
@@ -32,38 +32,38 @@ pub struct Store {
     notes: Mutex<HashMap<Key, Arc<[String]>>>,
 }
 
-/// Keys whose warnings are remembered in memory; beyond, all are forgotten and looked up again.
+/// Limit of the keys with warnings in memory; beyond it, all are forgotten and looked up again.
 const MOST_NOTES: usize = 1 << 16;
 
-/// Where a result is.
+/// The location of a result.
 pub(super) enum Found {
-    /// Here.
+    /// In memory.
     Memory(Value),
     /// In a file, to be [loaded](Store::load).
     Disk(Ticket),
 }
 
 impl Store {
-    /// A store of so many bytes in memory, and a folder on disk.
+    /// A store with a size limit in memory, and an optional folder on disk.
     #[must_use]
     pub fn new(memory_budget: usize, folder: Option<StoreFolder>) -> Self {
         let disk = folder.map(Disk::new);
         Self { memory: MemoryCache::new(memory_budget), disk, notes: Mutex::default() }
     }
 
-    /// Bytes of the results in memory; never more than the budget.
+    /// Size of the results in memory; never more than the limit.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.memory.bytes()
     }
 
-    /// The folder of results on disk.
+    /// The folder of the disk cache. Returns None when there is none.
     #[must_use]
     pub fn folder(&self) -> Option<&StoreFolder> {
         self.disk.as_ref().map(Disk::place)
     }
 
-    /// The result on a window, or where it is.
+    /// The result on a window, or its location.
     pub(super) fn find(&self, slot: Slot, ty: PortType, window: &Window) -> Option<Found> {
         if let Some(value) = self.memory.get(slot, window) {
             return Some(Found::Memory(value));
@@ -79,7 +79,7 @@ impl Store {
     /// Reads a result from disk, and keeps it in memory.
     ///
     /// # Errors
-    /// When it cannot be had after all, with what is wrong with its file if anything is.
+    /// When it cannot be read after all, with what is wrong with its file, if anything.
     pub(super) fn load(
         &self,
         ticket: &Ticket,
@@ -99,7 +99,7 @@ impl Store {
         self.memory.insert(slot, window, value);
     }
 
-    /// Keeps a result on disk, where there is a folder.
+    /// Keeps a result on disk, if there is a folder.
     ///
     /// # Errors
     /// When it cannot be written.
@@ -107,7 +107,7 @@ impl Store {
         self.disk.as_ref().map_or(Ok(()), |disk| disk.store(slot, value, window, cancel))
     }
 
-    /// The warnings of a node's kernel when it made the results of this key.
+    /// The warnings of a node's kernel for the results of this key.
     pub(super) fn notes(&self, key: Key) -> Arc<[String]> {
         let mut notes = lock(&self.notes);
         if notes.len() > MOST_NOTES {
@@ -117,7 +117,7 @@ impl Store {
         Arc::clone(notes.entry(key).or_insert_with(read))
     }
 
-    /// Keeps the warnings of a node's kernel. A disk that takes none loses nothing that cannot be computed.
+    /// Keeps the warnings of a node's kernel. Write errors are ignored: nothing is lost that cannot be computed again.
     pub(super) fn keep_notes(&self, key: Key, notes: &[String]) {
         if !notes.is_empty()
             && let Some(disk) = &self.disk

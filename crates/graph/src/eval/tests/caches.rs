@@ -1,4 +1,4 @@
-//! Results kept in memory and on disk.
+//! Results cached in memory and on disk.
 
 use std::{fs, path::PathBuf, time::Duration};
 
@@ -14,7 +14,7 @@ fn graph() -> Graph {
 
 const ENDS: &[&str] = &["stats.height", "stats.report", "stats.lines"];
 
-/// An evaluator that remembers on disk only.
+/// An evaluator with a disk cache only.
 fn on_disk(folder: &Path, budget: u64) -> Evaluator {
     with(keeping(0, Some(StoreFolder { folder: folder.to_owned(), budget, worth: Duration::ZERO })))
 }
@@ -69,13 +69,13 @@ fn results_come_back_from_disk_bit_by_bit() {
 }
 
 #[test]
-fn a_file_that_is_not_what_it_should_be_is_replaced() {
+fn an_invalid_file_is_replaced() {
     let folder = tempfile::tempdir().expect("a folder");
     let window = Window::whole(world(32));
     let good = run(&on_disk(folder.path(), 1 << 20), &graph(), ENDS, window).expect("runs");
     let sound: Vec<(PathBuf, Vec<u8>)> =
         files(folder.path()).into_iter().map(|path| (path.clone(), fs::read(path).expect("read"))).collect();
-    // of each file the content of another one that is as long, which is sound but has another key
+    // each file gets the content of another one of the same length, which is valid but has another key
     let foreign = |of: usize| {
         let others = sound.iter().cycle().skip(of + 1).map(|(_, bytes)| bytes);
         let mut as_long = others.take(sound.len()).filter(|bytes| bytes.len() == sound[of].1.len());
@@ -117,7 +117,7 @@ fn a_folder_that_cannot_be_written_to_is_a_warning() {
     fs::write(&file, "in the way").expect("written");
     let outcome = run(&on_disk(&file, 1 << 20), &graph(), ENDS, Window::whole(world(16))).expect("runs");
     assert_eq!(outcome.warnings.len(), 1, "told once: {:?}", outcome.warnings);
-    assert!(outcome.warnings[0].contains("cannot be kept in"));
+    assert!(outcome.warnings[0].contains("cannot be stored in"));
 }
 
 #[test]

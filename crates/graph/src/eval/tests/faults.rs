@@ -3,7 +3,7 @@
 use super::*;
 use crate::memory::{OutOfMemory, zeroed};
 
-/// A node whose kernel does something it must not.
+/// A node whose kernel does something invalid.
 const fn faulty(id: &'static str, cpu: crate::Kernel) -> Node {
     Node { id, outputs: HEIGHT, params: || Vec::<ParamSpec>::new(), cpu, ..Node::DEFAULT }
 }
@@ -31,7 +31,7 @@ static TOO_MUCH: Node = faulty("TooMuch", |job| {
 });
 static STOPS: Node = faulty("Stops", |_| Err(NodeError::Cancelled));
 
-/// A height or a slope, as a parameter says.
+/// A height or a slope, depending on a parameter.
 static EITHER: Node = Node {
     id: "Either",
     outputs: &[Output::chosen("height", slope_from_level, "H.")],
@@ -50,20 +50,22 @@ fn error_of(node: &'static Node) -> EvalError {
 }
 
 #[test]
-fn what_a_kernel_gives_is_held_against_its_declaration() {
+fn results_are_verified_against_the_declaration() {
     let said = |node| error_of(node).to_string();
-    assert_eq!(said(&GIVES_NOTHING), "`bad.height` (GivesNothing) was not given");
-    assert_eq!(said(&GIVES_NAN), "`bad.height` (GivesNan) gave NaN at cell (13, 25)");
-    assert_eq!(said(&GIVES_REPORT), "`bad.height` (GivesReport) gave a report instead of a height (m)");
+    assert_eq!(said(&GIVES_NOTHING), "`bad.height` (GivesNothing) was not returned");
+    assert_eq!(said(&GIVES_NAN), "`bad.height` (GivesNan) returned NaN at cell (13, 25)");
+    assert_eq!(said(&GIVES_REPORT), "`bad.height` (GivesReport) returned a report instead of a height (m)");
     let graph = Build::default().node("bad", &GIVES_LINES, &[]).0;
     let error = run(&evaluator(1), &graph, &["bad"], Window::whole(world(4))).err().expect("it fails");
-    assert!(error.to_string().ends_with("gave line 0 that flows into one that is not there"), "{error}");
-    assert_eq!(said(&GIVES_PLANES), "`bad.height` (GivesPlanes) gave 2 planes; a height (m) has 1");
-    assert!(said(&GIVES_WHOLE).contains("32 x 32 cells from (0, 0), not the one asked for, 8 x 8 cells from (10, 20)"));
+    assert!(error.to_string().ends_with("returned line 0, which flows into a line that does not exist"), "{error}");
+    assert_eq!(said(&GIVES_PLANES), "`bad.height` (GivesPlanes) returned 2 planes; a height (m) has 1");
+    assert!(
+        said(&GIVES_WHOLE).contains("32 x 32 cells from (0, 0) instead of the requested 8 x 8 cells from (10, 20)")
+    );
 }
 
 #[test]
-fn what_a_kernel_says_is_told_with_its_node() {
+fn errors_of_a_kernel_name_its_node() {
     let error = error_of(&REFUSES);
     assert_eq!(
         (error.to_string().as_str(), error.hint().as_deref()),
@@ -117,12 +119,12 @@ fn memory_that_a_kernel_is_refused_is_an_error_of_its_node() {
     let error = error_of(&TOO_MUCH);
     let refused = OutOfMemory { bytes: 1 << 62 };
     assert_eq!(error, EvalError::OutOfMemory { node: "bad".to_owned(), id: "TooMuch", refused });
-    assert_eq!(error.to_string(), "`bad` (TooMuch): there is no memory for another 4.0 EiB");
+    assert_eq!(error.to_string(), "`bad` (TooMuch): there is not enough memory for another 4.0 EiB");
     assert!(error.hint().is_some_and(|hint| hint.contains("fewer cells")));
 }
 
 #[test]
-fn values_that_nobody_will_read_are_not_counted() {
+fn values_without_readers_are_not_counted() {
     let mut build = Build::default().node("n0", &WAVES, &[]);
     for i in 1..50 {
         build = build.node(&format!("n{i}"), &ADD, &[("height", &format!("n{}", i - 1))]);
@@ -135,7 +137,7 @@ fn values_that_nobody_will_read_are_not_counted() {
 }
 
 #[test]
-fn a_world_that_cannot_be_is_refused() {
+fn an_impossible_world_is_refused() {
     let graph = Build::default().node("base", &WAVES, &[]).0;
     for cells in [[0, 0], [1_000_000_000, 1]] {
         let window = Window::whole(World { cells, ..world(1) });

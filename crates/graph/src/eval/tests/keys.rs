@@ -1,4 +1,4 @@
-//! What enters a key, and what does not.
+//! What a key includes, and what it does not.
 
 use std::fs;
 
@@ -45,7 +45,7 @@ fn graph() -> Graph {
 }
 
 #[test]
-fn names_order_and_the_rest_of_the_graph_do_not_enter() {
+fn names_order_and_the_rest_of_the_graph_are_not_included() {
     let window = Window::whole(world(16));
     let other = Build::default()
         .node("unused", &WAVES, &[])
@@ -70,7 +70,7 @@ fn a_default_that_is_written_is_the_same_as_one_that_is_not() {
 }
 
 #[test]
-fn whatever_can_change_the_result_enters() {
+fn whatever_can_change_the_result_is_included() {
     let whole = world(16);
     let window = Window::whole(whole);
     let base = key(&graph(), "b", window);
@@ -103,9 +103,9 @@ fn whatever_can_change_the_result_enters() {
     assert_eq!(keys.len(), count);
 }
 
-/// The sea enters the keys of nodes that read it and of what they feed, and no others.
+/// The sea level is part of the keys of nodes that read it and of those they feed, and of no others.
 #[test]
-fn the_sea_enters_where_it_is_read() {
+fn the_sea_level_is_included_where_it_is_read() {
     static TIDE: Node = Node {
         id: "Tide",
         inputs: ONE,
@@ -126,7 +126,7 @@ fn the_sea_enters_where_it_is_read() {
         let [none, low, high] = [none, low, high].map(|window| key(&graph, port, window));
         assert_eq!((none != low, low != high), (reads, reads), "{port}");
     }
-    // so a change of the level builds what depends on it again, and results come in the world that was asked for
+    // so a change of the level rebuilds what depends on it, and results come in the requested world
     let evaluator = evaluator(2);
     for (window, computed) in [(low, 4), (high, 2), (none, 2), (low, 0)] {
         let ports = ["a", "stats.lines", "b"].map(|port| (graph.port(port).expect("exists"), window));
@@ -147,14 +147,14 @@ fn the_sea_enters_where_it_is_read() {
 }
 
 #[test]
-fn outputs_of_one_node_are_told_apart() {
+fn outputs_of_one_node_have_different_keys() {
     let graph = Build::default().node("base", &WAVES, &[]).node("stats", &ANOMALY, &[("height", "base")]).0;
     let window = Window::whole(world(16));
     assert_ne!(key(&graph, "stats.height", window), key(&graph, "stats.report", window));
 }
 
 #[test]
-fn the_backend_enters_only_where_it_may_matter() {
+fn the_backend_is_included_only_where_it_may_matter() {
     let window = Window::whole(world(16));
     let elsewhere = with(EvaluatorOptions { backend: Arc::new(Elsewhere), ..EvaluatorOptions::default() });
     let differs = |node| {
@@ -166,7 +166,7 @@ fn the_backend_enters_only_where_it_may_matter() {
 }
 
 #[test]
-fn the_content_of_a_file_enters_and_its_folder_does_not() {
+fn the_content_of_a_file_is_included_and_its_folder_is_not() {
     let window = Window::whole(world(16));
     let folder = tempfile::tempdir().expect("a folder");
     let graph = |name: &str| Build(graph()).set("a", "file", ParamValue::File(name.to_owned())).0;
@@ -191,7 +191,7 @@ fn the_content_of_a_file_enters_and_its_folder_does_not() {
     assert_ne!(with_companion, key("sub/a.txt"));
 }
 
-/// Appends to its file while it is at it.
+/// Appends to its file while it reads it.
 static RESTLESS: Node = Node {
     id: "Restless",
     outputs: HEIGHT,
@@ -215,7 +215,7 @@ fn a_file_that_changes_while_it_is_read_is_an_error() {
 }
 
 #[test]
-fn a_file_that_is_not_there_is_named() {
+fn a_missing_file_is_named() {
     let folder = tempfile::tempdir().expect("a folder");
     let error = |name: &str| {
         let graph = Build(graph()).set("a", "file", ParamValue::File(name.to_owned())).0;

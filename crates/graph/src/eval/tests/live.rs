@@ -1,4 +1,4 @@
-//! A process that is run step by step.
+//! A process run step by step.
 
 use std::path::PathBuf;
 
@@ -9,14 +9,14 @@ mod storm {
     use crate::{TimedStrokes, params};
 
     params! {
-        /// Steps of it.
+        /// Number of its steps.
         steps: i64 = 4, Count, 0..=100;
-        /// What happens to it on the way.
+        /// Strokes on the way.
         strokes: TimedStrokes = TimedStrokes(Vec::new()), Metres, -1e6..=1e6;
     }
 }
 
-/// Adds 1 m in each step of 10 s, and what strokes of that time say.
+/// Adds 1 m in each step of 10 s, and the strokes of that time.
 struct Storm {
     params: storm::Params,
     done: i64,
@@ -122,7 +122,7 @@ fn follow(evaluator: &Evaluator, live: &mut Live, graph: Graph) -> bool {
 }
 
 #[test]
-fn at_its_end_it_is_what_an_evaluation_gives_and_is_not_computed_again() {
+fn its_end_equals_an_evaluation_and_is_not_computed_again() {
     let (here, there) = (evaluator(2), evaluator(2));
     let cancel = Cancel::default();
     let mut live = live(&here, graph());
@@ -143,7 +143,7 @@ fn at_its_end_it_is_what_an_evaluation_gives_and_is_not_computed_again() {
 }
 
 #[test]
-fn what_happens_on_the_way_is_what_a_run_from_the_start_would_do() {
+fn strokes_on_the_way_equal_a_run_from_the_start() {
     let evaluator = evaluator(1);
     let cancel = Cancel::default();
     let mut live = live(&evaluator, graph());
@@ -170,7 +170,7 @@ fn what_happens_on_the_way_is_what_a_run_from_the_start_would_do() {
 }
 
 #[test]
-fn faults_are_told_with_the_node() {
+fn faults_name_the_node() {
     let evaluator = evaluator(1);
     let cancel = Cancel::default();
     let mut heavy = with_strokes(&[0.0]);

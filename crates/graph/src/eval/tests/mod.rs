@@ -1,4 +1,4 @@
-//! The evaluator on a handful of small nodes.
+//! Tests of the evaluator with a few small nodes.
 
 mod caches;
 mod faults;
@@ -21,11 +21,11 @@ use crate::{
 params! {
     /// A number added everywhere.
     level: f64 = 0.0, Metres, -1e6..=1e6;
-    /// Half the width of an average.
+    /// Radius of an average.
     radius: f64 = 3.0, Metres, 0.0..=100.0;
-    /// Tells equal nodes apart.
+    /// Makes equal nodes different.
     seed: crate::Seed = crate::Seed(0), One, ..;
-    /// Read by some.
+    /// Read by some nodes.
     file: FileName = FileName(String::new()), One, ..;
 }
 
@@ -38,7 +38,7 @@ fn height(job: &Job<'_>, at: impl Fn(usize, usize) -> f32) -> Result<Outputs, No
 const HEIGHT: &[Output] = &[Output::gives("height", PortType::Height, "H.")];
 const ONE: &[Input] = &[Input::needs("height", PortType::Height, "H.")];
 
-/// A polynomial of the place and the seed.
+/// A polynomial of the position and the seed.
 static WAVES: Node = Node {
     id: "Waves",
     outputs: HEIGHT,
@@ -120,7 +120,7 @@ static ANOMALY: Node = Node {
     ..Node::DEFAULT
 };
 
-/// A graph that is quickly written.
+/// A graph with short methods to build it.
 #[derive(Default)]
 struct Build(Graph);
 
@@ -177,10 +177,10 @@ fn keeping(memory_budget: usize, folder: Option<StoreFolder>) -> EvaluatorOption
     EvaluatorOptions { store: Arc::new(Store::new(memory_budget, folder)), ..EvaluatorOptions::default() }
 }
 
-/// What came of an evaluation.
+/// The result of an evaluation.
 struct Outcome {
     values: Vec<Value>,
-    /// Where each node's results came from.
+    /// The origin of each node's results.
     origins: BTreeMap<String, Origin>,
     warnings: Vec<String>,
 }
@@ -196,7 +196,7 @@ impl Outcome {
     }
 }
 
-/// Evaluates ends such as `blur` or `stats.report`.
+/// Evaluates outputs such as `blur` or `stats.report`.
 fn run(evaluator: &Evaluator, graph: &Graph, ends: &[&str], window: Window) -> Result<Outcome, EvalError> {
     let requests: Vec<(Port, Window)> = ends.iter().map(|end| (graph.port(end).expect("exists"), window)).collect();
     run_requests(evaluator, graph, &requests)
@@ -207,12 +207,14 @@ fn run_requests(evaluator: &Evaluator, graph: &Graph, requests: &[(Port, Window)
     let events = |event: Event| told.lock().expect("no panic").push(event);
     let values = evaluate(evaluator, graph, requests, &Cancel::default(), &events)?;
     let mut outcome = Outcome { values, origins: BTreeMap::new(), warnings: Vec::new() };
+    let mut finished = std::collections::BTreeSet::new();
     for event in told.into_inner().expect("no panic") {
         match event {
-            Event::NodeFinished { name, origin, .. } => {
-                // some outputs may be stored while others have to be computed
-                let before = outcome.origins.insert(name.to_string(), origin);
-                assert!(before.is_none_or(|before| before != origin), "`{name}` finished twice");
+            Event::NodeFinished { name, origin, cells, .. } => {
+                // some outputs may be stored while others have to be computed, and others belong to another world
+                outcome.origins.insert(name.to_string(), origin);
+                let is_new = finished.insert((name.to_string(), cells, origin == Origin::Computed));
+                assert!(is_new, "`{name}` finished twice");
             }
             Event::Warning { message, .. } => outcome.warnings.push(message),
             _ => {}

@@ -1,4 +1,4 @@
-//! Only what is asked for, and of that only what has changed.
+//! Only what is requested is computed, and only what has changed.
 
 use super::*;
 
@@ -28,7 +28,7 @@ fn a_second_evaluation_takes_the_result_and_looks_no_further() {
 }
 
 #[test]
-fn each_output_is_found_again_as_itself() {
+fn each_output_is_found_under_its_own_key() {
     let (evaluator, graph) = (evaluator(2), graph());
     let window = Window::whole(world(32));
     let first = run(&evaluator, &graph, &["aside.height", "aside.report"], window).expect("runs");
@@ -58,7 +58,7 @@ fn a_change_in_a_part_of_the_world_runs_what_is_downstream_of_it() {
     run(&evaluator, &graph, &["sum"], window).expect("runs");
     let sum = graph.find("sum").expect("exists");
     graph.disconnect(sum, 1);
-    // `base` was computed with the halo of `soft` and is wanted like that again
+    // `base` was computed with the halo of `soft` and is needed like that again
     let outcome = run(&evaluator, &graph, &["sum"], window).expect("runs");
     assert_eq!(outcome.computed(), ["sum"]);
 }
@@ -86,7 +86,7 @@ fn one_thread_is_enough_for_a_wide_graph() {
 }
 
 #[test]
-fn a_long_chain_is_no_recursion() {
+fn a_long_chain_needs_no_recursion() {
     let mut build = Build::default().node("n0", &WAVES, &[]);
     for i in 1..5000 {
         build = build.node(&format!("n{i}"), &ADD, &[("height", &format!("n{}", i - 1))]);
@@ -109,4 +109,38 @@ fn wide(count: usize) -> Graph {
         last = sum;
     }
     build.node("top", &ANOMALY, &[("height", &last)]).0
+}
+
+/// Its input on 8 x 8 cells.
+static HALVED: Node = Node {
+    id: "Halved",
+    inputs: ONE,
+    outputs: HEIGHT,
+    reach: Reach::World,
+    coarse: Some(|_, world| Some(World { cells: [8, 8], ..*world })),
+    cpu: |job| {
+        let (nx, of_own) = (job.window().nx(), job.coarse.is_empty());
+        let inputs = if of_own { &job.inputs } else { &job.coarse };
+        let crate::InputValue::Value(Value::Field(field)) = &inputs[0] else {
+            return Err(NodeError::failed("no land"));
+        };
+        let by = nx / field.window().nx();
+        height(job, |i, j| field.samples()[j / by * field.window().nx() + i / by])
+    },
+    ..Node::DEFAULT
+};
+
+#[test]
+fn inputs_on_other_cells_are_those_of_the_other_world() {
+    let graph = Build::default().node("base", &WAVES, &[]).node("halved", &HALVED, &[("height", "base")]).0;
+    for ends in [["halved"].as_slice(), &["base", "halved"]] {
+        let evaluator = evaluator(2);
+        let fine = run(&evaluator, &graph, ends, Window::whole(world(32))).expect("runs");
+        let coarse =
+            run(&evaluator, &graph, &["base"], Window::whole(World { cells: [8, 8], ..world(32) })).expect("runs");
+        assert_eq!(coarse.from(Origin::Memory), ["base"], "it was made for the other node");
+        let samples = |outcome: &Outcome| outcome.values.last().and_then(Value::as_field).map(|f| f.samples().to_vec());
+        let (fine, coarse) = (samples(&fine).expect("a field"), samples(&coarse).expect("a field"));
+        assert!((0..32 * 32).all(|at| fine[at] == coarse[at / 32 / 4 * 8 + at % 32 / 4]));
+    }
 }

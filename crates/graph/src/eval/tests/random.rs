@@ -1,4 +1,4 @@
-//! Any graph, any windows, any number of threads, any state of the caches: the same values.
+//! Any graph, windows, number of threads and state of the caches: the same values.
 
 use proptest::prelude::*;
 
@@ -58,7 +58,7 @@ proptest! {
                 prop_assert_eq!(got.as_field(), Some(&all.as_field().expect("a field").crop(window)), "round {}", round);
             }
         }
-        // one by one, what is left in the cache was computed for other windows
+        // one by one, with a cache filled for other windows
         for ((port, window), all) in requests.iter().zip(&expected) {
             let got = run_requests(&evaluator, &graph, &[(*port, *window)]).expect("runs").values.remove(0);
             prop_assert_eq!(got.as_field(), Some(&all.as_field().expect("a field").crop(window)));

@@ -1,4 +1,4 @@
-//! Side by side, cancelled, with progress.
+//! Parallel kernels, cancellation and progress.
 
 use std::{
     sync::atomic::{AtomicUsize, Ordering},
@@ -9,7 +9,7 @@ use super::*;
 
 static MET: AtomicUsize = AtomicUsize::new(0);
 
-/// Waits until two of its kind run at once.
+/// Waits until two kernels of its kind run at once.
 static MEETS: Node = Node {
     id: "Meets",
     outputs: HEIGHT,
@@ -27,7 +27,7 @@ static MEETS: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Runs until it is cancelled, for a minute at most.
+/// Runs until it is cancelled, for at most a minute.
 static ENDLESS: Node = Node {
     id: "Endless",
     outputs: HEIGHT,
@@ -44,7 +44,7 @@ static ENDLESS: Node = Node {
 
 static FAILS: Node = Node { id: "Fails", outputs: HEIGHT, cpu: |_| Err(NodeError::failed("no")), ..Node::DEFAULT };
 
-/// Tells a thousand fractions at once.
+/// Reports a thousand fractions at once.
 static EAGER: Node = Node {
     id: "Eager",
     outputs: HEIGHT,
@@ -57,7 +57,7 @@ static EAGER: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Shows three states before its result.
+/// Offers three intermediate results before its final one.
 static GROWS: Node = Node {
     id: "Grows",
     outputs: HEIGHT,
@@ -70,7 +70,7 @@ static GROWS: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Says twice the same.
+/// Warns twice with the same message.
 static DOUBTS: Node = Node {
     id: "Doubts",
     outputs: HEIGHT,
@@ -91,19 +91,19 @@ fn pair(left: &'static Node, right: &'static Node) -> Graph {
 }
 
 #[test]
-fn independent_nodes_run_side_by_side() {
+fn independent_nodes_run_in_parallel() {
     let graph = Build(pair(&MEETS, &MEETS)).set("right", "level", ParamValue::Float(1.0)).0;
     assert!(run(&evaluator(2), &graph, &["both"], Window::whole(world(4))).is_ok());
 }
 
 #[test]
-fn a_cancel_is_heard_within_a_tenth_of_a_second() {
+fn a_cancellation_takes_effect_within_a_tenth_of_a_second() {
     // the best of three: a busy machine may hold a thread back for longer
     let latency = (0..3).map(|_| cancel_latency()).min().expect("three");
     assert!(latency < Duration::from_millis(100), "{latency:?}");
 }
 
-/// From the cancel, in the middle of a kernel, to the return of the evaluation.
+/// From the cancellation, in the middle of a kernel, to the return of the evaluation.
 fn cancel_latency() -> Duration {
     let graph = pair(&ENDLESS, &WAVES);
     let cancel = Cancel::default();
@@ -176,7 +176,7 @@ fn what_is_ready_is_delivered_before_the_rest_and_released() {
 }
 
 #[test]
-fn what_is_cancelled_before_it_begins_runs_nothing() {
+fn a_cancellation_before_the_start_runs_nothing() {
     let cancel = Cancel::default();
     cancel.cancel();
     let graph = pair(&WAVES, &WAVES);
@@ -192,7 +192,7 @@ fn what_is_cancelled_before_it_begins_runs_nothing() {
 }
 
 #[test]
-fn progress_rises_and_is_told_sparingly() {
+fn progress_rises_and_is_reported_sparingly() {
     let graph = Build::default().node("eager", &EAGER, &[]).0;
     let fractions = Mutex::new(Vec::new());
     let start = event::now();
@@ -210,7 +210,7 @@ fn progress_rises_and_is_told_sparingly() {
 }
 
 #[test]
-fn who_watches_sees_land_grow() {
+fn a_progressive_preview_shows_terrain_grow() {
     let graph = Build::default().node("land", &GROWS, &[]).0;
     let requests = [(graph.port("land").expect("exists"), Window::whole(world(4)))];
     let seen = |glimpses: Option<Duration>| {
@@ -235,7 +235,7 @@ fn who_watches_sees_land_grow() {
 }
 
 #[test]
-fn a_warning_is_told_once_per_evaluation_also_from_the_store() {
+fn a_warning_is_reported_once_per_evaluation_also_from_the_store() {
     let graph = Build::default().node("land", &DOUBTS, &[]).0;
     let evaluator = evaluator(1);
     let told = || {

@@ -1,4 +1,4 @@
-//! The folder of results, as several programs share it.
+//! The folder of results, shared by several programs.
 
 use std::{
     fs::{self, File},
@@ -47,7 +47,7 @@ fn a_window_is_read_out_of_a_wider_stored_raster() {
         assert_eq!(got.from(Origin::Disk), ["soft"], "{origin:?}");
         assert_eq!(got.values[0].as_field(), Some(&all.crop(&part)), "{origin:?}");
     }
-    // damage outside of what is read is not noticed, damage in it is
+    // damage outside of the part that is read is not noticed, damage inside is
     let stored = files(folder.path());
     let largest = stored.iter().max_by_key(|path| fs::metadata(path).map_or(0, |meta| meta.len())).expect("stored");
     let mut bytes = fs::read(largest).expect("read");
@@ -98,7 +98,7 @@ fn programs_share_a_folder_whatever_happens_to_its_files() {
                         let level = (mix(round + 1000 * program) % 6) as usize;
                         let graph = graph(level as f64);
                         let requests = ["soft", "stats"].map(|end| (graph.port(end).expect("exists"), window));
-                        // what is read and then lost is read, or computed, again
+                        // results that are lost after being found are read or computed again
                         let got = evaluate(&evaluator, &graph, &requests, &Cancel::default(), &|_| {}).expect("runs");
                         assert!(got == expected[level], "level {level} in round {round}");
                     }
@@ -126,7 +126,7 @@ fn entries_from_the_future_go_first_and_a_full_folder_shrinks() {
     for path in &all[..3] {
         File::options().append(true).open(path).and_then(|file| file.set_modified(later)).expect("set");
     }
-    // six of some 4.3 kB are more than this program allows
+    // six files of about 4.3 kB exceed this program's limit
     run(&on_disk(folder.path(), 4 * 4400), &source(9.0), &["base"], window).expect("runs");
     let left = files(folder.path());
     assert_eq!(left.len(), 4);
@@ -134,7 +134,7 @@ fn entries_from_the_future_go_first_and_a_full_folder_shrinks() {
 }
 
 #[test]
-fn a_folder_tells_its_size_and_is_cleared() {
+fn a_folder_reports_its_size_and_is_cleared() {
     let folder = tempfile::tempdir().expect("a folder");
     let place = folder_of(&folder.path().join("not yet"), 1 << 20);
     assert_eq!(place.usage().expect("listed"), Usage::default());
@@ -151,7 +151,7 @@ fn a_folder_tells_its_size_and_is_cleared() {
 }
 
 #[test]
-fn what_is_asked_for_is_written_by_persist() {
+fn persist_writes_requested_results() {
     let folder = tempfile::tempdir().expect("a folder");
     let slow = StoreFolder { worth: Duration::from_secs(3600), ..folder_of(folder.path(), 1 << 20) };
     let graph = graph(0.0);

@@ -1,9 +1,9 @@
-//! Parts of the world: halos, unions, cuts.
+//! Parts of the world: halos, unions, crops.
 
 use super::*;
 use crate::{Boundary, Edge};
 
-/// The average with the next three cells to the east, around the world where its sides are periodic.
+/// The average with the next three cells to the east, across the boundary where it is periodic.
 static EASTWARD: Node = Node {
     id: "Eastward",
     inputs: ONE,
@@ -36,7 +36,7 @@ fn a_part_equals_the_same_part_of_the_whole() {
     let graph = chain();
     let all = run(&evaluator(2), &graph, &["sum"], whole).expect("runs").values.remove(0);
     let all = all.as_field().expect("a field");
-    // in the middle, at two edges, a single cell, everything but a rim
+    // in the middle, at two edges, a single cell, everything but the border
     for (origin, cells) in [([20, 24], [16, 8]), ([0, 50], [10, 14]), ([63, 0], [1, 1]), ([1, 1], [62, 62])] {
         let part = Window { origin, cells, ..whole };
         let got = run(&evaluator(2), &graph, &["sum"], part).expect("runs").values.remove(0);
@@ -45,7 +45,7 @@ fn a_part_equals_the_same_part_of_the_whole() {
 }
 
 #[test]
-fn a_node_is_computed_on_the_smallest_window_around_all_that_is_wanted() {
+fn a_node_is_computed_on_the_smallest_window_around_all_requests() {
     let graph = chain();
     let whole = Window::whole(world(64));
     let part = Window { origin: [30, 30], cells: [4, 4], ..whole };
@@ -76,7 +76,7 @@ fn one_node_at_two_windows_runs_once() {
 }
 
 #[test]
-fn what_needs_the_world_is_computed_for_the_world_and_kept() {
+fn nodes_that_need_the_world_are_computed_for_it_and_kept() {
     let graph = Build::default().node("base", &WAVES, &[]).node("stats", &ANOMALY, &[("height", "base")]).0;
     let evaluator = evaluator(2);
     let whole = Window::whole(world(32));
@@ -110,7 +110,7 @@ fn a_window_outside_the_world_is_refused() {
 }
 
 #[test]
-fn a_halo_goes_around_a_periodic_world() {
+fn a_halo_wraps_around_a_periodic_world() {
     let graph = Build::default().node("base", &WAVES, &[]).node("east", &EASTWARD, &[("height", "base")]).0;
     let sides = Boundary { west: Edge::Periodic, east: Edge::Periodic, ..Boundary::default() };
     let whole = Window::whole(World { boundary: sides, ..world(32) });

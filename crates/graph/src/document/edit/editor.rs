@@ -1,4 +1,4 @@
-//! How an edit changes the text: each of its steps is a splice at the places of the tree, which is then read again.
+//! How an edit changes the text: each step is a splice at spans of the tree, and the result is parsed again.
 
 mod canvas;
 mod named;
@@ -7,37 +7,41 @@ mod worlds;
 
 use std::ops::Range;
 
-use super::{
-    args::{args, kind_of, migrate, version},
-    edit::EditError,
-    exposed::{Section, places},
-    lex::{Bracket, quote},
-    literal::{Literal, is_name},
-    splice::Draft,
+use super::EditError;
+use crate::document::{
+    check::{
+        args::{args, kind_of, migrate, version},
+        exposed::{Section, places},
+    },
     subgraph::{self, Home, Loader},
-    syntax::{self, Group, Item},
+    syntax::{
+        self, Group, Item,
+        lex::{Bracket, quote},
+        literal::{Literal, is_name},
+        splice::Draft,
+    },
 };
 use crate::{closest, node::Node, registry::Registry};
 
-/// A text that stands for a wire.
+/// A string that is a wire.
 struct WireUse {
-    /// The text with its quotes.
+    /// The string with its quotes.
     span: Range<usize>,
-    /// The part after the name, with its point.
+    /// The part after the name, including the dot.
     port: String,
-    /// The node and its input; `None` where it stands in a node that is not known.
+    /// The node and its input; `None` when the node is of an unknown kind.
     input: Option<(String, String)>,
 }
 
-/// Carries out edits on a draft.
-pub(super) struct Editor<'a> {
+/// Applies edits to a draft.
+pub(crate) struct Editor<'a> {
     draft: &'a mut Draft,
     registry: &'a Registry,
     home: &'a Home,
 }
 
 impl<'a> Editor<'a> {
-    pub(super) fn new(draft: &'a mut Draft, registry: &'a Registry, home: &'a Home) -> Self {
+    pub(crate) fn new(draft: &'a mut Draft, registry: &'a Registry, home: &'a Home) -> Self {
         Self { draft, registry, home }
     }
 
@@ -45,7 +49,7 @@ impl<'a> Editor<'a> {
         self.draft.field(field).map_or(&[], |group| &group.items)
     }
 
-    pub(super) fn item(&self, name: &str) -> Result<&Item, EditError> {
+    pub(crate) fn item(&self, name: &str) -> Result<&Item, EditError> {
         self.draft.field("nodes").and_then(|nodes| nodes.get(name)).ok_or_else(|| {
             let names = self.items("nodes").iter().filter_map(|item| item.key.as_ref());
             let suggestion = closest(name, names.map(|key| key.text.as_str())).map(str::to_owned);
@@ -53,7 +57,7 @@ impl<'a> Editor<'a> {
         })
     }
 
-    /// The place of an output's name.
+    /// The span of an output's name.
     fn output(&self, name: &str) -> Result<Range<usize>, EditError> {
         let item = self.draft.field("outputs").and_then(|outputs| outputs.get(name));
         item.and_then(|item| item.key.as_ref())
@@ -61,7 +65,7 @@ impl<'a> Editor<'a> {
             .ok_or_else(|| EditError::UnknownOutput(name.to_owned()))
     }
 
-    /// The kind of a node, and its brackets. A `Subgraph` has what its file declares, where the file can be used.
+    /// The kind of a node, and its brackets. A `Subgraph` has the declarations of its file, if the file can be used.
     fn known<'i>(&self, item: &'i Item) -> Option<(&'static Node, Option<&'i Group>)> {
         let (kind, group) = kind_of(&item.value)?;
         let mut node = self.registry.get(&self.draft.source[kind])?;
@@ -75,9 +79,9 @@ impl<'a> Editor<'a> {
         (version <= node.version).then_some((node, group))
     }
 
-    pub(super) fn add_node(&mut self, name: &str, kind: &str, at: Option<[f64; 2]>) -> Result<(), EditError> {
+    pub(crate) fn add_node(&mut self, name: &str, kind: &str, at: Option<[f64; 2]>) -> Result<(), EditError> {
         if !is_name(kind) {
-            return Err(refused(format!("`{}` is no kind of node", kind.escape_debug())));
+            return Err(refused(format!("`{}` is not a kind of node", kind.escape_debug())));
         }
         let version = self.registry.get(kind).map_or(1, |node| node.version);
         let version = if version > 1 { format!("version: {version}") } else { String::new() };
@@ -85,13 +89,13 @@ impl<'a> Editor<'a> {
     }
 
     /// Adds a node as it is written in a file.
-    pub(super) fn add_written(&mut self, name: &str, text: &str, at: Option<[f64; 2]>) -> Result<(), EditError> {
+    pub(crate) fn add_written(&mut self, name: &str, text: &str, at: Option<[f64; 2]>) -> Result<(), EditError> {
         if self.draft.field("nodes").is_some_and(|nodes| nodes.get(name).is_some()) {
             return Err(refused(format!("there is a node `{name}` already")));
         }
         let (tree, problems) = syntax::parse(text);
         if !problems.is_empty() || tree.root.as_ref().and_then(kind_of).is_none() {
-            return Err(refused(format!("`{}` is no node", text.escape_debug())));
+            return Err(refused(format!("`{}` is not a node", text.escape_debug())));
         }
         self.insert_entry("nodes", name, text);
         if at.is_some() {
@@ -100,7 +104,7 @@ impl<'a> Editor<'a> {
         Ok(())
     }
 
-    pub(super) fn remove_node(&mut self, name: &str) -> Result<(), EditError> {
+    pub(crate) fn remove_node(&mut self, name: &str) -> Result<(), EditError> {
         self.item(name)?;
         for (node, input) in self.wires(name).into_iter().filter_map(|wire| wire.input) {
             if node != name {
@@ -123,7 +127,7 @@ impl<'a> Editor<'a> {
         Ok(())
     }
 
-    pub(super) fn rename_node(&mut self, from: &str, to: &str) -> Result<(), EditError> {
+    pub(crate) fn rename_node(&mut self, from: &str, to: &str) -> Result<(), EditError> {
         self.item(from)?;
         if from != to && self.item(to).is_ok() {
             return Err(refused(format!("there is a node `{to}` already")));
@@ -151,14 +155,14 @@ impl<'a> Editor<'a> {
         Ok(())
     }
 
-    /// All texts in nodes that are wires from a node; in nodes that are not known, all that look like one.
+    /// All strings in nodes that are wires from a node; in nodes of an unknown kind, all strings that look like one.
     fn wires(&self, from: &str) -> Vec<WireUse> {
         let source = self.draft.source.as_str();
         let mut uses = Vec::new();
         for item in self.items("nodes") {
             let Some(group) = kind_of(&item.value).and_then(|(_, group)| group) else { continue };
             let mut named = args(group, source);
-            // A file that cannot be used does not say which texts are wires.
+            // Without its file, it is unknown which strings are wires.
             let known = self.known(item).map(|(node, _)| node).filter(|node| !std::ptr::eq(*node, &subgraph::SUBGRAPH));
             if let Some(node) = known {
                 migrate(&mut named, node, version(group, source).unwrap_or(1), &(0..0));
@@ -178,20 +182,20 @@ impl<'a> Editor<'a> {
         uses
     }
 
-    pub(super) fn remove_output(&mut self, name: &str) -> Result<(), EditError> {
+    pub(crate) fn remove_output(&mut self, name: &str) -> Result<(), EditError> {
         self.output(name)?;
         self.remove_entry("outputs", name);
         Ok(())
     }
 
-    pub(super) fn rename_output(&mut self, from: &str, to: &str) -> Result<(), EditError> {
+    pub(crate) fn rename_output(&mut self, from: &str, to: &str) -> Result<(), EditError> {
         let span = self.output(from)?;
         self.draft.change(vec![(span, quote(to))]);
         Ok(())
     }
 
-    /// A wire without the name of the first output, which is understood.
-    pub(super) fn short_wire(&self, end: &str) -> String {
+    /// A wire without the name of the first output, which is implied.
+    pub(crate) fn short_wire(&self, end: &str) -> String {
         let node = self.item(node_of(end)).ok().and_then(|item| self.known(item));
         match (end.split_once('.'), node) {
             (Some((name, port)), Some((node, _))) if node.output_index(port) == Some(0) => name.to_owned(),
@@ -199,7 +203,7 @@ impl<'a> Editor<'a> {
         }
     }
 
-    pub(super) fn set_entry(&mut self, field: &str, name: &str, text: &str) {
+    pub(crate) fn set_entry(&mut self, field: &str, name: &str, text: &str) {
         match self.draft.field(field).and_then(|group| group.get(name)) {
             Some(item) => {
                 let change = (item.value.span.clone(), text.to_owned());
@@ -209,14 +213,14 @@ impl<'a> Editor<'a> {
         }
     }
 
-    /// Adds `"name": text` to a field of the file, which is added where it is missing.
+    /// Adds `"name": text` to a field of the file; adds the field if it is missing.
     fn insert_entry(&mut self, field: &str, name: &str, text: &str) {
         if self.draft.field(field).is_none() {
             self.set_root(field, "{}");
         }
         let Some(group) = self.draft.field(field) else { return };
         let key = quote(name);
-        // The value stands below the one before it, where there is room.
+        // Align the value with the one above, if there is room.
         let column = group.items.last().and_then(|item| {
             let gap = item.span().start..item.value.span.start;
             (!self.draft.source[gap.clone()].contains('\n')).then_some(gap.len())
@@ -253,7 +257,7 @@ impl<'a> Editor<'a> {
         self.items("muted").iter().filter(names)
     }
 
-    pub(super) fn set_muted(&mut self, node: &str, muted: bool) -> Result<(), EditError> {
+    pub(crate) fn set_muted(&mut self, node: &str, muted: bool) -> Result<(), EditError> {
         self.item(node)?;
         let stands = self.muted(node).next().is_some();
         if muted && !stands {
@@ -263,7 +267,7 @@ impl<'a> Editor<'a> {
                     let changes = self.draft.insertion(list, &quote(node), false);
                     self.draft.change(changes);
                 }
-                Some(_) => return Err(refused("what the file says as `muted` is no list".to_owned())),
+                Some(_) => return Err(refused("`muted` in the file is not a list".to_owned())),
             }
         }
         while !muted && self.muted(node).next().is_some() {
@@ -279,7 +283,7 @@ impl<'a> Editor<'a> {
         Ok(())
     }
 
-    /// Removes a field of the file that has become empty, with nothing lost.
+    /// Removes a field of the file that has become empty, if nothing is lost.
     fn remove_empty(&mut self, field: &str) {
         let Some(root) = self.draft.root() else { return };
         let (Some(position), Some(group)) = (root.position(field), self.draft.field(field)) else { return };
@@ -295,12 +299,12 @@ fn refused(message: String) -> EditError {
     EditError::Refused { message, hint: None }
 }
 
-/// What an entry is wired to.
+/// The source of the wire in an entry.
 fn wire_end(item: &Item, source: &str) -> Option<String> {
     Literal::read(&item.value, source).as_wire().map(str::to_owned)
 }
 
-/// The node that a wire's end names.
+/// The node in the source of a wire.
 fn node_of(end: &str) -> &str {
     end.split_once('.').map_or(end, |(name, _)| name)
 }

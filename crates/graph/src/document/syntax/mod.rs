@@ -1,8 +1,13 @@
-//! The syntax tree of a graph file: what stands where, and where a mistake is, with the rest read on.
+//! The syntax tree of a graph file, with the spans of everything in it; parsing continues after a mistake.
+
+pub(crate) mod format;
+pub(crate) mod lex;
+pub(crate) mod literal;
+pub(crate) mod splice;
 
 use std::ops::Range;
 
-use super::lex::{Bracket, Comment, Token, TokenKind, decode_text, lex};
+use self::lex::{Bracket, Comment, Token, TokenKind, decode_text, lex};
 use crate::diagnostic::Diagnostic;
 
 /// Brackets nested deeper than this are refused; a graph file needs six.
@@ -12,41 +17,41 @@ const MAX_DEPTH: usize = 64;
 pub(super) const FIELDS: [&str; 11] =
     ["format", "world", "inputs", "parameters", "nodes", "muted", "outputs", "layout", "reroutes", "notes", "frames"];
 
-/// The most mistakes of notation that are listed.
+/// The largest number of syntax errors that are listed.
 const MAX_PROBLEMS: usize = 100;
 
-/// A file as a tree. Places are byte offsets into the source it was parsed from.
+/// A file as a tree. Spans are byte offsets into the source it was parsed from.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tree {
-    /// The outermost value; `None` for a file without any.
+    /// The outermost value; `None` for an empty file.
     pub(super) root: Option<Expr>,
     /// All comments, in file order.
     pub(super) comments: Vec<Comment>,
 }
 
-/// A value with its place.
+/// A value with its span.
 #[derive(Clone, Debug)]
 pub(super) struct Expr {
     pub(super) span: Range<usize>,
     pub(super) kind: ExprKind,
 }
 
-/// What a value is.
+/// The kind of a value.
 #[derive(Clone, Debug)]
 pub(super) enum ExprKind {
-    /// What begins like a number.
+    /// Something that begins like a number.
     Number,
     /// A bare word.
     Word,
-    /// A text in quotes, decoded.
+    /// A string in quotes, decoded.
     Text(String),
-    /// Things in brackets.
+    /// Items in brackets.
     Group(Group),
-    /// Nothing, or something that could not be read; reported already.
+    /// Nothing, or something that could not be read; already reported.
     Bad,
 }
 
-/// Things in brackets, with or without a name before them.
+/// Items in brackets, with or without a name before them.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
     /// The word before the brackets.
@@ -59,7 +64,7 @@ pub(super) struct Group {
     pub(super) items: Vec<Item>,
 }
 
-/// One thing in brackets.
+/// One item in brackets.
 #[derive(Clone, Debug)]
 pub(super) struct Item {
     pub(super) key: Option<Key>,
@@ -68,7 +73,7 @@ pub(super) struct Item {
     pub(super) comma: Option<usize>,
 }
 
-/// The name of a thing in brackets.
+/// The name of an item in brackets.
 #[derive(Clone, Debug)]
 pub(super) struct Key {
     pub(super) span: Range<usize>,
@@ -76,7 +81,7 @@ pub(super) struct Key {
 }
 
 impl Expr {
-    /// The brackets, if it is any.
+    /// The brackets. Returns None when the value is something else.
     pub(super) const fn as_group(&self) -> Option<&Group> {
         match &self.kind {
             ExprKind::Group(group) => Some(group),
@@ -98,13 +103,13 @@ impl Group {
 }
 
 impl Item {
-    /// From its name, or its value where it has none, to its end without the comma.
+    /// From its name, or from its value if it has none, to its end without the comma.
     pub(super) fn span(&self) -> Range<usize> {
         self.key.as_ref().map_or(self.value.span.start, |key| key.span.start)..self.value.span.end
     }
 }
 
-/// Parses a source; always gives a tree, with all mistakes of notation.
+/// Parses a source; always returns a tree, with all syntax errors.
 pub(super) fn parse(source: &str) -> (Tree, Vec<Diagnostic>) {
     let lexed = lex(source);
     let mut parser = Parser {
@@ -121,11 +126,11 @@ pub(super) fn parse(source: &str) -> (Tree, Vec<Diagnostic>) {
     if let Some(token) = parser.peek() {
         let (message, hint) = match root.as_ref().map(|root| &root.kind) {
             Some(ExprKind::Group(_)) => (
-                "the file goes on after its closing bracket",
+                "the file continues after its closing bracket",
                 "remove what follows, or look for a bracket that closes too early",
             ),
             _ => (
-                "a graph file stands in round brackets",
+                "a graph file needs round brackets around it",
                 "a graph file is `( format: 1, nodes: { … }, outputs: { … } )`",
             ),
         };
@@ -137,12 +142,12 @@ pub(super) fn parse(source: &str) -> (Tree, Vec<Diagnostic>) {
     if problems.len() > MAX_PROBLEMS {
         problems.truncate(MAX_PROBLEMS);
         let end = problems.last().map_or(0, |problem| problem.span.end);
-        problems.push(Diagnostic::error("syntax", end..end, "there are more mistakes of notation after these"));
+        problems.push(Diagnostic::error("syntax", end..end, "there are more syntax errors after these"));
     }
     (Tree { root, comments: lexed.comments }, problems)
 }
 
-/// Parses a single value, such as one typed on a command line; `None` when it is not exactly one.
+/// Parses a single value, such as one typed on a command line. Returns None when the text is not exactly one value.
 pub(super) fn parse_value(source: &str) -> Option<Expr> {
     let (tree, problems) = parse(source);
     if problems.is_empty() && tree.comments.is_empty() { tree.root } else { None }
@@ -151,15 +156,15 @@ pub(super) fn parse_value(source: &str) -> Option<Expr> {
 struct Parser<'a> {
     source: &'a str,
     tokens: &'a [Token],
-    /// Where the source has something that is no token, rising.
+    /// Offsets of characters in the source that are not tokens, ascending.
     strays: Vec<usize>,
     next: usize,
-    /// Brackets that are open, from the outermost.
+    /// Open brackets, from the outermost.
     open: Vec<Bracket>,
     problems: Vec<Diagnostic>,
-    /// Whether a missing closing bracket was reported where the file ends.
+    /// True if a missing closing bracket was reported at the end of the file.
     unclosed: bool,
-    /// Whether too deep nesting was reported.
+    /// True if too deep nesting was reported.
     too_deep: bool,
 }
 
@@ -176,19 +181,19 @@ impl<'a> Parser<'a> {
         self.problems.push(Diagnostic::error("syntax", span, message).hint(hint));
     }
 
-    /// Whether something that is no token, reported already, stands before the next token.
+    /// Returns true if something that is not a token, and was already reported, precedes the next token.
     fn after_stray(&self) -> bool {
         let next = self.peek().map_or(self.source.len(), |token| token.span.start);
         let first = self.strays.partition_point(|at| *at < self.last_end());
         self.strays.get(first).is_some_and(|at| *at < next)
     }
 
-    /// Where the token before ends.
+    /// The end of the previous token.
     fn last_end(&self) -> usize {
         self.next.checked_sub(1).map_or(0, |at| self.tokens[at].span.end)
     }
 
-    /// A value; something [`ExprKind::Bad`], without a token consumed, where none begins.
+    /// A value; [`ExprKind::Bad`], without consuming a token, if none begins here.
     fn value(&mut self) -> Expr {
         let Some(token) = self.peek() else {
             let end = self.last_end();
@@ -225,7 +230,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// A number; a unit that follows it without quotes is reported here.
+    /// A number; reports a unit that follows it without quotes.
     fn number(&mut self, span: Range<usize>) -> Expr {
         if let Some(token) = self.peek()
             && token.kind == TokenKind::Word
@@ -234,7 +239,7 @@ impl<'a> Parser<'a> {
         {
             let place = span.start..token.span.end;
             let hint = format!("write \"{}\"", &self.source[place.clone()]);
-            self.problem(place.clone(), "a number with a unit stands in quotes", &hint);
+            self.problem(place.clone(), "a number with a unit needs quotes", &hint);
             self.next += 1;
             return Expr { span: place, kind: ExprKind::Bad };
         }
@@ -246,13 +251,13 @@ impl<'a> Parser<'a> {
             Ok(text) => Some(text),
             Err(escape) => {
                 let place = span.start + escape.start..(span.start + escape.end).min(span.end);
-                self.problem(place, "the escape does not exist", "a backslash is written `\\\\`; paths may use `/`");
+                self.problem(place, "unknown escape sequence", "write a backslash as `\\\\`; paths may use `/`");
                 None
             }
         }
     }
 
-    /// Things in brackets, from the opening one.
+    /// Items in brackets, from the opening one.
     fn group(&mut self, bracket: Bracket, name: Option<Range<usize>>) -> Expr {
         let open = self.tokens[self.next].span.start;
         let start = name.as_ref().map_or(open, |name| name.start);
@@ -287,7 +292,7 @@ impl<'a> Parser<'a> {
                 Some(TokenKind::Close(_) | TokenKind::Comma | TokenKind::Colon) => {
                     let token = &self.tokens[self.next];
                     let text = &self.source[token.span.clone()];
-                    self.problem(token.span.clone(), format!("`{text}` stands where a value belongs"), "remove it");
+                    self.problem(token.span.clone(), format!("expected a value, found `{text}`"), "remove it");
                     self.next += 1;
                 }
                 Some(_) => {
@@ -300,7 +305,7 @@ impl<'a> Parser<'a> {
         Expr { span: start..self.last_end(), kind: ExprKind::Group(group) }
     }
 
-    /// Whether what comes next can only be a thing of the brackets around these, so that these were not closed.
+    /// Returns true if the next token can only belong to the surrounding brackets, so that these were not closed.
     fn belongs_outside(&self, bracket: Bracket) -> bool {
         let keyed = self.peek_kind(1) == Some(TokenKind::Colon);
         let Some(outer) = self.open.len().checked_sub(2).map(|at| self.open[at]) else { return false };
@@ -325,7 +330,7 @@ impl<'a> Parser<'a> {
         self.problem(open..open + 1, message, &format!("close it with `{}`", bracket.close()));
     }
 
-    /// Leaves out what is nested too deep.
+    /// Skips what is nested too deep.
     fn skip_nested(&mut self, start: usize) -> Expr {
         if !self.too_deep {
             self.too_deep = true;
@@ -345,24 +350,24 @@ impl<'a> Parser<'a> {
                 break;
             }
         }
-        // Brackets around it that are not closed either follow from the same mistake.
+        // Unclosed brackets around it follow from the same mistake.
         self.unclosed = true;
         Expr { span: start..self.last_end(), kind: ExprKind::Bad }
     }
 
-    /// A thing in brackets, with its comma.
+    /// An item in brackets, with its comma.
     fn item(&mut self, bracket: Bracket) -> Item {
         let key = if self.peek_kind(1) == Some(TokenKind::Colon) { self.key(bracket) } else { None };
         let value = self.value();
         let bad = matches!(value.kind, ExprKind::Bad);
-        // What is missing around brackets that are not closed follows from that.
+        // What is missing around unclosed brackets follows from that mistake.
         let unclosed = value.as_group().is_some_and(|group| group.close.is_none());
         match &key {
             Some(key) if bad && value.span.is_empty() && !self.after_stray() => {
                 self.problem(key.span.clone(), format!("`{}` has no value", key.text), "write it after the colon");
             }
             None if bracket == Bracket::Curly && !bad && !unclosed => {
-                let hint = "things in `{ }` are written `\"name\": value`";
+                let hint = "items in `{ }` are written `\"name\": value`";
                 self.problem(value.span.clone(), "this has no name", hint);
             }
             _ => {}
@@ -372,7 +377,7 @@ impl<'a> Parser<'a> {
             self.next += 1;
         } else if self.begins_item() && !unclosed && !self.belongs_outside(bracket) && !self.after_stray() {
             let end = self.last_end();
-            self.problem(end..end, "a comma is missing", "things in brackets are separated by commas");
+            self.problem(end..end, "a comma is missing", "separate items in brackets by commas");
         }
         Item { key, value, comma }
     }
@@ -390,17 +395,21 @@ impl<'a> Parser<'a> {
         let span = token.span.clone();
         let text = match token.kind {
             TokenKind::Word => self.source[span.clone()].to_owned(),
-            // A name with a wrong escape, reported, is taken as it is written.
+            // A name with an invalid escape sequence, already reported, is used as written.
             TokenKind::Text => self.text(&span).unwrap_or_else(|| self.source[span.clone()].to_owned()),
             _ => return None,
         };
         match (bracket, token.kind) {
-            (Bracket::Square, _) => self.problem(span.clone(), "things in `[ ]` have no names", "remove the name"),
+            (Bracket::Square, _) => self.problem(span.clone(), "items in `[ ]` have no names", "remove the name"),
             (Bracket::Curly, TokenKind::Word) => {
                 self.problem(span.clone(), format!("the name `{text}` needs quotes here"), "write it as \"name\"");
             }
             (Bracket::Round, TokenKind::Text) => {
-                self.problem(span.clone(), format!("the name `{text}` has no quotes here"), "write it without quotes");
+                self.problem(
+                    span.clone(),
+                    format!("the name `{text}` must not have quotes here"),
+                    "write it without quotes",
+                );
             }
             _ => {}
         }
@@ -421,20 +430,20 @@ mod tests {
     fn each_mistake_is_reported_once() {
         assert_eq!(messages("(a: 1 b: 2)"), ["5: a comma is missing"]);
         assert_eq!(messages("(a: 1; b: 2)"), ["5: `;` has no meaning here"]);
-        assert_eq!(messages("(a: 'x', b: ?)"), ["4: texts stand in double quotes", "12: `?` has no meaning here"]);
+        assert_eq!(messages("(a: 'x', b: ?)"), ["4: text needs double quotes", "12: `?` has no meaning here"]);
         assert_eq!(messages("(a: , b: 2)"), ["1: `a` has no value"]);
         assert_eq!(messages("({\"a\": P(x: 1, \"b\": Q(y: 2)})"), ["8: `(` is not closed"]);
         assert_eq!(messages("(n: {\"a\": P, layout: {})"), ["4: `{` is not closed"]);
         assert_eq!(messages("((((1"), ["3: `(` is not closed"]);
-        assert_eq!(messages("(a: 1))"), ["6: the file goes on after its closing bracket"]);
+        assert_eq!(messages("(a: 1))"), ["6: the file continues after its closing bracket"]);
         assert_eq!(messages("{a: 1}"), ["1: the name `a` needs quotes here"]);
         assert_eq!(messages("(a: [1, 2)"), ["4: `[` is not closed"]);
-        assert_eq!(messages("(a: 1, , b: 2)"), ["7: `,` stands where a value belongs"]);
-        assert_eq!(messages("(a: \"\\q\")"), ["5: the escape does not exist"]);
-        assert_eq!(messages("(size: 3 km, a: 1)"), ["7: a number with a unit stands in quotes"]);
+        assert_eq!(messages("(a: 1, , b: 2)"), ["7: expected a value, found `,`"]);
+        assert_eq!(messages("(a: \"\\q\")"), ["5: unknown escape sequence"]);
+        assert_eq!(messages("(size: 3 km, a: 1)"), ["7: a number with a unit needs quotes"]);
         assert_eq!(messages("(n: {\"a\": \"b },\n o: 1)"), ["10: the text is not closed on its line"]);
         assert_eq!(messages("(nodes: {a: P}, b: 1)"), ["9: the name `a` needs quotes here"]);
-        assert_eq!(messages("nodes: {}"), ["5: a graph file stands in round brackets"]);
+        assert_eq!(messages("nodes: {}"), ["5: a graph file needs round brackets around it"]);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Changes of a text at a syntax tree's offsets: what is not touched stays as it is, to the byte.
+//! Changes of a text at a syntax tree's offsets: every byte outside a change is preserved.
 
 use std::{
     cell::{Cell, OnceCell},
@@ -9,12 +9,12 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use super::{
+    Group,
     lex::{Bracket, Comment},
-    read::Parsed,
-    syntax::Group,
 };
+use crate::document::read::Parsed;
 
-/// Bytes of a text that were replaced by others.
+/// A replacement of some bytes of a text.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Splice {
     at: usize,
@@ -23,8 +23,8 @@ pub struct Splice {
 }
 
 impl Splice {
-    /// What makes one text of another; `None` where they are the same.
-    pub(super) fn between(from: &str, to: &str) -> Option<Self> {
+    /// The difference between two texts. Returns None when they are equal.
+    pub(crate) fn between(from: &str, to: &str) -> Option<Self> {
         if from == to {
             return None;
         }
@@ -36,18 +36,18 @@ impl Splice {
         Some(Self { at, removed, inserted })
     }
 
-    /// Makes the change; says no, with the text as it was, where it does not fit.
-    pub(super) fn forth(&self, text: &mut String) -> bool {
+    /// Applies the change. Returns false, with the text unchanged, when it does not fit.
+    pub(crate) fn forth(&self, text: &mut String) -> bool {
         replace(text, self.at, &self.removed, &self.inserted)
     }
 
-    /// Takes the change back; says no, with the text as it was, where it does not fit.
+    /// Reverts the change. Returns false, with the text unchanged, when it does not fit.
     fn back(&self, text: &mut String) -> bool {
         replace(text, self.at, &self.inserted, &self.removed)
     }
 
-    /// Bytes that it holds.
-    pub(super) fn bytes(&self) -> usize {
+    /// Size in bytes.
+    pub(crate) fn bytes(&self) -> usize {
         size_of::<Self>() + self.removed.len() + self.inserted.len()
     }
 }
@@ -60,8 +60,8 @@ fn replace(text: &mut String, at: usize, old: &str, new: &str) -> bool {
     fits
 }
 
-/// Makes the changes of an edit again; says no, with the text as it was, where one does not fit.
-pub(super) fn redo(text: &mut String, splices: &[Splice]) -> bool {
+/// Reapplies the changes of an edit. Returns false, with the text unchanged, when one does not fit.
+pub(crate) fn redo(text: &mut String, splices: &[Splice]) -> bool {
     let made = splices.iter().take_while(|splice| splice.forth(text)).count();
     if made < splices.len() {
         splices[..made].iter().rev().for_each(|splice| {
@@ -71,8 +71,8 @@ pub(super) fn redo(text: &mut String, splices: &[Splice]) -> bool {
     made == splices.len()
 }
 
-/// Takes the changes of an edit back; says no, with the text as it was, where one does not fit.
-pub(super) fn undo(text: &mut String, splices: &[Splice]) -> bool {
+/// Reverts the changes of an edit. Returns false, with the text unchanged, when one does not fit.
+pub(crate) fn undo(text: &mut String, splices: &[Splice]) -> bool {
     let undone = splices.iter().rev().take_while(|splice| splice.back(text)).count();
     if undone < splices.len() {
         splices[splices.len() - undone..].iter().for_each(|splice| {
@@ -82,30 +82,30 @@ pub(super) fn undo(text: &mut String, splices: &[Splice]) -> bool {
     undone == splices.len()
 }
 
-/// A text replacement: which bytes, and what stands there instead.
-pub(super) type Change = (Range<usize>, String);
+/// A text replacement: a range of bytes, and their new contents.
+pub(crate) type Change = (Range<usize>, String);
 
-/// A text being edited. Its tree, which is without mistakes of notation, is made when it is asked for.
-pub(super) struct Draft {
-    pub(super) source: String,
-    pub(super) splices: Vec<Splice>,
+/// A text being edited. Its tree, which must be free of syntax errors, is parsed on demand.
+pub(crate) struct Draft {
+    pub(crate) source: String,
+    pub(crate) splices: Vec<Splice>,
     parsed: OnceCell<Arc<Parsed>>,
     parses: Cell<u64>,
 }
 
 impl Draft {
-    pub(super) fn new(source: &str) -> Self {
+    pub(crate) fn new(source: &str) -> Self {
         Self::of(source, None)
     }
 
-    /// A draft of a text whose tree is known.
-    pub(super) fn of(source: &str, parsed: Option<&Arc<Parsed>>) -> Self {
+    /// A draft of a text whose tree may already be known.
+    pub(crate) fn of(source: &str, parsed: Option<&Arc<Parsed>>) -> Self {
         let known = parsed.map_or_else(OnceCell::new, |parsed| OnceCell::from(Arc::clone(parsed)));
         Self { source: source.to_owned(), splices: Vec::new(), parsed: known, parses: Cell::new(0) }
     }
 
-    /// The text as it is now, parsed.
-    pub(super) fn parsed(&self) -> &Arc<Parsed> {
+    /// The current text, parsed.
+    pub(crate) fn parsed(&self) -> &Arc<Parsed> {
         self.parsed.get_or_init(|| {
             self.parses.set(self.parses.get() + 1);
             Arc::new(Parsed::of(&self.source))
@@ -113,12 +113,12 @@ impl Draft {
     }
 
     /// How often the text was parsed.
-    pub(super) const fn parses(&self) -> u64 {
+    pub(crate) const fn parses(&self) -> u64 {
         self.parses.get()
     }
 
-    /// Makes changes that do not overlap.
-    pub(super) fn change(&mut self, mut changes: Vec<Change>) {
+    /// Applies changes that do not overlap.
+    pub(crate) fn change(&mut self, mut changes: Vec<Change>) {
         changes.retain(|(range, text)| self.source[range.clone()] != **text);
         if changes.is_empty() {
             return;
@@ -133,23 +133,23 @@ impl Draft {
     }
 
     /// The outermost brackets.
-    pub(super) fn root(&self) -> Option<&Group> {
+    pub(crate) fn root(&self) -> Option<&Group> {
         self.parsed().tree.root.as_ref()?.as_group()
     }
 
     /// The brackets of a field of the file, such as `nodes`.
-    pub(super) fn field(&self, name: &str) -> Option<&Group> {
+    pub(crate) fn field(&self, name: &str) -> Option<&Group> {
         self.root()?.get(name)?.value.as_group()
     }
 
-    /// The changes that add an item to the end of brackets; `own_line` says how it goes into empty ones.
-    pub(super) fn insertion(&self, group: &Group, text: &str, own_line: bool) -> Vec<Change> {
+    /// The changes that add an item at the end of brackets; `own_line` decides its layout in empty ones.
+    pub(crate) fn insertion(&self, group: &Group, text: &str, own_line: bool) -> Vec<Change> {
         self.insertions(group, &[text.to_owned()], own_line)
     }
 
-    /// The changes that add items to the end of brackets, as one after the other would be; `own_line` says how they go into
-    /// empty ones.
-    pub(super) fn insertions(&self, group: &Group, texts: &[String], own_line: bool) -> Vec<Change> {
+    /// The changes that add items at the end of brackets, with the same result as one after the other; `own_line`
+    /// decides their layout in empty ones.
+    pub(crate) fn insertions(&self, group: &Group, texts: &[String], own_line: bool) -> Vec<Change> {
         let source = self.source.as_str();
         let newline = if source.contains("\r\n") { "\r\n" } else { "\n" };
         let Some(close) = group.close else { return Vec::new() };
@@ -195,8 +195,8 @@ impl Draft {
         }
     }
 
-    /// The changes that remove an item, by its place, from the brackets that hold it somewhere within a value.
-    pub(super) fn removal_within(&self, value: Range<usize>, gone: &Range<usize>) -> Vec<Change> {
+    /// The changes that remove an item, given by its span, from the brackets within a value that contain it.
+    pub(crate) fn removal_within(&self, value: Range<usize>, gone: &Range<usize>) -> Vec<Change> {
         let mut open: Vec<&Group> = self.root().into_iter().collect();
         while let Some(group) = open.pop() {
             if let Some(position) = group.items.iter().position(|item| item.span() == *gone) {
@@ -211,8 +211,8 @@ impl Draft {
         Vec::new()
     }
 
-    /// The changes that remove an item with its comma. Comments around it stay.
-    pub(super) fn removal(&self, group: &Group, position: usize) -> Vec<Change> {
+    /// The changes that remove an item with its comma. Comments around it are kept.
+    pub(crate) fn removal(&self, group: &Group, position: usize) -> Vec<Change> {
         let source = self.source.as_str();
         let item = &group.items[position];
         let span = item.span();
@@ -221,7 +221,7 @@ impl Draft {
         if let Some(comma) = item.comma
             && !source[span.end..comma].trim().is_empty()
         {
-            // A comment stands before the comma.
+            // A comment precedes the comma.
             let spaced = source[..span.start].ends_with(' ') && source[span.end..].starts_with(' ');
             let start = span.start - usize::from(spaced && !first_on_line(source, span.start));
             return vec![gone(start..span.end), gone(comma..comma + 1)];
@@ -242,7 +242,7 @@ impl Draft {
         }
         let is_last = position + 1 == group.items.len();
         if is_last && source[end..close].trim().is_empty() {
-            // Nothing follows: the comma before goes too, where there is none after.
+            // Without a following item, the preceding comma goes too, unless there is one after the item.
             let before = position.checked_sub(1).and_then(|at| group.items[at].comma);
             let start = source[..span.start].trim_end().len();
             return match before {
@@ -255,7 +255,7 @@ impl Draft {
     }
 }
 
-/// The next line feed that is in no comment.
+/// The next line feed outside comments.
 fn line_end(source: &str, comments: &[Comment], from: usize) -> Option<usize> {
     let mut at = from;
     loop {
@@ -276,7 +276,7 @@ fn first_on_line(source: &str, at: usize) -> bool {
     source[line_start(source, at)..at].trim().is_empty()
 }
 
-/// The white space a line begins with.
+/// The white space at the beginning of a line.
 fn indent(source: &str, at: usize) -> &str {
     let line = &source[line_start(source, at)..];
     &line[..line.find(|c: char| c != ' ' && c != '\t').unwrap_or(line.len())]

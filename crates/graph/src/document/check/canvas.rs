@@ -1,29 +1,28 @@
-//! What stands on the canvas alone: places of nodes, notes on them, and ways of wires. It changes nothing of what is built.
+//! What exists on the canvas only: positions of nodes, notes, and routes of wires. None of it changes what is built.
 
 use std::collections::{BTreeMap, HashMap};
 
 use petgraph::stable_graph::NodeIndex;
 
-use super::{
-    check::NodeEntry,
+use super::{NodeEntry, problems::Problems};
+use crate::document::syntax::{
+    Group, Item,
     literal::{Literal, pair},
-    problems::Problems,
-    syntax::{Group, Item},
 };
 use crate::{closest, diagnostic::Diagnostic, graph::Graph, unit::Unit};
 
-/// The way of a wire that is not straight.
+/// The route of a wire that is not straight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reroute {
-    /// The node that takes the wire.
+    /// The node that the wire leads into.
     pub node: String,
     /// Its input.
     pub input: String,
-    /// The places that the wire passes, in the order from its source.
+    /// The points that the wire passes, in order from its source.
     pub places: Vec<[f64; 2]>,
 }
 
-/// Where the name of an entry stands.
+/// The span of an entry's name.
 fn place_of(item: &Item) -> std::ops::Range<usize> {
     item.key.as_ref().map_or_else(|| item.span(), |key| key.span.clone())
 }
@@ -51,8 +50,8 @@ fn of_nodes<'i>(
     found
 }
 
-/// Reads `layout`: places of nodes.
-pub(super) fn layout(
+/// Reads `layout`: positions of nodes.
+pub(crate) fn layout(
     group: &Group,
     source: &str,
     nodes: &mut [NodeEntry],
@@ -67,15 +66,15 @@ pub(super) fn layout(
     }
 }
 
-/// Reads `notes`: what is told of nodes.
-pub(super) fn notes(
+/// Reads `notes`: notes on nodes.
+pub(crate) fn notes(
     group: &Group,
     source: &str,
     nodes: &mut [NodeEntry],
     by_name: &HashMap<String, usize>,
     problems: &mut Problems,
 ) {
-    for (position, name, item) in of_nodes(group, "notes", "tells of", nodes, by_name, problems) {
+    for (position, name, item) in of_nodes(group, "notes", "has a note for", nodes, by_name, problems) {
         match Literal::read(&item.value, source) {
             Literal::Text(note) => nodes[position].note = note,
             _ => problems.misplaced(&item.value, name, "a text in quotes", source),
@@ -83,8 +82,8 @@ pub(super) fn notes(
     }
 }
 
-/// Reads `reroutes`: the ways of wires, by the inputs that they end at.
-pub(super) fn reroutes(
+/// Reads `reroutes`: the routes of wires, by the inputs that they lead into.
+pub(crate) fn reroutes(
     group: &Group,
     source: &str,
     graph: &Graph,
@@ -102,7 +101,7 @@ pub(super) fn reroutes(
             Some(_) => None,
         };
         if let Some(missing) = missing {
-            let message = format!("`reroutes` leads the wire into `{name}`, but {missing}");
+            let message = format!("`reroutes` routes the wire into `{name}`, but {missing}");
             problems.push(Diagnostic::warning("unknown-layout", place_of(item), message).hint("remove it"));
             continue;
         }

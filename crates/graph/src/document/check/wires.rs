@@ -1,4 +1,4 @@
-//! Wires of a file: resolved, checked for circles, and connected from the sources on, so that types follow them.
+//! Wires of a file: resolved, checked for cycles, and connected from the sources on, so that output types are known.
 
 use std::{
     collections::{BTreeMap, BTreeSet, VecDeque},
@@ -16,28 +16,28 @@ use crate::{
     value::PortType,
 };
 
-/// What the file gives an input.
-pub(super) struct Pending {
-    pub(super) node: NodeIndex,
-    pub(super) input: usize,
-    /// A wire from `node` or `node.port`; `None` where a number stands.
-    pub(super) end: Option<String>,
-    pub(super) span: Range<usize>,
+/// The value that a file gives an input.
+pub(crate) struct Pending {
+    pub(crate) node: NodeIndex,
+    pub(crate) input: usize,
+    /// A wire from `node` or `node.port`; `None` for a number.
+    pub(crate) end: Option<String>,
+    pub(crate) span: Range<usize>,
 }
 
-/// A wire that begins at a node which is not in the file.
+/// A wire whose source node is not in the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LooseWire {
-    /// The node that takes it.
+    /// The node that it leads into.
     pub node: String,
     /// Its input.
     pub input: &'static str,
-    /// Where it would begin: `node`, or `node.port`.
+    /// Its source: `node`, or `node.port`.
     pub from: String,
 }
 
-/// The wires that begin at nodes which are not in the file.
-pub(super) fn loose(
+/// The wires whose source nodes are not in the file.
+pub(crate) fn loose(
     graph: &Graph,
     pending: &[Pending],
     entries: &BTreeMap<String, Option<NodeIndex>>,
@@ -51,18 +51,18 @@ pub(super) fn loose(
     loose.collect()
 }
 
-/// A wire whose end exists.
+/// A wire whose source exists.
 struct Found {
     from: Port,
     to: NodeIndex,
     input: usize,
     span: Range<usize>,
-    /// Not part of a reported circle.
+    /// False if it closes a reported cycle.
     sound: bool,
 }
 
-/// The output that a wire's end names; reports what does not exist, and nothing for a placeholder.
-pub(super) fn resolve(
+/// The output at a wire's source. Reports a source that does not exist, except on placeholders.
+pub(crate) fn resolve(
     graph: &Graph,
     end: &str,
     what: &str,
@@ -102,18 +102,18 @@ pub(super) fn resolve(
     }
 }
 
-/// Connects all wires that are sound and reports the others, each once.
+/// Connects all valid wires and reports the others, each once.
 ///
-/// Gives the types of all outputs, found once in the order of the wires; one that follows from something that could not
-/// be read is not among them.
-pub(super) fn connect(
+/// Returns the types of all outputs, found in one pass along the wires. Types that depend on something invalid are
+/// missing.
+pub(crate) fn connect(
     graph: &mut Graph,
     pending: Vec<Pending>,
     entries: &BTreeMap<String, Option<NodeIndex>>,
     bad: &BTreeSet<NodeIndex>,
     problems: &mut Problems,
 ) -> BTreeMap<Port, PortType> {
-    // Inputs whose wire could not be made: what follows from their type is not known.
+    // Inputs whose wire could not be connected: types that follow from them are unknown.
     let mut broken: BTreeSet<(NodeIndex, usize)> = BTreeSet::new();
     let mut wires = Vec::new();
     for Pending { node, input, end, span } in pending {
@@ -171,7 +171,7 @@ pub(super) fn connect(
     types
 }
 
-/// A wire whose type does not fit, with outputs of the same node that do.
+/// Reports a wire whose type does not fit, and suggests outputs of the same node that do.
 fn refused(graph: &Graph, wire: &Found, gives: PortType, types: &BTreeMap<Port, PortType>) -> Diagnostic {
     let target = graph.instance(wire.to);
     let input = &target.node.inputs[wire.input];
@@ -192,7 +192,7 @@ fn refused(graph: &Graph, wire: &Found, gives: PortType, types: &BTreeMap<Port, 
     }
 }
 
-/// The nodes with sources before what they feed. Wires that close a circle are reported and marked.
+/// The nodes, sources first. Wires that close a cycle are reported and marked.
 fn order(graph: &Graph, wires: &mut [Found], problems: &mut Problems) -> Vec<NodeIndex> {
     let nodes: Vec<NodeIndex> = graph.indices().collect();
     let mut out_of: BTreeMap<NodeIndex, Vec<usize>> = BTreeMap::new();
@@ -220,14 +220,14 @@ fn order(graph: &Graph, wires: &mut [Found], problems: &mut Problems) -> Vec<Nod
                 }
             }
         }
-        // What still waits feeds itself: one wire of each circle is left out.
+        // Every node that is still waiting depends on itself: drop one wire of each cycle.
         while stuck.is_some_and(|node| !waiting.contains_key(&node)) {
             stuck = unvisited.next();
         }
         let Some(start) = stuck else { return order };
-        let circle = circle(start, wires, &into, &waiting);
-        let Some(closing) = circle.iter().copied().max_by_key(|at| wires[*at].span.start) else { return order };
-        problems.push(circular(graph, wires, &circle, closing));
+        let cycle = cycle(start, wires, &into, &waiting);
+        let Some(closing) = cycle.iter().copied().max_by_key(|at| wires[*at].span.start) else { return order };
+        problems.push(cyclic(graph, wires, &cycle, closing));
         wires[closing].sound = false;
         if let Some(count) = waiting.get_mut(&wires[closing].to) {
             *count -= 1;
@@ -238,8 +238,8 @@ fn order(graph: &Graph, wires: &mut [Found], problems: &mut Problems) -> Vec<Nod
     }
 }
 
-/// The wires of a circle among waiting nodes, each feeding the one before it.
-fn circle(
+/// The wires of a cycle among waiting nodes, each feeding the one before it.
+fn cycle(
     start: NodeIndex,
     wires: &[Found],
     into: &BTreeMap<NodeIndex, Vec<usize>>,
@@ -252,7 +252,7 @@ fn circle(
         if let Some(first) = seen.insert(node, way.len()) {
             return way.split_off(first);
         }
-        // A waiting node has a sound wire from a waiting node, or it would be ready.
+        // A waiting node has a valid wire from another waiting node, otherwise it would be ready.
         let back = into.get(&node).into_iter().flatten().copied();
         let Some(at) = back.into_iter().find(|at| wires[*at].sound && waiting.contains_key(&wires[*at].from.node))
         else {
@@ -263,13 +263,13 @@ fn circle(
     }
 }
 
-fn circular(graph: &Graph, wires: &[Found], circle: &[usize], closing: usize) -> Diagnostic {
-    // `circle` runs against the flow; turned round, it begins with the node that stands first in the file.
-    let mut nodes: Vec<NodeIndex> = circle.iter().rev().map(|at| wires[*at].from.node).collect();
+fn cyclic(graph: &Graph, wires: &[Found], cycle: &[usize], closing: usize) -> Diagnostic {
+    // `cycle` runs upstream; reverse it, and begin with the first node of the file.
+    let mut nodes: Vec<NodeIndex> = cycle.iter().rev().map(|at| wires[*at].from.node).collect();
     let first = nodes.iter().enumerate().min_by_key(|(_, node)| **node).map_or(0, |(at, _)| at);
     nodes.rotate_left(first);
     nodes.extend(nodes.first().copied());
     let names: Vec<&str> = nodes.iter().map(|node| graph.instance(*node).name.as_str()).collect();
-    let message = format!("the wires form a circle: {}", names.join(" → "));
+    let message = format!("the wires form a cycle: {}", names.join(" → "));
     Diagnostic::error("cycle", wires[closing].span.clone(), message).hint("remove one of these wires")
 }

@@ -1,38 +1,40 @@
-//! What a file says of one node: its version and its named values, brought to the version this program knows.
+//! The arguments of one node in a file: its version and its named values, migrated to the version that this program
+//! supports.
 
 use std::ops::Range;
 
-use super::{
+use crate::document::syntax::{
+    Expr, ExprKind, Group,
     literal::{Literal, begins_like_a_number},
-    syntax::{Expr, ExprKind, Group, parse_value},
+    parse_value,
 };
 use crate::{migrate::Step, node::Node};
 
 /// A named value in a node's brackets.
 #[derive(Clone, Debug)]
-pub(super) struct Arg {
-    pub(super) name: String,
-    pub(super) literal: Literal,
-    /// Place of the name.
-    pub(super) name_span: Range<usize>,
-    /// Place of the value.
-    pub(super) span: Range<usize>,
-    /// Position in the brackets; `None` for what a migration added.
-    pub(super) item: Option<usize>,
-    /// Whether a migration changed the value.
-    pub(super) rewritten: bool,
+pub(crate) struct Arg {
+    pub(crate) name: String,
+    pub(crate) literal: Literal,
+    /// Span of the name.
+    pub(crate) name_span: Range<usize>,
+    /// Span of the value.
+    pub(crate) span: Range<usize>,
+    /// Position in the brackets; `None` for a value that a migration added.
+    pub(crate) item: Option<usize>,
+    /// True if a migration changed the value.
+    pub(crate) rewritten: bool,
 }
 
-/// A value that a migration takes out of a node's brackets for the world.
+/// A value that a migration moves from a node's brackets to the world.
 #[derive(Clone, Debug)]
-pub(super) struct Moved {
-    pub(super) literal: Literal,
-    /// Place of the value.
-    pub(super) span: Range<usize>,
+pub(crate) struct Moved {
+    pub(crate) literal: Literal,
+    /// Span of the value.
+    pub(crate) span: Range<usize>,
 }
 
-/// The place and name of a node's kind, and its brackets if it has any; `None` when the value is no node.
-pub(super) fn kind_of(value: &Expr) -> Option<(Range<usize>, Option<&Group>)> {
+/// The span and name of a node's kind, and its brackets if it has any. Returns None when the value is not a node.
+pub(crate) fn kind_of(value: &Expr) -> Option<(Range<usize>, Option<&Group>)> {
     match &value.kind {
         ExprKind::Word => Some((value.span.clone(), None)),
         ExprKind::Group(group) => group.name.clone().map(|name| (name, Some(group))),
@@ -41,7 +43,7 @@ pub(super) fn kind_of(value: &Expr) -> Option<(Range<usize>, Option<&Group>)> {
 }
 
 /// The named values in a node's brackets, without its version.
-pub(super) fn args(group: &Group, source: &str) -> Vec<Arg> {
+pub(crate) fn args(group: &Group, source: &str) -> Vec<Arg> {
     let mut out: Vec<Arg> = Vec::new();
     for (position, item) in group.items.iter().enumerate() {
         if let Some(key) = &item.key
@@ -61,8 +63,8 @@ pub(super) fn args(group: &Group, source: &str) -> Vec<Arg> {
     out
 }
 
-/// The version a node is written in: 1 where nothing is said; `None` when what is said is no version.
-pub(super) fn version(group: &Group, source: &str) -> Option<u32> {
+/// The version a node is written in; 1 when there is none. Returns None when the value is not a version.
+pub(crate) fn version(group: &Group, source: &str) -> Option<u32> {
     match group.get("version").map(|item| Literal::read(&item.value, source)) {
         None => Some(1),
         Some(Literal::Number(_, Some(version))) => u32::try_from(version).ok().filter(|v| *v > 0),
@@ -70,9 +72,9 @@ pub(super) fn version(group: &Group, source: &str) -> Option<u32> {
     }
 }
 
-/// Applies the steps from `version` to the node's own version, in order; gives the sea level that it had to itself, if it says
-/// one. `place` is where additions are reported.
-pub(super) fn migrate(args: &mut Vec<Arg>, node: &Node, version: u32, place: &Range<usize>) -> Option<Moved> {
+/// Applies the steps from `version` to the node's current version, in order; returns the node's own sea level, if it
+/// has one. `place` is the span at which added values are reported.
+pub(crate) fn migrate(args: &mut Vec<Arg>, node: &Node, version: u32, place: &Range<usize>) -> Option<Moved> {
     let mut sea = None;
     let due = node.migrations.iter().filter(|migration| migration.from >= version);
     for step in due.flat_map(|migration| migration.steps) {
@@ -98,7 +100,7 @@ pub(super) fn migrate(args: &mut Vec<Arg>, node: &Node, version: u32, place: &Ra
             }
             Step::Scale { name, factor } => {
                 for arg in args.iter_mut().filter(|arg| arg.name == name) {
-                    // What says its unit means the same as before; a wire cannot be scaled.
+                    // A value with a unit means the same as before; a wire cannot be scaled.
                     let number = match &arg.literal {
                         Literal::Number(value, _) => Some(*value),
                         Literal::Text(text) if begins_like_a_number(text) => text.trim().parse().ok(),

@@ -1,8 +1,8 @@
-//! What a value in a file means to a parameter, an input or the world: checked, with the remedy where it does not fit.
+//! The meaning of a value in a file for a parameter, an input or the world: checked, with a remedy if it does not fit.
 
 use super::{
+    Expr, ExprKind, Item,
     lex::{Bracket, quote},
-    syntax::{Expr, ExprKind, Item},
 };
 use crate::{
     colour::Stop,
@@ -12,49 +12,49 @@ use crate::{
     value::PortType,
 };
 
-/// A value without its place.
+/// A value without its span.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Literal {
-    /// A number, and whether it is whole: `1e3` is.
+pub(crate) enum Literal {
+    /// A number, and its integer value if it is whole, such as `1e3`.
     Number(f64, Option<i64>),
-    /// What begins like a number and is none.
+    /// Something that begins like a number but is not one.
     NotANumber(String),
     Word(String),
     Text(String),
-    /// Things in round brackets without names.
+    /// Items in round brackets without names.
     Tuple(Vec<Literal>),
-    /// Things in square brackets.
+    /// Items in square brackets.
     List(Vec<Literal>),
-    /// Things in round brackets, each with a name.
+    /// Items in round brackets, each with a name.
     Record(Vec<(String, Literal)>),
     /// Any other brackets.
     Other,
-    /// Could not be read; reported already.
+    /// A value that could not be read; already reported.
     Bad,
 }
 
-/// Why a value does not fit, and what to do about it.
+/// Why a value does not fit, and a remedy.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Misfit {
-    pub(super) code: &'static str,
-    pub(super) message: String,
-    pub(super) hint: Option<String>,
+pub(crate) struct Misfit {
+    pub(crate) code: &'static str,
+    pub(crate) message: String,
+    pub(crate) hint: Option<String>,
 }
 
 impl Misfit {
-    pub(super) fn new(code: &'static str, message: String) -> Self {
+    pub(crate) fn new(code: &'static str, message: String) -> Self {
         Self { code, message, hint: None }
     }
 
-    pub(super) fn hint(mut self, hint: impl Into<String>) -> Self {
+    pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
         self.hint = Some(hint.into());
         self
     }
 }
 
 impl Literal {
-    /// The value that stands in a source.
-    pub(super) fn read(expr: &Expr, source: &str) -> Self {
+    /// Reads a value from its source.
+    pub(crate) fn read(expr: &Expr, source: &str) -> Self {
         match &expr.kind {
             ExprKind::Number => number(&source[expr.span.clone()]),
             ExprKind::Word => match &source[expr.span.clone()] {
@@ -88,8 +88,8 @@ impl Literal {
         }
     }
 
-    /// What it is, for messages: "the word `max`".
-    pub(super) fn describe(&self) -> String {
+    /// A description for messages: "the word `max`".
+    pub(crate) fn describe(&self) -> String {
         match self {
             Self::Number(value, _) => format!("the number `{value}`"),
             Self::NotANumber(text) => format!("`{text}`"),
@@ -101,8 +101,8 @@ impl Literal {
         }
     }
 
-    /// Whether it or a part of it was reported already.
-    pub(super) fn is_bad(&self) -> bool {
+    /// Returns true if the value or a part of it was already reported.
+    pub(crate) fn is_bad(&self) -> bool {
         match self {
             Self::Bad => true,
             Self::Tuple(items) | Self::List(items) => items.iter().any(Self::is_bad),
@@ -111,16 +111,16 @@ impl Literal {
         }
     }
 
-    /// Whether it is a wire: a text that does not begin like a number.
-    pub(super) fn as_wire(&self) -> Option<&str> {
+    /// The text of a wire: a string that does not begin like a number.
+    pub(crate) fn as_wire(&self) -> Option<&str> {
         match self {
             Self::Text(text) if !begins_like_a_number(text) => Some(text),
             _ => None,
         }
     }
 
-    /// The literal as it would be written.
-    pub(super) fn write(&self) -> String {
+    /// The literal as written in a file.
+    pub(crate) fn write(&self) -> String {
         let list = |items: &[Self]| items.iter().map(Self::write).collect::<Vec<_>>().join(", ");
         match self {
             Self::Number(_, Some(whole)) => whole.to_string(),
@@ -139,16 +139,16 @@ impl Literal {
 }
 
 fn things(count: usize) -> String {
-    if count == 1 { "1 thing".to_owned() } else { format!("{count} things") }
+    if count == 1 { "1 item".to_owned() } else { format!("{count} items") }
 }
 
-/// Whether a text is a quantity such as `2 km`, and no wire.
-pub(super) fn begins_like_a_number(text: &str) -> bool {
+/// Returns true if a text is a quantity such as `2 km` rather than a wire.
+pub(crate) fn begins_like_a_number(text: &str) -> bool {
     text.trim_start().starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.'))
 }
 
-/// Whether a text can name a node or an output: a letter or `_`, then letters, digits, `_` and `-`.
-pub(super) fn is_name(text: &str) -> bool {
+/// Returns true if a text can name a node or an output: a letter or `_`, then letters, digits, `_` and `-`.
+pub(crate) fn is_name(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
         && text.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'))
 }
@@ -174,20 +174,20 @@ fn number(text: &str) -> Literal {
     }
 }
 
-/// A real number as a whole one, where it is one and every whole number near it can be told apart.
+/// A number as an integer, if it is whole and small enough for all integers near it to be distinct.
 fn whole(value: f64) -> Option<i64> {
     (value.fract() == 0.0 && value.abs() < 9.007_199_254_740_992e15).then_some(value as i64)
 }
 
-/// The shortest text that reads back as the same number.
-pub(super) fn number_text(value: f64) -> String {
+/// The shortest text that parses to the same number.
+pub(crate) fn number_text(value: f64) -> String {
     let (plain, power) = (format!("{value}"), format!("{value:e}"));
     let magnitude = value.abs();
     if value == 0.0 || ((1e-4..1e6).contains(&magnitude) || plain.len() <= power.len()) { plain } else { power }
 }
 
-/// A checked value as it is written in a file.
-pub(super) fn value_text(value: &ParamValue) -> String {
+/// A checked value as written in a file.
+pub(crate) fn value_text(value: &ParamValue) -> String {
     let pair = |[x, y]: &[f64; 2]| format!("({}, {})", number_text(*x), number_text(*y));
     match value {
         ParamValue::Float(v) => number_text(*v),
@@ -226,7 +226,7 @@ fn stroke_text(stroke: &Stroke) -> String {
     format!("({})", said.join(", "))
 }
 
-/// Reads a stroke: a record of `tool`, `radius`, `points`, and what differs from the usual.
+/// Reads a stroke: a record of `tool`, `radius`, `points`, and optional fields.
 fn stroke(spec: &ParamSpec, literal: &Literal) -> Option<Result<Stroke, Misfit>> {
     const FIELDS: [&str; 6] = ["tool", "radius", "strength", "hardness", "time", "points"];
     let Literal::Record(fields) = literal else { return None };
@@ -234,7 +234,7 @@ fn stroke(spec: &ParamSpec, literal: &Literal) -> Option<Result<Stroke, Misfit>>
         let misfit = Misfit::new("unknown-field", format!("a stroke of `{}` has no field `{name}`", spec.name));
         return Some(Err(match crate::closest(name, FIELDS) {
             Some(near) => misfit.hint(format!("did you mean `{near}`?")),
-            None => misfit.hint(format!("it has {}", super::problems::list(FIELDS))),
+            None => misfit.hint(format!("it has {}", crate::document::check::problems::list(FIELDS))),
         }));
     }
     let field = |name: &str| fields.iter().find(|(field, _)| field == name).map(|(_, value)| value);
@@ -247,7 +247,7 @@ fn stroke(spec: &ParamSpec, literal: &Literal) -> Option<Result<Stroke, Misfit>>
     let Some(tool) = Tool::named(word, timed) else {
         let names = Tool::all(timed).iter().map(|tool| tool.name());
         let misfit = Misfit::new("value", format!("a stroke of `{}` has the tool `{word}`", spec.name));
-        return Some(Err(misfit.hint(format!("there are {}", super::problems::list(names)))));
+        return Some(Err(misfit.hint(format!("there are {}", crate::document::check::problems::list(names)))));
     };
     let number = |name: &str, unit: Unit, usual: f64| {
         field(name).map_or(Ok(usual), |literal| quantity(&format!("{}.{name}", spec.name), unit, literal))
@@ -267,11 +267,11 @@ fn stroke(spec: &ParamSpec, literal: &Literal) -> Option<Result<Stroke, Misfit>>
 }
 
 /// Reads a number or a quantity in quotes.
-pub(super) fn quantity(name: &str, unit: Unit, literal: &Literal) -> Result<f64, Misfit> {
+pub(crate) fn quantity(name: &str, unit: Unit, literal: &Literal) -> Result<f64, Misfit> {
     match literal {
         Literal::Number(value, _) if value.is_finite() => Ok(*value),
         Literal::Number(value, _) => {
-            let text = if value.is_nan() { "no number (NaN)" } else { "infinite, or too large for a number" };
+            let text = if value.is_nan() { "not a number (NaN)" } else { "infinite, or too large for a number" };
             Err(Misfit::new("value", format!("`{name}` is {text}")).hint("write a finite number"))
         }
         Literal::Text(text) => unit.parse(text).map_err(|error| {
@@ -279,9 +279,9 @@ pub(super) fn quantity(name: &str, unit: Unit, literal: &Literal) -> Result<f64,
             misfit.hint(format!("write {}", unit_example(unit)))
         }),
         Literal::NotANumber(text) => {
-            let misfit = Misfit::new("value", format!("`{name}` is `{text}`, which is no number"));
+            let misfit = Misfit::new("value", format!("`{name}` is `{text}`, which is not a number"));
             Err(match unit.parse(text) {
-                Ok(_) => misfit.hint(format!("a number with a unit stands in quotes: \"{text}\"")),
+                Ok(_) => misfit.hint(format!("write a number with a unit in quotes: \"{text}\"")),
                 Err(_) => misfit.hint(format!("write {}", unit_example(unit))),
             })
         }
@@ -302,7 +302,7 @@ fn unit_example(unit: Unit) -> String {
 }
 
 /// Reads a pair of quantities.
-pub(super) fn pair(name: &str, unit: Unit, literal: &Literal) -> Option<Result<[f64; 2], Misfit>> {
+pub(crate) fn pair(name: &str, unit: Unit, literal: &Literal) -> Option<Result<[f64; 2], Misfit>> {
     match literal {
         Literal::Tuple(items) if items.len() == 2 => {
             let x = quantity(name, unit, &items[0]);
@@ -312,7 +312,7 @@ pub(super) fn pair(name: &str, unit: Unit, literal: &Literal) -> Option<Result<[
     }
 }
 
-/// Reads a value and its colour.
+/// Reads a colour stop: a value and its colour.
 fn stop(name: &str, unit: Unit, literal: &Literal) -> Option<Result<Stop, Misfit>> {
     let Literal::Tuple(items) = literal else { return None };
     let [at, Literal::Text(colour)] = items.as_slice() else { return None };
@@ -321,7 +321,7 @@ fn stop(name: &str, unit: Unit, literal: &Literal) -> Option<Result<Stop, Misfit
 }
 
 /// Reads and checks the value of a parameter.
-pub(super) fn param(spec: &ParamSpec, literal: &Literal) -> Result<ParamValue, Misfit> {
+pub(crate) fn param(spec: &ParamSpec, literal: &Literal) -> Result<ParamValue, Misfit> {
     let name = spec.name;
     let wrong = || {
         let allowed = spec.kind.describe(spec.unit);
@@ -353,7 +353,7 @@ pub(super) fn param(spec: &ParamSpec, literal: &Literal) -> Result<ParamValue, M
         (Kind::Seed { .. }, Literal::Number(_, Some(value))) => {
             let seed = u32::try_from(*value).map_err(|_| {
                 let allowed = spec.kind.describe(spec.unit);
-                Misfit::new("range", format!("`{name}` is {value}, allowed is {allowed}"))
+                Misfit::new("range", format!("`{name}` is {value}, but must be {allowed}"))
             })?;
             ParamValue::Seed(seed)
         }
@@ -379,7 +379,7 @@ pub(super) fn param(spec: &ParamSpec, literal: &Literal) -> Result<ParamValue, M
             return Err(quantity(name, spec.unit, literal).err().unwrap_or_else(wrong));
         }
         (Kind::Choice { .. }, Literal::Number(..)) | (Kind::File, Literal::Word(_)) => {
-            return Err(wrong().hint("a file name stands in quotes, a choice is a bare word"));
+            return Err(wrong().hint("write a file name in quotes, a choice without"));
         }
         _ => return Err(wrong()),
     };
@@ -387,8 +387,8 @@ pub(super) fn param(spec: &ParamSpec, literal: &Literal) -> Result<ParamValue, M
     Ok(value)
 }
 
-/// Reads and checks the number that stands for an input's wire.
-pub(super) fn constant(input: &Input, literal: &Literal) -> Result<f64, Misfit> {
+/// Reads and checks the number that replaces an input's wire.
+pub(crate) fn constant(input: &Input, literal: &Literal) -> Result<f64, Misfit> {
     let name = input.name;
     let Fallback::Constant { hard, .. } = input.fallback else {
         let misfit =
@@ -397,14 +397,14 @@ pub(super) fn constant(input: &Input, literal: &Literal) -> Result<f64, Misfit> 
     };
     let unit = input.ty.unit();
     let value = quantity(name, unit, literal).map_err(|misfit| match literal {
-        Literal::Word(word) => Misfit { hint: Some(format!("a wire stands in quotes: \"{word}\"")), ..misfit },
+        Literal::Word(word) => Misfit { hint: Some(format!("write a wire in quotes: \"{word}\"")), ..misfit },
         _ => misfit,
     })?;
     if (hard[0]..=hard[1]).contains(&value) {
         return Ok(value);
     }
     let what = if input.ty == PortType::Mask { "a mask" } else { unit.describe() };
-    let message = format!("`{name}` is {}, allowed is {what}{}", unit.display(value), range_text(hard, unit));
+    let message = format!("`{name}` is {}, but must be {what}{}", unit.display(value), range_text(hard, unit));
     Err(Misfit::new("range", message))
 }
 
@@ -413,7 +413,7 @@ mod tests {
     use super::*;
 
     fn literal(text: &str) -> Literal {
-        Literal::read(&super::super::syntax::parse_value(text).expect(text), text)
+        Literal::read(&crate::document::syntax::parse_value(text).expect(text), text)
     }
 
     #[test]

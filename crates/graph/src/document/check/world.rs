@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use super::{
+use super::problems::Problems;
+use crate::document::syntax::{
+    Expr, ExprKind, Group,
     literal::{Literal, Misfit, pair, quantity},
-    problems::Problems,
-    syntax::{Expr, ExprKind, Group},
 };
 use crate::{
     closest,
@@ -16,14 +16,15 @@ use crate::{
 };
 
 const FIELDS: [&str; 5] = ["size", "cells", "seed", "boundary", "sea_level"];
-/// The field of the sea.
-pub(super) const SEA_LEVEL: &str = "sea_level";
+/// The field of the sea level.
+pub(crate) const SEA_LEVEL: &str = "sea_level";
 const SIDES: [&str; 4] = ["west", "east", "north", "south"];
 
-/// Reads `(size: .., cells: .., seed: .., boundary: .., sea_level: ..)`; what is left out or wrong is the default.
+/// Reads `(size: .., cells: .., seed: .., boundary: .., sea_level: ..)`; fields that are missing or invalid get
+/// defaults.
 ///
-/// One number of cells means that many along x; the number along y follows from the size, so that cells are square.
-pub(super) fn read(value: &Expr, source: &str, problems: &mut Problems) -> World {
+/// A single number of cells is the number along x; the number along y follows from the size, so that cells are square.
+pub(crate) fn read(value: &Expr, source: &str, problems: &mut Problems) -> World {
     let default = World::default();
     let Some(group) = value.as_group().filter(|group| group.name.is_none()) else {
         problems.misplaced(value, "world", "brackets such as `(size: (16384, 16384), cells: (1024, 1024))`", source);
@@ -68,12 +69,12 @@ pub(super) fn read(value: &Expr, source: &str, problems: &mut Problems) -> World
     world
 }
 
-/// A problem with extent or cells, at the field that is at fault.
+/// A problem with size or cells, at the field that causes it.
 fn impossible(error: &WorldError, group: &Group, value: &Expr) -> Diagnostic {
     let place = |name: &str| group.get(name).map(|item| item.value.span.clone());
     let (span, hint) = match error {
         WorldError::Empty(..) => (place("cells"), "for example `cells: (1024, 1024)`"),
-        WorldError::TooLarge(..) => (place("cells"), "choose fewer cells; a larger land needs larger cells"),
+        WorldError::TooLarge(..) => (place("cells"), "choose fewer cells; a larger terrain needs larger cells"),
         WorldError::NoExtent(..) => (place("size"), "for example `size: (\"16 km\", \"16 km\")`"),
         WorldError::NotSquare(..) => (
             place("cells").or_else(|| place("size")),
@@ -96,7 +97,7 @@ fn size(literal: &Literal) -> Result<[f64; 2], Misfit> {
     }
 }
 
-/// Cells along x, and along y where they are said.
+/// Cells along x, and along y if given.
 fn cells(literal: &Literal) -> Result<(u32, Option<u32>), Misfit> {
     match literal {
         Literal::Tuple(items) if items.len() == 2 => Ok((count(&items[0])?, Some(count(&items[1])?))),
@@ -114,7 +115,7 @@ fn count(literal: &Literal) -> Result<u32, Misfit> {
             let most = World::MAX_SIDE;
             Misfit::new(
                 "world",
-                format!("a row of {cells} cells needs {memory} alone; the most is {most} cells a side"),
+                format!("a single row of {cells} cells needs {memory}; the limit is {most} cells a side"),
             )
         }),
         other => Err(Misfit::new("type", format!("`cells` is {}, but takes whole numbers", other.describe()))
@@ -125,13 +126,13 @@ fn count(literal: &Literal) -> Result<u32, Misfit> {
 fn seed(literal: &Literal) -> Result<u32, Misfit> {
     match literal {
         Literal::Number(_, Some(seed)) => u32::try_from(*seed)
-            .map_err(|_| Misfit::new("range", format!("`seed` is {seed}, allowed is 0 to {}", u32::MAX))),
+            .map_err(|_| Misfit::new("range", format!("`seed` is {seed}, but must be from 0 to {}", u32::MAX))),
         other => Err(Misfit::new("type", format!("`seed` is {}, but takes a whole number", other.describe()))),
     }
 }
 
-/// Reads the level of a sea in metres.
-pub(super) fn sea_level(literal: &Literal) -> Result<f64, Misfit> {
+/// Reads the sea level in metres.
+pub(crate) fn sea_level(literal: &Literal) -> Result<f64, Misfit> {
     if matches!(literal, Literal::Word(_)) {
         return Err(Misfit::new("type", format!("`{SEA_LEVEL}` is {}, but takes a length", literal.describe()))
             .hint("write `sea_level: \"0 m\"`, or leave it out for a world without a sea"));
@@ -142,7 +143,7 @@ pub(super) fn sea_level(literal: &Literal) -> Result<f64, Misfit> {
         return Ok(level);
     }
     let (level, allowed) = (Unit::Metres.display(level), range_text(World::SEA_LEVELS, Unit::Metres));
-    Err(Misfit::new("range", format!("`{SEA_LEVEL}` is {level}, allowed is a length{allowed}"))
+    Err(Misfit::new("range", format!("`{SEA_LEVEL}` is {level}, but must be a length{allowed}"))
         .hint("leave it out for a world without a sea"))
 }
 

@@ -1,25 +1,29 @@
-//! Two changes of one text at a time: what was changed here is made again in what was changed there.
+//! Merging two changes of one text: the changes made here are applied to the other text.
 //!
-//! The texts are compared thing by thing along their trees (fields of the file, nodes, and what stands in the brackets of
-//! nodes), not line by line. The result is the other text, with its comments and its order, in which the things stand
-//! that were changed here. A thing that both changed, each in another way, is a conflict, but for its place on the canvas.
+//! The texts are compared item by item along their trees (fields of the file, nodes, and the contents of the nodes'
+//! brackets), not line by line. The result is the other text, with its comments and its order, with the items that were
+//! changed here. An item that both changed in different ways is a merge conflict, except for its position on the
+//! canvas.
 
-use super::{
+use super::history::added;
+use crate::document::{
     Document,
-    format::inline,
-    history::added,
-    lex::{Bracket, quote},
-    splice::Draft,
-    syntax::{Expr, Group, parse},
+    syntax::{
+        Expr, Group,
+        format::inline,
+        lex::{Bracket, quote},
+        parse,
+        splice::Draft,
+    },
 };
 
-/// Fields that change nothing of what is built, so that nobody need be asked which of two changes counts.
+/// Fields that do not change what is built, so that conflicts in them are resolved without asking.
 const ON_CANVAS: [&str; 4] = ["layout", "reroutes", "notes", "frames"];
 
-/// Nothing but brackets.
+/// Empty brackets.
 static NONE: Group = Group { name: None, bracket: Bracket::Round, open: 0, close: None, items: Vec::new() };
 
-/// A text that is compared.
+/// A text to compare.
 #[derive(Clone, Copy)]
 struct Side<'a> {
     source: &'a str,
@@ -27,12 +31,12 @@ struct Side<'a> {
 }
 
 impl<'a> Side<'a> {
-    /// What it says, whatever the white space and comments.
+    /// Its contents, without white space and comments.
     fn said(&self) -> Option<String> {
         self.value.map(|value| inline(value, self.source))
     }
 
-    /// Its brackets, when all that stands in them has names.
+    /// Its brackets, if all items in them have names.
     fn group(&self) -> Option<&'a Group> {
         let group = self.value?.as_group()?;
         (group.bracket != Bracket::Square && group.items.iter().all(|item| item.key.is_some())).then_some(group)
@@ -48,7 +52,7 @@ impl<'a> Side<'a> {
     }
 }
 
-/// What was changed here: names from the outermost brackets on, and what stands there; `None` where it is gone.
+/// A change made here: the names from the outermost brackets on, and the new value; `None` when it was removed.
 type Change = (Vec<String>, Option<String>);
 
 #[derive(Default)]
@@ -91,14 +95,14 @@ impl Comparison {
 }
 
 impl Document {
-    /// What was changed here and what was changed in `theirs`, both since `base`, in one text.
+    /// Merges the changes made here and those made in `theirs`, both since `base`, into one text.
     ///
     /// # Errors
-    /// What both changed, each in another way, such as `rivers.duration`; or why the two do not go together.
+    /// The merge conflicts, such as `rivers.duration`, or the reason why the two versions cannot be merged.
     pub fn merge(&self, base: &str, theirs: &str) -> Result<String, Vec<String>> {
         let [was, here, there] = [base, self.source(), theirs].map(parse);
         if [&was, &here, &there].iter().any(|(_, mistakes)| !mistakes.is_empty()) {
-            return Err(vec!["the whole file, since one of the two cannot be read everywhere".to_owned()]);
+            return Err(vec!["the whole file, since one of the two versions has syntax errors".to_owned()]);
         }
         let mut found = Comparison::default();
         let side = |source, value| Side { source, value };
@@ -126,7 +130,7 @@ impl Document {
     }
 }
 
-/// Makes a change.
+/// Applies a change.
 fn put(draft: &mut Draft, path: &[String], text: Option<String>) {
     let Some((name, around)) = path.split_last() else { return };
     let mut group = draft.root();

@@ -1,5 +1,5 @@
-//! What a file gives a name for those who use it: `parameters` name values of its nodes, `inputs` name inputs of its
-//! nodes. Both say only where; type, unit, range, default and documentation are read from there.
+//! What a file exposes to its users: `parameters` name values of its nodes, `inputs` name inputs of its nodes. Both
+//! only say where; type, unit, range, default and documentation are taken from there.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -9,11 +9,16 @@ use std::{
 use petgraph::stable_graph::NodeIndex;
 
 use super::{
-    lex::Bracket,
-    literal::{Literal, Misfit, pair},
     problems::{Problems, list},
-    sea, subgraph,
-    syntax::{Expr, Group},
+    sea,
+};
+use crate::document::{
+    subgraph,
+    syntax::{
+        Expr, Group,
+        lex::Bracket,
+        literal::{Literal, Misfit, pair},
+    },
 };
 use crate::{
     closest,
@@ -25,7 +30,7 @@ use crate::{
     value::PortType,
 };
 
-/// A parameter or an input of a node, to which a name of the file leads.
+/// A parameter or an input of a node that an exposed name refers to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
     /// The node.
@@ -34,69 +39,69 @@ pub struct Place {
     pub name: &'static str,
 }
 
-/// An entry of a file's `parameters`: a name for one value, or for the same value at several places.
+/// An entry of a file's `parameters`: a name for one value, or for the same value in several places.
 #[derive(Clone, Debug)]
 pub struct NamedParameter {
     /// Its name.
     pub name: String,
-    /// Documentation: what the file says, or that of its first place.
+    /// Documentation: from the file, or else from its first place.
     pub doc: String,
     /// Unit of its numbers.
     pub unit: Unit,
-    /// Kind and range; the default is what stands at its places in the file.
+    /// Kind and range; the default is the value at its places in the file.
     pub kind: Kind,
-    /// What it drives; at least one.
+    /// The places that it drives; at least one.
     pub places: Vec<Place>,
     /// Bytes of the entry.
     pub span: Range<usize>,
 }
 
-/// An entry of a file's `inputs`: a name for what is wired into one or several of its nodes.
+/// An entry of a file's `inputs`: a name for an input of one or several of its nodes.
 #[derive(Clone, Debug)]
 pub struct NamedInput {
     /// Its name.
     pub name: String,
-    /// Documentation: what the file says, or that of its first place.
+    /// Documentation: from the file, or else from its first place.
     pub doc: String,
-    /// What may be wired to it.
+    /// The type that may be wired to it.
     pub ty: PortType,
-    /// What it is without a wire; `None` where the file itself wires something to one of its places.
+    /// What it falls back to without a wire; `None` where the file itself wires something to one of its places.
     pub fallback: Fallback,
-    /// The inputs it feeds; at least one.
+    /// The inputs that it feeds; at least one.
     pub places: Vec<Place>,
     /// Bytes of the entry.
     pub span: Range<usize>,
 }
 
-/// A place as it is written, and where.
-pub(super) type Written = (String, Range<usize>);
+/// A place as written, and its span.
+pub(crate) type Written = (String, Range<usize>);
 
-/// What an entry says.
+/// The contents of an entry.
 struct Entry<'a> {
     places: Vec<Written>,
     doc: Option<String>,
     range: Option<&'a Expr>,
 }
 
-/// The section that an entry stands in.
+/// The section that an entry belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Section {
+pub(crate) enum Section {
     Inputs,
     Parameters,
 }
 
 impl Section {
-    pub(super) const ALL: [Self; 2] = [Self::Inputs, Self::Parameters];
+    pub(crate) const ALL: [Self; 2] = [Self::Inputs, Self::Parameters];
 
-    /// The field of the file.
-    pub(super) const fn field(self) -> &'static str {
+    /// The name of the section in a file.
+    pub(crate) const fn field(self) -> &'static str {
         match self {
             Self::Inputs => "inputs",
             Self::Parameters => "parameters",
         }
     }
 
-    /// The field of an entry that says the places.
+    /// The field of an entry that lists the places.
     const fn verb(self) -> &'static str {
         match self {
             Self::Inputs => "feeds",
@@ -119,8 +124,8 @@ impl Section {
     }
 }
 
-/// The expression of an entry that says its places.
-pub(super) fn places_of(value: &Expr, section: Section) -> Option<&Expr> {
+/// The expression of an entry that lists its places.
+pub(crate) fn places_of(value: &Expr, section: Section) -> Option<&Expr> {
     match value.as_group() {
         Some(group) if group.items.iter().any(|item| item.key.is_some()) => {
             group.get(section.verb()).map(|item| &item.value)
@@ -129,8 +134,8 @@ pub(super) fn places_of(value: &Expr, section: Section) -> Option<&Expr> {
     }
 }
 
-/// The places that an entry leads to, as they are written; what is none is left out.
-pub(super) fn places(value: &Expr, section: Section, source: &str) -> Vec<Written> {
+/// The places of an entry, as written; anything that is not a place is left out.
+pub(crate) fn places(value: &Expr, section: Section, source: &str) -> Vec<Written> {
     let text = |expr: &Expr| match Literal::read(expr, source) {
         Literal::Text(text) => Some((text, expr.span.clone())),
         _ => None,
@@ -142,28 +147,28 @@ pub(super) fn places(value: &Expr, section: Section, source: &str) -> Vec<Writte
     }
 }
 
-/// Whether brackets hold a list of things without names.
-pub(super) fn is_list(group: &Group) -> bool {
+/// Returns true if the brackets hold a list of items without names.
+pub(crate) fn is_list(group: &Group) -> bool {
     group.name.is_none() && group.bracket != Bracket::Curly && group.items.iter().all(|item| item.key.is_none())
 }
 
-/// Reads the two sections of a file whose nodes and wires are known.
-pub(super) struct Reader<'a> {
-    pub(super) source: &'a str,
-    pub(super) graph: &'a Graph,
-    pub(super) entries: &'a BTreeMap<String, Option<NodeIndex>>,
+/// Reads the two sections of a file whose nodes and wires are already known.
+pub(crate) struct Reader<'a> {
+    pub(crate) source: &'a str,
+    pub(crate) graph: &'a Graph,
+    pub(crate) entries: &'a BTreeMap<String, Option<NodeIndex>>,
     /// The types of outputs, as far as they are known.
-    pub(super) types: &'a BTreeMap<Port, PortType>,
-    /// Nodes with a parameter that was refused, so that its value is not known.
-    pub(super) bad: &'a BTreeSet<NodeIndex>,
-    pub(super) problems: &'a mut Problems,
-    /// The names that are given, and the places that have one.
-    pub(super) names: BTreeSet<String>,
-    pub(super) taken: BTreeMap<(NodeIndex, &'static str), String>,
+    pub(crate) types: &'a BTreeMap<Port, PortType>,
+    /// Nodes with an invalid parameter, whose value is therefore unknown.
+    pub(crate) bad: &'a BTreeSet<NodeIndex>,
+    pub(crate) problems: &'a mut Problems,
+    /// The names in use, and the places that have one.
+    pub(crate) names: BTreeSet<String>,
+    pub(crate) taken: BTreeMap<(NodeIndex, &'static str), String>,
 }
 
 impl Reader<'_> {
-    pub(super) fn inputs(&mut self, group: &Group) -> Vec<NamedInput> {
+    pub(crate) fn inputs(&mut self, group: &Group) -> Vec<NamedInput> {
         let mut found = Vec::new();
         for (name, item) in self.problems.duplicates(group, "in `inputs`") {
             let Some(entry) = self.entry(name, &item.value, Section::Inputs) else { continue };
@@ -188,7 +193,7 @@ impl Reader<'_> {
         found
     }
 
-    pub(super) fn parameters(&mut self, group: &Group) -> Vec<NamedParameter> {
+    pub(crate) fn parameters(&mut self, group: &Group) -> Vec<NamedParameter> {
         let mut found = Vec::new();
         for (name, item) in self.problems.duplicates(group, "in `parameters`") {
             let Some(entry) = self.entry(name, &item.value, Section::Parameters) else { continue };
@@ -212,7 +217,7 @@ impl Reader<'_> {
         found
     }
 
-    /// Names are written without quotes where the file is used, beside those that every use has.
+    /// Names are written without quotes where the file is used, next to those that every use has.
     fn check_name(&mut self, name: &str, span: Range<usize>, section: Section) {
         let plain = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
             && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
@@ -224,8 +229,7 @@ impl Reader<'_> {
             Diagnostic::error("name", span, message).hint("a name is a letter, then letters, digits and `_`")
         } else if subgraph::RESERVED.contains(&name) {
             let message = format!("`{name}` cannot name {}: every `Subgraph` has a `{name}`", section.noun());
-            Diagnostic::error("name", span, message)
-                .hint(format!("choose a name that says more, such as `rock_{name}`"))
+            Diagnostic::error("name", span, message).hint(format!("choose a more specific name, such as `rock_{name}`"))
         } else if !self.names.insert(name.to_owned()) {
             let message = format!("`{name}` names both an input and a parameter of the file");
             Diagnostic::error("duplicate", span, message).hint("rename one of them")
@@ -238,7 +242,7 @@ impl Reader<'_> {
     /// Reads `"node.name"`, `["node.name", ...]` or `(drives: ..., doc: "...")`.
     fn entry<'e>(&mut self, name: &str, value: &'e Expr, section: Section) -> Option<Entry<'e>> {
         let verb = section.verb();
-        let takes = format!("a place such as \"node.name\", several in brackets, or `({verb}: …, doc: \"…\")`");
+        let takes = format!("a place such as \"node.name\", a list of places, or `({verb}: …, doc: \"…\")`");
         let mut entry = Entry { places: Vec::new(), doc: None, range: None };
         let fields = value.as_group().filter(|group| {
             group.name.is_none() && group.bracket == Bracket::Round && group.items.iter().any(|item| item.key.is_some())
@@ -269,12 +273,15 @@ impl Reader<'_> {
         Some(entry)
     }
 
-    /// The node and the part after it of a place; reports what does not exist, and nothing for a placeholder.
+    /// The node of a place and the part after it. Reports a node or part that does not exist, except on placeholders.
     fn node<'t>(&mut self, name: &str, text: &'t str, span: &Range<usize>, verb: &str) -> Option<(NodeIndex, &'t str)> {
         let Some((node, part)) = text.split_once('.') else {
-            let problem =
-                Diagnostic::error("place", span.clone(), format!("`{name}` {verb} `{text}`, which is no place"));
-            self.problems.push(problem.hint("a place is a node and a name of its own: \"node.name\""));
+            let problem = Diagnostic::error(
+                "place",
+                span.clone(),
+                format!("`{name}` {verb} `{text}`, which is not a parameter or an input of a node"),
+            );
+            self.problems.push(problem.hint("write the node and the name, such as \"node.name\""));
             return None;
         };
         match self.entries.get(node) {
@@ -308,12 +315,12 @@ impl Reader<'_> {
         });
     }
 
-    /// Notes that a name leads to a place; reports when another does already.
+    /// Records that a name refers to a place; reports a place that already has a name.
     fn take(&mut self, name: &str, place: Place, text: &str, span: &Range<usize>) -> Option<()> {
         match self.taken.insert((place.node, place.name), name.to_owned()) {
             None => Some(()),
             Some(other) => {
-                let message = format!("`{text}` has the name `{other}` already");
+                let message = format!("`{text}` is already exposed as `{other}`");
                 let problem = Diagnostic::error("duplicate", span.clone(), message);
                 self.problems.push(problem.label("again here").hint("remove one of them"));
                 None
@@ -333,7 +340,7 @@ impl Reader<'_> {
         Some((place, input))
     }
 
-    /// What all places take: where one takes any numbers, what the file wires to it says which.
+    /// The type that all places accept: where one accepts any numbers, the file's own wire decides.
     fn input_type(&mut self, name: &str, places: &[(Place, &'static Input, Range<usize>)]) -> Option<PortType> {
         let of = |(place, input, _): &(Place, &'static Input, Range<usize>)| match (input.ty, self.source_of(place)) {
             (PortType::AnyScalar, Some(port)) => self.types.get(&port).copied().unwrap_or(PortType::AnyScalar),
@@ -342,7 +349,7 @@ impl Reader<'_> {
         let types: Vec<PortType> = places.iter().map(of).collect();
         let common = types.iter().find(|ty| types.iter().all(|other| other.accepts(**ty))).copied();
         if common.is_none() {
-            let message = format!("the places that `{name}` feeds take different things: {} and {}", types[0], {
+            let message = format!("the places that `{name}` feeds take different types: {} and {}", types[0], {
                 types.iter().find(|ty| **ty != types[0]).unwrap_or(&types[0])
             });
             let problem = Diagnostic::error("type", places[0].2.clone(), message);
@@ -368,14 +375,14 @@ impl Reader<'_> {
                 (!wired(place)).then_some(Fallback::Constant { default, hard, soft })
             })
             .collect();
-        // Different numbers stay as they are unless something is wired.
+        // Different numbers are kept unless something is wired.
         match constants {
             Some(all) if all.iter().all(|one| *one == all[0]) => all[0],
             _ => Fallback::None,
         }
     }
 
-    /// A parameter, or an input with a number, as a specification with the value that stands there as its default.
+    /// A parameter, or an input with a number, as a specification with its current value as the default.
     fn parameter_place(
         &mut self,
         name: &str,
@@ -391,7 +398,7 @@ impl Reader<'_> {
         };
         if let Some(mut spec) = instance.node.specs().into_iter().find(|spec| spec.name == part) {
             if instance.node.is_subgraph() && part == subgraph::FILE {
-                let message = format!("`{name}` drives `{text}`, but which file a `Subgraph` uses is fixed");
+                let message = format!("`{name}` drives `{text}`, but the file of a `Subgraph` cannot be a parameter");
                 return refused(self, message, "write one file for each variant".to_owned());
             }
             let place = Place { node, name: spec.name };
@@ -406,11 +413,11 @@ impl Reader<'_> {
         };
         let input = &instance.node.inputs[position];
         let Some((default, hard, soft)) = number(instance, input) else {
-            let message = format!("`{name}` drives `{text}`, which takes a wire and no number");
+            let message = format!("`{name}` drives `{text}`, which takes a wire, not a number");
             return refused(self, message, format!("name it in `inputs`: `inputs: {{ \"{name}\": \"{text}\" }}`"));
         };
         if graph.source(node, position).is_some() {
-            let message = format!("`{name}` drives `{text}`, to which something is wired");
+            let message = format!("`{name}` drives `{text}`, which has a wire");
             return refused(self, message, "remove the wire, or name it in `inputs`".to_owned());
         }
         let place = Place { node, name: input.name };
@@ -420,7 +427,7 @@ impl Reader<'_> {
         Some((place, spec, ParamValue::Float(default)))
     }
 
-    /// What holds at all places; reports places that do not go together.
+    /// The specification common to all places; reports places that do not match.
     fn common(&mut self, name: &str, driven: &[(Place, ParamSpec, ParamValue)], places: &[Written]) -> Option<Kind> {
         let (_, first, value) = driven.first()?;
         let mut kind = first.kind.clone();
@@ -450,14 +457,14 @@ impl Reader<'_> {
     }
 }
 
-/// The number at an input, with its ranges; `None` where it takes none.
+/// The number at an input, with its ranges. Returns None when the input takes no number.
 fn number(instance: &Instance, input: &'static Input) -> Option<(f64, [f64; 2], [f64; 2])> {
     let Fallback::Constant { default, hard, soft } = input.fallback else { return None };
     let position = instance.node.inputs.iter().position(|other| other.name == input.name)?;
     Some((instance.constants.get(position).copied().flatten().unwrap_or(default), hard, soft))
 }
 
-/// A kind for values that fit both, with the default of the first; `None` where they are of different kinds.
+/// A kind for values that fit both, with the default of the first. Returns None when they are of different kinds.
 fn both(a: &Kind, b: &Kind) -> Option<Kind> {
     let meet = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a.max(c), b.min(d)];
     let mut kind = a.clone();
@@ -484,13 +491,13 @@ fn both(a: &Kind, b: &Kind) -> Option<Kind> {
     Some(kind)
 }
 
-/// A kind with the range that an entry gives it, which lies within what its places take and holds the default.
+/// A kind narrowed to the range in an entry, which must lie within the ranges of its places and contain the default.
 fn narrowed(name: &str, kind: &Kind, unit: Unit, literal: &Literal) -> Result<Kind, Misfit> {
     let wrong = |message: String| Err(Misfit::new("range", message));
     let (hard, default) = match kind {
         Kind::Float { hard, default, .. } => (*hard, *default),
         Kind::Int { hard, default, .. } => (hard.map(|v| v as f64), *default as f64),
-        _ => return wrong(format!("`{name}` is no number, so it has no range")),
+        _ => return wrong(format!("`{name}` is not a number, so it cannot have a range")),
     };
     let [lo, hi] = pair("range", unit, literal).unwrap_or_else(|| {
         let message = format!("the range of `{name}` is {}, but takes a pair", literal.describe());
@@ -502,7 +509,7 @@ fn narrowed(name: &str, kind: &Kind, unit: Unit, literal: &Literal) -> Result<Ki
     }
     if lo < hard[0] || hi > hard[1] {
         return wrong(format!(
-            "the range of `{name}`, {} to {}, is wider than what its places take: {}",
+            "the range of `{name}`, {} to {}, is wider than its places allow: {}",
             show(lo),
             show(hi),
             kind.describe(unit)

@@ -1,8 +1,12 @@
-//! What differs between two documents, in words.
+//! The differences between two documents, as text.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Document, Place, check::NodeEntry, exposed::Section, format::format_source, literal::value_text};
+use crate::document::{
+    Document, Place,
+    check::{NodeEntry, exposed::Section},
+    syntax::{format::format_source, literal::value_text},
+};
 use crate::{
     graph::Instance,
     node::{Fallback, Input},
@@ -11,9 +15,9 @@ use crate::{
     world::{Boundary, World},
 };
 
-/// What changed from one document to another, a line for each change, such as `rivers.duration 1 Myr → 2 Myr`.
+/// The changes from one document to another, one line per change, such as `rivers.duration 1 Myr → 2 Myr`.
 ///
-/// Comments, order and layout do not matter, nor how a value is written. None for documents of equal meaning.
+/// Comments, order, layout and the notation of values do not matter. Empty for documents with the same meaning.
 #[must_use]
 pub fn diff(a: &Document, b: &Document) -> Vec<String> {
     let mut lines = Vec::new();
@@ -48,12 +52,12 @@ fn instance<'d>(document: &'d Document, entry: &NodeEntry) -> Option<&'d Instanc
     entry.index.map(|index| document.graph().instance(index))
 }
 
-/// The kind of a node by the name it has today.
+/// The kind of a node by its current name.
 fn kind(document: &Document, entry: &NodeEntry) -> String {
     instance(document, entry).map_or_else(|| entry.kind.clone(), |instance| instance.node.id.to_owned())
 }
 
-/// Nodes that are gone under one name and appear, with equal contents, under another.
+/// Nodes that disappear under one name and appear, with equal contents, under another.
 fn renamed(
     a: &Document,
     b: &Document,
@@ -61,7 +65,7 @@ fn renamed(
     new: &BTreeMap<&str, &NodeEntry>,
 ) -> BTreeMap<String, String> {
     let mut found: BTreeMap<String, String> = BTreeMap::new();
-    // In the order of the file, sources mostly come before what they feed, so that a renamed source is known by then.
+    // In file order, sources mostly come before the nodes that they feed, so that a renamed source is already known.
     loop {
         let before = found.len();
         for entry in a.nodes().iter().filter(|entry| !new.contains_key(entry.name.as_str())) {
@@ -86,7 +90,7 @@ fn renamed(
     }
 }
 
-/// Compares two nodes; `now` gives the new name of a node of the old file.
+/// Compares two nodes; `now` returns the new name of a node of the old file.
 fn nodes(
     a: &Document,
     b: &Document,
@@ -125,7 +129,7 @@ fn nodes(
             lines.push(format!("{name}.{} {} → {}", input.name, x.show(input, &y), y.show(input, &x)));
         }
     }
-    // What a file says counts, not only its name; its world does not.
+    // The contents of a file matter, not only its name; its world does not.
     let inner = |document: &Document, entry: &NodeEntry| entry.index.and_then(|at| document.subgraph(at).cloned());
     if let (Some(x), Some(y)) = (inner(a, old), inner(b, new))
         && x.source() != y.source()
@@ -135,7 +139,7 @@ fn nodes(
     }
 }
 
-/// What an input has.
+/// The value of an input.
 #[derive(Clone, PartialEq)]
 enum Given {
     Nothing,
@@ -144,7 +148,7 @@ enum Given {
 }
 
 impl Given {
-    /// Whether both mean the same to an input.
+    /// Returns true if both mean the same to an input.
     fn means(&self, other: &Self, input: &Input) -> bool {
         let number = |given: &Self| match (given, input.fallback) {
             (Self::Number(value), _) => Some(*value),
@@ -184,7 +188,7 @@ fn given(document: &Document, entry: &NodeEntry, input: &str) -> Given {
     }
 }
 
-/// What a new node has beyond its defaults.
+/// The non-default values of a new node.
 fn contents(document: &Document, entry: &NodeEntry) -> String {
     let Some(instance) = instance(document, entry) else { return String::new() };
     let mut said = Vec::new();
@@ -210,7 +214,7 @@ fn show(spec: &ParamSpec, value: &ParamValue, other: &ParamValue) -> String {
     }
 }
 
-/// A number with its unit at a readable scale; with all its digits where it would read like the other one.
+/// A number with its unit at a readable scale, or with all its digits if it would look the same as the other one.
 fn quantity(unit: Unit, value: f64, other: Option<f64>) -> String {
     let shown = unit.display(value);
     match other {
@@ -221,7 +225,7 @@ fn quantity(unit: Unit, value: f64, other: Option<f64>) -> String {
     }
 }
 
-/// A node as text in canonical form, for comparison where its meaning is not known.
+/// A node as text in canonical form, for comparison when its kind is unknown.
 fn text(document: &Document, entry: &NodeEntry) -> String {
     let text = &document.source()[entry.kind_span.start..entry.span.end];
     let text = format_source(text).unwrap_or_else(|_| text.to_owned());
@@ -262,7 +266,7 @@ fn outputs(a: &Document, b: &Document, now: &dyn Fn(&str) -> String, lines: &mut
     }
 }
 
-/// The names that the files give their users.
+/// The exposed inputs and parameters.
 fn named(a: &Document, b: &Document, now: &dyn Fn(&str) -> String, lines: &mut Vec<String>) {
     let same = |name: &str| name.to_owned();
     for section in Section::ALL {
@@ -281,7 +285,7 @@ fn named(a: &Document, b: &Document, now: &dyn Fn(&str) -> String, lines: &mut V
     }
 }
 
-/// The names of a section with their places, and their ranges where the file narrows them.
+/// The names of a section with their places, and their ranges if the file narrows them.
 fn places(document: &Document, section: Section, now: &dyn Fn(&str) -> String) -> BTreeMap<String, String> {
     let graph = document.graph();
     let list = |places: &[Place]| {

@@ -1,21 +1,23 @@
-//! The sea level of a file: what its world says, or what nodes of older versions said each for itself.
+//! The sea level of a file: the level of its world, or of nodes of older versions that each had one.
 
 use std::ops::Range;
 
-use super::{args::Moved, literal::Misfit, problems::Problems, world};
+use super::{args::Moved, problems::Problems, world};
+use crate::document::syntax::literal::Misfit;
 use crate::{diagnostic::Diagnostic, migrate::Step, node::Node, unit::Unit, world::World};
 
-/// A node whose kind had a sea level of its own, or a file with such nodes, and the sea that it was written for.
+/// A node whose kind once had a sea level parameter (or a file with such nodes), and the sea that it was written for.
 #[derive(Clone, Debug)]
-pub(super) struct Own {
-    pub(super) node: String,
-    /// Where it says so, or its kind.
-    pub(super) span: Range<usize>,
-    /// The level in metres, or None for no sea.
-    pub(super) level: Option<f64>,
+pub(crate) struct Own {
+    pub(crate) node: String,
+    /// Where the level is written, or else the node's kind.
+    pub(crate) span: Range<usize>,
+    /// The level in metres; `None` for no sea.
+    pub(crate) level: Option<f64>,
 }
 
-/// The step that gave a kind's sea level to the world, by the name of the parameter and the level up to which there was no sea.
+/// The migration step that moved a kind's sea level to the world: the name of the parameter, and the level up to which
+/// there was no sea.
 fn given_up(node: &Node) -> Option<(&'static str, f64)> {
     node.migrations.iter().flat_map(|migration| migration.steps).find_map(|step| match *step {
         Step::SeaLevel { name, none } => Some((name, none)),
@@ -23,17 +25,17 @@ fn given_up(node: &Node) -> Option<(&'static str, f64)> {
     })
 }
 
-/// What to do where a parameter is named that is now the world's.
-pub(super) fn moved_hint(node: &Node, name: &str) -> Option<String> {
+/// Advice for a parameter that has moved to the world.
+pub(crate) fn moved_hint(node: &Node, name: &str) -> Option<String> {
     let (given_up, _) = given_up(node)?;
     (name == given_up).then(|| "the sea belongs to the world: write `world: (sea_level: \"0 m\")`".to_owned())
 }
 
-/// The sea that a node was written for, or None where its kind never had one of its own.
+/// The sea that a node was written for. Returns None when its kind never had a sea level.
 ///
 /// # Errors
-/// When what it says is no level of a sea.
-pub(super) fn of_node(
+/// When its value is not a valid sea level.
+pub(crate) fn of_node(
     node: &Node,
     name: &str,
     kind_span: &Range<usize>,
@@ -45,11 +47,11 @@ pub(super) fn of_node(
     Ok(Some(Own { node: name.to_owned(), span, level }))
 }
 
-/// Makes one sea of those that nodes were written for, and reports those that differ from it. `said` is true where the world
-/// has a `sea_level`, right or wrong.
+/// Merges the seas that nodes were written for into the world's, and reports those that differ. `said` is true if the
+/// world has a `sea_level`, valid or not.
 ///
-/// Gives the sea that the file takes for granted in a world that has to be its user's: None where its own says it.
-pub(super) fn settle(world: &mut World, said: bool, seas: &[Own], problems: &mut Problems) -> Option<Option<f64>> {
+/// Returns the sea that the file assumes of any world that uses it, or None when its own world defines it.
+pub(crate) fn settle(world: &mut World, said: bool, seas: &[Own], problems: &mut Problems) -> Option<Option<f64>> {
     if said {
         let differing = seas.iter().filter(|own| own.level.is_some() && own.level != world.sea_level);
         for own in differing.filter(|_| world.sea_level.is_some()) {
@@ -60,7 +62,7 @@ pub(super) fn settle(world: &mut World, said: bool, seas: &[Own], problems: &mut
                 level_text(world.sea_level)
             );
             let problem = Diagnostic::error("sea-level", own.span.clone(), message);
-            problems.push(problem.hint("take it out of the node; a world has one sea"));
+            problems.push(problem.hint("remove it from the node; a world has one sea"));
         }
         return None;
     }
@@ -69,13 +71,13 @@ pub(super) fn settle(world: &mut World, said: bool, seas: &[Own], problems: &mut
         let [a, b] = [first, other].map(|own| format!("`{}` has {}", own.node, level_text(own.level)));
         let problem =
             Diagnostic::error("sea-level", first.span.clone(), format!("{a} and {b}, but a world has one sea"));
-        problems.push(problem.hint("write its level into `world` as `sea_level`, and take it out of the nodes"));
+        problems.push(problem.hint("write its level into `world` as `sea_level`, and remove it from the nodes"));
     }
     world.sea_level = first.level;
     Some(first.level)
 }
 
-/// A sea in words.
-pub(super) fn level_text(level: Option<f64>) -> String {
+/// A sea level as text.
+pub(crate) fn level_text(level: Option<f64>) -> String {
     level.map_or_else(|| "no sea".to_owned(), |level| format!("a sea at {}", Unit::Metres.display(level)))
 }

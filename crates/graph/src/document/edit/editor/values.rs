@@ -1,15 +1,19 @@
-//! Edits of what stands in the brackets of nodes.
+//! Edits of the values in the brackets of nodes.
 
 use super::Editor;
 use crate::{
     closest,
     document::{
-        args::{args, kind_of, migrate, version},
+        check::{
+            args::{args, kind_of, migrate, version},
+            sea::{self, Own, moved_hint},
+        },
         edit::EditError,
-        lex::quote,
-        literal::{Literal, constant, number_text, param, value_text},
-        sea::{self, Own, moved_hint},
-        syntax::parse_value,
+        syntax::{
+            lex::quote,
+            literal::{Literal, constant, number_text, param, value_text},
+            parse_value,
+        },
     },
     node::{Fallback, Node},
     param::{Kind, ParamValue},
@@ -60,7 +64,7 @@ impl Editor<'_> {
         if default { self.reset(node, name) } else { self.set(node, name, &written) }
     }
 
-    /// Brings a node to the version that this program knows, in the text, so that its names and values are today's.
+    /// Migrates a node in the text to the version that this program supports, so that its names and values are current.
     pub(super) fn current(&mut self, name: &str) -> Result<&'static Node, EditError> {
         let item = self.item(name)?;
         let (node, group) = self.known(item).ok_or_else(|| EditError::Placeholder(name.to_owned()))?;
@@ -115,7 +119,7 @@ impl Editor<'_> {
         if wire { Ok(()) } else { self.set_reroutes(node, name, &[]) }
     }
 
-    /// Writes a value in a node's brackets as they stand.
+    /// Writes a value into a node's brackets without migrating the node.
     fn write_arg(&mut self, node: &str, name: &str, text: &str) -> Result<(), EditError> {
         let item = self.item(node)?;
         let named = format!("{name}: {text}");
@@ -153,7 +157,7 @@ impl Editor<'_> {
     }
 }
 
-/// Whether a kind of node has an input or a parameter of that name.
+/// Returns true if a kind of node has an input or a parameter of that name.
 pub(super) fn has_value(kind: &Node, node: &str, name: &str) -> Result<(), EditError> {
     let specs = kind.specs();
     let names = || kind.inputs.iter().map(|input| input.name).chain(specs.iter().map(|spec| spec.name));

@@ -1,4 +1,4 @@
-//! Edits of what stands on the canvas alone: places, notes, ways of wires, frames.
+//! Edits of what exists on the canvas only: positions, notes, routes of wires, frames.
 
 use std::{
     collections::{HashMap, HashSet},
@@ -7,15 +7,17 @@ use std::{
 
 use super::{Editor, node_of, refused};
 use crate::document::{
+    check::frames::Frame,
     edit::EditError,
-    frames::Frame,
-    lex::{Bracket, quote},
-    literal::number_text,
-    splice::Change,
-    syntax::Item,
+    syntax::{
+        Item,
+        lex::{Bracket, quote},
+        literal::number_text,
+        splice::Change,
+    },
 };
 
-/// A place as it is written.
+/// A position as written in a file.
 fn place_text([x, y]: [f64; 2]) -> String {
     format!("({}, {})", number_text(x), number_text(y))
 }
@@ -28,7 +30,7 @@ impl Editor<'_> {
         }
     }
 
-    /// Sets the places of many nodes at once, as one after the other would be.
+    /// Sets the positions of many nodes at once, with the same result as one after the other.
     pub(in crate::document) fn set_places(&mut self, places: &[(&str, [f64; 2])]) -> Result<(), EditError> {
         let keys = self.items("nodes").iter().filter_map(|item| item.key.as_ref());
         let nodes: HashSet<&str> = keys.map(|key| key.text.as_str()).collect();
@@ -92,7 +94,7 @@ impl Editor<'_> {
         Ok(())
     }
 
-    /// Takes what stands on the canvas of a node that goes.
+    /// Removes everything on the canvas that belongs to a node being removed.
     pub(super) fn clear_canvas(&mut self, node: &str) {
         let keys = self.items("reroutes").iter().filter_map(|item| item.key.as_ref());
         let gone: Vec<String> = keys.filter(|key| node_of(&key.text) == node).map(|key| key.text.clone()).collect();
@@ -103,7 +105,7 @@ impl Editor<'_> {
         self.remove_entry("layout", node);
     }
 
-    /// Removes an entry where it stands, and its field with the last one.
+    /// Removes an entry, and its field with the last entry.
     fn drop_entry(&mut self, field: &str, name: &str) {
         if self.draft.field(field).is_some_and(|group| group.get(name).is_some()) {
             self.remove_entry(field, name);
@@ -111,7 +113,7 @@ impl Editor<'_> {
         }
     }
 
-    /// The changes that give the entries of a node on the canvas another name.
+    /// The changes that rename the entries of a node on the canvas.
     pub(super) fn renamed_on_canvas(&self, from: &str, to: &str) -> Vec<Change> {
         let keys = |field| self.items(field).iter().filter_map(|item| item.key.as_ref());
         let own = ["layout", "notes"].into_iter().flat_map(keys).filter(|key| key.text == from);
@@ -158,7 +160,7 @@ impl Editor<'_> {
         Ok(())
     }
 
-    /// The place of a frame's name.
+    /// The span of a frame's name.
     fn frame(&self, name: &str) -> Result<Range<usize>, EditError> {
         let item = self.draft.field("frames").and_then(|frames| frames.get(name));
         let key = item.and_then(|item| item.key.as_ref());

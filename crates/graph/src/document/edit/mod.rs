@@ -1,6 +1,18 @@
 //! Edits of a document as data.
 
-use super::{editor::Editor, frames::Frame, lex::quote, splice::Draft, subgraph::Home};
+pub(crate) mod diff;
+pub(crate) mod editor;
+pub(crate) mod history;
+pub(crate) mod journal;
+pub(crate) mod merge;
+pub(crate) mod moved;
+
+use self::editor::Editor;
+use super::{
+    check::frames::Frame,
+    subgraph::Home,
+    syntax::{lex::quote, splice::Draft},
+};
 use crate::{param::ParamValue, registry::Registry, world::World};
 
 /// A change of a document.
@@ -12,7 +24,7 @@ pub enum Edit {
         name: String,
         /// Its kind.
         kind: String,
-        /// Where an editor shows it.
+        /// Its position in the editor.
         at: Option<[f64; 2]>,
     },
     /// Adds a node as it is written in a file.
@@ -21,22 +33,22 @@ pub enum Edit {
         name: String,
         /// Its kind with its brackets, such as `Ridged(wavelength: 6000)`.
         text: String,
-        /// Where an editor shows it.
+        /// Its position in the editor.
         at: Option<[f64; 2]>,
     },
-    /// Removes a node with its wires, its outputs and its place.
+    /// Removes a node with its wires, its outputs and its position.
     RemoveNode {
         /// Its name.
         name: String,
     },
-    /// Gives a node another name; wires, outputs and its place follow.
+    /// Renames a node; wires, outputs and its position follow.
     RenameNode {
-        /// The name it has.
+        /// The old name.
         from: String,
-        /// The name it gets.
+        /// The new name.
         to: String,
     },
-    /// Sets a parameter; its default is not written.
+    /// Sets a parameter; a default is not written.
     SetParam {
         /// The node.
         node: String,
@@ -45,56 +57,56 @@ pub enum Edit {
         /// Its value.
         value: ParamValue,
     },
-    /// Sets a parameter or an input from what a person typed: `2 km`, `0.3`, `max`, `(1, 2)` or a wire `base.height`.
+    /// Sets a parameter or an input from typed text: `2 km`, `0.3`, `max`, `(1, 2)` or a wire `base.height`.
     SetText {
         /// The node.
         node: String,
         /// The parameter or input.
         name: String,
-        /// What was typed, with or without quotes.
+        /// The typed text, with or without quotes.
         text: String,
     },
-    /// Sets a parameter of the file, at every place that it drives, from what a person typed.
+    /// Sets a parameter of the file, at every place that it drives, from typed text.
     SetNamed {
         /// Its name in `parameters`.
         name: String,
-        /// What was typed, with or without quotes.
+        /// The typed text, with or without quotes.
         text: String,
     },
-    /// Gives a value of a node a name of the file, which its users set or wire: in `inputs` what has a wire or takes nothing
-    /// else, in `parameters` the rest. Where the name stands there already it leads to this place as well.
+    /// Exposes a value of a node to users of the file: in `inputs` if it has a wire or accepts nothing else, in
+    /// `parameters` otherwise. If the name exists already, it gets this place as an additional one.
     Expose {
         /// The node.
         node: String,
         /// The parameter or input.
         name: String,
-        /// The name it gets.
+        /// The exposed name.
         to: String,
     },
-    /// Takes a name out of the file's `parameters` or `inputs`; the values stay.
+    /// Removes a name from the file's `parameters` or `inputs`; the values stay.
     Conceal {
         /// The name.
         name: String,
     },
-    /// Gives an entry of the file's `parameters` or `inputs` another name.
+    /// Renames an entry of the file's `parameters` or `inputs`.
     RenameNamed {
-        /// The name it has.
+        /// The old name.
         from: String,
-        /// The name it gets.
+        /// The new name.
         to: String,
     },
-    /// Takes back what the file says of a parameter or an input.
+    /// Resets a parameter or an input to its default.
     Reset {
         /// The node.
         node: String,
         /// The parameter or input.
         name: String,
     },
-    /// Wires an output to an input, in place of what the input had.
+    /// Wires an output to an input, replacing what the input had.
     Connect {
         /// The output: `node`, or `node.port`.
         from: String,
-        /// The node that takes it.
+        /// The node that the wire leads into.
         to: String,
         /// Its input.
         input: String,
@@ -106,7 +118,7 @@ pub enum Edit {
         /// Its input.
         input: String,
     },
-    /// Gives an input a number in place of a wire; its default is not written.
+    /// Sets an input to a number, replacing its wire; a default is not written.
     SetConstant {
         /// The node.
         node: String,
@@ -115,11 +127,11 @@ pub enum Edit {
         /// The number, in the input's base unit.
         value: f64,
     },
-    /// Adds an output of the file, or wires it anew.
+    /// Adds an output of the file, or rewires it.
     SetOutput {
         /// Its name.
         name: String,
-        /// What is written: `node`, or `node.port`.
+        /// The source: `node`, or `node.port`.
         from: String,
     },
     /// Removes an output of the file.
@@ -127,83 +139,83 @@ pub enum Edit {
         /// Its name.
         name: String,
     },
-    /// Gives an output of the file another name.
+    /// Renames an output of the file.
     RenameOutput {
-        /// The name it has.
+        /// The old name.
         from: String,
-        /// The name it gets.
+        /// The new name.
         to: String,
     },
-    /// Sets extent, cells, seed, boundary and sea level; what stays the same is not touched.
+    /// Sets size, cells, seed, boundary and sea level; unchanged fields are not touched.
     SetWorld(World),
-    /// Sets where an editor shows a node, or forgets it.
+    /// Sets or removes a node's position in the editor.
     SetLayout {
         /// The node.
         node: String,
-        /// Its place.
+        /// Its position.
         at: Option<[f64; 2]>,
     },
-    /// Sets what is told of a node on the canvas; an empty text for nothing.
+    /// Sets the note of a node on the canvas; an empty text removes it.
     SetNote {
         /// The node.
         node: String,
-        /// What is told.
+        /// The note.
         note: String,
     },
-    /// Sets the places that the wire into an input passes on the canvas, in the order from its source; none for a straight way.
+    /// Sets the points that a wire passes on the canvas, in order from its source; none for a straight wire.
     SetReroutes {
-        /// The node that takes the wire.
+        /// The node that the wire leads into.
         node: String,
         /// Its input.
         input: String,
-        /// The places.
+        /// The points.
         places: Vec<[f64; 2]>,
     },
-    /// Mutes a node, so that it is built as if it were not there, or takes that back.
+    /// Mutes a node, so that it is built as if it were not there, or unmutes it.
     SetMuted {
         /// The node.
         node: String,
-        /// Whether it is to be muted.
+        /// True to mute it.
         muted: bool,
     },
-    /// Adds a frame to the canvas, changes it, or removes it.
+    /// Adds, changes or removes a frame on the canvas.
     SetFrame {
         /// Its name.
         name: String,
-        /// What it is to be; `None` for nothing.
+        /// The new frame; `None` to remove it.
         frame: Option<Frame>,
     },
-    /// Gives a frame another name.
+    /// Renames a frame.
     RenameFrame {
-        /// The name it has.
+        /// The old name.
         from: String,
-        /// The name it gets.
+        /// The new name.
         to: String,
     },
-    /// Several edits as one: all or none are made, and they are undone together.
+    /// Several edits as one: all or none are applied, and they are undone together.
     All(Vec<Edit>),
 }
 
-/// Why an edit was refused. The document is as it was.
+/// Why an edit was refused. The document is unchanged.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EditError {
-    /// The text cannot be read everywhere, so that a change might spoil it.
-    #[error("the file has mistakes of notation that must be repaired by hand first: {0}")]
+    /// The text has syntax errors, so that an edit could damage it.
+    #[error("the file has syntax errors, which must be fixed by hand first: {0}")]
     Notation(String),
     /// There is no such node.
     #[error("there is no node `{name}`{}", hint_text(.suggestion.as_deref().map(|near| format!("did you mean `{near}`?")).as_deref()))]
     UnknownNode {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// A name that is near.
+        /// A similar name.
         suggestion: Option<String>,
     },
     /// The file has no such parameter.
     #[error("the file has no parameter `{name}`{}", hint_text(.hint.as_deref()))]
     UnknownParameter {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// A name that is near, or all there are.
+        /// A similar name, or all names.
         hint: Option<String>,
     },
     /// There is no such output.
@@ -212,15 +224,15 @@ pub enum EditError {
     /// There is no such frame.
     #[error("there is no frame `{0}`")]
     UnknownFrame(String),
-    /// What stands there is no node whose inputs and parameters are known.
+    /// The node is of a kind or version with unknown inputs and parameters.
     #[error("`{0}` is a node of a kind or version that this program does not know, so its values cannot be edited")]
     Placeholder(String),
-    /// The file would be wrong.
+    /// The file would become invalid.
     #[error("{message}{}", hint_text(.hint.as_deref()))]
     Refused {
-        /// What would be wrong.
+        /// The problem.
         message: String,
-        /// What can be done about it.
+        /// A possible remedy.
         hint: Option<String>,
     },
 }
@@ -230,7 +242,7 @@ fn hint_text(hint: Option<&str>) -> String {
 }
 
 impl Edit {
-    /// Whether it changes names, so that messages about what was wrong before may read differently after it.
+    /// Returns true if the edit changes names, so that messages about earlier problems may differ after it.
     pub(super) fn renames(&self) -> bool {
         match self {
             Self::RenameNode { .. }
@@ -242,7 +254,7 @@ impl Edit {
         }
     }
 
-    /// The places that edits begin with, which are written together.
+    /// The positions at the start of the edits, which are written together.
     fn places(edits: &[Self]) -> Vec<(&str, [f64; 2])> {
         let place = |edit| match edit {
             &Self::SetLayout { ref node, at: Some(at) } => Some((node.as_str(), at)),
@@ -251,7 +263,7 @@ impl Edit {
         edits.iter().map_while(place).collect()
     }
 
-    /// Changes the draft. What it makes of the file is checked afterwards.
+    /// Applies the edit to the draft. The resulting file is checked afterwards.
     pub(super) fn carry_out(&self, draft: &mut Draft, registry: &Registry, home: &Home) -> Result<(), EditError> {
         let mut editor = Editor::new(draft, registry, home);
         match self {

@@ -3,22 +3,23 @@
 use std::ops::Range;
 
 use super::{
+    Expr, ExprKind, Group, Item,
     lex::{Bracket, Comment},
-    syntax::{Expr, ExprKind, Group, Item, parse},
+    parse,
 };
 use crate::diagnostic::Diagnostic;
 
-/// The longest line that is written where it can be broken.
+/// The longest line that is written if it can be broken.
 const WIDTH: usize = 120;
 
 /// Longer names than this do not push the others' kinds to the right.
 const MAX_PAD: usize = 32;
 
-/// Writes a graph file in canonical form. What it means stays the same, and so do its comments and the order of things;
-/// the canonical form of a canonical form is itself.
+/// Writes a graph file in canonical form. Its meaning, its comments and the order of its items stay the same. The
+/// canonical form is stable: formatting it again changes nothing.
 ///
 /// # Errors
-/// The mistakes of notation, when there are any. Other problems do not matter.
+/// The syntax errors, if there are any. Other problems do not matter.
 pub fn format_source(source: &str) -> Result<String, Vec<Diagnostic>> {
     let (tree, problems) = parse(source);
     if !problems.is_empty() {
@@ -40,7 +41,7 @@ pub fn format_source(source: &str) -> Result<String, Vec<Diagnostic>> {
 }
 
 /// A value on one line, without comments.
-pub(super) fn inline(value: &Expr, source: &str) -> String {
+pub(crate) fn inline(value: &Expr, source: &str) -> String {
     Printer { source, comments: &[], next: 0, out: String::new() }.inline(value)
 }
 
@@ -53,7 +54,7 @@ struct Printer<'a> {
 }
 
 impl Printer<'_> {
-    /// The next comment, where it begins before an offset.
+    /// The next comment, if it begins before an offset.
     fn comment_before(&self, end: usize) -> Option<&Comment> {
         self.comments.get(self.next).filter(|comment| comment.span.start < end)
     }
@@ -71,20 +72,20 @@ impl Printer<'_> {
         self.out.push_str(&"    ".repeat(level));
     }
 
-    /// Whether an empty line stands in the source before an offset.
+    /// Returns true if the source has an empty line before an offset.
     fn blank_before(&self, at: usize) -> bool {
         let before = &self.source[..at];
         before[before.trim_end().len()..].matches('\n').count() > 1
     }
 
-    /// Keeps one empty line where the source has some; `after` says whether something stands above it.
+    /// Keeps one empty line where the source has some; `after` is true if something is above it.
     fn keep_blank(&mut self, at: usize, after: bool) {
         if after && self.blank_before(at) {
             self.newline();
         }
     }
 
-    /// Comments on lines of their own; says whether something stands above what comes next.
+    /// Prints comments on separate lines; returns true if something is above the next item.
     fn comments_before(&mut self, end: usize, level: usize, mut after: bool) -> bool {
         while let Some(span) = self.comment_before(end).map(|comment| comment.span.clone()) {
             self.keep_blank(span.start, after);
@@ -97,7 +98,7 @@ impl Printer<'_> {
         after
     }
 
-    /// Comments that stand behind something on its line, and not before another thing on that line.
+    /// Prints comments that follow something on its line, but not those before another item on that line.
     fn trailing(&mut self, mut from: usize) {
         while let Some(comment) = self.comments.get(self.next) {
             let span = comment.span.clone();
@@ -114,7 +115,7 @@ impl Printer<'_> {
         }
     }
 
-    /// A value; in brackets it is broken into lines where it must be, or where it is too long for one.
+    /// A value. Brackets are broken into lines if necessary, or if they are too long for one line.
     fn expr(&mut self, expr: &Expr, level: usize, broken: bool) {
         match &expr.kind {
             ExprKind::Group(group) => {
@@ -161,7 +162,7 @@ impl Printer<'_> {
         }
     }
 
-    /// Things in brackets, one per line.
+    /// Items in brackets, one per line.
     fn broken(&mut self, group: &Group, level: usize) {
         if let Some(name) = &group.name {
             self.out.push_str(&self.source[name.clone()]);
@@ -174,7 +175,7 @@ impl Printer<'_> {
         }
         self.trailing(group.open + 1);
         self.newline();
-        // Names in curly brackets are padded, so that what they name aligns.
+        // Names in curly brackets are padded so that their values align.
         let width = |item: &Item| item.key.as_ref().map_or(0, |key| self.source[key.span.clone()].chars().count() + 1);
         let pad = match group.bracket {
             Bracket::Curly => group.items.iter().map(width).filter(|w| *w <= MAX_PAD).max().unwrap_or(0),
@@ -206,11 +207,11 @@ impl Printer<'_> {
     }
 }
 
-/// A number without what says nothing: `+`, `_`, and zeros at the end of a fraction or before a number.
+/// A number without redundant characters: `+`, `_`, and zeros at the end of a fraction or before a number.
 fn number(text: &str) -> String {
     let plain: String = text.chars().filter(|c| *c != '_').collect();
     let Ok(value) = plain.parse::<f64>() else { return text.to_owned() };
-    // Beyond 2^53 a fraction says that a number is not meant to be whole.
+    // Beyond 2^53 a fraction shows that a number is not meant to be an integer.
     if value.abs() >= 9e15 {
         return text.to_owned();
     }
@@ -237,7 +238,7 @@ fn number(text: &str) -> String {
             out.push_str(&format!("e{sign}{digits}"));
         }
     }
-    // Exactly the same number, or as it was typed.
+    // Exactly the same number, otherwise as it was typed.
     if out.parse::<f64>().is_ok_and(|new| new.to_bits() == value.to_bits()) { out } else { text.to_owned() }
 }
 
@@ -246,7 +247,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_lose_what_says_nothing() {
+    fn numbers_lose_redundant_characters() {
         for (typed, expected) in [
             ("6000.0", "6000"),
             ("+0.50", "0.5"),

@@ -1,7 +1,7 @@
-//! Muted nodes: what stands in the file's `muted` is built as if it were not there.
+//! Muted nodes: nodes listed in the file's `muted` are built as if they were not there.
 //!
-//! In place of its first output, a muted node passes on the first of its wires that fits that output. Its other outputs
-//! give nothing, so that what reads them is as if unwired.
+//! Instead of its first output, a muted node passes on the first of its wires whose type fits that output. Its other
+//! outputs give nothing, so that inputs connected to them count as unwired.
 
 use std::{
     collections::{BTreeMap, BTreeSet, HashMap},
@@ -10,7 +10,11 @@ use std::{
 
 use petgraph::stable_graph::NodeIndex;
 
-use super::{Document, check::NodeEntry, lex::Bracket, literal::Literal, problems::Problems, syntax::Expr};
+use super::{NodeEntry, problems::Problems};
+use crate::document::{
+    Document,
+    syntax::{Expr, lex::Bracket, literal::Literal},
+};
 use crate::{
     closest,
     diagnostic::Diagnostic,
@@ -19,11 +23,11 @@ use crate::{
     value::PortType,
 };
 
-/// Nodes that are muted, with the place of their names in `muted`.
-pub(super) type Muted = BTreeMap<NodeIndex, Range<usize>>;
+/// Nodes that are muted, with the spans of their names in `muted`.
+pub(crate) type Muted = BTreeMap<NodeIndex, Range<usize>>;
 
-/// The input whose wire a muted node passes on; `wired` gives what a wire into an input gives.
-pub(super) fn passed_input(graph: &Graph, node: NodeIndex, wired: impl Fn(usize) -> Option<PortType>) -> Option<usize> {
+/// The input whose wire a muted node passes on; `wired` returns the type of the wire into an input.
+pub(crate) fn passed_input(graph: &Graph, node: NodeIndex, wired: impl Fn(usize) -> Option<PortType>) -> Option<usize> {
     let declared = graph.instance(node).node;
     let first = declared.outputs.first()?;
     let gives = graph.output_type(Port { node, output: 0 });
@@ -37,15 +41,16 @@ pub(super) fn passed_input(graph: &Graph, node: NodeIndex, wired: impl Fn(usize)
     (0..declared.inputs.len()).find(fits)
 }
 
-/// What stands for outputs, behind muted nodes.
+/// The replacements of outputs of muted nodes.
 #[derive(Default)]
 struct Behind {
-    /// By muted node: the input whose wire it passes on, and the output at the other end, which is of no muted node.
+    /// By muted node: the input whose wire it passes on, and the output at the other end, which belongs to a node that
+    /// is not muted.
     passed: HashMap<NodeIndex, (usize, Port)>,
 }
 
 impl Behind {
-    /// Sources come before what they feed, so that one pass finds all.
+    /// Sources come before the nodes that they feed, so one pass finds all.
     fn new(graph: &Graph, muted: &Muted) -> Self {
         let mut behind = Self::default();
         for node in graph.topological().into_iter().filter(|node| muted.contains_key(node)) {
@@ -57,7 +62,7 @@ impl Behind {
         behind
     }
 
-    /// What stands for an output; `None` where a muted node passes nothing on.
+    /// The output that replaces an output. Returns None when a muted node passes nothing on.
     fn port(&self, muted: &Muted, port: Port) -> Option<Port> {
         if !muted.contains_key(&port.node) {
             return Some(port);
@@ -67,7 +72,7 @@ impl Behind {
 }
 
 /// Reads `muted`: a list of names.
-pub(super) fn read(
+pub(crate) fn read(
     value: &Expr,
     source: &str,
     entries: &BTreeMap<String, Option<NodeIndex>>,
@@ -92,7 +97,7 @@ pub(super) fn read(
                 problems.push(problem.suggest(closest(&name, entries.keys().map(String::as_str))));
             }
             Some(_) if names.contains(&name) => {
-                let message = format!("`{name}` stands twice in `muted`");
+                let message = format!("`{name}` appears twice in `muted`");
                 problems.push(Diagnostic::warning("duplicate", span, message).hint("remove one of them"));
             }
             Some(index) => {
@@ -104,8 +109,8 @@ pub(super) fn read(
     (muted, names)
 }
 
-/// Reports muted nodes that pass nothing on to what needs it.
-pub(super) fn check(
+/// Reports muted nodes that pass nothing on to an input that needs it.
+pub(crate) fn check(
     graph: &Graph,
     muted: &Muted,
     nodes: &[NodeEntry],
@@ -123,7 +128,7 @@ pub(super) fn check(
     let silent = |port: Port| behind.port(muted, port).is_none();
     let mut told = BTreeSet::new();
     let mut tell = |port: Port, reader: String| {
-        // Behind a node that lacks a wire nothing else is wrong.
+        // If the node already lacks a wire, that is the only problem to report.
         let lacks = needs(port.node).any(|at| graph.source(port.node, at).is_none());
         if let Some(span) = muted.get(&port.node)
             && !lacks
@@ -151,13 +156,13 @@ pub(super) fn check(
 }
 
 impl Document {
-    /// Whether a node is muted: built as if it were not there.
+    /// Returns true if a node is muted: built as if it were not there.
     #[must_use]
     pub fn is_muted(&self, node: NodeIndex) -> bool {
         self.read.checked.muted.contains_key(&node)
     }
 
-    /// Of a muted node, the position of the input whose wire it passes on as its first output.
+    /// The position of the input whose wire a muted node passes on as its first output.
     #[must_use]
     pub fn passed_input(&self, node: NodeIndex) -> Option<usize> {
         let (graph, muted) = (self.graph(), &self.read.checked.muted);

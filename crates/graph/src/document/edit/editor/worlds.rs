@@ -3,14 +3,14 @@
 use super::Editor;
 use crate::{
     document::{
-        args::{args, migrate, version},
+        check::{
+            args::{args, migrate, version},
+            problems::Problems,
+            sea::{self, Own},
+            world::{self, SEA_LEVEL},
+        },
         edit::EditError,
-        lex::quote,
-        literal::number_text,
-        problems::Problems,
-        sea::{self, Own},
-        syntax::Item,
-        world::{self, SEA_LEVEL},
+        syntax::{Item, lex::quote, literal::number_text},
     },
     world::{Boundary, Edge, World},
 };
@@ -34,7 +34,7 @@ impl Editor<'_> {
         let differs = |now: World| now.size != world.size || now.cells != world.cells;
         if self.world().is_none_or(differs) {
             self.set_world_field("cells", None);
-            // Without a word the cells follow from the size, which may be what is wanted.
+            // Without `cells` they follow from the size, which may be sufficient.
             if self.world().is_none_or(differs) {
                 self.set_world_field("cells", Some(pair(world.cells.map(|cells| cells.to_string()))));
             }
@@ -42,7 +42,7 @@ impl Editor<'_> {
         self.set_sea(world.sea_level)
     }
 
-    /// Sets the sea level, and takes out those that older nodes have each for itself, which would contradict it.
+    /// Sets the sea level, and removes those of older nodes, which would contradict it.
     fn set_sea(&mut self, level: Option<f64>) -> Result<(), EditError> {
         let own = self.own_seas();
         let now = self.world().and_then(|now| now.sea_level).or(own.first().and_then(|own| own.level));
@@ -65,7 +65,7 @@ impl Editor<'_> {
         }
     }
 
-    /// The nodes that say a sea level each for itself.
+    /// The nodes that have their own sea level.
     fn own_seas(&self) -> Vec<Own> {
         let own = |item: &Item| {
             let (node, group) = self.known(item)?;
@@ -77,7 +77,7 @@ impl Editor<'_> {
         self.items("nodes").iter().filter_map(own).collect()
     }
 
-    /// The world the file says; `None` where that is wrong.
+    /// The world in the file. Returns None when it is invalid.
     fn world(&self) -> Option<World> {
         let Some(item) = self.draft.root().and_then(|root| root.get("world")) else { return Some(World::default()) };
         let mut problems = Problems::new(Vec::new());

@@ -1,4 +1,4 @@
-//! Applying edits, and taking them back.
+//! Applying edits, undo and redo.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -7,60 +7,62 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
-use super::{
+use super::{Edit, EditError, editor::Editor};
+use crate::document::{
     Document,
-    edit::{Edit, EditError},
-    editor::Editor,
-    lex::quote,
     read::{Parsed, Read},
-    splice::{Draft, Splice, redo, undo},
     subgraph::{FILE, Loader},
+    syntax::{
+        lex::quote,
+        splice::{Draft, Splice, redo, undo},
+    },
 };
 use crate::{
     diagnostic::{Diagnostic, Severity},
     param::ParamValue,
 };
 
-/// Bytes of edits that are remembered. A day's work takes a few of these megabytes; the oldest edits beyond are forgotten.
+/// Size limit of the undo history in bytes. A day's work takes a few of these megabytes; beyond the limit, the oldest
+/// edits are forgotten.
 const MAX_BYTES: usize = 256 << 20;
 
-/// Edits that were made, and those that were taken back, each as the bytes it replaced.
+/// Edits that were applied and edits that were undone, each as the bytes it replaced.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct History {
     done: VecDeque<Vec<Splice>>,
     undone: Vec<Vec<Splice>>,
-    /// Bytes of what was done.
+    /// Size of the applied edits in bytes.
     #[serde(skip)]
     bytes: usize,
 }
 
 impl History {
-    /// How many edits can be taken back.
+    /// Number of edits that can be undone.
     #[must_use]
     pub fn steps(&self) -> usize {
         self.done.len()
     }
 
-    /// Whether there is an edit to take back.
+    /// Returns true if there is an edit to undo.
     #[must_use]
     pub fn can_undo(&self) -> bool {
         !self.done.is_empty()
     }
 
-    pub(super) const fn done(&self) -> &VecDeque<Vec<Splice>> {
+    pub(crate) const fn done(&self) -> &VecDeque<Vec<Splice>> {
         &self.done
     }
 
-    pub(super) fn undone(&self) -> &[Vec<Splice>] {
+    pub(crate) fn undone(&self) -> &[Vec<Splice>] {
         &self.undone
     }
 
-    pub(super) fn last(&self) -> Option<&[Splice]> {
+    pub(crate) fn last(&self) -> Option<&[Splice]> {
         self.done.back().map(Vec::as_slice)
     }
 
-    /// A new edit; what was taken back cannot be made again.
-    pub(super) fn made(&mut self, step: Vec<Splice>) {
+    /// Records a new edit; undone edits can no longer be redone.
+    pub(crate) fn made(&mut self, step: Vec<Splice>) {
         self.undone.clear();
         self.push(step);
     }
@@ -82,8 +84,8 @@ impl History {
         Some(step)
     }
 
-    /// Takes the last edit out of a text and forgets it; says no when there is none, or it does not fit.
-    pub(super) fn take_last(&mut self, text: &mut String) -> bool {
+    /// Reverts the last edit in a text and forgets it. Returns false when there is none, or it does not fit.
+    pub(crate) fn take_last(&mut self, text: &mut String) -> bool {
         let Some(step) = self.pop() else { return false };
         let fits = undo(text, &step);
         if !fits {
@@ -92,16 +94,16 @@ impl History {
         fits
     }
 
-    /// Takes the last edit out of a text; says no when there is none, or it does not fit.
-    pub(super) fn undo(&mut self, text: &mut String) -> bool {
+    /// Reverts the last edit in a text. Returns false when there is none, or it does not fit.
+    pub(crate) fn undo(&mut self, text: &mut String) -> bool {
         let step = self.last().map(<[Splice]>::to_vec);
         let undone = self.take_last(text);
         self.undone.extend(step.filter(|_| undone));
         undone
     }
 
-    /// Makes the edit again that was taken out last; says no when there is none, or it does not fit.
-    pub(super) fn redo(&mut self, text: &mut String) -> bool {
+    /// Reapplies the edit that was undone last. Returns false when there is none, or it does not fit.
+    pub(crate) fn redo(&mut self, text: &mut String) -> bool {
         let fits = self.undone.last().is_some_and(|step| redo(text, step));
         if fits && let Some(step) = self.undone.pop() {
             self.push(step);
@@ -115,14 +117,14 @@ fn weight(step: &[Splice]) -> usize {
 }
 
 impl Document {
-    /// Makes an edit. What it does not concern stays as it is in the text, to the byte; an edit that changes nothing is
-    /// not kept for [`Self::undo`].
+    /// Applies an edit. Everything else in the text is preserved to the byte. An edit that changes nothing adds no step
+    /// for [`Self::undo`].
     ///
-    /// A file may have problems before and after it, but the edit must not add one, save that an input lacks its wire or
-    /// a `Subgraph` its file while a graph is being made.
+    /// A file may have problems before and after the edit, but the edit must not add one, except that an input may lack
+    /// its wire or a `Subgraph` its file while a graph is being made.
     ///
     /// # Errors
-    /// [`EditError`] when the file would be wrong, with the reason; the document is unchanged then.
+    /// [`EditError`] with the reason, when the file would become invalid; the document is then unchanged.
     pub fn apply(&mut self, edit: &Edit) -> Result<(), EditError> {
         let from = Arc::clone(&self.read);
         if let Some((read, step)) = self.edited(&from, edit)? {
@@ -133,10 +135,10 @@ impl Document {
         Ok(())
     }
 
-    /// Makes an edit in place of the last one, as while a slider is dragged: both are one step for [`Self::undo`].
+    /// Applies an edit that replaces the last one, as while a slider is dragged: both are one step for [`Self::undo`].
     ///
     /// # Errors
-    /// As [`Self::apply`], which this is when there is no last edit; the document is unchanged then.
+    /// As [`Self::apply`], which is used when there is no last edit; the document is then unchanged.
     pub fn amend(&mut self, edit: &Edit) -> Result<(), EditError> {
         let Some(from) = self.before_last() else { return self.apply(edit) };
         let made = self.edited(&from, edit)?;
@@ -155,7 +157,7 @@ impl Document {
         Ok(())
     }
 
-    /// The text before the last edit; `None` when there is no edit.
+    /// The text before the last edit. Returns None when there is no edit.
     fn before_last(&mut self) -> Option<Arc<Read>> {
         let last = self.history.last()?;
         if self.before.is_none() {
@@ -167,7 +169,7 @@ impl Document {
         self.before.clone()
     }
 
-    /// What an edit makes of a text, with the bytes that it replaces; `None` where it changes nothing.
+    /// Applies an edit to a text; returns the result and the replaced bytes, or None when nothing changes.
     fn edited(&mut self, from: &Read, edit: &Edit) -> Result<Option<Made>, EditError> {
         if let Some(problem) = from.checked.problems.iter().find(|problem| problem.code == "syntax") {
             return Err(EditError::Notation(problem.message.clone()));
@@ -182,7 +184,7 @@ impl Document {
             return Ok(None);
         }
         let read = self.check(draft.source, parsed, Some(&self.read));
-        // What has changed in other files since is not the edit's fault. An edit of this text alone leaves them as they were.
+        // Changes in other files are not the edit's fault. An edit of this text alone leaves them unchanged.
         let now = (!from.checked.uses.is_empty() && !from.reads_as(&read))
             .then(|| self.check(from.source.clone(), Arc::clone(&from.parsed), None));
         let before = now.as_ref().unwrap_or(from);
@@ -192,14 +194,14 @@ impl Document {
         Ok(Some((Arc::new(read), draft.splices)))
     }
 
-    /// How many edits can be taken back.
+    /// Number of edits that can be undone.
     #[must_use]
     pub fn steps(&self) -> usize {
         self.history.steps()
     }
 
-    /// Sets a parameter or an input of a node from what a person typed, such as `2 km`, `0.3`, `max`, `(1, 2)` or a
-    /// wire `base.height`.
+    /// Sets a parameter or an input of a node from typed text, such as `2 km`, `0.3`, `max`, `(1, 2)` or a wire
+    /// `base.height`.
     ///
     /// # Errors
     /// As [`Self::apply`].
@@ -207,12 +209,12 @@ impl Document {
         self.apply(&Edit::SetText { node: node.to_owned(), name: name.to_owned(), text: text.to_owned() })
     }
 
-    /// The text with other names of files, for a copy at another place. `rename` is given node, parameter and name.
+    /// The text with other file names, for a copy in another place. `rename` gets node, parameter and name.
     ///
-    /// Nothing is checked, since the files may not be there yet.
+    /// The result is not checked, since the files may not exist yet.
     ///
     /// # Errors
-    /// [`EditError`] when the document has mistakes of notation.
+    /// [`EditError`] when the document has syntax errors.
     pub fn with_file_names(&self, rename: &dyn Fn(&str, &str, &str) -> Option<String>) -> Result<String, EditError> {
         let mut draft = Draft::of(self.source(), Some(&self.read.parsed));
         let mut renames = Vec::new();
@@ -227,7 +229,7 @@ impl Document {
                 }
             }
         }
-        // Without its file a subgraph has no parameters, so the name of that comes last.
+        // Without its file a subgraph has no parameters, so the name of that file is changed last.
         renames.sort_by_key(|(_, param, _)| *param == FILE);
         for (node, param, new) in renames {
             Editor::new(&mut draft, &self.registry, &self.home).set(node, param, &quote(&new))?;
@@ -235,8 +237,8 @@ impl Document {
         Ok(draft.source)
     }
 
-    /// Replaces the text. such as what another program made of the file, as one step for
-    /// [`Self::undo`]. Nothing is refused: the text may have problems. Says whether it differs.
+    /// Replaces the text, for example after another program changed the file, as one step for [`Self::undo`]. Any text
+    /// is accepted, even with problems. Returns true if it differs.
     pub fn replace(&mut self, source: &str) -> bool {
         let Some(splice) = Splice::between(self.source(), source) else { return false };
         self.history.made(vec![splice]);
@@ -244,7 +246,7 @@ impl Document {
         true
     }
 
-    /// Takes the last edit back; says whether there was one.
+    /// Undoes the last edit. Returns false when there is none.
     pub fn undo(&mut self) -> bool {
         let mut source = self.source().to_owned();
         let undone = self.history.undo(&mut source);
@@ -254,7 +256,7 @@ impl Document {
         undone
     }
 
-    /// Makes the edit again that was taken back last; says whether there was one.
+    /// Redoes the last undone edit. Returns false when there is none.
     pub fn redo(&mut self) -> bool {
         let mut source = self.source().to_owned();
         let redone = self.history.redo(&mut source);
@@ -264,20 +266,20 @@ impl Document {
         redone
     }
 
-    /// Whether there is an edit to take back.
+    /// Returns true if there is an edit to undo.
     #[must_use]
     pub fn can_undo(&self) -> bool {
         self.history.can_undo()
     }
 
-    /// Whether there is an edit to make again.
+    /// Returns true if there is an edit to redo.
     #[must_use]
     pub fn can_redo(&self) -> bool {
         !self.history.undone.is_empty()
     }
 
-    /// Reads the text again because of what it depends on: its place, or the files that it names.
-    pub(super) fn read_again(&mut self) {
+    /// Reads the text again after a change of what it depends on: its path, or the files that it names.
+    pub(crate) fn read_again(&mut self) {
         let parsed = Arc::clone(&self.read.parsed);
         self.read = Arc::new(self.check(self.source().to_owned(), parsed, None));
         self.before = None;
@@ -300,14 +302,14 @@ impl Document {
     }
 }
 
-/// A text that an edit has made, with the bytes that it replaced.
+/// The text after an edit, with the replaced bytes.
 type Made = (Arc<Read>, Vec<Splice>);
 
-/// What a node may lack while a graph is being made: a wire, or the file that it stands for.
+/// What a node may lack while a graph is being made: a wire, or a file name.
 const UNFINISHED: [&str; 2] = ["unwired", "no-file"];
 
-/// An error that an edit would add, other than what a node lacks yet.
-pub(super) fn added<'a>(before: &[Diagnostic], after: &'a [Diagnostic], renames: bool) -> Option<&'a Diagnostic> {
+/// An error that an edit would add, other than an unfinished node.
+pub(crate) fn added<'a>(before: &[Diagnostic], after: &'a [Diagnostic], renames: bool) -> Option<&'a Diagnostic> {
     let is_error = |problem: &&Diagnostic| problem.severity == Severity::Error && !UNFINISHED.contains(&problem.code);
     let key = |problem: &Diagnostic| (problem.code, if renames { String::new() } else { problem.message.clone() });
     let mut known: BTreeMap<(&str, String), usize> = BTreeMap::new();

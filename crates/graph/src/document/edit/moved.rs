@@ -1,25 +1,26 @@
-//! A document at another place: what its names of files become there.
+//! Moving a document to another place: what its file names become there.
 
 use std::path::{Component, Path, PathBuf};
 
-use super::{Document, subgraph::Home};
+use crate::document::{Document, subgraph::Home};
 
 impl Document {
-    /// Looks at the files that it names again, which may have changed.
+    /// Reads the files that it names again, which may have changed.
     pub fn look_again(&mut self) {
         self.read_again();
     }
 
-    /// The same work in no file, with its history. The files that it names, as they stand, are looked for in another folder.
+    /// Turns the document into one without a file, keeping its history. The file names in it, unchanged, are relative
+    /// to the given folder.
     pub fn set_folder(&mut self, folder: impl Into<PathBuf>) {
         self.home = Home { folder: folder.into(), ..Home::default() };
         self.read_again();
     }
 
-    /// The same work as the text of another file, with its history. Where the folder is another, relative names of files
-    /// become those that lead to the same files from there, as one step for [`Self::undo`]; says whether they did.
+    /// Turns the document into the text of another file, keeping its history. If the folder changes, relative file
+    /// names are rewritten to refer to the same files, as one step for [`Self::undo`]; returns true if any were.
     ///
-    /// In a text with mistakes of notation, names of files stay as they are.
+    /// In a text with syntax errors, file names stay unchanged.
     pub fn move_to(&mut self, path: &Path) -> bool {
         let from = self.folder().to_owned();
         let to = path.parent().unwrap_or(Path::new(""));
@@ -30,7 +31,7 @@ impl Document {
     }
 }
 
-/// The name that leads from one folder to what a name leads to from another; `None` where it is the same.
+/// The file name relative to folder `to` of a file named relative to folder `from`. Returns None when it is the same.
 fn led_from(file: &str, from: &Path, to: &Path) -> Option<String> {
     if Path::new(file).is_absolute() {
         return None;
@@ -50,7 +51,7 @@ fn led_from(file: &str, from: &Path, to: &Path) -> Option<String> {
     Some(up.chain(down).collect::<Vec<_>>().join("/"))
 }
 
-/// Where a folder is, whatever leads to it.
+/// The absolute path of a folder, with links resolved.
 fn place(folder: &Path) -> Option<PathBuf> {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     folder.canonicalize().or_else(|_| std::path::absolute(folder).map(|path| normal(&path))).ok()

@@ -1,28 +1,28 @@
-//! Frames: named areas of the canvas, with a note each. They change nothing of what is built.
+//! Frames: named areas of the canvas, each with a note. They do not change what is built.
 
 use std::ops::Range;
 
-use super::{
+use super::problems::Problems;
+use crate::document::syntax::{
+    Expr, Item,
     lex::{Bracket, quote},
     literal::{Literal, number_text, pair},
-    problems::Problems,
-    syntax::{Expr, Item},
 };
 use crate::{colour::Srgb, diagnostic::Diagnostic, unit::Unit};
 
 /// The fields of a frame.
-pub(super) const FIELDS: [&str; 4] = ["at", "size", "note", "colour"];
+pub(crate) const FIELDS: [&str; 4] = ["at", "size", "note", "colour"];
 
 /// An area of the canvas, drawn behind the nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
-    /// Its upper left corner, where [`NodeEntry::layout`](crate::NodeEntry::layout) places nodes.
+    /// Its upper left corner, in the coordinates of [`NodeEntry::layout`](crate::NodeEntry::layout).
     pub at: [f64; 2],
     /// Its width and height, above 0.
     pub size: [f64; 2],
-    /// What it says below its name; empty for nothing.
+    /// Its note, shown below its name; may be empty.
     pub note: String,
-    /// Its colour, if it has one of its own.
+    /// Its own colour, if any.
     pub colour: Option<Srgb>,
 }
 
@@ -31,15 +31,15 @@ pub struct Frame {
 pub struct FrameEntry {
     /// Its name, which is its title.
     pub name: String,
-    /// What it is.
+    /// Position, size, note and colour.
     pub frame: Frame,
-    /// Bytes of the entry.
+    /// Byte range of the entry.
     pub span: Range<usize>,
 }
 
 impl Frame {
-    /// Its fields as they are written; `None` for one that is not.
-    pub(super) fn fields(&self) -> [(&'static str, Option<String>); 4] {
+    /// Its fields as written in a file; `None` for a field that is left out.
+    pub(crate) fn fields(&self) -> [(&'static str, Option<String>); 4] {
         let pair = |[x, y]: [f64; 2]| Some(format!("({}, {})", number_text(x), number_text(y)));
         let note = (!self.note.is_empty()).then(|| quote(&self.note));
         let colour = self.colour.map(|colour| quote(&colour.to_string()));
@@ -48,8 +48,8 @@ impl Frame {
     }
 }
 
-/// Reads a frame, or reports what is wrong with it.
-pub(super) fn read(name: &str, item: &Item, source: &str, problems: &mut Problems) -> Option<FrameEntry> {
+/// Reads a frame, or reports its problems.
+pub(crate) fn read(name: &str, item: &Item, source: &str, problems: &mut Problems) -> Option<FrameEntry> {
     let takes = "a frame such as `(at: (0, 0), size: (400, 300), note: \"…\")`";
     let group = item.value.as_group().filter(|group| group.name.is_none() && group.bracket == Bracket::Round);
     let Some(group) = group else {
@@ -96,7 +96,7 @@ pub(super) fn read(name: &str, item: &Item, source: &str, problems: &mut Problem
         }
         _ => {
             if sound && !problems.has_syntax_in(&item.span()) {
-                let message = format!("the frame `{name}` does not say where it is");
+                let message = format!("the frame `{name}` needs `at` and `size`");
                 problems.push(Diagnostic::error("frame", item.span(), message).hint(format!("write {takes}")));
             }
             None

@@ -1,49 +1,49 @@
-//! The journal of a document: what is written down while it is edited, so that a crash loses nothing.
+//! The journal of a document: a record of its edits, so that a crash loses no work.
 //!
-//! A journal is a text of lines. Each is a checksum, a blank, and an [`Entry`] as JSON; the first entry is a
-//! [`Entry::Start`] with the whole text and its history, the others are what happened since. A checksum is taken over the
-//! line and all lines before it, so that a line that is torn, changed or of another journal ends what is read. Entries
-//! hold bytes that were replaced, not edits, so that they mean the same to a program that knows other nodes.
+//! A journal is a text of lines. Each line is a checksum, a space, and a [`JournalEntry`] as JSON. The first entry is a
+//! [`JournalEntry::Start`] with the whole text and its history; the others record what happened since. A checksum
+//! covers its line and all lines before it, so that reading ends at a line that is incomplete, changed or from another
+//! journal. Entries hold the replaced bytes, not edits, so that they mean the same to a program with other nodes.
 
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Document, History, subgraph::Home};
+use crate::document::{Document, History, subgraph::Home};
 use crate::{
-    document::splice::{Splice, redo, undo},
+    document::syntax::splice::{Splice, redo, undo},
     registry::Registry,
 };
 
-/// The newest form of journals that this program reads.
+/// The newest version of the journal format that this program reads.
 const FORMAT: u32 = 1;
 
-/// What is written down of a document.
+/// An entry of a journal.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Entry {
-    /// The document as it is, with its history.
+pub enum JournalEntry {
+    /// The document with its history.
     Start(Start),
-    /// An edit was made: [`Document::apply`].
+    /// An edit was applied: [`Document::apply`].
     Made(Vec<Splice>),
-    /// An edit was made in place of the last one: [`Document::amend`].
+    /// An edit replaced the last one: [`Document::amend`].
     Amended(Vec<Splice>),
-    /// The last edit is gone, and cannot be made again: [`Document::amend`] with what changes nothing.
+    /// The last edit is gone and cannot be redone: [`Document::amend`] with an edit that changes nothing.
     Dropped,
     /// [`Document::undo`].
     Undone,
     /// [`Document::redo`].
     Redone,
-    /// The file is known to say this.
+    /// The known contents of the file.
     File(OnDisk),
 }
 
-/// A document as it is.
+/// A document with its history.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Start {
     format: u32,
     path: Option<PathBuf>,
-    /// Where the files that it names are looked for, if it is in no file itself.
+    /// The folder that file names are relative to, if the document has no file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     folder: Option<PathBuf>,
     file: OnDisk,
@@ -51,15 +51,15 @@ pub struct Start {
     history: History,
 }
 
-/// What a file says, held against the document.
+/// The contents of a file, compared with the document.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OnDisk {
     /// There is no file.
     Nothing,
-    /// The same.
+    /// The same text.
     Same,
-    /// The same but for this.
+    /// The same text except for this splice.
     Other(Splice),
 }
 
@@ -82,10 +82,10 @@ impl OnDisk {
 }
 
 impl Document {
-    /// The entry that a journal begins with. `saved` is what the document's file says, if there is one.
+    /// The first entry of a journal. `saved` is the contents of the document's file, if there is one.
     #[must_use]
-    pub fn start_entry(&self, saved: Option<&str>) -> Entry {
-        Entry::Start(Start {
+    pub fn start_entry(&self, saved: Option<&str>) -> JournalEntry {
+        JournalEntry::Start(Start {
             format: FORMAT,
             path: self.path().map(Path::to_owned),
             folder: self.path().is_none().then(|| std::path::absolute(self.folder().join(".")).ok()).flatten(),
@@ -95,13 +95,13 @@ impl Document {
         })
     }
 
-    /// The entry of what the document's file is known to say.
+    /// The entry for the known contents of the document's file.
     #[must_use]
-    pub fn file_entry(&self, saved: Option<&str>) -> Entry {
-        Entry::File(OnDisk::new(self.source(), saved))
+    pub fn file_entry(&self, saved: Option<&str>) -> JournalEntry {
+        JournalEntry::File(OnDisk::new(self.source(), saved))
     }
 
-    /// What the last edit replaced, if there is one.
+    /// The bytes that the last edit replaced. Returns None when there is no edit.
     #[must_use]
     pub fn last_edit(&self) -> Option<Vec<Splice>> {
         self.history.last().map(<[Splice]>::to_vec)
@@ -110,21 +110,21 @@ impl Document {
 
 /// Writes entries as lines of a journal.
 #[derive(Clone, Debug)]
-pub struct Scribe {
+pub struct JournalWriter {
     before: blake3::Hash,
 }
 
-impl Default for Scribe {
+impl Default for JournalWriter {
     fn default() -> Self {
         Self { before: blake3::hash(b"orograph journal") }
     }
 }
 
-impl Scribe {
+impl JournalWriter {
     /// The next line, with its line feed.
     #[must_use]
-    pub fn line(&mut self, entry: &Entry) -> String {
-        // Plain data: nothing in it can fail to be written.
+    pub fn line(&mut self, entry: &JournalEntry) -> String {
+        // Plain data: serialization cannot fail.
         let json = serde_json::to_string(entry).unwrap_or_default();
         let sum = self.sum(&json);
         self.before = sum;
@@ -137,8 +137,8 @@ impl Scribe {
         hasher.finalize()
     }
 
-    /// Reads a line without its line feed; `None` when it is not the next one.
-    fn read(&mut self, line: &str) -> Option<Entry> {
+    /// Reads a line without its line feed. Returns None when it is not the next line of the journal.
+    fn read(&mut self, line: &str) -> Option<JournalEntry> {
         let (said, json) = line.split_once(' ')?;
         let sum = self.sum(json);
         if said != short(&sum) {
@@ -154,40 +154,40 @@ fn short(sum: &blake3::Hash) -> String {
     sum.to_hex()[..16].to_owned()
 }
 
-/// Why a journal cannot be read at all.
+/// Why a journal cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum JournalError {
-    /// Not even its first line is whole, so that there is nothing in it.
-    #[error("it holds nothing that can be read")]
+    /// Its first line is incomplete, so it contains nothing.
+    #[error("it contains nothing that can be read")]
     Nothing,
-    /// It is of a newer program.
-    #[error("it was written by a newer version of the program (form {0})")]
+    /// A newer version of the program wrote it.
+    #[error("it was written by a newer version of the program (format {0})")]
     Newer(u32),
 }
 
-/// What a journal holds.
+/// The contents of a journal.
 #[derive(Clone, Debug)]
 pub struct Recovered {
-    /// The file that the work is of, as it was named then.
+    /// The path of the document's file, as it was then.
     pub path: Option<PathBuf>,
-    /// The folder in which the files that it names were looked for, if it was in no file.
+    /// The folder that file names were relative to, if the document had no file.
     pub folder: Option<PathBuf>,
-    /// What was known that the file says; `None` where there was none.
+    /// The known contents of the file; `None` when there was none.
     pub saved: Option<String>,
-    /// The text as it was last.
+    /// The last text of the document.
     pub text: String,
-    /// Its edits.
+    /// Its undo history.
     pub history: History,
-    /// Bytes of the journal that were read.
+    /// Number of bytes of the journal that were read.
     pub read: usize,
-    /// Whether there is more in it, which is damaged.
+    /// True if more bytes follow, which are damaged.
     pub torn: bool,
-    /// Writes what comes after what was read.
-    pub scribe: Scribe,
+    /// Writes the lines after those that were read.
+    pub writer: JournalWriter,
 }
 
 impl Recovered {
-    /// Whether there is anything that the file does not say.
+    /// Returns true if there are changes that the file does not contain.
     #[must_use]
     pub fn has_work(&self) -> bool {
         match &self.saved {
@@ -196,7 +196,7 @@ impl Recovered {
         }
     }
 
-    /// The document, with its history, as the text of a file; or, in no file, where it was.
+    /// The document, with its history, as the text of a file; without a file, in its folder.
     #[must_use]
     pub fn document(&self, path: Option<&Path>, registry: &Registry) -> Document {
         let nowhere = || Home { folder: self.folder.clone().unwrap_or_default(), ..Home::default() };
@@ -210,22 +210,23 @@ impl Recovered {
         let saved = start.file.text(&start.text)?;
         let sound = start.history.fits(&start.text);
         let Start { path, folder, text, history, .. } = start;
-        let recovered = Self { path, folder, saved, text, history, read: 0, torn: false, scribe: Scribe::default() };
+        let recovered =
+            Self { path, folder, saved, text, history, read: 0, torn: false, writer: JournalWriter::default() };
         sound.then_some(recovered)
     }
 
-    /// Does again what an entry says; says no, with everything as it was, when that does not fit.
-    fn follow(&mut self, entry: Entry) -> bool {
+    /// Replays an entry. Returns false, with everything unchanged, when it does not fit.
+    fn follow(&mut self, entry: JournalEntry) -> bool {
         match entry {
-            Entry::Start(_) => false,
-            Entry::Made(splices) => {
+            JournalEntry::Start(_) => false,
+            JournalEntry::Made(splices) => {
                 let fits = redo(&mut self.text, &splices);
                 if fits {
                     self.history.made(splices);
                 }
                 fits
             }
-            Entry::Amended(splices) => {
+            JournalEntry::Amended(splices) => {
                 let before = (self.text.clone(), self.history.clone());
                 let fits = self.history.take_last(&mut self.text) && redo(&mut self.text, &splices);
                 if fits {
@@ -235,10 +236,10 @@ impl Recovered {
                 }
                 fits
             }
-            Entry::Dropped => self.history.take_last(&mut self.text),
-            Entry::Undone => self.history.undo(&mut self.text),
-            Entry::Redone => self.history.redo(&mut self.text),
-            Entry::File(file) => match file.text(&self.text) {
+            JournalEntry::Dropped => self.history.take_last(&mut self.text),
+            JournalEntry::Undone => self.history.undo(&mut self.text),
+            JournalEntry::Redone => self.history.redo(&mut self.text),
+            JournalEntry::File(file) => match file.text(&self.text) {
                 Some(saved) => {
                     self.saved = saved;
                     true
@@ -249,20 +250,22 @@ impl Recovered {
     }
 }
 
-/// Reads a journal, whatever bytes it is of: up to its end, or to the first line that is torn or does not fit.
+/// Reads a journal from any bytes: up to its end, or to the first line that is damaged or does not fit.
 ///
 /// # Errors
-/// [`JournalError`] when there is nothing in it that this program can read.
+/// [`JournalError`] when it contains nothing that this program can read.
 pub fn recover(journal: &[u8]) -> Result<Recovered, JournalError> {
-    let mut scribe = Scribe::default();
+    let mut writer = JournalWriter::default();
     let mut recovered: Option<Recovered> = None;
     let mut read = 0;
     while let Some(length) = journal[read..].iter().position(|byte| *byte == b'\n') {
         let line = std::str::from_utf8(&journal[read..read + length]).ok();
-        let Some(entry) = line.and_then(|line| scribe.read(line)) else { break };
+        let Some(entry) = line.and_then(|line| writer.read(line)) else { break };
         let fits = match (&mut recovered, entry) {
-            (None, Entry::Start(start)) if start.format > FORMAT => return Err(JournalError::Newer(start.format)),
-            (None, Entry::Start(start)) => {
+            (None, JournalEntry::Start(start)) if start.format > FORMAT => {
+                return Err(JournalError::Newer(start.format));
+            }
+            (None, JournalEntry::Start(start)) => {
                 recovered = Recovered::start(start);
                 true
             }
@@ -271,7 +274,7 @@ pub fn recover(journal: &[u8]) -> Result<Recovered, JournalError> {
         };
         let Some(recovered) = recovered.as_mut().filter(|_| fits) else { break };
         read += length + 1;
-        (recovered.read, recovered.scribe) = (read, scribe.clone());
+        (recovered.read, recovered.writer) = (read, writer.clone());
     }
     let mut recovered = recovered.ok_or(JournalError::Nothing)?;
     recovered.torn = read < journal.len();
@@ -279,7 +282,7 @@ pub fn recover(journal: &[u8]) -> Result<Recovered, JournalError> {
 }
 
 impl History {
-    /// Whether the edits lead from and to a text.
+    /// Returns true if the edits fit a text, in both directions.
     fn fits(&self, text: &str) -> bool {
         let (mut back, mut forth) = (text.to_owned(), text.to_owned());
         self.done().iter().rev().all(|step| undo(&mut back, step))

@@ -1,33 +1,33 @@
-//! The problems of a file, collected while it is checked, so that each mistake is reported once.
+//! The problems of a file, collected during its check; each mistake is reported once.
 
 use std::{collections::BTreeSet, ops::Range};
 
-use super::{
+use crate::document::syntax::{
+    Expr, Group, Item,
     literal::{Literal, Misfit},
-    syntax::{Expr, Group, Item},
 };
 use crate::{closest, diagnostic::Diagnostic};
 
-/// The most problems that are kept.
+/// The largest number of problems that are kept.
 const MAX_PROBLEMS: usize = 500;
 
 /// The problems found so far.
-pub(super) struct Problems {
+pub(crate) struct Problems {
     found: Vec<Diagnostic>,
-    /// Where mistakes of notation begin, rising: what lies around one may lack something for that reason only.
+    /// Offsets of syntax errors, ascending: items around one may be incomplete only because of it.
     syntax: Vec<usize>,
-    /// How many are not kept.
+    /// Number of problems beyond the limit.
     dropped: usize,
 }
 
 impl Problems {
-    pub(super) fn new(syntax: Vec<Diagnostic>) -> Self {
+    pub(crate) fn new(syntax: Vec<Diagnostic>) -> Self {
         let mut starts: Vec<usize> = syntax.iter().map(|problem| problem.span.start).collect();
         starts.sort_unstable();
         Self { found: syntax, syntax: starts, dropped: 0 }
     }
 
-    pub(super) fn push(&mut self, problem: Diagnostic) {
+    pub(crate) fn push(&mut self, problem: Diagnostic) {
         if self.found.len() < MAX_PROBLEMS {
             self.found.push(problem);
         } else {
@@ -35,8 +35,8 @@ impl Problems {
         }
     }
 
-    /// All of them, sorted by place.
-    pub(super) fn finish(mut self, source: &str) -> Vec<Diagnostic> {
+    /// All problems, sorted by place.
+    pub(crate) fn finish(mut self, source: &str) -> Vec<Diagnostic> {
         self.found.sort_by_key(|problem| (problem.span.start, problem.span.end));
         if self.dropped > 0 {
             let message = format!("{} more problems are not listed", self.dropped);
@@ -45,17 +45,17 @@ impl Problems {
         self.found
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.found.is_empty()
     }
 
-    /// Whether a mistake of notation lies in a range.
-    pub(super) fn has_syntax_in(&self, span: &Range<usize>) -> bool {
+    /// Returns true if a syntax error lies in a range.
+    pub(crate) fn has_syntax_in(&self, span: &Range<usize>) -> bool {
         self.syntax.get(self.syntax.partition_point(|at| *at < span.start)).is_some_and(|at| *at <= span.end)
     }
 
-    /// Uses a value that was read, or reports why it does not fit; says whether it was used.
-    pub(super) fn take<T>(
+    /// Uses a value that was read, or reports why it does not fit; returns true if it was used.
+    pub(crate) fn take<T>(
         &mut self,
         result: Result<T, Misfit>,
         literal: &Literal,
@@ -78,8 +78,8 @@ impl Problems {
         }
     }
 
-    /// Reports a value that is not what a field takes.
-    pub(super) fn misplaced(&mut self, value: &Expr, name: &str, takes: &str, source: &str) {
+    /// Reports a value that a field does not accept.
+    pub(crate) fn misplaced(&mut self, value: &Expr, name: &str, takes: &str, source: &str) {
         let literal = Literal::read(value, source);
         if !literal.is_bad() {
             let message = format!("`{name}` is {}, but takes {takes}", literal.describe());
@@ -87,8 +87,8 @@ impl Problems {
         }
     }
 
-    /// Reports things without a name, names given twice and names that are not known.
-    pub(super) fn names(&mut self, group: &Group, owner: &str, known: &[&str]) {
+    /// Reports items without a name, duplicate names and unknown names.
+    pub(crate) fn names(&mut self, group: &Group, owner: &str, known: &[&str]) {
         self.duplicates(group, &format!("in {owner}"));
         for key in group.items.iter().filter_map(|item| item.key.as_ref()) {
             if !known.contains(&key.text.as_str()) {
@@ -102,8 +102,8 @@ impl Problems {
         }
     }
 
-    /// Reports things without a name and names given twice; gives what is left.
-    pub(super) fn duplicates<'a>(&mut self, group: &'a Group, place: &str) -> Vec<(&'a str, &'a Item)> {
+    /// Reports items without a name and duplicate names; returns the rest.
+    pub(crate) fn duplicates<'a>(&mut self, group: &'a Group, place: &str) -> Vec<(&'a str, &'a Item)> {
         let mut seen: BTreeSet<&str> = BTreeSet::new();
         let mut unique = Vec::new();
         for item in &group.items {
@@ -113,12 +113,12 @@ impl Problems {
                     let problem = Diagnostic::error(
                         "unnamed",
                         item.value.span.clone(),
-                        format!("a value without a name stands {place}"),
+                        format!("found a value without a name {place}"),
                     );
                     self.push(problem.hint("values are written `name: value`"));
                 }
                 Some(key) if !seen.insert(&key.text) => {
-                    let message = format!("`{}` stands twice {place}", key.text);
+                    let message = format!("`{}` appears twice {place}", key.text);
                     let problem = Diagnostic::error("duplicate", key.span.clone(), message);
                     self.push(problem.label("again here").hint("remove or rename one of them"));
                 }
@@ -129,8 +129,8 @@ impl Problems {
     }
 }
 
-/// Names for a message.
-pub(super) fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+/// Joins names for a message.
+pub(crate) fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     let names: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }

@@ -1,20 +1,22 @@
-//! Edits of the names that a file gives its users.
+//! Edits of the names that a file exposes.
 
 use super::{Editor, node_of, values::has_value, wire_end};
 use crate::{
     closest,
     document::{
-        args::kind_of,
+        check::{
+            args::kind_of,
+            exposed::{Section, is_list, places, places_of},
+            problems,
+        },
         edit::EditError,
-        exposed::{Section, is_list, places, places_of},
-        lex::quote,
-        problems,
+        syntax::lex::quote,
     },
     node::Fallback,
 };
 
 impl Editor<'_> {
-    /// Takes the places of a node out of the file's `inputs` and `parameters`, with the names that lead nowhere else.
+    /// Removes the places of a node from the file's `inputs` and `parameters`, and the names that have no other place.
     pub(super) fn forget_places(&mut self, node: &str) {
         for section in Section::ALL {
             loop {
@@ -51,7 +53,7 @@ impl Editor<'_> {
         Ok(())
     }
 
-    /// That no entry has this name, with one that is near, or all there are.
+    /// The error that no entry has this name, with a similar name, or all names.
     fn unknown_name(&self, name: &str, sections: &[Section]) -> EditError {
         let items = sections.iter().flat_map(|section| self.items(section.field()));
         let names: Vec<&str> = items.filter_map(|item| Some(item.key.as_ref()?.text.as_str())).collect();
@@ -63,7 +65,7 @@ impl Editor<'_> {
         EditError::UnknownParameter { name: name.to_owned(), hint }
     }
 
-    /// Gives a value of a node a name of the file.
+    /// Exposes a value of a node.
     pub(in crate::document) fn expose(&mut self, node: &str, name: &str, to: &str) -> Result<(), EditError> {
         let kind = self.current(node)?;
         has_value(kind, node, name)?;
@@ -88,7 +90,7 @@ impl Editor<'_> {
         Ok(())
     }
 
-    /// The section in which a name stands.
+    /// The section that contains a name.
     fn section_of(&self, name: &str) -> Result<Section, EditError> {
         let stands =
             |section: &Section| self.draft.field(section.field()).is_some_and(|group| group.get(name).is_some());

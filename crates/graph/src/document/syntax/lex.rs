@@ -1,4 +1,4 @@
-//! Tokens of the graph file's notation, each with its place; comments stand apart.
+//! Tokens of the graph file's notation, each with its span; comments are separate.
 
 use std::ops::Range;
 
@@ -6,33 +6,33 @@ use crate::diagnostic::Diagnostic;
 
 /// The kind of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum TokenKind {
+pub(crate) enum TokenKind {
     /// `(`, `[` or `{`.
     Open(Bracket),
     /// `)`, `]` or `}`.
     Close(Bracket),
     Comma,
     Colon,
-    /// What begins like a number; whether it is one is checked where it is read.
+    /// Something that begins like a number; whether it is one is checked when it is read.
     Number,
     /// A bare word.
     Word,
-    /// A text in quotes.
+    /// A string in quotes.
     Text,
-    /// A text that is not closed; reported already.
+    /// An unclosed string; already reported.
     Broken,
 }
 
 /// A pair of brackets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Bracket {
+pub(crate) enum Bracket {
     Round,
     Square,
     Curly,
 }
 
 impl Bracket {
-    pub(super) const fn open(self) -> char {
+    pub(crate) const fn open(self) -> char {
         match self {
             Self::Round => '(',
             Self::Square => '[',
@@ -40,7 +40,7 @@ impl Bracket {
         }
     }
 
-    pub(super) const fn close(self) -> char {
+    pub(crate) const fn close(self) -> char {
         match self {
             Self::Round => ')',
             Self::Square => ']',
@@ -51,29 +51,29 @@ impl Bracket {
 
 /// A token.
 #[derive(Clone, Debug)]
-pub(super) struct Token {
-    pub(super) kind: TokenKind,
-    pub(super) span: Range<usize>,
+pub(crate) struct Token {
+    pub(crate) kind: TokenKind,
+    pub(crate) span: Range<usize>,
 }
 
 /// A comment.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Comment {
-    pub(super) span: Range<usize>,
-    /// Whether it runs to the end of its line.
-    pub(super) line: bool,
+pub(crate) struct Comment {
+    pub(crate) span: Range<usize>,
+    /// True if it runs to the end of its line.
+    pub(crate) line: bool,
 }
 
-/// Tokens, comments and what is wrong, in file order.
+/// Tokens, comments and problems, in file order.
 #[derive(Debug, Default)]
-pub(super) struct Lexed {
-    pub(super) tokens: Vec<Token>,
-    pub(super) comments: Vec<Comment>,
-    pub(super) problems: Vec<Diagnostic>,
+pub(crate) struct Lexed {
+    pub(crate) tokens: Vec<Token>,
+    pub(crate) comments: Vec<Comment>,
+    pub(crate) problems: Vec<Diagnostic>,
 }
 
-/// Splits a source. Every byte is in a token, in a comment, in white space or in a problem.
-pub(super) fn lex(source: &str) -> Lexed {
+/// Splits a source. Every byte belongs to a token, a comment, white space or a problem.
+pub(crate) fn lex(source: &str) -> Lexed {
     let mut out = Lexed::default();
     let mut at = if source.starts_with('\u{feff}') { 3 } else { 0 };
     while let Some(c) = source[at..].chars().next() {
@@ -98,7 +98,7 @@ pub(super) fn lex(source: &str) -> Lexed {
             continue;
         } else if rest.starts_with("//") {
             at += rest.find('\n').unwrap_or(rest.len());
-            // A carriage return before the line feed is white space, not comment.
+            // A carriage return before the line feed is white space, not part of the comment.
             let end = start + source[start..at].trim_end().len();
             out.comments.push(Comment { span: start..end, line: true });
             continue;
@@ -110,7 +110,7 @@ pub(super) fn lex(source: &str) -> Lexed {
             text(source, start, &mut at, &mut out.problems)
         } else if let Some(len) = single_quoted(rest) {
             at += len;
-            let problem = Diagnostic::error("syntax", start..at, "texts stand in double quotes");
+            let problem = Diagnostic::error("syntax", start..at, "text needs double quotes");
             out.problems.push(problem.hint(format!("write \"{}\"", &source[start + 1..at - 1])));
             TokenKind::Text
         } else if let Some(hashes) = raw_text_hashes(rest) {
@@ -131,7 +131,7 @@ pub(super) fn lex(source: &str) -> Lexed {
     out
 }
 
-/// Bytes of a text in single quotes, as other notations have it.
+/// Length in bytes of a string in single quotes, as in other notations.
 fn single_quoted(rest: &str) -> Option<usize> {
     let inner = rest.strip_prefix('\'')?;
     let len = inner.find(['\'', '\n', '"'])?;
@@ -150,7 +150,7 @@ fn is_word_char(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
-/// Whether nothing of the notation begins with the character.
+/// Returns true if no token begins with the character.
 fn is_stray(c: char) -> bool {
     !(is_number_char(c) || c.is_whitespace() || matches!(c, '(' | '[' | '{' | ')' | ']' | '}' | ',' | ':' | '"' | '/'))
 }
@@ -160,15 +160,15 @@ fn stray(source: &str, span: Range<usize>) -> Diagnostic {
         source[span.clone()].chars().take(20).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
     let problem = Diagnostic::error("syntax", span, format!("`{text}` has no meaning here"));
     match text.chars().next() {
-        Some('\'' | '`' | '“' | '”' | '‘' | '’') => problem.hint("texts stand in double quotes: \"…\""),
+        Some('\'' | '`' | '“' | '”' | '‘' | '’') => problem.hint("write text in double quotes: \"…\""),
         Some('#') => problem.hint("a comment begins with `//`"),
         Some('=') => problem.hint("a name and its value are written `name: value`"),
-        Some(';') => problem.hint("things in brackets are separated by commas"),
+        Some(';') => problem.hint("separate items in brackets by commas"),
         _ => problem.hint("remove it"),
     }
 }
 
-/// The end of a block comment, which may hold others.
+/// The end of a block comment, which may contain others.
 fn block_comment(source: &str, start: usize, problems: &mut Vec<Diagnostic>) -> usize {
     let bytes = source.as_bytes();
     let (mut depth, mut at) = (0_usize, start);
@@ -193,7 +193,8 @@ fn block_comment(source: &str, start: usize, problems: &mut Vec<Diagnostic>) -> 
     source.len()
 }
 
-/// Finds the end of a text in quotes. A text ends on its line, so that a missing quote spoils one line, not the file.
+/// Finds the end of a string in quotes. A string ends on its line, so that a missing quote spoils one line, not the
+/// file.
 fn text(source: &str, start: usize, at: &mut usize, problems: &mut Vec<Diagnostic>) -> TokenKind {
     let mut chars = source[start + 1..].char_indices();
     while let Some((i, c)) = chars.next() {
@@ -213,7 +214,7 @@ fn text(source: &str, start: usize, at: &mut usize, problems: &mut Vec<Diagnosti
     unclosed_text(source, start, at, problems)
 }
 
-/// Ends an unclosed text before the brackets and commas its line ends with, which hardly belong to it.
+/// Ends an unclosed string before the brackets and commas at the end of its line, which probably do not belong to it.
 fn unclosed_text(source: &str, start: usize, at: &mut usize, problems: &mut Vec<Diagnostic>) -> TokenKind {
     let line = source[start..].split('\n').next().unwrap_or("");
     let text = line.trim_end_matches(|c: char| c.is_whitespace() || matches!(c, ',' | ')' | ']' | '}'));
@@ -223,7 +224,7 @@ fn unclosed_text(source: &str, start: usize, at: &mut usize, problems: &mut Vec<
     TokenKind::Broken
 }
 
-/// Number of `#` where a raw text `r"…"` or `r#"…"#` begins.
+/// Number of `#` of a raw string `r"…"` or `r#"…"#`.
 fn raw_text_hashes(rest: &str) -> Option<usize> {
     let rest = rest.strip_prefix('r')?;
     let hashes = rest.bytes().take_while(|b| *b == b'#').count();
@@ -243,11 +244,11 @@ fn raw_text(source: &str, start: usize, hashes: usize, at: &mut usize, problems:
     }
 }
 
-/// What a text token says.
+/// The contents of a string token.
 ///
 /// # Errors
-/// The place of an escape that does not exist, from the token's start.
-pub(super) fn decode_text(token: &str) -> Result<String, Range<usize>> {
+/// The place of an invalid escape sequence, from the token's start.
+pub(crate) fn decode_text(token: &str) -> Result<String, Range<usize>> {
     if let Some(hashes) = raw_text_hashes(token) {
         let inner = token.get(2 + hashes..token.len().saturating_sub(1 + hashes)).unwrap_or("");
         return Ok(inner.to_owned());
@@ -297,8 +298,8 @@ fn code(chars: &mut std::str::CharIndices<'_>, digits: usize) -> Option<char> {
     char::from_u32(u32::from_str_radix(text, 16).ok()?)
 }
 
-/// A text as a token, with what must be escaped escaped.
-pub(super) fn quote(text: &str) -> String {
+/// A string as a token, with escape sequences where necessary.
+pub(crate) fn quote(text: &str) -> String {
     let mut out = String::with_capacity(text.len() + 2);
     out.push('"');
     for c in text.chars() {
@@ -339,7 +340,7 @@ mod tests {
             messages,
             [
                 "the text is not closed on its line",
-                "texts stand in double quotes",
+                "text needs double quotes",
                 "`=` has no meaning here",
                 "`;` has no meaning here",
                 "the comment is not closed"

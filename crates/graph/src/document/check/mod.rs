@@ -1,4 +1,14 @@
-//! From a syntax tree to a graph: every problem of the file, and what is sound.
+//! From a syntax tree to a graph: finds every problem of the file, and keeps the valid part.
+
+pub(crate) mod args;
+pub(crate) mod canvas;
+pub(crate) mod exposed;
+pub(crate) mod frames;
+pub(crate) mod muted;
+pub(crate) mod problems;
+pub(crate) mod sea;
+pub(crate) mod wires;
+pub(crate) mod world;
 
 use std::{
     collections::{BTreeMap, BTreeSet, HashMap},
@@ -8,19 +18,21 @@ use std::{
 
 use petgraph::stable_graph::NodeIndex;
 
-use super::{
-    args::{self, Arg},
-    canvas::{self, Reroute},
+use self::{
+    args::Arg,
+    canvas::Reroute,
     exposed::{NamedInput, NamedParameter, Reader, Section},
-    frames::{self, FrameEntry},
-    literal::{Literal, Misfit, constant, is_name, param},
-    muted::{self, Muted},
+    frames::FrameEntry,
+    muted::Muted,
     problems::{Problems, list},
-    sea,
+    wires::{LooseWire, Pending},
+};
+use super::{
     subgraph::{self, Home, Loader, UsedGraph},
-    syntax::{Expr, FIELDS, Group, Item, Tree},
-    wires::{self, LooseWire, Pending},
-    world,
+    syntax::{
+        Expr, FIELDS, Group, Item, Tree,
+        literal::{Literal, Misfit, constant, is_name, param},
+    },
 };
 use crate::{
     Document, closest,
@@ -33,7 +45,7 @@ use crate::{
     world::World,
 };
 
-/// The newest form of the file that this program reads.
+/// The newest version of the file format that this program reads.
 pub(super) const FORMAT: i64 = 1;
 
 /// A node of the file, in file order.
@@ -41,19 +53,19 @@ pub(super) const FORMAT: i64 = 1;
 pub struct NodeEntry {
     /// Its name.
     pub name: String,
-    /// Its kind as written; empty where what is written is no node.
+    /// Its kind as written; empty when the value is not a node.
     pub kind: String,
-    /// The node in the graph; `None` for a placeholder: a node that this program does not know, kept as it is.
+    /// The node in the graph; `None` for a placeholder: a node of an unknown kind, kept unchanged.
     pub index: Option<NodeIndex>,
-    /// Bytes of the whole entry, from its name to its closing bracket.
+    /// Byte range of the whole entry, from its name to its closing bracket.
     pub span: Range<usize>,
-    /// Bytes of its kind.
+    /// Byte range of its kind.
     pub kind_span: Range<usize>,
-    /// Where an editor shows it.
+    /// Its position in the editor.
     pub layout: Option<[f64; 2]>,
-    /// What is told of it on the canvas; empty for nothing.
+    /// Its note on the canvas; may be empty.
     pub note: String,
-    /// Whether it is muted: built as if it were not there.
+    /// True if it is muted: built as if it were not there.
     pub muted: bool,
 }
 
@@ -62,20 +74,22 @@ pub struct NodeEntry {
 pub struct OutputDecl {
     /// Its name.
     pub name: String,
-    /// What is written.
+    /// The output that is written.
     pub port: Port,
-    /// The type of what is written.
+    /// The type of the value.
     pub ty: PortType,
-    /// Bytes of the entry.
+    /// Of weights, the layers that can be present: the first, and those with a wired input.
+    pub layers: [bool; 4],
+    /// Byte range of the entry.
     pub span: Range<usize>,
 }
 
-/// What a file says.
+/// The contents of a file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Checked {
     pub(super) graph: Arc<Graph>,
     pub(super) world: World,
-    /// The sea level that the file takes for granted where another uses it, if it does.
+    /// The sea level that the file assumes when another file uses it, if any.
     pub(super) sea: Option<Option<f64>>,
     pub(super) nodes: Vec<NodeEntry>,
     /// Positions in `nodes`.
@@ -89,12 +103,12 @@ pub(super) struct Checked {
     pub(super) reroutes: Vec<Reroute>,
     pub(super) loose: Vec<LooseWire>,
     pub(super) subgraphs: BTreeMap<NodeIndex, Arc<Document>>,
-    /// Number of nodes with those of all files that it uses, each use counted.
+    /// Number of nodes including those of all files that it uses, counted once per use.
     pub(super) size: usize,
     pub(super) problems: Vec<Diagnostic>,
 }
 
-/// Checks a whole file. `syntax` are the mistakes of notation that were found already.
+/// Checks a whole file. `syntax` holds the syntax errors found by the parser.
 pub(super) fn check(
     source: &str,
     tree: &Tree,
@@ -118,16 +132,17 @@ pub(super) fn check(
     checked
 }
 
-/// The outermost brackets, of a format that can be read.
+/// The outermost brackets, if the file's format can be read.
 fn root<'a>(source: &str, tree: &'a Tree, problems: &mut Problems) -> Option<&'a Group> {
     let Some(root) = &tree.root else {
         if problems.is_empty() {
-            let problem = Diagnostic::error("empty", 0..0, "the file says nothing");
+            let problem = Diagnostic::error("empty", 0..0, "the file is empty");
             problems.push(problem.hint("a graph file is `( format: 1, nodes: { … }, outputs: { … } )`"));
         }
         return None;
     };
-    let Some(group) = root.as_group().filter(|g| g.name.is_none() && g.bracket == super::lex::Bracket::Round) else {
+    let Some(group) = root.as_group().filter(|g| g.name.is_none() && g.bracket == super::syntax::lex::Bracket::Round)
+    else {
         if problems.is_empty() {
             let start = root.span.start..(root.span.start + 1).min(root.span.end);
             let problem = Diagnostic::error("type", start, "a graph file begins with `(`");
@@ -139,9 +154,9 @@ fn root<'a>(source: &str, tree: &'a Tree, problems: &mut Problems) -> Option<&'a
     match Literal::read(&item.value, source) {
         Literal::Number(_, Some(FORMAT)) | Literal::Bad => Some(group),
         Literal::Number(_, Some(format)) if format > FORMAT => {
-            // What else seems wrong may be right in that form.
+            // Anything else that looks wrong may be right in that format.
             *problems = Problems::new(Vec::new());
-            let message = format!("the file is of format {format}, this program reads formats up to {FORMAT}");
+            let message = format!("the file has format {format}, but this program reads formats up to {FORMAT}");
             let problem = Diagnostic::error("format", item.value.span.clone(), message);
             problems.push(problem.hint("update the program"));
             None
@@ -162,9 +177,9 @@ struct Checker<'a> {
     loader: &'a mut Loader,
     problems: Problems,
     out: Checked,
-    /// Nodes with a parameter that was refused, so that what it would choose is not known.
+    /// Nodes with an invalid parameter, so that an output type it would choose is unknown.
     bad: BTreeSet<NodeIndex>,
-    /// The seas that nodes were written for.
+    /// The sea levels that nodes were written for.
     seas: Vec<sea::Own>,
 }
 
@@ -235,7 +250,7 @@ impl Checker<'_> {
 
     /// The curly brackets that a field takes.
     fn map<'e>(&mut self, value: &'e Expr, name: &str, takes: &str) -> Option<&'e Group> {
-        let group = value.as_group().filter(|g| g.name.is_none() && g.bracket == super::lex::Bracket::Curly);
+        let group = value.as_group().filter(|g| g.name.is_none() && g.bracket == super::syntax::lex::Bracket::Curly);
         if group.is_none() {
             self.problems.misplaced(value, name, takes, self.source);
         }
@@ -311,12 +326,14 @@ impl Checker<'_> {
         let (message, hint) = match version {
             Some(version) => (
                 format!(
-                    "`{}` ({}) is of version {version}, this program knows up to {}",
+                    "`{}` ({}) has version {version}, but this program supports versions up to {}",
                     entry.name, node.id, node.version
                 ),
                 "update the program",
             ),
-            None => (format!("the version of `{}` is no whole number from 1", entry.name), "write `version: 1`"),
+            None => {
+                (format!("the version of `{}` is not a whole number of at least 1", entry.name), "write `version: 1`")
+            }
         };
         if !self.problems.has_syntax_in(&span) {
             self.problems.push(Diagnostic::error("version", span, message).hint(hint));
@@ -324,7 +341,8 @@ impl Checker<'_> {
         None
     }
 
-    /// A use of a graph file: a node with what the file declares; a placeholder where the file cannot be used.
+    /// A use of a graph file: a node with the ports and parameters that the file declares, or a placeholder if the file
+    /// cannot be used.
     fn subgraph(
         &mut self,
         version: u32,
@@ -336,7 +354,8 @@ impl Checker<'_> {
         let span = item.map_or_else(|| entry.kind_span.clone(), |item| item.value.span.clone());
         let Some(file) = subgraph::file_of(body, self.source) else {
             if !self.problems.has_syntax_in(&entry.span) {
-                let problem = Diagnostic::error("no-file", span, format!("`{}` names no graph file", entry.name));
+                let problem =
+                    Diagnostic::error("no-file", span, format!("`{}` does not name a graph file", entry.name));
                 self.problems.push(problem.hint("write `file: \"ridge.ron\"`, relative to this file"));
             }
             return None;
@@ -369,7 +388,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Reports a file that is not there. Only a document that is in a file says where its files are.
+    /// Reports a missing file. Only a document with a path can tell where its files are.
     fn check_file(&mut self, node: &Node, entry: &NodeEntry, arg: &Arg, value: &ParamValue) {
         if let ParamValue::File(file) = value
             && !file.is_empty()
@@ -381,11 +400,11 @@ impl Checker<'_> {
             let message =
                 format!("`{}.{}` names `{}`, but there is no such file", entry.name, arg.name, path.display());
             let problem = Diagnostic::error("missing-file", arg.span.clone(), message);
-            self.problems.push(problem.hint("names of files are relative to the folder of the graph file"));
+            self.problems.push(problem.hint("file names are relative to the folder of the graph file"));
         }
     }
 
-    /// The names that the file gives its users; gives the inputs among their places.
+    /// The names that the file exposes; returns the inputs among their places.
     fn exposed(
         &mut self,
         root: &Group,
@@ -450,7 +469,7 @@ impl Checker<'_> {
                         self.problems.take(owned(value, entry), &arg.literal, &arg.span, |value| {
                             constants[position] = Some(value);
                         });
-                        // Whatever is wrong with it, the input was not forgotten.
+                        // Even if the value is wrong, the input was not forgotten.
                         wires.push((position, None, arg.span.clone()));
                     }
                 }
@@ -462,11 +481,11 @@ impl Checker<'_> {
                 let params = &mut instance.params;
                 sound &= self.problems.take(value, &arg.literal, &arg.span, |value| params.set(spec.name, value));
             } else if let Some(meant) = self.unknown_arg(node, entry, arg) {
-                // The input that was meant was not forgotten either.
+                // The input that was probably meant was not forgotten either.
                 wires.push((meant, None, arg.span.clone()));
             }
         }
-        // The name is new: an entry of a name that is taken was left out before.
+        // The name is new: entries with a duplicate name were dropped before.
         let index = Arc::make_mut(&mut self.out.graph).add(instance).ok()?;
         if !sound {
             self.bad.insert(index);
@@ -475,7 +494,7 @@ impl Checker<'_> {
         Some(index)
     }
 
-    /// Reports a name that the node does not have; gives the input that was probably meant.
+    /// Reports a name that the node does not have; returns the input that was probably meant.
     fn unknown_arg(&mut self, node: &Node, entry: &NodeEntry, arg: &Arg) -> Option<usize> {
         let specs = node.specs();
         let names = || node.inputs.iter().map(|input| input.name).chain(specs.iter().map(|spec| spec.name));
@@ -493,7 +512,7 @@ impl Checker<'_> {
         node.inputs.iter().position(|input| Some(input.name) == near)
     }
 
-    /// Reports inputs that need a wire and for which the file says nothing. One that has a name is for others to wire.
+    /// Reports required inputs without a wire. An exposed input may be wired from outside.
     fn unwired(&mut self, wired: &BTreeSet<(NodeIndex, usize)>, named: &BTreeSet<(NodeIndex, &'static str)>) {
         let entries: BTreeMap<NodeIndex, usize> =
             self.out.nodes.iter().enumerate().filter_map(|(i, entry)| Some((entry.index?, i))).collect();
@@ -505,13 +524,10 @@ impl Checker<'_> {
             let node = self.out.graph.instance(index).node;
             let input = node.inputs[position].name;
             if named.contains(&(index, input)) {
-                let message = format!(
-                    "nothing is wired into `{}.{input}` here, so the file is only for others to use",
-                    entry.name
-                );
+                let message =
+                    format!("nothing is wired into `{}.{input}` , so only another graph can use this file", entry.name);
                 let problem = Diagnostic::warning("open-input", entry.kind_span.clone(), message);
-                self.problems
-                    .push(problem.hint("wire something to it that stands in when the file is built by itself"));
+                self.problems.push(problem.hint("wire a fallback to it, used when the file is built by itself"));
                 continue;
             }
             let message = format!("`{}` ({}) needs a wire into `{input}`", entry.name, node.id);
@@ -555,20 +571,26 @@ impl Checker<'_> {
             };
             let what = format!("output `{name}`");
             if let Some(port) = wires::resolve(&self.out.graph, end, &what, span, entries, &mut self.problems) {
-                // What follows from a mistake is taken for a height, as the graph does.
+                // An unknown type is treated as a height, as in the graph.
                 let ty = types.get(&port).copied().unwrap_or(PortType::Height);
                 if !ty.is_writable() {
-                    let message = format!("output `{name}` is a {ty}, which is not written to a file");
+                    let message = format!("output `{name}` is a {ty}, which cannot be written to a file");
                     let problem = Diagnostic::error("not-writable", span.clone(), message);
                     let hint = self.writable(port, types);
                     self.problems.push(problem.hint(hint));
                 }
-                self.out.outputs.push(OutputDecl { name: name.to_owned(), port, ty, span: item.span() });
+                self.out.outputs.push(OutputDecl {
+                    name: name.to_owned(),
+                    port,
+                    ty,
+                    layers: [true; 4],
+                    span: item.span(),
+                });
             }
         }
     }
 
-    /// What can be written in place of an output that cannot.
+    /// Advice on what to write instead of an output that cannot be written.
     fn writable(&self, port: Port, types: &BTreeMap<Port, PortType>) -> String {
         let outputs = 0..self.out.graph.instance(port.node).node.outputs.len();
         let ports = outputs.map(|output| Port { node: port.node, output });
@@ -584,7 +606,7 @@ impl Checker<'_> {
     }
 }
 
-/// A misfit that says which node it is of: `` `rivers.m` is … ``.
+/// Names the node in the message of a misfit: `` `rivers.m` is … ``.
 fn owned<T>(result: Result<T, Misfit>, entry: &NodeEntry) -> Result<T, Misfit> {
     result.map_err(|misfit| {
         let message = match misfit.message.strip_prefix('`') {
