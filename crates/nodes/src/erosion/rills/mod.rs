@@ -1,0 +1,134 @@
+//! Drained detail of hillslopes on a height that is known only in the mean over longer cells.
+//!
+//! Rills, the spurs between them and the gullies that they join are cut by the law of rivers and headwaters, while the
+//! means over the cells of the model are held: where a mean falls below the model's, the land rises under it. What is
+//! left when both balance is terrain that drains like eroded land and whose means are those of the model; see the module
+//! `detail`. Perron, Kirchner and Dietrich (2009) show that cutting by water against rounding by creep sets the distance
+//! from one valley to the next; here that distance is given and the coefficients follow.
+
+mod detail;
+mod drain;
+#[cfg(test)]
+mod tests;
+
+use rayon::prelude::*;
+
+use crate::{numerics::math, prelude::*, raster::fill_voids};
+
+params! {
+    /// Side of the cells of the model, over which means are kept.
+    coarse: f64 = 90.0, Metres, 1e-3..=1e6, soft 10..=1000;
+    /// Distance from one rill to the next on an even slope. Cells of a sixth of it show it in full, of a third not at all.
+    spacing: f64 = 90.0, Metres, 1e-3..=1e6, soft 10..=1000;
+    /// How deep rills cut: how far erosion goes, as a factor.
+    depth: f64 = 1.0, One, 0.0..=4.0, soft 0..=2;
+    /// How round crests and floors are: creep, as a factor.
+    rounding: f64 = 1.0, One, 0.0..=10.0, soft 0..=4;
+    /// How irregular the slopes are on which rills begin, as a share of their gradient. Little makes rills straighter.
+    irregularity: f64 = 0.25, One, 0.0..=1.0, soft 0..=0.5;
+    /// Which rills they are.
+    seed: Seed = Seed(0), Count, ..;
+}
+
+inputs! {
+    /// The land that gets detail: a coarse model, noise, a range.
+    height: Height;
+    /// How deep rills cut here: as deep as `depth` says at 1, not at all at 0.
+    mask: Mask = 1.0, 0.0..=1.0;
+}
+
+outputs! {
+    /// The land with rills.
+    height: Height;
+    /// What they changed: negative in rills and gullies, positive on spurs.
+    change: Scalar(Metres);
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Rills",
+    category: "erosion",
+    summary: "Rills, gullies and spurs on the slopes of a coarse model, with the means of its cells.",
+    doc: include_str!("page.md"),
+    sources: &[
+        "J. T. Perron, J. W. Kirchner and W. E. Dietrich (2009), Formation of evenly spaced ridges and valleys, \
+         Nature 460, 502-505",
+        "J. Braun and S. D. Willett (2013), A very efficient O(n), implicit and parallel method to solve the stream \
+         power equation, Geomorphology 180-181, 170-179",
+        "J. D. Stock and W. E. Dietrich (2006), Erosion of steepland valleys by debris flows, Geological Society of \
+         America Bulletin 118, 1125-1148",
+    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
+    params: Params::specs,
+    reach: Reach::World,
+    scratch: Scratch::Bytes(scratch),
+    cpu: run,
+    resolution: Resolution::Cells(
+        "rills are the same on cells of an eighth of the spacing and less, and begin to differ on longer ones",
+    ),
+    example: "height: \"base\", coarse: 1024, spacing: 1024",
+    ..Node::DEFAULT
+};
+
+/// Memory that the kernel needs in addition to its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let params = Params::read(sizing.params);
+    if strength(&params, sizing.window.cell_m()) <= 0.0 {
+        return 0;
+    }
+    // heights and uplift, the noise or the change of means, the mean area, the input's water, codes, basins and the order
+    let wanted = Wants::among(sizing.wanted).count() as f64;
+    sizing.cells(BYTES - 4.0 * wanted)
+}
+
+/// Bytes per cell at the largest of the stages.
+const BYTES: f64 = 43.5;
+
+/// How much of the rills cells can carry, times their depth.
+fn strength(params: &Params, cell_m: f64) -> f64 {
+    if params.coarse <= cell_m {
+        return 0.0;
+    }
+    params.depth * math::smoothstep(params.spacing / (3.0 * cell_m) - 1.0)
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let Inputs { height, mask } = Inputs::read(job)?;
+    let (params, window, wants) = (Params::read(job.params), job.window(), Wants::of(job));
+    let strength = strength(&params, job.cell_m());
+    let is_void = |height: &f32| !height.is_finite();
+    if strength <= 0.0 || height.samples().par_iter().all(is_void) {
+        if params.depth > 0.0 && strength <= 0.0 {
+            job.warn(format!(
+                "cells of {:.2} m are too coarse for rills {} m apart on a model of {} m, so that nothing changes; use \
+                 more `cells`, or a larger `spacing` and `coarse`",
+                job.cell_m(),
+                params.spacing,
+                params.coarse
+            ));
+        }
+        let change = wants.change.then(|| Field::constant(window, 0.0));
+        return Ok(Given { height: wants.height.then(|| height.clone()), change }.into());
+    }
+    let mut model = height.clone();
+    if model.samples().par_iter().any(is_void) {
+        let mut samples = model.into_samples();
+        samples.iter_mut().filter(|height| is_void(height)).for_each(|height| *height = f32::NAN);
+        fill_voids(window.nx(), window.ny(), &mut samples, &|| job.check())?;
+        model = Field::new(window, samples);
+    }
+    let found = detail::of(job, &params, strength, model.samples(), mask)?;
+    let cells = found.par_iter().zip(model.samples()).zip(height.samples());
+    let change = wants.change.then(|| {
+        let cells = cells.clone();
+        Field::new(
+            window,
+            cells.map(|((found, model), before)| if is_void(before) { 0.0 } else { found - model }).collect(),
+        )
+    });
+    let height = wants.height.then(|| {
+        Field::new(window, cells.map(|((found, _), before)| if is_void(before) { *before } else { *found }).collect())
+    });
+    Ok(Given { height, change }.into())
+}

@@ -1,0 +1,265 @@
+//! The rock at the surface: folded beds, bodies of harder and softer rock, joints and faults.
+//!
+//! Beds are layers of equal thickness, each of its own hardness, that dip across the strike and are folded in long waves
+//! along it; the surface cuts them where it is. Within them hardness varies in long waves stretched along the strike
+//! (log-normal, as measured strengths of rock are), and bands of broken rock run along faults and joints.
+
+use orograph_graph::mix;
+
+use crate::{
+    numerics::{
+        math, par,
+        waves::{SHORTEST_CELLS, Sampler, Waves},
+    },
+    prelude::*,
+};
+
+params! {
+    /// Direction of the strike, along which beds, folds and grain run, clockwise from north.
+    strike: f64 = 60.0, Degrees, -360.0..=360.0, soft 0..=180;
+    /// Angle at which beds descend to the right of the strike.
+    dip: f64 = 25.0, Degrees, -90.0..=90.0;
+    /// Thickness of a bed.
+    bed: f64 = 250.0, Metres, 1.0..=1e5, soft 20..=2000;
+    /// How much the hardness of beds differs: the standard deviation of the natural logarithm of the rate.
+    beds: f64 = 0.4, One, 0.0..=3.0, soft 0..=1;
+    /// Standard deviation of the height by which folds raise and lower the beds.
+    fold_height: f64 = 600.0, Metres, 0.0..=1e5, soft 0..=3000;
+    /// Wavelength of the folds across the strike.
+    fold_length: f64 = 6e3, Metres, 10.0..=1e6, soft 1000..=30e3;
+    /// How much the hardness varies within beds, measured as in `beds`.
+    variation: f64 = 0.4, One, 0.0..=3.0, soft 0..=1;
+    /// Size of the largest bodies of harder or softer rock, across the strike.
+    size: f64 = 8e3, Metres, 1.0..=1e7, soft 500..=50e3;
+    /// How much faster broken rock on faults and joints erodes, as the natural logarithm of the factor.
+    broken: f64 = 0.8, One, 0.0..=5.0, soft 0..=2;
+    /// Distance between faults that cross the strike; those along it are twice as far apart, joints four times as close.
+    spacing: f64 = 5e3, Metres, 10.0..=1e6, soft 500..=50e3;
+    /// Erosion rate of mean rock, for the `reference_rate` of `StreamPower`.
+    rate: f64 = 4e-4, MetresPerYear, 0.0..=1.0, soft 0.0..=0.005;
+    /// Steepest slope of mean rock.
+    repose: f64 = 38.0, Degrees, 0.0..=90.0, soft 20..=60;
+    /// Standard deviation of the steepest slope from place to place. Hard rock is steeper.
+    repose_variation: f64 = 7.0, Degrees, 0.0..=45.0, soft 0..=15;
+    /// Random seed of beds, bodies and faults.
+    seed: Seed = Seed(0), Count, ..;
+}
+
+inputs! {
+    /// The terrain whose surface cuts the beds.
+    height: Height;
+}
+
+outputs! {
+    /// Erosion rate of this rock under the reference river; for `reference_rate`.
+    rate: Scalar(MetresPerYear);
+    /// Steepest slope of this rock; for `repose`.
+    repose: Scalar(Degrees);
+    /// Natural logarithm of the erosion rate of mean rock divided by that of this rock.
+    hardness: Scalar(One);
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Rock",
+    category: "tectonics",
+    summary: "The rock at the surface: folded beds, harder and softer bodies, joints and faults.",
+    doc: include_str!("rock.md"),
+    sources: &[
+        "K. Perlin (2002), Improving noise, ACM Transactions on Graphics 21, 681-682",
+        "J. G. Ramsay and M. I. Huber (1987), The Techniques of Modern Structural Geology 2: Folds and Fractures, \
+         Academic Press",
+        "D. W. Burbank and R. S. Anderson (2011), Tectonic Geomorphology, Wiley-Blackwell",
+    ],
+    inputs: Inputs::PORTS,
+    outputs: Given::PORTS,
+    params: Params::specs,
+    scratch: Scratch::Bytes(scratch),
+    cpu: run,
+    resolution: Resolution::Cells("bodies of rock shorter than four cells are left out"),
+    example: "height: \"base\", strike: 60, dip: 25",
+    ..Node::DEFAULT
+};
+
+/// Waves are cut off at so many standard deviations.
+const MOST_DEVIATIONS: f64 = 2.5;
+/// By how much the steepest slope goes with the hardness: their correlation.
+const HARD_IS_STEEP: f64 = 0.5;
+/// Share of a bed over which one passes into the next.
+const CONTACT: f64 = 0.15;
+/// Half of the width of broken rock, as a share of its spacing.
+const BROKEN_SHARE: f64 = 0.04;
+
+/// The hardness, where nobody takes it.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    sizing.cells(if Wants::among(sizing.wanted).hardness { 0.0 } else { 4.0 })
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let height = Inputs::read(job)?.height.samples();
+    let (window, rock, wants) = (job.window(), Rock::new(&params, job), Wants::of(job));
+    let nx = window.nx();
+    let place = |i: usize, j: usize| (window.centre_m(i, j), f64::from(height[j * nx + i]));
+    let mut hardness = vec![0.0; window.len()];
+    par::rows_within(job, [0.0, 0.6], &mut hardness, |j, row| {
+        for (i, hardness) in row.iter_mut().enumerate() {
+            let (at, z) = place(i, j);
+            *hardness = rock.hardness(at, z) as f32;
+        }
+    })?;
+    let field = |samples: Vec<f32>| Field::new(window, samples);
+    let rate = wants.rate.then(|| hardness.iter().map(|&hard| (params.rate * math::exp(-f64::from(hard))) as f32));
+    let rate = rate.map(|rate| field(rate.collect()));
+    let mut repose = None;
+    if wants.repose {
+        let mut slopes = vec![0.0; window.len()];
+        par::rows_within(job, [0.6, 1.0], &mut slopes, |j, row| {
+            for (i, slope) in row.iter_mut().enumerate() {
+                *slope = rock.repose(place(i, j).0, f64::from(hardness[j * nx + i])) as f32;
+            }
+        })?;
+        repose = Some(field(slopes));
+    }
+    Ok(Given { rate, repose, hardness: wants.hardness.then(|| field(hardness)) }.into())
+}
+
+/// The rock at any place.
+struct Rock<'a> {
+    params: &'a Params,
+    /// Along the strike and across it, to the right.
+    axes: [[f64; 2]; 2],
+    dips: [f64; 2],
+    folds: Sampler,
+    bodies: Sampler,
+    stands: Sampler,
+    winding: Sampler,
+    seed: u32,
+    deviation: f64,
+}
+
+impl<'a> Rock<'a> {
+    fn new(params: &'a Params, job: &Job<'_>) -> Self {
+        let (azimuth, dip) = (params.strike.to_radians(), params.dip.to_radians());
+        // y is south
+        let along = [math::sin(azimuth), -math::cos(azimuth)];
+        let grain = math::atan2(along[1], along[0]);
+        let waves = |which: u32, longest_m: f64, spectral_slope: f64, stretch: f64| {
+            let seed = mix(job.seed() ^ mix(0x0520_C001 + which));
+            Waves { longest_m, spectral_slope, stretch, grain, seed }.sampler(SHORTEST_CELLS * job.cell_m())
+        };
+        let deviation = math::hypot(params.beds, params.variation).max(1e-6);
+        Self {
+            params,
+            axes: [along, [-along[1], along[0]]],
+            dips: [math::sin(dip), math::cos(dip)],
+            folds: waves(0, params.fold_length, 4.0, 5.0),
+            bodies: waves(1, params.size, 2.5, 2.5),
+            stands: waves(2, params.size, 2.4, 1.0),
+            winding: waves(3, 2.0 * params.spacing, 4.0, 1.0),
+            seed: mix(job.seed() ^ 0x0520_C0DE),
+            deviation,
+        }
+    }
+
+    fn hardness(&self, at: [f64; 2], z: f64) -> f64 {
+        let [along, across] = self.axes.map(|axis| at[0] * axis[0] + at[1] * axis[1]);
+        let bodies = self.bodies.at(at).clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS);
+        let broken = self.broken(at, along, across);
+        self.params.variation * bodies + self.params.beds * self.bed(at, across, z) - self.params.broken * broken
+    }
+
+    /// Hardness of the bed at a place: between ±√3, so that its standard deviation is 1.
+    fn bed(&self, at: [f64; 2], across: f64, z: f64) -> f64 {
+        let up = across * self.dips[0] + z * self.dips[1] + self.params.fold_height * self.folds.at(at);
+        let bed = up / self.params.bed;
+        let own = bed.floor();
+        let draw = |bed: f64| (self.draw(bed as i64 as u32, 1) * 2.0 - 1.0) * 3.0_f64.sqrt();
+        let share = math::smoothstep((bed - own - (1.0 - CONTACT)) / CONTACT);
+        draw(own) * (1.0 - share) + draw(own + 1.0) * share
+    }
+
+    /// How broken the rock is, 0 to 1: by faults along the strike and across it, and by joints between them.
+    fn broken(&self, at: [f64; 2], along: f64, across: f64) -> f64 {
+        let (spacing, winding) = (self.params.spacing, 0.25 * self.winding.at(at));
+        let set = |distance: f64, spacing: f64, salt: u32| {
+            let place = distance / spacing + winding;
+            let nearest = (place + 0.5).floor();
+            let width = (place - nearest) / BROKEN_SHARE;
+            self.draw(nearest as i64 as u32, salt) / (1.0 + width * width)
+        };
+        let faults = set(across + 0.2 * along, 2.0 * spacing, 2).max(set(along + 0.35 * across, spacing, 3));
+        let joints = set(along - 0.6 * across, 0.25 * spacing, 4).max(set(along + 0.9 * across, 0.25 * spacing, 5));
+        faults.max(0.4 * joints)
+    }
+
+    fn repose(&self, at: [f64; 2], hardness: f64) -> f64 {
+        let own = (1.0 - HARD_IS_STEEP * HARD_IS_STEEP).sqrt();
+        let waves = own * self.stands.at(at) + HARD_IS_STEEP * hardness / self.deviation;
+        let mean = self.params.repose;
+        let varied = mean + self.params.repose_variation * waves.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS);
+        varied.clamp(0.3 * mean, 89.0_f64.max(mean))
+    }
+
+    /// A number from 0 to 1 for each number.
+    fn draw(&self, number: u32, salt: u32) -> f64 {
+        f64::from(mix(number ^ mix(self.seed ^ salt)) >> 8) * (1.0 / 16_777_216.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    fn outputs(changes: &str) -> Outputs {
+        let height = Field::constant(Window::whole(testing::world(200, 200, 50.0)), 300.0);
+        testing::outputs(&NODE, &testing::with_params(&NODE, changes), &[("height", &height)]).expect("rock")
+    }
+
+    fn samples(outputs: &mut Outputs, name: &str) -> Vec<f32> {
+        outputs.take(name).expect("an output").as_field().expect("a field").clone().into_samples()
+    }
+
+    #[test]
+    fn even_rock_is_mean_rock() {
+        let mut even = outputs("beds=0,variation=0,broken=0,repose_variation=0,rate=0.001,repose=35");
+        assert!(samples(&mut even, "rate").iter().all(|&rate| rate == 0.001));
+        assert!(samples(&mut even, "repose").iter().all(|&repose| repose == 35.0));
+        assert!(samples(&mut even, "hardness").iter().all(|&hardness| hardness == 0.0));
+    }
+
+    /// Level land cuts beds that are not folded in stripes along the strike, bed / sin(dip) wide.
+    #[test]
+    fn dipping_beds_are_stripes_along_the_strike() {
+        // the strike is east: rows are along it
+        let mut beds = outputs("strike=90,dip=30,bed=250,fold_height=0,variation=0,broken=0,repose_variation=0");
+        let hardness = samples(&mut beds, "hardness");
+        let rows: Vec<f32> = (0..200).map(|y| hardness[y * 200]).collect();
+        for (cell, hard) in hardness.iter().enumerate() {
+            assert!((hard - rows[cell / 200]).abs() < 1e-5, "{cell}");
+        }
+        let contacts = rows.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        // 10 km over 500 m is 20 contacts, each 75 m wide: two or three of the rows of 50 m
+        assert!((20..=60).contains(&contacts), "{contacts}");
+    }
+
+    #[test]
+    fn broken_rock_is_weaker_and_hard_rock_stands_steeper() {
+        let mut sound = outputs("broken=0");
+        let mut broken = outputs("broken=1");
+        let pairs = samples(&mut sound, "rate").into_iter().zip(samples(&mut broken, "rate"));
+        let (mut faster, mut count) = (0, 0);
+        for (sound, broken) in pairs {
+            assert!(broken >= sound && broken <= sound * std::f32::consts::E * 1.0001);
+            faster += usize::from(broken > 1.3 * sound);
+            count += 1;
+        }
+        assert!((count / 20..count / 2).contains(&faster), "{faster} of {count}");
+        let (hardness, repose) = (samples(&mut sound, "hardness"), samples(&mut sound, "repose"));
+        let (mean_hard, mean_steep) = (testing::moments(&hardness).0, testing::moments(&repose).0);
+        let along: f64 =
+            hardness.iter().zip(&repose).map(|(h, r)| (f64::from(*h) - mean_hard) * (f64::from(*r) - mean_steep)).sum();
+        assert!(along > 0.0);
+    }
+}
