@@ -6,7 +6,7 @@
 use super::{
     Inputs, Params,
     coarse::Coarse,
-    land::{Asked, Land, Work},
+    land::{Asked, Footing, Land, Work},
 };
 use crate::prelude::*;
 
@@ -34,14 +34,20 @@ fn check(inputs: &Inputs<'_>, params: &Params, sea_level: Option<f64>) -> Result
         return refuse(format!("is for n = 1, and n is {}", params.n), "leave `n` at its default");
     }
     if inputs.deposition.constant().is_none_or(|g| g > 0.0) {
-        return refuse("knows no deposition".to_owned(), "leave `deposition` at its default");
+        return refuse("does not support deposition".to_owned(), "leave `deposition` at its default");
     }
     if params.uplift_course.0.iter().any(|[_, factor]| *factor != params.uplift_course.0[0][1]) {
-        return refuse("knows no uplift that changes".to_owned(), "leave `uplift_course` at its default");
+        return refuse(
+            "does not support uplift that changes with time".to_owned(),
+            "leave `uplift_course` at its default",
+        );
     }
     let under = |level: f64| inputs.height.samples().iter().any(|&height| f64::from(height) < level);
     if sea_level.is_some_and(under) {
-        return refuse("knows no sea, and land is below that of the world".to_owned(), "lower the world's `sea_level`");
+        return refuse(
+            "does not support a sea, and terrain lies below the world's sea level".to_owned(),
+            "lower the world's `sea_level`",
+        );
     }
     Ok(())
 }
@@ -69,7 +75,7 @@ fn settle(job: &Job<'_>, params: &Params, land: &mut Land<'_>, start: &Field, le
         Some(coarse) => {
             let coarse_job = coarse.job(job);
             let coarse_start = Inputs::read(&coarse_job)?.height;
-            let mut below = Land::new(&coarse_job, params, coarse_start)?;
+            let mut below = Land::new(&coarse_job, params, coarse_start, Footing::default())?;
             settle(&coarse_job, params, &mut below, coarse_start, level + 1)?;
             land.heights = coarse.corrected(job, start.samples(), coarse_start.samples(), below.heights)?;
             LAST_ROUNDS << level
@@ -94,7 +100,7 @@ mod tests {
             NODE,
             tests::{PLAIN, largest_relative_error, outputs, samples, steady, strip, white},
         },
-        math,
+        numerics::math,
         prelude::*,
         testing,
     };
@@ -168,7 +174,7 @@ mod tests {
         let height = testing::field(testing::world(30, 40, 100.0), |x, y| 300.0 * white(x, y));
         let found = heights(&height, "duration=1e6", 0.001, 0.0);
         for (cell, (after, before)) in found.iter().zip(height.samples()).enumerate() {
-            let base = crate::hydrology::engine::reference::on_border(30, found.len(), cell);
+            let base = crate::numerics::routing::reference::on_border(30, found.len(), cell);
             let risen = if base { 0.0 } else { 1000.0 };
             // 1e-3 m: a drop of up to 300 m over a millionth of a link.
             assert!((after - before - risen).abs() < 1e-3, "{before} {after}");

@@ -1,11 +1,25 @@
 //! Drainage area, weighted by rain, and its power in the law.
 
+use rayon::prelude::*;
+
 use super::incision::Law;
 use crate::{
-    hydrology::engine::{Drainage, Grid},
-    math,
+    numerics::{
+        math,
+        routing::{Drainage, Grid},
+    },
     prelude::*,
 };
+
+/// The drainage area of a reference river.
+pub const REFERENCE_M2: f64 = 1e6;
+
+/// Drainage areas below this share of A₀ are headwaters.
+const HEADWATERS: f64 = 0.2;
+/// The share of a step in the mean of the last ones.
+const NEWEST: f32 = 0.15;
+/// Numbers of cells whose power is computed beforehand.
+const POWERS: u32 = 4096;
 
 /// Drainage area of every cell. Where it rains p times the mean, a cell counts p times: discharge over the mean rain.
 #[derive(Debug)]
@@ -14,8 +28,19 @@ pub struct Area<'a> {
     /// m² of a cell that counts once.
     cell_m2: f64,
     critical_m2: f64,
+    /// A₀ᵐ, which the law adds to Aᵐ.
+    headwater: f64,
     m: f64,
-    /// Aᵐ by number of cells where rain is even. Nearly all cells drain few others: theirs are computed beforehand.
+    /// The area that cuts, where that is not the cell's own: floors of valleys are cut by their river.
+    widened: Vec<f32>,
+    /// The mean of what drained through each cell over the last steps, in cells. Where it is below `spread_below` it is
+    /// what cuts: the water of one step runs in one line of cells, that of many steps over the whole slope.
+    spread: Vec<f32>,
+    spread_below: f32,
+    /// Steps in the mean.
+    spread_steps: u32,
+    scheme: Scheme,
+    /// Aᵐ + A₀ᵐ by number of cells where rain is even. Nearly all cells drain few others: theirs are computed beforehand.
     powers: Vec<f64>,
 }
 
@@ -29,22 +54,30 @@ enum Drained<'a> {
 }
 
 impl<'a> Area<'a> {
-    /// Areas of `cells` cells, unknown until [`Self::accumulate`]. The power `m` is that of `critical_m2` below it.
+    /// Areas of `cells` cells, unknown until [`Self::accumulate`].
     #[must_use]
-    pub fn new(law: &Law, cells: usize, rain: Lane<'a>, cell_m2: f64, critical_m2: f64, m: f64) -> Self {
-        let mut area = match rain {
-            Lane::Constant(rain) => {
-                let drained = Drained::Cells(vec![0; cells]);
-                Self { drained, cell_m2: cell_m2 * share(rain), critical_m2, m, powers: Vec::new() }
-            }
-            Lane::Samples(rain) => {
-                let drained = Drained::Rain { sums: vec![0.0; cells], rain };
-                Self { drained, cell_m2, critical_m2, m, powers: Vec::new() }
-            }
+    pub fn new(law: &Law, cells: usize, rain: Lane<'a>, cell_m2: f64, heads: Heads, scheme: Scheme) -> Self {
+        let (critical_m2, m, headwater) = (heads.critical_m2, heads.m, heads.power());
+        let (drained, cell_m2) = match rain {
+            Lane::Constant(rain) => (Drained::Cells(vec![0; cells]), cell_m2 * share(rain)),
+            Lane::Samples(rain) => (Drained::Rain { sums: vec![0.0; cells], rain }, cell_m2),
         };
-        if matches!(area.drained, Drained::Cells(_)) {
-            area.powers = (0..4096).map(|cells| area.compute(law, f64::from(cells.max(1)))).collect();
-        }
+        let spread_below = (HEADWATERS * heads.headwater_m2 / cell_m2).min(f64::from(POWERS - 2)) as f32;
+        let (powers, widened, spread) = (Vec::new(), Vec::new(), Vec::new());
+        let mut area = Self {
+            drained,
+            cell_m2,
+            critical_m2,
+            headwater,
+            m,
+            widened,
+            spread,
+            spread_below,
+            spread_steps: 0,
+            scheme,
+            powers,
+        };
+        area.powers = (0..POWERS).map(|cells| area.compute(law, f64::from(cells.max(1)))).collect();
         area
     }
 
@@ -80,10 +113,64 @@ impl<'a> Area<'a> {
         }
     }
 
-    /// The factor Aᵐ of the law, as a coefficient.
+    /// Takes the areas of a step into the mean of the last ones.
+    pub fn spread(&mut self) {
+        if self.spread_below < 1.0 {
+            return;
+        }
+        self.spread_steps += 1;
+        let newest = match self.scheme {
+            Scheme::SingleGrid => NEWEST,
+            Scheme::Level => NEWEST.max(1.0 / self.spread_steps as f32),
+        };
+        let Self { drained, spread, .. } = self;
+        let drained = &*drained;
+        let cells = match drained {
+            Drained::Cells(cells) => cells.len(),
+            Drained::Rain { sums, .. } => sums.len(),
+        };
+        let now = |cell: usize| match drained {
+            Drained::Cells(cells) => cells[cell] as f32,
+            Drained::Rain { sums, .. } => sums[cell] as f32,
+        };
+        if spread.is_empty() {
+            spread.extend((0..cells).map(&now));
+        }
+        spread
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(1 << 14)
+            .for_each(|(cell, mean)| *mean += newest * (now(cell) - *mean));
+    }
+
+    /// Areas in m² that cut in the place of smaller ones, 0 at first.
+    pub fn widened(&mut self) -> &mut [f32] {
+        self.widened.clear();
+        let cells = match &self.drained {
+            Drained::Cells(cells) => cells.len(),
+            Drained::Rain { sums, .. } => sums.len(),
+        };
+        self.widened.resize(cells, 0.0);
+        &mut self.widened
+    }
+
+    /// The factor Aᵐ + A₀ᵐ of the law, as a coefficient.
     #[must_use]
     #[inline(always)]
     pub fn power(&self, law: &Law, cell: usize) -> f64 {
+        if let Some(&widened) = self.widened.get(cell)
+            && f64::from(widened) > self.m2(cell)
+        {
+            return self.compute(law, f64::from(widened) / self.cell_m2);
+        }
+        if let Some(&mean) = self.spread.get(cell)
+            && mean < self.spread_below
+        {
+            let mean = f64::from(mean);
+            let whole = mean as usize;
+            let [low, high] = [self.powers[whole], self.powers[whole + 1]];
+            return low + (high - low) * (mean - whole as f64);
+        }
         match &self.drained {
             Drained::Cells(cells) => {
                 let cells = cells[cell];
@@ -93,8 +180,50 @@ impl<'a> Area<'a> {
         }
     }
 
+    /// Aᵐ + A₀ᵐ where hardly anything drains, as a number: half a cell where no other area is given.
+    #[must_use]
+    pub fn least_power(&self) -> f64 {
+        if self.headwater > 0.0 {
+            return self.headwater;
+        }
+        math::pow(self.critical_m2.max(0.5 * self.cell_m2), self.m)
+    }
+
     fn compute(&self, law: &Law, drained: f64) -> f64 {
-        law.coefficient(math::pow((drained * self.cell_m2).max(self.critical_m2), self.m))
+        let drained = match self.scheme {
+            Scheme::SingleGrid => drained,
+            Scheme::Level => (drained - 0.5).max(0.0),
+        };
+        law.coefficient(math::pow((drained * self.cell_m2).max(self.critical_m2), self.m) + self.headwater)
+    }
+}
+
+/// What counts as the area of a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scheme {
+    /// What drains through it, and in headwaters the mean of that over the last steps.
+    SingleGrid,
+    /// Half a cell less, which is the mean along the cell, so that it depends less on the cells; and in headwaters the
+    /// mean of all steps until those are many, as levels have few.
+    Level,
+}
+
+/// Where rivers begin.
+#[derive(Clone, Copy, Debug)]
+pub struct Heads {
+    /// Smaller areas cut as this one does.
+    pub critical_m2: f64,
+    /// A₀: what the debris flows of the headwaters are worth in drainage area.
+    pub headwater_m2: f64,
+    /// The exponent of the area.
+    pub m: f64,
+}
+
+impl Heads {
+    /// A₀ᵐ; 0 where A₀ is 0.
+    #[must_use]
+    pub fn power(&self) -> f64 {
+        if self.headwater_m2 > 0.0 { math::pow(self.headwater_m2, self.m) } else { 0.0 }
     }
 }
 
@@ -110,8 +239,9 @@ mod tests {
     #[test]
     fn the_power_is_that_of_the_weighted_area_above_the_critical_one() {
         let law = Law::new(1.0);
+        let heads = |critical_m2: f64| Heads { critical_m2, headwater_m2: 0.0, m: 0.5 };
         let even = |rain: f32, critical_m2: f64| {
-            let mut area = Area::new(&law, 3, Lane::Constant(rain), 100.0, critical_m2, 0.5);
+            let mut area = Area::new(&law, 3, Lane::Constant(rain), 100.0, heads(critical_m2), Scheme::SingleGrid);
             area.drained = Drained::Cells(vec![1, 4, 40_000]);
             [0, 1, 2].map(|cell| area.power(&law, cell))
         };
@@ -120,7 +250,7 @@ mod tests {
         assert_eq!(even(0.0, 0.0), [0.0; 3]);
         assert_eq!(even(-3.0, 900.0), [30.0; 3]);
         let rain = [1.0; 3];
-        let mut uneven = Area::new(&law, 3, Lane::Samples(&rain), 100.0, 900.0, 0.5);
+        let mut uneven = Area::new(&law, 3, Lane::Samples(&rain), 100.0, heads(900.0), Scheme::SingleGrid);
         uneven.drained = Drained::Rain { sums: vec![0.0, 16.0, 40_000.0], rain: &rain };
         assert_eq!([0, 1, 2].map(|cell| uneven.power(&law, cell)), [30.0, 40.0, 2000.0]);
         assert_eq!(uneven.m2(1), 1600.0);

@@ -9,7 +9,7 @@ use orograph_graph::{Edge, InputValue, Value, Warnings, World};
 use rayon::prelude::*;
 
 use crate::{
-    hydrology::engine::{Grid, Outlet},
+    numerics::routing::{Grid, Outlet},
     prelude::*,
 };
 
@@ -66,6 +66,7 @@ impl Coarse {
             folder: job.folder.clone(),
             cancel: job.cancel.clone(),
             progress: job.progress,
+            coarse: Vec::new(),
             warnings: Warnings::default(),
             glimpses: None,
         }
@@ -112,14 +113,6 @@ impl Coarse {
             Ok(())
         });
         corrected.map(|()| heights)
-    }
-
-    /// Fine amounts per area, each that of its coarse cell.
-    #[must_use]
-    pub fn spread<T: Copy + Send + Sync>(&self, amounts: &[T]) -> Vec<T> {
-        let (nx, coarse_nx) = (self.fine.nx, self.grid.nx);
-        let cells = (0..self.fine.cells()).into_par_iter();
-        cells.map(|cell| amounts[cell / nx / 2 * coarse_nx + cell % nx / 2]).collect()
     }
 }
 

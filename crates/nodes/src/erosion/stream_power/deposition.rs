@@ -19,16 +19,20 @@
 //!
 //! What differs from the paper: heights are taken relative to those before the step, which keeps the sums over large
 //! basins precise; and standing water. Where a cell is under water, its donors run down to the water's surface, and
-//! what they bring fills the cell up to that surface before anything is passed on: deltas grow from the shores. Where
+//! what they bring spreads under water, see the module `water`: deltas grow from the shores. Where
 //! the pass is cut so deep that the water is gone at the end of the step, its bed and what drains to it are cut as well;
 //! this material joins the rivers at the next step. No mass is lost.
+
+mod water;
 
 use rayon::prelude::*;
 
 use super::{area::Area, incision::Law, links::Links};
 use crate::{
-    hydrology::engine::{Drainage, Grid, code},
-    math,
+    numerics::{
+        math,
+        routing::{Drainage, Grid, code},
+    },
     prelude::*,
 };
 
@@ -120,7 +124,7 @@ impl Transport<'_> {
         self.drainage.downstream(job, self.grid, self.codes, &mut arriving, |cell, code, [load, response]| {
             let height = heights[cell];
             if let Some(depth) = self.depth(cell, height) {
-                return [load - load.min(depth), 0.0];
+                return self.pass_under_water(cell, depth, heights, [load, response]);
             }
             let receiver = self.grid.receiver(cell as u32, code) as usize;
             let (law, _) = self.law(cell, code);
@@ -131,6 +135,7 @@ impl Transport<'_> {
             let follows = if self.depth(receiver, heights[receiver]).is_some() { 0.0 } else { c * share };
             [passed_on, -follows]
         })?;
+        let fills = self.spread(job, heights, &mut arriving)?;
         let bed = |&height: &f64| Bed { height, water: height.max(self.sea_level_m), loose: 0.0 };
         let mut beds: Vec<Bed> = heights.par_iter().map(bed).collect();
         self.drainage.upstream(job, self.grid, self.codes, &mut beds, |cell, code, Bed { height, .. }, below| {
@@ -138,14 +143,14 @@ impl Transport<'_> {
             let (law, length_m) = self.law(cell, code);
             let c = law.slope;
             if let Some(depth) = self.depth(cell, height) {
-                let filled = height + load.min(depth);
+                let (filled, waits) = if fills[cell] { (height + depth, 0.0) } else { (height + load, response) };
                 let drop = filled - below.water;
                 let height = if drop > 0.0 {
                     below.water + (drop + law.offset).min((1.0 + c) * drop) / (1.0 + c)
                 } else {
                     filled
                 };
-                return Bed { height, water: height.max(below.water), loose: filled - height };
+                return Bed { height, water: height.max(below.water), loose: filled - height + waits };
             }
             let receiver = self.grid.receiver(cell as u32, code) as usize;
             let (d, settling) = (1.0 - response, self.settling(cell));
@@ -162,9 +167,17 @@ impl Transport<'_> {
             let height = eroded.min(below.water + (self.steepest)(cell) * length_m);
             Bed { height, water: height.max(below.water), loose: d * (late + eroded - height) }
         })?;
-        let cells = arriving.par_iter().zip(heights).zip(&beds);
-        let flux =
-            cells.map(|(([load, response], before), bed)| load - (1.0 - response) * (bed.height - before) - bed.loose);
+        let cells = arriving.par_iter().zip(heights).zip(&beds).enumerate();
+        let flux = cells.map(|(cell, (([load, response], &before), bed))| match self.depth(cell, before) {
+            // the sums over the water so far; outlets keep their height, and what comes to them leaves
+            Some(depth) => match (fills[cell], code::has_receiver(self.codes[cell])) {
+                (true, true) => load - response - depth,
+                (true, false) => load - response,
+                (false, true) => 0.0,
+                (false, false) => *load,
+            },
+            None => load - (1.0 - response) * (bed.height - before) - bed.loose,
+        });
         let flux = flux.collect();
         Ok((beds, flux))
     }

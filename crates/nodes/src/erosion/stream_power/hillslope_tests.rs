@@ -18,7 +18,7 @@ fn hill(cells: u32, cell_m: f64, uplift: f64, diffusivity: f64, changes: &str) -
         ("erodibility", &erodibility),
         ("repose", &repose),
     ];
-    let mut found = outputs(&format!("critical_area=0,{changes}"), &fields).expect("a result");
+    let mut found = outputs(&format!("schedule=full,critical_area=0,{changes}"), &fields).expect("a result");
     for rate in &samples(&mut found, "erosion_rate")[..cells as usize - 1] {
         assert!((f64::from(*rate) / f64::from(uplift.samples()[0]) - 1.0).abs() < 0.03, "steady: {rate}");
     }
@@ -68,7 +68,7 @@ fn creeping_relief_does_not_depend_on_cells_or_steps() {
             [1e-4, diffusivity, 2e-6].map(|value| Field::constant(*height.window(), value as f32));
         let fields =
             [("height", &height), ("uplift", &uplift), ("diffusivity", &diffusivity), ("erodibility", &erodibility)];
-        let changes = format!("duration=6e6,critical_area=40000,time_step={step_yr}");
+        let changes = format!("schedule=full,duration=6e6,critical_area=40000,time_step={step_yr}");
         let heights = samples(&mut outputs(&changes, &fields).expect("a result"), "height");
         heights.iter().sum::<f32>() / heights.len() as f32
     };

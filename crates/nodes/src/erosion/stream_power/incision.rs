@@ -6,7 +6,7 @@
 //! for n = 2 it is 2 / (1 + √(1 + 4 c)). Otherwise it is solved once by Newton's method for many c and interpolated,
 //! which has no iteration to end; for n = 1.5, where c is C √b, at places that need no logarithm.
 
-use crate::math;
+use crate::numerics::math;
 
 /// What is left of a drop after a step, as a share of it.
 #[derive(Debug)]

@@ -1,19 +1,33 @@
 //! The land during a run: its heights and what the law needs to know of it.
 
 mod age;
+mod floors;
 mod levels;
 
-use orograph_graph::memory::{OutOfMemory, copied, zeroed};
+use orograph_graph::{
+    memory::{OutOfMemory, copied, zeroed},
+    mix,
+};
 use rayon::prelude::*;
 
 use super::{
-    Inputs, Params, Receivers, Wants, area::Area, deposition::Transport, incision::Law, links::Links, rock::Rock,
-    slides, tectonics::Tectonics,
+    Inputs, Params, Receivers, Wants,
+    area::{Area, Heads, Scheme},
+    deposition::Transport,
+    incision::Law,
+    inland,
+    links::Links,
+    rock::Rock,
+    slides,
+    tectonics::Tectonics,
 };
 use crate::{
-    erosion::hillslope::Hillslope,
-    hydrology::engine::{Depressions, Drainage, Grid, Outlet, receivers},
-    math,
+    numerics::{
+        hillslope::Hillslope,
+        math,
+        routing::{Depressions, Drainage, Grid, Outlet, receivers},
+        waves::SHORTEST_CELLS,
+    },
     prelude::*,
 };
 
@@ -39,6 +53,10 @@ pub struct Land<'a> {
     hillslope: Hillslope<'a>,
     /// The drainage area at which a river carries off what creeps into it; infinite without such rivers.
     river_m2: f64,
+    /// Width of the floor of a valley that drains 1 km², in metres.
+    valley_width_m: f64,
+    /// Cells of the rim of `inland` sides through which rivers leave.
+    gates: Vec<u32>,
     receivers: Receivers,
     seed: u32,
     law: Law,
@@ -108,23 +126,45 @@ impl Steepest {
     }
 }
 
+/// What a land is computed on; by default a single grid.
+#[derive(Debug, Default)]
+pub struct Footing {
+    /// Cells through which rivers leave at `inland` sides; None lets them be found.
+    pub gates: Option<Vec<u32>>,
+    /// The number of a level, and the side of a cell of the coarsest in metres.
+    pub level: Option<(u32, f64)>,
+}
+
 impl<'a> Land<'a> {
     /// The land at the start.
     ///
     /// # Errors
     /// When the world has no outlet or the inputs contradict each other.
-    pub fn new(job: &'a Job<'_>, params: &Params, start: &Field) -> Result<Self, NodeError> {
-        let grid = Grid::new(&job.window())?;
+    pub fn new(job: &'a Job<'_>, params: &Params, start: &Field, footing: Footing) -> Result<Self, NodeError> {
+        let gates = footing.gates.unwrap_or_else(|| inland::gates(&job.window(), start.samples(), job.seed()));
+        let grid = Grid::new(&job.window())?.with_gates(gates.clone(), inland::sides(&job.window().world));
         let cells = grid.cells();
-        let (cell_m, inputs) = (job.cell_m(), Inputs::read(job)?);
+        let (cell_m, inputs, wants) = (job.cell_m(), Inputs::read(job)?, Wants::of(job));
         let law = Law::new(params.n);
+        let holds_m = SHORTEST_CELLS * cell_m;
+        let (seed, shortest_m, scheme) = match footing.level {
+            // what is shorter than the coarsest cells hold would change their mean when a finer level adds it
+            Some((number, coarsest_m)) => (mix(job.seed() ^ mix(number)), holds_m.min(coarsest_m), Scheme::Level),
+            None => (job.seed(), holds_m, Scheme::SingleGrid),
+        };
+        let (rock, varied) = Rock::new(job, &inputs, params, &law, shortest_m)?;
+        let heads = Heads { critical_m2: params.critical_area, headwater_m2: params.headwater_area, m: params.m };
+        // creep that keeps pace with the headwaters over some cells, whatever the cells are
+        let headwater_yr = rock.mean(cells) * heads.power();
+        let least_diffusivity = params.rounding * headwater_yr * cell_m;
         let tangent = |degrees: f32| {
             let degrees = f64::from(degrees).clamp(0.0, 90.0);
             if degrees < 90.0 { math::tan(degrees.to_radians()) } else { f64::INFINITY }
         };
-        let steepest = match inputs.repose {
-            Lane::Constant(degrees) => Steepest::Everywhere(tangent(degrees)),
-            Lane::Samples(degrees) => {
+        let steepest = match (varied, inputs.repose) {
+            (Some(tangents), _) => Steepest::Each(tangents),
+            (None, Lane::Constant(degrees)) => Steepest::Everywhere(tangent(degrees)),
+            (None, Lane::Samples(degrees)) => {
                 Steepest::Each(degrees.par_iter().map(|&degrees| tangent(degrees) as f32).collect())
             }
         };
@@ -134,20 +174,23 @@ impl<'a> Land<'a> {
             tangents: zeroed(if params.receivers == Receivers::RhoInfinity { cells } else { 0 })?,
             depressions: Depressions::default(),
             drainage: Drainage::default(),
-            area: Area::new(&law, cells, inputs.rain, cell_m * cell_m, params.critical_area, params.m),
+            area: Area::new(&law, cells, inputs.rain, cell_m * cell_m, heads, scheme),
             cell_m,
             tectonics: Tectonics::new(&inputs, params),
             time_yr: 0.0,
-            rock: Rock::new(&inputs, params, &law, job.seed())?,
+            rock,
             steepest,
-            hillslope: Hillslope::new(&job.window(), inputs.diffusivity, params.critical_slope),
+            hillslope: Hillslope::new(&job.window(), inputs.diffusivity, params.critical_slope)
+                .at_least(least_diffusivity),
             river_m2: if params.critical_area > 0.0 { params.critical_area } else { f64::INFINITY },
+            valley_width_m: params.valley_width,
+            gates,
             receivers: params.receivers,
-            seed: job.seed(),
+            seed,
             law,
             n: params.n,
             sea_level_m: job.sea_level().unwrap_or(f64::NEG_INFINITY),
-            sediment: Sediment::new(inputs.deposition, cells, Wants::of(job).sediment)?,
+            sediment: Sediment::new(inputs.deposition, cells, wants.sediment || wants.erosion)?,
             grid,
         })
     }
@@ -173,6 +216,8 @@ impl<'a> Land<'a> {
         self.tectonics.raise(job, &self.grid, &mut self.heights, [self.time_yr, until_yr])?;
         self.time_yr = until_yr;
         self.route(job, Some(step))?;
+        self.area.spread();
+        self.widen(job, self.valley_width_m)?;
         let Some(mut sediment) = self.sediment.take() else {
             let before = asked.any().then(|| copied(&self.heights)).transpose()?;
             self.erode(job, step_yr)?;
@@ -225,9 +270,26 @@ impl<'a> Land<'a> {
 
     /// Lets the land between rivers creep. What comes to rivers and leaves the world is added to `lost`.
     fn creep(&mut self, job: &Job<'_>, step_yr: f64, step: u32, lost: Option<&mut Vec<f64>>) -> Result<(), NodeError> {
-        let (area, river_m2) = (&self.area, self.river_m2);
+        let (area, river_m2, gates) = (&self.area, self.river_m2, &self.gates);
         let is_river = |cell: usize| area.m2(cell) >= river_m2;
-        self.hillslope.creep(job, &mut self.heights, step_yr, step, &is_river, lost.map(|lost| &mut lost[..]))
+        let held: Vec<f64> = gates.iter().map(|&gate| self.heights[gate as usize]).collect();
+        let mut lost = lost;
+        self.hillslope.creep(
+            job,
+            &mut self.heights,
+            step_yr,
+            step,
+            &is_river,
+            lost.as_mut().map(|lost| &mut lost[..]),
+        )?;
+        for (&gate, held) in gates.iter().zip(held) {
+            let height = &mut self.heights[gate as usize];
+            if let Some(lost) = &mut lost {
+                lost[gate as usize] += *height - held;
+            }
+            *height = held;
+        }
+        Ok(())
     }
 
     /// Receivers, ways out of depressions and drainage areas of the land as it is: of a step, or by steepest descent.
@@ -238,7 +300,7 @@ impl<'a> Land<'a> {
         let (grid, heights, codes) = (&self.grid, &self.heights, &mut self.codes);
         match step {
             Some(step) if self.receivers == Receivers::RhoInfinity => {
-                let seed = orograph_graph::mix(self.seed ^ orograph_graph::mix(step));
+                let seed = mix(self.seed ^ mix(step));
                 receivers::rho_infinity(job, grid, heights, codes, &mut self.tangents, seed)?;
             }
             _ => receivers::d8(job, grid, heights, codes)?,
@@ -318,16 +380,14 @@ impl<'a> Sediment<'a> {
 
 #[cfg(test)]
 mod tests {
-    use orograph_graph::mix;
-
     use super::*;
-    use crate::{erosion::stream_power::NODE, hydrology::engine::code, testing};
+    use crate::{erosion::stream_power::NODE, numerics::routing::code, testing};
 
     /// Twenty steps over rough, rising land with lakes, a sea, slides and creep: what left and what is on its way is what the
     /// land lost.
     fn balance(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let (params, start) = (Params::read(job.params), Inputs::read(job)?.height);
-        let mut land = Land::new(job, &params, start)?;
+        let mut land = Land::new(job, &params, start, Footing::default())?;
         let cells = || 0..start.samples().len();
         let (mut left, mut moved) = (0.0, 0.0);
         for step in 0..20 {

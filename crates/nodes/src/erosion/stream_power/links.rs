@@ -1,9 +1,9 @@
 //! What the law needs to know of the link from a cell to its receiver.
 
 use super::{area::Area, incision::Law, rock::Rock};
-use crate::{
-    hydrology::engine::{code, receivers},
+use crate::numerics::{
     math,
+    routing::{code, receivers},
 };
 
 /// The links of one step.

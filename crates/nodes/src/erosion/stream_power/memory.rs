@@ -1,6 +1,6 @@
 //! What a run holds beside its inputs and outputs, in bytes per cell, at the largest of its stages.
 
-use super::{Inputs, Method, Params, Receivers, Schedule, Wants};
+use super::{Inputs, Method, Params, Receivers, Schedule, Wants, inland::Inland, levels::Ladder};
 use crate::prelude::*;
 
 /// The scratch of the node.
@@ -22,25 +22,46 @@ pub fn scratch(sizing: &Sizing<'_>) -> u64 {
         + if_wired("rain", 4.0)
         + if_wired("repose", 4.0)
         + when(params.receivers == Receivers::RhoInfinity, 1.0)
-        + when(settles, 8.0 + when(wants.sediment, 4.0));
+        + when(settles, 8.0 + when(wants.sediment || wants.erosion, 4.0))
+        // the mean area of the headwaters, areas that cut floors, the factor of the rock and the slope it stands at
+        + when(params.headwater_area > 0.0, 4.0)
+        + when(params.valley_width > 0.0, 4.0)
+        + when(params.variation_size > 0.0 && (params.variation > 0.0 || params.repose_variation > 0.0), 4.0)
+        + when(params.variation_size > 0.0 && params.repose_variation > 0.0, 4.0);
     let step = if params.method == Method::Analytical {
         // the way of each cell and its ancestor
         40.0
     } else if settles {
-        // heights before, the water's surface, what arrives, beds and flux; for powers what was found and tangents
-        when(wants.erosion_rate || wants.sediment, 8.0) + 56.0 + when(params.n != 1.0, 24.0)
+        // heights before, the water's surface, what arrives, which water fills, beds and flux; for powers what was found and tangents
+        when(wants.erosion_rate || wants.sediment, 8.0) + 57.0 + when(params.n != 1.0, 24.0)
     } else {
         lowered + flux + when(wants.erosion_rate, 8.0)
     };
     let wired = sizing.wired.iter().filter(|wired| **wired).count() as f64;
-    let coarse = when(
-        params.method == Method::Implicit && params.schedule == Schedule::CoarseToFine,
-        // a land of a quarter of the cells and its inputs, and the heights that it gives
-        0.25 * (land + 4.0 * wired) + 8.0,
-    );
+    let on_levels = params.method == Method::Implicit && params.schedule == Schedule::CoarseToFine;
+    // the start and the heights of a level of a quarter of the cells
+    let coarse = when(on_levels, 0.25 * (12.0 + when(settles, 12.0)));
     // outputs are made one after another, and each change is dropped when it has become one
     let before_rate = [wants.height, wants.area, wants.erosion, wants.erosion_rate];
     let before_rate = 4.0 * before_rate.iter().filter(|wanted| **wanted).count() as f64;
     let end = (flux + given).max(when(wants.erosion_rate, lowered + flux + before_rate));
-    sizing.cells(land + step.max(coarse).max(end) - given)
+    let bytes_per_cell = land + coarse + step.max(end);
+    let scratch = sizing.cells(bytes_per_cell - given);
+    let least = Window::whole(Ladder::new(sizing.window, &params).rung(0).inner.world);
+    let finer = if on_levels && least.len() > sizing.window.len() {
+        // the coarsest level, its inputs and its margin
+        (least.len() as f64 * 1.5 * (bytes_per_cell + 4.0 * wired)) as u64
+    } else {
+        0
+    };
+    scratch + finer + margin(sizing, bytes_per_cell + 4.0 * wired)
+}
+
+/// What the margin of `inland` sides takes, with its part of inputs and outputs and those inside beside it.
+fn margin(sizing: &Sizing<'_>, bytes_per_cell: f64) -> u64 {
+    let Some(inland) = Inland::around(sizing.window) else { return 0 };
+    let wired = sizing.wired.iter().filter(|wired| **wired).count() as f64;
+    let wanted = Wants::among(sizing.wanted).count() as f64;
+    let outside = (inland.cells() - sizing.window.len()) as f64;
+    (outside * bytes_per_cell) as u64 + sizing.cells(4.0 * (wired + wanted))
 }

@@ -3,7 +3,8 @@
 //! Howard (1994) for the law, Braun and Willett (2013) for the implicit solution along the drainage tree, receivers
 //! first. What differs from the paper: depressions are routed through (Cordonnier, Bovy and Braun 2019), receivers may
 //! be drawn at random between the two neighbours of the steepest facet, the drainage area has a lower limit, and slopes
-//! an upper one, erodibility may vary at random, and soil creeps between the rivers (Culling 1960). Heights are kept in
+//! an upper one that varies as rock does, headwaters are cut by debris flows and the floors of valleys by their river,
+//! erodibility may vary at random, a margin beyond `inland` sides is computed and cut off, and soil creeps between the rivers (Culling 1960). Heights are kept in
 //! double precision through the whole run, because the uplift of one step can be less than a height in single precision
 //! can hold.
 
@@ -15,22 +16,26 @@ mod deposition;
 #[cfg(test)]
 mod hillslope_tests;
 mod incision;
+mod inland;
 mod land;
+mod levels;
 mod links;
+#[cfg(test)]
+mod look_tests;
 mod memory;
 mod rock;
-mod schedule;
 mod slides;
 mod tectonics;
 #[cfg(test)]
 mod tests;
 
+use orograph_graph::Glimpses;
 use rayon::prelude::*;
 
 use self::{
-    land::{Asked, Land, Work},
+    inland::Inland,
+    land::{Asked, Footing, Land, Work},
     rock::DEFAULT_ERODIBILITY,
-    schedule::Steps,
 };
 use crate::prelude::*;
 
@@ -58,10 +63,10 @@ choice! {
 choice! {
     /// On which cells the time passes.
     pub enum Schedule {
+        /// Long times mostly on levels of larger cells, which are the same whatever cells are asked for.
+        CoarseToFine = "coarse_to_fine",
         /// All of it on the cells of the world.
         Full = "full",
-        /// Long times mostly on cells four times and twice as large.
-        CoarseToFine = "coarse_to_fine",
     }
 }
 
@@ -72,11 +77,18 @@ params! {
     m: f64 = 0.5, One, 0.0..=2.0, soft 0.3..=0.7;
     /// Exponent n of the slope.
     n: f64 = 1.0, One, 0.1..=5.0, soft 0.7..=2.0;
-    /// Drainage area at which rivers begin; 0 begins them at every cell.
+    /// Drainage area A₀ that the debris flows of headwaters are worth: what cuts where hardly any water runs.
     ///
-    /// Smaller areas erode as if they were this large, which makes the hillslopes between rivers the same at every
-    /// cell size whose cells are smaller than this.
-    critical_area: f64 = 2e4, SquareMetres, 0.0..=1e12, soft 0..=1e6;
+    /// Hillslopes that balance an uplift U are as steep as S₀ = (U / (K A₀ᵐ))^(1/n). 0 leaves headwaters to rivers alone.
+    headwater_area: f64 = 5e5, SquareMetres, 0.0..=1e12, soft 0..=5e6;
+    /// Drainage area at which rivers begin, where `headwater_area` is 0; 0 begins them at every cell.
+    ///
+    /// Smaller areas erode as if they were this large.
+    critical_area: f64 = 0.0, SquareMetres, 0.0..=1e12, soft 0..=1e6;
+    /// Width of the floor of a valley that drains 1 km², where its river is no steeper than 10 %; 0 is without floors.
+    valley_width: f64 = 25.0, Metres, 0.0..=1e5, soft 0..=100;
+    /// Creep that rounds what is as small as a cell, as a share of what the headwaters cut in the same time.
+    rounding: f64 = 0.05, One, 0.0..=100.0, soft 0..=0.5;
     /// Factor of the uplift in the course of the run: places from 0, the start, to 1, the end.
     ///
     /// A smooth curve through the points, level beyond them: growth, a pulse, decay.
@@ -87,10 +99,14 @@ params! {
     ///
     /// Takes time steps in which the uplift is below a tenth of a cell; with longer ones the steepest slopes waver.
     critical_slope: f64 = 0.0, One, 0.0..=10.0, soft 0.0..=1.5;
-    /// How much the erodibility differs from cell to cell: the standard deviation of its natural logarithm.
+    /// How much the erodibility differs from place to place: the standard deviation of its natural logarithm.
     ///
     /// Rock is never the same everywhere, and perfectly even land keeps rivers that follow rows and columns.
-    variation: f64 = 0.3, One, 0.0..=2.0, soft 0..=1;
+    variation: f64 = 0.5, One, 0.0..=2.0, soft 0..=1;
+    /// Size of the largest bodies of rock that differ; smaller ones lie within. 0 draws a factor for each cell.
+    variation_size: f64 = 8e3, Metres, 0.0..=1e7, soft 0..=50e3;
+    /// How much `repose` differs from place to place: its standard deviation. Hard rock stands steeper.
+    repose_variation: f64 = 7.0, Degrees, 0.0..=45.0, soft 0..=15;
     /// How the receiver of a cell is chosen.
     receivers: Receivers = Receivers::RhoInfinity, One, ..;
     /// Time step; 0 is a hundredth of the duration.
@@ -104,8 +120,8 @@ params! {
     method: Method = Method::Implicit, One, ..;
     /// On which cells the time passes.
     ///
-    /// Coarse to fine is several times as fast over long times, and not quite the same land.
-    schedule: Schedule = Schedule::Full, One, .., when method = "implicit";
+    /// Coarse to fine makes one terrain on any cells, and is several times as fast.
+    schedule: Schedule = Schedule::CoarseToFine, One, .., when method = "implicit";
     /// Seed of the random receivers and of the variation.
     seed: Seed = Seed(0), Count, ..;
 }
@@ -117,7 +133,7 @@ inputs! {
     uplift: Scalar(MetresPerYear) = 0.0, -1.0..=1.0, soft 0.0..=0.005;
     /// The coefficient K of the law. Below 0 counts as 0: nothing erodes.
     erodibility: Scalar(Erodibility) = DEFAULT_ERODIBILITY, 0.0..=1e3, soft 0.0..=1e-4;
-    /// In place of `erodibility`: how fast a river that drains 1 km² cuts down where its slope is 10 %.
+    /// Instead of `erodibility`: how fast a river that drains 1 km² cuts down where its slope is 10 %.
     /// 0 leaves it to `erodibility`; in a map, nothing erodes where it is 0 or below.
     reference_rate: Scalar(MetresPerYear) = 0.0, 0.0..=1.0, soft 0.0..=0.01;
     /// Rain as a share of the mean: where it is 2, a cell counts as two in the drainage area. Below 0 counts as 0.
@@ -125,7 +141,7 @@ inputs! {
     /// The coefficient G of deposition: how readily the load of rivers settles. 0 carries all of it out of the world.
     deposition: Scalar(One) = 0.0, 0.0..=1e3, soft 0.0..=4.0;
     /// Steepest slope that stands; 90° is without limit.
-    repose: Scalar(Degrees) = 35.0, 0.0..=90.0, soft 20.0..=60.0;
+    repose: Scalar(Degrees) = 38.0, 0.0..=90.0, soft 20.0..=60.0;
     /// The coefficient D of creep on hillslopes: 0.001 in dry to 0.1 in wet lands, 0 for none. Below 0 counts as 0.
     diffusivity: Scalar(SquareMetresPerYear) = 0.0, 0.0..=1e3, soft 0.0..=0.1;
 }
@@ -135,7 +151,7 @@ outputs! {
     height: Height;
     /// Drainage area at the end, by steepest descent, weighted by the rain.
     area: Scalar(SquareMetres);
-    /// Thickness of the rock that was eroded.
+    /// Thickness of the rock that was eroded, also where sediment lies on it now.
     erosion: Scalar(Metres);
     /// How fast the land was worn down during the last time step, below 0 where it was built up.
     /// It nears the uplift where both balance.
@@ -149,12 +165,28 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "StreamPower",
-    version: 2,
-    migrations: &[Migration { from: 1, steps: &[Step::SeaLevel { name: "sea_level", none: -12000.0 }] }],
+    version: 4,
+    migrations: &[
+        Migration { from: 1, steps: &[Step::SeaLevel { name: "sea_level", none: -12000.0 }] },
+        Migration {
+            from: 2,
+            steps: &[
+                Step::Keep { name: "headwater_area", value: "0" },
+                Step::Keep { name: "critical_area", value: "2e4" },
+                Step::Keep { name: "valley_width", value: "0" },
+                Step::Keep { name: "rounding", value: "0" },
+                Step::Keep { name: "variation", value: "0.3" },
+                Step::Keep { name: "variation_size", value: "0" },
+                Step::Keep { name: "repose_variation", value: "0" },
+                Step::Keep { name: "repose", value: "35" },
+            ],
+        },
+        Migration { from: 3, steps: &[Step::Keep { name: "schedule", value: "full" }] },
+    ],
     category: "erosion",
     summary: "Rivers that cut into rising land until erosion balances uplift.",
-    doc: "The height h of every cell that drains follows\n\n    ∂h/∂t = U − K Aᵐ Sⁿ\n\n\
-          with U the `uplift`, K the `erodibility`, A the drainage area in m² and S the slope to the cell's receiver, \
+    doc: "The height h of every cell that drains follows\n\n    ∂h/∂t = U − K (Aᵐ + A₀ᵐ) Sⁿ\n\n\
+          with U the `uplift`, K the `erodibility`, A the drainage area in m², A₀ the `headwater_area` and S the slope to the cell's receiver, \
           a plain ratio. All that is eroded leaves the world (detachment-limited erosion). Where uplift and erosion \
           balance, S = (U / K)^(1/n) A^(−m/n): steep headwaters, gentle rivers, with m/n near 0.5 in real land. \
           Land rises until it does; a river of length L takes some L / (K Aᵐ) years to answer a change when n is 1, \
@@ -176,45 +208,67 @@ pub static NODE: Node = Node {
           with Q the flux of sediment in m³/yr and G the `deposition`, 0.1 to 2 in most rivers, and Sⁿ for S where n is not 1. It is the \
           shared stream-power law with the transport coefficient K / G: a large G with an equally larger K makes rivers \
           that carry as much as they can everywhere. Slopes that balance uplift are (1 + G)^(1/n) times as steep, and alluvial \
-          plains and fans form where land sinks or mountains end. Lakes and the sea fill from their \
-          shores up to the water's surface, and pass on what they cannot hold. What slides joins the rivers at the next step. The mass of the sediment is kept to \
+          plains and fans form where land sinks or mountains end. What rivers bring into standing water spreads over some \
+          500 m, so that deltas grow from the mouths up to the water's surface; full lakes pass on the rest. What slides joins the rivers at the next step. The mass of the sediment is kept to \
           rounding errors: what is eroded lies somewhere or has left at an outlet.\n\n\
-          Where the drainage area is below `critical_area`, erosion is that of this area: these are hillslopes, which \
-          the law is not about. Without it relief grows without limit as cells shrink. It must be larger than a cell; \
-          where it is not, hillslopes are not resolved and the land depends on the cell size. `repose` is the steepest \
-          slope: what is steeper slides and is gone by the end of the step; 90° lets everything stand.\n\n\
-          With a `diffusivity` above 0 soil creeps on all land that is no river, as in `Creep`: crests are round, and what is rough fades,\n\n    \
+          A₀ᵐ stands for the debris flows that cut headwaters, where hardly any water runs. Where land balances its uplift, hillslopes \
+          are as steep as\n\n    S₀ = (U / (K A₀ᵐ))^(1/n)\n\n\
+          and ease into rivers where A is several times A₀, as in measured land, instead of lying at one angle down to a sudden \
+          valley. S₀ of 0.8 makes alpine, 0.4 gentle mountains: U = 3 mm/yr, K = 4e-6, A₀ = 1 km² make 0.75. A small A₀ makes short \
+          flanks, as in badlands (1e5 m²), a large one long flanks (1e6 m²). The area of headwaters, below a fifth of A₀, is the mean of the last steps, in each of which water takes one way \
+          of several. Without A₀, `critical_area` says where rivers begin; smaller areas erode as it does.\n\n\
+          `repose` is the steepest slope: what is steeper slides and is gone by the end of the step; 90° lets everything \
+          stand. It varies by `repose_variation` in waves from `variation_size` down, as rock does, because one angle everywhere makes \
+          planes.\n\n\
+          A river wanders over the floor of its valley and cuts all of it. The floor is\n\n    w = `valley_width` (A / 1 km²)^0.4 min(1, 0.1 / S)\n\n\
+          wide; the area of the river counts for all cells of a disc of that width in the law, less towards its rim. Floors narrower than a \
+          cell are not made.\n\n\
+          `rounding` lets all ground creep with D = `rounding` K A₀ᵐ d, with K the mean and d the side of a cell: what is as small as a \
+          cell fades, at any cell size. 0.05 is hardly seen, 0.3 is soft.\n\n          With a `diffusivity` above 0 soil creeps on all land that is no river, as in `Creep`: crests are round, and what is rough fades,\n\n    \
           ∂h/∂t = U − K Aᵐ Sⁿ + ∇·(D ∇h)\n\n\
           with D the `diffusivity`, divided by 1 − (|∇h| / S)² where a `critical_slope` S is given. 0.01 m²/yr suits gentle, \
-          soil-mantled land; valleys narrower than some D / (K Aᵐ), 35 m with it, do not form. Rivers, where the drainage area is `critical_area` or more, \
+          soil-mantled land; valleys narrower than some D / (K Aᵐ), 35 m with it, do not form. Where `critical_area` is above 0, rivers, which drain more, \
           take what creeps into them and do not rise: it leaves the world, or joins their load where there is \
           `deposition`. Where `critical_area` is 0 everything creeps. Water gathers less in smooth hollows the smaller the \
           cells are: gentle land that creep shapes stands some 10 % higher when cells are halved, which is why creep is off \
           unless asked for.\n\n\
-          `variation` makes \
-          each cell's erodibility differ a little, as rock does. With `critical_area: 0`, `variation: 0`, `repose: 90` \
-          and `receivers: d8` what remains is the law itself.\n\n\
+          `variation` makes the erodibility differ from place to place, as rock does: its logarithm is a sum of waves from \
+          `variation_size` down, 2.5 times as long along a grain as across it, with a spectral slope of 2.5. Harder rock stands steeper. The \
+          node `Rock` makes such maps with beds, folds and faults; wire them and set `variation` and `repose_variation` to 0. With \
+          `variation_size: 0` each cell draws a factor.\n\n\
+          With `headwater_area: 0`, `valley_width: 0`, `rounding: 0`, `variation: 0`, `repose_variation: 0`, `repose: 90` \
+          and `receivers: d8` what remains is the stream-power law itself.\n\n\
+          At `inland` sides of the world the land goes on: the node works on a margin of a tenth of the shorter side that is cut off. What is \
+          wired is reflected there, and the height falls outwards by 2 %. Rivers leave the margin through the lowest cell of each \
+          stretch of its rim, which keeps its height; the rest of the rim rises with the land. So no side shows.\n\n\
+          Rivers need time: where the run lasts less than a twentieth of that in which they respond, the node says so.\n\n\
           `uplift_course` makes the uplift grow, pulse or fade: it multiplies it by a curve over the run. Every step \
           takes the curve's exact mean over its time.\n\n\
           `method: analytical` gives the land at the age `duration` at once, as a preview whose age can be drawn like a \
           slider. For n = 1 a wave of erosion travels upstream at K Aᵐ, so that on a given network every height is known: \
           τ years up from an outlet it is U τ above it, once τ have passed; before, it is the old land lifted. The \
-          network itself is found in a few rounds, most of them on cells up to 8 times as large. It needs n = 1, no \
+          network itself is found in a few rounds, most of them on cells up to 8 times as large as those of the world, not on the levels below. It needs n = 1, no \
           `deposition`, an even `uplift_course` and no sea, leaves out creep, and does not use `time_step` and `schedule`; \
           `erosion_rate` and `sediment_flux` are those of the law, without slides. Where the \
           duration is a few times that in which the land answers a change, mean height and relief come out within some \
           5 % of those of 200 steps, in a fifteenth of the time for 512 × 512 cells; while waves are still on their way, \
           up to 10 % off, because rivers that have moved are not remembered.\n\n\
-          `schedule: coarse_to_fine` passes most of a long time on cells four times and twice as large, and leaves the \
-          cells of the world 0.3 of the time in which the land answers a change, 8 steps at least. What happens on large \
-          cells is added to the land as a smooth change, so that detail of the start stays. It is some 5 times as fast where \
-          the duration is a few such times. Without `variation`, mean height, local relief and slope come out within 1.5 % of the full \
-          run; with it, mean and local relief are higher, by 5 % at the default and more where hillslopes are barely \
-          resolved, because rivers have had less time to find the weak cells. Worlds of less than 128 cells along a side \
-          pass all time on their own cells. With `deposition` the mass of the sediment is kept only from there on.\n\n\
+          The network that forms depends on the cells on which the time passes, so it passes on levels whose cells follow from the \
+          world and the parameters, each half as large as those before, up to the cells of the world. The coarsest has 128 cells along the shorter side, or \
+          256 where 128 would be longer than 0.4 √A₀; it passes the whole time, in a hundredth a step. \
+          Each further level begins late with the land that the level below it had then, and ends with it: the second has 0.15 τ, with τ the \
+          time in which the land answers a change, each one after that half as long as the one before, in 6 steps. A finer level so \
+          keeps the rivers of the coarser ones and adds what its cells can resolve; a preview is the same terrain as the final build, and costs less. \
+          The coarsest level reads inputs that are made for its own cells, the others area means of those of the world. Land is \
+          displaced by up to a third of a coarse cell on its way to the next level, which lets straight rivers wind, and what the law \
+          has left of the detail of the start is added. On levels half a cell less than the drainage area \
+          cuts, which makes relief depend less on the cells. Heights are those at the centres of cells. A world with \
+          fewer cells than the coarsest level gets its means, and of `area` and `sediment_flux` the largest in each cell. Where a level would have \
+          more than half of the duration it begins at the start: land that has hardly had time to change stays as it was. With `time_step`, no step is longer. With \
+          `deposition`, the thickness of the sediment is kept from level to level, but the interpolated heights are not exactly those of the same mass. \
+          `schedule: full` passes all time on the cells of the world, and makes another network on each number of cells.\n\n\
           Rivers follow what they find. Start from land with some roughness (any noise of a few metres) unless straight \
-          parallel valleys are wanted. Outlines of the network change with the cell size and the seed; the \
-          mean height changes by some 2 % when cells are halved, as long as they are well below the critical area.",
+          parallel valleys are wanted.",
     sources: &[
         "A. D. Howard (1994), A detachment-limited model of drainage basin evolution, Water Resources Research 30, \
          2261-2285",
@@ -233,6 +287,9 @@ pub static NODE: Node = Node {
          1239-1250",
         "P. Tzathas, B. Gailleton, P. Steer and G. Cordonnier (2024), Physically-based analytical erosion for fast \
          terrain generation, Computer Graphics Forum 43",
+        "J. D. Stock and W. E. Dietrich (2003), Valley incision by debris flows: evidence of a topographic signature, \
+         Water Resources Research 39, 1089",
+        "J. D. Stock and W. E. Dietrich (2006), Erosion of steepland valleys by debris flows, GSA Bulletin 118, 1125-1148",
         "G. Cordonnier, B. Bovy and J. Braun (2019), A versatile, linear complexity algorithm for flow routing in \
          topographies with depressions, Earth Surface Dynamics 7, 549-562",
         "W. E. H. Culling (1960), Analytical theory of erosion, Journal of Geology 68, 336-344",
@@ -248,11 +305,12 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     reads_sea: true,
+    coarse: Some(|params, world| levels::coarsest(&Params::read(params), world)),
     scratch: Scratch::Bytes(memory::scratch),
     cpu: run,
     resolution: Resolution::Cells(
-        "the drainage network that forms depends on the cells; the mean height hardly does, as long as cells are well \
-         below the critical area",
+        "on levels heights differ by some percent of their deviation; with `schedule: full` and at once, each number of \
+         cells has its own drainage network",
     ),
     example: "height: \"base\", uplift: 0.001, erodibility: 2e-6, duration: 2e6, m: 0.5, n: 1.2",
     ..Node::DEFAULT
@@ -260,20 +318,48 @@ pub static NODE: Node = Node {
 
 /// The most steps of a run.
 const MAX_STEPS: f64 = 10_000.0;
-/// A shorter step counts as this long where its rates are told, so that they are finite.
+/// Runs shorter than this share of the rivers' response time get a warning.
+const SHORT_RUN: f64 = 0.05;
+/// Rates of a shorter step are computed for this length, so that they are finite.
 const SHORTEST_YR: f64 = 1e-30;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    let start = Inputs::read(job)?.height;
-    warn_of_unresolved_hillslopes(job, params.critical_area);
-    let wants = Wants::of(job);
-    let mut land = Land::new(job, &params, start)?;
+    warn_of_unresolved_hillslopes(
+        job,
+        if params.headwater_area > 0.0 { params.headwater_area } else { params.critical_area },
+    );
+    if params.method == Method::Implicit && params.schedule == Schedule::CoarseToFine {
+        return levels::run(job, &params);
+    }
+    let Some(inland) = Inland::around(job.window()) else { return erode(job, &params) };
+    let take = |outputs| {
+        if let Some(glimpses) = job.glimpses {
+            (glimpses.take)(inland.cut(outputs));
+        }
+    };
+    let glimpses = job.glimpses.map(|glimpses| Glimpses { due: glimpses.due, take: &take });
+    let outer = inland.job(job, glimpses);
+    let outputs = erode(&outer, &params);
+    Inland::tell(&outer, job);
+    outputs.map(|outputs| inland.cut(outputs))
+}
+
+/// The whole run on the cells of the job.
+fn erode(job: &Job<'_>, params: &Params) -> Result<Outputs, NodeError> {
+    let (start, wants) = (Inputs::read(job)?.height, Wants::of(job));
+    let mut land = Land::new(job, params, start, Footing::default())?;
     let asked = Asked { lowered: wants.erosion_rate, flux: wants.sediment_flux };
     let (step_yr, work) = match params.method {
-        Method::Implicit => implicit(job, &params, &mut land, asked)?,
-        Method::Analytical => (1.0, analytical::grow(job, &params, &mut land, asked)?),
+        Method::Implicit => implicit(job, params, &mut land, asked)?,
+        Method::Analytical => (1.0, analytical::grow(job, params, &mut land, asked)?),
     };
+    results(job, &mut land, start, step_yr, work)
+}
+
+/// The outputs of a land at the end; `work` is that of the last step, which took `step_yr`.
+fn results(job: &Job<'_>, land: &mut Land<'_>, start: &Field, step_yr: f64, work: Work) -> Result<Outputs, NodeError> {
+    let wants = Wants::of(job);
     if wants.area {
         land.route(job, None)?;
     }
@@ -285,7 +371,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     // The heights of many steps add up to rounding errors of the order of 1e-12 m where nothing was eroded.
     let eroded = |cell: usize| {
         let risen_m = land.tectonics.risen_m(cell, land.is_base(cell));
-        (f64::from(start.samples()[cell]) + risen_m - land.heights[cell]).max(0.0) as f32
+        let buried_m = land.sediment_m().map_or(0.0, |sediment| f64::from(sediment[cell]));
+        (f64::from(start.samples()[cell]) + risen_m - land.heights[cell] + buried_m).max(0.0) as f32
     };
     let per_yr = |metres: f64| metres / step_yr.max(SHORTEST_YR);
     let rate = |lowered: Vec<f64>| field(lowered.par_iter().map(|&lowered_m| per_yr(lowered_m) as f32).collect());
@@ -305,25 +392,46 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 
 /// Makes the steps of a run. Gives how long they are and what the last one did, as far as it is asked.
 fn implicit(job: &Job<'_>, params: &Params, land: &mut Land<'_>, asked: Asked) -> Result<(f64, Work), NodeError> {
-    let asked_yr = if params.time_step > 0.0 { params.time_step } else { params.duration / 100.0 };
-    let count = if params.duration > 0.0 { (params.duration / asked_yr).ceil().min(MAX_STEPS) as u32 } else { 0 };
-    let step_yr = params.duration / f64::from(count.max(1));
-    let first = match params.schedule {
-        Schedule::Full => 0,
-        Schedule::CoarseToFine => schedule::begin(job, params, Steps { count, step_yr }, land)?,
-    };
+    let (count, step_yr) = count_steps(params);
     let mut work = Work::default();
-    for step in first..count {
+    for step in 0..count {
         job.advance(step as f32 / (count + 1) as f32)?;
         let asked = if step + 1 == count { asked } else { Asked::default() };
         work = land.step(job, step_yr, step, asked)?;
-        job.glimpse(|| {
-            let height = land.heights.par_iter().map(|height| *height as f32).collect();
-            Given { height: Some(Field::new(job.window(), height)), ..Given::default() }.into()
-        });
+        job.glimpse(|| glimpse(job, land));
     }
     job.advance(count as f32 / (count + 1) as f32)?;
+    if count > 0 {
+        warn_of_short_runs(job, params.duration, land.response_yr(job, step_yr)?);
+    }
     Ok((step_yr, work))
+}
+
+/// How many steps a run has on a single grid, and how long each is in years.
+fn count_steps(params: &Params) -> (u32, f64) {
+    let asked_yr = if params.time_step > 0.0 { params.time_step } else { params.duration / 100.0 };
+    let count = if params.duration > 0.0 { (params.duration / asked_yr).ceil().min(MAX_STEPS) as u32 } else { 0 };
+    (count, params.duration / f64::from(count.max(1)))
+}
+
+/// What is shown of a land on the way.
+fn glimpse(job: &Job<'_>, land: &Land<'_>) -> Outputs {
+    let height = land.heights.par_iter().map(|height| *height as f32).collect();
+    Given { height: Some(Field::new(job.window(), height)), ..Given::default() }.into()
+}
+
+/// Tells where rivers have hardly begun to answer.
+fn warn_of_short_runs(job: &Job<'_>, duration_yr: f64, response_yr: f64) {
+    if duration_yr < SHORT_RUN * response_yr && response_yr.is_finite() {
+        let myr =
+            |years: f64| format!("{:.*} Myr", if years < 1e5 { 3 } else { usize::from(years < 1e7) + 1 }, years / 1e6);
+        job.warn(format!(
+            "rivers here respond in {}; the run lasts {}, so that most of the land is as it was; a longer `duration` or \
+             a larger `erodibility` lets them shape it",
+            myr(response_yr),
+            myr(duration_yr)
+        ));
+    }
 }
 
 /// Tells where cells are larger than the drainage area of a river's head.
@@ -331,8 +439,8 @@ fn warn_of_unresolved_hillslopes(job: &Job<'_>, critical_area_m2: f64) {
     let cell_m = job.cell_m();
     if critical_area_m2 > 0.0 && cell_m * cell_m > critical_area_m2 {
         job.warn(format!(
-            "cells of {cell_m} m are larger than the critical area of {critical_area_m2} m²: hillslopes are not \
-             resolved, and relief depends on the cells; use smaller cells or a larger `critical_area`"
+            "cells of {cell_m} m are larger than the {critical_area_m2} m² at which rivers begin: hillslopes are not \
+             resolved, and relief depends on the cells; use smaller cells or a larger `headwater_area`"
         ));
     }
 }

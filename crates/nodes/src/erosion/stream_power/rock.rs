@@ -1,12 +1,16 @@
 //! How easily rock erodes: its erodibility K, given as such or by the rate at which a reference river cuts it.
 
-use super::{Inputs, Params, incision::Law};
-use crate::{math, prelude::*};
+use orograph_graph::mix;
+use rayon::prelude::*;
+
+use super::{Inputs, Params, area::REFERENCE_M2, incision::Law};
+use crate::{
+    numerics::{math, waves::Waves},
+    prelude::*,
+};
 
 /// What K is when the file says nothing.
 pub const DEFAULT_ERODIBILITY: f64 = 2e-6;
-/// Drainage area of the reference river.
-const REFERENCE_AREA_M2: f64 = 1e6;
 /// Slope of the reference river.
 const REFERENCE_SLOPE: f64 = 0.1;
 
@@ -16,17 +20,42 @@ pub struct Rock<'a> {
     given: Lane<'a>,
     /// K for 1 of what is given.
     per_given: f64,
-    /// Coefficients of the variation; a cell draws one.
-    variation: Option<[f64; 256]>,
+    variation: Variation,
     seed: u32,
 }
 
+/// How K differs from place to place.
+#[derive(Debug)]
+enum Variation {
+    None,
+    /// Coefficients of which each cell draws one.
+    Cells(Box<[f64; 256]>),
+    /// A factor for each cell.
+    Waves(Vec<f32>),
+}
+
+/// Spectral slopes of the erodibility and of the slope at which rock gives way.
+const SPECTRAL_SLOPES: [f64; 2] = [2.5, 2.4];
+/// How much longer rock is along its strike than across it.
+const STRETCH: f64 = 2.5;
+/// Waves are cut off at so many standard deviations.
+const MOST_DEVIATIONS: f32 = 2.5;
+/// By how much the slope at which rock gives way goes with its hardness: their correlation.
+const HARD_IS_STEEP: f32 = 0.5;
+
 impl<'a> Rock<'a> {
-    /// Reads `erodibility`, `reference_rate` and `variation`.
+    /// Reads `erodibility`, `reference_rate` and what varies, in waves of `shortest_m` metres and more. Gives the tangent of the steepest slope of each cell too,
+    /// where that varies.
     ///
     /// # Errors
-    /// When both the erodibility and the reference rate are given.
-    pub fn new(inputs: &Inputs<'a>, params: &Params, law: &Law, seed: u32) -> Result<Self, NodeError> {
+    /// When both the erodibility and the reference rate are given, or [`NodeError::Cancelled`].
+    pub fn new(
+        job: &Job<'_>,
+        inputs: &Inputs<'a>,
+        params: &Params,
+        law: &Law,
+        shortest_m: f64,
+    ) -> Result<(Self, Option<Vec<f32>>), NodeError> {
         let (erodibility, rate) = (inputs.erodibility, inputs.reference_rate);
         let (given, per_given) = if rate.constant() == Some(0.0) {
             (erodibility, 1.0)
@@ -38,8 +67,53 @@ impl<'a> Rock<'a> {
                 "leave one of them out: each says how easily the rock erodes",
             ));
         };
-        let variation = (params.variation > 0.0).then(|| variation(law, params.variation));
-        Ok(Self { given, per_given, variation, seed })
+        let seed = job.seed();
+        let deviation = params.variation;
+        if params.variation_size <= 0.0 {
+            let variation =
+                if deviation > 0.0 { Variation::Cells(Box::new(variation(law, deviation))) } else { Variation::None };
+            return Ok((Self { given, per_given, variation, seed }, None));
+        }
+        let waves = |which: usize, stretch: f64| {
+            let seed = mix(seed ^ mix(0x5EED_0001 + which as u32));
+            let grain = f64::from(mix(job.seed())) * (std::f64::consts::PI / 4_294_967_296.0);
+            let longest_m = params.variation_size;
+            Waves { longest_m, spectral_slope: SPECTRAL_SLOPES[which], stretch, grain, seed }.field(
+                job,
+                &job.window(),
+                shortest_m,
+            )
+        };
+        let mut rock = if deviation > 0.0 || params.repose_variation > 0.0 { waves(0, STRETCH)? } else { Vec::new() };
+        let stands = if params.repose_variation > 0.0 {
+            let mut stands = waves(1, 1.0)?;
+            let own = (1.0 - HARD_IS_STEEP * HARD_IS_STEEP).sqrt();
+            stands.par_iter_mut().zip(&rock).enumerate().for_each(|(cell, (stands, rock))| {
+                let waves = (own * *stands - HARD_IS_STEEP * rock).clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS);
+                let mean = f64::from(inputs.repose.at(cell)).clamp(0.0, 90.0);
+                let degrees = (mean + params.repose_variation * f64::from(waves)).clamp(0.3 * mean, 89.0);
+                *stands = if mean < 90.0 { math::tan(degrees.to_radians()) as f32 } else { f32::INFINITY };
+            });
+            Some(stands)
+        } else {
+            None
+        };
+        let variation = if deviation > 0.0 {
+            rock.par_iter_mut().for_each(|rock| {
+                *rock = math::exp(deviation * f64::from(rock.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS))) as f32;
+            });
+            Variation::Waves(rock)
+        } else {
+            Variation::None
+        };
+        Ok((Self { given, per_given, variation, seed }, stands))
+    }
+
+    /// The mean of K over `cells` cells.
+    #[must_use]
+    pub fn mean(&self, cells: usize) -> f64 {
+        self.everywhere()
+            .unwrap_or_else(|| (0..cells).map(|cell| self.erodibility(cell)).sum::<f64>() / cells.max(1) as f64)
     }
 
     /// K where it is the same everywhere, before it varies.
@@ -60,11 +134,12 @@ impl<'a> Rock<'a> {
     #[inline(always)]
     pub fn vary(&self, law: &Law, cell: usize, coefficient: f64) -> f64 {
         match &self.variation {
-            Some(variation) => {
-                let draw = orograph_graph::mix((cell as u32).wrapping_mul(0x9E37_79B9) ^ self.seed) >> 24;
+            Variation::Cells(variation) => {
+                let draw = mix((cell as u32).wrapping_mul(0x9E37_79B9) ^ self.seed) >> 24;
                 law.times(coefficient, variation[draw as usize])
             }
-            None => coefficient,
+            Variation::Waves(factors) => law.times(coefficient, law.coefficient(f64::from(factors[cell]))),
+            Variation::None => coefficient,
         }
     }
 
@@ -75,7 +150,7 @@ impl<'a> Rock<'a> {
 
 /// K at which the reference river is cut by 1 m/yr: 1 / (Aᵐ Sⁿ).
 fn erodibility_of_unit_rate(m: f64, n: f64) -> f64 {
-    1.0 / (math::pow(REFERENCE_AREA_M2, m) * math::pow(REFERENCE_SLOPE, n))
+    1.0 / (math::pow(REFERENCE_M2, m) * math::pow(REFERENCE_SLOPE, n))
 }
 
 /// Equally likely factors of the erodibility, as coefficients: their logarithm is uniform around 0 and has the given

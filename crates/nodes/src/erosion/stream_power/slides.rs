@@ -9,7 +9,7 @@
 use orograph_graph::{Job, NodeError};
 use rayon::prelude::*;
 
-use crate::hydrology::engine::{Grid, Outlet};
+use crate::numerics::routing::{Grid, Outlet};
 
 /// Rows of a strip. Part of the definition of the result.
 const STRIP_ROWS: usize = 64;

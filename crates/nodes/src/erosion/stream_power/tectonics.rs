@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{Inputs, Params, course::Course};
 use crate::{
-    hydrology::engine::{Grid, Outlet},
+    numerics::routing::{Grid, Outlet},
     prelude::*,
 };
 
@@ -35,6 +35,12 @@ impl<'a> Tectonics<'a> {
     #[must_use]
     pub fn risen_m(&self, cell: usize, is_base: bool) -> f64 {
         self.rate(cell, is_base) * self.duration_yr
+    }
+
+    /// How far cells at base level have sunk after a part of the run, in metres.
+    #[must_use]
+    pub fn base_fallen_m(&self, time_yr: f64) -> f64 {
+        self.base_level_fall * time_yr
     }
 
     /// How fast a cell rises in the mean of the run, in m/yr.
@@ -99,7 +105,7 @@ mod tests {
         let [uplift, erodibility, repose] = [0.001, 0.0, 90.0].map(|value| Field::constant(*height.window(), value));
         let fields = [("height", &height), ("uplift", &uplift), ("erodibility", &erodibility), ("repose", &repose)];
         for time_step in [1e6, 3e4] {
-            let mut params = testing::with_params(&NODE, &format!("duration=1e6,time_step={time_step}"));
+            let mut params = testing::with_params(&NODE, &format!("schedule=full,duration=1e6,time_step={time_step}"));
             params.set("uplift_course", ParamValue::Curve(vec![[0.0, 0.0], [1.0, 1.0]]));
             let mut found = testing::outputs(&NODE, &params, &fields).expect("a result");
             for (after, before) in samples(&mut found, "height").iter().zip(height.samples()).skip(21).take(18) {
@@ -127,10 +133,30 @@ mod tests {
     }
 
     #[test]
+    fn short_runs_are_told() {
+        // Some 3 km of river at K √A of 2 mm/yr and more take a good million years.
+        for (duration, told) in [(1e3, true), (2e6, false)] {
+            let height = testing::field(testing::world(60, 60, 100.0), |x, y| 50.0 * white(x, y));
+            let params = testing::with_params(&NODE, &format!("duration={duration}"));
+            let cancel = Cancel::default();
+            let (outputs, warnings) =
+                testing::outputs_and_warnings(&cancel, *height.window(), &NODE, &params, &[("height", &height)]);
+            let said = warnings.iter().any(|text| text.contains("rivers here respond in"));
+            assert!(outputs.is_ok() && said == told, "{duration}: {warnings:?}");
+        }
+    }
+
+    #[test]
     fn unresolved_hillslopes_are_told() {
-        for (critical_area, told) in [(0.0, false), (9.0e3, true), (1.1e4, false)] {
+        for (areas, told) in [
+            ("headwater_area=0,critical_area=0", false),
+            ("headwater_area=0,critical_area=9e3", true),
+            ("headwater_area=0,critical_area=1.1e4", false),
+            ("headwater_area=9e3,critical_area=1.1e4", true),
+            ("headwater_area=1.1e4,critical_area=9e3", false),
+        ] {
             let height = Field::constant(Window::whole(testing::world(5, 5, 100.0)), 1.0);
-            let params = testing::with_params(&NODE, &format!("critical_area={critical_area},duration=1"));
+            let params = testing::with_params(&NODE, &format!("{areas},duration=1"));
             let cancel = Cancel::default();
             let (outputs, warnings) =
                 testing::outputs_and_warnings(&cancel, *height.window(), &NODE, &params, &[("height", &height)]);

@@ -3,10 +3,17 @@
 use orograph_graph::{Boundary, Cancel, Edge, Wanted, World, mix};
 
 use super::NODE;
-use crate::{hydrology::engine::reference, math, prelude::*, testing};
+use crate::{
+    numerics::{math, routing::reference},
+    prelude::*,
+    testing,
+};
 
+/// Rivers alone: without debris flows, floors, rounding and long waves of rock.
+const RIVERS: &str = "schedule=full,headwater_area=0,critical_area=2e4,valley_width=0,rounding=0,variation=0.3,variation_size=0,\
+                      repose_variation=0";
 /// The law alone, but for the limit of slopes.
-pub const PLAIN: &str = "critical_area=0,variation=0,receivers=d8";
+pub const PLAIN: &str = "schedule=full,critical_area=0,variation=0,receivers=d8";
 
 struct Case<'a> {
     height: &'a Field,
@@ -132,8 +139,9 @@ fn a_step_is_the_plain_reference() {
         bytes.chunks_exact(4).map(|bytes| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])).collect();
     let height = Field::new(Window::whole(testing::world(256, 256, 30.0)), samples.clone());
     for (m, n, k) in [(0.5, 1.0, 3e-5_f32), (0.5, 1.2, 3e-5), (0.6, 1.5, 1e-5), (0.4, 0.8, 5e-5)] {
-        let changes =
-            format!("critical_area=20000,variation=0,receivers=d8,duration=50000,time_step=50000,m={m},n={n}");
+        let changes = format!(
+            "schedule=full,critical_area=20000,variation=0,receivers=d8,duration=50000,time_step=50000,m={m},n={n}"
+        );
         let case = Case { height: &height, uplift: 0.0, erodibility: f64::from(k), repose: 90.0, changes };
         let expected = reference_step(256, 30.0, &samples, f64::from(k) * 5e4, m, n, 2e4);
         // 1e-3 m: the heights are f32.
@@ -241,8 +249,10 @@ fn variation_is_around_the_erodibility_and_its_seed_counts() {
     assert!((mean(&varied) / mean(&even) - 1.0).abs() < 0.1, "{} {}", mean(&varied), mean(&even));
 }
 
+/// A run of [`RIVERS`] with some changes.
 pub fn outputs(changes: &str, fields: &[(&str, &Field)]) -> Result<Outputs, NodeError> {
-    testing::outputs(&NODE, &testing::with_params(&NODE, changes), fields)
+    let changes = if changes.is_empty() { RIVERS.to_owned() } else { format!("{RIVERS},{changes}") };
+    testing::outputs(&NODE, &testing::with_params(&NODE, &changes), fields)
 }
 
 pub fn samples(outputs: &mut Outputs, output: &str) -> Vec<f32> {

@@ -17,6 +17,28 @@ fn run(height: &Field, changes: &str, uplift: f32, erodibility: f32, deposition:
     outputs(&format!("{PLAIN},{changes}"), &fields).expect("a result")
 }
 
+/// Rock that is gone from under sediment is eroded too.
+#[test]
+fn what_is_eroded_is_what_is_missing_below_the_sediment() {
+    let height = testing::field(testing::world(60, 60, 100.0), |x, y| 0.05 * x + 120.0 * white(x, y));
+    // a rising half that feeds a sinking one
+    let uplift = testing::field(testing::world(60, 60, 100.0), |x, _| if x > 3000.0 { 0.001 } else { -0.0003 });
+    let [deposition, erodibility] = [1.0, 1e-5].map(|value| Field::constant(*height.window(), value));
+    let fields = [("height", &height), ("uplift", &uplift), ("deposition", &deposition), ("erodibility", &erodibility)];
+    let mut found = outputs("duration=1e6", &fields).expect("a result");
+    let [after, erosion, sediment] = ["height", "erosion", "sediment"].map(|name| samples(&mut found, name));
+    let mut buried = 0;
+    for y in 1..59 {
+        for cell in y * 60 + 1..y * 60 + 59 {
+            let missing = height.samples()[cell] + uplift.samples()[cell] * 1e6 - after[cell];
+            // 5e-2 m: sediment is added up in single precision over a hundred steps
+            assert!((erosion[cell] - (missing + sediment[cell]).max(0.0)).abs() < 5e-2, "{cell}");
+            buried += usize::from(sediment[cell] > 0.5 && erosion[cell] > missing + 0.5);
+        }
+    }
+    assert!(buried > 20, "{buried}");
+}
+
 /// At steady state Q = U A, so that slopes are those of the plain law with K / (1 + G): 1 / K = 1 / K_d + 1 / K_t.
 #[test]
 fn steady_slopes_are_those_of_both_coefficients() {
@@ -101,9 +123,10 @@ fn a_lake_keeps_what_it_can_hold() {
     // 1e-3 m: heights are f32.
     assert!(change(0..20) < -1.0 && (change(0..20) + change(20..40)).abs() < 1e-3, "{}", change(0..20));
     assert!((change(0..20) + f64::from(flux[19]) * 2e3 / 1e4).abs() < 1e-3);
-    assert!(flux[39] == 0.0 && after[39] == 80.0 && after[20] > 80.0);
-    // No higher than the bar, filled from the shore.
-    assert!(after[20..40].iter().all(|&after| after <= height.samples()[40]) && after[20] >= after[21]);
+    assert!(flux[39] == 0.0 && after[20] > 80.0);
+    // No higher than the bar, and the thinner the farther from the shore.
+    assert!(after[20..40].iter().all(|&after| after <= height.samples()[40]));
+    assert!(after[20..40].windows(2).all(|pair| pair[0] >= pair[1]) && after[39] < 80.0 + 0.1 * (after[20] - 80.0));
 }
 
 #[test]
@@ -126,13 +149,45 @@ fn a_delta_grows_to_the_level_of_the_sea() {
     let (after, sediment) = (samples(&mut found, "height"), samples(&mut found, "sediment"));
     let shore = height.samples().iter().position(|&height| height < 50.0).expect("a shore");
     assert!(after[shore] >= 50.0 && sediment[shore] > 0.0, "{}", after[shore]);
-    assert!(after[99] == height.samples()[99] && sediment[99] == 0.0, "the deep sea is as it was");
+    // ten times as far as the sediment of a step spreads
+    assert!(sediment[99] < 1e-3 * sediment[shore], "{} {}", sediment[99], sediment[shore]);
     for (after, before) in after[shore..].iter().zip(&height.samples()[shore..]) {
         assert!(after >= before, "the sea's floor is not eroded");
     }
     // Without deposition the floor of the sea stays, and rivers end at the shore.
     let plain = samples(&mut run(&height, changes, 0.0, 1e-5, 0.0), "height");
     assert!(plain[shore..] == height.samples()[shore..] && plain[..shore].iter().all(|&height| height >= 50.0));
+}
+
+/// A river out of a valley builds a delta on a level floor of the sea that is round and smooth: no streaks, no ponds.
+#[test]
+fn a_delta_is_round() {
+    let world = testing::world(81, 81, 100.0);
+    let coast =
+        testing::field(
+            world,
+            |x, y| {
+                if x < 2500.0 { 10.0 + 0.04 * (2500.0 - x) + 0.2 * (y - 4050.0).abs() } else { -60.0 }
+            },
+        );
+    let height = testing::at_sea(&coast, 0.0);
+    let mut found = run(&height, "duration=3e5,time_step=1e4", 0.0, 2e-5, 0.5);
+    let sediment = samples(&mut found, "sediment");
+    let at = |x: usize, y: usize| sediment[y * 81 + x];
+    // around the mouth, at a distance of a kilometre: straight out to sea, and 45° to both sides
+    let [ahead, left, right] = [at(35, 40), at(32, 33), at(32, 47)];
+    assert!(ahead > 1.0, "{ahead}");
+    for side in [left, right] {
+        assert!((side / ahead - 1.0).abs() < 0.3, "{ahead} {side}");
+    }
+    let under_water = |x: usize, y: usize| at(x, y) < 59.0;
+    for (x, y) in (27..79).flat_map(|x| (2..79).map(move |y| (x, y))) {
+        let beside = [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)];
+        if under_water(x, y) && beside.iter().all(|&(x, y)| under_water(x, y)) {
+            let mean = beside.iter().map(|&(x, y)| at(x, y)).sum::<f32>() / 4.0;
+            assert!((at(x, y) - mean).abs() < 1.0 + 0.1 * mean, "{x} {y}: {} {mean}", at(x, y));
+        }
+    }
 }
 
 #[test]

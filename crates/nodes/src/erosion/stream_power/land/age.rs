@@ -7,7 +7,7 @@
 //! > h = z(t − τ) + u where τ ≤ t, with z the level of the outlet, and h = h₀(x\*) + u − u(x\*) elsewhere,
 //!
 //! x\* being the place downstream whose travel time is τ − t (Steer 2021; Tzathas, Gailleton, Steer and Cordonnier 2024).
-//! The network of the result is not the given one, so that it is found anew and the heights with it, again and again.
+//! The network of the result is not the given one, so network and heights are found again in a few rounds.
 //!
 //! What differs from the papers: x\* is found by jump pointers (Myers 1983), one for each cell, in a logarithmic number of
 //! steps; the land is never higher than uplift alone would have it, which leaves the floors of lakes where they are.
@@ -18,7 +18,7 @@ use orograph_graph::{Job, NodeError};
 use rayon::prelude::*;
 
 use super::{Asked, Land, Work};
-use crate::hydrology::engine::code;
+use crate::numerics::routing::code;
 
 /// The longest travel time over one link, in ages: rock that does not erode.
 const LONGEST_LINK: f64 = 1e6;
@@ -173,7 +173,10 @@ fn ancestor(ancestors: &[AtomicU64], receiver: u32) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::Land, *};
+    use super::{
+        super::{Footing, Land},
+        *,
+    };
     use crate::{
         erosion::stream_power::{Inputs, NODE, Params, tests::white},
         prelude::*,
@@ -183,7 +186,7 @@ mod tests {
     /// The plain reference: every way walked cell by cell until the age has passed.
     fn walk(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let (params, start) = (Params::read(job.params), Inputs::read(job)?.height);
-        let mut land = Land::new(job, &params, start)?;
+        let mut land = Land::new(job, &params, start, Footing::default())?;
         let start = start.samples();
         land.grow(job, start, params.duration, 0)?;
         let links = land.links(1.0);

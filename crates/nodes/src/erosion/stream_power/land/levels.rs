@@ -1,9 +1,22 @@
-//! Going on with what happened on coarser cells.
+//! Going on with what a coarser level has made.
 
-use orograph_graph::{Field, Job, NodeError};
+use orograph_graph::{Job, NodeError, mix};
+use rayon::prelude::*;
 
 use super::Land;
-use crate::erosion::stream_power::coarse::Coarse;
+use crate::{
+    erosion::stream_power::levels::{Checkpoint, Frame, Loose, Places},
+    numerics::{math, waves::Waves},
+};
+
+/// How far the land is displaced from one level to the next, in coarse cells, and on all levels beyond.
+const DISPLACED: [f64; 3] = [0.3, 0.15, 0.1];
+/// Wavelengths of the displacement in coarse cells.
+const DISPLACEMENT_WAVES: [f64; 2] = [6.0, 3.0];
+/// The spectral slope that makes its shorter waves two thirds of its longer ones.
+const DISPLACEMENT_SLOPE: f64 = 3.17;
+/// Displacement fades over so many coarse cells at the sides.
+const SIDE_CELLS: f64 = 3.0;
 
 impl Land<'_> {
     /// The time in which the land answers a change: how long a wave of erosion, which travels at n K Aᵐ Sⁿ⁻¹, takes from
@@ -30,23 +43,80 @@ impl Land<'_> {
         Ok(response_yr)
     }
 
-    /// Goes on from what `below`, the land on coarser cells, has become. The starts are those of the run.
+    /// Years that have passed.
+    #[must_use]
+    pub const fn time_yr(&self) -> f64 {
+        self.time_yr
+    }
+
+    /// What the next level goes on with.
+    #[must_use]
+    pub fn checkpoint(self, frame: Frame, start: &[f32]) -> Checkpoint {
+        let loose = self.sediment.map(|sediment| Loose { debris: sediment.debris, thickness: sediment.thickness });
+        let (heights, gates, time_yr) = (self.heights, self.gates, self.time_yr);
+        Checkpoint { frame, start: start.to_vec(), heights, loose, gates, time_yr }
+    }
+
+    /// Goes on from a coarser level: its land, interpolated at slightly displaced places, and of the detail of the start
+    /// what the law has left of bumps as small as a cell. Where all of it is left nothing is displaced. Cells at base
+    /// level have moved with it.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
     pub fn take_over(
         &mut self,
         job: &Job<'_>,
-        coarse: &Coarse,
-        [start, coarse_start]: [&Field; 2],
-        below: Land<'_>,
+        level: u32,
+        start: &[f32],
+        below: &Checkpoint,
+        places: &Places,
     ) -> Result<(), NodeError> {
-        self.time_yr = below.time_yr;
-        if let (Some(own), Some(below)) = (&mut self.sediment, &below.sediment) {
-            own.debris = coarse.spread(&below.debris);
-            own.thickness = below.thickness.as_ref().map(|thickness| coarse.spread(thickness));
+        let nx = self.grid.nx;
+        let coarse_m = below.frame.outer.cell_m();
+        let displaced = [0, 1].map(|axis| {
+            let [longest, shortest] = DISPLACEMENT_WAVES.map(|cells| cells * coarse_m);
+            let seed = mix(job.seed() ^ mix(0xD15C_0000 + 2 * level + axis));
+            Waves { longest_m: longest, spectral_slope: DISPLACEMENT_SLOPE, stretch: 1.0, grain: 0.6, seed }
+                .sampler(shortest)
+        });
+        let furthest = DISPLACED[(level as usize - 1).min(DISPLACED.len() - 1)];
+        let per_k = below.time_yr * self.area.least_power() / self.cell_m;
+        let before = |cell: usize| f64::from(below.start[cell]);
+        let after = |cell: usize| below.heights[cell];
+        let mut heights = std::mem::take(&mut self.heights);
+        let taken = heights.par_chunks_mut(nx).enumerate().try_for_each(|(y, heights)| {
+            job.check()?;
+            for (x, height) in heights.iter_mut().enumerate() {
+                let cell = y * nx + x;
+                let own = f64::from(start[cell]);
+                if self.is_base(cell) {
+                    *height = own - self.tectonics.base_fallen_m(below.time_yr);
+                    continue;
+                }
+                let place = places.of(x, y);
+                let plain = places.around(place);
+                let drowned = own < self.sea_level_m && plain.cubic(after) < self.sea_level_m;
+                let left = if drowned { 1.0 } else { math::exp(-self.rock.erodibility(cell) * per_k) };
+                let amount = furthest * (1.0 - left) * (places.side_distance(place) / SIDE_CELLS).clamp(0.0, 1.0);
+                let around = if amount > 0.0 {
+                    let [dx, dy] = [0, 1].map(|axis| amount * displaced[axis].at(place.map(|at| at * coarse_m)));
+                    places.around([place[0] + dx, place[1] + dy])
+                } else {
+                    plain
+                };
+                let detail = if left > 1e-6 { left * (own - around.cubic(before)) } else { 0.0 };
+                *height = around.cubic(after) + detail;
+            }
+            Ok::<(), NodeError>(())
+        });
+        self.heights = heights;
+        taken?;
+        if let (Some(own), Some(loose)) = (&mut self.sediment, &below.loose) {
+            let under = (0..self.heights.len()).into_par_iter().map(|cell| places.cell(cell % nx, cell / nx));
+            own.debris = under.clone().map(|cell| loose.debris[cell]).collect();
+            own.thickness = loose.thickness.as_ref().map(|metres| under.map(|cell| metres[cell]).collect());
         }
-        self.heights = coarse.corrected(job, start.samples(), coarse_start.samples(), below.heights)?;
+        self.time_yr = below.time_yr;
         Ok(())
     }
 }

@@ -1,0 +1,114 @@
+//! Tests of the levels: one terrain on any cells, and inputs at the edge of sense.
+
+use std::path::Path;
+
+use orograph_graph::{Boundary, Document, Edge, Evaluator, EvaluatorOptions, World};
+
+use crate::{
+    erosion::stream_power::{NODE, tests::white},
+    numerics::math,
+    prelude::*,
+    testing,
+};
+
+/// A range that rises from rough land of 16 km.
+fn land(cells: u32, sides: &str, changes: &str) -> Field {
+    let text = format!(
+        "(format: 1, world: (size: \"16 km\", cells: {cells}, seed: 3, boundary: {sides}), nodes: {{ \
+         \"hills\": Ridged(wavelength: \"4 km\", amplitude: \"200 m\"), \
+         \"rise\": Uplift(centre: (\"8 km\", \"8 km\"), radius: \"9 km\", rate: \"2 mm/yr\"), \
+         \"rivers\": StreamPower(version: 4, height: \"hills\", uplift: \"rise\", erodibility: 4e-6, duration: \"1.5 Myr\"{changes}), \
+         }}, outputs: {{ \"height\": \"rivers\" }})"
+    );
+    let document = Document::parse(text, &crate::registry());
+    let evaluator = Evaluator::new(EvaluatorOptions::default()).expect("an evaluator");
+    let (port, window) = (document.outputs()[0].port, Window::whole(document.world()));
+    let found = evaluator.values(document.graph(), Path::new("."), &[port], window).expect("heights");
+    found[0].as_field().expect("a field").clone()
+}
+
+/// The root mean square difference over the standard deviation, on the coarser cells.
+fn apart(coarse: &Field, fine: &Field) -> f64 {
+    let fine = super::resample::resampled(fine, *coarse.window(), false);
+    let difference: Vec<f32> = fine.samples().iter().zip(coarse.samples()).map(|(a, b)| a - b).collect();
+    let ((mean, deviation), (_, whole)) = (testing::moments(&difference), testing::moments(fine.samples()));
+    math::hypot(mean, deviation) / whole
+}
+
+#[test]
+fn a_land_is_the_same_on_any_cells() {
+    for sides in ["inland", "base"] {
+        let [few, between, many] = [256, 300, 512].map(|cells| land(cells, sides, ""));
+        let [levels, off_ladder] = [&few, &between].map(|coarse| apart(coarse, &many));
+        assert!(levels < 0.05 && off_ladder < 0.05, "{levels} {off_ladder}");
+    }
+    let single = apart(&land(256, "inland", ", schedule: full"), &land(512, "inland", ", schedule: full"));
+    assert!(single > 0.1, "{single}");
+}
+
+#[test]
+fn fewer_cells_than_the_coarsest_level_are_its_means() {
+    let found = apart(&land(50, "base", ""), &land(512, "base", ""));
+    assert!(found < 0.12, "{found}");
+}
+
+#[test]
+fn nothing_erodes_where_rock_does_not() {
+    let height = testing::field(testing::world(200, 150, 40.0), |x, y| 300.0 * white(x, y));
+    let [uplift, none, repose] = [0.001, 0.0, 90.0].map(|value| Field::constant(*height.window(), value));
+    let fields = [("height", &height), ("uplift", &uplift), ("erodibility", &none), ("repose", &repose)];
+    let params = testing::with_params(&NODE, "duration=1e6,rounding=0");
+    let found = testing::run(&NODE, &params, &fields, "height");
+    for (cell, (after, before)) in found.samples().iter().zip(height.samples()).enumerate() {
+        let (x, y) = (cell % 200, cell / 200);
+        let base = x == 0 || y == 0 || x == 199 || y == 149;
+        let risen = if base { 0.0 } else { 1000.0 };
+        assert!((after - before - risen).abs() < 2e-3, "{cell}: {before} {after}");
+    }
+}
+
+#[test]
+fn any_world_gives_heights() {
+    let periodic = Boundary { west: Edge::Periodic, east: Edge::Periodic, ..Boundary::default() };
+    let mixed = Boundary { west: Edge::Wall, east: Edge::Open, north: Edge::Inland, south: Edge::Base };
+    for boundary in [Boundary::all(Edge::Base), Boundary::all(Edge::Inland), Boundary::all(Edge::Open), periodic, mixed]
+    {
+        for (nx, ny) in [(1, 1), (1, 40), (300, 1), (5, 3), (150, 140)] {
+            let world = World { boundary, ..testing::world(nx, ny, 30.0) };
+            let height = testing::field(world, |x, y| 500.0 * white(x, y));
+            let deposition = Field::constant(*height.window(), 0.5);
+            for (changes, sea) in [
+                ("duration=1e6", None),
+                ("duration=1e5,time_step=1e5", Some(100.0)),
+                ("duration=0", None),
+                ("", Some(900.0)),
+            ] {
+                let height = sea.map_or_else(|| height.clone(), |sea| testing::at_sea(&height, sea));
+                let deposition = Field::constant(*height.window(), deposition.samples()[0]);
+                let fields = [("height", &height), ("deposition", &deposition)];
+                let changes = format!("time_step=2e5,{changes}");
+                let mut found =
+                    testing::outputs(&NODE, &testing::with_params(&NODE, &changes), &fields).expect("a result");
+                for output in NODE.outputs {
+                    let field = found.take(output.name).expect("an output");
+                    let field = field.as_field().expect("a field");
+                    assert_eq!(field.window(), height.window());
+                    assert!(field.samples().iter().all(|v| v.is_finite()), "{nx} {ny} {changes}: {}", output.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_same_for_any_thread_count_and_simd_level() {
+    let world = World { boundary: Boundary::all(Edge::Inland), ..testing::world(300, 280, 50.0) };
+    let height = testing::field(world, |x, y| 300.0 * white(x, y));
+    let deposition = Field::constant(Window::whole(world), 0.5);
+    for (n, more) in [("1", None), ("1.2", Some(("deposition", &deposition)))] {
+        let params = testing::with_params(&NODE, &format!("duration=1e6,time_step=1e5,n={n}"));
+        let fields: Vec<_> = [("height", &height)].into_iter().chain(more).collect();
+        assert!(testing::run_in(1, &NODE, &params, &fields) == testing::run_in(7, &NODE, &params, &fields));
+        testing::at_every_level(|| testing::outputs(&NODE, &params, &fields));
+    }
+}

@@ -1,0 +1,127 @@
+//! Measures of the look of the land at small sizes: how slopes are spread, how much of the land is plane, how wide floors
+//! are. Real mountains at cells of 80 m have a ratio of the 95 % slope to the median of 1.6 to 2.4, at most a quarter of
+//! their area in one bin of 5 degrees, and no planes of five by five cells.
+
+use orograph_graph::{Boundary, Edge, World};
+
+use super::NODE;
+use crate::{numerics::math, prelude::*, testing};
+
+const SIDE: usize = 160;
+const CELL_M: f64 = 80.0;
+
+/// The land as it was before debris flows, floors, rounding and long waves of rock: rivers and one angle of repose.
+const RIVERS: &str = "schedule=full,headwater_area=0,critical_area=2e4,valley_width=0,rounding=0,variation=0.3,variation_size=0,\
+                      repose_variation=0";
+
+struct Look {
+    /// The 95 % slope over the median, in degrees, of land steeper than 5°.
+    ratio: f64,
+    /// The largest share of that land in one bin of 5°.
+    fullest_bin: f64,
+    /// Share of windows of 5 × 5 cells steeper than 15° that are plane to 1 % of their drop.
+    planar: f64,
+    /// The land itself, in metres.
+    heights: Vec<f32>,
+}
+
+fn look(changes: &str) -> Look {
+    let boundary = Boundary::all(Edge::Inland);
+    let world = World { boundary, seed: 3, ..testing::world(SIDE as u32, SIDE as u32, CELL_M) };
+    let height = testing::field(world, |x, y| {
+        150.0 * (math::sin(x / 900.0) * math::cos(y / 700.0) + math::sin((x + y) / 1300.0))
+    });
+    let [uplift, erodibility] = [0.002, 4e-6].map(|value| Field::constant(*height.window(), value));
+    let fields = [("height", &height), ("uplift", &uplift), ("erodibility", &erodibility)];
+    let params = testing::with_params(&NODE, &format!("duration=1.5e6,{changes}"));
+    measure(testing::run(&NODE, &params, &fields, "height").into_samples())
+}
+
+fn measure(heights: Vec<f32>) -> Look {
+    let at = |x: usize, y: usize| f64::from(heights[y * SIDE + x]);
+    let mut slopes = Vec::new();
+    let (mut steep, mut planes) = (0, 0);
+    for (x, y) in (0..SIDE * SIDE).map(|cell| (cell % SIDE, cell / SIDE)) {
+        if !(2..SIDE - 2).contains(&x) || !(2..SIDE - 2).contains(&y) {
+            continue;
+        }
+        let (east, south) = (at(x + 1, y) - at(x - 1, y), at(x, y + 1) - at(x, y - 1));
+        let degrees = math::atan(math::hypot(east, south) / (2.0 * CELL_M)).to_degrees();
+        if degrees > 5.0 {
+            slopes.push(degrees);
+        }
+        if degrees > 15.0 {
+            steep += 1;
+            planes += u32::from(is_plane(|dx, dy| at(x + dx - 2, y + dy - 2)));
+        }
+    }
+    slopes.sort_unstable_by(f64::total_cmp);
+    let mut bins = [0.0; 18];
+    slopes.iter().for_each(|slope| bins[(slope / 5.0) as usize] += 1.0 / slopes.len() as f64);
+    let of = |share: f64| slopes[(share * (slopes.len() - 1) as f64) as usize];
+    let (ratio, planar) = (of(0.95) / of(0.5), f64::from(planes) / f64::from(steep.max(1)));
+    Look { ratio, fullest_bin: bins.into_iter().fold(0.0, f64::max), planar, heights }
+}
+
+/// Whether 5 × 5 heights lie on the plane that fits them best, within 1 % of its drop over them.
+fn is_plane(height: impl Fn(usize, usize) -> f64) -> bool {
+    let cells = || (0..25).map(|k| (k % 5, k / 5));
+    let mean = cells().map(|(x, y)| height(x, y)).sum::<f64>() / 25.0;
+    let along =
+        |of: &dyn Fn((usize, usize)) -> f64| cells().map(|cell| of(cell) * height(cell.0, cell.1)).sum::<f64>() / 50.0;
+    let (east, south) = (along(&|(x, _)| x as f64 - 2.0), along(&|(_, y)| y as f64 - 2.0));
+    let left = |(x, y): (usize, usize)| height(x, y) - mean - east * (x as f64 - 2.0) - south * (y as f64 - 2.0);
+    let rms = (cells().map(|cell| left(cell) * left(cell)).sum::<f64>() / 25.0).sqrt();
+    rms < 0.01 * 4.0 * math::hypot(east, south)
+}
+
+#[test]
+fn mountains_are_no_folded_paper() {
+    let found = look("");
+    assert!(found.ratio > 1.4, "ratio {}", found.ratio);
+    assert!(found.fullest_bin < 0.28, "fullest bin {}", found.fullest_bin);
+    assert!(found.planar < 0.005, "planar {}", found.planar);
+}
+
+/// The measures tell the land that they are about: without the new parts every one of them fails.
+#[test]
+fn rivers_and_one_angle_alone_are_folded_paper() {
+    let found = look(RIVERS);
+    assert!(found.ratio < 1.25, "ratio {}", found.ratio);
+    assert!(found.fullest_bin > 0.35, "fullest bin {}", found.fullest_bin);
+    assert!(found.planar > 0.01, "planar {}", found.planar);
+}
+
+/// With debris flows alone, land in balance has the slope S₀ where hardly anything drains.
+#[test]
+fn hillslopes_in_balance_have_the_headwater_slope() {
+    let boundary = Boundary { east: Edge::Base, ..Boundary::all(Edge::Wall) };
+    let height = testing::field(World { boundary, ..testing::world(41, 1, 20.0) }, |_, _| 0.0);
+    let values = [("uplift", 0.002), ("erodibility", 4e-6), ("repose", 90.0)];
+    let given = values.map(|(name, value)| (name, Field::constant(*height.window(), value)));
+    let mut fields: Vec<(&str, &Field)> = given.iter().map(|(name, field)| (*name, field)).collect();
+    fields.push(("height", &height));
+    let plain =
+        "schedule=full,headwater_area=1e6,valley_width=0,rounding=0,variation=0,repose_variation=0,receivers=d8";
+    let params = testing::with_params(&NODE, &format!("{plain},duration=5e6,time_step=1e5"));
+    let found = testing::run(&NODE, &params, &fields, "height").into_samples();
+    for cell in 0..40 {
+        let slope = f64::from(found[cell] - found[cell + 1]) / 20.0;
+        let expected = 0.002 / (4e-6 * (1000.0 + ((cell + 1) as f64 * 400.0).sqrt()));
+        // 1e-5: heights in single precision
+        assert!((slope / expected - 1.0).abs() < 1e-5, "{cell}: {slope} {expected}");
+    }
+}
+
+/// Floors are as wide as the parameter says: land beside trunk rivers is lower with them than without.
+#[test]
+fn rivers_cut_floors() {
+    let [with, without] = ["valley_width=300", "valley_width=0"].map(look);
+    let low = |look: &Look| {
+        let lowest = look.heights.iter().copied().fold(f32::INFINITY, f32::min);
+        let highest = look.heights.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let below = lowest + 0.1 * (highest - lowest);
+        look.heights.iter().filter(|height| **height < below).count()
+    };
+    assert!(low(&with) > low(&without) * 5 / 4, "{} {}", low(&with), low(&without));
+}
