@@ -21,10 +21,8 @@ use orograph_graph::{
 };
 use orograph_nodes::{
     erosion::stream_power,
-    hydrology::{
-        engine::{Depressions, Drainage, Grid, Spread, receivers, spread},
-        flow,
-    },
+    hydrology::flow,
+    numerics::routing::{Depressions, Drainage, Grid, Spread, receivers, spread},
 };
 
 use clock::processor_s;
@@ -112,6 +110,7 @@ fn job<'a>(node: &'static Node, params: &'a ParamValues, height: &Field, erodibi
         folder: std::path::PathBuf::new(),
         cancel: Cancel::default(),
         progress: &|_| {},
+        coarse: Vec::new(),
         warnings: Warnings::default(),
         glimpses: None,
     }
@@ -186,7 +185,7 @@ fn time<T>(name: &str, repeats: usize, kernel: impl Fn() -> Result<T, NodeError>
     Ok(result)
 }
 
-/// The system's allocator, which counts what is held and the most that was.
+/// The system's allocator, which counts the bytes in use and their peak.
 struct Counting;
 
 #[global_allocator]
@@ -195,7 +194,7 @@ static HELD: AtomicUsize = AtomicUsize::new(0);
 static MOST: AtomicUsize = AtomicUsize::new(0);
 
 impl Counting {
-    /// Forgets the most; gives what is held.
+    /// Resets the peak; returns the bytes in use.
     fn restart() -> usize {
         let held = HELD.load(Relaxed);
         MOST.store(held, Relaxed);

@@ -43,6 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             folder: std::path::PathBuf::new(),
             cancel: Cancel::default(),
             progress: &|_| {},
+            coarse: Vec::new(),
             warnings: Warnings::default(),
             glimpses: None,
         };

@@ -13,7 +13,7 @@ use orograph_graph::{
     Boundary, Cancel, Edge, Fallback, Field, InputValue, Job, Kind, NodeError, Outputs, ParamValue, ParamValues, Value,
     Warnings, Window, World,
 };
-use orograph_nodes::{erosion::hydraulic_pipe::NODE, math};
+use orograph_nodes::{erosion::hydraulic_pipe::NODE, numerics::math};
 
 use clock::processor_s;
 
@@ -66,6 +66,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         folder: std::path::PathBuf::new(),
         cancel: Cancel::default(),
         progress: &|_| {},
+        coarse: Vec::new(),
         warnings: Warnings::default(),
         glimpses: None,
     };

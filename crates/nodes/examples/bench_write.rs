@@ -10,7 +10,7 @@ use std::{error::Error, path::Path, time::Instant};
 
 use orograph_graph::{Field, Window, World};
 use orograph_nodes::{
-    memory::LargePages,
+    numerics::memory::LargePages,
     raster::{Format, Meta, Writing, write},
 };
 

@@ -1,31 +1,20 @@
 //! Every node of Orograph: declarations and CPU kernels, one file per node in the folder of its category.
 
-pub mod cells;
 pub mod combine;
-pub mod components;
-pub mod distance;
 pub mod erosion;
 pub mod filter;
-mod fourier;
 pub mod generate;
-pub mod gradient;
-pub mod horizon;
 pub mod hydrology;
 pub mod import;
-pub mod math;
 pub mod measure;
-pub mod memory;
-pub mod par;
+pub mod numerics;
 #[cfg(test)]
 mod peer_tests;
 mod prelude;
 pub mod quantity;
-mod range;
 pub mod raster;
 pub mod render;
 pub mod select;
-pub mod simd;
-mod strokes;
 pub mod tectonics;
 #[cfg(test)]
 mod testing;

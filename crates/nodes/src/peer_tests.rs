@@ -1,17 +1,15 @@
-//! Small cases from the tests of other landscape programs (fastscapelib, Landlab, RichDEM), as in
-//! `tests/data/peer_cases`. Where a program's conventions differ from ours, the test says how it adapts them.
+//! Small cases from the tests of other landscape programs (fastscapelib, Landlab, RichDEM), in
+//! `tests/data/peer_cases`. Where a program's conventions differ from ours, the test describes how it adapts them.
 
 use orograph_graph::{Boundary, Edge, World};
 use serde_json::Value as Json;
 
 use crate::{
     erosion::stream_power,
-    hydrology::{
-        engine::{
-            Drainage, Grid,
-            code::{BORDER, OUTLET, PIT, STEPS},
-        },
-        flow,
+    hydrology::flow,
+    numerics::routing::{
+        Drainage, Grid,
+        code::{BORDER, OUTLET, PIT, STEPS},
     },
     prelude::*,
     testing,
@@ -43,7 +41,7 @@ fn input(case: &Json, boundary: Boundary) -> Field {
     Field::new(Window::whole(World { boundary, ..world }), singles(&case["input"]))
 }
 
-/// 1 inside and 0 on the border, for programs in which border cells have no area of their own.
+/// 1 inside and 0 on the border, for programs in which border cells have no area.
 fn without_border(land: &Field) -> Field {
     let (nx, ny) = (land.window().nx(), land.window().ny());
     let inside = |at: usize| (1..nx - 1).contains(&(at % nx)) && (1..ny - 1).contains(&(at / nx));
@@ -54,7 +52,7 @@ fn flow(fields: &[(&str, &Field)], changes: &str, output: &str) -> Vec<f32> {
     testing::run(&flow::NODE, &testing::with_params(&flow::NODE, changes), fields, output).into_samples()
 }
 
-/// The area that drains through each cell, in whole square metres, where only some of them count.
+/// Returns the area that drains through each cell, in whole square metres, where only some cells count.
 fn area_from(land: &Field, counts: &Field) -> Vec<f32> {
     const SECONDS_PER_YEAR: f32 = 31_557_600.0;
     let discharge = flow(&[("height", land), ("runoff", counts)], "", "discharge");
@@ -82,8 +80,8 @@ fn a_short_step_of_stream_power_is_an_explicit_one() {
     let erodibility = case["params"]["K"].as_f64().expect("K") / 300.0_f64.sqrt();
     let [erodibility, repose, diffusivity] =
         [erodibility as f32, 90.0, 0.0].map(|v| Field::constant(*land.window(), v));
-    let params =
-        testing::with_params(&stream_power::NODE, "critical_area=0,variation=0,receivers=d8,duration=1,time_step=1");
+    let plain = "schedule=full,headwater_area=0,valley_width=0,rounding=0,variation=0,repose_variation=0,receivers=d8";
+    let params = testing::with_params(&stream_power::NODE, &format!("{plain},duration=1,time_step=1"));
     let fields = [("height", &land), ("erodibility", &erodibility), ("repose", &repose), ("diffusivity", &diffusivity)];
     let found = testing::run(&stream_power::NODE, &params, &fields, "erosion").into_samples();
     let expected = numbers(&case["expected"]["erosion"]);

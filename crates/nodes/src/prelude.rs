@@ -1,4 +1,4 @@
-//! What a node's file imports.
+//! The imports of a node's file.
 
 pub(crate) use orograph_graph::{
     ColourStops, CurvePoints, Field, FileName, Job, Lane, Migration, Node, NodeError, Outputs, ParamValues, PathPoints,

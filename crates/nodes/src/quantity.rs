@@ -1,9 +1,9 @@
-//! What the numbers of a source mean: the choice that nodes without an input to take it from offer.
+//! The quantity of a generator's values: the choice offered by nodes without an input to take it from.
 
 use crate::prelude::*;
 
 choice! {
-    /// What a value means.
+    /// Quantity of a value.
     pub enum Quantity {
         /// An elevation in metres.
         Height = "height",
@@ -14,7 +14,7 @@ choice! {
     }
 }
 
-/// The type of an output whose meaning is the parameter `quantity`.
+/// Returns the type of an output whose quantity is the parameter `quantity`.
 pub(crate) fn port_type(params: &ParamValues) -> PortType {
     match params.read("quantity") {
         Quantity::Height => PortType::Height,
@@ -23,7 +23,7 @@ pub(crate) fn port_type(params: &ParamValues) -> PortType {
     }
 }
 
-/// Refuses a mask of values outside 0 to 1.
+/// Rejects a mask with values outside 0 to 1.
 ///
 /// # Errors
 /// [`NodeError::Failed`].

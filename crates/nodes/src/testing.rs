@@ -1,10 +1,10 @@
-//! What the tests of nodes share: small worlds, fields from formulas, runs of a kernel.
+//! Helpers for tests of nodes: small worlds, fields from formulas, runs of a kernel.
 
 use orograph_graph::{Cancel, Fallback, InputValue, Kind, ParamValue, Value, Wanted, Warnings, World, check_value};
 
 use crate::{
+    numerics::simd::{self, Level},
     prelude::*,
-    simd::{self, Level},
 };
 
 /// A world of square cells.
@@ -12,7 +12,7 @@ pub(crate) fn world(nx: u32, ny: u32, cell_m: f64) -> World {
     World { size: [f64::from(nx) * cell_m, f64::from(ny) * cell_m], cells: [nx, ny], ..World::default() }
 }
 
-/// The field of a function of a cell centre's position in metres.
+/// Returns the field of a function of the cell centre's position in metres.
 pub(crate) fn field(world: World, value: impl Fn(f64, f64) -> f64) -> Field {
     let window = Window::whole(world);
     let samples = (0..window.len()).map(|at| {
@@ -66,7 +66,7 @@ pub(crate) fn outputs_on(
     outputs_until(&Cancel::default(), window, node, params, fields)
 }
 
-/// The same with a switch that stops it.
+/// The same, with a flag that cancels it.
 pub(crate) fn outputs_until(
     cancel: &Cancel,
     window: Window,
@@ -77,7 +77,7 @@ pub(crate) fn outputs_until(
     outputs_and_warnings(cancel, window, node, params, fields).0
 }
 
-/// The same with what the kernel warns of.
+/// The same, with the kernel's warnings.
 pub(crate) fn outputs_and_warnings(
     cancel: &Cancel,
     window: Window,
@@ -88,7 +88,7 @@ pub(crate) fn outputs_and_warnings(
     outputs_wanted(Wanted::ALL, cancel, window, node, params, fields)
 }
 
-/// The same where only some outputs are wanted.
+/// The same, with only some outputs wanted.
 pub(crate) fn outputs_wanted(
     wanted: Wanted,
     cancel: &Cancel,
@@ -112,6 +112,7 @@ pub(crate) fn outputs_wanted(
         folder: std::path::PathBuf::new(),
         cancel: cancel.clone(),
         progress: &|fraction| assert!((0.0..=1.0).contains(&fraction)),
+        coarse: Vec::new(),
         warnings: Warnings::default(),
         glimpses: None,
     };
@@ -119,7 +120,7 @@ pub(crate) fn outputs_wanted(
     (outputs, job.warnings.take())
 }
 
-/// Lends a job of no node to what asks only for its window.
+/// Calls `work` with a job without a node, for code that needs only its window.
 pub(crate) fn with_job<T>(window: Window, work: impl FnOnce(&Job<'_>) -> T) -> T {
     work(&Job {
         node: &Node::DEFAULT,
@@ -130,12 +131,13 @@ pub(crate) fn with_job<T>(window: Window, work: impl FnOnce(&Job<'_>) -> T) -> T
         folder: std::path::PathBuf::new(),
         cancel: Cancel::default(),
         progress: &|_| (),
+        coarse: Vec::new(),
         warnings: Warnings::default(),
         glimpses: None,
     })
 }
 
-/// Metres around a window that a node reads, by its own declaration; 0 where that is not a distance.
+/// Returns the distance in metres around a window that a node declares to read; 0 if its reach is not a distance.
 pub(crate) fn reach_m(node: &Node, params: &ParamValues, cell_m: f64) -> f64 {
     match node.reach {
         Reach::Metres(reach) => reach(params, cell_m),
@@ -143,7 +145,7 @@ pub(crate) fn reach_m(node: &Node, params: &ParamValues, cell_m: f64) -> f64 {
     }
 }
 
-/// The largest step between neighbours inside a field, and across its opposite sides.
+/// Returns the largest step between neighbours inside a field, and across its opposite sides.
 pub(crate) fn seams(field: &Field) -> [f32; 2] {
     let [nx, ny] = [field.window().nx(), field.window().ny()];
     let step = |a: usize, b: usize| (field.samples()[a] - field.samples()[b]).abs();
@@ -186,14 +188,14 @@ pub(crate) fn block_means(field: &Field, side: usize) -> Vec<f32> {
     blocks.map(|block| mean(block) as f32).collect()
 }
 
-/// All outputs, computed by that many threads.
+/// Returns all outputs, computed by that many threads.
 pub(crate) fn run_in(threads: usize, node: &Node, params: &ParamValues, fields: &[(&str, &Field)]) -> Outputs {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
     pool.install(|| outputs(node, params, fields)).expect("a result")
 }
 
-/// Power by direction of the waves of 4 to 8 cells on land of 512 x 512 cells, the mean of four seeds; see
-/// [`crate::generate::noise::spectrum::by_direction`].
+/// Returns the power by direction of the waves of 4 to 8 cells on terrain of 512 x 512 cells, the mean of four seeds;
+/// see [`crate::numerics::noise::spectrum::by_direction`].
 pub(crate) fn power_by_direction(node: &'static Node, changes: &str) -> [f64; 10] {
     let mut mean = [0.0; 10];
     for seed in 0..4 {
@@ -202,7 +204,7 @@ pub(crate) fn power_by_direction(node: &'static Node, changes: &str) -> [f64; 10
             node,
             &format!("wavelength=128,octaves=10,seed={seed},{changes}"),
         );
-        let powers = crate::generate::noise::spectrum::by_direction(field.samples(), 512, 4.0, 8.0);
+        let powers = crate::numerics::noise::spectrum::by_direction(field.samples(), 512, 4.0, 8.0);
         mean.iter_mut().zip(powers).for_each(|(mean, power)| *mean += power / 4.0);
     }
     mean
@@ -212,8 +214,6 @@ pub(crate) fn power_by_direction(node: &'static Node, changes: &str) -> [f64; 10
 pub(crate) fn at_every_level<T: PartialEq + std::fmt::Debug>(result: impl Fn() -> T) {
     let widest = result();
     for level in [Level::Baseline, Level::Avx2, Level::Avx512] {
-        simd::limit(level);
-        assert!(result() == widest, "{level:?} differs");
+        assert!(simd::at(level, &result) == widest, "{level:?} differs");
     }
-    simd::limit(simd::detected());
 }

@@ -1,10 +1,12 @@
-//! Values kept between two limits, with soft knees.
+//! Clamps values between two limits, with soft knees.
 
 use super::combine::rounding;
 use crate::{
-    cells::{BLOCK, blocks, masked, samples},
+    numerics::{
+        cells::{BLOCK, blocks, masked, samples},
+        simd::simd,
+    },
     prelude::*,
-    simd::simd,
 };
 
 params! {
@@ -13,7 +15,7 @@ params! {
 }
 
 inputs! {
-    /// What is kept between the limits.
+    /// Field to clamp.
     value: AnyScalar;
     /// The lower limit, a number or a field.
     low: AnyScalar = 0.0, -1e9..=1e9, soft -1000.0..=5000.0;
@@ -32,14 +34,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Clamp",
     category: "combine",
-    summary: "Keeps values between two limits, with a sharp edge or a soft knee.",
-    doc: "A value above `high` becomes `high`, one below `low` becomes `low`. With a `knee` k values begin to bend at the distance \
-          k before a limit and reach it k beyond, by the parabola `x − (k + x − high)² / 4k`, level at the limit and with the \
-          slope of the land where it begins; at the limit itself that is k / 4. What is farther inside keeps its bits. A knee of \
-          more than half the way between the limits counts as half.\n\n\
-          Both limits may be wired: a surface below which land shall not sink, a ceiling that falls towards the coast. Where \
-          `low` is above `high`, `low` holds.\n\n\
-          **Advice.** A sea floor is `low`; a plateau is `high` with a knee of some tens of metres.",
+    summary: "Clamps values between two limits, with a sharp edge or a soft knee.",
+    doc: include_str!("clamp.md"),
     sources: &["I. Quilez, 2013, Smooth minimum"],
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
@@ -100,7 +96,7 @@ mod tests {
                 assert!((after - expected).abs() < 1e-3, "{before} {after} {expected}");
             }
         }
-        // rising throughout, with a slope that does not leap: it changes by 1 over 400 m
+        // rising throughout, with a continuous slope: it changes by 1 over 400 m
         assert!(soft.samples().windows(3).all(|v| {
             let bend = (v[2] - v[1]) - (v[1] - v[0]);
             v[2] >= v[1] && bend.abs() < 1.1 / 400.0

@@ -1,18 +1,20 @@
 //! Two fields, cell by cell: arithmetic, extremes, smooth extremes, blends.
 //!
-//! The smooth minimum is the quadratic one of I. Quilez (2013), "Smooth minimum", in the form
-//! `min(a, b) − max(r − |a − b|, 0)² / 4r`, which is exactly a or b where they differ by the radius r or more. Screen and
-//! overlay are those of image compositing (World Wide Web Consortium, 2015, "Compositing and Blending Level 1").
+//! The smooth minimum is the quadratic one of I. Quilez (2013), "Smooth minimum", in the form `min(a, b) − max(r − |a
+//! − b|, 0)² / 4r`, which is exactly a or b where they differ by the radius r or more. Screen and overlay are those
+//! of image compositing (World Wide Web Consortium, 2015, "Compositing and Blending Level 1").
 
 use crate::{
-    cells::{BLOCK, blocks, masked, samples},
-    math,
+    numerics::{
+        cells::{BLOCK, blocks, masked, samples},
+        math,
+        simd::simd,
+    },
     prelude::*,
-    simd::simd,
 };
 
 choice! {
-    /// How two values become one.
+    /// How the two values are combined.
     pub enum Mode {
         /// a + b.
         Add = "add",
@@ -32,9 +34,9 @@ choice! {
         Average = "average",
         /// |a − b|.
         Difference = "difference",
-        /// b; with a mask, a mix of the two.
+        /// b; with a mask, a blend of the two.
         Mix = "mix",
-        /// full − (full − a)(full − b) / full: either lifts the other.
+        /// full − (full − a)(full − b) / full: each brightens the other.
         Screen = "screen",
         /// Multiplies below half of `full`, screens above: more contrast.
         Overlay = "overlay",
@@ -46,24 +48,24 @@ choice! {
 }
 
 params! {
-    /// How two values become one.
+    /// How the two values are combined.
     mode: Mode = Mode::Add, One, ..;
-    /// Difference below which the smooth extremes round and `height_blend` mixes, in the unit of `a`.
+    /// Difference below which the smooth extremes are rounded and `height_blend` mixes, in the unit of `a`.
     radius: f64 = 50.0, One, 0.0..=1e6, soft 0..=500, when mode = "smooth_min" | "smooth_max" | "height_blend";
-    /// The value that counts as full for `screen`, `overlay`, `power` and `clamp`: 1 for masks, a top height for heights.
+    /// Value that counts as full for `screen`, `overlay`, `power` and `clamp`: 1 for masks, the summits for heights.
     full: f64 = 1.0, One, 1e-6..=1e9, soft 1..=5000;
     /// Keeps the result between 0 and `full`, as a mask must be.
     clamp: bool = false, One, ..;
 }
 
 inputs! {
-    /// The first field; the result means what it means.
+    /// The first field; the result has its meaning and unit.
     a: AnyScalar;
     /// The second field, or a number.
     b: AnyScalar = 0.0, -1e9..=1e9, soft -1000.0..=1000.0;
     /// Where the result replaces `a`: fully at 1, not at all at 0.
     mask: Mask = 1.0, 0.0..=1.0;
-    /// Where `a` stays whatever the mask says, as river beds must.
+    /// Where `a` is kept regardless of the mask, for example in river beds.
     keep: Mask = 0.0, 0.0..=1.0;
 }
 
@@ -76,7 +78,7 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Combine",
     category: "combine",
-    summary: "Two fields into one, cell by cell: sums, products, extremes, blends.",
+    summary: "Combines two fields, cell by cell: sums, products, extremes, blends.",
     doc: include_str!("combine.md"),
     sources: &["I. Quilez, 2013, Smooth minimum", "World Wide Web Consortium, 2015, Compositing and Blending Level 1"],
     inputs: Inputs::PORTS,
@@ -112,7 +114,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
-/// How far the smooth extremes are beyond the plain ones.
+/// Returns how far the smooth extremes lie beyond the plain ones.
 #[inline(always)]
 pub(super) fn rounding(a: f32, b: f32, radius: f32) -> f32 {
     let overlap = (radius - (a - b).abs()).max(0.0);
@@ -150,7 +152,7 @@ simd! {
                     *a = masked(*a, (full * math::lane::pow(a.abs() / full, b)).copysign(*a), mask);
                 }
             }
-            // the mask is a part of it, so that both ends are exact
+            // includes the mask, so that both ends are exact
             Mode::HeightBlend => {
                 for ((a, &b), &mask) in a.iter_mut().zip(b).zip(mask) {
                     let above = (b - *a) / radius.max(f32::MIN_POSITIVE);
@@ -266,7 +268,7 @@ mod tests {
         }
     }
 
-    /// Detail beside rivers leaves their beds as they were, to the last bit.
+    /// Detail beside rivers leaves their beds bit for bit unchanged.
     #[test]
     fn what_is_kept_stays() {
         let (a, b) = pair();
@@ -285,7 +287,8 @@ mod tests {
         }
     }
 
-    /// With a mask of a half the higher of the two from a difference of the radius on, their mean where they meet.
+    /// With a mask of a half: the higher of the two from a difference of the radius upwards, their mean where they
+    /// meet.
     #[test]
     fn a_blend_by_height_takes_the_higher() {
         let (a, b) = pair();

@@ -1,4 +1,4 @@
-//! A field through a curve: a monotone cubic through points, levels with a gamma, or a shaping function.
+//! Maps a field through a curve: a monotone cubic through points, levels with a gamma, or a shaping function.
 //!
 //! The cubic is that of F. N. Fritsch and R. E. Carlson (1980), "Monotone piecewise cubic interpolation": it passes
 //! through every point, has a continuous slope and never overshoots. It is evaluated as it is, without a table.
@@ -8,23 +8,25 @@ pub(crate) mod spline;
 
 use self::shaping::{Arctangent, Bend, Exponential, Power, Quintic, Tangent};
 use crate::{
-    cells::{BLOCK, blocks, masked, samples},
+    numerics::{
+        cells::{BLOCK, blocks, masked, samples},
+        simd::simd,
+    },
     prelude::*,
-    simd::simd,
 };
 use spline::Spline;
 pub use spline::slopes;
 
 choice! {
-    /// What the curve is.
+    /// Kind of curve.
     pub enum Shape {
         /// Through `points`.
         Points = "points",
         /// From `in_low`..`in_high` to `out_low`..`out_high`, bent by `gamma`.
         Levels = "levels",
-        /// Levels bent by eˣ: low land flat, high land steep.
+        /// Levels bent by eˣ: low ground flat, high ground steep.
         Exponential = "exponential",
-        /// Levels bent by 6x⁵ − 15x⁴ + 10x³ to both sides of the middle: level in the middle and at both ends.
+        /// Levels bent by 6x⁵ − 15x⁴ + 10x³ on both sides of the middle: flat in the middle and at both ends.
         Quintic = "quintic",
         /// Levels bent by atan 2x: steep in the middle, flat at both ends.
         Arctangent = "arctangent",
@@ -34,9 +36,9 @@ choice! {
 }
 
 choice! {
-    /// What is beyond the ends of the curve.
+    /// Values beyond the ends of the curve.
     pub enum Beyond {
-        /// The curve goes on straight: with its slope at the end for points, with the mean slope for all others.
+        /// The curve continues straight: with its slope at the end for points, with the mean slope for all others.
         Linear = "linear",
         /// The value at the end.
         Clamp = "clamp",
@@ -44,26 +46,26 @@ choice! {
 }
 
 params! {
-    /// What the curve is.
+    /// Kind of curve.
     shape: Shape = Shape::Points, One, ..;
-    /// Points of the curve: a value of the input, and what it becomes.
+    /// Points of the curve: an input value and its output.
     points: CurvePoints = CurvePoints(vec![[0.0, 0.0], [1000.0, 1000.0]]), One, .., when shape = "points";
-    /// What is beyond the ends of the curve.
+    /// Values beyond the ends of the curve.
     beyond: Beyond = Beyond::Linear, One, ..;
     /// The input that becomes `out_low`.
     in_low: f64 = 0.0, One, -1e9..=1e9, soft -1000..=5000, when shape = "levels" | "exponential" | "quintic" | "arctangent" | "tangent";
     /// The input that becomes `out_high`.
     in_high: f64 = 1000.0, One, -1e9..=1e9, soft -1000..=5000, when shape = "levels" | "exponential" | "quintic" | "arctangent" | "tangent";
-    /// Bends the middle up above 1 and down below.
+    /// Above 1 raises the middle, below 1 lowers it.
     gamma: f64 = 1.0, One, 0.05..=20.0, soft 0.25..=4, when shape = "levels";
-    /// What `in_low` becomes.
+    /// Output for `in_low`.
     out_low: f64 = 0.0, One, -1e9..=1e9, soft -1000..=5000, when shape = "levels" | "exponential" | "quintic" | "arctangent" | "tangent";
-    /// What `in_high` becomes.
+    /// Output for `in_high`.
     out_high: f64 = 1000.0, One, -1e9..=1e9, soft -1000..=5000, when shape = "levels" | "exponential" | "quintic" | "arctangent" | "tangent";
 }
 
 inputs! {
-    /// What is remapped.
+    /// Field to remap.
     value: AnyScalar;
     /// Where the result replaces the input: fully at 1, not at all at 0.
     mask: Mask = 1.0, 0.0..=1.0;
@@ -119,7 +121,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 /// A curve, ready to be applied.
 #[derive(Debug)]
 enum Curve {
-    /// Every value becomes itself, to the last bit; beyond the ends, where there are any, the end.
+    /// Every value stays bit for bit the same; beyond the ends, if there are any, it is the end.
     Identity {
         ends: Option<[f32; 2]>,
     },
@@ -175,7 +177,7 @@ impl Curve {
     }
 }
 
-/// Levels, with constants at hand.
+/// Levels with precomputed constants.
 #[derive(Clone, Copy, Debug)]
 struct Levels {
     low: f32,
@@ -213,7 +215,7 @@ mod tests {
 
     use super::*;
     use crate::{
-        math,
+        numerics::math,
         testing::{at_every_level, field, outputs, run, with_params, world},
     };
 
@@ -242,7 +244,8 @@ mod tests {
         assert!(clamped.samples().iter().zip(ramp.samples()).all(|(got, v)| *got == v.clamp(0.0, 1000.0)));
     }
 
-    /// Through every point, rising where the points rise, level where they are level, without overshoot.
+    /// The curve passes through every point, rises where the points rise, is level where they are level, and does not
+    /// overshoot.
     #[test]
     fn a_curve_is_monotone_between_its_points_and_passes_through_them() {
         let points = [[0.0, 10.0], [100.0, 12.0], [150.0, 400.0], [600.0, 400.0], [900.0, 380.0], [2000.0, 381.0]];

@@ -1,34 +1,36 @@
-//! A field given the distribution of another, or a plain one.
+//! Gives a field the distribution of another field, or a uniform or normal one.
 
 use rayon::prelude::*;
 
 use crate::{
-    cells::{BLOCK, blocks, masked, samples},
-    math,
+    numerics::{
+        cells::{BLOCK, blocks, masked, samples},
+        math, par,
+    },
     prelude::*,
 };
 
 choice! {
-    /// Which distribution the result has.
+    /// Distribution of the result.
     pub enum Like {
-        /// That of the field at `reference`.
+        /// That of the field wired to `reference`.
         Reference = "reference",
-        /// All values between the lowest and the highest alike.
+        /// Uniform between the lowest and the highest value.
         Uniform = "uniform",
-        /// The bell curve with the mean and the standard deviation of the input.
+        /// Normal, with the mean and the standard deviation of the input.
         Normal = "normal",
     }
 }
 
 params! {
-    /// Which distribution the result has.
+    /// Distribution of the result.
     like: Like = Like::Reference, One, ..;
 }
 
 inputs! {
-    /// What is given another distribution.
+    /// Field to match.
     value: AnyScalar;
-    /// A field of the distribution, for `reference`.
+    /// Field with the distribution to match, for `reference`.
     reference: Option<AnyScalar>;
     /// Where the result replaces the input: fully at 1, not at all at 0.
     mask: Mask = 1.0, 0.0..=1.0;
@@ -43,16 +45,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Match",
     category: "combine",
-    summary: "Gives a field the distribution of values of another one, or an even or normal one.",
-    doc: "The cells of the world are put in the order of their values, and the one of rank r of n takes what has that rank in the \
-          other distribution: the value of rank r of the `reference`; `lowest + (highest − lowest) r / (n − 1)` for `uniform`, \
-          with the extremes of the input; `mean + deviation · Φ⁻¹((r + ½) / n)` for `normal`, with Φ the normal distribution. The \
-          order of places stays: crests stay crests and valleys valleys. Equal values share the mean of their ranks and stay \
-          equal.\n\n\
-          The result is exact, without a histogram: a field matched with itself is given back bit for bit.\n\n\
-          **Advice.** Noise matched with a survey of real land has its share of plains, slopes and summits, its hypsometry; \
-          what it lacks are its rivers. `uniform` makes of any field a mask by share of area, after `Normalise`: above 0.9 lies \
-          the highest tenth.",
+    summary: "Gives a field the distribution of another field, or a uniform or normal one.",
+    doc: include_str!("matching.md"),
     sources: &[
         "R. C. Gonzalez and R. E. Woods (2008), Digital Image Processing, 3rd edition, section 3.3",
         "M. J. Wichura (1988), Algorithm AS 241: The percentage points of the normal distribution, Applied Statistics 37, \
@@ -95,18 +89,19 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
-/// Values and places in the order of the values: each value, as a number of the same order, above its place.
+/// Returns values and places sorted by value: each value, as an order-preserving integer, in the bits above its
+/// place.
 fn order(samples: &[f32]) -> Vec<u64> {
-    // adding 0 makes the two zeros one
-    let entry = |(place, &value): (usize, &f32)| math::ordered(value + 0.0) << 32 | place as u64;
-    let mut order: Vec<u64> = samples.par_iter().enumerate().map(entry).collect();
+    // adding 0 makes both zeros equal
+    let entry = |place: usize| math::ordered(samples[place] + 0.0) << 32 | place as u64;
+    let mut order = par::map(samples.len(), entry);
     order.par_sort_unstable();
     order
 }
 
-/// The distribution that is taken on.
+/// The target distribution.
 enum Target {
-    /// Values in their order.
+    /// Sorted values.
     Sorted(Vec<f32>),
     Uniform {
         low: f64,
@@ -135,7 +130,7 @@ impl Target {
                     ));
                 };
                 let mut sorted = reference.samples().to_vec();
-                sorted.par_sort_unstable_by(f32::total_cmp);
+                par::sort(&mut sorted);
                 Ok(Self::Sorted(sorted))
             }
             Like::Uniform => {
@@ -145,8 +140,8 @@ impl Target {
             Like::Normal => {
                 // a sum for each row, so that they are the same on any number of threads
                 let sum = |of: &(dyn Fn(f64) -> f64 + Sync)| {
-                    let rows = samples.par_chunks(job.window().nx());
-                    let rows: Vec<f64> = rows.map(|row| row.iter().map(|&x| of(f64::from(x))).sum::<f64>()).collect();
+                    let row = |_, row: &[f32]| row.iter().map(|&x| of(f64::from(x))).sum::<f64>();
+                    let rows = par::collect_all(samples.chunks(job.window().nx()), row);
                     rows.iter().sum::<f64>() / samples.len() as f64
                 };
                 let mean = sum(&|x| x);
@@ -155,7 +150,7 @@ impl Target {
         }
     }
 
-    /// The value of a rank of so many.
+    /// Returns the value of a rank among `count`.
     fn at(&self, rank: f64, count: usize) -> f32 {
         match self {
             Self::Sorted(sorted) => {
@@ -174,8 +169,8 @@ impl Target {
     }
 }
 
-/// The value below which a normal variable of mean 0 and deviation 1 lies with the probability `p`, from 0 to 1 without the
-/// ends; within 1e-7 of it (relative), by the rational functions of Wichura's PPND7.
+/// The value below which a normal variable of mean 0 and deviation 1 lies with the probability `p`, from 0 to 1
+/// without the ends; within 1e-7 of it (relative), by the rational functions of Wichura's PPND7.
 fn quantile(p: f64) -> f64 {
     let q = p - 0.5;
     if q.abs() <= 0.425 {

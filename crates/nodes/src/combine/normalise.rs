@@ -1,38 +1,37 @@
-//! A field stretched to a range by its own values.
+//! Stretches a field to a range by its own values.
 
-use rayon::prelude::*;
-
-use crate::{cells::blocks, prelude::*, quantity::Quantity};
+use crate::numerics::par;
+use crate::{numerics::cells::blocks, prelude::*, quantity::Quantity};
 
 choice! {
-    /// What of the field is brought to the ends of the range.
+    /// Which values of the field become the ends of the range.
     pub enum Measure {
         /// Its lowest and highest value.
         Range = "range",
         /// Two of its percentiles.
         Percentiles = "percentiles",
-        /// So many standard deviations below and above its mean.
+        /// A number of standard deviations below and above its mean.
         Deviation = "deviation",
     }
 }
 
 params! {
-    /// What of the field is brought to the ends of the range.
+    /// Which values of the field become the ends of the range.
     measure: Measure = Measure::Range, One, ..;
-    /// Shares of the cells, in percent, that lie below the two ends.
+    /// Percentages of the cells that lie below the two ends.
     percentiles: [f64; 2] = [2.0, 98.0], One, 0.0..=100.0, when measure = "percentiles";
     /// Standard deviations from the mean to either end.
     deviations: f64 = 2.0, One, 0.01..=100.0, soft 0.5..=4, when measure = "deviation";
-    /// What the lower and the upper end become, in the unit of `quantity`.
+    /// Output for the lower and the upper end, in the unit of `quantity`.
     to: [f64; 2] = [0.0, 1000.0], One, -1e12..=1e12;
-    /// What the result means; a mask is kept between 0 and 1.
+    /// Quantity of the result; a mask is clamped to 0..1.
     quantity: Quantity = Quantity::Height, One, ..;
-    /// Keeps values beyond the ends at the ends.
+    /// Clamps values beyond the ends to the ends.
     clamp: bool = false, One, ..;
 }
 
 inputs! {
-    /// What is stretched.
+    /// Field to stretch.
     value: AnyScalar;
 }
 
@@ -45,14 +44,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Normalise",
     category: "combine",
-    summary: "Stretches a field so that its own lowest and highest values become two that are given.",
-    doc: "With x₀ and x₁ the ends that `measure` finds in the whole world, a value x becomes \
-          `to₀ + (to₁ − to₀) (x − x₀) / (x₁ − x₀)`. The ends come out exactly, so a field that is normalised already is given back \
-          bit for bit. A field that is the same everywhere becomes the middle of `to`.\n\n\
-          The lowest and the highest value of noise hang on single cells, and so on the seed and a little on the number of cells; \
-          percentiles and deviations do not.\n\n\
-          **Advice.** It needs the whole world, so tiles cannot be made each by itself: for land of a known range `Remap` is \
-          better. Land normalised after erosion has other slopes than those that eroded.",
+    summary: "Stretches a field so that its lowest and highest values become two given values.",
+    doc: include_str!("normalise.md"),
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
     params: Params::specs,
@@ -84,7 +77,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
-/// The values that become the ends of the range.
+/// Returns the values that become the ends of the range.
 fn ends(params: &Params, samples: &[f32], nx: usize) -> Result<[f64; 2], NodeError> {
     match params.measure {
         Measure::Range => {
@@ -108,13 +101,13 @@ fn ends(params: &Params, samples: &[f32], nx: usize) -> Result<[f64; 2], NodeErr
         Measure::Deviation => {
             // a sum for each row, so that they are the same on any number of threads
             let sum = |of: &(dyn Fn(f64) -> f64 + Sync)| {
-                let rows: Vec<f64> =
-                    samples.par_chunks(nx).map(|row| row.iter().map(|&x| of(f64::from(x))).sum::<f64>()).collect();
+                let row = |_, row: &[f32]| row.iter().map(|&x| of(f64::from(x))).sum::<f64>();
+                let rows = par::collect_all(samples.chunks(nx), row);
                 rows.iter().sum::<f64>() / samples.len() as f64
             };
             let mean = sum(&|x| x);
             let deviation = sum(&|x| (x - mean) * (x - mean)).sqrt();
-            // of a level field the mean is within a rounding
+            // the mean of a constant field is exact to a rounding
             let deviation = if deviation > 1e-9 * mean.abs() { deviation } else { 0.0 };
             Ok([-1.0, 1.0].map(|side| mean + side * params.deviations * deviation))
         }

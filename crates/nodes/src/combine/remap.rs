@@ -1,22 +1,24 @@
-//! Values stretched from one range to another and given another meaning: the converter between kinds of fields.
+//! Maps values from one range to another and gives them another quantity: the converter between kinds of fields.
 
 use crate::{
-    cells::blocks,
-    math::{self, lane},
+    numerics::{
+        cells::blocks,
+        math::{self, lane},
+        simd::simd,
+    },
     prelude::*,
-    simd::simd,
 };
 
 choice! {
-    /// What the result means, and so where it may be wired.
+    /// Quantity of the result, which decides where it may be wired.
     pub enum Quantity {
         /// An elevation in metres.
         Height = "height",
-        /// A selection; the result is kept between 0 and 1.
+        /// A selection; the result is clamped to 0..1.
         Mask = "mask",
         /// A plain number.
         Scalar = "scalar",
-        /// A length in metres that is no elevation.
+        /// A length in metres that is not an elevation.
         Length = "length",
         /// An angle in degrees.
         Angle = "angle",
@@ -28,7 +30,7 @@ choice! {
 }
 
 choice! {
-    /// How values between the ends are spread.
+    /// Spacing of values between the ends.
     pub enum Spacing {
         /// Evenly.
         Linear = "linear",
@@ -38,20 +40,20 @@ choice! {
 }
 
 params! {
-    /// The input's value that becomes the first of `to`, and the one that becomes the second.
+    /// Input values that become the first and the second value of `to`.
     from: [f64; 2] = [0.0, 1.0], One, -1e12..=1e12;
-    /// What the two values of `from` become, in the unit of `quantity`.
+    /// Output for the two values of `from`, in the unit of `quantity`.
     to: [f64; 2] = [0.0, 1.0], One, -1e12..=1e12;
-    /// What the result means, and so where it may be wired.
+    /// Quantity of the result, which decides where it may be wired.
     quantity: Quantity = Quantity::Mask, One, ..;
-    /// How values between the ends are spread.
+    /// Spacing of values between the ends.
     spacing: Spacing = Spacing::Linear, One, ..;
-    /// Keeps the result between the two values of `to`.
+    /// Clamps the result to the two values of `to`.
     clamp: bool = true, One, ..;
 }
 
 inputs! {
-    /// What is remapped.
+    /// Field to remap.
     value: AnyScalar;
 }
 
@@ -64,14 +66,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Remap",
     category: "combine",
-    summary: "Stretches values from one range to another and gives them another meaning.",
-    doc: "Ports are typed by what they carry, so a height cannot be wired where an erodibility belongs. This node says \
-          how one becomes the other: `from` and `to` name two pairs of values, and everything between is spread evenly, \
-          `v = to₀ + (to₁ − to₀) (x − from₀) / (from₁ − from₀)`, or evenly in the logarithm. The two values of `to` may \
-          be in either order.\n\n\
-          **Advice.** Rock is never the same everywhere: noise from ±1 to a band of erodibilities, spread \
-          logarithmically, makes rivers wind and ridges stand out. A slope remapped to a mask chooses cliffs with a \
-          soft edge.",
+    summary: "Maps values from one range to another and gives them another quantity.",
+    doc: include_str!("remap.md"),
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
     params: Params::specs,
@@ -131,16 +127,17 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
-/// From one range to another, in double precision: the ends must come out exactly, and a rate of 1e-12 has neighbours.
+/// Maps one range to another, in double precision: the ends must be met exactly, and a rate of 1e-12 must be
+/// representable.
 struct Map {
     from0: f64,
     from1: f64,
-    /// Between which shares of the way from the first to the second of `from` values are kept.
+    /// Limits of values, as fractions of the way from the first to the second of `from`.
     shares: [f64; 2],
     to: [f64; 2],
     /// Doublings from the first of `to` to the second.
     octaves: f64,
-    /// Between which values results are kept.
+    /// Limits of results.
     ends: [f64; 2],
 }
 

@@ -1,9 +1,8 @@
-//! What wears the land down.
+//! Erosion.
 
 pub mod creep;
-mod hillslope;
 pub mod hydraulic_pipe;
-mod repose;
+pub mod rills;
 pub mod stream_power;
 pub mod thermal;
 pub mod weathering;
@@ -12,4 +11,4 @@ use orograph_graph::Node;
 
 /// The nodes of this category, in palette order.
 pub static NODES: &[&Node] =
-    &[&stream_power::NODE, &hydraulic_pipe::NODE, &thermal::NODE, &weathering::NODE, &creep::NODE];
+    &[&stream_power::NODE, &hydraulic_pipe::NODE, &thermal::NODE, &weathering::NODE, &creep::NODE, &rills::NODE];

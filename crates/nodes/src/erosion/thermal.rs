@@ -1,50 +1,50 @@
 //! Scree: slopes steeper than the angle of repose shed their material.
 
-use super::repose::{Land, SWEEPS, Slump, capped, relaxed, rises, wraps};
-use crate::{math, prelude::*};
+use crate::numerics::repose::{Land, SWEEPS, Slump, capped, relaxed, rises, wraps};
+use crate::{numerics::math, prelude::*};
 
 choice! {
-    /// When the ground comes to rest.
+    /// How long slopes relax.
     pub enum Until {
-        /// When no slope is above repose.
+        /// Until no slope is above repose.
         Equilibrium = "equilibrium",
-        /// After `duration` years, on its way there.
+        /// For `duration` years, before equilibrium is reached.
         Duration = "duration",
     }
 }
 
 params! {
-    /// Whether slopes come to rest or relax for a time.
+    /// Relaxes slopes to equilibrium, or for a given time.
     until: Until = Until::Equilibrium, One, ..;
-    /// How long slopes relax.
+    /// Time for which slopes relax.
     duration: f64 = 100.0, Years, 0.0..=1e6, soft 0.0..=1000.0, when until = "duration";
     /// Rate at which the excess of a slope over repose decays.
     relaxation: f64 = 0.01, PerYear, 0.0..=10.0, soft 0.0001..=1.0, when until = "duration";
-    /// Excess over repose that counts as none, as a share of it.
+    /// Excess over repose that is tolerated, as a fraction of repose.
     tolerance: f64 = 0.02, One, 0.0001..=0.2, soft 0.001..=0.05;
-    /// Volume of debris that a volume of rock becomes; with `debris` wired only.
+    /// Volume of debris per volume of rock; used only if `debris` is wired.
     bulking: f64 = 1.3, One, 1.0..=2.0, soft 1.0..=1.6;
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
     /// Angle of repose, per cell if wired.
     talus: Scalar(Degrees) = 35.0, 5.0..=80.0, soft 20.0..=60.0;
-    /// Where it acts: 0 holds the ground in place.
+    /// Where the node acts: 0 keeps the ground in place.
     mask: Mask = 1.0, 0.0..=1.0;
-    /// Thickness of what is loose; everything, if not wired.
+    /// Thickness of loose material; if not wired, everything is loose.
     debris: Option<Scalar(Metres)>;
-    /// Steepest angle that rock holds at, per cell if wired; with `debris` wired only.
+    /// Steepest stable angle of rock, per cell if wired; used only if `debris` is wired.
     rock: Scalar(Degrees) = 60.0, 20.0..=85.0, soft 45.0..=75.0;
 }
 
 outputs! {
-    /// The land at rest.
+    /// Terrain at rest.
     height: Height;
-    /// What each cell has gained; below 0 where it has lost.
+    /// Change in height of each cell; negative where it has lost material.
     moved: Scalar(Metres);
-    /// Thickness of what is loose; what was gained, if not wired.
+    /// Thickness of loose material; if the input is not wired, the material gained.
     debris: Scalar(Metres);
     /// Thickness of rock that has become debris.
     crumbled: Scalar(Metres);
@@ -54,37 +54,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Thermal",
     category: "erosion",
-    summary: "Slopes steeper than the angle of repose shed material, which comes to rest as scree below.",
-    doc: "Loose material holds up to its angle of repose. What is steeper slides, and gathers at the foot in straight \
-          slopes at that angle. Slopes below repose are left as they are, to the last bit. Angles to begin with:\n\n\
-          | material | slope (m/m) | angle |\n\
-          |---|---|---|\n\
-          | sand | 0.62 | 32° |\n\
-          | scree | 0.70 | 35° |\n\
-          | soil | 0.78 | 38° |\n\
-          | fractured rock | 1.0 | 45° |\n\
-          | massive rock | 1.5 to 3 | 56° to 72° |\n\n\
-          Both angles, `talus` and `rock`, take a wire, so that a selection of soft and hard beds, brought to degrees by \
-          `Remap`, makes ledges and slopes.\n\n\
-          Without a wire to `debris` all of the land is loose. With one, only that much on top of it is, and below is \
-          rock; wire a `Constant` of 0 for bare rock. Rock holds up to the angle `rock`: what stands above the highest \
-          surface that is nowhere steeper, `min over y of (h(y) + tan(rock) |x − y|)`, crumbles to `bulking` times its \
-          volume of debris. Loose material then lies and slides at `talus`, and all other rock stays, so that steep walls \
-          stand bare above their scree. `crumbled` tells what rock was lost: the volume of `debris` is what it was plus \
-          `bulking` times that, and without debris the volume of the land stays the same. Nothing crosses the edge of \
-          the world, except between two `periodic` sides, which are joined. Where rock weathers over time, instead of \
-          failing, see `Weathering`.\n\n\
-          At `equilibrium` the result is the land in which nothing is steeper than repose by more than `tolerance`. With \
-          `duration`, the excess of every slope over repose decays, `∂|∇h|/∂t = −k (|∇h| − S)₊` with S the tangent of the \
-          angle and k = `relaxation`, to `exp(−k · duration)` of what it was: cliffs lean back little by little, while \
-          what has fallen off them lies at repose. No steps are taken in time, so the result does not depend on any.\n\n\
-          `mask` confines it: 0 holds everything in place, and between 0 and 1 the ground holds at tan(talus) / mask. \
-          Where relief is so extreme that slopes do not come to rest, the node says so beside its result.\n\n\
-          Musgrave, Kolb and Mace compare a cell with each of its eight neighbours, which lets slopes that face in \
-          between be up to 8 % too steep and turns cones into octagons. Here the slope of the surface itself is held \
-          to repose, so cones are round. Sweeps begin on a grid of some 64 cells a side and are refined level by \
-          level, so that the time it takes is nearly proportional to the number of cells. Layers of a few centimetres on bare \
-          walls (on cells of 10 m) are not waited for.",
+    summary: "Slopes steeper than the angle of repose shed material, which comes to rest below as scree.",
+    doc: include_str!("thermal.md"),
     sources: &[
         "F. K. Musgrave, C. E. Kolb, R. S. Mace, 1989, The synthesis and rendering of eroded fractal terrains, SIGGRAPH",
         "B. Beneš, R. Forsbach, 2001, Layered data representation for visual simulation of terrain erosion, SCCG",
@@ -96,24 +67,24 @@ pub static NODE: Node = Node {
     reach: Reach::World,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
-    // what slides is decided by slopes at the scale of the cells: coarser cells see fewer steep places
+    // slopes at the scale of the cells decide what slides: coarser cells have fewer steep places
     resolution: Resolution::Within(0.1),
     example: "height: \"base\", talus: 22",
     ..Node::DEFAULT
 };
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let given = 4.0 * Wants::among(sizing.wanted).count() as f64;
     let params = Params::read(sizing.params);
     if params.until == Until::Duration && params.relaxation * params.duration == 0.0 {
         return 0;
     }
-    // grids of ground, rise and twice what moved, each a quarter of the one before, and what moved in the end; the
-    // rise of the land and what is left of it
+    // grids of ground, rise and twice the movement, each a quarter of the one before, and the final movement; the
+    // rise of the terrain and what is left of it
     let loose = sizing.is_wired(Inputs::PORTS, "debris");
     let slump = if loose { 20.0 } else { 16.0 } * 4.0 / 3.0 + 4.0 + 8.0;
-    // thickness, what crumbled and swelled, what is loose, and the ground below
+    // thickness, crumbled and swelled rock, loose material, and the ground below
     let layers = if loose { 20.0 } else { 0.0 };
     sizing.cells((slump + layers - given).max(0.0))
 }
@@ -171,12 +142,12 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     .into())
 }
 
-/// Heights with what was gained; to the bit the same where that is nothing.
+/// Adds gains to heights; bit for bit the same where the gain is 0.
 fn sum(height: &[f32], gained: &[f32]) -> Vec<f32> {
     height.iter().zip(gained).map(|(h, d)| if *d == 0.0 { *h } else { h + d }).collect()
 }
 
-/// The thickness of rock below `thickness` of debris that does not hold at its own `rise`.
+/// Returns the thickness of rock below `thickness` of debris that is not stable at its own `rise`.
 fn crumble(land: &Land<'_>, rise: &[f32], thickness: &[f32], left: f32, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
     let rock: Vec<f32> = land.height.iter().zip(thickness).map(|(h, r)| h - r).collect();
     let rock = Land { height: &rock, rise, ..*land };
@@ -184,7 +155,7 @@ fn crumble(land: &Land<'_>, rise: &[f32], thickness: &[f32], left: f32, job: &Jo
     Ok(rock.height.iter().zip(&held).map(|(rock, held)| if held < rock { rock - held } else { 0.0 }).collect())
 }
 
-/// What each cell gains as the land comes to rest, but for the share `left` of all excess.
+/// Returns the gain of each cell as the terrain comes to rest, except for the fraction `left` of all excess.
 fn slide(land: &Land<'_>, left: f32, params: &Params, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
     let rise = relaxed(land, left, job)?;
     let mut slump = Slump::new(&Land { rise: &rise, ..*land }, params.tolerance as f32)?;
@@ -303,7 +274,7 @@ mod tests {
         assert!((total(&height) / total(&step) - 1.0).abs() < 1e-6);
     }
 
-    /// A wire sets the angle per cell: the same cliff lies at 25° in sand and 50° in rock.
+    /// A wired angle applies per cell: the same cliff lies at 25° in sand and 50° in rock.
     #[test]
     fn the_angle_may_differ_from_place_to_place() {
         let step = field(world(128, 256, 1.0), |x, _| if x < 64.0 { 40.0 } else { 0.0 });
@@ -315,8 +286,8 @@ mod tests {
         }
     }
 
-    /// A wall of rock at 51° stands bare above the scree that its loose cover has become; nothing is lost, and only what
-    /// is loose has moved.
+    /// A wall of rock at 51° is bare above the scree that its loose cover has become; nothing is lost, and only loose
+    /// material has moved.
     #[test]
     fn loose_cover_slides_off_rock_that_stays() {
         let wall = field(world(160, 64, 5.0), |x, _| 10.0 + 1.25 * (x - 200.0).clamp(0.0, 200.0));
@@ -371,7 +342,8 @@ mod tests {
         assert!(still.samples().iter().all(|&r| r == 0.0));
     }
 
-    /// With all of it loose and deep, the same as without layers; also joined at the sides, on any number of threads.
+    /// With deep loose material everywhere, the same as without layers; also in a periodic world, on any number of
+    /// threads.
     #[test]
     fn deep_debris_is_all_loose() {
         let hill = field(world(96, 80, 5.0), |x, y| if libm::hypot(x - 240.0, y - 200.0) < 60.0 { 150.0 } else { 0.0 });
@@ -392,8 +364,7 @@ mod tests {
         assert_eq!(run_in(1, &NODE, &defaults(), &inputs), run_in(3, &NODE, &defaults(), &inputs));
     }
 
-    /// On a world joined at its sides, moving the land moves the result, where it moves by whole cells of the coarsest
-    /// grid.
+    /// In a periodic world, moving the terrain by whole cells of the coarsest grid moves the result.
     #[test]
     fn periodic_sides_are_joined() {
         let joined = World { boundary: Boundary::all(Edge::Periodic), ..world(256, 128, 4.0) };
@@ -411,8 +382,8 @@ mod tests {
         }
     }
 
-    /// After a time, a long slope's excess over repose is `exp(-k t)` of what it was, and going on from there for as
-    /// long again is the same as twice the time; no time changes nothing, and much of it is equilibrium.
+    /// After a time, a long slope's excess over repose is `exp(-k t)` of what it was, and continuing for as long
+    /// again equals twice the time; a time of 0 changes nothing, and a long time is equilibrium.
     #[test]
     fn excess_decays_with_time() {
         let slope = |x: f64| 0.9 * (x - 120.0).clamp(0.0, 120.0);
@@ -440,8 +411,8 @@ mod tests {
         }
     }
 
-    /// Heights of a million kilometres cannot be held to metres in single precision: the result is told to be above
-    /// repose.
+    /// Heights of a million kilometres have no accuracy of metres in single precision: the result is reported to be
+    /// above repose.
     #[test]
     fn land_that_cannot_rest_warns() {
         for (top, expected) in [(1e9, 1), (50.0, 0)] {

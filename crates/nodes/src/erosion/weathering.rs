@@ -1,44 +1,45 @@
-//! Weathering: frost and the making of soil turn rock into debris, which falls and comes to rest.
+//! Weathering: frost and soil production turn rock into debris, which falls and comes to rest.
 
-use rayon::prelude::*;
-
-use super::repose::{Land, SWEEPS, Slump, rises, wraps};
-use crate::{math, prelude::*};
+use crate::numerics::{
+    par,
+    repose::{Land, SWEEPS, Slump, rises, wraps},
+};
+use crate::{numerics::math, prelude::*};
 
 params! {
-    /// How long it weathers.
+    /// Simulated time.
     duration: f64 = 10_000.0, Years, 0.0..=1e6, soft 0.0..=50_000.0;
-    /// Rock that frost shatters where it is bare and frost is worst.
+    /// Rate at which frost shatters bare rock where frost is strongest.
     frost: f64 = 5e-4, MetresPerYear, 0.0..=5e-3, soft 0.0..=2e-3;
-    /// Rock that turns to soil where it is bare.
+    /// Rate at which bare rock turns to soil.
     soil: f64 = 1e-4, MetresPerYear, 0.0..=1e-3, soft 2e-5..=3e-4;
     /// Thickness of debris under which weathering falls to 37 %.
     cover: f64 = 0.5, Metres, 0.05..=5.0, soft 0.2..=1.0;
-    /// Cooling of the air upwards.
+    /// Lapse rate: cooling of the air with height.
     lapse: f64 = 6.5, KelvinsPerKilometre, 0.0..=15.0, soft 4.0..=10.0;
-    /// Volume of debris that a volume of rock becomes.
+    /// Volume of debris per volume of rock.
     bulking: f64 = 1.3, One, 1.0..=2.0, soft 1.0..=1.6;
-    /// Excess over repose that counts as none, as a share of it.
+    /// Excess over repose that is tolerated, as a fraction of repose.
     tolerance: f64 = 0.02, One, 0.001..=0.2, soft 0.005..=0.05;
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
-    /// How exposed rock is to the weather.
+    /// Exposure of the rock to weather.
     exposure: Mask = 1.0, 0.0..=1.0;
     /// Mean annual temperature at sea level.
     temperature: Scalar(Celsius) = 12.0, -40.0..=40.0, soft -10.0..=30.0;
     /// Angle of repose of debris.
     talus: Scalar(Degrees) = 35.0, 5.0..=80.0, soft 20.0..=60.0;
-    /// Where it acts: 0 holds the ground as it is.
+    /// Where the node acts: 0 keeps the ground as it is.
     mask: Mask = 1.0, 0.0..=1.0;
-    /// Thickness of debris on the rock at first.
+    /// Thickness of debris on the rock at the start.
     debris: Option<Scalar(Metres)>;
 }
 
 outputs! {
-    /// The land afterwards.
+    /// Terrain at the end.
     height: Height;
     /// Thickness of debris.
     debris: Scalar(Metres);
@@ -50,22 +51,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Weathering",
     category: "erosion",
-    summary: "Frost and the making of soil turn rock into debris over time, which comes to rest as scree below.",
-    doc: "Each year a square metre of rock surface loses `exposure · (frost · I(T) + soil) · exp(−r / cover)`, where r is \
-          the debris on it. I is the intensity of frost cracking, a Gaussian of the mean annual temperature about −5 °C \
-          with a deviation of 3 K, the window in which water freezes but still moves (Hales and Roering 2007). \
-          T is `temperature` at sea level less `lapse` for every kilometre: with the defaults frost works between \
-          2200 and 3100 m, so lower `temperature` for low land. `soil` is the exponential law of Heimsath and others \
-          (1997). Steep rock has more surface per area of map, and loses accordingly, but only where it stands above the \
-          debris beside it; its own debris falls off it and does not cover it.\n\n\
-          What is lost becomes `bulking` times its volume of debris, which slides at the angle `talus` and protects \
-          what it covers: walls retreat, their feet drown in scree, and cones grow below gullies. On flat ground \
-          r(t) = cover · ln(exp(r(0) / cover) + bulking · P · t / cover). Rock is lost and debris slides in \
-          turn, in rounds of at most half a cell of retreat and a sixteenth of the time.\n\n\
-          Wire a selection of convex or sunny ground to `exposure`, or a raster of temperatures to `temperature`. \
-          Without a wire to `debris` the rock is bare at first. The volume of `debris` is what it was plus `bulking` \
-          times that of `weathered`. Nothing crosses the edge of the world, except between two `periodic` sides. \
-          `Thermal` brings slopes to rest without time, and rock that is too steep to stand.",
+    summary: "Over time, frost and soil production turn rock into debris, which comes to rest below as scree.",
+    doc: include_str!("weathering.md"),
     sources: &[
         "T. C. Hales, J. J. Roering, 2007, Climatic controls on frost cracking and implications for the evolution of \
          bedrock landscapes, J. Geophys. Res. 112",
@@ -79,27 +66,27 @@ pub static NODE: Node = Node {
     reach: Reach::World,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
-    // where debris lies is decided by slopes at the scale of the cells
+    // slopes at the scale of the cells decide where debris lies
     resolution: Resolution::Within(0.1),
     example: "height: \"base\", temperature: 2, duration: 20000",
     ..Node::DEFAULT
 };
 
-/// The least number of rounds that a cover of many times `cover` is made in.
+/// Minimum number of rounds for producing a layer many times as thick as `cover`.
 const ROUNDS: f64 = 16.0;
 
-/// The most sweeps over a grid in all rounds but the last: what is still on its way then goes on in the next.
+/// Maximum sweeps over a grid in all rounds but the last: material still moving continues in the next.
 const PASSING: usize = 64;
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let given = 4.0 * Wants::among(sizing.wanted).count() as f64;
     if Params::read(sizing.params).duration == 0.0 {
         // no round is made: rise, rate, thickness, rock, debris, what weathered and the surface
         return sizing.cells(28.0 - given);
     }
-    // rise, rate, thickness and rock; debris, what weathered, the surface and what is lost; grids of ground, rise, layer and
-    // twice what moved, each a quarter of the one before, and what moved in the end
+    // rise, rate, thickness and rock; debris, what weathered, the surface and what is lost; grids of ground, rise,
+    // layer and twice what moved, each a quarter of the one before, and what moved in the end
     sizing.cells(32.0 + 20.0 * 4.0 / 3.0 + 4.0 - given)
 }
 
@@ -109,23 +96,20 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let height = inputs.height.samples();
     let rise = rises(job, height, inputs.talus, inputs.mask)?;
     let (exposure, temperature) = (inputs.exposure, inputs.temperature);
-    let rate: Vec<f32> = (0..height.len())
-        .into_par_iter()
-        .map(|at| {
-            let celsius = temperature.at(at) - 1e-3 * params.lapse as f32 * height[at];
-            let from_worst = (celsius + 5.0) / 3.0;
-            let cracking = math::f32::exp(-0.5 * from_worst * from_worst);
-            let rate = exposure.at(at).clamp(0.0, 1.0) * (params.frost as f32 * cracking + params.soil as f32);
-            if rise[at].is_finite() { rate } else { 0.0 }
-        })
-        .collect();
+    let rate = par::map(height.len(), |at| {
+        let celsius = temperature.at(at) - 1e-3 * params.lapse as f32 * height[at];
+        let from_worst = (celsius + 5.0) / 3.0;
+        let cracking = math::f32::exp(-0.5 * from_worst * from_worst);
+        let rate = exposure.at(at).clamp(0.0, 1.0) * (params.frost as f32 * cracking + params.soil as f32);
+        if rise[at].is_finite() { rate } else { 0.0 }
+    });
     let most = params.duration * f64::from(rate.iter().copied().fold(0.0, f32::max));
     let cover = (4.0 * params.bulking * most / params.cover).min(ROUNDS);
     let rounds = cover.max(2.0 * most / job.cell_m()).ceil();
     weather(job, &params, &inputs, [&rise, &rate], rounds as u32)
 }
 
-/// Loses rock and slides debris in so many rounds.
+/// Weathers rock and slides debris in rounds.
 fn weather(
     job: &Job<'_>,
     params: &Params,
@@ -150,20 +134,17 @@ fn weather(
     for round in 0..rounds {
         job.check()?;
         let ground = Land { height: &surface, ..land };
-        let lost: Vec<f32> = (0..height.len())
-            .into_par_iter()
-            .map(|at| {
-                if rate[at] == 0.0 {
-                    return 0.0;
-                }
-                let free = ground.drop_from(rock[at] - weathered[at], at);
-                let area = (1.0 + (free / cell_m) * (free / cell_m)).sqrt();
-                let made = bulking * rate[at] * round_yr * area * math::f32::exp(-debris[at] / cover);
-                // what stays where it is made covers the rock below it
-                let stays = free <= rise[at];
-                (if stays { cover * math::ln(1.0 + f64::from(made / cover)) as f32 } else { made }) / bulking
-            })
-            .collect();
+        let lost = par::map(height.len(), |at| {
+            if rate[at] == 0.0 {
+                return 0.0;
+            }
+            let free = ground.drop_from(rock[at] - weathered[at], at);
+            let area = (1.0 + (free / cell_m) * (free / cell_m)).sqrt();
+            let made = bulking * rate[at] * round_yr * area * math::f32::exp(-debris[at] / cover);
+            // debris that stays where it is produced covers the rock below it
+            let stays = free <= rise[at];
+            (if stays { cover * math::ln(1.0 + f64::from(made / cover)) as f32 } else { made }) / bulking
+        });
         for at in 0..height.len() {
             weathered[at] += lost[at];
             debris[at] += bulking * lost[at];
@@ -178,7 +159,7 @@ fn weather(
                 *debris = (*debris + slid).max(0.0);
             }
         }
-        // from the start, so that heights are rounded once
+        // from the start heights, so that they are rounded once
         for at in 0..height.len() {
             let gained = (debris[at] - thickness[at]) - weathered[at];
             surface[at] = if gained == 0.0 { height[at] } else { height[at] + gained };
@@ -216,7 +197,7 @@ mod tests {
     }
 
     /// A flat bench at 2000 m makes debris by the closed form r0 ln(1 + β P t / r0), with P from its temperature of
-    /// −1 °C: Hales and Roering 2007, Heimsath and others 1997. Single precision, over some 16 rounds.
+    /// −1 °C: Hales and Roering 2007, Heimsath and others 1997. Single precision, over about 16 rounds.
     #[test]
     fn a_flat_bench_weathers_by_the_closed_form() {
         let bench = field(world(20, 12, 10.0), |_, _| 2000.0);

@@ -2,24 +2,26 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
-use super::{coarse::Coarse, lines::Ends, mix};
-use crate::{math::lane, prelude::*, simd::simd};
+use super::mix;
+use crate::numerics::{coarse::Coarse, lines::Ends, par};
+use crate::{
+    numerics::{math::lane, simd::simd},
+    prelude::*,
+};
 
 params! {
-    /// How far values spread: the standard deviation of a Gaussian of the distance.
+    /// Distance of the smoothing: the standard deviation of a Gaussian of the distance.
     radius: f64 = 200.0, Metres, 0.0..=1e6, soft 0..=2000;
-    /// How different values may be to be mixed: the standard deviation of a Gaussian of their difference.
+    /// How different values may be and still be mixed: the standard deviation of a Gaussian of their difference.
     ///
     /// In the unit of the input.
     contrast: f64 = 50.0, One, 1e-4..=1e9, soft 1..=500;
 }
 
 inputs! {
-    /// What is smoothed.
+    /// Field to smooth.
     value: AnyScalar;
-    /// Where it is smoothed: fully at 1, not at all at 0.
+    /// Strength of the smoothing: full at 1, none at 0.
     mask: Mask = 1.0, 0.0..=1.0;
 }
 
@@ -32,16 +34,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Bilateral",
     category: "filter",
-    summary: "Smooths slopes and plains and keeps cliffs and crests sharp.",
-    doc: "Each value becomes the mean of those around it, weighted by `exp(−r² / 2R²) · exp(−Δ² / 2C²)`, with r their distance, Δ \
-          their difference in value, R the `radius` and C the `contrast`: bumps lower than C go, steps higher than some three \
-          times C stay. With a large `contrast` it is a blur.\n\n\
-          Values within 2.5 R count. Up to a radius of three cells all of them are taken; wider ones take the means of coarser \
-          cells, three or more per radius, so that the cost does not grow with the radius. What differs from the sum over all \
-          cells is a few percent of C. At the edges of the world the land is mirrored; where the world is periodic it goes on at \
-          the other side.\n\n\
-          **Advice.** For scans and for noise that is to become painterly: plateaus, mesas, faceted rock. It makes slopes of \
-          more than C in R into steps; several passes with a small contrast do so more strongly than one with a large one.",
+    summary: "Smooths slopes and plains while keeping cliffs and crests sharp.",
+    doc: include_str!("bilateral.md"),
     sources: &[
         "C. Tomasi and R. Manduchi (1998), Bilateral filtering for gray and color images, International Conference on Computer \
          Vision, 839-846",
@@ -53,7 +47,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| {
         let radius_m = Params::read(params).radius;
-        // a coarse cell is half a radius at most, and its own width is read too
+        // a coarse cell is at most half a radius, and its own width is read too
         if radius_m < LEAST * cell_m { 0.0 } else { (CUT + 1.0) * radius_m + 2.0 * cell_m }
     }),
     cpu: run,
@@ -61,22 +55,22 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Radii within which values count.
+/// Distance within which values count, in radii.
 const CUT: f64 = 2.5;
-/// The radius, in cells, up to which cells are taken as they are.
+/// The radius, in cells, up to which single cells are used.
 const FINE: f64 = 3.0;
-/// The most radii of coarse cells: more has only a world of one coarse cell, where all of them are alike.
+/// Largest radius in coarse cells: only a world of one coarse cell, where all values are equal, has more.
 const WIDE: f64 = 4.5;
-/// Weight of a value that nothing around it is like.
+/// Weight of a value that differs from everything around it.
 const ALONE: f32 = 1e-12;
 /// The radius in cells below which a neighbour's weight is less than a millionth.
 const LEAST: f64 = 0.2;
 
-/// Rows that a thread takes at a time.
+/// Rows per thread and task.
 const BAND: usize = 64;
-/// Rows of blocks whose cells are mixed together, at most.
+/// Maximum number of rows of a block whose cells are mixed together.
 const ROWS: usize = 16;
-/// Cells of such a block, which stay in the nearest cache.
+/// Cells of such a block, which fit into the first-level cache.
 const CELLS: usize = 2048;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
@@ -93,7 +87,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let around = Around::new(&coarse, &window, &means, radius);
     let per_contrast = (0.5_f64.sqrt() / params.contrast) as f32;
     let mut out = value.samples().to_vec();
-    crate::par::bands_within(job, [0.1, 0.9], BAND, &mut out, |first, rows| {
+    crate::numerics::par::bands_within(job, [0.1, 0.9], BAND, &mut out, |first, rows| {
         around.smooth(first, rows, per_contrast);
         Ok(())
     })?;
@@ -101,13 +95,13 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value: Some(Field::new(window, out)) }.into())
 }
 
-/// What the cells of a window are mixed with.
+/// Values that the cells of a window are mixed with.
 struct Around {
     /// Coarse values with a margin around them.
     values: Vec<f32>,
     width: usize,
-    /// For each column of the window the first coarse column, with margin, that counts, and the weights from there on: one
-    /// list per place, so that a row is a loop over columns.
+    /// For each column of the window the first coarse column (with margin) that counts, and the weights from there
+    /// on: one list per offset, so that a row is a loop over columns.
     columns: Axis,
     rows: Axis,
 }
@@ -120,7 +114,7 @@ struct Axis {
     weights: Vec<f32>,
 }
 
-/// Coarse cells that count to either side of a cell's own.
+/// Returns the coarse cells that count on either side of a cell's own.
 fn side(step: f64, radius: f64) -> usize {
     (CUT * radius.min(WIDE * step) / step).ceil() as usize
 }
@@ -139,7 +133,7 @@ impl Axis {
         for k in 0..count {
             weights.extend(places.iter().zip(&first).map(|(place, &first)| {
                 let off = ((first + k) as f64 - margin as f64 - place) * step / radius;
-                crate::math::exp(-0.5 * off * off) as f32
+                crate::numerics::math::exp(-0.5 * off * off) as f32
             }));
         }
         Self { first, weights }
@@ -153,7 +147,7 @@ impl Around {
         let margins = coarse.steps().map(|step| side(step, radius) + 1);
         let width = nx + 2 * margins[0];
         let mut values = vec![0.0; width * (ny + 2 * margins[1])];
-        values.par_chunks_mut(width).enumerate().for_each(|(j, out)| {
+        par::all(values.chunks_mut(width), |j, out| {
             let row = &means[ends[1].index(j as i64 - margins[1] as i64, ny) * nx..][..nx];
             for (i, out) in out.iter_mut().enumerate() {
                 *out = row[ends[0].index(i as i64 - margins[0] as i64, nx)];
@@ -169,7 +163,7 @@ impl Around {
         let mut block = Block::default();
         let mut from = 0;
         while from < rows.len() / nx {
-            // rows beside the same coarse cells
+            // rows that use the same coarse cells
             let coarse = self.rows.first[first + from];
             let same = self.rows.first[first + from..first + rows.len() / nx].iter().take_while(|at| **at == coarse);
             let end = from + same.take(ROWS).count();
@@ -183,7 +177,7 @@ impl Around {
         }
     }
 
-    /// Smooths some columns of rows of the window, from row `first` on, which are beside the same coarse cells.
+    /// Smooths some columns of rows of the window, from row `first` on, which use the same coarse cells.
     fn mix(&self, block: &mut Block, rows: &mut [f32], first: usize, columns: Range<usize>, per_contrast: f32) {
         let nx = self.columns.first.len();
         let (width, height) = (columns.len(), rows.len() / nx);
@@ -227,7 +221,7 @@ struct Block {
     others: Vec<f32>,
 }
 
-/// The values at some places of a line.
+/// Gathers the values at some places of a line.
 fn take(out: &mut [f32], line: &[f32], places: &[usize]) {
     let (first, last) = (places[0], places[places.len() - 1]);
     if last - first + 1 == places.len() {
@@ -240,7 +234,7 @@ fn take(out: &mut [f32], line: &[f32], places: &[usize]) {
 }
 
 simd! {
-    /// Adds what one coarse value gives to each cell: differences times weights, and weights.
+    /// Adds one coarse value to the sums of each cell: differences times weights, and weights.
     fn add(sums: [&mut [f32]; 2], cells: &[f32], others: &[f32], weights: [&[f32]; 2], per_contrast: f32) {
         let ([sums, totals], [along, across]) = (sums, weights);
         let width = others.len();
@@ -262,7 +256,7 @@ simd! {
 mod tests {
     use super::*;
     use crate::{
-        math,
+        numerics::math,
         testing::{at_every_level, field, reach_m, run as result, run_in, with_params, world},
     };
 
@@ -289,7 +283,8 @@ mod tests {
         sum / weights
     }
 
-    /// Rough land with a cliff: direct sums leave out what is beyond 2.5 radii, coarse ones what is within a third of one.
+    /// Rough terrain with a cliff: direct sums leave out values beyond 2.5 radii, coarse ones detail within a third
+    /// of one.
     #[test]
     fn values_are_near_the_sum_over_all_cells() {
         let land = field(world(120, 90, 5.0), |x, y| {
@@ -307,7 +302,7 @@ mod tests {
         }
     }
 
-    /// A wall of ten contrasts stays where it is; level ground keeps its bits.
+    /// A wall of ten contrasts stays where it is; level ground stays bit for bit the same.
     #[test]
     fn walls_stay() {
         let wall = field(world(60, 20, 5.0), |x, _| if x < 150.0 { 812.3 } else { 1312.3 });

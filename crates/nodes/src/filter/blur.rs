@@ -1,19 +1,20 @@
-//! The Gaussian filter of a field, of any width at the same cost; see [`super::gaussian`].
+//! The Gaussian filter of a field, of any width at the same cost; see [`crate::numerics::gaussian`].
 
-use super::{gaussian::Gaussian, lines::separable, mix};
+use super::mix;
+use crate::numerics::{gaussian::Gaussian, lines::separable};
 use crate::prelude::*;
 
 params! {
-    /// How far values spread: the standard deviation of the Gaussian.
+    /// Distance of the smoothing: the standard deviation of the Gaussian.
     ///
-    /// Waves shorter than twice this length are gone, waves of ten times it keep four fifths of their height.
+    /// Waves shorter than twice this length disappear; waves of ten times it keep four fifths of their height.
     radius: f64 = 100.0, Metres, 0.0..=1e6, soft 0..=2000;
 }
 
 inputs! {
-    /// What is smoothed.
+    /// Field to smooth.
     value: AnyScalar;
-    /// Where it is smoothed: fully at 1, not at all at 0.
+    /// Strength of the smoothing: full at 1, none at 0.
     mask: Mask = 1.0, 0.0..=1.0;
 }
 
@@ -27,15 +28,7 @@ pub static NODE: Node = Node {
     id: "Blur",
     category: "filter",
     summary: "Smooths a field over a distance in metres.",
-    doc: "Each value becomes the mean of those around it, weighted by the Gaussian `exp(−r² / 2R²)` of their distance r, with R \
-          the `radius`. A wave of length λ keeps `exp(−2π² R² / λ²)` of its height.\n\n\
-          The cost does not depend on the radius. At the edges of the world the land is mirrored; where the world is \
-          periodic it goes on at the other side. Below four cells the weights are those of the discrete Gaussian, whose \
-          variance is exact; wider ones are four box filters in a row, which differ from the Gaussian by up to 3.6 % of the \
-          largest weight.\n\n\
-          **Advice.** Blurred land is not eroded land: it loses its crests and its channels alike. To round hills as creeping \
-          soil does, let time pass in an erosion node. Use it for masks, for hardness, and to split land into a broad form \
-          and detail, which `Combine` can put together again in other shares.",
+    doc: include_str!("blur.md"),
     sources: &[
         "T. Lindeberg (1990), Scale-space for discrete signals, IEEE Transactions on Pattern Analysis and Machine Intelligence \
          12, 234-254",
@@ -52,7 +45,7 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let radius_m = Params::read(sizing.params).radius;
     if radius_m == 0.0 { 0 } else { Gaussian::bytes(radius_m, &sizing.window) }

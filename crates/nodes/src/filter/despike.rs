@@ -1,45 +1,44 @@
-//! Spikes and pits taken out: cells that stand out from the median around them; see [`super::rank`].
+//! Removes spikes and pits: cells that stand out from the median around them; see [`crate::numerics::rank`].
 
-use rayon::prelude::*;
-
-use super::{
-    mix,
+use super::mix;
+use crate::numerics::{
+    par,
     rank::{Beyond, rank, reach_m},
 };
 use crate::prelude::*;
 
 choice! {
-    /// What is taken out.
+    /// Which outliers are removed.
     pub enum Side {
         /// Spikes and pits.
         Both = "both",
-        /// What stands above its surroundings.
+        /// Cells above their surroundings.
         Spikes = "spikes",
-        /// What lies below them.
+        /// Cells below their surroundings.
         Pits = "pits",
     }
 }
 
 params! {
-    /// Distance within which values count; spikes must be narrower than half of that.
+    /// Distance within which values count; spikes must be narrower than half of it.
     radius: f64 = 50.0, Metres, 0.0..=1e5, soft 10..=500;
-    /// How many times as far as usual around it a place must be from the median to be taken out.
+    /// Local standard deviations by which a cell must differ from the median to be removed.
     threshold: f64 = 5.0, One, 0.0..=1000.0, soft 2..=20;
-    /// How far from the median it must be at least.
+    /// Height added to the limit that `threshold` sets: smaller deviations are never removed.
     prominence: f64 = 2.0, Metres, 0.0..=1e5, soft 0..=50;
-    /// What is taken out.
+    /// Which outliers are removed.
     side: Side = Side::Both, One, ..;
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
-    /// Where spikes are looked for: fully at 1, not at all at 0.
+    /// Where spikes are removed: fully at 1, not at all at 0.
     mask: Mask = 1.0, 0.0..=1.0;
 }
 
 outputs! {
-    /// The land without them.
+    /// Terrain without spikes and pits.
     height: Height;
     /// 1 where a spike or a pit was.
     removed: Mask;
@@ -49,14 +48,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Despike",
     category: "filter",
-    summary: "Takes single spikes and pits out of land and leaves all other cells as they are.",
-    doc: "With m the median of the heights within the `radius` and s the median of |z − m| within the same radius, times 1.4826, \
-          a place that is farther than `threshold` · s + `prominence` from m becomes m; everything else keeps its bits. s is the \
-          standard deviation where heights are spread as a Gaussian, but no spike can raise it.\n\n\
-          What differs from the filter of Hampel: each place's deviation is taken from its own median, so that a slope is no \
-          deviation and spikes are found on cliffs as on plains. Beyond the edges of the world slopes go on.\n\n\
-          **Advice.** For scanned land with errors: birds, masts, sparks of a radar. `removed` shows what was taken out; when it \
-          shows crests, raise `threshold` or choose a smaller radius. A radius below one cell changes nothing.",
+    summary: "Removes single spikes and pits and leaves all other cells as they are.",
+    doc: include_str!("despike.md"),
     sources: &[
         "F. R. Hampel (1974), The influence curve and its role in robust estimation, Journal of the American Statistical \
          Association 69, 383-393",
@@ -67,19 +60,19 @@ pub static NODE: Node = Node {
     reach: Reach::Metres(|params, cell_m| 2.0 * reach_m(Params::read(params).radius, cell_m)),
     scratch: Scratch::Bytes(scratch),
     cpu: run,
-    resolution: Resolution::Cells("a spike is a matter of single cells"),
+    resolution: Resolution::Cells("spikes are single cells"),
     example: "height: \"base\", radius: 700, threshold: 2.5",
     ..Node::DEFAULT
 };
 
-/// Standard deviations of a Gaussian per median of the distances from its middle.
+/// Standard deviations of a Gaussian per median absolute deviation.
 const DEVIATIONS: f32 = 1.482_602_2;
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let wants = Wants::among(sizing.wanted);
-    // medians and distances from them, whose medians are sought
-    let ranked = sizing.cells(8.0) + super::rank::bytes(&sizing.window, Params::read(sizing.params).radius);
+    // medians, and distances from them, whose medians are computed next
+    let ranked = sizing.cells(8.0) + crate::numerics::rank::bytes(&sizing.window, Params::read(sizing.params).radius);
     ranked.max(sizing.cells(16.0)) - sizing.cells(4.0 * wants.count() as f64)
 }
 
@@ -88,28 +81,23 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let height = height.samples();
     let median = rank(job, [0.0, 0.45], height, params.radius, 0.5, Beyond::Straight)?;
-    let distances: Vec<f32> = height.par_iter().zip(&median).map(|(z, m)| (z - m).abs()).collect();
+    let distances = par::map(height.len(), |at| (height[at] - median[at]).abs());
     let usual = rank(job, [0.45, 0.9], &distances, params.radius, 0.5, Beyond::Mirrored)?;
-    let removed: Vec<f32> = height
-        .par_iter()
-        .zip(&median)
-        .zip(&usual)
-        .map(|((z, m), usual)| {
-            let most = params.threshold as f32 * DEVIATIONS * usual + params.prominence as f32;
-            let above = match params.side {
-                Side::Both => (z - m).abs(),
-                Side::Spikes => z - m,
-                Side::Pits => m - z,
-            };
-            if above > most { 1.0 } else { 0.0 }
-        })
-        .collect();
+    let removed = par::map(height.len(), |at| {
+        let (z, m, usual) = (height[at], median[at], usual[at]);
+        let most = params.threshold as f32 * DEVIATIONS * usual + params.prominence as f32;
+        let above = match params.side {
+            Side::Both => (z - m).abs(),
+            Side::Spikes => z - m,
+            Side::Pits => m - z,
+        };
+        if above > most { 1.0 } else { 0.0 }
+    });
     drop((distances, usual));
     let wants = Wants::of(job);
     let field = |samples| Field::new(job.window(), samples);
     let despiked = || {
-        let cells = height.par_iter().zip(&median).zip(&removed);
-        let mut out: Vec<f32> = cells.map(|((z, m), removed)| if *removed > 0.0 { *m } else { *z }).collect();
+        let mut out = par::map(height.len(), |at| if removed[at] > 0.0 { median[at] } else { height[at] });
         mix(job, height, &mut out, mask).map(|()| field(out))
     };
     Ok(Given { height: wants.height.then(despiked).transpose()?, removed: wants.removed.then(|| field(removed)) }
@@ -121,7 +109,7 @@ mod tests {
     use super::*;
     use crate::testing::{field, run as result, with_params, world};
 
-    /// Spikes and pits on a cliff and on a plain go, and nothing else changes by a bit.
+    /// Spikes and pits on a cliff and on a plain disappear, and everything else stays bit for bit the same.
     #[test]
     fn spikes_go_and_all_else_keeps_its_bits() {
         let land = |x: f64, y: f64| 0.8 * x + 20.0 * libm::sin(x * 0.02) * libm::cos(y * 0.015);

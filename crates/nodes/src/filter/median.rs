@@ -1,24 +1,22 @@
-//! The median of the surroundings, or any other percentile; see [`super::rank`].
+//! The median of the neighbourhood, or any other percentile; see [`crate::numerics::rank`].
 
-use super::{
-    mix,
-    rank::{Beyond, rank, reach_m},
-};
+use super::mix;
+use crate::numerics::rank::{Beyond, rank, reach_m};
 use crate::prelude::*;
 
 params! {
     /// Distance within which values count.
     radius: f64 = 100.0, Metres, 0.0..=1e6, soft 0..=1000;
-    /// Share of the values around a place, in percent, that is lower than what it becomes.
+    /// Percentage of the values around a place that are lower than the result.
     ///
     /// 50 for the median, 0 for the lowest of all, 100 for the highest.
     percentile: f64 = 50.0, One, 0.0..=100.0;
 }
 
 inputs! {
-    /// What is smoothed.
+    /// Field to smooth.
     value: AnyScalar;
-    /// Where it is smoothed: fully at 1, not at all at 0.
+    /// Strength of the smoothing: full at 1, none at 0.
     mask: Mask = 1.0, 0.0..=1.0;
 }
 
@@ -31,18 +29,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Median",
     category: "filter",
-    summary: "Gives each place the middle one of the values around it: smooths and keeps edges.",
-    doc: "The values whose places are within the `radius` are put in order, and the place takes the one in the middle, or at \
-          another `percentile`. Half of the surroundings may be wrong without an effect: spikes, pits and noise go, while the \
-          edge of a cliff or a mask stays where it is and stays sharp. What is narrower than the radius goes as a whole; corners \
-          are rounded.\n\n\
-          With `percentile` 0 and 100 it is the lowest and the highest value within the radius: the first widens valleys and \
-          the dark parts of masks, the second crests and the bright parts; one after the other closes gaps or removes specks.\n\n\
-          The result is exact: one of the values of the land, up to a radius of 128 cells. The surroundings are a circle; above \
-          3.6 cells one of four steps, which has the same area and an edge within 8 % of the radius. Wider ones are counted in \
-          coarser cells of a 128th of the radius. A radius of 64 cells takes some three times as long as one of 4. At the edges of \
-          the world the land is mirrored; where the world is periodic it goes on at the other side. A radius below one cell \
-          changes nothing.",
+    summary: "Replaces each value by the median of the values around it: smooths and keeps edges.",
+    doc: include_str!("median.md"),
     sources: &[
         "B. Weiss (2025), Fast isotropic median filtering, SIGGRAPH Conference Papers, arXiv:2505.22938",
         "K. E. Batcher (1968), Sorting networks and their applications, AFIPS Spring Joint Computer Conference, 307-314",
@@ -57,10 +45,10 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     // without the result
-    super::rank::bytes(&sizing.window, Params::read(sizing.params).radius) - sizing.cells(4.0)
+    crate::numerics::rank::bytes(&sizing.window, Params::read(sizing.params).radius) - sizing.cells(4.0)
 }
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
@@ -76,7 +64,7 @@ mod tests {
     use super::*;
     use crate::testing::{at_every_level, field, run as result, run_in, with_params, world};
 
-    /// A wall stays to the bit, a line of one cell goes, whatever the radius.
+    /// A wall stays bit for bit the same and a line of one cell disappears, whatever the radius.
     #[test]
     fn edges_stay_and_lines_go() {
         let wall = |x: f64| if x < 200.0 { 100.0 } else { 731.0 };
@@ -99,7 +87,7 @@ mod tests {
         assert_eq!(result(&NODE, &with_params(&NODE, "radius=30"), &fields, "value"), hills);
     }
 
-    /// The largest value within a radius is never below a smaller circle's, and the least is its mirror image.
+    /// The maximum within a radius is never below that of a smaller circle, and the minimum is its mirror image.
     #[test]
     fn extremes_are_mirror_images() {
         let hills = field(world(90, 70, 5.0), |x, y| 100.0 * libm::sin(x * 0.07) * libm::cos(y * 0.2));

@@ -1,16 +1,11 @@
-//! Filters: what a field becomes by its surroundings.
+//! Filters: each value becomes a function of its surroundings.
 
 pub mod bilateral;
 pub mod blur;
 pub mod carve;
-pub mod coarse;
 pub mod despike;
-pub mod extremes;
-pub mod gaussian;
-pub mod lines;
 pub mod median;
 pub mod morphology;
-pub mod rank;
 pub mod resample;
 pub mod sharpen;
 pub mod smear;
@@ -21,7 +16,7 @@ pub mod warp;
 
 use orograph_graph::{Job, Lane, Node, NodeError};
 
-use crate::cells::{BLOCK, blocks, masked, samples};
+use crate::numerics::cells::{BLOCK, blocks, masked, samples};
 
 /// The nodes of this category, in palette order.
 pub static NODES: &[&Node] = &[

@@ -1,44 +1,43 @@
-//! Growing, shrinking, opening and closing of masks and of land, by a disc of a radius in metres.
+//! Dilation, erosion, opening and closing of masks and heights by a disc with a radius in metres.
 
-use rayon::prelude::*;
-
-use super::{
+use super::mix;
+use crate::numerics::{
     extremes::{highest, lowest},
-    mix,
+    par,
 };
 use crate::prelude::*;
 
 choice! {
-    /// What is done with the disc.
+    /// Operation with the disc.
     pub enum Operation {
         /// The highest value within the disc: masks grow.
         Dilate = "dilate",
         /// The lowest value within the disc: masks shrink.
         Erode = "erode",
-        /// Eroded, then dilated: what is narrower than the disc disappears, the rest keeps its size.
+        /// Eroded, then dilated: features narrower than the disc disappear, the rest keeps its size.
         Open = "open",
-        /// Dilated, then eroded: gaps that are narrower than the disc close, the rest keeps its size.
+        /// Dilated, then eroded: gaps narrower than the disc close, the rest keeps its size.
         Close = "close",
-        /// Dilated less eroded: a band along edges; of heights, the relief within the disc.
+        /// Dilated minus eroded: a band along edges; for heights, the relief within the disc.
         Outline = "outline",
-        /// The value less the opened one: what is narrower than the disc, such as crests and spires.
+        /// The value minus the opened one: features narrower than the disc, such as crests and spires.
         TopHat = "top_hat",
-        /// The closed value less the value: gaps and ravines that are narrower than the disc.
+        /// The closed value minus the value: gaps and ravines narrower than the disc.
         BottomHat = "bottom_hat",
     }
 }
 
 params! {
-    /// What is done with the disc.
+    /// Operation with the disc.
     operation: Operation = Operation::Open, One, ..;
-    /// Radius of the disc. What does not reach the next cell changes nothing.
+    /// Radius of the disc. A radius that does not reach the next cell changes nothing.
     radius: f64 = 100.0, Metres, 0.0..=1e5, soft 0..=1000;
 }
 
 inputs! {
-    /// A mask, land, or any other values.
+    /// A mask, a height or any other field.
     value: AnyScalar;
-    /// Where the result replaces it: fully at 1, not at all at 0.
+    /// Where the result replaces the input: fully at 1, not at all at 0.
     mask: Mask = 1.0, 0.0..=1.0;
 }
 
@@ -51,15 +50,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Morphology",
     category: "filter",
-    summary: "Grows, shrinks, opens and closes masks or land by a disc of a radius in metres.",
-    doc: "Mathematical morphology with a flat disc D of cells whose centres are within `radius`: `dilate` is the highest value in \
-          it, `max f(x + d)`, `erode` the lowest; `open` and `close` are one after the other, `outline` is their difference, the hats \
-          are what opening and closing take away and fill. A soft mask stays soft, and so does land: opening cuts off crests that \
-          are narrower than the disc, closing fills ravines, and both leave broad forms to the last bit.\n\n\
-          Only cells of the world count; at its sides the disc is cut. Each row of the disc is looked at, save on masks of two \
-          values only, whose cost does not depend on the radius.\n\n\
-          **Advice.** Open a mask to be rid of specks, close it to be rid of holes; `Components` does both by area instead of \
-          width. A margin that fades is `Distance`.",
+    summary: "Dilates, erodes, opens and closes masks or heights by a disc with a radius in metres.",
+    doc: include_str!("morphology.md"),
     sources: &[
         "J. Serra (1982), Image Analysis and Mathematical Morphology, Academic Press",
         "S. R. Sternberg (1986), Grayscale morphology, Computer Vision, Graphics, and Image Processing 35, 333-355",
@@ -77,16 +69,16 @@ pub static NODE: Node = Node {
     }),
     scratch: Scratch::Bytes(scratch),
     cpu: run,
-    resolution: Resolution::Cells("the disc is made of whole cells"),
+    resolution: Resolution::Cells("the disc consists of whole cells"),
     example: "value: \"mask\", operation: outline, radius: 500",
     ..Node::DEFAULT
 };
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let params = Params::read(sizing.params);
     let nx = sizing.window.nx() as f64;
-    // lines with what is beyond their ends
+    // lines with their continuation beyond the ends
     let lines = 4.0 * (1.0 + 2.0 * (params.radius / sizing.window.cell_m()).min(nx) / nx);
     let held = match params.operation {
         Operation::Dilate => 0.0,
@@ -105,7 +97,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let eroded = |samples: &[f32], share| lowest(job, share, samples, radius);
     let (early, late) = ([0.0, 0.45], [0.45, 0.9]);
     let less = |mut from: Vec<f32>, taken: &[f32]| {
-        from.par_iter_mut().zip(taken).for_each(|(from, taken)| *from -= taken);
+        par::change_with(&mut from, taken, |from, taken| *from -= taken);
         from
     };
     let mut out = match params.operation {
@@ -138,7 +130,7 @@ mod tests {
         mask.samples().iter().map(|v| f64::from(*v) * 100.0).sum()
     }
 
-    /// A disc grows and shrinks by the radius, as areas tell.
+    /// A disc grows and shrinks by the radius, measured by area.
     #[test]
     fn a_disc_becomes_a_wider_or_a_narrower_disc() {
         for (operation, radius_m) in [("dilate", 350.0), ("erode", 50.0), ("open", 200.0), ("close", 200.0)] {

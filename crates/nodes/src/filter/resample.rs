@@ -1,15 +1,13 @@
-//! A field as it would be on coarser cells; see [`super::coarse`].
+//! A field as it would be on coarser cells; see [`crate::numerics::coarse`].
 
-use super::{
-    coarse::{Between, Coarse},
-    mix,
-};
+use super::mix;
+use crate::numerics::coarse::{Between, Coarse};
 use crate::prelude::*;
 
 choice! {
-    /// How values between the centres of coarse cells are found.
+    /// Interpolation between the centres of coarse cells.
     pub enum Interpolation {
-        /// Every place has the value of its coarse cell: squares.
+        /// Every place takes the value of its coarse cell: squares.
         Cells = "cells",
         /// Linear from centre to centre.
         Linear = "linear",
@@ -19,16 +17,16 @@ choice! {
 }
 
 params! {
-    /// Side of the coarse cells; the nearest length of which a whole number fits the world.
+    /// Side of the coarse cells, rounded so that a whole number of them fits the world.
     cell: f64 = 200.0, Metres, 1e-3..=1e6, soft 10..=2000;
-    /// How values between the centres of coarse cells are found.
+    /// Interpolation between the centres of coarse cells.
     interpolation: Interpolation = Interpolation::Cubic, One, ..;
 }
 
 inputs! {
-    /// What is resampled.
+    /// Field to resample.
     value: AnyScalar;
-    /// Where it is resampled: fully at 1, not at all at 0.
+    /// Where the result replaces the input: fully at 1, not at all at 0.
     mask: Mask = 1.0, 0.0..=1.0;
 }
 
@@ -41,15 +39,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Resample",
     category: "filter",
-    summary: "Makes a field as it would be on coarser cells.",
-    doc: "Takes the mean over coarse cells of the side `cell`, and from these the values of the world's own cells again: in \
-          squares, or interpolated. The mean of the land over each coarse cell is what a survey of that resolution would have \
-          measured.\n\n\
-          A whole number of coarse cells fills the world along each side, so they differ a little from the `cell` that is asked \
-          for and are nearly square. The same coarse cells are used at every number of the world's cells. A `cell` that is no \
-          larger than the world's own changes nothing.\n\n\
-          **Advice.** `cells` shows what an engine or a game map of that grid has; `cubic` takes detail away, as a blur does, \
-          and keeps what coarse data know. The difference from the input, by `Combine`, is the detail.",
+    summary: "Resamples a field to coarser cells.",
+    doc: include_str!("resample.md"),
     sources: &["E. Catmull and R. Rom (1974), A class of local interpolating splines"],
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
@@ -65,7 +56,7 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let params = Params::read(sizing.params);
     let coarser = params.cell / sizing.window.cell_m();
@@ -105,7 +96,7 @@ mod tests {
         })
     }
 
-    /// Squares have the mean of the land, whatever the world's cells; twice is the same as once.
+    /// Squares have the mean of the terrain, at any resolution of the world; twice is the same as once.
     #[test]
     fn squares_are_means() {
         let params = with_params(&NODE, "cell=60,interpolation=cells");
@@ -134,7 +125,7 @@ mod tests {
         squares.map(spread).collect()
     }
 
-    /// Between centres linear land is linear, and waves of many coarse cells stay.
+    /// Between centres linear terrain is linear, and waves of many coarse cells stay.
     #[test]
     fn long_waves_and_means_stay() {
         let land = hills(192);
@@ -142,7 +133,7 @@ mod tests {
             let params = with_params(&NODE, &format!("cell=20,interpolation={interpolation}"));
             let found = result(&NODE, &params, &[("value", &land)], "value");
             assert!((moments(found.samples()).0 - moments(land.samples()).0).abs() < 1e-3);
-            // 9 m of a wave of one and a half coarse cells go
+            // 9 m of a wave of one and a half coarse cells are lost
             assert!(found.samples().iter().zip(land.samples()).all(|(a, b)| (a - b).abs() < 14.0));
         }
         let level = field(world(50, 30, 7.0), |_, _| 812.3);

@@ -1,26 +1,25 @@
-//! Detail made stronger: what a Gaussian filter would take away is added instead.
+//! Amplifies detail: the part that a Gaussian filter would remove is added instead.
 
-use rayon::prelude::*;
-
-use super::{gaussian::Gaussian, lines::separable, mix};
+use super::mix;
+use crate::numerics::{gaussian::Gaussian, lines::separable, par};
 use crate::prelude::*;
 
 params! {
-    /// Length below which detail is made stronger: the standard deviation of a Gaussian.
+    /// Length below which detail is amplified: the standard deviation of a Gaussian.
     radius: f64 = 50.0, Metres, 0.0..=1e5, soft 5..=1000;
-    /// How much of the detail is added; below 0 it is taken away, and −1 is a blur.
+    /// How much of the detail is added; negative values remove it, and −1 is a blur.
     amount: f64 = 0.7, One, -1.0..=10.0, soft 0..=3;
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
-    /// Where it is sharpened: fully at 1, not at all at 0.
+    /// Strength of the sharpening: full at 1, none at 0.
     mask: Mask = 1.0, 0.0..=1.0;
 }
 
 outputs! {
-    /// The sharpened land.
+    /// Sharpened terrain.
     height: Height;
 }
 
@@ -28,11 +27,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Sharpen",
     category: "filter",
-    summary: "Makes crests and gullies below a length in metres stronger.",
-    doc: "The unsharp mask, `z + a (z − G ∗ z)`, with a the `amount` and G the Gaussian of standard deviation `radius`: waves much \
-          shorter than some five radii grow by 1 + a, longer ones stay. The mean height does not change.\n\n\
-          **Advice.** It also makes noise stronger, and cuts pits into river beds: sharpen before rivers run, or mask them out. \
-          A large radius with a small amount lifts whole ridges from their valleys.",
+    summary: "Amplifies crests and gullies smaller than a length in metres.",
+    doc: include_str!("sharpen.md"),
     sources: &["A. Rosenfeld and A. C. Kak, 1982, Digital Picture Processing, 2nd edition, section 6.4"],
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
@@ -44,7 +40,7 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let params = Params::read(sizing.params);
     let is_used = params.amount != 0.0 && params.radius != 0.0;
@@ -60,9 +56,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let filter = Gaussian::new(params.radius / job.cell_m());
     let mut out = separable(job, [0.0, 0.8], height.samples(), &filter)?;
     let amount = params.amount as f32;
-    out.par_iter_mut()
-        .zip(height.samples())
-        .for_each(|(smooth, height)| *smooth = height + amount * (height - *smooth));
+    par::change_with(&mut out, height.samples(), |smooth, height| *smooth = height + amount * (height - *smooth));
     mix(job, height.samples(), &mut out, mask)?;
     Ok(Given { height: Some(Field::new(job.window(), out)) }.into())
 }

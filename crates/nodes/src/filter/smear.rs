@@ -1,21 +1,24 @@
 //! A field smeared along a direction.
 
 use orograph_graph::memory::zeroed;
-use rayon::prelude::*;
 
-use super::{
+use super::mix;
+use crate::numerics::{
     coarse::{Between, Coarse},
     lines::Ends,
-    mix,
+    par,
 };
-use crate::{math, prelude::*, simd::simd};
+use crate::{
+    numerics::{math, simd::simd},
+    prelude::*,
+};
 
 choice! {
-    /// Where values are smeared to.
+    /// Direction of the smear.
     pub enum Side {
-        /// To both sides alike.
+        /// To both sides equally.
         Both = "both",
-        /// To where `azimuth` points.
+        /// In the direction of `azimuth`.
         Ahead = "ahead",
     }
 }
@@ -23,16 +26,16 @@ choice! {
 params! {
     /// Direction, clockwise from north.
     azimuth: f64 = 90.0, Degrees, -360.0..=360.0, soft 0..=360;
-    /// How far a value is smeared; half of that to either side.
+    /// Length over which a value is smeared; with `both`, half of it to either side.
     length: f64 = 400.0, Metres, 0.0..=1e6, soft 0..=5000;
-    /// Where values are smeared to.
+    /// Direction of the smear.
     side: Side = Side::Both, One, ..;
 }
 
 inputs! {
-    /// What is smeared.
+    /// Field to smear.
     value: AnyScalar;
-    /// Where it is smeared: fully at 1, not at all at 0.
+    /// Strength of the smear: full at 1, none at 0.
     mask: Mask = 1.0, 0.0..=1.0;
 }
 
@@ -46,14 +49,7 @@ pub static NODE: Node = Node {
     id: "Smear",
     category: "filter",
     summary: "Smears a field along a direction over a length in metres.",
-    doc: "Each value becomes the mean of those along a straight line through its place, in the direction of `azimuth`: with t the \
-          distance along it as a share of the `length` L, their weight is `cos²(π t)` for t from −½ to ½; smeared `ahead`, \
-          `cos²(π t / 2)` for t from 0 to 1, of the values that lie behind.\n\n\
-          Between cells across the line values are interpolated linearly. Lengths of more than 256 cells are taken in coarser \
-          cells of a 256th of the length. At the edges of the world the land is mirrored; where the world is periodic it goes \
-          on at the other side. A length below a cell changes nothing.\n\n\
-          **Advice.** For traces of wind and ice on noise and masks: snow in the lee, streaks of sand, fluted ground. Subtract a \
-          smeared field from its input, by `Combine`, and what stands across the direction is left.",
+    doc: include_str!("smear.md"),
     sources: &[
         "B. Cabral and L. C. Leedom (1993), Imaging vector fields using line integral convolution, SIGGRAPH 93, 263-270",
     ],
@@ -62,7 +58,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| {
         let length_m = Params::read(params).length;
-        // coarse cells are a 170th of the length at most
+        // coarse cells are at most a 170th of the length
         if length_m < cell_m { 0.0 } else { 1.1 * length_m + 2.0 * cell_m }
     }),
     scratch: Scratch::Bytes(scratch),
@@ -71,10 +67,10 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// The longest line in cells.
+/// Maximum length of the line, in cells.
 const MOST: f64 = 256.0;
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let params = Params::read(sizing.params);
     let length = params.length / sizing.window.cell_m();
@@ -84,7 +80,7 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     let across = math::sin(params.azimuth.to_radians()).abs();
     let reach = if params.side == Side::Both { 0.5 } else { 1.0 };
     let coarser = (length / MOST).max(1.0);
-    // rows with what is beyond their ends; of coarser cells means and what they become
+    // rows with their continuation beyond the ends; for coarser cells the means and their result
     let wide = 1.0 + 2.0 * reach * across * length / sizing.window.nx() as f64;
     let held = if coarser > 1.0 { 8.0_f64.max(4.0 + 4.0 * wide) } else { 4.0 * wide };
     sizing.cells(held / (coarser * coarser))
@@ -113,7 +109,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value: Some(Field::new(window, out)) }.into())
 }
 
-/// A cell that counts, so far to the east and to the south, and its weight.
+/// A cell that counts, by its offset to the east and to the south, and its weight.
 #[derive(Clone, Copy, Debug)]
 struct Tap {
     east: i64,
@@ -121,10 +117,11 @@ struct Tap {
     weight: f32,
 }
 
-/// The cells along a line of that length in cells along x and y, two beside each other for each cell of the way.
+/// Returns the cells along a line with the given lengths in cells along x and y, two side by side for each cell along
+/// the way.
 fn taps(params: &Params, lengths: [f64; 2]) -> Vec<Tap> {
     let angle = params.azimuth.to_radians();
-    // of the way from a place to those it takes its value from
+    // of the line from a place to those it takes its value from
     let [x, y] = [-math::sin(angle) * lengths[0], math::cos(angle) * lengths[1]];
     let long = x.abs().max(y.abs());
     let (low, high) = if params.side == Side::Both { (-0.5, 0.5) } else { (0.0, 1.0) };
@@ -140,7 +137,7 @@ fn taps(params: &Params, lengths: [f64; 2]) -> Vec<Tap> {
         let weight = cosine * cosine;
         let [x, y] = [x * t, y * t];
         let across = if x.abs() >= y.abs() { y } else { x };
-        // a place that lies on a cell but for rounding
+        // a place that lies on a cell except for rounding
         let across = (across * 1e9).round() / 1e9;
         let (first, rest) = (across.floor(), across - across.floor());
         for (cell, share) in [(first, 1.0 - rest), (first + 1.0, rest)] {
@@ -165,13 +162,13 @@ fn smeared(
     let margin = taps.iter().map(|tap| tap.east.unsigned_abs() as usize).max().unwrap_or(0);
     let width = nx + 2 * margin;
     let mut wide = zeroed(width * ny)?;
-    wide.par_chunks_mut(width).zip(samples.par_chunks(nx)).for_each(|(out, row)| {
+    par::all(wide.chunks_mut(width).zip(samples.chunks(nx)), |_, (out, row)| {
         for (i, out) in out.iter_mut().enumerate() {
             *out = row[ends[0].index(i as i64 - margin as i64, nx)];
         }
     });
     let mut out = zeroed(nx * ny)?;
-    out.par_chunks_mut(nx).enumerate().try_for_each(|(j, row)| {
+    par::each(out.chunks_mut(nx), |j, row| {
         job.check()?;
         for tap in taps {
             let from = ends[1].index(j as i64 + tap.south, ny) * width;
@@ -203,8 +200,8 @@ mod tests {
     use super::*;
     use crate::testing::{at_every_level, field, reach_m, run as result, run_in, with_params, world};
 
-    /// A wave along the direction falls by the transform of cos², sin(πa) / (πa (1 − a²)) at a waves per length; one across it
-    /// stays.
+    /// A wave along the direction falls by the transform of cos², sin(πa) / (πa (1 − a²)) at a waves per length; one
+    /// across it stays.
     #[test]
     fn waves_along_fall_and_waves_across_stay() {
         for (n, cell_m) in [(96_u32, 10.0), (192, 5.0)] {
@@ -223,7 +220,7 @@ mod tests {
                 let kept = libm::sin(std::f64::consts::PI * a) / (std::f64::consts::PI * a * (1.0 - a * a));
                 for (found, before) in smeared.samples().iter().zip(along.samples()) {
                     let expected = 500.0 + kept * (f64::from(*before) - 500.0);
-                    // sums over cells in place of integrals, and linear interpolation across
+                    // sums over cells instead of integrals, and linear interpolation across
                     assert!((f64::from(*found) - expected).abs() < 1.5, "{azimuth} {cell_m}: {found} {expected}");
                 }
                 let across = wave(-south, east);
@@ -235,7 +232,7 @@ mod tests {
         }
     }
 
-    /// A point is smeared to where the azimuth points, and not beyond the length.
+    /// A point is smeared in the direction of the azimuth, and not beyond the length.
     #[test]
     fn smeared_ahead_is_ahead() {
         let point =

@@ -1,16 +1,18 @@
-//! Steps in the height of land, as layers of rock or the banks of a river leave them.
+//! Steps in the height of terrain, as left by layers of rock or by river terraces.
 
 use crate::{
-    cells::{BLOCK, blocks, masked, samples},
-    math,
+    numerics::{
+        cells::{BLOCK, blocks, masked, samples},
+        math,
+        simd::simd,
+    },
     prelude::*,
-    simd::simd,
 };
 
 choice! {
-    /// Where the steps are.
+    /// Placement of the steps.
     pub enum Steps {
-        /// Everywhere, of the height `step`.
+        /// Everywhere, with the height `step`.
         Even = "even",
         /// At the heights of `layers`.
         Layers = "layers",
@@ -18,27 +20,27 @@ choice! {
 }
 
 params! {
-    /// Where the steps are.
+    /// Placement of the steps.
     steps: Steps = Steps::Even, One, ..;
     /// Height of a step.
     step: f64 = 100.0, Metres, 0.01..=1e5, soft 5..=500, when steps = "even";
-    /// How steep risers and how flat treads are: 1 leaves the land as it is, from 8 on treads are level.
+    /// How steep risers and how flat treads are: 1 leaves the terrain unchanged, from 8 upwards treads are level.
     sharpness: f64 = 3.0, One, 1.0..=32.0, soft 1..=12, when steps = "even";
-    /// The height of each tread above `base`, rising, and the sharpness of the riser that begins there.
+    /// Height of each tread above `base`, in ascending order, and the sharpness of the riser that begins there.
     layers: StepPoints = StepPoints(vec![[0.0, 2.0], [200.0, 8.0], [350.0, 4.0], [800.0, 12.0], [950.0, 3.0], [1400.0, 1.0]]), One, .., when steps = "layers";
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
     /// A height at which a tread lies, per cell if wired.
     base: Scalar(Metres) = 0.0, -1e6..=1e6, soft -1000.0..=1000.0;
-    /// Where the land is cut: fully at 1, not at all at 0.
+    /// Where terraces are cut: fully at 1, not at all at 0.
     mask: Mask = 1.0, 0.0..=1.0;
 }
 
 outputs! {
-    /// The land in steps.
+    /// Terraced terrain.
     height: Height;
 }
 
@@ -46,17 +48,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Terrace",
     category: "filter",
-    summary: "Cuts land into steps of a height in metres.",
-    doc: "With u the height above `base` in steps, i its whole part and f the rest, a place goes to the height \
-          `base + step (i + g(f))`: g is ½ (2 f)ᵏ in the lower half of a step and 1 − ½ (2 − 2 f)ᵏ in the upper one, with k the \
-          `sharpness`. So treads lie at whole steps and risers half-way between; heights keep their order, and the middle of a \
-          riser is k times as steep as the land was.\n\n\
-          With `steps: layers` treads lie at the heights of a table, each riser with a sharpness of its own: hard beds thick and \
-          sharp, soft ones thin and round. Below the first and above the last height the land stays.\n\n\
-          `base` may be wired: steps follow it, so a tilted plane tilts the layers, and gentle noise of half a step takes away \
-          the look of contour lines.\n\n\
-          **Advice.** This is a picture of layers. For rock that really resists in layers, give `StreamPower` an erodibility and \
-          a repose that follow them, and let rivers find them.",
+    summary: "Cuts terrain into steps with a height in metres.",
+    doc: include_str!("terrace.md"),
     sources: &[
         "F. K. Musgrave, C. E. Kolb and R. S. Mace, 1989, The synthesis and rendering of eroded fractal terrains",
     ],
@@ -119,7 +112,7 @@ fn layers(table: &[[f64; 2]]) -> Result<Vec<Layer>, NodeError> {
     Ok(table.windows(2).map(layer).collect())
 }
 
-/// How far up its step the land goes that was the share `rest` of it up.
+/// Returns the new position within a step, from the position `rest` (both 0 to 1).
 #[inline(always)]
 fn riser(rest: f32, sharpness: f32) -> f32 {
     // from the nearer tread, 0 to 1 at the middle of the riser
@@ -186,7 +179,7 @@ mod tests {
         assert_eq!(result(&NODE, &with_params(&NODE, ""), &[("height", &land), ("mask", &nowhere)], "height"), land);
     }
 
-    /// Treads of a table stay, between them the middle of each riser does, and beyond the table all land does.
+    /// Treads of a table stay the same, as do the middle of each riser between them and all terrain beyond the table.
     #[test]
     fn layers_lie_where_the_table_says() {
         let slope = field(world(1601, 1, 1.0), |x, _| (x - 0.5) - 200.0); // −200 to 1400 m

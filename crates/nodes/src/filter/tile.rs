@@ -1,12 +1,13 @@
-//! A field made to fit itself at opposite sides of the world.
-
-use rayon::prelude::*;
+//! Makes a field fit together at opposite sides of the world.
 
 use super::mix;
-use crate::{math, par, prelude::*};
+use crate::{
+    numerics::{math, par},
+    prelude::*,
+};
 
 choice! {
-    /// Which sides fit each other.
+    /// Pairs of sides that are made to fit.
     pub enum Sides {
         /// All.
         All = "all",
@@ -18,21 +19,21 @@ choice! {
 }
 
 params! {
-    /// Distance from the sides within which the field changes; at most half of the world's width counts.
+    /// Distance from the sides within which the field changes; limited to half of the world's width.
     margin: f64 = 3000.0, Metres, 0.0..=1e7, soft 0..=8000;
-    /// Which sides fit each other.
+    /// Pairs of sides that are made to fit.
     sides: Sides = Sides::All, One, ..;
 }
 
 inputs! {
-    /// What is made to fit.
+    /// Field to make seamless.
     value: AnyScalar;
     /// Where the result replaces the input: fully at 1, not at all at 0.
     mask: Mask = 1.0, 0.0..=1.0;
 }
 
 outputs! {
-    /// The field that fits, with the meaning of the input.
+    /// Seamless field, with the meaning of the input.
     value: SameAs(value);
 }
 
@@ -40,16 +41,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Tile",
     category: "filter",
-    summary: "Makes opposite sides of a field fit, so that copies of it lie side by side without a seam.",
-    doc: "Towards the sides the field goes over into itself, moved by half of the world: there the middle of the moved one lies, \
-          which has no seam. With a the share of the moved field h′, from 0 at the `margin` to 1 at the side by the cubic \
-          `3 t² − 2 t³`, and μ the mean, the result is `μ + ((1 − a) (h − μ) + a (h′ − μ)) / √((1 − a)² + a² + 2 a (1 − a) ρ)`.\n\n\
-          The root keeps the roughness of the land: a plain mean of two landscapes is half as rough as either. ρ is the \
-          correlation of the field with the moved one, so that what both have in common does not grow. Sides are done one pair \
-          after the other; values and slopes go on across them, and what is farther inside than `margin` keeps its bits.\n\n\
-          **Advice.** A generator that repeats by itself is better: `Perlin` and `Spectral` have a switch for it. After this \
-          node rivers and slopes near the sides are not those of the land that eroded there: erode afterwards, in a world with \
-          periodic sides.",
+    summary: "Makes a field tileable: opposite sides fit, so that copies lie side by side without a seam.",
+    doc: include_str!("tile.md"),
     sources: &[
         "E. Heitz and F. Neyret (2018), High-performance by-example noise using a histogram-preserving blending operator, \
          Proceedings of the ACM on Computer Graphics and Interactive Techniques 1 (2)",
@@ -82,7 +75,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value: Some(Field::new(window, out)) }.into())
 }
 
-/// The share of the moved field for each of `n` cells along an axis.
+/// Returns the weight of the shifted field for each of `n` cells along an axis.
 fn shares(n: usize, margin_cells: f64) -> Vec<f64> {
     let margin = margin_cells.min(0.5 * n as f64);
     let share = |at: usize| {
@@ -93,7 +86,7 @@ fn shares(n: usize, margin_cells: f64) -> Vec<f64> {
     (0..n).map(share).collect()
 }
 
-/// Goes over into the moved field.
+/// Blends into the shifted field.
 fn blend(
     job: &Job<'_>,
     progress: [f32; 2],
@@ -104,9 +97,7 @@ fn blend(
     let nx = job.window().nx();
     let old = std::mem::take(field);
     let sum = |of: &(dyn Fn(usize, usize) -> f64 + Sync)| -> f64 {
-        let rows: Vec<f64> =
-            (0..old.len() / nx).into_par_iter().map(|j| (0..nx).map(|i| of(j, i)).sum::<f64>()).collect();
-        rows.iter().sum()
+        par::collect_all(0..old.len() / nx, |_, j| (0..nx).map(|i| of(j, i)).sum::<f64>()).iter().sum()
     };
     let here = |j: usize, i: usize| f64::from(old[j * nx + i]);
     let there = |j: usize, i: usize| f64::from(old[moved(j, i)]);
@@ -140,7 +131,7 @@ mod tests {
         })
     }
 
-    /// Across the sides values step no more than inside, and neither do slopes.
+    /// Values and slopes change no more across the sides than inside.
     #[test]
     fn there_is_no_seam() {
         for (nx, ny) in [(200_u32, 160_u32), (201, 163)] {
@@ -165,7 +156,7 @@ mod tests {
             let inside: Vec<usize> = (0..ny - 3).collect();
             assert!(worst(&step_y, &[ny - 1], nx) <= worst(&step_y, &inside, nx));
             assert!(worst(&bend_y, &[ny - 1, ny - 2], nx) <= worst(&bend_y, &inside, nx));
-            // the land itself has a step of 4000 m
+            // the input itself has a step of 4000 m
             assert!((land.samples()[nx - 1] - land.samples()[0]).abs() > 3000.0);
             for j in 41..ny - 41 {
                 assert_eq!(tile.samples()[j * nx + 41..][..nx - 82], land.samples()[j * nx + 41..][..nx - 82]);
@@ -176,7 +167,7 @@ mod tests {
     /// Noise is as rough in the margins as inside; a plain mean would lose a third of it in their middle.
     #[test]
     fn noise_stays_as_rough() {
-        let noise = generate(Window::whole(world(512, 512, 10.0)), &noise::node::NODE, "wavelength=200,octaves=2");
+        let noise = generate(Window::whole(world(512, 512, 10.0)), &noise::NODE, "wavelength=200,octaves=2");
         let tile = result(&NODE, &with_params(&NODE, "margin=1200"), &[("value", &noise)], "value");
         let band = |field: &Field| -> Vec<f32> {
             (0..512).flat_map(|j| field.samples()[j * 512 + 40..][..40].to_vec()).collect()

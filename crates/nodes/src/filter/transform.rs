@@ -1,18 +1,21 @@
-//! A field moved, turned and stretched in the world.
+//! Moves, rotates and stretches a field in the world.
 
-use super::{
+use super::mix;
+use crate::numerics::{
     gaussian::Gaussian,
     lines::{Ends, separable},
-    mix,
 };
-use crate::{math, par, prelude::*};
+use crate::{
+    numerics::{math, par},
+    prelude::*,
+};
 
 choice! {
-    /// What there is beyond the edges of the world.
+    /// Values beyond the edges of the world.
     pub enum Outside {
-        /// The land mirrored.
+        /// The mirrored terrain.
         Mirror = "mirror",
-        /// The land of the opposite side.
+        /// The terrain of the opposite side.
         Wrap = "wrap",
         /// The values at the edge.
         Edge = "edge",
@@ -22,24 +25,24 @@ choice! {
 }
 
 params! {
-    /// How far the field is moved, to the east and to the south.
+    /// Distance by which the field is moved, to the east and to the south.
     offset: [f64; 2] = [0.0, 0.0], Metres, -1e7..=1e7;
-    /// By how much it is turned about the pivot, clockwise.
+    /// Angle by which it is rotated about the pivot, clockwise.
     rotation: f64 = 0.0, Degrees, -360.0..=360.0, soft -180..=180;
-    /// How many times as large it becomes about the pivot.
+    /// Factor by which it is scaled about the pivot.
     stretch: f64 = 1.0, One, 0.01..=100.0, soft 0.25..=4;
-    /// The place that a turned or stretched field keeps, before it is moved; from the world's north-west corner.
+    /// Centre of rotation and scaling, before the field is moved; from the world's north-west corner.
     pivot: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7;
-    /// What there is beyond the edges of the world.
+    /// Values beyond the edges of the world.
     outside: Outside = Outside::Mirror, One, ..;
     /// The value beyond the edges, in the unit of the input, for `level`.
     level: f64 = 0.0, One, -1e9..=1e9, soft -1000..=5000, when outside = "level";
-    /// Multiplies values by `stretch` too, so that slopes stay as they are.
+    /// Also multiplies values by `stretch`, so that slopes stay the same.
     keep_slopes: bool = false, One, ..;
 }
 
 inputs! {
-    /// What is transformed.
+    /// Field to transform.
     value: AnyScalar;
     /// Where the result replaces the input: fully at 1, not at all at 0.
     mask: Mask = 1.0, 0.0..=1.0;
@@ -54,15 +57,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Transform",
     category: "filter",
-    summary: "Moves, turns and stretches a field in metres of the world.",
-    doc: "The value at a place p of the result is that of the input at `P + R⁻¹ (p − P − offset) / stretch`, with P the `pivot` \
-          and R the rotation: the field is stretched and turned about the pivot, then moved.\n\n\
-          Between cells values are interpolated by the cubic of Catmull and Rom, cut to the range of the whole field, so that \
-          masks stay masks. A field that is made smaller is smoothed first, by a Gaussian of \
-          0.4 √(1/stretch² − 1) cells, so that its detail does not alias. A move by whole cells, a quarter turn of a square \
-          world about its middle and no change at all copy values bit by bit.\n\n\
-          **Advice.** To transform a noise change its own parameters instead: that loses nothing. Use this for imported land, \
-          stamps and masks.",
+    summary: "Moves, rotates and scales a field, in metres.",
+    doc: include_str!("transform.md"),
     sources: &["E. Catmull and R. Rom (1974), A class of local interpolating splines"],
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
@@ -74,10 +70,10 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Places are rounded to this share of a cell, so that those on cells are on cells.
+/// Places are rounded to this fraction of a cell, so that those on cells stay exactly on cells.
 const ROUNDED: f64 = 1_048_576.0;
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let Params { offset, rotation, stretch, .. } = Params::read(sizing.params);
     let stays = offset == [0.0; 2] && rotation == 0.0;
@@ -125,14 +121,14 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 /// The world's samples.
 struct Source<'a> {
     samples: &'a [f32],
-    /// Its least and its largest.
+    /// Minimum and maximum.
     range: [f32; 2],
     cells: [usize; 2],
     params: &'a Params,
 }
 
 impl Source<'_> {
-    /// The value at a place in cells from the centre of the first.
+    /// Returns the value at a place, in cells from the centre of the first.
     fn at(&self, place: [f64; 2]) -> f32 {
         let [nx, ny] = self.cells;
         let beyond = |axis: usize| place[axis] < -0.5 || place[axis] > self.cells[axis] as f64 - 0.5;
@@ -200,7 +196,7 @@ mod tests {
         assert_eq!(whole, land);
     }
 
-    /// A hill in closed form is where it was sent, on cells of any size.
+    /// A hill in closed form ends up where it was moved, on cells of any size.
     #[test]
     fn a_hill_is_where_it_was_sent() {
         let hill = |x: f64, y: f64| 500.0 * libm::exp(-(x * x + 2.0 * y * y) / 8_000.0);
@@ -242,7 +238,7 @@ mod tests {
         let slope = field(world(60, 50, 10.0), |x, _| 0.5 * x);
         let found = transformed(&slope, [0.0; 2], [300.0, 0.0], "stretch=3,keep_slopes=true");
         let row = &found.samples()[1500..1560];
-        // cells of the east and west edges read mirrored land
+        // cells of the east and west edges read mirrored terrain
         assert!(row.windows(2).skip(5).take(48).all(|pair| (pair[1] - pair[0] - 5.0).abs() < 1e-3), "{row:?}");
         let params = with_params(&NODE, "rotation=12,stretch=0.4");
         assert_eq!(run_in(1, &NODE, &params, &[("value", &slope)]), run_in(3, &NODE, &params, &[("value", &slope)]));

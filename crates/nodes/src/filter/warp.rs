@@ -1,63 +1,64 @@
 //! Displacement of a field by noise or by wired fields.
 //!
-//! The value at x becomes that at x + d(x). Noise d is either two independent sums of octaves, or the curl of one, after R.
-//! Bridson, J. Houriham and M. Nordenstam (2007), "Curl-noise for procedural fluid flow": free of divergence, so that it
-//! stirs the land without pinching it.
+//! The value at x becomes that at x + d(x). The noise d is either two independent sums of octaves, or the curl of
+//! one, after R. Bridson, J. Houriham and M. Nordenstam (2007), "Curl-noise for procedural fluid flow": free of
+//! divergence, so that it stirs the terrain without pinching it.
 
 use orograph_graph::mix;
-use rayon::prelude::*;
 
-use super::lines::Ends;
+use crate::numerics::lines::Ends;
 use crate::{
-    generate::noise::{Basis, Fractal, sum},
-    math::lane,
-    par,
+    numerics::{
+        math::lane,
+        noise::{Basis, Fractal, sum},
+        par,
+        simd::simd,
+    },
     prelude::*,
-    simd::simd,
 };
 
 choice! {
-    /// Where the displacement comes from.
+    /// Source of the displacement.
     pub enum Pattern {
-        /// Noise of its own along x and y: forms are bent, stretched and pressed together.
+        /// Independent noise along x and y: features are bent, stretched and compressed.
         Fbm = "fbm",
-        /// The curl of noise: forms are bent and drawn into whirls, but keep their area.
+        /// The curl of noise: features are bent and swirled, but keep their area.
         Curl = "curl",
-        /// The wires `east` and `south`.
+        /// The inputs `east` and `south`.
         Field = "field",
     }
 }
 
 params! {
-    /// Where the displacement comes from.
+    /// Source of the displacement.
     pattern: Pattern = Pattern::Fbm, One, ..;
-    /// The longest displacement there can be; that of noise is a fifth of it on average. Wired ones are cut at it.
+    /// Maximum displacement; noise displaces by about a fifth of it. Wired displacements are clamped to it.
     displacement: f64 = 1000.0, Metres, 0.0..=1e6, soft 0..=5000;
-    /// Wavelength of the noise's largest forms.
+    /// Wavelength of the noise's largest features.
     wavelength: f64 = 4000.0, Metres, 1.0..=1e6, soft 200..=30000, when pattern = "fbm" | "curl";
-    /// Octaves of the noise, each of half the wavelength of the one before.
+    /// Octaves of the noise, each with half the wavelength of the one before.
     octaves: i64 = 3, Count, 1..=16, when pattern = "fbm" | "curl";
-    /// Ratio of the displacement by an octave to that by the one before; above ½ fine octaves fold the land.
+    /// Ratio of the displacement by an octave to that by the one before; above ½ fine octaves fold the terrain.
     gain: f64 = 0.4, One, 0.0..=1.0, soft 0.2..=0.6, when pattern = "fbm" | "curl";
-    /// Whether the noise fits together at opposite sides of the world, for land that does.
+    /// Makes the noise fit together at opposite sides of the world, for tileable terrain.
     tileable: bool = false, One, .., when pattern = "fbm" | "curl";
-    /// Which of the endless displacements this is.
+    /// Random seed of the displacement.
     seed: Seed = Seed(0), Count, .., when pattern = "fbm" | "curl";
 }
 
 inputs! {
-    /// What is bent.
+    /// Field to warp.
     value: AnyScalar;
-    /// Share of the displacement.
+    /// Factor on the displacement.
     mask: Mask = 1.0, 0.0..=1.0;
-    /// How far to the east of a cell its value is taken; for `field`.
+    /// Distance to the east at which a cell's value is sampled; for `field`.
     east: Option<Scalar(Metres)>;
-    /// The same to the south.
+    /// Distance to the south at which a cell's value is sampled; for `field`.
     south: Option<Scalar(Metres)>;
 }
 
 outputs! {
-    /// The values, bent, with the meaning of the input.
+    /// Warped values, with the meaning of the input.
     value: SameAs(value);
 }
 
@@ -65,7 +66,7 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Warp",
     category: "filter",
-    summary: "Bends land by noise, by whirls or by wired displacements.",
+    summary: "Warps terrain by noise, by swirls or by wired displacements.",
     doc: include_str!("warp.md"),
     sources: &[
         "R. Bridson, J. Houriham, M. Nordenstam, 2007, Curl-noise for procedural fluid flow",
@@ -83,12 +84,12 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Draws of the displacement to the east and of that to the south, and of the noise whose curl is taken.
+/// Salts of the displacement to the east, of that to the south, and of the noise whose curl is taken.
 const SALTS: [u32; 3] = [0x2c1b_3c6d, 0x297a_2d39, 0x61c8_8647];
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    // how far east and south of each cell its value is taken
+    // how far east and south of each cell its value is sampled
     if Params::read(sizing.params).displacement == 0.0 { 0 } else { sizing.cells(8.0) }
 }
 
@@ -103,8 +104,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let (limit, per_cell) = (params.displacement as f32, (1.0 / job.cell_m()) as f32);
     let window = job.window();
     let nx = window.nx();
-    // metres to cells, cut at the longest
-    east.par_chunks_mut(nx).zip(south.par_chunks_mut(nx)).enumerate().try_for_each(|(j, (east, south))| {
+    // metres to cells, clamped to the maximum
+    par::each(east.chunks_mut(nx).zip(south.chunks_mut(nx)), |j, (east, south)| {
         shorten(east, south, mask.slice(j * nx..(j + 1) * nx), limit, per_cell);
         job.check()
     })?;
@@ -121,7 +122,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 impl Params {
     /// The displacements to the east and to the south in metres.
     fn displacements(&self, job: &Job<'_>, inputs: &Inputs<'_>) -> Result<[Vec<f32>; 2], NodeError> {
-        // each axis has its part of the longest, so that both together do not exceed it
+        // each axis has its part of the maximum, so that both together do not exceed it
         let part_m = self.displacement * std::f64::consts::FRAC_1_SQRT_2;
         match self.pattern {
             Pattern::Fbm => {
@@ -164,7 +165,8 @@ impl Params {
     }
 }
 
-/// Tells where the land lies over itself: where the Jacobian determinant of x + d(x) is not above 0. Displacements are in cells.
+/// Warns where the terrain folds over itself: where the Jacobian determinant of x + d(x) is not above 0.
+/// Displacements are in cells.
 fn warn_of_folds(job: &Job<'_>, east: &[f32], south: &[f32]) {
     let (nx, ny) = (job.window().nx(), job.window().ny());
     if nx < 3 || ny < 3 {
@@ -175,20 +177,20 @@ fn warn_of_folds(job: &Job<'_>, east: &[f32], south: &[f32]) {
         let stretch = (1.0 + slope(east, 1)) * (1.0 + slope(south, nx));
         stretch - slope(east, nx) * slope(south, 1) <= 0.0
     };
-    let rows = (1..ny - 1).into_par_iter();
-    let folded: usize = rows.map(|j| (1..nx - 1).filter(|i| folds(j * nx + i)).count()).sum();
+    let folded_of = |_, j: usize| (1..nx - 1).filter(|i| folds(j * nx + i)).count();
+    let folded: usize = par::collect_all(1..ny - 1, folded_of).into_iter().sum();
     let share = folded as f64 / ((nx - 2) * (ny - 2)) as f64;
-    // a few cells by chance are no matter
+    // ignore a few cells by chance
     if share > 0.001 {
         job.warn(format!(
-            "the land lies over itself in {:.1} % of the cells; a smaller `displacement` or `gain`, or a longer `wavelength`, \
-             avoids it",
+            "the terrain folds over itself in {:.1} % of the cells; a smaller `displacement` or `gain`, or a \
+             longer `wavelength`, avoids it",
             100.0 * share
         ));
     }
 }
 
-/// What values are taken from.
+/// Source of the values.
 struct Source<'a> {
     samples: &'a [f32],
     cells: [usize; 2],
@@ -196,7 +198,7 @@ struct Source<'a> {
 }
 
 simd! {
-    /// Cuts displacements at the longest, and turns metres to cells.
+    /// Clamps displacements to the maximum, and converts metres to cells.
     fn shorten(east: &mut [f32], south: &mut [f32], mask: Lane<'_>, limit: f32, per_cell: f32) {
         let shorten = |(east, south): (&mut f32, &mut f32), mask: f32| {
             let length = (*east * *east + *south * *south).sqrt();
@@ -212,7 +214,7 @@ simd! {
 }
 
 simd! {
-    /// The values of a row, from displacements in cells.
+    /// Computes the values of a row from displacements in cells.
     fn take_row(source: &Source<'_>, row: usize, displacements: [&[f32]; 2], out: &mut [f32]) {
         let [east, south] = displacements;
         for ((i, out), (&east, &south)) in out.iter_mut().enumerate().zip(east.iter().zip(south)) {
@@ -222,8 +224,8 @@ simd! {
 }
 
 impl Source<'_> {
-    /// The value at a displacement in cells from a cell: the Catmull-Rom cubic along x and then along y, each cut to the two
-    /// values it lies between.
+    /// Returns the value at a displacement in cells from a cell: the Catmull-Rom cubic along x and then along y, each
+    /// clamped to the two values it lies between.
     #[inline(always)]
     fn at(&self, cell: [usize; 2], displacement: [f32; 2]) -> f32 {
         // only the displacement is split, so that a window's samples are those of the whole
@@ -257,7 +259,7 @@ impl Source<'_> {
     }
 }
 
-/// The weighted sum of four values, not beyond the two in the middle.
+/// Returns the weighted sum of four values, clamped to the two in the middle.
 #[inline(always)]
 fn between(values: [f32; 4], weights: [f32; 4]) -> f32 {
     let sum = (values[0] * weights[0] + values[1] * weights[1]) + (values[2] * weights[2] + values[3] * weights[3]);
@@ -274,7 +276,8 @@ mod tests {
     use super::*;
     use crate::testing::{field, moments, outputs_and_warnings, run as result, with_params, world};
 
-    /// Displacements in metres to the east and south, seen on two planes, which the cubic follows exactly.
+    /// Returns the displacements in metres to the east and south, measured on two planes, which the cubic follows
+    /// exactly.
     fn displacements(world: World, changes: &str) -> [Vec<f32>; 2] {
         let params = with_params(&NODE, changes);
         let x = result(&NODE, &params, &[("value", &field(world, |x, _| x))], "value");
@@ -287,7 +290,7 @@ mod tests {
         [less(&x, 0), less(&y, 1)]
     }
 
-    /// Of the cells whose values come from inside the world.
+    /// Returns the cells whose values come from inside the world.
     fn inner(samples: &[f32], side: usize, margin: usize) -> Vec<f32> {
         let rows = samples.chunks_exact(side).skip(margin).take(side - 2 * margin);
         rows.flat_map(|row| row[margin..side - margin].to_vec()).collect()
@@ -303,7 +306,8 @@ mod tests {
         assert_eq!(result(&NODE, &all, &[("value", &land), ("mask", &masked)], "value"), land);
     }
 
-    /// By whole cells bit for bit; beyond the edge the land is mirrored, or goes on where it is periodic.
+    /// Displacements by whole cells are exact; beyond the edge the terrain is mirrored, or wraps around where it is
+    /// periodic.
     #[test]
     fn a_wired_displacement_moves_the_land() {
         for edge in [Edge::Base, Edge::Periodic] {
@@ -322,7 +326,7 @@ mod tests {
                 };
                 assert_eq!(moved.samples()[j * 40 + i], land.samples()[from], "{edge:?} {i} {j}");
             }
-            // cut at the longest: 36 m of (30, -20) are (30, -20) shortened to 18 m
+            // clamped to the maximum: 36 m of (30, -20) are (30, -20) shortened to 18 m
             let params = with_params(&NODE, "pattern=field,displacement=18.027756");
             let plane = field(world, |x, _| x);
             let cut = result(&NODE, &params, &[("value", &plane), ("east", &east), ("south", &south)], "value");
@@ -334,8 +338,8 @@ mod tests {
         assert!(matches!(error, Err(NodeError::Failed { hint: Some(_), .. })));
     }
 
-    /// As large as declared, a fifth of the longest on average, and for curl noise without divergence: 1 % of the gradients, for
-    /// the differences over two cells.
+    /// As large as declared, a fifth of the longest on average, and for curl noise without divergence: 1 % of the
+    /// gradients, for the differences over two cells.
     #[test]
     fn noise_displaces_as_far_as_declared_and_its_curl_without_divergence() {
         let changes = "displacement=400,wavelength=1000,octaves=1";
@@ -344,7 +348,7 @@ mod tests {
             let [east, south] = displacements(world(700, 700, 25.0), &changes).map(|part| inner(&part, 700, 40));
             for part in [&east, &south] {
                 let (mean, std) = moments(part);
-                // some 15 hills along a side
+                // about 15 hills along a side
                 let expected = 400.0 * std::f64::consts::FRAC_1_SQRT_2 * 0.2055;
                 assert!(
                     mean.abs() < 0.25 * std && (std / expected - 1.0).abs() < 0.1,
@@ -368,14 +372,15 @@ mod tests {
     #[test]
     fn a_mask_stays_between_0_and_1_and_folds_are_told() {
         let world = world(120, 90, 20.0);
-        let mask = field(world, |x, y| if crate::math::hypot(x - 1000.0, y - 900.0) < 500.0 { 1.0 } else { 0.0 });
+        let mask =
+            field(world, |x, y| if crate::numerics::math::hypot(x - 1000.0, y - 900.0) < 500.0 { 1.0 } else { 0.0 });
         let params = with_params(&NODE, "displacement=2000,wavelength=700,gain=0.9");
         let (out, warnings) =
             outputs_and_warnings(&Cancel::default(), Window::whole(world), &NODE, &params, &[("value", &mask)]);
         let out = out.expect("a result").take("value").expect("an output");
         let out = out.as_field().expect("a field");
         assert!(out.samples().iter().all(|v| (0.0..=1.0).contains(v)));
-        assert!(warnings.len() == 1 && warnings[0].contains("lies over itself"), "{warnings:?}");
+        assert!(warnings.len() == 1 && warnings[0].contains("folds over itself"), "{warnings:?}");
         let params = with_params(&NODE, "displacement=300,wavelength=2000,octaves=1");
         let (_, warnings) =
             outputs_and_warnings(&Cancel::default(), Window::whole(world), &NODE, &params, &[("value", &mask)]);

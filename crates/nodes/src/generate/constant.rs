@@ -8,7 +8,7 @@ use crate::{
 params! {
     /// The value, in metres for a height.
     value: f64 = 0.0, One, -1e9..=1e9, soft -1000..=1000;
-    /// What the value means, and so where it may be wired.
+    /// Quantity of the value, which decides where it may be wired.
     quantity: Quantity = Quantity::Height, One, ..;
 }
 

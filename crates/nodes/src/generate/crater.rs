@@ -1,48 +1,48 @@
 //! Impact craters: one, or a field of them with the size distribution of old surfaces.
 //!
-//! Profiles after R. J. Pike (1977), "Size-dependence in the shape of fresh impact craters on the moon": simple craters are a
-//! fifth as deep as wide. Numbers after the steady production N(> D) ∝ D⁻² (H. J. Melosh, 1989, "Impact Cratering"), by
-//! which each octave of diameters covers as much ground as any other.
+//! Profiles after R. J. Pike (1977), "Size-dependence in the shape of fresh impact craters on the moon": simple
+//! craters are a fifth as deep as wide. Numbers after the steady production N(> D) ∝ D⁻² (H. J. Melosh, 1989, "Impact
+//! Cratering"), for which every octave of diameters covers the same area.
 
 use orograph_graph::mix;
 
-use crate::{par, prelude::*};
+use crate::{numerics::par, prelude::*};
 
 choice! {
-    /// How many craters there are.
+    /// Number of craters.
     pub enum Pattern {
         /// One, at `centre`.
         One = "one",
-        /// As many as `cover` says, where a hash says.
+        /// As many as `cover` requires, at random positions.
         Field = "field",
     }
 }
 
 params! {
-    /// How many craters there are.
+    /// Number of craters.
     pattern: Pattern = Pattern::Field, One, ..;
-    /// Middle of the one crater, from the world's north-west corner.
+    /// Centre of the single crater, from the world's north-west corner.
     centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7, when pattern = "one";
-    /// Diameter from rim to rim of the one crater or the largest.
+    /// Rim-to-rim diameter of the single crater, or of the largest.
     diameter: f64 = 4000.0, Metres, 0.01..=1e6, soft 100..=20000;
     /// Diameter of the smallest crater of a field.
     smallest: f64 = 150.0, Metres, 0.01..=1e6, soft 10..=1000, when pattern = "field";
-    /// Share of the ground that craters of each octave of diameters cover.
+    /// Fraction of the ground that the craters of each octave of diameters cover.
     cover: f64 = 0.12, One, 0.0..=0.36, soft 0..=0.3, when pattern = "field";
-    /// Depth of a fresh crater below the ground around, as a share of its diameter.
+    /// Depth of a fresh crater below the surrounding ground, as a fraction of its diameter.
     depth: f64 = 0.16, One, 0.0..=0.5, soft 0.05..=0.25;
-    /// Height of a fresh crater's rim above the ground around, as a share of its diameter.
+    /// Height of a fresh crater's rim above the surrounding ground, as a fraction of its diameter.
     rim: f64 = 0.04, One, 0.0..=0.2, soft 0..=0.08;
     /// Diameter above which craters are complex: 15 km on the Moon, 7 on Mars, 3 on Earth.
     transition: f64 = 15000.0, Metres, 1.0..=1e6, soft 1000..=20000;
-    /// Share of depth and rim that the oldest craters of a field have lost.
+    /// Fraction of depth and rim that the oldest craters of a field have lost.
     wear: f64 = 0.8, One, 0.0..=1.0, when pattern = "field";
-    /// Which craters a field has.
+    /// Random seed of the field.
     seed: Seed = Seed(0), Count, .., when pattern = "field";
 }
 
 outputs! {
-    /// Height above the ground around.
+    /// Height above the surrounding ground.
     height: Height;
 }
 
@@ -51,18 +51,7 @@ pub static NODE: Node = Node {
     id: "Crater",
     category: "generate",
     summary: "Impact craters: one, or a field of all sizes.",
-    doc: "Craters on level ground; add them to other land with `Combine`.\n\n\
-          With the diameter D, R = D/2, the depth d = `depth` · D and the rim h = `rim` · D, a crater is a paraboloid with a \
-          blanket of ejecta,\n\n    \
-          z = −d + (d + h) (r/R)²   within R,     z = h (R/r)³   beyond,\n\n\
-          which fades out from 2R to 3R. From rim to floor a fresh simple crater is a fifth as deep as wide.\n\n\
-          **Complex** craters, wider than `transition`, are shallower, with a level floor, walls that have slumped into three terraces, and           a central peak 0.02 D high. Their depth grows as D^0.3 only and their floor, 0.37 of the radius at the transition, as D^0.25 relative           to it (Pike 1977). From one to two transitions craters go over from one form to the other.
-
-          A **field** has craters from `smallest` to `diameter`, many more small ones than large: N(> D) ∝ D⁻², so that each \
-          octave covers the share `cover` of the ground. All ages are as likely; of the depth and rim of the oldest, `wear` is \
-          gone. Craters that overlap add up, small ones on top of large ones. Each is where a hash of its place in the world \
-          says: more cells or another window change none. Craters narrower than four cells are left out.\n\n\
-          Slopes of moonlike land rest: `Creep` softens rims as a long time does.",
+    doc: include_str!("crater.md"),
     sources: &[
         "R. J. Pike (1977), Size-dependence in the shape of fresh impact craters on the moon, in Impact and Explosion \
          Cratering, Pergamon",
@@ -75,16 +64,16 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Radii from the middle at which the ejecta begin to fade and are gone.
+/// Distances from the centre, in radii, at which the ejecta begin to fade and end.
 const EJECTA: [f64; 2] = [2.0, 3.0];
 /// Cells across the smallest crater that is drawn.
 const CELLS: f64 = 4.0;
-/// The share of a square that a crater of its octave covers on average, squares being as wide as the octave's largest:
-/// `π/4 · ∫ D⁻¹ dD / ∫ D⁻³ dD` from ½ to 1.
+/// Average fraction of a square that a crater of its octave covers, with squares as wide as the octave's largest
+/// crater: `π/4 · ∫ D⁻¹ dD / ∫ D⁻³ dD` from ½ to 1.
 const SHARE: f64 = std::f64::consts::FRAC_PI_4 * std::f64::consts::LN_2 / 1.5;
 /// Rows that are drawn together.
 const BAND: usize = 32;
-/// A side of a square's row of numbers, beyond which places are the same again.
+/// Number of lattice squares after which the pattern repeats.
 const FAR: f64 = 2_147_483_648.0;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
@@ -143,9 +132,9 @@ impl Params {
 /// Craters from half a diameter to that diameter: at most one in each square of a lattice.
 struct Octave {
     largest_m: f64,
-    /// Diameter below which there are none.
+    /// Smallest diameter.
     smallest_m: f64,
-    /// How likely it is that a square has one.
+    /// Probability that a square has one.
     chance: f64,
     wear: f64,
     seed: u32,
@@ -171,30 +160,30 @@ impl Octave {
     }
 }
 
-/// The form of craters.
+/// Shape of craters.
 #[derive(Clone, Copy)]
 struct Shape {
-    /// Depth and height of the rim as shares of the diameter of simple craters.
+    /// Depth and rim height of simple craters, as fractions of the diameter.
     depth: f64,
     rim: f64,
-    /// Diameter from which they are complex.
+    /// Diameter above which they are complex.
     transition_m: f64,
 }
 
-/// The form of craters of one diameter.
+/// Shape of craters of one diameter.
 #[derive(Clone, Copy)]
 struct Form {
     simple: Shape,
-    /// Share of the complex form.
+    /// Weight of the complex shape.
     complex: f64,
-    /// Of the complex form: the depth as a share of the diameter, and the radius of the floor as one of the radius.
+    /// Of the complex shape: depth as a fraction of the diameter, and floor radius as a fraction of the radius.
     shallow: f64,
     floor: f64,
 }
 
 /// Terraces of a complex crater's wall.
 const TERRACES: f64 = 3.0;
-/// Height of a central peak as a share of the diameter, and its radius as one of the crater's.
+/// Height of a central peak as a fraction of the diameter, and its radius as a fraction of the crater's.
 const PEAK: [f64; 2] = [0.02, 0.2];
 
 impl Shape {
@@ -202,19 +191,19 @@ impl Shape {
         let ratio = (diameter_m / self.transition_m).max(1.0);
         Form {
             simple: self,
-            complex: crate::math::smoothstep(ratio - 1.0),
-            shallow: self.depth * crate::math::pow(ratio, -0.7),
-            floor: (0.37 * crate::math::pow(ratio, 0.25)).min(0.75),
+            complex: crate::numerics::math::smoothstep(ratio - 1.0),
+            shallow: self.depth * crate::numerics::math::pow(ratio, -0.7),
+            floor: (0.37 * crate::numerics::math::pow(ratio, 0.25)).min(0.75),
         }
     }
 }
 
 impl Form {
-    /// The height at so many radii from the middle, as a share of the diameter.
+    /// Returns the height at a distance of `radii` from the centre, as a fraction of the diameter.
     fn height(&self, radii: f64) -> f64 {
         let Shape { depth, rim, .. } = self.simple;
         if radii > 1.0 {
-            let fade = crate::math::smoothstep((EJECTA[1] - radii) / (EJECTA[1] - EJECTA[0]));
+            let fade = crate::numerics::math::smoothstep((EJECTA[1] - radii) / (EJECTA[1] - EJECTA[0]));
             return rim / (radii * radii * radii) * fade;
         }
         let simple = (depth + rim) * radii * radii - depth;
@@ -223,7 +212,7 @@ impl Form {
         }
         let up = ((radii - self.floor) / (1.0 - self.floor)).max(0.0);
         let turns = std::f64::consts::TAU * TERRACES;
-        let wall = up - 0.8 * crate::math::sin(turns * up) / turns;
+        let wall = up - 0.8 * crate::numerics::math::sin(turns * up) / turns;
         let from_peak = (radii / PEAK[1]).min(1.0);
         let peak = PEAK[0].min(0.8 * self.shallow) * (1.0 - from_peak * from_peak) * (1.0 - from_peak * from_peak);
         let complex = (self.shallow + rim) * wall - self.shallow + peak;
@@ -234,7 +223,7 @@ impl Form {
 struct Crater {
     centre: [f64; 2],
     radius_m: f64,
-    /// What time has left of its depth.
+    /// Fraction of its depth that is left.
     fresh: f64,
 }
 
@@ -245,7 +234,8 @@ struct Band {
 }
 
 impl Band {
-    /// The first and last squares along x and y, of that width, in which there may be a crater that reaches these rows.
+    /// Returns the first and last squares along x and y, of width `width_m`, that may hold a crater reaching these
+    /// rows.
     fn squares(&self, rows: &[f32], reach_m: f64, width_m: f64) -> [[i64; 2]; 2] {
         let last = self.first + rows.len() / self.window.nx() - 1;
         let [low, high] = [self.window.centre_m(0, self.first), self.window.centre_m(self.window.nx() - 1, last)];
@@ -283,7 +273,7 @@ impl Band {
 mod tests {
     use super::*;
     use crate::{
-        math,
+        numerics::math,
         testing::{generate, world},
     };
 
@@ -291,18 +281,19 @@ mod tests {
     fn one_crater_has_its_depth_its_rim_and_its_ejecta() {
         let land = generate(Window::whole(world(1024, 1024, 16.0)), &NODE, "pattern=one,diameter=4000,depth=0.2");
         let at = |metres: usize| f64::from(land.samples()[512 * 1024 + 512 + metres / 16]);
-        // the centre of a cell is 11 m from the crater's, of a slope of 5e-4 there
+        // the centre of the cell is 11 m from the crater's, where the slope is 5e-4
         assert!((at(0) + 800.0).abs() < 0.1, "{}", at(0));
         let (_, rim) = land.range(0).expect("values");
-        // the crest is a cusp of a slope of 0.96 and may lie between cells
+        // the crest is a cusp with a slope of 0.96 and may lie between cells
         assert!((150.0..160.1).contains(&f64::from(rim)), "{rim}");
         let r = math::hypot(3000.0, 8.0);
         assert!((at(3000) - 160.0 * 8e9 / (r * r * r)).abs() < 0.02, "{}", at(3000));
         assert_eq!(at(6000), 0.0);
     }
 
-    /// Twice the transition wide, a crater has the whole complex form: 2^−0.7 of the depth that it would have as a share of its
-    /// width, a level floor with its peak, and terraces that only rise outwards. At the transition it is simple.
+    /// A crater twice as wide as the transition is fully complex: 2^−0.7 of the depth-to-width ratio that it would
+    /// otherwise have, a level floor with its peak, and terraces that only rise outwards. At the transition it is
+    /// simple.
     #[test]
     fn a_complex_crater_is_shallow_with_a_floor_a_peak_and_terraces() {
         let shape = Shape { depth: 0.16, rim: 0.04, transition_m: 10_000.0 };
@@ -314,7 +305,7 @@ mod tests {
         assert!((complex.height(1.0) - 0.04).abs() < 1e-12 && complex.height(1.1) < 0.04);
         let heights: Vec<f64> = (440..=1000).map(|k| complex.height(0.001 * f64::from(k))).collect();
         assert!(heights.windows(2).all(|pair| pair[1] > pair[0]));
-        // Pike's depths in kilometres, 0.196 D^1.01 and 1.044 D^0.301, meet near 11 km; ours scale alike
+        // Pike's depths in kilometres, 0.196 D^1.01 and 1.044 D^0.301, meet near 11 km; ours scale in the same way
         let pike = |d: f64| 1.044 * math::pow(d, 0.301);
         let depth = |d: f64| -shape.of(1000.0 * d).height(0.25) * d;
         assert!((depth(80.0) / depth(20.0) / (pike(80.0) / pike(20.0)) - 1.0).abs() < 0.01);

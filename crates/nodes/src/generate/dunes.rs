@@ -1,25 +1,29 @@
-//! Dunes in closed form: transverse ridges and barchans, gentle to windward with a slip face at repose to leeward.
+//! Dunes in closed form: transverse ridges and barchans, gentle on the windward side, with a slip face at repose on
+//! the lee side.
 //!
-//! Proportions of barchans after P. Hersen (2004), "On the crescentic shape of barchan dunes": half as wide again as long, some
-//! eleven times as wide as high. What differs: profiles are drawn, not computed from wind and sand.
+//! Proportions of barchans after P. Hersen (2004), "On the crescentic shape of barchan dunes": half as wide again as
+//! long, about eleven times as wide as high. Differences: profiles are drawn, not computed from wind and sand.
 
 use orograph_graph::mix;
 
-use super::noise::{Basis, Fractal, sum};
-use crate::{math, par, prelude::*};
+use crate::numerics::noise::{Basis, Fractal, sum};
+use crate::{
+    numerics::{math, par},
+    prelude::*,
+};
 
 choice! {
-    /// What kind of dunes they are.
+    /// Kind of dunes.
     pub enum Form {
-        /// Long ridges across the wind: where there is much sand.
+        /// Long ridges across the wind: for plenty of sand.
         Transverse = "transverse",
-        /// Crescents on bare ground, whose horns point down the wind: where there is little.
+        /// Crescents on bare ground, whose horns point downwind: for little sand.
         Barchan = "barchan",
     }
 }
 
 params! {
-    /// What kind of dunes they are.
+    /// Kind of dunes.
     form: Form = Form::Transverse, One, ..;
     /// Distance between crests, or the mean distance between crescents.
     wavelength: f64 = 600.0, Metres, 0.1..=1e6, soft 20..=4000;
@@ -29,9 +33,9 @@ params! {
     azimuth: f64 = 60.0, Degrees, -360.0..=360.0, soft 0..=360;
     /// Angle of the slip face.
     repose: f64 = 33.0, Degrees, 10.0..=45.0, soft 30..=35;
-    /// How much ridges wind and vary in height, as a share of the wavelength.
+    /// How much ridges wind and vary in height: 0 for straight, even ridges.
     waviness: f64 = 0.5, One, 0.0..=1.0, when form = "transverse";
-    /// Which dunes these are.
+    /// Random seed of the dunes.
     seed: Seed = Seed(0), Count, ..;
 }
 
@@ -45,14 +49,7 @@ pub static NODE: Node = Node {
     id: "Dunes",
     category: "generate",
     summary: "Sand dunes: transverse ridges or barchans with slip faces.",
-    doc: "Sand on level ground; add it to other land with `Combine`.\n\n\
-          **Transverse** dunes rise to windward as H (1 − cos(π s)) / 2 and fall to leeward in a straight slip face at the angle \
-          `repose`, however they wind: the place of the crest is worked out from the height and the direction of each ridge. \
-          With `waviness` crests wind by up to that share of four wavelengths, rounded off, and lose up to half of their height in places.\n\n\
-          **Barchans** are crescents of the width 11 H and, with their horns, about as long: a windward side six heights long, a \
-          slip face within the horns that is at `repose` along the middle and nowhere half a degree steeper, and horns that reach 6.6 heights down the wind. One \
-          stands in seven of ten squares of a wavelength; heights are between a half and the whole of `height`.\n\n\
-          Dunes in deserts are some 0.06 wavelengths high. Slip faces are sharp: cells of a tenth of the wavelength or less show them.",
+    doc: include_str!("dunes.md"),
     sources: &[
         "P. Hersen (2004), On the crescentic shape of barchan dunes, European Physical Journal B 37, 507-514",
         "N. Lancaster (1995), Geomorphology of Desert Dunes, Routledge",
@@ -65,7 +62,7 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     match Params::read(sizing.params).form {
         // how far crests are bent and how low they are, and two slopes
@@ -96,9 +93,9 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { height: Some(Field::new(job.window(), samples)) }.into())
 }
 
-/// Heights of a crescent from its middle to the farthest place that it covers, and a little.
+/// Distance from a crescent's centre to the farthest place that it covers, in its heights, with a margin.
 const REACH: f64 = 9.0;
-/// Of a crescent, in its heights: half its width, the length of its windward side, how far its horns reach.
+/// Half the width of a crescent, the length of its windward side and the reach of its horns, in its heights.
 const HALF_WIDTH: f64 = 5.5;
 const WINDWARD: f64 = 6.0;
 const HORNS: f64 = 6.6;
@@ -136,7 +133,7 @@ impl Params {
                 let at = j * window.nx() + i;
                 let [x, y] = window.centre_m(i, j);
                 let phase = (x * wind_x + y * wind_y + f64::from(bend[at])) / self.wavelength;
-                // how much closer crests are here than where they do not wind
+                // how much closer crests are here than on straight ridges
                 let (gx, gy) = (wind_x + f64::from(along[at]), wind_y + f64::from(down[at]));
                 let closer = (gx * gx + gy * gy).sqrt().max(0.2);
                 let share = 1.0 - f64::from(low[at]).abs().min(0.5);
@@ -272,7 +269,8 @@ mod tests {
         })
     }
 
-    /// Straight ridges: as high as asked, a slip face at repose over H / tan φ, and H / 2 on average to windward and to leeward.
+    /// Straight ridges: as high as requested, a slip face at repose over H / tan φ, and H / 2 on average to windward
+    /// and to leeward.
     #[test]
     fn ridges_have_their_height_and_their_slip_face() {
         let window = Window::whole(world(1200, 3, 1.0));
@@ -290,8 +288,8 @@ mod tests {
         assert!((100..=112).contains(&steep) && falling.iter().all(|d| *d < slip + 1e-4), "{steep}");
     }
 
-    /// However they wind: nine tenths of what is steep on leeward sides is within two degrees of repose, to what differences over
-    /// two cells show of edges and the slope along the crest adds.
+    /// However they wind: nine tenths of the steep ground on lee sides is within two degrees of repose, up to the
+    /// edges seen by differences over two cells and the slope along the crest.
     #[test]
     fn winding_ridges_slip_at_repose_too() {
         let window = Window::whole(world(700, 700, 2.0));

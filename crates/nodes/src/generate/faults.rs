@@ -1,12 +1,15 @@
-//! Land broken along straight faults, at random or along a path.
+//! Terrain broken along straight faults, at random or along a path.
 //!
-//! Random faults after B. B. Mandelbrot (1975), "Stochastic models for the earth's relief": the sum of many steps along random
-//! lines. What differs: steps are smooth, of a width in metres, and fall in size as the square root of their number, so that few
-//! large ones tell the land's form.
+//! Random faults after B. B. Mandelbrot (1975), "Stochastic models for the earth's relief": the sum of many steps
+//! along random lines. Differences: steps are smooth, with a width in metres, and shrink with the square root of
+//! their number, so that a few large ones determine the shape of the terrain.
 
 use orograph_graph::mix;
 
-use crate::{math, par, prelude::*, simd::simd};
+use crate::{
+    numerics::{math, par, simd::simd},
+    prelude::*,
+};
 
 choice! {
     /// Where the faults are.
@@ -21,24 +24,24 @@ choice! {
 params! {
     /// Where the faults are.
     pattern: Pattern = Pattern::Random, One, ..;
-    /// How many there are.
+    /// Number of faults.
     faults: i64 = 150, Count, 1..=2000, soft 1..=400, when pattern = "random";
-    /// Height of the step of the largest, or of the one along the path.
+    /// Height of the largest step, or of the one along the path.
     throw: f64 = 400.0, Metres, -1e5..=1e5, soft 0..=2000;
-    /// Half of the width over which 71 % of a step is made.
+    /// Half the width of the zone that contains 71 % of a step.
     width: f64 = 120.0, Metres, 0.1..=1e6, soft 10..=2000;
     /// Direction of the faults, clockwise from north.
     azimuth: f64 = 30.0, Degrees, -360.0..=360.0, soft 0..=180, when pattern = "random";
-    /// Width of the range of directions about it: 180 for any direction.
+    /// Width of the range of directions around `azimuth`: 180 for any direction.
     spread: f64 = 180.0, Degrees, 0.0..=180.0, when pattern = "random";
-    /// Trace of the one fault, which goes on straight beyond its ends; the land to its right sinks.
+    /// Trace of the single fault, which continues straight beyond its ends; the terrain to its right sinks.
     path: PathPoints = PathPoints(vec![[3000.0, 15000.0], [6000.0, 9500.0], [10500.0, 7000.0], [13000.0, 1000.0]]), Metres, -1e7..=1e7, when pattern = "path";
-    /// Which faults these are.
+    /// Random seed of the faults.
     seed: Seed = Seed(0), Count, .., when pattern = "random";
 }
 
 outputs! {
-    /// Height above and below the land before it broke.
+    /// Height above and below the unbroken terrain.
     height: Height;
 }
 
@@ -46,15 +49,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Faults",
     category: "generate",
-    summary: "Land broken by faults: many at random, or one along a path.",
-    doc: "Each fault raises the land on its left by half its throw and lowers that on its right by as much,\n\n    \
-          z = Σ throwₖ / 2 · x / √(1 + x²),   x = d / width,\n\n\
-          with the distance d to its line, above 0 to the left. Throws fall as throwₖ = throw / √k, and their signs and places are random: the \
-          sum of many is land as rough as fractional Brownian motion with H = ½, with straight scarps in it. A narrow \
-          `spread` gives the parallel scarps of stretched crust, basins and ranges.\n\n\
-          The lines lie within the circle around the world, whatever its cells.\n\n\
-          A single fault along `path` is the scarp of a plateau or the edge of a graben. For faults that move while rivers cut, \
-          `Uplift` has the shape `fault`.",
+    summary: "Terrain broken by faults: many at random, or one along a path.",
+    doc: include_str!("faults.md"),
     sources: &[
         "B. B. Mandelbrot (1975), Stochastic models for the Earth's relief, the shape and the fractal dimension of the \
          coastlines, and the number-area rule for islands, PNAS 72 (10), 3825-3828",
@@ -69,7 +65,7 @@ pub static NODE: Node = Node {
 /// A straight fault.
 #[derive(Clone, Copy)]
 struct Fault {
-    /// Distance to its left in widths: `left · (x, y) + offset`.
+    /// Distance to its left, in widths: `left · (x, y) + offset`.
     left: [f64; 2],
     offset: f64,
     /// Half of its throw.
@@ -121,7 +117,7 @@ impl Params {
 }
 
 simd! {
-    /// Adds a fault to a row of which it tells the part of the distance.
+    /// Adds a fault to a row; `part` is the row's part of the distance.
     fn add(row: &mut [f32], xs: &[f64], part: f64, fault: Fault) {
         for (height, x) in row.iter_mut().zip(xs) {
             let left = (fault.left[0] * x + part) as f32;
@@ -130,7 +126,7 @@ simd! {
     }
 }
 
-/// The distance of a place to a path that goes on beyond its ends, above 0 to its left.
+/// Returns the distance of a place to a path that continues beyond its ends, positive to its left.
 fn left_of(path: &[[f64; 2]], place: [f64; 2]) -> f64 {
     let last = path.len().saturating_sub(2);
     let (mut nearest, mut side) = (f64::INFINITY, 0.0);
@@ -149,7 +145,7 @@ fn left_of(path: &[[f64; 2]], place: [f64; 2]) -> f64 {
         let distance = (px * px + py * py).sqrt();
         // y is south: to the left of (ex, ey) is (ey, −ex)
         let left = (dx * ey - dy * ex) / length;
-        // at a corner both stretches are as near; the one whose line is farther off tells the side
+        // at a corner both segments are equally near; the one whose line is farther away decides the side
         let tie = (distance - nearest).abs() <= 1e-9 * (distance + 1.0);
         if (tie && left.abs() > f64::abs(side)) || (!tie && distance < nearest) {
             side = left;
@@ -182,8 +178,9 @@ mod tests {
         }
     }
 
-    /// For lines at random the structure function grows as the distance: E (z(a) − z(b))² ∝ |a − b|, H = ½, while it is beyond the
-    /// widths and well within the world. Ten seeds; the sum over 1/k leaves a scatter of some 15 % in the exponent.
+    /// For lines at random the structure function grows as the distance: E (z(a) − z(b))² ∝ |a − b|, H = ½, while it
+    /// is beyond the widths and well within the world. Ten seeds; the sum over 1/k leaves a scatter of about 15 % in
+    /// the exponent.
     #[test]
     fn random_faults_are_as_rough_as_brownian_land() {
         let window = Window::whole(world(256, 256, 64.0));

@@ -1,15 +1,15 @@
-//! An even change from one value to another: along a line, from a place outwards, or around it.
+//! A linear change from one value to another: along a line, outwards from a point, or around it.
 
 use crate::{
-    math, par,
+    numerics::{math, par},
     prelude::*,
     quantity::{self, Quantity},
 };
 
 choice! {
-    /// Which way values change.
+    /// Direction in which values change.
     pub enum Form {
-        /// Along a straight line, with `centre` half way.
+        /// Along a straight line, with `centre` halfway.
         Linear = "linear",
         /// From `centre` outwards.
         Radial = "radial",
@@ -19,33 +19,33 @@ choice! {
 }
 
 choice! {
-    /// What there is beyond the end.
+    /// Values beyond the end.
     pub enum Beyond {
-        /// The last value goes on.
+        /// The last value continues.
         Hold = "hold",
         /// The change starts again from the first value.
         Repeat = "repeat",
-        /// It goes back, and forth again.
+        /// It goes back and forth.
         Mirror = "mirror",
     }
 }
 
 params! {
-    /// Which way values change.
+    /// Direction in which values change.
     form: Form = Form::Linear, One, ..;
-    /// Value at the beginning.
+    /// Value at the start.
     from: f64 = 0.0, One, -1e9..=1e9, soft -1000..=1000;
     /// Value at the end.
     to: f64 = 1000.0, One, -1e9..=1e9, soft -1000..=2000;
-    /// Middle, from the world's north-west corner.
+    /// Centre, from the world's north-west corner.
     centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7;
-    /// Direction of the change, or where a turn begins, clockwise from north.
+    /// Direction of the change, or where the turn begins, clockwise from north.
     azimuth: f64 = 90.0, Degrees, -360.0..=360.0, soft 0..=360, when form = "linear" | "angular";
-    /// Distance from the beginning to the end; a turn has none.
+    /// Distance from the start to the end; not used by `angular`.
     length: f64 = 16000.0, Metres, 0.01..=1e7, soft 100..=30000, when form = "linear" | "radial";
-    /// What there is beyond the end. A turn that is mirrored has its end half way round and no seam.
+    /// Values beyond the end. A mirrored turn has its end halfway round and no seam.
     beyond: Beyond = Beyond::Hold, One, ..;
-    /// What the values mean, and so where they may be wired.
+    /// Quantity of the values, which decides where they may be wired.
     quantity: Quantity = Quantity::Height, One, ..;
 }
 
@@ -58,14 +58,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Gradient",
     category: "generate",
-    summary: "An even change between two values: along a line, outwards or around.",
-    doc: "The value is `from + (to − from) t`, where t goes from 0 to 1\n\n\
-          - `linear`: along `length` metres in the direction of `azimuth`, half of them on each side of `centre`;\n\
-          - `radial`: over `length` metres from `centre` outwards;\n\
-          - `angular`: once around `centre`, clockwise from `azimuth`. Where it begins it also ends, with a step, unless \
-          `beyond: mirror` lets it go back on the second half of the way.\n\n\
-          A tilted plain drains: add it to noise with `Combine` before water runs on it. As a mask it fades one land into \
-          another; `Curve` gives it any other profile.",
+    summary: "A linear change between two values: along a line, outwards or around a point.",
+    doc: include_str!("gradient.md"),
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
@@ -103,7 +97,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 }
 
 impl Params {
-    /// How far around an angle is: 1 for a whole turn, or 2 where it is to be mirrored.
+    /// Returns how far around an angle is: 1 for a whole turn, or 2 if it is to be mirrored.
     fn turn(&self, angle: f64) -> f64 {
         let turns = (angle / std::f64::consts::TAU).rem_euclid(1.0);
         if self.beyond == Beyond::Mirror { 2.0 * turns } else { turns }

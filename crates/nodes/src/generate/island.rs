@@ -1,7 +1,7 @@
-//! Land that falls to the sea: by the distance from the world's edges, from a place, or from a wired outline.
+//! Terrain that falls to the sea: by the distance from the world's edges, from a point, or from a wired outline.
 
-use super::noise::{Basis, Fractal, sum};
-use crate::{par, prelude::*};
+use crate::numerics::noise::{Basis, Fractal, sum};
+use crate::{numerics::par, prelude::*};
 
 choice! {
     /// What the coast follows.
@@ -10,7 +10,7 @@ choice! {
         Edges = "edges",
         /// A circle of `radius` around `centre`.
         Disc = "disc",
-        /// Where the wire `distance` is 0; land is where it is below, as `Shape` gives it.
+        /// Where the input `distance` is 0; land is where it is negative, as in the output of `Shape`.
         Outline = "outline",
     }
 }
@@ -20,11 +20,11 @@ params! {
     form: Form = Form::Edges, One, ..;
     /// Distance of the coast from the edges of the world.
     margin: f64 = 2500.0, Metres, 0.0..=1e7, soft 0..=8000, when form = "edges";
-    /// Middle of the circle, from the world's north-west corner.
+    /// Centre of the circle, from the world's north-west corner.
     centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7, when form = "disc";
     /// Radius of the circle.
     radius: f64 = 6000.0, Metres, 0.01..=1e7, soft 500..=20000, when form = "disc";
-    /// Distance from the coast inland over which the land comes to its whole height.
+    /// Distance inland from the coast over which the terrain reaches its full height.
     slope: f64 = 4000.0, Metres, 0.01..=1e7, soft 100..=10000;
     /// Elevation of the coast. Give it the world's `sea_level`, so that the coast is the shore.
     sea: f64 = 0.0, Metres, -1e5..=1e5, soft -500..=500;
@@ -32,25 +32,25 @@ params! {
     depth: f64 = 300.0, Metres, 0.0..=1e5, soft 0..=2000;
     /// Distance from the coast over which the floor falls to its depth.
     shelf: f64 = 2000.0, Metres, 0.01..=1e7, soft 100..=10000;
-    /// How far bays and capes reach at most; on average a sixth of it.
+    /// Maximum reach of bays and capes; on average they reach a sixth of it.
     roughness: f64 = 3000.0, Metres, 0.0..=1e6, soft 0..=5000;
     /// Wavelength of the largest bays.
     wavelength: f64 = 5000.0, Metres, 1.0..=1e6, soft 500..=20000;
-    /// Which coast this is.
+    /// Random seed of the coast.
     seed: Seed = Seed(0), Count, ..;
 }
 
 inputs! {
-    /// Elevation inland: a wired height, or the same everywhere.
+    /// Elevation inland: a wired height, or one number for everywhere.
     height: Scalar(Metres) = 500.0, -1e6..=1e6, soft 0.0..=3000.0;
-    /// Distance to the coast, below 0 on land; for `outline`.
+    /// Distance to the coast, negative on land; for `outline`.
     distance: Option<Scalar(Metres)>;
 }
 
 outputs! {
     /// Elevation.
     height: Height;
-    /// Distance d inland from the coast, below 0 at sea.
+    /// Distance d inland from the coast, negative at sea.
     inland: Scalar(Metres);
 }
 
@@ -58,14 +58,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Island",
     category: "generate",
-    summary: "Lets land fall to the sea around it: islands and coasts.",
-    doc: "With the distance d inland from the coast, below 0 at sea, and φ(t) = t (2 − t) for t from 0 to 1,\n\n    \
-          z = sea + (height − sea) φ(d / slope)   on land,     z = sea − depth φ(−d / shelf)   beyond.\n\n\
-          φ is steepest at the coast and level at its end, so that level land becomes a shield without hollows whose water runs to the sea \
-          at once: what erosion needs. Give `height` noise or mountains, or the number of a plateau to let rivers make the rest.\n\n\
-          The coast follows the form, moved by noise of eight octaves by up to `roughness`. With `edges`, d is (Σ dᵢ⁻²)^−½ − margin, with \
-          the distances dᵢ to the four sides of the world: along a side the distance to it, rounder towards corners, and without creases. A \
-          `roughness` above twice the `margin` may reach the edge of the world.",
+    summary: "Lowers terrain to the sea around it: islands and coasts.",
+    doc: include_str!("island.md"),
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
     params: Params::specs,
@@ -140,7 +134,8 @@ fn rise(t: f32) -> f32 {
     t * (2.0 - t)
 }
 
-/// The distance inwards from the sides of the world, (Σ dᵢ⁻²)^−½: near a side that to it, without a crease where two are as near.
+/// Returns the distance inwards from the sides of the world, (Σ dᵢ⁻²)^−½: near a side the distance to it, without a
+/// crease where two are equally near.
 fn inside(size: [f64; 2], place: [f64; 2]) -> f64 {
     let sides = [place[0], size[0] - place[0], place[1], size[1] - place[1]];
     1.0 / sides.iter().map(|side| 1.0 / (side * side)).sum::<f64>().sqrt()
@@ -192,7 +187,7 @@ mod tests {
         assert!(matches!(error, Err(NodeError::Failed { hint: Some(_), .. })));
     }
 
-    /// The circle's area is kept to 5 %: bays and capes are as many.
+    /// The circle's area is kept to 5 %: bays and capes balance.
     #[test]
     fn bays_and_capes_move_the_coast_both_ways() {
         let [_, inland] = island("form=disc,radius=3500,roughness=1500,wavelength=1500", &[]);

@@ -1,4 +1,4 @@
-//! Land from nothing: noise, spectra, shapes.
+//! Terrain generators: noise, spectra, shapes.
 
 pub mod constant;
 pub mod crater;
@@ -23,7 +23,7 @@ use orograph_graph::Node;
 pub static NODES: &[&Node] = &[
     &constant::NODE,
     &perlin::NODE,
-    &noise::node::NODE,
+    &noise::NODE,
     &ridged::NODE,
     &fractal::NODE,
     &spectral::NODE,

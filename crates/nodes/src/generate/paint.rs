@@ -1,35 +1,38 @@
-//! Land painted by hand, by strokes of a brush.
+//! Terrain painted by hand with brush strokes.
 
 use orograph_graph::{Strokes, Tool};
 
 use crate::{
-    filter::{gaussian::Gaussian, lines::separable},
+    numerics::{
+        gaussian::Gaussian,
+        lines::separable,
+        strokes::{Path, act},
+    },
     prelude::*,
-    strokes::{Path, act},
 };
 
-/// The standard deviation of the Gaussian that smooths, of the radius of the brush: what is evened out is narrower than
-/// the brush.
+/// Standard deviation of the smoothing Gaussian as a fraction of the brush radius: features narrower than the brush
+/// are evened out.
 const SMOOTHING: f64 = 1.0 / 3.0;
 
 params! {
-    /// What was painted, in the order it was painted.
+    /// Strokes, in the order in which they were painted.
     ///
-    /// A stroke has a `tool` (`raise`, `lower`, `smooth`, `mask` or `erase`), a `radius` in metres, a `strength` (metres for `raise`
-    /// and `lower`, 10 unless it says otherwise; for the others a part, 1 unless it says otherwise), a `hardness` (the part of
-    /// the radius within which it acts fully, 0.5 unless it says otherwise) and `points`.
+    /// A stroke has a `tool` (`raise`, `lower`, `smooth`, `mask` or `erase`), a `radius` in metres, a `strength`
+    /// (metres for `raise` and `lower`, default 10; a fraction for the others, default 1), a `hardness` (the fraction
+    /// of the radius within which it acts fully, default 0.5) and `points`.
     strokes: Strokes = Strokes(Vec::new()), Metres, -1e7..=1e7;
 }
 
 inputs! {
-    /// The land that is painted on; a plain at 0 m without it.
+    /// Terrain to paint on; a plain at 0 m if not wired.
     height: Option<Height>;
 }
 
 outputs! {
-    /// The land with what was painted.
+    /// Terrain with the strokes applied.
     height: Height;
-    /// What was painted with `mask` and `erase`; 0 elsewhere.
+    /// Mask painted with `mask` and `erase`; 0 elsewhere.
     mask: Mask;
 }
 
@@ -37,17 +40,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Paint",
     category: "generate",
-    summary: "Land raised, lowered and smoothed by hand, and a mask painted by hand.",
-    doc: "Each stroke acts by its weight w, which is 1 along its middle and falls smoothly to 0 at its `radius`: at a distance r from its \
-          curve, `w = 1 − smoothstep((r/R − h) / (1 − h))`, with R the radius and h the `hardness`. A stroke that crosses itself acts \
-          once; a second stroke acts again. With s the `strength`,\n\n\
-          - `raise` and `lower` add and subtract `s w` metres,\n\
-          - `smooth` goes the part `s w` of the way to the land filtered by a Gaussian whose standard deviation is a third of R,\n\
-          - `mask` and `erase` take the mask the part `s w` of the way to 1 and to 0.\n\n\
-          The curve is the centripetal Catmull-Rom spline through the points. All is in metres, so that what was painted on a coarse \
-          preview is the same on a fine build. Where the world is periodic, strokes go on at the other side.\n\n\
-          **Limits.** What is narrower than a cell is lost. Each `smooth` filters the land anew, at the cost of a `Blur`.\n\n\
-          **Advice.** Paint before the rivers run: they take up what the hand began, and hide its edges.",
+    summary: "Terrain raised, lowered and smoothed by hand, and a mask painted by hand.",
+    doc: include_str!("paint.md"),
     sources: &[
         "E. Catmull and R. Rom (1974), A class of local interpolating splines, Computer Aided Geometric Design, 317-326",
         "C. Yuksel, S. Schaefer and J. Keyser (2011), Parameterization and applications of Catmull-Rom curves, Computer-Aided \
@@ -71,11 +65,11 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let strokes = Params::read(sizing.params).strokes.0;
     let smooths = Wants::among(sizing.wanted).height && strokes.iter().any(|stroke| stroke.tool == Tool::Smooth);
-    // the smoothed land and how much of it counts
+    // the smoothed terrain and its weight
     if smooths { sizing.cells(8.0) } else { 0 }
 }
 
@@ -101,7 +95,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         Some(land) => land.samples().to_vec(),
         None => vec![0.0; job.window().len()],
     };
-    // What lies between two smoothings needs one pass over the land.
+    // Strokes between two smoothings need one pass over the terrain.
     let runs: Vec<&[&Path]> = works.chunk_by(|a, b| a.tool != Tool::Smooth && b.tool != Tool::Smooth).collect();
     for (at, run) in runs.iter().enumerate() {
         let part = |k: usize| 0.2 + 0.8 * (at * 2 + k) as f32 / (runs.len() * 2) as f32;
@@ -129,8 +123,8 @@ mod tests {
     use orograph_graph::{Boundary, Edge, ParamValue, Stroke, Window, World};
 
     use super::*;
-    use crate::math::smoothstep;
-    use crate::strokes::{curve, distance};
+    use crate::numerics::math::smoothstep;
+    use crate::numerics::strokes::{curve, distance};
     use crate::testing::{at_every_level, field, outputs_on, reach_m, run as result, run_in, with_params, world};
 
     fn stroke(tool: Tool, radius: f64, strength: f64, points: &[[f64; 2]]) -> Stroke {
@@ -231,8 +225,8 @@ mod tests {
             let (i, j) = (at % 100, at / 100);
             let four = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(a, b)| fine.samples()[(2 * j + b) * 200 + 2 * i + a]);
             let mean = four.iter().sum::<f32>() / 4.0;
-            // 60 m that fall over 100 m bend by 0.14 m within a cell, and the filter adds a little; the curve is straight, since
-            // a bend sharper than the brush makes a crease
+            // 60 m that fall over 100 m bend by 0.14 m within a cell, and the filter adds a little; the curve is
+            // straight, since a bend sharper than the brush makes a crease
             assert!((coarse.samples()[at] - mean).abs() < 0.2, "{i} {j}: {} {mean}", coarse.samples()[at]);
         }
     }

@@ -1,15 +1,15 @@
 //! Fractional Brownian motion from octaves of gradient noise.
 //!
-//! K. Perlin (1985), "An image synthesizer"; K. Perlin (2002), "Improving noise"; F. K. Musgrave, C. E. Kolb and R. S.
-//! Mace (1989), "The synthesis and rendering of eroded fractal terrains". What differs from them is told in
-//! [`super::noise`].
+//! K. Perlin (1985), "An image synthesizer"; K. Perlin (2002), "Improving noise"; F. K. Musgrave, C. E. Kolb and R.
+//! S. Mace (1989), "The synthesis and rendering of eroded fractal terrains". Differences from them are described in
+//! [`crate::numerics::noise`].
 
-use super::noise::{Gradients, fractal_params, sum};
+use crate::numerics::noise::{Gradients, fractal_params, sum};
 use crate::prelude::*;
 
 fractal_params! {
     wavelength: 4000.0, lacunarity: 2.0, gain: 0.5;
-    /// Largest height above and depth below zero; the standard deviation is about 0.12 of it at the defaults.
+    /// Maximum height above and depth below zero; the standard deviation is about 0.12 of it at the defaults.
     amplitude: f64 = 1000.0, Metres, 0.0..=1e6, soft 0..=4000;
 }
 
@@ -48,13 +48,10 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 mod tests {
     use orograph_graph::World;
 
-    use super::{
-        super::noise::{Basis, reference},
-        *,
-    };
+    use super::*;
+    use crate::numerics::noise::{Basis, reference};
     use crate::{
-        generate::noise::spectrum,
-        math,
+        numerics::{math, noise::spectrum},
         testing::{at_every_level, block_means, generate, moments, seams, with_params, world},
     };
 
@@ -92,9 +89,9 @@ mod tests {
         }
     }
 
-    /// The variance of an octave in closed form. With independent draws, of mean squares V of values, G of each gradient
-    /// part and W of twists, it is 4 (V P² + 2 G P Q + W Q²) times the square of the factor on the noise, P and Q the means
-    /// of φ² and ψ² over half a window.
+    /// The variance of an octave in closed form. With independent draws, of mean squares V of values, G of each
+    /// gradient part and W of twists, it is 4 (V P² + 2 G P Q + W Q²) times the square of the factor on the noise, P
+    /// and Q the means of φ² and ψ² over half a window.
     #[test]
     fn an_octave_has_its_standard_deviation() {
         let window = Window::whole(world(2048, 2048, 10.0));
@@ -111,7 +108,7 @@ mod tests {
             assert!((closed - stated).abs() < 5e-4, "{closed}");
             let gradients = if basis == Basis::Bell { "even" } else { "classic" };
             let changes = format!("wavelength=107,octaves=1,amplitude=1,gradients={gradients}");
-            // Some 36 000 lattice cells: the deviation of the estimate is about 0.4 %.
+            // about 36 000 lattice cells: the deviation of the estimate is about 0.4 %.
             let (mean, std) = moments(generate(window, &NODE, &changes).samples());
             assert!((std / closed - 1.0).abs() < 0.01, "{std} {closed}");
             assert!(mean.abs() < 0.005, "{mean}");
@@ -126,8 +123,8 @@ mod tests {
         assert!((std / expected - 1.0).abs() < 0.03, "{std} {expected}"); // 2600 hills
     }
 
-    /// Rolled by any number of cells, tileable land has no seam: its steepest step across the sides of the world is not
-    /// above the steepest within.
+    /// Rolled by any number of cells, tileable terrain has no seam: its steepest step across the sides of the world
+    /// is not above the steepest within.
     #[test]
     fn opposite_sides_of_a_tile_fit_together() {
         let field = generate(Window::whole(world(256, 192, 10.0)), &NODE, "wavelength=700,tileable=true,gain=0.6");
@@ -137,8 +134,8 @@ mod tests {
         assert!(free[1] > 5.0 * within, "{free:?} {within}");
     }
 
-    /// The plain form of 2002: the sum of octaves of half the wavelength and half the height each, over the sum of their
-    /// heights, each as the paper writes it.
+    /// The plain form of 2002: the sum of octaves of half the wavelength and half the height each, over the sum of
+    /// their heights, each as the paper writes it.
     #[test]
     fn the_classic_form_is_the_textbooks() {
         let window = Window::whole(world(80, 70, 1.0));
@@ -158,8 +155,9 @@ mod tests {
         }
     }
 
-    /// A finer raster adds detail and changes nothing else: seen through a low-pass filter it is the coarse raster.
-    /// To 2 %; to 4 % where fine octaves are strong, for values at lattice points give them a little power at long waves too.
+    /// A finer raster adds detail and changes nothing else: through a low-pass filter it equals the coarse raster. To
+    /// 2 %; to 4 % where fine octaves are strong, because values at lattice points give them a little power at long
+    /// waves too.
     #[test]
     fn finer_cells_only_add_detail() {
         for (changes, tolerance) in [("", 0.02), ("gain=0.6,lacunarity=2.3", 0.04)] {
@@ -192,8 +190,8 @@ mod tests {
         }
     }
 
-    /// The mean of e^(4iα) and e^(8iα) over the aspects α of all cells: 0 for land without preferred directions, 1 for a
-    /// square pyramid. At 9 · 10⁵ cells of some 10⁵ independent ones chance alone gives 0.003.
+    /// The mean of e^(4iα) and e^(8iα) over the aspects α of all cells: 0 for land without preferred directions, 1
+    /// for a square pyramid. At 9 · 10⁵ cells of some 10⁵ independent ones chance alone gives 0.003.
     #[test]
     fn no_direction_is_preferred() {
         for changes in ["", "gain=0.62", "lacunarity=2.3,gain=0.6,seed=9"] {
@@ -210,8 +208,8 @@ mod tests {
         }
     }
 
-    /// The power of the finest octaves is the same in every direction: the mean of four seeds in ten bins of 9° is within
-    /// 10 %. Classic noise prefers axes over diagonals by 30 %; chance alone gives 3 %.
+    /// The power of the finest octaves is the same in every direction: the mean of four seeds in ten bins of 9° is
+    /// within 10 %. Classic noise prefers axes over diagonals by 30 %; chance alone gives 3 %.
     #[test]
     fn the_spectrum_is_the_same_in_every_direction() {
         for changes in ["lacunarity=2", "lacunarity=2.3", "lacunarity=1.9"] {

@@ -1,18 +1,18 @@
-//! Ridged multifractal: octaves of gradient noise folded into crests, each fed by the one before.
+//! Ridged multifractal: octaves of gradient noise folded into crests, each weighted by the one before.
 //!
-//! F. K. Musgrave, in D. S. Ebert et al. (2003), "Texturing and Modeling", chapter 16. What differs: the sum is divided
-//! by the largest it can be; crests are rounded over a fraction of a cell; an octave that the raster cannot hold is
-//! replaced by what it would be on average, since unlike plain noise its mean is not zero and leaving it out would sink
-//! the land.
+//! F. K. Musgrave, in D. S. Ebert et al. (2003), "Texturing and Modeling", chapter 16. Differences: the sum is
+//! divided by its largest possible value; crests are rounded over a fraction of a cell; an octave that the raster
+//! cannot represent is replaced by its average, since unlike that of plain noise its mean is not zero, and leaving it
+//! out would lower the terrain.
 
-use super::noise::{
+use crate::numerics::noise::{
     Basis, Gradients, Octave,
     fold::Fold,
     fractal_params,
     raster::{self, Lanes, Noise},
     sheet::Sheets,
 };
-use crate::{math, prelude::*};
+use crate::{numerics::math, prelude::*};
 
 mod crest;
 
@@ -20,15 +20,15 @@ use crest::{Crest, Tail};
 
 fractal_params! {
     wavelength: 6000.0, lacunarity: 2.2, gain: 0.48;
-    /// Height that no crest exceeds; valleys do not fall below 0.
+    /// Maximum height of crests; valleys do not fall below 0.
     amplitude: f64 = 2000.0, Metres, 0.0..=1e6, soft 0..=6000;
-    /// Where, in the noise's range of 0 to 1, the slope down from a crest ends in a flat valley floor.
+    /// Noise value, from 0 to 1, at which the slope down from a crest ends in a flat valley floor.
     offset: f64 = 1.0, One, 0.1..=2.0, soft 0.4..=1.2;
-    /// How sharp crests are: 1 gives straight flanks, more gives steep crests over wide valleys.
+    /// Sharpness of crests: 1 gives straight flanks, more gives steep crests above wide valleys.
     exponent: f64 = 2.0, One, 0.5..=8.0, soft 1..=4;
-    /// How much of an octave's height lets the next one through: small values keep valleys smooth, large ones roughen all.
+    /// Weight from an octave's height to the next: low values keep valleys smooth, high ones roughen everything.
     weight_gain: f64 = 2.0, One, 0.0..=100.0, soft 0.5..=4;
-    /// By how much crests get narrower from octave to octave: at 1 the finest has 0.6 of the exponent.
+    /// How much the exponent falls from octave to octave: at 1 the finest octave has 0.6 of it.
     sharpening: f64 = 0.0, One, 0.0..=1.0;
 }
 
@@ -41,7 +41,7 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Ridged",
     category: "generate",
-    summary: "Mountain crests over smoother valleys: a ridged multifractal.",
+    summary: "Mountain crests above smoother valleys: a ridged multifractal.",
     doc: include_str!("ridged.md"),
     sources: &[
         "F. K. Musgrave, C. E. Kolb, R. S. Mace, 1989, The synthesis and rendering of eroded fractal terrains",
@@ -66,15 +66,15 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { height: Some(Field::new(job.window(), samples)) }.into())
 }
 
-/// The recursion over octaves, with all constants at hand. `SQUARED` is for an exponent of 2, several times as fast as any
-/// other.
+/// The recursion over octaves with its constants. `SQUARED` is for an exponent of 2, which is several times as fast
+/// as any other.
 struct Ridges<const SQUARED: bool> {
     /// The noise and the factor on it.
     basis: Basis,
     scale: f32,
     /// Of each octave on the raster.
     layers: Vec<Layer>,
-    /// What the octaves that are not on the raster would add.
+    /// Mean contribution of the octaves that are not on the raster.
     tail: Tail,
 }
 
@@ -83,9 +83,9 @@ struct Ridges<const SQUARED: bool> {
 struct Layer {
     crest: Crest,
     fold: Fold,
-    /// Metres that the octave adds at most.
+    /// Maximum height that the octave adds, in metres.
     height_m: f32,
-    /// How much of it the raster holds, and what stands for the rest.
+    /// How much of it the raster can represent, and the replacement for the rest.
     fade: f32,
     rest: f32,
 }
@@ -94,7 +94,7 @@ struct Layer {
 #[derive(Clone, Copy, Debug)]
 struct State {
     height: Lanes,
-    /// How much of the next octave gets through.
+    /// Weight of the next octave.
     weight: Lanes,
 }
 
@@ -161,8 +161,8 @@ impl<const SQUARED: bool> raster::Combine for Ridges<SQUARED> {
     }
 }
 
-/// One octave at one sample: takes the noise and the weight from the octave before, adds to the height and gives the
-/// weight for the next octave. `WHOLE` is for octaves that the raster holds entirely, which are all but one or two.
+/// One octave at one sample: from the noise and the weight of the previous octave, adds to the height and returns the
+/// weight of the next octave. `WHOLE` is for octaves that the raster represents fully, which are all but one or two.
 #[inline(always)]
 fn step<const SQUARED: bool, const WHOLE: bool>(noise: f32, weight: &mut f32, height: &mut f32, layer: &Layer) {
     let crest = layer.crest;
@@ -175,7 +175,8 @@ fn step<const SQUARED: bool, const WHOLE: bool>(noise: f32, weight: &mut f32, he
 
 #[cfg(test)]
 mod tests {
-    use super::{super::noise::reference, *};
+    use super::*;
+    use crate::numerics::noise::reference;
     use crate::testing::{at_every_level, block_means, generate, moments, with_params, world};
 
     const STEEP: &str =
@@ -229,7 +230,8 @@ mod tests {
         assert!(all.iter().all(|h| (0.0..=1.0).contains(h)));
     }
 
-    /// Also where the coarse raster holds two octaves and the fine one four: leaving octaves out does not sink the land.
+    /// Also where the coarse raster has two octaves and the fine one four: leaving octaves out does not lower the
+    /// terrain.
     #[test]
     fn finer_cells_only_add_detail() {
         let cases = [
@@ -250,8 +252,8 @@ mod tests {
         }
     }
 
-    /// The power of the finest octaves is the same in every direction, to 10 % in bins of 9°. With classic noise a bin has
-    /// up to twice the power of another.
+    /// The power of the finest octaves is the same in every direction, to 10 % in bins of 9°. With classic noise a
+    /// bin has up to twice the power of another.
     #[test]
     fn the_spectrum_is_the_same_in_every_direction() {
         for changes in ["lacunarity=2", "lacunarity=2.3", "lacunarity=1.9"] {

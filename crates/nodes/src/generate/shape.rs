@@ -1,19 +1,22 @@
 //! Discs, rectangles, ellipses and polygons, by their signed distance.
 //!
-//! Distances to rectangles and polygons are those of their sides; that to an ellipse is found by solving the one equation
-//! that the nearest point solves (D. Eberly, 2013, "Distance from a Point to an Ellipse"). All are loops over rows in double
-//! precision.
+//! Distances to rectangles and polygons are the distances to their sides; the distance to an ellipse is found by
+//! solving the equation of the nearest point (D. Eberly, 2013, "Distance from a Point to an Ellipse"). All are loops
+//! over rows in double precision.
 
-use crate::{math, par, prelude::*, simd::simd};
+use crate::{
+    numerics::{math, par, simd::simd},
+    prelude::*,
+};
 
 choice! {
-    /// What shape it is.
+    /// Kind of shape.
     pub enum Figure {
-        /// A disc of the diameter that is the smaller of `size`.
+        /// A disc whose diameter is the smaller of `size`.
         Disc = "disc",
         /// A rectangle of `size`.
         Rectangle = "rectangle",
-        /// An ellipse as wide and long as `size`.
+        /// An ellipse with the width and length of `size`.
         Ellipse = "ellipse",
         /// A polygon with its corners along `path`, closed from the last to the first.
         Polygon = "polygon",
@@ -21,9 +24,9 @@ choice! {
 }
 
 params! {
-    /// What shape it is.
+    /// Kind of shape.
     figure: Figure = Figure::Disc, One, ..;
-    /// Middle of the shape, from the world's north-west corner; a polygon is where its path is.
+    /// Centre of the shape, from the world's north-west corner; not used by polygons, which lie where their path is.
     centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7, when figure = "disc" | "rectangle" | "ellipse";
     /// Width across `azimuth` and length along it.
     size: [f64; 2] = [8000.0, 8000.0], Metres, 0.01..=1e7, when figure = "disc" | "rectangle" | "ellipse";
@@ -31,16 +34,16 @@ params! {
     azimuth: f64 = 0.0, Degrees, -360.0..=360.0, soft 0..=180, when figure = "rectangle" | "ellipse";
     /// Corners of a polygon.
     path: PathPoints = PathPoints(vec![[3000.0, 12000.0], [6000.0, 3000.0], [13000.0, 5000.0], [12000.0, 13000.0]]), Metres, -1e7..=1e7, when figure = "polygon";
-    /// Radius of the corners: a rectangle is cut by it, a polygon grows by it.
+    /// Radius of the corners: a rectangle's corners are cut by it, a polygon grows by it.
     rounding: f64 = 0.0, Metres, 0.0..=1e7, soft 0..=2000, when figure = "rectangle" | "polygon";
-    /// Width over which the mask goes from 1 to 0, half of it on each side of the outline; a cell at least.
+    /// Width over which the mask falls from 1 to 0, half of it on each side of the outline; at least one cell.
     softness: f64 = 1000.0, Metres, 0.0..=1e7, soft 0..=5000;
 }
 
 outputs! {
-    /// 1 inside and 0 outside, softly.
+    /// 1 inside and 0 outside, with a soft edge.
     mask: Mask;
-    /// Distance to the outline, below 0 inside.
+    /// Distance to the outline, negative inside.
     distance: Scalar(Metres);
 }
 
@@ -49,10 +52,7 @@ pub static NODE: Node = Node {
     id: "Shape",
     category: "generate",
     summary: "A disc, rectangle, ellipse or polygon: its mask and the distance to its outline.",
-    doc: "`mask` selects the inside with an edge as soft as `softness` says, for islands, plains and whatever a node should be \
-          limited to. `distance` is that to the outline in metres, below 0 inside; with `Curve` it becomes any profile: a \
-          plateau with cliffs, a rampart, a moat.\n\n\
-          A polygon may cross itself: what its outline goes around an odd number of times is inside.",
+    doc: include_str!("shape.md"),
     sources: &[
         "D. Eberly (2013), Distance from a point to an ellipse, an ellipsoid, or a hyperellipsoid",
         "J. J. Moré and D. C. Sorensen (1983), Computing a trust region step, SIAM Journal on Scientific and Statistical \
@@ -109,7 +109,7 @@ simd! {
     }
 }
 
-/// Places in the world as those of a figure: across its length and along it, from its middle.
+/// Transforms places in the world to those of a figure: across its length and along it, from its centre.
 struct Turn {
     centre: [f64; 2],
     cos: f64,
@@ -123,12 +123,12 @@ impl Turn {
     }
 }
 
-/// Places of a row that are worked on side by side.
+/// Places of a row that are computed in parallel.
 const LANES: usize = 16;
 
 /// A figure that is its own mirror image across its length and along it; half sizes in metres.
 trait Figured {
-    /// The signed distances of places so far across and along from the middle, both at least 0.
+    /// Returns the signed distances of places at `across` and `along` from the centre, both at least 0.
     fn distances(&self, across: &[f64; LANES], along: &[f64; LANES]) -> [f64; LANES];
 }
 
@@ -170,10 +170,11 @@ struct Ellipse([f64; 2]);
 const STEPS: usize = 14;
 
 impl Figured for Ellipse {
-    /// The nearest point of an ellipse of half axes `a > b` is `(p, q) = (a² x / (a² + t), b² y / (b² + t))`, where t is above −b²
-    /// and the root of `G(t) = (p / a)² + (q / b)² = 1`. `1 / √G` is nearly a line, and Newton's method for it from a t below the
-    /// root never oversteps it (Moré and Sorensen, 1983). It is slowest at the centres of curvature of the sharpest places, where
-    /// all directions are alike near: there it ends within 10⁻⁸ of the longer axis.
+    /// The nearest point of an ellipse of half axes `a > b` is `(p, q) = (a² x / (a² + t), b² y / (b² + t))`, where t
+    /// is above −b² and the root of `G(t) = (p / a)² + (q / b)² = 1`. `1 / √G` is nearly a line, and Newton's method
+    /// for it from a t below the root never oversteps it (Moré and Sorensen, 1983). It is slowest at the centres of
+    /// curvature of the sharpest places, where all directions are alike near: there it ends within 10⁻⁸ of the longer
+    /// axis.
     #[inline(always)]
     fn distances(&self, across: &[f64; LANES], along: &[f64; LANES]) -> [f64; LANES] {
         let wide = self.0[0] > self.0[1];
@@ -199,7 +200,7 @@ impl Figured for Ellipse {
         for lane in 0..LANES {
             let (x, y) = (xs[lane], ys[lane]);
             let share = (axs[lane] / (a * a + ts[lane])).min(1.0);
-            // close to the long axis the second part is 0/0; being on the ellipse says it as well
+            // close to the long axis the second part is 0/0; the equation of the ellipse gives it as well
             let (dx, dy) = (x - a * share, y - b * (1.0 - share * share).max(0.0).sqrt());
             let distance = (dx * dx + dy * dy).sqrt();
             let (u, v) = (x / a, y / b);
@@ -243,7 +244,8 @@ fn to_polygon(row: &mut [f32], xs: &[f64], y: f64, corners: &[[f64; 2]], grown_m
 }
 
 simd! {
-    /// Lowers squares of distances to those to a side of a polygon, and turns the signs of places west of it.
+    /// Takes the minimum of squared distances with those to a side of a polygon, and flips the signs of places west
+    /// of it.
     fn side(nearest: &mut [f64], signs: &mut [f64], xs: &[f64], y: f64, ends: [[f64; 2]; 2]) {
         let [[x0, y0], [x1, y1]] = ends;
         let (ex, ey, dy) = (x1 - x0, y1 - y0, y - y0);
@@ -280,7 +282,7 @@ mod tests {
         ["mask", "distance"].map(|name| outputs.take(name).expect("an output").as_field().expect("a field").clone())
     }
 
-    /// Every distance against that to points close together along the outline.
+    /// Compares every distance with that to points close together along the outline.
     fn assert_distances(distance: &Field, outline: impl Fn(f64) -> [f64; 2], inside: impl Fn(f64, f64) -> bool) {
         let points: Vec<[f64; 2]> = (0..20_000).map(|k| outline(f64::from(k) / 20_000.0)).collect();
         for at in (0..12_000).step_by(37) {
@@ -326,7 +328,7 @@ mod tests {
         let [_, rounded] = shape("figure=rectangle,rounding=50", [500.0, 600.0], None);
         let outside = larger.samples().iter().zip(rounded.samples()).filter(|(_, distance)| **distance > -50.0);
         assert!(outside.into_iter().all(|(a, b)| (a - b).abs() < 1e-3));
-        // five metres from the middle, 200 m inside, where the edge is no more
+        // five metres from the middle, 200 m inside, beyond the soft edge
         assert_eq!(mask.samples()[60 * 100 + 50], 1.0);
         assert!((rectangle.samples()[60 * 100 + 50] + 195.0).abs() < 1e-3);
     }

@@ -1,30 +1,34 @@
 //! Volcanoes: stratovolcanoes and shields, with a caldera.
 //!
-//! A stratovolcano falls exponentially from its summit (J. Milne, 1878, "On the form of volcanos"), nowhere steeper than loose
-//! ash rests; a shield is nearly a cone. Where the exponential is too steep it is a straight cone that touches it.
+//! A stratovolcano falls exponentially from its summit (J. Milne, 1878, "On the form of volcanos"), nowhere steeper
+//! than loose ash rests; a shield is nearly a cone. Where the exponential is too steep it is a straight cone that
+//! touches it.
 
-use crate::{math, par, prelude::*};
+use crate::{
+    numerics::{math, par},
+    prelude::*,
+};
 
 choice! {
-    /// What kind of volcano it is.
+    /// Kind of volcano.
     pub enum Form {
         /// Steep at the summit, gentle at its foot: ash and short flows.
         Strato = "strato",
-        /// Wide and gentle all over: thin lava that flows far.
+        /// Wide and gentle everywhere: thin lava that flows far.
         Shield = "shield",
     }
 }
 
 params! {
-    /// What kind of volcano it is.
+    /// Kind of volcano.
     form: Form = Form::Strato, One, ..;
-    /// Middle, from the world's north-west corner.
+    /// Centre, from the world's north-west corner.
     centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7;
     /// Height of the summit above the foot, as it would be without a caldera.
     height: f64 = 2200.0, Metres, 0.0..=30000.0, soft 100..=5000;
-    /// Distance of the foot from the middle.
+    /// Distance of the foot from the centre.
     radius: f64 = 7000.0, Metres, 1.0..=1e6, soft 500..=100000;
-    /// Steepest slope of a stratovolcano: loose ash rests at some 32 degrees.
+    /// Steepest slope of a stratovolcano: loose ash rests at about 32 degrees.
     repose: f64 = 32.0, Degrees, 1.0..=60.0, soft 25..=40, when form = "strato";
     /// Radius of the caldera's rim; 0 for none.
     caldera_radius: f64 = 450.0, Metres, 0.0..=1e6, soft 0..=5000;
@@ -42,13 +46,7 @@ pub static NODE: Node = Node {
     id: "Volcano",
     category: "generate",
     summary: "A volcano: a stratovolcano or a shield, with a caldera.",
-    doc: "A mountain in metres on level ground; add it to other land with `Combine`.\n\n\
-          A **stratovolcano** of the height H and the radius R falls as h = A (e^(−r/λ) − e^(−R/λ)), λ = 0.35 R, the profile \
-          of Fuji and Mayon. Around the summit, where that is steeper than `repose`, it is a straight cone which goes over \
-          into it without a break, and A is such that the summit is H high. A **shield** is h = H (1 − r/R)^1.2: give it a \
-          radius of ten heights or more for slopes of 3 to 8 degrees.\n\n\
-          The **caldera** is a level floor `caldera_depth` below the rim, with walls of 60 degrees.\n\n\
-          Volcanoes are this round for a few thousand years only: `StreamPower` with a high erodibility cuts the gullies.",
+    doc: include_str!("volcano.md"),
     sources: &["J. Milne (1878), On the form of volcanos, Geological Magazine 5 (8), 337-345"],
     outputs: Given::PORTS,
     params: Params::specs,
@@ -57,7 +55,7 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Length of the exponential as a share of the radius.
+/// Length of the exponential as a fraction of the radius.
 const LENGTH: f64 = 0.35;
 /// Power of a shield's profile.
 const SHIELD: f64 = 1.2;
@@ -111,7 +109,7 @@ impl Cone {
         }
         let slope = math::tan(params.repose.to_radians());
         let length_m = LENGTH * radius;
-        // the height of a summit that is straight so far
+        // the height of a summit that is straight up to there
         let summit =
             |straight_m: f64| slope * (length_m * (1.0 - math::exp((straight_m - radius) / length_m)) + straight_m);
         if height >= summit(radius) {

@@ -1,29 +1,28 @@
 //! Drainage of a surface by steepest descent, with its lakes.
 //!
 //! O'Callaghan and Mark (1984) for directions, Cordonnier, Bovy and Braun (2019) for depressions, Lindsay (2016) for
-//! breaching; the method is in [`super::engine`].
+//! breaching; the method is described in [`crate::numerics::routing`].
 
 use orograph_graph::memory::{copied, zeroed};
-use rayon::prelude::*;
 
-use super::{
+use crate::numerics::{
     drained::Drained,
-    engine::{Depressions, Drainage, Grid, Limits, Spread, code, drainage::Amount, receivers, spread},
-    flow_scratch, lakes,
+    lakes, par,
+    routing::{Depressions, Drainage, Grid, Limits, Spread, code, drainage::Amount, receivers, spread},
 };
 use crate::prelude::*;
 
 choice! {
     /// What happens to water in depressions.
     pub enum Sinks {
-        /// It leaves through the lowest pass, along the way up from the bottom that a spilling lake would cut: every
+        /// It leaves through the lowest pass, along the path up from the bottom that a spilling lake would cut: every
         /// cell drains out of the world.
         Carve = "carve",
-        /// It leaves through the lowest pass and crosses the lake on its surface, by the shortest way.
+        /// It leaves through the lowest pass and crosses the lake on its surface, by the shortest path.
         Fill = "fill",
-        /// As carved, and the land is cut open where the cut is neither deep nor long.
+        /// As `carve`, and the terrain is cut open where the cut is neither deep nor long.
         Breach = "breach",
-        /// It appears on the far side of the lowest pass.
+        /// It reappears on the far side of the lowest pass.
         Jump = "jump",
         /// It stays at the bottom: every pit ends a river, as in dry basins and karst.
         Keep = "keep",
@@ -31,14 +30,14 @@ choice! {
 }
 
 choice! {
-    /// How the water of a cell is shared among its neighbours.
+    /// How the water of a cell is distributed to its neighbours.
     pub enum Routing {
-        /// The neighbour of steepest descent takes it all: rivers one cell wide.
+        /// All of it goes to the neighbour of steepest descent: rivers one cell wide.
         D8 = "d8",
-        /// The two neighbours that bound the direction of steepest descent share it, so that slopes drain in every
-        /// direction alike.
+        /// It is split between the two neighbours that bound the direction of steepest descent, so that slopes drain
+        /// equally in every direction.
         DInfinity = "d_infinity",
-        /// All lower neighbours share it, in proportion to a power of the slope: smooth maps of wetness.
+        /// It is split among all lower neighbours, in proportion to a power of the slope: smooth maps of wetness.
         Mfd = "mfd",
     }
 }
@@ -46,38 +45,38 @@ choice! {
 params! {
     /// What happens to water in depressions.
     depressions: Sinks = Sinks::Carve, One, ..;
-    /// The deepest cut of `breach`.
+    /// Maximum depth of a cut, for `breach`.
     breach_depth: f64 = 10.0, Metres, 0.0..=1e5, soft 0.0..=100.0, when depressions = "breach";
-    /// The longest cut of `breach`, from the bottom of a depression to ground that is not higher.
+    /// Maximum length of a cut, for `breach`: from the bottom of a depression to ground that is not higher.
     breach_length: f64 = 500.0, Metres, 0.0..=1e6, soft 0.0..=5000.0, when depressions = "breach";
-    /// How `area` is gathered.
+    /// How `area` is accumulated.
     routing: Routing = Routing::D8, One, ..;
-    /// The power of the slope.
+    /// Exponent of the slope.
     ///
-    /// 1 spreads widely; from 8 up it is hardly wider than `d8`.
+    /// 1 spreads widely; from 8 upwards it is hardly wider than `d8`.
     exponent: f64 = 1.1, One, 0.0..=20.0, soft 1..=8, when routing = "mfd";
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
-    /// Rain that runs off: what neither evaporates nor is used by plants. Below 0 counts as 0.
+    /// Rain that runs off: the part that neither evaporates nor is used by plants. Negative values count as 0.
     runoff: Scalar(MetresPerYear) = 1.0, 0.0..=1e6, soft 0.0..=4.0;
 }
 
 outputs! {
-    /// Drainage area of each cell, its own included.
+    /// Drainage area of each cell, including its own.
     area: Scalar(SquareMetres);
-    /// Directions, areas, discharge and water level, for nodes that go on from here.
+    /// Directions, areas, discharge and water level, for nodes that use them.
     flow: Flow;
     /// Mean discharge through each cell.
     discharge: Scalar(CubicMetresPerSecond);
-    /// The land as water runs on it: depressions filled to the level at which they spill, or cut open.
+    /// Terrain that water runs on: depressions filled to the level at which they spill, or cut open.
     conditioned: Height;
     /// Depth of standing water, 0 on dry land.
     lake_depth: Scalar(Metres);
-    /// The number of the lake, 0 on dry land.
-    /// Water that touches is one lake; from 1 in the order of their first cells, row by row from the north-west.
+    /// Number of the lake, 0 on dry land.
+    /// Connected water is one lake; lakes are numbered from 1 by their first cells, row by row from the north-west.
     lake: Scalar(Count);
     /// The neighbour that each cell drains to.
     /// 0 to 7 are E, NE, N, NW, W, SW, S, SE; -1 is where water leaves the world or stays, -2 where it jumps.
@@ -88,7 +87,7 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Flow",
     category: "hydrology",
-    summary: "Where water runs, how much land it drains, and where it stands.",
+    summary: "Drainage: where water flows, the area it drains, and lakes.",
     doc: include_str!("flow.md"),
     sources: &[
         "J. F. O'Callaghan and D. M. Mark (1984), The extraction of drainage networks from digital elevation data, \
@@ -109,7 +108,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     reads_sea: true,
-    scratch: Scratch::Bytes(flow_scratch::scratch),
+    scratch: Scratch::Bytes(scratch::scratch),
     cpu: run,
     resolution: Resolution::Cells(
         "rivers are one cell wide, so the drainage area of a place depends on whether its cell has the river in it",
@@ -170,12 +169,12 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let water = Water { job, runoff, grid: &grid, codes: &codes, depressions: &depressions, surface, params: &params };
     let [area, discharge] = water.gather(gathers)?;
     job.advance(0.9)?;
-    let stands = |(level, height): (&f32, &f32)| if level > height { level - height } else { 0.0 };
-    let depth = (wants.lake_depth || wants.lake).then(|| level.par_iter().zip(land).map(stands).collect::<Vec<f32>>());
+    let stands = |at: usize| if level[at] > land[at] { level[at] - land[at] } else { 0.0 };
+    let depth = (wants.lake_depth || wants.lake).then(|| par::map(land.len(), stands));
     let lake = depth.as_ref().filter(|_| wants.lake).map(|depth| lakes::numbers(job, depth)).transpose()?;
     let direction = (wants.direction || wants.flow).then(|| {
         let way = |&code: &u8| if code::has_receiver(code) { code::direction(code) as f32 } else { -1.0 };
-        let mut direction: Vec<f32> = codes.par_iter().map(way).collect();
+        let mut direction = par::map_of(&codes, way);
         if params.depressions == Sinks::Jump {
             depressions.jumps(&grid).for_each(|pit| direction[pit as usize] = -2.0);
         }
@@ -201,12 +200,12 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     .into())
 }
 
-/// Runoff in metres per year.
+/// Returns the runoff in metres per year.
 fn runoff(rate: f32) -> f64 {
     if rate > 0.0 { f64::from(rate) } else { 0.0 }
 }
 
-/// What is needed to gather water.
+/// Inputs of flow accumulation.
 struct Water<'a> {
     job: &'a Job<'a>,
     /// In metres per year.
@@ -214,14 +213,14 @@ struct Water<'a> {
     grid: &'a Grid,
     codes: &'a [u8],
     depressions: &'a Depressions<f32>,
-    /// What water runs on where it spreads.
+    /// The surface that spreading water runs on.
     surface: &'a [f32],
     params: &'a Params,
 }
 
 impl Water<'_> {
-    /// Drainage area in m² and discharge in m³/s, each if it is wanted. Cells are counted exactly, and runoff, where it
-    /// differs, is added in double precision.
+    /// Returns drainage area in m² and discharge in m³/s, each if it is wanted. Cells are counted exactly; runoff, if
+    /// it varies, is summed in double precision.
     fn gather(&self, [area, discharge]: [bool; 2]) -> Result<[Option<Vec<f32>>; 2], NodeError> {
         let cell_m2 = self.job.cell_m() * self.job.cell_m();
         let per_s = cell_m2 / SECONDS_PER_YEAR;
@@ -230,19 +229,18 @@ impl Water<'_> {
             (None, Lane::Constant(rate)) => {
                 let mut cells = vec![1_u32; self.grid.cells()];
                 self.accumulate(&mut cells)?;
-                let times = |each: f64| cells.par_iter().map(|&cells| (f64::from(cells) * each) as f32).collect();
+                let times = |each: f64| par::map_of(&cells, |&cells| (f64::from(cells) * each) as f32);
                 Ok([area.then(|| times(cell_m2)), discharge.then(|| times(per_s * runoff(rate)))])
             }
             (None, Lane::Samples(rates)) if area && discharge => {
-                let mut amounts: Vec<[f64; 2]> = rates.par_iter().map(|&rate| [1.0, runoff(rate)]).collect();
+                let mut amounts = par::map_of(rates, |&rate| [1.0, runoff(rate)]);
                 self.accumulate(&mut amounts)?;
-                let times =
-                    |of: usize, each: f64| amounts.par_iter().map(|amount| (amount[of] * each) as f32).collect();
+                let times = |of: usize, each: f64| par::map_of(&amounts, |amount| (amount[of] * each) as f32);
                 Ok([Some(times(0, cell_m2)), Some(times(1, per_s))])
             }
             (spread, rates) => {
                 let gather = |weight: &(dyn Fn(usize) -> f64 + Sync)| {
-                    let mut amounts: Vec<f64> = (0..self.grid.cells()).into_par_iter().map(weight).collect();
+                    let mut amounts = par::map(self.grid.cells(), weight);
                     match spread {
                         Some(spread) => {
                             spread::accumulate(self.job, self.grid, self.surface, self.codes, spread, &mut amounts)?;
@@ -251,16 +249,13 @@ impl Water<'_> {
                     }
                     Ok::<_, NodeError>(amounts)
                 };
-                let times =
-                    |amounts: &[f64], each: f64| amounts.par_iter().map(|&amount| (amount * each) as f32).collect();
+                let times = |amounts: &[f64], each: f64| par::map_of(amounts, |&amount| (amount * each) as f32);
                 let even = rates.constant();
                 let cells = if area || even.is_some() { gather(&|_| 1.0)? } else { Vec::new() };
                 let of_area = area.then(|| times(&cells, cell_m2));
                 let of_runoff = match rates {
                     _ if !discharge => None,
-                    Lane::Constant(rate) => {
-                        Some(cells.par_iter().map(|cells| (cells * runoff(rate) * per_s) as f32).collect())
-                    }
+                    Lane::Constant(rate) => Some(par::map_of(&cells, |cells| (cells * runoff(rate) * per_s) as f32)),
                     Lane::Samples(rates) => Some(times(&gather(&|cell| runoff(rates[cell]))?, per_s)),
                 };
                 Ok([of_area, of_runoff])
@@ -268,7 +263,7 @@ impl Water<'_> {
         }
     }
 
-    /// How water spreads, unless each cell has one receiver.
+    /// Returns how water spreads. Returns None when each cell has one receiver.
     fn spread(&self) -> Option<Spread> {
         match self.params.routing {
             Routing::D8 => None,
@@ -286,9 +281,8 @@ impl Water<'_> {
 }
 
 #[cfg(test)]
-#[path = "flow_tests.rs"]
 mod tests;
 
+mod scratch;
 #[cfg(test)]
-#[path = "sinks_tests.rs"]
 mod sinks_tests;

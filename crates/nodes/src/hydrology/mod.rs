@@ -1,10 +1,6 @@
 //! Where water goes.
 
-pub mod drained;
-pub mod engine;
 pub mod flow;
-mod flow_scratch;
-mod lakes;
 pub mod rivers;
 
 use orograph_graph::Node;

@@ -1,8 +1,8 @@
-//! A raster file as land: placed, resampled and completed.
+//! Imports a raster file: places it, resamples it and fills its holes.
 //!
-//! The formats are read by [`crate::raster`]. What differs from a geographic information system: the world is a plane in
-//! metres without a reference system, so degrees become metres at the latitude of the raster's middle, and coordinates
-//! only tell the size of cells, not a place.
+//! The formats are read by [`crate::raster`]. Unlike in a geographic information system, the world is a plane in
+//! metres without a reference system, so degrees become metres at the latitude of the raster's centre, and
+//! coordinates only give the size of cells, not a place.
 
 use crate::{
     prelude::*,
@@ -11,22 +11,22 @@ use crate::{
 };
 
 choice! {
-    /// How a raster lies in the world.
+    /// Placement of the raster in the world.
     pub enum Placement {
-        /// At true scale, its middle on the world's middle. With cells of the world's size it moves by up to half a cell, so
-        /// that its samples stay as they were measured.
+        /// At true scale, its centre on the world's centre. With cells of the world's size it moves by up to half a
+        /// cell, so that its samples stay as measured.
         Centre = "centre",
         /// At true scale, its north-west corner on the world's.
         Corner = "corner",
-        /// Over the whole world, whatever the size of its cells.
+        /// Stretched over the whole world; its own cell size is ignored.
         Stretch = "stretch",
     }
 }
 
 choice! {
-    /// What lies beyond a raster.
+    /// Values beyond the raster.
     pub enum Beyond {
-        /// The raster's edge goes on.
+        /// The raster's edge continues.
         Extend = "extend",
         /// A plain at `level`.
         Level = "level",
@@ -34,9 +34,9 @@ choice! {
 }
 
 choice! {
-    /// What a cell without data becomes.
+    /// Values of cells without data.
     pub enum Voids {
-        /// Filled smoothly from what surrounds it.
+        /// Filled smoothly from the surroundings.
         Fill = "fill",
         /// Set to `level`.
         Level = "level",
@@ -46,28 +46,28 @@ choice! {
 params! {
     /// The file, relative to the graph's folder.
     file: FileName = FileName::default(), One, ..;
-    /// What its numbers mean, and so where they may be wired; a mask is cut to 0 to 1.
+    /// Quantity of its values, which decides where they may be wired; a mask is clamped to 0..1.
     quantity: Quantity = Quantity::Height, One, ..;
-    /// What the lowest and the highest code of PNG and r16 stand for.
+    /// Values of the lowest and the highest code of PNG and r16.
     ///
-    /// A sidecar that says it goes before; without one, a mask spans 0 to 1 whatever stands here.
+    /// A range in a JSON file beside it takes precedence; without one, the range of a mask is always 0 to 1.
     range: [f64; 2] = [0.0, 1000.0], Metres, -1e6..=1e6;
-    /// Side of the file's cells; 0 takes it from the file.
+    /// Cell size of the file; 0 reads it from the file.
     ///
-    /// A file that does not say it either is stretched over the world.
+    /// A file without a cell size is stretched over the world.
     cell: f64 = 0.0, Metres, 0.0..=1e6, soft 0.0..=100.0, when placement = "centre" | "corner";
-    /// How it lies in the world.
+    /// Placement in the world.
     placement: Placement = Placement::Centre, One, ..;
-    /// What lies beyond it.
+    /// Values beyond the raster.
     beyond: Beyond = Beyond::Extend, One, .., when placement = "centre" | "corner";
-    /// What a cell without data becomes.
+    /// Values of cells without data.
     voids: Voids = Voids::Fill, One, ..;
-    /// The value that `beyond` and `voids` may choose.
+    /// Value for `beyond: level` and `voids: level`.
     level: f64 = 0.0, Metres, -1e6..=1e6, soft -500.0..=5000.0;
 }
 
 outputs! {
-    /// What the file holds; a height unless `quantity` says otherwise.
+    /// Contents of the file; a height unless `quantity` is something else.
     value: Chosen(quantity::port_type);
 }
 
@@ -75,22 +75,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Import",
     category: "import",
-    summary: "A raster file as land, placed and resampled into the world.",
-    doc: "Reads GeoTIFF (whole numbers of 8, 16 and 32 bits, real numbers of 32 and 64; strips and tiles; uncompressed, deflate, \
-LZW; predictors 1 to 3), grey PNG of 8 and 16 bits, OpenEXR, ESRI ASCII grids (`.asc`), SRTM tiles (`.hgt`) and raw `.r16` and \
-`.r32`. The format is told by the file's first bytes, else by its extension.
-
-**Scale.** GeoTIFF, ASCII grids and SRTM tiles say how large their cells are. Degrees become metres by the WGS84 ellipsoid at the \
-latitude of the raster's middle: a local equirectangular approximation, good to a percent over some 100 km from north to south. For larger areas reproject the file to \
-metres first (`gdalwarp -t_srs ...`). PNG, OpenEXR and raw files take their cell size, and codes their range, from a JSON file beside them \
-(`NAME.png.json` with `cell_m` and `range`), as this program writes it; or from `cell` and `range`.
-
-**Resampling.** Where the world's cells are larger, each takes the mean of what it covers. Where they are smaller, values are \
-interpolated by a Catmull-Rom cubic that stays between the samples on either side, so no summit and no pit is invented. \
-Where cells coincide, samples are copied bit by bit.
-
-**Voids**, that is cells of the declared no-data value, of -32768 in SRTM tiles, or that are not finite, are filled by a pyramid of \
-means (push-pull) before resampling: narrow gaps keep detail, wide ones become smooth. Known cells are never changed.",
+    summary: "Imports a raster file as terrain, placed and resampled into the world.",
+    doc: include_str!("import.md"),
     sources: &[
         "E. Catmull, R. Rom, 1974, A class of local interpolating splines",
         "S. J. Gortler, R. Grzeszczuk, R. Szeliski, M. F. Cohen, 1996, The Lumigraph",
@@ -131,7 +117,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
-/// How the world's cells lie on the raster's.
+/// Returns how the world's cells map to the raster's.
 fn axes(params: &Params, raster: &Raster, window: Window) -> Result<[GridAxis; 2], Problem> {
     let source = [raster.columns, raster.rows];
     let size = if params.cell > 0.0 { Some([params.cell; 2]) } else { raster.cell_m()? };
@@ -183,6 +169,7 @@ mod tests {
             folder: folder(),
             cancel,
             progress: &progress,
+            coarse: Vec::new(),
             warnings: Warnings::default(),
             glimpses: None,
         };

@@ -1,4 +1,4 @@
-//! Land from files.
+//! Terrain from files.
 
 #[expect(clippy::module_inception, reason = "the category and its only node have one name")]
 pub mod import;

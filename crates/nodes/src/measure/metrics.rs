@@ -1,24 +1,26 @@
-//! What a landscape measures: elevations, hypsometry, slopes, local relief, drainage density.
+//! Measures of a landscape: elevations, hypsometry, slopes, local relief, drainage density.
 
 use orograph_graph::{Axis, Series};
-use rayon::prelude::*;
 
-use super::distribution::{quantiles, wasserstein};
+use crate::numerics::distribution::{quantiles, wasserstein};
 use crate::{
-    gradient::{Method, Surface, slope_degrees},
-    hydrology::engine::{Depressions, Drainage, Grid, code, receivers},
+    numerics::{
+        gradient::{Method, Surface, slope_degrees},
+        par,
+        routing::{Depressions, Drainage, Grid, code, receivers},
+    },
     prelude::*,
 };
 
 params! {
     /// Drainage area from which a cell counts as a channel.
     channel_area: f64 = 1e5, SquareMetres, 1.0..=1e12, soft 1e4..=1e7;
-    /// Side of the windows in which local relief is taken.
+    /// Side of the windows in which local relief is measured.
     local_window: f64 = 2500.0, Metres, 1.0..=1e6, soft 500.0..=10000.0;
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
 }
 
@@ -31,23 +33,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Metrics",
     category: "measure",
-    summary: "What a landscape measures: hypsometry, relief, slopes, drainage density.",
-    doc: "- **Elevation**: least, greatest, mean, standard deviation (m), and `relief`, their span.\n\
-          - **Hypsometric integral**: `(mean − min) / (max − min)`, the area under the hypsometric curve, which gives \
-          the share of the area at or above each relative height. Above 0.6 land counts as young, below 0.35 as old \
-          (Strahler 1952); the classes are meant for drainage basins, not for maps.\n\
-          - **Local relief**: highest minus lowest point within windows of `local_window`, laid side by side from the \
-          north-west; mean and greatest. Divided by 2.5 km it is 0.4 to 0.5 in the Alps and 0.6 to 0.8 in the \
-          Himalaya.\n\
-          - **Slope** in degrees by Horn's gradient, without the outermost cells: mean, percentiles, and a histogram \
-          by whole degrees as shares of the area.\n\
-          - **Drainage density**: length of the channels over the area, along the steepest descent of each cell with \
-          at least `channel_area` of drainage area, after depressions have been drained through their lowest passes. \
-          It goes with `1/√channel_area`, about 0.6 of it, so it means nothing without that number.\n\n\
-          In a world with a `sea_level` all of this is measured on the land above it, with two measures more: the \
-          level, and the `land_share` of the area. Rivers end at the shore.\n\n\
-          Slopes and drainage depend on the cell size: compare at equal cells only. Holes in the data are left out; \
-          where they are, or no side of the world lets water out, drainage density is not measured.",
+    summary: "Measures of a landscape: hypsometry, relief, slopes, drainage density.",
+    doc: include_str!("metrics.md"),
     sources: &[
         "A. N. Strahler, 1952, Hypsometric (area-altitude) analysis of erosional topography, GSA Bulletin 63, 1117-1142",
         "R. J. Pike, S. E. Wilson, 1971, Elevation-relief ratio, hypsometric integral, and geomorphic area-altitude \
@@ -59,7 +46,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     reads_sea: true,
-    scratch: Scratch::PerCell(15.0),
+    scratch: Scratch::PerCell(16.5),
     cpu: run,
     resolution: Resolution::Cells("slopes and channels are those of the cells"),
     example: "height: \"base\", channel_area: 500000",
@@ -93,9 +80,9 @@ pub fn metrics(job: &Job<'_>, height: &Field, params: &Params) -> Result<Report,
     Ok(report)
 }
 
-/// What of a field lies above the sea of its world.
+/// The part of a field above the sea of its world.
 struct Land {
-    /// The field, in which the cells of the sea are holes.
+    /// The field, with the cells of the sea as holes.
     field: Field,
     sea_m: Option<f64>,
     sea_cells: u64,
@@ -107,12 +94,12 @@ impl Land {
             return Self { field: height.clone(), sea_m: None, sea_cells: 0 };
         };
         let is_sea = |z: f32| f64::from(z) < sea_m;
-        let dry = height.plane(0).par_iter().map(|&z| if is_sea(z) { f32::NAN } else { z }).collect();
-        let sea_cells = height.plane(0).par_iter().filter(|z| is_sea(**z)).count() as u64;
+        let dry = par::map_of(height.plane(0), |&z| if is_sea(z) { f32::NAN } else { z });
+        let sea_cells = par::count(height.plane(0), |&z| is_sea(z)) as u64;
         Self { field: Field::new(*height.window(), dry), sea_m: Some(sea_m), sea_cells }
     }
 
-    /// Cells of land, with those that have no height.
+    /// Returns the number of land cells, including those without a height.
     fn cells(&self) -> u64 {
         self.field.window().len() as u64 - self.sea_cells
     }
@@ -127,8 +114,9 @@ impl Land {
     }
 }
 
-/// How far a landscape is from a reference: Wasserstein-1 distances of slope and elevation divided by the reference's
-/// interquartile range, and the mean difference of the hypsometric curves. 0 is no difference in distribution.
+/// Returns how far a landscape is from a reference: Wasserstein-1 distances of slope and elevation divided by the
+/// reference's interquartile range, and the mean difference of the hypsometric curves. 0 means no difference in
+/// distribution.
 #[must_use]
 pub fn compare(field: &Field, reference: &Field) -> Report {
     let mut report = Report::default();
@@ -151,21 +139,17 @@ pub fn compare(field: &Field, reference: &Field) -> Report {
     report
 }
 
-/// Sum over the finite samples, row by row, so that it is the same for any number of threads.
+/// Returns the sum over the finite samples, row by row, so that it is the same for any number of threads.
 fn sum(field: &Field, value: impl Fn(f64) -> f64 + Sync) -> f64 {
-    let rows: Vec<f64> = field
-        .plane(0)
-        .par_chunks(field.window().nx())
-        .map(|row| row.iter().filter(|z| z.is_finite()).map(|&z| value(f64::from(z))).sum())
-        .collect();
-    rows.iter().sum()
+    let row = |_, row: &[f32]| row.iter().filter(|z| z.is_finite()).map(|&z| value(f64::from(z))).sum::<f64>();
+    par::collect_all(field.plane(0).chunks(field.window().nx()), row).iter().sum()
 }
 
 fn finite(field: &Field) -> Vec<f32> {
     field.plane(0).iter().copied().filter(|z| z.is_finite()).collect()
 }
 
-/// Elevations of a field in metres; not numbers where it has none.
+/// Elevations of a field in metres; NaN if it has none.
 #[derive(Clone, Copy, Debug)]
 struct Elevations {
     count: f64,
@@ -187,7 +171,7 @@ impl Elevations {
         Self { count, min, max, mean, std }
     }
 
-    /// Share of the area at or above each of the relative heights 0, 1/100, ... 1.
+    /// Returns the fraction of the area at or above each of the relative heights 0, 1/100, ... 1.
     fn curve(&self, field: &Field) -> Vec<f64> {
         let level = |step: usize| self.min + step as f64 / STEPS as f64 * (self.max - self.min);
         let step_of = |z: f64| {
@@ -216,14 +200,14 @@ impl Elevations {
     }
 }
 
-/// How many samples fall into each of `bins`; those without a bin are not counted.
+/// Returns how many samples fall into each of `bins`; those without a bin are not counted.
 fn histogram(samples: &[f32], bins: usize, bin: impl Fn(f32) -> Option<usize> + Sync) -> Vec<u64> {
-    let count = |part: &[f32]| {
+    let count = |_, part: &[f32]| {
         let mut counts = vec![0_u64; bins];
         part.iter().filter_map(|&sample| bin(sample)).for_each(|bin| counts[bin] += 1);
         counts
     };
-    let parts: Vec<Vec<u64>> = samples.par_chunks(1 << 16).map(count).collect();
+    let parts = par::collect_all(samples.chunks(1 << 16), count);
     (0..bins).map(|bin| parts.iter().map(|counts| counts[bin]).sum()).collect()
 }
 
@@ -258,26 +242,26 @@ fn local_relief(height: &Field, window_m: f64, report: &mut Report) {
     let window = height.window();
     let side = ((window_m / window.cell_m()).round().max(1.0) as usize).max(1);
     let (columns, rows) = (window.nx() / side, window.ny() / side);
-    let reliefs: Vec<f64> = (0..columns * rows)
-        .into_par_iter()
-        .filter_map(|at| {
-            let (i, j) = (at % columns * side, at / columns * side);
-            let cells = (j..j + side).flat_map(|j| &height.plane(0)[j * window.nx() + i..][..side]);
-            let (min, max) = cells
-                .filter(|z| z.is_finite())
-                .fold((f32::INFINITY, f32::NEG_INFINITY), |(min, max), &z| (min.min(z), max.max(z)));
-            (min <= max).then(|| f64::from(max) - f64::from(min))
-        })
-        .collect();
+    let relief = |at: usize| {
+        let (i, j) = (at % columns * side, at / columns * side);
+        let cells = (j..j + side).flat_map(|j| &height.plane(0)[j * window.nx() + i..][..side]);
+        let (min, max) = cells
+            .filter(|z| z.is_finite())
+            .fold((f32::INFINITY, f32::NEG_INFINITY), |(min, max), &z| (min.min(z), max.max(z)));
+        if min <= max { f64::from(max) - f64::from(min) } else { f64::NAN }
+    };
+    let mut reliefs = par::map(columns * rows, relief);
+    reliefs.retain(|relief| !relief.is_nan());
     if reliefs.is_empty() {
-        report.notes.push(format!("the land is smaller than a window of {window_m} m: no local relief"));
+        report.notes.push(format!("the terrain is smaller than a window of {window_m} m: no local relief"));
     }
     report.measure("local_window", side as f64 * window.cell_m(), "m");
     report.measure("local_relief_mean", reliefs.iter().sum::<f64>() / reliefs.len() as f64, "m");
     report.measure("local_relief_max", reliefs.iter().copied().fold(f64::NAN, f64::max), "m");
 }
 
-/// Slopes in degrees of all cells of land but the outermost, without holes. `check` is asked at each row whether to stop.
+/// Returns the slopes in degrees of all land cells except the outermost, without holes. `check` is called at each row
+/// and may cancel.
 fn interior_slopes(
     height: &Field,
     land: &Land,
@@ -289,9 +273,10 @@ fn interior_slopes(
     }
     let surface = Surface::new(height, Method::Horn);
     let mut slopes = vec![0.0; (nx - 2) * (ny - 2)];
-    slopes.par_chunks_mut(nx - 2).enumerate().try_for_each_init(
+    par::each_with(
+        slopes.chunks_mut(nx - 2),
         || vec![0.0; nx],
-        |whole, (j, row)| {
+        |whole, j, row| {
             surface.row(j + 1, |start, east, south| slope_degrees(east, south, &mut whole[start..start + east.len()]));
             row.copy_from_slice(&whole[1..nx - 1]);
             if land.sea_cells > 0 {
@@ -301,7 +286,7 @@ fn interior_slopes(
             check()
         },
     )?;
-    if slopes.par_iter().any(|s| !s.is_finite()) {
+    if par::any(&slopes, |s| !s.is_finite()) {
         slopes.retain(|s| s.is_finite());
     }
     Ok(slopes)
@@ -311,7 +296,7 @@ fn slopes(job: &Job<'_>, slopes: &[f32], report: &mut Report) -> Result<(), Node
     if slopes.is_empty() {
         report.notes.push("fewer than 3 x 3 cells with heights: no slopes".to_owned());
     }
-    let sums: Vec<f64> = slopes.par_chunks(4096).map(|part| part.iter().map(|&s| f64::from(s)).sum()).collect();
+    let sums = par::collect_all(slopes.chunks(4096), |_, part| part.iter().map(|&s| f64::from(s)).sum::<f64>());
     report.measure("slope_mean", sums.iter().sum::<f64>() / slopes.len() as f64, "°");
     let names = ["slope_p5", "slope_p25", "slope_p50", "slope_p75", "slope_p95"];
     for (name, value) in names.into_iter().zip(quantiles(slopes, &[0.05, 0.25, 0.5, 0.75, 0.95])) {
@@ -359,7 +344,7 @@ fn channel_cells(
     channel_area_m2: f64,
 ) -> Result<[u64; 2], NodeError> {
     let heights = height.plane(0);
-    if heights.par_iter().any(|z| !z.is_finite()) {
+    if par::any(heights, |z| !z.is_finite()) {
         return Err(NodeError::failed("there are cells without a height"));
     }
     let grid = Grid::new(height.window())?;
@@ -375,15 +360,17 @@ fn channel_cells(
     let mut cells = vec![1_u32; grid.cells()];
     Drainage::default().accumulate(job, &grid, &codes, &mut cells)?;
     let cell_m2 = height.window().cell_m() * height.window().cell_m();
-    let links = |(&code, &cells): (&u8, &u32)| {
+    let links = |code: u8, cells: u32| {
         let channel = code::has_receiver(code) && f64::from(cells) * cell_m2 >= channel_area_m2;
         let diagonal = code::is_diagonal(code::direction(code));
         [u64::from(channel && !diagonal), u64::from(channel && diagonal)]
     };
     let add = |a: [u64; 2], b: [u64; 2]| [a[0] + b[0], a[1] + b[1]];
-    Ok(codes.par_iter().zip(&cells).map(links).reduce(|| [0; 2], add))
+    let part = |_, (codes, cells): (&[u8], &[u32])| {
+        codes.iter().zip(cells).map(|(&code, &cells)| links(code, cells)).fold([0; 2], add)
+    };
+    Ok(par::collect_all(codes.chunks(1 << 14).zip(cells.chunks(1 << 14)), part).into_iter().fold([0; 2], add))
 }
 
 #[cfg(test)]
-#[path = "metrics_tests.rs"]
 mod tests;

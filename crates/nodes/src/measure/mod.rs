@@ -1,6 +1,5 @@
 //! Reports about a landscape.
 
-pub mod distribution;
 pub mod metrics;
 
 use orograph_graph::Node;

@@ -1,9 +1,9 @@
-//! ESRI ASCII grids (`.asc`): a header of words and numbers, then rows of numbers, north first.
+//! ESRI ASCII grids (`.asc`): a header of keywords and numbers, then rows of numbers, north first.
 //!
-//! Source: Esri, "Esri ASCII raster format" (ArcGIS documentation); `dx` and `dy` for cells that are not square are GDAL's
-//! extension. Words may be in any case; `xllcorner`/`yllcorner` are the outer corner, `xllcenter`/`yllcenter` the centre of
-//! the south-west cell. The format names no reference system: grids that fit on the globe in cells of at most a tenth
-//! of a degree are taken for longitude and latitude.
+//! Source: Esri, "Esri ASCII raster format" (ArcGIS documentation); `dx` and `dy` for cells that are not square are
+//! GDAL's extension. Keywords are case-insensitive; `xllcorner`/`yllcorner` are the outer corner,
+//! `xllcenter`/`yllcenter` the centre of the south-west cell. The format has no reference system: grids that fit on
+//! the globe with cells of at most a tenth of a degree are assumed to be longitude and latitude.
 
 use orograph_graph::memory::with_capacity;
 
@@ -34,7 +34,7 @@ pub(super) fn read(bytes: &[u8], go_on: GoOn<'_>) -> Result<Raster, Problem> {
     let (Some(columns), Some(rows)) = (header.columns, header.rows) else {
         return Err(Problem::damaged("its header does not begin with `ncols` and `nrows`"));
     };
-    // A cell takes a digit and a blank at least.
+    // A cell needs at least a digit and a blank.
     let cells = claimed_cells(columns, rows, 2, bytes.len() as u64 + 1, 1)?;
     let mut samples = with_capacity(cells)?;
     for word in words.by_ref().take(cells) {

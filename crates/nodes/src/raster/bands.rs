@@ -1,4 +1,4 @@
-//! Tests of the writer: files do not depend on how their rows come.
+//! Tests of the writer: files do not depend on how many rows arrive at a time.
 
 use std::{
     fs,
@@ -9,9 +9,10 @@ use orograph_graph::{Field, Window, World, mix};
 use tempfile::TempDir;
 
 use super::*;
-use crate::math;
+use crate::numerics::math;
 
-/// Values of several planes in a world of 640 x 2100 cells of 5 m, which take several blocks and bands of every format.
+/// Values of several planes in a world of 640 x 2100 cells of 5 m, which need several blocks and bands in every
+/// format.
 fn planes(count: usize, value: impl Fn(usize, usize, usize) -> f32) -> Field {
     let cells = [640_u32, 2100];
     let world = World { size: cells.map(|n| f64::from(n) * 5.0), cells, ..World::default() };
@@ -33,7 +34,7 @@ fn land() -> Field {
     })
 }
 
-/// Every number of 0 to 1 as likely as any other: nothing to compress.
+/// Uniform noise from 0 to 1: incompressible.
 fn noise() -> Field {
     planes(4, |plane, i, j| mix(mix((plane * 640 + i) as u32) ^ j as u32) as f32 / 4_294_967_296.0)
 }
@@ -42,7 +43,7 @@ fn with_voids() -> Field {
     planes(1, |_, i, j| if i == j && j > 300 { f32::NAN } else { (i + j) as f32 })
 }
 
-/// Everything that can be written, and what it is written of.
+/// Every content that can be written, with a field for it.
 fn everything() -> Vec<(&'static str, Content, Field)> {
     let numbers = |format, range: Option<[f64; 2]>| {
         Content::Numbers(format, Writing { range, dither: range.is_some(), ..Writing::default() })
@@ -70,7 +71,7 @@ fn band(field: &Field, from: u32, to: u32) -> Field {
     field.crop(&Window { origin, cells: [window.cells[0], to - from], ..*window })
 }
 
-/// Writes a field in bands that end at these rows; gives the bytes of the file and of its sidecar.
+/// Writes a field in bands that end at these rows; returns the bytes of the file and of its sidecar.
 fn written(path: &Path, content: Content, field: &Field, ends: &[u32]) -> [Vec<u8>; 2] {
     let mut writer = Writer::begin(path, *field.window(), content.over(field)).expect("begun");
     let mut from = 0;
@@ -120,7 +121,7 @@ fn exr_is_what_the_crate_writes() {
     }
 }
 
-/// Noise takes the detour over the file that compression has made too long.
+/// Noise exercises the path for files that compression has made longer.
 #[test]
 fn noise_is_stored() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,8 +1,7 @@
-//! The bytes of cells, as a file has them.
+//! The bytes of cells in a file.
 
 use ::png::{BitDepth, ColorType};
 use orograph_graph::Field;
-use rayon::prelude::*;
 
 use super::{
     Content, Format,
@@ -10,6 +9,7 @@ use super::{
     srgb::Srgb,
     texture::{control_row, normal_row, weights_row},
 };
+use crate::numerics::par;
 
 /// How the bytes of a cell are made.
 pub(super) enum Cells {
@@ -23,7 +23,7 @@ pub(super) enum Cells {
         codes: Codes,
         order: Order,
     },
-    /// Red, green and blue with the curve of sRGB, in so many bytes.
+    /// Red, green and blue with the sRGB curve, in the given number of bytes.
     Light {
         curve: Box<Srgb>,
         bytes: usize,
@@ -41,7 +41,7 @@ pub(super) enum Order {
     LowFirst,
 }
 
-/// The least bytes that are worth a turn of a thread.
+/// Minimum number of bytes per parallel task.
 const TURN: usize = 1 << 14;
 
 impl Cells {
@@ -77,7 +77,7 @@ impl Cells {
         }
     }
 
-    /// What a PNG calls them; `None` for what no PNG holds.
+    /// Returns the PNG colour type and bit depth. Returns None when PNG has none.
     pub(super) const fn in_png(&self) -> Option<(ColorType, BitDepth)> {
         match self {
             Self::Codes { order: Order::One, .. } => Some((ColorType::Grayscale, BitDepth::Eight)),
@@ -99,14 +99,15 @@ impl Cells {
     ) {
         let nx = field.window().nx();
         let length = N + self.step() * nx;
-        out.par_chunks_mut(length).with_min_len(TURN / length + 1).enumerate().for_each_init(
-            || Room::new(if matches!(self, Self::Codes { .. }) { nx } else { 0 }),
-            |room, (j, out)| {
+        let rows = TURN / length + 1;
+        par::all(out.chunks_mut(rows * length), |part, out| {
+            let mut room = Room::new(if matches!(self, Self::Codes { .. }) { nx } else { 0 });
+            for (j, out) in (first + part * rows..).zip(out.chunks_mut(length)) {
                 let (head, out) = out.split_at_mut(N);
-                head.copy_from_slice(&before(first + j));
-                self.row(field, first + j, out, room);
-            },
-        );
+                head.copy_from_slice(&before(j));
+                self.row(field, j, out, &mut room);
+            }
+        });
     }
 
     fn row(&self, field: &Field, j: usize, out: &mut [u8], room: &mut Room) {

@@ -1,13 +1,9 @@
 //! Numbers as whole codes over a range.
 
 use orograph_graph::{Window, mix};
-use rayon::prelude::*;
 
 use super::Problem;
-use crate::simd::simd;
-
-/// Numbers that are checked at a time: few enough for the innermost cache, enough to be worth a turn.
-const BLOCK: usize = 1 << 12;
+use crate::numerics::{par, simd::simd};
 
 /// How numbers become codes from 0 to `full` over a range.
 #[derive(Clone, Copy)]
@@ -30,8 +26,8 @@ impl Room {
 }
 
 impl Codes {
-    /// The codes of row `j` of a window, rounded to the nearest or, with `dither`, at random to one of the two nearest. A value
-    /// that is a code stays that code either way.
+    /// Returns the codes of row `j` of a window, rounded to the nearest or, with `dither`, at random to one of the
+    /// two nearest. A value that is exactly a code stays that code either way.
     pub(super) fn row<'a>(self, samples: &[f32], window: &Window, j: usize, room: &'a mut Room) -> &'a [u16] {
         let [lo, hi] = self.range;
         // A level raster has no span; all its codes are 0.
@@ -49,10 +45,9 @@ impl Codes {
     }
 }
 
-/// Refuses what has no code.
+/// Rejects values that have no code.
 pub(super) fn check_finite(samples: &[f32]) -> Result<(), Problem> {
-    let infinite = |part: &[f32]| part.iter().map(|v| usize::from(!v.is_finite())).sum::<usize>();
-    match samples.par_chunks(BLOCK).map(infinite).sum() {
+    match par::count(samples, |v| !v.is_finite()) {
         0 => Ok(()),
         count => Err(Problem::NotFinite { count }),
     }
@@ -105,7 +100,8 @@ mod tests {
         assert!(codes(&level(100.5), false).iter().all(|code| *code == 101));
     }
 
-    /// Rounding by the bits of large numbers is rounding down after a half, in every case and at every width of vectors.
+    /// Rounding by the bits of large numbers is rounding down after a half, in every case and at every width of
+    /// vectors.
     #[test]
     fn codes_are_the_nearest() {
         let window = *level(0.0).window();

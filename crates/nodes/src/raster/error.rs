@@ -1,4 +1,4 @@
-//! What can be wrong with a raster file, and what helps.
+//! Problems with raster files, and their remedies.
 
 use std::{
     io,
@@ -21,10 +21,10 @@ pub struct RasterError {
     pub problem: Problem,
 }
 
-/// What is wrong with a raster file. [`Problem::remedy`] says what helps.
+/// A problem with a raster file. [`Problem::remedy`] returns its remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum Problem {
-    /// Nothing has that name.
+    /// The file does not exist.
     #[error("there is no such file")]
     Missing,
     /// The name is a folder's.
@@ -33,10 +33,10 @@ pub enum Problem {
     /// The name is of a device, a pipe or a socket.
     #[error("this is not a regular file")]
     NotRegular,
-    /// The system refused to read it.
+    /// The operating system failed to read it.
     #[error("it cannot be read: {0}")]
     Unreadable(#[source] io::Error),
-    /// Neither its first bytes nor its extension are known.
+    /// Neither its first bytes nor its extension are recognised.
     #[error("its format is not known")]
     UnknownFormat,
     /// It has no cells.
@@ -71,15 +71,15 @@ pub enum Problem {
     /// It contradicts itself or its format.
     #[error("it is damaged: {0}")]
     Damaged(String),
-    /// It is sound, but of a variant that is not read.
+    /// It is valid, but of an unsupported variant.
     #[error("{what} is not supported")]
     Unsupported {
         /// The variant.
         what: String,
-        /// How to get a variant that is.
+        /// How to get a supported variant.
         remedy: &'static str,
     },
-    /// A raw file whose shape nobody tells.
+    /// A raw file of unknown shape.
     #[error("it has no header, no sidecar, and its {bytes} bytes are not a square of {per_cell}-byte cells")]
     NoShape {
         /// Length of the file.
@@ -101,19 +101,19 @@ pub enum Problem {
     /// Its cells are in degrees and its latitude is not known, or is beyond the poles.
     #[error("its cells are in degrees, but it does not say at which latitude")]
     NoLatitude,
-    /// Nothing says how large its cells are.
+    /// Its cell size is not known.
     #[error("it does not say how large its cells are")]
     NoCellSize,
-    /// It was told to stop.
+    /// It was cancelled.
     #[error("it was stopped before its end")]
     Stopped,
-    /// The system had no memory for it.
+    /// There was not enough memory for it.
     #[error(transparent)]
     OutOfMemory(#[from] OutOfMemory),
-    /// The system refused to write it.
+    /// The operating system failed to write it.
     #[error("it cannot be written: {0}")]
     Unwritable(#[source] io::Error),
-    /// Rows that a writer cannot take: a caller's mistake, never a file's.
+    /// Rows that a writer cannot accept: a caller's mistake, never a file's.
     #[error("its rows do not fit: {0}")]
     Misfit(String),
     /// A 16-bit format cannot hold samples that are not numbers.
@@ -125,7 +125,7 @@ pub enum Problem {
 }
 
 impl Problem {
-    /// What helps, as one clause without a full stop.
+    /// Returns the remedy, as one clause without a full stop.
     #[must_use]
     pub fn remedy(&self) -> &'static str {
         match self {
@@ -161,7 +161,7 @@ impl Problem {
         }
     }
 
-    /// The same, of a file.
+    /// The same, for a file.
     #[must_use]
     pub fn of(self, path: &Path) -> RasterError {
         RasterError { path: path.to_owned(), problem: self }
@@ -177,7 +177,7 @@ impl Problem {
 }
 
 impl RasterError {
-    /// What helps, as one clause without a full stop.
+    /// Returns the remedy, as one clause without a full stop.
     #[must_use]
     pub fn remedy(&self) -> &'static str {
         self.problem.remedy()

@@ -1,7 +1,8 @@
 //! OpenEXR: real numbers in named channels.
 //!
-//! Source: Academy Software Foundation, "OpenEXR File Layout". Of the first layer the channel `Y` is read, else `Z`, `height`
-//! or `R`, else the first; 16-bit and 32-bit reals and whole numbers. Written is one channel of 32-bit reals, `Y` or `R`.
+//! Source: Academy Software Foundation, "OpenEXR File Layout". Of the first layer the channel `Y` is read, else `Z`,
+//! `height` or `R`, else the first; 16-bit and 32-bit reals and whole numbers. Written is one channel of 32-bit
+//! reals, `Y` or `R`.
 
 use std::io::{self, Cursor};
 
@@ -24,7 +25,8 @@ use super::{MAX_RATIO, Problem, Raster, Sidecar, claimed_cells};
 /// Names of a height channel, best first.
 const CHANNELS: [&str; 4] = ["Y", "Z", "height", "R"];
 
-/// Decodes the first layer, on the calling thread: the crate's own pool would not keep to the number of threads asked for.
+/// Decodes the first layer, on the calling thread: the crate's own thread pool would ignore the requested number of
+/// threads.
 pub(super) fn read(bytes: &[u8], sidecar: Option<&Sidecar>) -> Result<Raster, Problem> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(fault)?;
     for header in &meta.headers {
@@ -85,8 +87,8 @@ pub(super) const BEFORE_ROW: usize = 8;
 
 /// The file before its rows: one channel of 32-bit reals under a name, `Y` by custom, and the places of the rows.
 ///
-/// Uncompressed: the noise-like mantissas of a 2048 x 2048 terrain shrink by 1 % (ZIP1) to 9 % (ZIP16), which takes 30 to 50
-/// times as long to write.
+/// Uncompressed: the noise-like mantissas of a 2048 x 2048 terrain shrink by 1 % (ZIP1) to 9 % (ZIP16), which takes
+/// 30 to 50 times as long to write.
 pub(super) fn header([columns, rows]: [u32; 2], channel: &str) -> io::Result<Vec<u8>> {
     let channel = ChannelDescription::named(channel, SampleType::F32);
     let size = (columns as usize, rows as usize);

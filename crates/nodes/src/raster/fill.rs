@@ -1,13 +1,14 @@
-//! Filling voids smoothly from what surrounds them.
+//! Fills voids smoothly from their surroundings.
 //!
-//! Push-pull (S. J. Gortler, R. Grzeszczuk, R. Szeliski, M. F. Cohen, 1996, "The Lumigraph", SIGGRAPH 96, section 3.4): values are
-//! averaged up a pyramid, weighted by how much of each coarse cell is known, until nothing is missing; then each level
-//! is completed from the bilinear interpolation of the coarser one. A void of n cells across is filled from about n
-//! cells around it, so narrow gaps keep detail and wide ones become smooth. What differs: known cells are never changed, so the
-//! weights of the finest level are 0 or 1.
+//! Push-pull (S. J. Gortler, R. Grzeszczuk, R. Szeliski, M. F. Cohen, 1996, "The Lumigraph", SIGGRAPH 96, section
+//! 3.4): values are averaged up a pyramid, weighted by how much of each coarse cell is known, until nothing is
+//! missing; then each level is completed from the bilinear interpolation of the coarser one. A void of n cells across
+//! is filled from about n cells around it, so narrow gaps keep detail and wide ones become smooth. Differences:
+//! known cells are never changed, so the weights of the finest level are 0 or 1.
 
 use orograph_graph::{NodeError, memory::zeroed};
-use rayon::prelude::*;
+
+use crate::numerics::par;
 
 /// One level of the pyramid: values, and from 0 to 1 how much of each is known.
 struct Level {
@@ -17,8 +18,8 @@ struct Level {
     weights: Vec<f32>,
 }
 
-/// Fills the NaN of a row-major raster in place; every other cell keeps its bits. A raster without a single number is
-/// left as it is. `check` is called once a row, and stops the work by its error.
+/// Fills the NaN of a row-major raster in place; all other cells stay bit for bit the same. A raster without a single
+/// number is left as it is. `check` is called once per row, and its error cancels the work.
 ///
 /// # Errors
 /// What `check` returned.
@@ -32,7 +33,7 @@ pub fn fill_voids(
     check: &(dyn Fn() -> Result<(), NodeError> + Sync),
 ) -> Result<(), NodeError> {
     assert_eq!(samples.len(), columns * rows, "samples do not fill the raster");
-    let voids = samples.par_iter().filter(|v| v.is_nan()).count();
+    let voids = par::count(samples, |v| v.is_nan());
     if voids == 0 || voids == samples.len() {
         return Ok(());
     }
@@ -46,18 +47,16 @@ pub fn fill_voids(
         match pyramid.last_mut() {
             Some(fine) => {
                 let Level { columns, values, weights, .. } = fine;
-                values.par_chunks_mut(*columns).zip(weights.par_chunks(*columns)).enumerate().try_for_each(
-                    |(j, (values, weights))| {
-                        for (i, (v, w)) in values.iter_mut().zip(weights).enumerate() {
-                            if *w < 1.0 {
-                                *v = *w * *v + (1.0 - *w) * coarse.between(i, j);
-                            }
+                par::each(values.chunks_mut(*columns).zip(weights.chunks(*columns)), |j, (values, weights)| {
+                    for (i, (v, w)) in values.iter_mut().zip(weights).enumerate() {
+                        if *w < 1.0 {
+                            *v = *w * *v + (1.0 - *w) * coarse.between(i, j);
                         }
-                        check()
-                    },
-                )?;
+                    }
+                    check()
+                })?;
             }
-            None => samples.par_chunks_mut(columns).enumerate().try_for_each(|(j, row)| {
+            None => par::each(samples.chunks_mut(columns), |j, row| {
                 for (i, v) in row.iter_mut().enumerate().filter(|(_, v)| v.is_nan()) {
                     *v = coarse.between(i, j);
                 }
@@ -68,7 +67,8 @@ pub fn fill_voids(
     Ok(())
 }
 
-/// The next level: means of 2 x 2 cells, weighted by what is known of them; where nothing is, value and weight are 0.
+/// Returns the next level: means of 2 x 2 cells, weighted by their known part; where nothing is known, value and
+/// weight are 0.
 fn coarser(
     columns: usize,
     rows: usize,
@@ -77,7 +77,7 @@ fn coarser(
 ) -> Result<Level, NodeError> {
     let (nx, ny) = (columns.div_ceil(2), rows.div_ceil(2));
     let (mut values, mut weights) = (zeroed(nx * ny)?, zeroed(nx * ny)?);
-    values.par_chunks_mut(nx).zip(weights.par_chunks_mut(nx)).enumerate().try_for_each(|(j, (values, weights))| {
+    par::each(values.chunks_mut(nx).zip(weights.chunks_mut(nx)), |j, (values, weights)| {
         for i in 0..nx {
             let (mut sum, mut weight) = (0.0, 0.0);
             for y in 2 * j..(2 * j + 2).min(rows) {

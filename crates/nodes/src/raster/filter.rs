@@ -1,41 +1,43 @@
-//! The filters that PNG puts before compression: each byte less what its neighbours foretell.
+//! The filters that PNG applies before compression: each byte minus its prediction from neighbours.
 //!
-//! Source: W3C, "Portable Network Graphics (PNG) Specification (Third Edition)" (2025), 9. Of the neighbour to the west, that to
-//! the north and A. Paeth's choice among three, each row takes the one whose rests have the least sum, as the
-//! specification advises. What is left out, `None` and `Average`, hardly ever wins on land.
+//! Source: W3C, "Portable Network Graphics (PNG) Specification (Third Edition)" (2025), 9. Of the neighbour to the
+//! west, that to the north and A. Paeth's choice among three, each row takes the one whose rests have the least sum,
+//! as the specification advises. What is left out, `None` and `Average`, hardly ever wins on land.
 
-use rayon::prelude::*;
-
-use crate::simd::simd;
+use crate::numerics::{par, simd::simd};
 
 /// Numbers of the filters in the file, in the order in which they are tried.
 const SUB: u8 = 1;
 const UP: u8 = 2;
 const PAETH: u8 = 4;
 
-/// Filters rows of `length` bytes, `step` bytes a cell, of which the first has been filtered already: each goes into `lines`
-/// behind the number of its filter.
+/// Bytes that a task filters at least.
+const TURN: usize = 1 << 14;
+
+/// Filters rows of `length` bytes, `step` bytes a cell, of which the first has been filtered already: each goes into
+/// `lines` behind the number of its filter.
 pub(super) fn filter(lines: &mut [u8], bytes: &[u8], length: usize, step: usize) {
-    lines.par_chunks_mut(length + 1).enumerate().for_each_init(
-        || (vec![0; length], vec![0; length]),
-        |(rests, best), (j, line)| {
+    let rows = TURN / length + 1;
+    par::all(lines.chunks_mut(rows * (length + 1)), |part, lines| {
+        let (mut rests, mut best) = (vec![0; length], vec![0; length]);
+        for (j, line) in (part * rows..).zip(lines.chunks_mut(length + 1)) {
             let (north, row) = bytes[j * length..(j + 2) * length].split_at(length);
             let mut least = u64::MAX;
             for filter in [PAETH, UP, SUB] {
                 match filter {
-                    PAETH => paeth(rests, row, north, step),
-                    UP => up(rests, row, north),
-                    _ => sub(rests, row, step),
+                    PAETH => paeth(&mut rests, row, north, step),
+                    UP => up(&mut rests, row, north),
+                    _ => sub(&mut rests, row, step),
                 }
-                let sum = sum(rests);
+                let sum = sum(&rests);
                 if sum < least {
                     (least, line[0]) = (sum, filter);
-                    std::mem::swap(rests, best);
+                    std::mem::swap(&mut rests, &mut best);
                 }
             }
-            line[1..].copy_from_slice(best);
-        },
-    );
+            line[1..].copy_from_slice(&best);
+        }
+    });
 }
 
 simd! {
@@ -56,7 +58,8 @@ simd! {
 }
 
 simd! {
-    /// Of west, north and north-west the nearest to west + north - north-west, at equal distance in this order.
+    /// Applies the Paeth predictor: of west, north and north-west the nearest to west + north - north-west; ties in
+    /// this order.
     fn paeth(out: &mut [u8], row: &[u8], north: &[u8], step: usize) {
         for ((out, v), north) in out[..step].iter_mut().zip(row).zip(north) {
             *out = v.wrapping_sub(*north);
@@ -73,7 +76,7 @@ simd! {
 }
 
 simd! {
-    /// The sum of rests, each as the smaller of the ways round.
+    /// Returns the sum of absolute residuals, modulo 256.
     fn sum(rests: &[u8]) -> u64 {
         let mut all = 0;
         for part in rests.chunks(1 << 12) {

@@ -1,4 +1,4 @@
-//! Formats of numbers, and what is said about a file.
+//! File formats, and the metadata of a file.
 
 use orograph_graph::{Field, PortType, Window};
 
@@ -48,13 +48,13 @@ impl Format {
         }
     }
 
-    /// The format of that name.
+    /// Returns the format with that name. Returns None when there is none.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.name() == name)
     }
 
-    /// The largest code where it holds whole codes over a range, `None` where it holds numbers.
+    /// Returns the largest code of a format of integer codes. Returns None when the format stores numbers.
     #[must_use]
     pub const fn largest_code(self) -> Option<u16> {
         match self {
@@ -68,42 +68,42 @@ impl Format {
 /// How samples are written.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Writing {
-    /// What the lowest and the largest code of a format of codes stand for; values beyond are cut off. `None` takes the
-    /// smallest and largest value. Tiles of one world need one range to fit together.
+    /// Values of the lowest and the largest code of a format of codes; values beyond are clamped. `None` uses the
+    /// smallest and largest value. Tiles of one world need the same range to fit together.
     pub range: Option<[f64; 2]>,
-    /// Rounds to codes at random between the two nearest, so that their mean is the value: gentle slopes get a grain of
-    /// half a step where rounding gives them terraces. The draw depends on the cell's place in the world alone.
+    /// Dithers: rounds at random to one of the two nearest codes, so that their mean is the value: gentle slopes get
+    /// a grain of half a step instead of terraces. The draw depends only on the cell's place in the world.
     pub dither: bool,
-    /// Names the channel of an OpenEXR file `R`, which some programs ask for, instead of `Y`.
+    /// Names the channel of an OpenEXR file `R`, which some programs require, instead of `Y`.
     pub red: bool,
     /// The plane that is written, of a field that has several.
     pub plane: usize,
 }
 
-/// What a sidecar says beyond the raster itself.
+/// Metadata in a sidecar beyond the raster itself.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Meta {
-    /// What the values are, such as `height`.
+    /// Quantity of the values, such as `height`.
     pub quantity: String,
     /// Symbol of their unit.
     pub unit: String,
     /// Hash of the graph that made them.
     pub graph_hash: Option<String>,
-    /// What to type where a program imports the file.
+    /// Import settings for another program.
     pub import: Option<serde_json::Map<String, serde_json::Value>>,
-    /// The window of the world that the raster shows, where it has a grid of its own.
+    /// The window of the world that the raster shows, if it has its own grid.
     pub shows: Option<Window>,
 }
 
-/// What a file is made of, and how.
+/// The content of a file, and its format.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Content {
     /// The numbers of one plane.
     Numbers(Format, Writing),
     /// Three planes of linear RGB, 0 to 1, as an 8-bit sRGB picture.
     Colour,
-    /// The same with an alpha of 127, as the colour map of Terrain3D takes it: its alpha makes ground rougher above one half
-    /// and wetter below, and 127 is what it has itself where nothing is painted.
+    /// The same with an alpha of 127, for the colour map of Terrain3D: its alpha makes ground rougher above one half
+    /// and wetter below, and 127 is its own value where nothing is painted.
     Tint,
     /// Unit normals, -1 to 1 in each of three planes, as 16-bit red, green and blue: -1 is 0, 1 is 65535.
     Normal,
@@ -111,9 +111,9 @@ pub enum Content {
     Weights,
     /// The shares of four layers as a control map of Terrain3D: OpenEXR whose numbers are fields of bits.
     ///
-    /// A cell has two textures there, the layers of the largest shares, numbered from 0: the lower one as the base, the
-    /// higher one over it by its part of their sum. A layer that would cover the base altogether is alone. The other two
-    /// layers are left out.
+    /// A cell has two textures there, the layers of the largest shares, numbered from 0: the lower one as the base,
+    /// the higher one over it by its part of their sum. A layer that would cover the base altogether is alone. The
+    /// other two layers are left out.
     Control,
 }
 
@@ -141,7 +141,7 @@ impl Content {
         matches!(self, Self::Numbers(format, writing) if format.largest_code().is_some() && writing.range.is_none())
     }
 
-    /// The same for the rows of this raster, whose range is known now.
+    /// Returns the same content with the range of this raster.
     #[must_use]
     pub fn over(self, whole: &Field) -> Self {
         match self {
@@ -153,7 +153,7 @@ impl Content {
         }
     }
 
-    /// How many planes a field needs for it at least.
+    /// Returns the minimum number of planes that a field needs for it.
     pub(super) const fn planes(&self) -> usize {
         match self {
             Self::Numbers(_, writing) => writing.plane + 1,

@@ -1,8 +1,8 @@
 //! SRTM height tiles (`N40W106.hgt`): square, big-endian `i16` in metres, -32768 where there is no data.
 //!
-//! Source: NASA LP DAAC, "SRTM User Guide" (2015). A tile covers one degree, and its outer rows and columns lie on the
-//! degree lines: the samples are posts, so a cell is 1/(side - 1) degree and reaches half a cell beyond the tile. The name
-//! is the place of the south-west post.
+//! Source: NASA LP DAAC, "SRTM User Guide" (2015). A tile covers one degree, and its outer rows and columns lie on
+//! the degree lines: the samples are posts, so a cell is 1/(side - 1) degree and reaches half a cell beyond the tile.
+//! The name is the place of the south-west post.
 
 use orograph_graph::memory::collected;
 
@@ -32,7 +32,7 @@ pub(super) fn read(bytes: &[u8], stem: &str) -> Result<Raster, Problem> {
     Ok(raster)
 }
 
-/// Longitude and latitude in a name such as `N40W106` or `s12e044`.
+/// Returns longitude and latitude from a name such as `N40W106` or `s12e044`. Returns None for other names.
 fn south_west(stem: &str) -> Option<[f64; 2]> {
     let stem = stem.to_ascii_uppercase();
     let (ns, rest) = stem.split_at_checked(1)?;

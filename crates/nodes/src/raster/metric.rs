@@ -1,14 +1,15 @@
 //! From a raster's own grid to metres.
 //!
-//! Degrees become metres by the lengths of a degree of longitude and of latitude on the WGS84 ellipsoid at the latitude
-//! of the raster's middle (J. P. Snyder, 1987, "Map Projections: A Working Manual", USGS Professional Paper 1395, equations
-//! 4-19 and 4-21): a local equirectangular approximation. East-west lengths are off by about `tan(latitude)` times the
-//! distance from the middle in radians: 1 % at 64 km north or south of the middle at 45 degrees.
+//! Degrees become metres by the lengths of a degree of longitude and of latitude on the WGS84 ellipsoid at the
+//! latitude of the raster's middle (J. P. Snyder, 1987, "Map Projections: A Working Manual", USGS Professional Paper
+//! 1395, equations 4-19 and 4-21): a local equirectangular approximation. East-west lengths are off by about
+//! `tan(latitude)` times the distance from the middle in radians: 1 % at 64 km north or south of the middle at 45
+//! degrees.
 
 use orograph_graph::{Field, NodeError, Window, World};
 
 use super::{Cell, MAX_CELLS, Problem, Raster, fill_voids, resample, resample::GridAxis};
-use crate::math;
+use crate::numerics::math;
 
 /// Semi-major axis of WGS84 in metres.
 const WGS84_A_M: f64 = 6_378_137.0;
@@ -26,7 +27,7 @@ fn metres_per_degree(latitude_deg: f64) -> [f64; 2] {
 }
 
 impl Raster {
-    /// Width and height of a cell in metres; `None` when the file does not say.
+    /// Returns the width and height of a cell in metres. Returns None when the file has none.
     ///
     /// # Errors
     /// [`Problem::NoLatitude`] for cells in degrees at an unknown place, [`Problem::Damaged`] for sizes no land has.
@@ -53,9 +54,9 @@ impl Raster {
     }
 }
 
-/// The raster as a height field over a world of its own: its cells and its cell size, voids filled.
+/// Returns the raster as a height field over its own world, with its cells and cell size, and with voids filled.
 ///
-/// `range` is what codes stand for where the file does not say; `cell_m` replaces the file's cell size. Cells that are not
+/// `range` is the range of codes if the file has none; `cell_m` replaces the file's cell size. Cells that are not
 /// square, such as those in degrees, are resampled from east to west to the height they have from north to south.
 ///
 /// # Errors

@@ -1,13 +1,13 @@
 //! Raster files: reading elevation models, writing results.
 //!
 //! Read: GeoTIFF, grey PNG, OpenEXR, ESRI ASCII grids, SRTM tiles, raw 16-bit and 32-bit samples ([`read`]). Written:
-//! OpenEXR, GeoTIFF, grey PNG, raw samples, colour PNG, textures for engines ([`Content`]), by one [`Writer`] that takes rows
-//! as they come, always under a temporary name that is renamed into place, with a JSON [`Sidecar`] for what a format cannot
-//! say itself.
+//! OpenEXR, GeoTIFF, grey PNG, raw samples, colour PNG, textures for engines ([`Content`]), by one [`Writer`] that
+//! accepts rows as they arrive, always under a temporary name that is renamed at the end, with a JSON [`Sidecar`] for
+//! metadata that a format cannot store.
 //!
-//! Files come from anywhere, so no reader trusts one. What a reader allocates is bounded by the length of the file: the
-//! cells a header claims are compared with the bytes there are and the strongest compression the format knows
-//! (`claimed_cells`), before anything of that size is allocated. Every offset is checked against the file.
+//! Files come from anywhere, so no reader trusts one. The memory that a reader allocates is bounded by the length of
+//! the file: the number of cells in a header is compared with the available bytes and the strongest compression of
+//! the format (`claimed_cells`) before anything of that size is allocated. Every offset is checked against the file.
 
 mod ascii;
 mod cells;
@@ -54,10 +54,10 @@ pub const MAX_CELLS: u64 = 1 << 30;
 /// OpenEXR's own schemes.
 const MAX_RATIO: u64 = 2600;
 
-/// Samples this large are no measurement: some programs write the lowest `f32` for "no data" without declaring it.
+/// Samples this large are not measurements: some programs write the lowest `f32` for "no data" without declaring it.
 const VOID_FROM: f32 = 1e30;
 
-/// A raster as a file holds it: row-major from the north-west corner, voids as NaN.
+/// A raster as stored in a file: row-major from the north-west corner, voids as NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Raster {
     /// Number of columns.
@@ -66,7 +66,7 @@ pub struct Raster {
     pub rows: usize,
     /// `rows * columns` samples, row by row, north first; NaN where there is no data.
     pub samples: Vec<f32>,
-    /// How samples that are codes stand for numbers; `None` when they are numbers.
+    /// How codes map to numbers; `None` if the samples are numbers.
     pub coding: Option<Coding>,
     /// Size of a cell, if the file says so.
     pub cell: Option<Cell>,
@@ -85,17 +85,17 @@ pub enum Cell {
     Degrees([f64; 2]),
 }
 
-/// Whole numbers that stand for a range: 0 for its low end, `full` for its high end.
+/// Integer codes over a range: 0 for its low end, `full` for its high end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coding {
     /// The largest code: 255 or 65535.
     pub full: u32,
-    /// What the ends stand for, where a sidecar says so.
+    /// Values of the ends, if a sidecar has them.
     pub range: Option<[f64; 2]>,
 }
 
 impl Raster {
-    /// A raster of bare samples; everything that is no number, or too large to be one, becomes void.
+    /// Creates a raster from samples; everything that is not a number, or too large, becomes void.
     fn new(columns: usize, rows: usize, mut samples: Vec<f32>) -> Self {
         debug_assert_eq!(samples.len(), columns * rows);
         for v in &mut samples {
@@ -112,7 +112,7 @@ impl Raster {
         self.samples.iter().filter(|v| v.is_nan()).count()
     }
 
-    /// Turns codes into numbers: the range of the file, else `range`. Numbers stay as they are.
+    /// Turns codes into numbers by the range of the file, or else by `range`. Numbers stay as they are.
     #[must_use]
     pub fn decoded(mut self, range: [f64; 2]) -> Self {
         if let Some(Coding { full, range: own }) = self.coding.take() {
@@ -128,7 +128,7 @@ impl Raster {
     }
 }
 
-/// Reads a raster file of any known format, told by its first bytes, else by its extension.
+/// Reads a raster file of any known format, recognised by its first bytes or else by its extension.
 ///
 /// PNG, OpenEXR and raw files are read together with their sidecar, if there is one ([`sidecar_path`]).
 ///
@@ -138,8 +138,8 @@ pub fn read(path: &Path) -> Result<Raster, RasterError> {
     read_while(path, &|| true)
 }
 
-/// [`read`] that stops soon after `go_on` has become false. It is asked every few milliseconds, except inside OpenEXR and
-/// interlaced PNG.
+/// [`read`] that is cancelled soon after `go_on` returns false. It is called every few milliseconds, except inside
+/// OpenEXR and interlaced PNG.
 ///
 /// # Errors
 /// As [`read`]; [`Problem::Stopped`] when it stopped.
@@ -149,7 +149,7 @@ pub fn read_while(path: &Path, go_on: GoOn<'_>) -> Result<Raster, RasterError> {
     decode(&bytes, path, sidecar.as_ref(), go_on).map_err(|problem| problem.of(path))
 }
 
-/// Asked again and again whether to go on.
+/// Called repeatedly; returns true to continue.
 pub type GoOn<'a> = &'a (dyn Fn() -> bool + Sync);
 
 fn load(path: &Path, go_on: GoOn<'_>) -> Result<Vec<u8>, Problem> {
@@ -181,7 +181,7 @@ fn load(path: &Path, go_on: GoOn<'_>) -> Result<Vec<u8>, Problem> {
     Ok(bytes)
 }
 
-/// Decodes the bytes of a file; `path` is only asked for its extension and its name.
+/// Decodes the bytes of a file; `path` is used only for its extension and its name.
 fn decode(bytes: &[u8], path: &Path, sidecar: Option<&Sidecar>, go_on: GoOn<'_>) -> Result<Raster, Problem> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     let raster = match (bytes, extension.as_str()) {
@@ -219,9 +219,9 @@ fn claimed_cells(columns: u64, rows: u64, bytes_per_cell: u64, held: u64, ratio:
     }
 }
 
-/// Whether a grid of unknown reference system is one of longitude and latitude: its cells are at most a tenth of a
-/// degree, and all of it lies on the globe. A survey in metres with an origin at zero and a few dozen metres across
-/// looks the same; where that happens, the size of a cell is said in the graph.
+/// Returns true if a grid of unknown reference system appears to be in longitude and latitude: its cells are at most
+/// a tenth of a degree, and all of it lies on the globe. A survey in metres with an origin at zero and a few dozen
+/// metres across looks the same; in that case, set the cell size in the graph.
 fn looks_geographic(origin: [f64; 2], cell: [f64; 2], columns: usize, rows: usize) -> bool {
     let east = origin[0] + cell[0] * columns as f64;
     let south = origin[1] - cell[1] * rows as f64;

@@ -1,6 +1,6 @@
-//! A file under a temporary name, which gets its own when it is complete.
+//! A file under a temporary name, which is renamed when it is complete.
 //!
-//! A reader never sees half of a file, and a full disk leaves what was there before as it was.
+//! A reader never sees half of a file, and a full disk leaves the previous file unchanged.
 
 use std::{
     io::{self, BufRead, BufReader, BufWriter, Seek, SeekFrom, Write},
@@ -20,7 +20,7 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// Begins the file that will have this name.
+    /// Begins a file that will get this name.
     pub(super) fn begin(path: &Path) -> Result<Self, RasterError> {
         let folder = match path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -39,18 +39,18 @@ impl Part {
         Ok(Self { to: BufWriter::with_capacity(1 << 18, file), leftover })
     }
 
-    /// Why it could not be written: the system refused, or it was stopped.
+    /// Returns why it could not be written: an operating system error, or cancellation.
     pub(super) fn fault(error: io::Error, path: &Path, go_on: GoOn<'_>) -> RasterError {
         if go_on() { Problem::Unwritable(error) } else { Problem::Stopped }.of(path)
     }
 
-    /// A reader of what is written so far.
+    /// Returns a reader of the bytes written so far.
     pub(super) fn reader(&mut self) -> io::Result<impl BufRead + Seek> {
         self.to.seek(SeekFrom::Start(0))?;
         Ok(BufReader::with_capacity(1 << 16, self.to.get_ref().as_file()))
     }
 
-    /// Writes all that is left; what can still fail is a rename.
+    /// Writes everything that is left; after it only the rename can fail.
     pub(super) fn complete(self, path: &Path) -> Result<Complete, RasterError> {
         let file = self.to.into_inner().map_err(|error| Problem::Unwritable(error.into_error()).of(path))?;
         Ok(Complete { file, _leftover: self.leftover })
@@ -84,7 +84,7 @@ pub(super) struct Complete {
 }
 
 impl Complete {
-    /// Gives it its name.
+    /// Renames it to its final name.
     pub(super) fn persist(self, path: &Path) -> Result<(), RasterError> {
         match self.file.persist(path) {
             Ok(_) => Ok(()),
@@ -93,7 +93,7 @@ impl Complete {
     }
 }
 
-/// Writes a file of any kind whole: `fill` writes under a temporary name, which is renamed into place.
+/// Writes a whole file of any kind: `fill` writes under a temporary name, which is renamed at the end.
 ///
 /// # Errors
 /// [`Problem::Unwritable`]; an earlier file of this name is then as it was.

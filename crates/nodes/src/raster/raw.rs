@@ -1,6 +1,6 @@
 //! Raw samples without a header: `.r16` is little-endian `u16` codes, `.r32` little-endian `f32` numbers.
 //!
-//! The shape is told by the sidecar; without one, the file must be a square.
+//! The sidecar gives the shape; without one, the file must be a square.
 
 use orograph_graph::memory::collected;
 

@@ -1,15 +1,16 @@
 //! Resampling one grid of cells onto another, axis by axis.
 //!
-//! Cells are areas. Where target cells are larger, each is the mean of what it covers (conservative: the volume of the land is
-//! kept). Where they are smaller, values are interpolated by the Catmull-Rom cubic (E. Catmull, R. Rom, 1974, "A class of local
-//! interpolating splines"), cut to the two samples it lies between, so that it invents no summit and no pit. Where grids coincide,
-//! samples are copied bit by bit.
+//! Cells are areas. Where target cells are larger, each is the mean of the area it covers (conservative: the volume
+//! of the terrain is kept). Where they are smaller, values are interpolated by the Catmull-Rom cubic (E. Catmull, R.
+//! Rom, 1974, "A class of local interpolating splines"), clamped to the two samples it lies between, so that no
+//! summits or pits are invented. Where grids coincide, samples are copied bit for bit.
 
 use orograph_graph::{NodeError, memory::zeroed};
-use rayon::prelude::*;
 
-/// How target cells lie on the source cells along one axis: target cell i covers `offset + i * step` to
-/// `offset + (i + 1) * step`, in source cells from the first one's edge.
+use crate::numerics::par;
+
+/// How target cells map to source cells along one axis: target cell i covers `offset + i * step` to `offset + (i + 1)
+/// * step`, in source cells from the first one's edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridAxis {
     /// Number of source cells.
@@ -23,21 +24,21 @@ pub struct GridAxis {
 /// How far from one and from a whole number a step and an offset may be, through rounding, and still coincide.
 const SNAP: f64 = 1e-6;
 
-/// What a target cell takes along an axis: weights, summing to one, of neighbouring source cells.
+/// The weights, which sum to one, of source cells for a target cell along an axis.
 struct Taps {
     first: usize,
     weights: Vec<f64>,
     /// The two cells an interpolated value must stay between.
     between: Option<[usize; 2]>,
-    /// Whether the centre of the target cell is on the source grid.
+    /// True if the centre of the target cell is on the source grid.
     inside: bool,
 }
 
 impl GridAxis {
     /// The axis with a step of one, and an offset of whole cells, where they are meant to be so.
     ///
-    /// A step of one with an offset of a half cell, as centring gives between an even and an odd number, becomes a whole
-    /// offset: a shift of half a cell for samples that stay as they were measured.
+    /// A step of one with an offset of a half cell, as centring gives between an even and an odd number, becomes a
+    /// whole offset: a shift of half a cell for samples that stay as they were measured.
     #[must_use]
     pub fn snapped(mut self) -> Self {
         let whole = (self.offset + SNAP).floor();
@@ -95,9 +96,9 @@ impl GridAxis {
 
 /// Resamples a row-major raster without NaN onto `cells` target cells from `origin`, along x and y.
 ///
-/// Target cells whose centre is beyond the source take `beyond`, or, for `None`, the nearest of its edge. Sums are made in
-/// f64 in a fixed order, so the result does not depend on threads or on which part is asked for. `check` is called once a row and
-/// stops the work by its error.
+/// Target cells whose centre is beyond the source take `beyond`, or, for `None`, the nearest of its edge. Sums are
+/// made in f64 in a fixed order, so the result does not depend on threads or on which part is requested. `check` is
+/// called once a row and stops the work by its error.
 ///
 /// # Errors
 /// What `check` returned.
@@ -124,7 +125,7 @@ pub fn resample(
     let top = down.iter().map(|t| t.first).min().unwrap_or(0);
     let bottom = down.iter().map(|t| t.first + t.weights.len()).max().unwrap_or(0);
     let mut narrowed = zeroed::<f32>(nx * (bottom - top))?;
-    narrowed.par_chunks_mut(nx).zip(samples[top * columns..].par_chunks(columns)).try_for_each(|(out, row)| {
+    par::each(narrowed.chunks_mut(nx).zip(samples[top * columns..].chunks(columns)), |_, (out, row)| {
         for (out, taps) in out.iter_mut().zip(&across) {
             let reach = &row[taps.first..taps.first + taps.weights.len()];
             let sum: f64 = reach.iter().zip(&taps.weights).map(|(v, w)| f64::from(*v) * w).sum();
@@ -133,9 +134,10 @@ pub fn resample(
         check()
     })?;
     let mut out = zeroed::<f32>(nx * down.len())?;
-    out.par_chunks_mut(nx).zip(&down).try_for_each_init(
+    par::each_with(
+        out.chunks_mut(nx).zip(&down),
         || vec![0.0_f64; nx],
-        |sums, (out, taps)| {
+        |sums, _, (out, taps)| {
             let row = |at: usize| &narrowed[(at - top) * nx..(at - top + 1) * nx];
             sums.fill(0.0);
             for (at, weight) in (taps.first..).zip(&taps.weights) {
@@ -198,7 +200,7 @@ mod tests {
         // 1.5 cells each: (1 + 0.5 * 3) / 1.5 and (0.5 * 3 + 5) / 1.5; the tolerance is the rounding of f32.
         let out = line(&source, 0.0, 1.5, 2, None);
         assert!((out[0] - 5.0 / 3.0).abs() < 1e-6 && (out[1] - 13.0 / 3.0).abs() < 1e-6, "{out:?}");
-        // Half outside: only what is there counts.
+        // Half outside: only the inner part counts.
         assert_eq!(line(&source, -1.0, 2.0, 1, None), [1.0]);
         assert_eq!(line(&source, -4.0, 2.0, 1, None), [1.0]);
         assert_eq!(line(&source, -4.0, 2.0, 1, Some(7.0)), [7.0]);

@@ -1,4 +1,4 @@
-//! The JSON file beside a raster file that says what its format cannot: `NAME.png.json` beside `NAME.png`.
+//! The JSON file beside a raster file with metadata that its format cannot store: `NAME.png.json` beside `NAME.png`.
 
 use std::{
     ffi::OsString,
@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{Cell, Meta, Problem, RasterError};
 
-/// What a raster file holds. Written beside every height file; read beside PNG, OpenEXR and raw files.
+/// Description of a raster file. Written beside every height file; read beside PNG, OpenEXR and raw files.
 ///
-/// Reading, everything may be left out, unknown names are passed over, and `z_min` and `z_max` may stand for `range`.
+/// When reading, everything is optional, unknown names are ignored, and `z_min` and `z_max` may replace `range`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sidecar {
     /// Number of columns.
@@ -25,8 +25,8 @@ pub struct Sidecar {
     /// Side of a cell in metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cell_m: Option<f64>,
-    /// Metres to the east and to the south from the north-west corner of the world to that of the raster, where it shows a
-    /// part of the world.
+    /// Metres to the east and to the south from the north-west corner of the world to that of the raster, where it
+    /// shows a part of the world.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub origin_m: Option<[f64; 2]>,
     /// The same in cells of the world.
@@ -35,28 +35,28 @@ pub struct Sidecar {
     /// Cells of the whole world, where the raster shows a part of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub world_cells: Option<[u32; 2]>,
-    /// Smallest and largest value, in `unit`; in a format of codes, what the lowest and the largest code stand for.
+    /// Smallest and largest value, in `unit`; in a format of codes, the values of the lowest and the largest code.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
     /// Symbol of the unit; empty for pure numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// What the values are, such as `height` or `mask`.
+    /// Quantity of the values, such as `height` or `mask`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quantity: Option<String>,
-    /// In a format of codes, what one step of the code is worth, in `unit`.
+    /// In a format of codes, the size of one step, in `unit`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step: Option<f64>,
-    /// Whether the codes are dithered.
+    /// True if the codes are dithered.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dither: Option<bool>,
-    /// What to type where a program imports the file, by the names it has there.
+    /// Import settings for another program, by the names used there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub import: Option<serde_json::Map<String, serde_json::Value>>,
     /// The world's seed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u32>,
-    /// Elevation of the world's sea in metres, where it has one.
+    /// Elevation of the world's sea in metres, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sea_level_m: Option<f64>,
     /// Hash of the graph that made it.
@@ -85,7 +85,7 @@ struct Other {
 }
 
 impl Sidecar {
-    /// What is said of any raster of a window.
+    /// Returns the metadata common to all rasters of a window.
     #[must_use]
     pub fn of(window: &Window, meta: &Meta) -> Self {
         let [columns, rows] = window.cells;
@@ -109,7 +109,7 @@ impl Sidecar {
         }
     }
 
-    /// The sidecar of a file of a format that takes one; `None` when there is none.
+    /// Returns the sidecar of a file. Returns None when there is none.
     ///
     /// # Errors
     /// [`Problem::Sidecar`] when there is one that is wrong.
@@ -153,13 +153,13 @@ impl Sidecar {
         Ok(sidecar)
     }
 
-    /// Size of a cell.
+    /// Cell size; None when it is not known.
     pub(super) fn cell(&self) -> Option<Cell> {
         self.cell_m.map(|d| Cell::Metres([d, d]))
     }
 }
 
-/// The sea level in the sidecar of a file, if it has one that says it.
+/// Returns the sea level in the sidecar of a file. Returns None when there is none.
 ///
 /// # Errors
 /// [`Problem::Sidecar`] when there is a sidecar that is wrong.

@@ -1,11 +1,10 @@
 //! The transfer curve of sRGB.
 
 use orograph_graph::Field;
-use rayon::prelude::*;
 
-use crate::math;
+use crate::numerics::{math, par};
 
-/// The pixels of a picture of linear light, red, green and blue of each in turn, with the transfer curve of sRGB.
+/// Returns the interleaved sRGB pixels of a picture in linear light.
 ///
 /// # Panics
 /// When the field has fewer than three planes: a caller's mistake, never a file's.
@@ -13,7 +12,7 @@ use crate::math;
 pub fn srgb_bytes(field: &Field) -> Vec<u8> {
     let mut bytes = vec![0; 3 * field.window().len()];
     let curve = Srgb::new();
-    bytes.par_chunks_mut(3 * field.window().nx()).enumerate().for_each(|(j, out)| curve.row::<3>(field, j, out));
+    par::all(bytes.chunks_mut(3 * field.window().nx()), |j, out| curve.row::<3>(field, j, out));
     bytes
 }
 

@@ -268,7 +268,7 @@ fn a_header_that_claims_gigabytes_is_refused() {
     refused("a.exr", &patched("mandakini_f32_piz.exr", at + 8, &[0xff, 0xff, 0xff, 0x3f, 0xff, 0xff, 0xff, 0x3f]));
 }
 
-/// A reader may fail, but neither panic nor make more of a file than the strongest compression could.
+/// A reader may fail, but must neither panic nor produce more cells than the strongest compression allows.
 fn survives(name: &str, bytes: &[u8]) -> Result<(), TestCaseError> {
     let sidecar = Sidecar { columns: Some(9), rows: Some(7), ..Sidecar::default() };
     let raw = name.ends_with(".r16") || name.ends_with(".r32");

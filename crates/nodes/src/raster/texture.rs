@@ -1,11 +1,12 @@
-//! Textures of engines: normals and the shares of layers, which are numbers and carry no curve of sRGB, and the maps of
+//! Textures for engines: normals and the weights of layers, which are numbers without the sRGB curve, and the maps of
 //! Terrain3D, a terrain of the engine Godot.
 //!
-//! Source of its maps: C. Petkovsek, R. Palmroos and contributors, "Terrain3D", documentation of version 1 ("Control Map
-//! Format"; "Import and Export").
+//! Source of its maps: C. Petkovsek, R. Palmroos and contributors, "Terrain3D", documentation of version 1 ("Control
+//! Map Format"; "Import and Export").
 
 use orograph_graph::Field;
-use rayon::prelude::*;
+
+use crate::numerics::par;
 
 /// Fills the pixels of row `j` of unit normals: 16-bit red, green and blue, big end first.
 pub(super) fn normal_row(field: &Field, j: usize, out: &mut [u8]) {
@@ -36,7 +37,8 @@ pub(super) fn control_row(field: &Field, j: usize, out: &mut [u8]) {
     }
 }
 
-/// The shares of four layers as 255ths that sum to one in every cell: what [`Content::Weights`](super::Content::Weights) writes, as numbers.
+/// The shares of four layers as 255ths that sum to one in every cell: what
+/// [`Content::Weights`](super::Content::Weights) writes, as numbers.
 ///
 /// # Panics
 /// When the field has fewer than four planes.
@@ -48,15 +50,19 @@ pub fn apportioned(field: &Field) -> Field {
     let (first, rest) = samples.split_at_mut(len);
     let (second, rest) = rest.split_at_mut(len);
     let (third, fourth) = rest.split_at_mut(len);
-    (first, second, third, fourth).into_par_iter().enumerate().for_each(|(cell, (first, second, third, fourth))| {
-        let parts = parts_of_255(planes.map(|plane| plane[cell]));
-        [*first, *second, *third, *fourth] = parts.map(|part| f32::from(part) / 255.0);
+    let nx = field.window().nx();
+    let rows = first.chunks_mut(nx).zip(second.chunks_mut(nx)).zip(third.chunks_mut(nx)).zip(fourth.chunks_mut(nx));
+    par::all(rows, |j, (((first, second), third), fourth)| {
+        for i in 0..nx {
+            let parts = parts_of_255(planes.map(|plane| plane[j * nx + i]));
+            [first[i], second[i], third[i], fourth[i]] = parts.map(|part| f32::from(part) / 255.0);
+        }
     });
     Field::with_planes(*field.window(), 4, samples)
 }
 
-/// The bits of a cell of a control map: five for the base, five for the texture over it, eight for how much of it; the rest
-/// are turns, scales and holes, which nothing here says.
+/// The bits of a cell of a control map: five for the base, five for the texture over it, eight for how much of it;
+/// the rest are turns, scales and holes, which nothing here says.
 fn control(shares: [f32; 4]) -> u32 {
     let shares = shares.map(|share| if share > 0.0 { f64::from(share) } else { 0.0 });
     let mut order = [0_usize, 1, 2, 3];
@@ -68,8 +74,9 @@ fn control(shares: [f32; 4]) -> u32 {
     (base as u32) << 27 | (over as u32) << 22 | blend << 14
 }
 
-/// Whole parts of 255 nearest to shares: each rounded down, and what is left of 255 given to the largest remainders, among
-/// equal ones to the first (A. Hamilton's method of apportionment, 1792). Shares without a sum are the first's alone.
+/// Returns the integer parts of 255 nearest to the weights: each is rounded down, and the rest of 255 goes to the
+/// largest remainders, among equal ones to the first (A. Hamilton's method of apportionment, 1792). If the weights
+/// sum to 0, the first gets everything.
 fn parts_of_255(shares: [f32; 4]) -> [u8; 4] {
     let shares = shares.map(|share| if share > 0.0 { f64::from(share) } else { 0.0 });
     let sum: f64 = shares.iter().sum();

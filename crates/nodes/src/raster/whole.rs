@@ -1,4 +1,4 @@
-//! Writing a raster that is there as a whole: the writer of rows with all of them at once.
+//! Writes a whole raster: the row writer with all rows at once.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ pub(super) fn whole(
     writer.finish(beside, go_on)
 }
 
-/// Writes a plane of a field, and its sidecar beside it; returns what the sidecar says.
+/// Writes a plane of a field, and its sidecar; returns the sidecar.
 ///
 /// # Errors
 /// [`Problem::Unwritable`] when either file cannot be written, [`Problem::NotFinite`] when a format of codes cannot hold it,

@@ -6,7 +6,6 @@ use std::{
 };
 
 use orograph_graph::{Field, Window};
-use rayon::prelude::*;
 
 use super::{
     Content, Format, GoOn, Meta, Problem, RasterError, Sidecar, Writing,
@@ -18,14 +17,15 @@ use super::{
     png::{Picture, Stream, stored},
     sidecar_path,
 };
+use crate::numerics::par;
 
 /// Bytes of the rows that are encoded together where they are not compressed: few enough for the caches.
 const BLOCK: usize = 1 << 20;
 
-/// A raster file that is being written.
+/// A raster file being written.
 ///
-/// It takes bands of rows from north to south and keeps about three megabytes of them. The bytes of the file do not depend on
-/// how many rows come at a time. Dropped before [`Self::finish`], it leaves nothing.
+/// It accepts bands of rows from north to south and buffers about three megabytes of them. The bytes of the file do
+/// not depend on how many rows arrive at a time. If it is dropped before [`Self::finish`], it leaves nothing.
 pub struct Writer {
     path: PathBuf,
     window: Window,
@@ -33,7 +33,7 @@ pub struct Writer {
     cells: Cells,
     part: Part,
     container: Container,
-    /// Rows that are written.
+    /// Rows written so far.
     done: usize,
     block: Vec<u8>,
     /// Lowest and highest finite number so far.
@@ -41,7 +41,7 @@ pub struct Writer {
     has_voids: bool,
 }
 
-/// What is around the bytes of the rows.
+/// The container around the bytes of the rows.
 enum Container {
     Nothing,
     Exr,
@@ -49,12 +49,12 @@ enum Container {
     Png(Picture, Box<Stream>),
 }
 
-/// What a complete file holds.
+/// Description of a complete file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finished {
-    /// Lowest and highest of numbers; `None` for pictures, and when no number is finite.
+    /// Lowest and highest number; `None` for pictures, and when no number is finite.
     pub range: Option<[f64; 2]>,
-    /// What the JSON file beside it says, where one was asked for.
+    /// The JSON sidecar, if one was requested.
     pub sidecar: Option<Sidecar>,
 }
 
@@ -76,7 +76,7 @@ impl Writer {
         Ok(Self { path, window, content, cells, part, container, done, block, range, has_voids })
     }
 
-    /// Takes the next rows: a field whose window is a band of the raster's window.
+    /// Appends the next rows: a field whose window is a band of the raster's window.
     ///
     /// # Errors
     /// [`Problem::Unwritable`]; [`Problem::NotFinite`] when a format of codes cannot hold them; [`Problem::Stopped`] soon after
@@ -89,8 +89,7 @@ impl Writer {
             self.range = self.range.zip(range).map(|((a, b), (c, d))| (a.min(c), b.max(d))).or(self.range).or(range);
         }
         if let Container::Tiff = self.container {
-            let has_voids = |part: &[f32]| part.iter().any(|v| v.is_nan());
-            self.has_voids |= band.samples().par_chunks(BLOCK).any(has_voids);
+            self.has_voids |= par::any(band.samples(), |v| v.is_nan());
         }
         // what fails below cannot be repeated
         let first = std::mem::replace(&mut self.done, usize::MAX);
@@ -100,7 +99,7 @@ impl Writer {
         Ok(())
     }
 
-    /// Refuses what is not the next rows, and what has no code.
+    /// Rejects anything but the next rows, and values without a code.
     fn check(&self, band: &Field) -> Result<(), Problem> {
         let (whole, part) = (&self.window, band.window());
         let [west, north] = whole.origin;
@@ -211,7 +210,7 @@ impl Writer {
     }
 }
 
-/// Writes what comes before the rows.
+/// Writes the bytes before the rows.
 fn container(part: &mut Part, window: &Window, content: Content, cells: &Cells) -> io::Result<Container> {
     if let Some((colour, depth)) = cells.in_png() {
         let srgb = matches!(content, Content::Colour | Content::Tint);
@@ -232,7 +231,7 @@ fn container(part: &mut Part, window: &Window, content: Content, cells: &Cells) 
     }
 }
 
-/// Writes what follows the samples of a TIFF, and what is known then of its beginning.
+/// Writes the bytes after the samples of a TIFF, and the parts of its beginning that are known only then.
 fn frame(part: &mut Part, window: &Window, has_voids: bool) -> io::Result<()> {
     let Frame { head, tail } = Frame::of(window, has_voids)?;
     part.write_all(&tail)?;

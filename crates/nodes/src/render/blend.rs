@@ -1,18 +1,20 @@
-//! One colour over another by a mask, as light mixes.
+//! One colour over another by a mask, mixed in linear light.
 //!
-//! The modes are those of the World Wide Web Consortium's "Compositing and Blending Level 1" (2015), taken in linear light,
-//! where the standard's own default is the encoded sRGB value.
+//! The modes are those of the World Wide Web Consortium's "Compositing and Blending Level 1" (2015), taken in linear
+//! light, where the standard's own default is the encoded sRGB value.
 
 use crate::{
-    cells::{BLOCK, blocks, samples},
+    numerics::{
+        cells::{BLOCK, blocks, samples},
+        simd::simd,
+    },
     prelude::*,
-    simd::simd,
 };
 
 choice! {
-    /// What the colour above does to the one below.
+    /// How the colour above is blended with the one below.
     pub enum Mode {
-        /// It covers.
+        /// The colour above covers the one below.
         Cover = "cover",
         /// It filters, as tinted glass or shade does: a · b.
         Multiply = "multiply",
@@ -22,7 +24,7 @@ choice! {
         Overlay = "overlay",
         /// Its light is added, up to white.
         Add = "add",
-        /// Its light is taken away, down to black.
+        /// Its light is subtracted, down to black.
         Subtract = "subtract",
         /// The darker of both, for red, green and blue each.
         Darken = "darken",
@@ -32,16 +34,16 @@ choice! {
 }
 
 params! {
-    /// What the colour above does to the one below.
+    /// How the colour above is blended with the one below.
     mode: Mode = Mode::Cover, One, ..;
 }
 
 inputs! {
-    /// The ground.
+    /// Colour below.
     below: Colour;
-    /// What comes over it.
+    /// Colour above.
     above: Colour;
-    /// Where it comes: fully at 1, not at all at 0.
+    /// Where `above` is applied: fully at 1, not at all at 0.
     mask: Mask = 1.0, 0.0..=1.0;
 }
 
@@ -55,18 +57,13 @@ pub static NODE: Node = Node {
     id: "Blend",
     category: "render",
     summary: "One colour over another by a mask: covering, shading, tinting, in linear light.",
-    doc: "The result is `below + (m − below) mask`, where m is what `mode` makes of both. Where the mask is 0, `below` \
-          stays to the last bit; a number in its place is an opacity.\n\n\
-          All modes work on linear light, as sun and glass do, so that half of two colours is as bright as half of \
-          their light: a picture editor that mixes encoded values is darker in between.\n\n\
-          **Advice.** Ground is layers: a ramp for the soil, `cover` of rock where the slope is steep, of sand where \
-          `Rivers` deposits, then `multiply` with a grey ramp of `Hillshade`'s light or of an occlusion.",
+    doc: include_str!("blend.md"),
     sources: &["World Wide Web Consortium, 2015, Compositing and Blending Level 1"],
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
-    resolution: Resolution::Cells("the light of the land below belongs to its cells"),
+    resolution: Resolution::Cells("shading below depends on the cells of its terrain"),
     example: "below: \"tint\", above: \"relief.colour\", mask: \"mask\", mode: multiply",
     ..Node::DEFAULT
 };

@@ -1,51 +1,52 @@
 //! Shaded relief, plain and coloured by elevation.
 
 use orograph_graph::ParamValues;
-use rayon::prelude::*;
 
-use super::tints::{self, Tints};
+use crate::numerics::tints::{self, Tints};
 use crate::{
-    gradient::{Method, Surface},
-    math,
+    numerics::{
+        gradient::{Method, Surface},
+        math, par,
+        simd::simd,
+    },
     prelude::*,
-    simd::simd,
 };
 
 choice! {
-    /// Where the light comes from.
+    /// Light sources.
     pub enum Light {
-        /// One sun: the strongest forms, but steep slopes turned away from it are black.
+        /// One sun: the strongest relief, but steep slopes turned away from it are black.
         Single = "single",
-        /// Four suns 45° apart, weighted by how they graze the slope (Mark 1992): forms show in the shade too.
+        /// Four suns 45° apart, weighted by how they graze the slope (Mark 1992): shows relief in the shade too.
         Oblique = "oblique",
-        /// Half of each: strong forms, open shadows.
+        /// The mean of `single` and `oblique`: strong relief, open shadows.
         Blend = "blend",
     }
 }
 
 params! {
-    /// Where the sun stands, clockwise from north.
+    /// Azimuth of the sun, clockwise from north.
     azimuth: f64 = 315.0, Degrees, 0.0..=360.0;
-    /// How high the sun stands above the horizon.
+    /// Altitude of the sun above the horizon.
     altitude: f64 = 45.0, Degrees, 1.0..=90.0, soft 10.0..=80.0;
     /// One sun or several.
     light: Light = Light::Blend, One, ..;
-    /// Factor on heights before shading; gentle land wants 2 to 10.
+    /// Factor on heights before shading; use 2 to 10 for gentle terrain.
     exaggeration: f64 = 1.0, One, 0.0..=1000.0, soft 0.2..=10.0;
-    /// Colour by elevation; white paper when off.
+    /// Colours by elevation; white when off.
     tints: bool = true, One, ..;
     /// Elevation of the first land colour, lowland green.
     low: f64 = 0.0, Metres, -1e5..=1e5, soft 0.0..=3000.0, when tints = true;
     /// Elevation of the last land colour, snow.
     high: f64 = 3000.0, Metres, -1e5..=1e5, soft 100.0..=9000.0, when tints = true;
-    /// Colour what lies below the world's sea level as water.
+    /// Colours everything below the world's sea level as water.
     water: bool = true, One, .., when tints = true;
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
-    /// How much of each cell is drawn as water.
+    /// Fraction of each cell that is drawn as water.
     wet: Option<Mask>;
 }
 
@@ -62,22 +63,8 @@ pub static NODE: Node = Node {
     version: 2,
     migrations: &[Migration { from: 1, steps: &[] }],
     category: "render",
-    summary: "Shaded relief as a cartographer would draw it, plain and coloured by elevation.",
-    doc: "`shade` is the light that a matt surface reflects towards the sky: the cosine of the angle between the \
-          surface's normal and the sun, `(sin h − cos h (p sin A − q cos A)) / √(1 + p² + q²)` with the sun's azimuth A \
-          and altitude h and the slopes p to the east and q to the north (Horn's gradient); 0 in self-shadow. Level \
-          ground is sin h. No shadow is cast.\n\n\
-          Light from the north-west is the custom of maps: lit from below, valleys and ridges seem to change places. \
-          `oblique` mixes the light of four suns from 90° left of the azimuth to 45° right of it, each weighted by the \
-          squared sine of the angle between sun and aspect, so that the sun that grazes a slope draws it; `blend` is \
-          the mean of both.\n\n\
-          `colour` is the tint of the elevation under that light: sunlit slopes a little warm, shaded ones cool. Land \
-          runs from green at `low` to white at `high` in steps that look equal. In a world with a `sea_level` \
-          what lies below it is water, which deepens as far below that level as `high` is above `low`; without one all is \
-          land.\n\n\
-          `wet` draws water over the land, such as the `cover` of `Rivers` or a mask of lakes: where it is 1 the \
-          colour is that of open water on level ground, and in between the two are mixed.\n\n\
-          Raise `exaggeration` for gentle land, where 45° of sun leave no contrast.",
+    summary: "Shaded relief as in cartography, plain and coloured by elevation.",
+    doc: include_str!("hillshade.md"),
     sources: &[
         "B. K. P. Horn, 1981, Hill shading and the reflectance map, Proceedings of the IEEE 69(1), 14-47",
         "R. K. Mark, 1992, Multidirectional, oblique-weighted, shaded-relief image of the Island of Hawaii, USGS \
@@ -103,8 +90,8 @@ impl Default for Params {
 }
 
 impl Params {
-    /// The defaults, with tints over the heights of a field, from the sea on where its world has one, and gentle land
-    /// exaggerated until it shows.
+    /// Returns the defaults with tints over the range of a field, from the sea upwards if its world has one, and
+    /// gentle terrain exaggerated until it is visible.
     #[must_use]
     pub fn fitted(height: &Field) -> Self {
         let (low, high) = height.range(0).map_or((0.0, 1.0), |(low, high)| (f64::from(low), f64::from(high)));
@@ -137,9 +124,9 @@ pub fn relief(height: &Field, params: &Params) -> [Field; 2] {
     }
 }
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    // the shade, which is there even if only its colours are read
+    // the shade, which exists even if only its colours are read
     if Wants::among(sizing.wanted).shade { 0 } else { sizing.cells(4.0) }
 }
 
@@ -162,8 +149,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     .into())
 }
 
-/// Shades all rows, asking `check` before each whether to go on, and paints them in the three planes of `colour` if there are
-/// such.
+/// Shades all rows, calling `check` before each, which may cancel, and writes the three planes of `colour` if there
+/// are any.
 fn paint<E: Send>(
     height: &Field,
     wet: Option<&Field>,
@@ -183,46 +170,44 @@ fn paint<E: Send>(
     };
     let mut shade = vec![0.0; window.len()];
     let Some(colour) = colour else {
-        shade.par_chunks_mut(nx).enumerate().try_for_each(|(j, shade)| {
+        par::each(shade.chunks_mut(nx), |j, shade| {
             check()?;
             light(j, shade);
-            Ok(())
+            Ok::<_, E>(())
         })?;
         return Ok(shade);
     };
     let (red, rest) = colour.split_at_mut(window.len());
     let (green, blue) = rest.split_at_mut(window.len());
-    (shade.par_chunks_mut(nx), red.par_chunks_mut(nx), green.par_chunks_mut(nx), blue.par_chunks_mut(nx))
-        .into_par_iter()
-        .zip(height.plane(0).par_chunks(nx))
-        .enumerate()
-        .try_for_each(|(j, ((shade, red, green, blue), heights))| {
-            check()?;
-            light(j, shade);
-            let rgb = red.iter_mut().zip(green.iter_mut()).zip(blue.iter_mut());
-            for (((&shade, &height), ((red, green), blue)), _) in shade.iter().zip(heights).zip(rgb).zip(0..nx) {
-                let tint = land.as_ref().map_or([1.0; 3], |tints| tints.of(height));
-                [*red, *green, *blue] = sun.lit(tint, shade);
+    let rgb = red.chunks_mut(nx).zip(green.chunks_mut(nx)).zip(blue.chunks_mut(nx));
+    let rows = shade.chunks_mut(nx).zip(rgb).zip(height.plane(0).chunks(nx));
+    par::each(rows, |j, ((shade, ((red, green), blue)), heights)| {
+        check()?;
+        light(j, shade);
+        let rgb = red.iter_mut().zip(green.iter_mut()).zip(blue.iter_mut());
+        for (((&shade, &height), ((red, green), blue)), _) in shade.iter().zip(heights).zip(rgb).zip(0..nx) {
+            let tint = land.as_ref().map_or([1.0; 3], |tints| tints.of(height));
+            [*red, *green, *blue] = sun.lit(tint, shade);
+        }
+        if let Some(wet) = wet {
+            let wet = &wet.plane(0)[j * nx..(j + 1) * nx];
+            for (plane, water) in [red, green, blue].into_iter().zip(water) {
+                plane.iter_mut().zip(wet).for_each(|(v, wet)| *v += (water - *v) * wet.clamp(0.0, 1.0));
             }
-            if let Some(wet) = wet {
-                let wet = &wet.plane(0)[j * nx..(j + 1) * nx];
-                for (plane, water) in [red, green, blue].into_iter().zip(water) {
-                    plane.iter_mut().zip(wet).for_each(|(v, wet)| *v += (water - *v) * wet.clamp(0.0, 1.0));
-                }
-            }
-            Ok(())
-        })?;
+        }
+        Ok(())
+    })?;
     Ok(shade)
 }
 
-/// Directions of light and how much of each.
+/// Directions and weights of light.
 struct Sun {
     /// Unit vectors towards the sun in the plane (east, south): the sun itself, then the four of oblique light.
     towards: [[f32; 2]; 5],
     cos_altitude: f32,
     sin_altitude: f32,
     exaggeration: f32,
-    /// Share of oblique light.
+    /// Weight of oblique light.
     oblique: f32,
 }
 
@@ -253,7 +238,7 @@ impl Sun {
 
     /// A tint under light: level ground is a little below full brightness, so that sunlit slopes stand out from it.
     fn lit(&self, tint: [f32; 3], shade: f32) -> [f32; 3] {
-        /// Skylight on all slopes alike, then sunlight on level ground: cool shadows, warm light.
+        /// Skylight on all slopes, then sunlight on level ground: cool shadows, warm light.
         const SKY: [f32; 3] = [0.16, 0.18, 0.23];
         const SUN: [f32; 3] = [0.70, 0.68, 0.63];
         let sunlight = shade / self.sin_altitude;
@@ -294,7 +279,7 @@ mod tests {
         field(world(300, 40, 25.0), |x, y| 900.0 * libm::sin(x / 700.0) * libm::cos(y / 300.0) + 200.0)
     }
 
-    /// The cosine between normal and sun, on planes of known attitude.
+    /// The cosine between normal and sun, on planes of known orientation.
     #[test]
     fn planes_reflect_by_lamberts_law() {
         let params = with_params(&NODE, "light=single, azimuth=315, altitude=30");
@@ -306,7 +291,7 @@ mod tests {
         // down to the north-west at 60°: square to the sun
         let t = 3.0_f64.sqrt() * 0.5_f64.sqrt();
         assert!((shade_of(t, t) - 1.0).abs() < 1e-6);
-        // down to the south-east at 60°: in the dark
+        // down to the south-east at 60°: in the shade
         assert_eq!(shade_of(-t, -t), 0.0);
     }
 
@@ -352,7 +337,7 @@ mod tests {
         }
     }
 
-    /// Blue is what lies below the sea of the world, and nothing where it has none.
+    /// Everything below the sea of the world is blue, and nothing if it has none.
     #[test]
     fn only_a_sea_is_drawn_as_water() {
         let plain = field(world(40, 4, 25.0), |x, _| x - 500.0);

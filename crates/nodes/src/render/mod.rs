@@ -1,13 +1,10 @@
-//! Pictures: shaded relief, colours, and the textures that engines take.
+//! Pictures: shaded relief, colours, and textures for engines.
 
 pub mod blend;
 pub mod hillshade;
-pub mod light;
 pub mod normal_map;
-pub mod palettes;
 pub mod ramp;
 pub mod splat;
-pub mod tints;
 
 use orograph_graph::Node;
 

@@ -1,15 +1,16 @@
-//! The texture that tells an engine which way each texel faces.
-
-use rayon::prelude::*;
+//! The texture of surface normals for engines.
 
 use crate::{
-    gradient::{Method, Surface},
+    numerics::{
+        gradient::{Method, Surface},
+        par,
+        simd::simd,
+    },
     prelude::*,
-    simd::simd,
 };
 
 choice! {
-    /// Which way green points.
+    /// Direction of the green channel.
     pub enum Convention {
         /// Up in the picture, to the north: OpenGL, Godot, Unity, Blender.
         OpenGl = "opengl",
@@ -21,12 +22,12 @@ choice! {
 params! {
     /// Which way green points: up in OpenGL, Godot, Unity and Blender, down in DirectX and Unreal.
     convention: Convention = Convention::OpenGl, One, ..;
-    /// Factor on heights; 1 is the land as it is.
+    /// Factor on heights; 1 is true to scale.
     exaggeration: f64 = 1.0, One, 0.0..=1000.0, soft 0.1..=10.0;
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
 }
 
@@ -39,15 +40,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "NormalMap",
     category: "render",
-    summary: "The normal map of the land, for OpenGL or DirectX.",
-    doc: "The unit normal of the surface, `(−p, ±q, 1) / √(1 + p² + q²)`, with the slopes p to the east and q to the \
-          south in metres per metre (Horn's gradient over 3 × 3 cells). Red points east, green to the north \
-          (`opengl`) or to the south (`directx`), blue up. A plane has its exact normal in every cell, also at the \
-          edge.\n\n\
-          It is written as a 16-bit PNG without the curve of sRGB: −1 is 0, level is the middle, 1 is 65535. Import \
-          it as a normal map (linear, not sRGB). Two valleys that look like ridges in an engine are a wrong \
-          `convention`.\n\n\
-          A normal map carries the detail of the full resolution over a mesh of larger triangles.",
+    summary: "The normal map of the terrain, for OpenGL or DirectX.",
+    doc: include_str!("normal_map.md"),
     sources: &["B. K. P. Horn, 1981, Hill shading and the reflectance map, Proceedings of the IEEE 69(1), 14-47"],
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
@@ -72,22 +66,19 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let mut normal = vec![0.0; 3 * len];
     let (red, rest) = normal.split_at_mut(len);
     let (green, blue) = rest.split_at_mut(len);
-    (red.par_chunks_mut(nx), green.par_chunks_mut(nx), blue.par_chunks_mut(nx))
-        .into_par_iter()
-        .enumerate()
-        .try_for_each(|(j, (red, green, blue))| {
-            surface.row(j, |start, east, south| {
-                let block = start..start + east.len();
-                normals(east, south, scales, [&mut red[block.clone()], &mut green[block.clone()], &mut blue[block]]);
-            });
-            job.check()
-        })?;
+    par::each(red.chunks_mut(nx).zip(green.chunks_mut(nx)).zip(blue.chunks_mut(nx)), |j, ((red, green), blue)| {
+        surface.row(j, |start, east, south| {
+            let block = start..start + east.len();
+            normals(east, south, scales, [&mut red[block.clone()], &mut green[block.clone()], &mut blue[block]]);
+        });
+        job.check()
+    })?;
     Ok(Given { normal: Some(Field::with_planes(window, 3, normal)) }.into())
 }
 
 simd! {
     fn normals(east: &[f32], south: &[f32], scales: [f32; 2], out: [&mut [f32]; 3]) {
-        /// Steeper is as good as upright, and its square can be taken.
+        /// Steepest slope that counts: practically vertical, and its square is finite.
         const STEEPEST: f32 = 1e15;
         let [red, green, blue] = out;
         for ((((red, green), blue), &p), &q) in red.iter_mut().zip(green).zip(blue).zip(east).zip(south) {
@@ -106,8 +97,8 @@ mod tests {
     use super::*;
     use crate::testing::{at_every_level, field, run, run_in, with_params, world};
 
-    /// A plane that rises by 3/4 to the east and falls by 1/2 to the south; all numbers are dyadic, so only the root and
-    /// the quotient round.
+    /// A plane that rises by 3/4 to the east and falls by 1/2 to the south; all numbers are dyadic, so only the root
+    /// and the quotient round.
     #[test]
     fn planes_have_their_normal_in_every_cell() {
         let height = field(world(300, 7, 16.0), |x, y| 0.75 * x - 0.5 * y);

@@ -1,23 +1,23 @@
-//! Colours by value: a ramp through stops, and a second ramp that a second value brings in.
+//! Colours by value: a ramp through stops, and a second ramp controlled by a second value.
 //!
-//! Between stops colours run straight in OKLab (B. Ottosson, 2020), in linear light, or not at all. The way through OKLab
-//! costs no root: the roots of the stops' cone responses are what is interpolated, and only their cubes are taken.
+//! Between stops, colours are interpolated in OKLab (B. Ottosson, 2020), in linear light, or not at all. OKLab costs
+//! no root here: the roots of the stops' cone responses are interpolated, and only their cubes are computed.
 
 use orograph_graph::{Srgb, Stop};
-use rayon::prelude::*;
 
-use super::{
+use crate::numerics::{
     light::{linear, oklab, rgb},
     palettes::Palette,
+    par,
 };
 use crate::prelude::*;
 
 choice! {
-    /// How colours run from stop to stop.
+    /// Interpolation of colours between stops.
     pub enum Between {
-        /// Straight in OKLab: even to the eye.
+        /// In OKLab: perceptually even.
         Even = "even",
-        /// Straight in light: as paints of light mix.
+        /// In linear light.
         Light = "light",
         /// Each colour up to the next stop.
         Steps = "steps",
@@ -29,30 +29,30 @@ fn two(low: u32, high: u32) -> ColourStops {
 }
 
 params! {
-    /// The colours: ready ones, stretched from `low` to `high`, or `stops`.
+    /// Colours: a ready-made palette, stretched from `low` to `high`, or `stops`.
     palette: Palette = Palette::Alpine, One, ..;
-    /// Own colours: values of the input and what they look like.
+    /// Custom colours: values of the input and their colours.
     stops: ColourStops = two(0x3b_4a_2f, 0xf7_f9_fb), One, .., when palette = "stops";
-    /// Value that has the first colour of a ready palette.
+    /// Value of the first colour of a ready-made palette.
     low: f64 = 0.0, One, -1e9..=1e9, soft -1000..=5000;
-    /// Value that has the last colour of a ready palette.
+    /// Value of the last colour of a ready-made palette.
     high: f64 = 3000.0, One, -1e9..=1e9, soft -1000..=5000;
-    /// How colours run from stop to stop.
+    /// Interpolation of colours between stops.
     between: Between = Between::Even, One, ..;
     /// Colours where `second` is high, along the same values.
     second_palette: Palette = Palette::Rock, One, ..;
-    /// Own colours for where `second` is high.
+    /// Custom colours where `second` is high.
     second_stops: ColourStops = two(0x3d_3a_37, 0xbd_b5_a8), One, .., when second_palette = "stops";
-    /// Value of `second` up to which the first colours stand alone.
+    /// Value of `second` up to which only the first colours show.
     second_from: f64 = 25.0, One, -1e9..=1e9, soft 0..=90;
-    /// Value of `second` from which the second colours stand alone.
+    /// Value of `second` from which only the second colours show.
     second_to: f64 = 40.0, One, -1e9..=1e9, soft 0..=90;
 }
 
 inputs! {
-    /// What is coloured.
+    /// Field to colour.
     value: AnyScalar;
-    /// What brings the second colours in, such as the slope.
+    /// Field that controls the second colours, such as the slope.
     second: Option<AnyScalar>;
 }
 
@@ -98,30 +98,27 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let mut colour = vec![0.0; 3 * len];
     let (red, rest) = colour.split_at_mut(len);
     let (green, blue) = rest.split_at_mut(len);
-    (red.par_chunks_mut(nx), green.par_chunks_mut(nx), blue.par_chunks_mut(nx))
-        .into_par_iter()
-        .enumerate()
-        .try_for_each(|(j, (red, green, blue))| {
-            job.check()?;
-            let cells = j * nx..(j + 1) * nx;
-            for (i, value) in values[cells.clone()].iter().enumerate() {
-                let share = second.map_or(0.0, |second| ((second[cells.start + i] - from) / span).clamp(0.0, 1.0));
-                let colour = match share {
-                    0.0 => first.of(*value),
-                    1.0 => other.of(*value),
-                    _ => {
-                        let (a, b) = (first.of(*value), other.of(*value));
-                        [0, 1, 2].map(|c| a[c] + (b[c] - a[c]) * share)
-                    }
-                };
-                [red[i], green[i], blue[i]] = colour;
-            }
-            Ok::<_, NodeError>(())
-        })?;
+    par::each(red.chunks_mut(nx).zip(green.chunks_mut(nx)).zip(blue.chunks_mut(nx)), |j, ((red, green), blue)| {
+        job.check()?;
+        let cells = j * nx..(j + 1) * nx;
+        for (i, value) in values[cells.clone()].iter().enumerate() {
+            let share = second.map_or(0.0, |second| ((second[cells.start + i] - from) / span).clamp(0.0, 1.0));
+            let colour = match share {
+                0.0 => first.of(*value),
+                1.0 => other.of(*value),
+                _ => {
+                    let (a, b) = (first.of(*value), other.of(*value));
+                    [0, 1, 2].map(|c| a[c] + (b[c] - a[c]) * share)
+                }
+            };
+            [red[i], green[i], blue[i]] = colour;
+        }
+        Ok::<_, NodeError>(())
+    })?;
     Ok(Given { colour: Some(Field::with_planes(window, 3, colour)) }.into())
 }
 
-/// Refuses a range that does not rise, where it is used.
+/// Rejects a range that does not rise, if it is used.
 fn rises(low_name: &str, low: f64, high_name: &str, high: f64, used: bool) -> Result<(), NodeError> {
     if !used || (low as f32) < high as f32 {
         return Ok(());
@@ -130,14 +127,14 @@ fn rises(low_name: &str, low: f64, high_name: &str, high: f64, used: bool) -> Re
     Err(NodeError::failed_with_hint(message, "exchange the two; own `stops` can turn the colours around"))
 }
 
-/// Stops, ready to be asked.
+/// Prepared stops.
 #[derive(Debug)]
 struct Ramp {
     /// Values of the stops, rising.
     at: Vec<f32>,
     /// Their colours in linear light.
     light: Vec<[f32; 3]>,
-    /// Their colours as what is interpolated: OKLab or light.
+    /// Their colours in the space of interpolation: OKLab or linear light.
     mixed: Vec<[f32; 3]>,
     between: Between,
 }
@@ -154,7 +151,8 @@ impl Ramp {
         }
     }
 
-    /// The colour of a value in linear light; a stop's own to the last bit, that of the nearest end beyond the ends.
+    /// Returns the colour of a value in linear light: exactly a stop's own at the stop, the nearest end's beyond the
+    /// ends.
     fn of(&self, value: f32) -> [f32; 3] {
         let above = self.at.partition_point(|at| *at <= value);
         let below = above.saturating_sub(1);

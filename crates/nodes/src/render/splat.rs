@@ -1,28 +1,29 @@
-//! The shares of up to four ground layers in each cell, as engines paint terrain.
+//! The weights of up to four ground layers in each cell, for terrain materials in engines.
 
-use rayon::prelude::*;
-
-use crate::{math::lane, prelude::*, simd::simd};
+use crate::{
+    numerics::{math::lane, par, simd::simd},
+    prelude::*,
+};
 
 choice! {
-    /// How masks become shares.
+    /// How masks become weights.
     pub enum Mode {
-        /// Each layer covers those before it as far as its mask says, as paint does.
+        /// Each layer covers those before it according to its mask, as paint does.
         Stack = "stack",
-        /// Each layer has its part of the sum of all masks, whatever their order.
+        /// Each layer gets its part of the sum of all masks, independent of their order.
         Share = "share",
     }
 }
 
 params! {
-    /// How masks become shares.
+    /// How masks become weights.
     mode: Mode = Mode::Stack, One, ..;
-    /// Power that shares are raised to before they are made to sum to one again: above 1 borders between layers are crisper.
+    /// Exponent applied to the weights before they are normalised again: above 1, borders between layers are crisper.
     sharpness: f64 = 1.0, One, 0.1..=64.0, soft 0.5..=8.0;
 }
 
 inputs! {
-    /// The layer in red, which also fills what the others leave.
+    /// The layer in red, which also fills what the others leave free.
     first: Option<Mask>;
     /// The layer in green.
     second: Option<Mask>;
@@ -33,7 +34,7 @@ inputs! {
 }
 
 outputs! {
-    /// The shares of the four layers, summing to one.
+    /// Weights of the four layers, which sum to one.
     weights: Weights;
 }
 
@@ -41,18 +42,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Splat",
     category: "render",
-    summary: "The shares of up to four ground layers, summing to one: a splat map.",
-    doc: "A terrain material mixes layers such as grass, rock, sand and snow by a texture whose red, green, blue and \
-          alpha are their shares. This node makes such shares of masks.\n\n\
-          In `stack` each layer covers those before it: the fourth has its mask, the third its mask times what the \
-          fourth leaves free, and so on; the first has what is left, and where it is wired its mask has no say. In \
-          `share` each has its part of the sum. Where all masks are empty, the first layer is alone; \
-          in `share` that is a hard border, so wire a mask that is nowhere empty to one layer. A layer that is \
-          not wired is empty.\n\n\
-          `sharpness` k makes of the shares w `wᵏ / Σ wᵏ`.\n\n\
-          It is written as a PNG with red, green, blue and alpha without the curve of sRGB. Its four bytes sum to 255 in \
-          every cell: what rounding leaves goes to the largest remainders. An engine that finds another sum shows dark \
-          or bright specks.",
+    summary: "A splat map: the weights of up to four ground layers, which sum to one.",
+    doc: include_str!("splat.md"),
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
     params: Params::specs,
@@ -72,25 +63,23 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let (first, rest) = weights.split_at_mut(len);
     let (second, rest) = rest.split_at_mut(len);
     let (third, fourth) = rest.split_at_mut(len);
-    (first.par_chunks_mut(nx), second.par_chunks_mut(nx), third.par_chunks_mut(nx), fourth.par_chunks_mut(nx))
-        .into_par_iter()
-        .enumerate()
-        .try_for_each(|(j, (first, second, third, fourth))| {
-            job.check()?;
-            let mut rows = [first, second, third, fourth];
-            for (row, mask) in rows.iter_mut().zip(masks) {
-                if let Some(mask) = mask {
-                    row.copy_from_slice(&mask[j * nx..(j + 1) * nx]);
-                }
+    let rows = first.chunks_mut(nx).zip(second.chunks_mut(nx)).zip(third.chunks_mut(nx)).zip(fourth.chunks_mut(nx));
+    par::each(rows, |j, (((first, second), third), fourth)| {
+        job.check()?;
+        let mut rows = [first, second, third, fourth];
+        for (row, mask) in rows.iter_mut().zip(masks) {
+            if let Some(mask) = mask {
+                row.copy_from_slice(&mask[j * nx..(j + 1) * nx]);
             }
-            shares(rows, params.mode, params.sharpness as f32);
-            Ok::<_, NodeError>(())
-        })?;
+        }
+        shares(rows, params.mode, params.sharpness as f32);
+        Ok::<_, NodeError>(())
+    })?;
     Ok(Given { weights: Some(Field::with_planes(window, 4, weights)) }.into())
 }
 
 simd! {
-    /// Makes shares of masks, in place.
+    /// Turns masks into weights, in place.
     fn shares(rows: [&mut [f32]; 4], mode: Mode, sharpness: f32) {
         let [first, second, third, fourth] = rows;
         for (((a, b), c), d) in first.iter_mut().zip(&mut *second).zip(&mut *third).zip(&mut *fourth) {
@@ -108,7 +97,7 @@ simd! {
         }
         if sharpness != 1.0 {
             for (((a, b), c), d) in first.iter_mut().zip(&mut *second).zip(&mut *third).zip(&mut *fourth) {
-                // the largest is one before the power, so that some share is always left
+                // the largest is one before the power, so that some weight is always left
                 let per_most = 1.0 / (a.max(*b)).max(c.max(*d));
                 let (p, q) = (lane::pow(*a * per_most, sharpness), lane::pow(*b * per_most, sharpness));
                 let (r, s) = (lane::pow(*c * per_most, sharpness), lane::pow(*d * per_most, sharpness));
@@ -122,7 +111,7 @@ simd! {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math;
+    use crate::numerics::math;
     use crate::testing::{at_every_level, field, outputs_on, run, run_in, with_params, world};
 
     const LAYERS: [&str; 4] = ["first", "second", "third", "fourth"];

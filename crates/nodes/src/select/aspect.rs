@@ -1,29 +1,31 @@
-//! Which way the ground faces, and a mask of a range of directions.
+//! The compass direction that the ground faces, and a mask of a range of directions.
 
 use crate::{
-    gradient::{Method, Surface},
-    math, par,
+    numerics::{
+        gradient::{Method, Surface},
+        math, par,
+    },
     prelude::*,
 };
 
 params! {
     /// Direction that is fully selected, clockwise from north.
     azimuth: f64 = 0.0, Degrees, -360.0..=360.0, soft 0..=360;
-    /// Width of the range of directions that is fully selected, to both sides together.
+    /// Total width of the range of directions that is fully selected.
     width: f64 = 90.0, Degrees, 0.0..=360.0;
     /// Width of the soft edge at each end of the range.
     falloff: f64 = 30.0, Degrees, 0.0..=180.0;
-    /// Slope below which ground counts less and less as facing anywhere: level ground faces nowhere.
+    /// Slope below which the mask fades out: level ground faces no direction.
     level: f64 = 2.0, Degrees, 0.0..=45.0, soft 0..=10;
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
 }
 
 outputs! {
-    /// Direction, 0° to 360° clockwise from north; −1 on the level.
+    /// Direction, 0° to 360° clockwise from north; −1 on level ground.
     aspect: Scalar(Degrees);
     /// 1 where the ground faces the chosen directions.
     mask: Mask;
@@ -33,13 +35,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Aspect",
     category: "select",
-    summary: "Which way the ground faces, and a mask of a range of directions.",
-    doc: "The compass direction of steepest descent, `aspect = atan2(−∂z/∂x, ∂z/∂y)` with y to the south: 0° faces north, 90° \
-          east, 180° south, 270° west. Level ground has −1. The gradient is Horn's over 3 × 3 cells.\n\n\
-          `mask` is 1 where the ground faces `azimuth` within half of `width` to either side, and falls to 0 over `falloff`. \
-          Below the slope `level` it fades to 0, so that plains are not speckled with the direction of their last \
-          millimetre.\n\n\
-          **Advice.** In the north, shaded slopes (azimuth 0°) keep snow and forest, sunny ones (180°) are dry.",
+    summary: "The compass direction that the ground faces, and a mask of a range of directions.",
+    doc: include_str!("aspect.md"),
     sources: &["B. K. P. Horn, 1981, Hill shading and the reflectance map, Proceedings of the IEEE 69(1), 14-47"],
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
@@ -91,7 +88,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     .into())
 }
 
-/// The direction of descent of slopes to the east and to the south.
+/// Returns the direction of descent from the slopes to the east and to the south.
 fn facing(east: f32, south: f32) -> f32 {
     if east == 0.0 && south == 0.0 {
         return -1.0;
@@ -100,7 +97,7 @@ fn facing(east: f32, south: f32) -> f32 {
     if degrees < 0.0 { (degrees + 360.0).min(359.999_97) } else { degrees }
 }
 
-/// The angle between two directions, 0° to 180°.
+/// Returns the angle between two directions, 0° to 180°.
 fn apart(a: f32, b: f32) -> f32 {
     let turn = (a - b).rem_euclid(360.0);
     turn.min(360.0 - turn)

@@ -1,46 +1,46 @@
-//! The connected parts of a selection: their areas, their numbers, and those that are large enough.
+//! Connected components of a selection: their areas, their numbers, and those that are large enough.
 
 use orograph_graph::Edge;
-use rayon::prelude::*;
 
-use crate::{components::components, prelude::*};
+use crate::numerics::par;
+use crate::{numerics::components::components, prelude::*};
 
 choice! {
-    /// Which cells hang together.
+    /// Which cells count as connected.
     pub enum Connection {
-        /// Those that touch across an edge or a corner.
+        /// Cells that share an edge or a corner.
         Corners = "corners",
-        /// Those that touch across an edge.
+        /// Cells that share an edge.
         Edges = "edges",
     }
 }
 
 params! {
-    /// From which value on the mask counts as selected.
+    /// Mask value from which a cell counts as selected.
     threshold: f64 = 0.5, One, 1e-6..=1.0;
-    /// Which cells hang together.
+    /// Which cells count as connected.
     connection: Connection = Connection::Corners, One, ..;
-    /// Area from which a component is kept.
+    /// Minimum area of a component.
     least_area: f64 = 100_000.0, SquareMetres, 0.0..=1e15, soft 0..=1e7;
-    /// Area up to which a component is kept.
+    /// Maximum area of a component.
     most_area: f64 = 1e15, SquareMetres, 0.0..=1e15, soft 0..=1e7;
-    /// Keeps the largest of them alone; the first from the north-west where two are equal.
+    /// Keeps only the largest component; the first from the north-west if two are equal.
     largest: bool = false, One, ..;
-    /// Area below which holes are filled first: what is not selected, hangs together, and does not reach the world's side.
+    /// Holes smaller than this are filled first: connected unselected regions that do not reach the world's side.
     least_hole: f64 = 0.0, SquareMetres, 0.0..=1e15, soft 0..=1e7;
 }
 
 inputs! {
-    /// What is selected.
+    /// Selection mask.
     selection: Mask;
 }
 
 outputs! {
     /// The selection where its component is kept.
     mask: Mask;
-    /// The number of the kept component, 0 outside.
+    /// Number of the kept component, 0 outside.
     number: Scalar(Count);
-    /// The area of the kept component, 0 outside.
+    /// Area of the kept component, 0 outside.
     area: Scalar(SquareMetres);
 }
 
@@ -48,13 +48,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Components",
     category: "select",
-    summary: "The connected parts of a selection, told by number and area, without those that are too small.",
-    doc: "Cells that are selected and touch one another are a component. `mask` is the selection where its component has an area \
-          from `least_area` to `most_area`, and 0 elsewhere; `number` tells the kept ones apart, from 1 by their first cells row by \
-          row from the north-west, and `area` is that of each cell's component. Both are 0 outside.\n\n\
-          Holes are what is not selected, by the other `connection`, so that a diagonal line of cells divides what it runs through; \
-          a filled one has a mask of 1. Numbers are exact up to 16 777 216.\n\n\
-          **Advice.** Areas are those of whole cells: a low `threshold` keeps soft edges. Lakes of `Flow` have numbers of their own.",
+    summary: "Connected components of a selection, numbered and measured, without those that are too small.",
+    doc: include_str!("components.md"),
     sources: &[
         "A. Rosenfeld and J. L. Pfaltz (1966), Sequential operations in digital picture processing, Journal of the ACM 13, 471-494",
     ],
@@ -64,12 +59,12 @@ pub static NODE: Node = Node {
     reach: Reach::World,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
-    resolution: Resolution::Cells("what hangs together across one cell may not across smaller ones"),
+    resolution: Resolution::Cells("regions that connect across one cell may not connect across smaller ones"),
     example: "selection: \"mask\", least_area: 3e6",
     ..Node::DEFAULT
 };
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     // the component of each cell, and which ones are in filled holes
     sizing.cells(4.0 + if Params::read(sizing.params).least_hole > 0.0 { 1.0 } else { 0.0 })
@@ -111,9 +106,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         0 => 0,
         component => numbers[component as usize - 1],
     };
-    let field = |value: &(dyn Fn(usize) -> f32 + Sync)| {
-        Field::new(job.window(), (0..selection.len()).into_par_iter().map(value).collect())
-    };
+    let field = |value: &(dyn Fn(usize) -> f32 + Sync)| Field::new(job.window(), par::map(selection.len(), value));
     let mask = |at| match number_of(at) {
         0 => 0.0,
         _ if filled(at) => 1.0,
@@ -129,7 +122,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     .into())
 }
 
-/// Which cells are in holes of less than that many cells.
+/// Returns the cells in holes of fewer than that many cells.
 fn holes(
     job: &Job<'_>,
     corners: bool,
@@ -152,7 +145,7 @@ fn holes(
     if !joined(boundary.north, boundary.south) {
         (0..nx).for_each(|i| [i, (ny - 1) * nx + i].into_iter().for_each(&mut open));
     }
-    Ok(found.of.par_iter().map(|component| *component > 0 && small[*component as usize - 1]).collect())
+    Ok(par::map_of(&found.of, |component| *component > 0 && small[*component as usize - 1]))
 }
 
 #[cfg(test)]

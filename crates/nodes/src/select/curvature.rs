@@ -1,37 +1,37 @@
-//! How the ground curves at a length in metres: along the fall line, across it, and on the whole.
+//! Curvature of the ground at a length in metres: along the fall line, across it, and mean.
 
 use crate::{
-    filter::{gaussian::Gaussian, lines::separable},
-    par,
+    numerics::{gaussian::Gaussian, lines::separable, par},
     prelude::*,
 };
 
 choice! {
-    /// Which curvature.
+    /// Kind of curvature.
     pub enum Kind {
-        /// ½ ∇²z: above 0 in hollows, below 0 on crests; what soil creep follows.
+        /// ½ ∇²z: positive in hollows, negative on crests; soil creep follows it.
         Mean = "mean",
-        /// Along the fall line: above 0 where the slope eases (concave), below 0 where it steepens.
+        /// Along the fall line: positive where the slope eases (concave), negative where it steepens.
         Profile = "profile",
-        /// Across the fall line, in the plane of the slope: above 0 where water gathers, below 0 where it parts.
+        /// Across the fall line, in the plane of the slope: positive where water converges, negative where it
+        /// diverges.
         Tangential = "tangential",
     }
 }
 
 params! {
-    /// Which curvature.
+    /// Kind of curvature.
     kind: Kind = Kind::Mean, One, ..;
-    /// Length below which detail is smoothed away first: the standard deviation of a Gaussian. 0 takes the land as it is.
+    /// Length below which detail is smoothed away first: the standard deviation of a Gaussian; 0 does not smooth.
     radius: f64 = 50.0, Metres, 0.0..=1e5, soft 0..=1000;
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
 }
 
 outputs! {
-    /// Curvature, above 0 in hollows.
+    /// Curvature, positive in hollows.
     curvature: Scalar(PerMetre);
 }
 
@@ -39,18 +39,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Curvature",
     category: "select",
-    summary: "How the ground curves, in hollows and on crests, at a length in metres.",
-    doc: "Second derivatives of the land after it is smoothed by a Gaussian of standard deviation `radius`, from central \
-          differences over 3 × 3 cells. With p and q the slopes and r, s and t the second derivatives ∂²z/∂x², ∂²z/∂x∂y and \
-          ∂²z/∂y²:\n\n\
-          | kind | curvature |\n|---|---|\n\
-          | `mean` | (r + t) / 2 |\n\
-          | `profile` | (p² r + 2 p q s + q² t) / ((p² + q²) (1 + p² + q²)^(3/2)) |\n\
-          | `tangential` | (q² r − 2 p q s + p² t) / ((p² + q²) (1 + p² + q²)^(1/2)) |\n\n\
-          All are above 0 where the ground is hollow (concave upwards). On level ground, where no direction falls, `profile` and \
-          `tangential` are the mean. Past the edges of the world land is mirrored.\n\n\
-          **Advice.** Curvature belongs to a length: choose a radius of a few cells at least, or it shows the cells. A bowl of \
-          radius of curvature R has 1 / R: 0.01 per metre is tight, 0.0001 hardly a bend.",
+    summary: "Curvature of the ground: hollows and crests, smoothed over a length in metres.",
+    doc: include_str!("curvature.md"),
     sources: &[
         "J. Krcho (1973), Morphometric analysis of relief on the basis of geometric aspect of field theory, Acta Geographica \
          Universitatis Comenianae 1, 7-233",
@@ -67,7 +57,7 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     // the smoothed land
     sizing.cells(4.0).max(Gaussian::bytes(Params::read(sizing.params).radius, &sizing.window))
@@ -99,7 +89,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { curvature: Some(Field::new(job.window(), out)) }.into())
 }
 
-/// Squared slope below which ground is level: that of a millimetre in ten kilometres.
+/// Squared slope below which ground counts as level: a millimetre in ten kilometres.
 const LEVEL: f64 = 1e-14;
 
 fn bend(kind: Kind, [p, q]: [f64; 2], [r, s, t]: [f64; 3]) -> f64 {

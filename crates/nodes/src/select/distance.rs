@@ -1,43 +1,43 @@
-//! How far it is to the edge of a selection, and a mask that falls off with it; see [`crate::distance`].
-
-use rayon::prelude::*;
+//! Distance to the edge of a selection, and a mask that falls off with it; see [`crate::numerics::distance`].
 
 use crate::{
-    distance::{self, FAR},
-    par,
+    numerics::{
+        distance::{self, FAR},
+        par,
+    },
     prelude::*,
 };
 
 choice! {
-    /// On which side of the edge distances are taken.
+    /// Side of the edge on which distances are measured.
     pub enum Side {
         /// From the selection outwards; 0 inside.
         Outside = "outside",
         /// From the edge inwards; 0 outside.
         Inside = "inside",
-        /// Outwards as positive, inwards as negative numbers.
+        /// Positive outwards, negative inwards.
         Both = "both",
     }
 }
 
 params! {
-    /// On which side of the edge distances are taken.
+    /// Side of the edge on which distances are measured.
     side: Side = Side::Outside, One, ..;
-    /// From which value on the mask counts as selected.
+    /// Mask value from which a cell counts as selected.
     threshold: f64 = 0.5, One, 0.0..=1.0;
-    /// The farthest distance; what is farther has it.
+    /// Maximum distance; larger ones are clamped to it.
     limit: f64 = 1000.0, Metres, 1e-3..=1e7, soft 10..=10_000;
 }
 
 inputs! {
-    /// What is selected.
+    /// Selection mask.
     selection: Mask;
 }
 
 outputs! {
     /// Distance to the edge of the selection.
     distance: Scalar(Metres);
-    /// 1 near the selection, 0 from `limit` on.
+    /// 1 near the selection, 0 from `limit` onwards.
     mask: Mask;
 }
 
@@ -45,13 +45,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Distance",
     category: "select",
-    summary: "How far it is to a selection, and a mask that falls off with it.",
-    doc: "The straight distance from the centre of each cell to the edge of what is selected, exact to the cells: the nearest \
-          centre of a cell on the other side, less half a cell. Where nothing is selected, everything is `limit` away.\n\n\
-          `mask` is 1 at the edge and beyond it on the far side, and falls to 0 at `limit` by the cubic `3 t² − 2 t³`: the \
-          banks of a river, the foot of a wall, a fringe of forest. With `side: both` it is 1 deep inside, a half at the edge \
-          and 0 at `limit` outside.\n\n\
-          The cost depends neither on the limit nor on what is selected.",
+    summary: "Distance to a selection, and a mask that falls off with it.",
+    doc: include_str!("distance.md"),
     sources: &[
         "A. Meijster, J. B. T. M. Roerdink and W. H. Hesselink (2000), A general algorithm for computing distance transforms in \
          linear time, Mathematical Morphology and its Applications to Image and Signal Processing, 331-340",
@@ -67,10 +62,10 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let sides = if Params::read(sizing.params).side == Side::Both { 2.0 } else { 1.0 };
-    // squares to either side, and the distance
+    // squared distances to either side, and the distance
     let given = 4.0 * Wants::among(sizing.wanted).count() as f64;
     sizing.cells((4.0 + 4.0 * sides - given).max(0.0))
 }
@@ -93,8 +88,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         squared => ((f64::from(squared).sqrt() - 0.5) * job.cell_m()).min(params.limit),
     };
     let of = |side: &Option<Vec<u32>>, at: usize| side.as_ref().map_or(0.0, |squared| metres(squared[at]));
-    let mut distance: Vec<f32> =
-        (0..selection.len()).into_par_iter().map(|at| (of(&outwards, at) - of(&inwards, at)) as f32).collect();
+    let mut distance = par::map(selection.len(), |at| (of(&outwards, at) - of(&inwards, at)) as f32);
     drop((outwards, inwards));
     let wants = Wants::of(job);
     let chosen = |_, row: &mut [f32]| {
@@ -112,14 +106,14 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     .into())
 }
 
-/// How much is selected at a distance.
+/// Returns the mask value at a distance.
 fn mask(distance_m: f64, side: Side, limit_m: f64) -> f32 {
     let share = match side {
         Side::Outside => 1.0 - distance_m / limit_m,
         Side::Inside => 1.0 + distance_m / limit_m,
         Side::Both => 0.5 - 0.5 * distance_m / limit_m,
     };
-    crate::math::smoothstep(share) as f32
+    crate::numerics::math::smoothstep(share) as f32
 }
 
 #[cfg(test)]
@@ -131,7 +125,7 @@ mod tests {
         field(world(cells, cells, cell_m), |x, y| if libm::hypot(x - 500.0, y - 500.0) < 200.0 { 1.0 } else { 0.0 })
     }
 
-    /// Around a disc the distance is that from its circle, within the cells that its edge is made of.
+    /// Around a disc the distance is that from its circle, within the resolution of its edge cells.
     #[test]
     fn distances_from_a_disc_are_those_from_its_circle() {
         for (cells, cell_m) in [(100, 10.0), (400, 2.5)] {

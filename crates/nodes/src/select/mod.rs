@@ -15,7 +15,7 @@ pub mod wetness;
 
 use orograph_graph::Node;
 
-use crate::{math, simd::simd};
+use crate::numerics::{math, simd::simd};
 
 /// The nodes of this category, in palette order.
 pub static NODES: &[&Node] = &[
@@ -33,7 +33,7 @@ pub static NODES: &[&Node] = &[
 ];
 
 simd! {
-    /// Turns values into 1 within the range, falling to 0 over `falloff` outside of it by the cubic `3 t² - 2 t³`.
+    /// Maps values to 1 within the range, falling to 0 over `falloff` outside of it by the cubic `3 t² - 2 t³`.
     fn within(values: &mut [f32], range: [f32; 2], falloff: f32) {
         let sharpness = if falloff > 0.0 { 1.0 / falloff } else { f32::MAX };
         for value in values {

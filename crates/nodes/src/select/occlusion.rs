@@ -1,33 +1,35 @@
-//! How much of the sky a place sees, and how much is hidden from it: ambient occlusion.
+//! How much of the sky is visible from a place, and how much is hidden: ambient occlusion.
 
 use orograph_graph::World;
 
 use crate::{
-    cells::BLOCK,
-    horizon::{Horizon, Rays},
-    par,
+    numerics::{
+        cells::BLOCK,
+        horizon::{Horizon, Rays},
+        par,
+        simd::simd,
+    },
     prelude::*,
-    simd::simd,
 };
 
 params! {
-    /// How far around a place land can hide the sky.
+    /// Distance within which terrain can occlude the sky.
     distance: f64 = 2000.0, Metres, 0.0..=1e6, soft 50..=20_000;
-    /// Directions in which the horizon is taken.
+    /// Number of directions in which the horizon is computed.
     azimuths: i64 = 32, Count, 4..=128, soft 8..=64;
-    /// Factor on heights; gentle land wants 2 to 10.
+    /// Factor on heights; use 2 to 10 for gentle terrain.
     exaggeration: f64 = 1.0, One, 0.0..=1000.0, soft 0.2..=10;
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
 }
 
 outputs! {
-    /// The share of an even sky's light that is hidden.
+    /// Fraction of the light of a uniform sky that is occluded.
     occlusion: Mask;
-    /// The share that arrives, 1 in the open.
+    /// Fraction of the light of a uniform sky that arrives; 1 on open ground.
     sky: Mask;
 }
 
@@ -35,16 +37,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Occlusion",
     category: "select",
-    summary: "How much of the sky a place sees: the sky view factor, and the ambient occlusion that it leaves.",
-    doc: "`sky` is the share of the light of an even sky that reaches level ground at the place, `1 − mean(sin² h)`, with h the angle \
-          of the horizon above the level in `azimuths` directions: 1 on a plain and on summits, `(1 + cos β) / 2` on a long slope or \
-          at a wall that is seen under the angle β, `cos β` at the bottom of a V-shaped valley. `occlusion` is what is missing to 1: \
-          dark in gorges, at the foot of walls, between rocks.\n\n\
-          Land is looked at in steps that grow with distance, and as smoothed as they are long, so the cost grows with the logarithm \
-          of `distance`, and a single tower throws no star of rays. The price is that a sharp far edge is seen up to 8 % too low with \
-          32 azimuths; with 64 it is half of that. What lies beyond the sides of the world hides nothing.\n\n\
-          **Advice.** Multiply a colour by `sky` (`Blend` with `mode: multiply` and a grey `Ramp`) for depth that no sun gives. \
-          Snow, moss and mist like occluded ground. A short distance finds cracks, a long one valleys.",
+    summary: "How much of the sky is visible from a place: the sky view factor, and ambient occlusion.",
+    doc: include_str!("occlusion.md"),
     sources: &[
         "I. D. Watson and G. T. Johnson (1987), Graphical estimation of sky view-factors in urban environments, Journal of \
          Climatology 7, 193-197",
@@ -64,12 +58,12 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// How fast looks grow along a direction: a little finer than the directions are apart.
+/// Growth of the sampling steps along a direction: slightly finer than the spacing of the directions.
 pub(super) fn growth(azimuths: i64) -> f64 {
     2.5 / azimuths as f64
 }
 
-/// That many azimuths in degrees, evenly around.
+/// Returns that many azimuths in degrees, evenly spaced.
 pub(super) fn around(azimuths: i64) -> impl Iterator<Item = f64> {
     (0..azimuths).map(move |k| 360.0 * k as f64 / azimuths as f64)
 }
@@ -80,7 +74,7 @@ impl Params {
     }
 }
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     Params::read(sizing.params).rays(&sizing.window.world).bytes(&sizing.window)
 }
@@ -149,7 +143,8 @@ mod tests {
         }
     }
 
-    /// (1 + cos β) / 2, by the mean over the azimuths to single precision and by the closed form as near as 32 of them are.
+    /// (1 + cos β) / 2, by the mean over the azimuths to single precision and by the closed form as near as 32 of
+    /// them are.
     #[test]
     fn a_long_slope_sees_what_is_above_it() {
         for slope in [0.3, 1.0] {
@@ -170,7 +165,7 @@ mod tests {
         }
     }
 
-    /// A wall is seen under the same angles as a slope of that angle; from its top all is open.
+    /// A wall occludes the same angles as a slope of that angle; from its top everything is open.
     #[test]
     fn a_wall_hides_half_of_its_angle() {
         let land = field(world(400, 500, 5.0), |x, _| if x < 1000.0 { 0.0 } else { 300.0 });
@@ -184,7 +179,7 @@ mod tests {
         assert!(sky.samples()[250 * 400 + 203..250 * 400 + 400].iter().all(|sky| *sky > 0.999));
     }
 
-    /// The bottom of a V sees cos β, at any turn of the valley.
+    /// The sky view at the bottom of a V is cos β, at any orientation of the valley.
     #[test]
     fn the_bottom_of_a_valley_sees_the_cosine() {
         // with 64 azimuths; where the kink runs between cells, land is filled there by up to half a cell
@@ -196,7 +191,8 @@ mod tests {
         }
     }
 
-    /// Inside a round wall the middle sees cos² of its angle, and places at one distance from the middle see the same.
+    /// Inside a round wall the sky view at the centre is cos² of its angle, and equal at equal distances from the
+    /// centre.
     #[test]
     fn a_round_wall_is_round() {
         let land =

@@ -1,32 +1,30 @@
-//! Whether a place is a ridge, a slope or a valley, at a length in metres.
-
-use rayon::prelude::*;
+//! Classifies places as ridges, slopes or valleys, at a length in metres.
 
 use crate::{
-    filter::{gaussian::Gaussian, lines::separable},
+    numerics::{gaussian::Gaussian, lines::separable, par},
     prelude::*,
 };
 
 params! {
-    /// Size of the surroundings that a place is compared with: the standard deviation of a Gaussian.
+    /// Size of the neighbourhood that a place is compared with: the standard deviation of a Gaussian.
     radius: f64 = 300.0, Metres, 0.1..=1e5, soft 50..=3000;
-    /// Deviation at which the masks are a half; they go from 0 to 1 between none and twice it.
+    /// Deviation at which the masks are a half; they rise from 0 to 1 between a deviation of 0 and twice this value.
     threshold: f64 = 1.0, One, 0.01..=10.0, soft 0.2..=3.0;
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
 }
 
 outputs! {
     /// Height above the mean of the surroundings.
     position: Scalar(Metres);
-    /// The same as a share of what is usual around the place.
+    /// `position` divided by its root mean square in the surroundings.
     deviation: Scalar(One);
-    /// Where the land stands above its surroundings.
+    /// Where the terrain is higher than its surroundings.
     ridges: Mask;
-    /// Where it lies below them.
+    /// Where the terrain is lower than its surroundings.
     valleys: Mask;
 }
 
@@ -34,15 +32,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Position",
     category: "select",
-    summary: "How high a place stands above its surroundings: ridges and valleys.",
-    doc: "The topographic position index, the height of a place above the mean of its surroundings, `z − G ∗ z`, with G the \
-          Gaussian of standard deviation `radius`: above 0 on crests and spurs, below 0 in valleys and hollows, near 0 on level \
-          ground and on even slopes.\n\n\
-          `deviation` is that divided by the root mean square of it around the place, so that hills and high mountains can be \
-          told by one number. The masks take it: `ridges` is a half where the deviation is `threshold`, `valleys` where it is \
-          as far below.\n\n\
-          **Advice.** A radius of half the distance between ridges finds them best. Wind, snow and lichen follow ridges, soil \
-          and trees valleys.",
+    summary: "Height of a place above its surroundings: ridges and valleys.",
+    doc: include_str!("position.md"),
     sources: &[
         "A. D. Weiss (2001), Topographic position and landforms analysis, ESRI User Conference",
         "J. De Reu and others (2013), Application of the topographic position index to heterogeneous landscapes, \
@@ -61,7 +52,7 @@ pub static NODE: Node = Node {
 /// Height in metres below which land counts as level: a millimetre.
 const LEVEL_M: f32 = 1e-3;
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let wants = Wants::among(sizing.wanted);
     let smooth = Gaussian::bytes(Params::read(sizing.params).radius, &sizing.window);
@@ -79,21 +70,20 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let height = Inputs::read(job)?.height.samples();
     let filter = Gaussian::new(params.radius / job.cell_m());
     let mut position = separable(job, [0.0, 0.4], height, &filter)?;
-    position.par_iter_mut().zip(height).for_each(|(smoothed, height)| *smoothed = height - *smoothed);
+    par::change_with(&mut position, height, |smoothed, height| *smoothed = height - *smoothed);
     let wants = Wants::of(job);
     let field = |samples| Field::new(job.window(), samples);
     if !(wants.deviation || wants.ridges || wants.valleys) {
         return Ok(Given { position: wants.position.then(|| field(position)), ..Given::default() }.into());
     }
-    let squares: Vec<f32> = position.par_iter().map(|position| position * position).collect();
+    let squares = par::map_of(&position, |position| position * position);
     let mut deviation = separable(job, [0.4, 0.8], &squares, &filter)?;
     drop(squares);
-    deviation.par_iter_mut().zip(&position).for_each(|(mean, position)| *mean = position / (mean.sqrt() + LEVEL_M));
+    par::change_with(&mut deviation, &position, |mean, position| *mean = position / (mean.sqrt() + LEVEL_M));
     job.advance(0.9)?;
     let mask = |side: f32| {
-        let share =
-            deviation.par_iter().map(|v| crate::math::lane::smoothstep(side * v / (2.0 * params.threshold as f32)));
-        field(share.collect())
+        let share = |v: &f32| crate::numerics::math::lane::smoothstep(side * v / (2.0 * params.threshold as f32));
+        field(par::map_of(&deviation, share))
     };
     Ok(Given {
         position: wants.position.then(|| field(position)),
@@ -121,7 +111,8 @@ mod tests {
             let (ridges, valleys) = (output("ridges"), output("valleys"));
             // crest at 100 m, trough at 300 m of each wave; the third wave is away from the edges
             let (crest, trough, flank) = (3600 + 90, 3600 + 110, 3600 + 100);
-            // four boxes let (sin 2.04 / 2.04)⁴ = 3.7 % of a wave of 2.7 radii through, and the cell is 5 m beside the crest
+            // four boxes let (sin 2.04 / 2.04)⁴ = 3.7 % of a wave of 2.7 radii through, and the cell is 5 m beside
+            // the crest
             assert!((f64::from(position.samples()[crest]) / amplitude_m - 0.96).abs() < 0.005);
             assert!(
                 (deviation.samples()[crest] - std::f32::consts::SQRT_2).abs() < 0.05,

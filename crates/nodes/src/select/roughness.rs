@@ -1,19 +1,17 @@
-//! How rough the ground is at a length in metres.
-
-use rayon::prelude::*;
+//! Roughness of the ground at a length in metres.
 
 use crate::{
-    filter::{gaussian::Gaussian, lines::separable},
+    numerics::{gaussian::Gaussian, lines::separable, par},
     prelude::*,
 };
 
 params! {
-    /// Length at which form ends and roughness begins: the standard deviation of the Gaussian that tells them apart.
+    /// Length that separates form from roughness: the standard deviation of the Gaussian.
     radius: f64 = 100.0, Metres, 0.1..=1e5, soft 10..=2000;
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
 }
 
@@ -26,14 +24,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Roughness",
     category: "select",
-    summary: "How far the ground departs from its smoothed form, in metres.",
-    doc: "The root mean square height of the land above and below its own smoothed form, `√(G ∗ (z − G ∗ z)²)`, with G the \
-          Gaussian of standard deviation `radius`. A plane of any slope has 0; a wave of amplitude a that is shorter than three \
-          radii has a / √2.\n\n\
-          What differs from the standard deviation in a window: the mean of each cell's own surroundings is taken away, so a \
-          slope is not roughness. A cell's value depends on what lies within some seven radii.\n\n\
-          **Advice.** With a small radius it tells rock from meadow, with a large one mountains from plains; `Select` makes a \
-          mask of it.",
+    summary: "Roughness: how far the ground departs from its smoothed form, in metres.",
+    doc: include_str!("roughness.md"),
     sources: &["M. W. Smith (2014), Roughness in the Earth Sciences, Earth-Science Reviews 136, 202-225"],
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
@@ -46,7 +38,7 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     // squares, which are smoothed in turn
     sizing.cells(4.0) + Gaussian::bytes(Params::read(sizing.params).radius, &sizing.window)
@@ -56,12 +48,12 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let height = Inputs::read(job)?.height.samples();
     let filter = Gaussian::new(Params::read(job.params).radius / job.cell_m());
     let mut out = separable(job, [0.0, 0.5], height, &filter)?;
-    out.par_iter_mut().zip(height).for_each(|(smoothed, height)| {
+    par::change_with(&mut out, height, |smoothed, height| {
         let rest = height - *smoothed;
         *smoothed = rest * rest;
     });
     let mut out = separable(job, [0.5, 1.0], &out, &filter)?;
-    out.par_iter_mut().for_each(|mean| *mean = mean.sqrt());
+    par::change(&mut out, |mean| *mean = mean.sqrt());
     Ok(Given { roughness: Some(Field::new(job.window(), out)) }.into())
 }
 

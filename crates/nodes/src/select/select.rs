@@ -1,14 +1,18 @@
-//! A mask of a range of values: heights, areas, depths, distances, whatever a wire carries.
+//! A mask of a range of values: heights, areas, depths, distances or any other field.
 
 use super::within;
-use crate::{math, par, prelude::*};
+use crate::{
+    numerics::{math, par},
+    prelude::*,
+};
 
 choice! {
-    /// On which scale the range and its edges are.
+    /// Scale of the range and its edges.
     pub enum Scale {
         /// Differences count.
         Linear = "linear",
-        /// Ratios count, for what spans powers of ten, such as drainage area; values of 0 and less are below any range.
+        /// Ratios count, for quantities that span powers of ten, such as drainage area; values of 0 and less are
+        /// below any range.
         Logarithmic = "logarithmic",
     }
 }
@@ -22,14 +26,14 @@ params! {
     ///
     /// On a logarithmic scale it is in powers of ten.
     falloff: f64 = 50.0, One, 0.0..=1e12, soft 0..=500;
-    /// On which scale the range and its edges are.
+    /// Scale of the range and its edges.
     scale: Scale = Scale::Linear, One, ..;
     /// Selects what lies outside the range instead.
     invert: bool = false, One, ..;
 }
 
 inputs! {
-    /// What is selected by its value.
+    /// Field to select from.
     value: AnyScalar;
 }
 
@@ -42,12 +46,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Select",
     category: "select",
-    summary: "A mask of a range of values: heights, areas, depths, whatever a wire carries.",
-    doc: "`mask` is 1 between `from` and `to` and falls to 0 over `falloff` outside of them by the cubic `3 t² − 2 t³`. The ends \
-          are in the unit of what is wired: metres of height, m² of drainage area, degrees.\n\n\
-          **Advice.** Snow above a height, rivers above a drainage area (logarithmic, a `falloff` of 0.3 is a factor of two), \
-          meadows below a slope: make each a mask and multiply them with `Combine`. `Slope` and `Aspect` have masks of their \
-          own.",
+    summary: "A mask of a range of values: heights, areas, depths or any other field.",
+    doc: include_str!("select.md"),
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
     params: Params::specs,
@@ -82,7 +82,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { mask: Some(Field::new(job.window(), mask)) }.into())
 }
 
-/// The decimal logarithm, and a value below all of them for what has none.
+/// Returns the decimal logarithm, or a value below all others where there is none.
 fn order(value: f32) -> f32 {
     if value > 0.0 { math::f32::log10(value) } else { -1e6 }
 }

@@ -1,9 +1,11 @@
-//! How steep the ground is, and a mask of a range of slopes.
+//! Steepness of the ground, and a mask of a range of slopes.
 
 use super::within;
 use crate::{
-    gradient::{Method, Surface, slope_degrees},
-    par,
+    numerics::{
+        gradient::{Method, Surface, slope_degrees},
+        par,
+    },
     prelude::*,
 };
 
@@ -14,12 +16,12 @@ params! {
     to: f64 = 90.0, Degrees, 0.0..=90.0;
     /// Width of the soft edge outside each end of the range.
     falloff: f64 = 5.0, Degrees, 0.0..=45.0, soft 0.0..=20.0;
-    /// How the gradient is taken.
+    /// How the gradient is computed.
     method: Method = Method::Horn, One, ..;
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
 }
 
@@ -34,15 +36,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Slope",
     category: "select",
-    summary: "How steep the ground is in degrees, and a mask of a range of slopes.",
-    doc: "The angle of steepest descent, `slope = atan √((∂z/∂x)² + (∂z/∂y)²)`, from 0° on the level to 90° on a cliff.\n\n\
-          `horn` takes the gradient as weighted differences over 3 × 3 cells, as GDAL, SAGA and most other software do; \
-          `central` takes the differences of the two neighbours on each axis and shows edges a little steeper. At the \
-          edge of the world, heights are continued in a straight line, so that a plane keeps its slope there.\n\n\
-          `mask` is 1 between `from` and `to` and falls to 0 over `falloff` degrees outside of them, smoothly. Grass \
-          holds up to about 35°, loose rock up to 40°, snow up to 50°; above that is bare rock.\n\n\
-          A slope belongs to a cell size: the same land on larger cells is gentler, because the gradient is that of \
-          the surface between neighbouring cells. Compare slopes at equal cell sizes only.",
+    summary: "Slope of the ground in degrees, and a mask of a range of slopes.",
+    doc: include_str!("slope.md"),
     sources: &["B. K. P. Horn, 1981, Hill shading and the reflectance map, Proceedings of the IEEE 69(1), 14-47"],
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,

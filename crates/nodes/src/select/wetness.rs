@@ -1,24 +1,26 @@
-//! How wet ground is by the land that drains to it and by its slope.
+//! Wetness of the ground from its drainage area and slope.
 
 use super::within;
 use crate::{
-    gradient::{Method, Surface},
-    hydrology::drained::Drained,
-    math, par,
+    numerics::{
+        drained::Drained,
+        gradient::{Method, Surface},
+        math, par,
+    },
     prelude::*,
 };
 
 params! {
-    /// Slope that gentler ground counts as, in metres per metre: water stands on none for ever.
+    /// Minimum slope, in metres per metre; gentler ground counts as this steep.
     least_slope: f64 = 0.001, One, 1e-6..=1.0, soft 1e-4..=0.1;
-    /// Index from which ground is fully wet.
+    /// Index from which the mask is 1.
     from: f64 = 10.0, One, -50.0..=50.0, soft 4..=16;
-    /// Width of the soft edge below it.
+    /// Width of the soft edge below `from`.
     falloff: f64 = 3.0, One, 0.0..=50.0, soft 0..=8;
 }
 
 inputs! {
-    /// Where water runs, from `Flow`.
+    /// Drainage, from `Flow`.
     flow: Flow;
 }
 
@@ -33,14 +35,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Wetness",
     category: "select",
-    summary: "How wet the ground is: the topographic wetness index, and a mask of wet ground.",
-    doc: "The topographic wetness index, `ln(a / tan β)`: a is the drainage area per metre of contour, here per side of a cell, and \
-          β the slope of the surface that water runs on (Horn's gradient, with `least_slope` as the least tangent). Dry crests have \
-          3 to 6, damp hollows 8 to 10, flood plains, marshes and river beds more. Lakes are the wettest, since their surface is \
-          level.\n\n\
-          `mask` is 1 from the index `from` on and falls to 0 over `falloff` below it.\n\n\
-          **Advice.** Take the flow of `Flow` with `routing: mfd`: with `d8` slopes show single lines. River beds alone are a \
-          `Select` of `flow.area` on a logarithmic scale. Meadows, moss and reeds follow the mask.",
+    summary: "Wetness of the ground: the topographic wetness index, and a mask of wet ground.",
+    doc: include_str!("wetness.md"),
     sources: &[
         "K. J. Beven and M. J. Kirkby (1979), A physically based, variable contributing area model of basin hydrology, Hydrological \
          Sciences Bulletin 24, 43-69",

@@ -1,14 +1,17 @@
 //! The bending of the lithosphere under loads of rock.
 //!
-//! D. L. Turcotte and G. Schubert (2002), "Geodynamics": a thin elastic plate on a fluid, `D ∇⁴w + (ρₘ − ρ_f) g w = q`,
-//! solved in wave numbers: `ŵ = q̂ / (D k⁴ + (ρₘ − ρ_f) g)`. The plate goes on beyond the world, without a load there.
+//! D. L. Turcotte and G. Schubert (2002), "Geodynamics": a thin elastic plate on a fluid, `D ∇⁴w + (ρₘ − ρ_f) g w =
+//! q`, solved in wave numbers: `ŵ = q̂ / (D k⁴ + (ρₘ − ρ_f) g)`. The plate continues beyond the world without load.
 
 use orograph_graph::memory::zeroed;
 
-use crate::{fourier::grid::Grid, math, par, prelude::*};
+use crate::{
+    numerics::{fourier::grid::Grid, math, par},
+    prelude::*,
+};
 
 choice! {
-    /// What fills the hollow that a load makes.
+    /// Filling of the depression that a load makes.
     pub enum Fill {
         /// Nothing: 0 kg/m³.
         Air = "air",
@@ -20,19 +23,19 @@ choice! {
 }
 
 params! {
-    /// Thickness of the part of the lithosphere that holds as a spring does; 0 lets each place float by itself.
+    /// Elastic thickness of the lithosphere; 0 lets each place float independently.
     elastic_thickness: f64 = 15000.0, Metres, 0.0..=100000.0, soft 2000.0..=50000.0;
-    /// What fills the hollow that a load makes.
+    /// Filling of the depression that a load makes.
     fill: Fill = Fill::Air, One, ..;
 }
 
 inputs! {
-    /// Thickness of rock laid on; below 0 where taken away.
+    /// Thickness of rock added; negative where rock is removed.
     load: Scalar(Metres);
 }
 
 outputs! {
-    /// What the land moves by, upwards.
+    /// Upward movement of the terrain.
     deflection: Scalar(Metres);
 }
 
@@ -40,20 +43,8 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Flexure",
     category: "tectonics",
-    summary: "The lithosphere bends under rock that is laid on it and rises where rock is taken away.",
-    doc: "Land floats on the mantle as a stiff plate. `load` is the thickness of rock laid on it, below 0 where rock was \
-          taken away; `deflection` is what the land moves by, below 0 where it sinks. Add it to the land with `Combine`. \
-          For the rebound of eroded land, the load is the land after erosion less the land before.\n\n\
-          D ∇⁴w + (ρₘ − ρ_f) g w = ρ_c g h, with w downwards, h the load and D = E T³ / 12 (1 − ν²), T the \
-          `elastic_thickness`, E = 70 GPa, ν = 0.25, ρ_c = 2700 kg/m³ of crust, ρₘ = 3300 kg/m³ of mantle, ρ_f of the \
-          `fill`, g = 9.81 m/s². A narrow load sinks the plate over some α = (4 D / (ρₘ − ρ_f) g)^¼ around it, 40 km at \
-          the defaults, with a low bulge beyond 3 α; narrow ridges are carried without sinking. Loads much wider than \
-          that float: eroded land comes back by 82 % of what was eroded.\n\n\
-          Old, cold lithosphere has an elastic thickness of 30 to 50 km, young mountains and rifts 5 to 15 km. The plate \
-          goes on beyond the world with no load on it, whatever the sides of the world are, so a world smaller than α \
-          moves little and as a whole.\n\n\
-          The equation is solved by Fourier transforms on cells of α / 16 or less, between which the deflection is \
-          interpolated by cubics.",
+    summary: "Bends the lithosphere under added rock and lets it rebound where rock is removed.",
+    doc: include_str!("flexure.md"),
     sources: &[
         "D. L. Turcotte and G. Schubert (2002), Geodynamics, 2nd edition, Cambridge University Press, chapter 3",
         "A. B. Watts (2001), Isostasy and Flexure of the Lithosphere, Cambridge University Press",
@@ -79,7 +70,7 @@ const MANTLE: f64 = 3300.0;
 /// Gravity in m/s².
 const GRAVITY: f64 = 9.81;
 
-/// Cells that α is divided into at least, where the raster has them.
+/// Minimum number of cells per α, if the raster has them.
 const CELLS_PER_ALPHA: f64 = 16.0;
 /// Empty ground around the world in α: across it deflections fall to e⁻⁶, 0.25 %.
 const MARGIN: f64 = 6.0;
@@ -89,7 +80,7 @@ const MARGIN: f64 = 6.0;
 struct Plate {
     /// Flexural rigidity D in N m.
     rigidity: f64,
-    /// Weight of the fluid that a metre of deflection displaces, less that of what fills the hollow, in N/m³.
+    /// Weight of the fluid that a metre of deflection displaces, less that of the filling, in N/m³.
     restoring: f64,
 }
 
@@ -115,13 +106,13 @@ impl Plate {
     }
 }
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let plate = Params::read(sizing.params).plate();
     if plate.rigidity == 0.0 {
         return 0;
     }
-    // complex numbers, twice while rows become columns, which is before there is a deflection
+    // complex numbers, twice during the transposition, which is before there is a deflection
     let (_, side) = plate.grid(&sizing.window);
     let grid = (side * side * size_of::<[f64; 2]>()) as u64;
     (2 * grid).saturating_sub(sizing.cells(4.0)).max(grid)
@@ -161,7 +152,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 }
 
 impl Plate {
-    /// How many cells of the window are one of the grid that is bent, along a side, and how many it has.
+    /// Returns the number of window cells per cell of the bent grid along a side, and the grid's number of cells.
     fn grid(&self, window: &Window) -> (usize, usize) {
         // no plate is wider than that on cells that are worth the name
         let alpha_cells = (self.alpha_m() / window.cell_m()).min(1e9);
@@ -216,7 +207,8 @@ mod tests {
     use super::*;
     use crate::testing::{field, run, run_in, with_params, world};
 
-    /// A line load of q newtons a metre: `w = w₀ e^(−x/α) (cos x/α + sin x/α)`, `w₀ = q α³ / 8D` (Turcotte and Schubert).
+    /// A line load of q newtons a metre: `w = w₀ e^(−x/α) (cos x/α + sin x/α)`, `w₀ = q α³ / 8D` (Turcotte and
+    /// Schubert).
     #[test]
     fn a_line_load_bends_the_plate_as_the_closed_form_says() {
         for (thickness, cell_m) in [(1000.0, 500.0), (3000.0, 500.0), (2000.0, 60.0)] {

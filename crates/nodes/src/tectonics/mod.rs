@@ -1,9 +1,10 @@
-//! What raises and lowers the land.
+//! What raises and lowers the terrain.
 
 pub mod flexure;
+pub mod rock;
 pub mod uplift;
 
 use orograph_graph::Node;
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] = &[&uplift::NODE, &flexure::NODE];
+pub static NODES: &[&Node] = &[&uplift::NODE, &flexure::NODE, &rock::NODE];

@@ -1,23 +1,24 @@
 //! Uplift: domes, ranges, faults and plates.
 //!
-//! The shapes are those of landscape evolution models; each module tells its formula. Values of the whole land at once
-//! are computed here: what varies them and what is made of them.
+//! The shapes are those of landscape evolution models; each module gives its formula. This module computes everything
+//! that applies to all shapes: the variation and the outputs.
 
 mod fault;
 mod plates;
 
-use rayon::prelude::*;
-
 use self::{fault::Fault, plates::Plates};
 use crate::{
-    generate::noise::{Basis, Fractal, sum},
-    math, par,
+    numerics::{
+        math,
+        noise::{Basis, Fractal, sum},
+        par,
+        range::Range,
+    },
     prelude::*,
-    range::Range,
 };
 
 choice! {
-    /// What rises.
+    /// Shape of the uplift.
     pub enum Shape {
         /// A dome about `centre`.
         Gaussian = "gaussian",
@@ -25,25 +26,25 @@ choice! {
         Range = "range",
         /// Two blocks along the line through `centre` at `azimuth`: the left one rises and the right one sinks.
         Fault = "fault",
-        /// Drifting plates: land rises where they meet and sinks where they part.
+        /// Drifting plates: terrain rises where they collide and sinks where they diverge.
         Plates = "plates",
-        /// Everything alike.
+        /// The same everywhere.
         Uniform = "uniform",
     }
 }
 
 params! {
-    /// What rises.
+    /// Shape of the uplift.
     shape: Shape = Shape::Gaussian, One, ..;
-    /// Rate where it is highest, or of a fault's whole throw; land sinks where it is below 0.
+    /// Maximum rate, or the rate of a fault's whole throw; the terrain sinks where it is negative.
     rate: f64 = 0.001, MetresPerYear, -1.0..=1.0, soft 0..=0.005;
-    /// Time that `displacement` has risen for.
+    /// Duration of the uplift in `displacement`.
     duration: f64 = 1e6, Years, 0.0..=1e9, soft 0..=1e7;
-    /// Middle of a dome, or a place on a fault, from the world's north-west corner.
+    /// Centre of a dome, or a point on a fault, from the world's north-west corner.
     centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7, when shape = "gaussian" | "fault";
-    /// Distance from the middle of a dome at which the rate has fallen to 61 % (one standard deviation).
+    /// Distance from the centre of a dome at which the rate has fallen to 61 % (one standard deviation).
     radius: f64 = 5000.0, Metres, 1.0..=1e7, soft 500..=50000, when shape = "gaussian";
-    /// Crest of a range, from place to place.
+    /// Points along the crest of a range.
     path: PathPoints = PathPoints(vec![[1500.0, 11500.0], [6500.0, 9500.0], [10000.0, 6500.0], [15000.0, 5000.0]]), Metres, -1e7..=1e7, when shape = "range";
     /// Distance to the right of a range's path at which the rate has fallen to 61 %.
     front: f64 = 1500.0, Metres, 1.0..=1e7, soft 500..=50000, when shape = "range";
@@ -51,33 +52,33 @@ params! {
     back: f64 = 3000.0, Metres, 1.0..=1e7, soft 500..=100000, when shape = "range";
     /// Direction of a fault, clockwise from north; the block to its right sinks.
     azimuth: f64 = 30.0, Degrees, -360.0..=360.0, soft 0..=360, when shape = "fault";
-    /// Distance from a fault within which 71 % of the step is made.
+    /// Distance on each side of a fault within which 71 % of the step lies.
     step: f64 = 100.0, Metres, 0.1..=1e6, soft 10..=2000, when shape = "fault";
     /// Distance from a fault at which the motion of both blocks has fallen to 37 %.
     decay: f64 = 10000.0, Metres, 1.0..=1e9, soft 5000..=20000, when shape = "fault";
-    /// Share of a fault's throw by which the left block rises; the right one sinks by the rest.
+    /// Fraction of a fault's throw by which the left block rises; the right one sinks by the rest.
     footwall: f64 = 0.3, One, 0.0..=1.0, when shape = "fault";
-    /// Distance between the middles of neighbouring plates, on average.
+    /// Mean distance between the centres of neighbouring plates.
     plate_size: f64 = 8000.0, Metres, 100.0..=1e8, soft 2000..=1000000, when shape = "plates";
-    /// Width of the belts where plates meet; a tenth of `plate_size` at most.
+    /// Width of the belts where plates meet; at most a tenth of `plate_size`.
     belt: f64 = 500.0, Metres, 1.0..=1e7, soft 100..=100000, when shape = "plates";
-    /// How much the rate varies from place to place, as a share of it.
+    /// How much the rate varies from place to place, as a fraction of it.
     variation: f64 = 0.0, One, 0.0..=1.0, soft 0..=0.5;
     /// Wavelength of that variation.
     variation_size: f64 = 5000.0, Metres, 1.0..=1e7, soft 1000..=50000;
-    /// Which plates and which variation these are.
+    /// Random seed of plates and variation.
     seed: Seed = Seed(0), Count, ..;
 }
 
 inputs! {
-    /// Share of the rate, per cell if wired: a painted map of uplift.
+    /// Factor on the rate, per cell if wired: a painted map of uplift.
     map: Mask = 1.0, 0.0..=1.0;
 }
 
 outputs! {
-    /// Rate at which the land rises.
+    /// Rate of uplift.
     uplift: Scalar(MetresPerYear);
-    /// What it rises by in `duration`.
+    /// Uplift over `duration`.
     displacement: Height;
 }
 
@@ -85,7 +86,7 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Uplift",
     category: "tectonics",
-    summary: "Land that rises and sinks: domes, ranges, faults, plates.",
+    summary: "Uplift and subsidence: domes, ranges, faults, plates.",
     doc: include_str!("uplift.md"),
     sources: &[
         "J. Braun and S. D. Willett (2013), A very efficient O(n), implicit and parallel method to solve the stream \
@@ -127,14 +128,14 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let wants = Wants::of(job);
     let field = |samples| Field::new(window, samples);
     Ok(Given {
-        displacement: wants.displacement.then(|| field(uplift.par_iter().map(|rate| rate * duration_yr).collect())),
+        displacement: wants.displacement.then(|| field(par::map_of(&uplift, |rate| rate * duration_yr))),
         uplift: wants.uplift.then(|| field(uplift)),
     }
     .into())
 }
 
 impl Params {
-    /// The rate of the shape alone.
+    /// Returns the rate of the shape alone.
     fn shape(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
         match self.shape {
             Shape::Gaussian => self.dome(job),
@@ -186,7 +187,7 @@ impl Params {
             lacunarity: 2.0,
             gain: 0.5,
             tileable: false,
-            // other draws than the plates'
+            // a different seed from the plates'
             seed: orograph_graph::mix(job.seed() ^ 0x5851_f42d),
         };
         let octaves = fractal.octaves(job.world());

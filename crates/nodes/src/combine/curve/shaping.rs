@@ -1,10 +1,10 @@
-//! What bends the range from the low to the high end of levels: functions from 0..1 to 0..1 that keep both ends.
+//! Shaping functions for levels: from 0..1 to 0..1, keeping both ends.
 //!
-//! Beside the power of a gamma these are the shaping functions of G. Dahan (2025), "La création et la manipulation de champs
-//! de hauteur": 2 (eˣ − 1), 6x⁵ − 15x⁴ + 10x³, 2 atan 2x and k tan x on −1..1. Their factors go when both ends are kept; the
-//! quintic, made for 0..1 and −31 at −1, is mirrored at the middle.
+//! Besides the power of a gamma these are the shaping functions of G. Dahan (2025), "La création et la manipulation
+//! de champs de hauteur": 2 (eˣ − 1), 6x⁵ − 15x⁴ + 10x³, 2 atan 2x and k tan x on −1..1. Their factors cancel when
+//! both ends are kept; the quintic, made for 0..1 and −31 at −1, is mirrored at the middle.
 
-use crate::math;
+use crate::numerics::math;
 
 /// A function from 0..1 to 0..1. Without branches, for row kernels.
 pub(super) trait Bend: Copy {

@@ -1,8 +1,8 @@
 //! A monotone piecewise cubic.
 
-use crate::simd::simd;
+use crate::numerics::simd::simd;
 
-/// Samples that are evaluated side by side.
+/// Samples that are evaluated in parallel.
 const LANES: usize = 16;
 
 /// From x on: `y + t (a + t (b + t c))`, t = value − x.
@@ -18,14 +18,14 @@ struct Piece {
 /// The monotone cubic through points, with straight or level ends.
 #[derive(Clone, Debug)]
 pub(super) struct Spline {
-    /// What is before the first point.
+    /// The part before the first point.
     before: Piece,
-    /// One per point, from left to right: the cubic to the next point, after the last the end.
+    /// One per point, from left to right: the cubic to the next point, or the end after the last.
     pieces: Vec<Piece>,
 }
 
 impl Spline {
-    /// Through at least two points with x rising.
+    /// Creates the curve through at least two points with ascending x.
     pub fn new(points: &[[f64; 2]], clamp: bool) -> Self {
         let slopes = slopes(points);
         let straight = |[x, y]: [f64; 2], slope: f64| Piece {
@@ -69,9 +69,9 @@ impl Spline {
     }
 }
 
-/// The slope of the curve at each point, after Fritsch and Carlson: the mean of the secants on both sides, 0 at a local
-/// extreme, and cut so that (slope / secant) of a piece's two ends lies within a circle of radius 3, which keeps the piece
-/// monotone. At the ends the secant.
+/// Returns the slope of the curve at each point, after Fritsch and Carlson: the mean of the secants on both sides, 0
+/// at a local extreme, and limited so that (slope / secant) of a piece's two ends lies within a circle of radius 3,
+/// which keeps the piece monotone. At the ends it is the secant.
 pub fn slopes(points: &[[f64; 2]]) -> Vec<f64> {
     let secants: Vec<f64> = points.windows(2).map(|p| (p[1][1] - p[0][1]) / (p[1][0] - p[0][0])).collect();
     let mut slopes = vec![secants[0]];

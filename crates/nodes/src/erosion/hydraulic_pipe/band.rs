@@ -1,8 +1,8 @@
 //! A band of rows with copies of its neighbours' rows, swept once per step.
 //!
-//! All stages of a step run in one sweep down the rows, each a row or two behind the one before, so that what they hand
-//! on is still in the cache. A band needs nothing from others during a step: it computes what happens in its halo
-//! itself, from the same numbers and so with the same result.
+//! All stages of a step run in one sweep down the rows, each a row or two behind the one before, so that their
+//! results are still in the cache. A band needs nothing from others during a step: it computes its halo itself, from
+//! the same numbers and therefore with the same result.
 
 use std::ops::Range;
 
@@ -17,20 +17,21 @@ use super::{
     transport,
 };
 
-/// Steps of one sweep, each some rows behind the one before: what one step leaves is still in the cache for the next.
+/// Steps of one sweep, each some rows behind the one before: the result of one step is still in the cache for the
+/// next.
 pub(super) const STEPS_PER_SWEEP: usize = 4;
-/// Rows beyond what a step gives that it depends on.
+/// Rows beyond its output that a step depends on.
 const REACH: isize = 5;
 /// Rows beyond a band that a sweep of it depends on.
 pub(super) const HALO: usize = STEPS_PER_SWEEP * REACH as usize + 1;
-/// Rows that a step of a sweep is behind the one before, at least one more than its stages are behind each other.
+/// Rows by which a step of a sweep lags the one before: at least one more than the lag between its stages.
 const LAG: isize = 6;
-/// Bed slope taken beyond an open side where the land does not fall towards it.
+/// Bed slope assumed beyond an open side where the terrain does not fall towards it.
 const LEAST_OUTFLOW_SLOPE: f32 = 1e-3;
-/// Rows between questions whether to go on.
+/// Rows between checks for cancellation.
 const ROWS_PER_CHECK: isize = 64;
 
-/// What a run reads and never changes.
+/// The constant inputs of a run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scene<'a> {
     pub cells: [usize; 2],
@@ -50,11 +51,11 @@ impl Scene<'_> {
 /// The state of a run, per cell: names of the rasters of [`Band`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum State {
-    /// What the bed has gained, m.
+    /// Change of the bed, m.
     Change,
     /// Loose ground, m.
     Loose,
-    /// What water has taken from the bed since it was last spread, m.
+    /// Material that water has eroded since the last spread, m.
     Taken,
     /// Depth of water, m.
     Water,
@@ -70,7 +71,7 @@ pub(super) enum State {
 pub(super) const STATES: [State; 7] =
     [State::Change, State::Loose, State::Taken, State::Water, State::Sediment, State::West, State::North];
 
-/// Rows in which the stages of a step hand on their results.
+/// Rows through which the stages of a step pass their results.
 #[derive(Debug)]
 struct Rings {
     bed: Ring,
@@ -104,15 +105,15 @@ impl Rings {
     }
 }
 
-/// The rows that the stages of a step work on, from those whose state is known.
+/// The rows that the stages of a step process, from those whose state is known.
 #[derive(Clone, Debug)]
 struct Span {
     known: Range<isize>,
-    /// With a ghost row where the world ends; else the outermost row of the halo serves as one.
+    /// With a ghost row where the world ends; otherwise the outermost row of the halo serves as one.
     loaded: Range<isize>,
     shared: Range<isize>,
     exchanged: Range<isize>,
-    /// Whether the world ends above and below.
+    /// True where the world ends above and below.
     ends: [bool; 2],
 }
 
@@ -161,7 +162,7 @@ pub(super) struct Band {
     rings: Vec<Rings>,
     rain: Vec<f32>,
     pub mobile: Vec<f32>,
-    /// Where flow in the halo goes, which nobody asks for.
+    /// Sink for the unused flow in the halo.
     elsewhere: Vec<f32>,
     pub left: Vec<Left>,
     pub deepest_m: f32,
@@ -197,7 +198,7 @@ impl Band {
         band
     }
 
-    /// The rows of the world it holds.
+    /// Returns the rows of the world in this band.
     pub fn world_rows(&self) -> Range<usize> {
         self.first..self.first + self.rows
     }
@@ -217,7 +218,7 @@ impl Band {
         &self.flow[y * self.nx..][..self.nx]
     }
 
-    /// The row of the world of a row of the band, around the joint where there is one.
+    /// Returns the world row of a band row, wrapped in a periodic world.
     pub fn world_row(&self, scene: &Scene<'_>, y: isize) -> usize {
         (self.first as isize + y).rem_euclid(scene.cells[1] as isize) as usize
     }
@@ -255,7 +256,8 @@ impl Band {
         Ok(())
     }
 
-    /// What is to be done once row y of the world before a step is known: each stage a row or two behind the one before.
+    /// Runs all stages that are possible once row y of the state before a step is known: each stage a row or two
+    /// behind the one before.
     fn stages(&mut self, scene: &Scene<'_>, pace: &Pace, step: usize, span: &Span, y: isize) {
         if span.loaded.contains(&y) {
             self.load(scene, pace, step, span, y);
@@ -357,7 +359,7 @@ impl Band {
         }
     }
 
-    /// What share of its outflow each cell of a row can give.
+    /// Computes the fraction of its outflow that each cell of a row can supply.
     fn share(&mut self, scene: &Scene<'_>, pace: &Pace, step: usize, span: &Span, y: isize) {
         let Rings { share, wet, .. } = &mut self.rings[step];
         if !span.known.contains(&y) {
@@ -480,7 +482,7 @@ impl Band {
     }
 }
 
-/// Where a row of a band is in its rasters.
+/// Returns the index of a band row in its rasters.
 pub(super) fn at(y: isize) -> usize {
     (y + HALO as isize) as usize
 }
@@ -490,7 +492,7 @@ fn beyond(edge: Edge, [near, second]: [f32; 2], water: f32, cell_m: f32) -> (f32
     let drop = (second - near).max(LEAST_OUTFLOW_SLOPE * cell_m);
     match edge {
         Edge::Base => (near - drop, 0.0),
-        Edge::Open => (near - drop, water),
+        Edge::Open | Edge::Inland => (near - drop, water),
         Edge::Wall | Edge::Periodic => (f32::NAN, 0.0),
     }
 }
@@ -506,7 +508,7 @@ fn lane_row<'a>(buffer: &'a mut [f32], lane: Lane<'a>, start: usize) -> &'a [f32
     }
 }
 
-/// How readily the bed of a row gives way; below 0 on sides at base level, whose bed stays.
+/// Returns how readily the bed of a row erodes; negative on sides at base level, whose bed is fixed.
 pub(super) fn mobility<'a>(buffer: &'a mut [f32], scene: &Scene<'_>, row: usize) -> &'a [f32] {
     let nx = buffer.len();
     let boundary = &scene.boundary;

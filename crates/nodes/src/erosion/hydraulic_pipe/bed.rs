@@ -1,22 +1,23 @@
-//! What water leaves in each cell: its depth, and the exchange between the bed and the water above it.
+//! The water in each cell: its depth, and the exchange between the bed and the water above it.
 
 use super::{
     flow::{film, limited},
     physics::{Capacity, Pace},
 };
-use crate::{
+use crate::numerics::{
     math::lane::{inverse, inverse_root},
     simd::simd,
 };
 
-/// Depth of water, in metres, below which it counts as this much.
+/// Minimum depth of water, in metres; thinner water counts as this deep.
 const THIN_M: f32 = 1e-6;
 /// Water below this depth, in metres, has no concentration.
 const NONE_M: f32 = 1e-20;
 /// Bound of the decay exponent of entrainment.
 const FASTEST: f32 = 1e6;
 
-/// 1 - e^(-x) for x = `part` / `whole` of 0 and more, within 1 %, by the Padé approximant of order 1 over 2: never above 1.
+/// 1 - e^(-x) for x = `part` / `whole` of 0 and more, within 1 %, by the Padé approximant of order 1 over 2: never
+/// above 1.
 #[inline(always)]
 fn reached(part: f32, whole: f32) -> f32 {
     let sixth = part * (1.0 / 6.0);
@@ -24,7 +25,7 @@ fn reached(part: f32, whole: f32) -> f32 {
     above * inverse(whole * whole + part * ((2.0 / 3.0) * whole + sixth))
 }
 
-/// The difference between two neighbours, one of which may be a hole: then that to the cell itself.
+/// Returns the difference between two neighbours; if one is a hole, the difference to the cell itself.
 #[inline(always)]
 fn rise(before: f32, here: f32, after: f32) -> f32 {
     let before = if before.is_nan() { here } else { before };
@@ -42,12 +43,12 @@ fn most(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// What a row reads; rows with ghosts are named so.
+/// The inputs of a row; rows with ghosts are marked.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row<'a> {
     /// Discharge through the faces on the north, limited.
     pub north: &'a [f32],
-    /// Share of its outflow that each cell can give, with ghosts; and of the row south, without.
+    /// Fraction of its outflow that each cell can supply, with ghosts; and of the row south, without.
     pub shares: [&'a [f32]; 2],
     /// Depth of water before the step in the row north, with ghosts, in this one and in the one south.
     pub wets: [&'a [f32]; 3],
@@ -55,17 +56,18 @@ pub(super) struct Row<'a> {
     pub beds: [&'a [f32]; 3],
     /// Suspended sediment before the step.
     pub sediment: &'a [f32],
-    /// Factor on the rate of entrainment, below 0 where the bed is held.
+    /// Factor on the rate of entrainment, negative where the bed is fixed.
     pub mobile: &'a [f32],
 }
 
 simd! {
-    /// Limits the discharge through the faces `west` of the cells and, `below`, south of them to the water there is; moves
-    /// the water, and brings its load nearer to its capacity: takes ground, loose before rock, or leaves it. Returns the
-    /// greatest depth.
+    /// Limits the discharge through the faces `west` of the cells and, `below`, south of them to the available water;
+    /// moves the water, and brings its load nearer to its capacity: erodes ground, loose before rock, or deposits it.
+    /// Returns the greatest depth.
     ///
-    /// Gives the depth of water, adds |q| Δt to `flow`, changes the bed's `change` and the `loose` ground by `acceleration`
-    /// times what the `load` gains, adds that to what is `taken`, and gives the concentration of the load in the water before the step, `part`.
+    /// Outputs the depth of water, adds |q| Δt to `flow`, changes the bed's `change` and the `loose` ground by
+    /// `acceleration` times the change of the `load`, adds that to `taken`, and outputs the concentration of the load
+    /// in the water before the step, `part`.
     #[expect(clippy::too_many_arguments, reason = "only arguments are known not to overlap, which makes it vectorise")]
     pub fn exchange(
         west: &mut [f32], below: &mut [f32], depth: &mut [f32], flow: &mut [f32], change: &mut [f32], loose: &mut [f32],
@@ -127,7 +129,7 @@ fn exchange_by<const LAW: u8>(
         flow[i] += q * pace.dt_s;
 
         let sine = if by_depth {
-            // the work of gravity on the water: the mean of what falls through opposite faces
+            // the work of gravity on the water: the mean of the fall through opposite faces
             let fall = |rise: f32, deeper: f32| most(least(rise + deeper, pace.steepest_m), -pace.steepest_m);
             let falls_x = from_west * fall(bed_west[i] - bed[i], wet_west[i] - before)
                 + to_east * fall(bed[i] - bed_east[i], before - wet_east[i]);
@@ -158,7 +160,7 @@ fn exchange_by<const LAW: u8>(
         let taken = pace.acceleration * missing * reached(if takes { rate } else { pace.settling }, whole);
         let limit = least(0.01 + 0.1 * mean, pace.most_m);
         let taken = most(least(taken, limit), -limit);
-        // and no pits are dug
+        // do not dig pits
         let taken = if by_depth {
             let beside = least(least(bed_west[i], bed[i]), least(bed_east[i], bed[i]));
             let above = least(bed_north_west[i], least(bed_north[i], least(bed_north_east[i], bed[i])));
@@ -168,10 +170,10 @@ fn exchange_by<const LAW: u8>(
         } else {
             taken
         };
-        // of what is below the loose ground only as much as rock gives
+        // below the loose ground, only at the rate of rock
         let beyond = taken - loose[i];
         let taken = if beyond > 0.0 { loose[i] + beyond * pace.rock } else { taken };
-        // no more than the water carries
+        // at most the load of the water
         let taken = most(taken, -sediment[i] * pace.acceleration);
         let taken = if mobile[i] >= 0.0 { taken } else { 0.0 };
         change[i] -= taken;

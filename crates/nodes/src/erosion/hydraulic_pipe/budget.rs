@@ -1,4 +1,4 @@
-//! Where the water and the ground have gone.
+//! Balances of water and solids.
 
 use super::{
     band::{Scene, State},
@@ -6,7 +6,7 @@ use super::{
 };
 use crate::prelude::*;
 
-/// Sum over the world's rows of the sums of rows, in order, so that it is the same for any number of bands.
+/// Returns the sum of row sums over the world's rows, in order, so that it is the same for any number of bands.
 pub(super) fn total(scene: &Scene<'_>, row: impl Fn(usize) -> f64) -> f64 {
     (0..scene.cells[1]).map(row).sum()
 }
@@ -21,15 +21,15 @@ pub(super) fn rain(scene: &Scene<'_>) -> f64 {
     })
 }
 
-/// The water on the land, in m³.
+/// The water on the terrain, in m³.
 pub(super) fn water(run: &Run, scene: &Scene<'_>) -> f64 {
     let nx = scene.cells[0];
     let cell_m2 = scene.physics.cell_m * scene.physics.cell_m;
     cell_m2 * total(scene, |j| run.row(State::Water, j)[..nx].iter().map(|&depth| f64::from(depth)).sum())
 }
 
-/// Volumes in m³, and how far the balances are from closed, as a share of what was turned over. `water_start` was there, and
-/// `water_in` has rained since.
+/// Returns volumes in m³, and the errors of the balances as a fraction of the turnover. `water_start` was there at
+/// the start, and `water_in` has rained since.
 pub(super) fn report(run: &Run, scene: &Scene<'_>, pacing: &Pacing, water_start: f64, water_in: f64) -> Report {
     let physics = &scene.physics;
     let nx = scene.cells[0];
@@ -69,7 +69,7 @@ pub(super) fn report(run: &Run, scene: &Scene<'_>, pacing: &Pacing, water_start:
     report
 }
 
-/// A part of a whole; 0 of nothing.
+/// Returns a fraction of a whole; 0 if the whole is 0.
 fn share(part: f64, whole: f64) -> f64 {
     if whole > 0.0 { part / whole } else { 0.0 }
 }

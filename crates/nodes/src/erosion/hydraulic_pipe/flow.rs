@@ -1,10 +1,10 @@
-//! Water: discharge through the faces between cells, and what it leaves in them.
+//! Water: discharge through the faces between cells, and the depth in them.
 //!
-//! A face has one signed discharge per metre of width, positive eastward or southward. Differences of depth and of bed
-//! are taken apart, so that a level lake stays level to the last bit on a bed far above zero.
+//! A face has one signed discharge per metre of width, positive eastward or southward. Differences of depth and of
+//! bed are computed separately, so that a level lake stays exactly level on a bed far above zero.
 
 use super::physics::Pace;
-use crate::{
+use crate::numerics::{
     math::lane::{inverse, inverse_root},
     simd::simd,
 };
@@ -13,18 +13,18 @@ use crate::{
 const DRY_M: f32 = 1e-4;
 /// Outflow of a cell in a step, in metres, that is not worth limiting.
 const LEAST_M: f32 = 1e-30;
-/// Differences of the water surface from here on, in metres, are edges of holes in the data.
+/// Larger differences of the water surface, in metres, are edges of holes in the data.
 pub(super) const HIGHEST: f32 = 1e15;
 
-/// What is no land is NaN.
+/// Cells outside the terrain are NaN.
 #[inline(always)]
 fn height(height_m: f32) -> f32 {
     if height_m.abs() < HIGHEST { height_m } else { f32::NAN }
 }
 
 simd! {
-    /// Bed and water of a row at the start of a step: the land and its change so far, and what stands there and rains. What
-    /// is no land has a bed of NaN and no water.
+    /// Computes bed and water of a row at the start of a step: the terrain and its change so far, the water and the
+    /// rain. Cells outside the terrain have a bed of NaN and no water.
     pub fn load(bed: &mut [f32], wet: &mut [f32], land: [&[f32]; 2], water: [&[f32]; 2], pace: &Pace) {
         let n = bed.len();
         let ([land, change], [before, rain_mm_h]) = (land.map(|row| &row[..n]), water.map(|row| &row[..n]));
@@ -76,7 +76,7 @@ fn inverse_sixth_root(x: f32) -> f32 {
     newton(newton(guess, 1.168_266_7), 1.166_671_2)
 }
 
-/// Discharge that a step of inertia and gravity gives, before friction.
+/// Returns the discharge after a step of inertia and gravity, before friction.
 #[inline(always)]
 fn driven(q: f32, bed: [f32; 2], water: [f32; 2], pace: &Pace) -> f32 {
     let (depth, fall) = face(bed, water);
@@ -87,12 +87,12 @@ fn driven(q: f32, bed: [f32; 2], water: [f32; 2], pace: &Pace) -> f32 {
     if open { moved } else { 0.0 }
 }
 
-/// What Manning's friction leaves of the discharge Q that is `driven` through a face with `across` along it: the q that
-/// solves q (1 + k |q|) = Q with k = g Δt n² / h^(7/3), at most that of critical flow.
+/// Applies Manning's friction to the discharge Q that is `driven` through a face with `across` along it: returns the
+/// q that solves q (1 + k |q|) = Q with k = g Δt n² / h^(7/3), limited to critical flow.
 ///
-/// Both count the norm of the vector, so neither turns the flow (de Almeida and Bates 2013). With the discharge before
-/// the step in place of that after it (Bates, Horritt and Fewtrell 2010, equation 11), thin water on steep ground would
-/// swing between two discharges from step to step.
+/// Both use the norm of the vector, so neither turns the flow (de Almeida and Bates 2013). With the discharge before
+/// the step instead of that after it (Bates, Horritt and Fewtrell 2010, equation 11), thin water on steep ground
+/// would oscillate between two discharges from step to step.
 #[inline(always)]
 fn rubbed(driven: f32, across: f32, bed: [f32; 2], water: [f32; 2], pace: &Pace) -> f32 {
     let (depth, _) = face(bed, water);
@@ -135,8 +135,9 @@ simd! {
 }
 
 simd! {
-    /// What friction leaves of the discharge `through` faces, not yet limited to the water there is. `along` is that through
-    /// the four faces of the other direction around each: both of the cell before it, and both of that after it.
+    /// Applies friction to the discharge `through` faces, not yet limited to the available water. `along` is that
+    /// through the four faces of the other direction around each: both of the cell before it, and both of that after
+    /// it.
     pub fn rub(
         discharge: &mut [f32], through: &[f32], along: [&[f32]; 4], bed: [&[f32]; 2], water: [&[f32]; 2], pace: &Pace,
     ) {
@@ -162,8 +163,8 @@ simd! {
 }
 
 simd! {
-    /// The share of its outflow that a cell can give in a step, a hair below all its water, more than the error of the
-    /// inverse. `faces` are those on its west, east, north and south.
+    /// Computes the fraction of its outflow that a cell can supply in a step, slightly less than all its water, by
+    /// more than the error of the inverse. `faces` are those on its west, east, north and south.
     pub fn shares(share: &mut [f32], water: &[f32], faces: [&[f32]; 4], pace: &Pace) {
         let n = share.len();
         let (water, [west, east, north, south]) = (&water[..n], faces.map(|row| &row[..n]));
@@ -177,7 +178,8 @@ simd! {
     }
 }
 
-/// Discharge limited to the share its cell of origin can give: `shares` of the cell before the face and after it.
+/// Returns the discharge limited to the fraction that its cell of origin can supply: `shares` of the cells before and
+/// after the face.
 #[inline(always)]
 pub(super) fn limited(discharge: f32, shares: [f32; 2]) -> f32 {
     discharge * if discharge > 0.0 { shares[0] } else { shares[1] }
@@ -194,13 +196,13 @@ simd! {
     }
 }
 
-/// Depth over which a film of water gains the speed it would have, as multiples of the film's depth.
+/// Depth over which a film of water reaches its full speed, as multiples of the film's depth.
 const FILM: [f32; 2] = [1.0, 3.0];
 
 /// 0 for water thinner than the film, 1 from three times its depth on.
 #[inline(always)]
 pub(super) fn film(depth_m: f32, pace: &Pace) -> f32 {
-    crate::math::lane::smoothstep((depth_m * pace.per_film - FILM[0]) * (1.0 / (FILM[1] - FILM[0])))
+    crate::numerics::math::lane::smoothstep((depth_m * pace.per_film - FILM[0]) * (1.0 / (FILM[1] - FILM[0])))
 }
 
 simd! {

@@ -1,9 +1,9 @@
 //! Hydraulic erosion by shallow water.
 //!
-//! X. Mei, P. Decaudin and B.-G. Hu (2007) for the order of steps and the virtual pipes; P. D. Bates, M. S. Horritt and
-//! T. J. Fewtrell (2010) for water with inertia; G. A. M. de Almeida and P. Bates (2013) and X. Xia and Q. Liang (2018)
-//! for its friction; C. T. Yang (1973) for the capacity; A. Selle et al. (2008) for MacCormack's transport. What differs
-//! from them is told in the node's manual page.
+//! X. Mei, P. Decaudin and B.-G. Hu (2007) for the order of steps and the virtual pipes; P. D. Bates, M. S. Horritt
+//! and T. J. Fewtrell (2010) for water with inertia; G. A. M. de Almeida and P. Bates (2013) and X. Xia and Q. Liang
+//! (2018) for its friction; C. T. Yang (1973) for the capacity; A. Selle et al. (2008) for MacCormack's transport.
+//! The node's manual page lists the differences.
 
 mod band;
 mod bed;
@@ -32,15 +32,15 @@ use self::{
 use crate::prelude::*;
 
 params! {
-    /// How long it rains and runs.
+    /// Simulated time of rain and water.
     duration: f64 = 7200.0, Seconds, 0.0..=1e7, soft 0.0..=36000.0;
-    /// Morphological factor: how many times the bed changes for what one run of the water takes and leaves.
+    /// Morphological factor: multiplies erosion and deposition of the simulated water.
     acceleration: f64 = 2000.0, One, 0.0..=1e5, soft 1.0..=10000.0;
-    /// What drives the water.
+    /// Scheme of the water flow.
     scheme: Scheme = Scheme::Inertial, One, .., when law = "stream_power" | "excess_shear";
-    /// How sediment is carried along.
+    /// Scheme of sediment transport.
     transport: Transport = Transport::Upwind, One, ..;
-    /// How much sediment water carries, and how fast it takes and leaves it.
+    /// Law of erosion and deposition: how much sediment water carries, and how fast it erodes and deposits.
     law: Law = Law::StreamPower, One, ..;
     /// Manning's roughness of the bed.
     roughness: f64 = 0.05, Roughness, 0.005..=0.5, soft 0.02..=0.15, when scheme = "inertial", when law = "stream_power" | "excess_shear";
@@ -50,43 +50,43 @@ params! {
     capacity: f64 = 0.01, One, 0.0..=10.0, soft 0.001..=0.1, when law = "stream_power" | "excess_shear";
     /// Settling velocity of the grains.
     settling: f64 = 0.02, MetresPerSecond, 1e-5..=2.0, soft 0.002..=0.2, when law = "stream_power" | "excess_shear";
-    /// Rate at which loose ground fills water to its capacity.
+    /// Rate at which water on loose ground reaches its capacity.
     entrainment: f64 = 0.2, PerSecond, 0.0..=100.0, soft 0.01..=1.0, when law = "stream_power" | "excess_shear";
-    /// Shear stress below which the bed stays.
+    /// Shear stress below which the bed does not erode.
     critical_shear: f64 = 5.0, Pascals, 0.01..=1e5, soft 0.1..=200.0, when law = "excess_shear";
-    /// How fast rock gives way, as a share of loose ground.
+    /// Erosion rate of rock as a fraction of that of loose ground.
     rock: f64 = 0.01, One, 0.0..=1.0;
     /// Angle above which loose ground slides.
     talus: f64 = 35.0, Degrees, 1.0..=89.0, soft 20.0..=60.0;
     /// Depth of a film of water that is too thin to erode.
     film: f64 = 0.005, Metres, 1e-4..=1.0, soft 0.001..=0.02, when law = "stream_power" | "excess_shear";
-    /// Depth from which water takes nothing from its bed; capacity falls to 0 towards it.
+    /// Depth from which water does not erode its bed; capacity falls to 0 towards it.
     deep: f64 = 5.0, Metres, 0.01..=1e4, soft 1.0..=20.0, when law = "stream_power" | "excess_shear";
-    /// Breadth of the least channel, 5 to 12 cells, over which what water takes and leaves is spread; 0 is one cell.
+    /// Width of the smallest channel, 5 to 12 cells, over which erosion and deposition are spread; 0 is one cell.
     width: f64 = 20.0, Metres, 0.0..=1e4, soft 0.0..=100.0, when law = "stream_power" | "excess_shear";
-    /// Share of the water that evaporates.
+    /// Fraction of the water that evaporates per second.
     evaporation: f64 = 0.0, PerSecond, 0.0..=1.0, soft 0.0..=0.001, when law = "stream_power" | "excess_shear";
-    /// Water that seeps into the ground.
+    /// Rate at which water seeps into the ground.
     infiltration: f64 = 0.0, MillimetresPerHour, 0.0..=1e4, soft 0.0..=50.0;
     /// Discharge of a spring.
     river: f64 = 0.0, CubicMetresPerSecond, 0.0..=1e6, soft 0.0..=500.0;
-    /// Where the spring is.
+    /// Position of the spring.
     river_at: [f64; 2] = [0.0, 0.0], Metres, -1e7..=1e7;
-    /// Radius of the spring; its water is strongest in the middle.
+    /// Radius of the spring; its inflow is strongest in the middle.
     river_radius: f64 = 100.0, Metres, 0.0..=1e6, soft 1.0..=1000.0;
-    /// Share of a cell that waves may cross in a step.
+    /// Fraction of a cell that waves may cross in a step (Courant number).
     courant: f64 = 0.6, One, 0.05..=0.7;
-    /// What is painted while it runs.
+    /// Strokes, replayed at their times during the run.
     ///
-    /// A stroke has a `tool` (`raise`, `lower`, `rain` or `erase`), a `radius` in metres, a `strength` (metres for `raise` and
-    /// `lower`, 10 unless it says otherwise; mm/h for `rain`, 200 unless it says otherwise; a part for `erase`), a `hardness` (the
-    /// part of the radius within which it acts fully, 0.5 unless it says otherwise), a `time` in seconds from the start, 0 unless
-    /// it says otherwise, and `points`.
+    /// A stroke has a `tool` (`raise`, `lower`, `rain` or `erase`), a `radius` in metres, a `strength` (metres for
+    /// `raise` and `lower`, default 10; mm/h for `rain`, default 200; a fraction for `erase`), a `hardness` (the
+    /// fraction of the radius within which it acts fully, default 0.5), a `time` in seconds from the start, default
+    /// 0, and `points`.
     strokes: TimedStrokes = TimedStrokes(Vec::new()), Metres, -1e7..=1e7;
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
     /// Rain, per cell if wired.
     rain: Scalar(MillimetresPerHour) = 20.0, 0.0..=1e5, soft 0.0..=200.0;
@@ -94,12 +94,12 @@ inputs! {
     erodibility: Scalar(One) = 1.0, 0.0..=1e6, soft 0.0..=4.0;
     /// Thickness of loose ground on the rock at the start, per cell if wired.
     regolith: Scalar(Metres) = 10.0, 0.0..=1e9, soft 0.0..=50.0;
-    /// Drainage of the land, for a warm start: lakes are full and rivers run from the first second.
+    /// Drainage of the terrain, for a warm start: lakes are full and rivers flow from the first second.
     flow: Option<Flow>;
 }
 
 outputs! {
-    /// The land after it.
+    /// Terrain after the storm.
     height: Height;
     /// Depth of water at the end.
     water: Scalar(Metres);
@@ -107,7 +107,7 @@ outputs! {
     velocity: Vector(MetresPerSecond);
     /// Suspended sediment at the end, as a depth of solid.
     sediment: Scalar(Metres);
-    /// What each cell has gained; below 0 where it has lost.
+    /// Change in height of each cell; negative where it has lost material.
     deposition: Scalar(Metres);
     /// Discharge per metre of width, mean over the run.
     flow: Scalar(SquareMetresPerSecond);
@@ -119,7 +119,7 @@ outputs! {
 pub static NODE: Node = Node {
     id: "HydraulicPipe",
     category: "erosion",
-    summary: "A storm: rain runs off as shallow water, takes ground where it is steep and fast, and leaves it where it slows.",
+    summary: "A storm: rain runs off as shallow water, erodes where it is steep and fast, and deposits where it slows.",
     doc: include_str!("page.md"),
     sources: &[
         "X. Mei, P. Decaudin, B.-G. Hu, 2007, Fast hydraulic erosion simulation and visualization on GPU, Pacific Graphics",
@@ -149,14 +149,14 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let params = Params::read(sizing.params);
     if params.law == Law::WebglErosion || params.width == 0.0 {
-        // the state of the storm, and no rows over which wear is spread
+        // the state of the storm, without rows for spreading
         return sizing.cells(36.0);
     }
-    // the state of the storm; rows that are under way, for one thread
+    // the state of the storm; rows in progress, for one thread
     sizing.cells(46.0) + 6600 * sizing.window.nx() as u64
 }
 

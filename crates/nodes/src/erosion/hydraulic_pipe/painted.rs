@@ -1,14 +1,14 @@
-//! What the water runs on and what rains: the inputs, the spring, and what has been painted on both.
+//! Terrain and rain of a run: the inputs, the spring, and the strokes painted on both.
 
 use orograph_graph::{Stroke, Tool};
 
 use super::{Inputs, Params, band::Scene, budget, physics::Physics};
 use crate::{
+    numerics::strokes::{Path, act},
     prelude::*,
-    strokes::{Path, act},
 };
 
-/// Land and rain where they are not those of the inputs.
+/// Terrain and rain where they differ from the inputs.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Painted {
     land: Option<Vec<f32>>,
@@ -25,13 +25,13 @@ impl Painted {
         Self { spring: spring(job, rain, params), ..Self::default() }
     }
 
-    /// The land.
+    /// Terrain height.
     pub fn land<'s>(&'s self, job: &'s Job<'_>) -> Result<&'s [f32], NodeError> {
         let input = Inputs::read(job)?.height.samples();
         Ok(self.land.as_deref().unwrap_or(input))
     }
 
-    /// What a run of these physics reads.
+    /// Returns the inputs of a run with these physics.
     pub fn scene<'s>(&'s self, job: &'s Job<'_>, physics: Physics) -> Result<Scene<'s>, NodeError> {
         let (window, inputs) = (job.window(), Inputs::read(job)?);
         let rain = self.rain.as_deref().or(self.spring.as_deref());
@@ -45,7 +45,7 @@ impl Painted {
         })
     }
 
-    /// What it would read without painted rain.
+    /// Returns its inputs without painted rain.
     pub fn dry_scene<'s>(&'s self, job: &'s Job<'_>, physics: Physics) -> Result<Scene<'s>, NodeError> {
         let rain = self.spring.as_deref().map_or(Inputs::read(job)?.rain, Lane::Samples);
         Ok(Scene { rain, ..self.scene(job, physics)? })
@@ -56,7 +56,7 @@ impl Painted {
         self.drops.as_deref().map_or(0.0, |drops| budget::rain(&Scene { rain: Lane::Samples(drops), ..*scene }))
     }
 
-    /// Takes strokes, in order; `fraction` of the run is done.
+    /// Applies strokes, in order; `fraction` of the run is done.
     pub fn paint(&mut self, strokes: &[Stroke], job: &Job<'_>, fraction: f32) -> Result<(), NodeError> {
         let mut rains = false;
         for stroke in strokes {
@@ -89,7 +89,7 @@ impl Painted {
     }
 }
 
-/// Rain with the spring in it, in mm/h; none where there is no spring.
+/// Returns rain including the spring, in mm/h. Returns None when there is no spring.
 ///
 /// The spring's water is spread with the weight (1 - distance / radius)₊, or falls on the cell it is in.
 fn spring(job: &Job<'_>, rain: Lane<'_>, params: &Params) -> Option<Vec<f32>> {

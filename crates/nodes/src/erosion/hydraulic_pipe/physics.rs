@@ -3,9 +3,9 @@
 use crate::prelude::*;
 
 choice! {
-    /// What drives the water.
+    /// Scheme of the water flow.
     pub enum Scheme {
-        /// Local inertia and Manning's friction: water runs as fast as real rivers do.
+        /// Local inertia and Manning's friction: water flows as fast as in real rivers.
         Inertial = "inertial",
         /// Virtual pipes without friction: water sloshes.
         Pipes = "pipes",
@@ -13,32 +13,32 @@ choice! {
 }
 
 choice! {
-    /// How suspended sediment is carried along.
+    /// Scheme of the transport of suspended sediment.
     pub enum Transport {
         /// With the water through the faces of cells: nothing is lost.
         Upwind = "upwind",
-        /// Traced back along the flow and interpolated: sharper, but neither loss nor gain is made good.
+        /// Traced back along the flow and interpolated: sharper, but not conservative.
         SemiLagrangian = "semi_lagrangian",
-        /// Traced back and forth to correct the interpolation, within the bounds of its neighbours: sharpest.
+        /// Traced back and forth to correct the interpolation, limited to the range of its neighbours: sharpest.
         MacCormack = "maccormack",
     }
 }
 
 choice! {
-    /// How much sediment water carries, and how fast it takes and leaves it.
+    /// Law of erosion and deposition: how much sediment water carries, and how fast it erodes and deposits.
     pub enum Law {
         /// Unit stream power, settling and entrainment, with the parameters below.
         StreamPower = "stream_power",
-        /// The same, but ground is taken only where the shear stress on the bed exceeds `critical_shear`, the faster the
-        /// more it does.
+        /// The same, but ground is eroded only where the shear stress on the bed exceeds `critical_shear`, faster
+        /// with a larger excess.
         ExcessShear = "excess_shear",
-        /// The numbers of WebGL-Erosion, for pipes of one section: `capacity`, `settling`, `entrainment`, `roughness`,
-        /// `scheme`, `evaporation`, `film`, `deep` and `width` do not count.
+        /// The constants of WebGL-Erosion, for pipes of one section: `capacity`, `settling`, `entrainment`,
+        /// `roughness`, `scheme`, `evaporation`, `film`, `deep` and `width` are not used.
         WebglErosion = "webgl_erosion",
     }
 }
 
-/// What the capacity of water is measured by.
+/// The measure of transport capacity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub(super) enum Capacity {
@@ -54,11 +54,11 @@ pub(super) enum Capacity {
 pub(super) const GRAVITY: f64 = 9.81;
 /// Density of water.
 const WATER_KG_M3: f64 = 1000.0;
-/// Depth of water that bounds the step where there is less, in metres.
+/// Minimum depth of water that limits the step, in metres.
 const SHALLOW_M: f32 = 0.05;
 /// Largest slope of the water surface that drives it, in m/m; steeper faces are waterfalls.
 const STEEPEST: f64 = 2.0;
-/// Largest concentration by volume: beyond it water is mud, whose flow is another one.
+/// Largest concentration by volume: beyond it water is mud, which flows differently.
 const THICKEST: f64 = 0.3;
 /// WebGL-Erosion's gravity in cells per time unit², which defines its unit of time, and A/l of its pipes in cells.
 const SEED_GRAVITY: f64 = 0.8;
@@ -69,7 +69,7 @@ const SEED_ENTRAINMENT: f64 = 0.733_279_7;
 const SEED_SETTLING: f64 = 0.120_361_45;
 const SEED_EVAPORATION: f64 = 0.060_090_18;
 
-/// What holds during a whole run, in metres and seconds.
+/// The constants of a whole run, in metres and seconds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Physics {
     pub scheme: Scheme,
@@ -82,7 +82,7 @@ pub(super) struct Physics {
     pub section_m: f64,
     pub film_m: f64,
     pub deep_m: f64,
-    /// Breadth of the least channel, 0 for that of a cell.
+    /// Width of the smallest channel, 0 for that of a cell.
     pub width_m: f64,
     /// Capacity per slope and speed: as a concentration for unit stream power, as a depth of sediment else.
     pub capacity: f64,
@@ -123,7 +123,7 @@ impl Physics {
             acceleration: params.acceleration,
             evaporation: params.evaporation,
             infiltration_mm_h: params.infiltration,
-            talus: crate::math::tan(params.talus.to_radians()),
+            talus: crate::numerics::math::tan(params.talus.to_radians()),
         };
         match params.law {
             Law::StreamPower | Law::ExcessShear => physics,
@@ -171,7 +171,7 @@ impl Physics {
             friction: friction as f32,
             critical: GRAVITY.sqrt() as f32,
             section_m: self.section_m as f32,
-            damping: crate::math::exp(-self.damping * dt_s) as f32,
+            damping: crate::numerics::math::exp(-self.damping * dt_s) as f32,
             per_film: (1.0 / self.film_m) as f32,
             per_deep: (1.0 / self.deep_m) as f32,
             tilt: (0.5 / self.cell_m) as f32,
@@ -185,7 +185,7 @@ impl Physics {
             acceleration,
             per_acceleration: 1.0 / acceleration,
             most_m: (0.05 * self.cell_m) as f32,
-            evaporation: crate::math::exp(-self.evaporation * dt_s) as f32,
+            evaporation: crate::numerics::math::exp(-self.evaporation * dt_s) as f32,
             infiltration_m: (self.infiltration_mm_h * dt_s / 3.6e6) as f32,
         }
     }
@@ -210,37 +210,37 @@ pub(super) struct Pace {
     /// √g.
     pub critical: f32,
     pub section_m: f32,
-    /// Share of its discharge that a pipe keeps.
+    /// Fraction of its discharge that a pipe keeps.
     pub damping: f32,
     /// 1 / depth of the film.
     pub per_film: f32,
-    /// 1 / (depth in which water takes nothing).
+    /// 1 / (depth from which water does not erode).
     pub per_deep: f32,
     /// 1 / (2 dx).
     pub tilt: f32,
-    /// Square of the least tilt.
+    /// Square of the smallest tilt.
     pub tilt_floor: f32,
     /// Weight of water over the critical shear stress, 1/m.
     pub shear: f32,
     pub capacity: f32,
     pub thickest: f32,
-    /// Metres settled, or share where capacity is a depth of sediment.
+    /// Metres settled, or the fraction if capacity is a depth of sediment.
     pub settling: f32,
     /// Decay exponent of entrainment.
     pub entrainment: f32,
-    /// Rate of rock as a share of that of loose ground.
+    /// Rate of rock as a fraction of that of loose ground.
     pub rock: f32,
     pub acceleration: f32,
     pub per_acceleration: f32,
-    /// The most that the bed changes in a step.
+    /// Maximum change of the bed in a step.
     pub most_m: f32,
-    /// Share of the water that evaporation leaves.
+    /// Fraction of the water that remains after evaporation.
     pub evaporation: f32,
     pub infiltration_m: f32,
 }
 
 impl Pace {
-    /// Whether water leaves to the air or the ground.
+    /// Returns true if water is lost to the air or the ground.
     pub fn dries(&self) -> bool {
         self.evaporation < 1.0 || self.infiltration_m > 0.0
     }

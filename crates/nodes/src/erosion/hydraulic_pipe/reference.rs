@@ -1,4 +1,4 @@
-//! One step in double precision, as the manual page tells it: cell by cell, without bands, rows or tricks.
+//! One step in double precision, as described in the manual page: cell by cell, without bands, rows or tricks.
 
 /// Bed, water and sediment of an n by n world with walls, and discharge through west and north faces.
 pub(super) struct World {
@@ -39,7 +39,7 @@ impl World {
             let q = if di == 1 { west[b] } else { north[b] };
             (h, q + g * h * dt * fall / dx)
         };
-        // the mean of what is driven along the axis through both faces of a cell
+        // the mean discharge along the axis through both faces of a cell, before friction
         let middle = |i: isize, j: isize, axis: [isize; 2]| {
             let (k, l) = (i + axis[0], j + axis[1]);
             let next = cell(&bed, k, l).map_or(0.0, |_| driven(k, l, axis).1);

@@ -3,7 +3,8 @@
 
 /// Samples of a cache line.
 const LINE: usize = 16;
-/// Rows kept by a ring: at least as many as lie between the first and the last stage that use it, and a ghost row.
+/// Rows kept by a ring: at least as many as there are between the first and the last stage that use it, and a ghost
+/// row.
 const DEPTH: usize = 5;
 
 /// Rows of equal length. Cells begin one cache line into each, so that there is a ghost before and after them.
@@ -115,7 +116,7 @@ impl Ring {
         self.0.faces_mut(Self::slot(y))
     }
 
-    /// Fills the ghosts: from the other end where the sides are joined, else with the nearest cell.
+    /// Fills the ghosts: from the other end in a periodic world, otherwise with the nearest cell.
     pub fn close(&mut self, y: isize, joined: bool) {
         let row = self.whole_mut(y);
         let (first, last) = (1, row.len() - 2);

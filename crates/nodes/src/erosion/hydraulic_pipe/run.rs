@@ -1,27 +1,27 @@
 //! The run: bands side by side, step after step.
 
 use orograph_graph::{Job, Lane, NodeError};
-use rayon::prelude::*;
 
 use super::{
     band::{Band, HALO, STATES, STEPS_PER_SWEEP, Scene, State},
     flow::film,
     physics::Physics,
 };
+use crate::numerics::par;
 
-/// Rows that a band has at least: below that, the halo would cost more than a second thread gives.
+/// Minimum rows of a band: below that, the halo would cost more than a second thread gains.
 const LEAST_ROWS: usize = 64;
 
-/// How a run went.
+/// Statistics of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Pacing {
     pub steps: u64,
     pub shortest_s: f64,
-    /// Sum of the steps as the kernels took them.
+    /// Sum of the time steps as used by the kernels.
     pub time_s: f64,
 }
 
-/// The bands of a run, and what their halos are exchanged through.
+/// The bands of a run, and the buffers for exchanging their halos.
 pub(super) struct Run {
     pub bands: Vec<Band>,
     halos: Vec<f32>,
@@ -30,18 +30,17 @@ pub(super) struct Run {
 }
 
 impl Run {
-    /// Dry land, with `loose` metres of loose ground on it.
+    /// Creates dry land with `loose` metres of loose ground on it.
     pub fn new(scene: &Scene<'_>, loose: Lane<'_>) -> Self {
         let [nx, ny] = scene.cells;
         let count = rayon::current_num_threads().min(ny / LEAST_ROWS).max(1);
         let start = |k: usize| ny * k / count;
-        let bands: Vec<Band> =
-            (0..count).into_par_iter().map(|k| Band::new(scene, start(k)..start(k + 1), loose)).collect();
+        let bands = par::collect_all(0..count, |_, k| Band::new(scene, start(k)..start(k + 1), loose));
         let halos = vec![0.0; count * 2 * HALO * STATES.len() * (nx + 1)];
         Self { bands, halos, deepest_m: 0.0 }
     }
 
-    /// Lays water of that depth, in metres, on every cell.
+    /// Fills every cell with water of the given depth, in metres.
     pub fn fill(&mut self, depths: &[f32]) {
         for band in &mut self.bands {
             let (nx, rows) = (band.nx, band.world_rows());
@@ -71,8 +70,8 @@ impl Run {
         self.bands[k].flow(y as usize)
     }
 
-    /// Velocity of the water of a row in m/s, east (`axis` 0) or south (1): the mean discharge of opposite faces over the
-    /// depth, 0 where there is but a film.
+    /// Computes the velocity of the water of a row in m/s, east (`axis` 0) or south (1): the mean discharge of
+    /// opposite faces over the depth, 0 where there is only a film.
     pub fn velocity(&self, physics: &Physics, row: usize, axis: usize, out: &mut [f32]) {
         let (k, y) = self.find(row);
         let band = &self.bands[k];
@@ -86,7 +85,7 @@ impl Run {
         }
     }
 
-    /// Renews the bands' copies of rows of their neighbours: first all are read, then all are written.
+    /// Updates the bands' copies of their neighbours' rows: first all are read, then all are written.
     fn exchange(&mut self, scene: &Scene<'_>) {
         let width = scene.cells[0] + 1;
         let mut halos = std::mem::take(&mut self.halos);
@@ -109,7 +108,7 @@ impl Run {
         self.halos = halos;
     }
 
-    /// The depth that bounds the steps of a sweep: the greatest so far, and as much more as it has grown in the last one.
+    /// Returns the depth that limits the steps of a sweep: the greatest so far, plus its growth in the last sweep.
     fn deepest_m(&mut self) -> f32 {
         let deepest_m = self.bands.iter().fold(0.0_f32, |most, band| most.max(band.deepest_m));
         let grown_m = (deepest_m - self.deepest_m).max(0.0);
@@ -117,7 +116,7 @@ impl Run {
         deepest_m + grown_m
     }
 
-    /// Goes on by a sweep; gives the time that is left after it.
+    /// Advances by a sweep; returns the time left after it.
     pub fn sweep(
         &mut self,
         scene: &Scene<'_>,
@@ -125,7 +124,7 @@ impl Run {
         pacing: &mut Pacing,
         job: &Job<'_>,
     ) -> Result<f64, NodeError> {
-        // a sweep is of equal steps, and the last one's share what is left
+        // a sweep has equal steps, and those of the last one divide the remaining time
         let deepest_m = self.deepest_m();
         let longest_s = scene.physics.step_s(deepest_m);
         let last = left_s <= STEPS_PER_SWEEP as f64 * longest_s;
@@ -133,9 +132,9 @@ impl Run {
         let dt_s = if last { left_s / steps } else { longest_s };
         let pace = scene.physics.pace(dt_s);
         self.exchange(scene);
-        self.bands.par_iter_mut().try_for_each(|band| band.sweep(scene, &pace, steps as usize, job))?;
+        par::each(&mut self.bands, |_, band| band.sweep(scene, &pace, steps as usize, job))?;
         self.exchange(scene);
-        self.bands.par_iter_mut().try_for_each(|band| {
+        par::each(&mut self.bands, |_, band| {
             band.spread(scene, job)?;
             band.slip(scene, job)
         })?;

@@ -1,8 +1,8 @@
 //! Slippage: loose ground steeper than its angle of repose slides to its eight neighbours.
 //!
 //! The limit on the rise between two cells, the flux above it, and its application are steps 6 to 8 of WebGL-Erosion;
-//! what is above the limit moves by fluxes between pairs of cells, so that nothing is lost (Musgrave, Kolb and Mace
-//! 1989; Št'ava et al. 2008).
+//! the excess above the limit moves by fluxes between pairs of cells, so that nothing is lost (Musgrave, Kolb and
+//! Mace 1989; Št'ava et al. 2008).
 
 use orograph_graph::{Edge, Job, NodeError};
 
@@ -11,10 +11,10 @@ use super::{
     flow,
     ring::Ring,
 };
-use crate::simd::simd;
+use crate::numerics::simd::simd;
 
-/// Share of the excess that moves between neighbours in one pass. Eight neighbours, diagonals at half weight, are stable
-/// up to 1/12.
+/// Fraction of the excess that moves between neighbours in one pass. Eight neighbours, diagonals at half weight, are
+/// stable up to 1/12.
 const RATE: f32 = 1.0 / 12.0;
 /// Rows in use of the slippage pass.
 #[derive(Debug)]
@@ -32,8 +32,8 @@ impl Slip {
     }
 }
 
-/// Fluxes out of and into the cells of a row: to the east, from the west, to the south, from the north, to the south-east
-/// and south-west, from the north-west and north-east.
+/// Fluxes out of and into the cells of a row: to the east, from the west, to the south, from the north, to the
+/// south-east and south-west, from the north-west and north-east.
 fn around(flux: &[Ring; 4], y: isize, nx: usize) -> [&[f32]; 8] {
     let [east, south, south_east, south_west] = flux;
     [
@@ -49,7 +49,8 @@ fn around(flux: &[Ring; 4], y: isize, nx: usize) -> [&[f32]; 8] {
 }
 
 simd! {
-    /// What slides from cells `a` to cells `b` in a pass, below 0 the other way; nothing to or from what is no land.
+    /// Computes the flux from cells `a` to cells `b` in a pass, negative the other way; 0 to or from cells outside
+    /// the terrain.
     fn slide(flux: &mut [f32], a: &[f32], b: &[f32], limit_m: f32, rate: f32) {
         let n = flux.len();
         let (a, b) = (&a[..n], &b[..n]);
@@ -62,7 +63,7 @@ simd! {
     }
 }
 
-/// What leaves (`sign` +1) or comes to (-1) a cell. The order of [`around`].
+/// Returns the flux that leaves (`sign` +1) or enters (-1) a cell. In the order of [`around`].
 #[inline(always)]
 fn sum(flux: &[&[f32]; 8], i: usize, sign: f32) -> f32 {
     let gain = |k: usize, sign: f32| {
@@ -74,7 +75,7 @@ fn sum(flux: &[&[f32]; 8], i: usize, sign: f32) -> f32 {
 }
 
 simd! {
-    /// The share of what would slide from a cell that is loose.
+    /// Computes the fraction of a cell's outgoing flux that is loose.
     fn shares(share: &mut [f32], flux: [&[f32]; 8], loose: &[f32]) {
         let n = share.len();
         let (flux, loose) = (flux.map(|row| &row[..n]), &loose[..n]);
@@ -86,7 +87,7 @@ simd! {
 }
 
 simd! {
-    /// Moves what slides.
+    /// Applies the fluxes.
     fn apply(change: &mut [f32], loose: &mut [f32], flux: [&[f32]; 8]) {
         let n = change.len();
         let (loose, flux) = (&mut loose[..n], flux.map(|row| &row[..n]));
@@ -140,7 +141,7 @@ impl Band {
         Ok(())
     }
 
-    /// The bed of a row, with NaN where nothing slides.
+    /// Computes the bed of a row, with NaN where nothing slides.
     fn slip_bed(&mut self, scene: &Scene<'_>, y: isize) {
         let nx = self.nx;
         let boundary = &scene.boundary;

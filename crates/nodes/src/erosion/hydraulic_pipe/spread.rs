@@ -1,11 +1,11 @@
-//! Spread of what water takes and leaves over the breadth of the least channel.
+//! Spreads erosion and deposition over the width of the smallest channel.
 //!
-//! Water finds the lowest cell, and what it cuts there draws more water: without a breadth, gullies are one cell wide and
-//! run along the axes of the grid. So what a sweep has changed is averaged over a bell of `width`, by passes of the
-//! binomial filter that exchange it between pairs of cells, so that nothing is lost. A cell that stands no higher than
-//! all eight around it is not lowered: else what is cut beside a hollow would deepen it without end. Passes over cells
-//! further apart come first and those between neighbours last, which fill the gaps (the cascade of M. Holschneider et
-//! al., 1989).
+//! Water finds the lowest cell, and cutting there attracts more water: without a width, gullies are one cell wide and
+//! run along the axes of the grid. The change of each sweep is therefore averaged over a bell of `width`, by passes
+//! of the binomial filter that exchange it between pairs of cells, so that nothing is lost. A cell that is no higher
+//! than all eight neighbours is not lowered: otherwise erosion beside a hollow would deepen it without end. Passes
+//! over distant cells come first and those between neighbours last, which fill the gaps (the cascade of M.
+//! Holschneider et al., 1989).
 
 use orograph_graph::{Job, NodeError};
 
@@ -13,7 +13,7 @@ use super::{
     band::{Band, HALO, Scene, at, mobility},
     flow::{self, HIGHEST},
 };
-use crate::simd::simd;
+use crate::numerics::simd::simd;
 
 /// Cells that all passes together reach.
 const REACH: usize = 16;
@@ -21,12 +21,13 @@ const REACH: usize = 16;
 const KEPT: isize = (HALO - REACH - 1) as isize;
 /// The furthest that one pass reaches: cells before and after each row.
 const FURTHEST: usize = 4;
-/// Narrower than this, in cells, what water cuts would follow the axes.
+/// Narrower than this, in cells, erosion would follow the axes.
 const NARROWEST: f64 = 5.0;
 /// Width of a bell at half its height, in standard deviations: 2 √(2 ln 2).
 const WIDTH_PER_DEVIATION: f64 = 2.354_820_045;
 
-/// The distances of the passes that make a bell of some width in cells, as near as [`REACH`] allows; none for 0.
+/// Returns the distances of the passes that make a bell of a width in cells, as close as [`REACH`] allows; none for
+/// 0.
 ///
 /// A pass over a distance of s cells adds s² / 2 to the variance.
 pub(super) fn distances(width: f64) -> Vec<usize> {
@@ -51,11 +52,11 @@ pub(super) fn distances(width: f64) -> Vec<usize> {
 pub(super) struct Spread {
     distances: Vec<usize>,
     stride: usize,
-    /// What is spread, NaN where nothing may change, before a pass and after it.
+    /// Amount to spread, NaN where nothing may change, before a pass and after it.
     rasters: [Vec<f32>; 2],
     /// The bed, NaN outside.
     bed: Vec<f32>,
-    /// 1 where a cell stands no higher than all eight around it, 0 elsewhere.
+    /// 1 where a cell is no higher than all eight neighbours, 0 elsewhere.
     hollow: Vec<f32>,
 }
 
@@ -74,7 +75,7 @@ impl Spread {
     }
 }
 
-/// Fills the cells beyond both ends of a row: from the other end where the sides are joined, else with nothing.
+/// Fills the cells beyond both ends of a row: from the other end in a periodic world, otherwise with NaN.
 fn close(row: &mut [f32], joined: bool) {
     let nx = row.len() - 2 * FURTHEST;
     for k in 0..FURTHEST {
@@ -91,7 +92,8 @@ fn three(row: &[f32], distance: usize, n: usize) -> [&[f32]; 3] {
 }
 
 simd! {
-    /// Which cells of a row stand no higher than all eight around them; `beds` are the rows north, here and south.
+    /// Marks the cells of a row that are no higher than all eight neighbours; `beds` are the rows north, here and
+    /// south.
     fn hollows(out: &mut [f32], beds: [&[f32]; 3]) {
         let n = out.len();
         let [[north_west, north, north_east], [west, here, east], [south_west, south, south_east]] =
@@ -109,8 +111,8 @@ simd! {
 }
 
 simd! {
-    /// A pass over a row: each cell comes nearer to the eight at a distance, those at the corners with half the weight.
-    /// `rows` are those of what is taken and `hollows` those that tell hollows, north, here and south.
+    /// Computes a pass over a row: each cell moves towards the eight at a distance, those at the corners with half
+    /// the weight. `rows` are the eroded amounts and `hollows` the marks of hollows, north, here and south.
     fn average(out: &mut [f32], rows: [&[f32]; 3], hollows: [&[f32]; 3], distance: usize) {
         let n = out.len();
         let [[north_west, north, north_east], [west, row, east], [south_west, south, south_east]] =
@@ -119,7 +121,7 @@ simd! {
             hollows.map(|row| three(row, distance, n));
         for i in 0..n {
             let (here, hollow) = (row[i], low[i]);
-            // what is taken more there is made good by ground from here, but not from a hollow; NaN is nothing
+            // ground moves from here to where more is eroded, but not from a hollow; NaN counts as none
             let more = |there: f32, beside: f32| {
                 let more = there - here;
                 if (more > 0.0) & (hollow == 0.0) | (more < 0.0) & (beside == 0.0) { more } else { 0.0 }
@@ -134,7 +136,7 @@ simd! {
 }
 
 simd! {
-    /// Puts what is spread in the place of what was taken.
+    /// Replaces the eroded amounts by the spread ones.
     fn replace(change: &mut [f32], loose: &mut [f32], taken: &mut [f32], spread: &[f32]) {
         let n = change.len();
         let (loose, taken, spread) = (&mut loose[..n], &mut taken[..n], &spread[..n]);
@@ -149,7 +151,7 @@ simd! {
 }
 
 impl Band {
-    /// Spreads what has been taken since the last time. The rows of the halo must be known.
+    /// Spreads the erosion since the last call. The rows of the halo must be known.
     pub fn spread(&mut self, scene: &Scene<'_>, job: &Job<'_>) -> Result<(), NodeError> {
         if self.spread.distances.is_empty() {
             return Ok(());
@@ -188,7 +190,7 @@ impl Band {
         Ok(())
     }
 
-    /// What has been taken from a row, and its bed.
+    /// Loads the erosion of a row, and its bed.
     fn taken_row(&mut self, scene: &Scene<'_>, y: isize) {
         let Spread { stride, rasters: [raster, _], bed, .. } = &mut self.spread;
         let row = &mut raster[at(y) * *stride..][..*stride];
@@ -217,7 +219,7 @@ impl Band {
 mod tests {
     use super::*;
 
-    /// The bell is as wide as asked, within 8 %, and all passes reach the halo at most.
+    /// The bell is as wide as requested, within 8 %, and all passes reach the halo at most.
     #[test]
     fn a_bell_is_as_wide_as_asked() {
         for tenths in 50..=122 {

@@ -1,4 +1,4 @@
-//! The storm from its start to its end, sweep by sweep, with what is painted on the way.
+//! The storm from start to end, sweep by sweep, with the strokes painted during it.
 
 use std::{borrow::Cow, ops::Range};
 
@@ -13,9 +13,9 @@ use super::{
     run::{Pacing, Run},
     warm,
 };
-use crate::{par, prelude::*};
+use crate::{numerics::par, prelude::*};
 
-/// A storm under way.
+/// A storm in progress.
 pub(super) struct Storm {
     /// With the strokes in the order in which they act.
     params: Params,
@@ -25,10 +25,10 @@ pub(super) struct Storm {
     /// How many of the strokes have acted.
     acted: usize,
     left_s: f64,
-    /// When the last sweep began.
+    /// Start time of the last sweep.
     since_s: Option<f64>,
     pacing: Pacing,
-    /// Water that was there at the start, and rain that was painted, in m³.
+    /// Water at the start, and painted rain, in m³.
     water_start: f64,
     water_painted: f64,
 }
@@ -78,18 +78,18 @@ impl Storm {
         })
     }
 
-    /// The part of it that is over.
+    /// Returns the fraction of the run that is done.
     pub fn fraction(&self) -> f32 {
         if self.params.duration > 0.0 { (1.0 - self.left_s / self.params.duration) as f32 } else { 1.0 }
     }
 
-    /// The strokes whose time has come since the last sweep began.
+    /// Returns the strokes that became due since the last sweep began.
     fn due(&self) -> Range<usize> {
         let now = self.moment().now;
         self.acted..self.params.strokes.0.partition_point(|stroke| stroke.time <= now).max(self.acted)
     }
 
-    /// The land and the water on it as they are.
+    /// Returns the current terrain and water as a preview.
     pub fn glimpse(&self, job: &Job<'_>) -> Outputs {
         let (window, land) = (job.window(), self.painted.land(job).unwrap_or_default());
         let (nx, ny) = (window.nx(), window.ny());
@@ -231,6 +231,7 @@ mod tests {
             folder: std::path::PathBuf::new(),
             cancel: Cancel::default(),
             progress: &|fraction| assert!((0.0..=1.0).contains(&fraction)),
+            coarse: Vec::new(),
             warnings: Warnings::default(),
             glimpses: None,
         })
@@ -302,7 +303,8 @@ mod tests {
         assert!(storm.take(&params("duration=420, courant=0.1", &[&strokes[..], &[ALL[0](420.0, 700.0)]].concat())));
     }
 
-    /// Rain that is painted is in the balance of water, and ground that is moved in none: both within 1e-5, as without them.
+    /// Painted rain counts in the water balance, and moved ground in neither balance: both close within 1e-5, as
+    /// without strokes.
     #[test]
     fn painting_takes_part_in_the_balances() {
         let land = valley();
@@ -317,8 +319,8 @@ mod tests {
             measure("water_in")
         };
         let [none, whole, dried] = [1, 2, 3].map(|count| water_in(&strokes[..count]));
-        // the weight of a disc of radius R whose inner half is hard has the integral 0.575 π R²; the first sweep after 60 s begins
-        // within 6 s, and cells are a sixth of the radius
+        // the weight of a disc of radius R whose inner half is hard has the integral 0.575 π R²; the first sweep
+        // after 60 s begins within 6 s, and cells are a sixth of the radius
         let expected = 0.575 * std::f64::consts::PI * 60.0 * 60.0 * 800.0 / 3.6e6 * 240.0;
         assert!(((whole - none) / expected - 0.99).abs() < 0.03, "{whole} {none} {expected}");
         assert!(dried - none > 0.5 * (whole - none) && dried < whole - 0.1 * (whole - none), "{dried} {whole}");

@@ -10,12 +10,12 @@ use super::{
 };
 use crate::testing::{at_every_level, field, outputs, run as output, run_in, with_params, world};
 
-/// All sides alike.
+/// Returns a world with the same edge on all sides.
 fn sides(world: World, edge: Edge) -> World {
     World { boundary: Boundary::all(edge), ..world }
 }
 
-/// Land with valleys, ridges and pits.
+/// Returns terrain with valleys, ridges and pits.
 fn rough(world: World) -> Field {
     field(world, |x, y| {
         900.0 + 0.02 * x + 60.0 * libm::sin(x / 170.0) * libm::cos(y / 130.0) + 9.0 * libm::sin(x / 31.0 + y / 23.0)
@@ -35,7 +35,7 @@ fn nothing_happens_in_no_time() {
     assert_eq!(outcome("duration=0", &[("height", &land)]).0, land);
 }
 
-/// Water and solids over 2000 steps: 1e-5, some hundred roundings of what is turned over.
+/// Water and solids over 2000 steps: 1e-5, about a hundred roundings of the turnover.
 #[test]
 fn water_and_ground_are_conserved() {
     for (edge, changes) in [
@@ -135,7 +135,7 @@ fn a_plane_runs_at_normal_depth() {
     }
 }
 
-/// A run with all that it reads.
+/// A run with all its inputs.
 struct Lake<'a> {
     scene: Scene<'a>,
     run: Run,
@@ -168,7 +168,7 @@ fn lake<'a>(land: &'a Field, changes: &str, surface: impl Fn(f64, f64) -> f64) -
     Lake { scene, run }
 }
 
-/// Runs on its own, outside of a graph.
+/// Runs the storm outside a graph.
 fn advance(lake: &mut Lake<'_>, land: &Field, seconds: f64) -> u64 {
     let params = with_params(&NODE, "");
     let job = Job {
@@ -180,6 +180,7 @@ fn advance(lake: &mut Lake<'_>, land: &Field, seconds: f64) -> u64 {
         folder: std::path::PathBuf::new(),
         cancel: orograph_graph::Cancel::default(),
         progress: &|_| (),
+        coarse: Vec::new(),
         warnings: Warnings::default(),
         glimpses: None,
     };
@@ -232,8 +233,8 @@ fn a_basin_swings_in_its_period() {
     }
 }
 
-/// Land and result turned over in the same way: along x, along y; and across the diagonal, without slippage, whose sums
-/// are in another order there.
+/// Terrain and result mirrored in the same way: along x, along y; and across the diagonal, without slippage, whose
+/// sums are in another order there.
 #[test]
 fn symmetric_land_stays_symmetric() {
     let n = 61;
@@ -283,7 +284,7 @@ fn water_runs_down_the_slope() {
     }
 }
 
-/// A spring gives what it is said to, whatever the cells, also where its circle holds no centre of a cell.
+/// A spring has its stated discharge at any resolution, also where its circle contains no centre of a cell.
 #[test]
 fn a_spring_gives_its_discharge() {
     for (n, radius) in [(40, 0.0), (40, 90.0), (80, 30.0)] {
@@ -298,7 +299,7 @@ fn a_spring_gives_its_discharge() {
     }
 }
 
-/// Nothing is taken where nothing may be, rock gives way less than loose ground, and sides at base level stay.
+/// Protected ground does not erode, rock erodes less than loose ground, and sides at base level do not change.
 #[test]
 fn the_ground_decides_what_is_taken() {
     let land = rough(sides(world(80, 64, 10.0), Edge::Base));
@@ -323,7 +324,7 @@ fn the_ground_decides_what_is_taken() {
     }
 }
 
-/// Where the stress on the bed is below the critical one nothing is taken; the further above it, the more.
+/// Where the stress on the bed is below the critical one nothing erodes; above it, erosion grows with the excess.
 #[test]
 fn ground_gives_way_above_the_critical_shear() {
     let land = rough(world(80, 64, 10.0));
@@ -335,7 +336,7 @@ fn ground_gives_way_above_the_critical_shear() {
     assert!(taken[0] == 0.0 && taken[1] > 1.0 && taken[2] > 1.1 * taken[1], "{taken:?}");
 }
 
-/// What tracing gains or loses is reported.
+/// Gains and losses of the traced transport are reported.
 #[test]
 fn tracing_tells_what_it_loses() {
     let land = field(sides(world(96, 96, 10.0), Edge::Wall), |x, y| 60.0 * libm::sin(x / 150.0) * libm::cos(y / 130.0));
@@ -368,7 +369,7 @@ fn sides_that_do_not_match_are_refused() {
     assert!(error.to_string().contains("west and east"), "{error}");
 }
 
-/// Land that looks the same in all directions: a hill, and waves of all directions on it.
+/// Isotropic terrain: a hill with waves of all directions on it.
 fn hill(cells: u32, extent_m: f64) -> Field {
     let wave = |k: f64, x: f64, y: f64| {
         let (turn, number) = (2.399_963 * k, std::f64::consts::TAU / (20.0 + 5.0 * k));
@@ -382,9 +383,10 @@ fn hill(cells: u32, extent_m: f64) -> Field {
     })
 }
 
-/// Gullies run down the slope, not along the axes: of all gradients of what a storm has changed, weighed by their steepness,
-/// 22 % lie within 10° of an axis if none is preferred. Cut one cell wide it is 48 %, spread over five cells 25 %; asserted
-/// is 29 %, as a hill has but some twenty gullies. And no pits are dug: the deepest pool is less than 4 m deep.
+/// Gullies run down the slope, not along the axes: of all gradients of a storm's changes, weighted by their
+/// steepness, 22 % lie within 10° of an axis if none is preferred. Cut one cell wide it is 48 %, spread over five
+/// cells 25 %; the limit is 29 %, as a hill has only about twenty gullies. And no pits are dug: the deepest pool is
+/// less than 4 m deep.
 #[test]
 fn gullies_do_not_follow_the_axes() {
     let land = hill(160, 800.0);
@@ -411,8 +413,8 @@ fn gullies_do_not_follow_the_axes() {
     assert!(share("duration=2400, width=0").0 > 0.4);
 }
 
-/// A step agrees with the plain one in double precision: water within 1e-5, the bed and the suspended
-/// sediment within 1.5 %, of which the Padé approximant takes 1 %.
+/// A step agrees with the reference in double precision: water within 1e-5, the bed and the suspended sediment within
+/// 1.5 %, of which the Padé approximant accounts for 1 %.
 #[test]
 fn a_step_is_the_one_told() {
     let n = 48;

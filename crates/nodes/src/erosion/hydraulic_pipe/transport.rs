@@ -1,7 +1,7 @@
-//! Sediment carried along by the water.
+//! Transport of sediment by the water.
 
 use super::physics::Pace;
-use crate::simd::simd;
+use crate::numerics::simd::simd;
 
 simd! {
     /// Conservative upwind transport: each face carries its discharge times the concentration where it comes from.
@@ -26,7 +26,8 @@ simd! {
 }
 
 simd! {
-    /// The way of water in a step, in cells, at most one on each axis. `faces` as in [`upwind`].
+    /// Computes the distance that water moves in a step, in cells, at most one on each axis. `faces` as in
+    /// [`upwind`].
     pub fn way(east: &mut [f32], south: &mut [f32], depth: [&[f32]; 2], faces: [&[f32]; 4], pace: &Pace) {
         let n = east.len();
         let (south, [before, after]) = (&mut south[..n], depth.map(|row| &row[..n]));
@@ -56,7 +57,7 @@ fn nine(rows: [&[f32]; 3], i: usize) -> [[f32; 3]; 3] {
 }
 
 simd! {
-    /// Semi-Lagrangian transport: what is found where the water comes from (`sign` -1) or goes to (+1).
+    /// Semi-Lagrangian transport: the value where the water comes from (`sign` -1) or goes to (+1).
     ///
     /// `parts` are three rows of the load with ghosts; `way` is that of [`way`].
     pub fn traced(out: &mut [f32], parts: [&[f32]; 3], way: [&[f32]; 2], sign: f32) {
@@ -69,8 +70,8 @@ simd! {
 }
 
 simd! {
-    /// MacCormack's correction (Selle et al. 2008): traces the traced field back again, takes off half the error, and
-    /// keeps to the bounds of the four samples the first trace was interpolated from.
+    /// MacCormack's correction (Selle et al. 2008): traces the traced field back again, subtracts half the error, and
+    /// limits the result to the range of the four samples that the first trace was interpolated from.
     pub fn corrected(out: &mut [f32], load: [&[f32]; 3], traced: [&[f32]; 3], way: [&[f32]; 2]) {
         let n = out.len();
         let (load, traced) = (load.map(|row| &row[..n + 2]), traced.map(|row| &row[..n + 2]));

@@ -1,18 +1,19 @@
-//! The water that a run starts with where its land's drainage is known: full lakes, and rivers at normal depth.
+//! The water at the start of a run with known drainage: full lakes, and rivers at normal depth.
 //!
-//! Filling lakes and gathering rivers takes most of the time of a storm on real land. With the drainage area A from
-//! [`crate::hydrology::drained`] and the rain p the discharge per width of a cell is q = p A / dx, and by Manning's formula
-//! it is steady at the depth (q n / √S)^(3/5), S being the slope of the level that the water follows.
-
-use rayon::prelude::*;
+//! Filling lakes and rivers takes most of the time of a storm on real terrain. With the drainage area A from
+//! [`crate::numerics::drained`] and the rain p the discharge per width of a cell is q = p A / dx, and by Manning's
+//! formula it is steady at the depth (q n / √S)^(3/5), where S is the slope of the level that the water follows.
 
 use super::{Inputs, Params, flow::HIGHEST, physics::Scheme};
-use crate::{hydrology::drained::Drained, hydrology::engine::Grid, math, prelude::*};
+use crate::{
+    numerics::{drained::Drained, math, par, routing::Grid},
+    prelude::*,
+};
 
-/// The least slope of a river's bed: what is flatter is a lake's business.
+/// The smallest slope of a river's bed: flatter ground belongs to lakes.
 const LEAST_SLOPE: f64 = 1e-3;
 
-/// Depth of water in metres at the start, per cell; none where no flow is wired.
+/// Returns the depth of water in metres at the start, per cell. Returns None when no flow is wired.
 ///
 /// # Errors
 /// When the world is too small to drain, or [`NodeError::Cancelled`].
@@ -39,7 +40,7 @@ pub(super) fn depths(job: &Job<'_>, inputs: &Inputs<'_>, params: &Params) -> Res
         let discharge = rain_m_per_s * f64::from(flow.area_m2[cell]) / cell_m;
         math::pow(discharge * params.roughness / slope.sqrt(), 0.6) as f32
     };
-    Ok(Some((0..heights.len()).into_par_iter().map(depth).collect()))
+    Ok(Some(par::map(heights.len(), depth)))
 }
 
 #[cfg(test)]
@@ -72,7 +73,7 @@ mod tests {
         let pit = field(world(21, 21, 10.0), |x, y| (0.2 * libm::hypot(x - 105.0, y - 105.0)).min(12.0));
         let drained = flow_of(&pit);
         let (water, _) = water(&pit, Some(&drained), "duration=0");
-        // the pass is one of the cells where the plateau begins; land there has a film of its own
+        // the pass is one of the cells where the plateau begins; terrain there has its own film
         for (at, (&depth, &height)) in water.samples().iter().zip(pit.samples()).enumerate() {
             if height < 11.0 {
                 assert_eq!(depth, drained.plane(3)[at] - height);
@@ -81,8 +82,8 @@ mod tests {
         assert!(water.samples()[10 * 21 + 10] > 10.0);
     }
 
-    /// A valley whose rivers take some twenty minutes to gather: the water that it holds in the end is there from the
-    /// start, within what the depths of four faces and of one way down differ by.
+    /// A valley whose rivers take about twenty minutes to fill: its final water is there from the start, within the
+    /// differences between the depths of four faces and of one path down.
     #[test]
     fn a_warm_run_is_where_a_cold_one_ends() {
         let sides = Boundary { west: Edge::Wall, east: Edge::Wall, north: Edge::Wall, south: Edge::Open };

@@ -1,18 +1,17 @@
-//! The land beside beds.
+//! Blends beds into the terrain beside them.
 
 use orograph_graph::{Job, NodeError, Window};
-use rayon::prelude::*;
 
 use super::{
     Mode, Params, Profile,
     way::{Place, Way},
 };
-use crate::{filter::lines::Ends, math};
+use crate::numerics::{lines::Ends, math, par};
 
 /// Rows that are drawn together.
 const ROWS: usize = 32;
 
-/// The land with beds, and how much of each cell is bed: 1 on it, 0 beyond its banks; each if it is wanted.
+/// Returns the terrain with beds, and the bed mask (1 on the bed, 0 beyond its banks), each if it is wanted.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -31,8 +30,8 @@ pub fn draw(
     let mut height = wanted[0].then(|| land.to_vec());
     let mut bed = wanted[1].then(|| vec![0.0; land.len()]);
     let (heights, beds) = (strips(&mut height), strips(&mut bed));
-    let lands = land.par_chunks(nx * ROWS).zip(heights).zip(beds).enumerate();
-    lands.try_for_each_init(Vec::new, |nearest, (k, ((land, mut height), mut bed))| {
+    let lands = land.chunks(nx * ROWS).zip(heights).zip(beds);
+    par::each_with(lands, Vec::new, |nearest, k, ((land, mut height), mut bed)| {
         let rows = [k * ROWS, k * ROWS + land.len() / nx];
         nearest.clear();
         nearest.resize(land.len(), Nearest::NOTHING);
@@ -47,12 +46,13 @@ pub fn draw(
     Ok([height, bed])
 }
 
-/// Bytes that [`draw`] holds beside its results, on one thread: what is nearest to each cell of a strip.
+/// Returns the bytes that [`draw`] needs in addition to its results, on one thread: the nearest point for each cell
+/// of a strip.
 pub fn bytes(window: &Window) -> u64 {
     (ROWS * window.nx() * size_of::<Nearest>()) as u64
 }
 
-/// The strips of a raster; as many times nothing where there is none.
+/// Returns the strips of a raster, or `len` times None where there is no raster.
 fn strips(raster: &mut Option<Vec<f32>>, size: usize, len: usize) -> Vec<Option<&mut [f32]>> {
     match raster {
         Some(raster) => raster.chunks_mut(size).map(Some).collect(),
@@ -60,7 +60,7 @@ fn strips(raster: &mut Option<Vec<f32>>, size: usize, len: usize) -> Vec<Option<
     }
 }
 
-/// A straight piece of a bed, and the cells it may change: from the first column and row to those after the last.
+/// A straight piece of a bed, and the range of cells it may change: first column and row, and those after the last.
 struct Piece {
     from: Place,
     to: Place,
@@ -81,7 +81,7 @@ impl Nearest {
     const NOTHING: Self = Self { square_m2: f64::INFINITY, elevation_m: 0.0, half_m: 0.0, depth_m: 0.0 };
 }
 
-/// The pieces of a way that reach into the world, those over joined sides on both of them.
+/// Returns the pieces of a way that reach into the world; those across periodic sides on both of them.
 fn pieces(window: &Window, way: &Way, bank_m: f64) -> Vec<Piece> {
     let shifts = [0, 1].map(|axis| if Ends::of(window, axis) == Ends::Wrap { -1..=1 } else { 0..=0 });
     let mut pieces = Vec::new();
@@ -118,7 +118,7 @@ fn pieces(window: &Window, way: &Way, bank_m: f64) -> Vec<Piece> {
 /// Some rows of the world.
 struct Strip<'a> {
     window: &'a Window,
-    /// The land as it was.
+    /// The input terrain.
     land: &'a [f32],
     rows: [usize; 2],
     bank_m: f64,
@@ -126,7 +126,7 @@ struct Strip<'a> {
 }
 
 impl Strip<'_> {
-    /// Draws one way. `nearest` has nothing before and after.
+    /// Draws one way. `nearest` is empty before and after.
     fn draw(
         &self,
         pieces: &[Piece],
@@ -159,7 +159,7 @@ impl Strip<'_> {
         }
     }
 
-    /// What a bed makes of a cell.
+    /// Applies a bed to a cell.
     fn change(&self, nearest: &Nearest, land: f32, height: &mut f32, bed: &mut f32) {
         let Nearest { square_m2, elevation_m, half_m, depth_m } = *nearest;
         let distance_m = square_m2.sqrt();
@@ -184,7 +184,7 @@ impl Strip<'_> {
     }
 }
 
-/// Takes the nearest point of a piece where it is nearer than what is known.
+/// Stores the nearest point of a piece where it is nearer than the one found so far.
 fn approach(nearest: &mut Nearest, from: &Place, to: &Place, at_m: [f64; 2]) {
     let along = [0, 1].map(|axis| to.at_m[axis] - from.at_m[axis]);
     let off = [0, 1].map(|axis| at_m[axis] - from.at_m[axis]);

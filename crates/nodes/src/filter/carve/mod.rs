@@ -1,6 +1,6 @@
 //! A bed along lines: rivers, ditches, roads and dams.
 //!
-//! `way` finds the bed's elevation along each line, `draw` what it does to the cells beside it.
+//! `way` finds the bed's elevation along each line; `draw` applies it to the cells beside it.
 
 mod draw;
 mod way;
@@ -10,11 +10,11 @@ use super::mix;
 use crate::prelude::*;
 
 choice! {
-    /// What is done to the land.
+    /// How the terrain is changed.
     pub enum Mode {
-        /// Land above the bed is taken away: rivers, ditches, canyons.
+        /// Terrain above the bed is removed: rivers, ditches, canyons.
         Carve = "carve",
-        /// Land below the bed is filled up: dams, causeways.
+        /// Terrain below the bed is filled up: dams, causeways.
         Fill = "fill",
         /// Both: roads.
         Grade = "grade",
@@ -22,13 +22,13 @@ choice! {
 }
 
 choice! {
-    /// How the elevation of the bed runs along a line.
+    /// How the elevation of the bed follows a line.
     pub enum Course {
-        /// It follows the land.
+        /// It follows the terrain.
         Land = "land",
-        /// It follows the land down and never rises from the beginning to the end.
+        /// It follows the terrain down and never rises from the start to the end.
         Downhill = "downhill",
-        /// It goes straight from the land at the beginning to that at the end.
+        /// It is straight from the terrain at the start to that at the end.
         Straight = "straight",
     }
 }
@@ -46,35 +46,35 @@ choice! {
 }
 
 params! {
-    /// What is done to the land.
+    /// How the terrain is changed.
     mode: Mode = Mode::Carve, One, ..;
-    /// Places along the line, from the beginning to the end; not used where `lines` is wired.
+    /// Points along the line, from the start to the end; not used if `lines` is wired.
     path: PathPoints = PathPoints(vec![[1500.0, 2500.0], [4500.0, 4000.0], [6000.0, 7500.0], [9500.0, 8500.0], [11500.0, 12500.0], [15000.0, 14000.0]]), Metres, -1e7..=1e7;
-    /// Width of the bed; of `lines` the least.
+    /// Width of the bed; the minimum width of `lines`.
     width: f64 = 150.0, Metres, 0.0..=1e6, soft 0..=1000;
-    /// How far the bed lies below the land along the line, above it below 0; of `lines` the least.
+    /// How far the bed lies below the terrain along the line; negative lies above it. The minimum depth of `lines`.
     depth: f64 = 60.0, Metres, -1e4..=1e4, soft -100..=500;
     /// The cross-section of the bed: from its middle it rises by `depth` to its edges.
     profile: Profile = Profile::Round, One, ..;
-    /// Distance beyond the bed over which it goes over into the land; a cell at least.
+    /// Distance beyond the bed over which it blends into the terrain; at least one cell.
     bank: f64 = 250.0, Metres, 0.0..=1e6, soft 0..=2000;
-    /// How the elevation of the bed runs along a line.
+    /// How the elevation of the bed follows a line.
     course: Course = Course::Downhill, One, ..;
-    /// Length along the path over which the elevation of the land is averaged.
+    /// Length along the path over which the elevation of the terrain is averaged.
     easing: f64 = 500.0, Metres, 0.0..=1e6, soft 0..=5000, when course = "land" | "downhill";
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
-    /// Lines with widths, depths and elevations of their own, as `Rivers` gives them.
+    /// Lines with their own widths, depths and elevations, such as those of `Rivers`.
     lines: Option<Lines>;
-    /// Where the result replaces the land: fully at 1, not at all at 0.
+    /// Where the result replaces the terrain: fully at 1, not at all at 0.
     mask: Mask = 1.0, 0.0..=1.0;
 }
 
 outputs! {
-    /// The land with the bed.
+    /// Terrain with the bed.
     height: Height;
     /// 1 on the bed, 0 beyond its banks.
     bed: Mask;

@@ -20,7 +20,7 @@ fn smooth(t: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// On level land the cross-section is the profile and the bank, on cells of any size.
+/// On level terrain the cross-section is the profile and the bank, on cells of any size.
 #[test]
 fn cross_sections_are_the_profile() {
     for cell_m in [10.0, 5.0] {
@@ -42,7 +42,7 @@ fn cross_sections_are_the_profile() {
     }
 }
 
-/// Water that follows the bed never has to rise, over hills and hollows; and land is never lifted.
+/// Water that follows the bed never has to rise, over hills and hollows; and terrain is never raised.
 #[test]
 fn a_bed_runs_downhill() {
     let land =
@@ -92,7 +92,7 @@ fn nothing_changes_without_a_width_or_a_mask_or_far_away() {
     assert_eq!(run_in(1, &NODE, &params, &[("height", &land)]), run_in(3, &NODE, &params, &[("height", &land)]));
 }
 
-/// Lines bring their own widths, depths and elevations; in a periodic world they go on across its sides.
+/// Lines bring their own widths, depths and elevations; in a periodic world they continue across its sides.
 #[test]
 fn lines_are_carved_as_they_are() {
     let periodic = World { boundary: Boundary::all(Edge::Periodic), ..world(60, 40, 10.0) };
@@ -120,6 +120,7 @@ fn lines_are_carved_as_they_are() {
         folder: std::path::PathBuf::new(),
         cancel: Cancel::default(),
         progress: &|_| (),
+        coarse: Vec::new(),
         warnings: Warnings::default(),
         glimpses: None,
     };

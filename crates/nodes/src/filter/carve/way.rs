@@ -3,7 +3,7 @@
 use orograph_graph::{Field, Line};
 
 use super::{Course, Params};
-use crate::filter::lines::Ends;
+use crate::numerics::lines::Ends;
 
 /// A point of the bed's middle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,7 +12,7 @@ pub struct Place {
     pub elevation_m: f64,
     /// Half of the width.
     pub half_m: f64,
-    /// How far the edges of the bed are above its middle, where the profile is not flat.
+    /// Height of the bed's edges above its middle, if the profile is not flat.
     pub depth_m: f64,
 }
 
@@ -22,13 +22,13 @@ pub struct Way {
     pub places: Vec<Place>,
 }
 
-/// Points of a path at most.
+/// Maximum number of points of a path.
 const MOST: f64 = 200_000.0;
-/// Points of a path per width at most.
+/// Maximum number of points of a path per width.
 const FINE: f64 = 64.0;
 
 impl Way {
-    /// A line that knows its elevations.
+    /// Creates the way of a line that has elevations.
     pub fn of_line(line: &Line, params: &Params) -> Self {
         let places = line.vertices.iter().map(|vertex| {
             let depth_m = vertex.depth_m.max(params.depth);
@@ -42,8 +42,8 @@ impl Way {
         Self { places: places.collect() }.on_course(params.course)
     }
 
-    /// The path, a point for each cell of its way or, where it is wide, for each [`FINE`]th of the width that changes, on the
-    /// land.
+    /// Creates the way of the path on the terrain, with a point for each cell along it or, where it is wide, for each
+    /// [`FINE`]th of the width that changes.
     pub fn of_path(params: &Params, land: &Field) -> Self {
         let stretches: Vec<([f64; 2], [f64; 2], f64)> =
             params.path.0.windows(2).map(|pair| (pair[0], pair[1], length(pair[0], pair[1]))).collect();
@@ -108,13 +108,13 @@ impl Way {
     }
 }
 
-/// Distance of two places.
+/// Returns the distance between two places.
 pub fn length(a: [f64; 2], b: [f64; 2]) -> f64 {
     let [x, y] = [b[0] - a[0], b[1] - a[1]];
     (x * x + y * y).sqrt()
 }
 
-/// The mean of each value and `side` values on either side; of fewer near the ends, which stay.
+/// Returns the mean of each value and `side` values on either side; of fewer near the ends, which do not change.
 fn averaged(values: &[f64], side: usize) -> Vec<f64> {
     let mut sums = vec![0.0];
     for value in values {
@@ -131,13 +131,13 @@ fn averaged(values: &[f64], side: usize) -> Vec<f64> {
     (0..values.len()).map(mean).collect()
 }
 
-/// The land at a place, linear between the centres of cells.
+/// Returns the terrain height at a place, linear between the centres of cells.
 fn elevation(land: &Field, at_m: [f64; 2]) -> f64 {
     let window = land.window();
     let cells = [0, 1].map(|axis| {
         let n = window.cells[axis] as usize;
         let at = at_m[axis] / window.cell_m() - 0.5;
-        // beyond the edge what the edge has; on joined sides what is on the other side
+        // beyond the edge the value at the edge; in a periodic world the value on the other side
         let at = if Ends::of(window, axis) == Ends::Wrap { at } else { at.clamp(0.0, n as f64 - 1.0) };
         let left = at.floor();
         let index = |k: i64| Ends::of(window, axis).index(left as i64 + k, n);

@@ -1,19 +1,21 @@
-//! Filters of a raster that is mirrored at its sides, by what they do to its cosine waves.
+//! Filters of a raster that is mirrored at its sides, applied to its cosine waves.
 //!
-//! A symmetric kernel on a raster mirrored half a cell beyond its last cells multiplies each wave
-//! `cos(π p (i + ½) / w) cos(π q (j + ½) / h)` by a number, so that any count of passes costs the same. The cosine transform
-//! is that of J. Makhoul (1980), "A fast cosine transform in one and two dimensions", two rows in one complex row.
+//! A symmetric kernel on a raster mirrored half a cell beyond its last cells multiplies each wave `cos(π p (i + ½) /
+//! w) cos(π q (j + ½) / h)` by a number, so any number of passes costs the same. The cosine transform is that of J.
+//! Makhoul (1980), "A fast cosine transform in one and two dimensions", two rows in one complex row.
 
 use orograph_graph::{Job, NodeError};
-use rayon::prelude::*;
 
-use crate::fourier::{Batch, Complex, LANES, Plan, turn};
+use crate::numerics::{
+    fourier::{Batch, Complex, LANES, Plan, turn},
+    par,
+};
 
-/// Rows of a block that a transposition moves at a time.
+/// Rows of a block that is transposed at once.
 const BLOCK: usize = 16;
 
-/// Multiplies the waves of a raster of `width` cells a row: `response(x, y)`, where x and y are
-/// the cosines of a wave's turns from cell to cell.
+/// Multiplies the waves of a raster with `width` cells per row by `response(x, y)`, where x and y are the cosines of
+/// a wave's phase step from cell to cell.
 pub(super) fn filter(
     job: &Job<'_>,
     values: Vec<f64>,
@@ -45,37 +47,35 @@ pub(super) fn filter(
     Ok(values)
 }
 
-/// The mean over all waves of the square of a response: what the filter leaves of the variance of white noise.
+/// Returns the mean square of a response over all waves: the fraction of white noise's variance that the filter
+/// keeps.
 pub(super) fn variance(
     job: &Job<'_>,
     [width, height]: [usize; 2],
     response: impl Fn(f64, f64) -> f64 + Sync,
 ) -> Result<f64, NodeError> {
     let (xs, ys) = (turns(width), turns(height));
-    let rows: Vec<f64> = ys
-        .par_iter()
-        .map(|&y| {
-            job.check()?;
-            let squares = xs.iter().map(|&x| {
-                let kept = response(x, y);
-                kept * kept
-            });
-            Ok::<_, NodeError>(squares.sum())
-        })
-        .collect::<Result<_, _>>()?;
+    let rows = par::collect(ys, |_, y| {
+        job.check()?;
+        let squares = xs.iter().map(|&x| {
+            let kept = response(x, y);
+            kept * kept
+        });
+        Ok::<_, NodeError>(squares.sum::<f64>())
+    })?;
     Ok(rows.iter().sum::<f64>() / (width as f64 * height as f64))
 }
 
-/// Cosines of the turns from cell to cell of all waves along so many cells.
+/// Returns the cosines of the phase steps from cell to cell, for all waves along `cells` cells.
 fn turns(cells: usize) -> Vec<f64> {
     (0..cells).map(|p| turn(0.5 * p as f64 / cells as f64)[0]).collect()
 }
 
-/// Rows become columns.
+/// Transposes a raster.
 fn transposed(from: &[f64], width: usize) -> Vec<f64> {
     let height = from.len() / width;
     let mut to = vec![0.0; from.len()];
-    to.par_chunks_mut(height * BLOCK).enumerate().for_each(|(block, rows)| {
+    par::all(to.chunks_mut(height * BLOCK), |block, rows| {
         for (j, from) in from.chunks_exact(width).enumerate() {
             for (i, row) in rows.chunks_exact_mut(height).enumerate() {
                 row[j] = from[block * BLOCK + i];
@@ -99,21 +99,22 @@ impl Cosines {
         Self { length, plan: Plan::new(length), quarters }
     }
 
-    /// Where a row's cell stands in the row that is transformed: even ones first, then odd ones from the end.
+    /// Returns the position of a cell in the transformed row: even cells first, then odd ones from the end.
     fn place(&self, cell: usize) -> usize {
         if cell.is_multiple_of(2) { cell / 2 } else { self.length - 1 - cell / 2 }
     }
 
-    /// Calls `each(first, rows)` for as many rows at a time as are transformed side by side, two in a lane.
+    /// Calls `each(first, rows)` for each group of rows that is transformed together, two per lane.
     fn rows(
         &self,
         job: &Job<'_>,
         values: &mut [f64],
         each: impl Fn(usize, &mut [Batch<f64>]) + Sync,
     ) -> Result<(), NodeError> {
-        values.par_chunks_mut(self.length * 2 * LANES).enumerate().try_for_each_init(
+        par::each_with(
+            values.chunks_mut(self.length * 2 * LANES),
             || self.plan.room(),
-            |batch, (chunk, rows)| {
+            |batch, chunk, rows| {
                 job.check()?;
                 batch.fill(Batch::ZERO);
                 for (at, row) in rows.chunks_exact(self.length).enumerate() {
@@ -133,7 +134,7 @@ impl Cosines {
         )
     }
 
-    /// Cells to `Σ xₙ cos(πk (n + ½) / length)`.
+    /// Transforms cells into `Σ xₙ cos(πk (n + ½) / length)`.
     fn to_waves(&self, batch: &mut [Batch<f64>]) {
         let n = self.length;
         let cells = batch[..n].to_vec();

@@ -1,20 +1,24 @@
-//! White noise that a mean filter has smoothed many times over.
+//! White noise smoothed many times by a mean filter.
 //!
-//! G. Dahan (2025), "La création et la manipulation de champs de hauteur": layers of a 3 x 3 mean filter on white noise,
-//! and a blend of 2, 4, 8, ... layers. Both are computed by what they do to cosine waves, at a cost that does not grow with
-//! the layers; beside them stands what they tend to, Gaussian smoothing by a length in metres, which does not depend on cells.
+//! G. Dahan (2025), "La création et la manipulation de champs de hauteur": layers of a 3 x 3 mean filter on white
+//! noise, and a blend of 2, 4, 8, ... layers. Both are computed by their effect on cosine waves, at a cost
+//! independent of the number of layers. A third form is their limit, Gaussian smoothing by a length in metres, which
+//! does not depend on the cells.
 
 mod mirror;
 
 use orograph_graph::{World, mix};
 
 use super::spectral::torus::{Draw, Spectrum, Torus};
-use crate::{fourier::LANES, math::lane, par, prelude::*};
+use crate::{
+    numerics::{fourier::LANES, math::lane, par},
+    prelude::*,
+};
 
 choice! {
     /// How noise is smoothed.
     pub enum Form {
-        /// By a Gaussian of the length `correlation`; finer and lower noise is added as `octaves` says.
+        /// By a Gaussian of the length `correlation`; `octaves` adds finer and lower noise.
         Gaussian = "gaussian",
         /// By `layers` of the mean filter on the cells.
         Layers = "layers",
@@ -26,26 +30,26 @@ choice! {
 params! {
     /// How noise is smoothed.
     form: Form = Form::Gaussian, One, ..;
-    /// Root mean square of heights, over many lands.
+    /// Root mean square height, averaged over many seeds.
     relief: f64 = 200.0, Metres, 0.0..=1e5, soft 10..=2000;
     /// Standard deviation of the Gaussian that smooths the coarsest noise.
     correlation: f64 = 900.0, Metres, 0.01..=1e7, soft 50..=5000, when form = "gaussian";
-    /// Noises of half the length each, or doublings of the layers of the fractal form.
+    /// Number of noises, each with half the length of the one before; in the fractal form, doublings of the layers.
     octaves: i64 = 6, Count, 1..=12, when form = "gaussian" | "fractal";
-    /// Height of each finer noise as a share of the one before.
+    /// Height of each finer noise as a fraction of the one before.
     gain: f64 = 0.5, One, 0.0..=1.0, soft 0.3..=0.7, when form = "gaussian";
     /// Passes of the mean filter.
     layers: i64 = 150, Count, 0..=100_000, soft 0..=500, when form = "layers";
-    /// Share of the filtered values in each pass of the mean filter, and of the coarser layers in their blend.
+    /// Weight of the filtered values in each pass of the mean filter, and of the coarser layers in their blend.
     alpha: f64 = 0.5, One, 0.0..=1.0, when form = "layers" | "fractal";
-    /// Whether opposite sides of the world fit together; Gaussian form only, the others are mirrored at the sides.
+    /// Makes opposite sides of the world fit together. Gaussian form only; the others are mirrored at the sides.
     tileable: bool = false, One, .., when form = "gaussian";
-    /// Which noise it is.
+    /// Random seed of the noise.
     seed: Seed = Seed(0), Count, ..;
 }
 
 outputs! {
-    /// Height above the mean of the land.
+    /// Height above the mean of the terrain.
     height: Height;
 }
 
@@ -69,7 +73,7 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let params = Params::read(sizing.params);
     match params.form {
@@ -106,13 +110,14 @@ impl Params {
 
 /// Spectra of Gaussians, one for each octave.
 struct Hills {
-    /// For each octave what the square of waves a metre is multiplied by in the exponent, and its share of the density at no waves.
+    /// For each octave the factor on the squared wavenumber (waves per metre) in the exponent, and its part of the
+    /// density at wavenumber 0.
     octaves: Vec<[f32; 2]>,
-    /// Waves a metre from which on there are none.
+    /// Waves per metre from which the spectrum is 0.
     end: f64,
 }
 
-/// Exponents below which an octave is less than the last bit of the highest one.
+/// Exponent below which an octave is less than the last bit of the highest one.
 const LEAST: f64 = -60.0;
 
 impl Hills {
@@ -142,7 +147,7 @@ impl Spectrum for Hills {
     #[inline(always)]
     fn roots(&self, east: &[f32; LANES], south: f32) -> [f32; LANES] {
         let mut roots = [0.0; LANES];
-        // that of the longest wave among them
+        // the longest wave among them
         let least = east[0] * east[0] + south * south;
         for &[exponent, density] in &self.octaves {
             if least * exponent > LEAST as f32 {
@@ -160,18 +165,18 @@ impl Spectrum for Hills {
     }
 }
 
-/// What the 3 x 3 mean filter with a weight of 2 in the middle leaves of a wave with these cosines of its turns from cell to
-/// cell.
+/// Response of the 3 x 3 mean filter, with a weight of 2 in the middle, to a wave with these cosines of its phase
+/// steps from cell to cell.
 fn mean(x: f64, y: f64) -> f64 {
     ((1.0 + 2.0 * x) * (1.0 + 2.0 * y) + 1.0) / 10.0
 }
 
-/// What one layer leaves of a wave that the mean filter leaves `mean` of.
+/// Response of one layer to a wave for which that of the mean filter is `mean`.
 fn layer(alpha: f64, mean: f64) -> f64 {
     1.0 - alpha + alpha * mean
 }
 
-/// What the fractal blend leaves of it: `h₀ = F₁, hᵢ = α hᵢ₋₁ + (1 − α) F₂ᵢ`, Fₗ being l layers of the same noise.
+/// Response of the fractal blend to it: `h₀ = F₁, hᵢ = α hᵢ₋₁ + (1 − α) F₂ᵢ`, where Fₗ is l layers of the same noise.
 fn blend(alpha: f64, doublings: u32, mean: f64) -> f64 {
     let mut layers = layer(alpha, mean);
     let mut blend = layers;
@@ -182,7 +187,7 @@ fn blend(alpha: f64, doublings: u32, mean: f64) -> f64 {
     blend
 }
 
-/// `base` to a whole power.
+/// Returns `base` raised to an integer power.
 fn power(mut base: f64, mut exponent: u32) -> f64 {
     let mut power = 1.0;
     while exponent > 0 {
@@ -195,7 +200,8 @@ fn power(mut base: f64, mut exponent: u32) -> f64 {
     power
 }
 
-/// White noise on the cells of the world, filtered: `response(m)` is what is left of a wave that one mean leaves m of. Scaled to a root mean square of `relief`.
+/// Returns white noise on the cells of the world, filtered and scaled to a root mean square of `relief`.
+/// `response(m)` is the filter's response to a wave for which that of one mean is m.
 fn layered(job: &Job<'_>, relief: f64, response: impl Fn(f64) -> f64 + Sync) -> Result<Vec<f32>, NodeError> {
     let window = job.window();
     let seed = job.seed();
@@ -208,7 +214,7 @@ fn layered(job: &Job<'_>, relief: f64, response: impl Fn(f64) -> f64 + Sync) -> 
     });
     let response = |x: f64, y: f64| response(mean(x, y));
     let filtered = mirror::filter(job, noise.collect(), window.nx(), response)?;
-    // even noise from -½ to ½ has a variance of 1/12
+    // uniform noise from -½ to ½ has a variance of 1/12
     let variance = mirror::variance(job, [window.nx(), window.ny()], response)? / 12.0;
     let scale = relief / variance.sqrt();
     let mut height = vec![0.0; window.len()];

@@ -4,7 +4,7 @@ use orograph_graph::Window;
 
 use super::*;
 use crate::{
-    math,
+    numerics::math,
     testing::{at_every_level, block_means, generate, moments, world},
 };
 
@@ -32,7 +32,7 @@ fn noise(len: usize) -> Vec<f64> {
     (0..len as u32).map(|k| f64::from(mix(k) >> 8) / f64::from(1 << 24) - 0.5).collect()
 }
 
-/// What the node computes of given noise, before it is scaled.
+/// Returns what the node computes from given noise, before scaling.
 fn filtered(noise: &[f64], [nx, ny]: [u32; 2], response: impl Fn(f64) -> f64 + Sync) -> Vec<f64> {
     let window = Window::whole(world(nx, ny, 1.0));
     let params = ParamValues::defaults(&NODE.specs());
@@ -46,6 +46,7 @@ fn filtered(noise: &[f64], [nx, ny]: [u32; 2], response: impl Fn(f64) -> f64 + S
         cancel: orograph_graph::Cancel::default(),
         progress: &|_| (),
         warnings: orograph_graph::Warnings::default(),
+        coarse: Vec::new(),
         glimpses: None,
     };
     let response = |x: f64, y: f64| response(mean(x, y));
@@ -90,12 +91,12 @@ fn relief_is_the_root_mean_square_of_every_form() {
         "form=fractal,octaves=4,alpha=0.7",
     ] {
         let (_, deviation) = moments(generate(window, &NODE, &format!("relief=80,{changes}")).samples());
-        // some 500 independent hills of 120 m, and a mean that is left in
+        // about 500 independent hills of 120 m, and a mean that is left in
         assert!((deviation / 80.0 - 1.0).abs() < 0.1, "{changes}: {deviation}");
     }
 }
 
-/// Gaussian-smoothed noise at a distance r is alike by exp(−r² / 4ℓ²).
+/// Gaussian-smoothed noise has the autocorrelation exp(−r² / 4ℓ²).
 #[test]
 fn heights_are_alike_over_the_correlation_length() {
     let land = generate(Window::whole(world(512, 512, 10.0)), &NODE, "correlation=60,octaves=1,tileable=true,relief=1");

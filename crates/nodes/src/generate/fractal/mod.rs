@@ -1,11 +1,11 @@
-//! Fractals beyond the plain sum: each octave of gradient noise depends on those before.
+//! Fractals beyond the plain sum: each octave of gradient noise depends on those before it.
 //!
-//! What all share: heights are h = amplitude (r − μ) / 3σ, where r is the recursion's own result and μ and σ are its mean and
-//! standard deviation for these parameters. Octaves are independent of each other, so both are those of the recursion on
-//! independent places of each octave, which is how they are measured: on fixed places, never on the land. So a window, a finer
-//! raster and another seed have the same μ and σ. The rules are in `rules`.
+//! Common to all: heights are h = amplitude (r − μ) / 3σ, where r is the result of the recursion and μ and σ are its
+//! mean and standard deviation for these parameters. Octaves are independent of each other, so both are measured from
+//! the recursion at independent places of each octave: at fixed places, never on the terrain. A window, a finer
+//! raster and another seed therefore have the same μ and σ. The rules are in `rules`.
 
-use super::noise::{
+use crate::numerics::noise::{
     Gradients, fold, fractal_params,
     raster::{self, Combine, LANES, Lanes, Noise},
     scattered::Scattered,
@@ -22,17 +22,17 @@ use rules::{Finish, Layer, Rule};
 choice! {
     /// How octaves are combined.
     pub enum Kind {
-        /// Octaves folded upwards: round knolls between sharp clefts, like clouds or dunes of old sand.
+        /// Octaves folded upwards: round knolls between sharp clefts, like clouds or old dunes.
         Billow = "billow",
         /// Low ground smooth, high ground rough: valley floors among mountains.
         Hybrid = "hybrid",
-        /// Roughness grows with height, more strongly: plains that rise to broken country.
+        /// Roughness grows with height, more strongly: plains that rise to rugged terrain.
         Heterogeneous = "heterogeneous",
-        /// Fine octaves fade on steep slopes, as if they were worn: smooth flanks, detail on ridges and floors.
+        /// Fine octaves fade on steep slopes, as if worn: smooth flanks, detail on ridges and valley floors.
         Eroded = "eroded",
-        /// Ridges, towards which finer octaves are drawn: flanks with gullies that run downhill.
+        /// Ridges that pull finer octaves towards them: flanks with gullies that run downhill.
         Swiss = "swiss",
-        /// Squares of noise, moved by their own slopes and damped where it is level: worn mountains.
+        /// Squared noise, displaced by its own slopes and damped on level ground: worn mountains.
         Jordan = "jordan",
         /// Plain hills that turn to ridges between the elevations `low` and `high`.
         Blend = "blend",
@@ -45,15 +45,15 @@ fractal_params! {
         kind: Kind = Kind::Hybrid, One, ..;
     ]
     wavelength: 5000.0, lacunarity: 2.0, gain: 0.5;
-    /// Three standard deviations of the heights about their mean of 0: nearly all land lies between ± this.
+    /// Three standard deviations of the heights about their mean of 0: nearly all terrain lies between ± this.
     amplitude: f64 = 1000.0, Metres, 0.0..=1e6, soft 0..=4000;
-    /// What is added to the noise before octaves multiply: less makes low ground smoother.
+    /// Added to the noise before octaves are multiplied: lower values make low ground smoother.
     offset: f64 = 0.7, One, 0.0..=2.0, soft 0.4..=1.2, when kind = "hybrid" | "heterogeneous";
     /// How strongly slopes damp finer octaves, 1 as published.
     damping: f64 = 1.0, One, 0.0..=4.0, when kind = "eroded" | "jordan";
-    /// How far octaves are moved by those before, 1 as published.
+    /// How far octaves are displaced by those before them, 1 as published.
     warp: f64 = 1.0, One, 0.0..=2.0, when kind = "swiss" | "jordan";
-    /// Elevation of the base, the first two octaves, below which a blend has no ridges.
+    /// Elevation of the base (the first two octaves) below which a blend has no ridges.
     low: f64 = -150.0, Metres, -1e6..=1e6, soft -1000..=1000, when kind = "blend";
     /// Elevation of the base above which a blend is all ridges.
     high: f64 = 450.0, Metres, -1e6..=1e6, soft -1000..=2000, when kind = "blend";
@@ -84,7 +84,7 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Cells a side of the places that moments are measured on: of some 9000 cells of each octave's lattice.
+/// Samples along a side of the area on which moments are measured: about 9000 cells of each octave's lattice.
 const SIDE: usize = 256;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
@@ -126,7 +126,7 @@ impl Params {
         }
     }
 
-    /// Mean and standard deviation of what the recursion gives with all its octaves.
+    /// Returns the mean and standard deviation of the recursion with all its octaves.
     fn moments<R: Rule<N>, const N: usize>(&self) -> (f64, f64) {
         let octaves = self.fractal(0).spread();
         let recursion = Recursion::<R, N> {
@@ -147,8 +147,8 @@ impl Params {
         }
     }
 
-    /// The constants of all octaves asked for; `held` tells how many cells a wavelength of those on the raster has and how much
-    /// of it the raster holds.
+    /// Returns the constants of all requested octaves. `held` gives, for those on the raster, the cells per
+    /// wavelength and how much of the octave the raster can represent.
     fn layers(&self, held: impl Iterator<Item = (f64, f64)>) -> Vec<Layer> {
         let means = [|n| n, |n| n * n, |n: f64| (1.0 - n) * (1.0 - n)]
             .map(|function: fn(f64) -> f64| fold::mean(self.gradients, function) as f32);
@@ -200,11 +200,11 @@ impl Params {
 
 /// A recursion with all its constants.
 struct Recursion<R, const N: usize> {
-    /// Octaves on the raster, and those it cannot hold, which count with their means.
+    /// Octaves on the raster, and those it cannot represent, which count with their means.
     layers: Vec<Layer>,
     left: Vec<Layer>,
     finish: Finish,
-    /// Metres of a unit of its result, and what is added.
+    /// Metres per unit of the result, and the offset.
     scale: f32,
     lift_m: f32,
     rule: std::marker::PhantomData<R>,

@@ -1,22 +1,22 @@
 //! The recursions over octaves, at one sample. Noise n has the standard deviation 0.305 and slopes per wavelength.
 //!
-//! What the raster cannot hold of an octave counts with its mean over the distribution of the noise.
+//! The part of an octave that the raster cannot represent counts with its mean over the distribution of the noise.
 
-use crate::{generate::noise::fold::Fold, math::lane};
+use crate::numerics::{math::lane, noise::fold::Fold};
 
 /// Constants of one octave.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layer {
-    /// gainᵏ, or what stands for it.
+    /// gainᵏ, or its equivalent.
     pub gain: f32,
     /// lacunarityᵏ.
     pub ratio: f32,
-    /// How much of it the raster holds.
+    /// How much of it the raster can represent.
     pub fade: f32,
-    /// Its crests, and the means of |n|, n² and (1 − |n|)², times what the raster does not hold.
+    /// Its crests, and the means of |n|, n² and (1 − |n|)², times the part that the raster cannot represent.
     pub fold: Fold,
     pub means: [f32; 3],
-    /// Factor from slopes per wavelength to those of the land in m/m.
+    /// Factor from slopes per wavelength to slopes of the terrain in m/m.
     pub steepness: f32,
     /// 1 for the first octave, of a blend also for the second, and 0 for all others.
     pub first: f32,
@@ -49,35 +49,35 @@ impl Layer {
     }
 }
 
-/// What turns the end of a recursion into heights.
+/// Constants that turn the result of a recursion into heights.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Finish {
-    /// Metres of a unit of a plain sum of octaves.
+    /// Metres per unit of a plain sum of octaves.
     pub unit_m: f32,
-    /// Elevation where ridges begin, and one over the metres up to where they are whole.
+    /// Elevation where ridges begin, and one over the metres up to where they are complete.
     pub low_m: f32,
     pub per_metre: f32,
 }
 
 /// A recursion over octaves whose state is `N` numbers.
 pub(super) trait Rule<const N: usize>: Sync {
-    /// Whether it makes use of the slopes of the noise.
+    /// True if it uses the slopes of the noise.
     const SLOPES: bool = false;
-    /// Whether it moves the places of its noise.
+    /// True if it displaces its noise.
     const SHIFTS: bool = false;
     /// The state before the first octave.
     const START: [f32; N];
 
-    /// Takes an octave into account. To be inlined always, as all others.
+    /// Adds an octave. Must always be inlined, as the others.
     fn step(layer: &Layer, noise: f32, slope: [f32; 2], state: &mut [f32; N]);
 
-    /// How far from the sample the noise of an octave is taken, in wavelengths.
+    /// Returns the displacement, in wavelengths, at which the noise of an octave is sampled.
     #[inline(always)]
     fn shift(_: &Layer, _: &[f32; N]) -> [f32; 2] {
         [0.0; 2]
     }
 
-    /// The height, in the recursion's own unit.
+    /// Returns the height, in the recursion's own unit.
     #[inline(always)]
     fn height(_: &Finish, state: &[f32; N]) -> f32 {
         state[0]
@@ -96,14 +96,14 @@ impl Rule<1> for Billow {
     }
 }
 
-/// h += s, s = w gainᵏ (n + o), w ← s, held below 1. State: h, w.
+/// h += s, s = w gainᵏ (n + o), w ← s, limited to 1. State: h, w.
 pub(super) struct Hybrid;
 
 impl Hybrid {
-    /// How far from 1 a weight begins to be held: a corner there would be seen as a line in the land.
+    /// How far from 1 the limit of a weight begins: a corner there would be visible as a line in the terrain.
     const ROUND: f32 = 0.15;
 
-    /// The lesser of a number and 1, with a parabola from one to the other.
+    /// Returns the smaller of a number and 1, with a parabola between the two.
     #[inline(always)]
     fn held(weight: f32) -> f32 {
         let weight = weight.min(1.0 + Self::ROUND);
@@ -146,7 +146,7 @@ impl Rule<3> for Eroded {
     fn step(layer: &Layer, noise: f32, slope: [f32; 2], [height, dx, dy]: &mut [f32; 3]) {
         *dx += layer.fade * layer.steepness * slope[0];
         *dy += layer.fade * layer.steepness * slope[1];
-        // a bound that no land comes near keeps the square finite
+        // a bound far beyond any terrain keeps the square finite
         let square = (*dx * *dx + *dy * *dy).min(1e30);
         *height += layer.gain * layer.fade * noise / (1.0 + layer.damping * square);
     }
@@ -202,8 +202,8 @@ impl Rule<5> for Jordan {
     }
 }
 
-/// The first two octaves plain; on them plain octaves where they are low and ridges where they are high. State: the base, the
-/// plain detail, the ridges, the weight of the next ridges.
+/// The first two octaves plain; on them plain octaves where they are low and ridges where they are high. State: the
+/// base, the plain detail, the ridges, the weight of the next ridges.
 pub(super) struct Blend;
 
 impl Rule<4> for Blend {

@@ -1,4 +1,4 @@
-//! Every kind against closed forms and what is known of it; what all kinds promise.
+//! Tests every kind against closed forms and published values, and what all kinds promise.
 
 use super::*;
 use crate::testing::{at_every_level, block_means, generate, moments, seams, with_params, world};
@@ -9,7 +9,7 @@ fn measured<R: Rule<N>, const N: usize>(changes: &str) -> (f64, f64) {
     Params::read(&with_params(&NODE, changes)).moments::<R, N>()
 }
 
-/// The numbers that are known of Perlin's noise with eight octaves (Musgrave's parameters), to 2 % of the standard deviation
+/// The known values for Perlin's noise with eight octaves (Musgrave's parameters), to 2 % of the standard deviation
 /// for the error of 9000 cells.
 #[test]
 fn moments_are_those_of_the_literature() {
@@ -24,18 +24,19 @@ fn moments_are_those_of_the_literature() {
     assert!((mean - 0.943).abs() < 0.02 && (std - 0.415).abs() < 0.01, "{mean} {std}");
 }
 
-/// The mean of heterogeneous octaves is a product, since they are independent; without damping the eroded sum is the plain one.
+/// The mean of heterogeneous octaves is a product, since they are independent; without damping the eroded sum is the
+/// plain one.
 #[test]
 fn moments_are_those_of_closed_forms() {
     let (mean, _) = measured::<rules::Heterogeneous, 1>("kind=heterogeneous,octaves=6,offset=1");
-    let expected: f64 = (1..6).map(|k| 1.0 + crate::math::pow(0.5, f64::from(k))).product();
+    let expected: f64 = (1..6).map(|k| 1.0 + crate::numerics::math::pow(0.5, f64::from(k))).product();
     assert!((mean / expected - 1.0).abs() < 0.01, "{mean} {expected}");
     let (mean, std) = measured::<rules::Eroded, 3>("kind=eroded,octaves=6,damping=0");
     let expected = 0.305 * (f64::from(4095) / f64::from(4096) / 0.75).sqrt();
     assert!(mean.abs() < 0.01 && (std / expected - 1.0).abs() < 0.015, "{mean} {std} {expected}");
 }
 
-/// On land of some 2600 hills: the mean to 0.06 of the deviation, the deviation to 5 %.
+/// On terrain of about 2600 hills: the mean to 0.06 of the standard deviation, the standard deviation to 5 %.
 #[test]
 fn land_has_the_mean_and_the_deviation_it_is_scaled_to() {
     for kind in KINDS {
@@ -61,7 +62,7 @@ fn equal_bits_at_every_simd_level_and_in_every_window() {
     }
 }
 
-/// Without damping, an eroded fractal is `Perlin`, but for the scale; to rounding.
+/// Without damping, an eroded fractal is `Perlin`, except for the scale; to rounding.
 #[test]
 fn without_damping_it_is_the_plain_sum() {
     let window = Window::whole(world(200, 150, 20.0));
@@ -109,9 +110,9 @@ fn finer_cells_only_add_detail() {
     }
 }
 
-/// The power of waves of 4 to 8 cells on land whose octaves have 16, 8 and 4 is the same in every direction, to 10 % in bins of
-/// 9°. A single octave is not as even as a sum of many: its waves shorter than its cells lean to the axes. They show where finer
-/// octaves are weak, so the gain is that which Musgrave gives his hybrid, 2^-0.25.
+/// The power of waves of 4 to 8 cells on land whose octaves have 16, 8 and 4 is the same in every direction, to 10 %
+/// in bins of 9°. A single octave is not as even as a sum of many: its waves shorter than its cells lean to the axes.
+/// They show where finer octaves are weak, so the gain is that which Musgrave gives his hybrid, 2^-0.25.
 #[test]
 fn the_spectrum_is_the_same_in_every_direction() {
     for kind in KINDS {

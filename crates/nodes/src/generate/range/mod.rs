@@ -2,20 +2,20 @@
 
 mod spurs;
 
-use rayon::prelude::*;
-
 use self::spurs::{Places, Spurs};
-use super::noise::{Basis, Fractal, Octave, sum};
+use crate::numerics::noise::{Basis, Fractal, Octave, sum};
 use crate::{
-    par,
+    numerics::{
+        par,
+        range::{Range, Stretch, fall_off, squares_at},
+    },
     prelude::*,
-    range::{Range, Stretch, fall_off, squares_at},
 };
 
 choice! {
-    /// How the range falls from its crest.
+    /// Cross-section of the range.
     pub enum Profile {
-        /// exp(−w² / 2): a rounded crest and a foot that ends.
+        /// exp(−w² / 2): a rounded crest and a distinct foot.
         Gaussian = "gaussian",
         /// 1 / (1 + w²): a narrower crest and long foothills.
         Foothills = "foothills",
@@ -25,32 +25,32 @@ choice! {
 }
 
 params! {
-    /// Crest, from place to place.
+    /// Points along the crest.
     path: PathPoints = PathPoints(vec![[1500.0, 12500.0], [5500.0, 9800.0], [8200.0, 9000.0], [11000.0, 5500.0], [15000.0, 4000.0]]), Metres, -1e7..=1e7;
-    /// Height of the crest above the land around.
+    /// Height of the crest above the surrounding terrain.
     height: f64 = 2200.0, Metres, 0.0..=1e5, soft 100..=5000;
     /// Width of the flank to the right of the path.
     front: f64 = 1500.0, Metres, 1.0..=1e7, soft 200..=20000;
     /// Width of the flank to the left of the path.
     back: f64 = 2500.0, Metres, 1.0..=1e7, soft 200..=20000;
-    /// How the range falls from its crest.
+    /// Cross-section of the range.
     profile: Profile = Profile::Sharp, One, ..;
-    /// How far crest and foot wind beside the path, in a third of `spacing`: 0 for a range as straight as that.
+    /// How far crest and foot wind around the path: at 1, by up to three times `spacing` along each axis.
     bend: f64 = 0.6, One, 0.0..=1.0;
     /// How deep the valleys between spurs are: 0 for even flanks.
     spurs: f64 = 0.6, One, 0.0..=1.0;
     /// Distance between large spurs.
     spacing: f64 = 2500.0, Metres, 1.0..=1e6, soft 200..=10000;
-    /// How much summits and passes differ from the height along the crest, as a share of it.
+    /// How much summits and passes differ from the crest's height, as a fraction of it.
     variation: f64 = 0.35, One, 0.0..=1.0;
-    /// Which spurs and summits these are.
+    /// Random seed of spurs and summits.
     seed: Seed = Seed(0), Count, ..;
 }
 
 outputs! {
-    /// Height above the land around.
+    /// Height above the surrounding terrain.
     height: Height;
-    /// The profile without spurs and summits, 1 on the crest, which winds.
+    /// The profile without spurs and summits, 1 on the winding crest.
     mask: Mask;
 }
 
@@ -76,9 +76,9 @@ pub static NODE: Node = Node {
 /// Salts of the noise that varies the crest and of those that bend it to the east and to the south.
 const SALTS: [u32; 3] = [0x510e_527f, 0x9b05_688c, 0x1f83_d9ab];
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    // bends and distances, or distances and the land around spurs
+    // bends and distances, or distances and the terrain around spurs
     sizing.cells((12.5 - 4.0 * Wants::among(sizing.wanted).count() as f64).max(0.0))
 }
 
@@ -118,7 +118,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 }
 
 impl Params {
-    /// Octaves of noise from so many spacings on.
+    /// Returns octaves of noise starting at a wavelength of `spacings`.
     fn fractal(&self, job: &Job<'_>, salt: u32, spacings: f64, octaves: i64) -> Fractal {
         Fractal {
             wavelength_m: spacings * self.spacing,
@@ -131,11 +131,11 @@ impl Params {
     }
 }
 
-/// Where the range runs.
+/// Course of the range.
 struct Course<'a> {
     params: &'a Params,
     stretches: Vec<Stretch>,
-    /// What bends it to the east and to the south; the finest octave is as long as spurs are apart.
+    /// Noise that bends it to the east and to the south; the finest octave is as long as the spacing of spurs.
     bends: [Vec<Octave>; 2],
 }
 
@@ -146,14 +146,14 @@ impl<'a> Course<'a> {
         Self { params, stretches, bends }
     }
 
-    /// How far to the east and to the south of places the range is looked for, in metres.
+    /// Returns the displacements to the east and to the south at which the range is sampled, in metres.
     fn bends(&self, noise: impl Fn(&[Octave], f64) -> Result<Vec<f32>, NodeError>) -> Result<[Vec<f32>; 2], NodeError> {
         let bend_m = 3.0 * self.params.bend * self.params.spacing;
         let [east, south] = &self.bends;
         Ok([noise(east, bend_m)?, noise(south, bend_m)?])
     }
 
-    /// The squares of the distances of a row of places to the crest, in widths.
+    /// Computes the squared distances of a row of places to the crest, in widths.
     fn squares(&self, xs: &[f64], y: f64, [east, south]: [&[f32]; 2], squares: &mut [f32]) {
         let xs: Vec<f64> = xs.iter().zip(east).map(|(x, bend)| x + f64::from(*bend)).collect();
         let ys: Vec<f64> = south.iter().map(|bend| y + f64::from(*bend)).collect();
@@ -168,7 +168,7 @@ impl<'a> Course<'a> {
         })?;
         let (xs, nx) = (places.xs(), places.cells[0]);
         let mut heights = vec![0.0; nx * places.cells[1]];
-        heights.par_chunks_mut(nx).enumerate().try_for_each(|(j, row)| {
+        par::each(heights.chunks_mut(nx), |j, row| {
             self.squares(&xs, places.y(j), bends.each_ref().map(|bend| &bend[j * nx..][..nx]), row);
             self.params.profile.of(row);
             row.iter_mut().for_each(|height| *height *= self.params.height as f32);
@@ -179,7 +179,7 @@ impl<'a> Course<'a> {
 }
 
 impl Profile {
-    /// Turns squares of distances in widths into shares of the height.
+    /// Turns squared distances in widths into fractions of the height.
     fn of(self, row: &mut [f32]) {
         match self {
             Self::Gaussian => fall_off(row, 1.0),
@@ -211,7 +211,7 @@ mod tests {
     fn an_even_range_is_its_profile() {
         type Shape = fn(f64) -> f64;
         let shapes: [(&str, Shape); 3] = [
-            ("gaussian", |w| crate::math::exp(-0.5 * w * w)),
+            ("gaussian", |w| crate::numerics::math::exp(-0.5 * w * w)),
             ("foothills", |w| 1.0 / (1.0 + w * w)),
             ("sharp", |w| (1.0 - w / 3.0).max(0.0) * (1.0 - w / 3.0).max(0.0)),
         ];
@@ -228,8 +228,8 @@ mod tests {
         }
     }
 
-    /// Spurs run down the flanks: along a straight range heights vary more than twice as much as down it, in squares of slopes of
-    /// what spurs have changed; nothing is below the foot and the profile stays.
+    /// Spurs run down the flanks: along a straight range heights vary more than twice as much as down it, in squares
+    /// of slopes of what spurs have changed; nothing is below the foot and the profile stays.
     #[test]
     fn spurs_run_down_the_flanks() {
         let even = range("front=900,back=900,bend=0,spurs=0,variation=0");
@@ -260,7 +260,8 @@ mod tests {
         assert!((300.0..=1250.0).contains(&farthest), "{farthest}");
     }
 
-    /// A finer raster adds detail and changes nothing else: means over 800 m are those of the coarse one, to 2 % of the deviation.
+    /// A finer raster adds detail and changes nothing else: means over 800 m are those of the coarse one, to 2 % of
+    /// the deviation.
     #[test]
     fn finer_cells_only_add_detail() {
         let land = |cells: u32, cell_m: f64| {

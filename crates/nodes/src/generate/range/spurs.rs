@@ -1,21 +1,23 @@
-//! Spurs and the valleys between them: waves across the fall line, octave upon octave.
+//! Spurs and the valleys between them: waves across the fall line, octave by octave.
 //!
-//! T. Tricard et al. (2019), "Procedural phasor noise": where each point of a jittered lattice sends out a plane wave under a bell, the
-//! phase of their sum makes stripes of even contrast that follow a field of directions. Here the waves of an octave run along the
-//! contours of the land with all coarser octaves, so that their crests run down it, and spurs bear spurs. What differs: amplitudes follow
-//! the slope of the land, stripes are sharp crests with round valleys, and where waves cancel each other they fade instead of
-//! breaking.
+//! T. Tricard et al. (2019), "Procedural phasor noise": each point of a jittered lattice emits a plane wave under a
+//! bell, and the phase of their sum makes stripes of even contrast that follow a field of directions. Here the waves
+//! of an octave run along the contours of the terrain with all coarser octaves, so that their crests run down it, and
+//! spurs bear spurs. Differences: amplitudes follow the slope of the terrain, stripes are sharp crests with round
+//! valleys, and where waves cancel each other they fade instead of breaking.
 
 use orograph_graph::mix;
-use rayon::prelude::*;
 
-use crate::{math::lane, prelude::*, simd::simd};
+use crate::{
+    numerics::{math::lane, par, simd::simd},
+    prelude::*,
+};
 
-/// Octaves at most, each with half the wavelength of the one before.
+/// Maximum number of octaves, each with half the wavelength of the one before.
 const OCTAVES: i32 = 9;
-/// Wavelengths from a lattice point to where its wave ends: no farther than the lattice cells next to a place's own reach.
+/// Wavelengths from a lattice point to where its wave ends: no farther than the neighbouring lattice cells.
 const REACH: f64 = 1.2;
-/// How far points lie from the middles of their cells, in cells, at most.
+/// Maximum distance of points from the centres of their cells, in cells.
 const JITTER: f64 = 0.3;
 /// Height of an octave over slope times wavelength, for spurs of 1.
 const HEIGHT: f64 = 1.9;
@@ -23,7 +25,7 @@ const HEIGHT: f64 = 1.9;
 const FALL: f64 = 0.78;
 /// Steepest slope that counts.
 const STEEPEST: f32 = 1.2;
-/// What is carved from the land, as a share of slope times wavelength, is about 0 on average.
+/// Offset that makes the carved height, as a fraction of slope times wavelength, about 0 on average.
 const MEAN: f32 = 0.64;
 
 /// A rectangle of places, `step_m` apart and counted from the world's corner.
@@ -54,10 +56,10 @@ pub(super) struct Spurs {
 /// An octave on the window.
 struct Octave {
     wavelength_m: f64,
-    /// Metres for a slope of 1, all of it and what the raster holds of it.
+    /// Metres for a slope of 1: in full, and the part that the raster can represent.
     height_m: f32,
     held_m: f32,
-    /// First column and row of the lattice cells at hand, and how many are in a row.
+    /// First column and row of the stored lattice cells, and how many are in a row.
     first: [i64; 2],
     width: usize,
     waves: Vec<Wave>,
@@ -71,12 +73,12 @@ struct Wave {
     along: [f32; 2],
     /// Turns at the centre.
     phase: f32,
-    /// Slope of the land there.
+    /// Slope of the terrain there.
     slope: f32,
 }
 
 impl Spurs {
-    /// Spurs of land that is known by its heights at places.
+    /// Creates the spurs of a terrain that is given by its heights at `places`.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
@@ -88,7 +90,7 @@ impl Spurs {
         let (window, cell_m) = (job.window(), job.cell_m());
         let wavelengths = (0..OCTAVES).map(|k| spacing_m / f64::from(1 << k)).take_while(|w| *w > 3.0 * cell_m);
         let wavelengths: Vec<f64> = if spurs > 0.0 { wavelengths.collect() } else { Vec::new() };
-        // from fine to coarse, the lattice cells that are needed: around the window and around all points of finer octaves
+        // from fine to coarse, the lattice cells needed: around the window and around all points of finer octaves
         let mut area = [0, 1].map(|axis| {
             let first = f64::from(window.origin[axis]);
             [first * cell_m, (first + f64::from(window.cells[axis])) * cell_m]
@@ -104,8 +106,8 @@ impl Spurs {
         }
         let mut spurs_of = Self { octaves: Vec::new() };
         for ((k, &wavelength_m), span) in (0..).zip(&wavelengths).zip(spans.iter().rev()) {
-            let fade = crate::math::smoothstep(wavelength_m / (3.0 * cell_m) - 1.0);
-            let height_m = spurs * HEIGHT * crate::math::pow(FALL, f64::from(k)) * wavelength_m;
+            let fade = crate::numerics::math::smoothstep(wavelength_m / (3.0 * cell_m) - 1.0);
+            let height_m = spurs * HEIGHT * crate::numerics::math::pow(FALL, f64::from(k)) * wavelength_m;
             let [first, cells] = [span.map(|[first, _]| first), span.map(|[first, last]| last - first + 1)];
             let places = Places {
                 step_m: 0.5 * wavelength_m,
@@ -114,15 +116,19 @@ impl Spurs {
             };
             let mut heights = land(&places)?;
             let xs = places.xs();
-            heights.par_chunks_mut(xs.len()).enumerate().try_for_each(|(row, heights)| {
+            par::each(heights.chunks_mut(xs.len()), |row, heights| {
                 spurs_of.carve(&xs, places.y(row), heights, true);
                 job.check()
             })?;
             let width = cells[0] as usize;
             let seed = mix(job.seed().wrapping_add(k as u32));
-            let waves = (0..width * cells[1] as usize).into_par_iter().map(|at| {
-                let cell = [first[0] + (at % width) as i64, first[1] + (at / width) as i64];
-                Wave::new(cell, wavelength_m, seed, |place| slope(&heights, &places, place))
+            let flat = Wave { centre: [0.0; 2], along: [0.0; 2], phase: 0.0, slope: 0.0 };
+            let mut waves = vec![flat; width * cells[1] as usize];
+            par::all(waves.chunks_mut(width), |row, waves| {
+                for (column, wave) in waves.iter_mut().enumerate() {
+                    let cell = [first[0] + column as i64, first[1] + row as i64];
+                    *wave = Wave::new(cell, wavelength_m, seed, |place| slope(&heights, &places, place));
+                }
             });
             spurs_of.octaves.push(Octave {
                 wavelength_m,
@@ -130,14 +136,14 @@ impl Spurs {
                 held_m: (height_m * fade) as f32,
                 first,
                 width,
-                waves: waves.collect(),
+                waves,
             });
         }
         Ok(spurs_of)
     }
 
-    /// Makes the heights of places in a row, from west to east and equally far apart, those of land with spurs; with all of each octave
-    /// or with what the raster holds of it.
+    /// Adds spurs to the heights of places in a row, from west to east and equally spaced; with all of each octave,
+    /// or with the part that the raster can represent.
     pub fn carve(&self, xs: &[f64], y: f64, heights: &mut [f32], whole: bool) {
         if self.octaves.is_empty() || xs.is_empty() {
             return;
@@ -154,7 +160,7 @@ impl Spurs {
 }
 
 impl Wave {
-    /// The wave of a lattice cell on land with those slopes.
+    /// Creates the wave of a lattice cell on terrain with those slopes.
     fn new(cell: [i64; 2], wavelength_m: f64, seed: u32, slope: impl Fn([f64; 2]) -> [f32; 2]) -> Self {
         let row = mix((cell[1] as u32).wrapping_mul(0xd816_3841).wrapping_add(seed));
         let key = mix((cell[0] as u32).wrapping_mul(0x8da6_b343).wrapping_add(row));
@@ -168,7 +174,7 @@ impl Wave {
     }
 }
 
-/// The slope along x and y at a place among others, from those around it.
+/// Returns the slope along x and y at a place, from its neighbours.
 fn slope(heights: &[f32], places: &Places, place: [f64; 2]) -> [f32; 2] {
     let at = [0, 1].map(|axis| place[axis] / places.step_m - places.first[axis] as f64);
     let [i, j] = at.map(|at| at as usize);
@@ -196,7 +202,7 @@ simd! {
                 if across <= 0.0 {
                     continue;
                 }
-                // a place more to each side than are within reach
+                // one place more on each side than is within reach
                 let half_m = across.sqrt() * octave.wavelength_m;
                 let from = ((wave.centre[0] - half_m - xs[0]) / step_m) as usize;
                 let to = (((wave.centre[0] + half_m - xs[0]) / step_m + 2.0).max(0.0) as usize).min(xs.len());
@@ -228,7 +234,7 @@ simd! {
 }
 
 simd! {
-    /// Adds an octave of so many metres for a slope of 1 to what is added.
+    /// Adds an octave with `height_m` metres for a slope of 1 to `added`.
     fn add(sums: &[Vec<f32>; 4], height_m: f32, added: &mut [f32]) {
         let [cosines, sines, weights, slopes] = sums;
         let sums = cosines.iter().zip(sines).zip(weights).zip(slopes);
@@ -241,7 +247,7 @@ simd! {
 }
 
 simd! {
-    /// Adds to heights, but neither takes all of one away nor makes it more than three times as high.
+    /// Adds to heights, but neither removes a height completely nor makes it more than three times as high.
     fn shape(heights: &mut [f32], added: &[f32]) {
         for (height, added) in heights.iter_mut().zip(added) {
             let share = added / height.max(1e-6);

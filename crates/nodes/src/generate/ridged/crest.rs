@@ -1,6 +1,6 @@
-//! The crest function of a ridged octave and what octaves are on average.
+//! The crest function of a ridged octave, and the mean of octaves.
 
-use crate::generate::noise::{Gradients, fold::distribution};
+use crate::numerics::noise::{Gradients, fold::distribution};
 
 /// The crest function (1 − |n| / offset)^exponent, 0 beyond, and the weights between octaves.
 #[derive(Clone, Copy, Debug)]
@@ -28,16 +28,17 @@ impl Crest {
     fn draws(&self) -> [f64; 32] {
         distribution(self.gradients).map(|n| {
             let ridge = (1.0 - n / self.offset).max(0.0);
-            crate::math::pow(ridge, f64::from(self.exponent))
+            crate::numerics::math::pow(ridge, f64::from(self.exponent))
         })
     }
 }
 
-/// The mean of what octaves beyond the raster's would add, as a function of the weight w that reaches them:
-/// `linear · w + square · w²` metres, fitted at w = ½ and w = 1.
+/// The mean contribution of octaves beyond the raster's, as a function of the weight w that reaches them: `linear · w
+/// + square · w²` metres, fitted at w = ½ and w = 1.
 ///
-/// With Mₖ(w) the mean of octave k and all finer ones, Mₖ(w) = E[aₖ w c + Mₖ₊₁(min(G w c, 1))], c the crest function of
-/// a random draw of noise. That octaves are independent is exact but for the correlation of neighbouring places.
+/// With Mₖ(w) the mean of octave k and all finer ones, Mₖ(w) = E[aₖ w c + Mₖ₊₁(min(G w c, 1))], where c is the crest
+/// function of a random draw of noise. The independence of octaves is exact except for the correlation of
+/// neighbouring places.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Tail {
     linear: f32,
@@ -45,7 +46,7 @@ pub(super) struct Tail {
 }
 
 impl Tail {
-    /// From the octaves that are left, from coarse to fine, with their largest heights in metres.
+    /// Computes it from the remaining octaves, from coarse to fine, with their maximum heights in metres.
     pub fn new(left: &[(Crest, f64)]) -> Self {
         /// Weights at which the means are tabulated, 0 to 1.
         const NODES: usize = 65;
@@ -78,7 +79,7 @@ impl Tail {
 mod tests {
     use super::*;
 
-    /// With one octave left the mean is that of the octave; with none it is nothing.
+    /// With one octave left the mean is that of the octave; with none it is 0.
     #[test]
     fn the_tail_is_the_mean_of_what_is_left() {
         let crest = Crest::new(Gradients::Even, 1.0, 2.0, 2.0);

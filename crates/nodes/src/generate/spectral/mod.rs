@@ -1,9 +1,9 @@
-//! Spectral synthesis: land as a sum of random waves whose power falls with frequency.
+//! Spectral synthesis: terrain as a sum of random waves whose power falls with frequency.
 //!
-//! A. Fournier, D. Fussell and L. Carpenter (1982), "Computer rendering of stochastic models", and D. Saupe in H.-O. Peitgen
-//! and D. Saupe (1988), "The Science of Fractal Images". Differs from them: draws belong to waves of the world and not to
-//! cells of a raster, waves are bounded on both sides by scales in metres, and heights are in metres by a closed form instead
-//! of a rescaling of what came out.
+//! A. Fournier, D. Fussell and L. Carpenter (1982), "Computer rendering of stochastic models", and D. Saupe in H.-O.
+//! Peitgen and D. Saupe (1988), "The Science of Fractal Images". Differs from them: draws belong to waves of the
+//! world and not to cells of a raster, waves are bounded on both sides by scales in metres, and heights are in metres
+//! by a closed form instead of rescaling the result.
 
 pub(super) mod torus;
 
@@ -11,15 +11,17 @@ use orograph_graph::World;
 
 use self::torus::{Draw, Spectrum, Torus};
 use crate::{
-    fourier::LANES,
-    math::{self, lane},
+    numerics::{
+        fourier::LANES,
+        math::{self, lane},
+    },
     prelude::*,
 };
 
 choice! {
-    /// What `beta` is the exponent of.
+    /// Spectrum whose exponent is `beta`.
     pub enum Convention {
-        /// The power spectrum of a profile across the land, f^−β with β = 2H + 1: that of most measurements.
+        /// The power spectrum of a profile across the terrain, f^−β with β = 2H + 1: used by most measurements.
         Profile = "profile",
         /// The power spectrum of the surface by wave number, f^−β with β = 2H + 2.
         Surface = "surface",
@@ -27,11 +29,11 @@ choice! {
 }
 
 choice! {
-    /// How waves are drawn.
+    /// How wave amplitudes are drawn.
     pub enum Amplitudes {
-        /// Gaussian: as in nature some waves are higher and some lower than the spectrum says.
+        /// Gaussian: as in nature, some waves are higher and some lower than the spectrum.
         Random = "random",
-        /// Every wave as high as the spectrum says; only phases are random.
+        /// Every wave has exactly the amplitude of the spectrum; only phases are random.
         Even = "even",
     }
 }
@@ -39,9 +41,9 @@ choice! {
 params! {
     /// Root mean square of heights around their mean, over an area much larger than the longest waves.
     relief: f64 = 250.0, Metres, 0.0..=1e5, soft 10..=2000;
-    /// How steeply power falls with frequency: more is smoother.
+    /// How steeply power falls with frequency: higher values are smoother.
     beta: f64 = 2.6, One, 0.0..=6.0, soft 1.5..=3.5;
-    /// What `beta` is the exponent of.
+    /// Spectrum whose exponent is `beta`.
     convention: Convention = Convention::Profile, One, ..;
     /// Wavelength of the longest waves.
     outer_scale: f64 = 10000.0, Metres, 0.01..=1e8, soft 1000..=50000;
@@ -49,18 +51,18 @@ params! {
     inner_scale: f64 = 20.0, Metres, 0.001..=1e7, soft 1..=500;
     /// How many times longer waves are along `azimuth` than across it.
     stretch: f64 = 1.0, One, 1.0..=100.0, soft 1..=10;
-    /// Direction along which land is stretched, clockwise from north.
+    /// Direction along which the terrain is stretched, clockwise from north.
     azimuth: f64 = 45.0, Degrees, -360.0..=360.0, soft 0..=180;
-    /// How waves are drawn.
+    /// How wave amplitudes are drawn.
     amplitudes: Amplitudes = Amplitudes::Random, One, ..;
-    /// Whether opposite sides of the world fit together.
+    /// Makes opposite sides of the world fit together.
     tileable: bool = false, One, ..;
-    /// Which waves these are.
+    /// Random seed of the waves.
     seed: Seed = Seed(0), Count, ..;
 }
 
 outputs! {
-    /// Height above the mean of the land.
+    /// Height above the mean of the terrain.
     height: Height;
 }
 
@@ -68,7 +70,7 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Spectral",
     category: "generate",
-    summary: "Land of a given power spectrum: a sum of random waves of all lengths and directions.",
+    summary: "Terrain with a given power spectrum: a sum of random waves of all lengths and directions.",
     doc: include_str!("../spectral.md"),
     sources: &[
         "A. Fournier, D. Fussell and L. Carpenter (1982), Computer rendering of stochastic models, Communications of the ACM \
@@ -86,7 +88,7 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let params = Params::read(sizing.params);
     params.torus(&sizing.window.world).bytes(&sizing.window, &Power::new(&params))
@@ -101,7 +103,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         ));
     }
     if 2.0 * job.cell_m() > params.outer_scale {
-        job.warn("waves as long as `outer_scale` are shorter than two cells: the land is level");
+        job.warn("waves as long as `outer_scale` are shorter than two cells: the terrain is flat");
     }
     let torus = params.torus(job.world());
     let draw = Draw { seed: job.seed(), even: params.amplitudes == Amplitudes::Even };
@@ -124,8 +126,8 @@ struct Power {
     root: f64,
     /// Octaves from the outer scale to the inner.
     octaves: f64,
-    /// East and south components of a wave's frequency along the stretch and across it, scaled by the stretch, in waves per outer
-    /// scale.
+    /// East and south components of a wave's frequency along the stretch and across it, scaled by the stretch, in
+    /// waves per outer scale.
     along_m: [f32; 2],
     across_m: [f32; 2],
     /// Waves a metre from which on there are none.

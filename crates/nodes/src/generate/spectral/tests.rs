@@ -4,7 +4,7 @@ use orograph_graph::{Window, World};
 
 use super::*;
 use crate::{
-    generate::noise::spectrum,
+    numerics::noise::spectrum,
     testing::{at_every_level, block_means, generate, moments, outputs_on, with_params, world},
 };
 
@@ -27,7 +27,7 @@ fn the_land_is_the_sum_of_its_waves() {
     }
 }
 
-/// Truth of spectral synthesis: the surface's spectrum falls with β + 1 for β of profiles, with β for β of surfaces.
+/// The surface's spectrum falls with β + 1 for β of profiles, and with β for β of surfaces.
 #[test]
 fn power_falls_with_the_exponent() {
     for (changes, beta) in [("beta=2", 3.0), ("beta=2.6", 3.6), ("beta=2,convention=surface", 2.0)] {
@@ -37,7 +37,7 @@ fn power_falls_with_the_exponent() {
             spectrum::fall(land.samples(), 256, 5.0, 64.0)
         });
         let mean = mean.sum::<f64>() / 12.0;
-        // a twelfth of the variance of single lands, 0.09²; the Hann window takes 0.02 to 0.03
+        // a twelfth of the variance of single terrains, 0.09²; the Hann window takes 0.02 to 0.03
         assert!((mean - beta).abs() < 0.05, "{changes}: {mean}");
     }
 }
@@ -50,7 +50,7 @@ fn relief_is_the_root_mean_square() {
         let changes = format!("relief=70,outer_scale=320,inner_scale=80,tileable=true,{changes}");
         let (mean, deviation) = moments(generate(land, &NODE, &changes).samples());
         assert!(mean.abs() < 1e-3, "{changes}: mean {mean}");
-        // some thousand waves near the outer scale, drawn at random
+        // about thousand waves near the outer scale, drawn at random
         assert!((deviation / 70.0 - 1.0).abs() < 0.05, "{changes}: {deviation}");
     }
     let changes = "relief=70,outer_scale=320,inner_scale=80,tileable=true,amplitudes=even";
@@ -68,7 +68,7 @@ fn no_direction_stands_out_unless_stretched() {
         let of_one = spectrum::by_direction(land.samples(), 512, 5.0, 12.0);
         powers.iter_mut().zip(of_one).for_each(|(sum, power)| *sum += power / 6.0);
     }
-    // six lands of 1 500 waves a bin
+    // six terrains of 1 500 waves per bin
     assert!(powers.iter().all(|power| (power - 1.0).abs() < 0.05), "{powers:?}");
 
     // stretched to the east, slopes to the east are a stretch as steep
@@ -86,7 +86,7 @@ fn no_direction_stands_out_unless_stretched() {
     assert!((3.8..4.2).contains(&ratio), "{ratio}");
 }
 
-/// Cells at a seam differ by what cells within the land differ.
+/// Cells at a seam differ as much as cells inside the terrain.
 #[test]
 fn a_tileable_land_has_no_seams_and_another_one_does() {
     let window = Window::whole(World { size: [9600.0, 6400.0], ..world(150, 100, 64.0) });
@@ -100,7 +100,7 @@ fn a_tileable_land_has_no_seams_and_another_one_does() {
     }
 }
 
-/// Averaged to coarse cells, fine land is the coarse land: no mode moves, at any ratio of cells.
+/// Averaged to coarse cells, fine terrain equals the coarse terrain: no mode moves, at any ratio of cells.
 #[test]
 fn the_same_land_at_every_cell_count() {
     for tileable in [false, true] {

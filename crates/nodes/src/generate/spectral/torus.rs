@@ -1,23 +1,23 @@
 //! Sums of random waves on a torus around the world.
 //!
-//! A wave is known by how often it goes around the torus, and its draw by a hash of these two whole numbers; so the waves
-//! of a coarse raster are among those of a fine one, to the last bit. Waves are summed by Fourier transforms, down the
-//! world's columns first and then along its rows, each cut to the world.
+//! A wave is identified by its wavenumbers on the torus, and its random draw is a hash of these two integers. The
+//! waves of a coarse raster are therefore exactly among those of a fine one. Waves are summed by Fourier transforms,
+//! down the world's columns first and then along its rows, each clipped to the world.
 //!
-//! Sixteen waves are drawn at once and stay beside one another: strips of sixteen columns of waves become strips of rows, from
-//! which rows are taken together, two in each lane. Everything is in single precision, whose error is a ten-millionth
-//! of the heights.
+//! Sixteen waves are drawn at once and stay next to one another: strips of sixteen columns of waves become strips of
+//! rows, which are transformed two per lane. Everything is in single precision, whose error is a ten-millionth of the
+//! heights.
 
 use orograph_graph::{Job, NodeError, Window, World, mix};
-use rayon::prelude::*;
 
-use crate::{
+use crate::numerics::{
     fourier::{Batch, LANES, Plan},
     math::lane,
+    par,
     simd::simd,
 };
 
-/// The plane in which waves repeat: the world, or whole copies of it side by side.
+/// The plane on which waves repeat: the world, or whole copies of it side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Torus {
     size_m: [f64; 2],
@@ -25,25 +25,26 @@ pub(crate) struct Torus {
     copies: [usize; 2],
 }
 
-/// How much there is of each wave: the root of the power spectral density in m² per (1/m)², and so in m².
+/// Amplitude of each wave: the root of the power spectral density in m² per (1/m)², and so in m².
 pub(crate) trait Spectrum: Sync {
-    /// The root for waves of so many waves a metre east, and south.
+    /// Returns the root for wavenumbers `east` and `south`, in waves per metre.
     fn roots(&self, east: &[f32; LANES], south: f32) -> [f32; LANES];
 
     /// Waves a metre from which on there are none.
     fn end(&self) -> f64;
 }
 
-/// How waves are drawn.
+/// How wave amplitudes are drawn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Draw {
     /// The seed of the run.
     pub seed: u32,
-    /// Whether heights of waves are those of the spectrum exactly, and only their phases random.
+    /// True if amplitudes are exactly those of the spectrum, and only phases are random.
     pub even: bool,
 }
 
-/// Waves a cell from which on waves fade, and at which they are gone: two cells a wave. Between them their squares count.
+/// Waves per cell at which waves begin to fade, and at which they end: two cells per wave. In between, their squares
+/// are blended.
 const FADE: [f64; 2] = [0.25, 0.5];
 
 /// Rows that are summed together: two in each lane.
@@ -61,8 +62,8 @@ impl Torus {
         Self { size_m: world.size, copies: [1, 1] }
     }
 
-    /// A square of twice the longer side of the world, so that opposite sides of the world are strangers. Along the shorter
-    /// side twice the longest wave is enough.
+    /// A square of twice the longer side of the world, so that opposite sides of the world are independent. Along the
+    /// shorter side twice the longest wave is enough.
     pub fn around(world: &World, longest_m: f64) -> Self {
         let longer = world.size[0].max(world.size[1]);
         let copies = world.size.map(|side_m| {
@@ -73,31 +74,30 @@ impl Torus {
         Self { size_m: [world.size[0] * copies[0] as f64, world.size[1] * copies[1] as f64], copies }
     }
 
-    /// The waves of all cells of the world, which must be the job's window; metres, row by row.
+    /// Returns the heights of all cells of the world, which must be the job's window; in metres, row by row.
     pub fn sum(&self, job: &Job<'_>, draw: Draw, spectrum: &impl Spectrum) -> Result<Vec<f32>, NodeError> {
         let (nx, ny) = (job.window().nx(), job.window().ny());
         let waves = self.waves([nx, ny], draw, spectrum);
         let [along, down] = waves.cells.map(Plan::<f32>::new);
-        let strips: Vec<Vec<Batch<f32>>> = (0..waves.strips())
-            .into_par_iter()
-            .map_init(
-                || down.room(),
-                |batch, strip| {
-                    job.check()?;
-                    draw_strip(&waves, strip, batch, down.places());
-                    down.transform_placed(batch, ny);
-                    Ok::<_, NodeError>(batch[..ny].to_vec())
-                },
-            )
-            .collect::<Result<_, _>>()?;
+        let strips = par::collect_with(
+            0..waves.strips(),
+            || down.room(),
+            |batch, _, strip| {
+                job.check()?;
+                draw_strip(&waves, strip, batch, down.places());
+                down.transform_placed(batch, ny);
+                Ok::<_, NodeError>(batch[..ny].to_vec())
+            },
+        )?;
         job.advance(0.6)?;
         let mut out = vec![0.0; nx * ny];
-        out.par_chunks_mut(ROWS * nx).enumerate().try_for_each_init(
+        par::each_with(
+            out.chunks_mut(ROWS * nx),
             || along.room(),
-            |batch, (chunk, out)| {
+            |batch, chunk, out| {
                 job.check()?;
                 let rows = chunk * ROWS..ny.min((chunk + 1) * ROWS);
-                // that of two cells, and whatever is shorter than the spectrum's shortest
+                // that of two cells, and anything shorter than the spectrum's shortest
                 let waves = along.places().len();
                 let none = (strips.len() * LANES).min(waves.div_ceil(2));
                 for &place in &along.places()[none..=waves - none] {
@@ -115,7 +115,7 @@ impl Torus {
         Ok(out)
     }
 
-    /// Bytes that [`Self::sum`] holds beside its result.
+    /// Returns the bytes that [`Self::sum`] needs in addition to its result.
     pub fn bytes(&self, window: &Window, spectrum: &impl Spectrum) -> u64 {
         let waves = self.waves([window.nx(), window.ny()], Draw { seed: 0, even: false }, spectrum);
         (waves.strips() * window.ny() * size_of::<Batch<f32>>()) as u64
@@ -138,7 +138,7 @@ impl Torus {
 struct Waves<'a, S> {
     /// Cells around the torus.
     cells: [usize; 2],
-    /// Waves a metre of one that goes around once.
+    /// Waves per metre of a wave that goes around once.
     per_m: [f64; 2],
     /// Over the root of the torus's area.
     scale: f32,
@@ -147,19 +147,19 @@ struct Waves<'a, S> {
 }
 
 impl<S: Spectrum> Waves<'_, S> {
-    /// The most times that a wave goes around along an axis.
+    /// Returns the largest wavenumber along an axis.
     fn most(&self, axis: usize) -> usize {
         let by_spectrum = self.spectrum.end() / self.per_m[axis];
         // the least that two cells cannot hold is half of the cells
         ((self.cells[axis] - 1) / 2).min(by_spectrum as usize)
     }
 
-    /// Strips of sixteen numbers of times to go around eastwards, from none on.
+    /// Returns the number of strips of sixteen eastward wavenumbers, starting at 0.
     fn strips(&self) -> usize {
         self.most(0) / LANES + 1
     }
 
-    /// The most times that waves of a strip go around southwards or northwards.
+    /// Returns the largest southward or northward wavenumber of a strip.
     fn most_south(&self, strip: usize) -> usize {
         let share = (strip * LANES) as f64 / self.cells[0] as f64;
         let longest = self.cells[1] as f64 * (FADE[1] * FADE[1] - share * share).max(0.0).sqrt();
@@ -168,8 +168,8 @@ impl<S: Spectrum> Waves<'_, S> {
 }
 
 simd! {
-    /// Draws the waves of a strip, each where a transform down the columns expects it. Of two waves that are each other's mirror
-    /// image only one is among them, at half of the height of both.
+    /// Draws the waves of a strip, each where a transform down the columns expects it. Of two waves that are mirror
+    /// images only one is included, at half the height of both.
     fn draw_strip<S: Spectrum>(waves: &Waves<'_, S>, strip: usize, batch: &mut [Batch<f32>], places: &[u32]) {
         let most = waves.most_south(strip) as i64;
         let fade = waves.cells.map(|cells| (1.0 / cells as f64) as f32);
@@ -208,14 +208,14 @@ simd! {
     }
 }
 
-/// The angle, in 2³²nds of a turn, that brings a wave that goes around so often from the torus's corner to the centre of the first
-/// cell.
+/// Returns the angle, in 2³²nds of a turn, that moves a wave of wavenumber `around` from the torus's corner to the
+/// centre of the first cell.
 fn to_first_cell(around: i64, cells: usize) -> u32 {
     (around as f64 * (-2_147_483_648.0 / cells as f64)) as i64 as u32
 }
 
-/// A complex number of mean square 1, turned by an angle in 2³²nds of a turn: circular Gaussian, by G. E. P. Box and M. E. Muller
-/// (1958), or of modulus 1.
+/// A complex number of mean square 1, turned by an angle in 2³²nds of a turn: circular Gaussian, by G. E. P. Box and
+/// M. E. Muller (1958), or of modulus 1.
 #[inline(always)]
 fn of_key(key: u32, turned: u32, even: bool) -> [f32; 2] {
     let [cos, sin] = lane::turn(mix(key ^ 0x9e37_79b9).wrapping_add(turned));
@@ -226,8 +226,8 @@ fn of_key(key: u32, turned: u32, even: bool) -> [f32; 2] {
 }
 
 simd! {
-    /// Lays rows of a strip of waves side by side, each where a transform along the rows expects it: the first sixteen rows as the
-    /// real part of what comes out, the others as the imaginary part.
+    /// Places rows of a strip of waves side by side, each where a transform along the rows expects it: the first
+    /// sixteen rows as the real part of the result, the others as the imaginary part.
     fn beside(batch: &mut [Batch<f32>], places: &[u32], strip: &[Batch<f32>], first: usize) {
         let [mut re, mut im, mut mirrored_re, mut mirrored_im] = [[0.0; LANES * LANES]; 4];
         for (row, a) in strip.iter().take(LANES).enumerate() {
@@ -267,10 +267,10 @@ simd! {
 }
 
 simd! {
-    /// Writes sums as rows one after the other; the inverse of how [`beside`] lays them.
+    /// Writes sums as consecutive rows; the inverse of [`beside`].
     fn apart(out: &mut [f32], batch: &[Batch<f32>]) {
         let nx = batch.len();
-        // some columns of all rows before they are written, since rows lie where they push each other out of the cache
+        // some columns of all rows before they are written, because rows evict each other from the cache
         let mut rows = [[0.0; WIDE]; ROWS];
         for (k, sums) in batch.chunks(WIDE).enumerate() {
             for (block, sums) in sums.chunks(LANES).enumerate() {
@@ -292,7 +292,7 @@ simd! {
     }
 }
 
-/// Rows become columns: four times the first half of the square is interleaved with the second.
+/// Transposes the square: interleaves its first half with the second, four times.
 #[inline(always)]
 fn transpose(square: &mut Square) {
     let mut other = [0.0; LANES * LANES];
@@ -313,10 +313,11 @@ fn interleave(from: &Square, to: &mut Square) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{fourier::turn, testing::world};
+    use crate::{numerics::fourier::turn, testing::world};
 
     impl<S: Spectrum> Waves<'_, S> {
-        /// How often each wave goes around to the east and to the south, and its number at the first cell; half of its height.
+        /// Returns each wave's wavenumbers to the east and to the south, and its complex amplitude at the first cell;
+        /// half of its height.
         fn all(&self) -> Vec<([i64; 2], [f32; 2])> {
             let cells = self.cells[1];
             let places: Vec<u32> = (0..cells as u32).collect();
@@ -354,7 +355,7 @@ mod tests {
         }
     }
 
-    /// As much of every wave, up to an end.
+    /// Equal power for every wave, up to an end.
     struct White(f64);
 
     impl Spectrum for White {
@@ -368,8 +369,8 @@ mod tests {
         }
     }
 
-    /// Halving the cells adds waves and leaves those that were there as they were, but for where the first cell is, up to where
-    /// they fade.
+    /// Halving the cells adds waves and leaves existing ones unchanged, except for the position of the first cell, up
+    /// to where they fade.
     #[test]
     fn the_waves_of_coarse_cells_are_among_those_of_fine_ones() {
         for even in [false, true] {
@@ -391,7 +392,7 @@ mod tests {
                 if east * east + south * south <= 32 * 32 {
                     let same = fine[around];
                     let apart = (wave[0] - same[0]).abs() + (wave[1] - same[1]).abs();
-                    // single precision of some hundred metres
+                    // single precision of about hundred metres
                     assert!(apart < 1e-4, "{around:?}: {wave:?} {same:?}");
                     kept += 1;
                 }
@@ -435,6 +436,7 @@ mod tests {
                     cancel: orograph_graph::Cancel::default(),
                     progress: &|_| (),
                     warnings: orograph_graph::Warnings::default(),
+                    coarse: Vec::new(),
                     glimpses: None,
                 };
                 let found = torus.sum(&job, draw, &spectrum).expect("a result");

@@ -1,21 +1,20 @@
-//! How much of each cell rivers cover.
+//! Fraction of each cell that rivers cover.
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use orograph_graph::{Job, Lines, NodeError, Vertex};
-use rayon::prelude::*;
 
-use super::super::engine::Grid;
+use crate::numerics::{par, routing::Grid};
 
-/// Draws lines with their widths. A cell takes the part of its own width, across the line, that the river covers; of
-/// several pieces the one that covers most counts.
+/// Draws lines with their widths. A cell takes the fraction of its own width, across the line, that the river covers;
+/// of several pieces the one that covers most counts.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
 pub fn draw(job: &Job<'_>, grid: &Grid, lines: &Lines) -> Result<Vec<f32>, NodeError> {
     // Shares are not negative, so that their bits are in their order, and the most is the same in any order.
     let cells: Vec<AtomicU32> = (0..grid.cells()).map(|_| AtomicU32::new(0)).collect();
-    lines.lines.par_iter().try_for_each(|line| {
+    par::each(&lines.lines, |_, line| {
         for (at, pair) in line.vertices.windows(2).enumerate() {
             if at.is_multiple_of(256) {
                 job.check()?;

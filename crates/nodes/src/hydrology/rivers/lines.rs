@@ -1,23 +1,23 @@
 //! Lines along channels, one for each link between heads, junctions and ends.
 
 use orograph_graph::{Job, Line, Lines, NodeError, Vertex};
-use rayon::prelude::*;
 
 use super::{
-    super::{
-        drained::Drained,
-        engine::{
-            Grid,
-            code::{STEPS, direction, has_receiver},
-        },
-    },
     Params, Sections,
     network::Network,
     shape::{simplified, smoothed},
 };
+use crate::numerics::{
+    drained::Drained,
+    par,
+    routing::{
+        Grid,
+        code::{STEPS, direction, has_receiver},
+    },
+};
 
-/// The links in the order of their first cells. A river that ends in the cell where it begins, at the border of the
-/// world, has no line. Lines over a periodic side go on beyond it.
+/// Returns the links in the order of their first cells. A river that ends in the cell where it begins, at the border
+/// of the world, has no line. Lines across a periodic side continue beyond it.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -30,25 +30,22 @@ pub fn trace(
     params: &Params,
 ) -> Result<Lines, NodeError> {
     let inflows = network.inflows(job, grid)?;
-    let rows: Vec<Vec<u32>> = (0..grid.ny)
-        .into_par_iter()
-        .map(|y| {
-            job.check()?;
-            let cells = (y * grid.nx..(y + 1) * grid.nx)
-                .filter(|&cell| network.orders[cell] > 0 && inflows[cell] != 1 && has_receiver(network.codes[cell]));
-            Ok(cells.map(|cell| cell as u32).collect())
-        })
-        .collect::<Result<_, NodeError>>()?;
+    let rows = par::collect(0..grid.ny, |_, y| {
+        job.check()?;
+        let cells = (y * grid.nx..(y + 1) * grid.nx)
+            .filter(|&cell| network.orders[cell] > 0 && inflows[cell] != 1 && has_receiver(network.codes[cell]));
+        Ok::<_, NodeError>(cells.map(|cell| cell as u32).collect::<Vec<u32>>())
+    })?;
     let starts = rows.concat();
     let links = Links { job, grid, drained, network, inflows, sections };
-    let lines = starts.par_iter().map(|&start| {
+    let lines = par::collect(&starts, |_, &start| {
         job.check()?;
         let (vertices, end) = links.follow(start);
         let vertices = smoothed(simplified(vertices, params.simplify), params.smooth);
         let downstream = starts.binary_search(&end).ok().map(|at| at as u32);
-        Ok(Line { order: u32::from(network.orders[start as usize]), downstream, vertices })
-    });
-    Ok(Lines { lines: lines.collect::<Result<_, NodeError>>()? })
+        Ok::<_, NodeError>(Line { order: u32::from(network.orders[start as usize]), downstream, vertices })
+    })?;
+    Ok(Lines { lines })
 }
 
 struct Links<'a> {
@@ -61,7 +58,7 @@ struct Links<'a> {
 }
 
 impl Links<'_> {
-    /// The vertices from a link's first cell to its last, and that cell.
+    /// Returns the vertices from a link's first cell to its last, and the last cell.
     fn follow(&self, start: u32) -> (Vec<Vertex>, u32) {
         let cell_m = self.job.cell_m();
         let window = self.job.window();
@@ -79,7 +76,7 @@ impl Links<'_> {
             let mut vertex = self.vertex(cell, position_m);
             let joins = self.inflows[cell as usize] != 1;
             if joins && let Some(last) = vertices.last() {
-                // What flows on from a junction is not this river's.
+                // The river downstream of a junction is not this one.
                 vertex = Vertex { position_m, elevation_m: vertex.elevation_m, ..*last };
             }
             vertices.push(vertex);

@@ -10,36 +10,34 @@ mod shape;
 #[cfg(test)]
 mod tests;
 
-use rayon::prelude::*;
-
 use self::network::Network;
-use super::{drained::Drained, engine::Grid};
-use crate::{math::f32 as math, prelude::*};
+use crate::numerics::{drained::Drained, par, routing::Grid};
+use crate::{numerics::math::f32 as math, prelude::*};
 
 choice! {
-    /// What makes a channel begin.
+    /// Criterion for channel heads.
     pub enum Heads {
-        /// More than `channel_area` drains through the cell.
+        /// Drainage area above `channel_area`.
         Area = "area",
-        /// Drainage area times the square of the slope is more than `channel_constant`: heads lie higher on steep land.
+        /// Drainage area times the square of the slope above `channel_constant`: heads lie higher on steep terrain.
         SlopeArea = "slope_area",
     }
 }
 
 params! {
-    /// What makes a channel begin.
+    /// Criterion for channel heads.
     heads: Heads = Heads::Area, One, ..;
     /// Drainage area above which there is a channel.
     channel_area: f64 = 1e5, SquareMetres, 0.0..=1e15, soft 1e4..=1e7, when heads = "area";
-    /// The threshold of A S². Measured ones are 500 to 4000 m².
+    /// Threshold of A S². Measured thresholds are 500 to 4000 m².
     channel_constant: f64 = 2000.0, SquareMetres, 0.0..=1e12, soft 100.0..=10000.0, when heads = "slope_area";
     /// Bankfull width of a river of 1 m³/s.
     width: f64 = 8.0, Metres, 0.0..=1e4, soft 1.0..=30.0;
     /// Bankfull depth of a river of 1 m³/s.
     depth: f64 = 0.5, Metres, 0.0..=1e3, soft 0.1..=2.0;
-    /// Lines lose the vertices whose triangle with their neighbours is smaller than the square of this; 0 keeps all.
+    /// Removes line vertices whose triangle with their neighbours is smaller than the square of this; 0 keeps all.
     simplify: f64 = 20.0, Metres, 0.0..=1e5, soft 0.0..=200.0;
-    /// Corners of lines are cut until no piece is longer than this, at most five times; 0 keeps corners.
+    /// Rounds corners of lines until no piece is longer than this, at most five times; 0 keeps corners.
     smooth: f64 = 20.0, Metres, 0.0..=1e5, soft 0.0..=200.0;
 }
 
@@ -51,13 +49,13 @@ inputs! {
 outputs! {
     /// 1 in cells with a channel, 0 elsewhere.
     mask: Mask;
-    /// Strahler's order of the channel, 0 elsewhere.
+    /// Strahler order of the channel, 0 elsewhere.
     order: Scalar(Count);
     /// Bankfull width of the channel, 0 elsewhere.
     width: Scalar(Metres);
     /// Bankfull depth of the channel, 0 elsewhere.
     depth: Scalar(Metres);
-    /// The share of each cell that rivers cover, drawn along `lines`.
+    /// Fraction of each cell that rivers cover, drawn along `lines`.
     cover: Mask;
     /// A line from each head or junction down to the next junction or end.
     lines: Lines;
@@ -67,7 +65,7 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Rivers",
     category: "hydrology",
-    summary: "The network of rivers: channels, their order, width and depth, and lines along them.",
+    summary: "The river network: channels, their order, width and depth, and lines along them.",
     doc: include_str!("page.md"),
     sources: &[
         "D. R. Montgomery and W. E. Dietrich (1992), Channel initiation and the problem of landscape scale, Science 255, \
@@ -110,10 +108,11 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     job.advance(0.4)?;
 
     let law = |factor: f64, exponent: f32| -> Vec<f32> {
-        let channels = network.orders.par_iter().zip(drained.discharge_m3_per_s);
-        channels
-            .map(|(&order, &discharge)| if order > 0 { factor as f32 * math::pow(discharge, exponent) } else { 0.0 })
-            .collect()
+        let discharges = drained.discharge_m3_per_s;
+        par::map(discharges.len(), |cell| match network.orders[cell] {
+            0 => 0.0,
+            _ => factor as f32 * math::pow(discharges[cell], exponent),
+        })
     };
     let wants = Wants::of(job);
     let traced = wants.lines || wants.cover;
@@ -127,7 +126,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let cover = lines.as_ref().filter(|_| wants.cover).map(|lines| cover::draw(job, &grid, lines)).transpose()?;
 
     let field = |samples| Field::new(job.window(), samples);
-    let numbers = |of: fn(u8) -> f32| field(network.orders.par_iter().map(|&order| of(order)).collect());
+    let numbers = |of: fn(u8) -> f32| field(par::map_of(&network.orders, |&order| of(order)));
     Ok(Given {
         mask: wants.mask.then(|| numbers(|order| if order > 0 { 1.0 } else { 0.0 })),
         order: wants.order.then(|| numbers(f32::from)),

@@ -1,18 +1,16 @@
 //! Which cells are channels, and how they join.
 
 use orograph_graph::{Job, NodeError};
-use rayon::prelude::*;
 
-use super::{
-    super::{
-        drained::Drained,
-        engine::{
-            Drainage, Grid,
-            code::{direction, has_receiver, is_diagonal, opposite},
-            drainage::Amount,
-        },
+use super::{Heads, Params};
+use crate::numerics::{
+    drained::Drained,
+    par,
+    routing::{
+        Drainage, Grid,
+        code::{direction, has_receiver, is_diagonal, opposite},
+        drainage::Amount,
     },
-    Heads, Params,
 };
 
 /// The channels of a landscape.
@@ -23,8 +21,8 @@ pub struct Network {
     pub orders: Vec<u8>,
 }
 
-/// Whether a channel has begun here or above.
-#[derive(Clone, Copy)]
+/// Whether a channel has begun here or upstream.
+#[derive(Clone, Copy, Default)]
 struct Begun(bool);
 
 impl Amount for Begun {
@@ -33,7 +31,7 @@ impl Amount for Begun {
     }
 }
 
-/// The highest order among the channels that come in, and whether two have it.
+/// The highest order among the inflowing channels, and whether two have it.
 #[derive(Clone, Copy, Default)]
 struct Inflow {
     highest: u8,
@@ -51,7 +49,7 @@ impl Amount for Inflow {
 }
 
 impl Inflow {
-    /// Strahler's order of the channel that these join to.
+    /// Returns the Strahler order of the channel that these form.
     const fn order(self) -> u8 {
         match (self.highest, self.twice) {
             (0, _) => 1,
@@ -61,35 +59,31 @@ impl Inflow {
 }
 
 impl Network {
-    /// Finds the channels: they begin where the threshold is passed, and go on downstream whatever comes.
+    /// Finds the channels: they begin where the threshold is exceeded, and always continue downstream.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
     pub fn find(job: &Job<'_>, grid: &Grid, drained: &Drained<'_>, params: &Params) -> Result<Self, NodeError> {
         let codes = drained.codes(grid);
-        let mut begun: Vec<Begun> = (0..grid.cells())
-            .into_par_iter()
-            .map(|cell| Begun(begins(job, grid, drained, &codes, params, cell)))
-            .collect();
+        let mut begun = par::map(grid.cells(), |cell| Begun(begins(job, grid, drained, &codes, params, cell)));
         let mut drainage = Drainage::default();
         drainage.accumulate(job, grid, &codes, &mut begun)?;
         let mut inflow = vec![Inflow::default(); grid.cells()];
         drainage.downstream(job, grid, &codes, &mut inflow, |cell, _, own| {
             if begun[cell].0 { Inflow { highest: own.order(), twice: false } } else { Inflow::default() }
         })?;
-        let orders: Vec<u8> =
-            begun.par_iter().zip(&inflow).map(|(begun, inflow)| if begun.0 { inflow.order() } else { 0 }).collect();
+        let orders = par::map(grid.cells(), |cell| if begun[cell].0 { inflow[cell].order() } else { 0 });
         Ok(Self { codes, orders })
     }
 
-    /// Number of channels that come in to each cell; 0 too where there is none.
+    /// Returns the number of channels that flow into each cell; also 0 outside channels.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
     pub fn inflows(&self, job: &Job<'_>, grid: &Grid) -> Result<Vec<u8>, NodeError> {
         let Self { codes, orders } = self;
         let mut inflows = vec![0; grid.cells()];
-        inflows.par_chunks_mut(grid.nx).enumerate().try_for_each(|(y, inflows)| {
+        par::each(inflows.chunks_mut(grid.nx), |y, inflows| {
             job.check()?;
             for (x, inflows) in inflows.iter_mut().enumerate() {
                 let cell = y * grid.nx + x;
@@ -110,7 +104,7 @@ impl Network {
     }
 }
 
-/// Whether a cell passes the threshold.
+/// Returns true if a cell exceeds the threshold.
 fn begins(job: &Job<'_>, grid: &Grid, drained: &Drained<'_>, codes: &[u8], params: &Params, cell: usize) -> bool {
     let area_m2 = f64::from(drained.area_m2[cell]);
     match params.heads {

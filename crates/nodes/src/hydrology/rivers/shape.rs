@@ -1,20 +1,20 @@
-//! The shape of a line: fewer vertices, rounder corners. Its ends stay where they are.
+//! Simplifies and smooths lines. Their ends do not move.
 
 use std::{cmp::Reverse, collections::BinaryHeap};
 
 use orograph_graph::Vertex;
 
-/// The most rounds of corner cutting: each doubles the vertices.
+/// Maximum rounds of corner cutting: each doubles the vertices.
 const MOST_ROUNDS: u32 = 5;
 
-/// Area of the triangle of three vertices on the map, in square metres.
+/// Returns the area of the triangle of three vertices on the map, in square metres.
 fn triangle_m2([a, b, c]: [&Vertex; 3]) -> f64 {
     let from_a = |to: &Vertex| [0, 1].map(|axis| to.position_m[axis] - a.position_m[axis]);
     let ([bx, by], [cx, cy]) = (from_a(b), from_a(c));
     0.5 * (bx * cy - by * cx).abs()
 }
 
-/// Takes out vertices whose triangle with their neighbours is smaller than the square of `length_m`, the smallest first
+/// Removes vertices whose triangle with their neighbours is smaller than the square of `length_m`, the smallest first
 /// (Visvalingam and Whyatt 1993); of equal ones the first.
 pub fn simplified(vertices: Vec<Vertex>, length_m: f64) -> Vec<Vertex> {
     let least_m2 = length_m * length_m;
@@ -51,8 +51,8 @@ pub fn simplified(vertices: Vec<Vertex>, length_m: f64) -> Vec<Vertex> {
     vertices.into_iter().zip(kept).filter(|(_, kept)| *kept).map(|(vertex, _)| vertex).collect()
 }
 
-/// Cuts corners at a quarter and three quarters of each piece (Chaikin 1974) until none is longer than `length_m`. All
-/// that is known of vertices is linear between them, so that what falls along the line still does.
+/// Cuts corners at a quarter and three quarters of each piece (Chaikin 1974) until none is longer than `length_m`.
+/// All values of vertices are interpolated linearly, so values that fall along the line still do.
 pub fn smoothed(mut vertices: Vec<Vertex>, length_m: f64) -> Vec<Vertex> {
     if length_m <= 0.0 || vertices.len() < 3 {
         return vertices;
@@ -95,7 +95,7 @@ mod tests {
         line.iter().map(|vertex| (vertex.position_m[0], vertex.position_m[1])).collect()
     }
 
-    /// Visvalingam in its plainest form: all areas anew after each vertex that is taken out.
+    /// Visvalingam in its simplest form: recomputes all areas after each removed vertex.
     fn plainly_simplified(mut vertices: Vec<Vertex>, length_m: f64) -> Vec<Vertex> {
         loop {
             let areas = vertices.windows(3).map(|three| triangle_m2([&three[0], &three[1], &three[2]]));

@@ -1,11 +1,9 @@
-//! Tests of the rivers: hand-made trees, closed forms, plain references, real land.
+//! Tests of the rivers: hand-made trees, closed forms, plain references, real terrain.
 
 use orograph_graph::{Boundary, Edge, Lines, World};
 
-use super::{
-    super::{drained::Drained, engine::code::STEPS, flow},
-    NODE,
-};
+use super::{super::flow, NODE};
+use crate::numerics::{drained::Drained, routing::code::STEPS};
 use crate::{prelude::*, testing};
 
 /// A flow whose directions are drawn: arrows by the numbers of the keypad, `.` for an end. Cells of 10 m; areas are
@@ -70,7 +68,7 @@ fn hills(world: World) -> Field {
     })
 }
 
-/// Real land that needs no conditioning.
+/// Real terrain that needs no conditioning.
 fn tujunga() -> Field {
     let path = format!("{}/../../tests/data/bigtujunga_drained_256.f32", env!("CARGO_MANIFEST_DIR"));
     let bytes = std::fs::read(&path).expect(&path);
@@ -94,7 +92,7 @@ fn orders_of_a_tree_drawn_by_hand() {
     assert_eq!([order(0, 0), order(2, 0), order(4, 0), order(6, 0), order(1, 2)], [1.0; 5]);
     assert_eq!([order(1, 1), order(2, 2), order(5, 1), order(4, 2)], [2.0; 4]);
     assert_eq!([order(3, 3), order(3, 4)], [3.0; 2]);
-    // Nine links: five heads, and what begins at four junctions; they are in the order of their first cells.
+    // Nine links: five heads and four junctions, in the order of their first cells.
     let orders: Vec<u32> = all.lines.lines.iter().map(|line| line.order).collect();
     let next: Vec<Option<u32>> = all.lines.lines.iter().map(|line| line.downstream).collect();
     assert_eq!(orders, [1, 1, 1, 1, 2, 2, 1, 2, 3]);
@@ -132,7 +130,7 @@ fn orders_are_those_of_the_definition() {
     }
 }
 
-/// On real land each order has three to five times as many rivers as the next (Horton 1945).
+/// On real terrain each order has three to five times as many rivers as the next (Horton 1945).
 #[test]
 fn real_rivers_branch_as_hortons_law_says() {
     let found = rivers(&flow_of(&tujunga(), ""), "channel_area=20000");

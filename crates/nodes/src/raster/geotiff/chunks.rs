@@ -1,12 +1,12 @@
-//! Strips and tiles: where they are, how they are unpacked, and what their samples are.
+//! Strips and tiles: their location, decompression and sample types.
 
 use std::{borrow::Cow, io::Read};
 
 use orograph_graph::memory::{filled, zeroed};
-use rayon::prelude::*;
 use weezl::{BitOrder, LzwStatus};
 
 use super::directory::{Directory, tag};
+use crate::numerics::par;
 use crate::raster::{GoOn, MAX_RATIO, Problem};
 
 const CONVERT: &str = "convert it: `gdal_translate -co COMPRESS=DEFLATE in.tif out.tif`";
@@ -46,7 +46,7 @@ pub(super) struct Layout {
     tiled: bool,
     offsets: Vec<u64>,
     counts: Vec<u64>,
-    /// Samples that lie side by side in a chunk; the first of them is read.
+    /// Samples per cell in a chunk; the first of them is read.
     bands: u64,
     compression: Compression,
     predictor: Predictor,
@@ -81,7 +81,7 @@ impl Sample {
                 *out = if nodata == Some(value) { f32::NAN } else { real(value) };
             }
         }
-        // A declared value that the type cannot hold marks nothing.
+        // A declared value that the type cannot represent marks nothing.
         let whole = |lo: f64, hi: f64| nodata.filter(|v| v.fract() == 0.0 && (lo..=hi).contains(v));
         match self {
             Self::U8 => {
@@ -162,7 +162,7 @@ impl Layout {
         })
     }
 
-    /// Whether a byte of the file can stand for more than one.
+    /// Returns true if a byte of the file can represent more than one.
     pub(super) fn is_compressed(&self) -> bool {
         self.compression != Compression::None
     }
@@ -179,7 +179,7 @@ impl Layout {
         let mut samples = filled(columns * self.rows as usize, f32::NAN)?;
         // A chunk is at most as high as the image here; a tile may be higher, and then there is one row of them.
         let band_rows = self.chunk[1].min(self.rows) as usize;
-        samples.par_chunks_mut(columns * band_rows).enumerate().try_for_each(|(down, band)| {
+        par::each(samples.chunks_mut(columns * band_rows), |down, band| {
             for along in 0..across {
                 if !go_on() {
                     return Err(Problem::Stopped);
@@ -200,7 +200,8 @@ impl Layout {
         Ok(samples)
     }
 
-    /// The bytes of a chunk, unpacked and in little-endian order; `None` for a chunk that was never written.
+    /// Returns the bytes of a chunk, decompressed and in little-endian order. Returns None when the chunk was never
+    /// written.
     fn unpack<'a>(&self, file: &'a [u8], index: usize, rows: u64) -> Result<Option<Cow<'a, [u8]>>, Problem> {
         let (offset, count) = (self.offsets[index], self.counts[index]);
         if count == 0 {

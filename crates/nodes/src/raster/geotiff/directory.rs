@@ -40,7 +40,7 @@ struct Entry<'a> {
     data: &'a [u8],
 }
 
-/// Bytes of a value of a field type; `None` for types that no tag we read has.
+/// Returns the bytes of a value of a field type. Returns None for types that are not used by the tags we read.
 const fn width(kind: u16) -> Option<usize> {
     match kind {
         1 | 2 | 6 | 7 => Some(1),
@@ -96,19 +96,19 @@ impl<'a> Directory<'a> {
             let Some(len) = width(kind).and_then(|width| count.checked_mul(width as u64)) else { continue };
             let value_at = at + count_len + index * entry_len + 4 + word;
             let value_at = if len <= word { value_at } else { bytes.number(value_at, word)? };
-            // The first of equal tags counts, and one beyond the end matters only when it is asked for.
+            // The first of equal tags counts, and one beyond the end matters only when it is requested.
             let data = bytes.slice(value_at, len).unwrap_or_default();
             entries.entry(name).or_insert(Entry { kind, data });
         }
         Ok(Self { big_endian, entries })
     }
 
-    /// Whether numbers begin with their highest byte.
+    /// Returns true if numbers begin with their highest byte.
     pub(super) const fn big_endian(&self) -> bool {
         self.big_endian
     }
 
-    /// The whole numbers of a tag; none when it is missing.
+    /// Returns the integers of a tag; empty when it is missing.
     pub(super) fn numbers(&self, name: u16) -> Result<Vec<u64>, Problem> {
         let Some(entry) = self.entries.get(&name) else { return Ok(Vec::new()) };
         match (entry.kind, width(entry.kind)) {
@@ -119,12 +119,12 @@ impl<'a> Directory<'a> {
         }
     }
 
-    /// The whole number of a tag; `None` when it is missing.
+    /// Returns the integer of a tag. Returns None when it is missing.
     pub(super) fn number(&self, name: u16) -> Result<Option<u64>, Problem> {
         Ok(self.numbers(name)?.first().copied())
     }
 
-    /// The real numbers of a tag; none when it is missing or of another type.
+    /// Returns the real numbers of a tag; empty when it is missing or of another type.
     pub(super) fn reals(&self, name: u16) -> Vec<f64> {
         match self.entries.get(&name) {
             Some(Entry { kind: 12, data }) => {
@@ -134,7 +134,7 @@ impl<'a> Directory<'a> {
         }
     }
 
-    /// The text of a tag, up to its closing zero.
+    /// Returns the text of a tag, up to its closing zero. Returns None when it is missing.
     pub(super) fn text(&self, name: u16) -> Option<&'a str> {
         let entry = self.entries.get(&name)?;
         let end = entry.data.iter().position(|byte| *byte == 0).unwrap_or(entry.data.len());

@@ -1,4 +1,4 @@
-//! Where a GeoTIFF lies and how large its cells are.
+//! Position and cell size of a GeoTIFF.
 
 use super::directory::{Directory, tag};
 use crate::raster::{Cell, Problem, Raster, looks_geographic};
@@ -12,11 +12,11 @@ mod key {
     pub const LINEAR_UNITS: u64 = 3076;
 }
 
-/// Code that stands for "said by other keys".
+/// Code for "given by other keys".
 const USER_DEFINED: u64 = 32_767;
 
-/// Cell size, north-west corner and reference system from the tags. A raster stored south up is turned north up; the
-/// orientation of one that is rotated against its axes is passed over.
+/// Reads cell size, north-west corner and reference system from the tags. A raster stored south up is turned north
+/// up; the orientation of one that is rotated against its axes is ignored.
 pub(super) fn read(directory: &Directory<'_>, raster: &mut Raster) -> Result<(), Problem> {
     let keys = directory.numbers(tag::GEO_KEY_DIRECTORY)?;
     // Four shorts of header, then four a key: name, where its value is (0 = here), count, value.
@@ -63,7 +63,8 @@ pub(super) fn read(directory: &Directory<'_>, raster: &mut Raster) -> Result<(),
     Ok(())
 }
 
-/// The map from (column, row) to (x, y): `x = a column + b row + c`, `y = d column + e row + f`.
+/// Returns the map from (column, row) to (x, y): `x = a column + b row + c`, `y = d column + e row + f`. Returns None
+/// when the tags have none.
 fn transform(directory: &Directory<'_>) -> Option<[f64; 6]> {
     if let [a, b, _, c, d, e, _, f, ..] = directory.reals(tag::MODEL_TRANSFORMATION)[..] {
         return Some([a, b, c, d, e, f]);

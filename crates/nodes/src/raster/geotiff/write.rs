@@ -1,6 +1,7 @@
 //! Writing GeoTIFF: one band of f32, uncompressed strips, cell size and place as GDAL writes and reads them.
 //!
-//! Uncompressed, because deflate hardly shrinks the noise-like mantissas of terrain, and takes far longer than writing them.
+//! Uncompressed, because deflate hardly shrinks the noise-like mantissas of terrain, and takes far longer than
+//! writing them.
 
 use std::{
     io::{self, Seek, SeekFrom, Write},
@@ -17,7 +18,7 @@ use tiff::{
 /// Beyond this many bytes of samples, offsets need 64 bits.
 const CLASSIC_MOST: u64 = 0xF000_0000;
 
-/// What a file has before and after its samples.
+/// The bytes before and after the samples of a file.
 pub(in crate::raster) struct Frame {
     /// From the beginning of the file to its samples.
     pub(in crate::raster) head: Vec<u8>,
@@ -26,9 +27,9 @@ pub(in crate::raster) struct Frame {
 }
 
 impl Frame {
-    /// The frame of a raster of a window; `has_voids` tells whether any of its samples is NaN, and changes the tail alone.
-    /// The reference system is a local one in metres, x east and y north from the world's south-west corner, so that tiles
-    /// of a world fit together.
+    /// Returns the frame of a raster of a window; `has_voids` is true if any of its samples is NaN, and changes only
+    /// the tail. The reference system is a local one in metres, x east and y north from the world's south-west
+    /// corner, so that tiles of a world fit together.
     pub(in crate::raster) fn of(window: &Window, has_voids: bool) -> io::Result<Self> {
         let bytes = 4 * window.len() as u64;
         let head = encode(window, has_voids, None)?.0;
@@ -37,7 +38,7 @@ impl Frame {
     }
 }
 
-/// Has the `tiff` crate write a file of nothing but zeros, of which only the frame is kept; says where its samples begin.
+/// Lets the `tiff` crate write a file of zeros, of which only the frame is kept; returns where its samples begin.
 /// Without a place for the samples they are left out.
 fn encode(window: &Window, has_voids: bool, samples: Option<Range<u64>>) -> io::Result<(u64, Outline)> {
     let zeros = samples.is_some();
@@ -106,7 +107,7 @@ fn image<W: Write + Seek, K: TiffKind>(
     Ok(head)
 }
 
-/// Keeps what is written before and after a range, and passes over what is within.
+/// Keeps the bytes written before and after a range, and discards those within.
 struct Outline {
     at: u64,
     samples: Range<u64>,

@@ -22,7 +22,7 @@ impl Idat {
         Self { most, start: None, length: 0, checksum: flate2::Crc::new(), total: 0 }
     }
 
-    /// Bytes written so far, without what chunks add.
+    /// Returns the bytes written so far, without the overhead of chunks.
     pub(super) const fn total(&self) -> u64 {
         self.total
     }
@@ -89,7 +89,7 @@ pub(super) fn store(idat: &mut Idat, to: &mut Part, mut from: impl Read, length:
     }
 }
 
-/// M. Adler's checksum continued: the sum of bytes and the sum of such sums.
+/// Continues M. Adler's checksum: the sum of bytes and the sum of these sums.
 fn adler([mut sum, mut sums]: [u32; 2], bytes: &[u8]) -> [u32; 2] {
     // this many of the largest bytes stay within 32 bits
     for part in bytes.chunks(5552) {

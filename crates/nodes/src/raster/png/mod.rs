@@ -1,7 +1,7 @@
 //! Grey PNG as codes for heights; PNG as a picture.
 //!
-//! Source: W3C, "Portable Network Graphics (PNG) Specification (Third Edition)" (2025). Grey of up to 8 bits is read as codes
-//! from 0 to 255, of 16 bits from 0 to 65535; what they stand for is told by the sidecar or by the graph. A fully
+//! Source: W3C, "Portable Network Graphics (PNG) Specification (Third Edition)" (2025). Grey of up to 8 bits is read
+//! as codes from 0 to 255, of 16 bits from 0 to 65535; the sidecar or the graph gives their range. A fully
 //! transparent cell is void.
 //!
 //! Written rows are compressed as they come ([`Stream`]).
@@ -32,7 +32,7 @@ pub(super) fn read(bytes: &[u8], sidecar: Option<&Sidecar>, go_on: GoOn<'_>) -> 
         });
     }
     let held = bytes.len() as u64;
-    // Cells of less than a byte are packed, so that one byte stands for several.
+    // Cells of less than a byte are packed, so that one byte holds several.
     let cells = claimed_cells(columns.into(), rows.into(), bits.div_ceil(8), held, MAX_RATIO * (8 / bits.min(8)))?;
     let mut reader = decoder.read_info().map_err(fault)?;
     if reader.info().animation_control.is_some() {

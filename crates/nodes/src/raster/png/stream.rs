@@ -1,9 +1,9 @@
 //! PNG written row by row.
 //!
-//! Rows are compressed by `fdeflate`, the fastest compressor for such data, which runs on one thread. The work before it, a
-//! third of the total, runs on the other threads at the same time: one band of rows is encoded and filtered while the band
-//! before it is compressed and written. Bands begin at fixed rows, however many rows come at a time, so the bytes of the
-//! file depend on the picture alone. About three bands are in memory.
+//! Rows are compressed by `fdeflate`, the fastest compressor for such data, which runs on one thread. The work before
+//! it, a third of the total, runs on the other threads at the same time: one band of rows is encoded and filtered
+//! while the band before it is compressed and written. Bands begin at fixed rows, however many rows come at a time,
+//! so the bytes of the file depend on the picture alone. About three bands are in memory.
 
 use std::{
     io::{self, Cursor, Read, Write},
@@ -62,7 +62,7 @@ impl Picture {
     }
 }
 
-/// Hands on what the compressor writes, in parts. It never fails: the compressor panics where its writer does.
+/// Passes on the compressor's output, in parts. It never fails: the compressor panics when its writer fails.
 struct Parts {
     part: Vec<u8>,
     to: Sender<Vec<u8>>,
@@ -82,7 +82,7 @@ impl Write for Parts {
 
     fn flush(&mut self) -> io::Result<()> {
         let part = std::mem::replace(&mut self.part, Vec::with_capacity(PART + 8));
-        // nobody receives once writing has failed
+        // there is no receiver once writing has failed
         let _ = self.to.send(part);
         Ok(())
     }
@@ -130,12 +130,12 @@ impl Stream {
         self.band.min(self.picture.cells[1] as usize - self.first)
     }
 
-    /// How many rows it takes next: those that the open band lacks.
+    /// Returns the number of rows missing in the open band.
     pub(in crate::raster) fn wanted(&self) -> usize {
         self.height() - self.encoded
     }
 
-    /// Takes rows, at most [`Self::wanted`], which `fill` makes: their bytes, 16-bit numbers big end first.
+    /// Appends rows, at most [`Self::wanted`], whose bytes `fill` writes, with 16-bit numbers big-endian.
     pub(in crate::raster) fn rows(
         &mut self,
         to: &mut Part,
@@ -186,8 +186,8 @@ impl Stream {
     }
 }
 
-/// Writes the rows of a complete file again, without compression: its codes are made for small numbers, and noise is shorter
-/// as it is. Reads one row at a time.
+/// Writes the rows of a complete file again, without compression: its codes are made for small numbers, and noise is
+/// shorter as it is. Reads one row at a time.
 pub(in crate::raster) fn stored(
     mut from: Part,
     picture: Picture,
@@ -222,7 +222,7 @@ pub(in crate::raster) fn stored(
     Ok(to)
 }
 
-/// Reads what a function gives.
+/// Reads from a function.
 struct Rows<F>(F);
 
 impl<F: FnMut(&mut [u8]) -> io::Result<usize>> Read for Rows<F> {

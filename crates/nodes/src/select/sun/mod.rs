@@ -1,63 +1,64 @@
-//! How long and how strongly the sun shines on the ground, with the shadows that land casts.
+//! How long and how strongly the sun shines on the ground, with cast shadows.
 
 mod path;
 
 use orograph_graph::World;
-use rayon::prelude::*;
 
 use self::path::{Arc, DAY_S};
 use super::occlusion::{around, growth};
 use crate::{
-    cells::BLOCK,
-    gradient::{Method, Surface},
-    horizon::{Horizon, Rays},
-    par,
+    numerics::{
+        cells::BLOCK,
+        gradient::{Method, Surface},
+        horizon::{Horizon, Rays},
+        par,
+        simd::simd,
+    },
     prelude::*,
-    simd::simd,
 };
 
 choice! {
-    /// Which suns shine.
+    /// Period over which sunlight is summed.
     pub enum Period {
         /// One day from sunrise to sunset.
         Day = "day",
         /// The year: the mean of a day in each month.
         Year = "year",
-        /// One sun that stands still: cast shadows for a picture.
+        /// One sun in a fixed position: cast shadows for a picture.
         Fixed = "fixed",
     }
 }
 
 params! {
-    /// Which suns shine.
+    /// Period over which sunlight is summed.
     period: Period = Period::Day, One, ..;
-    /// Where on earth the land lies, north positive.
+    /// Latitude of the terrain, north positive.
     latitude: f64 = 45.0, Degrees, -90.0..=90.0, when period = "day" | "year";
     /// Day of the year: 80 and 266 are the equinoxes, 172 and 355 the solstices.
     day: i64 = 80, Count, 1..=366, when period = "day";
-    /// Where the sun stands, clockwise from north.
+    /// Azimuth of the sun, clockwise from north.
     azimuth: f64 = 225.0, Degrees, 0.0..=360.0, when period = "fixed";
-    /// How high it stands above the level.
+    /// Altitude of the sun above the horizon.
     altitude: f64 = 30.0, Degrees, 1.0..=90.0, soft 5..=80, when period = "fixed";
-    /// How far land casts shadows.
+    /// Distance over which terrain casts shadows.
     distance: f64 = 5000.0, Metres, 0.0..=1e6, soft 100..=20_000;
-    /// Directions in which the horizon is taken.
+    /// Number of directions in which the horizon is computed.
     azimuths: i64 = 48, Count, 8..=128, when period = "day" | "year";
-    /// Share of the beam that comes through the air from the zenith; 1 is no air.
+    /// Fraction of the beam that passes through the atmosphere from the zenith; 1 without an atmosphere.
     transmittance: f64 = 0.7, One, 0.0..=1.0, soft 0.4..=0.8;
 }
 
 inputs! {
-    /// The land.
+    /// Terrain height.
     height: Height;
 }
 
 outputs! {
-    /// The beam as a share of that on a surface that faces the sun.
+    /// Direct sunlight as a fraction of that on a surface that faces the sun.
     exposure: Mask;
-    /// The share of the time from sunrise to sunset that is sunny.
+    /// Fraction of the time from sunrise to sunset in which the place is lit.
     sunlit: Mask;
-    /// Time in the sun of a day.
+    /// Time per day in which the place is lit.
     duration: Scalar(Seconds);
     /// Mean flux of the beam over a day.
     irradiance: Scalar(WattsPerSquareMetre);
@@ -68,19 +69,7 @@ pub static NODE: Node = Node {
     id: "Sun",
     category: "select",
     summary: "How long and how strongly the sun shines on the ground, with cast shadows.",
-    doc: "The beam of the sun on a slope, summed over its way: its flux times the cosine of the angle between sun and normal, while \
-          the sun stands above the horizon that the land makes. `exposure` is the sum as a share of what a surface that always faced \
-          the sun would get; `sunlit` is the share of the time from sunrise to sunset of level land in which the place is lit; \
-          `duration` the time itself and `irradiance` the mean flux, both over a day of 24 h. Light of the sky is not counted: that \
-          is `Occlusion`.\n\n\
-          The sun's way follows from `latitude` and `day`: declination and distance by Spencer's series, hour angles in 48 steps \
-          from sunrise to sunset (24 for each day of the year). Between two steps the moment at which it rises above or sinks below \
-          the horizon is interpolated. Through the air the beam loses strength by `transmittance` to the power of the relative \
-          length of its way (Kasten and Young 1989). North is up, towards row 0.\n\n\
-          `fixed` is one sun that stands still all day; its shadows fade over its disc of half a degree. Horizons are taken as in \
-          `Occlusion`, in `azimuths` directions, and interpolated between them.\n\n\
-          **Advice.** Snow lies longest and forests are densest where `exposure` is low; vineyards and dry grass want it high. Mix \
-          `year` with heights for belts of plants that differ from slope to slope.",
+    doc: include_str!("page.md"),
     sources: &[
         "J. W. Spencer (1971), Fourier series representation of the position of the sun, Search 2(5), 172",
         "F. Kasten and A. T. Young (1989), Revised optical air mass tables and approximation formula, Applied Optics 28, 4735-4738",
@@ -101,7 +90,7 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// How fast looks grow towards a single sun: crisp shadows.
+/// Growth of the sampling steps towards a single sun: crisp shadows.
 const FINE: f64 = 0.02;
 
 impl Params {
@@ -116,7 +105,7 @@ impl Params {
         }
     }
 
-    /// The ways of the sun, and of how many days.
+    /// Returns the arcs of the sun, and the number of days they represent.
     fn arcs(&self) -> (Vec<Arc>, f64) {
         let day = |day: f64, steps: u32| path::day(day, self.latitude, steps, self.transmittance);
         match self.period {
@@ -130,7 +119,7 @@ impl Params {
 /// The sun at one moment as the kernel needs it.
 #[derive(Clone, Copy)]
 struct Moment {
-    /// The directions beside it, and where between them it is.
+    /// The two neighbouring directions, and the position between them.
     rays: [usize; 2],
     share: f32,
     tangent: f32,
@@ -160,10 +149,10 @@ impl Way {
     }
 }
 
-/// What a block of cells has at one moment.
+/// State of a block of cells at one moment.
 #[derive(Clone)]
 struct Sight {
-    /// How far the sun stands above the horizon, as a difference of tangents.
+    /// Height of the sun above the horizon, as a difference of tangents.
     above: [f32; BLOCK],
     /// Flux on the ground without shadows.
     flux: [f32; BLOCK],
@@ -181,10 +170,10 @@ struct Scratch {
 /// Rows that share a working space.
 const BAND: usize = 16;
 
-/// What the kernel holds beside its inputs and outputs.
+/// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    // seconds in the sun and joules, and pieces of an output before they are one, beside the smoothed land
-    sizing.cells(12.0) + Params::read(sizing.params).rays(&sizing.window.world).bytes(&sizing.window)
+    // seconds in the sun and joules, and the rows at work, in addition to the smoothed terrain
+    sizing.cells(9.0) + Params::read(sizing.params).rays(&sizing.window.world).bytes(&sizing.window)
 }
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
@@ -194,12 +183,12 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let horizon = Horizon::new(job, [0.0, 0.2], height, params.rays(job.world()))?;
     let surface = Surface::new(height, Method::Horn);
     let ways: Vec<Way> = arcs.iter().map(|arc| Way::new(arc, horizon.rays())).collect();
-    // directions in which the sun stands at some time
+    // directions in which the sun is at some time
     let mut rays: Vec<usize> = ways.iter().flat_map(|way| &way.moments).flat_map(|moment| moment.rays).collect();
     rays.sort_unstable();
     rays.dedup();
     let (nx, len) = (job.window().nx(), job.window().len());
-    // a row of seconds in the sun and one of joules per square metre, by turns
+    // alternating rows of seconds in the sun and of joules per square metre
     let mut sums = vec![0.0; 2 * len];
     par::bands_within(job, [0.2, 0.9], 2 * BAND, &mut sums, |first, rows| {
         let empty = Sight { above: [0.0; BLOCK], flux: [0.0; BLOCK] };
@@ -224,8 +213,13 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         .flat_map(|arc| arc.positions.windows(2).map(|pair| 0.5 * (pair[0].beam + pair[1].beam) * arc.step_s))
         .sum();
     let field = |of: usize, scale: f64, most: f32| {
-        let rows = sums.par_chunks(2 * nx).flat_map_iter(|rows| &rows[of * nx..][..nx]);
-        Field::new(job.window(), rows.map(|sum| (sum * scale as f32).min(most)).collect())
+        let mut samples = vec![0.0; sums.len() / 2];
+        par::all(samples.chunks_mut(nx).zip(sums.chunks(2 * nx)), |_, (row, sums)| {
+            for (sample, sum) in row.iter_mut().zip(&sums[of * nx..]) {
+                *sample = (sum * scale as f32).min(most);
+            }
+        });
+        Field::new(job.window(), samples)
     };
     let share = |of: f64| if of > 0.0 { 1.0 / of } else { 0.0 };
     let wants = Wants::of(job);
@@ -285,7 +279,7 @@ simd! {
 }
 
 simd! {
-    /// What cells see of the sun at a moment; of slopes the components and the cosine.
+    /// Computes the sunlight on cells at a moment, from the components and the cosine of slopes.
     fn look(sight: &mut Sight, slopes: [&[f32]; 3], tangents: [&[f32]; 2], moment: &Moment) {
         let cells = slopes[0].iter().zip(slopes[1]).zip(slopes[2]).zip(tangents[0].iter().zip(tangents[1]));
         let out = sight.above.iter_mut().zip(&mut sight.flux);
@@ -299,7 +293,7 @@ simd! {
 }
 
 simd! {
-    /// Adds what arrives between two moments: both the height above the horizon and the flux run straight between them.
+    /// Adds the sunlight between two moments, with height above the horizon and flux interpolated linearly.
     fn shine(lit: &mut [f32], energy: &mut [f32], before: &Sight, now: &Sight, step_s: f32) {
         let then = before.above.iter().zip(&before.flux);
         let now = now.above.iter().zip(&now.flux);

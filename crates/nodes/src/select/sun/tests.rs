@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::{path, *};
 use crate::{
-    math,
+    numerics::math,
     testing::{at_every_level, field, outputs, reach_m, run as result, run_in, with_params, world},
 };
 
@@ -14,7 +14,7 @@ fn on_plane(slopes: [f64; 2], changes: &str, output: &str) -> f64 {
     f64::from(result(&NODE, &with_params(&NODE, changes), &[("height", &land)], output).samples()[10 * 20 + 10])
 }
 
-/// The length of the day on level land is 24 h acos(−tan φ tan δ) / π, and the sun above the air gives it
+/// The length of the day on level terrain is 24 h acos(−tan φ tan δ) / π, and the sun above the air gives it
 /// S / π (ω sin φ sin δ + cos φ cos δ sin ω).
 #[test]
 fn level_land_has_the_whole_day() {
@@ -39,8 +39,8 @@ fn level_land_has_the_whole_day() {
     }
 }
 
-/// At the equator on the day of equal nights the sun stays in the plane of east and zenith: a plane that rises to the west by β has
-/// the sun from its rise until it sinks behind the plane, 180° − β later.
+/// At the equator on the day of equal nights the sun stays in the plane of east and zenith: a plane that rises to the
+/// west by β has the sun from its rise until it sinks behind the plane, 180° − β later.
 #[test]
 fn a_plane_has_the_sun_until_it_sinks_behind_it() {
     let day = 80;
@@ -67,13 +67,13 @@ fn a_wall_casts_its_shadow() {
         let sunlit = result(&NODE, &with_params(&NODE, &changes), &[("height", &land)], "sunlit");
         let row = &sunlit.samples()[100 * 200..101 * 200];
         let shade_m: f64 = row[..150].iter().map(|sunlit| 4.0 * f64::from(1.0 - sunlit)).sum();
-        // within a step of the looks, 2 % of the length, and a cell
+        // within a sampling step, 2 % of the length, and a cell
         assert!((shade_m - length_m).abs() < 0.02 * length_m + 4.0, "{azimuth} {altitude}: {shade_m} {length_m}");
         assert!(row[150..].iter().all(|sunlit| *sunlit > 0.999_999));
     }
 }
 
-/// Facing a fixed sun, a slope has all of its beam; turned away, nothing.
+/// Facing a fixed sun, a slope receives its full beam; turned away, nothing.
 #[test]
 fn exposure_is_the_cosine() {
     let of = |slope: f64| on_plane([slope, 0.0], "period=fixed,azimuth=90,altitude=45", "exposure");

@@ -1,25 +1,32 @@
-//! A normal fault: two blocks part along a straight line; the footwall springs up and the hanging wall sinks.
+//! A normal fault: two blocks separate along a straight line; the footwall rises and the hanging wall sinks.
 
-use crate::{math, math::lane, par, prelude::*, simd::simd};
+use crate::{
+    numerics::{
+        math::{self, lane},
+        par,
+        simd::simd,
+    },
+    prelude::*,
+};
 
-/// Where the fault runs and how the blocks move.
+/// Position of the fault and motion of its blocks.
 pub(super) struct Fault {
-    /// A place on its trace.
+    /// A point on its trace.
     pub centre: [f64; 2],
     /// Direction of the trace, clockwise from north; the hanging wall is to its right.
     pub azimuth_deg: f64,
-    /// Half of the width over which most of the step is made.
+    /// Half of the width of most of the step.
     pub step_m: f64,
     /// Distance over which the motion of both blocks falls to 1/e.
     pub decay_m: f64,
-    /// Share of the motion that is the footwall's.
+    /// Fraction of the motion that the footwall makes.
     pub footwall: f64,
     /// Rate of the whole throw.
     pub rate: f64,
 }
 
 impl Fault {
-    /// The rate at every cell of the job's window.
+    /// Returns the rate at every cell of the job's window.
     pub(super) fn raster(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
         let azimuth = self.azimuth_deg.to_radians();
         let [right_x, right_y] = [math::cos(azimuth), math::sin(azimuth)];
@@ -37,7 +44,7 @@ impl Fault {
 }
 
 simd! {
-    /// A row of rates from the two parts of the distance to the trace, to the right of it.
+    /// Computes a row of rates from the two parts of the distance to the right of the trace.
     fn throw(row: &mut [f32], columns: &[f64], row_m: f64, shape: [f32; 4]) {
         let [per_step, per_decay, sunk, rate] = shape;
         for (value, column_m) in row.iter_mut().zip(columns) {

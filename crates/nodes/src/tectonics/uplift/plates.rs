@@ -1,4 +1,4 @@
-//! Plates that drift: land rises where they meet and sinks where they part.
+//! Drifting plates: terrain rises where they collide and sinks where they diverge.
 //!
 //! Plates are the Voronoi cells of one site per square of a lattice, each drifting as a hash says. With weights
 //! `pₐ ∝ exp(−|x − a|² / 2σ²)` of the sites, the velocity `v = Σ pₐ vₐ` is that of the nearest plate, smoothed across
@@ -8,9 +8,12 @@
 
 use orograph_graph::mix;
 
-use crate::{math, par, prelude::*};
+use crate::{
+    numerics::{math, par},
+    prelude::*,
+};
 
-/// How large plates are and how they meet.
+/// Size, boundaries and speed of plates.
 pub(super) struct Plates {
     /// Distance of neighbouring sites, on average.
     pub size_m: f64,
@@ -22,26 +25,26 @@ pub(super) struct Plates {
     pub seed: u32,
 }
 
-/// A plate's middle, in lattice squares, and its velocity as a share of the fastest.
+/// A plate's centre, in lattice squares, and its velocity as a fraction of the fastest.
 #[derive(Clone, Copy, Default)]
 struct Site {
     at: [f64; 2],
     drift: [f64; 2],
 }
 
-/// Squares on each side of a place's own that are looked at. Sites stay [`MARGIN`] away from the borders of their
-/// squares, so that one is within 1.21 and all beyond are 2.15 or more away: with belts of a tenth of a plate at most,
-/// these weigh less than 2·10⁻⁷.
+/// Squares searched on each side of a place's own. Sites stay [`MARGIN`] away from the borders of their squares, so
+/// that one is within 1.21 and all beyond are at least 2.15 away: with belts of at most a tenth of a plate, these
+/// weigh less than 2·10⁻⁷.
 const AROUND: i64 = 2;
 const MARGIN: f64 = 0.15;
-/// Widest belt, as a share of a plate.
+/// Widest belt, as a fraction of a plate.
 pub(super) const WIDEST: f64 = 0.1;
 
-/// Sites in reach of a place.
+/// Sites within reach of a place.
 const SITES: usize = ((2 * AROUND + 1) * (2 * AROUND + 1)) as usize;
 
 impl Plates {
-    /// The rate at every cell of the job's window.
+    /// Returns the rate at every cell of the job's window.
     pub(super) fn raster(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
         let window = job.window();
         let squares = |metres: f64| metres / self.size_m;
@@ -64,12 +67,12 @@ impl Plates {
         Ok(uplift)
     }
 
-    /// The sites in and around a square.
+    /// Returns the sites in and around a square.
     fn sites(&self, [column, row]: [i64; 2]) -> [Site; SITES] {
         let mut sites = [Site::default(); SITES];
         let squares = (-AROUND..=AROUND).flat_map(|dy| (-AROUND..=AROUND).map(move |dx| (column + dx, row + dy)));
         for (site, (column, row)) in sites.iter_mut().zip(squares) {
-            // only the low 32 bits: the pattern comes again after four thousand million plates
+            // only the low 32 bits: the pattern repeats after four thousand million plates
             let key = mix((column as u32)
                 .wrapping_mul(0x8da6_b343)
                 .wrapping_add(mix((row as u32).wrapping_mul(0xd816_3841).wrapping_add(self.seed))));
@@ -137,7 +140,8 @@ mod tests {
                 assert!((got - expected).abs() < 1e-14, "{d}: {got} {expected}");
                 flux += got / variance * 1e-3;
             }
-            // what is lost between the plates is their closing speed, however wide the belt: tanh(0.4 · 0.6 / 0.1) = 0.984
+            // the convergence between the plates is their closing speed, however wide the belt: tanh(0.4 · 0.6 / 0.1)
+            // = 0.984
             assert!((flux / closing - 1.0).abs() < 0.02, "{flux} {closing}");
         }
     }
@@ -155,7 +159,7 @@ mod tests {
             });
             worst = worst.max((west - east).abs());
         }
-        // 5 sites of a weight of at most e^-16 with a distance of some 3 each
+        // 5 sites of a weight of at most e^-16 with a distance of about 3 each
         assert!(worst < 2e-6, "{worst}");
     }
 }

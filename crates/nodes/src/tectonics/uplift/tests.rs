@@ -10,7 +10,7 @@ fn uplift(window: Window, params: &ParamValues) -> Field {
     value.as_field().expect("a field").clone()
 }
 
-/// Checks every sample against a function of its place, within a share of `scale`.
+/// Checks every sample against a function of its place, within a fraction of `scale`.
 fn assert_is(field: &Field, scale: f64, share: f64, expected: impl Fn(f64, f64) -> f64) {
     let window = field.window();
     for (at, value) in field.samples().iter().enumerate() {
@@ -42,8 +42,7 @@ fn range(path: &[[f64; 2]]) -> ParamValues {
     params
 }
 
-/// Two stretches that go straight on are one: beside them each side has its own width, and beyond the end the range is
-/// round.
+/// Two segments in a straight line act as one: each side has its own width, and beyond the end the range is round.
 #[test]
 fn a_range_is_steep_to_the_right_and_gentle_to_the_left() {
     let path = [[1000.0, 2000.0], [2600.0, 2000.0], [4000.0, 2000.0]];
@@ -104,10 +103,10 @@ fn plates_meet_and_part_and_repeat_nowhere() {
     let (lo, hi) = field.range(0).expect("values");
     // head-on at a share of the speed, at distances of 0.4 to 2 plate sizes: between a fifth and twice the rate
     assert!((0.0008..0.008).contains(&hi) && (-0.008..-0.0008).contains(&lo), "{lo} {hi}");
-    // what rises here sinks there: plates drift in all directions
+    // uplift and subsidence balance: plates drift in all directions
     let (mean, deviation) = moments(field.samples());
     assert!(mean.abs() < 0.3 * deviation, "{mean} {deviation}");
-    // plates are rigid: most of the land is at rest
+    // plates are rigid: most of the terrain is at rest
     let at_rest = field.samples().iter().filter(|v| v.abs() < 4e-5).count();
     assert!(at_rest > 300 * 300 / 3, "{at_rest}");
     assert_ne!(field, generate(window, &NODE, &format!("{changes},seed=1")));

@@ -1,0 +1,388 @@
+//! Diffusion along a bundle of lines of cells, all of them at once.
+//!
+//! A line is a row or a column. Between neighbours i − 1 and i passes, in the course of a step, e (hᵢ₋₁ − hᵢ) of the old heights
+//! and c − e of the new ones, where c = D Δt / d². The explicit share e is c / 2 + 1 / 12, which makes the step second-order in
+//! time and fourth-order in space (Crandall 1955), but at most c, and at most a quarter, so that old heights are only
+//! averaged: nothing overshoots at any step. Tridiagonal systems are solved by elimination without subtractions (Grassmann, Taksar and Heyman 1985), which stays exact where c
+//! is so large that 1 + c equals c.
+
+use crate::numerics::simd::simd;
+
+/// Lines of a bundle: two of the widest vectors, so that one's division waits for nobody.
+pub const LANES: usize = 16;
+/// A number for each line.
+pub type Lanes = [f64; LANES];
+
+/// The largest explicit share of a face: two of them leave half of a cell where it is, so that no wave changes sign.
+const EXPLICIT: f64 = 0.25;
+/// The largest square of the slope over the critical one that makes ground more mobile.
+const STEEPEST: f64 = 0.95;
+/// Steps of Newton's method for the slopes at the end of a time step.
+const ITERATIONS: usize = 4;
+/// Times that sinks which give are turned into land, the last time with all others of their lines.
+const ROUNDS: u32 = 8;
+/// What a sink gives away, in metres, before it counts as land.
+const GIVEN_M: f64 = 1e-9;
+
+/// What a cell does with what arrives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hold {
+    /// It rises.
+    Free,
+    /// It passes it on to somewhere else, and keeps its height; as long as more arrives than leaves.
+    Sink,
+    /// It keeps its height.
+    Fixed,
+}
+
+const FREE: f64 = 0.0;
+const SINK: f64 = 1.0;
+const FIXED: f64 = 2.0;
+
+impl Hold {
+    const fn code(self) -> f64 {
+        match self {
+            Self::Free => FREE,
+            Self::Sink => SINK,
+            Self::Fixed => FIXED,
+        }
+    }
+}
+
+/// A cell of a line before a step.
+#[derive(Clone, Copy, Debug)]
+pub struct Cell {
+    /// Height in metres.
+    pub height_m: f64,
+    /// D Δt / d².
+    pub mobility: f64,
+    /// What it does with what arrives.
+    pub hold: Hold,
+    /// The rise of the land across the line, in metres per cell.
+    pub across_m: f64,
+}
+
+/// Lines side by side: all by cell, then by line. A face i is that between the cells i − 1 and i; the first is that
+/// between the ends, if they are joined, and so is the one past the last.
+#[derive(Debug)]
+pub struct Bundle {
+    wraps: bool,
+    /// Whether there are sinks.
+    sinks: bool,
+    /// The rise between two cells at the critical slope in metres; infinite for linear diffusion.
+    critical_m: f64,
+    /// Heights before the step.
+    start: Vec<Lanes>,
+    /// D Δt / d² of cells.
+    mobility: Vec<Lanes>,
+    hold: Vec<Lanes>,
+    /// Rise across the lines at cells, in metres per cell.
+    across: Vec<Lanes>,
+    /// What crosses faces because of the old heights, in metres over a cell.
+    explicit: Vec<Lanes>,
+    /// What crosses faces whatever the new heights are.
+    given: Vec<Lanes>,
+    /// What crosses faces per metre that the new height before it is above that behind it.
+    implicit: Vec<Lanes>,
+    /// The part of `implicit` that is the same on all slopes.
+    level: Vec<Lanes>,
+    /// Share of what a cell takes over from the one behind it in the elimination.
+    ratio: Vec<Lanes>,
+    /// Share of a height of 0 at the ends in the heights between them, for joined lines.
+    ends: Vec<Lanes>,
+    /// Heights after the step.
+    end: Vec<Lanes>,
+}
+
+impl Bundle {
+    /// Lines of `cells` cells, joined at their ends if `wraps`.
+    #[must_use]
+    pub fn new(cells: usize, wraps: bool, critical_m: f64) -> Self {
+        let wraps = wraps && cells > 1;
+        let lanes = |used: bool| vec![[0.0; LANES]; if used { cells } else { 0 }];
+        let faces = |used: bool| vec![[0.0; LANES]; if used { cells + 1 } else { 0 }];
+        let steepens = critical_m < f64::INFINITY;
+        Self {
+            wraps,
+            sinks: false,
+            critical_m,
+            start: lanes(true),
+            mobility: lanes(true),
+            hold: lanes(true),
+            across: lanes(steepens),
+            explicit: faces(steepens),
+            given: faces(true),
+            implicit: faces(true),
+            level: faces(steepens),
+            ratio: lanes(true),
+            ends: lanes(wraps),
+            end: lanes(true),
+        }
+    }
+
+    /// Reads the first `lines` lines, from `cell(line, i)`.
+    #[inline(always)]
+    pub fn load(&mut self, lines: usize, cell: impl Fn(usize, usize) -> Cell) {
+        // A few cells of each line at a time, which stay in the first cache.
+        let cells = self.start.len();
+        self.sinks = false;
+        for first in (0..cells).step_by(LANES) {
+            for line in 0..lines {
+                for i in first..(first + LANES).min(cells) {
+                    let Cell { height_m, mobility, hold, across_m } = cell(line, i);
+                    self.start[i][line] = height_m;
+                    self.mobility[i][line] = mobility;
+                    self.hold[i][line] = hold.code();
+                    self.sinks |= hold == Hold::Sink;
+                    if let Some(across) = self.across.get_mut(i) {
+                        across[line] = across_m;
+                    }
+                }
+            }
+        }
+        for mobility in &mut self.mobility {
+            mobility[lines..].fill(0.0);
+        }
+    }
+
+    /// Makes a step.
+    pub fn step(&mut self) {
+        let steepens = self.critical_m < f64::INFINITY;
+        if steepens {
+            steep_faces(self)
+        } else {
+            faces(self)
+        }
+        // What would give more than it gets is no sink, which may bring others to give.
+        for round in 0..=ROUNDS {
+            if steepens {
+                self.end.copy_from_slice(&self.start);
+                for _ in 0..ITERATIONS {
+                    tangents(self);
+                    eliminate(self);
+                }
+                // Whether or not the slopes have converged, all heights are now between those at the start.
+                secants(self);
+            }
+            eliminate(self);
+            if round == ROUNDS || !self.sinks || !release(self, round + 1 == ROUNDS) {
+                break;
+            }
+        }
+    }
+
+    /// The height of cell `i` of a line after the step, if it may have changed.
+    #[must_use]
+    #[inline(always)]
+    pub fn height_m(&self, line: usize, i: usize) -> Option<f64> {
+        (self.hold[i][line] == FREE).then(|| self.end[i][line])
+    }
+
+    /// What cell `i` of a line gets, in metres over a cell.
+    #[must_use]
+    #[inline(always)]
+    pub fn arriving(&self, line: usize, i: usize) -> f64 {
+        self.crossing(line, i) - self.crossing(line, i + 1)
+    }
+
+    /// What crosses face `i`, in metres over a cell: nothing between two cells that keep their heights.
+    #[inline(always)]
+    fn crossing(&self, line: usize, i: usize) -> f64 {
+        let [before, after] = beside(i, self.start.len());
+        if self.hold[before][line] != FREE && self.hold[after][line] != FREE {
+            return 0.0;
+        }
+        self.given[i][line] + self.implicit[i][line] * (self.end[before][line] - self.end[after][line])
+    }
+}
+
+/// The cells before and behind a face.
+#[inline(always)]
+const fn beside(face: usize, cells: usize) -> [usize; 2] {
+    if face == 0 || face == cells { [cells - 1, 0] } else { [face - 1, face] }
+}
+
+/// 1 for a cell whose height may change, else 0.
+#[inline(always)]
+fn moves(hold: f64) -> f64 {
+    if hold == FREE { 1.0 } else { 0.0 }
+}
+
+/// D Δt / d² on the face between two cells: the harmonic mean, so that nothing crosses the edge of what does not move.
+#[inline(always)]
+fn harmonic(a: f64, b: f64) -> f64 {
+    2.0 * a * b / (a + b + f64::MIN_POSITIVE)
+}
+
+/// The explicit share of what is c in all.
+#[inline(always)]
+fn explicit(c: f64) -> f64 {
+    let fourth_order = 0.5 * c + 1.0 / 12.0;
+    let most = if c < EXPLICIT { c } else { EXPLICIT };
+    if fourth_order < most { fourth_order } else { most }
+}
+
+/// How much more mobile ground is at a square of the slope over the critical one.
+#[inline(always)]
+fn steepened(square: f64) -> f64 {
+    1.0 / (1.0 - if square < STEEPEST { square } else { STEEPEST })
+}
+
+simd! {
+    /// Coefficients of linear diffusion.
+    fn faces(bundle: &mut Bundle) {
+        let cells = bundle.start.len();
+        for face in usize::from(!bundle.wraps)..cells + usize::from(bundle.wraps) {
+            let [before, after] = beside(face, cells);
+            let (mobile, start) = (&bundle.mobility, &bundle.start);
+            for lane in 0..LANES {
+                let c = harmonic(mobile[before][lane], mobile[after][lane]);
+                let e = explicit(c);
+                bundle.given[face][lane] = e * (start[before][lane] - start[after][lane]);
+                bundle.implicit[face][lane] = c - e;
+            }
+        }
+    }
+}
+
+simd! {
+    /// Coefficients of diffusion that depends on the slope, as far as they do not depend on the slope after the step.
+    fn steep_faces(bundle: &mut Bundle) {
+        let cells = bundle.start.len();
+        let scale = 1.0 / bundle.critical_m;
+        for face in usize::from(!bundle.wraps)..cells + usize::from(bundle.wraps) {
+            let [before, after] = beside(face, cells);
+            let (mobile, start, across) = (&bundle.mobility, &bundle.start, &bundle.across);
+            for lane in 0..LANES {
+                let level = harmonic(mobile[before][lane], mobile[after][lane]);
+                let down = start[before][lane] - start[after][lane];
+                let (along, across) = (down * scale, 0.5 * (across[before][lane] + across[after][lane]) * scale);
+                let factor = steepened(along * along + across * across);
+                let e = explicit(level * factor);
+                bundle.explicit[face][lane] = e * down;
+                bundle.level[face][lane] = level - e / factor;
+            }
+        }
+    }
+}
+
+simd! {
+    /// Coefficients of Newton's method at the heights of the last iterate.
+    fn tangents(bundle: &mut Bundle) {
+        slopes(bundle, true);
+    }
+}
+
+simd! {
+    /// Coefficients with which the heights of the last iterate have the right flux.
+    fn secants(bundle: &mut Bundle) {
+        slopes(bundle, false);
+    }
+}
+
+#[inline(always)]
+fn slopes(bundle: &mut Bundle, tangents: bool) {
+    let cells = bundle.start.len();
+    let scale = 1.0 / bundle.critical_m;
+    for face in usize::from(!bundle.wraps)..cells + usize::from(bundle.wraps) {
+        let [before, after] = beside(face, cells);
+        let (end, across) = (&bundle.end, &bundle.across);
+        for lane in 0..LANES {
+            let (level, down) = (bundle.level[face][lane], end[before][lane] - end[after][lane]);
+            let (along, across) = (down * scale, 0.5 * (across[before][lane] + across[after][lane]) * scale);
+            let square = along * along + across * across;
+            let secant = steepened(square);
+            let bend = if tangents && square < STEEPEST { 2.0 * along * along * secant * secant } else { 0.0 };
+            bundle.given[face][lane] = bundle.explicit[face][lane] - level * bend * down;
+            bundle.implicit[face][lane] = level * (secant + bend);
+        }
+    }
+}
+
+simd! {
+    /// Solves for the heights at the end.
+    fn eliminate(bundle: &mut Bundle) {
+        let cells = bundle.start.len();
+        let first = usize::from(bundle.wraps);
+        let (mut kept, mut solved) = ([1.0; LANES], [0.0; LANES]);
+        let mut ends = [0.0; LANES];
+        for i in first..cells {
+            let (given, implicit) = (&bundle.given[i..i + 2], &bundle.implicit[i..i + 2]);
+            let (start, hold) = (&bundle.start[i], &bundle.hold[i]);
+            let (ratio, end) = (&mut bundle.ratio[i], &mut bundle.end[i]);
+            for lane in 0..LANES {
+                let moves = moves(hold[lane]);
+                let (before, after) = (moves * implicit[0][lane], moves * implicit[1][lane]);
+                let rhs = start[lane] + moves * (given[0][lane] - given[1][lane]);
+                // 1 + before + after, less what is eliminated: without a subtraction.
+                let stays = 1.0 + before * kept[lane];
+                let pivot = 1.0 / (stays + after);
+                ratio[lane] = after * pivot;
+                kept[lane] = stays * pivot;
+                solved[lane] = (rhs + before * solved[lane]) * pivot;
+                end[lane] = solved[lane];
+                if first == 1 {
+                    ends[lane] = (1.0 + before * ends[lane]) * pivot;
+                    bundle.ends[i][lane] = ends[lane];
+                }
+            }
+        }
+        let (mut behind, mut ends) = ([0.0; LANES], [0.0; LANES]);
+        for i in (first..cells).rev() {
+            let (ratio, end) = (&bundle.ratio[i], &mut bundle.end[i]);
+            for lane in 0..LANES {
+                end[lane] += ratio[lane] * behind[lane];
+                behind[lane] = end[lane];
+                if first == 1 {
+                    bundle.ends[i][lane] += ratio[lane] * ends[lane];
+                    ends[lane] = bundle.ends[i][lane];
+                }
+            }
+        }
+        if first == 1 {
+            close(bundle);
+        }
+    }
+}
+
+/// Joins the ends of lines that were solved with a height of 0 at the first cell.
+#[inline(always)]
+fn close(bundle: &mut Bundle) {
+    let cells = bundle.start.len();
+    for lane in 0..LANES {
+        let moves = moves(bundle.hold[0][lane]);
+        let (before, after) = (moves * bundle.implicit[0][lane], moves * bundle.implicit[1][lane]);
+        let rhs = bundle.start[0][lane] + moves * (bundle.given[0][lane] - bundle.given[1][lane]);
+        let stays = 1.0 + before * bundle.ends[cells - 1][lane] + after * bundle.ends[1][lane];
+        bundle.end[0][lane] = (rhs + before * bundle.end[cells - 1][lane] + after * bundle.end[1][lane]) / stays;
+    }
+    let joined = bundle.end[0];
+    for (end, ends) in bundle.end.iter_mut().zip(&bundle.ends).skip(1) {
+        for ((end, ends), joined) in end.iter_mut().zip(ends).zip(joined) {
+            *end += joined * (1.0 - ends);
+        }
+    }
+}
+
+/// Turns sinks that would give into land, or `all` sinks of lines where one would. Says whether there were any.
+fn release(bundle: &mut Bundle, all: bool) -> bool {
+    let cells = bundle.start.len();
+    let mut gives = [false; LANES];
+    for i in 0..cells {
+        for (lane, gives) in gives.iter_mut().enumerate() {
+            if bundle.hold[i][lane] == SINK && bundle.arriving(lane, i) < -GIVEN_M {
+                *gives = true;
+                bundle.hold[i][lane] = FREE;
+            }
+        }
+    }
+    let any = gives.contains(&true);
+    if all && any {
+        for hold in &mut bundle.hold {
+            for (hold, gives) in hold.iter_mut().zip(gives) {
+                *hold = if gives && *hold == SINK { FREE } else { *hold };
+            }
+        }
+    }
+    any
+}

@@ -1,0 +1,279 @@
+//! Creep of hillslopes: the diffusion of heights, ∂h/∂t = ∇·(D ∇h).
+//!
+//! Culling (1960) for the equation; Roering, Kirchner and Dietrich (1999) for ground that moves the more readily the
+//! closer its slope |∇h| is to a critical one S: D / (1 − (|∇h| / S)²), with (|∇h| / S)² at most 0.95.
+//!
+//! A step is made along all rows and then along all columns, or the other way round (locally one-dimensional splitting;
+//! Yanenko 1971), each by an implicit solution, see the module `bundle`. What leaves a cell enters another, and no height leaves
+//! the range of those around it, whatever the step is. With even diffusivity the two directions commute, so that a
+//! point spreads in circles as soon as c = D Δt / d² of a step is not large. Stabilised explicit steps (Meyer, Balsara
+//! and Aslam 2014) overshoot beside cells that keep their height; multigrid costs ten times as much.
+
+mod bundle;
+#[cfg(test)]
+mod reference;
+#[cfg(test)]
+mod tests;
+
+use orograph_graph::{Boundary, Edge};
+
+use self::bundle::{Bundle, Cell, Hold, LANES};
+use super::{par, repose::wraps};
+use crate::prelude::*;
+
+/// The largest D Δt / d² that is distinguished from larger ones.
+const MOST_MOBILE: f64 = 1e12;
+/// Heights from here on, in metres, are holes in the data, as what is no number.
+const HIGHEST_M: f64 = 1e15;
+
+/// What creeps, and how.
+#[derive(Debug)]
+pub struct Hillslope<'a> {
+    nx: usize,
+    ny: usize,
+    cell_m: f64,
+    boundary: Boundary,
+    diffusivity: Lane<'a>,
+    /// D where less is given, in m²/yr.
+    least: f64,
+    critical_slope: f64,
+}
+
+/// The direction of lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Along {
+    Rows,
+    Columns,
+}
+
+/// Some lines side by side: slices of rows, from the north.
+type Lines<'a> = Vec<&'a mut [f64]>;
+
+impl<'a> Hillslope<'a> {
+    /// The whole of a window. `diffusivity` is D in m²/yr, at most 1e6; what is below 0 or no number counts as 0.
+    /// `critical_slope` is S in m/m; 0 is without, which is linear diffusion.
+    #[must_use]
+    pub fn new(window: &Window, diffusivity: Lane<'a>, critical_slope: f64) -> Self {
+        let critical_slope = if critical_slope > 0.0 { critical_slope } else { f64::INFINITY };
+        let boundary = window.world.boundary;
+        Self {
+            nx: window.nx(),
+            ny: window.ny(),
+            cell_m: window.cell_m(),
+            boundary,
+            diffusivity,
+            least: 0.0,
+            critical_slope,
+        }
+    }
+
+    /// The same with at least `least` m²/yr everywhere.
+    #[must_use]
+    pub fn at_least(self, least: f64) -> Self {
+        Self { least: least.clamp(0.0, 1e6), ..self }
+    }
+
+    /// The largest D Δt / d² of a cell on level ground over `step_yr`.
+    #[must_use]
+    pub fn mobility(&self, step_yr: f64) -> f64 {
+        let given = match self.diffusivity {
+            Lane::Constant(d) => diffusivity(d),
+            Lane::Samples(samples) => {
+                let most = |_, part: &[f32]| part.iter().map(|&d| diffusivity(d)).fold(0.0, f64::max);
+                par::collect_all(samples.chunks(1 << 14), most).into_iter().fold(0.0, f64::max)
+            }
+        };
+        (given.max(self.least) * step_yr / (self.cell_m * self.cell_m)).min(MOST_MOBILE)
+    }
+
+    /// Lets heights creep for `step_yr`, columns before rows in every other `turn`.
+    ///
+    /// Cells at `base` sides keep their height. So do those at `open` sides and `channel`s that get more than they give:
+    /// it leaves the world, or joins the river. What such cells got, in metres over a cell, is added to `lost`. Heights
+    /// that are no numbers, or too high for any land, are walls.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn creep(
+        &self,
+        job: &Job<'_>,
+        heights: &mut [f64],
+        step_yr: f64,
+        turn: u32,
+        channel: &(impl Fn(usize) -> bool + Sync),
+        mut lost: Option<&mut [f64]>,
+    ) -> Result<(), NodeError> {
+        if self.diffusivity.constant().is_some_and(|given| diffusivity(given).max(self.least) <= 0.0) {
+            return Ok(());
+        }
+        let directions =
+            if turn.is_multiple_of(2) { [Along::Rows, Along::Columns] } else { [Along::Columns, Along::Rows] };
+        for along in directions {
+            self.sweep(job, heights, step_yr, along, channel, lost.as_deref_mut())?;
+        }
+        Ok(())
+    }
+
+    /// The part of a step that is along lines of one direction.
+    fn sweep(
+        &self,
+        job: &Job<'_>,
+        heights: &mut [f64],
+        step_yr: f64,
+        along: Along,
+        channel: &(impl Fn(usize) -> bool + Sync),
+        lost: Option<&mut [f64]>,
+    ) -> Result<(), NodeError> {
+        let (cells, joined) = match along {
+            Along::Rows => (self.nx, wraps(&self.boundary)[0]),
+            Along::Columns => (self.ny, wraps(&self.boundary)[1]),
+        };
+        let per_diffusivity = step_yr / (self.cell_m * self.cell_m);
+        let even =
+            self.diffusivity.constant().map(|d| (diffusivity(d).max(self.least) * per_diffusivity).min(MOST_MOBILE));
+        let critical_m = self.critical_slope * self.cell_m;
+        let steepens = critical_m < f64::INFINITY;
+        let outer = if steepens { self.outer(heights, along) } else { Vec::new() };
+        let bundles = self.split(heights, along);
+        let mut lost = lost.map_or_else(Vec::new, |lost| self.split(lost, along));
+        lost.resize_with(bundles.len(), Vec::new);
+        let new = || Bundle::new(cells, joined, critical_m);
+        par::each_with(bundles.into_iter().zip(lost), new, |bundle, k, (mut heights, mut lost)| {
+            job.check()?;
+            let first = k * LANES;
+            let place = |line: usize, i: usize| match along {
+                Along::Rows => (i, first + line),
+                Along::Columns => (first + line, i),
+            };
+            let lines = match along {
+                Along::Rows => heights.len(),
+                Along::Columns => heights.first().map_or(0, |row| row.len()),
+            };
+            bundle.load(lines, |line, i| {
+                let height_m = *at(&heights, along, line, i);
+                let (x, y) = place(line, i);
+                let cell = y * self.nx + x;
+                if is_hole(height_m) {
+                    return Cell { height_m: 0.0, mobility: 0.0, hold: Hold::Fixed, across_m: 0.0 };
+                }
+                let across_m = if steepens {
+                    let beside = |side: usize, line: Option<usize>| match line {
+                        Some(line) if line < lines => Some(*at(&heights, along, line, i)),
+                        _ => outer[k][side].get(i).copied(),
+                    };
+                    rise_m(beside(0, line.checked_sub(1)), height_m, beside(1, Some(line + 1)))
+                } else {
+                    0.0
+                };
+                let mobile =
+                    || (diffusivity(self.diffusivity.at(cell)).max(self.least) * per_diffusivity).min(MOST_MOBILE);
+                let mobility = even.unwrap_or_else(mobile);
+                let hold =
+                    self.side(x, y, along).unwrap_or_else(|| if channel(cell) { Hold::Sink } else { Hold::Free });
+                Cell { height_m, mobility, hold, across_m }
+            });
+            bundle.step();
+            for i in 0..cells {
+                for line in 0..lines {
+                    match bundle.height_m(line, i) {
+                        Some(height_m) => *at_mut(&mut heights, along, line, i) = height_m,
+                        None if lost.is_empty() => {}
+                        None => *at_mut(&mut lost, along, line, i) += bundle.arriving(line, i),
+                    }
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// What a cell does because it is at a side of the world; nothing for others.
+    #[inline(always)]
+    fn side(&self, x: usize, y: usize, along: Along) -> Option<Hold> {
+        let (first, last) = ([x == 0, y == 0], [x + 1 == self.nx, y + 1 == self.ny]);
+        if !(first[0] || first[1] || last[0] || last[1]) {
+            return None;
+        }
+        let Boundary { west, east, north, south } = self.boundary;
+        let sides = [(first[0], west), (last[0], east), (first[1], north), (last[1], south)];
+        if sides.contains(&(true, Edge::Base)) {
+            return Some(Hold::Fixed);
+        }
+        let ends = if along == Along::Rows { &sides[..2] } else { &sides[2..] };
+        ends.contains(&(true, Edge::Open)).then_some(Hold::Sink)
+    }
+
+    /// The lines of a direction in bundles.
+    fn split<'h>(&self, samples: &'h mut [f64], along: Along) -> Vec<Lines<'h>> {
+        match along {
+            Along::Rows => {
+                let bundles = samples.chunks_mut(self.nx * LANES);
+                bundles.map(|rows| rows.chunks_mut(self.nx).collect()).collect()
+            }
+            Along::Columns => {
+                let mut bundles: Vec<Lines<'h>> = Vec::new();
+                bundles.resize_with(self.nx.div_ceil(LANES), || Vec::with_capacity(self.ny));
+                for row in samples.chunks_mut(self.nx) {
+                    bundles.iter_mut().zip(row.chunks_mut(LANES)).for_each(|(bundle, part)| bundle.push(part));
+                }
+                bundles
+            }
+        }
+    }
+
+    /// Copies of the lines before and behind each bundle; empty where there is none.
+    fn outer(&self, heights: &[f64], along: Along) -> Vec<[Vec<f64>; 2]> {
+        let (lines, joined) = match along {
+            Along::Rows => (self.ny, wraps(&self.boundary)[1]),
+            Along::Columns => (self.nx, wraps(&self.boundary)[0]),
+        };
+        let copy = |line: Option<usize>| match (line, along) {
+            (None, _) => Vec::new(),
+            (Some(y), Along::Rows) => heights[y * self.nx..][..self.nx].to_vec(),
+            (Some(x), Along::Columns) => (0..self.ny).map(|y| heights[y * self.nx + x]).collect(),
+        };
+        par::collect_all((0..lines).step_by(LANES), |_, first| {
+            let before = first.checked_sub(1).or(joined.then_some(lines - 1));
+            let behind = if first + LANES < lines { Some(first + LANES) } else { joined.then_some(0) };
+            [copy(before), copy(behind)]
+        })
+    }
+}
+
+/// Cell `i` of a line.
+#[inline(always)]
+fn at<'h>(lines: &'h [&mut [f64]], along: Along, line: usize, i: usize) -> &'h f64 {
+    match along {
+        Along::Rows => &lines[line][i],
+        Along::Columns => &lines[i][line],
+    }
+}
+
+#[inline(always)]
+fn at_mut<'h>(lines: &'h mut [&mut [f64]], along: Along, line: usize, i: usize) -> &'h mut f64 {
+    match along {
+        Along::Rows => &mut lines[line][i],
+        Along::Columns => &mut lines[i][line],
+    }
+}
+
+/// A diffusivity in m²/yr from what is given.
+#[inline(always)]
+fn diffusivity(given: f32) -> f64 {
+    if given > 0.0 { f64::from(given).min(1e6) } else { 0.0 }
+}
+
+#[inline(always)]
+fn is_hole(height_m: f64) -> bool {
+    height_m.is_nan() || height_m.abs() >= HIGHEST_M
+}
+
+/// Rise per cell between what is before a cell and what is behind it, where there is land.
+#[inline(always)]
+fn rise_m(before: Option<f64>, here: f64, behind: Option<f64>) -> f64 {
+    match (before.filter(|&h| !is_hole(h)), behind.filter(|&h| !is_hole(h))) {
+        (Some(before), Some(behind)) => 0.5 * (behind - before),
+        (Some(before), None) => here - before,
+        (None, Some(behind)) => behind - here,
+        (None, None) => 0.0,
+    }
+}

@@ -1,0 +1,297 @@
+//! Horizon angles around every cell, in any number of directions, at a cost that hardly grows with distance.
+//!
+//! Along a direction the terrain is sampled where the ray crosses the columns of cells (or the rows, whichever it
+//! crosses more of), between the two neighbouring cells. Near the cell every column is sampled; where steps of one
+//! column are finer than a given growth, distances grow by that factor, and the sampled terrain is smoothed by a
+//! Gaussian that grows with them, so that no crest falls between two samples. The samples of each direction begin at
+//! a different fraction of a step: what one misses, its neighbours find.
+//!
+//! Every sample is the same shift of the whole raster, so that a row is a loop over vectors, a cell's result does not
+//! depend on the window, and a plane has its exact horizon. The cost is the sharpness of far edges: a distant cliff
+//! is up to about 8 % low at a growth of 0.08.
+//!
+//! Sampling smoothed terrain in growing steps is the idea of cone tracing and of max-mip marching; the blocks of a
+//! pyramid would be visible in the result, whole rasters at each level are not.
+
+use std::ops::Range;
+
+use orograph_graph::{Field, Job, NodeError, Window, World};
+
+use super::{
+    gaussian::Gaussian,
+    lines::{Ends, separable},
+    math,
+    simd::simd,
+};
+
+/// The golden section, whose multiples spread evenly between 0 and 1.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// Standard deviation of the smoothing as a fraction of the step between samples.
+const SMOOTHING: f64 = 0.35;
+
+/// Standard deviation in cells of the first level that is smoothed; each further has twice the one before.
+const FIRST_SIGMA: f64 = 0.7;
+
+/// Maximum tangent, so that squares are finite.
+const STEEPEST: f32 = 1e15;
+
+/// One sample along a direction: two neighbouring cells, and the position between them.
+#[derive(Clone, Copy, Debug)]
+struct Look {
+    level: usize,
+    first: [i64; 2],
+    second: [i64; 2],
+    share: f32,
+    per_m: f32,
+}
+
+/// The sampling pattern: directions, distance and steps.
+#[derive(Clone, Debug)]
+pub struct Rays {
+    rays: Vec<Vec<Look>>,
+}
+
+impl Rays {
+    /// Creates samples towards azimuths in degrees clockwise from north, out to a distance, at least to the next cell
+    /// and at most as far as the world's diagonal. `growth` is how much farther each sample is than the last where
+    /// steps are longer than a cell, above 0.
+    #[must_use]
+    pub fn new(azimuths: impl IntoIterator<Item = f64>, distance_m: f64, world: &World, growth: f64) -> Self {
+        let cell_m = world.cell_m();
+        let distance_m = distance_m.min(math::hypot(world.size[0], world.size[1]));
+        let rays = azimuths.into_iter().enumerate().map(|(number, azimuth)| {
+            let radians = azimuth.to_radians();
+            // x east, y south
+            let towards = [math::sin(radians), -math::cos(radians)];
+            let major = usize::from(towards[1].abs() > towards[0].abs());
+            let along = 1.0 / towards[major].abs();
+            let phase = (number as f64 * GOLDEN).fract();
+            columns(distance_m / cell_m / along, growth, phase)
+                .into_iter()
+                .map(|column| {
+                    let minor = column * towards[1 - major] * along;
+                    let (mut lower, mut share) = (minor.floor(), minor - minor.floor());
+                    // a diagonal runs through the cells
+                    if share > 1.0 - 1e-6 {
+                        (lower, share) = (lower + 1.0, 0.0);
+                    }
+                    let share = if share < 1e-6 { 0.0 } else { share };
+                    let at = |minor: f64| {
+                        let mut cell = [0; 2];
+                        cell[major] = (column * towards[major].signum()) as i64;
+                        cell[1 - major] = minor as i64;
+                        cell
+                    };
+                    Look {
+                        level: level(SMOOTHING * growth * column * along),
+                        first: at(lower),
+                        second: at(if share > 0.0 { lower + 1.0 } else { lower }),
+                        share: share as f32,
+                        per_m: (1.0 / (column * along * cell_m)) as f32,
+                    }
+                })
+                .collect()
+        });
+        Self { rays: rays.collect() }
+    }
+
+    /// Metres around a cell that are read.
+    #[must_use]
+    pub fn reach_m(distance_m: f64, cell_m: f64, growth: f64) -> f64 {
+        let cells = (distance_m / cell_m).max(std::f64::consts::SQRT_2);
+        let smoothing = match level(SMOOTHING * growth * cells) {
+            0 => 0.0,
+            level => Gaussian::reach_m(sigma(level), 1.0),
+        };
+        (cells.ceil() + 1.0 + smoothing) * cell_m
+    }
+
+    /// Returns the bytes of smoothed terrain that a [`Horizon`] stores.
+    #[must_use]
+    pub fn bytes(&self, window: &Window) -> u64 {
+        (self.levels() * window.len() * size_of::<f32>()) as u64
+    }
+
+    /// Returns the number of smoothing levels.
+    fn levels(&self) -> usize {
+        self.rays.iter().flatten().map(|look| look.level).max().unwrap_or(0)
+    }
+
+    /// Returns the number of directions.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.rays.len()
+    }
+}
+
+/// Returns the columns that are sampled, from the next one to the last.
+fn columns(last: f64, growth: f64, phase: f64) -> Vec<f64> {
+    let mut columns = vec![1.0];
+    let mut place = 1.0;
+    let mut first = true;
+    loop {
+        if growth * place < 1.0 {
+            place += 1.0;
+        } else {
+            place *= if first { math::pow(1.0 + growth, phase) } else { 1.0 + growth };
+            first = false;
+        }
+        let column = place.round();
+        if column > last {
+            return columns;
+        }
+        if columns.last().is_some_and(|before| *before < column) {
+            columns.push(column);
+        }
+    }
+}
+
+/// Returns the smoothest level whose standard deviation in cells does not exceed the given one; 0 is the terrain
+/// itself.
+fn level(sigma_cells: f64) -> usize {
+    let mut level = 0;
+    while sigma_cells >= sigma(level + 1) {
+        level += 1;
+    }
+    level
+}
+
+/// Standard deviation in cells of a level above 0.
+fn sigma(level: usize) -> f64 {
+    FIRST_SIGMA * (1_u64 << (level - 1)) as f64
+}
+
+/// Terrain whose horizon is computed.
+#[derive(Debug)]
+pub struct Horizon<'a> {
+    height: &'a [f32],
+    smoothed: Vec<Vec<f32>>,
+    rays: Rays,
+    window: Window,
+    wrap: [bool; 2],
+}
+
+impl<'a> Horizon<'a> {
+    /// Prepares a field's first plane. `share` is the part of the job's progress.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn new(job: &Job<'_>, share: [f32; 2], height: &'a Field, rays: Rays) -> Result<Self, NodeError> {
+        let levels = rays.levels();
+        let part = (share[1] - share[0]) / levels.max(1) as f32;
+        let smoothed = (1..=levels).map(|level| {
+            let from = share[0] + part * (level - 1) as f32;
+            separable(job, [from, from + part], height.plane(0), &Gaussian::new(sigma(level)))
+        });
+        let window = *height.window();
+        let wrap = [0, 1].map(|axis| Ends::of(&window, axis) == Ends::Wrap);
+        Ok(Self { height: height.plane(0), smoothed: smoothed.collect::<Result<_, _>>()?, rays, window, wrap })
+    }
+
+    /// Returns the number of directions.
+    #[must_use]
+    pub fn rays(&self) -> usize {
+        self.rays.count()
+    }
+
+    /// Computes the tangent of the horizon's angle above the horizontal in one direction, for columns of row `j`; 0
+    /// where nothing is higher than the cell. There is nothing beyond the sides of the world, unless it is periodic.
+    pub fn tangents(&self, ray: usize, j: usize, columns: Range<usize>, out: &mut [f32]) {
+        let (nx, len) = (self.window.nx(), columns.len());
+        out[..len].fill(0.0);
+        let here = &self.height[j * nx..][columns.clone()];
+        for look in &self.rays.rays[ray] {
+            let (Some(first), Some(second)) = (self.row(look, j, look.first[1]), self.row(look, j, look.second[1]))
+            else {
+                continue;
+            };
+            let shifts = [look.first[0], look.second[0]];
+            let mut at = columns.start;
+            while let Some((from, count, sources)) = self.stretch(at, columns.end, shifts) {
+                let cells = from - columns.start..from - columns.start + count;
+                raise(
+                    &mut out[cells.clone()],
+                    &here[cells],
+                    [&first[sources[0]..][..count], &second[sources[1]..][..count]],
+                    look.share,
+                    look.per_m,
+                );
+                at = from + count;
+            }
+        }
+    }
+
+    /// Returns a row of the terrain for a sample. Returns None when there is no such row.
+    fn row(&self, look: &Look, j: usize, shift: i64) -> Option<&[f32]> {
+        let (nx, ny) = (self.window.nx(), self.window.ny() as i64);
+        let row = j as i64 + shift;
+        let row = if self.wrap[1] { row.rem_euclid(ny) } else { row };
+        let samples = if look.level == 0 { self.height } else { &self.smoothed[look.level - 1] };
+        (0..ny).contains(&row).then(|| &samples[row as usize * nx..][..nx])
+    }
+
+    /// Returns the first cells from column `at` on for which both shifted columns exist and follow one another: the
+    /// first cell, their number, and where both columns begin. Returns None when there are none.
+    fn stretch(&self, at: usize, end: usize, shifts: [i64; 2]) -> Option<(usize, usize, [usize; 2])> {
+        let nx = self.window.nx() as i64;
+        let (mut from, mut end) = (at as i64, end as i64);
+        if self.wrap[0] {
+            let sources = shifts.map(|shift| (from + shift).rem_euclid(nx));
+            end = end.min(from + nx - sources[0].max(sources[1]));
+        } else {
+            from = from.max(-shifts[0].min(shifts[1]));
+            end = end.min(nx - shifts[0].max(shifts[1]));
+        }
+        let sources = shifts.map(|shift| (from + shift).rem_euclid(nx) as usize);
+        (from < end).then(|| (from as usize, (end - from) as usize, sources))
+    }
+}
+
+simd! {
+    /// Raises tangents to that of the terrain between two cells.
+    fn raise(tangents: &mut [f32], here: &[f32], there: [&[f32]; 2], share: f32, per_m: f32) {
+        let [first, second] = there;
+        for (((tangent, &here), &first), &second) in tangents.iter_mut().zip(here).zip(first).zip(second) {
+            let height = first + (second - first) * share;
+            let seen = (height - here) * per_m;
+            let seen = if seen < STEEPEST { seen } else { STEEPEST };
+            *tangent = if seen > *tangent { seen } else { *tangent };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::world;
+
+    #[test]
+    fn looks_are_dense_nearby_and_grow_farther_out() {
+        let near = columns(12.0, 0.08, 0.0);
+        assert_eq!(near, (1..=12).map(f64::from).collect::<Vec<_>>());
+        for phase in [0.0, 0.3, 0.9] {
+            let far = columns(3000.0, 0.08, phase);
+            assert!(far.len() < 90, "{}", far.len());
+            for pair in far.windows(2) {
+                assert!(pair[1] > pair[0] && pair[1] - pair[0] <= 1.0 + 0.09 * pair[0], "{pair:?}");
+            }
+            assert!(far.last().is_some_and(|last| *last > 2700.0));
+        }
+        assert_eq!(columns(0.2, 0.08, 0.5), [1.0]);
+    }
+
+    #[test]
+    fn smoothing_follows_distance() {
+        assert_eq!([0.0, 0.69, 0.7, 1.39, 1.4, 5.7].map(level), [0, 0, 1, 1, 2, 4]);
+        for distance in [1.0, 30.0, 500.0, 20_000.0] {
+            let rays = Rays::new((0..32).map(|k| 11.25 * f64::from(k)), distance, &world(9000, 20_000, 1.0), 0.08);
+            let reach = Rays::reach_m(distance, 1.0, 0.08);
+            for look in rays.rays.iter().flatten() {
+                let smoothing = if look.level == 0 { 0.0 } else { Gaussian::reach_m(sigma(look.level), 1.0) };
+                let cells = [look.first, look.second].concat().iter().map(|cell| cell.abs()).max().unwrap_or(0);
+                assert!(cells as f64 + smoothing <= reach, "{look:?} {reach}");
+            }
+        }
+    }
+}

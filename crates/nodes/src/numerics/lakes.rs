@@ -1,0 +1,17 @@
+//! Lakes: connected bodies of water.
+
+use orograph_graph::{Job, NodeError};
+
+use super::components::components;
+use crate::numerics::par;
+
+/// Returns the number of the lake that covers each cell, 0 on dry land. Cells under water that touch, also across a
+/// corner, are one lake; lakes are numbered from 1 by their first cells, row by row from the north-west corner.
+///
+/// Numbers are exact up to 2^24, the integers that a sample can represent.
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub fn numbers(job: &Job<'_>, depth: &[f32]) -> Result<Vec<f32>, NodeError> {
+    Ok(par::map_of(&components(job, true, |cell| depth[cell] > 0.0)?.of, |&number| number as f32))
+}

@@ -1,0 +1,184 @@
+//! Separable filters: a function of lines of cells, applied along x and then along y.
+//!
+//! Lines are processed [`LANES`] at a time, so that a loop along them is a loop over vectors. Each is continued
+//! beyond its ends: mirrored about the edge of its last cell, or wrapped around where the world is periodic. Where a
+//! window is cut out of the world the continuation is arbitrary; the halo absorbs its effect.
+
+use orograph_graph::{Boundary, Edge, memory::copied};
+
+use crate::numerics::par;
+use crate::prelude::*;
+
+/// Lines that are filtered at once.
+pub const LANES: usize = 16;
+
+/// One value of each line.
+pub type Lanes = [f64; LANES];
+
+/// Continuation of lines beyond their ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ends {
+    /// The same cells backwards, the last one first: no slope across the edge.
+    Mirror,
+    /// The other end of the line.
+    Wrap,
+}
+
+impl Ends {
+    /// Returns the continuation of a window's lines along x (0) or y (1).
+    #[must_use]
+    pub fn of(window: &Window, axis: usize) -> Self {
+        let Boundary { west, east, north, south } = window.world.boundary;
+        let periodic = [[west, east], [north, south]][axis].contains(&Edge::Periodic);
+        if periodic && window.cells[axis] == window.world.cells[axis] { Self::Wrap } else { Self::Mirror }
+    }
+
+    /// Returns the cell of a line of `n` at place `at`, which may be beyond its ends.
+    #[must_use]
+    pub fn index(self, at: i64, n: usize) -> usize {
+        let n = n as i64;
+        if (0..n).contains(&at) {
+            return at as usize;
+        }
+        let inside = match self {
+            Self::Wrap => at.rem_euclid(n),
+            Self::Mirror => {
+                let at = at.rem_euclid(2 * n);
+                if at < n { at } else { 2 * n - 1 - at }
+            }
+        };
+        inside as usize
+    }
+}
+
+/// A filter of lines. It may keep its own scratch space between calls.
+pub trait LineFilter: Sync {
+    /// Cells that it reads beyond a cell on either side.
+    fn reach(&self) -> usize;
+
+    /// Filters lines in place. `lines` has their cells and [`Self::reach`] more at either end; the filtered cells are
+    /// left at its beginning. `first` is the place in the world of the first of `lines`, negative before the world's
+    /// edge.
+    fn apply(&self, lines: &mut [Lanes], scratch: &mut Vec<Lanes>, first: i64);
+}
+
+/// Filters the samples of a window along both axes. `share` is the part of the job's progress that this is.
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub fn separable(
+    job: &Job<'_>,
+    share: [f32; 2],
+    samples: &[f32],
+    filter: &impl LineFilter,
+) -> Result<Vec<f32>, NodeError> {
+    let window = job.window();
+    let mut out = copied(samples)?;
+    along_x(job, &window, &mut out, filter)?;
+    job.advance(0.5 * (share[0] + share[1]))?;
+    along_y(job, &window, &mut out, filter)?;
+    job.advance(share[1])?;
+    Ok(out)
+}
+
+fn along_x(job: &Job<'_>, window: &Window, samples: &mut [f32], filter: &impl LineFilter) -> Result<(), NodeError> {
+    let nx = window.nx();
+    let (reach, ends, origin) = (filter.reach(), Ends::of(window, 0), i64::from(window.origin[0]));
+    par::each_with(
+        samples.chunks_mut(nx * LANES),
+        || (Vec::new(), Vec::new()),
+        |(lines, scratch), _, rows| {
+            job.check()?;
+            lines.clear();
+            lines.resize(nx + 2 * reach, [0.0; LANES]);
+            into_lanes(rows, nx, &mut lines[reach..]);
+            go_on(lines, reach, ends);
+            filter.apply(lines, scratch, origin - reach as i64);
+            out_of_lanes(lines, rows, nx);
+            Ok(())
+        },
+    )
+}
+
+/// Cells of a line that are transposed at once: few enough for the first-level cache.
+const TILE: usize = 64;
+
+/// Interleaves up to [`LANES`] rows of `nx` cells.
+fn into_lanes(rows: &[f32], nx: usize, lines: &mut [Lanes]) {
+    for start in (0..nx).step_by(TILE) {
+        let cells = &mut lines[start..(start + TILE).min(nx)];
+        for (lane, row) in rows.chunks(nx).enumerate() {
+            for (cell, &sample) in cells.iter_mut().zip(&row[start..]) {
+                cell[lane] = f64::from(sample);
+            }
+        }
+    }
+}
+
+/// The inverse.
+fn out_of_lanes(lines: &[Lanes], rows: &mut [f32], nx: usize) {
+    for start in (0..nx).step_by(TILE) {
+        let cells = &lines[start..(start + TILE).min(nx)];
+        for (lane, row) in rows.chunks_mut(nx).enumerate() {
+            for (sample, cell) in row[start..].iter_mut().zip(cells) {
+                *sample = cell[lane] as f32;
+            }
+        }
+    }
+}
+
+fn along_y(job: &Job<'_>, window: &Window, samples: &mut [f32], filter: &impl LineFilter) -> Result<(), NodeError> {
+    let (nx, ny) = (window.nx(), window.ny());
+    let (reach, ends, origin) = (filter.reach(), Ends::of(window, 1), i64::from(window.origin[1]));
+    // each task has its own columns, in every row
+    let mut columns: Vec<Vec<&mut [f32]>> = (0..nx.div_ceil(LANES)).map(|_| Vec::with_capacity(ny)).collect();
+    for row in samples.chunks_mut(nx) {
+        for (strip, cells) in columns.iter_mut().zip(row.chunks_mut(LANES)) {
+            strip.push(cells);
+        }
+    }
+    par::each_with(
+        &mut columns,
+        || (Vec::new(), Vec::new()),
+        |(lines, scratch), _, strip| {
+            job.check()?;
+            lines.clear();
+            lines.resize(ny + 2 * reach, [0.0; LANES]);
+            for (cell, row) in lines[reach..].iter_mut().zip(strip.iter()) {
+                for (value, &sample) in cell.iter_mut().zip(row.iter()) {
+                    *value = f64::from(sample);
+                }
+            }
+            go_on(lines, reach, ends);
+            filter.apply(lines, scratch, origin - reach as i64);
+            for (row, cell) in strip.iter_mut().zip(lines.iter()) {
+                for (sample, &value) in row.iter_mut().zip(cell) {
+                    *sample = value as f32;
+                }
+            }
+            Ok(())
+        },
+    )
+}
+
+/// Fills the places beyond both ends of lines.
+fn go_on(lines: &mut [Lanes], reach: usize, ends: Ends) {
+    let n = lines.len() - 2 * reach;
+    for k in 1..=reach {
+        lines[reach - k] = lines[reach + ends.index(-(k as i64), n)];
+        lines[reach + n - 1 + k] = lines[reach + ends.index((n - 1 + k) as i64, n)];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_go_on_as_their_ends_say() {
+        let line = |ends: Ends| (-5..8).map(|at| ends.index(at, 3)).collect::<Vec<_>>();
+        assert_eq!(line(Ends::Mirror), [1, 2, 2, 1, 0, 0, 1, 2, 2, 1, 0, 0, 1]);
+        assert_eq!(line(Ends::Wrap), [1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1]);
+        assert_eq!(Ends::Mirror.index(-7, 1), 0);
+    }
+}

@@ -1,0 +1,30 @@
+//! Building blocks of kernels: arithmetic that is the same on every machine, parallel loops, noise, filters, routing.
+
+pub mod cells;
+pub mod coarse;
+pub mod components;
+pub mod distance;
+pub mod distribution;
+pub mod drained;
+pub mod extremes;
+pub(crate) mod fourier;
+pub mod gaussian;
+pub mod gradient;
+pub(crate) mod hillslope;
+pub mod horizon;
+pub(crate) mod lakes;
+pub mod light;
+pub mod lines;
+pub mod math;
+pub mod memory;
+pub mod noise;
+pub mod palettes;
+pub mod par;
+pub(crate) mod range;
+pub mod rank;
+pub(crate) mod repose;
+pub mod routing;
+pub mod simd;
+pub(crate) mod strokes;
+pub mod tints;
+pub(crate) mod waves;

@@ -1,0 +1,119 @@
+//! Rock that holds up to an angle: the highest surface below the land that is nowhere steeper.
+//!
+//! `h'(x) = min over y of (h(y) + S |x − y|)`, the viscosity solution of `|∇h'| = S` below the obstacle `h`. On cells,
+//! each is held to what the wave front through one of its eight neighbours and the next allows, which is exact for
+//! straight fronts at any azimuth, so that no direction shows (J. N. Tsitsiklis, 1995, IEEE Trans. Autom. Control 40;
+//! there with Dijkstra's order, here by sweeps over blocks in alternating directions, as H. Zhao, 2005, Math. Comp. 74).
+//! Blocks that changed wake themselves and those around them. A cell depends only on lower ones, so every order ends at one surface.
+
+use orograph_graph::NodeError;
+
+use super::{Land, pace::beside};
+use crate::numerics::par;
+use crate::prelude::Job;
+
+/// Cells a side of a block.
+const BLOCK: usize = 64;
+
+/// Cells a side of a block with its ring.
+const RINGED: usize = BLOCK + 2;
+
+/// The surface that holds up to `rise` between neighbours (m), where that is finite; the land's own where it is not.
+/// What is closed holds nothing up and takes nothing down.
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub fn capped(land: &Land<'_>, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
+    let [nx, ny] = land.cells;
+    let blocks = [nx.div_ceil(BLOCK), ny.div_ceil(BLOCK)];
+    let mut surface: Vec<f32> =
+        land.height.iter().zip(land.rise).map(|(h, r)| if r.is_finite() { *h } else { f32::INFINITY }).collect();
+    let mut awake = vec![true; blocks[0] * blocks[1]];
+    while awake.contains(&true) {
+        let lowered = par::collect((0..awake.len()).filter(|&block| awake[block]), |_, block| {
+            job.check()?;
+            let cells = relaxed(land, &surface, [block % blocks[0], block / blocks[0]]);
+            Ok::<_, NodeError>(cells.map(|cells| (block, cells)))
+        })?;
+        awake.fill(false);
+        for (block, cells) in lowered.into_iter().flatten() {
+            let [bi, bj] = [block % blocks[0], block / blocks[0]];
+            for (j, row) in cells.chunks_exact(RINGED).enumerate().skip(1).take(BLOCK.min(ny - bj * BLOCK)) {
+                let wide = BLOCK.min(nx - bi * BLOCK);
+                surface[(bj * BLOCK + j - 1) * nx + bi * BLOCK..][..wide].copy_from_slice(&row[1..=wide]);
+            }
+            for j in beside(bj, blocks[1], land.wraps[1]) {
+                for i in beside(bi, blocks[0], land.wraps[0]) {
+                    awake[j * blocks[0] + i] = true;
+                }
+            }
+        }
+    }
+    for (surface, height) in surface.iter_mut().zip(land.height) {
+        if surface.is_infinite() {
+            *surface = *height;
+        }
+    }
+    Ok(surface)
+}
+
+/// A block lowered as far as it goes while all around it stays; none if it stands.
+fn relaxed(land: &Land<'_>, surface: &[f32], [bi, bj]: [usize; 2]) -> Option<Vec<f32>> {
+    let [nx, ny] = land.cells;
+    let (wide, high) = (BLOCK.min(nx - bi * BLOCK), BLOCK.min(ny - bj * BLOCK));
+    let mut cells = vec![f32::INFINITY; RINGED * RINGED];
+    // the row or column of the land that a block's is
+    let place = |first: usize, k: usize, n: usize, wraps: bool| match (first + k).checked_sub(1) {
+        Some(at) if at < n => Some(at),
+        Some(at) => wraps.then_some(at - n),
+        None => wraps.then_some(n - 1),
+    };
+    for j in 0..high + 2 {
+        let Some(row) = place(bj * BLOCK, j, ny, land.wraps[1]) else { continue };
+        let to = &mut cells[j * RINGED..][..wide + 2];
+        to[1..=wide].copy_from_slice(&surface[row * nx + bi * BLOCK..][..wide]);
+        for k in [0, wide + 1] {
+            if let Some(column) = place(bi * BLOCK, k, nx, land.wraps[0]) {
+                to[k] = surface[row * nx + column];
+            }
+        }
+    }
+    let mut lowered = false;
+    for sweep in 0.. {
+        let mut again = false;
+        for j in 0..high {
+            let j = if sweep & 2 == 0 { j } else { high - 1 - j };
+            let rises = &land.rise[(bj * BLOCK + j) * nx + bi * BLOCK..][..wide];
+            for i in 0..wide {
+                let i = if sweep & 1 == 0 { i } else { wide - 1 - i };
+                let at = (j + 1) * RINGED + i + 1;
+                if rises[i].is_finite() {
+                    let most = allowed(&cells, at, rises[i]);
+                    if most < cells[at] {
+                        cells[at] = most;
+                        again = true;
+                    }
+                }
+            }
+        }
+        if !again {
+            break;
+        }
+        lowered = true;
+    }
+    lowered.then_some(cells)
+}
+
+/// How high the neighbours let a cell stand.
+#[inline(always)]
+fn allowed(cells: &[f32], at: usize, rise: f32) -> f32 {
+    let row = |k: usize| -> [f32; 3] { [cells[k - 1], cells[k], cells[k + 1]] };
+    let ([a, b, c], [d, _, e], [f, g, h]) = (row(at - RINGED), row(at), row(at + RINGED));
+    let mut most = a.min(c).min(f).min(h) + std::f32::consts::SQRT_2 * rise;
+    // between a face's neighbour and the lower of the corners beside it
+    for (near, far) in [(b, a.min(c)), (d, a.min(f)), (e, c.min(h)), (g, f.min(h))] {
+        let drop = (near - far).max(0.0).min(std::f32::consts::FRAC_1_SQRT_2 * rise);
+        most = most.min(near + (rise * rise - drop * drop).sqrt());
+    }
+    most
+}

@@ -1,0 +1,376 @@
+//! Relaxation of a surface to slopes of at most its angle of repose.
+//!
+//! The state is what has moved, `d`, on top of heights `h` that stay as they are, so that ground on which nothing moves
+//! keeps its bits and small amounts are not lost on high mountains. A sweep moves material at two places: across every
+//! corner `(1 - r/|g|)₊ g`, where `g` is the rise per cell of the plane through the four cells around it and `r` that at
+//! repose, the mean over the cells concerned; and over every face between two neighbours half of what their own rise is
+//! above both `r` and what the corners beside it see. Corners see the slope alike in every direction, so that cones are
+//! round; faces hold what corners cannot see, such as a chequerboard. What leaves one cell enters another in the same amount, whichever of them computes it,
+//! so a sweep conserves material to rounding.
+//!
+//! Where only a layer on top is loose, every flow has a donor, and nothing is given faster than a share of the donor's
+//! layer in a sweep, less across the slope than along it. Since that needs no sum over what a donor gives elsewhere,
+//! a flow is worked out from the cells beside it alone, and thin films run straight down a wall. Such flows are whole
+//! multiples of a small quantum, so that layers add up without rounding.
+//!
+//! A sweep reaches one cell far, and a scarp n cells wide takes on the order of n² of them. So sweeps start on a
+//! coarse grid, and what moved there is carried to the next finer one, down to the grid itself. A closed cell has an
+//! infinite `r`: the border of a walled world, masked ground, holes in the data. A coarse cell is closed if any part of
+//! it is.
+
+mod cap;
+mod pace;
+mod pyramid;
+#[cfg(test)]
+mod reference;
+mod sweep;
+#[cfg(test)]
+mod tests;
+
+use orograph_graph::{
+    Edge, Job, NodeError,
+    memory::{OutOfMemory, filled, with_capacity, zeroed},
+};
+
+pub use cap::capped;
+pub use pace::relaxed;
+use pyramid::{prolong, restrict};
+use sweep::{Ground, Sweep, TILE};
+
+use super::{math, par};
+use crate::prelude::Lane;
+
+/// Share of the excess that a sweep moves: the largest eigenvalue of corners and of faces is 4, so no sweep overshoots.
+const STEP: f32 = 0.25;
+
+/// The quantum of flows, as a share of the least rise at repose. Single precision counts to 2^24 of them.
+const QUANTUM: f32 = 1.0 / 65_536.0;
+
+/// A grid is made coarser while its shorter side keeps at least this many cells.
+const COARSEST: usize = 64;
+
+/// The most sweeps over a grid before the next finer one takes over, for land that is to rest.
+pub const SWEEPS: usize = 2000;
+
+/// The most times the pyramid is climbed.
+const CYCLES: usize = 8;
+
+/// One grid of the pyramid. Rasters have a ring of one cell around them, closed or wrapped.
+struct Level {
+    nx: usize,
+    ny: usize,
+    wraps: [bool; 2],
+    height: Vec<f32>,
+    /// Rise at repose between neighbours, in metres; infinite where closed.
+    rise: Vec<f32>,
+    /// Thickness of what was loose before anything moved; empty where everything is.
+    loose: Vec<f32>,
+    moved: Vec<f32>,
+    next: Vec<f32>,
+    /// What a loose layer moves in a sweep is a whole multiple of this, in metres.
+    quantum: f32,
+    /// Per tile, whether the last sweep changed it.
+    changed: Vec<bool>,
+}
+
+/// Land that may slide. Rasters are row-major, without a ring.
+#[derive(Clone, Copy)]
+pub struct Land<'a> {
+    /// Columns and rows.
+    pub cells: [usize; 2],
+    /// Whether opposite sides are joined, along x and y.
+    pub wraps: [bool; 2],
+    /// Elevation, in metres; it means nothing where closed.
+    pub height: &'a [f32],
+    /// Rise at repose between neighbours, in metres; infinite where nothing may move.
+    pub rise: &'a [f32],
+    /// Thickness of what is loose, in metres, 0 or more; all of it, if none.
+    pub loose: Option<&'a [f32]>,
+}
+
+/// A surface that slides where it is steeper than its repose.
+pub struct Slump {
+    levels: Vec<Level>,
+    cells: [usize; 2],
+    tolerance: f32,
+}
+
+impl Slump {
+    /// A surface at rest nowhere yet. `tolerance` is the excess that counts as none, as a share of the repose.
+    ///
+    /// # Errors
+    /// [`OutOfMemory`].
+    pub fn new(land: &Land<'_>, tolerance: f32) -> Result<Self, OutOfMemory> {
+        let Land { cells, wraps, .. } = *land;
+        let mut coarser = 0;
+        while cells
+            .iter()
+            .zip(wraps)
+            .all(|(&n, wraps)| n >> (coarser + 1) >= COARSEST && (!wraps || n.is_multiple_of(1 << (coarser + 1))))
+        {
+            coarser += 1;
+        }
+        // Closed cells fill the sides up to whole cells of the coarsest grid.
+        let [nx, ny] = cells.map(|n| n.next_multiple_of(1 << coarser));
+        let mut finest = Level::new(nx, ny, wraps, land.loose.is_some())?;
+        for j in 0..cells[1] {
+            let to = finest.at(0, j);
+            let (from, to) = (j * cells[0]..(j + 1) * cells[0], to..to + cells[0]);
+            let open = |of: &[f32]| -> Vec<f32> {
+                let row = of[from.clone()].iter().zip(&land.rise[from.clone()]);
+                row.map(|(&value, rise)| if rise.is_finite() { value } else { 0.0 }).collect()
+            };
+            finest.rise[to.clone()].copy_from_slice(&land.rise[from.clone()]);
+            finest.height[to.clone()].copy_from_slice(&open(land.height));
+            if let Some(loose) = land.loose {
+                finest.loose[to].copy_from_slice(&open(loose));
+            }
+        }
+        let least = land.rise.iter().copied().fold(f32::MAX, f32::min).max(f32::MIN_POSITIVE * 1e9);
+        // a power of two, so that multiples of it scale and add exactly
+        finest.quantum = f32::from_bits(least.to_bits() & 0xff80_0000) * QUANTUM;
+        finest.wrap_ground();
+        let mut levels = vec![finest];
+        for level in 0..coarser {
+            levels.push(levels[level].coarser()?);
+        }
+        Ok(Self { levels, cells, tolerance })
+    }
+
+    /// Sweeps until no slope exceeds its repose, coarse grids first: whether it came to that. `sweeps` is the most
+    /// over one grid, [`SWEEPS`] for land that is to rest; `share` is the part of
+    /// the job's whole progress that this is, from where to where.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn settle(&mut self, sweeps: usize, share: [f32; 2], job: &Job<'_>) -> Result<bool, NodeError> {
+        let coarsest = self.levels.len() - 1;
+        // coarse grids do not see the ledges and hollows that hold a layer, and would set it moving again
+        let cycles = if self.levels[0].loose.is_empty() { CYCLES } else { 1 };
+        let sweeps = if coarsest == 0 { sweeps * CYCLES } else { sweeps };
+        for cycle in 0..cycles {
+            for level in 0..coarsest {
+                let (fine, coarse) = self.levels.split_at_mut(level + 1);
+                let fine = &fine[level];
+                let coarse = &mut coarse[0];
+                restrict(&fine.moved, fine.nx, fine.ny, &mut coarse.moved);
+                if !coarse.loose.is_empty() {
+                    coarse
+                        .moved
+                        .iter_mut()
+                        .for_each(|moved| *moved = (*moved / coarse.quantum).floor() * coarse.quantum);
+                }
+            }
+            // coarser grids come closer to repose, so that the next finer one finds room for its details
+            let mut tolerance = self.tolerance / (1 << coarsest) as f32;
+            let before: Vec<Vec<f32>> = self.levels[1..].iter().map(|level| level.moved.clone()).collect();
+            for level in (0..=coarsest).rev() {
+                let mut found = Sweep { changed: true, steep: true };
+                self.levels[level].wake();
+                for sweep in 0..sweeps {
+                    found = self.levels[level].sweep(tolerance, job)?;
+                    if !found.steep || !found.changed {
+                        break;
+                    }
+                    let done = (coarsest - level) as f32 + sweep as f32 / sweeps as f32;
+                    let done = if cycle == 0 { done / (coarsest + 1) as f32 } else { 1.0 };
+                    job.advance(share[0] + (share[1] - share[0]) * done)?;
+                }
+                if level == 0 && !(found.steep && found.changed) {
+                    return Ok(!found.steep);
+                }
+                if level > 0 {
+                    let (fine, coarse) = self.levels.split_at_mut(level);
+                    prolong(&coarse[0], &before[level - 1], &mut fine[level - 1]);
+                    tolerance *= 2.0;
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    /// What each cell has gained, in metres, row-major. The gains sum to zero: what thousands of sweeps have lost or made by
+    /// rounding, up to 2e-4 of what moved, is made good by all cells that gained, in proportion.
+    ///
+    /// # Errors
+    /// [`OutOfMemory`].
+    pub fn moved(&self) -> Result<Vec<f32>, OutOfMemory> {
+        let (level, [nx, ny]) = (&self.levels[0], self.cells);
+        let mut moved = with_capacity(nx * ny)?;
+        (0..ny).for_each(|j| moved.extend_from_slice(&level.moved[level.at(0, j)..][..nx]));
+        // in order, so that the sums do not depend on threads
+        let [gained, lost] = moved.iter().fold([0.0, 0.0], |[gained, lost], &moved: &f32| {
+            let moved = f64::from(moved);
+            if moved > 0.0 { [gained + moved, lost] } else { [gained, lost - moved] }
+        });
+        if gained > 0.0 && gained != lost {
+            let share = lost / gained;
+            par::change(&mut moved, |moved| {
+                if *moved > 0.0 {
+                    *moved = (f64::from(*moved) * share) as f32;
+                }
+            });
+        }
+        Ok(moved)
+    }
+}
+
+/// Whether opposite sides of a world are joined, along x and y.
+pub fn wraps(boundary: &orograph_graph::Boundary) -> [bool; 2] {
+    [[boundary.west, boundary.east], [boundary.north, boundary.south]].map(|sides| sides == [Edge::Periodic; 2])
+}
+
+impl Level {
+    fn new(nx: usize, ny: usize, wraps: [bool; 2], layered: bool) -> Result<Self, OutOfMemory> {
+        let len = (nx + 2) * (ny + 2);
+        Ok(Self {
+            nx,
+            ny,
+            wraps,
+            height: zeroed(len)?,
+            rise: filled(len, f32::INFINITY)?,
+            loose: zeroed(if layered { len } else { 0 })?,
+            moved: zeroed(len)?,
+            next: zeroed(len)?,
+            quantum: 0.0,
+            changed: vec![true; nx.div_ceil(TILE[0]) * ny.div_ceil(TILE[1])],
+        })
+    }
+
+    /// Index of a cell.
+    fn at(&self, i: usize, j: usize) -> usize {
+        (j + 1) * (self.nx + 2) + i + 1
+    }
+
+    /// The grid of half the resolution: means of 2 x 2 cells, over twice the distance.
+    fn coarser(&self) -> Result<Self, OutOfMemory> {
+        let layered = !self.loose.is_empty();
+        let mut coarse = Self::new(self.nx / 2, self.ny / 2, self.wraps, layered)?;
+        restrict(&self.height, self.nx, self.ny, &mut coarse.height);
+        restrict(&self.rise, self.nx, self.ny, &mut coarse.rise);
+        if layered {
+            restrict(&self.loose, self.nx, self.ny, &mut coarse.loose);
+        }
+        for rise in &mut coarse.rise {
+            *rise *= 2.0;
+        }
+        coarse.quantum = 2.0 * self.quantum;
+        coarse.wrap_ground();
+        Ok(coarse)
+    }
+
+    fn wrap_ground(&mut self) {
+        wrap(&mut self.height, self.nx, self.ny, self.wraps);
+        wrap(&mut self.rise, self.nx, self.ny, self.wraps);
+        if !self.loose.is_empty() {
+            wrap(&mut self.loose, self.nx, self.ny, self.wraps);
+        }
+    }
+
+    /// Makes the next sweep look at every tile.
+    fn wake(&mut self) {
+        wrap(&mut self.moved, self.nx, self.ny, self.wraps);
+        self.next.copy_from_slice(&self.moved);
+        self.changed.fill(true);
+    }
+
+    fn sweep(&mut self, tolerance: f32, job: &Job<'_>) -> Result<Sweep, NodeError> {
+        let stride = self.nx + 2;
+        let tiles = self.nx.div_ceil(TILE[0]);
+        let ground = Ground {
+            height: &self.height,
+            rise: &self.rise,
+            loose: &self.loose,
+            moved: &self.moved,
+            stride,
+            step: STEP,
+            tolerance,
+            quantum: self.quantum / STEP,
+        };
+        let awake = Awake { changed: &self.changed, tiles: [tiles, self.ny.div_ceil(TILE[1])], wraps: self.wraps };
+        let mut changed = vec![false; self.changed.len()];
+        let interior = stride..stride * (self.ny + 1);
+        let strips = self.next[interior].chunks_mut(stride * TILE[1]).zip(changed.chunks_mut(tiles));
+        let found = par::collect(strips, |strip, (out, changed)| {
+            job.check()?;
+            let mut found = Sweep::default();
+            for (tile, changed) in changed.iter_mut().enumerate() {
+                if awake.around(tile, strip) {
+                    let columns = [tile * TILE[0], (tile * TILE[0] + TILE[0]).min(self.nx)];
+                    let seen = sweep::tile(&ground, strip * TILE[1], columns, out);
+                    *changed = seen.changed;
+                    found.changed |= seen.changed;
+                    found.steep |= seen.steep;
+                }
+            }
+            Ok::<_, NodeError>(found)
+        })?;
+        let both = |a: Sweep, b: Sweep| Sweep { changed: a.changed | b.changed, steep: a.steep | b.steep };
+        let found = found.into_iter().fold(Sweep::default(), both);
+        self.changed = changed;
+        std::mem::swap(&mut self.moved, &mut self.next);
+        wrap(&mut self.moved, self.nx, self.ny, self.wraps);
+        Ok(found)
+    }
+}
+
+/// Which tiles the last sweep changed.
+struct Awake<'a> {
+    changed: &'a [bool],
+    tiles: [usize; 2],
+    wraps: [bool; 2],
+}
+
+impl Awake<'_> {
+    /// Whether a tile or one beside it changed; otherwise a sweep would only repeat what it found before.
+    fn around(&self, tile: usize, strip: usize) -> bool {
+        let near = |at: usize, axis: usize| {
+            let n = self.tiles[axis];
+            let (before, after) = if self.wraps[axis] {
+                ((at + n - 1) % n, (at + 1) % n)
+            } else {
+                (at.saturating_sub(1), (at + 1).min(n - 1))
+            };
+            [before, at, after]
+        };
+        near(strip, 1).iter().any(|j| near(tile, 0).iter().any(|i| self.changed[j * self.tiles[0] + i]))
+    }
+}
+
+/// Copies the ring from the opposite side of the axes that wrap.
+fn wrap(raster: &mut [f32], nx: usize, ny: usize, wraps: [bool; 2]) {
+    let stride = nx + 2;
+    if wraps[0] {
+        for row in raster.chunks_exact_mut(stride) {
+            row[0] = row[nx];
+            row[nx + 1] = row[1];
+        }
+    }
+    if wraps[1] {
+        raster.copy_within(ny * stride..(ny + 1) * stride, 0);
+        raster.copy_within(stride..2 * stride, (ny + 1) * stride);
+    }
+}
+
+/// Heights from here on, in metres, are holes in the data: their squares would overflow.
+const HIGHEST: f32 = 1e15;
+
+/// Rise between neighbours at an angle, in metres; infinite where the mask or the height holds nothing that may move.
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub fn rises(job: &Job<'_>, height: &[f32], angle: Lane<'_>, mask: Lane<'_>) -> Result<Vec<f32>, NodeError> {
+    let cell_m = job.cell_m() as f32;
+    let tangent = |degrees: f32| math::f32::tan(degrees.clamp(1.0, 89.0).to_radians());
+    let constant = angle.constant().map(tangent);
+    let nx = job.window().nx();
+    let mut rise = zeroed(height.len())?;
+    par::rows_within(job, [0.0, 0.0], &mut rise, |j, row| {
+        for (i, rise) in row.iter_mut().enumerate() {
+            let at = j * nx + i;
+            let rise_m = constant.unwrap_or_else(|| tangent(angle.at(at))) * cell_m / mask.at(at).clamp(0.0, 1.0);
+            *rise = if rise_m.is_finite() && height[at].abs() < HIGHEST { rise_m } else { f32::INFINITY };
+        }
+    })?;
+    Ok(rise)
+}

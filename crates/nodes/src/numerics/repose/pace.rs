@@ -1,0 +1,76 @@
+//! Slopes on their way to rest: the angles that they still hold at.
+
+use orograph_graph::NodeError;
+
+use super::Land;
+use crate::{numerics::par, prelude::Job};
+
+/// The rises that land holds at when `left` of all excess over repose is left: at 1 its own, at 0 those of repose. Where a
+/// slope is below repose, repose.
+///
+/// Excess decays as `d|∇h|/dt = -k (|∇h| - S)₊`, so that `left = exp(-k t)`, and a slide to these rises is the state at
+/// that time: cliffs lean back, and what falls off them lies at repose.
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub fn relaxed(land: &Land<'_>, left: f32, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
+    let mut out = land.rise.to_vec();
+    if left > 0.0 {
+        let nx = land.cells[0];
+        par::rows_within(job, [0.0, 0.0], &mut out, |j, row| {
+            for (i, rise) in row.iter_mut().enumerate().filter(|(_, rise)| rise.is_finite()) {
+                let excess = steepest(land, j * nx + i) - *rise;
+                *rise += left * excess.max(0.0);
+            }
+        })?;
+    }
+    Ok(out)
+}
+
+impl Land<'_> {
+    /// How far `level`, at a cell, stands above the land beside it, down the steepest way, in metres a cell: the upwind
+    /// gradient, which lets a wall retreat into a plateau and never a plateau into the air.
+    pub fn drop_from(&self, level: f32, at: usize) -> f32 {
+        let [nx, ny] = self.cells;
+        let (i, j) = (at % nx, at / nx);
+        let [[west, _, east], [north, _, south]] = [beside(i, nx, self.wraps[0]), beside(j, ny, self.wraps[1])];
+        let below = |i: usize, j: usize| {
+            let near = j * nx + i;
+            if self.rise[near].is_finite() { level - self.height[near] } else { 0.0 }
+        };
+        let x = below(west, j).max(below(east, j)).max(0.0);
+        let y = below(i, north).max(below(i, south)).max(0.0);
+        (x * x + y * y).sqrt()
+    }
+}
+
+/// A place on an axis and those beside it; at a side that is not joined, itself.
+pub fn beside(at: usize, n: usize, wraps: bool) -> [usize; 3] {
+    if wraps { [(at + n - 1) % n, at, (at + 1) % n] } else { [at.saturating_sub(1), at, (at + 1).min(n - 1)] }
+}
+
+/// The steepest rise of the land at a cell, over its faces and across its corners, in metres.
+fn steepest(land: &Land<'_>, at: usize) -> f32 {
+    let [nx, ny] = land.cells;
+    let columns = beside(at % nx, nx, land.wraps[0]);
+    let heights = beside(at / nx, ny, land.wraps[1]).map(|j| {
+        columns.map(|i| {
+            // the ground beyond a wall mirrors the ground before it
+            let near = j * nx + i;
+            land.height[if land.rise[near].is_finite() { near } else { at }]
+        })
+    });
+    let mut most = 0.0_f32;
+    for (north, south) in [(heights[0], heights[1]), (heights[1], heights[2])] {
+        for i in 0..2 {
+            let (x, xs) = (north[i + 1] - north[i], south[i + 1] - south[i]);
+            let (y, ye) = (south[i] - north[i], south[i + 1] - north[i + 1]);
+            let (gx, gy) = (0.5 * (x + xs), 0.5 * (y + ye));
+            most = most.max((gx * gx + gy * gy).sqrt());
+        }
+    }
+    for beside in [heights[0][1], heights[2][1], heights[1][0], heights[1][2]] {
+        most = most.max((beside - heights[1][1]).abs());
+    }
+    most
+}

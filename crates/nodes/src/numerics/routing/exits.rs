@@ -1,0 +1,49 @@
+//! The ways out of basins, and the order of the tree that they make.
+
+use super::{Depressions, Elevation, Grid, basins::OUTSIDE};
+
+/// The way out of a basin.
+#[derive(Clone, Copy, Debug)]
+pub struct Exit {
+    /// The last cell inside.
+    pub near: u32,
+    /// The direction from there; None out of the world.
+    pub to: Option<usize>,
+    /// The first cell beyond; None out of the world.
+    pub far: Option<u32>,
+}
+
+impl<T: Elevation> Depressions<T> {
+    /// The exit of each basin, from the first that is not the outside.
+    pub(super) fn exits(&self, grid: &Grid) -> Vec<Exit> {
+        let exit = |(basin, link)| {
+            // A link of the spanning tree joins two cells of the raster.
+            let (near, to) = self.pass(grid, basin, link).unwrap_or((link >> 3, None));
+            Exit { near, to, far: to.and_then(|to| grid.neighbour(near, to)) }
+        };
+        self.spills.iter().enumerate().skip(1).map(|(basin, spill)| exit((basin, spill.link))).collect()
+    }
+
+    /// The basin that a basin's exit leads to, [`OUTSIDE`] too.
+    pub(super) fn beyond(&self, exit: &Exit) -> u32 {
+        exit.far.map_or(OUTSIDE, |far| self.labels[far as usize])
+    }
+
+    /// All basins but the outside, each after the one that its exit leads to.
+    pub(super) fn outside_in(&self, exits: &[Exit]) -> Vec<u32> {
+        let mut order = Vec::with_capacity(exits.len());
+        let mut listed = vec![false; exits.len() + 1];
+        listed[OUTSIDE as usize] = true;
+        let mut way = Vec::new();
+        for basin in 1..=exits.len() as u32 {
+            let mut at = basin;
+            while !listed[at as usize] {
+                listed[at as usize] = true;
+                way.push(at);
+                at = self.beyond(&exits[at as usize - 1]);
+            }
+            order.extend(way.drain(..).rev());
+        }
+        order
+    }
+}

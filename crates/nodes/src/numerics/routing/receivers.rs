@@ -1,0 +1,249 @@
+//! One receiver per cell.
+//!
+//! - [`d8`]: the neighbour of steepest descent (O'Callaghan and Mark 1984). Of equally steep ones the first in the order
+//!   E, NE, N, NW, W, SW, S, SE is taken.
+//! - [`rho_infinity`]: one of the two neighbours that bound the steepest of the eight triangular facets around the cell
+//!   (Tarboton 1997), drawn with the probability that makes the mean direction that of the facet. Still one receiver
+//!   per cell, as implicit solvers need, but without the preference of D8 for multiples of 45°. It unites the random
+//!   choice of Fairfield and Leymarie (1991) with Tarboton's facets.
+
+use orograph_graph::{Job, NodeError, mix};
+
+use super::{
+    Elevation, Grid, Outlet,
+    code::{BORDER, OUTLET, PIT, is_diagonal},
+};
+use crate::numerics::{par, simd::simd};
+
+/// Steepest descent for a row: `around` is the cell itself, then its neighbours in the order of the codes.
+macro_rules! d8_body {
+    ($float:ty, $int:ty, $around:ident, $codes:ident) => {{
+        let len = $codes.len();
+        let [centre, e, ne, n, nw, w, sw, s, se] = $around.map(|row| &row[..len]);
+        for x in 0..len {
+            let mut steepest: $float = 0.0;
+            let mut code = PIT as $int;
+            let mut consider = |height: $float, per_distance: $float, direction: $int| {
+                let slope = (centre[x] - height) * per_distance;
+                let steeper = slope > steepest;
+                steepest = if steeper { slope } else { steepest };
+                code = if steeper { direction } else { code };
+            };
+            const DIAGONAL: $float = std::f64::consts::FRAC_1_SQRT_2 as $float;
+            consider(e[x], 1.0, 0);
+            consider(ne[x], DIAGONAL, 1);
+            consider(n[x], 1.0, 2);
+            consider(nw[x], DIAGONAL, 3);
+            consider(w[x], 1.0, 4);
+            consider(sw[x], DIAGONAL, 5);
+            consider(s[x], 1.0, 6);
+            consider(se[x], DIAGONAL, 7);
+            $codes[x] = code as u8;
+        }
+    }};
+}
+
+simd! {
+    /// A row of steepest descents in single precision.
+    pub(super) fn d8_row_single(around: [&[f32]; 9], codes: &mut [u8]) {
+        d8_body!(f32, u32, around, codes)
+    }
+}
+
+simd! {
+    /// A row of steepest descents in double precision.
+    pub(super) fn d8_row_double(around: [&[f64]; 9], codes: &mut [u8]) {
+        d8_body!(f64, u64, around, codes)
+    }
+}
+
+/// Fills `codes` with the receivers of steepest descent; outlets and pits are marked.
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub fn d8<T: Elevation>(job: &Job<'_>, grid: &Grid, heights: &[T], codes: &mut [u8]) -> Result<(), NodeError> {
+    let out = codes.chunks_mut(grid.nx).map(|codes| (codes, &mut [][..]));
+    rows(
+        job,
+        grid,
+        heights,
+        out,
+        |_, around, codes, _| T::d8_row(around, codes),
+        |_, around| {
+            let mut steepest = 0.0;
+            let mut code = PIT;
+            for (direction, height) in around[1..].iter().enumerate() {
+                let per_distance = if is_diagonal(direction) { std::f64::consts::FRAC_1_SQRT_2 } else { 1.0 };
+                let slope = around[0].slope(*height, per_distance);
+                if slope > steepest {
+                    steepest = slope;
+                    code = direction as u8;
+                }
+            }
+            (code, 0)
+        },
+    )
+}
+
+/// Lets water leave the world at every cell below the level of a sea.
+pub fn end_at_sea(heights: &[f32], sea_level_m: f64, codes: &mut [u8]) {
+    par::change_with(codes, heights, |code, &height| {
+        if f64::from(height) < sea_level_m {
+            *code = *code & BORDER | OUTLET;
+        }
+    });
+}
+
+/// Fills `codes` with receivers drawn between the neighbours that bound the steepest facet. `seed` selects the draw;
+/// use a different one at every step.
+///
+/// `tangents` receives the direction of steepest descent on that facet: the tangent of its angle from the neighbour
+/// across a side, 0 to 1, in units of 1 / 255. See [`length`].
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub fn rho_infinity(
+    job: &Job<'_>,
+    grid: &Grid,
+    heights: &[f64],
+    codes: &mut [u8],
+    tangents: &mut [u8],
+    seed: u32,
+) -> Result<(), NodeError> {
+    let row = |first: u32, around: [&[f64]; 9], codes: &mut [u8], tangents: &mut [u8]| {
+        rho_row(around, first, seed, codes, tangents);
+    };
+    let single = |cell: u32, around: [f64; 9]| {
+        let (mut code, mut tangent) = ([PIT], [0]);
+        rho_row(std::array::from_fn(|at| &around[at..=at]), cell, seed, &mut code, &mut tangent);
+        (code[0], tangent[0])
+    };
+    let out = codes.chunks_mut(grid.nx).zip(tangents.chunks_mut(grid.nx));
+    rows(job, grid, heights, out, row, single)
+}
+
+/// The length of a link along the direction of steepest descent, in cells, from a tangent of [`rho_infinity`].
+///
+/// A plane of gradient S that falls at an angle from the link drops by S times this along it. Laws of slope that use
+/// it instead of the distance treat all directions equally; with the distance, slopes would be regular octagons.
+#[must_use]
+pub fn length(diagonal: bool, tangent: u8) -> f64 {
+    let tangent = f64::from(tangent) / 255.0;
+    let cosine = 1.0 / (1.0 + tangent * tangent).sqrt();
+    if diagonal { cosine * (1.0 + tangent) } else { cosine }
+}
+
+simd! {
+    fn rho_row(around: [&[f64]; 9], first: u32, seed: u32, codes: &mut [u8], tangents: &mut [u8]) {
+        let len = codes.len();
+        let tangents = &mut tangents[..len];
+        let [centre, e, ne, n, nw, w, sw, s, se] = around.map(|row| &row[..len]);
+        for x in 0..len {
+            let here = centre[x];
+            // Of the steepest facet: the square of its slope, the drops along its two legs, its two neighbours. A leg
+            // is as long as a cell, and the first runs to the neighbour across a side.
+            let mut steepest = 0.0_f64;
+            let (mut leg_1, mut leg_2) = (1.0_f64, 0.0_f64);
+            let (mut beside, mut across) = (PIT as u64, PIT as u64);
+            let (mut beside_falls, mut across_falls) = (false, false);
+            let mut facet = |side: f64, corner: f64, side_code: u64, corner_code: u64| {
+                let (drop_1, drop_2) = (here - side, side - corner);
+                let diagonal = here - corner;
+                let square = if drop_2 <= 0.0 {
+                    if drop_1 > 0.0 { drop_1 * drop_1 } else { 0.0 }
+                } else if drop_2 >= drop_1 {
+                    if diagonal > 0.0 { 0.5 * diagonal * diagonal } else { 0.0 }
+                } else {
+                    drop_1 * drop_1 + drop_2 * drop_2
+                };
+                let steeper = square > steepest;
+                steepest = if steeper { square } else { steepest };
+                leg_1 = if steeper { drop_1 } else { leg_1 };
+                leg_2 = if steeper { drop_2 } else { leg_2 };
+                beside = if steeper { side_code } else { beside };
+                across = if steeper { corner_code } else { across };
+                beside_falls = if steeper { drop_1 > 0.0 } else { beside_falls };
+                across_falls = if steeper { diagonal > 0.0 } else { across_falls };
+            };
+            facet(e[x], ne[x], 0, 1);
+            facet(e[x], se[x], 0, 7);
+            facet(n[x], ne[x], 2, 1);
+            facet(n[x], nw[x], 2, 3);
+            facet(w[x], nw[x], 4, 3);
+            facet(w[x], sw[x], 4, 5);
+            facet(s[x], sw[x], 6, 5);
+            facet(s[x], se[x], 6, 7);
+            // The angle from the first leg in units of 45°: atan(t) / 45° to 0.005 for t from 0 to 1.
+            let tangent = if leg_2 <= 0.0 { 0.0 } else if leg_2 >= leg_1 { 1.0 } else { leg_2 / leg_1 };
+            let angle = tangent * (1.0 + 0.3476 * (1.0 - tangent));
+            let draw = f64::from(mix((first + x as u32).wrapping_mul(0x9E37_79B9) ^ seed) >> 8) * (1.0 / 16_777_216.0);
+            let choose_across = (draw < angle && across_falls) || !beside_falls;
+            codes[x] = if choose_across { across as u8 } else { beside as u8 };
+            tangents[x] = (tangent * 255.0 + 0.5) as u8;
+        }
+    }
+}
+
+/// Calls `row` for the inner columns of every row of `out` with the number of the first cell, the cells and their
+/// neighbours, and
+/// `single` for the cells of the first and last column. A neighbour beyond the raster is above everything.
+fn rows<'a, T: Elevation>(
+    job: &Job<'_>,
+    grid: &Grid,
+    heights: &[T],
+    out: impl Iterator<Item = (&'a mut [u8], &'a mut [u8])>,
+    row: impl Fn(u32, [&[T]; 9], &mut [u8], &mut [u8]) + Sync,
+    single: impl Fn(u32, [T; 9]) -> (u8, u8) + Sync,
+) -> Result<(), NodeError> {
+    let nx = grid.nx;
+    let beyond = vec![T::TOP; nx];
+    let line = |y: Option<usize>| y.map_or(&beyond[..], |y| &heights[y * nx..(y + 1) * nx]);
+    par::each(out, |y, (codes, tangents)| {
+        job.check()?;
+        let (above, here, below) = (line(grid.row_above(y)), line(Some(y)), line(grid.row_below(y)));
+        let first = (y * nx) as u32;
+        if nx > 2 {
+            let (west, mid, east) = (0..nx - 2, 1..nx - 1, 2..nx);
+            let around = [
+                &here[mid.clone()],
+                &here[east.clone()],
+                &above[east.clone()],
+                &above[mid.clone()],
+                &above[west.clone()],
+                &here[west.clone()],
+                &below[west],
+                &below[mid],
+                &below[east],
+            ];
+            let inner = if tangents.is_empty() { 0..0 } else { 1..nx - 1 };
+            row(first + 1, around, &mut codes[1..nx - 1], &mut tangents[inner]);
+        }
+        for x in [0, nx - 1] {
+            let cell = first + x as u32;
+            let around = std::array::from_fn(|at| match at {
+                0 => here[x],
+                _ => grid.neighbour(cell, at - 1).map_or(T::TOP, |cell| heights[cell as usize]),
+            });
+            let (code, tangent) = single(cell, around);
+            codes[x] = code | BORDER;
+            if let Some(slot) = tangents.get_mut(x) {
+                *slot = tangent;
+            }
+        }
+        let mut mark = |x: usize| {
+            codes[x] |= BORDER;
+            match grid.outlet(x, y) {
+                Outlet::Base => codes[x] = BORDER | OUTLET,
+                Outlet::Open if codes[x] & PIT != 0 => codes[x] = BORDER | OUTLET,
+                Outlet::Open | Outlet::No => {}
+            }
+        };
+        if grid.is_border_row(y) {
+            (0..nx).for_each(mark);
+        } else {
+            mark(0);
+            mark(nx - 1);
+        }
+        Ok(())
+    })
+}

@@ -1,0 +1,147 @@
+//! Water that spreads over several receivers, and the terrain it drains.
+//!
+//! - [`Spread::DInfinity`] (Tarboton 1997): the two neighbours that bound the steepest of the eight triangular facets
+//!   around the cell, each by how near the direction of steepest descent is to it.
+//! - [`Spread::Freeman`] (Freeman 1991): every lower neighbour, in proportion to a power of its slope.
+//!
+//! Where no neighbour is lower, as on the surface of a lake, all water goes to the one receiver of the cell's code.
+//! On a filled surface with carved codes water cannot flow in circles: it flows down, or level along a tree.
+//!
+//! Shares are computed row by row, many cells at once (module `shares`), and stored with the cell that receives them;
+//! then each cell sums its inflow (module `gather`).
+
+use orograph_graph::{Job, NodeError, memory::zeroed};
+
+mod gather;
+mod shares;
+
+use self::{
+    gather::Links,
+    shares::{LANES, Lanes},
+};
+use super::{
+    Grid,
+    code::{OUTLET, STEPS, opposite},
+};
+use crate::numerics::par;
+
+/// Rows whose shares are computed sequentially.
+const BAND_ROWS: usize = 64;
+
+/// Distribution of water to neighbours.
+#[derive(Clone, Copy, Debug)]
+pub enum Spread {
+    /// Between two neighbours, by direction.
+    DInfinity,
+    /// Among all lower neighbours, by slope to the power of `exponent`.
+    Freeman {
+        /// 0 distributes evenly; large values approach steepest descent.
+        exponent: f64,
+    },
+}
+
+/// Accumulates `amounts` downstream: afterwards each is the sum over the cell and all that it receives.
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub fn accumulate(
+    job: &Job<'_>,
+    grid: &Grid,
+    heights: &[f32],
+    codes: &[u8],
+    spread: Spread,
+    amounts: &mut [f64],
+) -> Result<(), NodeError> {
+    let mut links = links(job, grid, heights, codes, spread)?;
+    gather::accumulate(job, grid, codes, &mut links, amounts)
+}
+
+/// The shares of all cells.
+fn links(job: &Job<'_>, grid: &Grid, heights: &[f32], codes: &[u8], spread: Spread) -> Result<Links, NodeError> {
+    let (nx, cells, band) = (grid.nx, grid.cells(), BAND_ROWS * grid.nx);
+    let mut links = Links { incoming: zeroed(cells)?, gives: zeroed(cells)?, missing: zeroed(cells)? };
+    let bands = links.incoming.chunks_mut(band).zip(links.gives.chunks_mut(band)).zip(links.missing.chunks_mut(band));
+    par::each(bands, |at, ((incoming, gives), missing)| -> Result<(), NodeError> {
+        let source = Source { grid, heights, codes, spread };
+        let mut rows: [Row; 3] = std::array::from_fn(|_| Row::new(nx));
+        let top = at * BAND_ROWS;
+        source.give(grid.row_above(top), &mut rows[1]);
+        source.give(Some(top), &mut rows[2]);
+        for (line, incoming) in incoming.chunks_mut(nx).enumerate() {
+            job.check()?;
+            rows.rotate_left(1);
+            source.give(grid.row_below(top + line), &mut rows[2]);
+            let here = line * nx..(line + 1) * nx;
+            shares::ways(rows[1].shares.each_ref().map(|shares| &shares[1..]), &mut gives[here.clone()]);
+            let given = std::array::from_fn(|direction| {
+                let (dx, dy) = STEPS[direction];
+                &rows[(1 + dy) as usize].shares[opposite(direction)][(1 + dx) as usize..]
+            });
+            shares::count(given, &mut missing[here]);
+            shares::interleave(given, incoming);
+        }
+        Ok(())
+    })?;
+    Ok(links)
+}
+
+/// Inputs of the shares.
+struct Source<'a> {
+    grid: &'a Grid,
+    heights: &'a [f32],
+    codes: &'a [u8],
+    spread: Spread,
+}
+
+/// Shares that the cells of a row give in each direction, and a cell more on either side.
+struct Row {
+    shares: [Vec<f32>; 8],
+}
+
+impl Row {
+    fn new(nx: usize) -> Self {
+        Self { shares: std::array::from_fn(|_| vec![0.0; nx + 2]) }
+    }
+}
+
+impl Source<'_> {
+    /// Computes the shares of a row. A row beyond the raster gives nothing.
+    fn give(&self, y: Option<usize>, row: &mut Row) {
+        let nx = self.grid.nx;
+        let Some(y) = y else {
+            row.shares.iter_mut().for_each(|shares| shares.fill(0.0));
+            return;
+        };
+        // Heights around, with a column more on either side: beyond the raster everything is higher.
+        let lines = [self.grid.row_above(y), Some(y), self.grid.row_below(y)].map(|y| {
+            let Some(y) = y else { return vec![f32::INFINITY; nx + 2] };
+            let line = &self.heights[y * nx..(y + 1) * nx];
+            let beyond = |x: Option<usize>| x.map_or(f32::INFINITY, |x| line[x]);
+            [&[beyond(self.grid.column_before(0))], line, &[beyond(self.grid.column_after(nx - 1))]].concat()
+        });
+        for first in (0..nx).step_by(LANES) {
+            let len = LANES.min(nx - first);
+            let mut around: [Lanes; 9] = [[0.0; LANES]; 9];
+            let mut codes = [OUTLET; LANES];
+            codes[..len].copy_from_slice(&self.codes[y * nx + first..][..len]);
+            let steps = [(0, 0)].into_iter().chain(STEPS);
+            for (lanes, (dx, dy)) in around.iter_mut().zip(steps) {
+                let line = &lines[(1 + dy) as usize][first + (1 + dx) as usize..];
+                lanes[..len].copy_from_slice(&line[..len]);
+            }
+            let mut shares: [Lanes; 8] = [[0.0; LANES]; 8];
+            match self.spread {
+                Spread::DInfinity => shares::d_infinity(&around, &mut shares),
+                Spread::Freeman { exponent } => shares::freeman(&around, exponent as f32, &mut shares),
+            }
+            shares::follow_codes(&codes, &mut shares);
+            for (row, lanes) in row.shares.iter_mut().zip(&shares) {
+                row[1 + first..][..len].copy_from_slice(&lanes[..len]);
+            }
+        }
+        for shares in &mut row.shares {
+            shares[0] = self.grid.column_before(0).map_or(0.0, |x| shares[1 + x]);
+            shares[nx + 1] = self.grid.column_after(nx - 1).map_or(0.0, |x| shares[1 + x]);
+        }
+    }
+}

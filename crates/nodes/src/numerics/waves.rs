@@ -1,0 +1,147 @@
+//! Fields that vary in long waves, as rock does: sums of gradient noise whose octaves are functions of place.
+//!
+//! Perlin (2002) for the noise of an octave. Each octave is half as long as the one before and weaker by a factor that
+//! gives the sum a spectral slope. The lattice is turned against rows and columns, and may be stretched along its first
+//! axis. The sum has a standard deviation of 1 with all its octaves, those too short for the cells included, so that
+//! cells of any size see the same field, the finer ones more of it.
+
+use orograph_graph::{Job, NodeError, Window, mix};
+
+use super::math;
+use crate::numerics::par;
+
+/// The shortest wave that cells hold, in cells.
+pub const SHORTEST_CELLS: f64 = 4.0;
+/// Standard deviation of an octave: 4 (mean of w² u²) (mean of w²), w the fade's square and u the distance.
+const OCTAVE_DEVIATION: f64 = 0.215_710_8;
+/// The most octaves.
+const MOST_OCTAVES: u32 = 16;
+
+/// What a field is like.
+#[derive(Clone, Copy, Debug)]
+pub struct Waves {
+    /// The longest wave in metres, across the grain.
+    pub longest_m: f64,
+    /// Slope of the two-dimensional power spectrum, above 2.
+    pub spectral_slope: f64,
+    /// Length of the waves along the grain over that across it.
+    pub stretch: f64,
+    /// Direction of the grain in radians from the x axis towards the y axis.
+    pub grain: f64,
+    /// Seed of the field.
+    pub seed: u32,
+}
+
+/// A field at any place.
+pub struct Sampler {
+    gradients: [[f64; 2]; 256],
+    cosine: f64,
+    sine: f64,
+    stretch: f64,
+    /// Wavelength in metres, weight and seed of each octave.
+    octaves: Vec<(f64, f64, u32)>,
+}
+
+impl Waves {
+    /// The field without waves shorter than `shortest_m` metres, but for the longest.
+    #[must_use]
+    pub fn sampler(&self, shortest_m: f64) -> Sampler {
+        let gradients = std::array::from_fn(|at| {
+            let angle = at as f64 * (std::f64::consts::TAU / 256.0);
+            [math::cos(angle), math::sin(angle)]
+        });
+        let fall = math::exp2(-(self.spectral_slope - 2.0) / 2.0);
+        let first = (1.0 - fall * fall).sqrt() / OCTAVE_DEVIATION;
+        let waves = (0..MOST_OCTAVES).map(|octave| (octave, self.longest_m / f64::from(1_u32 << octave)));
+        let octaves = waves
+            .take_while(|(octave, wave_m)| *octave == 0 || *wave_m >= shortest_m)
+            .map(|(octave, wave_m)| {
+                (wave_m, first * math::pow(fall, f64::from(octave)), mix(self.seed ^ mix(octave + 1)))
+            })
+            .collect();
+        let (cosine, sine) = (math::cos(self.grain), math::sin(self.grain));
+        Sampler { gradients, cosine, sine, stretch: self.stretch, octaves }
+    }
+
+    /// The field without waves shorter than `shortest_m` metres on the cells of a window.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub fn field(&self, job: &Job<'_>, window: &Window, shortest_m: f64) -> Result<Vec<f32>, NodeError> {
+        let sampler = self.sampler(shortest_m);
+        let mut samples = vec![0.0_f32; window.len()];
+        par::each(samples.chunks_mut(window.nx()), |j, row| {
+            job.check()?;
+            row.iter_mut().enumerate().for_each(|(i, sample)| *sample = sampler.at(window.centre_m(i, j)) as f32);
+            Ok::<(), NodeError>(())
+        })?;
+        Ok(samples)
+    }
+}
+
+impl Sampler {
+    /// The field at a place in metres.
+    #[must_use]
+    pub fn at(&self, [x, y]: [f64; 2]) -> f64 {
+        let along = (x * self.cosine + y * self.sine) / self.stretch;
+        let across = y * self.cosine - x * self.sine;
+        let octave = |&(wave_m, weight, seed): &(f64, f64, u32)| {
+            weight * octave_at(&self.gradients, along / wave_m, across / wave_m, seed)
+        };
+        self.octaves.iter().map(octave).sum()
+    }
+}
+
+/// Gradient noise with unit gradients.
+#[inline(always)]
+fn octave_at(gradients: &[[f64; 2]; 256], x: f64, y: f64, seed: u32) -> f64 {
+    let (x0, y0) = (x.floor(), y.floor());
+    let (u, v) = (x - x0, y - y0);
+    let (column, row) = (x0 as i64 as u32, y0 as i64 as u32);
+    let corner = |dx: u32, dy: u32| {
+        let draw = mix(column.wrapping_add(dx).wrapping_mul(0x9E37_79B9) ^ mix(row.wrapping_add(dy) ^ seed)) >> 24;
+        let [along, across] = gradients[draw as usize];
+        along * (u - f64::from(dx)) + across * (v - f64::from(dy))
+    };
+    let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
+    let (p, q) = (fade(u), fade(v));
+    let north = corner(0, 0) * (1.0 - p) + corner(1, 0) * p;
+    let south = corner(0, 1) * (1.0 - p) + corner(1, 1) * p;
+    north * (1.0 - q) + south * q
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::moments;
+
+    #[test]
+    fn a_field_has_its_deviation_and_the_same_long_waves_on_any_cells() {
+        let waves = Waves { longest_m: 2e3, spectral_slope: 2.5, stretch: 2.5, grain: 0.7, seed: 5 };
+        let sampled = |cell_m: f64| -> Vec<f32> {
+            let sampler = waves.sampler(SHORTEST_CELLS * cell_m);
+            (0..90_000).map(|k| sampler.at([f64::from(k % 300) * 150.0, f64::from(k / 300) * 150.0]) as f32).collect()
+        };
+        let (fine, coarse) = (sampled(1.0), sampled(100.0));
+        let (mean, deviation) = moments(&fine);
+        // Some 250 waves of the longest octave, which has half of the variance; octaves beyond those drawn have 2 %.
+        assert!(mean.abs() < 0.1 && (deviation - 1.0).abs() < 0.06, "{mean} {deviation}");
+        let apart: Vec<f32> = fine.iter().zip(&coarse).map(|(fine, coarse)| fine - coarse).collect();
+        // Octaves of 2 km to 500 m have all but 0.707^3 of the variance.
+        let left = moments(&apart).1;
+        assert!((left * left / 0.354 - 1.0).abs() < 0.15, "{left}");
+    }
+
+    #[test]
+    fn the_grain_is_longer_than_it_is_wide() {
+        let waves = Waves { longest_m: 1e3, spectral_slope: 3.0, stretch: 4.0, grain: 0.5, seed: 1 };
+        let sampler = waves.sampler(SHORTEST_CELLS * 100.0);
+        let (cosine, sine) = (math::cos(0.5), math::sin(0.5));
+        let change = |[dx, dy]: [f64; 2]| -> f64 {
+            let places = (0..4000).map(|k| [f64::from(k % 63) * 700.0, f64::from(k / 63) * 700.0]);
+            places.map(|[x, y]| (sampler.at([x + 100.0 * dx, y + 100.0 * dy]) - sampler.at([x, y])).abs()).sum()
+        };
+        let ratio = change([-sine, cosine]) / change([cosine, sine]);
+        assert!((3.0..5.0).contains(&ratio), "{ratio}");
+    }
+}
