@@ -8,7 +8,7 @@ struct Frame {
     forward: vec4f,    // w: near distance
     sun: vec4f,        // towards it; w: tangent of half the angle of view
     eye: vec4f,        // metres; w: height above the highest land
-    eye_cell: vec2i,   // grid coordinates of the eye, whole part
+    eye_line: vec2i,   // the eye in grid lines of the mesh, whole part
     eye_part: vec2f,   // and the rest
     cells: vec2u,
     cell_m: f32,
@@ -26,6 +26,14 @@ struct Frame {
     open: vec4f,       // cells of a texel of the map of open sky; reach in cells
     background: vec4f, // light behind the land; w: 1 where it is the sky's
     flags: vec4u,      // colouring, show levels, shadows, encode
+    lines: vec4u,      // mesh: last grid line along x and y, first one; what is drawn: 0 all, 1 around the inset, 2 the inset
+    grid: vec4f,       // mesh: cells a line, metres a line, the edge's distance from the outermost lines in lines;
+                       // longer side of the land in metres
+    inset: vec4f,      // the inset's rectangle in metres: west, north, east, south
+    inset_cells: vec4f, // its corner in metres; its cells a metre
+    over: vec4f,       // from the map (0 to 1) of what is drawn to the whole land's: first and size
+    sides: vec4f,      // of the inset, in its cells from its corner; far away where they are on the land's edge
+    corner: vec4f,     // of what is drawn in metres from the whole land's; 1 / cells of the inset's band
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

@@ -77,30 +77,6 @@ fn haze_source(toward_sun: f32, sun: vec3f, thin: f32, thick: f32) -> vec3f {
     return haze_rayleigh() * thin * (rayleigh * sun + even * 0.6) + haze_mie() * thick * (mie * sun + even * 0.6);
 }
 
-// Shadows: heights below which the sun is hidden in part and whole, along lines away from the sun (shade.wgsl).
-
-fn shade_load(line: i32, step: i32) -> vec2f {
-    let last = vec2i(textureDimensions(shade_map)) - 1;
-    return textureLoad(shade_map, clamp(vec2i(line, step), vec2i(0), last), 0).xy;
-}
-
-// At a place in cells.
-fn shade_heights(cell: vec2f) -> vec2f {
-    let at = cell / frame.sweep.w;
-    let x_first = frame.sweep_lines.x == 0;
-    let major = select(at.y, at.x, x_first);
-    let minor = select(at.x, at.y, x_first);
-    let last = f32(frame.sweep_lines.z - 1);
-    let step = clamp(select(last - major, major, frame.sweep_lines.y == 1), 0.0, last);
-    let line = minor - frame.sweep.x * step + frame.sweep.z;
-    let l = i32(floor(line));
-    let s = i32(floor(step));
-    let part = vec2f(line, step) - floor(vec2f(line, step));
-    let near = mix(shade_load(l, s), shade_load(l + 1, s), part.x);
-    let far = mix(shade_load(l, s + 1), shade_load(l + 1, s + 1), part.x);
-    return mix(near, far, part.y);
-}
-
 // How much of the sun is seen at a height (exaggerated) over a place in cells.
 fn sun_seen(cell: vec2f, height: f32) -> f32 {
     if frame.flags.z == 0u {
@@ -109,4 +85,9 @@ fn sun_seen(cell: vec2f, height: f32) -> f32 {
     let shade = shade_heights(cell);
     let soft = max(shade.x - shade.y, 0.12 * frame.cell_m);
     return smoothstep(0.0, 1.0, (height - shade.y) / soft);
+}
+
+// At a place in cells.
+fn shade_heights(cell: vec2f) -> vec2f {
+    return swept(shade_map, frame.sweep, frame.sweep_lines, cell);
 }

@@ -17,14 +17,14 @@ struct Vertex {
     @location(3) @interpolate(flat) side: u32,
 }
 
-// The surface at a grid line: line g lies half a cell before the centre of cell g, the outermost on the land's edge.
+// The surface at a grid line. Where there is one line a cell, line g lies on the centre of cell g - 1, the outermost on the
+// land's edge; denser ones lie between, and all beyond the edge on it.
 fn surface_at(line: vec2u) -> vec3f {
-    let last = frame.cells + 1u;
-    let g = min(line, last);
-    let cell = vec2i(g) - 1;
-    let top = max(ground_at(cell) + water_at(cell), frame.heights.z);
-    let edge = select(vec2f(0.0), vec2f(0.5), g == vec2u(0u)) - select(vec2f(0.0), vec2f(0.5), g == last);
-    let at = (vec2f(vec2i(g) - frame.eye_cell) - frame.eye_part + edge) * frame.cell_m;
+    let first = vec2u(frame.lines.z);
+    let g = clamp(line, first, frame.lines.xy);
+    let edge = (select(vec2f(0.0), vec2f(1.0), g == first) - select(vec2f(0.0), vec2f(1.0), g == frame.lines.xy)) * frame.grid.z;
+    let at = (vec2f(vec2i(g) - frame.eye_line) - frame.eye_part + edge) * frame.grid.y;
+    let top = relief((vec2f(g) + edge) * frame.grid.x - 1.0, at);
     return vec3f(at.x, top * frame.exaggeration - frame.eye.y, at.y);
 }
 
@@ -33,6 +33,9 @@ fn vertex_at(tile: Tile, corner: vec2u) -> vec3f {
     let here = surface_at(tile.origin + (corner << vec2u(level)));
     let away = length(vec3f(here.x, frame.eye.w, here.z));
     let way = clamp((away - tile.slide.x) * tile.slide.y, 0.0, 1.0);
+    if way <= 0.0 {
+        return here;
+    }
     let even = surface_at(tile.origin + ((corner & vec2u(~1u)) << vec2u(level)));
     // exactly the neighbour's vertex at the end of the way, however `mix` is computed
     return select(mix(here, even, way), even, way >= 1.0);
@@ -72,9 +75,8 @@ fn level_colour(level: u32) -> vec3f {
 // Colour of bare land: tints by height, rock where it is steep. Snow is for mountains: it takes a relief of 2.6 km, or of a
 // fifth of a small land's extent.
 fn natural(height: f32, slope: f32) -> vec3f {
-    let extent = f32(max(frame.cells.x, frame.cells.y)) * frame.cell_m;
-    let relief = max(frame.heights.y - frame.heights.x, min(2600.0, 0.2 * extent));
-    let at = clamp((height - frame.heights.x) / relief, 0.0, 1.0);
+    let range = max(frame.heights.y - frame.heights.x, min(2600.0, 0.2 * frame.grid.w));
+    let at = clamp((height - frame.heights.x) / range, 0.0, 1.0);
     let soft = textureSampleLevel(tint_map, smooth_sampler, vec2f(at, 0.5 / 3.0), 0.0).rgb;
     let rock = textureSampleLevel(tint_map, smooth_sampler, vec2f(0.35 + 0.5 * at, 1.5 / 3.0), 0.0).rgb;
     return mix(soft, rock, smoothstep(0.55, 0.95, slope));
@@ -197,6 +199,27 @@ fn top_at(uv: vec2f) -> f32 {
 
 @fragment
 fn surface_fragment(in: Vertex) -> @location(0) vec4f {
+    return surface(in);
+}
+
+// The same, of the inset or of what is around it. Pixels at the edge are shaded before they are discarded, since their neighbours
+// need them for their derivatives.
+@fragment
+fn split_fragment(in: Vertex) -> @location(0) vec4f {
+    let inset = frame.lines.w == 2u;
+    let inside = min(in.place.xz - frame.inset.xy, frame.inset.zw - in.place.xz);
+    let near = 2.0 * fwidth(in.place.xz);
+    if select(all(inside > near), any(inside < -near), inset) {
+        discard;
+    }
+    let light = surface(in);
+    if is_in_inset(in.place.xz) != inset {
+        discard;
+    }
+    return light;
+}
+
+fn surface(in: Vertex) -> vec4f {
     let uv = clamp(in.uv, vec2f(0.0), vec2f(1.0));
     let land = ground_and_water(uv);
     let gradient = textureSample(gradient_map, slant_sampler, uv).xy * frame.exaggeration;
@@ -211,7 +234,7 @@ fn surface_fragment(in: Vertex) -> @location(0) vec4f {
     let depth = max(land.y, 0.0);
     let wet = smoothstep(0.02, 0.3, depth);
     let seen = seen_at(uv, (land.x + depth) * frame.exaggeration, gradient * (1.0 - wet));
-    let open = pow(textureSample(open_map, smooth_sampler, uv).x, 1.6);
+    let open = pow(textureSample(open_map, smooth_sampler, uv * frame.over.zw + frame.over.xy).x, 1.6);
     var light = lit(albedo, normal, seen, open);
     let spread = max(length(dpdx(in.place.xz)), length(dpdy(in.place.xz)));
     if wet > 0.0 {
@@ -219,7 +242,7 @@ fn surface_fragment(in: Vertex) -> @location(0) vec4f {
         let east = top_at(uv + vec2f(step.x, 0.0)) - top_at(uv - vec2f(step.x, 0.0));
         let south = top_at(uv + vec2f(0.0, step.y)) - top_at(uv - vec2f(0.0, step.y));
         let slope = vec2f(east, south) * frame.exaggeration / (2.0 * frame.cell_m);
-        let waves = ripples(uv * vec2f(frame.cells) * frame.cell_m, spread);
+        let waves = ripples(uv * vec2f(frame.cells) * frame.cell_m + frame.corner.xy, spread);
         let surface = normalize(vec3f(-slope.x - waves.x, 1.0, -slope.y - waves.y));
         let rough = mix(0.06, 0.16, smoothstep(1.0, 20.0, spread));
         light = mix(light, through_water(light, depth, surface, normalize(in.place), seen, open, rough), wet);

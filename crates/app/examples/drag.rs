@@ -1,4 +1,4 @@
-//! What a drag costs in a large graph, by part:
+//! The cost of a drag in a large graph, by part:
 //!
 //! ```text
 //! cargo run --release -p orograph --example drag
@@ -32,7 +32,7 @@ fn main() {
     window(&path, 1000);
 }
 
-/// So many nodes, each reading the one before, in rows on the canvas.
+/// This many nodes, each reading the one before, in rows on the canvas.
 fn chain(count: usize) -> String {
     let node = |number: usize| match number.checked_sub(1) {
         None => "        \"n0\": Perlin(wavelength: \"6 km\", amplitude: \"900 m\"),\n".to_owned(),
@@ -47,7 +47,7 @@ fn chain(count: usize) -> String {
     )
 }
 
-/// The file read and expanded by itself.
+/// Reading and expanding the file alone.
 fn reading(path: &Path, count: usize) {
     let registry = orograph_nodes::registry();
     let text = fs::read_to_string(path).expect("it was written");
@@ -60,7 +60,7 @@ fn reading(path: &Path, count: usize) {
     line(count, "graph expanded", [None, Some(expanded), None]);
 }
 
-/// A drag of the table: what it is called, and the edit of an event.
+/// A drag of the table: its name, and the edit of an event.
 type Drag = (&'static str, Box<dyn Fn(usize) -> Edit>);
 
 fn drags(count: usize) -> [Drag; 3] {
@@ -76,12 +76,17 @@ fn drags(count: usize) -> [Drag; 3] {
     ]
 }
 
-/// Drags by the session alone.
+/// Drags in the session alone.
 fn session(path: &Path, count: usize) {
     let mut opened = None;
     let open = median(1, |_| {
-        opened =
-            Session::open(Some(path.to_owned()), orograph_nodes::registry(), orograph::storage::in_memory(), || {}).ok()
+        opened = Session::open(
+            Some(path.to_owned()),
+            orograph_nodes::registry(),
+            orograph::build::storage::in_memory(),
+            || {},
+        )
+        .ok()
     });
     let mut session = opened.expect("the file can be read");
     line(count, "file opened", [Some(open), None, None]);
@@ -110,12 +115,13 @@ fn session(path: &Path, count: usize) {
     line(count, "edit undone", [Some(undo), None, None]);
 }
 
-/// Drags with all that the window does.
+/// Drags with everything that the window does.
 fn window(path: &Path, count: usize) {
     let mut window: Harness<'static, App> =
         Harness::builder().with_size([1280.0, 800.0]).with_step_dt(1.0 / 60.0).build_eframe(|context| {
             context.wgpu_render_state = None;
-            App::new(context, Some(path.to_owned()), orograph::storage::in_memory()).expect("the graph can be read")
+            App::new(context, Some(path.to_owned()), orograph::build::storage::in_memory())
+                .expect("the graph can be read")
         });
     window.state_mut().session_mut().set_cells(16);
     window.state_mut().session_mut().select_only("n5");
@@ -160,9 +166,9 @@ fn middle(mut times: Vec<f64>) -> f64 {
     times.get(times.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// Milliseconds that this thread has run; nothing where the system does not say.
+/// Milliseconds that this thread has run. Returns None when the system does not report it.
 fn spent() -> f64 {
-    // The system counts up when a thread gives way.
+    // The system updates the count when a thread yields.
     thread::yield_now();
     let text = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     text.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(0.0) * 1e-6

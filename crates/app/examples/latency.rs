@@ -1,28 +1,39 @@
-//! How soon an edit is seen, and what a frame of a large graph takes:
+//! The latency of an edit, and the cost of a frame of a large graph:
 //!
 //! ```text
 //! cargo run --release -p orograph --example latency
 //! ```
 //!
-//! First, for each kind of node, at 512 and 1024 cells a side: milliseconds from a slider's event until the first, quick
-//! land is there, until it is drawn as a map, until the land with all cells is there, and until that is drawn; and the
-//! processor time that all of it took. Medians of five edits in a window that draws sixty times a second; what the node
-//! reads stays as it is, so it is not built again. Then the same for the last of 100 nodes in a row. Then the processor
-//! time of a frame with 500 nodes. There is neither a display nor a graphics device, so what that would take is left out.
+//! First, for each kind of node, at 512 and 1024 cells per side: milliseconds from a slider's event until the first,
+//! quick preview is built, until it is drawn as a map, until the preview with all cells is built, and until that is
+//! drawn; and the processor time of all this. Medians of five edits in a window that draws sixty times a second; the
+//! inputs of the node do not change, so they are not built again. Then the same for the last of 100 nodes in a row.
+//! Then the time from the start of an export of the shown terrain until its first file has bytes, and the time from
+//! opening a graph that was built before until its terrain is complete. Then the processor time of a frame with 500
+//! nodes. There is neither a display nor a graphics device, so their work is left out.
 
 #![expect(clippy::disallowed_methods, reason = "it measures time")]
 
 use std::{
     fs,
     path::Path,
+    sync::Arc,
     thread,
     time::{Duration, Instant},
 };
 
 use egui::{MouseWheelUnit, TouchPhase, vec2};
 use egui_kittest::{Harness, kittest::Queryable as _};
-use orograph::editor::App;
-use orograph_graph::Edit;
+use orograph::{
+    build::{
+        Builder,
+        request::{Changes, Request},
+    },
+    editor::{App, Session},
+    export::outputs::OutputOptions,
+    report::progress::Quiet,
+};
+use orograph_graph::{Cancel, Edit, Store, StoreFolder};
 
 const GRAPH: &str = r#"(
     world: (size: "16 km", cells: 1024, seed: 3),
@@ -35,14 +46,14 @@ const GRAPH: &str = r#"(
     outputs: { "height": "base" },
 )"#;
 
-/// A node, the value that is dragged, the first value of the drag and its step.
+/// A node, the dragged value, the first value of the drag and its step.
 type Drag = (&'static str, &'static str, [f64; 2]);
 const DRAGS: [Drag; 3] =
     [("point", "step", [100.0, 3.0]), ("stencil", "from", [30.0, 0.5]), ("rivers", "duration", [510_000.0, 1000.0])];
 
 /// Edits of each drag.
 const EDITS: usize = 5;
-/// Between two frames.
+/// The time between two frames.
 const FRAME: Duration = Duration::from_millis(16);
 
 fn main() {
@@ -55,6 +66,8 @@ fn main() {
         }
     }
     latency(folder.path(), &row(100), ("n99", "step", [100.0, 3.0]), 512, "last of 100");
+    println!("\n| 1024 cells | ms |\n| --- | ---: |");
+    export_and_reopen(folder.path());
     println!("\n| 500 nodes | ms a frame |\n| --- | ---: |");
     frames(folder.path());
 }
@@ -64,7 +77,7 @@ fn window(folder: &Path, graph: &str) -> Harness<'static, App> {
     fs::write(&path, graph).expect("written");
     Harness::builder().with_size([1280.0, 800.0]).build_eframe(|context| {
         context.wgpu_render_state = None;
-        App::new(context, Some(path), orograph::storage::in_memory()).expect("the graph can be read")
+        App::new(context, Some(path), orograph::build::storage::in_memory()).expect("the graph can be read")
     })
 }
 
@@ -82,7 +95,7 @@ fn settle(window: &mut Harness<'_, App>) {
     }
 }
 
-/// A line of the table: medians.
+/// A row of the table: medians.
 fn latency(folder: &Path, graph: &str, (node, name, [first, step]): Drag, cells: u32, title: &str) {
     let mut window = window(folder, graph);
     let session = window.state_mut().session_mut();
@@ -125,7 +138,63 @@ fn latency(folder: &Path, graph: &str, (node, name, [first, step]): Drag, cells:
     println!("| {title} | {cells} | {} |", medians.join(" | "));
 }
 
-/// So many nodes, each reading the one before.
+/// Exports the shown terrain, closes the window and opens it again with the same store.
+fn export_and_reopen(folder: &Path) {
+    let (path, out) = (folder.join("graph.ron"), folder.join("out"));
+    fs::write(&path, GRAPH.replace("\"height\": \"base\"", "\"height\": \"rivers\"")).expect("written");
+    let place = StoreFolder { folder: folder.join("store"), budget: 1 << 30, worth: Duration::from_secs(3600) };
+    let store = || Arc::new(Store::new(1 << 28, Some(place.clone())));
+    let open = || {
+        let mut session =
+            Session::open(Some(path.clone()), orograph_nodes::registry(), store(), || {}).expect("a graph");
+        session.set_cells(1024);
+        session
+    };
+    let mut first = open();
+    wait(|| {
+        first.poll();
+        !first.is_busy()
+    });
+    fs::create_dir(&out).expect("a folder");
+    let request = Request::of_document(first.document().clone(), &Changes::default()).expect("a request");
+    let builder = Builder::sharing(Arc::clone(first.evaluator()));
+    let start = Instant::now();
+    let begun = thread::scope(|scope| {
+        scope.spawn(|| {
+            builder.build(&request, &out, &OutputOptions::default(), &Cancel::default(), &Quiet).expect("built")
+        });
+        wait(|| has_bytes(&out));
+        start.elapsed()
+    });
+    println!("| export of shown terrain begins to write | {:.1} |", begun.as_secs_f64() * 1e3);
+    drop((builder, first));
+
+    let start = Instant::now();
+    let mut second = open();
+    wait(|| {
+        second.poll();
+        second.built("rivers.height").is_some_and(|built| built.cells == 1024)
+    });
+    println!("| reopened at all cells | {:.1} |", start.elapsed().as_secs_f64() * 1e3);
+}
+
+/// Polls every fifth of a millisecond until a condition is true.
+fn wait(mut is: impl FnMut() -> bool) {
+    while !is() {
+        thread::sleep(Duration::from_micros(200));
+    }
+}
+
+/// Returns true if a file below the folder has bytes.
+fn has_bytes(folder: &Path) -> bool {
+    fs::read_dir(folder).into_iter().flatten().flatten().any(|entry| match entry.metadata() {
+        Ok(found) if found.is_dir() => has_bytes(&entry.path()),
+        Ok(found) => found.len() > 0,
+        Err(_) => false,
+    })
+}
+
+/// This many nodes, each reading the one before.
 fn row(count: usize) -> String {
     let nodes: Vec<String> = (0..count)
         .map(|number| match number.checked_sub(1) {
@@ -136,7 +205,7 @@ fn row(count: usize) -> String {
     format!("(world: (size: \"16 km\", cells: 512), nodes: {{ {} }}, outputs: {{ \"o\": \"n0\" }})", nodes.join(", "))
 }
 
-/// Processor time of a frame with 500 nodes: all of them seen, a part of them, a few.
+/// Processor time of a frame with 500 nodes: all visible, a part visible, a few visible.
 fn frames(folder: &Path) {
     let node = |number: usize| match number {
         0 => "\"n0\": Ridged()".to_owned(),
@@ -172,8 +241,8 @@ fn frames(folder: &Path) {
     println!("| a value dragged in every frame | {:.2} |", (spent(false) - start) / 60.0);
 }
 
-/// Milliseconds that this thread has run, or the whole program, whatever else the machine does; nothing where the system
-/// does not tell.
+/// Milliseconds that this thread, or the whole program, has run, whatever else the machine does. Returns None when the
+/// system does not report it.
 fn spent(all: bool) -> f64 {
     let own = Path::new("/proc/thread-self").canonicalize();
     let threads: Vec<_> = match fs::read_dir("/proc/self/task") {

@@ -31,18 +31,18 @@ fn main() {
     save(&mut window, &folder.join("editor_light.png"));
 }
 
-/// A window on a graph of the project, when all of it is built with that many cells a side.
+/// A window on a graph of the project, once it is fully built with this many cells per side.
 fn window(graph: &str, cells: u32) -> Harness<'static, App> {
     let file = PathBuf::from(ROOT).join("graphs").join(graph);
     let mut window = Harness::builder().with_size([1440.0, 900.0]).wgpu().build_eframe(|context| {
-        App::new(context, Some(file), orograph::storage::in_memory()).expect("the graph can be read")
+        App::new(context, Some(file), orograph::build::storage::in_memory()).expect("the graph can be read")
     });
     window.state_mut().session_mut().set_cells(cells);
     window
 }
 
 fn save(window: &mut Harness<'_, App>, path: &std::path::Path) {
-    // What is wanted is known after a frame; pictures are made beside the window when the worker has ended.
+    // The requests are known after a frame; pictures are drawn in the background once the worker has finished.
     window.step();
     while window.state().session().is_busy() {
         window.step();

@@ -1,36 +1,28 @@
-//! The program `orograph`, as a library so that tests can call its parts: the command line ([`cli`]), what it says and
-//! where ([`terminal`], [`progress`], [`problems`]), what is asked for ([`request`]), how it is built and written
-//! ([`build`], [`outputs`], [`piece`], [`engine`], [`mesh`]), and how it fails ([`Failure`], [`memory`]). With the feature `editor` there is the
-//! window ([`editor`]) and land in three dimensions ([`view`]).
+//! The program `orograph`, as a library so that tests can call its parts: the command line ([`cli`]); requests and
+//! builds ([`build`]); output files ([`export`]) and input files ([`files`]); messages, progress and failures
+//! ([`report`], [`Failure`]); the allocator that handles a refused allocation ([`memory`]). The feature `editor` adds
+//! the editor ([`editor`]) and the 3D view ([`view`]).
 
-pub mod archive;
 pub mod build;
 pub mod cli;
+#[cfg(all(test, feature = "editor"))]
+#[path = "../tests/common/device.rs"]
+mod device;
 #[cfg(feature = "editor")]
 pub mod editor;
-pub mod engine;
-mod failure;
-mod geojson;
-pub mod heightfile;
+pub mod export;
+pub mod files;
 mod machine;
-pub mod measure;
 pub mod memory;
-pub mod mesh;
-pub mod outputs;
-pub mod picture;
-pub mod piece;
-pub mod problems;
-pub mod progress;
-pub mod request;
+pub mod report;
 mod stop;
-pub mod storage;
-pub mod terminal;
 #[cfg(test)]
 mod testing;
-mod vertices;
 #[cfg(feature = "editor")]
 pub mod view;
-mod watch;
 
+#[cfg(test)]
+extern crate self as orograph;
+
+pub use crate::report::failure::{Exit, Failure};
 pub use cli::run;
-pub use failure::{Exit, Failure};

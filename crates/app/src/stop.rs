@@ -1,17 +1,17 @@
-//! Ctrl-C: the first asks the work to stop, which removes what is half done; the second ends the program at once, which
-//! may leave the hidden folder of half-written files.
+//! Ctrl-C: the first press cancels the work, which removes unfinished files; the second ends the program at once, which
+//! may leave the hidden folder of unfinished files.
 
 use orograph_graph::{Cancel, memory::REMEDY};
 
 use crate::{
-    failure::{Exit, Failure},
     machine,
+    report::failure::{Exit, Failure},
 };
 
-/// A switch that Ctrl-C turns, or a polite request of the system to end.
+/// A switch that is set by Ctrl-C or SIGTERM.
 ///
 /// # Errors
-/// When the system gives no handler for signals. A program can ask for one only once.
+/// When the system refuses a signal handler. A program can install one only once.
 pub fn on_interrupt() -> Result<Cancel, Failure> {
     let unable = |why: &str| Failure::unable(format!("cannot listen for Ctrl-C: {why}")).hint(REMEDY);
     if !machine::has_room_for(1) {

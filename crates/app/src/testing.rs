@@ -1,4 +1,4 @@
-//! What the tests of several parts share.
+//! Helpers for tests of several modules.
 
 use orograph_graph::{Field, Window, World};
 

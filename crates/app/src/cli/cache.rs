@@ -3,20 +3,22 @@
 use orograph_graph::bytes;
 
 use crate::{
-    failure::{Failure, reason},
-    storage::{self, Storage},
-    terminal::{self, counted},
+    build::storage::{self, Storage},
+    report::{
+        failure::{Failure, reason},
+        terminal::{self, counted},
+    },
 };
 
 /// Shows or empties the folder that stores results between runs
 ///
-/// Nothing in it is needed: what is missing is computed again. The variable OROGRAPH_CACHE names another folder; empty, it
-/// turns storing off.
+/// You can delete it at any time: missing results are computed again. The variable OROGRAPH_CACHE sets another folder;
+/// an empty value turns storing off.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(subcommand)]
     action: Option<Action>,
-    /// Another folder of results, as given to `run`
+    /// Another folder of results, as in `run --cache`
     #[arg(long, value_name = "DIR", global = true)]
     cache: Option<std::path::PathBuf>,
 }
@@ -35,6 +37,7 @@ impl Args {
         };
         let unable = |error: std::io::Error| {
             Failure::unable(format!("cannot read the folder `{}`: {}", place.folder.display(), reason(&error)))
+                .hint(format!("name another folder with `--cache DIR` or the variable {}", storage::VARIABLE))
         };
         match self.action {
             None => {

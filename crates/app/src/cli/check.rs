@@ -1,24 +1,26 @@
-//! `orograph check`: problems of files.
+//! `orograph check`: the problems of graph files.
 
 use std::path::PathBuf;
 
 use crate::{
-    archive::Source,
     cli::nodes,
-    failure::{Exit, Failure},
-    problems,
-    terminal::{self, Page, counted},
+    files::archive::Source,
+    report::{
+        failure::{Exit, Failure},
+        problems,
+        terminal::{self, Page, counted},
+    },
 };
 
-/// Problems of graph files, all at once, with place and remedy
+/// Lists all problems of graph files at once, with their position and a fix
 ///
-/// Nothing is built. Ends with 1 when a file has an error; warnings alone do not count as one.
+/// Builds nothing. Exits with 1 if a file has an error; warnings alone do not count.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Graph files
     #[arg(required = true, value_name = "GRAPH.ron")]
     files: Vec<PathBuf>,
-    /// Print what a file without errors declares: what it is, its world, inputs, outputs and parameters
+    /// Print what a file without errors declares: its description, world, inputs, outputs and parameters
     #[arg(long)]
     describe: bool,
     /// Print the problems as JSON, one per line; with `--describe` also what each file declares

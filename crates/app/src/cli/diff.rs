@@ -2,11 +2,15 @@
 
 use std::path::PathBuf;
 
-use crate::{archive::Source, failure::Failure, problems, terminal};
+use crate::{
+    files::archive::Source,
+    report::{failure::Failure, problems, terminal},
+};
 
-/// What changed from one graph file to another, in words
+/// Lists what changed from one graph file to another
 ///
-/// Comments, order, layout and the way a value is written do not count: two files without a difference build the same.
+/// Comments, order, layout and the notation of values do not count: two files without a difference build the same
+/// terrain.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The earlier file
@@ -15,7 +19,7 @@ pub struct Args {
     /// The later file
     #[arg(value_name = "B.ron")]
     b: PathBuf,
-    /// End with 1 when there is a difference
+    /// Exit with 1 if there is a difference
     #[arg(long)]
     exit_code: bool,
 }

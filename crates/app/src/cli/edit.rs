@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use crate::failure::Failure;
+use crate::report::failure::Failure;
 
-/// The editor, on a file or on an empty graph
+/// Opens the editor on a file or on an empty graph
 #[derive(Debug, Default, clap::Args)]
 pub struct Args {
-    /// Graph file, or an archive of one
+    /// Graph file or packed graph
     #[arg(value_name = "GRAPH.ron")]
     file: Option<PathBuf>,
 }

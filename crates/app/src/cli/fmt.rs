@@ -4,19 +4,19 @@ use std::path::{Path, PathBuf};
 
 use orograph_graph::{Document, format_source};
 
-use crate::{
+use crate::report::{
     failure::{Exit, Failure, reason},
     problems,
     terminal::{self, Page, counted},
 };
 
-/// Writes graph files in canonical form; comments, order and meaning stay
+/// Formats graph files in canonical form; comments, order and meaning stay the same
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Graph files
     #[arg(required = true, value_name = "GRAPH.ron")]
     files: Vec<PathBuf>,
-    /// Change nothing: name the files that are not in canonical form, and end with 1 if there are any
+    /// Change nothing: list the files that are not in canonical form, and exit with 1 if there are any
     #[arg(long)]
     check: bool,
 }
@@ -46,7 +46,7 @@ impl Args {
         if worst == Exit::Done { Ok(()) } else { Err(Failure::silent(worst)) }
     }
 
-    /// Formats one file; says whether it was in another form.
+    /// Formats one file. Returns true if the file was not in canonical form.
     fn format(&self, file: &Path) -> Result<bool, Failure> {
         let registry = orograph_nodes::registry();
         let document = problems::load(file, &registry)?;
@@ -60,7 +60,7 @@ impl Args {
         if !self.check {
             Document::parse_at(canonical, file, &registry).save(file).map_err(|error| {
                 Failure::unable(format!("cannot write `{}`: {}", file.display(), reason(&error)))
-                    .hint("the file is as it was")
+                    .hint("the file is unchanged")
             })?;
         }
         Ok(true)

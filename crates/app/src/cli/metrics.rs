@@ -1,4 +1,4 @@
-//! `orograph metrics`: measures of any height file.
+//! `orograph metrics`: terrain metrics of any height file.
 
 use std::path::{Path, PathBuf};
 
@@ -7,27 +7,31 @@ use serde_json::{Value, json};
 
 use super::sea::Sea;
 use crate::{
-    failure::Failure,
-    heightfile::{self, Scale},
-    measure::{self, Distance},
+    files::heightfile::{self, Scale},
+    report::{
+        failure::Failure,
+        measure::{self, Distance},
+        terminal::{self, Align, Page, Table},
+    },
     stop,
-    terminal::{self, Align, Page, Table},
 };
 
-/// Measures of a height file, and its distance from a reference
+/// Measures a height file and compares it with a reference
 ///
-/// Read are GeoTIFF, grey PNG, OpenEXR, ESRI ASCII, SRTM (.hgt), .r16 and .r32; voids are filled. What is measured and how
-/// is in the manual: the nodes of the category `measure` (`orograph nodes`), with their defaults. Curves and histograms
-/// are in the JSON. With a sea, from the file beside the heights or `--sea`, the land above it is measured.
+/// Reads GeoTIFF, grey PNG, OpenEXR, ESRI ASCII, SRTM (.hgt), .r16 and .r32, and fills voids. The manual describes each
+/// measure: see the nodes of the category `measure` (`orograph nodes`), which run with their defaults. Curves and
+/// histograms are in the JSON. With a sea (from the JSON beside the heights, or `--sea`), only the terrain above it is
+/// measured.
 ///
-/// With `--against`, the distances of elevation and slope are those of their distributions (Wasserstein) in interquartile
-/// ranges of the reference, that of hypsometry the mean difference of the curves; 0 is no difference.
+/// With `--against`, the differences of elevation and slope are Wasserstein distances of their distributions, in
+/// interquartile ranges of the reference; the difference of hypsometry is the mean difference of the curves. 0 is no
+/// difference.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Height file
     #[arg(value_name = "HEIGHT")]
     file: PathBuf,
-    /// Height file to compare with: its measures, and the heights where both have the same cells
+    /// Height file to compare with: its measures, and its heights if both have the same cells
     #[arg(long, value_name = "REF")]
     against: Option<PathBuf>,
     #[command(flatten)]
@@ -39,7 +43,7 @@ pub struct Args {
     json: bool,
 }
 
-/// A height file with what was measured of it.
+/// A height file with its measures.
 struct Measured<'a> {
     path: &'a Path,
     height: Field,
@@ -158,7 +162,7 @@ fn heading(measured: &Measured<'_>, page: Page) -> String {
     )
 }
 
-/// Five significant digits; a dash for what is not defined.
+/// Five significant digits; a dash for an undefined value.
 fn number(value: f64) -> String {
     if value.is_finite() { plain(format!("{value:.4e}").parse().unwrap_or(value)) } else { "–".to_owned() }
 }

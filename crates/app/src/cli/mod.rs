@@ -1,6 +1,6 @@
 //! The command line: one file per command.
 
-mod asked;
+mod build_args;
 mod cache;
 mod check;
 mod diff;
@@ -21,15 +21,15 @@ use std::{ffi::OsString, process::ExitCode};
 use clap::{Parser, Subcommand};
 pub use nodes::manual;
 
-use crate::{
+use crate::report::{
     failure::{Exit, Failure},
     terminal,
 };
 
-/// Terrain from a graph of nodes. Without a command the editor opens.
+/// Builds terrain from a graph of nodes. Without a command the editor opens.
 ///
-/// A graph file names nodes (noise, uplift, rivers, scree, measures), wires them and says what is to be built. The same
-/// file gives the same bytes on every machine, and the same land at every resolution.
+/// A graph file lists nodes (noise, uplift, rivers, scree, measures), wires them and declares the outputs. The same
+/// file gives the same bytes on every machine, and the same terrain at every resolution.
 #[derive(Debug, Parser)]
 #[command(name = "orograph", version, after_help = AFTER)]
 struct Cli {
@@ -38,8 +38,10 @@ struct Cli {
 }
 
 const AFTER: &str = "\
-Exit codes: 0 everything asked for was done, 1 the file or the request is wrong, 2 it could not be done (disk, memory), \
-130 stopped with Ctrl-C.";
+Exit codes: 0 success, 1 the file or the request is wrong, 2 it could not be done (disk, memory), \
+130 stopped with Ctrl-C.\n\
+`OROGRAPH_CACHE` sets the folder of stored results, `OROGRAPH_SIMD` (`baseline`, `avx2`, `avx512`) the widest \
+instruction set to use; results are the same with each.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -76,17 +78,19 @@ impl Command {
     }
 }
 
-/// Runs the program on its arguments, the first of which is its own name.
+/// Runs the program with its arguments; the first one is the name of the program.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
         Err(error) => {
-            // Nothing can be told when the terminal is closed.
+            // Ignored: the terminal may be closed.
             let _ = error.print();
             return if error.use_stderr() { Exit::Wrong.into() } else { Exit::Done.into() };
         }
     };
-    match cli.command.unwrap_or_else(|| Command::Edit(edit::Args::default())).run() {
+    let environment = orograph_nodes::numerics::simd::asked().map(|_| ()).map_err(Failure::wrong);
+    let command = cli.command.unwrap_or_else(|| Command::Edit(edit::Args::default()));
+    match environment.and_then(|()| command.run()) {
         Ok(()) => Exit::Done.into(),
         Err(failure) => {
             terminal::complain(&failure);
@@ -102,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_command_line_is_sound() {
+    fn the_command_line_is_valid() {
         Cli::command().debug_assert();
     }
 }

@@ -1,26 +1,28 @@
-//! `orograph pack` and `orograph unpack`: a graph with all that it reads, as one file.
+//! `orograph pack` and `orograph unpack`: a graph with all files that it reads, as one archive.
 
 use std::path::PathBuf;
 
 use orograph_graph::bytes;
 
 use crate::{
-    archive::{self, EXTENSION},
-    failure::Failure,
-    problems,
-    terminal::{self, Page, counted},
+    files::archive::{self, EXTENSION},
+    report::{
+        failure::Failure,
+        problems,
+        terminal::{self, Page, counted},
+    },
 };
 
 /// Packs a graph with the graph files and the imported files that it reads into one archive
 ///
-/// `run`, `check`, `render` and `diff` take the archive in place of the graph. Files that do not lie below the graph's
-/// folder get a place in the archive, and the graph names them there. Equal files give equal archives.
+/// `run`, `check`, `render` and `diff` accept the archive instead of the graph. Files outside the graph's folder get a
+/// new path in the archive, and the packed graph refers to them there. Equal files give equal archives.
 #[derive(Debug, clap::Args)]
 pub struct PackArgs {
     /// Graph file
     #[arg(value_name = "GRAPH.ron")]
     file: PathBuf,
-    /// Archive to write; beside the graph and named like it unless said otherwise
+    /// Archive to write; by default beside the graph, with its name
     #[arg(short, long, value_name = "FILE.orograph")]
     out: Option<PathBuf>,
 }
@@ -28,7 +30,7 @@ pub struct PackArgs {
 impl PackArgs {
     pub(super) fn run(self) -> Result<(), Failure> {
         if archive::is_archive(&self.file) {
-            return Err(Failure::wrong(format!("`{}` is packed already", self.file.display())));
+            return Err(Failure::wrong(format!("`{}` is already packed", self.file.display())));
         }
         let out = self.out.unwrap_or_else(|| self.file.with_extension(EXTENSION));
         if !archive::is_archive(&out) {
@@ -51,14 +53,14 @@ impl PackArgs {
 
 /// Unpacks an archive into a new folder
 ///
-/// Nothing is written outside the folder, whatever the archive says: one with other than plain files, with names that lead
-/// elsewhere, with the same name twice or with more than 4 GiB is refused, and leaves nothing.
+/// Never writes outside the folder. An archive is refused, and nothing is left behind, if it has entries that are not
+/// plain files, paths that lead outside the folder, a duplicate name or more than 4 GiB.
 #[derive(Debug, clap::Args)]
 pub struct UnpackArgs {
     /// Archive
     #[arg(value_name = "FILE.orograph")]
     file: PathBuf,
-    /// Folder to make; named like the archive, in the current folder, unless said otherwise
+    /// Folder to create; by default in the current folder, with the name of the archive
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -67,7 +69,7 @@ impl UnpackArgs {
     pub(super) fn run(self) -> Result<(), Failure> {
         if !archive::is_archive(&self.file) {
             return Err(Failure::wrong(format!("`{}` does not end with .{EXTENSION}", self.file.display()))
-                .hint("`orograph pack` makes archives"));
+                .hint("`orograph pack` creates archives"));
         }
         let folder = self.out.or_else(|| self.file.file_stem().map(PathBuf::from)).unwrap_or_default();
         let unpacked = archive::unpack(&self.file, &folder)?;

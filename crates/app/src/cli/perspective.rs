@@ -1,64 +1,64 @@
-//! `orograph render --view 3d`: what its options mean.
+//! The options of `orograph render --view 3d`.
 
 use orograph_graph::{Field, Unit};
 
 use super::render::wrong_view;
-use crate::failure::Failure;
+use crate::report::failure::Failure;
 
 /// Options of `--view 3d`.
 #[derive(Clone, Debug, Default, clap::Args)]
 #[command(next_help_heading = "Options of --view 3d")]
 pub struct Perspective {
-    /// Pixels of the picture [default: 1280x720]
+    /// Size of the picture in pixels [default: 1280x720]
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<[u32; 2]>,
-    /// Where the eye stands: degrees clockwise from north, seen from the middle of the land [default: 160]
+    /// Camera azimuth: degrees clockwise from north, seen from the centre of the terrain [default: 160]
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, value_parser = number)]
     azimuth: Option<f64>,
-    /// How high the eye stands: degrees above level, 1 to 89 [default: 20]
+    /// Camera elevation: degrees above the horizontal, 1 to 89 [default: 20]
     #[arg(long, value_name = "DEGREES", value_parser = number)]
     elevation: Option<f64>,
-    /// How far from the middle of the land the eye is; all of the land just fits unless said otherwise
+    /// Distance of the camera from the centre of the terrain; by default all of the terrain just fits
     #[arg(long, value_name = "METRES", value_parser = metres)]
     distance: Option<f64>,
-    /// Where the sun stands: degrees clockwise from north and above the horizon [default: 240,30]
+    /// Position of the sun: degrees clockwise from north and above the horizon [default: 240,30]
     #[arg(long, value_name = "AZIMUTH,ELEVATION", allow_hyphen_values = true, value_parser = pair)]
     sun: Option<[f64; 2]>,
-    /// Factor on heights; 1 is true to scale [default: 1]
+    /// Vertical exaggeration; 1 is true to scale [default: 1]
     #[arg(long, value_name = "FACTOR", value_parser = number)]
     exaggeration: Option<f64>,
-    /// What colours the land where `--colour` names no output [default: natural]
+    /// Colours of the terrain if `--colour` names no output [default: natural]
     #[arg(long, value_enum)]
     tints: Option<Tints>,
-    /// Output of the graph that has the land's colours, without light in them
+    /// Output of the graph with the colours of the terrain, without lighting
     #[arg(long, value_name = "NAME")]
     pub colour: Option<String>,
-    /// Output of the graph that has depths of water in metres
+    /// Output of the graph with water depths in metres
     #[arg(long, value_name = "NAME")]
     pub water: Option<String>,
-    /// Metres between lines of equal height
+    /// Contour interval in metres
     #[arg(long, value_name = "METRES", value_parser = metres)]
     contours: Option<f64>,
     /// Amount of haze, 0 for none [default: 1]
     #[arg(long, value_name = "AMOUNT", value_parser = number)]
     haze: Option<f64>,
-    /// Stops brighter, or darker if below 0 [default: 0]
+    /// Exposure in stops: brighter above 0, darker below [default: 0]
     #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = number)]
     exposure: Option<f64>,
 }
 
-/// What colours land that has no colours of its own.
+/// Colours of a terrain without an output of colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Tints {
     /// Forest, meadow, rock and snow, by height and slope
     Natural,
-    /// Those of a physical map, by height
+    /// Physical map colours, by height
     Map,
-    /// One grey
+    /// Uniform grey
     Clay,
 }
 
-/// What is seen in three dimensions.
+/// What the 3D view shows.
 #[cfg_attr(not(feature = "editor"), expect(dead_code, reason = "only the view reads them"))]
 #[derive(Clone, Debug)]
 pub struct Seen {
@@ -70,7 +70,7 @@ pub struct Seen {
 fn number(text: &str) -> Result<f64, String> {
     match text.trim().trim_end_matches('°').parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
-        _ => Err("it is no number".to_owned()),
+        _ => Err("not a number".to_owned()),
     }
 }
 
@@ -93,7 +93,7 @@ fn size(text: &str) -> Result<[u32; 2], String> {
 }
 
 impl Perspective {
-    /// The first option that is given, by its name.
+    /// The name of the first option that was given.
     fn given(&self) -> Option<&'static str> {
         let options = [
             ("--size", self.size.is_some()),
@@ -112,12 +112,12 @@ impl Perspective {
         options.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
     }
 
-    /// Refuses options where another view is asked for.
+    /// Refuses these options with another view.
     pub fn check_unused(&self) -> Result<(), Failure> {
         self.given().map_or(Ok(()), |option| Err(wrong_view(option)))
     }
 
-    /// Refuses numbers that make no picture.
+    /// Refuses numbers outside their range.
     pub fn check(&self) -> Result<(), Failure> {
         let within = |option: &str, value: Option<f64>, low: f64, high: f64| match value {
             Some(value) if !(low..=high).contains(&value) => {
@@ -136,8 +136,8 @@ impl Perspective {
     /// The picture, in linear RGB.
     #[cfg(not(feature = "editor"))]
     pub fn picture(&self, _: &Seen) -> Result<Field, Failure> {
-        Err(Failure::unable("this build draws no land in three dimensions")
-            .hint("build the program with its feature `editor`, which is on unless switched off"))
+        Err(Failure::unable("this build has no 3D view")
+            .hint("build the program with its feature `editor`, which is on by default"))
     }
 
     /// The picture, in linear RGB.
@@ -171,7 +171,7 @@ impl Perspective {
         }
         let scene = self.scene(orbit.camera(), exaggeration, seen.height.window().world.sea_level);
         let bytes = Offscreen::new().and_then(|device| device.picture(&Arc::new(land), &scene, size));
-        Ok(crate::picture::of_codes(&bytes.map_err(failed)?, size))
+        Ok(crate::export::picture::of_codes(&bytes.map_err(failed)?, size))
     }
 
     #[cfg(feature = "editor")]
@@ -190,7 +190,7 @@ impl Perspective {
         if let Some(interval) = self.contours {
             scene.contours = Some(Contours { interval, ..Contours::over(1.0) });
         }
-        // nobody waits for the next picture
+        // no later frame follows
         scene.detail_px = 1.5;
         scene.haze = self.haze.unwrap_or(scene.haze);
         scene.exposure = self.exposure.map_or(scene.exposure, |stops| stops as f32);

@@ -11,34 +11,40 @@ use super::{
     sea::Sea,
 };
 use crate::{
-    archive::is_archive,
-    build::Builder,
-    failure::{Failure, reason},
-    heightfile::{self, Scale},
-    picture,
-    progress::{self, Progress, Quiet},
-    request::{Changes, Means, Request},
+    build::{
+        Builder,
+        request::{Changes, Means, Request},
+    },
+    export::picture,
+    files::{
+        archive::is_archive,
+        heightfile::{self, Scale},
+    },
+    report::{
+        failure::{Failure, reason},
+        progress::{self, Progress, Quiet},
+        terminal::{self, Page},
+    },
     stop,
-    terminal::{self, Page},
 };
 
-/// How land is shown.
+/// How terrain is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum View {
-    /// Tints of elevation under the light of the north-west
+    /// Elevation tints with light from the north-west
     Map,
-    /// The light alone, in grey
+    /// Hillshade only, in grey
     Hillshade,
-    /// In three dimensions, under sun and sky
+    /// A 3D view with sun and sky
     #[value(name = "3d")]
     Perspective,
 }
 
-/// A picture of a graph's output, or of a height file
+/// Draws a picture of a graph's output or of a height file
 ///
-/// Of a graph the first height is shown, or the output that `--output` names: heights as `--view` says, colours as they
-/// are, other numbers from black to white. `--view 3d` needs a graphics card or a software Vulkan driver. A height file may be GeoTIFF, grey PNG, OpenEXR, ESRI ASCII, SRTM (.hgt), .r16
-/// or .r32.
+/// For a graph, draws the first height output or the output that `--output` names: heights as `--view` selects, colours
+/// unchanged, other numbers from black to white. `--view 3d` needs a graphics card or a software Vulkan driver. A
+/// height file can be GeoTIFF, grey PNG, OpenEXR, ESRI ASCII, SRTM (.hgt), .r16 or .r32.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Graph file or height file
@@ -47,10 +53,10 @@ pub struct Args {
     /// Picture to write
     #[arg(short, long, value_name = "PNG")]
     out: PathBuf,
-    /// How land is shown
+    /// How terrain is drawn
     #[arg(long, value_enum, default_value_t = View::Map)]
     view: View,
-    /// Output of the graph to show
+    /// Output of the graph to draw
     #[arg(long, value_name = "NAME")]
     output: Option<String>,
     #[command(flatten)]
@@ -88,7 +94,7 @@ impl Args {
             match &error.problem {
                 Problem::Unwritable(error) => {
                     Failure::unable(format!("cannot write `{}`: {}", self.out.display(), reason(error)))
-                        .hint("an earlier file is as it was; make room, or name another place with `-o`")
+                        .hint("an earlier file is unchanged; free some space, or choose another place with `-o`")
                 }
                 Problem::Stopped => Failure::stopped(),
                 _ => Failure::unable(error.to_string()).hint(error.remedy()),
@@ -117,7 +123,7 @@ impl Args {
         ];
         if let Some((option, _)) = option.into_iter().find(|(_, given)| *given) {
             return Err(Failure::wrong(format!(
-                "`{option}` is for graph files, `{}` is read as it is",
+                "`{option}` is for graph files, and `{}` is a height file",
                 self.file.display()
             )));
         }
@@ -143,7 +149,7 @@ impl Args {
                     "`{}` is a {}, and `--view 3d` shows heights",
                     output.name, output.ty
                 ))
-                .hint("name a height with `--output`; colours of the land are named with `--colour`"));
+                .hint("name a height with `--output`; set the colours of the terrain with `--colour`"));
             }
             outputs.extend(self.worn(&request.outputs)?);
         }
@@ -176,7 +182,7 @@ impl Args {
         let is_depth = |ty: PortType| matches!(ty, PortType::Scalar(_) | PortType::AnyScalar | PortType::Height);
         let named = [
             ("--colour", &self.perspective.colour, "colours"),
-            ("--water", &self.perspective.water, "depths of water in metres"),
+            ("--water", &self.perspective.water, "water depths in metres"),
         ];
         let mut worn = Vec::new();
         for (option, name, what) in named {
@@ -192,12 +198,12 @@ impl Args {
     }
 }
 
-/// An option of `--view 3d` at another view.
+/// The failure for an option of `--view 3d` with another view.
 pub(super) fn wrong_view(option: &str) -> Failure {
     Failure::wrong(format!("`{option}` is for `--view 3d`"))
 }
 
-/// The output of that name, else the first height, else the first that can be shown.
+/// The output with this name, else the first height, else the first output that can be drawn.
 fn chosen<'a>(file: &Path, outputs: &'a [OutputDecl], name: Option<&str>) -> Result<&'a OutputDecl, Failure> {
     match name {
         Some(name) => outputs.iter().find(|output| output.name == name).ok_or_else(|| {
@@ -210,7 +216,7 @@ fn chosen<'a>(file: &Path, outputs: &'a [OutputDecl], name: Option<&str>) -> Res
         None => {
             let height = outputs.iter().find(|output| output.ty == PortType::Height);
             height.or_else(|| outputs.iter().find(|output| output.ty.planes().is_some())).ok_or_else(|| {
-                Failure::wrong(format!("`{}` has no output that can be shown", file.display()))
+                Failure::wrong(format!("`{}` has no output that can be drawn", file.display()))
                     .hint("add one, such as `outputs: { \"height\": \"NODE\" }`")
             })
         }

@@ -3,41 +3,42 @@
 use orograph_graph::{Document, Origin, Unit, bytes, plain};
 
 use crate::{
-    archive::Source,
-    build::{Builder, Built, Timing},
+    build::{Builder, Built, Timing, request::Request},
     cli::{
-        asked::Asked,
+        build_args::BuildArgs,
         sweep::{self, Sweep},
     },
-    failure::Failure,
-    machine,
-    outputs::Written,
-    problems,
-    progress::{self, JsonLines, Progress, Quiet, seconds},
-    request::Request,
+    export::outputs::Written,
+    files::archive::Source,
+    machine, memory,
+    report::{
+        failure::Failure,
+        problems,
+        progress::{self, JsonLines, Progress, Quiet, seconds},
+        terminal::{self, Align, Page, Table, counted},
+    },
     stop,
-    terminal::{self, Align, Page, Table, counted},
 };
 
-/// Bytes of results that a sweep remembers, so that only what a value changes is computed anew.
+/// Bytes of results that a sweep keeps in memory, so that only nodes that a value changes are computed again.
 pub(super) const REMEMBERED: usize = 2 << 30;
 
 /// Builds every output of a graph file
 ///
-/// Heights, masks and other scalars become OpenEXR files (or another `--format`) with a JSON file beside each that states
-/// size, cell, range, unit, seed and a hash of all they come from; colours become PNG, reports JSON. Of each height there
-/// is also a shaded picture, NAME.preview.png, of at most 2048 pixels a side.
+/// Heights, masks and other scalars become OpenEXR files (or another `--format`), each with a JSON file that states
+/// size, cell size, range, unit, seed and a hash of everything they depend on. Colours become PNG, reports JSON. Each
+/// height also gets a shaded picture, NAME.preview.png, of at most 2048 pixels per side.
 ///
-/// All files are complete before the first appears under its name: a failure or Ctrl-C leaves earlier ones as they were.
+/// All files are complete before the first appears under its name: a failure or Ctrl-C leaves earlier files unchanged.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = progress::JSON_HELP)]
 pub struct Args {
     #[command(flatten)]
-    asked: Asked,
-    /// Build once for each value of a parameter of the file or of a node, or of `seed`; may be given several times
+    args: BuildArgs,
+    /// Build once for each value of a parameter of the file or of a node, or of `seed`; can be given several times
     ///
-    /// Values are `1..20` (both ends included), `0.5..2/0.5` (by steps), `1..3/0.5 Myr` or a list `a,b,c`; several sweeps
-    /// build each value of one with each of the others. The folder names them: `-o out/{seed}`. What no value changes is
+    /// Values are `1..20` (both ends included), `0.5..2/0.5` (by steps), `1..3/0.5 Myr` or a list `a,b,c`; several
+    /// sweeps build every combination. Name the folder by the values: `-o out/{seed}`. Nodes that no value changes are
     /// computed once.
     #[arg(long, value_name = "NAME=VALUES")]
     sweep: Vec<Sweep>,
@@ -54,12 +55,15 @@ pub struct Args {
 
 impl Args {
     pub(super) fn run(self) -> Result<(), Failure> {
+        if self.json {
+            memory::writes_json_lines();
+        }
         let progress: Box<dyn Progress> = match (self.json, self.quiet) {
             (true, _) => Box::new(JsonLines),
             (_, true) => Box::new(Quiet),
             _ => progress::for_people(),
         };
-        let request = self.asked.request(!self.quiet).inspect_err(|failure| {
+        let request = self.args.request(!self.quiet).inspect_err(|failure| {
             if self.json {
                 let problems = if failure.message.is_empty() { self.problems() } else { Vec::new() };
                 JsonLines::refused(failure, &problems);
@@ -68,18 +72,18 @@ impl Args {
         if !self.sweep.is_empty() {
             return self.run_sweep(&request, &*progress);
         }
-        // Nothing is asked for twice in one run, so nothing is remembered in memory.
-        let begin = || Ok((Builder::new(&self.asked.means, 0)?, stop::on_interrupt()?));
+        // A single run needs no result twice, so memory caches nothing.
+        let begin = || Ok((Builder::new(&self.args.means, 0)?, stop::on_interrupt()?));
         let (builder, cancel) = begin().inspect_err(|failure| progress.failed(failure))?;
-        let built = builder.build(&request, &self.asked.out, &self.asked.form, &cancel, &*progress)?;
+        let built = builder.build(&request, &self.args.out, &self.args.options, &cancel, &*progress)?;
         self.tell(&request, &built)
     }
 
-    /// Builds all variants with one memory, so that what they share is computed once.
+    /// Builds all variants with one store, so that shared results are computed once.
     fn run_sweep(&self, request: &Request, progress: &dyn Progress) -> Result<(), Failure> {
         let begin = || {
-            let variants = sweep::variants(request, &self.asked.changes, &self.sweep, &self.asked.out)?;
-            Ok((variants, Builder::new(&self.asked.means, REMEMBERED)?, stop::on_interrupt()?))
+            let variants = sweep::variants(request, &self.args.changes, &self.sweep, &self.args.out)?;
+            Ok((variants, Builder::new(&self.args.means, REMEMBERED)?, stop::on_interrupt()?))
         };
         let (variants, builder, cancel) = begin().inspect_err(|failure| progress.failed(failure))?;
         let count = variants.len();
@@ -90,10 +94,10 @@ impl Args {
             } else if !self.quiet {
                 terminal::remark(&format!("{} of {count}: {label}\n", at + 1));
             }
-            let form = &self.asked.form;
+            let options = &self.args.options;
             let built =
-                builder.build(&variant.request, &variant.folder, form, &cancel, progress).map_err(|failure| {
-                    let done = if at == 0 { String::new() } else { format!("; the {at} before it are written") };
+                builder.build(&variant.request, &variant.folder, options, &cancel, progress).map_err(|failure| {
+                    let done = if at == 0 { String::new() } else { format!("; the {at} before it were written") };
                     match failure.message.as_str() {
                         "" => failure,
                         message => Failure { message: format!("{label}: {message}{done}"), ..failure },
@@ -113,15 +117,15 @@ impl Args {
         if self.json || self.quiet { Ok(()) } else { terminal::print(&summary(request, built, Page::stdout())) }
     }
 
-    /// The problems of the file, which people have been shown already.
+    /// The problems of the file; people have already seen them.
     fn problems(&self) -> Vec<serde_json::Value> {
-        let Ok(source) = Source::open(&self.asked.file) else { return Vec::new() };
+        let Ok(source) = Source::open(&self.args.file) else { return Vec::new() };
         let document = Document::load(&source.path, &orograph_nodes::registry());
         document.map_or_else(|_| Vec::new(), |document| problems::as_json(&document, &source.path))
     }
 }
 
-/// What was built, for people.
+/// The result of a build, for people.
 pub(super) fn summary(request: &Request, built: &Built, page: Page) -> String {
     let world = request.world;
     let window = request.window();
@@ -198,7 +202,7 @@ fn timings(built: &Built, page: Page) -> String {
         table.row([page.name(name), page.dim(kind), seconds(*time), bytes(*size as u64), page.dim(origin)]);
     }
     let peak = machine::peak_memory().map_or_else(String::new, bytes);
-    let what = if peak.is_empty() { "" } else { "with writing; most memory at once" };
+    let what = if peak.is_empty() { "" } else { "with writing; peak memory" };
     table.row([page.bold("total"), String::new(), page.bold(&seconds(built.time)), page.bold(&peak), page.dim(what)]);
     table.render(page, 0)
 }

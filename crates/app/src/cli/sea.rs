@@ -1,11 +1,11 @@
-//! `--sea`: another sea than that of the world, for what is drawn or measured.
+//! `--sea`: a sea level for drawing and measuring that replaces the one of the world.
 
 use orograph_graph::{Field, Unit, Window, World};
 
-/// The sea of what is drawn or measured.
+/// The sea level for drawing and measuring.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct Sea {
-    /// Elevation of the sea, `none` for no sea [default: that of the world]
+    /// Elevation of the sea, or `none` for no sea [default: that of the world]
     #[arg(long = "sea", value_name = "METRES", allow_hyphen_values = true, value_parser = level)]
     level: Option<Level>,
 }
@@ -24,7 +24,7 @@ fn level(text: &str) -> Result<Level, String> {
 }
 
 impl Sea {
-    /// The field in a world with this sea.
+    /// The field in a world with this sea level.
     pub fn around(self, field: Field) -> Field {
         let Some(Level(sea_level)) = self.level else { return field };
         let window = *field.window();

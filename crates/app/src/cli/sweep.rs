@@ -7,15 +7,14 @@ use std::{
 };
 
 use crate::{
-    failure::Failure,
-    request::{Changes, Request, Setting},
-    terminal::counted,
+    build::request::{Changes, Request, Setting},
+    report::{failure::Failure, terminal::counted},
 };
 
-/// The most terrains of one sweep.
+/// Maximum number of terrains of one sweep.
 const MAX_BUILDS: usize = 10_000;
 
-/// What stands for the world's seed.
+/// The name of the world's seed in a sweep.
 const SEED: &str = "seed";
 
 /// `name=1..20`, `name=0.5..2/0.5` or `name=a,b,c` as typed.
@@ -33,7 +32,7 @@ impl FromStr for Sweep {
         let (place, values) = text.split_once('=').ok_or("there is no `=`; write `name=1..20` or `name=a,b,c`")?;
         let place = place.trim().to_owned();
         if place.is_empty() {
-            return Err("no parameter is named; write `name=1..20` or `name=a,b,c`".to_owned());
+            return Err("no parameter name; write `name=1..20` or `name=a,b,c`".to_owned());
         }
         let mut all = Vec::new();
         for part in parts(values) {
@@ -50,7 +49,7 @@ impl FromStr for Sweep {
     }
 }
 
-/// The parts of a list; commas in brackets do not part.
+/// The elements of a list; commas in brackets do not separate elements.
 fn parts(text: &str) -> Vec<&str> {
     let (mut depth, mut start, mut parts) = (0_i32, 0, Vec::new());
     for (at, c) in text.char_indices() {
@@ -72,13 +71,13 @@ fn starts_like_a_number(text: &str) -> bool {
     text.trim_start().starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.'))
 }
 
-/// The values of `from..to/step`, both ends included; a unit behind the last number holds for all.
+/// The values of `from..to/step`, both ends included; a unit after the last number applies to all.
 fn range(from: &str, rest: &str) -> Result<Vec<String>, String> {
-    let wrong = || format!("`{from}..{rest}` is no range; write `1..20`, `0.5..2/0.5` or `1..3/0.5 Myr`");
+    let wrong = || format!("`{from}..{rest}` is not a range; write `1..20`, `0.5..2/0.5` or `1..3/0.5 Myr`");
     let digits_end = |text: &str| {
         let number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '+' | '-' | '/' | 'e' | 'E');
         let end = text.find(|c: char| !number(c)).unwrap_or(text.len());
-        // An `e` that begins a unit is none of a number's.
+        // An `e` that begins a unit is not an exponent.
         end - text[..end].len() + text[..end].trim_end_matches(['e', 'E']).len()
     };
     let rest = rest.trim();
@@ -87,15 +86,15 @@ fn range(from: &str, rest: &str) -> Result<Vec<String>, String> {
     let number = |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(wrong);
     let (first, last, by) = (number(from)?, number(to)?, number(step)?);
     if by <= 0.0 || last < first {
-        return Err(format!("`{from}..{rest}` has no value: a range goes up, by steps above 0"));
+        return Err(format!("`{from}..{rest}` has no value: a range goes up, with a step above 0"));
     }
-    // A step that misses the end by a rounding error does not.
+    // A rounding error of the last step still counts as the end.
     let count = ((last - first) / by * (1.0 + 1e-12) + 1e-9).floor();
     if count >= MAX_BUILDS as f64 {
         return Err(format!("`{from}..{rest}` has more than {MAX_BUILDS} values"));
     }
     let value = |i: u32| {
-        // What is typed has few digits; what is computed from it shall not have more.
+        // Typed numbers have few digits; computed ones must not have more.
         let exact = first + f64::from(i) * by;
         let rounded: f64 = format!("{exact:.12e}").parse().unwrap_or(exact);
         format!("{rounded} {}", unit.trim()).trim_end().to_owned()
@@ -106,26 +105,26 @@ fn range(from: &str, rest: &str) -> Result<Vec<String>, String> {
 /// One terrain of a sweep.
 #[derive(Debug)]
 pub struct Variant {
-    /// What is built.
+    /// The request to build.
     pub request: Request,
-    /// Where it goes.
+    /// The folder for its files.
     pub folder: PathBuf,
-    /// What sets it apart, by name.
+    /// The swept values, by name.
     pub values: BTreeMap<String, String>,
 }
 
 impl Variant {
-    /// What sets it apart, for people: `seed=3, age=2 Myr`.
+    /// The swept values, for people: `seed=3, age=2 Myr`.
     pub fn label(&self) -> String {
         self.values.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(", ")
     }
 }
 
-/// All terrains of sweeps: each value of one with each of the others, the last one changing first. All are checked before
-/// any is built.
+/// All terrains of sweeps: every combination of values, with the last sweep varying fastest. All are checked before any
+/// is built.
 ///
 /// # Errors
-/// When a sweep names what does not exist or values that do not fit, or two terrains would go into one folder.
+/// When a sweep names an unknown parameter or values that do not fit, or when two terrains would share a folder.
 pub fn variants(
     request: &Request,
     changes: &Changes,
@@ -135,9 +134,7 @@ pub fn variants(
     for (at, sweep) in sweeps.iter().enumerate() {
         let set = changes.set.iter().any(|setting| setting.place == sweep.place);
         if set || sweep.place == SEED && changes.seed.is_some() {
-            return Err(
-                Failure::wrong(format!("`{}` is both set and swept", sweep.place)).hint("leave one of them out")
-            );
+            return Err(Failure::wrong(format!("`{}` is both set and swept", sweep.place)).hint("remove one of them"));
         }
         if sweeps[..at].iter().any(|other| other.place == sweep.place) {
             return Err(Failure::wrong(format!("`{}` is swept twice", sweep.place)).hint("write one list of values"));
@@ -146,7 +143,7 @@ pub fn variants(
     let count = sweeps.iter().try_fold(1_usize, |all, sweep| all.checked_mul(sweep.values.len()));
     if count.is_none_or(|count| count > MAX_BUILDS) {
         return Err(Failure::wrong(format!("the sweeps make more than {MAX_BUILDS} terrains"))
-            .hint("a product of sweeps builds each value of one with each of the others"));
+            .hint("several sweeps build every combination of their values"));
     }
     check_template(sweeps, template)?;
 
@@ -181,14 +178,14 @@ pub fn variants(
         if let Some(other) = folders.insert(key, variant.label()) {
             let (label, folder) = (variant.label(), variant.folder.display());
             return Err(Failure::wrong(format!("`{other}` and `{label}` would both be written to `{folder}`"))
-                .hint("leave out values that are the same"));
+                .hint("remove duplicate values"));
         }
         variants.push(variant);
     }
     Ok(variants)
 }
 
-/// Refuses a folder that several terrains would go into, and one with names that nothing stands for.
+/// Refuses a folder that several terrains would share, and a folder with unknown names in braces.
 fn check_template(sweeps: &[Sweep], template: &Path) -> Result<(), Failure> {
     let text = template.to_string_lossy();
     let missing = sweeps.iter().find(|sweep| sweep.values.len() > 1 && !text.contains(&format!("{{{}}}", sweep.place)));
@@ -209,20 +206,20 @@ fn check_template(sweeps: &[Sweep], template: &Path) -> Result<(), Failure> {
         let name = rest[open + 1..].split('}').next().unwrap_or_default();
         if !sweeps.iter().any(|sweep| sweep.place == name) {
             let known: Vec<String> = sweeps.iter().map(|sweep| format!("`{{{}}}`", sweep.place)).collect();
-            return Err(Failure::wrong(format!("`{{{name}}}` in `{text}` stands for nothing that is swept"))
-                .hint(format!("there is {}", known.join(", "))));
+            return Err(Failure::wrong(format!("`{{{name}}}` in `{text}` is not the name of a sweep"))
+                .hint(format!("the sweeps are {}", known.join(", "))));
         }
         rest = &rest[open + 1..];
     }
     Ok(())
 }
 
-/// The folder of a terrain: `{name}` replaced by the value, in which signs that names of files do not have become `_`.
+/// The folder of a terrain: `{name}` is replaced by the value; characters that file names cannot have become `_`.
 fn filled(template: &Path, values: &BTreeMap<String, String>) -> PathBuf {
     let plain = |value: &str| -> String {
         let kept = |c: char| c.is_alphanumeric() || matches!(c, '.' | '-' | '+' | '_');
         let text: String = value.chars().map(|c| if kept(c) { c } else { '_' }).collect();
-        // A value of points alone would be a folder of its own meaning.
+        // A value of dots only would be the current or the parent folder.
         if text.chars().all(|c| c == '.') { "_".to_owned() } else { text }
     };
     let mut text = template.to_string_lossy().into_owned();
@@ -251,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn lists_are_parted_at_commas_outside_brackets() {
+    fn lists_split_at_commas_outside_brackets() {
         assert_eq!(values("mode=add, max"), ["add", "max"]);
         assert_eq!(values("at=(1, 2),(3, 4)"), ["(1, 2)", "(3, 4)"]);
         assert_eq!(values("n=1..3,7"), ["1", "2", "3", "7"]);
@@ -259,14 +256,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_sweep_is_refused() {
+    fn invalid_sweeps_are_refused() {
         for text in ["seed", "=1..2", "a=3..1", "a=1..2/0", "a=1..2/-1", "a=1..x", "a=1,,2", "a=", "a=0..1/1e-9"] {
             assert!(text.parse::<Sweep>().is_err(), "{text}");
         }
     }
 
     #[test]
-    fn values_become_names_of_folders() {
+    fn values_become_folder_names() {
         let values = BTreeMap::from([("age".to_owned(), "2 Myr".to_owned()), ("f".to_owned(), "../x".to_owned())]);
         assert_eq!(filled(Path::new("out/{age}/{f}"), &values), Path::new("out/2_Myr/.._x"));
         assert_eq!(filled(Path::new("{f}"), &BTreeMap::from([("f".to_owned(), "..".to_owned())])), Path::new("_"));

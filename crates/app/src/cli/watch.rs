@@ -1,4 +1,4 @@
-//! `orograph watch`: builds a graph again whenever it, or a file it reads, is saved.
+//! `orograph watch`: rebuilds a graph whenever it or a file that it reads is saved.
 
 use std::{
     path::{Path, PathBuf},
@@ -11,37 +11,40 @@ use orograph_nodes::raster;
 use crate::{
     build::Builder,
     cli::{
-        asked::Asked,
+        build_args::BuildArgs,
         run::{REMEMBERED, summary},
     },
-    failure::{Exit, Failure, reason},
-    progress, stop,
-    terminal::{self, Page},
-    watch::Watch,
+    files::watch::Watch,
+    report::{
+        failure::{Exit, Failure, reason},
+        progress,
+        terminal::{self, Page},
+    },
+    stop,
 };
 
-/// How often Ctrl-C is looked for while nothing happens.
+/// Interval of checks for Ctrl-C while nothing changes.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Builds a graph file, and again at every save of it or of a file it reads
+/// Builds a graph file, and rebuilds it whenever it or a file that it reads is saved
 ///
-/// Results are remembered, so that only what has changed is computed; a save during a build starts it anew. Problems are
-/// shown, and watching goes on; the files of the last build that succeeded stay. Ctrl-C ends it.
+/// Results are cached, so that only changed nodes are computed; a save during a build restarts it. Problems are
+/// printed, and watching continues; the files of the last successful build stay. Ctrl-C ends it.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]
-    asked: Asked,
+    args: BuildArgs,
 }
 
 impl Args {
     pub(super) fn run(self) -> Result<(), Failure> {
-        if !self.asked.file.is_file() {
-            return Err(Failure::wrong(format!("there is no file `{}` to watch", self.asked.file.display())));
+        if !self.args.file.is_file() {
+            return Err(Failure::wrong(format!("there is no file `{}` to watch", self.args.file.display())));
         }
-        let builder = Builder::new(&self.asked.means, REMEMBERED)?;
+        let builder = Builder::new(&self.args.means, REMEMBERED)?;
         let cancel = stop::on_interrupt()?;
         let mut watch = Watch::new(|| {})?;
-        watch.add(&self.asked.file)?;
+        watch.add(&self.args.file)?;
         loop {
             let (read, overtaken) = self.build_watching(&builder, &watch, &cancel)?;
             if cancel.is_cancelled() {
@@ -52,7 +55,7 @@ impl Args {
             let changed = match overtaken {
                 Some(changed) => changed,
                 None => {
-                    terminal::print(&page.dim(&format!("watching {}\n", self.asked.file.display())))?;
+                    terminal::print(&page.dim(&format!("watching {}\n", self.args.file.display())))?;
                     let Some(changed) = next(&watch, &cancel)? else { return Ok(()) };
                     changed
                 }
@@ -61,7 +64,7 @@ impl Args {
         }
     }
 
-    /// Builds once, and stops as soon as a file changes, since the result is out of date then.
+    /// Builds once, and stops as soon as a file changes, because the result is then out of date.
     fn build_watching(&self, builder: &Builder, watch: &Watch, cancel: &Cancel) -> Result<Overtaken, Failure> {
         let stop = cancel.child();
         std::thread::scope(|scope| {
@@ -71,30 +74,30 @@ impl Args {
                 .map_err(|error| Failure::unable(format!("cannot start a thread: {}", reason(&error))))?;
             let mut changed = None;
             while !worker.is_finished() {
-                // The scope waits for the worker, also on the way out.
+                // The scope waits for the worker, on an early return too.
                 if let Some(file) = watch.poll(LOOK).inspect_err(|_| stop.cancel())? {
                     stop.cancel();
                     changed = Some(name(&file));
                 }
             }
             let read = worker.join().unwrap_or_else(|_| {
-                terminal::complain(&Failure::unable("the build ended with an internal fault"));
+                terminal::complain(&Failure::unable("the build ended with an internal error"));
                 Vec::new()
             });
             Ok((read, changed))
         })
     }
 
-    /// Builds once; returns the files that the graph reads, whose changes matter from then on.
+    /// Builds once; returns the files that the graph reads, which are watched from then on.
     fn build(&self, builder: &Builder, stop: &Cancel) -> Vec<PathBuf> {
-        let asked = &self.asked;
-        let read = Document::load(&asked.file, &orograph_nodes::registry()).map(|document| files_read(&document));
-        let built = asked.request(true).and_then(|request| {
-            let built = builder.build(&request, &asked.out, &asked.form, stop, &*progress::for_people())?;
+        let args = &self.args;
+        let read = Document::load(&args.file, &orograph_nodes::registry()).map(|document| files_read(&document));
+        let built = args.request(true).and_then(|request| {
+            let built = builder.build(&request, &args.out, &args.options, stop, &*progress::for_people())?;
             terminal::print(&summary(&request, &built, Page::stdout()))
         });
         match built {
-            // A build that a save has overtaken says nothing.
+            // A build that a save has interrupted prints nothing.
             Err(failure) if failure.exit != Exit::Stopped => terminal::complain(&failure),
             _ => {}
         }
@@ -102,16 +105,16 @@ impl Args {
     }
 }
 
-/// The files that a build read, and the file that changed before it was done.
+/// The files that a build read, and the file that changed before it ended.
 type Overtaken = (Vec<PathBuf>, Option<String>);
 
-/// The files that the graph reads, with what may lie beside them. Also those of a graph with problems: they may be what is
-/// wrong.
+/// The files that the graph reads, with their side files. Includes the files of a graph with problems: they may be the
+/// cause.
 fn files_read(document: &Document) -> Vec<PathBuf> {
     document.files().into_iter().flat_map(|file| [raster::sidecar_path(&file), file]).collect()
 }
 
-/// Waits until a file has changed, and returns its name; `None` when it is time to end.
+/// Waits until a file changes, and returns its name. Returns None when the program must end.
 fn next(watch: &Watch, cancel: &Cancel) -> Result<Option<String>, Failure> {
     while !cancel.is_cancelled() {
         if let Some(changed) = watch.poll(LOOK)? {

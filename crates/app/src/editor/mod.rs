@@ -1,45 +1,34 @@
-//! The editor: a window in which a graph is wired and its land is seen.
+//! The editor: a window that wires a graph and previews its terrain.
 //!
-//! [`Session`] is the work: the document, its undo, its selection, and what is known of its nodes; it draws nothing.
-//! The panes (`canvas`, `inspector`, `viewport`, `problems`) show a session and change it by edits of the
-//! document. `actions` lists what can be asked for by menu and key. [`worker`] evaluates beside the window, which never waits for it. [`App`] is the window itself.
+//! [`Session`] holds the document with its undo history, the selection, and the state of each node; it draws nothing.
+//! Its worker evaluates on another thread, so the window never waits. `canvas`, `inspector` and `viewport` draw a
+//! session and edit its document; `dialogs` ask for files and decisions. `window` holds the menus, the list of actions
+//! behind menus and keys, and [`App`], which lays out the panes.
 
 #![expect(
     clippy::disallowed_methods,
-    reason = "what a window shows is not a part of the land, so it may differ by a bit"
+    reason = "what a window shows is not part of the terrain, so it may differ by a bit"
 )]
 
-mod actions;
-mod app;
-mod browser;
 mod canvas;
-mod dialog;
-mod export;
-mod gallery;
+mod dialogs;
 mod inspector;
-mod live;
-mod menu;
-mod problems;
-mod questions;
-mod session;
-mod state;
-mod theme;
-mod toasts;
+pub mod session;
 mod viewport;
-pub mod worker;
+mod window;
 
 use std::path::PathBuf;
 
-pub use app::App;
-pub use session::{Answer, Built, Detail, Journals, Lost, NodeState, Note, Question, Session, Simulation, Wish};
+pub use self::window::app::App;
+pub use session::{Answer, Built, Detail, FileCommand, Journals, Lost, NodeState, Note, Question, Session, Simulation};
 
 use crate::{
-    failure::Failure,
+    build::storage::{self, Storage},
     machine, memory,
-    storage::{self, Storage},
+    report::failure::Failure,
 };
 
-/// Opens the window, on a file if one is named, and returns when it is closed.
+/// Opens the window, on a file if there is one, and returns when it is closed.
 ///
 /// # Errors
 /// When there is no display, no graphics driver that can draw the window, or no threads.
@@ -62,13 +51,13 @@ pub fn open(file: Option<PathBuf>) -> Result<(), Failure> {
     )
     .map_err(|error| {
         let why = error.to_string();
-        // What is wrong with the file is no fault of the window.
+        // A problem of the file is not a failure of the window.
         let inner = match error {
             eframe::Error::AppCreation(inner) => inner.downcast::<Failure>().ok(),
             _ => None,
         };
         inner.map(|failure| *failure).unwrap_or_else(|| {
-            Failure::unable(format!("the window cannot be opened: {why}"))
+            Failure::unable(format!("cannot open the window: {why}"))
                 .hint("the editor needs a display and a graphics driver; `orograph run GRAPH.ron -o DIR` needs neither")
         })
     })

@@ -1,4 +1,4 @@
-//! The last words of a program without memory. Nothing here allocates.
+//! The final message of a program without memory. Nothing here allocates.
 
 use std::{
     cell::Cell,
@@ -11,51 +11,86 @@ use orograph_graph::memory::{REMEDY, each_leftover, each_running};
 
 use super::system;
 
-/// Whether the editor keeps what was not saved.
+/// True if the editor keeps a journal of unsaved work.
 static JOURNAL: AtomicBool = AtomicBool::new(false);
 
-/// Whether a thread is ending the program.
+/// True if standard output has lines of JSON.
+static JSON_LINES: AtomicBool = AtomicBool::new(false);
+
+/// True while a thread is ending the program.
 static ENDING: AtomicBool = AtomicBool::new(false);
 
 thread_local! {
-    /// Whether it is this one.
+    /// True if it is this thread.
     static ENDING_HERE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// From now on work that was not saved is in a journal, which is said when the program ends for lack of memory.
+/// From now on unsaved work is in a journal; the final message mentions it.
 pub fn keeps_a_journal() {
     JOURNAL.store(true, Ordering::Relaxed);
 }
 
-/// Ends the program because so many bytes were refused.
+/// From now on the last line of standard output is one of JSON, also when the program ends for lack of memory.
+pub fn writes_json_lines() {
+    JSON_LINES.store(true, Ordering::Relaxed);
+}
+
+/// Ends the program because an allocation of this many bytes was refused.
 #[cold]
 pub(super) fn end(bytes: usize) -> ! {
     if ENDING_HERE.replace(true) {
-        // cleaning up has asked for memory itself
+        // cleaning up has itself run out of memory
         system::leave();
     }
     if ENDING.swap(true, Ordering::Relaxed) {
-        // another thread does it; this one must not go on without its memory
+        // another thread is ending the program; this one must not continue without its memory
         loop {
             std::thread::sleep(Duration::from_secs(1));
         }
     }
-    let mut text = Text { bytes: [0; 4096], len: 0 };
+    let mut text = Text::new();
     text.push(if system::is_terminal() { "\nerror: " } else { "error: " });
     tell(&mut text, bytes);
-    system::say(text.written());
+    system::say(system::Stream::Error, text.written());
+    if JSON_LINES.load(Ordering::Relaxed) {
+        let mut line = Text::new();
+        tell_json(&mut line, bytes);
+        system::say(system::Stream::Output, line.written());
+    }
     each_leftover(system::remove);
     system::leave();
 }
 
-/// What has happened and what helps.
+/// What has happened and what to do.
 fn tell(text: &mut Text, bytes: usize) {
+    tell_what(text, bytes);
+    text.push("\n hint: ");
+    text.push(REMEDY);
+    text.push("\n");
+    if JOURNAL.load(Ordering::Relaxed) {
+        text.push(" note: work that was not saved is in the journal; open the editor again to recover it\n");
+    }
+}
+
+/// The same as the last line of `--json`.
+fn tell_json(line: &mut Text, bytes: usize) {
+    let _ = write!(line, r#"{{"event":"error","exit":{},"message":""#, crate::Exit::Unable as u8);
+    let mut what = Text::new();
+    tell_what(&mut what, bytes);
+    line.push_escaped(what.written());
+    line.push(r#"","hint":""#);
+    line.push_escaped(REMEDY.as_bytes());
+    line.push("\",\"problems\":[]}\n");
+}
+
+/// What has happened: how much memory was refused, and which nodes ran.
+fn tell_what(text: &mut Text, bytes: usize) {
     let (size, unit) = match bytes {
         0..1024 => (bytes, "bytes"),
         1024..0x10_0000 => (bytes >> 10, "KiB"),
         0x10_0000.. => (bytes >> 20, "MiB"),
     };
-    // a text that is full drops what comes after
+    // text that does not fit is cut
     let _ = write!(text, "out of memory: the system refused another {size} {unit}");
     let mut before = " while ";
     each_running(|name| {
@@ -65,22 +100,22 @@ fn tell(text: &mut Text, bytes: usize) {
         text.push("`");
         before = ", ";
     });
-    text.push(if before == ", " { " ran\n" } else { "\n" });
-    text.push(" hint: ");
-    text.push(REMEDY);
-    text.push("\n");
-    if JOURNAL.load(Ordering::Relaxed) {
-        text.push(" note: work that was not saved is in the journal; open the editor again to recover it\n");
+    if before == ", " {
+        text.push(" ran");
     }
 }
 
-/// A text of bounded length, whose characters were checked by who wrote them.
+/// A text of bounded length; the caller guarantees valid UTF-8.
 struct Text {
     bytes: [u8; 4096],
     len: usize,
 }
 
 impl Text {
+    const fn new() -> Self {
+        Self { bytes: [0; 4096], len: 0 }
+    }
+
     fn push(&mut self, text: &str) {
         self.push_bytes(text.as_bytes());
     }
@@ -90,6 +125,23 @@ impl Text {
         let len = text.len().min(room.len());
         room[..len].copy_from_slice(&text[..len]);
         self.len += len;
+    }
+
+    /// Adds the inside of a JSON string, as much as leaves room for the end of a line.
+    fn push_escaped(&mut self, text: &[u8]) {
+        const END: usize = 1024;
+        for &byte in text {
+            if self.len + END > self.bytes.len() {
+                return;
+            }
+            match byte {
+                b'"' | b'\\' => self.push_bytes(&[b'\\', byte]),
+                0..0x20 => {
+                    let _ = write!(self, "\\u{byte:04x}");
+                }
+                _ => self.push_bytes(&[byte]),
+            }
+        }
     }
 
     fn written(&self) -> &[u8] {
@@ -110,28 +162,42 @@ mod tests {
 
     use super::*;
 
-    fn told(bytes: usize) -> String {
-        let mut text = Text { bytes: [0; 4096], len: 0 };
+    fn message_for(bytes: usize) -> String {
+        let mut text = Text::new();
         tell(&mut text, bytes);
         String::from_utf8(text.written().to_vec()).expect("text")
     }
 
     #[test]
-    fn the_nodes_the_size_and_the_remedy_are_named() {
+    fn the_message_names_nodes_size_and_hint() {
         let nodes = [running("rivers"), running("scree")];
-        let text = told(3 << 20);
+        let text = message_for(3 << 20);
         drop(nodes);
         assert!(text.starts_with("out of memory: the system refused another 3 MiB while "), "{text}");
         assert!(
             text.contains("`rivers`, `scree`") && text.contains(" ran\n hint: give the world fewer cells"),
             "{text}"
         );
-        assert!(told(700).contains("another 700 bytes") && told(70_000).contains("another 68 KiB"));
+        assert!(message_for(700).contains("another 700 bytes") && message_for(70_000).contains("another 68 KiB"));
     }
 
     #[test]
-    fn a_text_that_is_full_is_cut() {
-        let mut text = Text { bytes: [0; 4096], len: 0 };
+    fn the_line_of_json_is_well_formed() {
+        let nodes = [running("a \"quoted\" name\\\n"), running(&"long ".repeat(2000))];
+        let mut line = Text::new();
+        tell_json(&mut line, 3 << 20);
+        drop(nodes);
+        assert_eq!(line.written().last(), Some(&b'\n'));
+        let value: serde_json::Value = serde_json::from_slice(line.written()).expect("a line of JSON");
+        assert_eq!((&value["event"], &value["exit"]), (&"error".into(), &2.into()));
+        let message = value["message"].as_str().expect("a message");
+        assert!(message.contains("another 3 MiB while `a \"quoted\" name\\\n`, `long "), "{message}");
+        assert_eq!(value["hint"], REMEDY);
+    }
+
+    #[test]
+    fn text_that_does_not_fit_is_cut() {
+        let mut text = Text::new();
         (0..500).for_each(|_| text.push("0123456789"));
         assert_eq!(text.written().len(), 4096);
     }

@@ -1,27 +1,34 @@
-//! The end of the program by calls of Linux alone, since the C library allocates to list a folder.
+//! The end of the program with Linux system calls only, because the C library allocates to list a folder.
 #![expect(unsafe_code, reason = "calls of the system")]
 
 use std::ffi::{CStr, c_int};
 
 use orograph_graph::memory::Left;
 
-/// How deep folders in a folder are emptied.
+/// Maximum depth of folders that are emptied.
 const DEEPEST: u32 = 8;
 
-/// How often a folder is emptied into which other threads may still write.
+/// Number of attempts to empty a folder into which other threads may still write.
 const PASSES: u32 = 4;
 
 /// Returns true if errors go to a terminal.
 pub(super) fn is_terminal() -> bool {
-    // SAFETY: asks about a number.
+    // SAFETY: reads only a file descriptor number.
     unsafe { libc::isatty(libc::STDERR_FILENO) == 1 }
 }
 
-/// Writes to standard error, as far as that takes it.
-pub(super) fn say(mut text: &[u8]) {
+/// Where a text goes.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Stream {
+    Output = libc::STDOUT_FILENO as isize,
+    Error = libc::STDERR_FILENO as isize,
+}
+
+/// Writes as much of the text as possible.
+pub(super) fn say(to: Stream, mut text: &[u8]) {
     while !text.is_empty() {
-        // SAFETY: the bytes are those of the slice.
-        let written = unsafe { libc::write(libc::STDERR_FILENO, text.as_ptr().cast(), text.len()) };
+        // SAFETY: pointer and length are those of the slice.
+        let written = unsafe { libc::write(to as c_int, text.as_ptr().cast(), text.len()) };
         match usize::try_from(written) {
             Ok(count @ 1..) => text = &text[count.min(text.len())..],
             _ => return,
@@ -29,13 +36,13 @@ pub(super) fn say(mut text: &[u8]) {
     }
 }
 
-/// Ends the program at once, without running anything more.
+/// Ends the program at once, without running any destructors.
 pub(super) fn leave() -> ! {
-    // SAFETY: does not come back.
+    // SAFETY: does not return.
     unsafe { libc::_exit(crate::Exit::Unable as c_int) }
 }
 
-/// Removes what is left over. The path ends with a zero byte.
+/// Removes leftover files. The path ends with a zero byte.
 pub(super) fn remove(path: &[u8], left: Left) {
     let Ok(path) = CStr::from_bytes_with_nul(path) else { return };
     match left {
@@ -46,14 +53,14 @@ pub(super) fn remove(path: &[u8], left: Left) {
     }
 }
 
-/// Removes a name in an open folder: a file, or a folder with what is in it.
+/// Removes an entry of an open folder: a file, or a folder with its content.
 fn remove_all(folder: c_int, name: &CStr, depth: u32) {
     if unlink(folder, name, 0) || depth > DEEPEST {
         return;
     }
     // a link to a folder is not followed
     let flags = libc::O_RDONLY | libc::O_DIRECTORY | libc::O_NOFOLLOW | libc::O_CLOEXEC;
-    // SAFETY: the name is a text with its end.
+    // SAFETY: the name is a zero-terminated string.
     let opened = unsafe { libc::openat(folder, name.as_ptr(), flags) };
     if opened < 0 {
         return;
@@ -68,18 +75,18 @@ fn remove_all(folder: c_int, name: &CStr, depth: u32) {
     unsafe { libc::close(opened) };
 }
 
-/// Removes what an open folder holds.
+/// Removes the content of an open folder.
 fn empty(folder: c_int, depth: u32) {
-    // records as the system writes them: number and place of 8 bytes each, length of 2, kind of 1, name
+    // records of the system: number and offset of 8 bytes each, length of 2, kind of 1, name
     #[repr(align(8))]
     struct Records([u8; 4096]);
     const LENGTH: usize = 16;
     const NAME: usize = 19;
     let mut records = Records([0; 4096]);
-    // SAFETY: goes back to the folder's start.
+    // SAFETY: rewinds the folder.
     unsafe { libc::lseek(folder, 0, libc::SEEK_SET) };
     loop {
-        // SAFETY: the records are written to, up to their length.
+        // SAFETY: the system writes at most the length of the buffer.
         let read = unsafe { libc::syscall(libc::SYS_getdents64, folder, records.0.as_mut_ptr(), records.0.len()) };
         let Some(mut left) = usize::try_from(read).ok().and_then(|read| records.0.get(..read)) else { return };
         if left.is_empty() {
@@ -98,9 +105,9 @@ fn empty(folder: c_int, depth: u32) {
     }
 }
 
-/// Removes one name; returns true if it is gone.
+/// Removes one name. Returns true if it is gone.
 fn unlink(folder: c_int, name: &CStr, flags: c_int) -> bool {
-    // SAFETY: the name is a text with its end.
+    // SAFETY: the name is a zero-terminated string.
     unsafe { libc::unlinkat(folder, name.as_ptr(), flags) == 0 }
 }
 
@@ -111,14 +118,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_folder_goes_with_what_is_in_it_and_nothing_else_does() {
+    fn a_folder_is_removed_with_its_content_only() {
         let root = tempfile::tempdir().expect("a folder");
         let [out, kept] = ["out", "kept"].map(|name| root.path().join(name));
         let staging = out.join(".staging");
         fs::create_dir_all(staging.join("deeper")).expect("made");
         fs::create_dir(&kept).expect("made");
         fs::write(kept.join("mine"), "x").expect("written");
-        // more names than fit into one answer of the system
+        // more names than fit into one call
         (0..500).for_each(|k| fs::write(staging.join(format!("{k:060}")), "x").expect("written"));
         fs::write(staging.join("deeper/file"), "x").expect("written");
         std::os::unix::fs::symlink(&kept, staging.join("link")).expect("made");

@@ -1,10 +1,10 @@
-//! The program's memory, and its end when there is none left.
+//! The program's memory, and the end of the program when there is none left.
 //!
-//! What is large is asked for in a way that can be refused ([`orograph_graph::memory`]) and becomes an ordinary error.
-//! Everything else is small: a name, a message, a thread's queue. When the system refuses one of those there is nothing
-//! to go on with, and nothing that would need memory can be done, such as unwinding or formatting a message. The
-//! program then says which nodes ran and what helps, removes what it has half written, and ends with the exit code 2.
-//! A journal of the editor is complete up to its last entry at any moment and stays.
+//! Large allocations can be refused ([`orograph_graph::memory`]), which becomes an ordinary error. All others are
+//! small: a name, a message, a thread's queue. If the system refuses one of those, the program cannot continue, and
+//! cannot do anything that needs memory, such as unwinding or formatting a message. It then prints the running nodes
+//! and a hint (with `--json` also as the last line), removes unfinished files, and exits with code 2. A journal of the editor is complete up to its last
+//! entry at any moment and stays.
 
 mod ending;
 #[cfg(target_os = "linux")]
@@ -16,20 +16,19 @@ mod system;
 
 use std::alloc::{GlobalAlloc, Layout};
 
-pub use ending::keeps_a_journal;
+pub use ending::{keeps_a_journal, writes_json_lines};
 use orograph_graph::memory::is_asking;
-use orograph_nodes::memory::LargePages;
+use orograph_nodes::numerics::memory::LargePages;
 
-/// The program's allocator: [`LargePages`], which ends the program when it is refused memory that nothing can do
-/// without.
+/// The program's allocator: [`LargePages`], which ends the program when an essential allocation is refused.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Memory;
 
 #[expect(unsafe_code, reason = "an allocator is a promise to the compiler")]
-// SAFETY: every call goes to another allocator as it is; a null block is given back or the program ends.
+// SAFETY: every call is forwarded to another allocator; a null block is returned or the program ends.
 unsafe impl GlobalAlloc for Memory {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller's promise is passed on.
+        // SAFETY: the caller upholds the contract.
         given(unsafe { LargePages.alloc(layout) }, layout.size())
     }
 
@@ -49,7 +48,7 @@ unsafe impl GlobalAlloc for Memory {
     }
 }
 
-/// The block; null only for who asked whether there is memory.
+/// The block; null only for callers that handle a refusal.
 #[inline]
 fn given(block: *mut u8, size: usize) -> *mut u8 {
     if block.is_null() && !is_asking() {

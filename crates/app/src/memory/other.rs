@@ -1,5 +1,5 @@
-//! The end of the program by the standard library, for systems whose own calls are not used here. What allocates on the
-//! way and is refused again ends the program at once.
+//! The end of the program with the standard library, for systems without an implementation by system calls. A refused
+//! allocation on the way ends the program at once.
 
 use std::{ffi::CStr, io::Write as _, path::Path};
 
@@ -10,9 +10,19 @@ pub(super) fn is_terminal() -> bool {
     std::io::IsTerminal::is_terminal(&std::io::stderr())
 }
 
-/// Writes to standard error, as far as that takes it.
-pub(super) fn say(text: &[u8]) {
-    let _ = std::io::stderr().write_all(text);
+/// Where a text goes.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Stream {
+    Output,
+    Error,
+}
+
+/// Writes as much of the text as possible.
+pub(super) fn say(to: Stream, text: &[u8]) {
+    let _ = match to {
+        Stream::Output => std::io::stdout().write_all(text),
+        Stream::Error => std::io::stderr().write_all(text),
+    };
 }
 
 /// Ends the program.
@@ -20,7 +30,7 @@ pub(super) fn leave() -> ! {
     std::process::exit(i32::from(crate::Exit::Unable as u8))
 }
 
-/// Removes what is left over, as far as it can be. The path ends with a zero byte.
+/// Removes leftover files, as far as possible. The path ends with a zero byte.
 pub(super) fn remove(path: &[u8], left: Left) {
     let Some(path) = CStr::from_bytes_with_nul(path).ok().and_then(|path| path.to_str().ok()).map(Path::new) else {
         return;

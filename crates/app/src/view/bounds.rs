@@ -39,7 +39,23 @@ impl Bounds {
                 })
             })
         });
-        let mut levels = vec![Level { nx: bx, ny: by, range: range.collect() }];
+        Self::above(Level { nx: bx, ny: by, range: range.collect() })
+    }
+
+    /// The same with other ranges in the smallest squares: `more` gives what square (i, j) holds besides.
+    pub(super) fn widened(&self, more: impl Fn(usize, usize) -> Option<[f32; 2]> + Sync) -> Self {
+        let leaves = &self.levels[0];
+        let nx = leaves.nx;
+        let range = leaves.range.par_iter().enumerate().map(|(at, [lo, hi])| {
+            let [l, h] = more(at % nx, at / nx).unwrap_or([*lo, *hi]);
+            [lo.min(l), hi.max(h)]
+        });
+        Self::above(Level { nx, ny: leaves.ny, range: range.collect() })
+    }
+
+    /// The pyramid above its smallest squares.
+    fn above(leaves: Level) -> Self {
+        let mut levels = vec![leaves];
         while let Some(finer) = levels.last().filter(|level| level.nx > 1 || level.ny > 1) {
             let (nx, ny) = (finer.nx.div_ceil(2), finer.ny.div_ceil(2));
             let range = (0..nx * ny).map(|at| {

@@ -1,7 +1,7 @@
 //! Where the eye is, and the rays through its pixels.
 
 use glam::{DVec3, Mat4, Vec4};
-use orograph_nodes::math;
+use orograph_nodes::numerics::math;
 
 /// An eye that looks along a direction, upright.
 ///

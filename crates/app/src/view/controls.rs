@@ -1,7 +1,7 @@
 //! Cameras that hands move: around a place, or through the air. Plain data and arithmetic; whoever has a window calls them.
 
 use glam::DVec3;
-use orograph_nodes::math;
+use orograph_nodes::numerics::math;
 
 use super::{
     camera::{Camera, Ray, direction},

@@ -6,8 +6,11 @@ use std::future::Future;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ViewError {
     /// There is no device that can draw.
-    #[error("no graphics device was found: {0}")]
-    NoAdapter(String),
+    #[error("no graphics driver was found that can draw in 3D")]
+    NoAdapter,
+    /// The only driver is one of OpenGL, which cannot draw into textures that 3D needs.
+    #[error("3D needs Vulkan, and the graphics driver of this machine has only OpenGL")]
+    OpenGl,
     /// The device ended, was lost, or refused.
     #[error("the graphics device failed: {0}")]
     Device(String),
@@ -27,13 +30,13 @@ impl ViewError {
     #[must_use]
     pub const fn remedy(&self) -> &'static str {
         match self {
-            Self::NoAdapter(_) => {
-                "install a Vulkan driver; a software one does, such as the package `mesa-vulkan-drivers` with `libvulkan1`"
+            Self::NoAdapter | Self::OpenGl => {
+                "install a Vulkan driver; a software driver works, such as the package `mesa-vulkan-drivers` with `libvulkan1`"
             }
-            Self::Device(_) => "renew the graphics driver, or choose a software one with `VK_DRIVER_FILES`",
+            Self::Device(_) => "update the graphics driver, or choose a software one with `VK_DRIVER_FILES`",
             Self::OutOfMemory => "ask for fewer cells or a smaller picture",
-            Self::Scene(_) => "give finite numbers, an angle of view below 180° and a factor on heights above 0",
-            Self::Land(_) => "give values of the same window as the heights",
+            Self::Scene(_) => "use finite numbers, a field of view below 180° and a vertical exaggeration above 0",
+            Self::Land(_) => "use values of the same window as the heights",
         }
     }
 }

@@ -50,12 +50,18 @@ pub(super) struct Gpu {
     pub(super) sweep_layout: wgpu::BindGroupLayout,
     pub(super) depth_layout: wgpu::BindGroupLayout,
     pub(super) light_layout: wgpu::BindGroupLayout,
+    pub(super) relief_layout: wgpu::BindGroupLayout,
+    pub(super) around_layout: wgpu::BindGroupLayout,
     pub(super) surface: wgpu::RenderPipeline,
+    /// Of the inset, or of what is around it, where a tile lies over both.
+    pub(super) split: wgpu::RenderPipeline,
     pub(super) walls: wgpu::RenderPipeline,
     pub(super) sky: wgpu::RenderPipeline,
     pub(super) gradient: wgpu::RenderPipeline,
+    pub(super) inset_gradient: wgpu::RenderPipeline,
     halved: [(wgpu::TextureFormat, wgpu::RenderPipeline); 4],
     pub(super) sweep: wgpu::ComputePipeline,
+    pub(super) sweep_inset: wgpu::ComputePipeline,
     pub(super) seen: wgpu::RenderPipeline,
     pub(super) open: wgpu::RenderPipeline,
     /// Transmittance, light scattered more than once, sky, ambient light.
@@ -81,6 +87,9 @@ impl Gpu {
         queue: &wgpu::Queue,
         format: wgpu::TextureFormat,
     ) -> Result<Self, ViewError> {
+        if device.adapter_info().backend == wgpu::Backend::Gl {
+            return Err(ViewError::OpenGl);
+        }
         caught(device, || Self::made(device, queue, format))
     }
 
@@ -94,44 +103,49 @@ impl Gpu {
         let sweep_layout = layout(device, "sweep", &[Writes]);
         let depth_layout = layout(device, "depth", &[Depths]);
         let light_layout = layout(device, "light", &[Samples, Depths, Cells]);
+        let relief_layout = layout(device, "relief", &[Cells, Cells, Cells, Cells]);
+        let around_layout = layout(device, "around", &[Uniform, Cells]);
 
-        let terrain = shader(
-            device,
-            "terrain",
-            &[code!("frame"), code!("land"), code!("light"), code!("lighting"), code!("terrain")],
-        );
-        let sky =
-            shader(device, "sky", &[code!("frame"), code!("land"), code!("light"), code!("lighting"), code!("sky")]);
+        let lit_by = |label, parts: &[&str]| {
+            let light = [code!("frame"), code!("land"), code!("light"), code!("shadow"), code!("lighting")];
+            shader(device, label, &[&light[..], parts].concat())
+        };
+        let terrain = lit_by("terrain", &[code!("relief"), code!("terrain")]);
+        let sky = lit_by("sky", &[code!("sky")]);
         let tables = shader(device, "atmosphere", &[code!("frame"), code!("light"), code!("atmosphere")]);
-        let maps = shader(device, "maps", &[code!("frame"), code!("gradient")]);
-        let shade = shader(device, "shade", &[code!("frame"), code!("land"), code!("shade")]);
-        let seen =
-            shader(device, "seen", &[code!("frame"), code!("land"), code!("light"), code!("lighting"), code!("seen")]);
-        let haze =
-            shader(device, "haze", &[code!("frame"), code!("land"), code!("light"), code!("lighting"), code!("haze")]);
+        let maps = shader(device, "maps", &[code!("frame"), code!("inset"), code!("gradient")]);
+        let swept = [code!("frame"), code!("land"), code!("inset"), code!("shadow"), code!("shade")];
+        let shade = shader(device, "shade", &swept);
+        let seen = lit_by("seen", &[code!("seen")]);
+        let haze = lit_by("haze", &[code!("haze")]);
         let blur = shader(device, "blur", &[code!("frame"), code!("blur")]);
-        let finish = shader(
-            device,
-            "finish",
-            &[code!("frame"), code!("land"), code!("light"), code!("lighting"), code!("finish")],
-        );
+        let finish = lit_by("finish", &[code!("finish")]);
 
         let drawn = Make { device, frame: &frame_layout, samples: SAMPLES, depth: true };
         let plain = Make { samples: 1, depth: false, ..drawn };
         let (land, map) = ([&land_layout], [&map_layout]);
         let lit = [&land_layout, &sky_layout];
+        let shaped = [&land_layout, &sky_layout, &relief_layout];
         let halved = |format| (format, plain.pipeline(&maps, ["map_vertex", "halved_fragment"], &map, format));
         let table = |fragment| plain.pipeline(&tables, ["table_vertex", fragment], &[&sky_layout], LIGHT);
         let blurred = |fragment| plain.pipeline(&blur, ["blur_vertex", fragment], &map, LIGHT);
         let hazed = [&land_layout, &sky_layout, &depth_layout];
         let finished = [&land_layout, &sky_layout, &light_layout];
         Self {
-            surface: drawn.pipeline(&terrain, ["surface_vertex", "surface_fragment"], &lit, LIGHT),
-            walls: drawn.pipeline(&terrain, ["wall_vertex", "wall_fragment"], &lit, LIGHT),
+            surface: drawn.pipeline(&terrain, ["surface_vertex", "surface_fragment"], &shaped, LIGHT),
+            split: drawn.pipeline(&terrain, ["surface_vertex", "split_fragment"], &shaped, LIGHT),
+            walls: drawn.pipeline(&terrain, ["wall_vertex", "wall_fragment"], &shaped, LIGHT),
             sky: drawn.pipeline(&sky, ["sky_vertex", "sky_fragment"], &lit, LIGHT),
             gradient: plain.pipeline(&maps, ["map_vertex", "gradient_fragment"], &map, GRADIENT),
+            inset_gradient: plain.pipeline(
+                &maps,
+                ["map_vertex", "inset_gradient_fragment"],
+                &[&map_layout, &map_layout],
+                GRADIENT,
+            ),
             halved: [HEIGHT, GRADIENT, COLOUR, SEEN].map(halved),
             sweep: plain.compute(&shade, "sweep", &[&land_layout, &sweep_layout]),
+            sweep_inset: plain.compute(&shade, "sweep_inset", &[&land_layout, &sweep_layout, &around_layout]),
             seen: plain.pipeline(&seen, ["seen_vertex", "sun_fragment"], &land, SEEN),
             open: plain.pipeline(&seen, ["seen_vertex", "open_fragment"], &land, SEEN),
             sky_tables: ["clear_fragment", "again_fragment", "sky_fragment", "ambient_fragment"].map(table),
@@ -151,6 +165,8 @@ impl Gpu {
             sweep_layout,
             depth_layout,
             light_layout,
+            relief_layout,
+            around_layout,
         }
     }
 
@@ -390,6 +406,18 @@ impl Gpu {
             .map(|(binding, view)| wgpu::BindGroupEntry { binding, resource: wgpu::BindingResource::TextureView(view) })
             .collect();
         self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    }
+
+    /// A bind group of the uniform and the shadows of the land around an inset.
+    pub(super) fn around(&self, frame: &wgpu::Buffer, shade: &wgpu::TextureView) -> wgpu::BindGroup {
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("around"),
+            layout: &self.around_layout,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: frame.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(shade) },
+            ],
+        })
     }
 
     /// Draws one triangle over a whole texture.

@@ -9,11 +9,11 @@ use super::{
     error::ViewError,
     ray::{Hit, Surface, in_grid},
 };
-use crate::picture;
+use crate::export::picture;
 
 /// The most cells along a side that are shown: what every graphics device takes. Larger land is shown by the means of
 /// squares of cells.
-const MOST_CELLS: u32 = 8192;
+pub(super) const MOST_CELLS: u32 = 8192;
 
 /// What is looked at: heights, and if wanted colours, water and a mask of the same window.
 #[derive(Clone, Debug)]
@@ -40,7 +40,7 @@ impl Land {
         let height = picture::shrunk(height, MOST_CELLS);
         let finite = height.plane(0).iter().all(|h| h.is_finite());
         let Some((low, high)) = height.range(0).filter(|_| finite) else {
-            return Err(ViewError::Land("some heights are no numbers".to_owned()));
+            return Err(ViewError::Land("some heights are not numbers".to_owned()));
         };
         let ground = bounds(&height, None);
         let range = [low, high].map(f64::from);
@@ -61,7 +61,7 @@ impl Land {
     /// # Errors
     /// When they are of another window.
     pub fn with_water(mut self, depth: &Field) -> Result<Self, ViewError> {
-        let water = self.fitted(depth, 1, "depths of water")?;
+        let water = self.fitted(depth, 1, "water depths")?;
         self.surface = Some(bounds(&self.height, Some(&water)));
         self.water = Some(water);
         Ok(self)

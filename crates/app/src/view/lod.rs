@@ -8,6 +8,10 @@
 //! What differs from the paper: distances are horizontal, with the height of the eye above the highest land as the third
 //! side, the same for tiles and vertices. Then what the paper asks of the ranges (a tile must not cross a whole band) depends on
 //! lengths along the ground alone, and steep or exaggerated land cannot break it.
+//!
+//! Where a part of the land is known at finer cells ([`super::inset`]), grid lines are that much denser everywhere: the fine
+//! levels go below the coarse ones and are used near the eye alone, so that one mesh covers both and has no cracks at the
+//! part's edge.
 
 use glam::DVec3;
 
@@ -63,6 +67,8 @@ pub(super) struct Ground<'a> {
     pub(super) cells: [u32; 2],
     /// Side of a cell in metres.
     pub(super) cell_m: f64,
+    /// Grid lines a cell, as a power of two.
+    pub(super) finer: u32,
     /// Factor on heights.
     pub(super) exaggeration: f64,
     /// Where walls end below, exaggerated.
@@ -73,18 +79,19 @@ pub(super) struct Ground<'a> {
 
 /// The height of the eye above the highest land: one side of every distance. Never negative.
 pub(super) fn eye_above(ground: &Ground<'_>, camera: &Camera) -> f64 {
-    let [_, high] = ground.heights(ground.bounds.top(), 0, 0).unwrap_or([0.0; 2]);
+    let [_, high] = ground.heights(ground.bounds.top() + ground.finer, 0, 0).unwrap_or([0.0; 2]);
     (camera.eye.y - high).max(0.0)
 }
 
 /// Chooses the tiles that a camera sees. `detail_px` is the side of a triangle on a screen so many pixels high.
 pub(super) fn select(ground: &Ground<'_>, camera: &Camera, size: [u32; 2], detail_px: f64) -> Selection {
-    let patches = ground.cells[0].max(ground.cells[1]) + 1;
+    let patches = ground.last_line(0).max(ground.last_line(1));
     let top = patches.div_ceil(NODE).next_power_of_two().ilog2();
     let focal_px = f64::from(size[1].max(1)) * 0.5 / camera.half_extent(size)[1];
     // a level begins at half its range, where its triangles are largest
-    let least_m = LEAST_RANGE * ground.cell_m;
-    let range_m = (2.0 * ground.cell_m * focal_px / detail_px.max(0.25)).max(least_m);
+    let step_m = ground.cell_m / f64::from(1_u32 << ground.finer);
+    let least_m = LEAST_RANGE * step_m;
+    let range_m = (2.0 * step_m * focal_px / detail_px.max(0.25)).max(least_m);
     let mut walk = Walk {
         ground,
         range_m,
@@ -99,15 +106,41 @@ pub(super) fn select(ground: &Ground<'_>, camera: &Camera, size: [u32; 2], detai
 }
 
 impl Ground<'_> {
+    /// Lowest and highest height of a square of a level of the pyramid of bounds, counted from the finest grid lines.
     fn heights(&self, level: u32, i: u32, j: u32) -> Option<[f64; 2]> {
-        let range = self.bounds.range(level, i, j)?;
+        // squares smaller than the smallest of the pyramid have its bounds
+        let up = self.finer.saturating_sub(level);
+        let range = self.bounds.range(level.saturating_sub(self.finer), i >> up, j >> up)?;
         let sea = self.sea_level.unwrap_or(f64::NEG_INFINITY);
         Some(range.map(|height| f64::from(height).max(sea) * self.exaggeration))
     }
 
+    /// The first grid line that lies on the land's edge with all that follow.
+    pub(super) fn last_line(&self, axis: usize) -> u32 {
+        (self.cells[axis] << self.finer) + ((1 << self.finer) / 2).max(1)
+    }
+
+    /// Returns true if a tile lies over some of a rectangle: west, north, east and south side in metres.
+    pub(super) fn meets(&self, tile: &Tile, [west, north, east, south]: [f64; 4]) -> bool {
+        let [[x0, x1], [y0, y1]] = self.sides(tile);
+        x1 >= west && x0 <= east && y1 >= north && y0 <= south
+    }
+
+    /// Returns true if a tile lies within a rectangle, wherever its odd vertices have slid.
+    pub(super) fn lies_in(&self, tile: &Tile, [west, north, east, south]: [f64; 4]) -> bool {
+        let [[x0, x1], [y0, y1]] = self.sides(tile);
+        x0 > west && x1 < east && y0 > north && y1 < south
+    }
+
+    /// The sides of a tile in metres: west and east, north and south.
+    fn sides(&self, tile: &Tile) -> [[f64; 2]; 2] {
+        [0, 1].map(|axis| [0, TILE << tile.level].map(|after| self.line_m(axis, tile.origin[axis] + after)))
+    }
+
     /// Place in metres of a grid line.
-    fn line_m(&self, axis: usize, line: u32) -> f64 {
-        (f64::from(line) - 0.5).clamp(0.0, f64::from(self.cells[axis])) * self.cell_m
+    pub(super) fn line_m(&self, axis: usize, line: u32) -> f64 {
+        let line = f64::from(line) / f64::from(1_u32 << self.finer);
+        (line - 0.5).clamp(0.0, f64::from(self.cells[axis])) * self.cell_m
     }
 }
 
@@ -154,8 +187,8 @@ impl Walk<'_> {
         let span = TILE << level;
         let tile = Tile { origin: [i * span, j * span], level, side: 0, slide };
         self.out.tiles.push(tile);
-        let [nx, ny] = self.ground.cells;
-        let at_edge = [i == 0, tile.origin[0] + span > nx, j == 0, tile.origin[1] + span > ny];
+        let at_last = |axis: usize| tile.origin[axis] + span >= self.ground.last_line(axis);
+        let at_edge = [i == 0, at_last(0), j == 0, at_last(1)];
         for (side, _) in (0..).zip(at_edge).filter(|(_, at)| *at) {
             self.out.walls.push(Tile { side, ..tile });
         }
@@ -175,13 +208,14 @@ impl Walk<'_> {
         let ground = self.ground;
         let span = u64::from(side) << level;
         let first = [u64::from(i) * span, u64::from(j) * span];
-        if first[0] > u64::from(ground.cells[0]) || first[1] > u64::from(ground.cells[1]) {
+        let end = [0, 1].map(|axis| u64::from(ground.last_line(axis)));
+        if first[0] >= end[0] || first[1] >= end[1] {
             return None;
         }
         let [low, high] = ground.heights(level + bounds, i, j)?;
-        let last = [0, 1].map(|axis| (first[axis] + span).min(u64::from(ground.cells[axis]) + 1) as u32);
+        let last = [0, 1].map(|axis| (first[axis] + span).min(end[axis]) as u32);
         let first = first.map(|line| line as u32);
-        let edge = (0..2).any(|axis| first[axis] == 0 || last[axis] > ground.cells[axis]);
+        let edge = (0..2).any(|axis| first[axis] == 0 || u64::from(last[axis]) == end[axis]);
         let low = if edge { low.min(ground.base) } else { low };
         Some((
             DVec3::new(ground.line_m(0, first[0]), low, ground.line_m(1, first[1])),
@@ -219,7 +253,7 @@ mod tests {
     }
 
     fn ground(bounds: &Bounds, cells: [u32; 2]) -> Ground<'_> {
-        Ground { bounds, cells, cell_m: 10.0, exaggeration: 1.0, base: -500.0, sea_level: None }
+        Ground { bounds, cells, cell_m: 10.0, finer: 0, exaggeration: 1.0, base: -500.0, sea_level: None }
     }
 
     /// From far above, from the middle of the land, from a corner, along the ground.
@@ -278,8 +312,8 @@ mod tests {
     fn neighbours_differ_by_one_level_and_meet_where_both_agree() {
         let cells = [2048, 2048];
         let bounds = bounds([2048, 2048]);
-        let ground = ground(&bounds, cells);
-        for camera in cameras(20_480.0) {
+        for (finer, camera) in cameras(20_480.0).into_iter().flat_map(|camera| [0, 3].map(|finer| (finer, camera))) {
+            let ground = Ground { finer, ..ground(&bounds, cells) };
             let selection = select(&ground, &camera, [800, 600], 6.0);
             let above = eye_above(&ground, &camera);
             let mut level_of = std::collections::BTreeMap::new();

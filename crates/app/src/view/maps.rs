@@ -1,10 +1,7 @@
 //! The land as textures.
 
 use orograph_graph::{Field, Srgb};
-use orograph_nodes::{
-    math::f32 as math,
-    render::{light, palettes::Palette},
-};
+use orograph_nodes::numerics::{light, math::f32 as math, palettes::Palette};
 use rayon::prelude::*;
 
 use super::{
@@ -25,8 +22,14 @@ pub(super) struct Maps {
     /// With the swept shadows, but without what is seen of the sun.
     swept: wgpu::BindGroup,
     sweep_out: wgpu::BindGroup,
+    /// Heights and depths of water.
+    relief: [wgpu::TextureView; 2],
+    gradient: wgpu::TextureView,
+    shade: wgpu::TextureView,
     seen: wgpu::TextureView,
     open: wgpu::TextureView,
+    /// The shadows of the land around, where this is an inset.
+    around: Option<wgpu::BindGroup>,
     /// Passes that fill the coarser levels of what is seen of the sun.
     seen_halves: Vec<Fill>,
     /// Passes that fill textures from others, until they have been recorded.
@@ -41,13 +44,23 @@ pub(super) struct Maps {
 #[derive(Debug)]
 struct Fill {
     target: wgpu::TextureView,
-    source: wgpu::BindGroup,
+    sources: Vec<wgpu::BindGroup>,
     what: What,
+}
+
+/// The land around an inset.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Around<'a> {
+    pub(super) maps: &'a Maps,
+    /// Its uniform.
+    pub(super) frame: &'a wgpu::Buffer,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum What {
     Gradient,
+    /// Of an inset.
+    InsetGradient,
     Halved(wgpu::TextureFormat),
 }
 
@@ -55,7 +68,8 @@ enum What {
 const TINTS: usize = 256;
 
 impl Maps {
-    pub(super) fn new(gpu: &Gpu, land: &Land) -> Self {
+    /// Of a land, or of an inset of the land around it.
+    pub(super) fn new(gpu: &Gpu, land: &Land, around: Option<Around<'_>>) -> Self {
         let copy = wgpu::TextureUsages::COPY_DST;
         let drawn = wgpu::TextureUsages::RENDER_ATTACHMENT;
         let cells = land.cells();
@@ -74,10 +88,11 @@ impl Maps {
             None => one(gpu, HEIGHT, &[0; 4]),
         };
         let gradient = gpu.texture(cells, GRADIENT, mips, drawn);
+        let slopes_of = std::iter::once(level(&height, 0)).chain(around.map(|around| around.maps.gradient.clone()));
         waiting.push(Fill {
             target: level(&gradient, 0),
-            source: gpu.group(&gpu.map_layout, &[&level(&height, 0)]),
-            what: What::Gradient,
+            sources: slopes_of.map(|view| gpu.group(&gpu.map_layout, &[&view])).collect(),
+            what: if around.is_some() { What::InsetGradient } else { What::Gradient },
         });
         waiting.extend(halves(gpu, &gradient));
         let colour = match land.colour() {
@@ -102,22 +117,32 @@ impl Maps {
         gpu.fill(&tints, &[Palette::Alpine, Palette::Rock, Palette::Map].map(row).concat());
 
         let seen = gpu.texture(cells, SEEN, mips, drawn);
-        let open = gpu.texture(open_texels(land), SEEN, 1, drawn);
+        // an inset is too small to know how much of the sky is open
+        let open = match around {
+            Some(around) => around.maps.open.clone(),
+            None => whole(&gpu.texture(open_texels(land), SEEN, 1, drawn)),
+        };
         let shade = gpu.texture(sweep::largest(land), SHADE, 1, wgpu::TextureUsages::STORAGE_BINDING);
-        let nothing = one(gpu, SEEN, &[255]);
-        let no_shade = one(gpu, SHADE, &[0; 8]);
-        let group = |seen: &wgpu::Texture, open: &wgpu::Texture, shade: &wgpu::Texture| {
-            let views = [&height, &water, &gradient, &colour, &mask, &tints, seen, open, shade].map(whole);
-            gpu.group(&gpu.land_layout, &views.each_ref())
+        let shade = whole(&shade);
+        let nothing = whole(&one(gpu, SEEN, &[255]));
+        let no_shade = whole(&one(gpu, SHADE, &[0; 8]));
+        let of_land = [&height, &water, &gradient, &colour, &mask, &tints].map(whole);
+        let group = |seen: &wgpu::TextureView, open: &wgpu::TextureView, shade: &wgpu::TextureView| {
+            let views: Vec<&wgpu::TextureView> = of_land.iter().chain([seen, open, shade]).collect();
+            gpu.group(&gpu.land_layout, &views)
         };
         Self {
-            group: group(&seen, &open, &shade),
+            group: group(&whole(&seen), &open, &shade),
             bare: group(&nothing, &nothing, &no_shade),
             swept: group(&nothing, &nothing, &shade),
-            sweep_out: gpu.group(&gpu.sweep_layout, &[&whole(&shade)]),
+            sweep_out: gpu.group(&gpu.sweep_layout, &[&shade]),
             seen_halves: halves(gpu, &seen).collect(),
             seen: level(&seen, 0),
-            open: whole(&open),
+            relief: [&height, &water].map(whole),
+            gradient: level(&gradient, 0),
+            around: around.map(|around| gpu.around(around.frame, &around.maps.shade)),
+            shade,
+            open,
             waiting,
             shadows_of: None,
             open_of: None,
@@ -126,6 +151,11 @@ impl Maps {
 
     pub(super) const fn group(&self) -> &wgpu::BindGroup {
         &self.group
+    }
+
+    /// Heights and depths of water.
+    pub(super) fn relief(&self) -> [&wgpu::TextureView; 2] {
+        self.relief.each_ref()
     }
 
     /// Records what has not been computed yet for this scene.
@@ -140,15 +170,15 @@ impl Maps {
         for fill in self.waiting.drain(..) {
             fill.record(gpu, encoder, frame);
         }
-        if self.open_of != Some(scene.exaggeration) {
+        if self.around.is_none() && self.open_of != Some(scene.exaggeration) {
             gpu.over(encoder, &self.open, &gpu.open, &[frame, &self.bare]);
             self.open_of = Some(scene.exaggeration);
         }
         let shadows = Some((*sweep, scene.exaggeration, scene.sea_level));
         if scene.shadows && self.shadows_of != shadows {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(&gpu.sweep);
-            for (index, group) in (0..).zip([frame, &self.bare, &self.sweep_out]) {
+            pass.set_pipeline(if self.around.is_some() { &gpu.sweep_inset } else { &gpu.sweep });
+            for (index, group) in (0..).zip([frame, &self.bare, &self.sweep_out].into_iter().chain(&self.around)) {
                 pass.set_bind_group(index, group, &[]);
             }
             pass.dispatch_workgroups(sweep.lines.div_ceil(64), 1, 1);
@@ -166,9 +196,11 @@ impl Fill {
     fn record(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, frame: &wgpu::BindGroup) {
         let pipeline = match self.what {
             What::Gradient => &gpu.gradient,
+            What::InsetGradient => &gpu.inset_gradient,
             What::Halved(format) => gpu.halved(format),
         };
-        gpu.over(encoder, &self.target, pipeline, &[frame, &self.source]);
+        let groups: Vec<&wgpu::BindGroup> = std::iter::once(frame).chain(&self.sources).collect();
+        gpu.over(encoder, &self.target, pipeline, &groups);
     }
 }
 
@@ -177,7 +209,7 @@ fn halves(gpu: &Gpu, texture: &wgpu::Texture) -> impl Iterator<Item = Fill> {
     let what = What::Halved(texture.format());
     (1..texture.mip_level_count()).map(move |mip| {
         let finer = level(texture, mip - 1);
-        Fill { target: level(texture, mip), source: gpu.group(&gpu.map_layout, &[&finer]), what }
+        Fill { target: level(texture, mip), sources: vec![gpu.group(&gpu.map_layout, &[&finer])], what }
     })
 }
 
@@ -202,7 +234,7 @@ fn one(gpu: &Gpu, format: wgpu::TextureFormat, texel: &[u8]) -> wgpu::Texture {
 
 /// Linear RGB as bytes of sRGB.
 fn coded(colour: &Field) -> Vec<u8> {
-    /// Steps of a table: fine enough that the darkest codes are told apart.
+    /// Steps of a table: fine enough to separate the darkest codes.
     const STEPS: usize = 1 << 14;
     let table: Vec<u8> = (0..=STEPS).map(|step| code(step as f32 / STEPS as f32)).collect();
     let byte = |v: f32| table[(v.clamp(0.0, 1.0) * STEPS as f32 + 0.5) as usize];

@@ -1,8 +1,9 @@
-//! The land in three dimensions: a renderer on wgpu, cameras, and rays that ask what lies under a pixel.
+//! The 3D view: a renderer on wgpu, cameras, and rays that find the terrain under a pixel.
 //!
 //! It draws into any texture, so that an editor's window and a picture without a window come from the same code:
 //!
 //! - [`Land`] is what is looked at: heights, and if wanted colours, water and a mask.
+//! - [`Inset`] is a part of it at finer cells.
 //! - [`Scene`] says how: camera, sun, haze, exaggeration, contour lines.
 //! - [`Renderer`] holds what lies on the graphics card and records the passes of a picture.
 //! - [`Orbit`] and [`Fly`] turn drags and keys into a [`Camera`].
@@ -18,6 +19,7 @@ mod camera;
 mod controls;
 mod error;
 mod gpu;
+mod inset;
 mod land;
 mod lod;
 mod maps;
@@ -33,6 +35,7 @@ mod uniforms;
 pub use camera::{Camera, Ray};
 pub use controls::{Fly, FlyKeys, Orbit};
 pub use error::ViewError;
+pub use inset::Inset;
 pub use land::Land;
 pub use offscreen::{Offscreen, drawn};
 pub use ray::Hit;

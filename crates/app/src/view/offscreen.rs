@@ -38,8 +38,7 @@ impl Offscreen {
             power_preference: wgpu::PowerPreference::HighPerformance,
             ..wgpu::RequestAdapterOptions::default()
         };
-        let adapter =
-            instance.request_adapter(&options).await.map_err(|error| ViewError::NoAdapter(error.to_string()))?;
+        let adapter = instance.request_adapter(&options).await.map_err(|_| ViewError::NoAdapter)?;
         let descriptor = wgpu::DeviceDescriptor { label: Some("orograph"), ..wgpu::DeviceDescriptor::default() };
         let device = adapter.request_device(&descriptor).await;
         let (device, queue) = device.map_err(|error| ViewError::Device(error.to_string()))?;
@@ -117,7 +116,7 @@ pub fn drawn(
     let most = device.limits().max_texture_dimension_2d;
     if width == 0 || height == 0 || width > most || height > most {
         return Err(ViewError::Device(format!(
-            "a picture of {width} x {height} pixels cannot be drawn; it takes 1 to {most} a side"
+            "cannot draw a picture of {width} x {height} pixels; each side can have 1 to {most}"
         )));
     }
     let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };

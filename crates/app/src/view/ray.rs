@@ -158,7 +158,7 @@ pub(super) fn in_grid(ray: &Ray, cell_m: f64, exaggeration: f64) -> (Ray, f64) {
 
 #[cfg(test)]
 mod tests {
-    use orograph_nodes::math;
+    use orograph_nodes::numerics::math;
 
     use super::*;
 

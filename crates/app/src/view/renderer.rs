@@ -5,21 +5,26 @@ use std::sync::Arc;
 use super::{
     error::{ViewError, caught},
     gpu::{DEPTH, Gpu, LIGHT, TILE_INDICES, WALL_INDICES},
+    inset::Inset,
     land::Land,
     lod::{self, TILE, Tile},
-    maps::Maps,
+    maps::{Around, Maps},
     scene::Scene,
     sky::Sky,
     sweep::Sweep,
     uniforms::{self, Frame},
 };
 
+/// How much longer sides of triangles may be where the land has an inset: the finer cells show by their slopes.
+const INSET_DETAIL: f64 = 1.5;
+
 /// Draws land. One for each view of a window; those of one device share their pipelines.
 #[derive(Debug)]
 pub struct Renderer {
     gpu: Arc<Gpu>,
-    uniform: wgpu::Buffer,
-    frame: wgpu::BindGroup,
+    whole: Uniform,
+    /// Of the inset.
+    part: Uniform,
     tiles: wgpu::Buffer,
     sky: Sky,
     shown: Option<Shown>,
@@ -31,6 +36,16 @@ pub struct Renderer {
 struct Shown {
     land: Arc<Land>,
     maps: Maps,
+    inset: Option<(Arc<Inset>, Maps)>,
+    /// What the mesh follows.
+    relief: wgpu::BindGroup,
+}
+
+/// What the shaders know of a picture.
+#[derive(Debug)]
+struct Uniform {
+    buffer: wgpu::Buffer,
+    group: wgpu::BindGroup,
 }
 
 /// Textures of the size of the picture.
@@ -49,7 +64,7 @@ struct Targets {
 /// What a picture took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Drawn {
-    /// Tiles of land.
+    /// Tiles of land; those at the edge of an inset count twice.
     pub tiles: usize,
     /// Triangles of land and walls.
     pub triangles: usize,
@@ -75,35 +90,50 @@ impl Renderer {
 
     fn with(gpu: Arc<Gpu>) -> Result<Self, ViewError> {
         let device = &gpu.device;
-        let (uniform, frame, tiles, sky) = caught(device, || {
-            let uniform = device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("frame"),
-                size: size_of::<Frame>() as u64,
-                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            });
-            let frame = device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("frame"),
-                layout: &gpu.frame_layout,
-                entries: &[
-                    wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() },
-                    wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&gpu.smooth) },
-                    wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&gpu.slant) },
-                ],
-            });
-            (uniform, frame, instances(device, 2048), Sky::new(&gpu))
-        })?;
-        Ok(Self { gpu, uniform, frame, tiles, sky, shown: None, targets: None })
+        let [whole, part] = [(); 2].map(|()| caught(device, || Uniform::new(&gpu)));
+        let (tiles, sky) = caught(device, || (instances(device, 2048), Sky::new(&gpu)))?;
+        Ok(Self { whole: whole?, part: part?, gpu, tiles, sky, shown: None, targets: None })
     }
 
-    /// Shows another land.
+    /// Shows another land, without an inset.
     ///
     /// # Errors
     /// When the device has too little memory; what was shown stays.
     pub fn set_land(&mut self, land: Arc<Land>) -> Result<(), ViewError> {
-        let maps = caught(&self.gpu.device, || Maps::new(&self.gpu, &land))?;
-        self.shown = Some(Shown { land, maps });
+        let gpu = &*self.gpu;
+        let (maps, relief) = caught(&gpu.device, || {
+            let maps = Maps::new(gpu, &land, None);
+            let relief = relief(gpu, &maps, None);
+            (maps, relief)
+        })?;
+        self.shown = Some(Shown { land, maps, inset: None, relief });
         Ok(())
+    }
+
+    /// Shows a part of the land at finer cells, or the land alone; nothing while there is no land.
+    ///
+    /// # Errors
+    /// When the device has too little memory; what was shown stays.
+    pub fn set_inset(&mut self, inset: Option<Arc<Inset>>) -> Result<(), ViewError> {
+        let Some(shown) = &mut self.shown else { return Ok(()) };
+        let gpu = &*self.gpu;
+        let around = Around { maps: &shown.maps, frame: &self.whole.buffer };
+        let (inset, relief) = caught(&gpu.device, || {
+            let inset = inset.map(|inset| {
+                let maps = Maps::new(gpu, inset.land(), Some(around));
+                (inset, maps)
+            });
+            let relief = relief(gpu, &shown.maps, inset.as_ref().map(|(_, maps)| maps));
+            (inset, relief)
+        })?;
+        (shown.inset, shown.relief) = (inset, relief);
+        Ok(())
+    }
+
+    /// The part of the land that is shown at finer cells.
+    #[must_use]
+    pub fn inset(&self) -> Option<&Arc<Inset>> {
+        self.shown.as_ref()?.inset.as_ref().map(|(inset, _)| inset)
     }
 
     /// The land that is shown.
@@ -127,29 +157,49 @@ impl Renderer {
     ) -> Result<Drawn, ViewError> {
         scene.check()?;
         let size = size.map(|n| n.max(1));
-        let Some(Shown { land, maps }) = &mut self.shown else { return Ok(Drawn::default()) };
+        let Some(Shown { land, maps, inset, relief }) = &mut self.shown else { return Ok(Drawn::default()) };
         let gpu = &*self.gpu;
         if self.targets.as_ref().is_none_or(|targets| targets.size != size) {
             self.targets = Some(caught(&gpu.device, || Targets::new(gpu, size))?);
         }
         let Some(targets) = &self.targets else { return Ok(Drawn::default()) };
 
-        let ground = uniforms::ground(land, scene);
-        let lod::Selection { tiles, walls } = lod::select(&ground, &scene.camera, size, scene.detail_px);
-        let all = [&tiles[..], &walls[..]].concat();
+        let part = inset.as_ref().map(|(inset, _)| &**inset);
+        let ground = uniforms::ground(land, part, scene);
+        let detail_px = scene.detail_px * part.map_or(1.0, |_| INSET_DETAIL);
+        let lod::Selection { tiles, walls } = lod::select(&ground, &scene.camera, size, detail_px);
+        let (mut outer, mut rim, mut inner) = (tiles, Vec::new(), Vec::new());
+        if let Some(rectangle) = part.map(Inset::rectangle) {
+            let meets = |tile: &Tile| ground.meets(tile, rectangle);
+            let rest: Vec<Tile> = outer.iter().copied().filter(meets).collect();
+            outer.retain(|tile| !meets(tile));
+            (inner, rim) = rest.into_iter().partition(|tile| ground.lies_in(tile, rectangle));
+        }
+        let all = [&outer[..], &rim[..], &inner[..], &walls[..]].concat();
         let needed = (all.len() * size_of::<Tile>()) as u64;
         if needed > self.tiles.size() {
             self.tiles = caught(&gpu.device, || instances(&gpu.device, all.len().next_power_of_two()))?;
         }
         gpu.queue.write_buffer(&self.tiles, 0, bytemuck::cast_slice(&all));
         let sweep = Sweep::new(land, &scene.sun);
-        let uniform = Frame::new(land, scene, &sweep, size, !gpu.format.is_srgb());
-        gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
+        let uniform = Frame::new((land, part), scene, &sweep, size, !gpu.format.is_srgb());
+        gpu.queue.write_buffer(&self.whole.buffer, 0, bytemuck::bytes_of(&uniform));
 
-        let frame = &self.frame;
+        let frame = &self.whole.group;
         self.sky.prepare(gpu, encoder, frame, scene, uniforms::altitude_km(scene, ground.base));
         maps.prepare(gpu, encoder, frame, scene, &sweep);
-        let (tile_count, all_count) = (tiles.len() as u32, all.len() as u32);
+        if let Some((part, maps)) = inset {
+            let sweep = Sweep::new(part.land(), &scene.sun);
+            let uniform = uniform.of_inset(land, part, scene, &sweep);
+            gpu.queue.write_buffer(&self.part.buffer, 0, bytemuck::bytes_of(&uniform));
+            maps.prepare(gpu, encoder, &self.part.group, scene, &sweep);
+        }
+        let mut end = 0;
+        let [outer, rim, inner, walls] = [outer.len(), rim.len(), inner.len(), walls.len()].map(|count| {
+            let first = end;
+            end += count as u32;
+            first..end
+        });
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("land"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -165,15 +215,26 @@ impl Renderer {
             }),
             ..wgpu::RenderPassDescriptor::default()
         });
-        for (index, group) in (0..).zip([frame, maps.group(), self.sky.group()]) {
+        for (index, group) in (0..).zip([frame, maps.group(), self.sky.group(), relief]) {
             pass.set_bind_group(index, group, &[]);
         }
         pass.set_vertex_buffer(0, self.tiles.slice(..));
         pass.set_index_buffer(gpu.indices.slice(..), wgpu::IndexFormat::Uint16);
         pass.set_pipeline(&gpu.surface);
-        pass.draw_indexed(TILE_INDICES, 0, 0..tile_count);
+        pass.draw_indexed(TILE_INDICES, 0, outer.clone());
         pass.set_pipeline(&gpu.walls);
-        pass.draw_indexed(WALL_INDICES, 0, tile_count..all_count);
+        pass.draw_indexed(WALL_INDICES, 0, walls.clone());
+        if let Some((_, part_maps)) = inset {
+            pass.set_pipeline(&gpu.split);
+            pass.draw_indexed(TILE_INDICES, 0, rim.clone());
+            pass.set_bind_group(0, &self.part.group, &[]);
+            pass.set_bind_group(1, part_maps.group(), &[]);
+            pass.draw_indexed(TILE_INDICES, 0, rim.clone());
+            pass.set_pipeline(&gpu.surface);
+            pass.draw_indexed(TILE_INDICES, 0, inner.clone());
+            pass.set_bind_group(0, frame, &[]);
+            pass.set_bind_group(1, maps.group(), &[]);
+        }
         pass.set_pipeline(&gpu.sky);
         pass.draw(0..3, 0..1);
         drop(pass);
@@ -185,9 +246,36 @@ impl Renderer {
             gpu.over(encoder, haze, &gpu.blur[1], &[frame, &targets.haze_groups[1]]);
         }
         gpu.over(encoder, target, &gpu.finish, &[frame, maps.group(), self.sky.group(), &targets.finish_group]);
-        let triangles = 2 * (TILE * TILE) as usize * tiles.len() + 2 * TILE as usize * walls.len();
-        Ok(Drawn { tiles: tiles.len(), triangles })
+        let tiles = outer.len() + 2 * rim.len() + inner.len();
+        Ok(Drawn { tiles, triangles: 2 * (TILE * TILE) as usize * tiles + 2 * TILE as usize * walls.len() })
     }
+}
+
+impl Uniform {
+    fn new(gpu: &Gpu) -> Self {
+        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("frame"),
+            size: size_of::<Frame>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("frame"),
+            layout: &gpu.frame_layout,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&gpu.smooth) },
+                wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&gpu.slant) },
+            ],
+        });
+        Self { buffer, group }
+    }
+}
+
+/// What the mesh follows: the land, and an inset of it.
+fn relief(gpu: &Gpu, whole: &Maps, inset: Option<&Maps>) -> wgpu::BindGroup {
+    let [whole, part] = [whole, inset.unwrap_or(whole)].map(Maps::relief);
+    gpu.group(&gpu.relief_layout, &[whole, part].concat())
 }
 
 fn instances(device: &wgpu::Device, count: usize) -> wgpu::Buffer {

@@ -64,12 +64,12 @@ impl Scene {
         let sees = eye.is_finite() && forward.is_finite() && level > 0.0 && (1e-6..3.1).contains(&fov_y);
         let sun = self.sun.azimuth_deg.is_finite() && self.sun.elevation_deg.is_finite();
         let rest = [self.haze, self.detail_px, self.sea_level.unwrap_or(0.0)].into_iter().all(f64::is_finite);
-        let refuse = |what: &str| Err(ViewError::Scene(format!("{what} makes no picture")));
+        let refuse = |what: &str| Err(ViewError::Scene(format!("{what} is invalid")));
         match () {
-            () if !sees => refuse("where the eye is or looks"),
-            () if !sun => refuse("where the sun stands"),
-            () if !(1e-6..=1e6).contains(&self.exaggeration) => refuse("the factor on heights"),
-            () if !rest || !self.exposure.is_finite() => refuse("haze, detail, sea or exposure"),
+            () if !sees => refuse("the camera position or target"),
+            () if !sun => refuse("the position of the sun"),
+            () if !(1e-6..=1e6).contains(&self.exaggeration) => refuse("the vertical exaggeration"),
+            () if !rest || !self.exposure.is_finite() => refuse("haze, detail, sea level or exposure"),
             () => Ok(()),
         }
     }
@@ -113,7 +113,7 @@ impl Contours {
     #[must_use]
     pub fn over(range: f64) -> Self {
         let wanted = if range.is_finite() && range > 0.0 { range / 20.0 } else { 1.0 };
-        let ten = orograph_nodes::math::pow(10.0, orograph_nodes::math::log10(wanted).floor());
+        let ten = orograph_nodes::numerics::math::pow(10.0, orograph_nodes::numerics::math::log10(wanted).floor());
         let interval = [1.0, 2.0, 5.0, 10.0].map(|step| step * ten).into_iter().find(|step| *step >= wanted);
         Self { interval: interval.unwrap_or(wanted), opacity: 0.45 }
     }

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use orograph_nodes::math;
+use orograph_nodes::numerics::math;
 
 use super::camera::direction;
 

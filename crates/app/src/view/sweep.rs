@@ -1,6 +1,6 @@
 //! How the sun's shadows are swept over the land: the numbers that `shaders/view/shade.wgsl` needs.
 
-use orograph_nodes::math;
+use orograph_nodes::numerics::math;
 
 use super::{land::Land, sun::Sun};
 

@@ -1,9 +1,10 @@
 //! What the shaders know of a picture: `Frame` in `shaders/view/frame.wgsl`.
 
 use glam::{DVec3, Mat4, Vec4};
-use orograph_nodes::math;
+use orograph_nodes::numerics::math;
 
 use super::{
+    inset::Inset,
     land::Land,
     lod::{Ground, eye_above},
     scene::{Background, Colouring, Scene},
@@ -23,11 +24,11 @@ pub(super) struct Frame {
     forward: Vec4,
     /// Unit vector to the sun; tangent of the picture's half height.
     sun: Vec4,
-    /// Eye in metres; its height above the highest land.
+    /// Eye in metres from the corner of what is drawn; its height above the highest land.
     eye: Vec4,
-    /// Grid coordinates of the eye: whole part.
-    eye_cell: [i32; 2],
-    /// Grid coordinates of the eye: the rest.
+    /// The eye in grid lines of the mesh: whole part.
+    eye_line: [i32; 2],
+    /// The eye in grid lines of the mesh: the rest.
     eye_part: [f32; 2],
     cells: [u32; 2],
     cell_m: f32,
@@ -52,19 +53,43 @@ pub(super) struct Frame {
     background: Vec4,
     /// Colouring, 1 for levels of detail, 1 for shadows, 1 for codes of a screen instead of linear light.
     flags: [u32; 4],
+    /// Mesh: last grid line along x and y, first one; what is drawn: 0 all, 1 around the inset, 2 the inset.
+    lines: [u32; 4],
+    /// Mesh: cells a line, metres a line, distance of the land's edge from the outermost lines in lines; longer side of the
+    /// land in metres.
+    grid: Vec4,
+    /// Rectangle of the inset in metres, relative to the eye: west, north, east, south.
+    inset: Vec4,
+    /// Corner of the inset in metres, relative to the eye; its cells a metre.
+    inset_cells: Vec4,
+    /// From the map of what is drawn to the whole land's: first and size.
+    over: Vec4,
+    /// Sides of the inset in its cells.
+    sides: Vec4,
+    /// Corner of what is drawn in metres from the whole land's; 1 / cells of the inset's band.
+    corner: Vec4,
 }
 
 /// A sea that is nowhere.
 const NO_SEA: f32 = -1e30;
 
 impl Frame {
-    pub(super) fn new(land: &Land, scene: &Scene, sweep: &Sweep, size: [u32; 2], encode: bool) -> Self {
+    /// Of the whole land, around its inset if it has one.
+    pub(super) fn new(
+        (land, inset): (&Land, Option<&Inset>),
+        scene: &Scene,
+        sweep: &Sweep,
+        size: [u32; 2],
+        encode: bool,
+    ) -> Self {
         let camera = &scene.camera;
         let [tx, ty] = camera.half_extent(size);
         let near = near(land);
-        let grid = DVec3::new(camera.eye.x, 0.0, camera.eye.z) / land.cell_m() + 0.5;
+        let ground = ground(land, inset, scene);
+        let lines_a_cell = f64::from(1_u32 << ground.finer);
+        let grid = (DVec3::new(camera.eye.x, 0.0, camera.eye.z) / land.cell_m() + 0.5) * lines_a_cell;
         let whole = grid.floor();
-        let ground = ground(land, scene);
+        let edge = if ground.finer == 0 { 0.5 } else { 0.0 };
         let vector = |v: DVec3, w: f64| v.extend(w).as_vec4();
         let [low, high] = land.range();
         let sea = scene.sea_level.map_or(NO_SEA, |sea| sea as f32);
@@ -85,7 +110,7 @@ impl Frame {
             forward: vector(camera.forward, near),
             sun: vector(scene.sun.towards(), ty),
             eye: vector(camera.eye, eye_above(&ground, camera)),
-            eye_cell: [whole.x as i32, whole.z as i32],
+            eye_line: [whole.x as i32, whole.z as i32],
             eye_part: [(grid.x - whole.x) as f32, (grid.z - whole.z) as f32],
             cells: land.cells(),
             cell_m: land.cell_m() as f32,
@@ -97,8 +122,8 @@ impl Frame {
             overlay: Vec4::new(contours[0], contours[1], mask, scene.haze as f32),
             air: haze(land, scene, ground.base),
             sky: Vec4::new(altitude_km(scene, ground.base) as f32, 0.0, 0.0, 0.0),
-            sweep: Vec4::new(sweep.shift as f32, sweep.step_m as f32, sweep.first as f32, sweep.cells as f32),
-            sweep_lines: [sweep.axis, i32::from(sweep.forward), sweep.steps as i32, sweep.lines as i32],
+            sweep: steps(sweep),
+            sweep_lines: lines(sweep),
             sweep_fall: Vec4::new(sweep.fall[0] as f32, sweep.fall[1] as f32, 0.0, 0.0),
             open: {
                 let [x, y] = open_texels(land);
@@ -110,8 +135,58 @@ impl Frame {
                 Background::Plain([r, g, b]) => Vec4::new(r, g, b, 0.0),
             },
             flags: [colouring, u32::from(scene.show_levels), u32::from(scene.shadows), u32::from(encode)],
+            lines: [ground.last_line(0), ground.last_line(1), (1 << ground.finer) / 2, u32::from(inset.is_some())],
+            grid: {
+                let step = 1.0 / lines_a_cell;
+                let [w, h] = land.size_m();
+                Vec4::new(step as f32, (land.cell_m() * step) as f32, edge, w.max(h) as f32)
+            },
+            inset: inset.map_or(NOWHERE, |inset| {
+                let [west, north, east, south] = inset.rectangle();
+                let eye = camera.eye;
+                Vec4::from_array([west - eye.x, north - eye.z, east - eye.x, south - eye.z].map(|v| v as f32))
+            }),
+            inset_cells: inset.map_or(Vec4::ZERO, |inset| {
+                let [x, y] = inset.corner();
+                let a_metre = 1.0 / inset.land().cell_m();
+                Vec4::new((x - camera.eye.x) as f32, (y - camera.eye.z) as f32, a_metre as f32, 0.0)
+            }),
+            over: Vec4::new(0.0, 0.0, 1.0, 1.0),
+            sides: Vec4::ZERO,
+            corner: Vec4::ZERO,
         }
     }
+
+    /// Of the inset of that land.
+    pub(super) fn of_inset(self, land: &Land, inset: &Inset, scene: &Scene, sweep: &Sweep) -> Self {
+        let (own, corner, size) = (inset.land(), inset.corner(), land.size_m());
+        let eye = scene.camera.eye - DVec3::new(corner[0], 0.0, corner[1]);
+        let share = |axis: usize, metres: [f64; 2]| (metres[axis] / size[axis]) as f32;
+        let [drawn_x, drawn_y, first, _] = self.lines;
+        Self {
+            eye: eye.as_vec3().extend(self.eye.w),
+            cells: own.cells(),
+            cell_m: own.cell_m() as f32,
+            sweep: steps(sweep),
+            sweep_lines: lines(sweep),
+            lines: [drawn_x, drawn_y, first, 2],
+            over: Vec4::new(share(0, corner), share(1, corner), share(0, own.size_m()), share(1, own.size_m())),
+            sides: Vec4::from_array(inset.sides().map(|side| side as f32)),
+            corner: Vec4::new(corner[0] as f32, corner[1] as f32, (1.0 / inset.band()) as f32, 0.0),
+            ..self
+        }
+    }
+}
+
+/// A rectangle without a place in it.
+const NOWHERE: Vec4 = Vec4::new(1e30, 1e30, -1e30, -1e30);
+
+fn steps(sweep: &Sweep) -> Vec4 {
+    Vec4::new(sweep.shift as f32, sweep.step_m as f32, sweep.first as f32, sweep.cells as f32)
+}
+
+fn lines(sweep: &Sweep) -> [i32; 4] {
+    [sweep.axis, i32::from(sweep.forward), sweep.steps as i32, sweep.lines as i32]
 }
 
 /// Stops that show a matt grey surface in an afternoon's sun as middle grey.
@@ -157,11 +232,12 @@ fn near(land: &Land) -> f64 {
 }
 
 /// The land as the choice of tiles needs it.
-pub(super) fn ground<'a>(land: &'a Land, scene: &Scene) -> Ground<'a> {
+pub(super) fn ground<'a>(land: &'a Land, inset: Option<&'a Inset>, scene: &Scene) -> Ground<'a> {
     Ground {
-        bounds: land.bounds(),
+        bounds: inset.map_or(land.bounds(), Inset::bounds),
         cells: land.cells(),
         cell_m: land.cell_m(),
+        finer: inset.map_or(0, Inset::finer),
         exaggeration: scene.exaggeration,
         base: land.base(scene.exaggeration) * scene.exaggeration,
         sea_level: scene.sea_level,

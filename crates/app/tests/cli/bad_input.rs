@@ -1,11 +1,11 @@
-//! Bad input: a clear message with the place and the remedy, the right exit code, earlier outputs untouched.
+//! Bad input: a clear message with the position and a fix, the right exit code, earlier outputs untouched.
 
 use std::fs;
 
 use super::{Place, SMALL};
 
 #[test]
-fn files_that_are_no_graphs() {
+fn files_that_are_not_graphs() {
     let place = Place::new();
     fs::create_dir(place.path("folder")).expect("made");
     fs::write(place.path("binary.ron"), [0xff, 0xfe, 0x00]).expect("written");
@@ -20,7 +20,7 @@ fn files_that_are_no_graphs() {
 }
 
 #[test]
-fn six_mistakes_are_six_problems() {
+fn six_errors_are_six_problems() {
     let place = Place::new();
     place.write(
         "six.ron",
@@ -57,17 +57,17 @@ fn six_mistakes_are_six_problems() {
 }
 
 #[test]
-fn graphs_that_cannot_be() {
+fn invalid_graphs() {
     let place = Place::new();
     let deep = format!("(nodes: {{ \"a\": Constant(value: {}1{}) }})", "(".repeat(100_000), ")".repeat(100_000));
     let cycle = SMALL.replace("Slope(height: \"plain\")", "Slope(height: \"steep\")");
     for (name, text, said) in [
-        ("cycle", cycle.as_str(), "circle"),
+        ("cycle", cycle.as_str(), "cycle"),
         ("newer", &SMALL.replace("format: 1", "format: 99"), "99"),
         ("type", &SMALL.replace("Slope(height: \"plain\")", "Slope(height: \"relief.colour\")"), "colour"),
         ("port", &SMALL.replace("relief.colour", "relief.color"), "colour"),
         ("deep", &deep, "deep"),
-        ("nothing", &SMALL.replace("cells: (32, 16)", "cells: (0, 0)"), "nothing in it"),
+        ("nothing", &SMALL.replace("cells: (32, 16)", "cells: (0, 0)"), "is empty"),
         ("huge", &SMALL.replace("cells: (32, 16)", "cells: (1000000000, 500000000)"), "EiB"),
         ("billion", &SMALL.replace("cells: (32, 16)", "cells: (44800, 22400)"), "3.7 GiB"),
         ("oblong", &SMALL.replace("cells: (32, 16)", "cells: (32, 32)"), "square"),
@@ -81,11 +81,11 @@ fn graphs_that_cannot_be() {
 }
 
 #[test]
-fn requests_that_cannot_be() {
+fn invalid_requests() {
     let place = Place::new();
     place.write("g.ron", SMALL);
     for (args, said) in [
-        (vec!["--cells", "0"], "nothing in it"),
+        (vec!["--cells", "0"], "is empty"),
         (vec!["--cells", "1000000000"], "EiB"),
         (vec!["--cells", "44800"], "3.7 GiB"),
         (vec!["--cells", "33"], "near and square: 32x16, 34x17"),
@@ -105,8 +105,8 @@ fn requests_that_cannot_be() {
     assert!(!place.path("out").exists());
 }
 
-/// Codes over the range of a raster need the whole of it, here 2 GiB each for two. However much memory the machine has, the
-/// shell gives the program 4 GiB of addresses.
+/// Codes over the range of a raster need the whole raster, here 2 GiB each for two. However much memory the machine
+/// has, the shell limits the program to 4 GiB of address space.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_world_that_does_not_fit_into_memory_is_refused_before_it_is_built() {
@@ -118,7 +118,7 @@ fn a_world_that_does_not_fit_into_memory_is_refused_before_it_is_built() {
 }
 
 #[test]
-fn outputs_that_cannot_be_files() {
+fn outputs_without_files() {
     let place = Place::new();
     place.write("up.ron", &SMALL.replace("\"picture\":", "\"../picture\":"));
     let ran = place.run(&["run", "up.ron"]);
@@ -135,14 +135,14 @@ fn outputs_that_cannot_be_files() {
 }
 
 #[test]
-fn folders_that_cannot_be_written_to() {
+fn unwritable_folders() {
     let place = Place::new();
     place.write("g.ron", SMALL);
     place.run(&["run", "g.ron", "-o", "g.ron"]).ended(2, &["g.ron", "not a folder"]);
     place.run(&["run", "g.ron", "-o", "g.ron/below"]).ended(2, &["not a folder"]);
     assert_eq!(place.read("g.ron"), SMALL);
     if cfg!(target_os = "linux") {
-        // Nobody can make a folder there, root neither.
+        // Nobody can create a folder there, not even root.
         place.run(&["run", "g.ron", "-o", "/proc/orograph"]).ended(2, &["/proc/orograph"]);
     }
     fs::create_dir_all(place.path("out/height.exr")).expect("made");
@@ -151,7 +151,7 @@ fn folders_that_cannot_be_written_to() {
 }
 
 #[test]
-fn a_failure_leaves_earlier_outputs_as_they_were() {
+fn a_failure_leaves_earlier_outputs_unchanged() {
     let place = Place::new();
     place.write("g.ron", SMALL);
     place.run(&["run", "g.ron", "-q"]).done();
@@ -166,10 +166,10 @@ fn a_failure_leaves_earlier_outputs_as_they_were() {
     assert!(before == after, "{:?}", place.names("out"));
 }
 
-/// A limit on the size of files stands for a full disk: both end a write in the middle.
+/// A limit on the size of files simulates a full disk: both end a write in the middle.
 #[cfg(unix)]
 #[test]
-fn a_write_that_fails_leaves_earlier_outputs_as_they_were() {
+fn a_failed_write_leaves_earlier_outputs_unchanged() {
     let place = Place::new();
     place.write("g.ron", SMALL);
     place.run(&["run", "g.ron", "-q"]).done();
@@ -179,7 +179,7 @@ fn a_write_that_fails_leaves_earlier_outputs_as_they_were() {
     let limited = "trap '' XFSZ; ulimit -f 64; exec \"$0\" run g.ron --cells 1024 --set plain.value=900 --format";
     for (format, file) in [("exr", "height.exr"), ("tiff", "height.tif"), ("r32", "height.r32")] {
         let said = format!("cannot write `out/{file}`: the system does not allow a file of that size");
-        place.shell(&format!("{limited} {format}")).ended(2, &[&said, "earlier files are as they were"]);
+        place.shell(&format!("{limited} {format}")).ended(2, &[&said, "earlier files are unchanged"]);
     }
     assert!(fs::read(place.path("out/height.exr")).expect("there") == before);
     assert_eq!(place.names("out"), names);

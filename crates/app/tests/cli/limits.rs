@@ -1,10 +1,10 @@
-//! Too little memory: the program says so, names what helps, and leaves nothing half written.
+//! Too little memory: the program reports it with a hint, and leaves nothing half written.
 
 use std::{fs, process::Command};
 
 use super::{Place, Ran};
 
-/// Nodes of several categories whose kernels ask for memory of many sizes.
+/// Nodes of several categories whose kernels allocate memory of many sizes.
 const GRAPH: &str = r#"(
     world: (size: "8 km", cells: 768, seed: 7),
     nodes: {
@@ -23,7 +23,7 @@ const RUN: &str = "run g.ron -q --threads 2";
 /// In KiB, as the shell counts.
 const MIB: u64 = 1024;
 
-/// The program with so many KiB of addresses.
+/// The program with this many KiB of address space.
 fn limited(place: &Place, kib: u64, args: &str) -> Command {
     let mut shell = Command::new("sh");
     shell.current_dir(place.path(".")).env("NO_COLOR", "1").env("OROGRAPH_CACHE", "");
@@ -35,9 +35,9 @@ fn run(place: &Place, kib: u64, args: &str) -> Ran {
     Ran::from(limited(place, kib, args).output().expect("a shell"))
 }
 
-/// The least limit, to a MiB, with which the program does what is asked; it does it with `most`.
+/// The smallest limit, to a MiB, with which the program succeeds; it succeeds with `most`.
 fn least(place: &Place, most: u64, args: &str) -> u64 {
-    // below some limit there is no program yet, and the system's loader ends as it likes
+    // below some limit the program does not start, and the system's loader fails in its own way
     let does = |kib| limited(place, kib, args).output().expect("a shell").status.success();
     let (mut low, mut high) = (0, most);
     assert!(does(high), "it takes more than {} MiB", most / MIB);
@@ -48,7 +48,7 @@ fn least(place: &Place, most: u64, args: &str) -> u64 {
     high
 }
 
-/// Ended well, or badly with what helps; nothing is left but what was asked for, and that is removed.
+/// Succeeded, or failed with a hint; only the requested files are left, and they are removed.
 #[track_caller]
 fn ended_in_good_order(place: &Place, ran: &Ran, what: &str) {
     assert!([0, 1, 2].contains(&ran.code), "{what}: {ran:?}");
@@ -63,7 +63,7 @@ fn ended_in_good_order(place: &Place, ran: &Ran, what: &str) {
 }
 
 #[test]
-fn any_limit_between_too_little_and_enough_ends_in_good_order() {
+fn every_memory_limit_fails_cleanly_or_succeeds() {
     let place = Place::new();
     place.write("g.ron", GRAPH);
     let starts = least(&place, 512 * MIB, "--version");
@@ -73,8 +73,11 @@ fn any_limit_between_too_little_and_enough_ends_in_good_order() {
     let mut codes = Vec::new();
     for step in 0..=20 {
         let kib = starts + (enough - starts) * step / 20;
-        let ran = run(&place, kib, RUN);
+        let ran = run(&place, kib, "run g.ron --json --threads 2");
         ended_in_good_order(&place, &ran, &format!("{kib} KiB of {starts} to {enough}"));
+        let last = ran.out.lines().last().expect("lines of JSON");
+        let last: serde_json::Value = serde_json::from_str(last).unwrap_or_else(|error| panic!("{error}: {ran:?}"));
+        assert_eq!(last["event"], if ran.code == 0 { "done" } else { "error" }, "{ran:?}");
         codes.push(ran.code);
     }
     assert!(codes.contains(&0) && codes.contains(&2), "{codes:?}");
@@ -102,7 +105,7 @@ fn earlier_files_stay_when_memory_is_refused_in_the_middle() {
 }
 
 #[test]
-fn threads_that_cannot_be_started_are_an_error() {
+fn a_failure_to_start_threads_is_an_error() {
     let place = Place::new();
     place.write("g.ron", GRAPH);
     for threads in [60, 40, 20] {
@@ -112,10 +115,10 @@ fn threads_that_cannot_be_started_are_an_error() {
     run(&place, 300 * MIB, "run g.ron -q --threads 200").ended(2, &["threads", "use fewer threads"]);
 }
 
-/// `StreamPower` on 23170 x 23170 cells holds 12 GiB of values, and 14 GiB beside them. However much memory the machine has, the
-/// shell gives the program 24 GiB of addresses.
+/// `StreamPower` on 23170 x 23170 cells needs 12 GiB for values, and 14 GiB more. However much memory the machine has,
+/// the shell limits the program to 24 GiB of address space.
 #[test]
-fn a_graph_is_refused_for_what_its_kernels_hold_beside_their_values() {
+fn kernel_memory_counts_for_the_refusal_of_a_graph() {
     let place = Place::new();
     let graph = concat!(env!("CARGO_MANIFEST_DIR"), "/../../graphs/alps.ron");
     let ran = run(&place, 24 * 1024 * MIB, &format!("run {graph} --threads 2 --cells 23170"));

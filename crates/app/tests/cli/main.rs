@@ -1,6 +1,9 @@
-//! The program as a person runs it: what it writes, what it says, how it ends.
+//! The program as a person runs it: its files, its messages, its exit codes.
 
 mod bad_input;
+#[cfg(feature = "editor")]
+#[path = "../common/device.rs"]
+mod device;
 mod files;
 #[cfg(target_os = "linux")]
 mod limits;
@@ -72,7 +75,7 @@ impl Place {
     fn command(&self, args: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_orograph"));
         command.current_dir(self.0.path()).env("NO_COLOR", "1").env("OROGRAPH_CACHE", "").args(args);
-        // No window opens, whoever runs the tests.
+        // No window opens, wherever the tests run.
         ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].into_iter().for_each(|name| {
             command.env_remove(name);
         });
@@ -85,7 +88,7 @@ impl Place {
         Ran::from(output)
     }
 
-    /// Runs a line of the shell in the folder, in which `$0` is the program.
+    /// Runs a shell command in the folder, in which `$0` is the program.
     #[cfg(unix)]
     fn shell(&self, line: &str) -> Ran {
         let mut shell = Command::new("sh");
@@ -98,7 +101,7 @@ impl Place {
     }
 }
 
-/// How a run of the program ended.
+/// The result of a run of the program.
 #[derive(Debug)]
 struct Ran {
     code: i32,
@@ -124,7 +127,7 @@ impl Ran {
         self
     }
 
-    /// Ended with this code and said, on standard error, each of these.
+    /// The exit code was this one, and standard error contains each of these.
     #[track_caller]
     fn ended(self, code: i32, said: &[&str]) -> Self {
         assert_eq!(self.code, code, "{self:?}");

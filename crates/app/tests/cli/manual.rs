@@ -19,7 +19,7 @@ fn the_manual_lists_and_describes_nodes() {
 }
 
 #[test]
-fn help_is_no_error_and_a_wrong_command_is_one() {
+fn help_succeeds_and_a_wrong_command_fails() {
     let place = Place::new();
     assert!(place.run(&["--help"]).done().out.contains("Exit codes"));
     assert!(place.run(&["run", "--help"]).done().out.contains("\"event\":\"done\""));

@@ -4,7 +4,7 @@ use std::fs;
 
 use super::{Place, json_lines};
 
-/// A file for others to use.
+/// A file for use in other graphs.
 const STEP: &str = r#"// A plain with a step.
 (
     world: (size: (3200, 1600), cells: (32, 16), seed: 7),
@@ -35,7 +35,7 @@ fn stairs() -> Place {
     place
 }
 
-/// The one value of a plain that was built into a folder.
+/// The single value of a constant output in a folder.
 #[track_caller]
 fn level(place: &Place, folder: &str) -> f32 {
     let land = orograph_nodes::raster::read(&place.path(folder).join("height.exr")).expect("readable");
@@ -95,7 +95,7 @@ fn a_change_of_the_inner_file_is_noticed_by_the_cache() {
 }
 
 #[test]
-fn faults_of_an_inner_file_are_shown_with_its_name() {
+fn errors_of_an_inner_file_are_shown_with_its_name() {
     let place = stairs();
     place.write("parts/step.ron", &STEP.replace("Constant(value: 10)", "Constent(value: 10)"));
     place
@@ -112,7 +112,7 @@ fn faults_of_an_inner_file_are_shown_with_its_name() {
 }
 
 #[test]
-fn files_that_are_not_there_are_told_by_check() {
+fn check_reports_missing_files() {
     let place = Place::new();
     place.write("g.ron", r#"(nodes: { "a": Import(file: "dem.tif") }, outputs: { "o": "a" })"#);
     place.run(&["check", "g.ron"]).ended(1, &["`a.file` names `dem.tif`, but there is no such file", "g.ron:1:29"]);
@@ -140,7 +140,7 @@ fn a_sweep_builds_a_terrain_for_each_value() {
     place.run(&["run", "g.ron", "--seed", "7", "-o", "alone", "--no-preview", "-q"]).done();
     assert!(fs::read(place.path("alone/height.exr")).expect("written") == lands[6], "as when built by itself");
 
-    // two sweeps make a product; what no value changes is computed once
+    // two sweeps make a product; nodes that no value changes are computed once
     let args = ["run", "g.ron", "--json", "--sweep", "high=100,0.2 km", "--sweep", "base.value=1..3/2"];
     let ran = place.run(&[&args[..], &["-o", "p/{high}_{base.value}"]].concat()).done();
     assert_eq!(place.names("p"), ["0.2_km_1", "0.2_km_3", "100_1", "100_3"]);
@@ -156,18 +156,18 @@ fn a_sweep_builds_a_terrain_for_each_value() {
 }
 
 #[test]
-fn sweeps_that_would_lose_something_are_refused() {
+fn sweeps_that_would_overwrite_files_are_refused() {
     let place = stairs();
     let refused = |args: &[&str], said: &[&str]| {
         place.run(&[&["run", "g.ron"], args].concat()).ended(1, said);
         assert!(!place.path("out").exists(), "{args:?}");
     };
     refused(&["--sweep", "seed=1..3"], &["the 3 terrains of `seed` would overwrite each other", "-o \"out/{seed}\""]);
-    refused(&["--sweep", "seed=1..3", "-o", "out/{seeds}/{seed}"], &["`{seeds}`", "there is `{seed}`"]);
+    refused(&["--sweep", "seed=1..3", "-o", "out/{seeds}/{seed}"], &["`{seeds}`", "the sweeps are `{seed}`"]);
     refused(&["--sweep", "top=1,2 km", "-o", "out/{top}"], &["--sweep top=2 km"]);
     refused(&["--sweep", "top=1,1", "-o", "out/{top}"], &["would both be written to `out/1`"]);
     refused(&["--sweep", "tip=1,2", "-o", "out/{tip}"], &["no parameter `tip`; did you mean `top`?"]);
-    refused(&["--sweep", "top=1..9000", "-o", "out/{top}"], &["allowed is a plain number from 0 to 2000"]);
+    refused(&["--sweep", "top=1..9000", "-o", "out/{top}"], &["but must be a plain number from 0 to 2000"]);
     refused(&["--sweep", "seed=1,x", "-o", "out/{seed}"], &["a seed is a whole number"]);
     refused(&["--sweep", "seed=1,2", "--seed", "3", "-o", "out/{seed}"], &["both set and swept"]);
 }
@@ -223,7 +223,7 @@ fn an_archive_builds_like_its_graph() {
 }
 
 #[test]
-fn faults_inside_an_archive_are_shown_with_its_name() {
+fn errors_inside_an_archive_are_shown_with_its_name() {
     let place = stairs();
     place.run(&["pack", "g.ron"]).done();
     let ran = place.run(&["run", "g.orograph", "--set", "tap=1"]).ended(1, &["did you mean `top`?"]);

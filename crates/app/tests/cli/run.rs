@@ -7,7 +7,7 @@ use orograph_nodes::raster;
 use super::{Place, SMALL, json_lines};
 
 #[test]
-fn every_output_is_written_with_its_companions() {
+fn every_output_is_written_with_its_side_files() {
     let place = Place::new();
     place.write("g.ron", SMALL);
     let ran = place.run(&["run", "g.ron", "-o", "deep/out"]).done();
@@ -29,7 +29,7 @@ fn every_output_is_written_with_its_companions() {
 }
 
 #[test]
-fn the_command_line_changes_what_is_built() {
+fn command_line_options_change_the_build() {
     let place = Place::new();
     place.write("g.ron", SMALL);
     let args = ["run", "g.ron", "--cells", "8", "--seed", "9", "--set", "plain.value=1200", "--only", "height"];
@@ -161,7 +161,7 @@ fn rivers_are_written_as_geojson_also_from_the_cache() {
 }
 
 #[test]
-fn a_flow_is_no_file() {
+fn a_flow_is_not_written_to_a_file() {
     let place = Place::new();
     place.write("g.ron", &RIVERS.replace("rivers.lines", "water.flow"));
     for command in ["check", "run"] {

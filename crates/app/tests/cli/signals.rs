@@ -1,4 +1,4 @@
-//! Ctrl-C, and watching, which only Ctrl-C ends.
+//! Ctrl-C, and `watch`, which only Ctrl-C ends.
 
 use std::{
     fs,
@@ -10,10 +10,10 @@ use std::{
 
 use super::{Place, SMALL, repository};
 
-/// Longer than anything here takes on a busy machine.
+/// Timeout: longer than anything here takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// The program while it runs, with the lines of its standard output as they come.
+/// The running program, with the lines of its standard output as they arrive.
 struct Running {
     child: Child,
     lines: Receiver<String>,
@@ -45,7 +45,7 @@ impl Running {
         }
     }
 
-    /// Sends the signal of Ctrl-C; returns the exit code and how long the program went on.
+    /// Sends the signal of Ctrl-C; returns the exit code and how long the program continued.
     fn interrupt(mut self) -> (Option<i32>, Duration) {
         let sent = Command::new("kill").args(["-INT", &self.child.id().to_string()]).status().expect("kill runs");
         assert!(sent.success());
@@ -61,7 +61,7 @@ impl Running {
 }
 
 impl Drop for Running {
-    /// A test that failed leaves no program behind.
+    /// A failed test leaves no process behind.
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
@@ -96,7 +96,7 @@ fn ctrl_c_stops_a_run_at_once_and_leaves_nothing() {
 }
 
 #[test]
-fn watching_builds_at_every_save_and_survives_mistakes() {
+fn watching_rebuilds_at_every_save_and_survives_errors() {
     let place = Place::new();
     fs::copy(repository("tests/data/glencoe_128.tif"), place.path("land.tif")).expect("copied");
     let graph = SMALL.replace("\"plain\": Constant(value: 700), // metres", "\"plain\": Import(file: \"land.tif\"),");
@@ -140,7 +140,7 @@ fn watching_follows_the_files_that_a_graph_uses() {
         "g.ron",
         r#"(nodes: { "a": Subgraph(file: "lib/dem.ron") }, outputs: { "height": "a" }, world: (cells: 16))"#,
     );
-    // A file that is not there yet is awaited.
+    // A file that does not exist yet is awaited.
     let running = Running::start(&place, &["watch", "g.ron"]);
     running.wait_for("watching g.ron");
     fs::copy(repository("tests/data/glencoe_128.tif"), place.path("lib/land.tif")).expect("copied");
@@ -154,11 +154,11 @@ fn watching_follows_the_files_that_a_graph_uses() {
 }
 
 #[test]
-fn a_save_overtakes_the_build_that_it_puts_out_of_date() {
+fn a_save_restarts_an_outdated_build() {
     let place = Place::new();
     place.write("g.ron", &long_graph().replace("512", "1024"));
     let running = Running::start(&place, &["watch", "g.ron"]);
-    // The build has begun when its folder is there.
+    // The build has started once its folder exists.
     let start = now();
     while !place.path("out").exists() {
         assert!(start.elapsed() < PATIENCE, "it does not begin");

@@ -4,7 +4,7 @@ use std::fs;
 
 use super::{Place, json_lines};
 
-/// Generators, a filter with a reach, and rivers, which need the whole world.
+/// Generators, a filter with a halo, and rivers, which need the whole world.
 const LAND: &str = r#"(
     format: 1,
     world: (size: ("9.6 km", "6.4 km"), cells: (96, 64), seed: 3),
@@ -65,7 +65,7 @@ fn a_window_equals_the_same_part_of_the_whole_build() {
 }
 
 #[test]
-fn a_window_that_cannot_be_is_refused() {
+fn an_impossible_window_is_refused() {
     let place = Place::new();
     place.write("g.ron", LAND);
     let refused = |window: &str, words: &str| {
@@ -81,13 +81,13 @@ fn a_window_that_cannot_be_is_refused() {
 }
 
 #[test]
-fn the_folder_of_results_is_shown_and_cleared() {
+fn the_cache_folder_is_shown_and_cleared() {
     let place = Place::new();
     place.write("g.ron", LAND);
     place.run(&["run", "g.ron", "-q", "--cache", "kept"]).done();
     let shown = place.run(&["cache", "--cache", "kept"]).done().out;
     assert!(shown.contains("kept") && shown.contains("results") && shown.contains("limit"), "{shown}");
-    // what a window needs is cut out of the stored whole
+    // the inputs of a window are cut out of the stored whole
     let args = ["run", "g.ron", "--json", "--cache", "kept", "--window", "1 km,1 km,1 km x 1 km", "-o", "part"];
     let lines = json_lines(&place.run(&args).done().out);
     let nodes: Vec<_> = lines.iter().filter(|line| line["event"] == "node").collect();

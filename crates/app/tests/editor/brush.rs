@@ -1,4 +1,4 @@
-//! Painting onto the land.
+//! Painting on terrain.
 
 use egui::pos2;
 use egui_kittest::kittest::Queryable as _;
@@ -7,7 +7,7 @@ use orograph_graph::{ParamValue, Stroke};
 use crate::{graph, hand::drag, picture, settle, window};
 
 #[test]
-fn strokes_are_painted_onto_the_land_and_undone_one_by_one() {
+fn strokes_are_painted_and_undone_one_by_one() {
     let mut window = window(Some(graph("hello.ron")));
     window.state_mut().session_mut().set_cells(128);
     settle(&mut window);
@@ -15,7 +15,7 @@ fn strokes_are_painted_onto_the_land_and_undone_one_by_one() {
     window.get_by_label("Map").click();
     window.get_by_label("Brush").click();
     window.run_steps(3);
-    window.get_by_label("paint on top of what is shown").click();
+    window.get_by_label("Add a Paint node here").click();
     window.run_steps(3);
     let session = window.state().session();
     assert_eq!(session.selected(), Some("paint"));
@@ -45,14 +45,14 @@ fn strokes_are_painted_onto_the_land_and_undone_one_by_one() {
 }
 
 #[test]
-fn what_happens_within_one_slow_frame_is_painted_and_a_painted_mask_is_seen() {
+fn a_stroke_within_one_slow_frame_is_painted_and_its_mask_shown() {
     let mut window = window(Some(graph("hello.ron")));
     window.state_mut().session_mut().set_cells(128);
     settle(&mut window);
     window.get_by_label("Map").click();
     window.get_by_label("Brush").click();
     window.run_steps(3);
-    window.get_by_label("paint on top of what is shown").click();
+    window.get_by_label("Add a Paint node here").click();
     window.run_steps(3);
     settle(&mut window);
     window.get_by_label("Mask").click();
@@ -83,7 +83,7 @@ fn what_happens_within_one_slow_frame_is_painted_and_a_painted_mask_is_seen() {
     let points = &painted[0].points;
     assert!(points.len() >= 6, "{points:?}");
     let [first, last] = [points[0], points[points.len() - 1]];
-    // as far in metres as it was in points of the window, 113 to 50, to the end where it was let go
+    // the drag of 113 by 50 points, in metres, including the end where the button was released
     let ratio = (last[0] - first[0]) / (last[1] - first[1]);
     assert!((ratio - 113.0 / 50.0).abs() < 0.02, "{points:?}");
     window.get_by_label("Raise").click();

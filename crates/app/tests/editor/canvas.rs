@@ -17,7 +17,7 @@ use crate::{
     picture, settle, window,
 };
 
-/// Three nodes in a row, with places, one of them without a wire.
+/// Three nodes in a row, with positions, one of them without a wire.
 pub const ROW: &str = "(
     format: 1,
     world: (size: \"8 km\", cells: 64, seed: 3),
@@ -47,7 +47,7 @@ pub fn document<'a>(window: &'a Harness<'_, App>) -> &'a Document {
     window.state().session().document()
 }
 
-/// An empty place of the graph.
+/// An empty spot of the graph.
 pub fn ground(window: &Harness<'_, App>) -> Pos2 {
     window.get_by_label("graph").rect().center_bottom() - vec2(0.0, 12.0)
 }
@@ -67,7 +67,7 @@ pub fn place_of(window: &Harness<'_, App>, node: &str) -> Option<[f64; 2]> {
 }
 
 #[test]
-fn all_nodes_of_a_file_are_seen_with_pins_and_pictures() {
+fn all_nodes_are_shown_with_pins_and_thumbnails() {
     let mut window = window(Some(graph("hello.ron")));
     window.state_mut().session_mut().set_cells(64);
     settle(&mut window);
@@ -76,14 +76,14 @@ fn all_nodes_of_a_file_are_seen_with_pins_and_pictures() {
         let rect = window.get_by_label_contains(&format!("node {node}:")).rect();
         assert!(pane.contains_rect(rect), "{node} at {rect} in {pane}");
     }
-    // Wires run from left to right where the file says no places.
+    // Wires run from left to right where the file has no positions.
     assert!(at(&window, "output ground.height").x < at(&window, "input rivers.height").x);
     assert!(window.query_by_label("input rivers.uplift").is_some());
     assert!(document(&window).source() == fs::read_to_string(graph("hello.ron")).expect("it can be read"));
 }
 
 #[test]
-fn clicks_select_and_control_adds() {
+fn clicks_select_and_ctrl_adds() {
     let (mut window, _folder) = window_on(ROW);
     let [ground_node, steps] = ["ground", "steps"].map(|node| title(&window, node));
     click(&mut window, ground_node);
@@ -115,7 +115,7 @@ fn a_rectangle_selects_what_it_touches() {
 }
 
 #[test]
-fn a_drag_moves_what_is_selected_in_one_step() {
+fn a_drag_moves_the_selection_in_one_step() {
     let (mut window, _folder) = window_on(ROW);
     let start = title(&window, "lonely");
     drag(&mut window, start, start + vec2(60.0, -40.0));
@@ -130,7 +130,7 @@ fn a_drag_moves_what_is_selected_in_one_step() {
 }
 
 #[test]
-fn a_drag_that_is_given_up_changes_nothing() {
+fn a_cancelled_drag_changes_nothing() {
     let (mut window, _folder) = window_on(ROW);
     let start = title(&window, "lonely");
     window.hover_at(start);
@@ -151,7 +151,7 @@ fn a_wire_is_drawn_from_pin_to_pin() {
     drag(&mut window, from, to);
     assert_eq!(source_of(&window, "lonely", 0).as_deref(), Some("ground.height"));
     assert_eq!(document(&window).steps(), 1);
-    // From an input to an output as well; the new wire takes the place of the old one.
+    // From an input to an output as well; the new wire replaces the old one.
     let [from, to] = ["input lonely.height", "output steps.height"].map(|pin| at(&window, pin));
     window.state_mut().session_mut().undo();
     window.run_steps(2);
@@ -160,7 +160,7 @@ fn a_wire_is_drawn_from_pin_to_pin() {
 }
 
 #[test]
-fn a_wire_let_go_over_a_node_takes_the_pin_that_fits() {
+fn a_wire_dropped_on_a_node_connects_to_a_matching_pin() {
     let (mut window, _folder) = window_on(ROW);
     let (from, to) = (at(&window, "output ground.height"), title(&window, "lonely"));
     drag(&mut window, from, to);
@@ -181,7 +181,7 @@ fn a_wire_that_does_not_fit_is_refused_with_the_reason() {
     window.run_steps(2);
     assert!(
         window.query_all_by_label_contains("takes a height").next().is_some(),
-        "the reason is told while it is held"
+        "the reason is shown during the drag"
     );
     button(&mut window, to, PointerButton::Primary, false, Modifiers::NONE);
     assert_eq!(document(&window).source(), ROW);
@@ -190,17 +190,17 @@ fn a_wire_that_does_not_fit_is_refused_with_the_reason() {
 }
 
 #[test]
-fn circles_are_refused() {
+fn cycles_are_refused() {
     let (mut window, _folder) = window_on(&ROW.replace("Terrace()", "Terrace(height: \"steps\")"));
     let [from, to] = ["output lonely.height", "input steps.height"].map(|pin| at(&window, pin));
     let before = document(&window).source().to_owned();
     drag(&mut window, from, to);
     assert_eq!(document(&window).source(), before);
-    assert!(window.query_all_by_label_contains("circle").next().is_some());
+    assert!(window.query_all_by_label_contains("cycle").next().is_some());
 }
 
 #[test]
-fn a_wire_taken_off_its_input_is_removed_or_tied_elsewhere() {
+fn a_detached_wire_is_removed_or_reconnected() {
     let (mut window, _folder) = window_on(ROW);
     let [from, to] = ["input steps.height", "input lonely.height"].map(|pin| at(&window, pin));
     drag(&mut window, from, to);
@@ -213,7 +213,7 @@ fn a_wire_taken_off_its_input_is_removed_or_tied_elsewhere() {
 }
 
 #[test]
-fn a_wire_dropped_on_the_ground_offers_what_takes_it() {
+fn a_wire_dropped_on_empty_space_offers_matching_nodes() {
     let (mut window, _folder) = window_on(ROW);
     let (from, empty) = (at(&window, "output place.mask"), ground(&window) - vec2(0.0, 10.0));
     drag(&mut window, from, empty);
@@ -258,7 +258,7 @@ fn the_palette_adds_a_node_at_the_pointer() {
 }
 
 #[test]
-fn keys_that_come_faster_than_the_window_draws_are_all_taken() {
+fn no_key_is_lost_between_slow_frames() {
     let (mut window, _folder) = window_on(ROW);
     let empty = ground(&window) - vec2(0.0, 20.0);
     window.hover_at(empty);
@@ -289,7 +289,7 @@ fn keys_that_come_faster_than_the_window_draws_are_all_taken() {
 }
 
 #[test]
-fn an_empty_graph_says_what_to_do() {
+fn an_empty_graph_shows_a_hint() {
     let mut window = window(None);
     window.run_steps(3);
     window.hover_at(window.get_by_label("graph").rect().center());
@@ -303,7 +303,7 @@ fn an_empty_graph_says_what_to_do() {
 }
 
 #[test]
-fn deleted_nodes_leave_healed_wires() {
+fn wires_of_deleted_nodes_are_reconnected() {
     let (mut window, _folder) = window_on(&ROW.replace("Terrace()", "Terrace(height: \"steps\")"));
     let steps = title(&window, "steps");
     click(&mut window, steps);
@@ -325,7 +325,7 @@ fn a_wire_is_selected_and_deleted() {
 }
 
 #[test]
-fn a_node_dropped_on_a_wire_is_put_into_it() {
+fn a_node_dropped_on_a_wire_is_inserted() {
     let (mut window, _folder) = window_on(ROW);
     let [from, to] = ["output ground.height", "input steps.height"].map(|pin| at(&window, pin));
     let start = title(&window, "lonely");
@@ -336,7 +336,7 @@ fn a_node_dropped_on_a_wire_is_put_into_it() {
 }
 
 #[test]
-fn menus_act_on_what_they_were_opened_on() {
+fn menus_act_on_their_subject() {
     let (mut window, _folder) = window_on(ROW);
     let [from, to] = ["output ground.height", "input steps.height"].map(|pin| at(&window, pin));
     let middle = from.lerp(to, 0.5);
@@ -354,7 +354,7 @@ fn menus_act_on_what_they_were_opened_on() {
 }
 
 #[test]
-fn nodes_are_lined_up_and_arranged() {
+fn nodes_are_aligned_and_arranged() {
     let (mut window, _folder) = window_on(ROW);
     let empty = ground(&window);
     window.hover_at(empty);
@@ -399,7 +399,7 @@ fn the_wheel_zooms_and_home_shows_all() {
 }
 
 #[test]
-fn unknown_kinds_are_shown_and_kept() {
+fn unknown_node_types_are_shown_and_kept() {
     let (mut window, _folder) = window_on(&ROW.replace("Terrace()", "Terraze()"));
     let node = title(&window, "lonely");
     click(&mut window, node);
@@ -409,7 +409,7 @@ fn unknown_kinds_are_shown_and_kept() {
 }
 
 #[test]
-fn it_is_drawn_in_dark_and_light_windows_of_any_size() {
+fn the_canvas_is_drawn_in_both_themes_at_any_size() {
     for (name, size, scale, theme) in [
         ("canvas_dark", [1280.0, 800.0], 1.0, egui::Theme::Dark),
         ("canvas_light", [1280.0, 800.0], 1.0, egui::Theme::Light),
@@ -427,12 +427,12 @@ fn it_is_drawn_in_dark_and_light_windows_of_any_size() {
             window.run_steps(4);
         }
         let pane = window.get_by_label("graph").rect();
-        let picture = picture(&mut window, name);
+        let Some(picture) = picture(&mut window, name) else { return };
         let pixel = |at: Pos2| picture.get_pixel((at.x * scale) as u32, (at.y * scale) as u32).0;
         let corner = pixel(pane.right_top() + vec2(-7.0, 7.0));
         assert_eq!(corner[0] < 128, theme == egui::Theme::Dark, "{name}: {corner:?}");
         if scale == 1.0 {
-            let node = title(&window, "scree");
+            let node = title(&window, "rivers");
             click(&mut window, node);
             wheel(&mut window, 7.0);
             crate::picture(&mut window, &format!("{name}_near"));
@@ -468,17 +468,17 @@ fn a_node_without_its_wire_waits_and_has_not_failed() {
     settle(&mut window);
     let state = window.state().session().node("lonely").state;
     assert_eq!(state, NodeState::Unwired { input: "height", at: None });
-    assert_eq!(state.lacks().as_deref(), Some("waits for a wire into height"));
+    assert_eq!(state.lacks().as_deref(), Some("Needs an input: height"));
     assert!(window.query_by_label_contains("failed").is_none());
     let lonely = title(&window, "lonely");
     click(&mut window, lonely);
-    assert!(window.query_by_label("It waits for a wire into height.").is_some());
+    assert!(window.query_by_label("Needs an input: height").is_some());
     wheel(&mut window, 4.0);
     picture(&mut window, "waiting");
 }
 
 #[test]
-fn nodes_are_muted_and_heard_again() {
+fn nodes_are_muted_and_unmuted() {
     let (mut window, _folder) = window_on(ROW);
     let muted = |window: &Harness<'_, App>| {
         let nodes = document(window).nodes().iter().filter(|node| node.muted);
@@ -508,7 +508,7 @@ fn a_large_graph_is_opened_where_it_can_be_read() {
     let overview = window.get_by_label("overview").rect();
     assert!(!overview.intersects(last), "{overview} lies over {last}");
     picture(&mut window, "large");
-    // A click does not move what is seen.
+    // A click does not move the view.
     let node = title(&window, "n39");
     click(&mut window, node);
     assert_eq!(window.get_by_label_contains("node n39:").rect(), last);

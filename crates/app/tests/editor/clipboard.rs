@@ -10,7 +10,7 @@ use crate::{
     picture, settle,
 };
 
-/// What a copy of the selection puts into the clipboard.
+/// The clipboard text of a copy of the selection.
 fn copied(window: &mut Harness<'_, App>) -> String {
     window.event(Event::Copy);
     window.step();
@@ -45,7 +45,7 @@ fn nodes_are_copied_as_text_and_pasted() {
 }
 
 #[test]
-fn what_is_copied_keeps_the_wires_into_it() {
+fn a_copy_keeps_the_wires_into_it() {
     let (mut window, _folder) = window_on(ROW);
     settle(&mut window);
     let steps = title(&window, "steps");
@@ -58,6 +58,8 @@ fn what_is_copied_keeps_the_wires_into_it() {
     window.event(Event::Paste(copied.replace("\"ground\"", "\"rock\"")));
     window.run_steps(3);
     assert_eq!(source_of(&window, "steps3", 0), None);
-    assert!(window.query_by_label_contains("One wire is left out: nothing here is called `rock`").is_some());
+    assert!(
+        window.query_by_label_contains("One wire was left out: no compatible output here is named `rock`").is_some()
+    );
     picture(&mut window, "left_out");
 }

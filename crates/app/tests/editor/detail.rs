@@ -1,4 +1,4 @@
-//! More cells where the map is close.
+//! More cells where the map or the camera is close.
 
 use egui::{pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable as _};
@@ -6,7 +6,7 @@ use orograph::editor::{App, Detail};
 use orograph_graph::{Edit, Evaluator, EvaluatorOptions, Value, Window};
 
 use crate::{
-    graph,
+    device, graph,
     hand::{drag, wheel},
     picture, scratch, settle, until, window,
 };
@@ -16,6 +16,7 @@ const HILLS: &str = r#"(
     nodes: {
         "hills": Perlin(wavelength: 1500, octaves: 10, amplitude: 400),
         "soft":  Blur(value: "hills", radius: 12),
+        "steep": Slope(height: "soft"),
     },
     outputs: { "height": "soft" },
 )"#;
@@ -51,18 +52,19 @@ fn rest(window: &mut Harness<'_, App>) {
 #[track_caller]
 fn drawn(window: &mut Harness<'_, App>) -> Window {
     until(window, "finer cells are drawn", |window| {
-        let part = window.state().session().finer().and_then(|(_, built)| built.value.as_field());
+        let session = window.state().session();
+        let part = session.shown().and_then(|port| session.finer(&port)?.value.as_field());
         let current = matches!(detail(window), Some(Detail::Built { .. }));
         current && part.is_some_and(|part| window.state().finer() == Some(*part.window()))
     });
     window.state().finer().expect("just now")
 }
 
-/// How uneven the colour is from pixel to pixel over 300 pixels of the terrain: the mean change of its change.
-fn roughness(picture: &image::RgbaImage, first: u32) -> f64 {
+/// How uneven the colour is over 300 pixels of the terrain: the mean change of its change over so many pixels.
+fn roughness(picture: &image::RgbaImage, first: u32, step: u32) -> f64 {
     let green = |x: u32, y: u32| f64::from(picture.get_pixel(x, y)[1]);
     let places = (150..350).flat_map(|y| (first..first + 300).map(move |x| (x, y)));
-    let bends = places.map(|(x, y)| (green(x - 1, y) - 2.0 * green(x, y) + green(x + 1, y)).abs());
+    let bends = places.map(|(x, y)| (green(x - step, y) - 2.0 * green(x, y) + green(x + step, y)).abs());
     bends.sum::<f64>() / (200.0 * 300.0)
 }
 
@@ -70,12 +72,13 @@ fn roughness(picture: &image::RgbaImage, first: u32) -> f64 {
 #[track_caller]
 fn check(window: &Harness<'_, App>) {
     let session = window.state().session();
-    let (port, built) = session.finer().expect("it is there");
+    let port = session.shown().expect("an output");
+    let built = session.finer(&port).expect("it is there");
     let part = built.value.as_field().expect("a raster");
     let document = session.document();
     let evaluator = Evaluator::new(EvaluatorOptions::default()).expect("threads");
     let (graph, whole) = (document.graph(), Window::whole(part.window().world));
-    let port = graph.port(port).expect("exists");
+    let port = graph.port(&port).expect("exists");
     let values = evaluator.values(graph, std::path::Path::new(""), &[port], whole).expect("it runs");
     let Value::Field(whole) = &values[0] else { panic!("a raster") };
     assert!(whole.crop(part.window()) == *part, "the same samples");
@@ -95,7 +98,7 @@ fn a_close_map_shows_finer_cells_of_the_part_in_view() {
     assert!(!part.is_whole() && part.len() < 1 << 20, "{part:?}");
     check(&window);
     picture(&mut window, "detail");
-    assert!(window.query_by_label_contains("Detail of 1024 cells").is_some());
+    assert!(window.query_by_label_contains("Detail: 1024 cells").is_some());
 
     // A small move needs nothing more; a long one does.
     drag(&mut window, pos2(460.0, 260.0), pos2(464.0, 262.0));
@@ -110,8 +113,8 @@ fn a_close_map_shows_finer_cells_of_the_part_in_view() {
     window.state_mut().session_mut().compare(Some("soft.value".to_owned()));
     window.step();
     settle(&mut window);
-    let both = picture(&mut window, "detail_compared");
-    let [fine, coarse] = [100, 540].map(|first| roughness(&both, first));
+    let Some(both) = picture(&mut window, "detail_compared") else { return };
+    let [fine, coarse] = [100, 540].map(|first| roughness(&both, first, 1));
     assert!(fine > 1.5 * coarse, "{fine} with finer cells, {coarse} with those of the preview");
 
     let edit = Edit::SetText { node: "hills".into(), name: "amplitude".into(), text: "200 m".into() };
@@ -121,7 +124,7 @@ fn a_close_map_shows_finer_cells_of_the_part_in_view() {
     drawn(&mut window);
     check(&window);
 
-    window.get_by_label("Whole").click();
+    window.get_by_label("Fit view").click();
     window.run_steps(2);
     assert_eq!(detail(&window), None);
 }
@@ -137,19 +140,80 @@ fn a_node_that_needs_the_whole_world_keeps_the_detail_of_the_build() {
     rest(&mut window);
     assert_eq!(detail(&window), Some(Detail::OfBuild { node: "rivers".into() }));
     assert!(window.query_by_label("Full detail at export: rivers is computed for the whole world").is_some());
-    assert!(window.state().session().finer().is_none() && window.state().finer().is_none());
+    assert!(window.state().session().finer("rivers.height").is_none() && window.state().finer().is_none());
     picture(&mut window, "detail_of_build");
 }
 
-#[test]
-fn in_3d_a_close_view_tells_what_the_map_shows() {
-    let (mut window, _folder) = hills();
+/// The terrain of [`HILLS`] in 3D.
+fn hills_in_3d() -> (Harness<'static, App>, tempfile::TempDir) {
+    let (mut window, folder) = hills();
     until(&mut window, "the terrain is drawn", |window| window.state().seen().is_some());
-    assert_eq!(detail(&window), None, "the whole world is in view");
-    zoom(&mut window, 12.0);
-    until(&mut window, "the view is close", |window| detail(window) == Some(Detail::OnMap));
+    (window, folder)
+}
+
+#[test]
+fn a_close_camera_shows_finer_cells_of_the_part_in_view() {
+    if device::skips("a_close_camera_shows_finer_cells_of_the_part_in_view") {
+        return;
+    }
+    let (mut window, _folder) = hills_in_3d();
     rest(&mut window);
-    assert!(window.state().session().finer().is_none());
-    assert!(window.query_by_label("The map shows this place in more detail").is_some());
+    assert_eq!((detail(&window), window.state().finer()), (None, None), "the whole world is in view");
+    assert!(window.state().session().finer("soft.value").is_none(), "nothing was ordered");
+
+    zoom(&mut window, 12.0);
+    let part = drawn(&mut window);
+    assert_eq!(part.world.cells, [1024; 2], "four times the document's");
+    assert!(!part.is_whole() && part.len() < 1 << 20, "{part:?}");
+    check(&window);
     picture(&mut window, "detail_3d");
+    assert!(window.query_by_label_contains("Detail: 1024 cells").is_some());
+
+    // Left of the line between two outputs are finer cells, right of it those of the preview.
+    window.state_mut().session_mut().compare(Some("soft.value".to_owned()));
+    window.step();
+    settle(&mut window);
+    drawn(&mut window);
+    let Some(both) = picture(&mut window, "detail_3d_compared") else { return };
+    let [fine, coarse] = [100, 540].map(|first| roughness(&both, first, 12));
+    assert!(fine > 1.5 * coarse, "{fine} with finer cells, {coarse} with those of the preview");
+
+    let edit = Edit::SetText { node: "hills".into(), name: "amplitude".into(), text: "200 m".into() };
+    assert!(window.state_mut().session_mut().apply(&edit));
+    drawn(&mut window);
+    check(&window);
+
+    // From far away the cells of the preview are small enough.
+    zoom(&mut window, -20.0);
+    until(&mut window, "the preview alone is drawn", |window| window.state().finer().is_none());
+    assert_eq!(detail(&window), None);
+}
+
+#[test]
+fn colours_of_a_close_camera_are_as_fine_as_its_heights() {
+    if device::skips("colours_of_a_close_camera_are_as_fine_as_its_heights") {
+        return;
+    }
+    let (mut window, _folder) = hills_in_3d();
+    window.state_mut().session_mut().select_only("steep");
+    window.step();
+    settle(&mut window);
+    zoom(&mut window, 12.0);
+    let part = drawn(&mut window);
+    let session = window.state().session();
+    let of = |port: &str| session.finer(port).and_then(|built| built.value.as_field()).map(|field| *field.window());
+    assert_eq!([of("steep.slope"), of("soft.value")], [Some(part); 2]);
+    picture(&mut window, "detail_3d_mask");
+}
+
+#[test]
+fn a_camera_behind_a_node_that_needs_the_whole_world_sees_the_build() {
+    let mut window = window(Some(graph("hello.ron")));
+    window.state_mut().session_mut().set_cells(128);
+    settle(&mut window);
+    until(&mut window, "the terrain is drawn", |window| window.state().seen().is_some());
+    zoom(&mut window, 12.0);
+    until(&mut window, "the view is close", |window| detail(window) == Some(Detail::OfBuild { node: "rivers".into() }));
+    rest(&mut window);
+    assert!(window.state().finer().is_none());
 }

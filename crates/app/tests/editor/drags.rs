@@ -1,4 +1,4 @@
-//! What a drag costs: what is parsed, expanded and ordered again.
+//! The cost of a drag: what is parsed, expanded and ordered again.
 
 use std::{path::Path, sync::Arc};
 
@@ -7,7 +7,7 @@ use orograph_graph::Edit;
 
 use crate::{scratch, wait};
 
-/// So many nodes, each reading the one before.
+/// This many nodes, each reading the one before.
 fn chain(count: usize) -> String {
     let node = |number: usize| match number.checked_sub(1) {
         None => "\"n0\": Perlin(octaves: 2)".to_owned(),
@@ -21,7 +21,7 @@ fn chain(count: usize) -> String {
 
 fn session(folder: &Path) -> Session {
     let file = Some(folder.join("graph.ron"));
-    let mut session = Session::open(file, orograph_nodes::registry(), orograph::storage::in_memory(), || {})
+    let mut session = Session::open(file, orograph_nodes::registry(), orograph::build::storage::in_memory(), || {})
         .expect("the file can be read");
     session.set_cells(16);
     session.poll();
@@ -44,7 +44,7 @@ fn slider(node: &str, high: u32) -> Edit {
 }
 
 #[test]
-fn a_node_that_is_moved_leaves_the_worker_alone() {
+fn moving_a_node_sends_nothing_to_the_worker() {
     let folder = scratch(&chain(6));
     let mut session = session(folder.path());
     settle(&mut session);

@@ -1,17 +1,17 @@
-//! The export writes the same files as the command line that it gives.
+//! The export writes the same files as the command line that it offers.
 
 use std::path::Path;
 
 use egui::{Key, Modifiers, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable as _};
-use orograph::{editor::App, engine::Engine};
+use orograph::{editor::App, export::engine::Engine};
 
 use crate::{scratch, until, window};
 
 const GRAPH: &str = "(world: (size: \"1 km\", cells: 64, seed: 3), nodes: { \"land\": Ridged(wavelength: 400, amplitude: 90), \
                      \"steep\": Slope(height: \"land\") }, outputs: { \"height\": \"land\", \"steep\": \"steep.mask\" })";
 
-/// A window on the graph above, with the export open into a folder.
+/// A window on the graph above, with the export window open.
 fn exporting(file: &Path, folder: &Path) -> Harness<'static, App> {
     let mut window = window(Some(file.to_owned()));
     window.run_steps(2);
@@ -33,13 +33,13 @@ fn export(window: &mut Harness<'_, App>) {
 }
 
 #[test]
-fn the_command_line_that_is_copied_writes_the_same_files() {
+fn the_copied_command_line_writes_the_same_files() {
     let folder = scratch(GRAPH);
     let (file, out) = (folder.path().join("graph.ron"), folder.path().join("engine"));
     let mut window = exporting(&file, &out);
     window.get_by_role_and_label(Role::CheckBox, "steep").click();
     window.run_steps(3);
-    // of the choices that say `none`, the first
+    // the first of the combo boxes that show `none`
     let engines = window.get_all_by_role(Role::ComboBox).find(|combo| combo.value().as_deref() == Some("none"));
     engines.expect("a choice of engines").click();
     window.run_steps(3);
@@ -78,14 +78,14 @@ fn the_command_line_that_is_copied_writes_the_same_files() {
 }
 
 #[test]
-fn what_cannot_be_exported_says_why() {
+fn a_refused_export_shows_the_reason() {
     let folder = scratch(GRAPH);
     let file = folder.path().join("graph.ron");
     // the folder is a file
     let mut window = exporting(&file, &file);
     window.get_by_role_and_label(Role::Button, "Export").click();
-    let told = "cannot write to the folder";
-    until(&mut window, "it is told", |window| window.query_by_label_contains(told).is_some());
+    let message = "cannot write to the folder";
+    until(&mut window, "the failure is shown", |window| window.query_by_label_contains(message).is_some());
     assert_eq!(std::fs::read_to_string(&file).expect("there"), GRAPH);
     for output in ["height", "steep"] {
         window.get_by_role_and_label(Role::CheckBox, output).click();

@@ -1,16 +1,16 @@
-//! Saving, opening, and what is asked before work could be lost.
+//! Saving, opening, and the questions that prevent losing work.
 
 use std::{fs, path::Path};
 
-use orograph::editor::{Answer, Question, Session, Wish};
+use orograph::editor::{Answer, FileCommand, Question, Session};
 use orograph_graph::Edit;
 
-/// A text with comments and an order of its own.
+/// A text with comments and an unusual order.
 pub(crate) const HILLS: &str = "// Two hills.\n(\n    nodes: {\n        \"b\": Perlin(octaves: 3), // low\n        \
                      \"a\": Perlin,\n    },\n    outputs: { \"height\": \"b\" },\n)\n";
 
 pub(crate) fn session(file: Option<&Path>) -> Session {
-    Session::open(file.map(Path::to_owned), orograph_nodes::registry(), orograph::storage::in_memory(), || {})
+    Session::open(file.map(Path::to_owned), orograph_nodes::registry(), orograph::build::storage::in_memory(), || {})
         .expect("the file can be read")
 }
 
@@ -45,7 +45,7 @@ fn saving_changes_only_what_was_edited() {
 }
 
 #[test]
-fn what_another_program_saved_is_not_written_over() {
+fn changes_by_other_programs_are_not_overwritten() {
     let (_folder, file) = hills();
     let mut session = session(Some(&file));
     session.apply(&octaves("5"));
@@ -62,7 +62,7 @@ fn what_another_program_saved_is_not_written_over() {
     assert!(!session.is_dirty());
     assert!(session.undo());
     assert_eq!(session.document().source(), HILLS.replace("octaves: 3", "octaves: 5"));
-    assert!(session.save(), "what it says is known now");
+    assert!(session.save(), "its text is known now");
     assert_eq!(text(&file), HILLS.replace("octaves: 3", "octaves: 5"));
     // Kept on purpose.
     session.apply(&octaves("6"));
@@ -74,7 +74,7 @@ fn what_another_program_saved_is_not_written_over() {
 }
 
 #[test]
-fn changes_that_go_together_are_saved_together() {
+fn changes_without_conflicts_are_merged_and_saved() {
     let (_folder, file) = hills();
     let mut session = session(Some(&file));
     session.apply(&octaves("5"));
@@ -86,7 +86,7 @@ fn changes_that_go_together_are_saved_together() {
 }
 
 #[test]
-fn a_new_name_needs_no_second_thought_and_files_follow() {
+fn saving_under_a_new_name_asks_nothing_and_updates_file_paths() {
     let (folder, file) = hills();
     fs::create_dir(folder.path().join("maps")).expect("made");
     fs::write(folder.path().join("maps/a.png"), "").expect("written");
@@ -105,13 +105,13 @@ fn a_new_name_needs_no_second_thought_and_files_follow() {
 }
 
 #[test]
-fn where_nothing_can_be_written_the_work_stays() {
+fn a_failed_save_keeps_the_work_open() {
     let (folder, file) = hills();
     let mut session = session(Some(&file));
     session.apply(&octaves("5"));
     assert!(!session.save_as(&file.join("below.ron")), "a file is no folder");
     let note = session.take_notes().pop().map(|note| note.message).unwrap_or_default();
-    assert!(note.contains("is not saved") && note.contains("The work stays here"), "{note}");
+    assert!(note.contains("was not saved") && note.contains("Your work is still open"), "{note}");
     assert_eq!(session.path(), Some(file.as_path()));
     assert!(session.is_dirty());
     let mut rights = fs::metadata(&file).expect("there").permissions();
@@ -125,24 +125,24 @@ fn where_nothing_can_be_written_the_work_stays() {
 }
 
 #[test]
-fn unsaved_work_is_asked_about_before_it_goes() {
+fn unsaved_work_opens_a_question_before_it_is_closed() {
     let (folder, file) = hills();
     let mut session = session(None);
-    session.wish(Wish::Open(file.clone()));
+    session.request(FileCommand::Open(file.clone()));
     assert_eq!((session.question(), session.path()), (None, Some(file.as_path())));
     session.apply(&octaves("5"));
-    session.wish(Wish::New);
-    assert_eq!(session.question(), Some(&Question::Unsaved(Wish::New)));
+    session.request(FileCommand::New);
+    assert_eq!(session.question(), Some(&Question::Unsaved(FileCommand::New)));
     session.answer(Answer::Cancel);
     assert_eq!(session.path(), Some(file.as_path()));
-    session.wish(Wish::New);
+    session.request(FileCommand::New);
     session.answer(Answer::Save);
     assert_eq!((session.question(), session.path()), (None, None));
     assert_eq!(text(&file), HILLS.replace("octaves: 3", "octaves: 5"));
     assert!(!session.document().can_undo(), "another document has another history");
 
     session.apply(&Edit::AddNode { name: "x".into(), kind: "Perlin".into(), at: None });
-    session.wish(Wish::Close);
+    session.request(FileCommand::Close);
     session.answer(Answer::Save);
     assert_eq!(session.question(), Some(&Question::Name), "without a name there is nowhere to save");
     assert!(!session.is_over());
@@ -156,14 +156,14 @@ fn discarding_leaves_the_file_alone() {
     let (_folder, file) = hills();
     let mut session = session(Some(&file));
     session.apply(&octaves("5"));
-    session.wish(Wish::Close);
+    session.request(FileCommand::Close);
     session.answer(Answer::Discard);
     assert!(session.is_over());
     assert_eq!(text(&file), HILLS);
 }
 
 #[test]
-fn reloading_is_one_step_back() {
+fn reloading_is_one_undo_step() {
     let (_folder, file) = hills();
     let mut session = session(Some(&file));
     let theirs = HILLS.replace("octaves: 3", "octaves: 7");

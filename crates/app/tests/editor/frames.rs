@@ -37,7 +37,7 @@ fn a_frame_is_drawn_around_nodes_and_moves_with_them() {
 }
 
 #[test]
-fn a_frame_around_nothing_cuts_no_node() {
+fn an_empty_frame_cuts_no_node() {
     let (mut window, _folder) = window_on(ROW);
     settle(&mut window);
     // Over the corner of a node that is not selected.

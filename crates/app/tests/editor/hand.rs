@@ -1,15 +1,15 @@
-//! A hand on the mouse and the keys.
+//! Mouse and keyboard input.
 
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 
-/// The middle of what has this name, in the window.
+/// The centre of the widget with this name, in the window.
 pub fn at(window: &Harness<'_, App>, label: &str) -> Pos2 {
     window.get_by_label(label).rect().center()
 }
 
-/// The middle of a node's title.
+/// The centre of a node's title.
 pub fn title(window: &Harness<'_, App>, label: &str) -> Pos2 {
     let rect = window.get_by_label_contains(&format!("node {label}:")).rect();
     rect.center_top() + vec2(-8.0, 8.0)
@@ -25,7 +25,7 @@ pub fn click_with(window: &mut Harness<'_, App>, pos: Pos2, modifiers: Modifiers
     window.step();
     button(window, pos, PointerButton::Primary, true, modifiers);
     button(window, pos, PointerButton::Primary, false, modifiers);
-    // Two clicks must not be taken for a double one.
+    // Two clicks must not count as a double-click.
     window.run_steps(30);
 }
 
@@ -60,7 +60,7 @@ pub fn type_text(window: &mut Harness<'_, App>, text: &str) {
     window.run_steps(2);
 }
 
-/// Turns the wheel by so many steps.
+/// Turns the wheel by this many steps.
 pub fn wheel(window: &mut Harness<'_, App>, steps: f32) {
     let (unit, phase) = (egui::MouseWheelUnit::Line, egui::TouchPhase::Move);
     window.event(Event::MouseWheel { unit, delta: vec2(0.0, steps), phase, modifiers: Modifiers::NONE });

@@ -1,4 +1,4 @@
-//! The pane of what is selected: every kind of value is changed by its widget, and what is refused says why there.
+//! The inspector: every kind of value is changed by its widget, and a refused value shows the reason.
 
 use egui::{Key, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable as _};
@@ -23,7 +23,7 @@ fn param(window: &Harness<'_, App>, node: &str, name: &str) -> ParamValue {
     graph.instance(index).params.get(name).cloned().expect("the parameter is there")
 }
 
-/// Types into the field of a line and presses Enter.
+/// Types into the field of a row and presses Enter.
 fn fill(window: &mut Harness<'_, App>, line: &str, text: &str) {
     window.get_by_role_and_label(Role::TextInput, line).focus();
     window.run_steps(2);
@@ -34,7 +34,7 @@ fn fill(window: &mut Harness<'_, App>, line: &str, text: &str) {
 }
 
 #[test]
-fn a_drag_of_a_slider_is_one_step_of_undo() {
+fn a_slider_drag_is_one_undo_step() {
     let mut window = selected("hello.ron", "rivers");
     let before = window.state().session().document().source().to_owned();
     let rect = window.get_by_role_and_label(Role::Slider, "duration").rect();
@@ -45,7 +45,7 @@ fn a_drag_of_a_slider_is_one_step_of_undo() {
         window.run_steps(1);
     }
     let document = window.state().session().document();
-    assert_ne!(document.source(), before, "the land follows the pointer");
+    assert_ne!(document.source(), before, "the document follows the pointer");
     assert_eq!(document.steps(), 1);
     window.drop_at(rect.center() + egui::vec2(20.0, 0.0));
     window.run_steps(3);
@@ -68,20 +68,20 @@ fn quantities_are_typed_with_their_units() {
     assert_eq!(param(&window, "ground", "wavelength"), ParamValue::Float(2000.0));
     let source = window.state().session().document().source().to_owned();
     assert!(source.contains("wavelength: \"2 km\""), "{source}");
-    // what is refused says why beside the field, and changes nothing
+    // a refused value shows the reason beside the field, and changes nothing
     fill(&mut window, "wavelength", "2 years");
     assert_eq!(window.state().session().document().source(), source);
-    assert!(window.query_by_label_contains("`years` is no unit of a length").is_some());
+    assert!(window.query_by_label_contains("`years` is not a unit of a length").is_some());
     assert_eq!(window.state_mut().session_mut().take_notes(), []);
     fill(&mut window, "wavelength", "7000 km");
-    assert!(window.query_by_label_contains("is 7000 km, allowed is").is_some());
+    assert!(window.query_by_label_contains("is 7000 km, but must be").is_some());
     fill(&mut window, "octaves", "5");
     assert_eq!(param(&window, "ground", "octaves"), ParamValue::Int(5));
-    assert!(window.query_by_label_contains("allowed is").is_none(), "the reason is gone with the next value");
+    assert!(window.query_by_label_contains("but must be").is_none(), "the reason is gone with the next value");
 }
 
 #[test]
-fn escape_takes_back_what_is_being_typed() {
+fn escape_discards_typed_text() {
     let mut window = selected("hello.ron", "ground");
     let source = window.state().session().document().source().to_owned();
     window.get_by_role_and_label(Role::TextInput, "wavelength").focus();
@@ -116,7 +116,7 @@ fn choices_switches_and_seeds_are_set() {
 }
 
 #[test]
-fn values_go_back_to_their_defaults() {
+fn values_are_reset_to_their_defaults() {
     let mut window = selected("hello.ron", "ground");
     fill(&mut window, "octaves", "5");
     assert_eq!(window.query_all_by_label("⟲").count(), 3, "wavelength, amplitude and octaves differ");
@@ -148,7 +148,7 @@ fn wires_are_shown_followed_and_removed() {
 }
 
 #[test]
-fn an_input_is_wired_from_a_list_of_what_fits() {
+fn an_input_is_wired_from_a_list_of_compatible_outputs() {
     let mut window = window(Some(graph("hello.ron")));
     window
         .state_mut()
@@ -183,25 +183,25 @@ fn a_node_is_renamed_and_stays_selected() {
 }
 
 #[test]
-fn a_value_gets_a_name_of_the_file_and_loses_it() {
+fn a_value_is_exposed_and_concealed() {
     let mut window = selected("hello.ron", "rivers");
     let before = window.state().session().document().source().to_owned();
     let row = window.get_by_role_and_label(Role::TextInput, "duration").rect().center().y;
     let menu = window.query_all_by_label("…").find(|node| (node.rect().center().y - row).abs() < 8.0);
     menu.expect("a menu on the line").click();
     window.run_steps(3);
-    window.get_by_label("Name it for users of the file").click();
+    window.get_by_label("Expose as parameter").click();
     window.run_steps(3);
     let names = |window: &Harness<'_, App>| {
         let named = window.state().session().document().parameters().iter().map(|named| named.name.clone());
         named.collect::<Vec<_>>()
     };
     assert_eq!(names(&window), ["duration"]);
-    // seen from the file, it is a line of its own that sets the node's value
+    // in the inspector of the file it is a row of its own that sets the node's value
     window.state_mut().session_mut().select([]);
     window.run_steps(3);
-    fill(&mut window, "duration", "2 Myr");
-    assert_eq!(param(&window, "rivers", "duration"), ParamValue::Float(2e6));
+    fill(&mut window, "duration", "5 Myr");
+    assert_eq!(param(&window, "rivers", "duration"), ParamValue::Float(5e6));
     window.state_mut().session_mut().undo();
     window.run_steps(2);
     let row = window.get_by_label("⬅ rivers.duration").rect().center().y;
@@ -228,7 +228,7 @@ fn the_world_and_the_outputs_are_edited_while_nothing_is_selected() {
     assert_eq!(sea(&window), Some(-200.0));
     fill(&mut window, "sea level", "20 km");
     assert_eq!(sea(&window), Some(-200.0), "refused");
-    assert!(window.query_by_label_contains("allowed is a length from -12 km to 12 km").is_some());
+    assert!(window.query_by_label_contains("but must be a length from -12 km to 12 km").is_some());
     fill(&mut window, "sea level", " ");
     assert_eq!(sea(&window), None);
     window.get_by_role_and_label(Role::ComboBox, "boundary").click();
@@ -288,7 +288,7 @@ fn points_of_a_curve_are_dragged_and_added() {
 }
 
 #[test]
-fn what_a_node_gave_is_told_in_numbers_and_curves() {
+fn results_are_shown_as_numbers_and_curves() {
     let file = scratch(
         "(world: (size: \"2 km\", cells: 64), nodes: { \"a\": Ridged(wavelength: 900, amplitude: 300), \"m\": Metrics(height: \"a\") }, \
          outputs: { \"h\": \"a\", \"m\": \"m\" })",
@@ -296,7 +296,7 @@ fn what_a_node_gave_is_told_in_numbers_and_curves() {
     let mut window = window(Some(file.path().join("graph.ron")));
     window.state_mut().session_mut().select_only("a");
     settle(&mut window);
-    assert!(window.query_by_label("deviation").is_some());
+    assert!(window.query_by_label("standard deviation").is_some());
     assert!(window.query_by_label_contains("a.height at 64 cells").is_some());
     window.state_mut().session_mut().select_only("m");
     settle(&mut window);
@@ -305,7 +305,7 @@ fn what_a_node_gave_is_told_in_numbers_and_curves() {
 }
 
 #[test]
-fn a_failure_leads_to_the_node_where_it_went_wrong() {
+fn a_failure_links_to_the_failed_node() {
     let file = scratch(
         "(world: (cells: 64), nodes: { \"here\": Import(file: \"none.tif\"), \"next\": Slope(height: \"here\") }, \
          outputs: { \"h\": \"next\" })",
@@ -319,7 +319,7 @@ fn a_failure_leads_to_the_node_where_it_went_wrong() {
 }
 
 #[test]
-fn what_has_no_effect_stands_back_and_says_why() {
+fn parameters_without_effect_are_greyed_out_with_a_reason() {
     let file = scratch(
         "(world: (cells: 64), nodes: { \"a\": Ridged(), \"b\": Terrace(height: \"a\") }, outputs: { \"h\": \"b\" })",
     );
@@ -327,7 +327,7 @@ fn what_has_no_effect_stands_back_and_says_why() {
     window.state_mut().session_mut().select_only("b");
     settle(&mut window);
     window.run_steps(4);
-    assert!(window.query_by_label("only where steps is layers").is_some(), "layers count only there");
+    assert!(window.query_by_label("only if steps is layers").is_some(), "layers count only there");
     assert!(window.query_by_label_contains("6 points").is_none(), "and take no room");
     for theme in [egui::Theme::Dark, egui::Theme::Light] {
         window.ctx.set_theme(theme);
@@ -341,17 +341,17 @@ fn what_has_no_effect_stands_back_and_says_why() {
     let step = window.get_by_role_and_label(Role::TextInput, "step").rect().center();
     window.hover_at(step);
     until(&mut window, "the reason", |window| {
-        window.query_by_label_contains("No effect now: it counts only where `steps` is `even`").is_some()
+        window.query_by_label_contains("No effect with the current settings: used only if `steps` is `even`").is_some()
     });
-    assert!(window.query_by_label_contains("A number, with or without").is_none(), "one thing is told at a time");
+    assert!(window.query_by_label_contains("A number; optional units").is_none(), "only one tooltip at a time");
     picture(&mut window, "resting_layers");
-    // It can be set all the same.
+    // It can still be set.
     fill(&mut window, "step", "50 m");
     assert_eq!(param(&window, "b", "step"), ParamValue::Float(50.0));
 }
 
 #[test]
-fn numbers_are_whole_and_units_are_told() {
+fn numbers_are_never_cut_and_tooltips_have_the_units() {
     let file = scratch(
         "(world: (cells: 32), nodes: { \"a\": Constant(value: -1234567.875), \"r\": StreamPower(height: \"a\", erodibility: 2e-6) }, \
          outputs: { \"h\": \"r\" })",
@@ -367,9 +367,11 @@ fn numbers_are_whole_and_units_are_told() {
     assert!(short.starts_with("2e-6 m") && short.ends_with('…'), "{short}");
     let at = window.get_by_role_and_label(Role::TextInput, "erodibility").rect().center();
     window.hover_at(at);
-    until(&mut window, "all of it is told", |window| window.query_by_label_contains("2e-6 m^(1−2m)/yr").is_some());
+    until(&mut window, "the tooltip has all of it", |window| {
+        window.query_by_label_contains("2e-6 m^(1−2m)/yr").is_some()
+    });
     picture(&mut window, "units");
-    // What is being typed is all of it, and leaving it changes nothing.
+    // The focused field shows the whole text, and leaving it changes nothing.
     let before = window.state().session().document().source().to_owned();
     window.get_by_role_and_label(Role::TextInput, "erodibility").focus();
     window.run_steps(3);
@@ -388,7 +390,7 @@ fn numbers_are_whole_and_units_are_told() {
 }
 
 #[test]
-fn a_note_of_several_lines_is_one_step_of_undo() {
+fn a_note_of_several_lines_is_one_undo_step() {
     let mut window = selected("hello.ron", "rivers");
     let before = window.state().session().document().source().to_owned();
     let note = |window: &Harness<'_, App>, node: &str| {
@@ -417,14 +419,14 @@ fn a_note_of_several_lines_is_one_step_of_undo() {
     assert_eq!(window.state().session().document().steps(), 1);
     assert!(window.state_mut().session_mut().undo());
     assert_eq!(window.state().session().document().source(), before);
-    // Whoever looks at another node at once loses nothing.
+    // Selecting another node at once loses nothing.
     window.state_mut().session_mut().select_only("rivers");
     window.run_steps(3);
     write(&mut window, ["a", "b"]);
     window.state_mut().session_mut().select_only("ground");
     window.run_steps(3);
     assert_eq!([note(&window, "rivers"), note(&window, "ground")], ["a\nb", ""]);
-    // Escape takes back what is written.
+    // Escape discards the typed text.
     write(&mut window, ["c", "d"]);
     window.key_press(Key::Escape);
     window.run_steps(3);

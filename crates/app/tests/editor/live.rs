@@ -1,4 +1,6 @@
-//! A node that is run step by step, and painted while it runs.
+//! A node that runs live, and is painted while it runs.
+
+use std::time::{Duration, Instant};
 
 use egui::{pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable as _};
@@ -43,7 +45,7 @@ fn seen(window: &Harness<'_, App>, port: &str) -> Value {
     window.state().session().built(port).expect("it is built").value.clone()
 }
 
-/// What a build of the document gives, without a window.
+/// The result of a build of the document, without a window.
 fn built(document: &Document, port: &str) -> Value {
     let evaluator = Evaluator::new(EvaluatorOptions::default()).expect("threads");
     let graph = document.graph();
@@ -60,14 +62,20 @@ fn strokes(window: &Harness<'_, App>) -> Vec<Stroke> {
 }
 
 #[test]
-fn run_to_its_end_it_is_what_a_build_gives() {
+fn a_live_run_to_the_end_equals_a_build() {
     let (mut window, _folder) = storm();
     assert_eq!(moment(&window), Some(0.0));
     window.get_by_label("Step").click();
     until(&mut window, "it goes on", |window| moment(window).is_some_and(|now| now > 0.0));
-    let after_ten = moment(&window);
-    window.run_steps(5);
-    assert_eq!(moment(&window), after_ten, "it stands after its steps");
+    // It reports its progress on the way, every 100 ms, and pauses after its steps.
+    let mut last = (moment(&window), Instant::now());
+    until(&mut window, "it pauses", |window| {
+        if moment(window) != last.0 {
+            last = (moment(window), Instant::now());
+        }
+        last.1.elapsed() > Duration::from_secs(1)
+    });
+    assert!(!is_over(&window) && last.0.is_some_and(|now| now < 1000.0), "ten steps: {last:?}");
     picture(&mut window, "live");
     window.get_by_label("Run").click();
     until(&mut window, "it is over", is_over);
@@ -78,7 +86,7 @@ fn run_to_its_end_it_is_what_a_build_gives() {
     }
     assert!(window.state().session().small("ground.slope").is_some(), "what comes after it is built then");
     window.get_by_label("Restart").click();
-    until(&mut window, "it begins anew", |window| moment(window) == Some(0.0));
+    until(&mut window, "it restarts", |window| moment(window) == Some(0.0));
     window.get_by_label("Live").click();
     window.run_steps(2);
     assert!(window.state().session().simulation().is_none());
@@ -87,7 +95,7 @@ fn run_to_its_end_it_is_what_a_build_gives() {
 }
 
 #[test]
-fn what_is_painted_while_it_runs_is_in_the_file_and_gives_the_same_land() {
+fn strokes_of_a_live_run_are_saved_and_give_the_same_terrain() {
     let (mut window, _folder) = storm();
     window.get_by_label("Brush").click();
     window.run_steps(2);
@@ -107,7 +115,7 @@ fn what_is_painted_while_it_runs_is_in_the_file_and_gives_the_same_land() {
     until(&mut window, "another stroke is kept", |window| strokes(window).len() == 2);
     assert!(strokes(&window)[1].tool == Tool::Rain && strokes(&window)[1].time > painted.time);
     picture(&mut window, "live_painted");
-    assert!(moment(&window).is_some_and(|now| now > painted.time), "it has not begun anew");
+    assert!(moment(&window).is_some_and(|now| now > painted.time), "it has not restarted");
     window.get_by_label("Run").click();
     until(&mut window, "it is over", is_over);
     settle(&mut window);
@@ -118,5 +126,5 @@ fn what_is_painted_while_it_runs_is_in_the_file_and_gives_the_same_land() {
     window.state_mut().session_mut().undo();
     window.state_mut().session_mut().undo();
     assert_eq!(strokes(&window), []);
-    until(&mut window, "it begins anew", |window| moment(window) == Some(0.0));
+    until(&mut window, "it restarts", |window| moment(window) == Some(0.0));
 }

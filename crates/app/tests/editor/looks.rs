@@ -1,4 +1,4 @@
-//! What stands above the panes: lists, forms and help, in both themes and in a small window.
+//! Dialogs, lists and help, in both themes and in a small window.
 
 use egui::{Key, Modifiers, Rect, Theme, ThemePreference, Vec2, accesskit::Role, vec2};
 use egui_kittest::{
@@ -7,9 +7,9 @@ use egui_kittest::{
 };
 use orograph::editor::App;
 
-use crate::{graph, picture, settle, window};
+use crate::{device, graph, picture, settle, window};
 
-/// A menu's line with a picture's name, and what it has to show.
+/// A menu item, the name of its picture, and the labels that must be visible.
 const ABOVE: [(&str, &str, &str, &[&str]); 5] = [
     ("File", "Examples", "examples", &["Examples", "Cancel"]),
     ("File", "Open…", "open", &["path", "Open", "Cancel"]),
@@ -32,7 +32,7 @@ fn in_sight(window: &Harness<'_, App>, label: &str, size: Vec2) -> bool {
 }
 
 #[test]
-fn what_is_above_the_panes_fits_the_window_in_both_themes() {
+fn dialogs_fit_the_window_in_both_themes() {
     for (theme, size) in
         [(Theme::Dark, vec2(1280.0, 800.0)), (Theme::Light, vec2(1280.0, 800.0)), (Theme::Dark, vec2(400.0, 300.0))]
     {
@@ -50,6 +50,10 @@ fn what_is_above_the_panes_fits_the_window_in_both_themes() {
             window.run_steps(4);
         }
         for (menu, item, name, labels) in ABOVE {
+            // Only a 3D view can be saved as a picture.
+            if name == "save_picture" && device::skips("the dialog that saves a picture") {
+                continue;
+            }
             open(&mut window, menu, item);
             picture(&mut window, &format!("above_{name}_{theme:?}{small}"));
             for label in labels {

@@ -29,7 +29,7 @@ fn menu(window: &mut Harness<'_, App>, menu: &str, item: &str) {
     window.run_steps(4);
 }
 
-/// Chooses a line of a menu in a menu.
+/// Chooses an item of a submenu.
 fn inner(window: &mut Harness<'_, App>, outer: &str, menu: &str, item: &str) {
     window.get_by_role_and_label(Role::Button, outer).click();
     window.run_steps(3);
@@ -39,7 +39,7 @@ fn inner(window: &mut Harness<'_, App>, outer: &str, menu: &str, item: &str) {
     window.run_steps(4);
 }
 
-/// Types a path into the list of files and presses Enter.
+/// Types a path into the file browser and presses Enter.
 fn name(window: &mut Harness<'_, App>, path: &str) {
     window.get_by_label("path").focus();
     window.run_steps(2);
@@ -58,12 +58,12 @@ fn change(window: &mut Harness<'_, App>) {
 }
 
 #[test]
-fn the_land_is_saved_as_a_picture_beside_the_graph() {
+fn the_3d_view_is_saved_as_a_picture_beside_the_graph() {
     let folder = scratch(&std::fs::read_to_string(graph("hello.ron")).expect("there"));
     let mut window = window(Some(folder.path().join("graph.ron")));
     window.state_mut().session_mut().set_cells(128);
     settle(&mut window);
-    let seen = crate::picture(&mut window, "before_picture");
+    let Some(seen) = crate::picture(&mut window, "before_picture") else { return };
     menu(&mut window, "File", "Save picture");
     window.get_by_label("Save").click();
     window.run_steps(3);
@@ -75,7 +75,7 @@ fn the_land_is_saved_as_a_picture_beside_the_graph() {
     let ([r, g, b, _], [x, y, z]) = (seen.get_pixel(475, 90).0, saved.get_pixel(960, 20).0);
     let near = |a: u8, b: u8| a.abs_diff(b) < 12;
     assert!(near(r, x) && near(g, y) && near(b, z), "{:?} {:?}", [r, g, b], [x, y, z]);
-    assert!(window.query_by_label_contains("graph.png has the picture").is_some());
+    assert!(window.query_by_label_contains("graph.png, 1920 x ").is_some());
     menu(&mut window, "File", "Save picture");
     window.get_by_label("Save").click();
     window.run_steps(3);
@@ -95,7 +95,7 @@ fn a_file_is_opened_by_its_path() {
 }
 
 #[test]
-fn work_that_is_not_saved_is_asked_about() {
+fn quitting_with_unsaved_work_asks_first() {
     let folder = scratch(GRAPH);
     let path = folder.path().join("graph.ron");
     let mut window = window(Some(path.clone()));
@@ -122,13 +122,13 @@ fn work_that_is_not_saved_is_asked_about() {
 fn an_example_is_opened_as_a_copy_that_finds_its_files() {
     let mut window = window(None);
     menu(&mut window, "File", "Examples…");
-    window.query_all_by_label("A real place, worn further").next().expect("offered").click();
+    window.query_all_by_label("A real landscape, eroded further").next().expect("offered").click();
     window.run_steps(4);
     let session = window.state().session();
     assert_eq!(session.document().source(), std::fs::read_to_string(graph("carve_dem.ron")).expect("there"));
     assert_eq!((session.path(), session.is_dirty(), session.document().problems()), (None, false, &[][..]));
     assert!(session.document().files().iter().all(|file| file.is_file()));
-    // It is saved where the person is, and not where the program keeps what it reads.
+    // It is saved in the current folder, and not where the program keeps the files of examples.
     menu(&mut window, "File", "Save as…");
     let place =
         std::env::current_dir().and_then(|folder| folder.canonicalize()).expect("a folder").join("carve_dem.ron");
@@ -137,11 +137,11 @@ fn an_example_is_opened_as_a_copy_that_finds_its_files() {
 }
 
 #[test]
-fn previews_are_as_fine_as_chosen_and_the_theme_too() {
+fn preview_resolution_and_theme_are_chosen_in_menus() {
     let mut window = window(Some(graph("hello.ron")));
     window.run_steps(2);
     let combos = window.query_all_by_role(Role::ComboBox);
-    let preview = combos.into_iter().find(|combo| combo.value().as_deref() == Some("512 (all) cells"));
+    let preview = combos.into_iter().find(|combo| combo.value().as_deref() == Some("Preview: 512 x 512 (full)"));
     preview.expect("the choice of cells").click();
     window.run_steps(3);
     window.get_by_label("256").click();
@@ -149,18 +149,18 @@ fn previews_are_as_fine_as_chosen_and_the_theme_too() {
     assert_eq!(window.state().session().cells(), 256);
     inner(&mut window, "View", "Theme", "Light");
     assert_eq!(window.ctx.theme(), egui::Theme::Light);
-    inner(&mut window, "View", "Theme", "As the system");
-    inner(&mut window, "View", "Cells of the preview", "128");
+    inner(&mut window, "View", "Theme", "Same as the system");
+    inner(&mut window, "View", "Preview resolution", "128");
     assert_eq!(window.state().session().cells(), 128);
     menu(&mut window, "Help", "Keys and mouse");
-    assert!(window.query_by_label("Typed with the unit: Enter takes it, Escape takes it back").is_some());
+    assert!(window.query_by_label("Type a value with its unit; Enter applies, Escape cancels").is_some());
 }
 
-/// Chooses what a menu of the window has for the graph, with the pointer on the menu.
+/// Chooses a graph command of a menu of the window, with the pointer on the menu.
 fn graph_menu(window: &mut Harness<'_, App>, outer: &str, item: &str) {
     window.get_by_role_and_label(Role::Button, outer).click();
     window.run_steps(3);
-    // What is on or off has a button elsewhere as well.
+    // Switches have a button elsewhere as well.
     let at = window.query_all_by_label(item).map(|node| node.rect()).min_by(|a, b| a.left().total_cmp(&b.left()));
     click(window, at.expect("a line of the menu").center());
 }
@@ -170,7 +170,7 @@ fn names(window: &Harness<'_, App>) -> Vec<String> {
 }
 
 #[test]
-fn what_keys_do_is_in_the_menus() {
+fn every_key_command_is_in_the_menus() {
     let (mut window, _folder) = window_on(ROW);
     settle(&mut window);
     window.get_by_role_and_label(Role::Button, "Edit").click();

@@ -1,11 +1,11 @@
-//! The pane of problems: a broken file opens as far as it can, and each problem leads to its node.
+//! The Problems pane: a broken file opens as far as possible, and each problem links to its node.
 
 use egui_kittest::kittest::Queryable as _;
 
 use crate::{scratch, window};
 
 #[test]
-fn a_broken_file_opens_and_its_problems_lead_to_their_nodes() {
+fn a_broken_file_opens_and_its_problems_link_to_their_nodes() {
     let file = scratch(
         "(\n  world: (cells: 64),\n  nodes: {\n    \"land\": Ridged(wavelength: 900, octaves: 99),\n    \"odd\": Perlni(),\n  },\n  \
          outputs: { \"h\": \"land\" },\n)\n",
@@ -22,7 +22,7 @@ fn a_broken_file_opens_and_its_problems_lead_to_their_nodes() {
     window.get_by_label("odd: Perlni").click();
     window.run_steps(3);
     assert_eq!(window.state().session().selected(), Some("odd"));
-    // the inspector says what it knows of it, and can remove it
+    // the inspector shows what is known about it, and can remove it
     window.get_by_label("Inspector").click();
     window.run_steps(3);
     assert!(window.query_by_label("Perlni cannot be used").is_some());

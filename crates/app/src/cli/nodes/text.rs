@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use console::measure_text_width;
 
-use super::page::{Entry, GraphPage, NodePage};
-use crate::terminal::Page;
+use super::page::{GraphPage, NodePage, PageEntry};
+use crate::report::terminal::Page;
 
 /// The page as text.
 pub fn render(node: &NodePage, page: Page) -> String {
@@ -28,7 +28,7 @@ pub fn render(node: &NodePage, page: Page) -> String {
 
     heading(&mut out, page, "Example");
     let _ = writeln!(out, "  {}", page.name(&node.example));
-    heading(&mut out, page, "Nature");
+    heading(&mut out, page, "Properties");
     for (name, text) in [("reads", &node.reach), ("result", &node.exactness), ("cells", &node.resolution)] {
         let _ = writeln!(out, "{}", labelled(page, name, text));
     }
@@ -41,13 +41,13 @@ pub fn render(node: &NodePage, page: Page) -> String {
     out
 }
 
-/// What a graph file is: its page as text. `world` is its world in words.
+/// The page of a graph file as text. `world` describes its world.
 pub fn describe(graph: &GraphPage, world: &str, page: Page) -> String {
     let mut out = page.bold(&graph.file) + "\n";
     out.push_str(&page.paragraphs(&graph.about, 0));
     // Writing to a string cannot fail.
     let _ = writeln!(out, "\n{}", labelled(page, "world", world));
-    section(&mut out, page, ("Inputs", "what a graph that uses this file may wire"), &graph.inputs);
+    section(&mut out, page, ("Inputs", "what a graph that uses this file can wire"), &graph.inputs);
     section(&mut out, page, ("Parameters", "set with --set NAME=VALUE"), &graph.parameters);
     section(&mut out, page, ("Outputs", ""), &graph.outputs);
     if !graph.uses.is_empty() {
@@ -63,7 +63,7 @@ fn heading(out: &mut String, page: Page, text: &str) {
     let _ = writeln!(out, "\n{}", page.bold(text));
 }
 
-/// A name with text beside it, broken to the width.
+/// A name with text beside it, wrapped to the width.
 fn labelled(page: Page, name: &str, text: &str) -> String {
     const COLUMN: usize = 10;
     let body = page.paragraphs(text, COLUMN);
@@ -71,7 +71,7 @@ fn labelled(page: Page, name: &str, text: &str) -> String {
     format!("  {}{}{body}", page.dim(name), " ".repeat((COLUMN - 2).saturating_sub(name.len()).max(1)))
 }
 
-fn section(out: &mut String, page: Page, (title, remark): (&str, &str), entries: &[Entry]) {
+fn section(out: &mut String, page: Page, (title, remark): (&str, &str), entries: &[PageEntry]) {
     if entries.is_empty() {
         return;
     }
@@ -90,13 +90,13 @@ fn section(out: &mut String, page: Page, (title, remark): (&str, &str), entries:
     }
 }
 
-/// A text without its line ends.
+/// The text on one line.
 fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// Type, default and ranges in one line.
-fn facts(entry: &Entry) -> String {
+fn facts(entry: &PageEntry) -> String {
     let mut facts = vec![entry.ty.clone()];
     if entry.required {
         facts.push("must be wired".to_owned());
@@ -111,7 +111,7 @@ fn facts(entry: &Entry) -> String {
         facts.push(format!("usually {}", entry.usual_text));
     }
     if !entry.when.is_empty() {
-        facts.push(format!("only where {}", entry.when.join(" and ")));
+        facts.push(format!("only if {}", entry.when.join(" and ")));
     }
     facts.join(" · ")
 }

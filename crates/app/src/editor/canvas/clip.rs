@@ -1,4 +1,4 @@
-//! Nodes as text, for the clipboard: a graph file of the copied nodes, with the wires into them.
+//! Nodes as text for the clipboard: a graph file of the copied nodes, with the wires into them.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -10,12 +10,12 @@ use orograph_graph::{Document, Edit, LooseWire, NodeEntry, Registry};
 
 use super::{commands::fresh_name, model::Model};
 
-/// The copied nodes as they are written, with all wires into them, and where they are.
+/// The text of the copied nodes, with all wires into them and their positions.
 pub(super) fn text(document: &Document, model: &Model, names: &BTreeSet<String>) -> Result<String, String> {
     let entries = || document.nodes().iter().filter(|entry| names.contains(&entry.name));
     let mut text = "(\n    nodes: {\n".to_owned();
     for entry in entries() {
-        // Writing to a text cannot fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "        {},", &document.source()[entry.span.clone()]);
     }
     text.push_str("    },\n    layout: {\n");
@@ -35,17 +35,17 @@ pub(super) fn text(document: &Document, model: &Model, names: &BTreeSet<String>)
         input: way.input.clone(),
         places: way.places.clone(),
     });
-    let told: Vec<Edit> = notes.chain(ways).collect();
+    let extras: Vec<Edit> = notes.chain(ways).collect();
     text.push_str(")\n");
-    if told.is_empty() {
+    if extras.is_empty() {
         return Ok(text);
     }
     let mut copy = Document::parse(text, document.registry());
-    copy.apply(&Edit::All(told)).map_err(|error| error.to_string())?;
+    copy.apply(&Edit::All(extras)).map_err(|error| error.to_string())?;
     Ok(copy.source().to_owned())
 }
 
-/// The graph that a text holds: a whole file, its field `nodes: {...}`, or what stands in its braces.
+/// The graph in a text: a whole file, its field `nodes: {...}`, or the content of the braces.
 fn read(text: &str, registry: &Registry) -> Option<Document> {
     let forms = [text.to_owned(), format!("({text})"), format!("(nodes: {text})"), format!("(nodes: {{{text}}})")];
     let documents = forms.into_iter().map(|form| Document::parse(form, registry));
@@ -53,29 +53,29 @@ fn read(text: &str, registry: &Registry) -> Option<Document> {
     documents.into_iter().find(|document| sound(document) && !document.nodes().is_empty())
 }
 
-/// What is pasted.
+/// The result of a paste.
 pub(super) struct Pasted {
     pub(super) edits: Vec<Edit>,
     /// The names of the new nodes.
     pub(super) names: Vec<String>,
-    /// Where wires from other nodes would begin that are left out.
+    /// The outputs of wires that were left out because no compatible output has that name.
     pub(super) left: Vec<String>,
 }
 
 impl Pasted {
-    /// What is left out, for people.
-    pub(super) fn told(&self) -> Option<String> {
+    /// A message about the wires that were left out. Returns None when there are none.
+    pub(super) fn message(&self) -> Option<String> {
         let ends: BTreeSet<&str> = self.left.iter().map(String::as_str).collect();
         let ends: Vec<String> = ends.into_iter().map(|end| format!("`{end}`")).collect();
         match self.left.len() {
             0 => None,
-            1 => Some(format!("One wire is left out: nothing here is called {} and fits", ends.join(", "))),
-            many => Some(format!("{many} wires are left out: nothing here is called {} and fits", ends.join(", "))),
+            1 => Some(format!("One wire was left out: no compatible output here is named {}", ends.join(", "))),
+            many => Some(format!("{many} wires were left out: no compatible output here is named {}", ends.join(", "))),
         }
     }
 }
 
-/// Whether what a wire of a copy begins at is in the document, and fits.
+/// Returns true if the output that a wire of a copy reads is in the document, with a compatible type.
 fn fits(document: &Document, copy: &Document, wire: &LooseWire) -> bool {
     let graph = copy.graph();
     let input = graph.find(&wire.node).ok().and_then(|node| graph.instance(node).node.input(wire.input));
@@ -83,12 +83,12 @@ fn fits(document: &Document, copy: &Document, wire: &LooseWire) -> bool {
     input.zip(port.ok()).is_some_and(|(input, port)| input.ty.accepts(document.graph().output_type(port)))
 }
 
-/// The edits that add the nodes of a text, with names that are not taken. `at` is where their middle goes; without it they
-/// go where the text says, moved by `shift`. Wires from nodes that are not in the text begin at those of the document that
-/// are called so, where they fit; others are left out.
+/// The edits that add the nodes of a text, with unused names. Their centre goes to `at`; without it they keep the
+/// positions of the text, moved by `shift`. Wires from nodes that are not in the text connect to the outputs of the
+/// document with the same names if the types are compatible; others are left out.
 pub(super) fn paste(document: &Document, text: &str, at: Option<Pos2>, shift: Vec2) -> Result<Pasted, String> {
     let pasted = with_wires(document, text, at, shift, |copy, wire| fits(document, copy, wire))?;
-    // A wire of the document that has waited for a name of the text may close a circle with one from outside.
+    // A wire of the document that refers to a name in the text may close a cycle with a wire from outside.
     let outside = document.loose_wires().iter().any(|wire| {
         pasted.names.iter().any(|name| wire.from.split_once('.').map_or(wire.from.as_str(), |(node, _)| node) == name)
     });
@@ -106,14 +106,14 @@ fn with_wires(
     keeps: impl Fn(&Document, &LooseWire) -> bool,
 ) -> Result<Pasted, String> {
     let Some(mut copy) = read(text, document.registry()) else {
-        return Err("the clipboard holds no nodes; copy some here, or the text of a graph file".to_owned());
+        return Err("the clipboard has no nodes; copy nodes, or the text of a graph file".to_owned());
     };
     let model = Model::of(&copy, &BTreeSet::new(), &mut BTreeMap::new());
     let places: BTreeMap<String, Pos2> = model.cards.iter().map(|card| (card.name.clone(), card.at)).collect();
     let shift = at.map_or(shift, |at| at - model.bounds(|_| true).center());
     let taken: BTreeSet<&str> = document.nodes().iter().map(|entry| entry.name.as_str()).collect();
     let mut names: Vec<String> = copy.nodes().iter().map(|entry| entry.name.clone()).collect();
-    // A new name must not be one that a wire from outside waits for.
+    // A new name must not be one that a wire from outside refers to.
     let waits =
         copy.loose_wires().iter().map(|wire| wire.from.split_once('.').map_or(wire.from.as_str(), |(name, _)| name));
     let mut used: BTreeSet<String> = names.iter().map(String::as_str).chain(waits).map(str::to_owned).collect();
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_copied_is_a_graph_file_with_the_wires_into_its_nodes() {
+    fn a_copy_is_a_graph_file_with_the_wires_into_its_nodes() {
         let document = document();
         let text = copied(&document, &["b", "c"]);
         let copy = Document::parse(text.clone(), document.registry());
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn pasted_nodes_get_names_of_their_own_and_keep_their_wires() {
+    fn pasted_nodes_get_new_names_and_keep_their_wires() {
         let mut document = document();
         let text = copied(&document, &["a", "b"]);
         let pasted = paste(&document, &text, None, vec2(24.0, 24.0)).expect("there are nodes");
@@ -210,42 +210,42 @@ mod tests {
     }
 
     #[test]
-    fn what_is_pasted_reads_what_its_model_read() {
+    fn pasted_nodes_keep_the_inputs_of_the_originals() {
         let mut document = document();
         let text = copied(&document, &["c"]);
         let pasted = paste(&document, &text, None, Vec2::ZERO).expect("there are nodes");
-        assert_eq!(pasted.told(), None);
+        assert_eq!(pasted.message(), None);
         document.apply(&Edit::All(pasted.edits)).expect("they can be pasted");
         assert_eq!(source_of(&document, "c2", 0).as_deref(), Some("b.height"));
     }
 
     #[test]
-    fn wires_that_do_not_fit_elsewhere_are_left_out_and_told() {
+    fn incompatible_wires_are_left_out_with_a_message() {
         let model = Document::parse(
             "(nodes: { \"a\": Ridged(), \"m\": Slope(height: \"a\"), \"t\": Terrace(height: \"a\", mask: \"m\") })",
             &orograph_nodes::registry(),
         );
         let text = copied(&model, &["t"]);
-        // `a` gives heights there as well, but `m` is no mask, and `t` is another.
+        // `a` is a height there as well, but `m` is not a mask, and `t` is another node.
         let mut other = Document::parse(
             "(nodes: { \"a\": Ridged(), \"m\": Ridged(), \"t\": Ridged() })",
             &orograph_nodes::registry(),
         );
         let pasted = paste(&other, &text, None, Vec2::ZERO).expect("there are nodes");
         assert_eq!((pasted.left.clone(), pasted.names.clone()), (vec!["m".to_owned()], vec!["t2".to_owned()]));
-        assert_eq!(pasted.told().as_deref(), Some("One wire is left out: nothing here is called `m` and fits"));
+        assert_eq!(pasted.message().as_deref(), Some("One wire was left out: no compatible output here is named `m`"));
         other.apply(&Edit::All(pasted.edits)).expect("they can be pasted");
         assert_eq!((source_of(&other, "t2", 0).as_deref(), source_of(&other, "t2", 2)), (Some("a.height"), None));
         assert!(!other.has_errors(), "{:?}", other.problems());
         let empty = Document::parse("(nodes: {})", &orograph_nodes::registry());
         let pasted = paste(&empty, &text, None, Vec2::ZERO).expect("there are nodes");
-        let told = "2 wires are left out: nothing here is called `a`, `m` and fits";
-        assert_eq!(pasted.told().as_deref(), Some(told));
+        let message = "2 wires were left out: no compatible output here is named `a`, `m`";
+        assert_eq!(pasted.message().as_deref(), Some(message));
     }
 
     #[test]
-    fn no_circle_is_closed_by_what_is_pasted() {
-        // `b` waits for a `c`, and a `c` that reads `b` comes.
+    fn a_paste_never_closes_a_cycle() {
+        // `b` refers to a missing `c`, and a `c` that reads `b` is pasted.
         let mut document =
             Document::parse("(nodes: { \"a\": Ridged(), \"b\": Terrace(height: \"c\") })", &orograph_nodes::registry());
         let pasted = paste(&document, "{ \"c\": Terrace(height: \"b\") }", None, Vec2::ZERO).expect("there are nodes");
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn notes_and_ways_of_wires_are_copied_with_their_nodes() {
+    fn notes_and_routes_are_copied_with_their_nodes() {
         let mut document = document();
         let route = |node: &str| Edit::SetReroutes {
             node: node.to_owned(),
@@ -271,7 +271,7 @@ mod tests {
         let way = document.reroutes().iter().find(|way| way.node == "b2").expect("it came along");
         assert_eq!(way.places, [[34.0, 68.0]]);
         assert!(document.nodes().iter().any(|entry| entry.name == "b2" && entry.note == "steep"));
-        // The way of a wire from outside comes along where the wire does.
+        // The route of a wire from outside is copied if the wire is.
         let alone = copied(&document, &["c"]);
         assert!(alone.contains("reroutes"), "{alone}");
         let mut other = Document::parse("(nodes: { \"x\": Ridged() })", document.registry());

@@ -1,4 +1,4 @@
-//! What can be done to a graph, as edits.
+//! Operations on a graph, as edits.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,7 +10,7 @@ use super::{
     place,
 };
 
-/// A name that no node has yet: the stem, with a number if it must be.
+/// An unused node name: the stem, with a number if necessary.
 pub(super) fn fresh_name(stem: &str, taken: impl Fn(&str) -> bool) -> String {
     let mut name = stem.to_owned();
     let mut number = 2;
@@ -21,18 +21,18 @@ pub(super) fn fresh_name(stem: &str, taken: impl Fn(&str) -> bool) -> String {
     name
 }
 
-/// Puts a node at a place.
+/// Moves a node to a position.
 pub(super) fn put(node: &str, at: Pos2) -> Edit {
     Edit::SetLayout { node: node.to_owned(), at: Some([f64::from(at.x.round()), f64::from(at.y.round())]) }
 }
 
-/// Gives a wire a way.
+/// Sets the route of a wire.
 pub(super) fn way(wire: &WireName, places: &[Pos2]) -> Edit {
     let places = places.iter().map(|at| [f64::from(at.x.round()), f64::from(at.y.round())]).collect();
     Edit::SetReroutes { node: wire.node.clone(), input: wire.input.to_owned(), places }
 }
 
-/// Gives wires the ways that they have in the model, where those are others than they were.
+/// Sets the routes of wires to those in the model, if they differ.
 pub(super) fn ways<'m>(
     model: &'m Model,
     before: &'m BTreeMap<usize, Vec<Pos2>>,
@@ -41,12 +41,12 @@ pub(super) fn ways<'m>(
     wires.filter(|(wire, places)| wire.bends != **places).map(|(wire, _)| way(&model.wire_name(wire), &wire.bends))
 }
 
-/// Writes down where every node is of which the document says nothing, so that what is seen stays as it is.
+/// Writes the position of every node that has none in the document, so that the canvas does not change.
 pub(super) fn settle(model: &Model) -> impl Iterator<Item = Edit> {
     model.cards.iter().filter(|card| !card.placed).map(|card| put(&card.name, card.at))
 }
 
-/// Wires two pins, whichever is the output.
+/// Connects two pins, in either order.
 pub(super) fn connect(model: &Model, a: Spot, b: Spot) -> Edit {
     let (output, input) = if a.side == Side::Output { (a, b) } else { (b, a) };
     Edit::Connect {
@@ -56,12 +56,12 @@ pub(super) fn connect(model: &Model, a: Spot, b: Spot) -> Edit {
     }
 }
 
-/// Takes a wire away.
+/// Disconnects a wire.
 pub(super) fn disconnect(wire: &WireName) -> Edit {
     Edit::Disconnect { node: wire.node.clone(), input: wire.input.to_owned() }
 }
 
-/// Removes nodes and wires. What read a removed node reads what that one read, where the types allow; so do the outputs
+/// Removes nodes and wires. Readers of a removed node read its input instead if the types allow it; so do the outputs
 /// of the file.
 pub(super) fn remove(document: &Document, nodes: &BTreeSet<String>, wires: &BTreeSet<WireName>) -> Edit {
     let graph = document.graph();
@@ -71,7 +71,7 @@ pub(super) fn remove(document: &Document, nodes: &BTreeSet<String>, wires: &BTre
         let input = instance.node.inputs[input].name;
         wires.iter().any(|wire| wire.node == instance.name && wire.input == input)
     };
-    // What stands before an output, beyond all nodes that go.
+    // The first output upstream that is not removed.
     let behind = |port: Port, takes: &dyn Fn(PortType) -> bool| {
         let mut port = port;
         loop {
@@ -109,7 +109,7 @@ pub(super) fn remove(document: &Document, nodes: &BTreeSet<String>, wires: &BTre
     Edit::All(edits)
 }
 
-/// The type that an output of a new node has, if one can tell.
+/// The type of an output of a new node. Returns None when it is not known yet.
 fn new_output_type(node: &Node, output: usize) -> PortType {
     match node.outputs[output].ty {
         OutputType::Fixed(ty) => ty,
@@ -118,24 +118,24 @@ fn new_output_type(node: &Node, output: usize) -> PortType {
     }
 }
 
-/// The input of a kind of node that a wire of that type fits best: one that must be wired, and of that very type.
+/// The best input of a node type for a wire of this type: a required one of exactly this type.
 pub(super) fn input_for(node: &Node, ty: PortType) -> Option<&'static str> {
     let fitting = node.inputs.iter().filter(|input| input.ty.accepts(ty));
     fitting.min_by_key(|input| (input.ty != ty, input.fallback != Fallback::Required)).map(|input| input.name)
 }
 
-/// The output of a kind of node that fits an input of that type, when `wired` is what is wired to the new node.
+/// The output of a node type that fits an input of this type; `wired` is the wired input of the new node and its type.
 pub(super) fn output_for(node: &Node, takes: PortType, wired: Option<(&str, PortType)>) -> Option<&'static str> {
     let ty = |output: usize| match (node.outputs[output].ty, wired) {
         (OutputType::SameAs(input), Some((name, ty))) if input == name => ty,
-        // It becomes what will be wired to it.
+        // It takes the type of the wire that will be connected.
         (OutputType::SameAs(input), None) if node.input(input).is_some_and(|input| input.ty.accepts(takes)) => takes,
         _ => new_output_type(node, output),
     };
     (0..node.outputs.len()).find(|output| takes.accepts(ty(*output))).map(|output| node.outputs[output].name)
 }
 
-/// The wires that put a kind of node, by the name of the node, into a wire: from the wire's source, and to its end.
+/// The wires that insert a node type into a wire, by the name of the node: from the wire's source, and to its end.
 pub(super) fn into_wire(model: &Model, wire: &Wire, kind: &Node, name: &str) -> Option<[Edit; 2]> {
     let input = input_for(kind, wire.ty)?;
     let output = output_for(kind, model.pin(wire.to).ty, Some((input, wire.ty)))?;
@@ -149,17 +149,17 @@ pub(super) fn into_wire(model: &Model, wire: &Wire, kind: &Node, name: &str) -> 
     ])
 }
 
-/// Room between the cards of a frame and its edges: left and right, above (where its head is), and below.
+/// Margins between the cards of a frame and its edges: left and right, top (with the title bar), and bottom.
 const AROUND: [f32; 3] = [24.0, 48.0, 24.0];
-/// The least of that, beside other cards.
+/// The smallest margins, used next to other cards.
 const LEAST: [f32; 3] = [6.0, 36.0, 6.0];
-/// Sizes of a frame around nothing; the largest that there is room for is taken.
+/// Sizes of an empty frame; the largest that fits is used.
 const EMPTY: [egui::Vec2; 3] = [egui::vec2(360.0, 216.0), egui::vec2(240.0, 144.0), egui::vec2(144.0, 96.0)];
-/// How far from the pointer room is looked for, in steps of the grid.
+/// How far from the pointer to look for free space, in grid steps.
 const REACH: i32 = 40;
 
-/// A frame around cards and whatever lies among them; without cards an empty one, next to a place, where there is room.
-/// No card is cut by its edge. `seen` is what is in sight.
+/// A frame around cards and everything between them; without cards, an empty frame near a position, where there is
+/// space. Its edge cuts no card. `seen` is the visible part of the graph.
 pub(super) fn frame(model: &Model, cards: &[usize], name: &str, at: Pos2, seen: Rect) -> Edit {
     let rect = if cards.is_empty() { room(model, at, seen) } else { around(model, cards) };
     let area = Area { name: name.to_owned(), rect, note: String::new(), colour: None };
@@ -191,7 +191,7 @@ fn around(model: &Model, cards: &[usize]) -> Rect {
     }
 }
 
-/// A free rectangle with its corner near a place: it meets no card and cuts no frame.
+/// A free rectangle with its corner near a position: it overlaps no card and cuts no frame.
 fn room(model: &Model, at: Pos2, seen: Rect) -> Rect {
     let at = place::on_grid(at);
     let free = |rect: Rect| {
@@ -202,7 +202,7 @@ fn room(model: &Model, at: Pos2, seen: Rect) -> Rect {
     for size in EMPTY {
         let steps = || (-REACH..=REACH).map(|step| step as f32 * place::STEP);
         let places = steps().flat_map(|x| steps().map(move |y| Rect::from_min_size(at + egui::vec2(x, y), size)));
-        // What is out of sight is the worse for it.
+        // Positions outside the visible part are worse.
         let cost = |rect: &Rect| {
             let hidden = rect.size() - rect.intersect(seen).size().max(egui::Vec2::ZERO);
             (rect.min - at).length() + 2.0 * (hidden.x + hidden.y)
@@ -217,32 +217,32 @@ fn room(model: &Model, at: Pos2, seen: Rect) -> Rect {
     Rect::from_min_size(place::on_grid(egui::pos2(at.x, below)), EMPTY[0])
 }
 
-/// How cards are lined up.
+/// Ways to align cards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::editor) enum Alignment {
     Left,
     Top,
-    /// With equal spaces from the leftmost to the rightmost.
+    /// Equal gaps from the leftmost to the rightmost card.
     Across,
-    /// With equal spaces from the topmost to the lowest.
+    /// Equal gaps from the topmost to the lowest card.
     Down,
 }
 
 impl Alignment {
     pub(in crate::editor) const ALL: [Self; 4] = [Self::Left, Self::Top, Self::Across, Self::Down];
 
-    /// What it is called in menus.
+    /// Its name in menus.
     pub(in crate::editor) const fn name(self) -> &'static str {
         match self {
             Self::Left => "Left edges",
             Self::Top => "Top edges",
-            Self::Across => "Equal spaces across",
-            Self::Down => "Equal spaces down",
+            Self::Across => "Distribute horizontally",
+            Self::Down => "Distribute vertically",
         }
     }
 }
 
-/// Lines cards up; `None` when there is nothing to line up.
+/// Aligns cards. Returns None when there is nothing to align.
 pub(super) fn align(model: &Model, cards: &[usize], how: Alignment) -> Option<Edit> {
     let rects: Vec<_> = cards.iter().map(|card| model.cards[*card].rect()).collect();
     let all = rects.iter().copied().reduce(Rect::union)?;
@@ -255,7 +255,7 @@ pub(super) fn align(model: &Model, cards: &[usize], how: Alignment) -> Option<Ed
             let mut order = cards.to_vec();
             order.sort_by(|a, b| model.cards[*a].at[axis].total_cmp(&model.cards[*b].at[axis]));
             let filled: f32 = rects.iter().map(|rect| rect.size()[axis]).sum();
-            // Cards that overlap are put side by side.
+            // Overlapping cards are put side by side.
             let gap = ((all.size()[axis] - filled) / (cards.len() as f32 - 1.0).max(1.0)).max(place::STEP);
             let mut next = all.min[axis];
             for card in order {
@@ -269,20 +269,20 @@ pub(super) fn align(model: &Model, cards: &[usize], how: Alignment) -> Option<Ed
     moved(model, places)
 }
 
-/// Puts cards in layers, by the wires among them; the whole stays where it is.
+/// Arranges cards in layers along the wires among them; the top left corner stays.
 pub(super) fn arrange(model: &Model, cards: &[usize]) -> Option<Edit> {
     let corner = cards.iter().map(|card| model.cards[*card].rect()).reduce(Rect::union)?.min;
     let corner = place::on_grid(corner).to_vec2();
     let places = place::layered(model, |card| cards.contains(&card));
     let moved = moved(model, places.into_iter().map(|(card, at)| (card, at + corner)).collect())?;
-    // Ways that were made for other places go.
+    // Routes for the old positions are removed.
     let among: BTreeSet<&str> = cards.iter().map(|card| model.cards[*card].name.as_str()).collect();
     let ways = model.ways_among(|name| among.contains(name));
     let straight = ways.into_keys().map(|at| way(&model.wire_name(&model.wires[at]), &[]));
     Some(Edit::All(straight.chain([moved]).collect()))
 }
 
-/// Puts cards at places, as one edit; all others are written down where they are.
+/// Moves cards to positions, in one edit; all other positions are written too.
 pub(super) fn moved(model: &Model, places: BTreeMap<usize, Pos2>) -> Option<Edit> {
     let changed: BTreeMap<usize, Pos2> =
         places.into_iter().filter(|(card, at)| (*at - model.cards[*card].at).length() > 0.5).collect();
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn what_read_a_removed_node_reads_what_that_one_read() {
+    fn readers_of_a_removed_node_read_its_input() {
         let mut document = Document::parse(
             "(nodes: { \"a\": Ridged(), \"b\": Terrace(height: \"a\"), \"c\": Terrace(height: \"b\"), \
              \"d\": Terrace(height: \"c\") }, outputs: { \"o\": \"c\" })",
@@ -342,7 +342,7 @@ mod tests {
         (after, rect)
     }
 
-    /// Cards that the edge of a frame cuts, and those that are in it.
+    /// The cards that the edge of a frame cuts, and those inside it.
     fn cut_and_held(model: &Model, rect: Rect) -> (usize, Vec<&str>) {
         let held: Vec<&Card> = model.cards.iter().filter(|card| rect.contains_rect(card.rect())).collect();
         let met = model.cards.iter().filter(|card| rect.intersects(card.rect())).count();
@@ -353,15 +353,15 @@ mod tests {
          layout: { \"a\": (0, 0), \"b\": (300, 60), \"c\": (600, 0), \"d\": (20, 306) })";
 
     #[test]
-    fn an_empty_frame_stands_where_there_is_room() {
+    fn an_empty_frame_is_placed_in_free_space() {
         for at in [pos2(90.0, 90.0), pos2(-100.0, -30.0), pos2(420.0, 40.0), pos2(200.0, 100.0), pos2(0.0, 600.0)] {
             let (model, rect) = framed(SPREAD, &[], at);
             assert_eq!(cut_and_held(&model, rect), (0, Vec::new()), "{at} {rect}");
             assert!((rect.min - at).length() < 400.0, "{at} {rect}");
         }
-        // Where there is room it begins at the pointer.
+        // Where there is space it starts at the pointer.
         assert_eq!(framed(SPREAD, &[], pos2(0.0, 660.0)).1, Rect::from_min_size(pos2(0.0, 660.0), EMPTY[0]));
-        // It may stand in another frame, but does not cut it.
+        // It may lie in another frame, but does not cut it.
         let within = SPREAD.replace("layout:", "frames: { \"o\": (at: (0, 600), size: (480, 300)) }, layout:");
         let (model, rect) = framed(&within, &[], pos2(60.0, 640.0));
         let other = model.areas[model.area("o").expect("it is there")].rect;
@@ -369,10 +369,10 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_around_nodes_takes_in_what_it_would_cut() {
+    fn a_frame_includes_nodes_that_it_would_cut() {
         let (model, rect) = framed(SPREAD, &["a", "c"], Pos2::ZERO);
         assert_eq!(cut_and_held(&model, rect), (0, vec!["a", "b", "c"]), "{rect}");
-        // Below `a` there is room for an edge, but not for all that a frame has where it stands alone.
+        // Below `a` there is space for the smallest margins, but not for those of a free-standing frame.
         let (model, rect) = framed(SPREAD, &["d"], Pos2::ZERO);
         assert_eq!(cut_and_held(&model, rect).0, 0, "{rect}");
         let (model, rect) = framed(SPREAD, &["b"], Pos2::ZERO);
@@ -381,7 +381,7 @@ mod tests {
     }
 
     #[test]
-    fn every_kind_that_takes_heights_and_gives_them_fits_into_a_wire() {
+    fn every_node_from_heights_to_heights_can_be_inserted_in_a_wire() {
         for node in registry().nodes() {
             let Some(input) = input_for(node, PortType::Height) else { continue };
             let given = output_for(node, PortType::Height, Some((input, PortType::Height)));

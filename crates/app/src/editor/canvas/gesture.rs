@@ -1,4 +1,4 @@
-//! What the pointer does: it selects, moves and wires. At the end of each there is one edit.
+//! Pointer gestures: select, move and wire. Each ends with one edit.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,36 +17,37 @@ use super::{
     place,
 };
 
-/// How near to the pane's edge the view begins to move along, in points, and how fast at most, in points a second.
+/// Distance to the pane's edge at which the view starts to scroll, in points, and its maximum speed in points per
+/// second.
 const EDGE: [f32; 2] = [28.0, 900.0];
 
-/// What the pointer is doing.
+/// The current pointer gesture.
 #[derive(Debug, Default)]
 pub(super) enum Gesture {
     #[default]
     Idle,
-    /// It moves the view.
+    /// Pans the view.
     Pan,
-    /// It draws a rectangle.
+    /// Draws a selection rectangle.
     Net {
         from: Pos2,
         to: Pos2,
-        /// What is selected whatever the rectangle touches.
+        /// The nodes that stay selected whatever the rectangle touches.
         base: BTreeSet<String>,
         caught: BTreeSet<String>,
     },
-    /// It moves cards.
+    /// Moves cards.
     Move {
         from: Pos2,
-        /// The card that it holds, whose corner stays on the grid.
+        /// The grabbed card, whose corner stays on the grid.
         held: String,
         starts: BTreeMap<String, Pos2>,
-        /// The places of the wires among them, which come along.
+        /// The route points of the wires among the cards, which move with them.
         ways: BTreeMap<usize, Vec<Pos2>>,
-        /// The wire into which the card would be put.
+        /// The wire into which the card would be inserted.
         onto: Option<WireName>,
     },
-    /// It moves a frame with what is in it, or changes its size.
+    /// Moves a frame with its content, or resizes it.
     Shift {
         from: Pos2,
         area: String,
@@ -55,36 +56,36 @@ pub(super) enum Gesture {
         starts: BTreeMap<String, Pos2>,
         ways: BTreeMap<usize, Vec<Pos2>>,
     },
-    /// It moves a place that a wire passes.
+    /// Moves a route point of a wire.
     Bend { from: Pos2, wire: WireName, at: usize, start: Pos2 },
-    /// It draws a wire.
+    /// Draws a wire.
     Link(Link),
 }
 
 /// A wire that is being drawn.
 #[derive(Debug)]
 pub(super) struct Link {
-    /// The end that stays, by node and pin.
+    /// The fixed end, by node and pin.
     node: String,
     side: Side,
     pin: usize,
-    /// The wire whose end was taken off its input.
+    /// The wire whose end was detached from its input.
     detached: Option<WireName>,
-    /// Where its other end is.
+    /// The position of the free end.
     to: Pos2,
-    /// The pin that it would be tied to, and why that is refused, if it is.
+    /// The pin that it would connect to, and the reason if that is refused.
     target: Option<(Spot, Option<String>)>,
 }
 
 impl Gesture {
-    /// The end of the wire being drawn that stays, and the cards at which it cannot end.
+    /// The fixed end of the wire that is being drawn, and the cards that it cannot connect to.
     pub(super) fn link(&self, model: &Model) -> Option<(Spot, BTreeSet<usize>)> {
         let Self::Link(link) = self else { return None };
         let fixed = link.fixed(model)?;
         Some((fixed, model.barred(fixed)))
     }
 
-    /// The wire whose end has been taken off.
+    /// The wire whose end is detached.
     pub(super) const fn detached(&self) -> Option<&WireName> {
         match self {
             Self::Link(link) => link.detached.as_ref(),
@@ -92,7 +93,7 @@ impl Gesture {
         }
     }
 
-    /// The wire into which a card would be put.
+    /// The wire into which a card would be inserted.
     pub(super) const fn onto(&self) -> Option<&WireName> {
         match self {
             Self::Move { onto, .. } => onto.as_ref(),
@@ -100,12 +101,12 @@ impl Gesture {
         }
     }
 
-    /// Whether a rectangle that is being drawn touches this card.
+    /// Returns true if the selection rectangle touches this card.
     pub(super) fn has_caught(&self, node: &str) -> bool {
         matches!(self, Self::Net { caught, .. } if caught.contains(node))
     }
 
-    /// Ends when what it is about is no longer there.
+    /// Ends the gesture if its subject no longer exists.
     pub(super) fn forget_what_is_gone(&mut self, model: &Model) {
         let gone = match self {
             Self::Move { starts, .. } => starts.keys().any(|node| model.find(node).is_none()),
@@ -152,7 +153,7 @@ impl Link {
 }
 
 impl Canvas {
-    /// Takes what the pointer does in this frame.
+    /// Handles the pointer in this frame.
     pub(super) fn point(&mut self, ui: &egui::Ui, response: &Response, session: &mut Session, order: &[usize]) {
         let Some(lens) = self.lens else { return };
         let modifiers = ui.input(|input| input.modifiers);
@@ -305,7 +306,7 @@ impl Canvas {
         };
     }
 
-    /// Takes hold of a frame, with the cards that lie in it when it is moved.
+    /// Grabs a frame, with the cards inside it if it is moved.
     fn shift(&self, area: usize, from: Pos2, size: bool) -> Gesture {
         let area = &self.model.areas[area];
         let inside = self.model.cards.iter().filter(|card| !size && area.rect.contains_rect(card.rect()));
@@ -314,7 +315,7 @@ impl Canvas {
         Gesture::Shift { from, area: area.name.clone(), start: area.rect, size, starts, ways }
     }
 
-    /// A wire from a pin. At an input that has one it is that wire, whose end is taken off.
+    /// Starts a wire at a pin. At a connected input, detaches the end of its wire instead.
     fn link_from(&self, spot: Spot, to: Pos2) -> Link {
         let model = &self.model;
         let taken = model.wire_into(spot);
@@ -329,7 +330,7 @@ impl Canvas {
         }
     }
 
-    /// Moves the view along when the pointer holds something near the pane's edge.
+    /// Scrolls the view while the pointer drags something near the pane's edge.
     fn follow_edge(&mut self, ui: &egui::Ui, pointer: Pos2) {
         let Some(lens) = &mut self.lens else { return };
         if matches!(self.gesture, Gesture::Pan) {
@@ -378,7 +379,7 @@ impl Canvas {
                     .then(|| self.model.find(held))
                     .flatten()
                     .and_then(|card| wire_below(&self.model, *lens, card, session));
-                // All is seen until a person has chosen; then what is moved would run away from under the pointer.
+                // The automatic view fits all; during a drag it would move the card away from the pointer.
                 self.moved = true;
             }
             Gesture::Bend { from, wire, at, start } => {
@@ -427,7 +428,7 @@ impl Canvas {
         }
     }
 
-    /// Gives up what the pointer was doing; all is as before.
+    /// Cancels the gesture; nothing changes.
     pub(super) fn cancel(&mut self) {
         match std::mem::take(&mut self.gesture) {
             Gesture::Move { starts, ways, .. } => {
@@ -446,7 +447,7 @@ impl Canvas {
         }
     }
 
-    /// Puts cards back to where they were; gives where they have been moved to.
+    /// Puts cards back to their old positions; returns the positions that they were dragged to.
     fn take_back(&mut self, starts: BTreeMap<String, Pos2>) -> BTreeMap<usize, Pos2> {
         let model = &mut self.model;
         let back = starts.into_iter().filter_map(|(name, start)| {
@@ -503,7 +504,7 @@ impl Canvas {
         }
     }
 
-    /// Lets a wire pass a place, at a point of the window.
+    /// Adds a route point to a wire, at a point of the window.
     pub(super) fn add_bend(&mut self, ui: &egui::Ui, session: &mut Session, name: &WireName, point: Pos2) {
         let (Some(lens), Some(wire)) = (self.lens, self.model.wire(name)) else { return };
         let (_, at) = lens.distance_to_way(point, &self.model.places(wire));
@@ -514,7 +515,7 @@ impl Canvas {
         self.bend = Some((name.clone(), at));
     }
 
-    /// Takes away a place that a wire passes.
+    /// Removes a route point of a wire.
     pub(super) fn remove_bend(&mut self, ui: &egui::Ui, session: &mut Session, name: &WireName, at: usize) {
         let mut places = self.model.wire(name).map(|wire| wire.bends.clone()).unwrap_or_default();
         if at < places.len() {
@@ -524,13 +525,13 @@ impl Canvas {
         }
     }
 
-    /// Gives a wire a way; what is not placed yet is written down, so that the way fits it.
+    /// Sets the route of a wire; also writes the positions of nodes that have none, so that the route fits them.
     pub(super) fn bend_wire(&mut self, ui: &egui::Ui, session: &mut Session, name: &WireName, places: &[Pos2]) {
         let edits = commands::settle(&self.model).chain([commands::way(name, places)]);
         self.apply(ui, session, &Edit::All(edits.collect()));
     }
 
-    /// Ends a wire: at a pin, or at a new node, or nowhere.
+    /// Ends a wire: at a pin, at a new node, or nowhere.
     fn tie(&mut self, ui: &egui::Ui, session: &mut Session, link: &Link, pointer: Pos2) {
         let Some(fixed) = link.fixed(&self.model) else { return };
         let Some(lens) = self.lens else { return };
@@ -560,7 +561,7 @@ impl Canvas {
     }
 }
 
-/// Adds a node to the selection, or takes it out.
+/// Adds a node to the selection, or removes it.
 fn toggle(session: &mut Session, name: &str) {
     let mut names: BTreeSet<String> = session.selection().map(str::to_owned).collect();
     if !names.remove(name) {
@@ -569,7 +570,7 @@ fn toggle(session: &mut Session, name: &str) {
     session.select(names);
 }
 
-/// The wire below a card into which it can be put: the card has no wires at the pins that would be used.
+/// The wire under a card into which the card can be inserted: the pins that it would use must be free.
 fn wire_below(model: &Model, lens: Lens, card: usize, session: &Session) -> Option<WireName> {
     let held: &Card = &model.cards[card];
     let kind = session.document().graph().instance(held.index?).node;
@@ -580,7 +581,7 @@ fn wire_below(model: &Model, lens: Lens, card: usize, session: &Session) -> Opti
     let fits = |wire: &Wire| {
         wire.from.card != card && wire.to.card != card && commands::into_wire(model, wire, kind, &held.name).is_some()
     };
-    // The card is held over the wire with the upper part of its body.
+    // The upper part of the card's body must be over the wire.
     let middle = lens.to_screen(held.at + held.size() * 0.5);
     let top = lens.to_screen(held.at + egui::vec2(held.size().x * 0.5, 18.0));
     let wanted = |position: usize| fits(&model.wires[position]);

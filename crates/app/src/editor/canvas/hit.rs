@@ -1,4 +1,4 @@
-//! What is under the pointer, and what may be wired to what.
+//! What is under the pointer, and which pins can be connected.
 
 use std::collections::BTreeSet;
 
@@ -15,20 +15,20 @@ pub(super) enum Hit {
     Pin(Spot),
     Card(usize),
     Wire(WireName),
-    /// A place that a wire passes.
+    /// A route point of a wire.
     Bend(WireName, usize),
-    /// A frame's head.
+    /// The title bar of a frame.
     Head(usize),
-    /// A frame's corner.
+    /// The resize corner of a frame.
     Corner(usize),
     Ground,
 }
 
-/// How near to a wire the pointer must be, in points of the window.
+/// Maximum distance from the pointer to a wire, in points of the window.
 const NEAR_WIRE: f32 = 7.0;
 
 impl Model {
-    /// What is under a point of the window. `order` lists the cards as they are drawn, the topmost last.
+    /// What is under a point of the window. `order` lists the cards in drawing order, the topmost last.
     pub(super) fn hit(&self, lens: Lens, order: &[usize], point: Pos2) -> Hit {
         if let Some(spot) = self.pin_near(lens, order, point, |_| true) {
             return Hit::Pin(spot);
@@ -51,7 +51,7 @@ impl Model {
         self.areas.iter().enumerate().rev().find_map(part).unwrap_or(Hit::Ground)
     }
 
-    /// The pin next to a point of the window, if one is near enough.
+    /// The nearest pin to a point of the window. Returns None when none is near enough.
     pub(super) fn pin_near(
         &self,
         lens: Lens,
@@ -74,7 +74,7 @@ impl Model {
         order.iter().rev().copied().find(|card| self.cards[*card].rect().contains(place))
     }
 
-    /// The wire next to a point of the window, if one is near enough.
+    /// The nearest wire to a point of the window. Returns None when none is near enough.
     pub(super) fn wire_at(&self, lens: Lens, point: Pos2, wanted: impl Fn(usize) -> bool) -> Option<WireName> {
         let distances = self
             .wires
@@ -86,7 +86,7 @@ impl Model {
         nearest.filter(|(distance, _)| *distance <= NEAR_WIRE).map(|(_, wire)| self.wire_name(wire))
     }
 
-    /// The place that a wire passes next to a point of the window, if one is near enough.
+    /// The nearest route point to a point of the window. Returns None when none is near enough.
     fn bend_near(&self, lens: Lens, point: Pos2) -> Option<(WireName, usize)> {
         let bends = self.wires.iter().flat_map(|wire| wire.bends.iter().enumerate().map(move |bend| (wire, bend)));
         let distances = bends.map(|(wire, (at, bend))| (lens.to_screen(*bend).distance(point), wire, at));
@@ -94,15 +94,15 @@ impl Model {
         (distance <= NEAR_WIRE.max(6.0 * lens.zoom)).then(|| (self.wire_name(wire), at))
     }
 
-    /// Whether a wire between two pins would do: from an output to an input that takes it, without closing a circle.
-    /// `upstream` are the cards that must not read from what is wired.
+    /// Returns true if a wire between two pins is allowed: from an output to an input that accepts it, without a cycle.
+    /// `upstream` are the cards that must not read the wire.
     pub(super) fn fits(&self, a: Spot, b: Spot, barred: &BTreeSet<usize>) -> bool {
         let (output, input) = if a.side == Side::Output { (a, b) } else { (b, a) };
         output.side != input.side && !barred.contains(&b.card) && self.pin(input).ty.accepts(self.pin(output).ty)
     }
 
-    /// The cards that a wire from or to this pin cannot end at, because it would close a circle: the card itself, and all
-    /// that it reads (of an output) or that read it (of an input).
+    /// The cards that a wire from or to this pin cannot connect to because it would close a cycle: the card itself, and
+    /// all cards upstream (of an output) or downstream (of an input).
     pub(super) fn barred(&self, fixed: Spot) -> BTreeSet<usize> {
         let mut found = BTreeSet::from([fixed.card]);
         let mut queue = vec![fixed.card];
@@ -121,10 +121,10 @@ impl Model {
         found
     }
 
-    /// The pin of a card at which a wire from `fixed` may end, one without a wire if there is one.
+    /// The pin of a card at which a wire from `fixed` can end, preferably a free one.
     pub(super) fn fitting_pin(&self, fixed: Spot, card: usize, barred: &BTreeSet<usize>) -> Option<Spot> {
         let fitting = || self.spots(card).filter(|spot| self.fits(fixed, *spot, barred));
-        // What an input takes exactly comes before what it can also take.
+        // An exact type match is better than a conversion.
         let exact = |spot: &Spot| self.pin(*spot).ty == self.pin(fixed).ty;
         let free = |spot: &Spot| spot.side == Side::Output || !self.pin(*spot).wired;
         let mut all: Vec<Spot> = fitting().collect();

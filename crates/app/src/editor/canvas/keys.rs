@@ -1,4 +1,4 @@
-//! What is done in the graph when a key or a menu asks for it.
+//! Carries out the commands of keys and menus in the graph.
 
 use std::collections::BTreeSet;
 
@@ -6,7 +6,6 @@ use egui::{Event, EventFilter, OutputCommand, Response, Ui, Vec2, ViewportComman
 use orograph_graph::Edit;
 
 use super::{
-    super::actions::{self, Action, Status},
     Canvas, Session, clip, commands,
     gesture::Gesture,
     lens::Lens,
@@ -14,19 +13,20 @@ use super::{
     palette::{Palette, Purpose},
     place,
 };
+use crate::editor::window::actions::{self, Action, Status};
 
-/// For how many frames what was asked of the clipboard is waited for.
+/// Number of frames to wait for the clipboard.
 const PATIENCE: u8 = 4;
 
 impl Canvas {
-    /// Takes the keys while the canvas has them: the pointer is over it, and nothing else was asked to have them.
+    /// Handles keys while the canvas has the keyboard: the pointer is over it, and no other widget has the focus.
     pub(super) fn keys(&mut self, ui: &Ui, response: &Response, session: &mut Session) {
         let id = response.id;
         let free = ui.memory(|memory| memory.focused().is_none());
         if free && response.contains_pointer() && self.palette.is_none() {
             response.request_focus();
         }
-        // The keys follow the pointer to another pane.
+        // The keyboard follows the pointer to another pane.
         let elsewhere = ui.ctx().pointer_latest_pos().is_some_and(|at| !response.rect.contains(at));
         if elsewhere && matches!(self.gesture, Gesture::Idle) {
             response.surrender_focus();
@@ -34,7 +34,7 @@ impl Canvas {
         let waiting = self.pasting > 0;
         self.pasting = self.pasting.saturating_sub(1);
         if !response.has_focus() {
-            // A menu has asked the clipboard; the answer is for the graph wherever the pointer is.
+            // A menu has requested the clipboard; its content goes to the graph wherever the pointer is.
             let pasted = ui.input(|input| input.events.iter().find(|event| matches!(event, Event::Paste(_))).cloned());
             if let Some(Event::Paste(text)) = pasted.filter(|_| waiting) {
                 self.pasting = 0;
@@ -57,7 +57,7 @@ impl Canvas {
                 self.run(ui, session, action);
             }
             if let Some(palette) = &mut self.palette {
-                // What is typed after the key that opens it is for it, however seldom the window draws.
+                // Text typed after the key that opens the palette goes to the palette, however slow the frames are.
                 for event in events.by_ref() {
                     if let Event::Text(text) = event {
                         palette.typed(text);
@@ -67,17 +67,17 @@ impl Canvas {
             if self.find.is_some() || self.rename.is_some() {
                 return;
             }
-            // The next key is about what there is then.
+            // The next key applies to the new state.
             self.read(session);
         }
     }
 
-    /// Will do what a menu of the window asks for, once it is drawn.
+    /// Queues a menu command of the window until the canvas is drawn.
     pub(in crate::editor) const fn ask(&mut self, action: Action) {
         self.asked = Some(action);
     }
 
-    /// Whether something can be done, and whether it is on.
+    /// Whether a command is available, and whether it is on.
     pub(in crate::editor) fn status(&self, session: &Session, action: Action) -> Status {
         let entries = || session.document().nodes().iter();
         let chosen: Vec<_> = entries().filter(|entry| session.is_selected(&entry.name)).collect();
@@ -93,7 +93,7 @@ impl Canvas {
             Action::Collapse => {
                 Status::switch(some, some && chosen.iter().all(|entry| self.collapsed.contains(&entry.name)))
             }
-            Action::Show => {
+            Action::PinToViewport => {
                 let pinned = session.pinned().and_then(|pinned| pinned.split_once('.'));
                 let on = pinned.is_some_and(|(node, _)| chosen.iter().any(|entry| entry.name == node));
                 Status::switch(chosen.len() == 1, on)
@@ -103,7 +103,7 @@ impl Canvas {
         }
     }
 
-    /// Does what was asked for.
+    /// Carries out a command.
     pub(super) fn run(&mut self, ui: &Ui, session: &mut Session, action: Action) {
         let Some(lens) = self.lens else { return };
         let pointer = ui.ctx().pointer_latest_pos().filter(|at| lens.rect.contains(*at));
@@ -212,7 +212,7 @@ impl Canvas {
                     ui.ctx().request_repaint();
                 }
             }
-            Action::Show => {
+            Action::PinToViewport => {
                 if let [card] = chosen[..] {
                     let card = &self.model.cards[card];
                     let port = card.outputs.first().map(|output| format!("{}.{}", card.name, output.name));
@@ -231,12 +231,12 @@ impl Canvas {
             Action::Fit if !names.is_empty() => self.fit(self.model.bounds(|card| names.contains(&card.name))),
             Action::Fit | Action::FitAll => self.fit(self.model.extent()),
             Action::Overview => self.without_map = !self.without_map,
-            // What others carry out.
+            // Carried out elsewhere.
             _ => {}
         }
     }
 
-    /// Adds the nodes of a text, at the pointer if it is over the pane.
+    /// Pastes the nodes of a text, at the pointer if it is over the pane.
     pub(super) fn paste(&mut self, ui: &Ui, session: &mut Session, text: &str) {
         let Some(lens) = self.lens else { return };
         let pointer = ui.ctx().pointer_latest_pos().filter(|at| lens.rect.contains(*at));
@@ -250,7 +250,7 @@ impl Canvas {
     fn add(&mut self, ui: &Ui, session: &mut Session, pasted: Result<clip::Pasted, String>) {
         match pasted {
             Ok(pasted) => {
-                let left = pasted.told();
+                let left = pasted.message();
                 let edits: Vec<Edit> = commands::settle(&self.model).chain(pasted.edits).collect();
                 if self.apply(ui, session, &Edit::All(edits)) {
                     if let Some(left) = left {

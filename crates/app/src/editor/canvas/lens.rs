@@ -1,29 +1,29 @@
-//! What part of the graph is seen, and how large.
+//! The view of the graph: the visible part and its zoom.
 
 use egui::{Color32, Pos2, Rect, Stroke, Vec2, epaint::CubicBezierShape, vec2};
 
 use super::overlay;
 
-/// The smallest and the largest enlargement.
+/// The smallest and the largest zoom.
 const ZOOM: [f32; 2] = [0.08, 2.5];
-/// The least enlargement at which the names of nodes can be read whole.
+/// The smallest zoom at which node names are readable.
 const LEGIBLE: f32 = 0.45;
-/// Room around what is fitted, in points of the window.
+/// Margin around fitted content, in points of the window.
 const MARGIN: f32 = 24.0;
 
-/// From places in the graph to points of the window and back.
+/// Converts between graph coordinates and points of the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lens {
     /// The pane, in points of the window.
     pub(super) rect: Rect,
-    /// The place in the middle of the pane.
+    /// The graph position in the centre of the pane.
     pub(super) centre: Pos2,
     /// Points of the window per unit of the graph.
     pub(super) zoom: f32,
 }
 
 impl Lens {
-    /// One that shows all of `bounds` in a pane, not larger than life.
+    /// A view that shows all of `bounds` in a pane, at a zoom of at most 1.
     pub(super) fn fitted(rect: Rect, bounds: Rect) -> Self {
         if !bounds.is_positive() {
             return Self { rect, centre: Pos2::ZERO, zoom: 1.0 };
@@ -33,18 +33,19 @@ impl Lens {
         Self { rect, centre: bounds.center(), zoom: zoom.clamp(ZOOM[0], ZOOM[1]) }
     }
 
-    /// One for a graph that is opened: all of it where names can be read then, else as much of it as leaves them legible,
-    /// around `focus`.
+    /// The view of a newly opened graph: all of it if the names are readable then; otherwise as much as leaves them
+    /// readable, around `focus`.
     pub(super) fn opening(rect: Rect, bounds: Rect, focus: Pos2) -> Self {
         let all = Self::fitted(rect, bounds);
         if all.zoom >= LEGIBLE {
             return all;
         }
         let half = rect.size() / LEGIBLE / 2.0;
-        // The overview stands beside the end of the graph, and not over it.
+        // The overview is beside the end of the graph, not over it.
         let mut least = bounds.expand(MARGIN / LEGIBLE).shrink2(half);
         least.max.x += (overlay::MAP.x + overlay::MARGIN) / LEGIBLE;
-        // Along a side that fits the whole is in the middle; else nothing empty is shown where there is something.
+        // Along an axis where everything fits, the graph is centred; otherwise the pane shows no empty space that
+        // content could fill.
         let along = |axis: usize| match least.min[axis] > least.max[axis] {
             true => bounds.center()[axis],
             false => focus[axis].clamp(least.min[axis], least.max[axis]),
@@ -64,14 +65,14 @@ impl Lens {
         Rect::from_min_max(self.to_screen(rect.min), self.to_screen(rect.max))
     }
 
-    /// The part of the graph that is seen.
+    /// The visible part of the graph.
     pub(super) fn seen(self) -> Rect {
         Rect::from_min_max(self.to_graph(self.rect.min), self.to_graph(self.rect.max))
     }
 
-    /// The curves, in the window, of a wire that passes places of the graph: from its beginning to its end.
+    /// The curves, in the window, of a wire along its route points, from its beginning to its end.
     ///
-    /// At both ends it is level; at a place between it goes the way from the place before to the one after.
+    /// At both ends the wire is horizontal; at a route point its direction is that from the previous point to the next.
     pub(super) fn way(self, places: &[Pos2]) -> Vec<[Pos2; 4]> {
         if let [from, to] = places {
             return vec![self.curve(*from, *to)];
@@ -90,7 +91,7 @@ impl Lens {
         (0..last).map(piece).collect()
     }
 
-    /// The four points, in the window, of a wire between two places of the graph.
+    /// The four control points, in the window, of a wire between two positions of the graph.
     fn curve(self, from: Pos2, to: Pos2) -> [Pos2; 4] {
         let [from, to] = [self.to_screen(from), self.to_screen(to)];
         let (dx, dy) = (to.x - from.x, (to.y - from.y).abs());
@@ -100,27 +101,27 @@ impl Lens {
         [from, from + handle, to - handle, to]
     }
 
-    /// How far a point of the window is from a wire, in points of the window, and from which of its curves.
+    /// The distance of a point of the window from a wire, in points of the window, and the nearest of its curves.
     pub(super) fn distance_to_way(self, point: Pos2, places: &[Pos2]) -> (f32, usize) {
         let distances =
             self.way(places).into_iter().enumerate().map(|(at, curve)| (distance_to_curve(point, curve), at));
         distances.min_by(|(a, _), (b, _)| a.total_cmp(b)).unwrap_or((f32::INFINITY, 0))
     }
 
-    /// Enlarges by a factor; what is under `point` stays there.
+    /// Zooms by a factor; what is under `point` stays there.
     pub(super) fn zoom_at(&mut self, point: Pos2, factor: f32) {
         let under = self.to_graph(point);
         self.zoom = (self.zoom * factor).clamp(ZOOM[0], ZOOM[1]);
         self.centre += under - self.to_graph(point);
     }
 
-    /// Moves what is seen by points of the window.
+    /// Pans the view by points of the window.
     pub(super) fn pan(&mut self, by: Vec2) {
         self.centre -= by / self.zoom;
     }
 }
 
-/// How far a point is from a curve.
+/// The distance of a point from a curve.
 fn distance_to_curve(point: Pos2, curve: [Pos2; 4]) -> f32 {
     const PIECES: usize = 24;
     if !Rect::from_points(&curve).expand(16.0).contains(point) {
@@ -160,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wire_passes_its_places() {
+    fn a_wire_passes_its_route_points() {
         let lens = Lens::fitted(Rect::from_min_size(Pos2::ZERO, vec2(400.0, 300.0)), Rect::NOTHING);
         let places = [pos2(0.0, 0.0), pos2(60.0, 90.0), pos2(-40.0, 20.0), pos2(100.0, 10.0)];
         let way = lens.way(&places);
@@ -190,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_graph_is_seen_at_its_own_size() {
+    fn an_empty_graph_is_shown_at_full_size() {
         let rect = Rect::from_min_size(Pos2::ZERO, vec2(400.0, 300.0));
         assert_eq!(Lens::fitted(rect, Rect::NOTHING).zoom, 1.0);
     }

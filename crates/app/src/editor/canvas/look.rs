@@ -1,9 +1,9 @@
-//! The colours of the canvas, in a dark and a light window.
+//! The colours of the canvas, for the dark and the light theme.
 
 use egui::{Color32, Visuals};
 use orograph_graph::PortType;
 
-/// The meanings of wires, with a name for the legend.
+/// The port types, with a name for the legend.
 pub(super) const MEANINGS: [(&str, PortType); 10] = [
     ("height", PortType::Height),
     ("mask", PortType::Mask),
@@ -17,7 +17,7 @@ pub(super) const MEANINGS: [(&str, PortType); 10] = [
     ("report", PortType::Report),
 ];
 
-/// The colours of a window.
+/// The colours of a theme.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Look {
     pub(super) dark: bool,
@@ -76,7 +76,7 @@ impl Look {
         }
     }
 
-    /// The colour of pins and wires of a meaning.
+    /// The colour of pins and wires of a port type.
     pub(super) fn port(&self, ty: PortType) -> Color32 {
         let (r, g, b) = match ty {
             PortType::Height => (232, 170, 88),
@@ -95,7 +95,7 @@ impl Look {
         if self.dark { colour } else { colour.lerp_to_gamma(Color32::BLACK, 0.28) }
     }
 
-    /// The colour of a title, by the family of its node.
+    /// The colour of a title, by the category of its node.
     pub(super) fn title(&self, category: &str) -> Color32 {
         let (r, g, b) = match category {
             "generate" => (92, 158, 92),
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_to_be_read_stands_out() {
+    fn text_has_enough_contrast() {
         let categories = [
             "generate",
             "import",
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn meanings_have_colours_of_their_own() {
+    fn port_types_have_distinct_colours() {
         let look = Look::of(&Visuals::dark());
         for (position, (name, ty)) in MEANINGS.iter().enumerate() {
             let same = MEANINGS[position + 1..].iter().find(|(_, other)| look.port(*other) == look.port(*ty));

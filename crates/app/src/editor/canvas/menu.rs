@@ -1,27 +1,27 @@
-//! The menus of nodes, wires and the ground.
+//! The context menus of nodes, wires, frames and the background.
 
 use egui::{Button, Id, Popup, PopupAnchor, PopupKind, Pos2, Ui};
 use orograph_graph::{Edit, Frame, Srgb};
 
 use super::{
-    super::actions::{self, Action, Status},
     Canvas, Session,
     commands::{self, Alignment},
     hit::Hit,
     model::{Model, Side, WireName},
     palette::{Palette, Purpose},
 };
+use crate::editor::window::actions::{self, Action, Status};
 
-/// A menu while it is open.
+/// An open menu.
 #[derive(Debug)]
 pub(super) struct Menu {
     of: Of,
     at: Pos2,
-    /// It is shown from the frame after the one that opened it, which has a click outside of it.
+    /// It is shown from the frame after the click that opened it, because that click is outside the menu.
     shown: bool,
 }
 
-/// What a menu is of.
+/// The subject of a menu.
 #[derive(Debug)]
 enum Of {
     Node,
@@ -68,7 +68,7 @@ impl Canvas {
                 match &menu.of {
                     Of::Node => self.node_menu(ui, session),
                     Of::Input(wire, wired) => {
-                        if ui.add_enabled(*wired, Button::new("Take the wire off")).clicked() {
+                        if ui.add_enabled(*wired, Button::new("Disconnect the wire")).clicked() {
                             self.apply(ui, session, &commands::disconnect(wire));
                         }
                         ui.separator();
@@ -101,7 +101,7 @@ impl Canvas {
         self.item_as(ui, session, action.name(), action, false);
     }
 
-    /// A line with a name that says what it acts on; `ticks` where others of the menu are on or off.
+    /// A menu item with a name that says what it acts on; `ticks` if other items of the menu have check marks.
     fn item_as(&mut self, ui: &mut Ui, session: &mut Session, name: &str, action: Action, ticks: bool) {
         let status = self.status(session, action);
         if actions::item(ui, (action, name), status, ticks) {
@@ -111,7 +111,7 @@ impl Canvas {
 
     fn node_menu(&mut self, ui: &mut Ui, session: &mut Session) {
         let groups: [&[Action]; 4] = [
-            &[Action::Show, Action::Rename, Action::Collapse, Action::Mute, Action::Frame],
+            &[Action::PinToViewport, Action::Rename, Action::Collapse, Action::Mute, Action::Frame],
             &[Action::Cut, Action::Copy, Action::Paste, Action::Duplicate],
             &[Action::Arrange, Action::Fit],
             &[Action::Delete],
@@ -136,7 +136,7 @@ impl Canvas {
         }
     }
 
-    /// The colours that a frame may have.
+    /// The colours for frames.
     fn frame_colours(&mut self, ui: &mut Ui, session: &mut Session) {
         const COLOURS: [u32; 6] = [0xb0_5a_4a, 0xb8_8a_44, 0x6f_94_5a, 0x4a_8f_96, 0x54_78_b0, 0x8a_68_a8];
         let Some(area) = self.area.as_deref().and_then(|name| self.model.area(name)) else { return };

@@ -1,10 +1,10 @@
-//! The pane of the graph: its nodes as cards, the wires between them, and all that is done to them by hand.
+//! The pane of the graph: its nodes as cards, the wires between them, and direct manipulation.
 //!
-//! A [`Model`] is what is drawn of a document, made anew when the document has changed; nothing of it is kept that the
-//! document says. [`Lens`] tells what part is seen. A [`Gesture`] is what the pointer is doing; at its end there is one
-//! edit. [`commands`] turn what a person wants into edits. The cards and wires are drawn by [`paint`] with a painter, in
-//! points of the window and not in a scaled scene, so that letters are sharp at every size and a pin can be seized
-//! wherever it is seen; `egui_graph` gives the automatic layout, in [`place`].
+//! A [`Model`] is the drawable form of a document, rebuilt after each change of the document; it duplicates no state.
+//! [`Lens`] is the view. A [`Gesture`] is what the pointer is doing; it ends with one edit. [`commands`] turn user
+//! commands into edits. [`paint`] draws the cards and wires in points of the window and not in a scaled scene, so that
+//! text is sharp at every zoom and pins can be grabbed wherever they are visible; `egui_graph` computes the automatic
+//! layout, in [`place`].
 
 mod clip;
 mod commands;
@@ -32,7 +32,7 @@ use std::{
 use egui::{Id, Pos2, Rect, Response, Sense, Vec2, WidgetInfo, WidgetType};
 use orograph_graph::Edit;
 
-use super::{Session, actions::Action, session::NodeState};
+use super::{Session, session::NodeState, window::actions::Action};
 use gesture::Gesture;
 use hit::Hit;
 use lens::Lens;
@@ -49,7 +49,7 @@ const REFUSAL: f64 = 4.0;
 struct Seen {
     path: Option<PathBuf>,
     edits: u64,
-    /// Of the text, to tell another file from the same one under another name.
+    /// A hash of the text, to distinguish files with the same state numbers.
     hash: u64,
 }
 
@@ -57,41 +57,41 @@ struct Seen {
 #[derive(Debug, Default)]
 pub(super) struct Canvas {
     model: Model,
-    /// Which file, and which state of it, the model is of.
+    /// The file, and its state, that the model shows.
     seen: Option<Seen>,
-    /// Where nodes are of which the document says nothing.
+    /// Positions of nodes that have none in the document.
     places: BTreeMap<String, Pos2>,
-    /// Nodes of which only the title is drawn.
+    /// Collapsed nodes, of which only the title is drawn.
     collapsed: BTreeSet<String>,
     lens: Option<Lens>,
-    /// Whether a person has chosen what is seen; until then it is all, or what can be read of it.
+    /// True once you have panned or zoomed; until then the view fits the graph, or the readable part of it.
     moved: bool,
-    /// The pane and the extent of the graph that what is seen was chosen for.
+    /// The pane and the extent of the graph for which the view was chosen.
     opened: Option<(Rect, Rect)>,
     gesture: Gesture,
-    /// Whether the pointer has been away from the pane's edge since it took hold, so that the view may move along.
+    /// True if the pointer has been away from the pane's edge since the drag began, so that the view may scroll.
     away: bool,
     hovered: Option<Hit>,
     wires: BTreeSet<WireName>,
     /// The selected frame.
     area: Option<String>,
-    /// The selected place of a wire.
+    /// The selected route point of a wire.
     bend: Option<(WireName, usize)>,
-    /// The one node that was selected in the last frame.
+    /// The only selected node in the last frame.
     followed: Option<String>,
     thumbs: Thumbs,
     palette: Option<palette::Palette>,
     menu: Option<menu::Menu>,
     find: Option<overlay::Find>,
     rename: Option<overlay::Rename>,
-    /// Why something was refused, where, and until when that is shown.
+    /// The reason for a refusal, its position, and until when it is shown.
     refusal: Option<(String, Pos2, f64)>,
     without_map: bool,
-    /// Where what is pasted next goes, when the pointer is elsewhere.
+    /// Where to paste next if the pointer is elsewhere.
     pasted: u32,
-    /// For how many frames more the clipboard's answer to a menu is waited for.
+    /// Remaining frames to wait for the clipboard after a menu command.
     pasting: u8,
-    /// What a menu of the window has asked for.
+    /// The queued command of a menu of the window.
     asked: Option<Action>,
 }
 
@@ -129,7 +129,7 @@ impl Canvas {
         self.refusal_ui(ui, &brush);
     }
 
-    /// Makes the model anew when the document has changed.
+    /// Rebuilds the model if the document has changed.
     fn read(&mut self, session: &Session) {
         let same = |seen: &Seen| seen.edits == session.edits() && seen.path.as_deref() == session.path();
         if self.seen.as_ref().is_some_and(same) {
@@ -148,14 +148,14 @@ impl Canvas {
         self.wires =
             std::mem::take(&mut self.wires).into_iter().filter(|wire| self.model.wire(wire).is_some()).collect();
         self.area = self.area.take().filter(|name| self.model.area(name).is_some());
-        let stands = |(wire, at): &(WireName, usize)| self.model.wire(wire).is_some_and(|wire| *at < wire.bends.len());
-        self.bend = self.bend.take().filter(stands);
+        let exists = |(wire, at): &(WireName, usize)| self.model.wire(wire).is_some_and(|wire| *at < wire.bends.len());
+        self.bend = self.bend.take().filter(exists);
         self.hovered = None;
         self.thumbs.keep(&self.model);
     }
 
-    /// The lens on this pane. Until a person has chosen it shows all of the graph, or as much of it as can be read, around
-    /// what is selected or shown.
+    /// The view in this pane. Until you pan or zoom it shows all of the graph, or the readable part around the selected
+    /// or shown node.
     fn look_through(&mut self, rect: Rect, session: &Session) -> Lens {
         let extent = self.model.extent();
         let lens = match self.lens {
@@ -174,7 +174,7 @@ impl Canvas {
         lens
     }
 
-    /// Brings a node into sight that was selected elsewhere, such as in the list of problems.
+    /// Scrolls to a node that was selected elsewhere, such as in the list of problems.
     fn follow_selection(&mut self, session: &Session) {
         let selected = session.selected().map(str::to_owned);
         if selected == self.followed {
@@ -190,7 +190,7 @@ impl Canvas {
         self.followed = selected;
     }
 
-    /// The cards as they are drawn, the selected ones last.
+    /// The cards in drawing order, the selected ones last.
     fn order(&self, session: &Session) -> Vec<usize> {
         let (above, below): (Vec<usize>, Vec<usize>) =
             (0..self.model.cards.len()).partition(|card| session.is_selected(&self.model.cards[*card].name));
@@ -212,10 +212,10 @@ impl Canvas {
         }
     }
 
-    /// Makes an edit; when it is refused, the reason is shown at the pointer as well.
+    /// Makes an edit; if it is refused, also shows the reason at the pointer.
     fn apply(&mut self, ui: &egui::Ui, session: &mut Session, edit: &Edit) -> bool {
         let made = session.apply(edit);
-        // A refused edit has changed nothing, so that a copy refuses it for the same reason.
+        // A refused edit changes nothing, so a copy refuses it for the same reason.
         if !made && let Err(error) = session.document().clone().apply(edit) {
             self.refuse(ui, error.to_string());
         }
@@ -227,7 +227,7 @@ impl Canvas {
         self.refusal = Some((reason, at, ui.input(|input| input.time) + REFUSAL));
     }
 
-    /// Pans and zooms by wheel, fingers and the middle button.
+    /// Pans and zooms by wheel, touchpad and the middle button.
     fn move_view(&mut self, ui: &egui::Ui, response: &Response) {
         let Some(lens) = &mut self.lens else { return };
         let before = *lens;
@@ -250,7 +250,7 @@ impl Canvas {
             });
             lens.zoom_at(pointer, pinch);
             for (unit, delta, modifiers) in wheels {
-                // A wheel has steps and zooms; fingers glide and pan, unless control is held.
+                // A wheel has steps and zooms; a touchpad scrolls and pans, unless Ctrl is held.
                 match unit {
                     egui::MouseWheelUnit::Point if modifiers.command => lens.zoom_at(pointer, (delta.y / 200.0).exp2()),
                     egui::MouseWheelUnit::Point => lens.pan(delta),
@@ -262,7 +262,7 @@ impl Canvas {
         self.moved |= *lens != before;
     }
 
-    /// Draws wires, cards, pins and what is being done to them.
+    /// Draws wires, cards, pins and the current gesture.
     fn draw(&mut self, ui: &mut egui::Ui, brush: &Brush, session: &Session) {
         let order = self.order(session);
         brush.ground();
@@ -343,16 +343,16 @@ impl Canvas {
     }
 }
 
-/// Tells those who do not see what is drawn, and the tests, where a place of a wire is.
+/// Exposes a route point of a wire to accessibility tools and to the tests.
 fn tell_bend(ui: &egui::Ui, model: &Model, wire: &model::Wire, at: usize, lens: Lens) {
     let WireName { node, input } = model.wire_name(wire);
     let rect = Rect::from_center_size(lens.to_screen(wire.bends[at]), Vec2::splat(10.0));
     let response = ui.interact(rect, Id::new("canvas").with((&node, input, at)), Sense::hover());
-    let told = format!("place {} of the wire into {node}.{input}", at + 1);
-    response.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, &told));
+    let label = format!("point {} of the wire into {node}.{input}", at + 1);
+    response.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, &label));
 }
 
-/// Tells those who do not see what is drawn, and the tests, where cards and pins are.
+/// Exposes cards and pins to accessibility tools and to the tests.
 fn tell(ui: &egui::Ui, model: &Model, position: usize, lens: Lens, session: &Session) {
     let card = &model.cards[position];
     let id = Id::new("canvas").with(&card.name);
@@ -361,7 +361,7 @@ fn tell(ui: &egui::Ui, model: &Model, position: usize, lens: Lens, session: &Ses
     response.widget_info(|| {
         WidgetInfo::selected(WidgetType::SelectableLabel, true, chosen, format!("node {}: {}", card.name, card.kind))
     });
-    // Where pins are too small to be seized there are too many of them.
+    // Pins that are too small to grab are too many.
     let spots = model.spots(position).filter(|_| lens.zoom > 0.2);
     for spot in spots {
         let at = Rect::from_center_size(lens.to_screen(model.pin_at(spot)), Vec2::splat(10.0));

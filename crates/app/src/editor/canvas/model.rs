@@ -1,4 +1,4 @@
-//! What is drawn of a document: a card for each node, with pins, and wires between pins.
+//! The drawable form of a document: a card for each node, with pins, and wires between pins.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -9,19 +9,19 @@ use super::place;
 
 /// Width of a card.
 pub(super) const WIDTH: f32 = 180.0;
-/// Height of its title.
+/// Height of the title.
 pub(super) const TITLE: f32 = 36.0;
-/// Side of the square that holds its picture.
+/// Side of the square of the thumbnail.
 pub(super) const PICTURE: f32 = 84.0;
 /// Height of a row of pins.
 pub(super) const ROW: f32 = 19.0;
-/// Space around the parts of a card.
+/// Padding around the parts of a card.
 pub(super) const PAD: f32 = 6.0;
-/// Height of the strip by which a frame is held, and the side of the corner at which its size is changed.
+/// Height of the title bar by which a frame is dragged, and side of its resize corner.
 const HEAD: f32 = 30.0;
 const GRIP: f32 = 18.0;
 
-/// A pin: a place where a wire begins or ends.
+/// A pin: the end of a wire at a card.
 #[derive(Clone, Debug)]
 pub(super) struct Pin {
     /// Name of the input or output.
@@ -29,32 +29,32 @@ pub(super) struct Pin {
     pub(super) doc: &'static str,
     pub(super) ty: PortType,
     pub(super) wired: bool,
-    /// Whether a wire is missing.
+    /// True if a required wire is missing.
     pub(super) missing: bool,
-    /// The number that stands for a wire.
+    /// The constant that replaces a wire.
     pub(super) constant: Option<String>,
 }
 
-/// What is drawn of a node.
+/// The card of a node.
 #[derive(Clone, Debug)]
 pub(super) struct Card {
     pub(super) name: String,
     pub(super) kind: String,
     pub(super) category: &'static str,
     pub(super) summary: &'static str,
-    /// The node; `None` for a kind that is not known.
+    /// The node; None for an unknown node type.
     pub(super) index: Option<NodeIndex>,
     pub(super) inputs: Vec<Pin>,
     pub(super) outputs: Vec<Pin>,
     /// Its north-west corner.
     pub(super) at: Pos2,
-    /// Whether the document says where it is.
+    /// True if the document has its position.
     pub(super) placed: bool,
-    /// Whether only its title is drawn.
+    /// True if it is collapsed: only its title is drawn.
     pub(super) collapsed: bool,
-    /// Whether it is built as if it were not there.
+    /// True if it is muted.
     pub(super) muted: bool,
-    /// What is told of it below it.
+    /// The note, shown below it.
     pub(super) note: String,
 }
 
@@ -68,17 +68,17 @@ pub(super) struct Area {
 }
 
 impl Area {
-    /// The strip by which it is held.
+    /// The title bar by which it is dragged.
     pub(super) fn head(&self) -> Rect {
         Rect::from_min_size(self.rect.min, vec2(self.rect.width(), HEAD.min(self.rect.height())))
     }
 
-    /// The corner at which its size is changed.
+    /// The corner by which it is resized.
     pub(super) fn corner(&self) -> Rect {
         Rect::from_min_max(self.rect.max - Vec2::splat(GRIP), self.rect.max)
     }
 
-    /// What the document says of it.
+    /// The frame as the document describes it.
     pub(super) fn frame(&self) -> Frame {
         let pair = |x: f32, y: f32| [f64::from(x.round()), f64::from(y.round())];
         Frame {
@@ -103,7 +103,7 @@ impl Card {
         self.inputs.len().max(self.outputs.len())
     }
 
-    /// Where the rows of pins begin below the card's top.
+    /// Distance from the top of the card to the rows of pins.
     pub(super) fn rows_top(&self) -> f32 {
         if self.index.is_some() { TITLE + PICTURE + 2.0 * PAD } else { TITLE + PAD }
     }
@@ -115,30 +115,30 @@ impl Card {
         }
     }
 
-    /// The middle of a pin below the card's top.
+    /// Distance from the top of the card to the centre of a pin.
     pub(super) fn pin_offset(&self, pin: usize) -> f32 {
         if self.collapsed { TITLE / 2.0 } else { self.rows_top() + (pin as f32 + 0.5) * ROW }
     }
 
-    /// The middle of a pin.
+    /// The centre of a pin.
     pub(super) fn pin_at(&self, side: Side, pin: usize) -> Pos2 {
         let x = if side == Side::Input { self.at.x } else { self.at.x + WIDTH };
         pos2(x, self.at.y + self.pin_offset(pin))
     }
 
-    /// The largest square below the title, for the picture where there is no text.
+    /// The largest square below the title, for a thumbnail without text.
     pub(super) fn body(&self) -> Rect {
         let room = Rect::from_min_max(self.at + vec2(0.0, TITLE), self.rect().max).shrink2(vec2(14.0, PAD));
         Rect::from_center_size(room.center(), Vec2::splat(room.size().min_elem()))
     }
 
-    /// The square of the picture; what is told of it stands beside it.
+    /// The square of the thumbnail; its text is beside it.
     pub(super) fn picture(&self) -> Rect {
         Rect::from_min_size(self.at + vec2(PAD, TITLE + PAD), Vec2::splat(PICTURE))
     }
 }
 
-/// Which side of a card a pin is on.
+/// The side of a card that a pin is on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum Side {
     Input,
@@ -148,43 +148,43 @@ pub(super) enum Side {
 /// A pin of the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Spot {
-    /// Position of the card.
+    /// Index of the card.
     pub(super) card: usize,
     pub(super) side: Side,
-    /// Position of the pin on its side.
+    /// Index of the pin on its side.
     pub(super) pin: usize,
 }
 
-/// A wire, by the positions of cards and pins.
+/// A wire, by the indices of cards and pins.
 #[derive(Clone, Debug)]
 pub(super) struct Wire {
     pub(super) from: Spot,
     pub(super) to: Spot,
     pub(super) ty: PortType,
-    /// The places that it passes.
+    /// Its route points.
     pub(super) bends: Vec<Pos2>,
 }
 
-/// The name of a wire: each input has at most one.
+/// The identity of a wire: each input has at most one.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct WireName {
-    /// The node that takes it.
+    /// The node with the input.
     pub(super) node: String,
     pub(super) input: &'static str,
 }
 
-/// What is drawn of a document.
+/// The drawable form of a document.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Model {
     pub(super) cards: Vec<Card>,
     pub(super) wires: Vec<Wire>,
-    /// In the order in which they are drawn, the largest first.
+    /// In drawing order, the largest first.
     pub(super) areas: Vec<Area>,
     by_name: HashMap<String, usize>,
 }
 
 impl Model {
-    /// What is drawn of a document. `places` are those of nodes of which the document says none; it learns new ones.
+    /// The model of a document. `places` has positions of nodes that have none in the document; new ones are added.
     pub(super) fn of(document: &Document, collapsed: &BTreeSet<String>, places: &mut BTreeMap<String, Pos2>) -> Self {
         let mut model = Self::default();
         let graph = document.graph();
@@ -248,7 +248,7 @@ impl Model {
         }
         place::fill(&mut model, places);
         model.areas = document.frames().iter().filter_map(area).collect();
-        // A frame in another is drawn over it.
+        // An inner frame is drawn over the outer one.
         model.areas.sort_by(|a, b| b.rect.area().total_cmp(&a.rect.area()));
         model
     }
@@ -257,25 +257,25 @@ impl Model {
         self.by_name.get(name).copied()
     }
 
-    /// The smallest rectangle with all cards, or with those that `wanted` names.
+    /// The bounding rectangle of all cards, or of those that `wanted` selects.
     pub(super) fn bounds(&self, wanted: impl Fn(&Card) -> bool) -> Rect {
         let cards = self.cards.iter().filter(|card| wanted(card));
         cards.fold(Rect::NOTHING, |all, card| all.union(card.rect()))
     }
 
-    /// The smallest rectangle with all cards and frames.
+    /// The bounding rectangle of all cards and frames.
     pub(super) fn extent(&self) -> Rect {
         let cards = self.areas.iter().fold(self.bounds(|_| true), |all, area| all.union(area.rect));
         self.wires.iter().flat_map(|wire| &wire.bends).fold(cards, |all, bend| all.union(Rect::from_pos(*bend)))
     }
 
-    /// The places of a wire, from pin to pin.
+    /// The points of a wire, from pin to pin.
     pub(super) fn places(&self, wire: &Wire) -> Vec<Pos2> {
         let ends = [self.pin_at(wire.from), self.pin_at(wire.to)];
         [ends[0]].into_iter().chain(wire.bends.iter().copied()).chain([ends[1]]).collect()
     }
 
-    /// Puts ways of wires to where they were, moved.
+    /// Restores the routes of wires, shifted.
     pub(super) fn put_ways(&mut self, ways: &BTreeMap<usize, Vec<Pos2>>, by: Vec2) {
         for (at, places) in ways {
             if let Some(wire) = self.wires.get_mut(*at) {
@@ -284,7 +284,7 @@ impl Model {
         }
     }
 
-    /// Puts a place that a wire passes somewhere else.
+    /// Moves a route point of a wire.
     pub(super) fn put_bend(&mut self, name: &WireName, at: usize, place: Pos2) {
         let wire = self.wires.iter().position(|wire| self.is(wire, name));
         if let Some(bend) = wire.and_then(|wire| self.wires[wire].bends.get_mut(at)) {
@@ -292,7 +292,7 @@ impl Model {
         }
     }
 
-    /// The ways of the wires among some cards, by the wires' positions.
+    /// The routes of the wires among some cards, by the indices of the wires.
     pub(super) fn ways_among(&self, inside: impl Fn(&str) -> bool) -> BTreeMap<usize, Vec<Pos2>> {
         let among = |wire: &&Wire| [wire.from, wire.to].iter().all(|spot| inside(&self.cards[spot.card].name));
         let wires = self.wires.iter().enumerate();
@@ -306,7 +306,7 @@ impl Model {
         self.areas.iter().position(|area| area.name == name)
     }
 
-    /// The input whose wire a muted node passes on in place of its first output.
+    /// The input that a muted node passes on as its first output.
     pub(super) fn passed(&self, card: usize) -> Option<Spot> {
         let gives = self.cards[card].outputs.first()?.ty;
         let wires = self.wires.iter().filter(|wire| wire.to.card == card && gives.accepts(wire.ty));
@@ -330,7 +330,7 @@ impl Model {
         WireName { node: self.cards[wire.to.card].name.clone(), input: self.pin(wire.to).name }
     }
 
-    /// Whether a wire has this name.
+    /// Returns true if a wire has this identity.
     pub(super) fn is(&self, wire: &Wire, name: &WireName) -> bool {
         self.pin(wire.to).name == name.input && self.cards[wire.to.card].name == name.node
     }

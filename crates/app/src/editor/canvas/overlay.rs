@@ -1,4 +1,4 @@
-//! What lies over the graph: what is told of the thing under the pointer, the overview, finding and renaming.
+//! What is drawn over the graph: tooltips, the overview, the search and renaming.
 
 use egui::{
     Align2, CornerRadius, FontId, Id, Key, Modifiers, Pos2, Rect, Response, RichText, Sense, Stroke, StrokeKind, Ui,
@@ -7,39 +7,37 @@ use egui::{
 use orograph_graph::{Edit, bytes};
 
 use super::{
-    super::{
-        actions::{self, Part},
-        session::NodeState,
-    },
+    super::session::NodeState,
     Canvas, Gesture, Session,
     hit::Hit,
     look::MEANINGS,
     model::{Side, Spot, TITLE},
     paint::{Brush, legend, span},
 };
+use crate::editor::window::actions::{self, Part};
 
 /// Size of the overview, and its distance from the corner, in points.
 pub(super) const MAP: Vec2 = vec2(168.0, 108.0);
 pub(super) const MARGIN: f32 = 10.0;
 
-/// The search for a node, while it is open.
+/// The open search for a node.
 #[derive(Debug, Default)]
 pub(super) struct Find {
     query: String,
-    /// Which of the found nodes is looked at.
+    /// Index of the current match.
     at: usize,
     frames: u32,
-    /// Whether it had the keys in the last frame.
+    /// True if it had the keyboard focus in the last frame.
     typing: bool,
 }
 
-/// A node or a frame being given another name.
+/// A node or a frame that is being renamed.
 #[derive(Debug)]
 pub(super) struct Rename {
     from: String,
     to: String,
     note: String,
-    /// Whether it is a frame.
+    /// True for a frame.
     frame: bool,
     frames: u32,
 }
@@ -54,7 +52,7 @@ impl Rename {
     }
 }
 
-/// A short text in a box of its own, beside the pointer.
+/// A short text in its own box, beside the pointer.
 pub(super) fn bubble(ui: &Ui, id: &str, at: Pos2, brush: &Brush, text: &str) {
     let width = 320.0_f32.min(brush.lens.rect.width() - 20.0).max(120.0);
     egui::Area::new(Id::new("canvas").with(id))
@@ -71,7 +69,7 @@ pub(super) fn bubble(ui: &Ui, id: &str, at: Pos2, brush: &Brush, text: &str) {
 }
 
 impl Canvas {
-    /// Shows why something was refused, for a while.
+    /// Shows for a while why something was refused.
     pub(super) fn refusal_ui(&mut self, ui: &Ui, brush: &Brush) {
         let Some((reason, at, until)) = &self.refusal else { return };
         let left = until - ui.input(|input| input.time);
@@ -83,7 +81,7 @@ impl Canvas {
         ui.ctx().request_repaint_after_secs(left as f32);
     }
 
-    /// Tells of the thing under the pointer.
+    /// The tooltip of what is under the pointer.
     pub(super) fn hint(&self, response: &Response, session: &Session, brush: &Brush) {
         let calm = matches!(self.gesture, Gesture::Idle) && self.palette.is_none() && self.menu.is_none();
         let Some(hit) = self.hovered.as_ref().filter(|_| calm && self.refusal.is_none()) else { return };
@@ -124,12 +122,12 @@ impl Canvas {
         ui.label(pin.doc.lines().next().unwrap_or_default());
         let state = match (spot.side, model.wire_into(spot)) {
             (Side::Input, Some(wire)) => format!("from {}", model.port_name(wire.from)),
-            (Side::Input, None) if pin.missing => "It must be wired.".to_owned(),
-            (Side::Input, None) => pin.constant.as_ref().map_or_else(
-                || "It may be left out.".to_owned(),
-                |constant| format!("{constant}, unless something is wired"),
-            ),
-            (Side::Output, _) => "Drag to where it is needed, or to an empty place for what takes it.".to_owned(),
+            (Side::Input, None) if pin.missing => "Required input.".to_owned(),
+            (Side::Input, None) => pin
+                .constant
+                .as_ref()
+                .map_or_else(|| "Optional input.".to_owned(), |constant| format!("{constant}, unless wired")),
+            (Side::Output, _) => "Drag to an input, or to empty space to add a node that accepts it.".to_owned(),
         };
         ui.label(RichText::new(state).weak());
     }
@@ -141,7 +139,7 @@ impl Canvas {
         ui.set_max_width(340.0);
         ui.label(RichText::new(&card.name).strong());
         if card.index.is_none() {
-            ui.label(format!("`{}` is no kind of node that this program knows. It is kept as it is.", card.kind));
+            ui.label(format!("`{}` is not a known node type. It is kept unchanged.", card.kind));
             return;
         }
         ui.label(format!("{}: {}", card.kind, card.summary));
@@ -154,13 +152,13 @@ impl Canvas {
                 }
             }
             NodeState::Running { fraction } => {
-                ui.label(RichText::new(format!("It runs: {:.0} %.", fraction * 100.0)).color(look.busy));
+                ui.label(RichText::new(format!("Running: {:.0} %", fraction * 100.0)).color(look.busy));
             }
             NodeState::Waiting => {
-                ui.label(RichText::new("It waits for its turn.").weak());
+                ui.label(RichText::new("Waiting").weak());
             }
             state @ NodeState::Unwired { .. } => {
-                ui.label(RichText::new(format!("It {}.", state.lacks().unwrap_or_default())).weak());
+                ui.label(RichText::new(state.lacks().unwrap_or_default()).weak());
             }
             NodeState::Fresh => {}
         }
@@ -168,15 +166,15 @@ impl Canvas {
             ui.label(RichText::new(warning).color(look.doubtful));
         }
         if let Some((time, cells)) = info.time {
-            let told = format!("{} for {cells} cells a side, {} of memory", span(time), bytes(info.bytes as u64));
-            ui.label(RichText::new(told).weak());
+            let caption = format!("{} at {cells} cells per side, {} of memory", span(time), bytes(info.bytes as u64));
+            ui.label(RichText::new(caption).weak());
         }
     }
 
-    /// The overview, the legend, the search, and what is said of an empty graph.
+    /// The overview, the legend, the search, and the hint on an empty graph.
     pub(super) fn overlays(&mut self, ui: &mut Ui, response: &Response, session: &mut Session, brush: &Brush) {
         if self.model.cards.is_empty() {
-            let words = "Press Tab or Space, or click twice, to add a node";
+            let words = "Press Tab or Space, or double-click, to add a node";
             let middle = brush.lens.rect.center();
             let colour = brush.look.weak;
             brush.painter.text(middle, Align2::CENTER_CENTER, words, FontId::proportional(15.0), colour);
@@ -186,7 +184,7 @@ impl Canvas {
         self.find_ui(ui, response, session);
     }
 
-    /// The whole graph in a corner, when a part of it is out of sight; a click or a drag there moves the view.
+    /// The whole graph in a corner while a part of it is out of view; a click or a drag there moves the view.
     fn map(&mut self, ui: &mut Ui, brush: &Brush) {
         let all = self.model.extent();
         let pane = brush.lens.rect;
@@ -220,7 +218,7 @@ impl Canvas {
         }
     }
 
-    /// A sign that shows the colours of meanings and the keys.
+    /// The button that shows the legend of wire colours and keys.
     fn legend(&self, ui: &mut Ui, brush: &Brush) {
         let pane = brush.lens.rect;
         if pane.width() < 180.0 || pane.height() < 100.0 {
@@ -249,7 +247,7 @@ impl Canvas {
                             ui.end_row();
                         }
                         ui.label(RichText::new("Wheel, middle drag").weak());
-                        ui.label("Zoom, and move the view");
+                        ui.label("Zoom, pan");
                         ui.end_row();
                     });
                 });
@@ -257,7 +255,7 @@ impl Canvas {
         });
     }
 
-    /// The search for a node by name or kind.
+    /// The search for a node by name or type.
     fn find_ui(&mut self, ui: &mut Ui, canvas: &Response, session: &mut Session) {
         let Some(mut find) = self.find.take() else { return };
         let word = find.query.to_lowercase();
@@ -268,7 +266,7 @@ impl Canvas {
             .filter(|card| card.name.to_lowercase().contains(&word) || card.kind.to_lowercase().contains(&word))
             .map(|card| card.name.clone())
             .collect();
-        // A field that Escape is pressed in has lost its focus by now.
+        // A field in which Escape was pressed has already lost its focus.
         let typing = find.frames == 0 || find.typing;
         if !typing && canvas.clicked() {
             return;
@@ -297,12 +295,12 @@ impl Canvas {
                     }
                     changed = response.changed();
                     find.typing = response.has_focus() || find.frames == 0;
-                    let told = match (find.query.is_empty(), hits.len()) {
+                    let caption = match (find.query.is_empty(), hits.len()) {
                         (true, _) => String::new(),
                         (_, 0) => "none".to_owned(),
                         (_, count) => format!("{} of {count}", find.at.min(count - 1) + 1),
                     };
-                    ui.add_sized([48.0, 18.0], egui::Label::new(RichText::new(told).weak()));
+                    ui.add_sized([48.0, 18.0], egui::Label::new(RichText::new(caption).weak()));
                 });
             });
         });
@@ -310,7 +308,7 @@ impl Canvas {
         let step = match (changed, enter || down, up) {
             (true, _, _) => {
                 find.at = 0;
-                // What is found of the new text is looked at in the next frame.
+                // The matches of the new text are shown in the next frame.
                 ui.ctx().request_repaint();
                 find.frames = 1;
                 false
@@ -343,7 +341,7 @@ impl Canvas {
         }
     }
 
-    /// The fields in which a node gets another name, and a frame its name and note.
+    /// The fields for renaming a node, or for the name and note of a frame.
     pub(super) fn rename_ui(&mut self, ui: &mut Ui, session: &mut Session) {
         let (Some(mut rename), Some(lens)) = (self.rename.take(), self.lens) else { return };
         let corner = match rename.frame {
@@ -415,7 +413,7 @@ impl Canvas {
 }
 
 impl Rename {
-    /// The fields; says whether one of them is being typed in.
+    /// The fields. Returns true if one of them has the focus.
     fn fields(&mut self, ui: &mut Ui, width: f32) -> bool {
         let edit = egui::TextEdit::singleline(&mut self.to).id(Id::new("rename field")).desired_width(width);
         let mut output = edit.show(ui);

@@ -1,4 +1,4 @@
-//! How cards and wires are drawn.
+//! Drawing of cards and wires.
 
 use std::time::Duration;
 
@@ -16,13 +16,13 @@ use super::{
     thumbs::Thumb,
 };
 
-/// Below this enlargement rows of pins have no text, below the second one neither have titles.
+/// Below the first zoom, rows of pins have no text; below the second, cards have no titles.
 const READABLE: [f32; 2] = [0.5, 0.2];
 /// The smallest text, in points.
 const SMALLEST: f32 = 9.0;
 /// Radius of a pin.
 const PIN: f32 = 4.5;
-/// Distance of the dots of the ground.
+/// Distance between the dots of the background.
 const DOTS: f32 = 24.0;
 
 /// A painter of the graph.
@@ -33,14 +33,14 @@ pub(super) struct Brush {
     pub(super) look: Look,
 }
 
-/// How a card stands out.
+/// The highlights of a card.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Emphasis {
     pub(super) chosen: bool,
     pub(super) hovered: bool,
-    /// Whether the land of the viewport is this node's.
+    /// True if the viewport shows this node.
     pub(super) shown: bool,
-    /// Whether a wire is being drawn for which this card has no pin.
+    /// True if a wire is being drawn that fits no pin of this card.
     pub(super) faded: bool,
 }
 
@@ -49,12 +49,12 @@ impl Brush {
         size * self.lens.zoom
     }
 
-    /// A size of text in halves of points, so that zooming does not ask for ever new letters.
+    /// A text size in half points, so that zooming does not rasterise ever new glyphs.
     fn font(&self, size: f32) -> FontId {
         FontId::proportional(((self.scaled(size) * 2.0).round() / 2.0).max(SMALLEST))
     }
 
-    /// One line of text, cut at a width in units of the graph; gives its width.
+    /// One line of text, cut at a width in units of the graph; returns its width.
     fn text(&self, at: Pos2, align: Align2, text: &str, size: f32, colour: Color32, width: f32) -> f32 {
         let mut job = LayoutJob::simple_singleline(text.to_owned(), self.font(size), colour);
         job.wrap.max_width = self.scaled(width);
@@ -66,13 +66,13 @@ impl Brush {
         rect.width() / self.lens.zoom
     }
 
-    /// How wide a text is, in units of the graph.
+    /// The width of a text, in units of the graph.
     fn width(&self, text: &str, size: f32) -> f32 {
         let galley = self.painter.layout_no_wrap(text.to_owned(), self.font(size), self.look.text);
         galley.size().x / self.lens.zoom
     }
 
-    /// Text of several lines in a rectangle of the graph.
+    /// Wrapped text in a rectangle of the graph.
     fn passage(&self, rect: Rect, text: &str, size: f32, colour: Color32, rows: usize) {
         let mut job = LayoutJob::simple(text.to_owned(), self.font(size), colour, self.scaled(rect.width()));
         job.wrap.max_rows = rows;
@@ -80,7 +80,7 @@ impl Brush {
         self.painter.galley(self.lens.to_screen(rect.min), galley, colour);
     }
 
-    /// The ground, with dots that show how far it has been moved.
+    /// The background, with dots that show how far the view is panned.
     pub(super) fn ground(&self) {
         self.painter.rect_filled(self.lens.rect, CornerRadius::ZERO, self.look.ground);
         let mut step = DOTS;
@@ -101,7 +101,7 @@ impl Brush {
         self.painter.add(Shape::mesh(mesh));
     }
 
-    /// A wire that passes places of the graph.
+    /// A wire along its route points.
     pub(super) fn wire(&self, places: &[Pos2], colour: Color32, width: f32) {
         let stroke = Stroke::new((self.scaled(width)).clamp(width * 0.6, width * 1.6), colour);
         for points in self.lens.way(places) {
@@ -111,7 +111,7 @@ impl Brush {
         }
     }
 
-    /// A place that a wire passes.
+    /// A route point of a wire.
     pub(super) fn bend(&self, at: Pos2, colour: Color32, chosen: bool, hovered: bool) {
         let at = self.lens.to_screen(at);
         let radius = self.scaled(if hovered { 5.5 } else { 4.0 }).max(2.0);
@@ -119,7 +119,7 @@ impl Brush {
         self.painter.circle(at, radius, colour, Stroke::new(if chosen { 2.0 } else { 1.0 }, edge));
     }
 
-    /// What is told of a card, below it.
+    /// The note of a card, below it.
     fn note(&self, card: &Card) {
         const ROWS: usize = 4;
         let at = pos2(card.at.x, card.rect().max.y + 5.0);
@@ -171,13 +171,13 @@ impl Brush {
         }
     }
 
-    /// The way through a muted card.
+    /// The bypass through a muted card.
     pub(super) fn passed(&self, card: &Card, pin: usize, ty: PortType) {
         let [from, to] = [card.pin_at(Side::Input, pin), card.pin_at(Side::Output, 0)];
         self.wire(&[from, to], self.look.port(ty).gamma_multiply(0.8), 2.0);
     }
 
-    /// A pin: full where a wire is, a ring where one may be.
+    /// A pin: filled if connected, a ring if free.
     pub(super) fn pin(&self, at: Pos2, pin: &Pin, faded: bool, hovered: bool) {
         let at = self.lens.to_screen(at);
         let radius = self.scaled(if hovered { PIN * 1.4 } else { PIN }).max(1.5);
@@ -257,7 +257,7 @@ impl Brush {
         }
     }
 
-    /// The sign of the node that is seen in the viewport.
+    /// The sign of the node that the viewport shows.
     fn eye(&self, at: Pos2) {
         let (at, width) = (self.lens.to_screen(at), self.scaled(5.5));
         let [left, right] = [at - vec2(width, 0.0), at + vec2(width, 0.0)];
@@ -270,7 +270,7 @@ impl Brush {
         self.painter.circle_filled(at, width * 0.36, self.look.text);
     }
 
-    /// How far the node is, as a sign that differs in shape and not in colour alone.
+    /// The state of the node, as a sign that differs in shape and not only in colour.
     fn badge(&self, at: Pos2, card: &Card, info: &NodeInfo, time: f64) {
         let look = &self.look;
         let centre = self.lens.to_screen(at);
@@ -311,7 +311,7 @@ impl Brush {
         }
     }
 
-    /// The picture, and beside it what it ranges over, its time and its memory.
+    /// The thumbnail, and beside it its range, time and memory.
     fn picture(&self, card: &Card, info: &NodeInfo, thumb: Option<&Thumb>) {
         if card.index.is_none() {
             return;
@@ -322,8 +322,8 @@ impl Brush {
         let well = self.lens.rect_to_screen(square);
         let report = thumb.is_some_and(|thumb| thumb.texture.is_none());
         let mut back = well;
-        let told = report || matches!(info.state, NodeState::Failed { .. } | NodeState::Unwired { .. });
-        if told && !far {
+        let has_text = report || matches!(info.state, NodeState::Failed { .. } | NodeState::Unwired { .. });
+        if has_text && !far {
             back.max.x = self.lens.to_screen(card.at).x + self.scaled(WIDTH - PAD);
         }
         self.painter.rect_filled(back, CornerRadius::same(2), look.well);
@@ -349,7 +349,7 @@ impl Brush {
         }
         if let NodeState::Failed { message, at, .. } = &info.state {
             let all = Rect::from_min_max(square.min, column.max).shrink(2.0);
-            let message = at.as_ref().map_or_else(|| message.clone(), |at| format!("waits for `{at}`, which failed"));
+            let message = at.as_ref().map_or_else(|| message.clone(), |at| format!("waiting for `{at}`, which failed"));
             self.passage(all, &message, 10.5, if at.is_some() { look.weak } else { look.bad }, 6);
             return;
         }
@@ -389,7 +389,7 @@ impl Brush {
         }
     }
 
-    /// The sign of a report, in place of a picture.
+    /// The sign of a report, instead of a thumbnail.
     fn bars(&self, square: Rect) {
         let side = square.width();
         for (column, height) in [(0.2, 0.3), (0.42, 0.55), (0.64, 0.42)] {
@@ -415,8 +415,8 @@ impl Brush {
             if let Some(pin) = card.outputs.get(row) {
                 room -= self.text(right, Align2::RIGHT_CENTER, pin.name, 11.5, look.text, room) + 6.0;
             }
-            let missing = |pin: &Pin| pin.missing.then_some("needs a wire");
-            // A number is left out rather than cut.
+            let missing = |pin: &Pin| pin.missing.then_some("not wired");
+            // A constant is left out rather than cut.
             if let Some(constant) = card.inputs.get(row).and_then(|pin| pin.constant.as_deref().or(missing(pin)))
                 && self.width(constant, 11.5) <= room
             {
@@ -425,7 +425,7 @@ impl Brush {
         }
     }
 
-    /// The pins of a card. `fits` says of each whether it may end the wire that is being drawn.
+    /// The pins of a card. `fits` returns true for a pin at which the wire being drawn can end.
     pub(super) fn pins(&self, card: &Card, fits: impl Fn(Side, usize) -> bool, hovered: Option<(Side, usize)>) {
         for side in [Side::Input, Side::Output] {
             for (position, pin) in card.pins(side).iter().enumerate() {
@@ -438,7 +438,7 @@ impl Brush {
         }
     }
 
-    /// A rectangle that is being drawn to select what it touches.
+    /// The selection rectangle.
     pub(super) fn net(&self, rect: Rect) {
         let rect = self.lens.rect_to_screen(rect);
         let colour = self.look.busy;
@@ -452,10 +452,10 @@ impl Brush {
     }
 }
 
-/// The side of the square of pictures, for what is laid out beside it.
+/// The thumbnail leaves room for the text beside it.
 const _: () = assert!(PICTURE + 2.0 * PAD < WIDTH, "there is room beside the picture");
 
-/// A span of time for people.
+/// A duration for people.
 pub(super) fn span(time: Duration) -> String {
     let seconds = time.as_secs_f64();
     match seconds {
@@ -466,7 +466,7 @@ pub(super) fn span(time: Duration) -> String {
     }
 }
 
-/// The names of meanings with their colours.
+/// The legend of port types and their colours.
 pub(super) fn legend(ui: &mut egui::Ui, look: &Look, meanings: &[(&str, PortType)]) {
     egui::Grid::new("legend").num_columns(2).spacing([6.0, 2.0]).show(ui, |ui| {
         for (name, ty) in meanings {

@@ -1,4 +1,4 @@
-//! The palette: all kinds of nodes, searched by name, family and words.
+//! The palette: all node types, searchable by name, category and description.
 
 use egui::{Align, Id, Key, Modifiers, Pos2, Sense, Ui, Vec2, vec2};
 use orograph_graph::{Document, Edit, Node, PortType};
@@ -12,37 +12,37 @@ use super::{
 
 /// Width of the palette, and height of its list, in points.
 const SIZE: [f32; 2] = [300.0, 264.0];
-/// Height of a line of the list.
+/// Height of a row of the list.
 const LINE: f32 = 24.0;
 
-/// What a node is chosen for.
+/// The purpose for which a node is chosen.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Purpose {
-    /// To stand by itself.
+    /// Add a node without wires.
     Add,
-    /// To take a wire from an output, or to give one to an input.
+    /// Add a node at the end of a wire from an output or to an input.
     Wire {
         /// The pin, as `node.port`.
         end: String,
         /// Its side.
         side: Side,
     },
-    /// To be put into a wire.
+    /// Insert a node into a wire.
     Insert(WireName),
 }
 
-/// The palette while it is open.
+/// The open palette.
 #[derive(Debug)]
 pub(super) struct Palette {
-    /// Where it is, in the window.
+    /// Its position in the window.
     at: Pos2,
-    /// Where the node is to go, in the graph.
+    /// Where to add the node, in the graph.
     place: Pos2,
     purpose: Purpose,
     query: String,
-    /// Which of the found kinds is marked.
+    /// Index of the highlighted type.
     marked: usize,
-    /// How many frames it has been open.
+    /// Number of frames since it was opened.
     frames: u32,
 }
 
@@ -51,13 +51,13 @@ impl Palette {
         Self { at, place, purpose, query: String::new(), marked: 0, frames: 0 }
     }
 
-    /// Takes what is typed before it is shown. The blank that opens it is no part of that.
+    /// Takes text that is typed before the palette is shown, except the space that opens it.
     pub(super) fn typed(&mut self, text: &str) {
         self.query.push_str(if self.query.is_empty() { text.trim_start() } else { text });
     }
 }
 
-/// How well a kind of node answers a search; `None` when it does not. All words of the search must be found.
+/// How well a node type matches a search. Returns None when it does not match; all words of the search must match.
 fn score(node: &Node, query: &str) -> Option<u32> {
     let id = node.id.to_lowercase();
     let initials: String = node.id.chars().filter(char::is_ascii_uppercase).collect::<String>().to_lowercase();
@@ -82,7 +82,7 @@ fn score(node: &Node, query: &str) -> Option<u32> {
     })
 }
 
-/// How many letters lie between those of `word` in `text`, where they stand in that order.
+/// The number of letters between those of `word` in `text`. Returns None when they do not occur in this order.
 fn scattered(text: &str, word: &str) -> Option<u32> {
     let mut wanted = word.chars().peekable();
     let mut gaps = 0;
@@ -96,7 +96,7 @@ fn scattered(text: &str, word: &str) -> Option<u32> {
     (word.len() > 1 && wanted.peek().is_none()).then_some(gaps)
 }
 
-/// The kinds of nodes that answer a search and serve a purpose, the best first.
+/// The node types that match a search and suit the purpose, the best first.
 fn found(document: &Document, model: &Model, purpose: &Purpose, query: &str) -> Vec<&'static Node> {
     let fits = |node: &Node| match purpose {
         Purpose::Add => true,
@@ -155,7 +155,7 @@ impl Canvas {
                 });
             });
         if enter && chosen.is_none() {
-            // Letters may have come in the same frame.
+            // Letters may have arrived in the same frame.
             let kinds = found(session.document(), &self.model, &palette.purpose, &palette.query);
             chosen = kinds.get(palette.marked).copied();
         }
@@ -175,7 +175,7 @@ impl Canvas {
         }
     }
 
-    /// Adds the chosen kind, wired as was asked for.
+    /// Adds the chosen type, with the requested wires.
     fn insert(&mut self, ui: &Ui, session: &mut Session, palette: &Palette, kind: &'static Node) {
         let model = &self.model;
         let name = commands::fresh_name(&kind.id.to_lowercase(), |name| model.find(name).is_some());
@@ -222,17 +222,17 @@ impl Canvas {
 }
 
 impl Palette {
-    /// The search and what it finds; gives the kind that was clicked.
+    /// The search field and its results; returns the type that was clicked.
     fn show(&mut self, ui: &mut Ui, model: &Model, kinds: &[&'static Node], follow: bool) -> Option<&'static Node> {
         let look = Look::of(ui.visuals());
         let hint = match &self.purpose {
             Purpose::Add => "Search nodes".to_owned(),
             Purpose::Wire { end, side } => match (side, pin_type(model, end, *side)) {
-                (Side::Output, Some(ty)) => format!("Nodes that take a {ty}"),
-                (Side::Input, Some(ty)) => format!("Nodes that give a {ty}"),
+                (Side::Output, Some(ty)) => format!("Nodes that accept a {ty}"),
+                (Side::Input, Some(ty)) => format!("Nodes that output a {ty}"),
                 (_, None) => "Search nodes".to_owned(),
             },
-            Purpose::Insert(_) => "Nodes that fit into the wire".to_owned(),
+            Purpose::Insert(_) => "Nodes that fit this wire".to_owned(),
         };
         let edit = egui::TextEdit::singleline(&mut self.query)
             .id(Id::new("palette search"))
@@ -269,14 +269,16 @@ impl Palette {
             ui.set_min_height(32.0);
             match kinds.get(self.marked) {
                 Some(kind) => ui.label(egui::RichText::new(kind.summary).small()),
-                None => ui.label(egui::RichText::new("No node is found. Try fewer letters, or what it does.").small()),
+                None => {
+                    ui.label(egui::RichText::new("No nodes found. Try fewer letters, or what the node does.").small())
+                }
             };
         });
         clicked
     }
 }
 
-/// A line of the list: the kind, and its family.
+/// A row of the list: the type, and its category.
 fn line(ui: &mut Ui, look: &Look, kind: &Node, marked: bool) -> egui::Response {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), LINE), Sense::click());
     response.widget_info(|| egui::WidgetInfo::selected(egui::WidgetType::SelectableLabel, true, marked, kind.id));
@@ -308,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn kinds_are_found_by_name_initials_family_and_words() {
+    fn node_types_are_found_by_name_initials_category_and_words() {
         assert_eq!(first("streampower")[0], "StreamPower");
         assert_eq!(first("stream")[0], "StreamPower");
         assert_eq!(first("sp")[0], "StreamPower");

@@ -1,4 +1,4 @@
-//! Where nodes are put of which the document says nothing: in layers, so that wires run from left to right.
+//! Automatic positions for nodes that have none in the document: in layers, so that wires run from left to right.
 
 use std::collections::BTreeMap;
 
@@ -7,17 +7,17 @@ use egui_graph::{LayoutNode, LayoutParams, NodeId};
 
 use super::model::{Model, Side};
 
-/// The step to which places are rounded.
+/// The grid step to which positions are rounded.
 pub(super) const STEP: f32 = 12.0;
-/// Space between layers, and between the nodes of one.
+/// Space between layers, and between the nodes of a layer.
 const GAPS: [f32; 2] = [72.0, 36.0];
 
-/// A place on the grid.
+/// A position on the grid.
 pub(super) fn on_grid(at: Pos2) -> Pos2 {
     pos2((at.x / STEP).round() * STEP, (at.y / STEP).round() * STEP)
 }
 
-/// The places of some cards in layers, by wires among them; the whole has its north-west corner at the origin.
+/// Positions of some cards in layers, along the wires among them; the north-west corner is at the origin.
 pub(super) fn layered(model: &Model, wanted: impl Fn(usize) -> bool) -> BTreeMap<usize, Pos2> {
     let id = |card: usize| NodeId::from_u64(card as u64);
     let offsets = |card: usize, side: Side| {
@@ -43,7 +43,8 @@ pub(super) fn layered(model: &Model, wanted: impl Fn(usize) -> bool) -> BTreeMap
     places.into_iter().map(|(card, at)| (card, on_grid(at - corner.to_vec2()))).collect()
 }
 
-/// Gives a place to every card that has none: the one it had before, else one in layers, beside what it is wired to.
+/// Gives a position to every card that has none: its previous one, otherwise one in a layer, beside the cards it is
+/// wired to.
 pub(super) fn fill(model: &mut Model, places: &mut BTreeMap<String, Pos2>) {
     let mut free = Vec::new();
     for (position, card) in model.cards.iter_mut().enumerate().filter(|(_, card)| !card.placed) {
@@ -55,7 +56,7 @@ pub(super) fn fill(model: &mut Model, places: &mut BTreeMap<String, Pos2>) {
     if free.is_empty() {
         return;
     }
-    // A node between others needs a layer of its own: where nobody has placed anything, all are put in layers anew.
+    // A node between two others needs a layer of its own: if no position was set by hand, all nodes are arranged again.
     let new = |card: usize| free.contains(&card);
     let between = |card: &usize| {
         model.wires.iter().any(|wire| wire.to.card == *card && !new(wire.from.card))

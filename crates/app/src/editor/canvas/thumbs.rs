@@ -1,4 +1,4 @@
-//! Small pictures of results, as textures.
+//! Thumbnails of results, as textures.
 
 use std::{
     collections::BTreeMap,
@@ -8,29 +8,29 @@ use std::{
 
 use egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions, Vec2, vec2};
 use orograph_graph::{Field, Lines, PortType, Value, World, plain};
-use orograph_nodes::{math, raster};
+use orograph_nodes::{numerics::math, raster};
 
 use super::{super::Session, look::Look, model::Model};
-use crate::picture;
+use crate::export::picture;
 
-/// The time that making pictures may take of a frame.
+/// Time per frame for making thumbnails.
 const BUDGET: Duration = Duration::from_millis(4);
-/// Pixels along the longer side of a picture of lines.
+/// Pixels along the longer side of a thumbnail of lines.
 const DRAWN: usize = 128;
 
-/// A small picture of a result.
+/// A thumbnail of a result.
 pub(super) struct Thumb {
-    /// What it shows; held so that no other value takes its place in memory.
+    /// The value it shows; kept alive so that no other value gets the same address.
     value: Value,
     pub(super) texture: Option<TextureHandle>,
-    /// Width and height as shares of the square.
+    /// Width and height as fractions of the square.
     pub(super) shape: Vec2,
-    /// What is told beside it, from the top: the highest and the lowest, or measures.
+    /// The text beside it, from the top: maximum and minimum, or measures.
     pub(super) lines: Vec<String>,
     dark: bool,
 }
 
-/// Small pictures of results, by `node.port`.
+/// The thumbnails, by `node.port`.
 #[derive(Default)]
 pub(super) struct Thumbs {
     by_port: BTreeMap<String, Thumb>,
@@ -47,7 +47,7 @@ impl Thumbs {
         self.by_port.get(port)
     }
 
-    /// Makes pictures of what has changed among some cards, as many as there is time for; says whether all are made.
+    /// Makes thumbnails of changed results of some cards, as many as the time allows. Returns true if all are made.
     pub(super) fn renew(
         &mut self,
         context: &Context,
@@ -74,7 +74,7 @@ impl Thumbs {
         true
     }
 
-    /// Forgets pictures of nodes that are gone.
+    /// Removes thumbnails of nodes that are gone.
     pub(super) fn keep(&mut self, model: &Model) {
         let there = |port: &String| port.split_once('.').is_some_and(|(node, _)| model.find(node).is_some());
         self.by_port.retain(|port, _| there(port));
@@ -157,7 +157,7 @@ fn of_field(field: &Field, ty: PortType) -> ColorImage {
     }
 }
 
-/// The highest and the lowest number, where they say something.
+/// The maximum and the minimum, if they are informative.
 fn extremes(field: &Field, ty: PortType) -> Vec<String> {
     if !matches!(ty, PortType::Height | PortType::Mask | PortType::Scalar(_)) {
         return Vec::new();
@@ -174,7 +174,7 @@ fn short(value: f64) -> String {
     plain(format!("{value:.2e}").parse().unwrap_or(value))
 }
 
-/// Lines from the air, wider and brighter by their rank.
+/// Lines seen from above, wider and brighter with higher order.
 fn of_lines(lines: &Lines, world: World, look: &Look) -> ColorImage {
     let scale = DRAWN as f64 / world.size[0].max(world.size[1]);
     let size = world.size.map(|size| ((size * scale) as usize).clamp(1, DRAWN));

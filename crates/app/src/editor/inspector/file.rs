@@ -1,18 +1,18 @@
-//! What the file says as a whole: its world, its outputs, and the names it gives to its users.
+//! The settings of the file: its world, its outputs, and its exposed parameters and inputs.
 
 use egui::{Button, ComboBox, Label, RichText, Ui, containers::menu::MenuButton, containers::menu::MenuConfig};
 use orograph_graph::{Boundary, Edge, Edit, ParamSpec, Port, Unit, World};
 
 use super::{
-    form::{Entry, Form, line, section, title},
+    form::{FormState, TextField, line, section, title},
     node, number,
     target::Target,
     value::thrown,
 };
 use crate::editor::Session;
 
-/// Shows the file.
-pub(super) fn show(ui: &mut Ui, form: &mut Form, session: &mut Session) {
+/// Shows the settings of the file.
+pub(super) fn show(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
     let name = session.path().and_then(|path| path.file_name()).map(|name| name.to_string_lossy().into_owned());
     title(ui, name.as_deref().unwrap_or("New graph"));
     let about = session.document().about();
@@ -25,23 +25,23 @@ pub(super) fn show(ui: &mut Ui, form: &mut Form, session: &mut Session) {
     world(ui, form, session);
     section(ui, "Outputs");
     outputs(ui, form, session);
-    section(ui, "Parameters for users of the file");
+    section(ui, "Exposed parameters");
     parameters(ui, form, session);
     if !session.document().inputs().is_empty() {
-        section(ui, "Inputs for users of the file");
+        section(ui, "Exposed inputs");
         inputs(ui, form, session);
     }
 }
 
-fn world(ui: &mut Ui, form: &mut Form, session: &mut Session) {
+fn world(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
     let now = session.document().world();
     size(ui, form, session, now);
     let cells = ui.make_persistent_id("cells");
     let axis = usize::from(now.size[1] > now.size[0]);
     let (typed, _) = line(ui, "cells", false, |ui, label| {
         let text = now.cells[axis].to_string();
-        let hover = "Cells along the longer side; the other follows, since cells are square";
-        let entry = Entry { salt: "n", text: &text, hint: "", hover, width: 70.0, label: Some(label.id) };
+        let hover = "Cells along the longer side; the other side follows because cells are square";
+        let entry = TextField { salt: "n", text: &text, hint: "", hover, width: 70.0, label: Some(label.id) };
         let mut typed = form.entry(ui, cells, entry);
         ui.menu_button("⏷", |ui| {
             for choice in [256, 512, 1024, 2048, 4096, 8192] {
@@ -52,12 +52,12 @@ fn world(ui: &mut Ui, form: &mut Form, session: &mut Session) {
             }
         });
         let cell = Unit::Metres.display((now.cell_m() * 1e3).round() / 1e3);
-        let told = format!("{} x {} cells of {cell}", now.cells[0], now.cells[1]);
-        ui.add(Label::new(RichText::new(format!("of {cell}")).weak()).truncate()).on_hover_text(told);
+        let tooltip = format!("{} x {} cells, cell size {cell}", now.cells[0], now.cells[1]);
+        ui.add(Label::new(RichText::new(format!("cell size {cell}")).weak()).truncate()).on_hover_text(tooltip);
         typed
     });
     if let Some(text) = typed {
-        let made = text.parse().map_err(|_| format!("`{text}` is not a whole number from 1")).and_then(|wanted| {
+        let made = text.parse().map_err(|_| format!("`{text}` is not an integer of at least 1")).and_then(|wanted| {
             let world = squared(World { cells: scaled(now, wanted), ..now }, now.size)?;
             session.attempt(&Edit::SetWorld(world))
         });
@@ -68,14 +68,14 @@ fn world(ui: &mut Ui, form: &mut Form, session: &mut Session) {
     let seed = ui.make_persistent_id("seed");
     let (typed, label) = line(ui, "seed", false, |ui, label| {
         let text = now.seed.to_string();
-        let entry = Entry { salt: "n", text: &text, hint: "", hover: "", width: 70.0, label: Some(label.id) };
+        let entry = TextField { salt: "n", text: &text, hint: "", hover: "", width: 70.0, label: Some(label.id) };
         let typed = form.entry(ui, seed, entry);
-        let dice = ui.button("🎲").on_hover_text("Another land of the same kind");
+        let dice = ui.button("🎲").on_hover_text("New random seed");
         if dice.clicked() { Some(thrown(now.seed).to_string()) } else { typed }
     });
-    label.on_hover_text("Every random draw of the graph depends on it");
+    label.on_hover_text("All random numbers in the graph depend on it");
     if let Some(text) = typed {
-        let made = text.parse().map_err(|_| format!("`{text}` is not a whole number from 0 to {}", u32::MAX));
+        let made = text.parse().map_err(|_| format!("`{text}` is not an integer from 0 to {}", u32::MAX));
         let made = made.and_then(|seed| session.attempt(&Edit::SetWorld(World { seed, ..now })));
         form.judge(seed, made);
     }
@@ -84,20 +84,20 @@ fn world(ui: &mut Ui, form: &mut Form, session: &mut Session) {
     sea_level(ui, form, session, now);
 }
 
-/// The level of the sea; an empty field is a world without one.
-fn sea_level(ui: &mut Ui, form: &mut Form, session: &mut Session, now: World) {
+/// The sea level; an empty field is a world without a sea.
+fn sea_level(ui: &mut Ui, form: &mut FormState, session: &mut Session, now: World) {
     let id = ui.make_persistent_id("sea level");
     let (typed, label) = line(ui, "sea level", false, |ui, label| {
         let text = now.sea_level.map_or_else(String::new, |level| Unit::Metres.display(level));
         let hover = number::hint(Unit::Metres);
         let entry =
-            Entry { salt: "level", text: &text, hint: "none", hover: &hover, width: 90.0, label: Some(label.id) };
+            TextField { salt: "level", text: &text, hint: "none", hover: &hover, width: 90.0, label: Some(label.id) };
         let typed = form.quantity(ui, id, entry);
         let remove = Button::new("✖").small().frame(false);
         let removed = now.sea_level.is_some() && ui.add(remove).on_hover_text("No sea").clicked();
         if removed { Some(String::new()) } else { typed }
     });
-    label.on_hover_text("Land below this elevation lies under water; empty for a world without a sea");
+    label.on_hover_text("Terrain below this elevation is under water; leave empty for a world without a sea");
     if let Some(text) = typed {
         let level = match text.trim() {
             "" => Ok(None),
@@ -109,7 +109,7 @@ fn sea_level(ui: &mut Ui, form: &mut Form, session: &mut Session, now: World) {
     form.reason(ui, id);
 }
 
-fn size(ui: &mut Ui, form: &mut Form, session: &mut Session, now: World) {
+fn size(ui: &mut Ui, form: &mut FormState, session: &mut Session, now: World) {
     let id = ui.make_persistent_id("size");
     let locked = id.with("locked");
     let mut keep = ui.data(|data| data.get_temp(locked)).unwrap_or(true);
@@ -121,7 +121,7 @@ fn size(ui: &mut Ui, form: &mut Form, session: &mut Session, now: World) {
         for axis in 0..2 {
             let text = Unit::Metres.display(now.size[axis]);
             let salt = ["width", "height"][axis];
-            let entry = Entry { salt, text: &text, hint: salt, hover: &hover, width, label: Some(label.id) };
+            let entry = TextField { salt, text: &text, hint: salt, hover: &hover, width, label: Some(label.id) };
             if let Some(text) = form.quantity(ui, id, entry) {
                 typed = Some((axis, text));
             }
@@ -129,7 +129,7 @@ fn size(ui: &mut Ui, form: &mut Form, session: &mut Session, now: World) {
                 ui.label("x");
             }
         }
-        if ui.selectable_label(keep, "🔒").on_hover_text("Keep the shape").clicked() {
+        if ui.selectable_label(keep, "🔒").on_hover_text("Keep the aspect ratio").clicked() {
             keep = !keep;
             ui.data_mut(|data| data.insert_temp(locked, keep));
         }
@@ -149,7 +149,7 @@ fn size(ui: &mut Ui, form: &mut Form, session: &mut Session, now: World) {
     form.reason(ui, id);
 }
 
-/// Cells of a world for so many along its longer side.
+/// The cells of a world with this many along its longer side.
 fn scaled(world: World, longer: u32) -> [u32; 2] {
     let axis = usize::from(world.size[1] > world.size[0]);
     let mut cells = [longer; 2];
@@ -157,10 +157,10 @@ fn scaled(world: World, longer: u32) -> [u32; 2] {
     cells
 }
 
-/// The world with another size: with its cells where they stay square, else with cells of about the same length.
+/// The world with another size: with the same cells if they stay square, otherwise with cells of about the same length.
 ///
 /// # Errors
-/// When the size is none, or no number of cells near the present one is square.
+/// When the size is invalid, or no number of cells near the current one is square.
 fn squared(world: World, size: [f64; 2]) -> Result<World, String> {
     let same = World { size, ..world };
     if same.check().is_ok() {
@@ -185,11 +185,12 @@ const fn edge_doc(edge: Edge) -> &'static str {
         Edge::Base => "A fixed base level: water and sediment leave, the elevation stays",
         Edge::Open => "Water and sediment leave; the elevation is free",
         Edge::Wall => "Nothing crosses",
-        Edge::Periodic => "What leaves here comes in on the opposite side",
+        Edge::Inland => "The terrain continues: rivers also run on a margin, which is cut off",
+        Edge::Periodic => "Whatever leaves here enters on the opposite side",
     }
 }
 
-fn boundary(ui: &mut Ui, form: &mut Form, session: &mut Session, now: World) {
+fn boundary(ui: &mut Ui, form: &mut FormState, session: &mut Session, now: World) {
     let Boundary { west, east, north, south } = now.boundary;
     let mut chosen = None;
     line(ui, "boundary", false, |ui, label| {
@@ -215,7 +216,7 @@ fn boundary(ui: &mut Ui, form: &mut Form, session: &mut Session, now: World) {
     form.reason(ui, id);
 }
 
-/// Sets a side. Periodic sides come in pairs.
+/// Sets the edge of a side. Periodic sides come in pairs.
 fn set_side(boundary: &mut Boundary, side: &str, edge: Edge) {
     let Boundary { west, east, north, south } = boundary;
     let (this, other) = match side {
@@ -244,8 +245,8 @@ fn edge_choice(ui: &mut Ui, salt: &str, now: Option<Edge>, label: egui::Id) -> O
     chosen.filter(|edge| now != Some(*edge))
 }
 
-/// The outputs of the file: each with its name, what it is wired to, and a way to remove it.
-fn outputs(ui: &mut Ui, form: &mut Form, session: &mut Session) {
+/// The outputs of the file: each with its name, its source, and a button to remove it.
+fn outputs(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
     let graph = session.document().graph();
     let outputs: Vec<(String, String, String)> = session
         .document()
@@ -265,8 +266,14 @@ fn outputs(ui: &mut Ui, form: &mut Form, session: &mut Session) {
         let id = ui.make_persistent_id(("output", name));
         ui.horizontal(|ui| {
             let width = (ui.available_width() * 0.36).clamp(60.0, 140.0);
-            let entry =
-                Entry { salt: "name", text: name, hint: "name", hover: "The name of its files", width, label: None };
+            let entry = TextField {
+                salt: "name",
+                text: name,
+                hint: "name",
+                hover: "File name of the output",
+                width,
+                label: None,
+            };
             if let Some(to) = form.entry(ui, id, entry) {
                 edit = Some((id, Edit::RenameOutput { from: name.clone(), to }));
             }
@@ -280,7 +287,7 @@ fn outputs(ui: &mut Ui, form: &mut Form, session: &mut Session) {
         form.reason(ui, id);
     }
     if outputs.is_empty() {
-        ui.add(Label::new(RichText::new("None yet, so a run would write nothing.").weak()).wrap());
+        ui.add(Label::new(RichText::new("No outputs yet: exporting would write nothing.").weak()).wrap());
     }
     let id = ui.make_persistent_id("new output");
     ui.menu_button("➕ output", |ui| {
@@ -307,8 +314,8 @@ fn outputs(ui: &mut Ui, form: &mut Form, session: &mut Session) {
     }
 }
 
-/// The parameters of the file, to be set as its users would.
-fn parameters(ui: &mut Ui, form: &mut Form, session: &mut Session) {
+/// The exposed parameters of the file.
+fn parameters(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
     let graph = session.document().graph();
     let named: Vec<(Target, ParamSpec, Vec<String>)> = session
         .document()
@@ -324,7 +331,7 @@ fn parameters(ui: &mut Ui, form: &mut Form, session: &mut Session) {
                 }
             });
             let target = Target::Named { name: named.name.clone(), places: places.collect() };
-            // Only its kind, unit and documentation are shown from it; the line is named by the target.
+            // Only its kind, unit and documentation are shown; the name comes from the target.
             let spec = ParamSpec {
                 name: named.places[0].name,
                 doc: graph
@@ -343,7 +350,7 @@ fn parameters(ui: &mut Ui, form: &mut Form, session: &mut Session) {
         })
         .collect();
     if named.is_empty() {
-        let text = "None. The menu … of a value gives it a name, so that `--set`, sweeps and other graphs can set it.";
+        let text = "None yet. Use a value's … menu to expose it to the command line and to other graphs.";
         ui.add(Label::new(RichText::new(text).weak()).wrap());
     }
     for (target, spec, places) in &named {
@@ -353,8 +360,8 @@ fn parameters(ui: &mut Ui, form: &mut Form, session: &mut Session) {
     }
 }
 
-/// The inputs of the file.
-fn inputs(ui: &mut Ui, form: &mut Form, session: &mut Session) {
+/// The exposed inputs of the file.
+fn inputs(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
     let graph = session.document().graph();
     let named: Vec<(String, Vec<String>)> = session
         .document()
@@ -371,8 +378,8 @@ fn inputs(ui: &mut Ui, form: &mut Form, session: &mut Session) {
     }
 }
 
-/// Where a name of the file leads, and how it is changed.
-fn names(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &str, places: &[String]) {
+/// The places that an exposed name sets, and buttons to rename or remove it.
+fn names(ui: &mut Ui, form: &mut FormState, session: &mut Session, name: &str, places: &[String]) {
     let id = ui.make_persistent_id(("named", name));
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 6.0;
@@ -387,7 +394,7 @@ fn names(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &str, places
         MenuButton::from_button(Button::new(RichText::new("rename…").small()).frame(false)).config(config).ui(
             ui,
             |ui| {
-                let entry = Entry { salt: "name", text: name, hint: "name", hover: "", width: 140.0, label: None };
+                let entry = TextField { salt: "name", text: name, hint: "name", hover: "", width: 140.0, label: None };
                 if let Some(to) = form.entry(ui, id, entry) {
                     form.judge(id, session.attempt(&Edit::RenameNamed { from: name.to_owned(), to }));
                     ui.close();
@@ -395,8 +402,7 @@ fn names(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &str, places
                 form.reason(ui, id);
             },
         );
-        if ui.add(Button::new(RichText::new("✖").small()).frame(false)).on_hover_text("Take the name back").clicked()
-        {
+        if ui.add(Button::new(RichText::new("✖").small()).frame(false)).on_hover_text("Stop exposing it").clicked() {
             form.judge(id, session.attempt(&Edit::Conceal { name: name.to_owned() }));
         }
     });

@@ -1,4 +1,5 @@
-//! Lines of a form: a name on the left, a value on the right; what is being typed, and why a value was refused.
+//! Rows of the inspector: a name on the left, a value on the right; the text being typed, and the reason if a value is
+//! refused.
 
 use egui::{
     Align, Id, Key, Label, Layout, Response, RichText, TextEdit, Ui,
@@ -8,15 +9,15 @@ use egui::{
 
 use crate::editor::Session;
 
-/// What is being typed, dragged or refused in a form.
+/// The text being typed, the drag and the refusal in the inspector.
 #[derive(Debug, Default)]
-pub(super) struct Form {
+pub(super) struct FormState {
     typing: Option<Typing>,
-    /// The line whose value was refused, and why.
+    /// The row whose value was refused, and the reason.
     refused: Option<(Id, String)>,
-    /// Whether a value is being dragged.
+    /// True while a value is being dragged.
     dragging: bool,
-    /// Why what is shown now has no effect.
+    /// Why the rows that follow have no effect.
     resting: Option<String>,
 }
 
@@ -27,23 +28,23 @@ struct Typing {
     text: String,
 }
 
-impl Form {
-    /// Forgets what was typed, as when another node is selected.
+impl FormState {
+    /// Discards the typed text, for example when another node is selected.
     pub(super) fn forget(&mut self) {
         (self.typing, self.refused) = (None, None);
     }
 
-    /// Shows what follows as without effect, for a reason, or as usual.
+    /// Marks the rows that follow as having no effect, with the reason, or as normal again.
     pub(super) fn rest(&mut self, why: Option<String>) {
         self.resting = why;
     }
 
-    /// Why what is shown now has no effect.
+    /// Why the current row has no effect. Returns None when it has one.
     pub(super) fn resting(&self) -> Option<&str> {
         self.resting.as_deref()
     }
 
-    /// Remembers why a line's value was refused, or that it was taken.
+    /// Stores why the value of a row was refused, or that it was accepted.
     pub(super) fn judge(&mut self, line: Id, result: Result<(), String>) {
         match result {
             Ok(()) => self.forget(),
@@ -51,12 +52,12 @@ impl Form {
         }
     }
 
-    /// Notes that a value is being dragged: all of it is one step of undo.
+    /// Marks the start of a drag: all of it is one undo step.
     pub(super) const fn drag(&mut self) {
         self.dragging = true;
     }
 
-    /// Ends a drag once no button is held any more.
+    /// Ends a drag once no button is pressed.
     pub(super) fn settle(&mut self, ui: &Ui, session: &mut Session) {
         if self.dragging && !ui.input(|input| input.pointer.any_down()) {
             self.dragging = false;
@@ -64,9 +65,9 @@ impl Form {
         }
     }
 
-    /// A field for a quantity, as [`Self::entry`]: while nothing is typed its number is whole, and its unit is cut where there
-    /// is no room for it; below the pointer it is whole.
-    pub(super) fn quantity(&mut self, ui: &mut Ui, line: Id, field: Entry<'_>) -> Option<String> {
+    /// A field for a quantity, as [`Self::entry`]. When it has no focus it shows the whole number and cuts the unit if
+    /// there is no room; the tooltip has all of it.
+    pub(super) fn quantity(&mut self, ui: &mut Ui, line: Id, field: TextField<'_>) -> Option<String> {
         let id = line.with(field.salt);
         let shown = match ui.memory(|memory| memory.has_focus(id))
             || self.typing.as_ref().is_some_and(|typing| typing.field == id)
@@ -79,7 +80,7 @@ impl Form {
         }
         let hover = format!("{}\n\n{}", field.text, field.hover);
         let whole = field.text;
-        let typed = self.entry(ui, line, Entry { text: &shown, hover: &hover, ..field });
+        let typed = self.entry(ui, line, TextField { text: &shown, hover: &hover, ..field });
         if ui.memory(|memory| memory.has_focus(id)) {
             // From now on it shows all of its text.
             select_all(ui, id, whole);
@@ -88,9 +89,9 @@ impl Form {
         typed
     }
 
-    /// A field that shows a text until something is typed, and gives that when it is done (Enter, Tab or a click
-    /// elsewhere); Escape takes it back. `line` is where it stands, `label` what names it.
-    pub(super) fn entry(&mut self, ui: &mut Ui, line: Id, field: Entry<'_>) -> Option<String> {
+    /// A field that shows a text, and returns the new text when typing ends (Enter, Tab or a click elsewhere); Escape
+    /// cancels. `line` is its row, `label` its accessible label.
+    pub(super) fn entry(&mut self, ui: &mut Ui, line: Id, field: TextField<'_>) -> Option<String> {
         let id = line.with(field.salt);
         let typed = self.typing.as_ref().filter(|typing| typing.field == id);
         let mut text = typed.map_or_else(|| field.text.to_owned(), |typing| typing.text.clone());
@@ -128,7 +129,7 @@ impl Form {
         None
     }
 
-    /// The reason below a line whose value was refused.
+    /// The reason below a row whose value was refused.
     pub(super) fn reason(&self, ui: &mut Ui, line: Id) {
         if let Some((_, reason)) = self.refused.as_ref().filter(|(refused, _)| *refused == line) {
             ui.add(Label::new(RichText::new(reason).small().color(ui.visuals().error_fg_color)).wrap());
@@ -136,15 +137,15 @@ impl Form {
     }
 }
 
-/// A field of [`Form::entry`].
-pub(super) struct Entry<'a> {
-    /// Which field of its line it is.
+/// A text field of [`FormState::entry`].
+pub(super) struct TextField<'a> {
+    /// Identifies the field within its row.
     pub(super) salt: &'a str,
-    /// What it shows.
+    /// The text it shows.
     pub(super) text: &'a str,
-    /// What it shows while it is empty.
+    /// The hint while it is empty.
     pub(super) hint: &'a str,
-    /// What it tells below the pointer.
+    /// The tooltip.
     pub(super) hover: &'a str,
     /// Its width in points.
     pub(super) width: f32,
@@ -155,7 +156,7 @@ pub(super) struct Entry<'a> {
 /// The margins of a field on both sides, in points.
 pub(super) const FRAME: f32 = 8.0;
 
-/// A quantity as wide as a field: its number, and as much of its unit as there is room for.
+/// A quantity cut to the width of a field: its number, and as much of its unit as fits.
 fn fitted(ui: &Ui, text: &str, width: f32) -> String {
     let room = width - FRAME - 1.0;
     if wide(ui, text) <= room {
@@ -168,7 +169,7 @@ fn fitted(ui: &Ui, text: &str, width: f32) -> String {
     found.unwrap_or_else(|| text[..number].to_owned())
 }
 
-/// How wide a text of a field is, in points.
+/// The width of a text in a field, in points.
 pub(super) fn wide(ui: &Ui, text: &str) -> f32 {
     let font = egui::TextStyle::Body.resolve(ui.style());
     ui.painter().layout_no_wrap(text.to_owned(), font, ui.visuals().text_color()).size().x
@@ -187,10 +188,10 @@ pub(super) fn words(name: &str) -> String {
     name.replace('_', " ")
 }
 
-/// In a form narrower than this, a value stands below its name.
+/// In an inspector narrower than this, a value is below its name.
 const STACKED: f32 = 200.0;
 
-/// One line: its name, then what it has on the right. Gives the response of the name as well.
+/// One row: its name, then its widgets on the right. Also returns the response of the name.
 pub(super) fn line<R>(
     ui: &mut Ui,
     name: &str,
@@ -223,7 +224,7 @@ pub(super) fn title(ui: &mut Ui, text: &str) {
     ui.add(Label::new(RichText::new(text).heading()).truncate());
 }
 
-/// The heading of a part of the form.
+/// The heading of a section.
 pub(super) fn section(ui: &mut Ui, text: &str) {
     ui.add_space(4.0);
     ui.separator();

@@ -1,20 +1,26 @@
-//! Colours of values: a bar with a handle for each, which is dragged; a click on its field chooses the colour.
+//! A colour gradient: a bar with a handle for each stop, which you drag; a click on its field opens the colour picker.
 
 use egui::{Color32, CornerRadius, Id, Mesh, Pos2, Rect, Sense, Shape, Stroke, StrokeKind, Ui, pos2, vec2};
 use orograph_graph::{ParamValue, Srgb, Stop, Unit};
 
 use super::{
-    form::{Entry, Form},
+    form::{FormState, TextField},
     number,
-    value::{Asked, Place},
+    value::{Place, ValueChange},
 };
 
 /// Height of the bar, and of the handles below it.
 const BAR: f32 = 20.0;
 const HANDLE: f32 = 12.0;
 
-/// Shows colours, and gives what is done to them.
-pub(super) fn show(ui: &mut Ui, form: &mut Form, place: Place<'_>, unit: Unit, stops: &[Stop]) -> Option<Asked> {
+/// Shows a gradient, and returns the change that was made.
+pub(super) fn show(
+    ui: &mut Ui,
+    form: &mut FormState,
+    place: Place<'_>,
+    unit: Unit,
+    stops: &[Stop],
+) -> Option<ValueChange> {
     let mut asked = bar(ui, place.line, stops);
     let mut changed = stops.to_vec();
     for (at, stop) in stops.iter().enumerate() {
@@ -22,25 +28,25 @@ pub(super) fn show(ui: &mut Ui, form: &mut Form, place: Place<'_>, unit: Unit, s
             let remove = ui.add_enabled(stops.len() > 1, egui::Button::new("✖").small().frame(false));
             if remove.on_hover_text("Remove the colour").clicked() {
                 changed.remove(at);
-                asked = Some(Asked::Set(ParamValue::Stops(changed.clone())));
+                asked = Some(ValueChange::Set(ParamValue::Stops(changed.clone())));
             }
             let mut colour = stop.colour.0;
             if ui.color_edit_button_srgb(&mut colour).changed() {
                 changed[at].colour = Srgb(colour);
-                asked = Some(Asked::Drag(ParamValue::Stops(changed.clone())));
+                asked = Some(ValueChange::Drag(ParamValue::Stops(changed.clone())));
             }
             let (text, hover) = (unit.display(stop.at), number::hint(unit));
             let salt = format!("at{at}");
             let entry =
-                Entry { salt: &salt, text: &text, hint: "", hover: &hover, width: 84.0, label: Some(place.label) };
+                TextField { salt: &salt, text: &text, hint: "", hover: &hover, width: 84.0, label: Some(place.label) };
             if let Some(text) = form.entry(ui, place.line, entry) {
                 asked = Some(match unit.parse(&text) {
                     Ok(value) => {
                         changed[at].at = value;
                         changed.sort_by(|a, b| a.at.total_cmp(&b.at));
-                        Asked::Set(ParamValue::Stops(changed.clone()))
+                        ValueChange::Set(ParamValue::Stops(changed.clone()))
                     }
-                    Err(error) => Asked::Wrong(error.to_string()),
+                    Err(error) => ValueChange::Wrong(error.to_string()),
                 });
             }
             ui.weak(stop.colour.to_string());
@@ -49,8 +55,8 @@ pub(super) fn show(ui: &mut Ui, form: &mut Form, place: Place<'_>, unit: Unit, s
     asked
 }
 
-/// The bar with its handles; gives what is done to them.
-fn bar(ui: &mut Ui, line: Id, stops: &[Stop]) -> Option<Asked> {
+/// The bar with its handles; returns the change that was made.
+fn bar(ui: &mut Ui, line: Id, stops: &[Stop]) -> Option<ValueChange> {
     let id = line.with("bar");
     let (first, last) = (stops.first()?.at, stops.last()?.at);
     let margin = if last > first { 0.0 } else { first.abs().max(1.0) };
@@ -93,7 +99,7 @@ fn bar(ui: &mut Ui, line: Id, stops: &[Stop]) -> Option<Asked> {
         if after <= before {
             changed[index].at = number::short(value(pointer), high - low).clamp(after, before);
         }
-        return (changed != stops).then_some(Asked::Drag(ParamValue::Stops(changed)));
+        return (changed != stops).then_some(ValueChange::Drag(ParamValue::Stops(changed)));
     }
     if response.double_clicked()
         && let Some(pointer) = pointer.filter(|pointer| near(*pointer).is_none())
@@ -101,7 +107,7 @@ fn bar(ui: &mut Ui, line: Id, stops: &[Stop]) -> Option<Asked> {
         let at = number::short(value(pointer), high - low);
         let index = changed.partition_point(|stop| stop.at < at);
         changed.insert(index, Stop { at, colour: between(stops, at) });
-        return Some(Asked::Set(ParamValue::Stops(changed)));
+        return Some(ValueChange::Set(ParamValue::Stops(changed)));
     }
     response.on_hover_text_at_pointer("Drag a handle; double-click the bar to add a colour");
     None

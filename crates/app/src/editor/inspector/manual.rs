@@ -1,9 +1,9 @@
-//! The page of the manual of a node, from the Markdown of its declaration.
+//! The manual page of a node, from the Markdown of its declaration.
 
 use egui::{Label, RichText, Ui, text::LayoutJob};
 use orograph_graph::Node;
 
-/// Shows what a kind of node is, and where its method comes from.
+/// Shows the description of a node type, and its sources.
 pub(super) fn show(ui: &mut Ui, node: &Node) {
     for block in node.doc.split("\n\n").filter(|block| !block.trim().is_empty()) {
         if let Some(heading) = block.trim_start().strip_prefix('#') {
@@ -13,7 +13,7 @@ pub(super) fn show(ui: &mut Ui, node: &Node) {
             let code = code.iter().map(|line| line.strip_prefix("    ").unwrap_or(line)).collect::<Vec<_>>().join("\n");
             ui.add(Label::new(RichText::new(code).monospace()).wrap());
         } else if block.trim_start().starts_with('|') {
-            // tables are read best as they are written
+            // tables are most readable unformatted
             ui.add(Label::new(RichText::new(block).monospace().small()).extend());
         } else {
             ui.add(Label::new(paragraph(ui, block)).wrap());
@@ -28,7 +28,7 @@ pub(super) fn show(ui: &mut Ui, node: &Node) {
     }
 }
 
-/// How a piece of a paragraph is set.
+/// The style of a piece of a paragraph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Face {
     Plain,
@@ -36,7 +36,7 @@ enum Face {
     Code,
 }
 
-/// The pieces of a paragraph: `**strong**` and `` `code` `` are told apart; lines run on, but items of a list do not.
+/// The pieces of a paragraph: `**strong**` and `` `code` `` are styled; lines are joined, except the items of a list.
 fn pieces(block: &str) -> Vec<(Face, String)> {
     let mut text = String::new();
     for line in block.lines().map(str::trim_end) {
@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn paragraphs_are_set_in_three_faces() {
+    fn paragraphs_have_three_styles() {
         let found = pieces("**Points** are\npairs of `a` and b.\n- one\n- two");
         let expected = [
             (Face::Strong, "Points"),

@@ -1,7 +1,7 @@
-//! The pane of what is selected, made from the declaration of its kind alone: no node is ever named here.
+//! The inspector of the selection, generated from the declaration of the node type: no node is named here.
 //!
-//! [`form`] lays out lines and holds what is being typed; [`value`] has a widget for every kind of parameter; [`node`] shows
-//! the selected node, `file` what the file says as a whole while nothing is selected.
+//! [`form`] lays out rows and holds the text being typed; [`value`] has a widget for every kind of parameter; [`node`]
+//! shows the selected node, `file` the settings of the file while nothing is selected.
 
 mod file;
 mod form;
@@ -16,13 +16,13 @@ mod target;
 mod value;
 
 use super::Session;
-use form::Form;
+use form::FormState;
 
-/// The pane of what is selected.
+/// The inspector.
 #[derive(Debug, Default)]
 pub(super) struct Inspector {
-    form: Form,
-    /// What the form is about: a node, or the file.
+    form: FormState,
+    /// The subject of the form: a node, or the file.
     about: Option<String>,
     kept: Option<shown::Kept>,
     note: Option<note::Draft>,
@@ -33,7 +33,7 @@ impl Inspector {
         let about = session.selected().map(str::to_owned);
         if about != self.about {
             self.form.forget();
-            // What was written of another node is not lost.
+            // Text typed for another node is not lost.
             if let Some(note) = self.note.take() {
                 note.take(session);
             }
@@ -42,7 +42,7 @@ impl Inspector {
         let area = egui::ScrollArea::vertical().id_salt(&about).auto_shrink(false);
         area.show(ui, |ui| {
             egui::Frame::new().inner_margin(egui::Margin::symmetric(10, 8)).show(ui, |ui| {
-                // The frame's width is what lines are laid out in, whatever is in them.
+                // Rows are laid out in the width of the frame, whatever they contain.
                 ui.set_max_width(ui.available_width());
                 ui.spacing_mut().item_spacing.y = 3.0;
                 match (about, session.selection().count()) {

@@ -1,10 +1,10 @@
-//! The selected node: its state, its inputs, its parameters, what it gives, and its page of the manual.
+//! The selected node: its state, its inputs, its parameters, its outputs, and its manual page.
 
 use egui::{Button, Frame, Label, RichText, Ui, containers::menu::MenuButton};
 use orograph_graph::{Edit, Fallback, Input, Kind, Node, NodeIndex, ParamSpec, ParamValue, Port, When, bytes};
 
 use super::{
-    form::{self, Entry, Form, line, section, title, words},
+    form::{self, FormState, TextField, line, section, title, words},
     manual,
     note::{self, Draft},
     shown::{self, Kept},
@@ -13,22 +13,22 @@ use super::{
 };
 use crate::{
     editor::{NodeState, Session},
-    progress::seconds,
+    report::progress::seconds,
 };
 
-/// What is known of an input in the graph.
+/// An input and what is connected to it.
 struct Wiring {
     input: &'static Input,
-    /// The output that is wired to it, as `node.port`.
+    /// The output that it reads, as `node.port`.
     source: Option<String>,
-    /// The number that the file gives.
+    /// The constant in the file.
     constant: Option<f64>,
 }
 
 /// Shows a node.
 pub(super) fn show(
     ui: &mut Ui,
-    form: &mut Form,
+    form: &mut FormState,
     (kept, draft): (&mut Option<Kept>, &mut Option<Draft>),
     session: &mut Session,
     name: &str,
@@ -66,10 +66,10 @@ pub(super) fn show(
         })
         .collect();
 
-    let (muted, told) = (entry.muted, entry.note.clone());
+    let (muted, note_text) = (entry.muted, entry.note.clone());
     heading(ui, form, session, name, node, muted);
     state(ui, session, name);
-    note::show(ui, draft, session, (name, &told));
+    note::show(ui, draft, session, (name, &note_text));
     if !inputs.is_empty() {
         section(ui, "Inputs");
         for wiring in &inputs {
@@ -94,7 +94,7 @@ pub(super) fn show(
     egui::CollapsingHeader::new(node.id).id_salt(("manual", node.id)).show(ui, |ui| manual::show(ui, node));
 }
 
-/// Outputs of other nodes that fit an input without closing a circle.
+/// Outputs of other nodes that fit an input without closing a cycle.
 fn fitting(session: &Session, node: &str, input: &str) -> Vec<String> {
     let graph = session.document().graph();
     let Ok(to) = graph.find(node) else { return Vec::new() };
@@ -111,15 +111,15 @@ fn fitting(session: &Session, node: &str, input: &str) -> Vec<String> {
     names
 }
 
-/// The name, to be changed, and what it is.
-fn heading(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &str, node: &Node, muted: bool) {
+/// The name, which can be edited, and the type.
+fn heading(ui: &mut Ui, form: &mut FormState, session: &mut Session, name: &str, node: &Node, muted: bool) {
     let id = ui.make_persistent_id(("node", name));
     rename(ui, form, session, name, id);
     let kind = format!("{} · {}", node.id, words(node.category));
     ui.horizontal(|ui| {
         let mut on = muted;
         let switch = ui.checkbox(&mut on, RichText::new("muted").small());
-        if switch.on_hover_text("Built as if it were not there").changed() {
+        if switch.on_hover_text("Bypass this node").changed() {
             form.judge(id, session.attempt(&Edit::SetMuted { node: name.to_owned(), muted: on }));
         }
         ui.add(Label::new(RichText::new(kind).small().weak()).truncate());
@@ -127,10 +127,16 @@ fn heading(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &str, node
     ui.add(Label::new(node.summary).wrap());
 }
 
-fn rename(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &str, line: egui::Id) {
+fn rename(ui: &mut Ui, form: &mut FormState, session: &mut Session, name: &str, line: egui::Id) {
     let width = ui.available_width() - 8.0;
-    let entry =
-        Entry { salt: "name", text: name, hint: "name", hover: "The node's name; wires follow", width, label: None };
+    let entry = TextField {
+        salt: "name",
+        text: name,
+        hint: "name",
+        hover: "The node's name; wires are updated",
+        width,
+        label: None,
+    };
     let typed = ui
         .scope(|ui| {
             ui.style_mut().override_text_style = Some(egui::TextStyle::Heading);
@@ -147,16 +153,16 @@ fn rename(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &str, line:
     form.reason(ui, line);
 }
 
-/// A node that this program does not know.
+/// A node of an unknown type.
 fn placeholder(
     ui: &mut Ui,
-    form: &mut Form,
+    form: &mut FormState,
     session: &mut Session,
     (name, kind): (&str, &str),
     problems: &[(String, Option<String>)],
 ) {
     title(ui, name);
-    let what = if kind.is_empty() { "No node stands here".to_owned() } else { format!("{kind} cannot be used") };
+    let what = if kind.is_empty() { "This is not a node".to_owned() } else { format!("{kind} cannot be used") };
     ui.label(RichText::new(what).color(ui.visuals().error_fg_color));
     for (message, hint) in problems {
         ui.add(Label::new(message).wrap());
@@ -164,7 +170,7 @@ fn placeholder(
             ui.add(Label::new(RichText::new(hint).weak()).wrap());
         }
     }
-    ui.add(Label::new("It is kept as it is in the file until it is mended there or removed.").wrap());
+    ui.add(Label::new("It stays in the file unchanged until you fix it there or remove it.").wrap());
     if ui.button("Remove it").clicked() {
         let made = session.attempt(&Edit::RemoveNode { name: name.to_owned() });
         form.judge(ui.id(), made);
@@ -172,13 +178,13 @@ fn placeholder(
     form.reason(ui, ui.id());
 }
 
-/// How far it is, what it took, and what went wrong.
+/// Its state, its time and memory, and its errors.
 fn state(ui: &mut Ui, session: &mut Session, name: &str) {
     let info = session.node(name);
     match &info.state {
         NodeState::Waiting => standing(ui, |ui| ui.weak("Waiting")),
         NodeState::Unwired { .. } => {
-            standing(ui, |ui| ui.weak(info.state.lacks().map_or_else(String::new, |lacks| format!("It {lacks}."))));
+            standing(ui, |ui| ui.weak(info.state.lacks().unwrap_or_default()));
         }
         NodeState::Running { fraction } => {
             standing(ui, |ui| ui.add(egui::ProgressBar::new(*fraction).desired_height(6.0)));
@@ -193,7 +199,7 @@ fn state(ui: &mut Ui, session: &mut Session, name: &str) {
             boxed(ui, colour, message, hint.as_deref());
             if let Some(at) = at
                 && session.document().graph().find(at).is_ok()
-                && ui.button(format!("Go to {at}")).on_hover_text("The node where it went wrong").clicked()
+                && ui.button(format!("Go to {at}")).on_hover_text("The node that failed").clicked()
             {
                 session.select_only(at);
             }
@@ -205,7 +211,7 @@ fn state(ui: &mut Ui, session: &mut Session, name: &str) {
     }
 }
 
-/// A line of one height, whatever is in it, so that those below it stay under the hand while a node is built.
+/// A row of fixed height, whatever it contains, so that the rows below stay in place while a node is built.
 fn standing(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> egui::Response) {
     let size = egui::vec2(ui.available_width(), ui.text_style_height(&egui::TextStyle::Body) + 2.0);
     ui.allocate_ui_with_layout(size, egui::Layout::left_to_right(egui::Align::Center), |ui| {
@@ -214,7 +220,7 @@ fn standing(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> egui::Response) {
     });
 }
 
-/// A text that should not be overlooked.
+/// A highlighted message.
 fn boxed(ui: &mut Ui, colour: egui::Color32, message: &str, hint: Option<&str>) {
     let frame = Frame::new().stroke(egui::Stroke::new(1.0, colour)).corner_radius(4.0).inner_margin(6.0);
     frame.show(ui, |ui| {
@@ -226,8 +232,8 @@ fn boxed(ui: &mut Ui, colour: egui::Color32, message: &str, hint: Option<&str>) 
     });
 }
 
-/// What a person does to a line as a whole.
-enum Deed {
+/// An action on a whole row.
+enum RowAction {
     Reset,
     Expose,
     Conceal(String),
@@ -235,99 +241,100 @@ enum Deed {
     Jump(String),
 }
 
-/// An input: what is wired to it, or a number, or nothing.
-fn input(ui: &mut Ui, form: &mut Form, session: &mut Session, node: &str, wiring: &Wiring) {
+/// An input: its wire, its constant, or nothing.
+fn input(ui: &mut Ui, form: &mut FormState, session: &mut Session, node: &str, wiring: &Wiring) {
     let Wiring { input, source, constant } = wiring;
     let target = Target::Input { node: node.to_owned(), name: input.name.to_owned() };
     if let (None, Fallback::Constant { default, hard, soft }) = (source, input.fallback) {
         let kind = Kind::Float { default, hard, soft };
         let spec = ParamSpec { name: input.name, doc: input.doc, unit: input.ty.unit(), kind, when: &[] };
         let value = ParamValue::Float(constant.unwrap_or(default));
-        let deed = fields(ui, form, session, &target, &spec, &value, constant.is_some());
-        carry_out(ui, form, session, &target, deed);
+        let action = fields(ui, form, session, &target, &spec, &value, constant.is_some());
+        carry_out(ui, form, session, &target, action);
         return;
     }
-    let mut deed = None;
+    let mut action = None;
     let (_, label) = line(ui, input.name, source.is_some(), |ui, _| match source {
         Some(source) => {
             let shown = source.strip_suffix(".height").unwrap_or(source);
             if ui.link(format!("⬅ {shown}")).on_hover_text("Go to this node").clicked() {
-                deed = Some(Deed::Jump(source.split_once('.').map_or(source.as_str(), |(node, _)| node).to_owned()));
+                action =
+                    Some(RowAction::Jump(source.split_once('.').map_or(source.as_str(), |(node, _)| node).to_owned()));
             }
-            if ui.add(Button::new("✖").small().frame(false)).on_hover_text("Unwire").clicked() {
-                deed = Some(Deed::Reset);
+            if ui.add(Button::new("✖").small().frame(false)).on_hover_text("Disconnect").clicked() {
+                action = Some(RowAction::Reset);
             }
         }
         None if input.fallback == Fallback::Required => {
             ui.colored_label(ui.visuals().warn_fg_color, "not wired");
-            wires(ui, session, &target, &mut deed);
+            wires(ui, session, &target, &mut action);
         }
         None => {
             ui.weak("not wired");
-            wires(ui, session, &target, &mut deed);
+            wires(ui, session, &target, &mut action);
         }
     });
     let named = named_as(session, &target);
-    label.context_menu(|ui| menu(ui, session, &target, source.is_some(), named.as_deref(), &mut deed));
-    label.on_hover_ui(|ui| told(ui, input.doc, &input.ty.to_string()));
-    carry_out(ui, form, session, &target, deed);
+    label.context_menu(|ui| menu(ui, session, &target, source.is_some(), named.as_deref(), &mut action));
+    label.on_hover_ui(|ui| show_docs(ui, input.doc, &input.ty.to_string()));
+    carry_out(ui, form, session, &target, action);
 }
 
-/// The button that offers what can be wired.
-fn wires(ui: &mut Ui, session: &Session, target: &Target, deed: &mut Option<Deed>) {
-    ui.menu_button("wire…", |ui| wire_list(ui, session, target, deed))
+/// The button that lists the compatible outputs.
+fn wires(ui: &mut Ui, session: &Session, target: &Target, action: &mut Option<RowAction>) {
+    ui.menu_button("wire…", |ui| wire_list(ui, session, target, action))
         .response
-        .on_hover_text("Choose an output that fits");
+        .on_hover_text("Choose a compatible output");
 }
 
-fn wire_list(ui: &mut Ui, session: &Session, target: &Target, deed: &mut Option<Deed>) {
+fn wire_list(ui: &mut Ui, session: &Session, target: &Target, action: &mut Option<RowAction>) {
     let [node, input] = target.key();
     let fitting = fitting(session, node, input);
     if fitting.is_empty() {
-        ui.weak("No output of another node fits");
+        ui.weak("No compatible output");
     }
     egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
         for port in &fitting {
             if ui.button(port).clicked() {
-                *deed = Some(Deed::Wire(port.clone()));
+                *action = Some(RowAction::Wire(port.clone()));
                 ui.close();
             }
         }
     });
 }
 
-/// A line with a value: its name, its widget, the way back to the default, and a menu.
+/// A row with a value: its name, its widget, the reset button, and a menu.
 pub(super) fn row(
     ui: &mut Ui,
-    form: &mut Form,
+    form: &mut FormState,
     session: &mut Session,
     target: &Target,
     spec: &ParamSpec,
     value: &ParamValue,
     changed: bool,
 ) {
-    let deed = fields(ui, form, session, target, spec, value, changed);
-    carry_out(ui, form, session, target, deed);
+    let action = fields(ui, form, session, target, spec, value, changed);
+    carry_out(ui, form, session, target, action);
 }
 
-/// A line of what has no effect in the present setting: it stands back, and tells where it would have one. It can be set
-/// all the same; what needs much room is not shown.
+/// A row that has no effect with the current settings: it is greyed out, and its tooltip gives the reason. It can still
+/// be edited; large widgets are hidden.
 fn resting(
     ui: &mut Ui,
-    form: &mut Form,
+    form: &mut FormState,
     session: &mut Session,
     target: &Target,
     (spec, value, changed): (&ParamSpec, &ParamValue, bool),
     when: &When,
 ) {
-    let why = format!("No effect now: it counts only where {when}");
+    let why = format!("No effect with the current settings: used only if {when}");
     ui.scope(|ui| {
         ui.multiply_opacity(RESTING);
         if value::is_tall(&spec.kind) {
             let (_, label) = line(ui, target.label(), changed, |ui, _| {
-                ui.add(Label::new(format!("only where {}", when.to_string().replace('`', ""))).truncate());
+                ui.add(Label::new(format!("only if {}", when.to_string().replace('`', ""))).truncate());
             });
-            label.on_hover_ui(|ui| told(ui, spec.doc, &spec.kind.describe(spec.unit)));
+            label.on_hover_ui(|ui| show_docs(ui, spec.doc, &spec.kind.describe(spec.unit)));
         } else {
             form.rest(Some(why));
             row(ui, form, session, target, spec, value, changed);
@@ -336,27 +343,27 @@ fn resting(
     });
 }
 
-/// How much is left of the colours of what has no effect.
+/// Opacity of rows without effect.
 const RESTING: f32 = 0.45;
 
-/// Room for the buttons at the end of a line.
+/// Width of the buttons at the end of a row.
 const BUTTONS: f32 = 48.0;
 
 fn fields(
     ui: &mut Ui,
-    form: &mut Form,
+    form: &mut FormState,
     session: &mut Session,
     target: &Target,
     spec: &ParamSpec,
     value: &ParamValue,
     changed: bool,
-) -> Option<Deed> {
+) -> Option<RowAction> {
     let id = ui.make_persistent_id(target.key());
     let world = session.document().world();
     let folder = session.document().folder().to_owned();
     let named = named_as(session, target);
     let tall = value::is_tall(&spec.kind);
-    let (mut asked, mut deed) = (None, None);
+    let (mut asked, mut action) = (None, None);
     let (label_id, label) = line(ui, target.label(), changed, |ui, label| {
         let place = Place { line: id, label: label.id, world, folder: &folder };
         let size = egui::vec2((ui.available_width() - BUTTONS).max(20.0), ui.spacing().interact_size.y);
@@ -375,19 +382,19 @@ fn fields(
             let back = ui.add_sized([18.0, size.y], Button::new("⟲").frame(false));
             let default = in_words(spec, &spec.kind.default_value());
             if back.on_hover_text(format!("Back to {default}")).clicked() {
-                deed = Some(Deed::Reset);
+                action = Some(RowAction::Reset);
             }
         } else {
             ui.add_space(18.0 + ui.spacing().item_spacing.x);
         }
         let more =
             MenuButton::from_button(Button::new("…").frame_when_inactive(false).min_size(egui::vec2(18.0, size.y)));
-        more.ui(ui, |ui| menu(ui, session, target, changed, named.as_deref(), &mut deed));
+        more.ui(ui, |ui| menu(ui, session, target, changed, named.as_deref(), &mut action));
         label.id
     });
-    label.context_menu(|ui| menu(ui, session, target, changed, named.as_deref(), &mut deed));
+    label.context_menu(|ui| menu(ui, session, target, changed, named.as_deref(), &mut action));
     label.on_hover_ui(|ui| {
-        told(ui, spec.doc, &spec.kind.describe(spec.unit));
+        show_docs(ui, spec.doc, &spec.kind.describe(spec.unit));
         if let Some(why) = form.resting() {
             ui.label(why);
         }
@@ -399,16 +406,16 @@ fn fields(
     if let Some(name) = &named
         && !matches!(target, Target::Named { .. })
     {
-        ui.label(RichText::new(format!("named `{name}` for users of the file")).small().weak());
+        ui.label(RichText::new(format!("exposed as `{name}`")).small().weak());
     }
     if let Some(asked) = asked {
         target.carry_out(asked, id, form, session);
     }
     form.reason(ui, id);
-    deed
+    action
 }
 
-/// A value as it is shown to people.
+/// A value as text for people.
 fn in_words(spec: &ParamSpec, value: &ParamValue) -> String {
     match value {
         ParamValue::Float(number) => spec.unit.display(*number),
@@ -416,32 +423,39 @@ fn in_words(spec: &ParamSpec, value: &ParamValue) -> String {
     }
 }
 
-/// Documentation below the pointer.
-fn told(ui: &mut Ui, doc: &str, allowed: &str) {
+/// Documentation in a tooltip.
+fn show_docs(ui: &mut Ui, doc: &str, allowed: &str) {
     ui.set_max_width(360.0);
     ui.label(doc);
     ui.weak(allowed);
 }
 
-/// What can be done with a line.
-fn menu(ui: &mut Ui, session: &Session, target: &Target, changed: bool, named: Option<&str>, deed: &mut Option<Deed>) {
-    let mut offer = |ui: &mut Ui, enabled: bool, text: &str, what: Deed| {
+/// The menu of a row.
+fn menu(
+    ui: &mut Ui,
+    session: &Session,
+    target: &Target,
+    changed: bool,
+    named: Option<&str>,
+    action: &mut Option<RowAction>,
+) {
+    let mut offer = |ui: &mut Ui, enabled: bool, text: &str, what: RowAction| {
         if ui.add_enabled(enabled, Button::new(text)).clicked() {
-            *deed = Some(what);
+            *action = Some(what);
             ui.close();
         }
     };
-    offer(ui, changed, "Reset", Deed::Reset);
+    offer(ui, changed, "Reset", RowAction::Reset);
     match named {
-        Some(name) => offer(ui, true, &format!("Take the name `{name}` back"), Deed::Conceal(name.to_owned())),
-        None => offer(ui, true, "Name it for users of the file", Deed::Expose),
+        Some(name) => offer(ui, true, &format!("Stop exposing `{name}`"), RowAction::Conceal(name.to_owned())),
+        None => offer(ui, true, "Expose as parameter", RowAction::Expose),
     }
     if matches!(target, Target::Input { .. }) {
-        ui.menu_button("Wire", |ui| wire_list(ui, session, target, deed));
+        ui.menu_button("Wire", |ui| wire_list(ui, session, target, action));
     }
 }
 
-/// The name that the file gives a value, if it gives one.
+/// The name under which the file exposes a value. Returns None when it is not exposed.
 fn named_as(session: &Session, target: &Target) -> Option<String> {
     let document = session.document();
     let (node, name) = match target {
@@ -457,26 +471,26 @@ fn named_as(session: &Session, target: &Target) -> Option<String> {
     parameter.or_else(input)
 }
 
-fn carry_out(ui: &Ui, form: &mut Form, session: &mut Session, target: &Target, deed: Option<Deed>) {
+fn carry_out(ui: &Ui, form: &mut FormState, session: &mut Session, target: &Target, action: Option<RowAction>) {
     let id = ui.make_persistent_id(target.key());
-    let edit = match (deed, target) {
+    let edit = match (action, target) {
         (None, _) => return,
-        (Some(Deed::Jump(node)), _) => return session.select_only(&node),
-        (Some(Deed::Reset), _) => target.reset(),
-        (Some(Deed::Conceal(name)), _) => Edit::Conceal { name },
-        (Some(Deed::Wire(from)), Target::Input { node, name }) => {
+        (Some(RowAction::Jump(node)), _) => return session.select_only(&node),
+        (Some(RowAction::Reset), _) => target.reset(),
+        (Some(RowAction::Conceal(name)), _) => Edit::Conceal { name },
+        (Some(RowAction::Wire(from)), Target::Input { node, name }) => {
             Edit::Connect { from, to: node.clone(), input: name.clone() }
         }
-        (Some(Deed::Expose), Target::Param { node, name } | Target::Input { node, name }) => {
+        (Some(RowAction::Expose), Target::Param { node, name } | Target::Input { node, name }) => {
             form.judge(id, expose(session, node, name));
             return;
         }
-        (Some(Deed::Wire(_) | Deed::Expose), _) => return,
+        (Some(RowAction::Wire(_) | RowAction::Expose), _) => return,
     };
     form.judge(id, session.attempt(&edit));
 }
 
-/// Gives a value a name of the file: its own, or one with the node's name where that is taken or says too little.
+/// Exposes a value: under its own name, or with the name of the node if that is taken or too vague.
 fn expose(session: &mut Session, node: &str, name: &str) -> Result<(), String> {
     let document = session.document();
     let parameters = document.parameters().iter().map(|named| named.name.as_str());
@@ -495,8 +509,8 @@ fn expose(session: &mut Session, node: &str, name: &str) -> Result<(), String> {
     result
 }
 
-/// What the node gives: each can be shown whatever is selected, and be an output of the file.
-fn outputs(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &str, index: NodeIndex) {
+/// The outputs of the node: each can be pinned to the viewport, and be an output of the file.
+fn outputs(ui: &mut Ui, form: &mut FormState, session: &mut Session, name: &str, index: NodeIndex) {
     let document = session.document();
     let graph = document.graph();
     let ports: Vec<(String, String, &'static str, Option<String>, bool)> = graph
@@ -517,12 +531,12 @@ fn outputs(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &str, inde
         let short = port.strip_prefix(name).and_then(|rest| rest.strip_prefix('.')).unwrap_or(&port).to_owned();
         let pinned = session.pinned() == Some(port.as_str());
         let (_, label) = line(ui, &short, written.is_some(), |ui, _| {
-            if ui.selectable_label(pinned, "👁").on_hover_text("Show it whatever is selected").clicked() {
+            if ui.selectable_label(pinned, "👁").on_hover_text("Pin to viewport").clicked() {
                 session.pin((!pinned).then(|| port.clone()));
             }
             let mut on = written.is_some();
             let check = ui.add_enabled(writable, egui::Checkbox::new(&mut on, "output"));
-            if check.on_hover_text("Whether a run writes it to a file").changed() {
+            if check.on_hover_text("Write this output to a file on export").changed() {
                 let id = ui.id().with(&port);
                 let edit = match &written {
                     Some(output) => Edit::RemoveOutput { name: output.clone() },
@@ -533,11 +547,11 @@ fn outputs(ui: &mut Ui, form: &mut Form, session: &mut Session, name: &str, inde
             }
             ui.add(Label::new(RichText::new(&ty).weak()).truncate());
         });
-        label.on_hover_ui(|ui| told(ui, doc, &ty));
+        label.on_hover_ui(|ui| show_docs(ui, doc, &ty));
     }
 }
 
-/// A name for an output that no other has.
+/// An unused name for an output.
 fn free_output(session: &Session, node: &str, port: &str) -> String {
     let taken = |name: &str| session.document().outputs().iter().any(|output| output.name == name);
     let numbered = (2..).map(|number| format!("{node}_{number}"));

@@ -1,11 +1,11 @@
-//! The note of a node: a text of several lines, taken when the field is left.
+//! The note of a node: a text of several lines, applied when the field loses the focus.
 
 use egui::{Id, Key, TextEdit, Ui, WidgetInfo};
 use orograph_graph::Edit;
 
 use crate::editor::Session;
 
-/// A note that is being written.
+/// A note that is being typed.
 #[derive(Debug)]
 pub(super) struct Draft {
     node: String,
@@ -13,7 +13,7 @@ pub(super) struct Draft {
 }
 
 impl Draft {
-    /// Makes it the node's note, in one step of undo.
+    /// Sets the note of the node, as one undo step.
     pub(super) fn take(self, session: &mut Session) {
         let Self { node, text } = self;
         let text = text.trim().to_owned();
@@ -48,5 +48,5 @@ pub(super) fn show(ui: &mut Ui, draft: &mut Option<Draft>, session: &mut Session
     {
         draft.take(session);
     }
-    response.on_hover_text("Told below the node in the graph; written when the field is left, Escape takes it back");
+    response.on_hover_text("Shown below the node in the graph; leave the field to apply, press Escape to cancel");
 }

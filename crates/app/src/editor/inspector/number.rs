@@ -4,29 +4,29 @@ use egui::{Slider, Ui};
 use orograph_graph::{ParamValue, Unit};
 
 use super::{
-    form::{Entry, FRAME, Form, wide},
-    value::{Asked, Place},
+    form::{FRAME, FormState, TextField, wide},
+    value::{Place, ValueChange},
 };
 
-/// How a number runs.
+/// The scale of a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scale {
-    /// What the slider covers.
+    /// The range of the slider.
     pub(super) soft: [f64; 2],
-    /// Value when the file says nothing.
+    /// The default value.
     pub(super) default: f64,
-    /// Whether it is a whole number.
+    /// True for an integer.
     pub(super) whole: bool,
 }
 
-/// The least length of a slider, in points.
+/// The smallest length of a slider, in points.
 const LEAST: f32 = 24.0;
 
-/// A range of at least so many times its lower end is dragged by ratios.
+/// A range whose ends differ by at least this factor has a logarithmic slider.
 const DECADES: f64 = 100.0;
 
 impl Scale {
-    /// The smallest value above zero of a slider that goes by ratios; `None` for one that goes by steps.
+    /// The smallest value above zero of a logarithmic slider. Returns None for a linear one.
     fn by_ratios(self) -> Option<f64> {
         let [low, high] = self.soft;
         if low > 0.0 {
@@ -38,10 +38,10 @@ impl Scale {
     }
 }
 
-/// A value with as few digits as dragging over a range can tell apart.
+/// A value with as few digits as dragging over a range can distinguish.
 pub(super) fn short(value: f64, range: f64) -> f64 {
-    // One part in five hundred, cut to a power of ten. Above one it is a whole number, below it one over a whole number, so
-    // that the result is the number nearest to its few digits.
+    // One part in five hundred, rounded down to a power of ten. It is an integer above one and the inverse of an
+    // integer below, so that the result is the number nearest to its few digits.
     let least = range / 500.0;
     if least >= 1.0 {
         let mut step = 1.0;
@@ -58,22 +58,22 @@ pub(super) fn short(value: f64, range: f64) -> f64 {
     }
 }
 
-/// What may be typed for a unit.
+/// The allowed input for a unit.
 pub(super) fn hint(unit: Unit) -> String {
     let mut units: Vec<&str> = unit.suffixes().iter().map(|(name, _)| *name).filter(|name| !name.is_empty()).collect();
     units.dedup();
-    if units.is_empty() { "A number".to_owned() } else { format!("A number, with or without {}", units.join(", ")) }
+    if units.is_empty() { "A number".to_owned() } else { format!("A number; optional units: {}", units.join(", ")) }
 }
 
-/// A slider and a field; gives what is done to them.
+/// A slider and a field; returns the change that was made.
 pub(super) fn show(
     ui: &mut Ui,
-    form: &mut Form,
+    form: &mut FormState,
     place: Place<'_>,
     unit: Unit,
     scale: Scale,
     now: f64,
-) -> Option<Asked> {
+) -> Option<ValueChange> {
     let value = |number: f64| match scale.whole {
         true => ParamValue::Int(number.round() as i64),
         false => ParamValue::Float(number),
@@ -81,21 +81,21 @@ pub(super) fn show(
     let room = ui.available_width();
     let gap = ui.spacing().item_spacing.x;
     let text = if scale.whole { format!("{now}") } else { unit.display(now) };
-    // The number is whole, whatever becomes of the slider.
+    // The number is never cut, whatever remains for the slider.
     let number = wide(ui, text.split(' ').next().unwrap_or(&text)) + FRAME + 2.0;
     let width = if room < 130.0 { room } else { (room * 0.42).clamp(76.0, 120.0).max(number).min(room) };
     let mut asked = None;
     if room - width - gap >= LEAST {
-        asked = slider(ui, place, scale, now, room - width - gap).map(|number| Asked::Drag(value(number)));
+        asked = slider(ui, place, scale, now, room - width - gap).map(|number| ValueChange::Drag(value(number)));
     }
     let hover = hint(unit);
-    let entry = Entry { salt: "number", text: &text, hint: "", hover: &hover, width, label: Some(place.label) };
-    form.quantity(ui, place.line, entry).map(Asked::Text).or(asked)
+    let entry = TextField { salt: "number", text: &text, hint: "", hover: &hover, width, label: Some(place.label) };
+    form.quantity(ui, place.line, entry).map(ValueChange::Text).or(asked)
 }
 
-/// The slider; gives the number it was moved to.
+/// The slider; returns the new number.
 fn slider(ui: &mut Ui, place: Place<'_>, scale: Scale, now: f64, width: f32) -> Option<f64> {
-    // The range holds the present value, but must not change below the pointer.
+    // The range includes the current value, but must not change during a drag.
     let held = place.line.with("range");
     let [low, high] = ui.data(|data| data.get_temp(held)).unwrap_or([scale.soft[0].min(now), scale.soft[1].max(now)]);
     let mut number = now;
@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn wide_ranges_are_dragged_by_ratios() {
+    fn wide_ranges_have_logarithmic_sliders() {
         let scale = |soft, default| Scale { soft, default, whole: false };
         assert_eq!(scale([1.0, 1e6], 8000.0).by_ratios(), Some(1.0));
         assert_eq!(scale([20.0, 45.0], 35.0).by_ratios(), None);

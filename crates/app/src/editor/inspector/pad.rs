@@ -1,28 +1,28 @@
-//! Points in a plane that are dragged, added and removed: curves, and ways through the world.
+//! Points in a plane that can be dragged, added and removed: curves, and paths in the world.
 
 use egui::{Align2, Color32, FontId, Id, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, emath::RectTransform, pos2, vec2};
 use orograph_graph::{ParamValue, Unit};
 use orograph_nodes::combine::curve::slopes;
 
 use super::{
-    form::Form,
+    form::FormState,
     number,
-    value::{Asked, Place, point},
+    value::{Place, ValueChange, point},
 };
 
-/// What goes through points.
+/// The line through the points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Way {
     /// A monotone cubic.
     Smooth,
-    /// Steps: y stays what it is from each point to the next.
+    /// Steps: y is constant from each point to the next.
     Steps,
-    /// Straight lines through the world.
+    /// Straight lines in the world.
     Straight,
 }
 
 impl Way {
-    /// Places on the way, close enough together to be joined by lines.
+    /// Points along the line, dense enough to be joined by segments.
     fn through(self, points: &[[f64; 2]]) -> Vec<[f64; 2]> {
         const PIECES: usize = 24;
         if points.len() < 2 || self == Self::Straight {
@@ -47,39 +47,45 @@ impl Way {
     }
 }
 
-/// Points of a curve, x rising.
+/// The points of a curve, x increasing.
 pub(super) fn curve(
     ui: &mut Ui,
-    form: &mut Form,
+    form: &mut FormState,
     place: Place<'_>,
     (unit, way): (Unit, Way),
     points: &[[f64; 2]],
-) -> Option<Asked> {
+) -> Option<ValueChange> {
     let pad = Pad { bounds: around(points), way, unit, height: 150.0 };
     let asked = pad.show(ui, place.line, points);
     let asked = asked.or_else(|| table(ui, form, place, unit, points, 2));
-    asked.map(|asked| asked.map_or_else(Asked::Wrong, |(points, drag)| made(ParamValue::Curve(points), drag)))
+    asked.map(|asked| asked.map_or_else(ValueChange::Wrong, |(points, drag)| made(ParamValue::Curve(points), drag)))
 }
 
-/// Places in the world, in order; the pad is the world seen from above, north up.
-pub(super) fn path(ui: &mut Ui, form: &mut Form, place: Place<'_>, unit: Unit, points: &[[f64; 2]]) -> Option<Asked> {
+/// Positions in the world, in order; the pad shows the world from above, north up.
+pub(super) fn path(
+    ui: &mut Ui,
+    form: &mut FormState,
+    place: Place<'_>,
+    unit: Unit,
+    points: &[[f64; 2]],
+) -> Option<ValueChange> {
     let size = place.world.size;
     let ratio = (size[1] / size[0]) as f32;
     let height = (ui.available_width() * ratio).clamp(60.0, 260.0);
     let pad = Pad { bounds: [[0.0, 0.0], size], way: Way::Straight, unit, height };
     let asked = pad.show(ui, place.line, points);
     let asked = asked.or_else(|| table(ui, form, place, unit, points, 2));
-    asked.map(|asked| asked.map_or_else(Asked::Wrong, |(points, drag)| made(ParamValue::Path(points), drag)))
+    asked.map(|asked| asked.map_or_else(ValueChange::Wrong, |(points, drag)| made(ParamValue::Path(points), drag)))
 }
 
-const fn made(value: ParamValue, drag: bool) -> Asked {
-    if drag { Asked::Drag(value) } else { Asked::Set(value) }
+const fn made(value: ParamValue, drag: bool) -> ValueChange {
+    if drag { ValueChange::Drag(value) } else { ValueChange::Set(value) }
 }
 
-/// Points, and whether they are being dragged; or why they are none.
+/// The points, and whether they are being dragged; or why they are invalid.
 type Moved = Result<(Vec<[f64; 2]>, bool), String>;
 
-/// The rectangle of some points with a margin, as its lowest and highest corner.
+/// The bounding rectangle of some points with a margin, as its lowest and highest corner.
 fn around(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
     let along = |axis: usize| {
         let values = points.iter().map(|point| point[axis]);
@@ -93,22 +99,22 @@ fn around(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
 
 /// A plane with points.
 struct Pad {
-    /// What it shows: the lowest and the highest corner.
+    /// The visible range: the lowest and the highest corner.
     bounds: [[f64; 2]; 2],
-    /// What goes through its points. Of a curve x rises from point to point and y points up; else it is a map.
+    /// The line through its points. On a curve x increases from point to point and y points up; otherwise it is a map.
     way: Way,
     unit: Unit,
     height: f32,
 }
 
-/// What is held: the point that is dragged, and what the pad shows meanwhile.
+/// The dragged point, and the visible range during the drag.
 #[derive(Clone, Copy, Debug)]
 struct Held {
     point: usize,
     bounds: [[f64; 2]; 2],
 }
 
-/// How near to a point the pointer takes it, in points of the screen.
+/// Grab distance of a point, in points of the screen.
 const NEAR: f32 = 11.0;
 
 impl Pad {
@@ -122,7 +128,7 @@ impl Pad {
         let bounds = held.map_or(self.bounds, |held| held.bounds);
         let mut size = vec2(ui.available_width(), self.height);
         if !self.is_curve() {
-            // a map keeps its shape
+            // a map keeps its aspect ratio
             let ratio = ((bounds[1][0] - bounds[0][0]) / (bounds[1][1] - bounds[0][1])) as f32;
             size.x = size.x.min(self.height * ratio);
         }
@@ -183,7 +189,7 @@ impl Pad {
     }
 
     fn transform(&self, bounds: [[f64; 2]; 2], rect: Rect) -> Map {
-        // Numbers of any size go through the unit square in double precision.
+        // Numbers of any size are mapped to the unit square in double precision.
         let unit = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
         let screen = match self.is_curve() {
             true => Rect::from_min_max(rect.left_bottom(), rect.right_top()),
@@ -246,7 +252,7 @@ impl Pad {
     }
 }
 
-/// From numbers to the screen and back.
+/// Converts between numbers and the screen.
 struct Map {
     bounds: [[f64; 2]; 2],
     screen: RectTransform,
@@ -267,12 +273,12 @@ impl Map {
     }
 }
 
-/// A place at round numbers, finer than a point of the screen.
+/// A position at round numbers, finer than a point of the screen.
 fn rounded(place: [f64; 2], bounds: [[f64; 2]; 2]) -> [f64; 2] {
     [0, 1].map(|axis| number::short(place[axis], bounds[1][axis] - bounds[0][axis]))
 }
 
-/// Where a new place goes into a way: into the piece that it is nearest to, or on to an end.
+/// Where to insert a new position in a path: in the nearest segment, or at an end.
 fn after(places: &[Pos2], pointer: Pos2) -> usize {
     let distance = |pair: &[Pos2]| {
         let along = pair[1] - pair[0];
@@ -283,7 +289,7 @@ fn after(places: &[Pos2], pointer: Pos2) -> usize {
     let nearest = pieces.map(|(at, pair)| (at + 1, distance(pair))).min_by(|a, b| a.1.total_cmp(&b.1));
     let to_end = |end: Option<&Pos2>| end.map_or(f32::INFINITY, |end| end.distance(pointer));
     match nearest {
-        // at the very end of a piece the end of the way is as near as the piece
+        // at the very end of a segment the end of the path is as near as the segment
         Some((_, piece)) if to_end(places.last()) <= piece => places.len(),
         Some((_, piece)) if to_end(places.first()) <= piece => 0,
         Some((at, _)) => at,
@@ -291,10 +297,10 @@ fn after(places: &[Pos2], pointer: Pos2) -> usize {
     }
 }
 
-/// The numbers of all points, to be typed, added and removed.
+/// The numbers of all points, which can be typed, added and removed.
 fn table(
     ui: &mut Ui,
-    form: &mut Form,
+    form: &mut FormState,
     place: Place<'_>,
     unit: Unit,
     points: &[[f64; 2]],
@@ -354,7 +360,7 @@ mod tests {
         assert_eq!(rounded([7312.4, 0.0], [[0.0, 0.0], [24_000.0, 1.0]]), [7310.0, 0.0]);
     }
 
-    /// What is drawn is what the node `Curve` gives, within the rounding of its single precision.
+    /// The drawn curve equals the output of the node `Curve`, within the rounding of its single precision.
     #[test]
     fn a_curve_is_drawn_as_it_is_evaluated() {
         let points = vec![[0.0, 0.0], [100.0, 40.0], [130.0, 300.0], [400.0, 320.0], [500.0, 100.0]];
@@ -381,6 +387,7 @@ mod tests {
             folder: std::path::PathBuf::new(),
             cancel: Cancel::default(),
             progress: &|_| {},
+            coarse: Vec::new(),
             warnings: Warnings::default(),
             glimpses: None,
         };
@@ -396,7 +403,7 @@ mod tests {
     }
 
     #[test]
-    fn a_new_place_goes_where_it_is_nearest() {
+    fn a_new_position_is_inserted_in_the_nearest_segment() {
         let way = [pos2(0.0, 0.0), pos2(10.0, 0.0), pos2(20.0, 0.0)];
         assert_eq!(after(&way, pos2(4.0, 3.0)), 1);
         assert_eq!(after(&way, pos2(14.0, 3.0)), 2);
@@ -406,7 +413,7 @@ mod tests {
     }
 
     #[test]
-    fn the_screen_and_the_numbers_are_each_others_inverse() {
+    fn screen_and_number_transforms_are_inverse() {
         let pad = Pad { bounds: [[-5.0, 1e6], [5.0, 2e6]], way: Way::Smooth, unit: Unit::One, height: 100.0 };
         let map = pad.transform(pad.bounds, Rect::from_min_size(pos2(10.0, 20.0), vec2(200.0, 100.0)));
         assert_eq!(map.forth([-5.0, 1e6]), pos2(10.0, 120.0));

@@ -1,4 +1,4 @@
-//! What a node gave: the histogram of a raster, the measures and curves of a report, how many lines there are.
+//! The result of a node: the histogram of a raster, the measures and curves of a report, or the number of lines.
 
 use std::sync::Arc;
 
@@ -7,27 +7,27 @@ use egui_plot::{Line, Plot, PlotPoints};
 use orograph_graph::{Field, Lines, PortType, Report, Unit, Value, plain};
 
 use super::form::{section, words};
-use crate::editor::Session;
+use crate::{editor::Session, report::terminal::counted};
 
 /// Bars of a histogram.
 const BARS: usize = 64;
 
-/// The histogram of a raster, kept until there is another.
+/// The histogram of a raster, cached until the raster changes.
 #[derive(Debug)]
 pub(super) struct Kept {
-    /// The output, and where its samples are: they never change in place.
+    /// The output, and the address of its samples: they never change in place.
     of: (String, usize),
     stats: Option<Arc<Stats>>,
 }
 
-/// What is told of a plane of numbers.
+/// The statistics of a plane of numbers.
 #[derive(Clone, Debug, PartialEq)]
 struct Stats {
     range: [f64; 2],
     mean: f64,
-    /// The root of the mean squared difference from the mean.
+    /// The standard deviation.
     deviation: f64,
-    /// The share of each of [`BARS`] equal parts of the range.
+    /// The fraction of cells in each of [`BARS`] equal parts of the range.
     shares: Vec<f32>,
 }
 
@@ -52,7 +52,7 @@ impl Stats {
     }
 }
 
-/// Shows what a node gave at the output that is shown, or at its first.
+/// Shows the result of a node at the output in the viewport, or at its first output.
 pub(super) fn show(ui: &mut Ui, kept: &mut Option<Kept>, session: &Session, node: &str) {
     let of_node = |port: &String| port.split_once('.').is_some_and(|(name, _)| name == node);
     let graph = session.document().graph();
@@ -65,7 +65,7 @@ pub(super) fn show(ui: &mut Ui, kept: &mut Option<Kept>, session: &Session, node
     let Ok(index) = graph.port(&port) else { return };
     let ty = graph.output_type(index);
     section(ui, "Result");
-    let old = if built.revision < session.revision() && session.is_busy() { ", being renewed" } else { "" };
+    let old = if built.revision < session.revision() && session.is_busy() { ", updating" } else { "" };
     ui.add(Label::new(RichText::new(format!("{port} at {} cells{old}", built.cells)).small().weak()).truncate());
     match &built.value {
         Value::Field(field) if field.planes() == 1 => {
@@ -101,9 +101,9 @@ fn numbers(ui: &mut Ui, stats: &Stats, ty: PortType) {
         };
         line("range", format!("{} to {}", say(stats.range[0]), say(stats.range[1])));
         line("mean", say(stats.mean));
-        line("deviation", say(stats.deviation));
+        line("standard deviation", say(stats.deviation));
         if ty == PortType::Mask {
-            line("share", format!("{} %", plain((stats.mean * 1000.0).round() / 10.0)));
+            line("coverage", format!("{} %", plain((stats.mean * 1000.0).round() / 10.0)));
         }
     });
 }
@@ -122,7 +122,7 @@ fn histogram(ui: &mut Ui, stats: &Stats, unit: Unit) {
     let most = stats.shares.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
     let width = inside.width() / BARS as f32;
     for (at, share) in stats.shares.iter().enumerate() {
-        // The root shows what is rare beside what is common.
+        // The square root makes rare values visible beside common ones.
         let height = (share / most).sqrt() * inside.height();
         let left = inside.left() + at as f32 * width;
         let bar = egui::Rect::from_min_max(
@@ -152,7 +152,8 @@ fn lines(ui: &mut Ui, lines: &Lines) {
     };
     let total: f64 = lines.lines.iter().map(length).sum();
     let order = lines.lines.iter().map(|line| line.order).max().unwrap_or(0);
-    ui.label(format!("{} lines, {} in all, up to order {order}", lines.lines.len(), readable(Unit::Metres, total)));
+    let (count, length) = (counted(lines.lines.len(), "line"), readable(Unit::Metres, total));
+    ui.label(format!("{count}, {length} in total, up to order {order}"));
 }
 
 fn report(ui: &mut Ui, report: &Report) {

@@ -1,18 +1,18 @@
-//! What a line of the form changes, and by which edits.
+//! What a row of the inspector changes, and by which edits.
 
 use orograph_graph::{Edit, ParamValue};
 
-use super::{form::Form, value::Asked};
+use super::{form::FormState, value::ValueChange};
 use crate::editor::Session;
 
-/// What a line changes.
+/// What a row changes.
 #[derive(Clone, Debug)]
 pub(super) enum Target {
     /// A parameter of a node.
     Param { node: String, name: String },
     /// An input of a node.
     Input { node: String, name: String },
-    /// A parameter of the file, with its places: each a node, a name, and whether that is an input.
+    /// An exposed parameter of the file, with its places: each a parameter or an input of a node.
     Named { name: String, places: Vec<Self> },
 }
 
@@ -30,7 +30,7 @@ impl Target {
         }
     }
 
-    /// The edit that sets what was typed.
+    /// The edit that sets a typed text.
     fn text(&self, text: String) -> Edit {
         match self {
             Self::Param { node, name } | Self::Input { node, name } => {
@@ -40,7 +40,7 @@ impl Target {
         }
     }
 
-    /// What tells it from others.
+    /// Identifies the target.
     pub(super) fn key(&self) -> [&str; 2] {
         match self {
             Self::Param { node, name } | Self::Input { node, name } => [node, name],
@@ -48,12 +48,12 @@ impl Target {
         }
     }
 
-    /// What its line is called.
+    /// The label of its row.
     pub(super) fn label(&self) -> &str {
         self.key()[1]
     }
 
-    /// The edit that takes back what the file says.
+    /// The edit that resets the value to its default.
     pub(super) fn reset(&self) -> Edit {
         match self {
             Self::Param { node, name } | Self::Input { node, name } => {
@@ -63,17 +63,17 @@ impl Target {
         }
     }
 
-    /// Does what was asked for at a line.
-    pub(super) fn carry_out(&self, asked: Asked, line: egui::Id, form: &mut Form, session: &mut Session) {
+    /// Carries out the change of a row.
+    pub(super) fn carry_out(&self, asked: ValueChange, line: egui::Id, form: &mut FormState, session: &mut Session) {
         let edit = match asked {
-            Asked::Drag(value) => {
+            ValueChange::Drag(value) => {
                 form.drag();
                 session.gesture(&self.set(&value));
                 return;
             }
-            Asked::Set(value) => self.set(&value),
-            Asked::Text(text) => self.text(text),
-            Asked::Wrong(reason) => {
+            ValueChange::Set(value) => self.set(&value),
+            ValueChange::Text(text) => self.text(text),
+            ValueChange::Wrong(reason) => {
                 form.judge(line, Err(reason));
                 return;
             }

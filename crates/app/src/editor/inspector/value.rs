@@ -9,50 +9,53 @@ use egui::{Button, Checkbox, ComboBox, Id, Ui, WidgetInfo, WidgetType};
 use orograph_graph::{Kind, ParamSpec, ParamValue, Unit, World};
 
 use super::{
-    form::{Entry, Form, words},
+    form::{FormState, TextField, words},
     gradient, number, pad,
 };
-use crate::editor::dialog::{self, Ask};
+use crate::{
+    editor::dialogs::system::{self, Ask},
+    report::terminal::counted,
+};
 
-/// What a person does to a value.
+/// A change of a value.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Asked {
-    /// It is being dragged and is this now.
+pub(super) enum ValueChange {
+    /// It is being dragged and has this value now.
     Drag(ParamValue),
-    /// It is to be this.
+    /// Set this value.
     Set(ParamValue),
-    /// It is to be what was typed.
+    /// Set the typed text.
     Text(String),
-    /// What was typed is none, for this reason.
+    /// The typed text is invalid, for this reason.
     Wrong(String),
 }
 
-/// A line on which a value stands, and what is around it.
+/// The row of a value and its context.
 #[derive(Clone, Copy)]
 pub(super) struct Place<'a> {
-    /// The line.
+    /// The row.
     pub(super) line: Id,
     /// Its label.
     pub(super) label: Id,
-    /// The world, in which places lie.
+    /// The world, in which positions lie.
     pub(super) world: World,
     /// The folder that files are relative to.
     pub(super) folder: &'a Path,
 }
 
-/// Whether a kind needs more room than is beside its name.
+/// Returns true if a kind needs more room than there is beside its name.
 pub(super) const fn is_tall(kind: &Kind) -> bool {
     matches!(kind, Kind::Curve { .. } | Kind::Path { .. } | Kind::Stops { .. })
 }
 
-/// Shows a value, and gives what is done to it.
+/// Shows a value, and returns the change that was made.
 pub(super) fn show(
     ui: &mut Ui,
-    form: &mut Form,
+    form: &mut FormState,
     place: Place<'_>,
     spec: &ParamSpec,
     value: &ParamValue,
-) -> Option<Asked> {
+) -> Option<ValueChange> {
     match (&spec.kind, value) {
         (Kind::Float { default, soft, .. }, ParamValue::Float(now)) => {
             let scale = number::Scale { soft: *soft, default: *default, whole: false };
@@ -67,13 +70,13 @@ pub(super) fn show(
             let response = ui.add(Checkbox::without_text(&mut now));
             let (enabled, name) = (ui.is_enabled(), words(spec.name));
             response.widget_info(|| WidgetInfo::selected(WidgetType::Checkbox, enabled, now, &name));
-            response.changed().then_some(Asked::Set(ParamValue::Bool(now)))
+            response.changed().then_some(ValueChange::Set(ParamValue::Bool(now)))
         }
         (Kind::Choice { options, .. }, ParamValue::Choice(now)) => choice(ui, form, place, options, now),
         (Kind::Seed { .. }, ParamValue::Seed(now)) => seed(ui, form, place, *now),
         (Kind::Point { .. }, ParamValue::Point(now)) => {
             let typed = point(ui, form, place, spec.unit, *now, "")?;
-            Some(typed.map_or_else(Asked::Wrong, |point| Asked::Set(ParamValue::Point(point))))
+            Some(typed.map_or_else(ValueChange::Wrong, |point| ValueChange::Set(ParamValue::Point(point))))
         }
         (Kind::Curve { steps, .. }, ParamValue::Curve(points)) => {
             let way = if *steps { pad::Way::Steps } else { pad::Way::Smooth };
@@ -83,9 +86,9 @@ pub(super) fn show(
         (Kind::Stops { .. }, ParamValue::Stops(stops)) => gradient::show(ui, form, place, spec.unit, stops),
         (Kind::File, ParamValue::File(name)) => file(ui, form, place, name),
         (Kind::Strokes { .. }, ParamValue::Strokes(strokes)) => {
-            ui.label(format!("{} strokes", strokes.len()));
+            ui.label(counted(strokes.len(), "stroke"));
             let clear = ui.add_enabled(!strokes.is_empty(), Button::new("Clear"));
-            clear.clicked().then_some(Asked::Set(ParamValue::Strokes(Vec::new())))
+            clear.clicked().then_some(ValueChange::Set(ParamValue::Strokes(Vec::new())))
         }
         _ => None,
     }
@@ -93,11 +96,11 @@ pub(super) fn show(
 
 fn choice(
     ui: &mut Ui,
-    form: &Form,
+    form: &FormState,
     place: Place<'_>,
     options: &[(&'static str, &'static str)],
     now: &str,
-) -> Option<Asked> {
+) -> Option<ValueChange> {
     let mut chosen = None;
     let combo = ComboBox::from_id_salt(place.line).selected_text(now).width(ui.available_width().max(40.0)).truncate();
     let shown = combo.show_ui(ui, |ui| {
@@ -111,16 +114,16 @@ fn choice(
     if let Some((_, doc)) = options.iter().find(|(name, _)| *name == now && form.resting().is_none()) {
         response.on_hover_text(*doc);
     }
-    chosen.filter(|name| *name != now).map(|name| Asked::Set(ParamValue::Choice(name)))
+    chosen.filter(|name| *name != now).map(|name| ValueChange::Set(ParamValue::Choice(name)))
 }
 
-fn seed(ui: &mut Ui, form: &mut Form, place: Place<'_>, now: u32) -> Option<Asked> {
+fn seed(ui: &mut Ui, form: &mut FormState, place: Place<'_>, now: u32) -> Option<ValueChange> {
     let text = now.to_string();
     let width = (ui.available_width() - 34.0).max(40.0);
-    let entry = Entry { salt: "seed", text: &text, hint: "", hover: "A whole number", width, label: Some(place.label) };
-    let typed = form.entry(ui, place.line, entry).map(Asked::Text);
-    let dice = ui.button("🎲").on_hover_text("Throw the dice");
-    if dice.clicked() { Some(Asked::Set(ParamValue::Seed(thrown(now)))) } else { typed }
+    let entry = TextField { salt: "seed", text: &text, hint: "", hover: "Integer", width, label: Some(place.label) };
+    let typed = form.entry(ui, place.line, entry).map(ValueChange::Text);
+    let dice = ui.button("🎲").on_hover_text("Randomise seed");
+    if dice.clicked() { Some(ValueChange::Set(ParamValue::Seed(thrown(now)))) } else { typed }
 }
 
 /// Another seed of at most four digits.
@@ -129,10 +132,10 @@ pub(super) fn thrown(now: u32) -> u32 {
     if seed == now { seed + 1 } else { seed }
 }
 
-/// Two fields for the parts of a point; gives the point when one was typed, or why it is none.
+/// Two fields for the coordinates of a point; returns the new point, or why the input is invalid.
 pub(super) fn point(
     ui: &mut Ui,
-    form: &mut Form,
+    form: &mut FormState,
     place: Place<'_>,
     unit: Unit,
     now: [f64; 2],
@@ -144,8 +147,14 @@ pub(super) fn point(
         let text = unit.display(now[axis]);
         let salt = format!("{salt}{}", ["x", "y"][axis]);
         let hover = number::hint(unit);
-        let entry =
-            Entry { salt: &salt, text: &text, hint: ["x", "y"][axis], hover: &hover, width, label: Some(place.label) };
+        let entry = TextField {
+            salt: &salt,
+            text: &text,
+            hint: ["x", "y"][axis],
+            hover: &hover,
+            width,
+            label: Some(place.label),
+        };
         if let Some(text) = form.quantity(ui, place.line, entry) {
             typed = Some(unit.parse(&text).map_err(|error| error.to_string()).map(|part| {
                 let mut point = now;
@@ -157,11 +166,11 @@ pub(super) fn point(
     typed
 }
 
-fn file(ui: &mut Ui, form: &mut Form, place: Place<'_>, name: &str) -> Option<Asked> {
+fn file(ui: &mut Ui, form: &mut FormState, place: Place<'_>, name: &str) -> Option<ValueChange> {
     let width = (ui.available_width() - 62.0).max(40.0);
     let hover = "Relative to the folder of the graph file";
-    let entry = Entry { salt: "file", text: name, hint: "no file", hover, width, label: Some(place.label) };
-    let mut asked = form.entry(ui, place.line, entry).map(|text| Asked::Set(ParamValue::File(text)));
+    let entry = TextField { salt: "file", text: name, hint: "no file", hover, width, label: Some(place.label) };
+    let mut asked = form.entry(ui, place.line, entry).map(|text| ValueChange::Set(ParamValue::File(text)));
     ui.menu_button("⏷", |ui| {
         let near = files_near(place.folder);
         if near.is_empty() {
@@ -169,7 +178,7 @@ fn file(ui: &mut Ui, form: &mut Form, place: Place<'_>, name: &str) -> Option<As
         }
         for file in near {
             if ui.add(Button::selectable(file == name, file.as_str())).clicked() {
-                asked = Some(Asked::Set(ParamValue::File(file)));
+                asked = Some(ValueChange::Set(ParamValue::File(file)));
                 ui.close();
             }
         }
@@ -177,17 +186,17 @@ fn file(ui: &mut Ui, form: &mut Form, place: Place<'_>, name: &str) -> Option<As
     .response
     .on_hover_text("Files in the graph's folder");
     if ui.button("📂").on_hover_text("Choose a file").clicked() {
-        dialog::ask(ui.ctx(), place.line, Ask::File, place.folder);
+        system::ask(ui.ctx(), place.line, Ask::File, place.folder);
     }
-    if let Some(path) = dialog::answer(ui.ctx(), place.line) {
+    if let Some(path) = system::answer(ui.ctx(), place.line) {
         let inside = path.strip_prefix(place.folder.canonicalize().unwrap_or_else(|_| place.folder.to_owned()));
         let name = inside.map_or_else(|_| path.display().to_string(), |inside| inside.display().to_string());
-        asked = Some(Asked::Set(ParamValue::File(name.replace('\\', "/"))));
+        asked = Some(ValueChange::Set(ParamValue::File(name.replace('\\', "/"))));
     }
     asked
 }
 
-/// What a file parameter usually names: graphs and rasters in a folder and in the folders in it, by name.
+/// The usual values of a file parameter: graphs and rasters in a folder and in its direct subfolders, by name.
 fn files_near(folder: &Path) -> Vec<String> {
     const MOST: usize = 40;
     let is_fit = |path: &Path| {

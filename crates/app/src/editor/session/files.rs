@@ -1,4 +1,4 @@
-//! The file of a session: saving, opening another, and what is asked of the person before work could be lost.
+//! The file of a session: saving, opening another file, and the questions that prevent losing work.
 
 use std::path::{Path, PathBuf};
 
@@ -9,85 +9,84 @@ use super::{
     unpacked::{Unpacked, take_along},
 };
 use crate::{
-    archive::is_archive,
-    failure::{Failure, reason},
+    files::archive::is_archive,
+    report::failure::{Failure, reason},
 };
 
-/// What a person wants that takes the present work out of the window.
+/// A command that closes the current document.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Wish {
-    /// An empty graph.
+pub enum FileCommand {
+    /// Start an empty graph.
     New,
-    /// Another file.
+    /// Open another file.
     Open(PathBuf),
-    /// A copy of an example, which is in no file.
+    /// Open a copy of an example, which has no file yet.
     Copy {
-        /// What the example is called.
+        /// The title of the example.
         name: String,
-        /// What it says.
+        /// The text of the graph.
         text: String,
-        /// The folder in which the files that it names lie.
+        /// The folder of the files that the graph reads.
         folder: PathBuf,
     },
-    /// The end of the window.
+    /// Close the window.
     Close,
 }
 
-/// What the person must decide before anything else.
+/// A question that you must answer before anything else happens.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Question {
-    /// There is unsaved work, which the wish would take out of the window.
-    Unsaved(Wish),
-    /// The work needs the name of a file.
+    /// There is unsaved work, which the command would discard.
+    Unsaved(FileCommand),
+    /// The graph needs a file name.
     Name,
-    /// The file says something else than what was read from it, and there is unsaved work that does not go together with
-    /// that.
+    /// The file changed on disk, and its changes conflict with unsaved work.
     Changed {
-        /// What it says now.
+        /// The text of the file now.
         theirs: String,
-        /// What both have changed, such as `rivers.duration`.
+        /// What both changed, such as `rivers.duration`.
         conflicts: Vec<String>,
-        /// Whether the work was about to be saved.
+        /// True if the work was about to be saved.
         saving: bool,
     },
-    /// There is work of an earlier time that was not saved.
+    /// A journal has unsaved work of an earlier session.
     Found(Lost),
 }
 
-/// What the person decides.
+/// Your answer to a question.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// Nothing is to happen.
+    /// Do nothing.
     Cancel,
-    /// The work is saved in its file.
+    /// Save the work in its file.
     Save,
-    /// The work is saved in this file.
+    /// Save the work in this file.
     SaveAs(PathBuf),
-    /// The work is given up.
+    /// Discard the work.
     Discard,
-    /// The work of an earlier time is gone on with.
-    TakeUp,
-    /// The work takes the place of what the file says, at once where it was about to be saved.
+    /// Recover the work of the earlier session.
+    Recover,
+    /// Keep the work and overwrite the file; at once if the work was about to be saved.
     KeepMine,
-    /// What the file says takes the place of the work, which undo brings back.
+    /// Replace the work with the text of the file; undo restores the work.
     TakeTheirs,
 }
 
 /// A file that was opened.
 pub(super) struct Opened {
     pub(super) document: Document,
-    /// What the file says; nothing for a copy.
+    /// The text of the file; None for a copy.
     pub(super) saved: Option<String>,
     /// Where the files of an archive are.
     pub(super) unpacked: Option<Unpacked>,
 }
 
 impl Opened {
-    /// Reads a graph file; of an archive a copy that is in no file, so that saving asks for a name and takes the names of the
-    /// archive's files along.
+    /// Reads a graph file. An archive opens as a copy without a file, so that saving asks for a name and copies the
+    /// archive's files.
     ///
     /// # Errors
-    /// When it cannot be read, or an archive cannot be trusted.
+    /// When the file cannot be read, or the archive is unsafe.
     pub(super) fn new(path: &Path, registry: &Registry) -> Result<Self, Failure> {
         if is_archive(path) {
             let (unpacked, document) = Unpacked::new(path, registry)?;
@@ -100,7 +99,7 @@ impl Opened {
 }
 
 impl Session {
-    /// Whether there is work that is not in the file.
+    /// Returns true if the document differs from its file.
     #[must_use]
     pub fn is_dirty(&self) -> bool {
         match &self.saved {
@@ -109,21 +108,21 @@ impl Session {
         }
     }
 
-    /// What the person must decide before anything else, if anything.
+    /// The question that you must answer first. Returns None when there is none.
     #[must_use]
     pub const fn question(&self) -> Option<&Question> {
         self.question.as_ref()
     }
 
-    /// Whether the person is done with the window, and nothing is lost by closing it.
+    /// Returns true if the window can close without losing anything.
     #[must_use]
     pub const fn is_over(&self) -> bool {
         self.over
     }
 
-    /// Saves the work in its file. Says whether it is saved; if not, a question is asked or a note tells why.
+    /// Saves the work in its file. Returns false if it was not saved; then a question is open or a note says why.
     ///
-    /// A file that says something else than what was read from it is not written over without being asked about.
+    /// A file that changed on disk is never overwritten without asking.
     pub fn save(&mut self) -> bool {
         let Some(path) = self.path().map(Path::to_owned) else {
             self.ask_name();
@@ -141,9 +140,9 @@ impl Session {
         }
     }
 
-    /// Saves the work in another file, which is its file from then on. Names of files that it reads follow; files that a copy
-    /// out of an archive or of an example reads come along. Says whether it is saved; if not, a note tells why, and
-    /// everything is as it was.
+    /// Saves the work in another file, which becomes its file. Updates the paths of the files that the graph reads;
+    /// copies the files of an archive or of an example. Returns false if the work was not saved; then a note says why,
+    /// and nothing has changed.
     pub fn save_as(&mut self, path: &Path) -> bool {
         let path = if path.extension().is_some() { path.to_owned() } else { path.with_extension("ron") };
         let before = self.document.clone();
@@ -151,7 +150,7 @@ impl Session {
         let taken = match take_along(&self.document, &path) {
             Ok(taken) => taken,
             Err(error) => {
-                self.unsaved(&path, &format!("the files that it reads cannot be taken along: {}", reason(&error)));
+                self.unsaved(&path, &format!("cannot copy the files that it reads: {}", reason(&error)));
                 return false;
             }
         };
@@ -162,11 +161,11 @@ impl Session {
         if self.write(&path) {
             if let Some(taken) = taken.filter(|taken| !taken.new.is_empty()) {
                 let names: Vec<String> = taken.new.iter().map(|file| format!("`{}`", file.display())).collect();
-                self.note(format!("what the graph reads is saved with it: {}", names.join(", ")), false);
+                self.note(format!("the files that the graph reads were saved with it: {}", names.join(", ")), false);
             } else if moved {
-                self.note("the names of the files that the graph reads follow it to its new folder", false);
+                self.note("the paths of the files that the graph reads were updated for its new folder", false);
             }
-            // The next edit begins a journal where the file is now.
+            // The next edit starts a journal beside the new file.
             self.end_journal();
             (self.unpacked, self.example) = (None, None);
             self.watch_files();
@@ -180,32 +179,32 @@ impl Session {
         false
     }
 
-    /// Asks for the name of a file to save the work in.
+    /// Asks for a file name to save the work under.
     pub fn ask_name(&mut self) {
         self.question = Some(Question::Name);
     }
 
-    /// Does what takes the present work out of the window; asks first where that is not saved.
-    pub fn wish(&mut self, wish: Wish) {
+    /// Runs a command that closes the current document; asks first if there is unsaved work.
+    pub fn request(&mut self, command: FileCommand) {
         self.end_gesture();
         if self.is_dirty() {
-            self.question = Some(Question::Unsaved(wish));
+            self.question = Some(Question::Unsaved(command));
         } else {
-            self.grant(wish);
+            self.execute(command);
         }
     }
 
-    /// Takes what the person decided on [`Self::question`].
+    /// Applies the answer to [`Self::question`].
     pub fn answer(&mut self, answer: Answer) {
         let Some(question) = self.question.take() else { return };
         match (question, answer) {
             (Question::Found(_), Answer::Cancel) => self.leave_found(),
-            (_, Answer::Cancel) => self.wish = None,
-            (Question::Unsaved(wish), Answer::Save) => {
-                self.wish = Some(wish);
+            (_, Answer::Cancel) => self.pending = None,
+            (Question::Unsaved(command), Answer::Save) => {
+                self.pending = Some(command);
                 self.save();
             }
-            (Question::Unsaved(wish), Answer::Discard) => self.grant(wish),
+            (Question::Unsaved(command), Answer::Discard) => self.execute(command),
             (question, Answer::SaveAs(path)) => {
                 if !self.save_as(&path) && question == Question::Name {
                     self.question = Some(question);
@@ -218,19 +217,19 @@ impl Session {
                 }
             }
             (Question::Changed { theirs, .. }, Answer::TakeTheirs) => self.take(theirs),
-            (Question::Found(_), Answer::TakeUp) => self.take_up(),
+            (Question::Found(_), Answer::Recover) => self.recover(),
             (Question::Found(_), Answer::Discard) => self.forget_found(),
             (question, _) => self.question = Some(question),
         }
-        if let Some(wish) = self.wish.take_if(|_| self.question.is_none()) {
-            // Only what has been saved may go.
+        if let Some(command) = self.pending.take_if(|_| self.question.is_none()) {
+            // Only saved work may be closed.
             if !self.is_dirty() {
-                self.grant(wish);
+                self.execute(command);
             }
         }
     }
 
-    /// Takes what the file says in place of the work, as one step for undo. Says whether it could be read.
+    /// Replaces the work with the text of the file, as one undo step. Returns false if the file could not be read.
     pub fn reload(&mut self) -> bool {
         let Some(path) = self.path().map(Path::to_owned) else { return false };
         match read(&path, &self.document) {
@@ -249,13 +248,13 @@ impl Session {
         }
     }
 
-    /// Takes what the file says in place of the work, as one step for undo.
+    /// Replaces the work with the text of the file, as one undo step.
     pub(super) fn take(&mut self, theirs: String) {
         self.replace(&theirs);
         self.know(Some(theirs));
     }
 
-    /// Puts another text in place of the work, as one step for undo.
+    /// Replaces the work with another text, as one undo step.
     pub(super) fn replace(&mut self, text: &str) {
         self.end_gesture();
         let before = self.document.steps();
@@ -264,28 +263,28 @@ impl Session {
         self.changed();
     }
 
-    fn grant(&mut self, wish: Wish) {
-        match wish {
-            Wish::New => self.start(Document::empty(self.document.registry()), None),
-            Wish::Open(path) => match Opened::new(&path, self.document.registry()) {
+    fn execute(&mut self, command: FileCommand) {
+        match command {
+            FileCommand::New => self.start(Document::empty(self.document.registry()), None),
+            FileCommand::Open(path) => match Opened::new(&path, self.document.registry()) {
                 Ok(Opened { document, saved, unpacked }) => {
                     self.start(document, saved);
                     self.unpacked = unpacked;
                 }
                 Err(failure) => self.note(failure.to_string(), true),
             },
-            Wish::Copy { name, text, folder } => {
+            FileCommand::Copy { name, text, folder } => {
                 self.start(Document::parse_in(text, folder, self.document.registry()), None);
                 self.example = Some(name);
             }
-            Wish::Close => {
+            FileCommand::Close => {
                 self.end_journal();
                 self.over = true;
             }
         }
     }
 
-    /// Goes on with another document.
+    /// Switches to another document.
     fn start(&mut self, document: Document, saved: Option<String>) {
         self.end_gesture();
         (self.document, self.saved, self.unpacked, self.example) = (document, saved, None, None);
@@ -302,7 +301,7 @@ impl Session {
     fn write(&mut self, path: &Path) -> bool {
         let guarded = path.metadata().is_ok_and(|data| data.permissions().readonly());
         let written = match guarded {
-            true => Err("it is write-protected".to_owned()),
+            true => Err("the file is write-protected".to_owned()),
             false => self.document.save(path).map_err(|error| reason(&error)),
         };
         match written {
@@ -313,7 +312,10 @@ impl Session {
     }
 
     fn unsaved(&mut self, path: &Path, why: &str) {
-        self.note(format!("`{}` is not saved: {why}. The work stays here; save it elsewhere", path.display()), true);
+        self.note(
+            format!("`{}` was not saved: {why}. Your work is still open; save it elsewhere", path.display()),
+            true,
+        );
     }
 
     pub(super) fn source(&self) -> &str {
@@ -321,7 +323,7 @@ impl Session {
     }
 }
 
-/// What a file says; nothing where there is none.
+/// The text of a file. Returns None when there is no file.
 pub(super) fn read(path: &Path, document: &Document) -> Result<Option<String>, LoadError> {
     match Document::load(path, document.registry()) {
         Ok(read) => Ok(Some(read.source().to_owned())),

@@ -1,10 +1,10 @@
-//! Journals on disk: where they are, who writes them, and what they hold from earlier times.
+//! Journals on disk: where they are, the thread that writes them, and the unsaved work that they contain.
 //!
-//! A journal is written beside its window, by a thread of its own: what is edited is in the file a fifth of a second later,
-//! and flushed to the disk (`fdatasync`) at once, so that a crash of the program loses that fifth at most, and a crash of the machine
-//! hardly more. It lies beside the graph file, as `.NAME.journal`, or in the system's folder for such things where the
-//! graph has no name or its folder cannot be written to. While it is written it is locked, so that two windows on one
-//! file know of each other.
+//! A thread of its own writes the journal while the editor runs. Each edit is in the file a fifth of a second later and
+//! is flushed to the disk (`fdatasync`) at once, so that a crash of the program loses at most that fifth, and a crash
+//! of the machine hardly more. The journal is beside the graph file, as `.NAME.journal`, or in the system's state
+//! folder if the graph has no name or its folder is not writable. The journal is locked while it is written, so that
+//! two windows on one file detect each other.
 
 use std::{
     fs::{self, File, OpenOptions, TryLockError},
@@ -18,46 +18,46 @@ use std::{
     time::{Duration, Instant, SystemTime},
 };
 
-use orograph_graph::{Entry, JournalError, Recovered, Scribe, recover};
+use orograph_graph::{JournalEntry, JournalError, JournalWriter, Recovered, recover};
 
-use crate::{editor::state, failure::reason};
+use crate::{editor::window::state, report::failure::reason};
 
-/// How long entries are gathered before they are written together.
+/// How long entries are collected before they are written together.
 const GATHERED: Duration = Duration::from_millis(200);
-/// How long to wait before trying again what the system refused.
+/// Delay before a failed write is tried again.
 const AGAIN: Duration = Duration::from_secs(2);
-/// How many journals there may be of one file.
+/// Maximum number of journals of one file.
 const MOST: u32 = 9;
-/// The largest journal that is read, in bytes. An hour's work takes about one megabyte.
+/// The largest journal that is read, in bytes. An hour of work takes about one megabyte.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// Where journals are kept.
+/// Where journals are stored.
 #[derive(Clone, Debug, Default)]
 pub struct Journals {
-    /// For graphs without a name, and for folders that cannot be written to.
+    /// For graphs without a name, and for folders that are not writable.
     state: Option<PathBuf>,
 }
 
 impl Journals {
-    /// As the system has it.
+    /// The folder of the system.
     #[must_use]
     pub fn of_system() -> Self {
         Self { state: state::folder() }
     }
 
-    /// With this folder for graphs without a name.
+    /// Uses this folder for graphs without a name.
     #[must_use]
     pub fn with_state(folder: &Path) -> Self {
         Self { state: Some(folder.to_owned()) }
     }
 
-    /// The names that a journal of a file may have, the usual first.
+    /// The possible names of a journal of a file, the preferred name first.
     fn names(&self, file: Option<&Path>) -> Vec<PathBuf> {
         let mut stems = Vec::new();
-        if let Some(place) = file.and_then(crate::watch::place) {
+        if let Some(place) = file.and_then(crate::files::watch::place) {
             let name = place.file_name().unwrap_or_default().to_string_lossy();
             stems.push(place.with_file_name(format!(".{name}")));
-            // The whole path as one name; its end tells files apart best.
+            // The whole path as one name; its end is the most distinctive part.
             let whole = place.to_string_lossy().replace(['/', '\\', ':'], "%");
             let skipped = whole.char_indices().rev().nth(180).map_or(0, |(at, _)| at);
             stems.extend(self.state.as_ref().map(|state| state.join(&whole[skipped..])));
@@ -71,7 +71,7 @@ impl Journals {
         stems.iter().flat_map(numbered).map(PathBuf::from).collect()
     }
 
-    /// What there is of a file, or of graphs without a name.
+    /// The existing journals of a file, or of graphs without a name.
     pub(super) fn look(&self, file: Option<&Path>) -> Leftovers {
         let mut left = Leftovers::default();
         for path in self.names(file) {
@@ -84,21 +84,21 @@ impl Journals {
                         let when = file.metadata().and_then(|data| data.modified()).unwrap_or(SystemTime::UNIX_EPOCH);
                         left.found.push(Found { path, file, recovered, when });
                     }
-                    // One that another window has just begun has nothing in it yet.
+                    // A journal that another window has just created is still empty.
                     Err(JournalError::Nothing) if age(&file) > Duration::from_secs(10) => remove(&path),
                     Err(JournalError::Nothing) => {}
                     Err(error) => left.unread.push((path, error)),
                 },
             }
         }
-        // The newest is what a person looks for.
+        // The newest comes first.
         left.found.sort_by_key(|found| std::cmp::Reverse(found.when));
         left
     }
 
-    /// A new journal of a file, or of a graph without a name.
-    pub(super) fn begin(&self, file: Option<&Path>, start: Entry, trouble: Trouble) -> io::Result<Journal> {
-        let mut refused = io::Error::other("there is no folder for it");
+    /// Creates a journal for a file, or for a graph without a name.
+    pub(super) fn begin(&self, file: Option<&Path>, start: JournalEntry, trouble: Trouble) -> io::Result<Journal> {
+        let mut refused = io::Error::other("there is no folder for the journal");
         for path in self.names(file) {
             if let Some(folder) = path.parent().filter(|folder| Some(*folder) == self.state.as_deref()) {
                 fs::create_dir_all(folder)?;
@@ -112,11 +112,11 @@ impl Journals {
             }
             match options.open(&path) {
                 Ok(file) => {
-                    // Where locks are unknown, windows do not know of each other, and the check of each save remains.
+                    // Without file locks, windows cannot detect each other; the check at each save remains.
                     let _ = file.try_lock();
-                    return Journal::start(path, file, Scribe::default(), 0, Some(start), trouble);
+                    return Journal::start(path, file, JournalWriter::default(), 0, Some(start), trouble);
                 }
-                // Another window's, or work that waits to be taken up.
+                // It belongs to another window, or waits to be recovered.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => refused = error,
             }
@@ -125,17 +125,17 @@ impl Journals {
     }
 }
 
-/// What is left of earlier times.
+/// The journals of earlier sessions.
 #[derive(Debug, Default)]
 pub(super) struct Leftovers {
     pub(super) found: Vec<Found>,
-    /// Journals that cannot be read, and why.
+    /// Journals that cannot be read, and the reasons.
     pub(super) unread: Vec<(PathBuf, JournalError)>,
-    /// Whether another window is at work.
+    /// True if another window is working on the file.
     pub(super) in_use: bool,
 }
 
-/// A journal of an earlier time; nobody else can take it while it is held.
+/// A journal of an earlier session. It stays locked while this value lives.
 #[derive(Debug)]
 pub(super) struct Found {
     path: PathBuf,
@@ -145,13 +145,13 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// Goes on with it.
-    pub(super) fn take_up(self, trouble: Trouble) -> io::Result<Journal> {
-        let Recovered { scribe, read, .. } = self.recovered;
-        Journal::start(self.path, self.file, scribe, read as u64, None, trouble)
+    /// Continues this journal.
+    pub(super) fn recover(self, trouble: Trouble) -> io::Result<Journal> {
+        let Recovered { writer, read, .. } = self.recovered;
+        Journal::start(self.path, self.file, writer, read as u64, None, trouble)
     }
 
-    /// Its work is given up.
+    /// Deletes the journal and its work.
     pub(super) fn discard(self) {
         remove(&self.path);
     }
@@ -163,22 +163,22 @@ fn age(file: &File) -> Duration {
 
 fn read(file: &mut File) -> Result<Recovered, JournalError> {
     let mut bytes = Vec::new();
-    // What cannot be read ends what is read.
+    // Reading ends at the first unreadable entry.
     let _ = file.take(MAX_BYTES).read_to_end(&mut bytes);
     recover(&bytes)
 }
 
 fn remove(path: &Path) {
-    // What stays is found at the next start, with nothing in it that is not saved.
+    // If it stays, the next start finds it without unsaved work.
     let _ = fs::remove_file(path);
 }
 
-/// Why a journal cannot be written at present, for whoever tells the person.
+/// Why the journal cannot be written at present; the session reports it.
 pub(super) type Trouble = Arc<Mutex<Option<String>>>;
 
 enum Order {
-    Write(Entry),
-    /// It is not needed any more.
+    Write(JournalEntry),
+    /// The journal is no longer needed.
     Remove,
 }
 
@@ -193,22 +193,22 @@ impl Journal {
     fn start(
         path: PathBuf,
         file: File,
-        scribe: Scribe,
+        writer: JournalWriter,
         length: u64,
-        first: Option<Entry>,
+        first: Option<JournalEntry>,
         trouble: Trouble,
     ) -> io::Result<Self> {
         let (orders, inbox) = channel();
-        let mut writer = Writer { path, file, scribe, length, waiting: first.into_iter().collect(), trouble };
+        let mut writer = Writer { path, file, writer, length, waiting: first.into_iter().collect(), trouble };
         let thread = thread::Builder::new().name("journal".to_owned()).spawn(move || writer.work(&inbox))?;
         Ok(Self { orders: Some(orders), thread: Some(thread) })
     }
 
-    pub(super) fn write(&self, entry: Entry) {
+    pub(super) fn write(&self, entry: JournalEntry) {
         self.order(Order::Write(entry));
     }
 
-    /// Removes it: all is saved, or given up.
+    /// Removes the journal: all work is saved or discarded.
     pub(super) fn remove(self) {
         self.order(Order::Remove);
     }
@@ -222,7 +222,7 @@ impl Journal {
 }
 
 impl Drop for Journal {
-    /// What is waiting is written before it returns.
+    /// Writes all pending entries before it returns.
     fn drop(&mut self) {
         self.orders = None;
         if let Some(thread) = self.thread.take() {
@@ -234,10 +234,10 @@ impl Drop for Journal {
 struct Writer {
     path: PathBuf,
     file: File,
-    scribe: Scribe,
-    /// Bytes of it that are whole lines.
+    writer: JournalWriter,
+    /// The number of bytes in complete lines.
     length: u64,
-    waiting: Vec<Entry>,
+    waiting: Vec<JournalEntry>,
     trouble: Trouble,
 }
 
@@ -259,7 +259,7 @@ impl Writer {
                     due = self.flush().is_err().then(|| Instant::now() + AGAIN);
                 }
                 Err(RecvTimeoutError::Disconnected) => {
-                    // A last try; the trouble, if any, has been told.
+                    // A last attempt; any failure has already been reported.
                     let _ = self.flush();
                     return;
                 }
@@ -267,10 +267,10 @@ impl Writer {
         }
     }
 
-    /// Of a slider being dragged, the last place is enough.
-    fn gather(&mut self, entry: Entry) {
+    /// Of a drag, the last value is enough.
+    fn gather(&mut self, entry: JournalEntry) {
         match (self.waiting.last_mut(), entry) {
-            (Some(Entry::Made(last) | Entry::Amended(last)), Entry::Amended(new)) => *last = new,
+            (Some(JournalEntry::Made(last) | JournalEntry::Amended(last)), JournalEntry::Amended(new)) => *last = new,
             (_, entry) => self.waiting.push(entry),
         }
     }
@@ -279,14 +279,14 @@ impl Writer {
         if self.waiting.is_empty() {
             return Ok(());
         }
-        let mut scribe = self.scribe.clone();
-        let lines: String = self.waiting.iter().map(|entry| scribe.line(entry)).collect();
+        let mut writer = self.writer.clone();
+        let lines: String = self.waiting.iter().map(|entry| writer.line(entry)).collect();
         let written = self.write(lines.as_bytes());
         let mut trouble = self.trouble.lock().unwrap_or_else(PoisonError::into_inner);
         match &written {
             Ok(()) => {
                 self.length += lines.len() as u64;
-                self.scribe = scribe;
+                self.writer = writer;
                 self.waiting.clear();
                 *trouble = None;
             }
@@ -296,7 +296,7 @@ impl Writer {
     }
 
     fn write(&mut self, lines: &[u8]) -> io::Result<()> {
-        // Whatever stands there is a line that could not be finished, or of a journal that was torn.
+        // The rest is an unfinished line, or the end of a damaged journal.
         self.file.set_len(self.length)?;
         self.file.seek(SeekFrom::Start(self.length))?;
         self.file.write_all(lines)?;
@@ -305,7 +305,7 @@ impl Writer {
         if self.length == 0
             && let Some(folder) = self.path.parent()
         {
-            // Its name lasts when the folder is on the disk; not all systems let a folder be flushed.
+            // The name is durable once the folder is flushed; not all systems can flush a folder.
             let _ = File::open(folder).and_then(|folder| folder.sync_all());
         }
         Ok(())

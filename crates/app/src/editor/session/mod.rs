@@ -1,12 +1,14 @@
-//! The work: a document, what is selected and shown of it, and what is known of its nodes. It draws nothing.
+//! The session: a document, its selection and preview, and the state of its nodes. It draws nothing.
 
 mod detail;
 mod files;
 mod journal;
+pub(crate) mod live;
 mod outside;
 mod recovery;
 mod simulation;
 mod unpacked;
+pub mod worker;
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -15,175 +17,175 @@ use std::{
     time::Duration,
 };
 
-use orograph_graph::{Document, Edit, Entry, EvalError, Evaluator, PortType, Registry, Store, Value};
+use orograph_graph::{Document, Edit, EvalError, Evaluator, JournalEntry, PortType, Registry, Store, Value};
 
 pub use detail::{Detail, View};
 use files::Opened;
-pub use files::{Answer, Question, Wish};
+pub use files::{Answer, FileCommand, Question};
 pub use journal::Journals;
 pub use recovery::Lost;
 pub use simulation::Simulation;
 
+use self::worker::{News, Order, Wanted, Worker};
 use self::{
     detail::Close,
     journal::{Found, Journal, Trouble},
     unpacked::Unpacked,
 };
-use super::worker::{News, Order, Wanted, Worker};
-use crate::{failure::Failure, watch::Watch};
+use crate::{files::watch::Watch, report::failure::Failure};
 
-/// How far a node is.
+/// The state of a node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum NodeState {
-    /// Nothing is known of it, or it is behind an edit.
+    /// Nothing is known about it, or its result is out of date.
     #[default]
     Waiting,
-    /// Its kernel runs.
+    /// Its kernel is running.
     Running {
         /// The finished part, 0 to 1.
         fraction: f32,
     },
-    /// It lacks a wire, which is to come.
+    /// A required input is not wired yet.
     Unwired {
         /// The input.
         input: &'static str,
-        /// The node that lacks it, where it is another.
+        /// The node that lacks the input, if it is another one.
         at: Option<String>,
     },
-    /// Its results are there.
+    /// Its results are up to date.
     Fresh,
     /// It could not be built.
     Failed {
-        /// Why.
+        /// The reason.
         message: String,
-        /// What would help.
+        /// What to do about it.
         hint: Option<String>,
-        /// The node at which it went wrong, where it is another.
+        /// The node that failed, if it is another one.
         at: Option<String>,
     },
 }
 
 impl NodeState {
-    /// What it waits for, in words, where it lacks a wire.
+    /// The missing input, as text for people. Returns None when no wire is missing.
     #[must_use]
     pub fn lacks(&self) -> Option<String> {
         match self {
-            Self::Unwired { input, at: None } => Some(format!("waits for a wire into {input}")),
-            Self::Unwired { input, at: Some(at) } => Some(format!("waits for {at}, which needs a wire into {input}")),
+            Self::Unwired { input, at: None } => Some(format!("Needs an input: {input}")),
+            Self::Unwired { input, at: Some(at) } => Some(format!("Waiting for {at} (no {input} input)")),
             _ => None,
         }
     }
 }
 
-/// What is known of a node.
+/// What is known about a node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NodeInfo {
-    /// How far it is.
+    /// Its state.
     pub state: NodeState,
-    /// How long its kernel ran last, and with how many cells along the longer side.
+    /// How long its kernel last ran, and with how many cells along the longer side.
     pub time: Option<(Duration, u32)>,
-    /// Bytes of its results then.
+    /// The size of its results then, in bytes.
     pub bytes: usize,
-    /// What it warned of.
+    /// Its warnings.
     pub warnings: Vec<String>,
 }
 
 /// An output that has been built.
 #[derive(Clone, Debug)]
 pub struct Built {
-    /// Which state of the document it is of.
+    /// The state of the document that it was built from.
     pub revision: u64,
     /// Cells along the longer side.
     pub cells: u32,
-    /// Rises while the kernel goes on; 0 for its result.
+    /// Increases with each intermediate result; 0 for the final result.
     pub step: u64,
-    /// What it is.
+    /// The value.
     pub value: Value,
 }
 
-/// Something to tell the person.
+/// A message for the person.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
-    /// What.
+    /// The text.
     pub message: String,
-    /// Whether something could not be done.
+    /// True if something failed.
     pub error: bool,
 }
 
-/// A document being worked on.
+/// A document that is being edited.
 pub struct Session {
     document: Document,
-    /// Rises with every change of what is built of the document.
+    /// Increases with every change that affects the results.
     revision: u64,
-    /// Rises with every change of the document.
+    /// Increases with every change of the document.
     edits: u64,
-    /// What [`Document::build`] was at the present revision.
+    /// [`Document::build`] at the current revision.
     build: u64,
     /// The text as it is in the file.
     saved: Option<String>,
-    /// Where the files of an archive are, for as long as it is worked on.
+    /// Where the files of an archive are, while it is edited.
     unpacked: Option<Unpacked>,
-    /// The example that it is a copy of, until it has a name of its own.
+    /// The example that this is a copy of, until it is saved under a name.
     example: Option<String>,
     selection: BTreeSet<String>,
-    /// What the viewport shows, as `node.port`, in place of what is selected.
+    /// The pinned output of the viewport, as `node.port`, instead of the selected one.
     pinned: Option<String>,
-    /// What stands beside it, as `node.port`.
+    /// The output to compare with, as `node.port`.
     compared: Option<String>,
-    /// What else the viewport needs, as `node.port`.
+    /// Other outputs that the viewport needs, as `node.port`.
     also: Vec<String>,
-    /// Cells along the longer side of what is shown.
+    /// Preview resolution: cells along the longer side.
     cells: u32,
     worker: Worker,
-    /// Rises with every order that is not of a finer part alone.
+    /// Increases with every order except those that change only the finer part.
     orders: u64,
-    /// Whether the worker is to be told of the present state.
+    /// True if the worker does not know the current state yet.
     stale: bool,
-    /// Whether the worker has more to tell of the present state.
+    /// True if the worker has not finished the current state.
     busy: bool,
-    /// The node that is run step by step, if one is.
+    /// The node that runs live, if any.
     simulation: Option<Simulation>,
     close: Close,
     nodes: BTreeMap<String, NodeInfo>,
-    /// By `node.port`: with few cells, with those asked for, and with those while its kernel goes on.
+    /// By `node.port`: with few cells, with the requested cells, and intermediate results with those.
     built: BTreeMap<String, [Option<Built>; 3]>,
     notes: Vec<Note>,
-    /// An edit that goes on, such as a slider being dragged: whether it has been made once.
+    /// A running gesture, such as the drag of a slider: true if it has made an edit.
     gesture: Option<bool>,
-    /// What the person must decide.
+    /// The open question.
     question: Option<Question>,
-    /// What comes after the answer.
-    wish: Option<Wish>,
-    /// Whether the window may close.
+    /// The command to run after the answer.
+    pending: Option<FileCommand>,
+    /// True if the window may close.
     over: bool,
     safety: Safety,
 }
 
-/// What keeps the work from being lost.
+/// What protects the work from being lost.
 #[derive(Default)]
 struct Safety {
-    /// Where journals are kept; `None` where none are.
+    /// Where journals are stored. None when there are none.
     journals: Option<Journals>,
-    /// From the first edit on.
+    /// The journal, from the first edit on.
     journal: Option<Journal>,
     /// Why the journal cannot be written at present.
     trouble: Trouble,
-    /// What the person was told of that.
-    told: Option<String>,
-    /// Work of earlier times that the person has not decided on.
+    /// The failure that was last reported.
+    reported: Option<String>,
+    /// Unsaved work of earlier sessions that is not decided on yet.
     found: Vec<Found>,
-    /// The file, and those that the graph reads.
+    /// The watch on the file and on the files that the graph reads.
     watch: Option<Watch>,
     watched: BTreeSet<PathBuf>,
-    /// What has changed and is not dealt with: the file, files that the graph reads.
+    /// Changes on disk that are not handled yet: of the file, of files that the graph reads.
     changed: [bool; 2],
 }
 
 impl Session {
-    /// A session on a file, or on an empty graph. `wake` is called when there is something new to show.
+    /// Opens a session on a file, or on an empty graph. Calls `wake` when there is something new to show.
     ///
     /// # Errors
-    /// When the file cannot be read, or there are no threads. A file with mistakes is opened as far as it goes.
+    /// When the file cannot be read, or no thread can be started. A file with errors is opened as far as possible.
     pub fn open(
         file: Option<PathBuf>,
         registry: Registry,
@@ -218,7 +220,7 @@ impl Session {
             notes: Vec::new(),
             gesture: None,
             question: None,
-            wish: None,
+            pending: None,
             over: false,
             safety: Safety::default(),
         };
@@ -226,7 +228,7 @@ impl Session {
         Ok(session)
     }
 
-    /// The evaluator, with the results of all that has been shown.
+    /// The evaluator, with the results of everything shown so far.
     #[must_use]
     pub const fn evaluator(&self) -> &Arc<Evaluator> {
         self.worker.evaluator()
@@ -238,31 +240,31 @@ impl Session {
         &self.document
     }
 
-    /// Rises with every change of what is built of the document; places on the canvas, notes and comments are no part of it.
+    /// Increases with every change that affects the results; node positions, notes and comments do not.
     #[must_use]
     pub const fn revision(&self) -> u64 {
         self.revision
     }
 
-    /// Rises with every change of the document.
+    /// Increases with every change of the document.
     #[must_use]
     pub const fn edits(&self) -> u64 {
         self.edits
     }
 
-    /// The file it is, if it is in one.
+    /// The file of the document. Returns None when it has none.
     #[must_use]
     pub fn path(&self) -> Option<&Path> {
         self.document.path()
     }
 
-    /// What the example is called that it is a copy of.
+    /// The title of the example that this is a copy of. Returns None when it is not one.
     #[must_use]
     pub fn example(&self) -> Option<&str> {
         self.example.as_deref()
     }
 
-    /// Makes an edit. When it is refused, the reason is noted for the person, and it says no.
+    /// Makes an edit. If the edit is refused, notes the reason and returns false.
     pub fn apply(&mut self, edit: &Edit) -> bool {
         match self.attempt(edit) {
             Ok(()) => true,
@@ -273,10 +275,10 @@ impl Session {
         }
     }
 
-    /// Makes an edit, for who tells the person themselves why it was refused.
+    /// Makes an edit, for callers that report a refusal themselves.
     ///
     /// # Errors
-    /// The reason for which it was refused.
+    /// The reason for the refusal.
     pub fn attempt(&mut self, edit: &Edit) -> Result<(), String> {
         self.end_gesture();
         let before = self.document.steps();
@@ -286,8 +288,8 @@ impl Session {
         Ok(())
     }
 
-    /// Makes an edit that goes on until [`Self::end_gesture`], such as a slider being dragged: each call takes the place of
-    /// the one before, and all of them are undone at once. Says whether the edit was made.
+    /// Makes an edit that continues until [`Self::end_gesture`], such as the drag of a slider. Each call replaces the
+    /// edit of the call before, and one undo reverts them all. Returns true if the edit was made.
     pub fn gesture(&mut self, edit: &Edit) -> bool {
         let goes_on = self.gesture.unwrap_or(false);
         let steps = self.document.steps() - usize::from(goes_on);
@@ -298,10 +300,10 @@ impl Session {
                 if !goes_on {
                     self.made(steps);
                 } else if self.gesture == Some(true) {
-                    let entry = self.document.last_edit().map(Entry::Amended);
+                    let entry = self.document.last_edit().map(JournalEntry::Amended);
                     self.record(entry);
                 } else {
-                    self.record(Some(Entry::Dropped));
+                    self.record(Some(JournalEntry::Dropped));
                 }
                 self.changed();
             }
@@ -314,25 +316,25 @@ impl Session {
         true
     }
 
-    /// Ends what [`Self::gesture`] began; the next one is another step of undo.
+    /// Ends the gesture of [`Self::gesture`]; the next one is another undo step.
     pub const fn end_gesture(&mut self) {
         self.gesture = None;
     }
 
-    /// Takes the last edit back.
+    /// Undoes the last edit.
     pub fn undo(&mut self) -> bool {
         self.end_gesture();
         let undone = self.document.undo();
-        self.record(undone.then_some(Entry::Undone));
+        self.record(undone.then_some(JournalEntry::Undone));
         self.changed();
         undone
     }
 
-    /// Makes the edit again that was taken back last.
+    /// Redoes the edit that was undone last.
     pub fn redo(&mut self) -> bool {
         self.end_gesture();
         let redone = self.document.redo();
-        self.record(redone.then_some(Entry::Redone));
+        self.record(redone.then_some(JournalEntry::Redone));
         self.changed();
         redone
     }
@@ -342,26 +344,26 @@ impl Session {
         self.selection.iter().map(String::as_str)
     }
 
-    /// The one node that is selected, if it is one.
+    /// The selected node. Returns None when not exactly one node is selected.
     #[must_use]
     pub fn selected(&self) -> Option<&str> {
         self.selection().next().filter(|_| self.selection.len() == 1)
     }
 
-    /// Whether a node is selected.
+    /// Returns true if a node is selected.
     #[must_use]
     pub fn is_selected(&self, node: &str) -> bool {
         self.selection.contains(node)
     }
 
-    /// Selects these nodes and no others.
+    /// Selects exactly these nodes.
     pub fn select(&mut self, nodes: impl IntoIterator<Item = String>) {
         let before = std::mem::take(&mut self.selection);
         self.selection = nodes.into_iter().filter(|name| self.has_node(name)).collect();
         self.stale |= self.selection != before;
     }
 
-    /// Selects this node and no other.
+    /// Selects only this node.
     pub fn select_only(&mut self, node: &str) {
         self.select([node.to_owned()]);
     }
@@ -370,8 +372,8 @@ impl Session {
         self.document.node(name).is_some()
     }
 
-    /// The output that is shown, as `node.port`: the one that is pinned, else the first one of the selected node, else
-    /// the document's first output.
+    /// The output in the viewport, as `node.port`: the pinned one, otherwise the first output of the selected node,
+    /// otherwise the document's first output.
     #[must_use]
     pub fn shown(&self) -> Option<String> {
         let graph = self.document.graph();
@@ -386,47 +388,47 @@ impl Session {
         height.or_else(|| self.document.outputs().first()).and_then(|output| name(output.port))
     }
 
-    /// Shows this output whatever is selected, or what is selected.
+    /// Pins an output to the viewport; None unpins it, so that the viewport follows the selection.
     pub fn pin(&mut self, port: Option<String>) {
         self.stale |= self.pinned != port;
         self.pinned = port;
     }
 
-    /// The output that is shown whatever is selected.
+    /// The pinned output. Returns None when the viewport follows the selection.
     #[must_use]
     pub fn pinned(&self) -> Option<&str> {
         self.pinned.as_deref()
     }
 
-    /// Shows this output beside the shown one, or none.
+    /// Compares the shown output with this one; None ends the comparison.
     pub fn compare(&mut self, port: Option<String>) {
         self.stale |= self.compared != port;
         self.compared = port;
     }
 
-    /// The output that stands beside the shown one.
+    /// The output that the shown one is compared with. Returns None when there is none.
     #[must_use]
     pub fn compared(&self) -> Option<&str> {
         self.compared.as_deref()
     }
 
-    /// Builds these outputs as well, with as many cells as the shown one.
+    /// Also builds these outputs, at the resolution of the shown one.
     pub fn also_show(&mut self, ports: Vec<String>) {
         self.stale |= self.also != ports;
         self.also = ports;
     }
 
-    /// Cells along the longer side of what is shown.
+    /// The preview resolution: cells along the longer side.
     #[must_use]
     pub const fn cells(&self) -> u32 {
         self.cells
     }
 
-    /// Sets the cells along the longer side of what is shown.
+    /// Sets the preview resolution: cells along the longer side.
     pub fn set_cells(&mut self, cells: u32) {
         self.stale |= self.cells != cells;
         self.cells = cells;
-        // What has more cells would stand before what was asked for.
+        // Results with more cells would be shown instead of the requested ones.
         for built in self.built.values_mut() {
             for level in &mut built[1..] {
                 level.take_if(|built| built.cells > cells);
@@ -434,20 +436,20 @@ impl Session {
         }
     }
 
-    /// What is known of a node.
+    /// What is known about a node.
     #[must_use]
     pub fn node(&self, name: &str) -> NodeInfo {
         self.info(name).clone()
     }
 
-    /// What is known of a node, for those who look at many.
+    /// What is known about a node, by reference, for callers that read many.
     pub(super) fn info(&self, name: &str) -> &NodeInfo {
         static NOTHING: NodeInfo = NodeInfo { state: NodeState::Waiting, time: None, bytes: 0, warnings: Vec::new() };
         self.nodes.get(name).unwrap_or(&NOTHING)
     }
 
-    /// The newest of an output (`node.port`): of the present state of the document if it is there, with as many cells as
-    /// there are; else of an older state.
+    /// The newest value of an output (`node.port`): of the current state of the document if there is one, with the most
+    /// cells available; otherwise of an older state.
     #[must_use]
     pub fn built(&self, port: &str) -> Option<&Built> {
         if let Some(live) = self.simulation.as_ref().and_then(|simulation| simulation.built(port)) {
@@ -463,35 +465,35 @@ impl Session {
         }
     }
 
-    /// The newest of an output (`node.port`) with few cells, for a small picture.
+    /// The newest value of an output (`node.port`) with few cells, for a thumbnail.
     #[must_use]
     pub fn small(&self, port: &str) -> Option<&Built> {
         self.built.get(port)?[0].as_ref()
     }
 
-    /// Whether something of the present state is still being built.
+    /// Returns true while the current state is still being built.
     #[must_use]
     pub const fn is_busy(&self) -> bool {
         self.busy || self.stale
     }
 
-    /// Tells the person something.
+    /// Adds a message for the person.
     pub fn note(&mut self, message: impl Into<String>, error: bool) {
         self.notes.push(Note { message: message.into(), error });
     }
 
-    /// What there is to tell the person, once.
+    /// Takes the messages that have not been shown yet.
     pub fn take_notes(&mut self) -> Vec<Note> {
         std::mem::take(&mut self.notes)
     }
 
-    /// After a change of the document.
+    /// Call after a change of the document.
     fn changed(&mut self) {
         self.edits += 1;
         let document = &self.document;
         self.selection.retain(|name| document.node(name).is_some());
         if std::mem::replace(&mut self.build, document.build()) == self.build {
-            // The graph that is built is the same: what the worker does, and has done, still counts.
+            // The built graph is the same: the results and the running work of the worker stay valid.
             return;
         }
         self.revision += 1;
@@ -507,7 +509,7 @@ impl Session {
         self.leave_what_is_gone();
     }
 
-    /// Takes what the worker has to tell, and tells it what has changed. Called every frame; it returns at once.
+    /// Receives messages of the worker and sends it changes. Called every frame; returns at once.
     pub fn poll(&mut self) {
         self.look_outside();
         self.tell_trouble();
@@ -586,9 +588,9 @@ impl Session {
                     info.warnings.clear();
                 }
             }
-            // Told before fewer cells were asked for.
+            // Reported before fewer cells were requested.
             News::Built { cells, .. } | News::Glimpsed { cells, .. }
-                if cells > self.cells.max(super::worker::QUICK_CELLS) => {}
+                if cells > self.cells.max(self::worker::QUICK_CELLS) => {}
             News::Built { revision, name, cells, value } => {
                 if let Some((node, _)) = name.split_once('.')
                     && revision == self.revision
@@ -596,7 +598,7 @@ impl Session {
                     self.nodes.entry(node.to_owned()).or_default().state = NodeState::Fresh;
                 }
                 let built = self.built.entry(name).or_default();
-                let level = usize::from(cells > super::worker::QUICK_CELLS);
+                let level = usize::from(cells > self::worker::QUICK_CELLS);
                 built[level] = Some(Built { revision, cells, step: 0, value });
                 if level == 1 {
                     built[2] = None;

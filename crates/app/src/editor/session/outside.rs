@@ -1,4 +1,5 @@
-//! The file, changed by another program: taken over, merged with the work, or asked about; never written over unseen.
+//! Changes of the file by other programs: they are loaded, merged with the work, or asked about, and never overwritten
+//! unnoticed.
 
 use std::{path::Path, time::Duration};
 
@@ -6,10 +7,10 @@ use super::{
     Session,
     files::{Question, read},
 };
-use crate::watch::{Watch, place};
+use crate::files::watch::{Watch, place};
 
 impl Session {
-    /// Watches the file, and the files that the graph reads, from now on.
+    /// Starts to watch the file and the files that the graph reads.
     pub(super) fn watch_files(&mut self) {
         let Some(watch) = &mut self.safety.watch else { return };
         let mut files = self.document.files();
@@ -31,10 +32,10 @@ impl Session {
 
     fn unwatched(&mut self, why: &str) {
         self.safety.watch = None;
-        self.note(format!("{why}; what other programs change is only seen when the work is saved"), false);
+        self.note(format!("{why}; changes by other programs are noticed only when you save"), false);
     }
 
-    /// Deals with what other programs have changed.
+    /// Handles changes by other programs.
     pub(super) fn look_outside(&mut self) {
         let mut broken = None;
         if let Some(watch) = &self.safety.watch {
@@ -56,13 +57,13 @@ impl Session {
         if let Some(why) = broken {
             self.unwatched(&why);
         }
-        // Neither while something is dragged, nor while something is asked.
+        // Not during a drag, and not while a question is open.
         if self.gesture.is_some() || self.question.is_some() {
             return;
         }
         let [own, read_by_graph] = std::mem::take(&mut self.safety.changed);
         if read_by_graph {
-            // What it says of them may be wrong or right now, and what is built of them is another thing.
+            // The problems of these files may have changed, and so have the results.
             self.document.look_again();
             self.changed();
         }
@@ -72,21 +73,21 @@ impl Session {
                     self.meet(theirs, false);
                 }
                 Ok(Some(_)) => {}
-                // Some programs save by removing first.
+                // Some programs remove the file before they save it.
                 Ok(None) => {}
                 Err(error) => self.note(error.to_string(), true),
             }
         }
     }
 
-    /// Brings the work together with what the file says now. Says no when the person must decide.
+    /// Merges the work with the new text of the file. Returns false if there are conflicts that you must resolve.
     pub(super) fn meet(&mut self, theirs: String, saving: bool) -> bool {
         let name = self.path().and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned();
         if theirs == self.source() {
             self.know(Some(theirs));
         } else if !self.is_dirty() {
             self.take(theirs);
-            self.note(format!("`{name}` was changed by another program, and is read anew"), false);
+            self.note(format!("`{name}` changed on disk and was reloaded"), false);
         } else {
             let merged = match &self.saved {
                 Some(base) => self.document.merge(base, &theirs),
@@ -96,10 +97,7 @@ impl Session {
                 Ok(merged) => {
                     self.replace(&merged);
                     self.know(Some(theirs));
-                    self.note(
-                        format!("`{name}` was changed by another program; its changes and yours are put together"),
-                        false,
-                    );
+                    self.note(format!("`{name}` changed on disk; its changes were merged with yours"), false);
                 }
                 Err(conflicts) => {
                     self.question = Some(Question::Changed { theirs, conflicts, saving });

@@ -1,49 +1,49 @@
-//! The journal of a session, and work of earlier times that was not saved.
+//! The journal of a session, and the recovery of unsaved work of earlier sessions.
 
 use std::{sync::PoisonError, time::SystemTime};
 
-use orograph_graph::{Document, Entry, diff};
+use orograph_graph::{Document, JournalEntry, diff};
 
 use super::{Journals, Session, files::Question, journal::Found, unpacked::Unpacked};
-use crate::failure::reason;
+use crate::report::failure::reason;
 
-/// The most differences that are told.
+/// Maximum number of differences that are listed.
 const MAX_DIFFERENCES: usize = 200;
 
-/// Work of an earlier time that was not saved.
+/// Unsaved work of an earlier session.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lost {
-    /// When it was edited last.
+    /// When it was last edited.
     pub when: SystemTime,
-    /// How many edits can be taken back.
+    /// The number of edits that can be undone.
     pub steps: usize,
-    /// What it changes in the file, in words.
+    /// What it changes in the file, as text.
     pub differences: Vec<String>,
-    /// Whether the file has been changed since.
+    /// True if the file has changed since.
     pub changed_since: bool,
-    /// Whether the end of its journal is damaged, so that the last edits may be missing.
+    /// True if the end of its journal is damaged, so that the last edits may be missing.
     pub torn: bool,
 }
 
 impl Session {
-    /// Keeps a journal of all edits from now on, asks about work of earlier times, and follows what other programs change.
-    /// `wake` is called when there is something new to [`Session::poll`] for.
+    /// Starts to keep a journal of all edits, asks about unsaved work of earlier sessions, and follows changes by other
+    /// programs. Calls `wake` when [`Session::poll`] has something new.
     pub fn keep(&mut self, journals: Journals, wake: impl Fn() + Send + 'static) {
         self.safety.journals = Some(journals);
         self.start_watch(wake);
         self.look_back();
     }
 
-    /// Writes down that an edit was made, if one was.
+    /// Adds the last edit to the journal, if one was made.
     pub(super) fn made(&mut self, steps_before: usize) {
         if self.document.steps() != steps_before {
-            let entry = self.document.last_edit().map(Entry::Made);
+            let entry = self.document.last_edit().map(JournalEntry::Made);
             self.record(entry);
         }
     }
 
-    /// Writes down what has happened to the document.
-    pub(super) fn record(&mut self, entry: Option<Entry>) {
+    /// Adds a change of the document to the journal.
+    pub(super) fn record(&mut self, entry: Option<JournalEntry>) {
         let (Some(entry), Some(journals)) = (entry, &self.safety.journals) else { return };
         if let Some(journal) = &self.safety.journal {
             journal.write(entry);
@@ -61,7 +61,7 @@ impl Session {
         }
     }
 
-    /// What the file is known to say from now on.
+    /// Sets the text that the file is known to have.
     pub(super) fn know(&mut self, saved: Option<String>) {
         if let Some(journal) = &self.safety.journal {
             journal.write(self.document.file_entry(saved.as_deref()));
@@ -69,37 +69,37 @@ impl Session {
         self.saved = saved;
     }
 
-    /// All is saved, or given up.
+    /// Ends the journal: all work is saved or discarded.
     pub(super) fn end_journal(&mut self) {
         if let Some(journal) = self.safety.journal.take() {
             journal.remove();
         }
     }
 
-    /// Tells the person, once, when the journal cannot be written.
+    /// Reports once that the journal cannot be written.
     pub(super) fn tell_trouble(&mut self) {
         let trouble = self.safety.trouble.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        if trouble != self.safety.told {
+        if trouble != self.safety.reported {
             if let Some(why) = &trouble {
-                self.note(format!("the work is not kept against a crash: {why}; save it from time to time"), true);
+                self.note(format!("Crash recovery is off: {why}. Save often."), true);
             }
-            self.safety.told = trouble;
+            self.safety.reported = trouble;
         }
     }
 
-    /// Looks for work of earlier times on what is open.
+    /// Looks for unsaved work of earlier sessions on the open document.
     pub(super) fn look_back(&mut self) {
         self.safety.found.clear();
         let Some(journals) = &self.safety.journals else { return };
         let left = journals.look(self.document.path());
         if left.in_use && self.path().is_some() {
-            self.note(
-                "another window is open on this file; neither writes over what the other saves without asking",
-                true,
-            );
+            self.note("another window has this file open; neither overwrites the other's changes without asking", true);
         }
         for (path, error) in left.unread {
-            self.note(format!("a journal of unsaved work, `{}`, is left as it is: {error}", path.display()), true);
+            self.note(
+                format!("cannot read the journal of unsaved work `{}`, which is kept: {error}", path.display()),
+                true,
+            );
         }
         for found in left.found {
             if found.recovered.has_work() && found.recovered.text != self.source() {
@@ -116,7 +116,7 @@ impl Session {
         let work = found.recovered.document(self.path(), self.document.registry());
         let mut differences = diff(&self.document, &work);
         if differences.is_empty() {
-            differences.push("only comments, white space, places on the canvas or frames".to_owned());
+            differences.push("only comments, white space, node positions or frames".to_owned());
         }
         if differences.len() > MAX_DIFFERENCES {
             let more = differences.len() - MAX_DIFFERENCES;
@@ -136,17 +136,17 @@ impl Session {
         (!self.safety.found.is_empty()).then(|| self.safety.found.remove(0))
     }
 
-    /// Goes on with work of an earlier time.
-    pub(super) fn take_up(&mut self) {
+    /// Recovers the work of an earlier session.
+    pub(super) fn recover(&mut self) {
         let Some(found) = self.next_found() else { return };
-        // The others wait for another time.
+        // The others are offered at a later start.
         self.safety.found.clear();
         let work: Document = found.recovered.document(self.path(), self.document.registry());
         self.unpacked = found.recovered.folder.as_deref().and_then(Unpacked::left);
         let (file, known) = (self.saved.take(), found.recovered.saved.clone());
-        match found.take_up(self.safety.trouble.clone()) {
+        match found.recover(self.safety.trouble.clone()) {
             Ok(journal) => self.safety.journal = Some(journal),
-            Err(error) => self.note(format!("no journal is kept: {}", reason(&error)), true),
+            Err(error) => self.note(format!("Crash recovery is off: {}. Save often.", reason(&error)), true),
         }
         (self.document, self.saved) = (work, known);
         self.changed();
@@ -156,7 +156,7 @@ impl Session {
         }
     }
 
-    /// Gives work of an earlier time up.
+    /// Discards the work of an earlier session.
     pub(super) fn forget_found(&mut self) {
         if let Some(found) = self.next_found() {
             discard(found);
@@ -164,21 +164,21 @@ impl Session {
         self.ask_found();
     }
 
-    /// Leaves work of an earlier time for another day.
+    /// Leaves the work of an earlier session for a later start.
     pub(super) fn leave_found(&mut self) {
         drop(self.next_found());
         self.ask_found();
     }
 }
 
-/// Gives work of an earlier time up, with the files of the archive that it was of.
+/// Discards the work of an earlier session, with the files of its archive.
 fn discard(found: Found) {
     drop(found.recovered.folder.as_deref().and_then(Unpacked::left));
     found.discard();
 }
 
 impl Drop for Session {
-    /// The journal stays where work is not saved, with what it needs.
+    /// Keeps the journal of unsaved work, and the files that it needs.
     fn drop(&mut self) {
         if !self.is_dirty() {
             self.end_journal();

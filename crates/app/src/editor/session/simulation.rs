@@ -1,7 +1,7 @@
-//! A node that is run step by step while it is watched, and painted on.
+//! A node that runs live: step by step, while you watch and paint on it.
 //!
-//! While it runs, nothing that comes after it is built. What is painted on it is data of the node, each stroke with the time
-//! at which it acts, so that what is seen is at any time what a build from the start would have come to.
+//! While it runs, no node after it is built. Strokes are data of the node, each with the time at which it acts, so that
+//! the shown state is always the one that a build from the start would reach.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -10,22 +10,22 @@ use std::{
 
 use orograph_graph::{EvalError, Moment, NodeIndex, Port, Value};
 
+use super::worker::{self, Ask, Order, Subject};
 use super::{Built, NodeState, Session};
-use crate::editor::worker::{self, Ask, Order, Subject};
 
-/// A node that is run step by step.
+/// A node that runs live.
 #[derive(Clone, Debug)]
 pub struct Simulation {
     node: String,
-    /// Whether it goes on by itself.
+    /// True if it runs continuously.
     goes: bool,
-    /// Where it is; `None` until it has begun.
+    /// Its current moment; None until it has started.
     moment: Option<Moment>,
-    /// Whether it has been asked to stand still while something is painted, and whether it does.
+    /// Whether it was asked to pause for a stroke, and whether it has.
     hold: [bool; 2],
-    /// Why it cannot go on.
+    /// The failure that stopped it.
     trouble: Option<String>,
-    /// Rises with every look at it.
+    /// Increases with every update.
     step: u64,
     values: BTreeMap<String, Built>,
 }
@@ -37,25 +37,25 @@ impl Simulation {
         &self.node
     }
 
-    /// Whether it goes on by itself.
+    /// Returns true if it runs continuously.
     #[must_use]
     pub const fn goes(&self) -> bool {
         self.goes
     }
 
-    /// Where it is; `None` until it has begun.
+    /// Its current moment. Returns None until it has started.
     #[must_use]
     pub const fn moment(&self) -> Option<Moment> {
         self.moment
     }
 
-    /// Whether it has come to its end.
+    /// Returns true if it has finished.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.moment.is_some_and(|moment| moment.is_over())
     }
 
-    /// Why it cannot go on.
+    /// The failure that stopped it. Returns None when there is none.
     #[must_use]
     pub fn trouble(&self) -> Option<&str> {
         self.trouble.as_deref()
@@ -67,13 +67,13 @@ impl Simulation {
 }
 
 impl Session {
-    /// The node that is run step by step, if one is.
+    /// The node that runs live. Returns None when there is none.
     #[must_use]
     pub const fn simulation(&self) -> Option<&Simulation> {
         self.simulation.as_ref()
     }
 
-    /// The node of the document of that name, where it can be run step by step.
+    /// The node of the document with this name. Returns None when it cannot run live.
     fn simulated(&self, node: &str) -> Option<NodeIndex> {
         let graph = self.document.graph();
         let index = graph.find(node).ok()?;
@@ -81,13 +81,13 @@ impl Session {
         graph.instance(index).node.process.filter(|_| !muted).map(|_| index)
     }
 
-    /// Whether a node can be run step by step.
+    /// Returns true if a node can run live.
     #[must_use]
     pub fn can_simulate(&self, node: &str) -> bool {
         self.simulated(node).is_some()
     }
 
-    /// Begins to run a node step by step; it stands at its start.
+    /// Starts the live run of a node; it waits at its start.
     pub fn simulate(&mut self, node: &str) {
         if !self.can_simulate(node) || self.simulation.as_ref().is_some_and(|simulation| simulation.node == node) {
             return;
@@ -105,7 +105,7 @@ impl Session {
         self.stale = true;
     }
 
-    /// Leaves it: the node is built like any other again.
+    /// Ends the live run: the node is built like any other again.
     pub fn end_simulation(&mut self) {
         if self.simulation.take().is_some() {
             self.worker.run_live(Ask::End);
@@ -113,7 +113,7 @@ impl Session {
         }
     }
 
-    /// Lets it go on by itself, or stops it.
+    /// Runs it continuously, or pauses it.
     pub fn run_simulation(&mut self, goes: bool) {
         if let Some(simulation) = &mut self.simulation {
             simulation.goes = goes;
@@ -121,14 +121,14 @@ impl Session {
         }
     }
 
-    /// Goes on by so many steps.
+    /// Advances it by this many steps.
     pub fn step_simulation(&mut self, steps: u32) {
         if self.simulation.is_some() {
             self.worker.run_live(Ask::Steps(steps));
         }
     }
 
-    /// Begins it anew.
+    /// Restarts it.
     pub fn restart_simulation(&mut self) {
         if let Some(simulation) = &mut self.simulation {
             simulation.moment = None;
@@ -137,8 +137,8 @@ impl Session {
         }
     }
 
-    /// The time of something that is painted on a node now: 0 of one that is not run; `None` while it has not come to a stand
-    /// for it, which is asked for here. Then [`Self::release_simulation`] lets it go on.
+    /// The current time for a stroke on a node: 0 for a node that does not run live. Asks a running node to pause;
+    /// returns None until it has. Then [`Self::release_simulation`] lets it continue.
     pub fn time_of_stroke(&mut self, node: &str) -> Option<f64> {
         let Some(simulation) = self.simulation.as_mut().filter(|simulation| simulation.node == node) else {
             return Some(0.0);
@@ -147,11 +147,11 @@ impl Session {
             simulation.hold[0] = true;
             self.worker.run_live(Ask::Hold(true));
         }
-        let stands = !simulation.goes || simulation.hold[1];
-        simulation.moment.filter(|_| stands).map(|moment| moment.time())
+        let paused = !simulation.goes || simulation.hold[1];
+        simulation.moment.filter(|_| paused).map(|moment| moment.time())
     }
 
-    /// Lets it go on after something was painted.
+    /// Lets it continue after a stroke.
     pub fn release_simulation(&mut self) {
         if let Some(simulation) = self.simulation.as_mut().filter(|simulation| simulation.hold[0]) {
             simulation.hold = [false; 2];
@@ -159,14 +159,14 @@ impl Session {
         }
     }
 
-    /// After a change of the document: a node that is gone is left.
+    /// After a change of the document: ends the live run if its node is gone.
     pub(super) fn leave_what_is_gone(&mut self) {
         if self.simulation.as_ref().is_some_and(|simulation| self.simulated(&simulation.node).is_none()) {
             self.end_simulation();
         }
     }
 
-    /// The node that is run, and all that comes after it; none when it has come to its end.
+    /// The node that runs live and all nodes after it; empty when it has finished.
     pub(super) fn behind_simulation(&self) -> BTreeSet<NodeIndex> {
         let under_way = self.simulation.as_ref().filter(|simulation| !simulation.is_over());
         let Some(first) = under_way.and_then(|simulation| self.simulated(&simulation.node)) else {
@@ -183,7 +183,7 @@ impl Session {
         behind
     }
 
-    /// Tells the bench of the present state.
+    /// Sends the current state to the live run.
     pub(super) fn follow_simulation(&self, order: &Order) {
         let Some(simulation) = &self.simulation else { return };
         let Some(index) = self.simulated(&simulation.node) else { return };
@@ -201,7 +201,7 @@ impl Session {
 
     pub(super) fn hear_simulation(&mut self, moment: Moment, held: bool, cells: u32, values: Vec<(String, Value)>) {
         let Some(simulation) = &mut self.simulation else { return };
-        // News of a node that was run before are late.
+        // Messages of a node that ran before arrive late.
         let of_it = |port: &str| port.split_once('.').is_some_and(|(node, _)| node == simulation.node);
         if !values.iter().all(|(port, _)| of_it(port)) {
             return;

@@ -1,8 +1,9 @@
-//! Where the files of an archive lie while it is worked on as a copy in no file.
+//! Where the files of an archive are while you edit a copy of it.
 //!
-//! Each archive has a folder of its own in that of [`state`], which is locked while a window works on it. It goes when the
-//! work is saved, which takes the files along, or given up. Where a journal has been begun it outlives a crash, so that the
-//! work that is taken up finds its files; what a crash leaves without a journal goes when the next archive is opened.
+//! Each archive has its own folder in that of [`state`], which is locked while a window uses it. The folder is deleted
+//! when the work is saved, which copies the files, or discarded. Once a journal has been started the folder survives a
+//! crash, so that recovered work finds its files; folders that a crash leaves without a journal are deleted when the
+//! next archive is opened.
 
 use std::{
     fs::{self, File},
@@ -13,31 +14,31 @@ use std::{
 use orograph_graph::{Document, Registry};
 
 use crate::{
-    archive::unpack_into,
-    editor::state,
-    failure::{Failure, reason},
+    editor::window::state,
+    files::archive::unpack_into,
+    report::failure::{Failure, reason},
 };
 
-/// What is locked while a window works on the files.
+/// Locked while a window uses the files.
 const LOCK: &str = "lock";
-/// What says that a journal needs the files.
+/// Marks that a journal needs the files.
 const NEEDED: &str = "needed";
 /// The folder of the files.
 const FILES: &str = "files";
 
-/// The files of an archive; they are removed with it.
+/// The files of an archive; dropping this deletes them.
 #[derive(Debug)]
 pub(super) struct Unpacked {
     root: PathBuf,
-    /// Locked.
+    /// The lock on the folder.
     lock: Option<File>,
 }
 
 impl Unpacked {
-    /// Unpacks an archive; gives a copy of its graph that is in no file.
+    /// Unpacks an archive and returns a copy of its graph, which has no file.
     ///
     /// # Errors
-    /// When the archive cannot be trusted, or there is no room for it.
+    /// When the archive is unsafe, or there is no space for it.
     pub(super) fn new(archive: &Path, registry: &Registry) -> Result<(Self, Document), Failure> {
         let unable = |error: io::Error| {
             Failure::unable(format!("cannot make a folder to unpack `{}`: {}", archive.display(), reason(&error)))
@@ -48,7 +49,7 @@ impl Unpacked {
         let root = tempfile::tempdir_in(&archives).map_err(unable)?.keep();
         let mut new = Self { root, lock: None };
         let lock = File::create_new(new.root.join(LOCK)).map_err(unable)?;
-        // Where locks are unknown, nothing is swept.
+        // Without file locks, nothing is deleted.
         let _ = lock.try_lock();
         new.lock = Some(lock);
         let folder = new.root.join(FILES);
@@ -60,7 +61,7 @@ impl Unpacked {
         Ok((new, document))
     }
 
-    /// The files that work of an earlier time was left with, if it was a copy out of an archive, and nobody else has them.
+    /// The files of unsaved work. Returns None when it was not a copy of an archive, or another window has the files.
     pub(super) fn left(folder: &Path) -> Option<Self> {
         let archives = archives();
         let root = archives.join(folder.strip_prefix(&archives).ok()?.components().next()?);
@@ -73,13 +74,13 @@ impl Unpacked {
         Some(Self { root, lock: Some(lock) })
     }
 
-    /// Notes that a journal needs the files from now on.
+    /// Marks that a journal needs the files.
     pub(super) fn need(&self) {
-        // Without it, the files may be gone after a crash, which the work then tells.
+        // Without the mark the files may be gone after a crash; the recovered work then reports them as missing.
         let _ = File::create(self.root.join(NEEDED));
     }
 
-    /// Leaves the files for another time.
+    /// Leaves the files for a later start.
     pub(super) fn leave(mut self) {
         self.root = PathBuf::new();
     }
@@ -90,7 +91,7 @@ impl Drop for Unpacked {
         if self.root.as_os_str().is_empty() {
             return;
         }
-        // What cannot be removed is swept another time.
+        // What cannot be removed is deleted another time.
         let _ = fs::remove_file(self.root.join(NEEDED));
         self.lock = None;
         let _ = fs::remove_dir_all(&self.root);
@@ -101,7 +102,7 @@ fn archives() -> PathBuf {
     state::folder().unwrap_or_else(|| std::env::temp_dir().join("orograph")).join("archives")
 }
 
-/// Removes what nobody works on and no journal needs.
+/// Deletes folders that no window uses and no journal needs.
 fn sweep(archives: &Path) {
     for entry in fs::read_dir(archives).into_iter().flatten().flatten() {
         let root = entry.path();
@@ -111,9 +112,9 @@ fn sweep(archives: &Path) {
     }
 }
 
-/// Copies the files that a copy reads from the editor's own folder to the folder in which it is to be saved, where they have
-/// the same names; in a folder of their own where other files have those. Gives the folder from which their names lead to
-/// them, if there are any.
+/// Copies the files that a copy reads from the editor's own folder to the folder in which it will be saved, under the
+/// same names; into a subfolder if other files have those names. Returns the folder that their names are relative to.
+/// Returns None when there are no such files.
 ///
 /// # Errors
 /// When a file cannot be copied.
@@ -124,7 +125,7 @@ pub(super) fn take_along(document: &Document, to: &Path) -> io::Result<Option<Ta
     }
     let from = document.folder().canonicalize()?;
     let files = document.files();
-    // What is missing, or was named by the person, stays where it is.
+    // Missing files, and files that you chose yourself, stay where they are.
     let files = files.iter().filter_map(|file| file.canonicalize().ok());
     let names: Vec<PathBuf> = files.filter_map(|file| Some(file.strip_prefix(&from).ok()?.to_owned())).collect();
     if names.is_empty() {
@@ -163,17 +164,17 @@ pub(super) fn take_along(document: &Document, to: &Path) -> io::Result<Option<Ta
     Ok(Some(taken))
 }
 
-/// Files that were taken along.
+/// Files that were copied to the new place.
 #[derive(Debug)]
 pub(super) struct Taken {
-    /// Where they are.
+    /// Their folder.
     pub(super) folder: PathBuf,
-    /// Those that were not there before.
+    /// The files that did not exist before.
     pub(super) new: Vec<PathBuf>,
 }
 
 impl Taken {
-    /// Removes them again.
+    /// Deletes the copies.
     pub(super) fn give_back(&self) {
         for file in &self.new {
             let _ = fs::remove_file(file);

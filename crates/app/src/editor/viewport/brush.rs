@@ -10,15 +10,15 @@ use super::{look::Over, map::Hand};
 use crate::editor::Session;
 
 /// What a tool is called, and what it does.
-const fn told(tool: Tool, timed: bool) -> (&'static str, &'static str) {
+const fn describe(tool: Tool, timed: bool) -> (&'static str, &'static str) {
     match tool {
-        Tool::Raise => ("Raise", "Lift the land"),
-        Tool::Lower => ("Lower", "Lower the land"),
-        Tool::Smooth => ("Smooth", "Even out the land"),
+        Tool::Raise => ("Raise", "Raise the terrain"),
+        Tool::Lower => ("Lower", "Lower the terrain"),
+        Tool::Smooth => ("Smooth", "Smooth the terrain"),
         Tool::Mask => ("Mask", "Add to the mask"),
-        Tool::Erase if timed => ("Dry", "Take painted rain away"),
-        Tool::Erase => ("Erase", "Take from the mask"),
-        Tool::Rain => ("Rain", "Let more rain fall, from now on"),
+        Tool::Erase if timed => ("Remove rain", "Remove painted rain"),
+        Tool::Erase => ("Erase", "Remove from the mask"),
+        Tool::Rain => ("Rain", "Add rain from this time on"),
     }
 }
 
@@ -142,9 +142,9 @@ impl Brush {
     pub(super) fn bar(&mut self, ui: &mut egui::Ui, session: &mut Session) {
         ui.horizontal_wrapped(|ui| {
             let Some(canvas) = Canvas::of(session) else {
-                ui.label("Select a node with strokes, or");
+                ui.label("Select a Paint node, or");
                 let shown = session.shown();
-                let add = egui::Button::new("paint on top of what is shown");
+                let add = egui::Button::new("Add a Paint node here");
                 if ui.add_enabled(shown.is_some(), add).clicked()
                     && let Some(shown) = shown
                 {
@@ -157,7 +157,7 @@ impl Brush {
                 self.tool = Tool::Raise;
             }
             for tool in tools {
-                let (name, what) = told(*tool, canvas.timed);
+                let (name, what) = describe(*tool, canvas.timed);
                 ui.selectable_value(&mut self.tool, *tool, name).on_hover_text(what);
             }
             ui.separator();
@@ -168,7 +168,7 @@ impl Brush {
             let value = egui::DragValue::new(&mut radius).range(least..=most).speed(speed);
             if ui
                 .add(value.custom_formatter(|metres, _| Unit::Metres.display(metres)))
-                .on_hover_text("Also with [ and ]")
+                .on_hover_text("Shortcuts: [ and ]")
                 .changed()
             {
                 self.radius = Some(radius);
@@ -191,7 +191,7 @@ impl Brush {
             };
             ui.label("Hardness");
             ui.add(egui::DragValue::new(&mut self.hardness).range(0.0..=1.0).speed(0.01));
-            if ui.button("Clear").on_hover_text("Take all strokes away").clicked() {
+            if ui.button("Clear").on_hover_text("Remove all strokes").clicked() {
                 session.apply(&Edit::Reset { node: canvas.node, name: canvas.param.to_owned() });
             }
         });
@@ -261,14 +261,14 @@ fn lay(session: &mut Session, shown: &str) {
         paints && node.inputs.iter().any(|input| input.ty == PortType::Height)
     };
     let Some(kind) = document.registry().nodes().iter().copied().find(has_strokes) else {
-        session.note("there is no kind of node that can be painted on", true);
+        session.note("no node type can be painted on", true);
         return;
     };
     let Some(input) = kind.inputs.iter().find(|input| input.ty == PortType::Height) else { return };
     let graph = document.graph();
     let Ok(port) = graph.port(shown) else { return };
     if graph.output_type(port) != PortType::Height {
-        session.note("only heights can be painted on; show one first", true);
+        session.note("only heightfields can be painted on; show one first", true);
         return;
     }
     let name = (1..)

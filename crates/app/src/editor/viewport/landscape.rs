@@ -8,15 +8,21 @@ use std::sync::{
 use eframe::{egui_wgpu::RenderState, wgpu};
 use egui::{Align2, Color32, CursorIcon, Key as Keyboard, Pos2, Rect, Sense, Stroke, TextureId, pos2, vec2};
 
+use orograph_graph::Window;
+
 use super::{
     Shown,
-    drape::{Drape, Key},
     look::Look,
-    map::{Hand, Marks, label, readout, travelled},
+    map::{Hand, Marks, cell, label, readout, travelled},
+    near::Near,
     split::Split,
+    surface::{Colour, Key, Surface},
 };
-use crate::editor::session::View;
-use crate::view::{self, Camera, Fly, FlyKeys, Land, Orbit, Renderer, Scene, ViewError};
+use crate::{
+    editor::session::View,
+    export::picture,
+    view::{self, Camera, Fly, FlyKeys, Land, Orbit, Ray, Renderer, Scene, ViewError},
+};
 
 /// Pictures in the window are codes of sRGB in a format that has no curve of its own.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -57,10 +63,30 @@ struct Side {
     has: Option<Key>,
     /// A land that is being made.
     work: Option<(Key, Receiver<Result<Land, ViewError>>)>,
+    /// The part of it at finer cells.
+    near: Near,
     target: Option<Target>,
     /// What the texture shows.
-    drawn: Option<(Key, Scene)>,
+    drawn: Option<Drawn>,
     trouble: Option<ViewError>,
+}
+
+/// What a texture shows.
+#[derive(PartialEq)]
+struct Drawn {
+    land: Key,
+    /// The part at finer cells.
+    finer: Option<Window>,
+    scene: Scene,
+}
+
+/// The part of a land near the eye at finer cells.
+#[derive(Default)]
+pub(super) struct Finer {
+    /// What is drawn.
+    pub(super) surface: Option<Surface>,
+    /// The shown output there.
+    pub(super) shown: Option<Shown>,
 }
 
 /// A texture that egui knows.
@@ -75,7 +101,15 @@ impl Landscape {
     pub(super) fn new(state: &RenderState) -> Result<Self, ViewError> {
         let first = Renderer::new(&state.device, &state.queue, FORMAT)?;
         let second = first.sibling()?;
-        let side = |renderer| Side { renderer, has: None, work: None, target: None, drawn: None, trouble: None };
+        let side = |renderer| Side {
+            renderer,
+            has: None,
+            work: None,
+            near: Near::default(),
+            target: None,
+            drawn: None,
+            trouble: None,
+        };
         Ok(Self {
             state: state.clone(),
             sides: [side(first), side(second)],
@@ -94,7 +128,13 @@ impl Landscape {
 
     /// Of which state of the document the picture is, and with how many cells along the longer side.
     pub(super) fn seen(&self) -> Option<(u64, u32)> {
-        self.sides[0].drawn.as_ref().and_then(|(key, _)| key.age())
+        self.sides[0].drawn.as_ref().and_then(|drawn| drawn.land.age())
+    }
+
+    /// The window of the part at finer cells that is drawn, at a state of the document.
+    pub(super) fn finer(&self, revision: u64) -> Option<Window> {
+        let drawn = self.sides[0].drawn.as_ref()?;
+        drawn.finer.filter(|_| drawn.land.age().is_some_and(|(of, _)| of == revision))
     }
 
     /// Shows the whole land.
@@ -102,18 +142,18 @@ impl Landscape {
         (self.eye, self.moved) = (None, false);
     }
 
-    /// The land as it is seen, drawn anew at `width` pixels across or more: the pixels' codes, and how many there are.
+    /// Draws the current view again, at least `width` pixels wide. Returns the pixels' codes and the size in pixels.
     pub(super) fn picture(&mut self, width: u32) -> Result<(Vec<u8>, [u32; 2]), String> {
         let side = &mut self.sides[0];
-        let (Some((_, scene)), Some(target)) = (&side.drawn, &side.target) else {
-            return Err("no land is shown".to_owned());
+        let (Some(Drawn { scene, .. }), Some(target)) = (&side.drawn, &side.target) else {
+            return Err("no terrain is shown".to_owned());
         };
         let most = self.state.device.limits().max_texture_dimension_2d;
         let longest = target.size.into_iter().max().unwrap_or(1);
         let factor = (f64::from(width) / f64::from(target.size[0])).clamp(1.0, f64::from(most) / f64::from(longest));
         let size = target.size.map(|pixels| (f64::from(pixels) * factor).round().max(1.0) as u32);
         let drawn = view::drawn(&self.state.device, &self.state.queue, FORMAT, &mut side.renderer, scene, size);
-        drawn.map(|(codes, _)| (codes, size)).map_err(|trouble| told(&trouble))
+        drawn.map(|(codes, _)| (codes, size)).map_err(|trouble| explain(&trouble))
     }
 
     /// Whether the eye flies.
@@ -134,12 +174,13 @@ impl Landscape {
         };
     }
 
-    /// Draws the land of one or two outputs. `tool` says that the first button is a tool's and not the camera's.
+    /// Draws the land of one or two outputs, the first one with its finer cells. `tool` says that the first button is a tool's and not the camera's.
     pub(super) fn ui(
         &mut self,
         ui: &mut egui::Ui,
         shown: [&Shown; 2],
-        drapes: [Option<Drape>; 2],
+        surfaces: [Option<Surface>; 2],
+        finer: Finer,
         (look, contours, sea_level, tool): (&Look, bool, Option<f64>, bool),
         marks: Marks,
     ) -> Hand {
@@ -147,12 +188,13 @@ impl Landscape {
         let pane = response.rect;
         let scale = ui.ctx().pixels_per_point();
         let size = [pane.width(), pane.height()].map(|points| (points * scale).round().max(1.0) as u32);
-        let both = drapes[1].is_some();
-        for (side, drape) in self.sides.iter_mut().zip(drapes) {
-            if let Some(drape) = drape {
-                side.want(ui.ctx(), drape);
+        let both = surfaces[1].is_some();
+        for (side, surface) in self.sides.iter_mut().zip(surfaces) {
+            if let Some(surface) = surface {
+                side.want(ui.ctx(), surface);
             }
         }
+        self.sides[0].want_finer(ui.ctx(), finer.surface);
         let Some(land) = self.sides[0].renderer.land().cloned() else {
             let text = self.sides[0].trouble.as_ref().map_or_else(|| "…".to_owned(), ToString::to_string);
             painter.text(
@@ -174,10 +216,10 @@ impl Landscape {
         let before = eye.camera();
         move_eye(ui, &response, &mut eye, &land, exaggeration, (size, scale, tool));
         let camera = eye.camera();
-        // The whole land is framed anew until a hand moves the eye, whatever becomes of the window.
+        self.view = in_view(&land, &eye, exaggeration, size);
+        // Until you move the camera, a resize of the window fits the whole terrain into the view again.
         self.eye = Some(eye).filter(|eye| self.moved || camera != before || matches!(eye, Eye::Fly(_)));
         self.moved = self.eye.is_some();
-        self.view = in_view(&land, &camera, exaggeration, size);
 
         let scene = look.scene(camera, contours, land.range(), sea_level);
         for side in 0..if both { 2 } else { 1 } {
@@ -200,7 +242,12 @@ impl Landscape {
         }
 
         let to_pixel = |at: Pos2| [f64::from((at.x - pane.left()) * scale), f64::from((at.y - pane.top()) * scale)];
-        let hit = |at: Pos2| land.cast(&camera.ray(to_pixel(at), size), exaggeration);
+        let inset = self.sides[0].renderer.inset();
+        let cast = |ray: Ray| match inset {
+            Some(inset) => inset.cast(&land, &ray, exaggeration),
+            None => land.cast(&ray, exaggeration),
+        };
+        let hit = |at: Pos2| cast(camera.ray(to_pixel(at), size));
         let held = response.is_pointer_button_down_on() && ui.input(|input| input.pointer.primary_down());
         let pressed = tool && held;
         let at = response.interact_pointer_pos().filter(|_| pressed).or_else(|| response.hover_pos());
@@ -211,7 +258,8 @@ impl Landscape {
             response.clone().on_hover_cursor(CursorIcon::Crosshair);
         }
         let on_screen = |[x, y]: [f64; 2]| {
-            let up = land.height_at([x, y]) * exaggeration;
+            let up =
+                inset.map_or_else(|| land.height_at([x, y]), |inset| inset.height_at(&land, [x, y])) * exaggeration;
             let [px, py] = camera.pixel(glam::DVec3::new(x, up, y), size)?;
             Some(pane.min + vec2(px as f32, py as f32) / scale)
         };
@@ -228,7 +276,8 @@ impl Landscape {
             painter.line(points, Stroke::new(1.5, Color32::WHITE));
         }
         if let Some(place) = place {
-            let text = readout(shown[0], place);
+            let near = finer.shown.as_ref().filter(|near| inset.is_some() && cell(near, place).is_some());
+            let text = readout(near.unwrap_or(shown[0]), place);
             label(&painter, pane.right_bottom() - vec2(10.0, 10.0), Align2::RIGHT_BOTTOM, &text);
         }
         compass(&painter, pane, &camera);
@@ -240,14 +289,18 @@ impl Landscape {
     }
 }
 
-/// The part of the world around the place in the middle of the picture, as wide as the picture is there.
-fn in_view(land: &Land, camera: &Camera, exaggeration: f64, size: [u32; 2]) -> Option<View> {
+/// The part of the world around the place in the middle of the picture, as wide as the picture is there. Where an eye that
+/// flies sees the sky there, around a place below.
+fn in_view(land: &Land, eye: &Eye, exaggeration: f64, size: [u32; 2]) -> Option<View> {
+    let camera = eye.camera();
     let middle = size.map(|pixels| f64::from(pixels) / 2.0);
-    let hit = land.cast(&camera.ray(middle, size), exaggeration)?;
+    let below = [1.0, 1.25, 1.5, 1.75].map(|down| [middle[0], middle[1] * down]);
+    let places = if matches!(eye, Eye::Fly(_)) { &below[..] } else { &below[..1] };
+    let hit = places.iter().find_map(|pixel| land.cast(&camera.ray(*pixel, size), exaggeration))?;
     let half = camera.half_extent(size).map(|extent| extent * hit.distance);
     let half_m = half[0].max(half[1]);
     let part = [-half_m, half_m].map(|by| hit.place.map(|place| place + by));
-    Some(View { part, pixel_m: half[1] / middle[1], draws: false })
+    Some(View { part, pixel_m: half[1] / middle[1] })
 }
 
 /// Moves the eye by the pointer and the keys.
@@ -308,7 +361,7 @@ fn move_eye(
 }
 
 /// What went wrong, and what would help.
-pub(super) fn told(trouble: &ViewError) -> String {
+pub(super) fn explain(trouble: &ViewError) -> String {
     format!("{trouble}; {}", trouble.remedy())
 }
 
@@ -329,36 +382,46 @@ fn compass(painter: &egui::Painter, pane: Rect, camera: &Camera) {
 
 impl Side {
     /// Asks for a land; until it is there the one before stays.
-    fn want(&mut self, context: &egui::Context, drape: Drape) {
+    fn want(&mut self, context: &egui::Context, surface: Surface) {
         if let Some((key, land)) = self.work.take() {
             match land.try_recv() {
                 Ok(land) => {
                     let set = land.and_then(|land| self.renderer.set_land(Arc::new(land)));
                     self.trouble = set.err();
                     self.has = Some(key);
+                    self.near.forget();
                 }
                 Err(TryRecvError::Empty) => self.work = Some((key, land)),
                 Err(TryRecvError::Disconnected) => {}
             }
         }
-        if self.work.is_some() || self.has.as_ref() == Some(&drape.key) {
+        if self.work.is_some() || self.has.as_ref() == Some(&surface.key) {
             return;
         }
         let (outbox, inbox) = channel();
-        let (context, key) = (context.clone(), drape.key.clone());
+        let (context, key) = (context.clone(), surface.key.clone());
         rayon::spawn(move || {
             // Nobody waits for it any more when the window is closed.
-            let _ = outbox.send(land(&drape));
+            let _ = outbox.send(land(&surface));
             context.request_repaint();
         });
         self.work = Some((key, inbox));
     }
 
+    /// Asks for a part of the land at finer cells, or for none.
+    fn want_finer(&mut self, context: &egui::Context, surface: Option<Surface>) {
+        let surface = surface.filter(|surface| self.has.as_ref() == Some(&surface.key));
+        if let Err(trouble) = self.near.want(context, &mut self.renderer, surface) {
+            self.trouble = Some(trouble);
+        }
+    }
+
     /// Draws the land if anything of the picture has changed.
     fn draw(&mut self, state: &RenderState, size: [u32; 2], scene: &Scene) {
-        let Some(key) = self.has.clone() else { return };
+        let Some(land) = self.has.clone() else { return };
+        let now = Drawn { land, finer: self.near.window(), scene: scene.clone() };
         let fits = self.target.as_ref().is_some_and(|target| target.size == size);
-        if fits && self.drawn.as_ref().is_some_and(|(drawn, of)| *drawn == key && of == scene) {
+        if fits && self.drawn.as_ref() == Some(&now) {
             return;
         }
         if !fits {
@@ -369,7 +432,7 @@ impl Side {
         match self.renderer.draw(&mut encoder, &target.view, size, scene) {
             Ok(_) => {
                 state.queue.submit([encoder.finish()]);
-                self.drawn = Some((key, scene.clone()));
+                self.drawn = Some(now);
             }
             Err(trouble) => self.trouble = Some(trouble),
         }
@@ -403,15 +466,15 @@ impl Target {
 }
 
 /// The land that is drawn.
-fn land(drape: &Drape) -> Result<Land, ViewError> {
-    let mut land = Land::new(&drape.height)?;
-    if let Some(colour) = &drape.colour {
-        land = land.with_colour(colour)?;
+pub(super) fn land(surface: &Surface) -> Result<Land, ViewError> {
+    let mut land = Land::new(&surface.height)?;
+    if let Some(Colour { field, ty, whole }) = &surface.colour {
+        land = land.with_colour(&picture::of_part(field, *ty, whole))?;
     }
-    if let Some(water) = &drape.water {
+    if let Some(water) = &surface.water {
         land = land.with_water(water)?;
     }
-    if let Some(mask) = &drape.mask {
+    if let Some(mask) = &surface.mask {
         land = land.with_mask(mask)?;
     }
     Ok(land)

@@ -24,7 +24,7 @@ pub(super) fn toggle(ui: &mut Ui, session: &mut Session) {
     let shown = session.shown().and_then(|port| Some(port.split_once('.')?.0.to_owned()));
     let Some(node) = running.clone().or(shown).filter(|node| session.can_simulate(node)) else { return };
     let mut on = running.is_some();
-    let what = format!("Run `{node}` step by step, and paint while it runs");
+    let what = format!("Run `{node}` step by step and paint while it runs");
     if ui.toggle_value(&mut on, "Live").on_hover_text(what).changed() {
         if on {
             session.simulate(&node);
@@ -41,18 +41,18 @@ impl Bar {
             let begun = simulation.moment().is_some() && simulation.trouble().is_none();
             let on = begun && !simulation.is_over();
             let (name, what) = match simulation.goes() {
-                true => ("Pause", "Stand still"),
-                false => ("Run", "Go on until the end"),
+                true => ("Pause", "Pause the simulation"),
+                false => ("Run", "Run to the end"),
             };
             if ui.add_enabled(on, egui::Button::new(name)).on_hover_text(what).clicked() {
                 session.run_simulation(!simulation.goes());
             }
             let step = ui.add_enabled(on && !simulation.goes(), egui::Button::new("Step"));
-            if step.on_hover_text("Go on by so many steps").clicked() {
+            if step.on_hover_text("Advance by this many steps").clicked() {
                 session.step_simulation(self.steps);
             }
             ui.add(egui::DragValue::new(&mut self.steps).range(1..=10_000).speed(0.2).suffix(" steps"));
-            if ui.add_enabled(begun, egui::Button::new("Restart")).on_hover_text("Begin anew").clicked() {
+            if ui.add_enabled(begun, egui::Button::new("Restart")).on_hover_text("Restart from the beginning").clicked() {
                 session.restart_simulation();
             }
             ui.separator();
@@ -61,15 +61,15 @@ impl Bar {
                     ui.colored_label(ui.visuals().error_fg_color, trouble);
                 }
                 (None, None) => {
-                    ui.weak(format!("what {} reads is being built …", simulation.node()));
+                    ui.weak(format!("building the inputs of {} …", simulation.node()));
                 }
                 (None, Some(moment)) => {
                     let part = if moment.end > 0.0 { (moment.now / moment.end) as f32 } else { 1.0 };
                     let told = format!("{} of {}", span(moment.now), span(moment.end));
                     ui.add(egui::ProgressBar::new(part).desired_width(160.0).text(told));
                     let hint = match moment.is_over() {
-                        true => "It is over, and has been taken as the node's result.",
-                        false => "Brush: raise or lower the ground, or let it rain. Strokes act at their time.",
+                        true => "Finished; the result is now the node's output.",
+                        false => "Brush: raise or lower the ground, or add rain. Strokes are replayed at the time you painted them.",
                     };
                     ui.weak(hint);
                 }

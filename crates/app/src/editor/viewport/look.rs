@@ -3,7 +3,7 @@
 use orograph_graph::{PortType, Unit};
 
 use crate::{
-    editor::{Session, actions::Action},
+    editor::{Session, window::actions::Action},
     view::{Background, Camera, Colouring, Contours, Scene, Sun},
 };
 
@@ -140,12 +140,12 @@ impl Look {
             ui.end_row();
             ui.label("Water");
             let name = match &self.water {
-                Water::Own => "of the shown node",
+                Water::Own => "From the shown node",
                 Water::None => "none",
                 Water::Output(port) => port,
             };
             egui::ComboBox::from_id_salt("water").selected_text(name.to_owned()).width(170.0).show_ui(ui, |ui| {
-                ui.selectable_value(&mut self.water, Water::Own, "of the shown node");
+                ui.selectable_value(&mut self.water, Water::Own, "From the shown node");
                 ui.selectable_value(&mut self.water, Water::None, "none");
                 let depths = super::ports(session).into_iter().filter(|(_, ty)| *ty == PortType::Scalar(Unit::Metres));
                 for (port, _) in depths {
@@ -155,10 +155,10 @@ impl Look {
             ui.end_row();
             let level = session.document().world().sea_level;
             ui.add_enabled(level.is_some(), egui::Checkbox::new(&mut self.sea, "Sea"))
-                .on_disabled_hover_text("The world has no sea: set its sea level in the inspector of the file");
+                .on_disabled_hover_text("The world has no sea; set a sea level in the file's inspector");
             ui.weak(level.map_or_else(|| "none".to_owned(), |level| Unit::Metres.display(level)));
             ui.end_row();
-            ui.label("Heights ×");
+            ui.label("Vertical exaggeration");
             ui.add(egui::Slider::new(&mut self.exaggeration, 0.25..=10.0).logarithmic(true).max_decimals(2));
             ui.end_row();
             ui.label("Time of day");
@@ -181,7 +181,7 @@ impl Look {
             ui.checkbox(&mut self.sky, "Sky");
             ui.end_row();
         });
-        if ui.button("As it was").on_hover_text("All of these as they are at the start").clicked() {
+        if ui.button("Reset look").on_hover_text("Restore the default look").clicked() {
             *self = Self::default();
         }
     }

@@ -150,7 +150,7 @@ impl Map {
         }
         let pixel_m = camera.metres / f64::from(ui.ctx().pixels_per_point());
         let part = [pane.min, pane.max].map(|corner| camera.to_world(pane, corner));
-        self.view = Some(View { part, pixel_m, draws: true });
+        self.view = Some(View { part, pixel_m });
         if let Some(x) = edge {
             split::draw(&painter, pane, x, shown.map(|shown| shown.port.as_str()));
         }
@@ -190,7 +190,7 @@ pub(super) fn label(painter: &egui::Painter, at: egui::Pos2, align: Align2, text
     painter.galley(rect.min, galley, Color32::WHITE);
 }
 
-/// What is at a place, in words.
+/// The value at a place, as text.
 pub(super) fn readout(shown: &Shown, [x, y]: [f64; 2]) -> String {
     let place = format!("x {}  y {}", Unit::Metres.display(x), Unit::Metres.display(y));
     match cell(shown, [x, y]) {

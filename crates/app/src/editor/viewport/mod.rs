@@ -2,15 +2,16 @@
 
 mod brush;
 mod camera;
-mod drape;
 mod landscape;
 mod live;
 mod look;
 mod map;
+mod near;
 mod painter;
 mod profile;
 mod scale;
 mod split;
+mod surface;
 
 use std::path::Path;
 
@@ -19,16 +20,16 @@ use orograph_nodes::raster;
 
 use self::{
     brush::Brush,
-    drape::{Drape, Parts},
     landscape::Landscape,
     look::Look,
-    map::{Finer, Map, Marks},
+    map::{Map, Marks},
     painter::Painter,
     profile::Profile,
+    surface::{Parts, Surface},
 };
 use super::{
     Session,
-    actions::{Action, Status},
+    window::actions::{Action, Status},
 };
 use crate::view::ViewError;
 
@@ -91,8 +92,7 @@ struct Shown {
 impl Viewport {
     /// A viewport that draws with the window's device; without one it shows maps only.
     pub(super) fn new(state: Option<&eframe::egui_wgpu::RenderState>) -> Self {
-        let none = || ViewError::NoAdapter("the window has no graphics device".to_owned());
-        let landscape = state.ok_or_else(none).and_then(Landscape::new);
+        let landscape = state.ok_or(ViewError::NoAdapter).and_then(Landscape::new);
         Self {
             mode: if landscape.is_ok() { Mode::Land } else { Mode::Map },
             tool: Tool::Look,
@@ -118,24 +118,31 @@ impl Viewport {
         }
     }
 
-    /// The window of the part at finer cells, of the present state of the document, that the map draws over the shown output.
+    /// The window of the part at finer cells, of the present state of the document, that is drawn over the shown output.
     pub(super) fn finer(&self, session: &Session) -> Option<Window> {
-        let port = session.shown().filter(|_| self.mode == Mode::Map)?;
-        self.finer.part(&port, session.revision()).map(|(_, window)| *window)
+        if let (Mode::Land, Ok(landscape)) = (self.mode, &self.landscape) {
+            return landscape.finer(session.revision());
+        }
+        self.finer.part(&session.shown()?, session.revision()).map(|(_, window)| *window)
     }
 
     pub(super) fn ui(&mut self, ui: &mut egui::Ui, session: &mut Session) {
-        self.terrain(ui, session);
+        let was_close = session.detail().is_some();
+        let drawn = self.terrain(ui, session);
         let view = match (self.mode, &self.landscape) {
             (Mode::Land, Ok(landscape)) => landscape.view(),
             _ => self.map.view(),
         };
-        if let Some(wait) = session.look_at(view) {
+        if let Some(wait) = session.look_at(view, drawn) {
             ui.ctx().request_repaint_after(wait);
+        }
+        if session.detail().is_some() != was_close {
+            ui.ctx().request_repaint();
         }
     }
 
-    fn terrain(&mut self, ui: &mut egui::Ui, session: &mut Session) {
+    /// Draws the shown output. Returns the outputs that are drawn and can have finer cells.
+    fn terrain(&mut self, ui: &mut egui::Ui, session: &mut Session) -> Vec<String> {
         self.bar(ui, session);
         let port = session.shown();
         let compared = session.compared().map(str::to_owned);
@@ -146,15 +153,20 @@ impl Viewport {
         session.also_show(parts.iter().flat_map(Parts::names).collect());
         let Some(shown) = port.as_deref().and_then(|port| shown(session, port)) else {
             let node = port.as_deref().and_then(|port| port.split_once('.')).map(|(node, _)| node);
-            let lacks = node.and_then(|node| Some(format!("{node} {}", session.node(node).state.lacks()?)));
+            let lacks = node.and_then(|node| Some(format!("{node}\n{}", session.node(node).state.lacks()?)));
             let text = match (port, session.is_busy()) {
                 _ if lacks.is_some() => lacks.unwrap_or_default(),
-                (None, _) => "Add a node to the graph to see its land here: press Space over the graph.".to_owned(),
+                (None, _) => "Add a node to see its terrain here: press Space over the graph.".to_owned(),
                 (Some(port), true) => format!("building {port} …"),
-                (Some(port), false) => format!("{port} has no picture"),
+                (Some(port), false) => match session.document().graph().port(&port) {
+                    Ok(found) if session.document().graph().output_type(found) == PortType::Lines => {
+                        "Lines cannot be previewed".to_owned()
+                    }
+                    _ => format!("{port} cannot be previewed"),
+                },
             };
             ui.centered_and_justified(|ui| ui.weak(text));
-            return;
+            return Vec::new();
         };
         let compared = compared.and_then(|port| self::shown(session, &port));
         self.profile.panel(ui, &shown, compared.as_ref());
@@ -162,13 +174,16 @@ impl Viewport {
         let ring = (self.tool == Tool::Brush).then(|| self.brush.radius(session));
         let marks = Marks { line: self.profile.line(), ring };
         let sides = [&shown, compared.as_ref().unwrap_or(&shown)];
-        let hand = match (self.mode, &mut self.landscape) {
+        let (hand, drawn) = match (self.mode, &mut self.landscape) {
             (Mode::Land, Ok(landscape)) => {
                 let [first, second] = &parts;
-                let other = compared.as_ref().and_then(|_| Drape::of(session, second));
-                let drapes = [Drape::of(session, first), other];
+                let other = compared.as_ref().and_then(|_| Surface::of(session, second));
+                let surface = Surface::of(session, first);
+                let near = surface.as_ref().and_then(|surface| surface.finer(session, first));
+                let finer = landscape::Finer { surface: near, shown: finer(session, &shown) };
                 let sea_level = session.document().world().sea_level;
-                landscape.ui(ui, sides, drapes, (&self.look, self.contours, sea_level, tool), marks)
+                let how = (&self.look, self.contours, sea_level, tool);
+                (landscape.ui(ui, sides, [surface, other], finer, how, marks), first.drawn())
             }
             _ => {
                 self.painter.want(ui.ctx(), &shown, self.contours);
@@ -180,9 +195,9 @@ impl Viewport {
                     self.finer.want_part(ui.ctx(), finer, &shown, self.contours);
                 }
                 let picture = self.finer.part(&shown.port, shown.revision);
-                let finer = Finer { shown: finer.as_ref(), picture };
+                let finer = map::Finer { shown: finer.as_ref(), picture };
                 let pictures = [self.painter.texture(), compared.as_ref().and_then(|_| self.other.texture())];
-                self.map.ui(ui, sides, pictures, finer, (tool, marks))
+                (self.map.ui(ui, sides, pictures, finer, (tool, marks)), vec![shown.port.clone()])
             }
         };
         match self.tool {
@@ -190,25 +205,26 @@ impl Viewport {
             Tool::Measure => self.profile.drag(&hand),
             Tool::Brush => self.brush.drag(&hand, session),
         }
+        drawn
     }
 
     /// Writes a picture of the land in 3D as it is seen, and tells of it.
     pub(super) fn save_picture(&mut self, session: &mut Session, path: &Path) {
         match self.picture(path) {
             Ok([width, height]) => {
-                session.note(format!("{} has the picture, {width} x {height} pixels", path.display()), false);
+                session.note(format!("saved the picture {}, {width} x {height} pixels", path.display()), false);
             }
-            Err(why) => session.note(format!("the picture is not saved: {why}"), true),
+            Err(why) => session.note(format!("cannot save the picture: {why}"), true),
         }
     }
 
     fn picture(&mut self, path: &Path) -> Result<[u32; 2], String> {
-        let landscape = self.landscape.as_mut().map_err(|trouble| landscape::told(trouble))?;
+        let landscape = self.landscape.as_mut().map_err(|trouble| landscape::explain(trouble))?;
         if self.mode != Mode::Land {
-            return Err("it is taken of the land in 3D; choose 3D above it first".to_owned());
+            return Err("a picture shows the 3D view; switch the viewport to 3D first".to_owned());
         }
         let (codes, size) = landscape.picture(PICTURE_WIDTH)?;
-        let picture = crate::picture::of_codes(&codes, size);
+        let picture = crate::export::picture::of_codes(&codes, size);
         raster::write_colour(path, &picture, &|| true).map_err(|error| error.to_string())?;
         Ok(size)
     }
@@ -218,7 +234,7 @@ impl Viewport {
         let land = self.landscape.as_ref().ok().filter(|_| self.mode == Mode::Land);
         let in_3d = |on| Status::switch(land.is_some(), on);
         match action {
-            Action::Land => Status::switch(self.landscape.is_ok(), self.mode == Mode::Land),
+            Action::View3d => Status::switch(self.landscape.is_ok(), self.mode == Mode::Land),
             Action::Map => Status::switch(true, self.mode == Mode::Map),
             Action::Fly => in_3d(land.is_some_and(Landscape::is_flying)),
             Action::Contours => Status::switch(true, self.contours),
@@ -237,9 +253,9 @@ impl Viewport {
     pub(super) fn carry_out(&mut self, action: Action, session: &mut Session) {
         let on = !self.status(session, action).on.unwrap_or(false);
         match action {
-            Action::Land if self.landscape.is_ok() => self.mode = Mode::Land,
+            Action::View3d if self.landscape.is_ok() => self.mode = Mode::Land,
             Action::Map => self.mode = Mode::Map,
-            Action::Whole => {
+            Action::FitView => {
                 self.map.fit();
                 if let Ok(landscape) = &mut self.landscape {
                     landscape.fit();
@@ -291,8 +307,8 @@ impl Viewport {
             self.toggle(ui, session, Action::Compare, "A|B");
             compared(ui, session);
             live::toggle(ui, session);
-            if ui.button("Whole").on_hover_text(Action::Whole.what()).clicked() {
-                self.carry_out(Action::Whole, session);
+            if ui.button(Action::FitView.name()).on_hover_text(Action::FitView.what()).clicked() {
+                self.carry_out(Action::FitView, session);
             }
             if self.mode == Mode::Land && self.landscape.is_ok() {
                 self.toggle(ui, session, Action::Fly, Action::Fly.name());
@@ -312,7 +328,7 @@ fn outputs(ui: &mut egui::Ui, session: &mut Session) {
     let shown = session.shown();
     let mut pinned = session.pinned().is_some();
     let mut chosen = None;
-    egui::ComboBox::from_id_salt("shown").selected_text(shown.as_deref().unwrap_or("nothing")).width(150.0).show_ui(
+    egui::ComboBox::from_id_salt("shown").selected_text(shown.as_deref().unwrap_or("No output")).width(150.0).show_ui(
         ui,
         |ui| {
             for (port, _) in ports(session) {
@@ -326,7 +342,7 @@ fn outputs(ui: &mut egui::Ui, session: &mut Session) {
         session.pin(Some(port));
     } else if ui
         .toggle_value(&mut pinned, "Pin")
-        .on_hover_text("Keep showing this output whatever is selected")
+        .on_hover_text("Pin to viewport: keep showing this output whatever is selected")
         .changed()
     {
         session.pin(shown.filter(|_| pinned));
@@ -382,8 +398,8 @@ fn shown(session: &Session, port: &str) -> Option<Shown> {
 
 /// The part of an output at finer cells, if it is of the same state of the document.
 fn finer(session: &Session, shown: &Shown) -> Option<Shown> {
-    let (port, built) = session.finer()?;
+    let built = session.finer(&shown.port)?;
     let Value::Field(field) = &built.value else { return None };
-    let same = port == shown.port && built.revision == shown.revision && shown.step == 0;
-    same.then(|| Shown { port: port.to_owned(), ty: shown.ty, field: field.clone(), ..*shown })
+    let same = built.revision == shown.revision && shown.step == 0;
+    same.then(|| Shown { port: shown.port.clone(), ty: shown.ty, field: field.clone(), ..*shown })
 }

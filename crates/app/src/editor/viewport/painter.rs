@@ -7,7 +7,7 @@ use orograph_graph::{Field, PortType, Window};
 use orograph_nodes::raster::srgb_bytes;
 
 use super::{Shown, scale::contour_step};
-use crate::picture;
+use crate::export::picture;
 
 /// What a picture is of.
 #[derive(Clone, Debug, PartialEq)]

@@ -21,7 +21,7 @@ impl Profile {
         self.line
     }
 
-    /// Draws the line anew while the hand is down.
+    /// Follows the pointer with the line while the button is pressed.
     pub(super) fn drag(&mut self, hand: &Hand) {
         match (hand.pressed, hand.place) {
             (true, Some(place)) => {

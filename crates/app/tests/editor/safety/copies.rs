@@ -1,4 +1,4 @@
-//! Copies that are in no file: of examples and out of archives. They find the files they read, after a crash too.
+//! Copies without a file: of examples and of archives. They find the files they read, after a crash too.
 
 use std::{
     fs,
@@ -7,8 +7,8 @@ use std::{
 
 use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::{
-    archive,
-    editor::{App, Journals, NodeState, Question, Session, Wish},
+    editor::{App, FileCommand, Journals, NodeState, Question, Session},
+    files::archive,
 };
 use orograph_graph::{Document, Edit};
 
@@ -16,8 +16,8 @@ use crate::{graph, settle};
 
 fn kept(file: Option<PathBuf>, state: &Path) -> Harness<'static, App> {
     let state = state.to_owned();
-    Harness::builder().with_size([1000.0, 700.0]).with_max_steps(64).wgpu().build_eframe(move |context| {
-        App::new(context, file, orograph::storage::in_memory())
+    crate::harness([1000.0, 700.0]).build_eframe(move |context| {
+        App::new(context, file, orograph::build::storage::in_memory())
             .expect("the file can be read")
             .kept(context, Journals::with_state(&state))
     })
@@ -27,20 +27,20 @@ fn add(session: &mut Session) {
     assert!(session.apply(&Edit::AddNode { name: "new".into(), kind: "Constant".into(), at: None }));
 }
 
-/// A crash, a start in no file, and the work is taken up. Gives the window with it.
+/// A crash and a start without a file; recovers the work and returns its window.
 fn crash_and_take_up(window: Harness<'_, App>, state: &Path) -> Harness<'static, App> {
     let source = window.state().session().document().source().to_owned();
     drop(window);
     let mut window = kept(None, state);
     window.run_steps(4);
     window.get_by_label("Work on Untitled was not saved");
-    window.get_by_label("Take it up").click();
+    window.get_by_label("Recover").click();
     window.run_steps(4);
     assert_eq!(window.state().session().document().source(), source);
     window
 }
 
-/// The files that the work reads are there, and it can be built.
+/// The files that the graph reads exist, and it can be built.
 #[track_caller]
 fn is_whole(window: &mut Harness<'_, App>, node: &str) {
     window.state_mut().session_mut().set_cells(32);
@@ -67,7 +67,7 @@ fn packed(folder: &Path) -> PathBuf {
 }
 
 #[test]
-fn a_copy_out_of_an_archive_survives_a_crash_and_takes_its_files_along() {
+fn a_copy_of_an_archive_survives_a_crash_with_its_files() {
     let folder = tempfile::tempdir().expect("a folder");
     let state = folder.path().join("state");
     let archive = packed(&folder.path().join("far"));
@@ -79,7 +79,7 @@ fn a_copy_out_of_an_archive_survives_a_crash_and_takes_its_files_along() {
     let mut window = crash_and_take_up(window, &state);
     is_whole(&mut window, "a");
     assert_eq!(window.state().session().document().folder(), unpacked);
-    // Saved, it has all it reads beside it, under the same names.
+    // Once saved, it has all its files beside it, under the same names.
     let home = folder.path().join("home");
     fs::create_dir(&home).expect("made");
     let source = window.state().session().document().source().to_owned();
@@ -91,12 +91,12 @@ fn a_copy_out_of_an_archive_survives_a_crash_and_takes_its_files_along() {
 }
 
 #[test]
-fn the_files_of_an_archive_go_with_the_work_that_is_given_up() {
+fn discarding_work_deletes_the_files_of_its_archive() {
     let folder = tempfile::tempdir().expect("a folder");
     let state = folder.path().join("state");
     let archive = packed(&folder.path().join("far"));
     let open = |file: Option<PathBuf>| {
-        let mut session = Session::open(file, orograph_nodes::registry(), orograph::storage::in_memory(), || {})
+        let mut session = Session::open(file, orograph_nodes::registry(), orograph::build::storage::in_memory(), || {})
             .expect("it can be read");
         session.keep(Journals::with_state(&state), || {});
         session
@@ -110,7 +110,7 @@ fn the_files_of_an_archive_go_with_the_work_that_is_given_up() {
     let unpacked = worked_on.document().folder().to_owned();
     add(&mut worked_on);
     drop(worked_on);
-    // Another window neither takes nor sweeps what waits.
+    // Another window neither uses nor deletes files that wait for recovery.
     drop(open(Some(archive)));
     assert!(unpacked.exists());
     let mut later = open(None);
@@ -120,7 +120,7 @@ fn the_files_of_an_archive_go_with_the_work_that_is_given_up() {
 }
 
 #[test]
-fn a_copy_of_an_example_survives_a_crash_and_takes_its_files_along() {
+fn a_copy_of_an_example_survives_a_crash_with_its_files() {
     let folder = tempfile::tempdir().expect("a folder");
     let state = folder.path().join("state");
     let mut window = kept(None, &state);
@@ -129,12 +129,12 @@ fn a_copy_of_an_example_survives_a_crash_and_takes_its_files_along() {
     window.run_steps(3);
     window.get_by_label_contains("Examples").click();
     window.run_steps(4);
-    window.query_all_by_label("A real place, worn further").next().expect("offered").click();
+    window.query_all_by_label("A real landscape, eroded further").next().expect("offered").click();
     window.run_steps(4);
     add(window.state_mut().session_mut());
     let mut window = crash_and_take_up(window, &state);
     is_whole(&mut window, "new");
-    // Where another file has the name of one that comes along, those are in a folder of their own.
+    // If a file of the same name exists, the copies go to a folder of their own.
     fs::create_dir(folder.path().join("data")).expect("made");
     let other = folder.path().join("data/bigtujunga_512_30m.tif");
     fs::write(&other, "something else").expect("written");
@@ -143,7 +143,7 @@ fn a_copy_of_an_example_survives_a_crash_and_takes_its_files_along() {
     assert!(session.document().source().contains("mine_files/data/bigtujunga_512_30m.tif"));
     assert!(session.document().files().iter().all(|file| file.is_file() && file.starts_with(folder.path())));
     assert_eq!(fs::read_to_string(other).expect("there"), "something else");
-    assert!(session.take_notes().iter().any(|note| note.message.contains("is saved with it")));
-    session.wish(Wish::Close);
+    assert!(session.take_notes().iter().any(|note| note.message.contains("were saved with it")));
+    session.request(FileCommand::Close);
     assert!(session.is_over());
 }

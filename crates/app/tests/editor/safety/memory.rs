@@ -1,4 +1,4 @@
-//! The editor without memory: the journal is whole.
+//! The editor out of memory: the journal is complete.
 
 use std::{fs, path::PathBuf, process::Command};
 
@@ -11,7 +11,7 @@ use crate::{
     wait,
 };
 
-/// Names the graph file for the process that runs out of memory.
+/// Sets the graph file for the process that runs out of memory.
 const FILE: &str = "OROGRAPH_TEST_WITHOUT_MEMORY";
 
 const NAME: &str = "safety::memory::what_was_not_saved_is_in_the_journal_when_memory_runs_out";
@@ -24,14 +24,14 @@ fn what_was_not_saved_is_in_the_journal_when_memory_runs_out() {
     let (folder, file) = hills();
     let mut child = Command::new(std::env::current_exe().expect("this program"));
     let ended = child.args(["--exact", NAME, "--nocapture"]).env(FILE, &file).output().expect("it starts");
-    let told = String::from_utf8_lossy(&ended.stderr);
-    assert_eq!(ended.status.code(), Some(2), "{told}");
-    assert!(told.contains("out of memory") && told.contains("is in the journal"), "{told}");
+    let message = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(2), "{message}");
+    assert!(message.contains("out of memory") && message.contains("is in the journal"), "{message}");
     let journal = fs::read(folder.path().join(".hills.ron.journal")).expect("there");
     assert_eq!(recover(&journal).expect("whole").text, with("5"));
 }
 
-/// Edits a file, and then asks for more than any machine has.
+/// Edits a file, and then allocates more than any machine has.
 fn run_out(file: &std::path::Path) {
     let folder = file.parent().expect("a folder");
     keeps_a_journal();

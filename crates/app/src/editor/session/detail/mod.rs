@@ -6,14 +6,17 @@
 
 mod part;
 
-use std::time::{Duration, Instant};
+use std::{
+    collections::BTreeMap,
+    time::{Duration, Instant},
+};
 
 use orograph_graph::{EvalError, Value, Window, World};
 
 pub use self::part::View;
 use self::part::{covers, finer};
+use super::worker::{self, Part, Wanted, coarser, longer};
 use super::{Built, Session};
-use crate::editor::worker::{self, Part, Wanted, coarser, longer};
 
 /// How long the view rests before a part is ordered.
 const REST: Duration = Duration::from_millis(150);
@@ -28,8 +31,6 @@ pub enum Detail {
         /// The node's name in the document.
         node: String,
     },
-    /// Only the map draws finer cells.
-    OnMap,
     /// Finer cells are being built.
     Building,
     /// Finer cells are there.
@@ -44,19 +45,23 @@ pub enum Detail {
     },
 }
 
-/// A part of an output.
+/// A part of some outputs.
 #[derive(Clone, Debug, PartialEq)]
 struct Target {
     revision: u64,
-    port: String,
+    /// As `node.port`.
+    ports: Vec<String>,
     window: Window,
 }
+
+/// Outputs by their names.
+type Values = BTreeMap<String, Built>;
 
 /// What rules parts of an output out.
 #[derive(Debug)]
 struct RuledOut {
-    /// The state of the document, the output, and the cells of the world.
-    of: (u64, String, [u32; 2]),
+    /// The state of the document, the outputs, and the cells of the world.
+    of: (u64, Vec<String>, [u32; 2]),
     /// The node that needs the whole world, if one does.
     by: Option<String>,
 }
@@ -68,7 +73,9 @@ pub(super) struct Close {
     /// What the view needs, and since when it needs that part.
     wanted: Option<(Target, Instant)>,
     ordered: Option<Target>,
-    answer: Option<(Target, Result<Built, String>)>,
+    /// What has come of what was ordered, while some of it is still to come.
+    come: Values,
+    answer: Option<(Target, Result<Values, String>)>,
     whole: Option<RuledOut>,
 }
 
@@ -79,16 +86,17 @@ impl Session {
         self.close.detail.as_ref()
     }
 
-    /// The newest part with finer cells, and the output (`node.port`) that it is of.
+    /// The newest part with finer cells of an output (`node.port`).
     #[must_use]
-    pub fn finer(&self) -> Option<(&str, &Built)> {
-        let (target, built) = self.close.answer.as_ref()?;
-        Some((target.port.as_str(), built.as_ref().ok()?))
+    pub fn finer(&self, port: &str) -> Option<&Built> {
+        let (_, values) = self.close.answer.as_ref()?;
+        values.as_ref().ok()?.get(port)
     }
 
-    /// Notes what is in view. Returns the time after which [`Self::poll`] has to be called to order a part of it.
-    pub fn look_at(&mut self, view: Option<View>) -> Option<Duration> {
-        let found = view.and_then(|view| self.served(&view));
+    /// Notes what is in view, and of which outputs (`node.port`). Returns the time after which [`Self::poll`] has to be
+    /// called to order a part of them.
+    pub fn look_at(&mut self, view: Option<View>, ports: Vec<String>) -> Option<Duration> {
+        let found = view.and_then(|view| self.served(&view, ports));
         let (target, detail) = found.unzip();
         self.close.detail = detail;
         let Some(target) = target.flatten() else {
@@ -105,10 +113,12 @@ impl Session {
     }
 
     /// What a view needs and how it is served; None when the preview is fine enough for it.
-    fn served(&mut self, view: &View) -> Option<(Option<Target>, Detail)> {
-        let port = self.shown().filter(|_| self.simulation.is_none())?;
+    fn served(&mut self, view: &View, ports: Vec<String>) -> Option<(Option<Target>, Detail)> {
         let graph = self.document.graph();
-        graph.output_type(graph.port(&port).ok()?).planes()?;
+        let has_picture = |port: &String| graph.port(port).is_ok_and(|port| graph.output_type(port).planes().is_some());
+        if self.simulation.is_some() || ports.is_empty() || !ports.iter().all(has_picture) {
+            return None;
+        }
         let document = self.document.world();
         let preview = coarser(document, self.cells);
         let sees_all = (0..2).all(|axis| view.part[0][axis] <= 0.0 && view.part[1][axis] >= preview.size[axis]);
@@ -116,19 +126,16 @@ impl Session {
             return None;
         }
         let mut window = finer(document, preview, view)?;
-        if let Some(node) = self.whole(&port, &window.world) {
+        if let Some(node) = self.whole(&ports, &window.world) {
             return Some((None, Detail::OfBuild { node }));
-        }
-        if !view.draws {
-            return Some((None, Detail::OnMap));
         }
         let ordered = self.close.ordered.as_ref().map(|ordered| ordered.window);
         if let Some(before) = ordered.filter(|before| before.world == window.world && covers(before, view)) {
             window = before;
         }
-        let target = Target { revision: self.revision, port, window };
+        let target = Target { revision: self.revision, ports, window };
         let detail = match &self.close.answer {
-            Some((of, Ok(built))) if *of == target => Detail::Built { cells: built.cells },
+            Some((of, Ok(_))) if *of == target => Detail::Built { cells: longer(window.world.cells) },
             Some((of, Err(message))) if *of == target => Detail::Failed { message: message.clone() },
             _ => Detail::Building,
         };
@@ -136,14 +143,14 @@ impl Session {
     }
 
     /// The node of the document that needs the whole world to compute a part of an output.
-    fn whole(&mut self, port: &str, world: &World) -> Option<String> {
-        let of = (self.revision, port.to_owned(), world.cells);
+    fn whole(&mut self, ports: &[String], world: &World) -> Option<String> {
+        let of = (self.revision, ports.to_vec(), world.cells);
         if let Some(known) = self.close.whole.as_ref().filter(|known| known.of == of) {
             return known.by.clone();
         }
         let expanded = self.document.expand();
-        let placed = self.document.graph().port(port).ok().and_then(|port| expanded.port(port));
-        let node = placed.and_then(|port| expanded.graph.needs_whole_world(port.node, world));
+        let placed = ports.iter().filter_map(|port| expanded.port(self.document.graph().port(port).ok()?));
+        let node = placed.filter_map(|port| expanded.graph.needs_whole_world(port.node, world)).next();
         let by = node.map(|node| worker::outer(&expanded.graph.instance(node).name).to_owned());
         self.close.whole = Some(RuledOut { of, by: by.clone() });
         by
@@ -152,19 +159,22 @@ impl Session {
     /// Orders the part that the view needs, once the view has rested and nothing else is being built.
     pub(super) fn order_detail(&mut self) {
         let Some((target, since)) = &self.close.wanted else { return };
-        let current = target.revision == self.revision && self.shown().as_ref() == Some(&target.port);
         let ordered = self.close.ordered.as_ref() == Some(target);
-        if ordered || !current || self.is_busy() || since.elapsed() < REST {
+        if ordered || target.revision != self.revision || self.is_busy() || since.elapsed() < REST {
             return;
         }
         let target = target.clone();
         let mut order = self.order();
         let graph = self.document.graph();
-        let placed = graph.port(&target.port).ok().and_then(|port| self.document.expand().port(port));
-        let Some((port, (node, _))) = placed.zip(target.port.split_once('.')) else { return };
-        let wanted = Wanted { node: node.to_owned(), name: target.port.clone(), port };
+        let expanded = self.document.expand();
+        let wanted = target.ports.iter().map(|name| {
+            let port = expanded.port(graph.port(name).ok()?)?;
+            Some(Wanted { node: name.split_once('.')?.0.to_owned(), name: name.clone(), port })
+        });
+        let Some(wanted) = wanted.collect() else { return };
         order.part = Some(Part { wanted, window: target.window });
         self.close.ordered = Some(target);
+        self.close.come.clear();
         self.worker.submit(order);
     }
 
@@ -177,12 +187,20 @@ impl Session {
     }
 
     pub(super) fn hear_detail(&mut self, revision: u64, port: String, window: Window, part: Result<Value, EvalError>) {
-        let target = Target { revision, port, window };
-        if self.close.ordered.as_ref() != Some(&target) {
+        let ordered = self.close.ordered.as_ref();
+        let is_ordered = |target: &&Target| target.revision == revision && target.window == window;
+        let Some(target) = ordered.filter(is_ordered).filter(|target| target.ports.contains(&port)).cloned() else {
             return;
-        }
+        };
         let cells = longer(window.world.cells);
-        let built = part.map(|value| Built { revision, cells, step: 0, value }).map_err(|error| error.to_string());
-        self.close.answer = Some((target, built));
+        match part {
+            Ok(value) => {
+                self.close.come.insert(port, Built { revision, cells, step: 0, value });
+                if self.close.come.len() == target.ports.len() {
+                    self.close.answer = Some((target, Ok(std::mem::take(&mut self.close.come))));
+                }
+            }
+            Err(error) => self.close.answer = Some((target, Err(error.to_string()))),
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use orograph_graph::{Window, World};
 
-use crate::editor::worker::{coarser, longer};
+use crate::editor::session::worker::{coarser, longer};
 
 /// Pixels that a cell of a part covers at most, where there are cells enough.
 const FINE_PX: f64 = 1.5;
@@ -22,8 +22,6 @@ pub struct View {
     pub part: [[f64; 2]; 2],
     /// Side of a pixel in metres.
     pub pixel_m: f64,
-    /// Whether the view draws a finer part over the preview.
-    pub draws: bool,
 }
 
 /// The window of what is in view, in the coarsest world whose cells suit it. Returns None when no world has more cells than
@@ -82,7 +80,7 @@ mod tests {
     use super::*;
 
     /// Of a world 8 km a side: 4 pixels are a cell of 512 along a side.
-    const VIEW: View = View { part: [[3000.0, 3500.0], [5000.0, 4500.0]], pixel_m: 8000.0 / 2048.0, draws: true };
+    const VIEW: View = View { part: [[3000.0, 3500.0], [5000.0, 4500.0]], pixel_m: 8000.0 / 2048.0 };
 
     fn world(cells: u32) -> World {
         World { size: [8000.0; 2], cells: [cells; 2], ..World::default() }

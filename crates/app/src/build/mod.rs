@@ -1,0 +1,251 @@
+//! Builds a request: evaluation, then files.
+
+pub mod request;
+pub mod storage;
+
+use std::{
+    path::Path,
+    sync::{Arc, Mutex, PoisonError, mpsc::sync_channel},
+    thread,
+    time::Duration,
+};
+
+use orograph_graph::{
+    Cancel, Delivered, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Origin, OutputDecl, Port, Value,
+};
+
+use self::request::{Means, Request};
+use crate::{
+    export::outputs::{OutputFolder, OutputOptions, OutputWriter, Written},
+    machine,
+    report::{
+        failure::{Failure, reason},
+        progress::Progress,
+    },
+};
+
+/// Maximum number of results that wait for writing before computation pauses.
+const WAITING: usize = 1;
+
+/// The cost of a node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Timing {
+    /// Its name.
+    pub name: String,
+    /// Its type.
+    pub kind: &'static str,
+    /// How long it was computed or read from the cache.
+    pub time: Duration,
+    /// Size of its results in bytes.
+    pub bytes: usize,
+    /// Where they came from.
+    pub origin: Origin,
+}
+
+/// The result of a build.
+#[derive(Clone, Debug)]
+pub struct Built {
+    /// The files, in the order of the outputs.
+    pub files: Vec<Written>,
+    /// The cost of each node, in the order in which they finished.
+    pub timings: Vec<Timing>,
+    /// The total time.
+    pub time: Duration,
+}
+
+/// Builds requests.
+#[derive(Clone, Debug)]
+pub struct Builder {
+    evaluator: Arc<Evaluator>,
+}
+
+impl Builder {
+    /// A builder whose store keeps this many bytes of results in memory.
+    ///
+    /// # Errors
+    /// When the requested backend or folder does not exist.
+    pub fn new(means: &Means, memory: usize) -> Result<Self, Failure> {
+        means.backend.check()?;
+        machine::start_threads(means.threads)?;
+        let options = EvaluatorOptions {
+            store: means.storage.store(memory)?,
+            threads: means.threads,
+            ..EvaluatorOptions::default()
+        };
+        Ok(Self { evaluator: Arc::new(Evaluator::new(options).map_err(failure)?) })
+    }
+
+    /// A builder that shares the results of an evaluator.
+    #[must_use]
+    pub const fn sharing(evaluator: Arc<Evaluator>) -> Self {
+        Self { evaluator }
+    }
+
+    /// Evaluates outputs of the graph on the whole world.
+    ///
+    /// # Errors
+    /// When they cannot be computed, or the build is cancelled.
+    pub fn evaluate(
+        &self,
+        request: &Request,
+        ports: &[Port],
+        cancel: &Cancel,
+        progress: &dyn Progress,
+    ) -> Result<(Vec<Value>, Vec<Timing>), Failure> {
+        let mut values = vec![None; ports.len()];
+        let timings = self.stream(request, ports, &vec![false; ports.len()], cancel, progress, |at, delivered| {
+            values[at] = Some(delivered.value);
+            Ok(())
+        })?;
+        Ok((values.into_iter().flatten().collect(), timings))
+    }
+
+    /// Evaluates outputs of the graph and passes each to `take`, on this thread, as soon as it is ready and while
+    /// others are computed; outputs for which `streamed` is true may arrive in bands of rows.
+    fn stream(
+        &self,
+        request: &Request,
+        ports: &[Port],
+        streamed: &[bool],
+        cancel: &Cancel,
+        progress: &dyn Progress,
+        mut take: impl FnMut(usize, Delivered) -> Result<(), Failure>,
+    ) -> Result<Vec<Timing>, Failure> {
+        progress.started(request, self.evaluator.threads());
+        let graph = &*request.graph;
+        let timings = Mutex::new(Vec::new());
+        let events = |event: Event| {
+            let kind = match &event {
+                Event::Planned { .. } => "",
+                Event::NodeStarted { node, .. }
+                | Event::NodeProgress { node, .. }
+                | Event::NodeFinished { node, .. }
+                | Event::NodeGlimpse { node, .. }
+                | Event::Warning { node, .. } => graph.instance(*node).node.id,
+            };
+            if let Event::NodeFinished { name, time, bytes, origin, .. } = &event {
+                let timing = Timing { name: name.to_string(), kind, time: *time, bytes: *bytes, origin: *origin };
+                timings.lock().unwrap_or_else(PoisonError::into_inner).push(timing);
+            }
+            progress.event(kind, &event);
+        };
+        let window = request.window();
+        let requests: Vec<_> = ports.iter().map(|port| orograph_graph::Request { port: *port, window }).collect();
+        let evaluation = Evaluation { graph, folder: request.folder(), requests: &requests, byproducts: &[] };
+        // After a failure the remaining work is cancelled.
+        let stop = cancel.child();
+        let (sender, deliveries) = sync_channel(WAITING);
+        let outcome = thread::scope(|scope| {
+            let evaluate = || {
+                self.evaluator.deliver_in_bands(&evaluation, streamed, &stop, &events, &|at, delivery| {
+                    // Ignored: after a failure nobody receives.
+                    let _ = sender.send((at, delivery));
+                });
+                drop(sender);
+            };
+            let builder = thread::Builder::new().name("evaluation".to_owned());
+            builder.spawn_scoped(scope, evaluate).map_err(|error| {
+                Failure::unable(format!("cannot start a thread: {}", reason(&error)))
+                    .hint("use fewer threads with `--threads`, or give the program more memory")
+            })?;
+            let mut outcome = Ok(());
+            for (at, delivery) in deliveries {
+                if outcome.is_ok() {
+                    outcome = delivery.map_err(failure).and_then(|delivered| take(at, delivered));
+                    if outcome.is_err() {
+                        stop.cancel();
+                    }
+                }
+            }
+            outcome
+        });
+        outcome.map_err(|failure| Failure { message: request.shown(&failure.message), ..failure })?;
+        Ok(timings.into_inner().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Builds the outputs of a request into a folder: all of them, or none.
+    ///
+    /// # Errors
+    /// When they cannot be computed or written, or the build is cancelled; earlier files are then unchanged.
+    pub fn build(
+        &self,
+        request: &Request,
+        folder: &Path,
+        options: &OutputOptions,
+        cancel: &Cancel,
+        progress: &dyn Progress,
+    ) -> Result<Built, Failure> {
+        let built = self.build_files(request, folder, options, cancel, progress);
+        progress.ended();
+        match &built {
+            Ok(built) => progress.finished(built),
+            Err(failure) => progress.failed(failure),
+        }
+        built
+    }
+
+    fn build_files(
+        &self,
+        request: &Request,
+        folder: &Path,
+        options: &OutputOptions,
+        cancel: &Cancel,
+        progress: &dyn Progress,
+    ) -> Result<Built, Failure> {
+        let start = machine::now();
+        options.engine.map_or(Ok(()), |engine| engine.check(request.window().cells))?;
+        let staging = OutputFolder::prepare(folder, &request.outputs, options)?;
+        let ports: Vec<Port> = request.outputs.iter().map(|output| output.port).collect();
+        let window = request.window();
+        let has_rows = |output: &OutputDecl| output.ty.planes().is_some();
+        let mut writers: Vec<Option<OutputWriter<'_>>> = Vec::with_capacity(ports.len());
+        for output in &request.outputs {
+            writers.push(has_rows(output).then(|| staging.writer(output, &window)).transpose()?);
+        }
+        let streamed: Vec<bool> =
+            writers.iter().map(|writer| writer.as_ref().is_some_and(OutputWriter::is_streamable)).collect();
+        let mut left = ports.len();
+        let timings = self.stream(request, &ports, &streamed, cancel, progress, |at, Delivered { value, key }| {
+            let end = window.origin[1] + window.cells[1];
+            let is_last =
+                value.as_field().is_none_or(|field| field.window().origin[1] + field.window().cells[1] == end);
+            left -= usize::from(is_last);
+            if left == 0 {
+                progress.writing();
+            }
+            match (writers[at].as_mut(), value.as_field()) {
+                (Some(writer), Some(rows)) => writer.rows(rows, cancel)?,
+                _ => staging.write(&request.outputs[at], &value, &window.world, &key.to_string(), cancel)?,
+            }
+            drop(value);
+            if let Some(writer) = writers[at].take_if(|_| is_last) {
+                writer.finish(&key.to_string(), cancel)?;
+            }
+            if cancel.is_cancelled() { Err(Failure::stopped()) } else { Ok(()) }
+        })?;
+        drop(writers);
+        let files = staging.commit()?;
+        Ok(Built { files, timings, time: start.elapsed() })
+    }
+}
+
+/// A failed evaluation as the failure of a command.
+fn failure(error: EvalError) -> Failure {
+    let (message, hint) = (error.to_string(), error.hint());
+    let failure = match error {
+        EvalError::Cancelled => return Failure::stopped(),
+        EvalError::World(_)
+        | EvalError::Request(_)
+        | EvalError::Unwired { .. }
+        | EvalError::Type { .. }
+        | EvalError::Constant { .. }
+        | EvalError::File { .. }
+        | EvalError::Node { .. } => Failure::wrong(message),
+        EvalError::TooLarge { .. }
+        | EvalError::OutOfMemory { .. }
+        | EvalError::Panicked { .. }
+        | EvalError::Output { .. }
+        | EvalError::Threads(_) => Failure::unable(message),
+    };
+    Failure { hint, ..failure }
+}

@@ -1,0 +1,323 @@
+//! What to build: a graph file, with the changes of the command line.
+
+mod part;
+
+use std::{
+    num::NonZero,
+    path::{Path, PathBuf},
+    str::FromStr,
+    sync::Arc,
+};
+
+use clap::ValueEnum;
+use orograph_graph::{Document, Edit, Graph, OutputDecl, Registry, Window, World, WorldError, closest};
+
+pub use part::Part;
+
+use super::storage::Storage;
+use crate::{
+    files::archive::Source,
+    report::{failure::Failure, problems},
+};
+
+/// The changes of the command line.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct Changes {
+    /// Cells along the world's longer side, or along both (`2048x1024`); cells stay square
+    #[arg(long, value_name = "N|WxH")]
+    pub cells: Option<Cells>,
+    /// Build only a part of the world: position of its north-west corner in the world, and extent
+    ///
+    /// For example `--window "4 km,6 km,2 km x 2 km"`; it is widened to whole cells, and `--cells` still counts the
+    /// whole world. The files equal the same part of the whole build and state their position. Results that depend on
+    /// the whole world, such as rivers, are computed for all of it.
+    #[arg(long, value_name = "X,Y,W x H")]
+    pub window: Option<Part>,
+    /// The world's seed
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u32>,
+    /// A parameter of the file or of one of its nodes, in the notation of the file; can be given several times
+    ///
+    /// For example `--set age="2 Myr"` with a name from the file's `parameters` (`orograph check --describe` lists
+    /// them), `--set rivers.duration="2 Myr"`, or a wire: `--set scree.talus=strata.repose`.
+    #[arg(long, value_name = "NAME|NODE.PARAM=VALUE")]
+    pub set: Vec<Setting>,
+}
+
+/// How to build it.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Means {
+    /// The backend; this build has no GPU backend, so `auto` is the CPU
+    #[arg(long, value_enum, default_value_t = BackendName::Auto)]
+    pub backend: BackendName,
+    /// Number of threads; one per core by default. The result is the same for any number
+    #[arg(long, value_name = "N")]
+    pub threads: Option<NonZero<usize>>,
+    /// Where results are stored.
+    #[command(flatten)]
+    pub storage: Storage,
+}
+
+/// The backend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BackendName {
+    /// The best available
+    Auto,
+    /// The processor
+    Cpu,
+    /// The graphics card
+    Gpu,
+}
+
+impl BackendName {
+    /// Refuses a backend that this build does not have.
+    ///
+    /// # Errors
+    /// For `gpu`.
+    pub fn check(self) -> Result<(), Failure> {
+        match self {
+            Self::Auto | Self::Cpu => Ok(()),
+            Self::Gpu => Err(Failure::wrong("this build has no GPU backend")
+                .hint("leave `--backend` out, or say `--backend cpu`; the result is the same")),
+        }
+    }
+}
+
+/// A typed number of cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cells {
+    /// Along the longer side.
+    Longer(u32),
+    /// Along x and y.
+    Both([u32; 2]),
+}
+
+impl FromStr for Cells {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = |text: &str| {
+            let text = text.trim();
+            text.parse::<u32>().map_err(|_| format!("`{text}` is not a whole number from 0 to {}", u32::MAX))
+        };
+        match text.split_once(['x', 'X', '×']) {
+            Some((x, y)) => Ok(Self::Both([number(x)?, number(y)?])),
+            None => number(text).map(Self::Longer),
+        }
+    }
+}
+
+/// A typed `name=value` or `node.param=value`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setting {
+    /// A parameter of the file, or of a node.
+    pub place: String,
+    /// Its value.
+    pub value: String,
+}
+
+impl Setting {
+    /// Changes a document. `option` is the command line option, for messages.
+    ///
+    /// # Errors
+    /// When there is no such parameter, or it does not accept the value.
+    pub fn apply(&self, document: &mut Document, option: &str) -> Result<(), Failure> {
+        let Self { place, value } = self;
+        let edit = match place.split_once('.') {
+            Some((node, name)) => Edit::SetText { node: node.to_owned(), name: name.to_owned(), text: value.clone() },
+            None => Edit::SetNamed { name: place.clone(), text: value.clone() },
+        };
+        document.apply(&edit).map_err(|error| Failure::wrong(format!("`{option} {place}={value}`: {error}")))
+    }
+}
+
+impl FromStr for Setting {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (place, value) = text.split_once('=').ok_or("there is no `=`; write `name=value` or `node.param=value`")?;
+        let part = |text: &str| (!text.trim().is_empty()).then(|| text.trim().to_owned());
+        let place = match place.split_once('.') {
+            Some((node, name)) => part(node).zip(part(name)).map(|(node, name)| format!("{node}.{name}")),
+            None => part(place),
+        };
+        let place = place.ok_or("no parameter is named; write `name=value` or `node.param=value`")?;
+        Ok(Self { place, value: value.trim().to_owned() })
+    }
+}
+
+/// A graph and what to build of it.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// The file.
+    pub path: PathBuf,
+    /// Its text and graph, with the changes of the command line.
+    pub document: Document,
+    /// The graph to build: the document's, with the nodes of the files that it uses.
+    pub graph: Arc<Graph>,
+    /// The world to build.
+    pub world: World,
+    /// The part of the world to write.
+    window: Window,
+    /// The outputs to build, in that graph.
+    pub outputs: Vec<OutputDecl>,
+    /// Where the files of an archive are, while the request lives.
+    source: Arc<Source>,
+}
+
+impl Request {
+    /// Reads a file and applies the changes.
+    ///
+    /// # Errors
+    /// When the file cannot be read or has errors, which are then printed, or a change is invalid.
+    pub fn new(path: &Path, changes: &Changes, registry: &Registry, warnings: bool) -> Result<Self, Failure> {
+        let source = Source::open(path)?;
+        let document = problems::open_sound(&source, registry, warnings)?;
+        Self::of(document, path, changes, Arc::new(source))
+    }
+
+    /// A request for an open document in its current state.
+    ///
+    /// # Errors
+    /// When a change is invalid.
+    pub fn of_document(document: Document, changes: &Changes) -> Result<Self, Failure> {
+        let path = document.path().map_or_else(|| PathBuf::from("the graph"), Path::to_owned);
+        let source = Arc::new(Source::file(&path));
+        Self::of(document, &path, changes, source)
+    }
+
+    fn of(mut document: Document, path: &Path, changes: &Changes, source: Arc<Source>) -> Result<Self, Failure> {
+        changes.set.iter().try_for_each(|setting| setting.apply(&mut document, "--set"))?;
+        let mut world = document.world();
+        world.seed = changes.seed.unwrap_or(world.seed);
+        if let Some(cells) = changes.cells {
+            world = with_cells(world, cells)?;
+        }
+        let window = match &changes.window {
+            Some(part) => part.window(world)?,
+            None => Window::whole(world),
+        };
+        let expanded = document.expand();
+        let path = path.to_owned();
+        Ok(Self { path, window, document, graph: expanded.graph, world, outputs: expanded.outputs, source })
+    }
+
+    /// The same file with further changes, on top of those of the request.
+    ///
+    /// # Errors
+    /// When a change is invalid.
+    pub fn with(&self, settings: &[Setting], seed: Option<u32>, option: &str) -> Result<Self, Failure> {
+        let mut document = self.document.clone();
+        settings.iter().try_for_each(|setting| setting.apply(&mut document, option))?;
+        let expanded = document.expand();
+        let kept = |output: &OutputDecl| self.outputs.iter().any(|known| known.name == output.name);
+        let outputs = expanded.outputs.into_iter().filter(kept).collect();
+        let world = World { seed: seed.unwrap_or(self.world.seed), ..self.world };
+        let window = Window { world, ..self.window };
+        Ok(Self { document, graph: expanded.graph, world, window, outputs, ..self.clone() })
+    }
+
+    /// Keeps only the outputs of these names; all of them if there are none.
+    ///
+    /// # Errors
+    /// When there is no such output.
+    pub fn only(mut self, names: &[String]) -> Result<Self, Failure> {
+        let known = |name: &String| self.outputs.iter().any(|output| output.name == *name);
+        if let Some(name) = names.iter().find(|name| !known(name)) {
+            let all: Vec<&str> = self.outputs.iter().map(|output| output.name.as_str()).collect();
+            let failure = Failure::wrong(format!("`{}` has no output `{name}`", self.path.display()));
+            return Err(match closest(name, all.iter().copied()) {
+                Some(near) => failure.hint(format!("did you mean `{near}`?")),
+                None => failure.hint(format!("it has `{}`", all.join("`, `"))),
+            });
+        }
+        if !names.is_empty() {
+            self.outputs.retain(|output| names.contains(&output.name));
+        }
+        Ok(self)
+    }
+
+    /// A text for people, in which files of an archive are named by the archive.
+    #[must_use]
+    pub fn shown(&self, text: &str) -> String {
+        self.source.shown(text)
+    }
+
+    /// The folder that the graph's files are relative to.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        self.document.folder()
+    }
+
+    /// The part of the world to build; the whole world without `--window`.
+    #[must_use]
+    pub const fn window(&self) -> Window {
+        self.window
+    }
+}
+
+/// The world with other cells, which must be square.
+fn with_cells(world: World, cells: Cells) -> Result<World, Failure> {
+    let axis = usize::from(world.size[1] > world.size[0]);
+    let ratio = world.size[1 - axis] / world.size[axis];
+    let on_longer = |longer: u32| {
+        let mut cells = [longer; 2];
+        // The conversion saturates; the result is checked below.
+        cells[1 - axis] = if longer == 0 { 0 } else { ((f64::from(longer) * ratio).round() as u32).max(1) };
+        World { cells, ..world }
+    };
+    let world = match cells {
+        Cells::Longer(longer) => on_longer(longer),
+        Cells::Both(cells) => World { cells, ..world },
+    };
+    world.check().map(|()| world).map_err(|error| {
+        let failure = Failure::wrong(format!("`--cells`: {error}"));
+        match error {
+            WorldError::NotSquare(..) => {
+                let asked = i64::from(world.cells[axis]);
+                let near = |way: i64| {
+                    (0..10_000)
+                        .filter_map(|step| u32::try_from(asked + way * step).ok())
+                        .find(|longer| *longer > 0 && on_longer(*longer).check().is_ok())
+                };
+                let near: Vec<String> = [near(-1), near(1)]
+                    .into_iter()
+                    .flatten()
+                    .map(|longer| on_longer(longer).cells.map(|cells| cells.to_string()).join("x"))
+                    .collect();
+                if near.is_empty() { failure } else { failure.hint(format!("near and square: {}", near.join(", "))) }
+            }
+            _ => failure,
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_follow_the_longer_side() {
+        let world = World { size: [1000.0, 2000.0], cells: [100, 200], ..World::default() };
+        assert_eq!(with_cells(world, Cells::Longer(50)).expect("square").cells, [25, 50]);
+        assert_eq!(with_cells(world, Cells::Both([5, 10])).expect("square").cells, [5, 10]);
+        let failure = with_cells(world, Cells::Longer(51)).expect_err("25.5 cells");
+        assert_eq!(failure.hint.as_deref(), Some("near and square: 25x50, 26x52"));
+        assert!(with_cells(world, Cells::Longer(0)).expect_err("no cells").message.contains("is empty"));
+        let failure = with_cells(World::default(), Cells::Longer(1_000_000_000)).expect_err("too many");
+        assert!(failure.message.contains("EiB"), "{failure}");
+    }
+
+    #[test]
+    fn typed_changes_are_parsed() {
+        assert_eq!("512".parse(), Ok(Cells::Longer(512)));
+        assert_eq!("512x256".parse(), Ok(Cells::Both([512, 256])));
+        assert!("many".parse::<Cells>().is_err() && "-5".parse::<Cells>().is_err());
+        let setting: Setting = "rivers.duration = 2 Myr".parse().expect("is one");
+        assert_eq!((setting.place.as_str(), setting.value.as_str()), ("rivers.duration", "2 Myr"));
+        assert_eq!("age = 2 Myr".parse::<Setting>().map(|setting| setting.place), Ok("age".into()));
+        for text in ["rivers.duration", "=2", ".duration=2", "rivers.=2"] {
+            assert!(text.parse::<Setting>().is_err(), "{text}");
+        }
+    }
+}

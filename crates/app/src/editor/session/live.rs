@@ -1,0 +1,249 @@
+//! The live run: runs the process of one node step by step on its own thread, so that you can watch and paint on it.
+//!
+//! A request names the node and the state of the graph. If the graph changes in a way that would not have changed any
+//! step taken so far, the process continues; otherwise it restarts.
+
+use std::{
+    path::PathBuf,
+    sync::{
+        Arc, Mutex, PoisonError,
+        mpsc::{Receiver, Sender, TryRecvError, channel},
+    },
+    thread,
+    time::{Duration, Instant},
+};
+
+use orograph_graph::{Cancel, EvalError, Evaluator, Graph, Live, NodeIndex, World};
+
+use super::worker::News;
+use crate::report::failure::Failure;
+
+/// The interval of progress reports.
+const LOOKS: Duration = Duration::from_millis(100);
+
+/// The node to run, and the state of the graph.
+#[derive(Clone, Debug)]
+pub struct Subject {
+    /// The state of the document.
+    pub revision: u64,
+    /// The graph, including the nodes of the files that it uses.
+    pub graph: Arc<Graph>,
+    /// The folder that its files are relative to.
+    pub folder: PathBuf,
+    /// The world, with the requested cells.
+    pub world: World,
+    /// The node in that graph.
+    pub node: NodeIndex,
+    /// The outputs of the node, as `node.port`.
+    pub ports: Vec<String>,
+}
+
+/// A request to the live run.
+#[derive(Debug)]
+pub enum Ask {
+    /// Run this node: continue if possible, otherwise from the start.
+    Run(Box<Subject>),
+    /// Run continuously, or stop.
+    Go(bool),
+    /// Take this many steps.
+    Steps(u32),
+    /// Pause while something is painted, whatever else was requested.
+    Hold(bool),
+    /// Restart.
+    Restart,
+    /// End the live run.
+    End,
+}
+
+/// The handle of the live run, used by the session.
+#[derive(Debug)]
+pub(crate) struct LiveRun {
+    asks: Option<Sender<Ask>>,
+    switches: Arc<Mutex<Switches>>,
+    thread: Option<thread::JoinHandle<()>>,
+}
+
+/// Cancels a starting process and a running one.
+#[derive(Debug, Default)]
+struct Switches {
+    begin: Cancel,
+    process: Cancel,
+}
+
+impl LiveRun {
+    pub(crate) fn start(
+        evaluator: Arc<Evaluator>,
+        outbox: Sender<News>,
+        wake: Arc<dyn Fn() + Send + Sync>,
+    ) -> Result<Self, Failure> {
+        let (asks, inbox) = channel();
+        let switches: Arc<Mutex<Switches>> = Arc::default();
+        let work = Work {
+            evaluator,
+            outbox,
+            wake,
+            switches: Arc::clone(&switches),
+            subject: None,
+            live: None,
+            goes: false,
+            held: false,
+            steps: 0,
+            shown: None,
+        };
+        let thread = thread::Builder::new()
+            .name("live run".to_owned())
+            .spawn(move || work.work(&inbox))
+            .map_err(|error| Failure::unable(format!("cannot start a thread: {error}")))?;
+        Ok(Self { asks: Some(asks), switches, thread: Some(thread) })
+    }
+
+    pub(crate) fn ask(&self, ask: Ask) {
+        let mut switches = self.switches.lock().unwrap_or_else(PoisonError::into_inner);
+        if matches!(ask, Ask::Run(_) | Ask::Restart | Ask::End) {
+            std::mem::take(&mut switches.begin).cancel();
+        }
+        if matches!(ask, Ask::Restart | Ask::End) {
+            std::mem::take(&mut switches.process).cancel();
+        }
+        if let Some(asks) = &self.asks {
+            // The thread only ends when this end is dropped.
+            let _ = asks.send(ask);
+        }
+    }
+}
+
+impl Drop for LiveRun {
+    fn drop(&mut self) {
+        self.ask(Ask::End);
+        self.asks = None;
+        if let Some(thread) = self.thread.take() {
+            // A panic in the thread has already been reported.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// The thread of the live run.
+struct Work {
+    evaluator: Arc<Evaluator>,
+    outbox: Sender<News>,
+    wake: Arc<dyn Fn() + Send + Sync>,
+    switches: Arc<Mutex<Switches>>,
+    subject: Option<Box<Subject>>,
+    /// The process, with its cancel switch.
+    live: Option<(Live, Cancel)>,
+    goes: bool,
+    held: bool,
+    steps: u32,
+    /// When progress was last reported.
+    shown: Option<Instant>,
+}
+
+impl Work {
+    fn work(mut self, inbox: &Receiver<Ask>) {
+        loop {
+            let ask = if self.moves() {
+                match inbox.try_recv() {
+                    Ok(ask) => Some(ask),
+                    Err(TryRecvError::Empty) => None,
+                    Err(TryRecvError::Disconnected) => return,
+                }
+            } else {
+                match inbox.recv() {
+                    Ok(ask) => Some(ask),
+                    Err(_) => return,
+                }
+            };
+            let done = match ask {
+                Some(ask) => self.take(ask),
+                None => self.step(),
+            };
+            if let Err(error) = done {
+                self.live = None;
+                if let Some(subject) = self.subject.as_ref().filter(|_| error != EvalError::Cancelled) {
+                    let revision = subject.revision;
+                    self.tell(News::LiveFailed { revision, error });
+                }
+            }
+        }
+    }
+
+    /// Returns true if there is a next step to take.
+    fn moves(&self) -> bool {
+        let on = self.live.as_ref().is_some_and(|(live, _)| !live.moment().is_over());
+        on && !self.held && (self.goes || self.steps > 0)
+    }
+
+    fn tell(&self, news: News) {
+        // Ignored: nobody receives it once the window is closed.
+        let _ = self.outbox.send(news);
+        (self.wake)();
+    }
+
+    fn take(&mut self, ask: Ask) -> Result<(), EvalError> {
+        match ask {
+            Ask::Run(subject) => {
+                let follows = match &mut self.live {
+                    Some((live, _)) => {
+                        let Subject { graph, folder, node, world, .. } = &*subject;
+                        live.follow(&self.evaluator, Graph::clone(graph), folder.clone(), *node, *world)?
+                    }
+                    None => false,
+                };
+                self.subject = Some(subject);
+                if !follows {
+                    return self.begin();
+                }
+            }
+            Ask::Go(goes) => self.goes = goes,
+            Ask::Steps(steps) => self.steps += steps,
+            Ask::Hold(held) => self.held = held,
+            Ask::Restart => return self.begin(),
+            Ask::End => {
+                (self.subject, self.live) = (None, None);
+                (self.goes, self.held, self.steps) = (false, false, 0);
+            }
+        }
+        self.show()
+    }
+
+    fn begin(&mut self) -> Result<(), EvalError> {
+        self.live = None;
+        let Some(subject) = &self.subject else { return Ok(()) };
+        let (begin, process) = {
+            let switches = self.switches.lock().unwrap_or_else(PoisonError::into_inner);
+            (switches.begin.clone(), switches.process.clone())
+        };
+        let Subject { graph, folder, node, world, .. } = &**subject;
+        let live = Live::begin(&self.evaluator, Graph::clone(graph), folder.clone(), *node, *world, &begin, &|_| {})?;
+        self.live = Some((live, process));
+        self.show()
+    }
+
+    fn step(&mut self) -> Result<(), EvalError> {
+        let Some((live, cancel)) = &mut self.live else { return Ok(()) };
+        live.step(&self.evaluator, cancel)?;
+        self.steps = self.steps.saturating_sub(1);
+        if !self.moves() || self.shown.is_none_or(|shown| shown.elapsed() >= LOOKS) {
+            self.show()?;
+        }
+        Ok(())
+    }
+
+    /// Reports the progress.
+    fn show(&mut self) -> Result<(), EvalError> {
+        let (Some((live, cancel)), Some(subject)) = (&self.live, &self.subject) else { return Ok(()) };
+        let values = live.outputs(&self.evaluator, cancel)?;
+        let moment = live.moment();
+        if moment.is_over() {
+            live.keep(&self.evaluator, &values)?;
+            (self.goes, self.steps) = (false, 0);
+        }
+        let values = subject.ports.iter().cloned().zip(values).collect();
+        let [nx, ny] = live.cells();
+        let news = News::Live { revision: subject.revision, moment, held: self.held, cells: nx.max(ny), values };
+        self.tell(news);
+        self.shown = Some(Instant::now());
+        Ok(())
+    }
+}

@@ -1,0 +1,168 @@
+//! What is seen of an output in 3D: the heights it lies on, and what is laid over them.
+
+use orograph_graph::{Field, Port, PortType, Unit};
+
+use super::{
+    Shown,
+    look::{Look, Over, Water},
+    shown,
+};
+use crate::editor::{Detail, Session};
+
+/// What a land is made of.
+#[derive(Clone)]
+pub(super) struct Surface {
+    pub(super) key: Key,
+    pub(super) height: Field,
+    /// What gives it colours.
+    pub(super) colour: Option<Colour>,
+    pub(super) water: Option<Field>,
+    pub(super) mask: Option<Field>,
+}
+
+/// An output as colours.
+#[derive(Clone)]
+pub(super) struct Colour {
+    pub(super) field: Field,
+    pub(super) ty: PortType,
+    /// The whole output, whose tints it has.
+    pub(super) whole: Field,
+}
+
+/// Which land it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Key {
+    /// Outputs with the state of the document and the cells they are of.
+    parts: Vec<(String, [u64; 2], [u32; 2])>,
+}
+
+impl Key {
+    /// The oldest state of the document that a part is of, and the fewest cells along the longer side; nothing while one
+    /// of them grows.
+    pub(super) fn age(&self) -> Option<(u64, u32)> {
+        if self.parts.iter().any(|(_, [_, step], _)| *step > 0) {
+            return None;
+        }
+        let oldest = self.parts.iter().map(|(_, [revision, _], _)| *revision).min()?;
+        let fewest = self.parts.iter().map(|(_, _, [nx, ny])| *nx.max(ny)).min()?;
+        Some((oldest, fewest))
+    }
+}
+
+/// The outputs that are needed beside the shown one.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Parts {
+    /// The heights on which it lies.
+    pub(super) ground: Option<String>,
+    /// Colours or a mask over it.
+    pub(super) over: Option<String>,
+    /// Depths of water on it.
+    pub(super) water: Option<String>,
+}
+
+impl Parts {
+    /// What an output needs under this look.
+    pub(super) fn of(session: &Session, port: &str, look: &Look) -> Self {
+        let graph = session.document().graph();
+        let Ok(shown) = graph.port(port) else { return Self::default() };
+        let ground = ground(session, shown);
+        let over = match (&look.over, graph.output_type(shown)) {
+            (Over::Output(over), PortType::Height) => Some(over.clone()),
+            (_, PortType::Height) => None,
+            _ => Some(port.to_owned()),
+        };
+        let water = match &look.water {
+            Water::None => None,
+            Water::Output(water) => Some(water.clone()),
+            Water::Own => ground.and_then(|ground| {
+                let outputs =
+                    (0..graph.instance(ground.node).node.outputs.len()).map(|output| Port { output, ..ground });
+                let is_water = |port: &Port| {
+                    let name = graph.instance(port.node).node.outputs[port.output].name;
+                    graph.output_type(*port) == PortType::Scalar(Unit::Metres) && matches!(name, "water" | "depth")
+                };
+                outputs.into_iter().find(is_water).map(|port| graph.port_name(port))
+            }),
+        };
+        Self { ground: ground.map(|port| graph.port_name(port)), over, water }
+    }
+
+    /// Their names, each once, if there are heights to draw.
+    pub(super) fn drawn(&self) -> Vec<String> {
+        let mut names: Vec<String> = self.names().filter(|_| self.ground.is_some()).collect();
+        names.sort();
+        names.dedup();
+        names
+    }
+
+    /// Their names.
+    pub(super) fn names(&self) -> impl Iterator<Item = String> {
+        [&self.ground, &self.over, &self.water].into_iter().flatten().cloned()
+    }
+}
+
+/// The heights that an output lies on: itself, an output of the same node, what the node takes, or the file's.
+fn ground(session: &Session, port: Port) -> Option<Port> {
+    let graph = session.document().graph();
+    let is_height = |port: &Port| graph.output_type(*port) == PortType::Height;
+    if is_height(&port) {
+        return Some(port);
+    }
+    let outputs = graph.instance(port.node).node.outputs.len();
+    let inputs = graph.instance(port.node).node.inputs.len();
+    let beside = (0..outputs).map(|output| Port { output, ..port }).find(is_height);
+    let sources = || (0..inputs).filter_map(|input| graph.source(port.node, input));
+    let file = || session.document().outputs().iter().map(|output| output.port).find(is_height);
+    beside
+        .or_else(|| sources().find(is_height))
+        .or_else(|| sources().find_map(|source| ground(session, source)))
+        .or_else(file)
+}
+
+impl Surface {
+    /// The land of an output, as far as its parts are there.
+    pub(super) fn of(session: &Session, parts: &Parts) -> Option<Self> {
+        let ground = shown(session, parts.ground.as_deref()?)?;
+        let cells = ground.field.window().cells;
+        let part = |name: &Option<String>| {
+            let part = shown(session, name.as_deref()?)?;
+            (part.field.window().cells == cells).then_some(part)
+        };
+        let (over, water) = (part(&parts.over), part(&parts.water));
+        let all = [Some(&ground), over.as_ref(), water.as_ref()];
+        let name = |part: &Shown| (part.port.clone(), [part.revision, part.step], part.field.window().cells);
+        let parts = all.into_iter().flatten().map(name).collect();
+        let (mut colour, mut mask) = (None, None);
+        if let Some(over) = over {
+            match over.ty {
+                PortType::Mask => mask = Some(over.field),
+                ty => colour = Some(Colour { whole: over.field.clone(), field: over.field, ty }),
+            }
+        }
+        Some(Self { key: Key { parts }, height: ground.field, colour, water: water.map(|water| water.field), mask })
+    }
+
+    /// The part near the eye at finer cells, while the view is close and that part is of the same state of the document.
+    pub(super) fn finer(&self, session: &Session, parts: &Parts) -> Option<Self> {
+        let close = matches!(session.detail(), Some(Detail::Building | Detail::Built { .. }));
+        let now = [session.revision(), 0];
+        let same = close && self.key.parts.iter().all(|(_, age, _)| *age == now);
+        let part = |name: &Option<String>| {
+            let built = session.finer(name.as_deref()?).filter(|built| same && built.revision == now[0])?;
+            built.value.as_field().cloned()
+        };
+        let height = part(&parts.ground)?;
+        let fits = |field: &Field| field.window() == height.window();
+        let mut finer = Self { key: self.key.clone(), height: height.clone(), colour: None, water: None, mask: None };
+        if let Some(colour) = &self.colour {
+            finer.colour = Some(Colour { field: part(&parts.over).filter(fits)?, ..colour.clone() });
+        }
+        if self.water.is_some() {
+            finer.water = Some(part(&parts.water).filter(fits)?);
+        }
+        if self.mask.is_some() {
+            finer.mask = Some(part(&parts.over).filter(fits)?);
+        }
+        Some(finer)
+    }
+}

@@ -1,0 +1,404 @@
+//! The actions of menus and keys: one list, from which the menus, the keys, their help and the manual's table are
+//! generated.
+
+use egui::{
+    Atom, Atoms, Button, Context, Event, Id, Key, KeyboardShortcut, Modifiers, Pos2, Response, Stroke, Ui, WidgetInfo,
+    WidgetType, vec2,
+};
+
+use super::app::Pane;
+use crate::editor::canvas::Alignment;
+
+/// An action of a menu or key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Action {
+    New,
+    Open,
+    Examples,
+    Save,
+    SaveAs,
+    Export,
+    Picture,
+    Quit,
+    Undo,
+    Redo,
+    Cut,
+    Copy,
+    Paste,
+    Duplicate,
+    Delete,
+    SelectAll,
+    Find,
+    Add,
+    Frame,
+    Arrange,
+    Align(Alignment),
+    Rename,
+    Mute,
+    Collapse,
+    FitAll,
+    Fit,
+    FullSize,
+    Overview,
+    PinToViewport,
+    View3d,
+    Map,
+    FitView,
+    Fly,
+    Contours,
+    Sea,
+    Water,
+    Shadows,
+    Sky,
+    Measure,
+    Brush,
+    Compare,
+    Pane(Pane),
+    ResetPanes,
+    Keys,
+}
+
+/// The part of the window that carries an action out; its keys apply there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    Window,
+    Graph,
+    Viewport,
+}
+
+/// The texts and keys of an action.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ActionInfo {
+    pub(crate) part: Part,
+    /// The name in menus.
+    pub(crate) name: &'static str,
+    /// The description in the list of keys and in tooltips.
+    pub(crate) what: &'static str,
+    keys: &'static [(Modifiers, Key)],
+}
+
+const NONE: Modifiers = Modifiers::NONE;
+const CTRL: Modifiers = Modifiers::COMMAND;
+const BOTH: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
+
+impl Action {
+    /// Its texts and keys.
+    pub(crate) const fn info(self) -> ActionInfo {
+        const fn window(name: &'static str, what: &'static str, keys: &'static [(Modifiers, Key)]) -> ActionInfo {
+            ActionInfo { part: Part::Window, name, what, keys }
+        }
+        const fn graph(name: &'static str, what: &'static str, keys: &'static [(Modifiers, Key)]) -> ActionInfo {
+            ActionInfo { part: Part::Graph, name, what, keys }
+        }
+        const fn viewport(name: &'static str, what: &'static str) -> ActionInfo {
+            ActionInfo { part: Part::Viewport, name, what, keys: &[] }
+        }
+        match self {
+            Self::New => window("New", "New graph", &[(CTRL, Key::N)]),
+            Self::Open => window("Open…", "Open a graph", &[(CTRL, Key::O)]),
+            Self::Examples => window("Examples…", "Open an example graph", &[]),
+            Self::Save => window("Save", "Save", &[(CTRL, Key::S)]),
+            Self::SaveAs => window("Save as…", "Save as another file", &[(BOTH, Key::S)]),
+            Self::Export => window("Export…", "Export", &[(CTRL, Key::E)]),
+            Self::Picture => window("Save picture…", "Save the 3D view as a picture", &[]),
+            Self::Quit => window("Quit", "Quit", &[(CTRL, Key::Q)]),
+            Self::Undo => window("Undo", "Undo", &[(CTRL, Key::Z)]),
+            Self::Redo => window("Redo", "Redo", &[(BOTH, Key::Z), (CTRL, Key::Y)]),
+            Self::Cut => graph("Cut", "Cut", &[(CTRL, Key::X)]),
+            Self::Copy => graph("Copy", "Copy (as text)", &[(CTRL, Key::C)]),
+            Self::Paste => graph("Paste", "Paste", &[(CTRL, Key::V)]),
+            Self::Duplicate => graph("Duplicate", "Duplicate", &[(CTRL, Key::D)]),
+            Self::Delete => {
+                graph("Delete", "Delete and reconnect the wires", &[(NONE, Key::Delete), (NONE, Key::Backspace)])
+            }
+            Self::SelectAll => graph("Select all", "Select all", &[(CTRL, Key::A)]),
+            Self::Find => graph("Find…", "Find a node", &[(CTRL, Key::F)]),
+            Self::Add => graph("Add a node…", "Add a node", &[(NONE, Key::Tab), (NONE, Key::Space)]),
+            Self::Frame => graph("Frame", "Add a frame with a note around the selection", &[(NONE, Key::C)]),
+            Self::Arrange => graph("Arrange", "Arrange the selected nodes, or all, in layers", &[(NONE, Key::L)]),
+            Self::Align(how) => graph(how.name(), "Align the selected nodes", &[]),
+            Self::Rename => graph("Name and note…", "Name and note", &[(NONE, Key::F2)]),
+            Self::Mute => graph("Mute", "Mute: bypass the node", &[(NONE, Key::M)]),
+            Self::Collapse => graph("Collapse", "Collapse or expand", &[(NONE, Key::H)]),
+            Self::FitAll => graph("Zoom to fit all", "Zoom to fit all", &[(NONE, Key::Home)]),
+            Self::Fit => graph("Zoom to the selection", "Zoom to the selection", &[(NONE, Key::F)]),
+            Self::FullSize => graph("Zoom to 100 %", "Zoom to 100 %", &[(NONE, Key::Num1)]),
+            Self::Overview => graph("Overview", "Show an overview of the graph in a corner", &[(NONE, Key::O)]),
+            Self::PinToViewport => graph("Pin to viewport", "Pin to viewport", &[(NONE, Key::V)]),
+            Self::View3d => viewport("3D", "3D view"),
+            Self::Map => viewport("Map", "Map view from above"),
+            Self::FitView => viewport("Fit view", "Show the whole world"),
+            Self::Fly => viewport(
+                "Fly",
+                "W A S D to fly, E and Q for up and down, Shift for faster, drag to look, wheel for the speed",
+            ),
+            Self::Contours => viewport("Contours", "Show contour lines"),
+            Self::Sea => viewport("Sea", "Show the sea at the world's sea level"),
+            Self::Water => viewport("Water", "Show the water of the shown node"),
+            Self::Shadows => viewport("Shadows", "Show shadows cast by the sun"),
+            Self::Sky => viewport("Sky", "Show the sky"),
+            Self::Measure => viewport("Measure", "Drag a line to see its length, climb and profile"),
+            Self::Brush => viewport("Brush", "Paint heights and masks; the strokes are stored in a node"),
+            Self::Compare => viewport("Compare", "Compare with another output"),
+            Self::Pane(pane) => window(pane.name(), "Show or hide a pane", &[]),
+            Self::ResetPanes => window("Reset panes", "Restore the default pane layout", &[]),
+            Self::Keys => window("Keys and mouse", "This list", &[(NONE, Key::F1)]),
+        }
+    }
+
+    /// Its name in menus.
+    pub(crate) const fn name(self) -> &'static str {
+        self.info().name
+    }
+
+    /// What it does.
+    pub(crate) const fn what(self) -> &'static str {
+        self.info().what
+    }
+
+    /// The part that carries it out.
+    pub(crate) const fn part(self) -> Part {
+        self.info().part
+    }
+
+    fn shortcuts(self) -> impl Iterator<Item = KeyboardShortcut> {
+        self.info().keys.iter().map(|(modifiers, key)| KeyboardShortcut::new(*modifiers, *key))
+    }
+
+    /// Its keys for people, as this system writes them.
+    pub(crate) fn keys(self, context: &Context) -> String {
+        self.shortcuts().map(|keys| context.format_shortcut(&keys)).collect::<Vec<_>>().join(" or ")
+    }
+}
+
+/// An entry of a menu.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Line {
+    Do(Action),
+    /// A submenu.
+    Sub(&'static str, &'static [Action]),
+    /// The recently opened files.
+    Recent,
+    /// The preview resolution.
+    Preview,
+    /// The dark or the light theme.
+    Theme,
+}
+
+/// A menu, in groups.
+pub(crate) type Lines = &'static [&'static [Line]];
+
+pub(crate) const FILE: Lines = &[
+    &[Line::Do(Action::New), Line::Do(Action::Open), Line::Recent, Line::Do(Action::Examples)],
+    &[Line::Do(Action::Save), Line::Do(Action::SaveAs)],
+    &[Line::Do(Action::Export), Line::Do(Action::Picture)],
+    &[Line::Do(Action::Quit)],
+];
+
+pub(crate) const EDIT: Lines = &[
+    &[Line::Do(Action::Undo), Line::Do(Action::Redo)],
+    &[
+        Line::Do(Action::Cut),
+        Line::Do(Action::Copy),
+        Line::Do(Action::Paste),
+        Line::Do(Action::Duplicate),
+        Line::Do(Action::Delete),
+    ],
+    &[Line::Do(Action::SelectAll), Line::Do(Action::Find)],
+    &[Line::Do(Action::Rename), Line::Do(Action::Mute), Line::Do(Action::Collapse)],
+    &[
+        Line::Do(Action::Add),
+        Line::Do(Action::Frame),
+        Line::Do(Action::Arrange),
+        Line::Sub(
+            "Align",
+            &[
+                Action::Align(Alignment::ALL[0]),
+                Action::Align(Alignment::ALL[1]),
+                Action::Align(Alignment::ALL[2]),
+                Action::Align(Alignment::ALL[3]),
+            ],
+        ),
+    ],
+];
+
+pub(crate) const VIEW: Lines = &[
+    &[
+        Line::Do(Action::FitAll),
+        Line::Do(Action::Fit),
+        Line::Do(Action::FullSize),
+        Line::Do(Action::Overview),
+        Line::Do(Action::PinToViewport),
+    ],
+    &[Line::Do(Action::View3d), Line::Do(Action::Map), Line::Do(Action::FitView), Line::Do(Action::Fly)],
+    &[
+        Line::Do(Action::Contours),
+        Line::Do(Action::Sea),
+        Line::Do(Action::Water),
+        Line::Do(Action::Shadows),
+        Line::Do(Action::Sky),
+    ],
+    &[Line::Do(Action::Measure), Line::Do(Action::Brush), Line::Do(Action::Compare)],
+    &[
+        Line::Sub(
+            "Panes",
+            &[
+                Action::Pane(Pane::Viewport),
+                Action::Pane(Pane::Canvas),
+                Action::Pane(Pane::Inspector),
+                Action::Pane(Pane::Problems),
+                Action::ResetPanes,
+            ],
+        ),
+        Line::Preview,
+        Line::Theme,
+    ],
+];
+
+pub(crate) const HELP: Lines = &[&[Line::Do(Action::Keys)]];
+
+/// All actions in the menus.
+fn all() -> impl Iterator<Item = Action> {
+    let lines = [FILE, EDIT, VIEW, HELP].into_iter().flatten().copied().flatten();
+    lines.flat_map(|line| {
+        let (one, more): (Option<Action>, &[Action]) = match line {
+            Line::Do(action) => (Some(*action), &[]),
+            Line::Sub(_, actions) => (None, actions),
+            Line::Recent | Line::Preview | Line::Theme => (None, &[]),
+        };
+        one.into_iter().chain(more.iter().copied())
+    })
+}
+
+/// The actions with keys in a part of the window.
+pub(crate) fn with_keys(part: Part) -> impl Iterator<Item = Action> {
+    all().filter(move |action| action.part() == part && !action.info().keys.is_empty())
+}
+
+/// The action of the window whose keys were pressed. Returns None when none were.
+pub(crate) fn pressed(context: &Context, allowed: impl Fn(Action) -> bool) -> Option<Action> {
+    let actions = with_keys(Part::Window).filter(|action| allowed(*action));
+    let mut keys: Vec<(Action, KeyboardShortcut)> =
+        actions.flat_map(|action| action.shortcuts().map(move |keys| (action, keys))).collect();
+    // Shortcuts with more modifiers come first, because they include the others.
+    keys.sort_by_key(|(_, keys)| !keys.modifiers.shift);
+    let consumed = |(_, keys): &(Action, KeyboardShortcut)| context.input_mut(|input| input.consume_shortcut(keys));
+    keys.into_iter().find(consumed).map(|(action, _)| action)
+}
+
+/// The action of the graph for an event. Returns None when there is none.
+pub(crate) fn asked_by(event: &Event) -> Option<Action> {
+    match event {
+        Event::Copy => Some(Action::Copy),
+        Event::Cut => Some(Action::Cut),
+        Event::Key { key, pressed: true, modifiers, .. } => {
+            let is = |keys: KeyboardShortcut| keys.logical_key == *key && modifiers.matches_exact(keys.modifiers);
+            // The clipboard has its own events.
+            let own = |action: &Action| !matches!(action, Action::Cut | Action::Copy | Action::Paste);
+            with_keys(Part::Graph).filter(own).find(|action| action.shortcuts().any(is))
+        }
+        _ => None,
+    }
+}
+
+/// The status of a menu item.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Status {
+    /// True if it is available now.
+    pub(crate) enabled: bool,
+    /// Whether it is on; None for an action that is not a switch.
+    pub(crate) on: Option<bool>,
+}
+
+impl Status {
+    /// The status of a plain action.
+    pub(crate) const fn can(enabled: bool) -> Self {
+        Self { enabled, on: None }
+    }
+
+    /// The status of a switch.
+    pub(crate) const fn switch(enabled: bool, on: bool) -> Self {
+        Self { enabled, on: Some(on) }
+    }
+}
+
+/// Space for the check mark before the name of a switch.
+const TICK: f32 = 10.0;
+
+/// The name of a submenu; `ticks` if the items around it have space for check marks.
+pub(crate) fn heading(name: &str, ticks: bool) -> Atoms<'static> {
+    let gutter = ticks.then(|| Atom::custom(Id::new("tick"), vec2(TICK, TICK)));
+    let mut atoms = Atoms::new(name.to_owned());
+    if let Some(gutter) = gutter {
+        atoms.push_left(gutter);
+    }
+    atoms
+}
+
+/// A menu item with its own name; `ticks` leaves space for check marks. Returns true if it was chosen.
+pub(crate) fn item(ui: &mut Ui, (action, name): (Action, &str), status: Status, ticks: bool) -> bool {
+    let gutter = Id::new("tick");
+    let keys = action.shortcuts().next().map_or_else(String::new, |keys| ui.ctx().format_shortcut(&keys));
+    let label = format!("{name} {keys}");
+    let button = Button::new(heading(name, ticks));
+    let button = if keys.is_empty() { button } else { button.shortcut_text(keys) };
+    let shown = ui.add_enabled_ui(status.enabled, |ui| button.atom_ui(ui)).inner;
+    if let Some(on) = status.on {
+        shown.response.widget_info(|| WidgetInfo::selected(WidgetType::Checkbox, status.enabled, on, label.trim_end()));
+        if let Some(rect) = shown.rect(gutter).filter(|_| on) {
+            let visuals = ui.style().interact(&shown.response);
+            let colour = if status.enabled { visuals.text_color() } else { ui.visuals().weak_text_color() };
+            let at = |x: f32, y: f32| -> Pos2 { rect.min + vec2(x, y) * TICK };
+            ui.painter().line(vec![at(0.05, 0.55), at(0.35, 0.85), at(0.9, 0.15)], Stroke::new(1.6, colour));
+        }
+    }
+    hint(&shown.response, action);
+    let clicked = shown.response.clicked();
+    if clicked {
+        ui.close();
+    }
+    clicked
+}
+
+/// Shows a tooltip for an action whose name does not say everything.
+fn hint(response: &Response, action: Action) {
+    let ActionInfo { name, what, .. } = action.info();
+    if name.trim_end_matches('…') != what {
+        response.clone().on_hover_text(what);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use egui::ModifierNames;
+
+    use super::*;
+
+    /// The keys of an action in the manual, with the same names on every system.
+    fn written(action: Action) -> String {
+        action.shortcuts().map(|keys| keys.format(&ModifierNames::NAMES, false)).collect::<Vec<_>>().join(" or ")
+    }
+
+    #[test]
+    fn no_two_actions_share_keys() {
+        for action in all() {
+            for other in all().filter(|other| *other != action) {
+                // Keys of the window also apply in the graph.
+                let apart = action.part() != other.part() && ![action, other].iter().any(|a| a.part() == Part::Window);
+                let shared = action.shortcuts().any(|keys| other.shortcuts().any(|others| keys == others));
+                assert!(apart || !shared, "{action:?} and {other:?}");
+            }
+            assert_eq!(all().filter(|other| *other == action).count(), 1, "{action:?} is in the menus once");
+        }
+    }
+
+    #[test]
+    fn the_manual_lists_all_keys() {
+        let manual = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/editor.md"));
+        let manual = manual.expect("the manual is there");
+        for action in [Part::Graph, Part::Window].into_iter().flat_map(with_keys) {
+            let row = format!("| {} | {} |", written(action), action.what());
+            assert!(manual.contains(&row), "docs/editor.md lacks: {row}");
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! Outputs in the form that game engines import, and the import settings.
+//!
+//! Each engine has its own file. All files of an output align: data of the terrain's vertices is sampled at them, from
+//! edge to edge; a texture over the whole terrain has pixels that fill the world, as cells do.
+
+mod godot;
+mod sheet;
+#[cfg(test)]
+mod tests;
+mod unity;
+mod unreal;
+
+use clap::ValueEnum;
+use orograph_graph::{Field, NodeError, PortType};
+use orograph_nodes::raster::{Format, GoOn, Writing};
+use serde_json::{Map, Value};
+
+pub use self::sheet::sheet;
+use super::{
+    piece::{Content, Piece},
+    vertices::{at_pixels, at_vertices},
+};
+use crate::report::failure::Failure;
+
+/// A game engine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Engine {
+    /// A landscape of Unreal Engine: 16-bit PNG of 127 to 8129 vertices per side, layers of 8 bits at the same vertices
+    Unreal,
+    /// A terrain of Unity: raw 16-bit codes of 33 to 4097 vertices per side, control textures with one texel less
+    Unity,
+    /// Terrain3D in Godot: OpenEXR in metres, control and colour maps of the same cells
+    Godot,
+}
+
+impl Engine {
+    /// Its name.
+    #[must_use]
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Unreal => "Unreal Engine",
+            Self::Unity => "Unity",
+            Self::Godot => "Godot, Terrain3D",
+        }
+    }
+
+    /// The name of the text file of import settings.
+    #[must_use]
+    pub const fn sheet_name(self) -> &'static str {
+        match self {
+            Self::Unreal => "unreal.txt",
+            Self::Unity => "unity.txt",
+            Self::Godot => "godot.txt",
+        }
+    }
+
+    /// The endings of the file names of an output; empty for outputs that the engine cannot import.
+    #[must_use]
+    pub const fn ends(self, ty: PortType) -> &'static [&'static str] {
+        match (self, ty) {
+            (Self::Unity, PortType::Height) => &[".r16"],
+            (Self::Godot, PortType::Height) => &[".exr"],
+            (Self::Unreal, PortType::Weights) => &[".first.png", ".second.png", ".third.png", ".fourth.png"],
+            (Self::Godot, PortType::Weights) => &[".control.exr"],
+            (_, PortType::Height | PortType::Mask | PortType::Colour | PortType::Normal | PortType::Weights) => {
+                &[".png"]
+            }
+            _ => &[],
+        }
+    }
+
+    /// Refuses a world that is too large for the engine, before anything is computed.
+    ///
+    /// # Errors
+    /// The failure states the maximum.
+    pub fn check(self, cells: [u32; 2]) -> Result<(), Failure> {
+        let most = godot::MOST_CELLS;
+        if self == Self::Godot && cells.iter().any(|n| *n > most) {
+            let [nx, ny] = cells;
+            let message = format!("Terrain3D takes at most {most} cells a side; this world has {nx} x {ny}");
+            return Err(Failure::wrong(message).hint("ask for fewer with `--cells`"));
+        }
+        Ok(())
+    }
+
+    /// An output as the engine imports it, a piece for each of [`Self::ends`]. `dither` applies to integer codes.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`] when `go_on` returns false.
+    pub fn fit(self, ty: PortType, value: &Field, dither: bool, go_on: GoOn<'_>) -> Result<Vec<Piece>, NodeError> {
+        match self {
+            Self::Unreal => unreal::fit(ty, value, dither, go_on),
+            Self::Unity => unity::fit(ty, value, dither, go_on),
+            Self::Godot => Ok(godot::fit(ty, value, dither)),
+        }
+    }
+}
+
+/// A mask at vertices, in 8 bits.
+fn mask_at(vertices: [u32; 2], mask: &Field, dither: bool, go_on: GoOn<'_>) -> Result<(Field, Content), NodeError> {
+    Ok((at_vertices(mask, vertices, go_on)?, Content::numbers(PortType::Mask, Format::Png8, dither)))
+}
+
+/// Colours as a texture, with powers of two as its size: other sizes get no mip-maps (Unreal Engine) or are resized to
+/// powers of two (Unity).
+fn texture(colour: &Field, go_on: GoOn<'_>) -> Result<Field, NodeError> {
+    let power = |cells: u32| (0..=13).map(|power| 1_u32 << power).min_by_key(|side| side.abs_diff(cells)).unwrap_or(1);
+    at_pixels(colour, colour.window().cells.map(power), go_on)
+}
+
+/// Normals as a texture, normalised again.
+fn normal_texture(normal: &Field, go_on: GoOn<'_>) -> Result<Field, NodeError> {
+    let texture = texture(normal, go_on)?;
+    if texture.window().cells == normal.window().cells {
+        return Ok(texture);
+    }
+    let (window, len) = (*texture.window(), texture.window().len());
+    let mut samples = texture.into_samples();
+    let (x, rest) = samples.split_at_mut(len);
+    let (y, z) = rest.split_at_mut(len);
+    for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
+        let length = (*x * *x + *y * *y + *z * *z).sqrt();
+        // opposite normals can cancel; the ground is level then
+        [*x, *y, *z] = if length > 0.0 { [*x / length, *y / length, *z / length] } else { [0.0, 0.0, 1.0] };
+    }
+    Ok(Field::with_planes(window, 3, samples))
+}
+
+/// Codes over the range of heights.
+fn codes(format: Format, range: [f64; 2], dither: bool) -> Content {
+    Content::Numbers(format, Writing { range: Some(range), dither, ..Writing::default() })
+}
+
+/// Minimum and maximum height; one metre apart for level ground, because an engine's terrain needs an extent.
+fn span(height: &Field) -> [f64; 2] {
+    let (low, high) = height.range(0).map_or((0.0, 0.0), |(low, high)| (f64::from(low), f64::from(high)));
+    [low, if high > low { high } else { low + 1.0 }]
+}
+
+/// Import settings; numbers have nine digits, enough to identify single precision.
+fn settings(value: Value) -> Map<String, Value> {
+    let Value::Object(mut map) = value else { return Map::new() };
+    for value in map.values_mut() {
+        if let Some(number) = value.as_f64().filter(|_| value.is_f64()) {
+            *value = short(number).into();
+        }
+    }
+    map
+}
+
+/// A number of nine digits.
+fn short(number: f64) -> f64 {
+    format!("{number:.8e}").parse().unwrap_or(number)
+}

@@ -1,0 +1,9 @@
+//! Terrain for other programs: files of every output, meshes, vector lines and what game engines import.
+
+pub mod engine;
+pub(crate) mod geojson;
+pub mod mesh;
+pub mod outputs;
+pub mod picture;
+pub mod piece;
+pub(crate) mod vertices;

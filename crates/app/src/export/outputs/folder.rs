@@ -1,0 +1,256 @@
+//! The folder of a build: its files appear all together or not at all.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs, io,
+    path::{Path, PathBuf},
+    sync::{Mutex, PoisonError},
+};
+
+use orograph_graph::{Cancel, OutputDecl, Value, Window, World, memory::Leftover};
+use orograph_nodes::raster::{self, Problem, RasterError};
+use tempfile::TempDir;
+
+use super::{
+    OutputOptions, OutputWriter, Written,
+    names::{check_name, names, quantity},
+};
+use crate::{
+    export::{engine::sheet, geojson},
+    report::failure::{Failure, reason},
+};
+
+/// The output folder, and the hidden folder in it where files are written first.
+///
+/// Outputs can be written concurrently, from several threads and in any order. Dropped without [`Self::commit`], it
+/// leaves everything unchanged.
+#[derive(Debug)]
+pub struct OutputFolder {
+    folder: PathBuf,
+    /// Folders that did not exist before, outermost first.
+    made: Vec<PathBuf>,
+    staging: Option<TempDir>,
+    /// Removes the new files and folders when the program ends for lack of memory.
+    leftover: Option<Leftover>,
+    pub(super) options: OutputOptions,
+    /// The names of the outputs in their order.
+    outputs: Vec<String>,
+    /// The files of each complete output, by its index.
+    complete: Mutex<BTreeMap<usize, Vec<Staged>>>,
+}
+
+/// A complete file that has not been renamed into place.
+#[derive(Clone, Debug)]
+pub(super) struct Staged {
+    /// Its final name.
+    pub(super) name: String,
+    /// Its entry in the report; None for a side file.
+    pub(super) written: Option<Written>,
+}
+
+impl OutputFolder {
+    /// Creates the folder if necessary, and checks that files of all names can appear in it.
+    ///
+    /// # Errors
+    /// When an output's name is not a valid file name, two outputs would write the same file, or the folder is not
+    /// writable.
+    pub fn prepare(folder: &Path, outputs: &[OutputDecl], options: &OutputOptions) -> Result<Self, Failure> {
+        let mut taken = BTreeSet::new();
+        for output in outputs {
+            check_name(&output.name)?;
+            for name in names(output, options) {
+                if !taken.insert(name.clone()) {
+                    return Err(Failure::wrong(format!("two outputs would both be written to `{name}`"))
+                        .hint("rename one of them, or choose another `--format`"));
+                }
+            }
+        }
+        // output files never end in `.txt`
+        taken.extend(options.engine.map(|engine| engine.sheet_name().to_owned()));
+        if let Some(target) = taken.iter().map(|name| folder.join(name)).find(|target| target.is_dir()) {
+            return Err(Failure::unable(format!(
+                "`{}` is a folder, but a file must be written there",
+                target.display()
+            ))
+            .hint("remove it, or choose another folder with `-o`"));
+        }
+        let mut prepared = Self {
+            folder: folder.to_owned(),
+            made: missing(folder),
+            staging: None,
+            leftover: None,
+            options: options.clone(),
+            outputs: outputs.iter().map(|output| output.name.clone()).collect(),
+            complete: Mutex::default(),
+        };
+        let refused = |error: io::Error| {
+            Failure::unable(format!("cannot write to the folder `{}`: {}", folder.display(), reason(&error)))
+                .hint("choose another folder with `-o`")
+        };
+        if folder.exists() && !folder.is_dir() {
+            return Err(refused(io::ErrorKind::NotADirectory.into()));
+        }
+        fs::create_dir_all(folder).map_err(refused)?;
+        let staging = tempfile::Builder::new().prefix(".orograph-").tempdir_in(folder).map_err(refused)?;
+        let around: Vec<&Path> = prepared.made.iter().rev().map(PathBuf::as_path).collect();
+        prepared.leftover = Some(Leftover::note(staging.path(), &around));
+        prepared.staging = Some(staging);
+        Ok(prepared)
+    }
+
+    /// A writer of an output's raster over a window, which accepts its rows as they are ready. The first rows open the
+    /// files.
+    ///
+    /// # Errors
+    /// When outputs of this type are not written to files.
+    pub fn writer(&self, output: &OutputDecl, window: &Window) -> Result<OutputWriter<'_>, Failure> {
+        check_type(output)?;
+        Ok(OutputWriter::new(self, output, *window))
+    }
+
+    /// Writes an output's files under temporary names. `world` is its world, `key` the hash of everything it depends
+    /// on.
+    ///
+    /// # Errors
+    /// When they cannot be written, or the build is cancelled.
+    pub fn write(
+        &self,
+        output: &OutputDecl,
+        value: &Value,
+        world: &World,
+        key: &str,
+        cancel: &Cancel,
+    ) -> Result<(), Failure> {
+        check_type(output)?;
+        match value {
+            Value::Field(field) => {
+                let mut writer = self.writer(output, field.window())?;
+                writer.rows(field, cancel)?;
+                writer.finish(key, cancel)
+            }
+            Value::Lines(lines) => self.write_text(output, |to| geojson::write(to, lines, world)),
+            Value::Report(report) => self.write_text(output, |to| {
+                serde_json::to_writer_pretty(&mut *to, report.as_ref())?;
+                to.write_all(b"\n")
+            }),
+        }
+    }
+
+    /// Writes the only file of an output that is not a raster.
+    fn write_text(
+        &self,
+        output: &OutputDecl,
+        fill: impl FnOnce(&mut dyn io::Write) -> io::Result<()>,
+    ) -> Result<(), Failure> {
+        let Some(name) = names(output, &self.options).into_iter().next() else { return Ok(()) };
+        raster::replace(&self.place(&name), fill).map_err(|error| self.failure(&name, error))?;
+        let file = self.staged(output, &name, quantity(output.ty), None)?;
+        self.add(output, vec![file]);
+        Ok(())
+    }
+
+    /// Writes the import settings for the engine, if there are any.
+    fn write_sheet(&self, files: &[Staged]) -> Result<Option<Staged>, Failure> {
+        let written: Vec<Written> = files.iter().filter_map(|file| file.written.clone()).collect();
+        let Some((engine, text)) = self.options.engine.and_then(|to| Some((to, sheet(to, &written)?))) else {
+            return Ok(None);
+        };
+        let name = engine.sheet_name();
+        let filled = raster::replace(&self.place(name), |to| to.write_all(text.as_bytes()));
+        filled.map_err(|error| self.failure(name, error))?;
+        let written = Written {
+            output: String::new(),
+            path: self.folder.join(name),
+            what: "import settings",
+            bytes: text.len() as u64,
+            range: None,
+            unit: "",
+            import: None,
+        };
+        Ok(Some(Staged { name: name.to_owned(), written: Some(written) }))
+    }
+
+    /// Renames everything into place; returns the files in the order of the outputs, whatever the order in which they
+    /// were written.
+    ///
+    /// # Errors
+    /// When a file cannot be renamed; the files before it are then in place.
+    pub fn commit(mut self) -> Result<Vec<Written>, Failure> {
+        let complete = std::mem::take(self.complete.get_mut().unwrap_or_else(PoisonError::into_inner));
+        let mut files: Vec<Staged> = complete.into_values().flatten().collect();
+        files.extend(self.write_sheet(&files)?);
+        for Staged { name, .. } in &files {
+            fs::rename(self.place(name), self.folder.join(name)).map_err(|error| self.unwritable(name, &error))?;
+        }
+        self.made.clear();
+        Ok(files.into_iter().filter_map(|file| file.written).collect())
+    }
+
+    /// The path of a file before it is renamed.
+    pub(super) fn place(&self, name: &str) -> PathBuf {
+        self.staging.as_ref().map_or(self.folder.as_path(), TempDir::path).join(name)
+    }
+
+    /// A complete file of an output.
+    pub(super) fn staged(
+        &self,
+        output: &OutputDecl,
+        name: &str,
+        what: &'static str,
+        range: Option<[f64; 2]>,
+    ) -> Result<Staged, Failure> {
+        let bytes = fs::metadata(self.place(name)).map_err(|error| self.unwritable(name, &error))?.len();
+        let path = self.folder.join(name);
+        let unit = if range.is_some() { output.ty.unit().symbol() } else { "" };
+        let written = Written { output: output.name.clone(), path, what, bytes, range, unit, import: None };
+        Ok(Staged { name: name.to_owned(), written: Some(written) })
+    }
+
+    /// Adds the files of a complete output.
+    pub(super) fn add(&self, output: &OutputDecl, files: Vec<Staged>) {
+        let place = self.outputs.iter().position(|name| *name == output.name).unwrap_or(self.outputs.len());
+        self.complete.lock().unwrap_or_else(PoisonError::into_inner).entry(place).or_default().extend(files);
+    }
+
+    pub(super) fn failure(&self, name: &str, error: RasterError) -> Failure {
+        match &error.problem {
+            Problem::Unwritable(error) => self.unwritable(name, error),
+            Problem::Stopped => Failure::stopped(),
+            problem => {
+                let path = self.folder.join(name);
+                Failure::unable(format!("`{}`: {problem}", path.display())).hint(error.remedy())
+            }
+        }
+    }
+
+    fn unwritable(&self, name: &str, error: &io::Error) -> Failure {
+        Failure::unable(format!("cannot write `{}`: {}", self.folder.join(name).display(), reason(error)))
+            .hint("earlier files are unchanged; free some space, or choose another folder with `-o`")
+    }
+}
+
+impl Drop for OutputFolder {
+    /// Removes what was created for nothing. Leftovers that cannot be removed are harmless.
+    fn drop(&mut self) {
+        drop(self.staging.take());
+        drop(self.leftover.take());
+        for folder in self.made.iter().rev() {
+            let _ = fs::remove_dir(folder);
+        }
+    }
+}
+
+fn check_type(output: &OutputDecl) -> Result<(), Failure> {
+    if output.ty.is_writable() {
+        return Ok(());
+    }
+    Err(Failure::wrong(format!("`{}` is a {}, which cannot be written to a file", output.name, output.ty)))
+}
+
+/// The missing folders on the path, outermost first.
+fn missing(folder: &Path) -> Vec<PathBuf> {
+    let above = folder.ancestors().filter(|path| !path.as_os_str().is_empty());
+    let mut missing: Vec<PathBuf> = above.take_while(|path| !path.exists()).map(Path::to_owned).collect();
+    missing.reverse();
+    missing
+}

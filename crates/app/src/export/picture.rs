@@ -1,0 +1,272 @@
+//! Pictures for people: linear RGB, three planes.
+
+use clap::ValueEnum;
+use orograph_graph::{Field, PortType, Unit, Window, World};
+use orograph_nodes::{numerics::math::f32 as math, render::hillshade};
+use rayon::prelude::*;
+
+/// How heights are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum View {
+    /// Elevation tints with light from the north-west
+    Map,
+    /// Hillshade only, in grey
+    Hillshade,
+}
+
+/// A picture of a value by its type: heights as `view` selects, colours unchanged, other numbers from black to white;
+/// areas and discharges on a logarithmic scale, because rivers have a million times the values of slopes.
+#[must_use]
+pub fn of_field(field: &Field, ty: PortType, view: View) -> Field {
+    match ty {
+        PortType::Height => of_height(field, view),
+        PortType::Colour => field.clone(),
+        PortType::Normal => of_normals(field),
+        PortType::Weights => of_weights(field),
+        PortType::Scalar(Unit::SquareMetres | Unit::CubicMetresPerSecond | Unit::CubicMetresPerYear) => of_sizes(field),
+        _ => of_numbers(field),
+    }
+}
+
+/// A picture of heights, with tints over their range; gentle relief is exaggerated until it is visible.
+#[must_use]
+pub fn of_height(height: &Field, view: View) -> Field {
+    let [shade, colour] = hillshade::relief(height, &hillshade::Params::fitted(height));
+    match view {
+        View::Map => colour,
+        View::Hillshade => grey(&shade, |light| light),
+    }
+}
+
+/// A picture of a part of the world, with the tints and greys of [`of_field`] for the `whole`.
+#[must_use]
+pub fn of_part(part: &Field, ty: PortType, whole: &Field) -> Field {
+    match ty {
+        PortType::Height => {
+            let [_, colour] = hillshade::relief(part, &hillshade::Params::fitted(whole));
+            colour
+        }
+        PortType::Colour | PortType::Normal | PortType::Weights => of_field(part, ty, View::Map),
+        PortType::Scalar(Unit::SquareMetres | Unit::CubicMetresPerSecond | Unit::CubicMetresPerYear) => {
+            sizes(part, whole)
+        }
+        _ => numbers(part, whole),
+    }
+}
+
+/// Block averages of cells; the blocks are as large as needed for no side to have more than `most` of them. Blocks at
+/// the east and south sides may be partial.
+#[cfg(any(test, feature = "editor"))]
+pub(crate) fn shrunk(field: &Field, most: u32) -> Field {
+    let mut shrinking = Shrinking::new(field.window(), field.planes(), most);
+    if shrinking.side == 1 {
+        return field.clone();
+    }
+    shrinking.rows(field);
+    shrinking.finish()
+}
+
+/// [`shrunk`] of a raster that arrives in bands of rows.
+pub(crate) struct Shrinking {
+    window: Window,
+    /// Cells along a side of a block.
+    side: usize,
+    /// Number of rows received.
+    done: usize,
+    planes: Vec<Squares>,
+}
+
+/// The blocks of a plane.
+struct Squares {
+    means: Vec<f32>,
+    /// Partial sums of blocks whose last row has not arrived.
+    open: Vec<f64>,
+}
+
+impl Shrinking {
+    pub(crate) fn new(window: &Window, planes: usize, most: u32) -> Self {
+        let side = window.cells[0].max(window.cells[1]).div_ceil(most) as usize;
+        let squares = |_| Squares { means: Vec::new(), open: Vec::new() };
+        Self { window: *window, side, done: 0, planes: (0..planes).map(squares).collect() }
+    }
+
+    /// Adds the next rows.
+    pub(crate) fn rows(&mut self, band: &Field) {
+        let (nx, ny, side) = (self.window.nx(), self.window.ny(), self.side);
+        let (first, end) = (self.done, self.done + band.window().ny());
+        for (plane, squares) in self.planes.iter_mut().enumerate() {
+            let samples = band.plane(plane);
+            if side == 1 {
+                squares.means.extend_from_slice(samples);
+                continue;
+            }
+            let open = &squares.open;
+            let sums = |square: usize| {
+                let rows = (square * side).max(first)..((square + 1) * side).min(end);
+                let mut sums = if square * side < first { open.clone() } else { vec![0.0; nx.div_ceil(side)] };
+                for row in samples[(rows.start - first) * nx..(rows.end - first) * nx].chunks_exact(nx) {
+                    for (sum, part) in sums.iter_mut().zip(row.chunks(side)) {
+                        *sum += part.iter().map(|v| f64::from(*v)).sum::<f64>();
+                    }
+                }
+                sums
+            };
+            let all: Vec<Vec<f64>> = (first / side..end.div_ceil(side)).into_par_iter().map(sums).collect();
+            for (square, sums) in (first / side..).zip(all) {
+                let last = ((square + 1) * side).min(ny);
+                if last > end {
+                    squares.open = sums;
+                    continue;
+                }
+                let cells = |i: usize| (side.min(nx - i * side) * (last - square * side)) as f64;
+                squares.means.extend(sums.iter().enumerate().map(|(i, sum)| (sum / cells(i)) as f32));
+            }
+        }
+        self.done = end;
+    }
+
+    /// The blocks of all rows.
+    pub(crate) fn finish(self) -> Field {
+        let (planes, side) = (self.planes.len(), self.side);
+        let mut means = self.planes.into_iter().map(|squares| squares.means);
+        let mut samples = means.next().unwrap_or_default();
+        means.for_each(|means| samples.extend_from_slice(&means));
+        if side == 1 {
+            return Field::with_planes(self.window, planes, samples);
+        }
+        let cells = self.window.cells.map(|count| count.div_ceil(side as u32));
+        let size = cells.map(|count| f64::from(count) * side as f64 * self.window.cell_m());
+        Field::with_planes(Window::whole(World { size, cells, ..self.window.world }), planes, samples)
+    }
+}
+
+/// A picture of one plane of numbers: black at the minimum, white at the maximum.
+#[must_use]
+pub fn of_numbers(field: &Field) -> Field {
+    numbers(field, field)
+}
+
+/// A picture of numbers: black at the minimum of the `whole`, white at its maximum.
+fn numbers(field: &Field, whole: &Field) -> Field {
+    let (lo, hi) = whole.range(0).unwrap_or((0.0, 1.0));
+    let span = if hi > lo { hi - lo } else { 1.0 };
+    grey(field, |v| (v - lo) / span)
+}
+
+/// A picture of one plane of positive numbers on a logarithmic scale: black at the minimum, white at the maximum.
+#[must_use]
+pub fn of_sizes(field: &Field) -> Field {
+    sizes(field, field)
+}
+
+/// [`of_sizes`] between the minimum and the maximum of the `whole`.
+fn sizes(field: &Field, whole: &Field) -> Field {
+    let (_, hi) = whole.range(0).unwrap_or((0.0, 1.0));
+    let least = whole.plane(0).iter().copied().filter(|v| *v > 0.0).fold(f32::INFINITY, f32::min);
+    let decades = if least < hi { math::ln(hi / least) } else { 1.0 };
+    grey(field, |v| if v > least { math::ln(v / least) / decades } else { 0.0 })
+}
+
+/// Perceptually uniform grey: `level` is the perceived position of a value between black and white, and the transfer
+/// curve of sRGB (IEC 61966-2-1) converts it to light.
+fn grey(field: &Field, level: impl Fn(f32) -> f32 + Sync) -> Field {
+    let plane: Vec<f32> = field.plane(0).par_iter().map(|v| light(level(*v))).collect();
+    Field::with_planes(*field.window(), 3, plane.repeat(3))
+}
+
+/// The light of a level between black and white.
+fn light(level: f32) -> f32 {
+    let v = level.clamp(0.0, 1.0);
+    if v <= 0.04045 { v / 12.92 } else { math::pow((v + 0.055) / 1.055, 2.4) }
+}
+
+/// The linear RGB of a picture of sRGB codes, four bytes per pixel.
+#[must_use]
+pub fn of_codes(codes: &[u8], size: [u32; 2]) -> Field {
+    let table: Vec<f32> = (0..=255_u8).map(|code| light(f32::from(code) / 255.0)).collect();
+    let world = World { size: size.map(f64::from), cells: size, ..World::default() };
+    let plane = |plane: usize| codes.chunks_exact(4).map(move |pixel| pixel[plane]);
+    let samples = (0..3).flat_map(plane).map(|code| table[usize::from(code)]).collect();
+    Field::with_planes(Window::whole(world), 3, samples)
+}
+
+/// A picture of unit normals as in normal maps: level ground is light blue.
+#[must_use]
+pub fn of_normals(field: &Field) -> Field {
+    let samples = field.samples().par_iter().map(|v| light(v * 0.5 + 0.5)).collect();
+    Field::with_planes(*field.window(), 3, samples)
+}
+
+/// A picture of the weights of four layers: red, green and blue light, and white for the fourth.
+#[must_use]
+pub fn of_weights(field: &Field) -> Field {
+    let fourth = field.plane(3);
+    let planes = (0..3).flat_map(|k| field.plane(k).iter().zip(fourth).map(|(own, fourth)| own + fourth));
+    Field::with_planes(*field.window(), 3, planes.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_preview_keeps_its_maximum_size() {
+        let world = World { size: [70.0, 30.0], cells: [7, 3], ..World::default() };
+        let height = Field::new(Window::whole(world), (0..21).map(|v| v as f32).collect());
+        assert_eq!(shrunk(&height, 7), height);
+        let small = shrunk(&height, 4);
+        // blocks of 2 x 2 cells, in the east 1 x 2, in the south 2 x 1
+        assert_eq!(small.samples(), [4.0, 6.0, 8.0, 9.5, 14.5, 16.5, 18.5, 20.0]);
+        assert_eq!((small.window().cells, small.window().cell_m()), ([4, 2], 20.0));
+    }
+
+    /// Any division of the rows into bands gives the same blocks, of which the last are partial.
+    #[test]
+    fn blocks_do_not_depend_on_the_bands() {
+        let world = World { size: [531.0, 47.0], cells: [531, 47], ..World::default() };
+        let window = Window::whole(world);
+        let value = |at: usize| orograph_graph::mix(at as u32) as f32 * 1e-5;
+        let field = Field::with_planes(window, 2, (0..2 * window.len()).map(value).collect());
+        for most in [600, 531, 200, 100, 7] {
+            let whole = shrunk(&field, most);
+            for height in [1, 4, 5, 13, 46] {
+                let mut shrinking = Shrinking::new(&window, 2, most);
+                for first in (0..47).step_by(height as usize) {
+                    let band = Window { origin: [0, first], cells: [531, height.min(47 - first)], ..window };
+                    shrinking.rows(&field.crop(&band));
+                }
+                assert_eq!(shrinking.finish(), whole, "{most}, {height}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_part_has_the_colours_of_the_whole() {
+        let world = World { size: [80.0, 60.0], cells: [8, 6], ..World::default() };
+        let whole = Field::new(Window::whole(world), (0..48).map(|v| v as f32 * 3.0 + 1.0).collect());
+        let window = Window { origin: [2, 1], cells: [4, 3], ..Window::whole(world) };
+        let part = whole.crop(&window);
+        for ty in [PortType::Mask, PortType::Scalar(Unit::Metres), PortType::Scalar(Unit::SquareMetres)] {
+            assert_eq!(of_part(&part, ty, &whole), of_field(&whole, ty, View::Map).crop(&window), "{ty:?}");
+        }
+        assert_eq!(of_part(&whole, PortType::Height, &whole), of_height(&whole, View::Map));
+        assert_ne!(of_part(&part, PortType::Height, &whole), of_height(&part, View::Map));
+    }
+
+    #[test]
+    fn pictures_have_three_planes_between_black_and_white() {
+        let world = World { size: [80.0, 60.0], cells: [8, 6], ..World::default() };
+        let height = Field::new(Window::whole(world), (0..48).map(|v| v as f32 * 3.0 - 20.0).collect());
+        for picture in [of_height(&height, View::Map), of_height(&height, View::Hillshade), of_numbers(&height)] {
+            assert_eq!(picture.planes(), 3);
+            assert!(picture.samples().iter().all(|v| (0.0..=1.0).contains(v)));
+        }
+        let normals = of_normals(&Field::with_planes(Window::whole(world), 3, [-1.0, 0.0, 1.0].repeat(48)));
+        assert_eq!(normals.range(0), Some((0.0, 1.0)));
+        let shares = of_weights(&Field::with_planes(Window::whole(world), 4, vec![0.25; 192]));
+        assert_eq!((shares.planes(), shares.range(2)), (3, Some((0.5, 0.5))));
+        assert_eq!(of_numbers(&height).range(1), Some((0.0, 1.0)));
+        let level = Field::constant(Window::whole(world), 5.0);
+        assert_eq!(of_numbers(&level).range(0), Some((0.0, 0.0)));
+    }
+}

@@ -1,0 +1,88 @@
+//! Why a command failed, and its exit code.
+
+use std::{fmt, io, process::ExitCode};
+
+/// How a command ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// Success.
+    Done = 0,
+    /// The file or the request is wrong.
+    Wrong = 1,
+    /// It could not be done: disk, memory, device.
+    Unable = 2,
+    /// Stopped (Ctrl-C or SIGTERM): 128 plus the number of SIGINT, as shells do.
+    Stopped = 130,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(exit as u8)
+    }
+}
+
+/// Why a command failed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failure {
+    /// The exit code.
+    pub exit: Exit,
+    /// What is wrong, in one line; empty if it has already been printed.
+    pub message: String,
+    /// What to do about it.
+    pub hint: Option<String>,
+}
+
+impl Failure {
+    /// The file or the request is wrong.
+    pub fn wrong(message: impl Into<String>) -> Self {
+        Self { exit: Exit::Wrong, message: message.into(), hint: None }
+    }
+
+    /// It could not be done.
+    pub fn unable(message: impl Into<String>) -> Self {
+        Self { exit: Exit::Unable, message: message.into(), hint: None }
+    }
+
+    /// The program was stopped.
+    #[must_use]
+    pub fn stopped() -> Self {
+        Self { exit: Exit::Stopped, message: "stopped; nothing was written".to_owned(), hint: None }
+    }
+
+    /// A failure that has already been reported.
+    #[must_use]
+    pub const fn silent(exit: Exit) -> Self {
+        Self { exit, message: String::new(), hint: None }
+    }
+
+    /// Adds a hint.
+    #[must_use]
+    pub fn hint(mut self, hint: impl Into<String>) -> Self {
+        self.hint = Some(hint.into());
+        self
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Failure {}
+
+/// The reason of an input or output error in plain words.
+#[must_use]
+pub fn reason(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "there is no such file or folder".to_owned(),
+        io::ErrorKind::PermissionDenied => "it is not permitted".to_owned(),
+        io::ErrorKind::IsADirectory => "it is a folder, not a file".to_owned(),
+        io::ErrorKind::NotADirectory => "a part of its path is a file, not a folder".to_owned(),
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "the disk is full".to_owned(),
+        io::ErrorKind::FileTooLarge => "the system does not allow a file of that size".to_owned(),
+        io::ErrorKind::ReadOnlyFilesystem => "the disk cannot be written to".to_owned(),
+        io::ErrorKind::InvalidData => "it is not text in UTF-8".to_owned(),
+        _ => error.to_string(),
+    }
+}

@@ -1,0 +1,148 @@
+//! Measures of a height field: the reports of all nodes of the category `measure`, and the differences between two
+//! fields.
+
+use std::path::PathBuf;
+
+use orograph_graph::{
+    Cancel, Fallback, Field, InputValue, Job, Measure, Node, NodeError, ParamValues, PortType, Registry, Report, Value,
+    Warnings, memory::REMEDY,
+};
+use orograph_nodes::measure::metrics;
+use serde::Serialize;
+
+use super::failure::Failure;
+
+/// Runs every measuring node that needs only a height, with its defaults, and joins the reports.
+///
+/// # Errors
+/// When a node cannot measure the field, or it is cancelled.
+pub fn measure(height: &Field, registry: &Registry, cancel: &Cancel) -> Result<Report, Failure> {
+    let mut joined = Report::default();
+    for node in registry.nodes().iter().filter(|node| node.category == "measure") {
+        let Some(inputs) = inputs(node, height) else { continue };
+        let job = Job {
+            node,
+            params: &ParamValues::defaults(&node.specs()),
+            inputs,
+            window: *height.window(),
+            wanted: orograph_graph::Wanted::ALL,
+            folder: PathBuf::new(),
+            cancel: cancel.clone(),
+            progress: &|_| {},
+            coarse: Vec::new(),
+            warnings: Warnings::default(),
+            glimpses: None,
+        };
+        let mut outputs = (node.cpu)(&job).map_err(|error| failure(node, error))?;
+        for output in node.outputs {
+            if let Some(Value::Report(report)) = outputs.take(output.name) {
+                joined.measures.extend_from_slice(&report.measures);
+                joined.series.extend_from_slice(&report.series);
+                joined.notes.extend_from_slice(&report.notes);
+            }
+        }
+    }
+    Ok(joined)
+}
+
+/// The height for every required input. Returns None when another input is required too.
+fn inputs(node: &Node, height: &Field) -> Option<Vec<InputValue>> {
+    let stand_in = |fallback| match fallback {
+        Fallback::Required => None,
+        Fallback::None => Some(InputValue::Absent),
+        Fallback::Constant { default, .. } => Some(InputValue::Constant(default)),
+    };
+    let value = InputValue::Value(Value::Field(height.clone()));
+    let inputs = node.inputs.iter().map(|input| match (input.ty, input.fallback) {
+        (PortType::Height | PortType::AnyScalar, Fallback::Required) => Some(value.clone()),
+        (_, fallback) => stand_in(fallback),
+    });
+    inputs.collect()
+}
+
+fn failure(node: &Node, error: NodeError) -> Failure {
+    match error {
+        NodeError::Cancelled => Failure::stopped(),
+        NodeError::OutOfMemory(refused) => Failure::unable(format!("{}: {refused}", node.id)).hint(REMEDY),
+        NodeError::Failed { message, hint } => Failure { hint, ..Failure::wrong(format!("{}: {message}", node.id)) },
+    }
+}
+
+/// The difference of a field from a reference.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Distance {
+    /// Each measure of the field minus that of the reference.
+    pub measures: Vec<Measure>,
+    /// Distances of their distributions, see [`metrics::compare`].
+    pub distributions: Report,
+    /// Of heights cell by cell; None when the two have different cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub heights: Option<HeightDistance>,
+}
+
+/// Differences of heights, cell by cell.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct HeightDistance {
+    /// Mean difference in metres: above zero where the field is higher than the reference.
+    pub mean_m: f64,
+    /// Root of the mean squared difference in metres.
+    pub root_mean_square_m: f64,
+    /// Largest absolute difference in metres.
+    pub largest_m: f64,
+}
+
+/// The difference of a field from a reference, from the measures of both.
+#[must_use]
+pub fn distance(field: (&Field, &Report), reference: (&Field, &Report)) -> Distance {
+    let (a, b) = (field.1, reference.1);
+    let measures = a.measures.iter().filter_map(|measure| {
+        b.get(&measure.name).map(|other| Measure { value: measure.value - other, ..measure.clone() })
+    });
+    Distance {
+        measures: measures.collect(),
+        distributions: metrics::compare(field.0, reference.0),
+        heights: heights(field.0, reference.0),
+    }
+}
+
+fn heights(field: &Field, reference: &Field) -> Option<HeightDistance> {
+    let same_cells = field.window().cells == reference.window().cells;
+    let same_size = (field.window().cell_m() / reference.window().cell_m() - 1.0).abs() < 1e-6;
+    if !same_cells || !same_size {
+        return None;
+    }
+    let count = field.samples().len() as f64;
+    let (mut sum, mut squares, mut largest) = (0.0, 0.0, 0f64);
+    for (a, b) in field.samples().iter().zip(reference.samples()) {
+        let difference = f64::from(*a) - f64::from(*b);
+        sum += difference;
+        squares += difference * difference;
+        largest = largest.max(difference.abs());
+    }
+    Some(HeightDistance { mean_m: sum / count, root_mean_square_m: (squares / count).sqrt(), largest_m: largest })
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::{Window, World};
+
+    use super::*;
+
+    #[test]
+    fn differences_cover_measures_distributions_and_cells() {
+        let world = World { size: [40.0, 40.0], cells: [4, 4], ..World::default() };
+        let field = |lift: f32| Field::new(Window::whole(world), (0..16).map(|v| (v * v) as f32 + lift).collect());
+        let report = |relief: f64| {
+            let mut report = Report::default();
+            report.measure("relief", relief, "m");
+            report
+        };
+        let found = distance((&field(3.0), &report(5.0)), (&field(0.0), &report(2.0)));
+        assert_eq!(found.measures[0].value, 3.0);
+        assert_eq!(found.distributions.get("slope_distance"), Some(0.0));
+        let heights = found.heights.expect("the same cells");
+        assert_eq!((heights.mean_m, heights.root_mean_square_m, heights.largest_m), (3.0, 3.0, 3.0));
+        let other = Field::constant(Window::whole(World { cells: [8, 8], ..world }), 0.0);
+        assert_eq!(distance((&other, &report(1.0)), (&field(0.0), &report(1.0))).heights, None);
+    }
+}

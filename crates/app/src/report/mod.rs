@@ -1,0 +1,7 @@
+//! Output of the program: progress, problems, failures and measures, on a terminal or as JSON.
+
+pub(crate) mod failure;
+pub mod measure;
+pub mod problems;
+pub mod progress;
+pub mod terminal;
