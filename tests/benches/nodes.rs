@@ -1,10 +1,10 @@
-//! Time per cell of every node, at 512, 1024 and 2048 cells a side: `cargo bench -p orograph-tests`, or with a node's name
-//! after `--` for that node alone. A table in nanoseconds per cell follows criterion's own report. `examples/speed.rs` is
-//! quicker and coarser: the table of all nodes in some minutes.
+//! Time per cell of every node, at 512, 1024 and 2048 cells a side: `cargo bench -p orograph-tests`, or with a node's
+//! name after `--` for that node alone. After criterion's own report it prints a table in nanoseconds per cell.
+//! `examples/speed.rs` is quicker and coarser: the table of all nodes in a few minutes.
 //!
-//! Filters with a radius follow as `radii`, at several radii of cells and 1024 cells a side.
+//! Filters with a radius follow as `radii`, at several radii in cells and 1024 cells a side.
 //!
-//! The node runs on its example. Its inputs are computed once, before, and only its own kernel is timed, on all cores.
+//! The node runs on its example. Its inputs are computed before; only its own kernel is timed, on all cores.
 
 use std::path::PathBuf;
 
@@ -42,7 +42,7 @@ fn radii(c: &mut Criterion) {
     group.finish();
 }
 
-/// Times the kernel of a case on so many cells a side.
+/// Times the kernel of a case on `cells` a side.
 fn time(group: &mut BenchmarkGroup<'_, WallTime>, id: BenchmarkId, case: &Case, cells: u32) {
     let window = Window::whole(world(cells));
     let job = case.job(inputs(case, window), window);
@@ -50,7 +50,7 @@ fn time(group: &mut BenchmarkGroup<'_, WallTime>, id: BenchmarkId, case: &Case, 
     group.bench_function(id, |b| b.iter(|| (case.kind().cpu)(&job)));
 }
 
-/// Prints what criterion measured in this run and in earlier ones as nanoseconds per cell.
+/// Prints criterion's measurements of this run and earlier ones as nanoseconds per cell.
 fn table() {
     println!("\n{:<14} {:>10} {:>10} {:>10}   ns per cell (median)", "node", SIDES[0], SIDES[1], SIDES[2]);
     for node in registry().nodes() {

@@ -1,16 +1,17 @@
-//! How far the rivers of a graph are the same at two cell sizes: `cargo run --release -p orograph-tests --example network --
-//! GRAPH.ron OUTPUT CELLS`, where OUTPUT is a drainage area in m² and CELLS the coarser number of cells a side.
+//! How similar the rivers of a graph are at two cell sizes:
+//! `cargo run --release -p orograph-tests --example network -- GRAPH.ron OUTPUT CELLS`, where
+//! OUTPUT is a drainage area in m² and CELLS the coarser number of cells a side.
 //!
-//! The trunks of the coarse world are its cells that drain more than a threshold. Told is the share of them that have a
-//! trunk of the fine world, at half the cell size, in the same place, within one coarse cell, and within two; and the share
-//! that would be found at random, if the fine trunks lay a quarter of the world farther east.
+//! The trunks of the coarse world are its cells that drain more than a threshold. The example prints the percentage of
+//! them that have a trunk of the fine world, at half the cell size, in the same place, within one coarse cell, and
+//! within two; and the percentage expected at random, with the fine trunks moved east by a quarter of the world.
 
 use std::{error::Error, path::Path};
 
 use orograph_graph::{Document, Evaluator, EvaluatorOptions, Window};
 use orograph_nodes::registry;
 
-/// Thresholds as shares of the world's area.
+/// Thresholds as fractions of the world's area.
 const SHARES: [f64; 3] = [3e-4, 1e-3, 1e-2];
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -1,5 +1,6 @@
-//! What every node declares of cell sizes beside what is measured, as a table:
-//! `cargo run --release -p orograph-tests --example resolution`, or with names of nodes after `--` for some; see `docs/checks.md`.
+//! The declared resolution tolerance of every node and the measured differences, as a table:
+//! `cargo run --release -p orograph-tests --example resolution`, or with names of nodes after `--` for some; see
+//! `docs/checks.md`.
 
 use std::error::Error;
 

@@ -1,8 +1,10 @@
-//! Memory that every kernel uses beside its inputs and outputs, as a table: `cargo run --release -p orograph-tests --example
-//! scratch`, or with names of nodes after `--` for some, or `all` for every case of theirs.
+//! Memory that every kernel uses besides its inputs and outputs, as a table:
+//! `cargo run --release -p orograph-tests --example scratch`, or with names of nodes after `--` for some, or `all` for
+//! all of their cases.
 //!
-//! Each node runs on the tests' land, its inputs computed before. Told are bytes per cell at the kernel's peak, in worlds of 256 and
-//! 512 cells a side on one thread, and of 512 on two, beside what the node declares. Without `all` it is the case that uses most.
+//! Each node runs on the test terrain, with its inputs computed before. The table has bytes per cell at the kernel's
+//! peak, in worlds of 256 and 512 cells a side on one thread, and of 512 on two, and the node's declaration. Without
+//! `all` it shows the case with the largest memory.
 
 use orograph_tests::{Counting, Scratch, scratches};
 

@@ -1,9 +1,10 @@
-//! Time per cell of every node as a table: `cargo run --release -p orograph-tests --example speed`, or with a side in cells and names
-//! of nodes after `--` for some, or `radii` for those with a radius at several; see `docs/speed.md`.
+//! Time per cell of every node as a table: `cargo run --release -p orograph-tests --example speed`. Arguments after
+//! `--`: a side in cells and names of nodes, or `radii` for nodes with a radius at several radii; see `docs/speed.md`.
 //!
-//! Each node runs on its example on the tests' land, its inputs computed before, on one thread. Told is the mean of the runs that go into a
-//! part of a second, in nanoseconds of that thread per cell of the world: processor time where the system tells it, so that other
-//! work on the machine hardly shows, else elapsed time. Systems tell it in steps of milliseconds, so that single runs cannot be timed.
+//! Each node runs on its example on the test terrain, on one thread, with its inputs computed before. The result is the
+//! mean of the runs that fit into a fraction of a second, in nanoseconds of that thread per cell of the world:
+//! processor time if the system reports it, so that other load on the machine hardly matters, otherwise elapsed time.
+//! Systems report it in steps of milliseconds, so that single runs cannot be timed.
 
 #![expect(clippy::disallowed_methods, reason = "it measures time")]
 
@@ -13,13 +14,16 @@ use std::{
 };
 
 use orograph_graph::{InputValue, Window};
-use orograph_nodes::{memory::LargePages, registry, simd};
+use orograph_nodes::{
+    numerics::{memory::LargePages, simd},
+    registry,
+};
 use orograph_tests::{Case, REACHING, example, inputs, reaching, world};
 
 #[global_allocator]
 static MEMORY: LargePages = LargePages;
 
-/// Runs go on until they have taken so long together.
+/// Runs are repeated until they have taken this long in total.
 const ENOUGH: Duration = Duration::from_millis(500);
 
 /// Radii in cells.
@@ -49,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The times of nodes with a radius, of several numbers of cells.
+/// Times of nodes with a radius, at several radii in cells.
 fn radii(side: u32) -> Result<(), String> {
     println!("| filter | {} |", RADII.map(|cells| format!("{cells} cells")).join(" | "));
     println!("| --- |{}", " ---: |".repeat(RADII.len()));
@@ -65,7 +69,7 @@ fn radii(side: u32) -> Result<(), String> {
     Ok(())
 }
 
-/// Nanoseconds of this thread: of the processor where the system tells them, else by the clock since `begun`.
+/// Nanoseconds of this thread: processor time if the system reports it, otherwise the time since `begun`.
 fn thread_ns(begun: Instant) -> f64 {
     let told = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     let processor = told.split(' ').next().and_then(|ns| ns.parse().ok());
@@ -85,7 +89,7 @@ fn mean(case: &Case, values: &[InputValue], window: Window) -> Result<f64, Strin
     Ok((thread_ns(begun) - start) / f64::from(runs))
 }
 
-/// The processor by its own name, where the system tells it.
+/// The name of the processor, if the system reports it.
 fn machine() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name =

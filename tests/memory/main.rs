@@ -1,9 +1,9 @@
-//! The memory that every kernel declares against what it uses, in a program of its own for the sake of its allocator.
+//! Compares the memory that every kernel declares with what it uses; a separate program because of its allocator.
 //!
-//! Each case of each node runs on one thread, with all outputs wanted. What is declared must be within 20 % of what is measured, or
-//! within a byte per cell: tables, rows and columns that each thread keeps, and lists of a few per cent of the cells are not
-//! declared. In a small world tables and rows may be more than that, so that a case that differs is measured again in worlds of
-//! twice the side, where they are a quarter and a half of it.
+//! Each case of each node runs on one thread, with all outputs requested. The declaration must be within 20 % of the
+//! measurement, or within a byte per cell: tables, rows and columns per thread, and lists of a few per cent of the
+//! cells are not declared. In a small world tables and rows may exceed that, so a case that differs is measured again
+//! in worlds of twice the side, where tables are a quarter and rows half as large per cell.
 
 use orograph_nodes::registry;
 use orograph_tests::{Counting, cases, scratch};
@@ -14,7 +14,7 @@ static MEMORY: Counting = Counting::new();
 /// Cells a side; the later ones are for cases that differ in the earlier ones.
 const SIDES: [u32; 3] = [256, 512, 1024];
 
-/// Cases whose memory is not known before the run: node, case, and why.
+/// Cases whose memory is unknown before the run: node, case, and reason.
 const UNKNOWN: [(&str, &str, &str); 2] = [
     ("Rivers", "heads=slope_area", "nearly every cell is a river, and lines hold 23 bytes per cell; 2 are declared"),
     ("Rivers", "least", "every cell is a river, and lines hold 24 bytes per cell; 2 are declared"),

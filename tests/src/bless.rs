@@ -1,14 +1,14 @@
-//! Golden files: compared in tests, renewed by `cargo bless`.
+//! Golden files: compared in tests, updated by `cargo bless`.
 
 use std::path::PathBuf;
 
-/// Whether golden files are to be renewed instead of compared.
+/// Returns true if golden files should be updated instead of compared.
 #[must_use]
 pub fn blessing() -> bool {
     std::env::var_os("OROGRAPH_BLESS").is_some()
 }
 
-/// Where golden files are.
+/// The folder of the golden files.
 #[must_use]
 pub fn golden_folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("golden")

@@ -1,12 +1,12 @@
-//! What memory a piece of code uses at its peak, by an allocator that counts.
+//! Measures the peak memory of a piece of code with a counting allocator.
 
 use std::{
     alloc::{GlobalAlloc, Layout, System},
     sync::atomic::{AtomicUsize, Ordering::Relaxed},
 };
 
-/// The system's allocator, which counts the bytes that the program holds and the most that it has held since
-/// [`Counting::peak_of`] began. For `#[global_allocator]` in a program of its own, in which nothing else runs meanwhile.
+/// The system's allocator with a count of allocated bytes and of their peak since [`Counting::peak_of`] began. Use it
+/// as `#[global_allocator]` of a separate program in which nothing else runs at the same time.
 #[derive(Debug, Default)]
 pub struct Counting {
     held: AtomicUsize,
@@ -14,13 +14,14 @@ pub struct Counting {
 }
 
 impl Counting {
-    /// Nothing held.
+    /// With no memory allocated.
     #[must_use]
     pub const fn new() -> Self {
         Self { held: AtomicUsize::new(0), peak: AtomicUsize::new(0) }
     }
 
-    /// The result of a piece of code, and the most bytes that were held while it ran beside those held before.
+    /// The result of a piece of code, and the peak of the bytes allocated while it ran, not counting those allocated
+    /// before.
     pub fn peak_of<T>(&self, run: impl FnOnce() -> T) -> (T, usize) {
         let before = self.held.load(Relaxed);
         self.peak.store(before, Relaxed);
@@ -35,11 +36,11 @@ impl Counting {
 }
 
 #[expect(unsafe_code, reason = "an allocator is a promise to the compiler")]
-// SAFETY: every call goes to the system's allocator as it is.
+// SAFETY: every call goes unchanged to the system's allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         self.add(layout.size());
-        // SAFETY: the caller's promise is passed on.
+        // SAFETY: the caller's guarantee is passed on.
         unsafe { System.alloc(layout) }
     }
 
@@ -50,7 +51,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 
     unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // a block that moves lies in both places for a while
+        // a block that moves exists twice for a while
         self.add(size);
         // SAFETY: as above.
         let moved = unsafe { System.realloc(block, layout, size) };

@@ -1,16 +1,16 @@
-//! Test land: a landscape given by a formula in world coordinates, so that it is the same at every resolution, in every
-//! window, and whatever happens to the nodes under test.
+//! Test terrain: a landscape given by a formula in world coordinates, so that it is the same at every resolution, in
+//! every window, and whatever changes in the nodes under test.
 
 use orograph_graph::{Field, Job, Node, NodeError, Output, Outputs, PortType, World, mix};
-use orograph_nodes::math;
+use orograph_nodes::numerics::math;
 
-/// A world of 16 km a side with base level all around.
+/// A world of 16 km a side with base level on all sides.
 #[must_use]
 pub fn world(cells: u32) -> World {
     World { size: [16_384.0, 16_384.0], cells: [cells, cells], seed: 7, ..World::default() }
 }
 
-/// Hills from 9 km down to 600 m in wavelength, some 1500 m of relief, with closed hollows.
+/// Hills with wavelengths from 9 km down to 600 m, about 1500 m of relief, and closed depressions.
 pub static LAND: Node = Node {
     id: "TestLand",
     category: "test",
@@ -21,7 +21,7 @@ pub static LAND: Node = Node {
     ..Node::DEFAULT
 };
 
-/// A smooth selection between 0 and 1 that reaches both.
+/// A smooth mask that reaches both 0 and 1.
 pub static SELECTION: Node = Node {
     id: "TestSelection",
     category: "test",
@@ -32,7 +32,7 @@ pub static SELECTION: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Sums plane waves of falling amplitude, turned by the golden angle, with phases drawn from the node's kind.
+/// Sums plane waves of decreasing amplitude, rotated by the golden angle, with phases derived from the node's kind.
 #[expect(clippy::unnecessary_wraps, reason = "the shape of a kernel's own functions")]
 fn surface(job: &Job<'_>, map: impl Fn(f64) -> f64) -> Result<Field, NodeError> {
     const WAVES: u32 = 12;

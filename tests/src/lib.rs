@@ -1,8 +1,9 @@
-//! What the tests over the whole registry share: land to feed to nodes, ways to run one node, golden files.
+//! Shared by the tests of the whole registry: terrain to feed to nodes, ways to run one node, golden files.
 
 mod bless;
 mod counting;
 mod land;
+mod look;
 mod pictures;
 mod resolution;
 mod run;
@@ -11,6 +12,7 @@ mod scratch;
 pub use bless::{blessing, golden_folder, write_golden};
 pub use counting::Counting;
 pub use land::{LAND, SELECTION, world};
+pub use look::Look;
 pub use pictures::{picture, pictures_folder};
 pub use resolution::{Difference, differences};
 pub use run::{

@@ -1,34 +1,31 @@
-//! The small picture of each node in the manual: the first output of its example on a range that rivers have cut.
+//! The small picture of each node in the manual: the first output of its example on a range cut by rivers.
 
 use std::{io::Cursor, path::PathBuf};
 
 use image::{ImageFormat, Rgb, RgbImage};
-use orograph::picture::{self, View};
+use orograph::export::picture::{self, View};
 use orograph_graph::{Field, Node, Port, PortType, Value, World};
-use orograph_nodes::{
-    math,
-    render::{light, palettes::Palette},
-};
+use orograph_nodes::numerics::{light, math, palettes::Palette};
 
 use crate::{evaluate, pictured, world};
 
 /// Cells and pixels a side.
 const SIDE: u32 = 112;
 
-/// Levels of each colour: few enough for pictures to stay small, too many for bands to show.
+/// Levels of each colour: few enough for small pictures, too many for visible banding.
 const LEVELS: f32 = 32.0;
 
-/// Where the manual's pictures are.
+/// The folder of the manual's pictures.
 #[must_use]
 pub fn pictures_folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/nodes/pictures")
 }
 
-/// The picture of a node as a PNG: land as a map, masks in grey, colours as they are, other numbers in false colours; nothing of a
-/// node whose first output is no raster.
+/// The picture of a node as a PNG: heights as a map, masks in grey, colours unchanged, other numbers in false colours.
+/// Returns None when the node's first output is not a raster.
 ///
 /// # Panics
-/// When the example does not run.
+/// When the example fails.
 #[must_use]
 pub fn picture(node: &'static Node) -> Option<Vec<u8>> {
     if node.is_subgraph() {
@@ -37,14 +34,14 @@ pub fn picture(node: &'static Node) -> Option<Vec<u8>> {
     let case = pictured(node);
     let ty = case.graph.output_type(Port { node: case.node, output: 0 });
     ty.planes()?;
-    // A node that makes a coast is seen in the sea that belongs to it.
+    // A node that makes a coast is shown with its sea.
     let instance = case.graph.instance(case.node);
     let sea_level = instance.params.get("sea").map(|_| instance.params.read::<f64>("sea"));
     let values =
         evaluate(&case, World { sea_level, ..world(SIDE) }, 2).unwrap_or_else(|error| panic!("{}: {error}", node.id));
     let field = values.first().and_then(Value::as_field)?;
     let seen = match ty {
-        // from black at 0 to white at 1 as the eye sees it
+        // from black at 0 to white at 1 in perceived brightness
         PortType::Mask => {
             let level: Vec<f32> = field.plane(0).iter().map(|v| math::f32::pow(v.clamp(0.0, 1.0), 2.2)).collect();
             Field::with_planes(*field.window(), 3, level.repeat(3))
@@ -55,8 +52,8 @@ pub fn picture(node: &'static Node) -> Option<Vec<u8>> {
     Some(png(&seen))
 }
 
-/// Numbers in the colours of viridis: from the hundredth lowest to the hundredth highest, by their orders of magnitude where these
-/// span more than three.
+/// Numbers in the colours of viridis: from the 1st to the 99th percentile, by order of magnitude if these span more
+/// than three orders.
 fn false_colours(field: &Field) -> Field {
     let at = |sorted: &[f32], share: f64| sorted[(share * (sorted.len() - 1) as f64) as usize];
     let mut sorted = field.plane(0).to_vec();
@@ -79,7 +76,7 @@ fn false_colours(field: &Field) -> Field {
     Field::with_planes(*field.window(), 3, planes)
 }
 
-/// Linear light as an 8-bit PNG of few levels.
+/// Linear light as an 8-bit PNG with few levels.
 fn png(colour: &Field) -> Vec<u8> {
     let code = |linear: f32| {
         let v = linear.clamp(0.0, 1.0);

@@ -1,27 +1,29 @@
-//! How far the land of one cell size is from that of cells half as wide.
+//! The difference between results at one cell size and at half that cell size.
 
 use orograph_graph::Field;
 
 use crate::{Case, evaluate, world};
 
-/// Cells along a side of the squares that smoothed results are means of, of the coarser raster.
+/// Side, in cells of the coarser raster, of the squares over which smoothed results are averaged.
 const SMOOTH: usize = 8;
 
-/// Of one output: root mean squares of the difference, over the standard deviation of the finer result.
+/// The differences of one output: root mean squares, relative to the standard deviation of the finer result.
 #[derive(Clone, Copy, Debug)]
 pub struct Difference {
     /// Name of the output.
     pub output: &'static str,
-    /// Of the coarser result and the means of the finer one over its cells.
+    /// Between the coarser result and the means of the finer one over its cells.
     pub cells: f64,
-    /// Of means of both over squares of eight of the coarser cells a side: what is left is no detail, but other land.
+    /// Between the means of both over squares of eight of the coarser cells a side: what is left is not detail but
+    /// different terrain.
     pub smoothed: f64,
 }
 
-/// The rasters among a case's outputs with so many cells a side of the tests' world and with twice as many.
+/// Compares the rasters among a case's outputs on a grid of `cells` a side of the tests' world and on one of twice as
+/// many.
 ///
 /// # Errors
-/// What the evaluator says.
+/// The evaluator's error.
 pub fn differences(case: &Case, cells: u32) -> Result<Vec<Difference>, String> {
     let run = |cells| evaluate(case, world(cells), 2).map_err(|error| format!("{}: {error}", case.name));
     let (coarse, fine) = (run(cells)?, run(2 * cells)?);
@@ -35,7 +37,7 @@ pub fn differences(case: &Case, cells: u32) -> Result<Vec<Difference>, String> {
     Ok(fields.map(difference).collect())
 }
 
-/// The means of squares of so many cells a side, plane after plane.
+/// The means over squares of `side` cells, plane after plane.
 fn means(field: &Field, side: usize) -> Vec<f64> {
     let (nx, ny) = (field.window().nx(), field.window().ny());
     let mut means = Vec::with_capacity(field.samples().len() / (side * side));
@@ -56,6 +58,6 @@ fn relative(coarse: &[f64], fine: &[f64]) -> f64 {
     let mean = fine.iter().sum::<f64>() / count;
     let variance = fine.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / count;
     let error = coarse.iter().zip(fine).map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / count;
-    // a field that is the same everywhere has no spread to compare with
+    // a constant field has no spread to compare with
     if variance > 0.0 { (error / variance).sqrt() } else { error.sqrt() }
 }

@@ -1,4 +1,4 @@
-//! Running one node of the registry on test land.
+//! Running one node of the registry on test terrain.
 
 use std::{num::NonZero, path::PathBuf, sync::Arc};
 
@@ -9,14 +9,14 @@ use orograph_graph::{
 
 use crate::land::{LAND, SELECTION};
 
-/// A node wired to test land, with some choice of parameters.
+/// A node wired to test terrain, with certain parameters.
 #[derive(Clone)]
 pub struct Case {
-    /// What is special about it, such as `default` or `mode=max`.
+    /// What distinguishes it, such as `default` or `mode=max`.
     pub name: String,
     /// The node with its inputs.
     pub graph: Graph,
-    /// Where the node is in the graph.
+    /// The node in the graph.
     pub node: NodeIndex,
 }
 
@@ -33,7 +33,7 @@ impl Case {
         (0..self.kind().outputs.len()).map(|output| Port { node: self.node, output }).collect()
     }
 
-    /// What the node's kernel alone is given, on values at its inputs; nobody watches it.
+    /// The job of the node's kernel, with the given inputs and no progressive preview.
     #[must_use]
     pub fn job(&self, inputs: Vec<InputValue>, window: Window) -> Job<'_> {
         Job {
@@ -45,6 +45,7 @@ impl Case {
             folder: data_folder(),
             cancel: Cancel::default(),
             progress: &|_| {},
+            coarse: Vec::new(),
             warnings: Warnings::default(),
             glimpses: None,
         }
@@ -57,7 +58,7 @@ fn registry() -> Registry {
     Registry::new(nodes.nodes().iter().copied().chain([&LAND, &SELECTION]))
 }
 
-/// The land that the manual's pictures are made on: a range that rivers have cut, and patches on it.
+/// The terrain for the pictures of the manual: a range cut by rivers, and patches on it.
 const PICTURE_LAND: &str = r#"
     "hills": Ridged(wavelength: "6 km", octaves: 10, amplitude: "450 m"),
     "rise": Uplift(radius: "9 km", rate: "1.2 mm/yr"),
@@ -67,14 +68,14 @@ const PICTURE_LAND: &str = r#"
     "mask": Select(value: "patches", from: 0.05, falloff: 0.1),
 "#;
 
-/// The land that nodes are tested on.
+/// The terrain for the tests.
 const TEST_LAND: &str = r#"
     "base": TestLand,
     "other": TestLand,
     "mask": TestSelection,
 "#;
 
-/// The node as its declaration's example has it, in a graph where the names that examples use exist.
+/// The node with the arguments of its declaration's example, in a graph with the names that examples use.
 ///
 /// # Panics
 /// When the example has a problem.
@@ -83,7 +84,7 @@ pub fn example(node: &'static Node) -> Case {
     example_on(TEST_LAND, node, node.example)
 }
 
-/// The same on land that looks like land.
+/// The same on realistic terrain.
 ///
 /// # Panics
 /// When the example has a problem.
@@ -92,7 +93,7 @@ pub fn pictured(node: &'static Node) -> Case {
     example_on(PICTURE_LAND, node, node.example)
 }
 
-/// Filters of a radius: what they are called, the node, and all of its arguments save the last, which is the radius.
+/// Filters with a radius: their title, the node, and all arguments but the last, which is the radius.
 pub const REACHING: [(&str, &str, &str); 7] = [
     ("Blur", "Blur", r#"value: "base", radius"#),
     ("Median", "Median", r#"value: "base", radius"#),
@@ -103,7 +104,7 @@ pub const REACHING: [(&str, &str, &str); 7] = [
     ("Distance", "Distance", r#"selection: "patches", side: both, limit"#),
 ];
 
-/// One of [`REACHING`] on the land that nodes are tested on, with a radius in metres.
+/// One of [`REACHING`] on the terrain for the tests, with a radius in metres.
 ///
 /// # Panics
 /// When it has a problem.
@@ -135,8 +136,8 @@ fn example_on(land: &str, node: &'static Node, arguments: &str) -> Case {
     Case { name: "example".into(), graph, node: index }
 }
 
-/// The cases every node is tried on: its example; every choice and switch; all numbers at their least and at their
-/// most; every input that can take test land wired to it.
+/// The cases that every node is tested with: its example; every choice and switch; all numbers at their minimum and at
+/// their maximum; every input that accepts test terrain wired to it.
 #[must_use]
 pub fn cases(node: &'static Node) -> Vec<Case> {
     let mut cases = vec![example(node), wired(node)];
@@ -187,7 +188,7 @@ fn changed(node: &'static Node, name: String, values: &[(&'static str, ParamValu
     Case { name, ..set(example(node), values) }
 }
 
-/// A case with other values of parameters.
+/// A case with other parameter values.
 #[must_use]
 pub fn set(mut case: Case, values: &[(&'static str, ParamValue)]) -> Case {
     for (param, value) in values {
@@ -196,7 +197,7 @@ pub fn set(mut case: Case, values: &[(&'static str, ParamValue)]) -> Case {
     case
 }
 
-/// All that a choice or a switch may be; nothing for other kinds of parameters.
+/// All values of a choice or a switch; empty for other kinds of parameters.
 #[must_use]
 pub fn options(kind: &Kind) -> Vec<ParamValue> {
     match kind {
@@ -206,7 +207,7 @@ pub fn options(kind: &Kind) -> Vec<ParamValue> {
     }
 }
 
-/// Values of a parameter that differ from each other and from what examples have.
+/// Values of a parameter that differ from each other and from those in examples.
 #[must_use]
 pub fn others(kind: &Kind) -> Vec<ParamValue> {
     match kind {
@@ -231,7 +232,7 @@ pub fn others(kind: &Kind) -> Vec<ParamValue> {
     }
 }
 
-/// The example with the defaults of all parameters but files, and wires at no inputs but those that need one.
+/// The example with the defaults of all parameters except files, and wires at required inputs only.
 ///
 /// # Panics
 /// When the example has a problem.
@@ -251,7 +252,7 @@ pub fn plain(node: &'static Node) -> Case {
     Case { name: "plain".into(), ..case }
 }
 
-/// The example with test land at every input that takes it.
+/// The example with test terrain at every input that accepts it.
 ///
 /// # Panics
 /// When the example has a problem.
@@ -273,7 +274,7 @@ pub fn wired(node: &'static Node) -> Case {
 /// All outputs of a case over the whole of a world.
 ///
 /// # Errors
-/// What the evaluator says.
+/// The evaluator's error.
 pub fn evaluate(case: &Case, world: World, threads: usize) -> Result<Vec<Value>, EvalError> {
     evaluate_window(case, Window::whole(world), threads)
 }
@@ -281,7 +282,7 @@ pub fn evaluate(case: &Case, world: World, threads: usize) -> Result<Vec<Value>,
 /// All outputs of a case over a window.
 ///
 /// # Errors
-/// What the evaluator says.
+/// The evaluator's error.
 pub fn evaluate_window(case: &Case, window: Window, threads: usize) -> Result<Vec<Value>, EvalError> {
     let evaluator = Evaluator::new(EvaluatorOptions {
         store: Arc::new(Store::new(0, None)),
@@ -291,10 +292,10 @@ pub fn evaluate_window(case: &Case, window: Window, threads: usize) -> Result<Ve
     evaluator.values(&case.graph, &data_folder(), &case.outputs(), window)
 }
 
-/// The inputs of a case over a window, as its kernel gets them.
+/// The inputs of a case over a window, as passed to its kernel.
 ///
 /// # Panics
-/// When what they come from does not run.
+/// When the sources of the inputs fail.
 #[must_use]
 pub fn inputs(case: &Case, window: Window) -> Vec<InputValue> {
     let evaluator = Evaluator::new(EvaluatorOptions::default()).expect("an evaluator");

@@ -1,4 +1,4 @@
-//! The memory that a kernel uses beside its inputs and outputs, measured, and as it is declared.
+//! The memory that kernels use besides inputs and outputs: measured and declared.
 
 use orograph_graph::{InputValue, Sizing, Value, Wanted, Window};
 use orograph_nodes::registry;
@@ -14,27 +14,27 @@ pub struct Scratch {
     pub case: String,
     /// Cells of the window.
     pub cells: usize,
-    /// Bytes that the kernel held at its peak beside its inputs and what it gave.
+    /// Peak memory of the kernel in bytes, besides its inputs and outputs.
     pub measured: u64,
-    /// Bytes that its node declares.
+    /// Bytes declared by its node.
     pub declared: u64,
 }
 
-/// How far a declaration may be from what is measured, as a share of the larger.
+/// Largest difference between declaration and measurement, as a fraction of the larger.
 const SHARE: f64 = 0.2;
 
-/// Bytes per cell below which no difference counts: what does not grow with the window (tables, a row for each thread,
-/// spans of a few per cent of the rows) is not declared, and is less than this in the windows of the test.
+/// Bytes per cell below which a difference does not count: memory that does not grow with the window (tables, a row per
+/// thread, spans of a few per cent of the rows) is not declared, and is smaller than this in the windows of the test.
 const FLOOR: f64 = 1.0;
 
 impl Scratch {
-    /// Bytes of a measurement per cell.
+    /// A measurement in bytes per cell.
     #[must_use]
     pub fn per_cell(&self, bytes: u64) -> f64 {
         bytes as f64 / self.cells as f64
     }
 
-    /// Returns true if the declaration is near enough to what is measured.
+    /// Returns true if the declaration is close enough to the measurement.
     #[must_use]
     pub fn holds(&self) -> bool {
         let (measured, declared) = (self.measured as f64, self.declared as f64);
@@ -42,7 +42,7 @@ impl Scratch {
     }
 }
 
-/// Measures a case on a window of so many cells a side; `None` when its kernel refuses the case.
+/// Measures a case on a window of `cells` a side. Returns None when its kernel refuses the case.
 ///
 /// # Panics
 /// When the inputs cannot be computed.
@@ -54,7 +54,7 @@ pub fn scratch(memory: &Counting, case: &Case, side: u32, threads: usize) -> Opt
     let node = case.kind();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     let job = case.job(values, window);
-    // threads set up what they keep at their first work
+    // threads allocate their own structures on first use
     pool.broadcast(|_| ());
     let (outputs, peak) = memory.peak_of(|| pool.install(|| (node.cpu)(&job)));
     let given: u64 = outputs.ok()?.into_iter_named().map(|(_, value)| new_bytes(&value, &job.inputs)).sum();
@@ -64,7 +64,7 @@ pub fn scratch(memory: &Counting, case: &Case, side: u32, threads: usize) -> Opt
     Some(Scratch { id: node.id, case: case.name.clone(), cells: window.len(), measured, declared })
 }
 
-/// Bytes of an output, unless it is an input that is passed on.
+/// Size of an output, unless it is an input that is passed on.
 fn new_bytes(value: &Value, inputs: &[InputValue]) -> u64 {
     let samples = |value: &Value| value.as_field().map(|field| field.samples().as_ptr());
     let is_input = |input: &InputValue| match input {

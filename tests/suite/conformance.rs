@@ -1,14 +1,14 @@
-//! Every node, whatever it does: its declaration is sound, it runs at its extremes, its bytes do not depend on threads or
-//! SIMD width, a window of it is a window of the whole, and another resolution is the same land.
+//! Tests of every node: its declaration is valid, it runs at its extremes, its bytes do not depend on threads or SIMD
+//! width, a window of it equals that window of the whole, and another resolution gives the same terrain.
 
 use orograph_graph::{EvalError, Exactness, InputValue, Node, ParamSpec, ParamValue, Resolution, Value, Window, World};
-use orograph_nodes::{registry, simd};
+use orograph_nodes::{numerics::simd, registry};
 use orograph_tests::{
     Case, Difference, cases, differences, evaluate, evaluate_window, example, inputs, options, others, plain, set,
     wired, world,
 };
 
-/// Calls a check for every node and collects what it finds, so that one faulty node does not hide another.
+/// Runs a check for every node and collects all failures, so that one faulty node does not hide another.
 fn for_every_node(check: impl Fn(&'static Node) -> Result<(), String>) {
     let found: Vec<String> = registry()
         .nodes()
@@ -23,7 +23,7 @@ fn run(case: &Case, cells: u32, threads: usize) -> Result<Vec<Value>, String> {
 }
 
 #[test]
-fn every_declaration_is_sound() {
+fn every_declaration_is_valid() {
     assert_eq!(registry().faults(), Vec::<String>::new());
 }
 
@@ -33,7 +33,7 @@ fn every_node_runs_at_its_extremes_or_refuses_with_a_remedy() {
         for case in cases(node) {
             match evaluate(&case, world(48), 2) {
                 Ok(values) => assert_eq!(values.len(), node.outputs.len()),
-                // a combination that makes no sense may be refused, but not without saying what would help
+                // a combination that makes no sense may be refused, but not without a remedy
                 Err(EvalError::Node { hint: Some(_), .. }) if case.name != "example" => {}
                 Err(error) => return Err(format!("{}: {error}", case.name)),
             }
@@ -42,9 +42,9 @@ fn every_node_runs_at_its_extremes_or_refuses_with_a_remedy() {
     });
 }
 
-/// What is said to have no effect in a setting has none there.
+/// A parameter that is declared to have no effect in a setting has none there.
 #[test]
-fn parameters_that_rest_change_nothing() {
+fn parameters_without_effect_change_nothing() {
     for_every_node(|node| {
         let specs = node.specs();
         for spec in &specs {
@@ -60,7 +60,7 @@ fn parameters_that_rest_change_nothing() {
     });
 }
 
-/// Whether a parameter changes nothing in a setting, in which one of the cases must run.
+/// Checks that a parameter changes nothing in a setting, in which one of the cases must run.
 fn rests(node: &'static Node, spec: &ParamSpec, setting: (&'static str, ParamValue)) -> Result<(), String> {
     let (governs, value) = &setting;
     let mut runs = false;
@@ -71,7 +71,7 @@ fn rests(node: &'static Node, spec: &ParamSpec, setting: (&'static str, ParamVal
         runs |= before.is_ok();
         for other in others(&spec.kind) {
             if outputs(&set(case.clone(), &[(spec.name, other.clone())])) != before {
-                return Err(format!("`{}: {other}` changes what comes of `{governs}: {value}`", spec.name));
+                return Err(format!("`{}: {other}` changes the result of `{governs}: {value}`", spec.name));
             }
         }
     }
@@ -105,10 +105,7 @@ fn equal_bytes_at_every_simd_width() {
         for case in [example(node)] {
             let widest = run(&case, 83, 2)?;
             for level in [simd::Level::Baseline, simd::Level::Avx2] {
-                simd::limit(level);
-                let narrower = run(&case, 83, 2);
-                simd::limit(simd::Level::Avx512);
-                if narrower? != widest {
+                if simd::at(level, || run(&case, 83, 2))? != widest {
                     return Err(format!("{}: other bytes at {level:?}", case.name));
                 }
             }
@@ -138,7 +135,7 @@ fn a_window_with_its_halo_equals_the_window_of_the_whole() {
     });
 }
 
-/// Only nodes that say so depend on the sea, and each of those does: the results of the others are kept when it changes.
+/// Exactly the nodes that declare it depend on the sea level: results of the others are reused when it changes.
 #[test]
 fn the_sea_changes_what_nodes_declare_that_it_does() {
     for_every_node(|node| {
@@ -170,10 +167,10 @@ fn the_sea_changes_what_nodes_declare_that_it_does() {
     });
 }
 
-/// As declared, at two pairs of cell sizes; and smoothed over eight cells, so that detail does not count, within 2 %, unless more than
-/// the usual 5 % is declared.
+/// As declared, at two pairs of cell sizes; and smoothed over eight cells, so that detail does not count, within 2 %,
+/// unless more than the usual 5 % is declared.
 #[test]
-fn another_resolution_is_the_same_land() {
+fn another_resolution_gives_the_same_terrain() {
     for_every_node(|node| {
         let Resolution::Within(declared) = node.resolution else { return Ok(()) };
         let (case, declared) = (example(node), f64::from(declared));

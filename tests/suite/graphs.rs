@@ -1,10 +1,23 @@
-//! The graph files that come with the program: each is in canonical form, has no problems, builds, and builds to the same
-//! bytes on one and on two threads.
+//! The graph files of the program: each is in canonical form, has no problems, builds, and gives the same bytes on one
+//! and on two threads.
 
 use std::{num::NonZero, path::PathBuf};
 
-use orograph_graph::{Document, Evaluator, EvaluatorOptions, Port, Value, Window, World, format_source};
+use orograph_graph::{Document, Evaluator, EvaluatorOptions, Field, Port, Value, Window, World, format_source};
 use orograph_nodes::registry;
+use orograph_tests::Look;
+
+/// Graphs with mountains, and the fewest cells on the world's longer side on which their slopes are resolved. The Alps are
+/// measured on their own.
+const SMALL: [(&str, f64); 7] = [
+    ("hello", 240.0),
+    ("ridge", 240.0),
+    ("two_ranges", 320.0),
+    ("ridges", 256.0),
+    ("belts", 200.0),
+    ("carve_dem", 256.0),
+    ("fault", 400.0),
+];
 
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../graphs")
@@ -49,23 +62,56 @@ fn every_graph_is_sound_and_in_canonical_form() {
 fn every_graph_builds_to_the_same_bytes_on_one_and_two_threads() {
     for path in files() {
         let document = Document::load(&path, &registry()).expect("a graph file");
-        // the same land, quickly
+        // the same terrain, quickly
         let one = build(&document, 128.0, 1);
         assert_eq!(one.len(), document.outputs().len());
         assert!(one == build(&document, 128.0, 2), "{}: other bytes on two threads", path.display());
     }
 }
 
-/// What the Alps measure on cells of 100 to 150 m: summits, local relief in windows of 2.5 km, slopes.
+/// The output `height` of a graph, with that many cells on the world's longer side.
+fn land(graph: &str, longer: f64) -> Field {
+    let document = Document::load(folder().join(format!("{graph}.ron")), &registry()).expect("a graph file");
+    let at = document.outputs().iter().position(|output| output.name == "height").expect("the land");
+    build(&document, longer, 2)[at].as_field().expect("heights").clone()
+}
+
+/// No folded paper: slopes of many angles, and no planes. Worlds are small enough for a test; cells are at most 100 m.
+#[test]
+fn mountains_have_slopes_of_many_angles() {
+    let mut faults = Vec::new();
+    for (graph, cells) in SMALL {
+        let look = Look::of(&land(graph, cells)).expect("slopes");
+        println!("{graph}: {look:.3?}");
+        faults.extend(look.faults().map(|fault| format!("{graph}: {fault}")));
+    }
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+}
+
+/// Measures of the Alps on cells of 80 m: relief, slopes and hypsometric integral of an area of 30 km.
 #[test]
 fn the_alps_are_alpine() {
-    let document = Document::load(folder().join("alps.ron"), &registry()).expect("a graph file");
-    let values = build(&document, 500.0, 2);
-    let report = values.iter().find_map(Value::as_report).expect("an output of measures");
-    for (name, range) in
-        [("elevation_max", 3300.0..4400.0), ("local_relief_mean", 960.0..1200.0), ("slope_mean", 28.0..32.0)]
-    {
-        let value = report.get(name).expect("a measure");
+    let land = land("alps", 750.0);
+    assert_eq!(Look::of(&land).expect("slopes").faults(), None);
+    let height = |x: usize, y: usize| f64::from(land.samples()[y * 750 + x]);
+    let middle = || (188..562).flat_map(|y| (188..562).map(move |x| (x, y)));
+    let heights: Vec<f64> = middle().map(|(x, y)| height(x, y)).collect();
+    let (low, high) = heights.iter().fold((f64::MAX, f64::MIN), |(low, high), &h| (low.min(h), high.max(h)));
+    let mean = heights.iter().sum::<f64>() / heights.len() as f64;
+    let slope = |(x, y): (usize, usize)| {
+        let (east, south) = (height(x + 1, y) - height(x - 1, y), height(x, y + 1) - height(x, y - 1));
+        orograph_nodes::numerics::math::atan((east * east + south * south).sqrt() / 160.0).to_degrees()
+    };
+    let mut slopes: Vec<f64> = middle().map(slope).collect();
+    slopes.sort_unstable_by(f64::total_cmp);
+    let [half, steep] = [0.5, 0.95].map(|share| slopes[(share * (slopes.len() - 1) as f64) as usize]);
+    for (name, value, range) in [
+        ("relief", high - low, 2000.0..3500.0),
+        ("hypsometric integral", (mean - low) / (high - low), 0.47..0.68),
+        ("median slope", half, 23.0..32.0),
+        ("slope that 5 % exceed", steep, 37.0..48.0),
+        ("ratio of the two", steep / half, 1.4..1.8),
+    ] {
         assert!(range.contains(&value), "{name}: {value} is not in {range:?}");
     }
 }

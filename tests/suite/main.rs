@@ -1,9 +1,11 @@
-//! The tests over the whole registry and over the graphs that come with the program.
+//! The tests of the whole registry and of the graphs that come with the program.
 
+mod chains;
 mod conformance;
 mod golden;
 mod graphs;
 mod manual;
+mod phrases;
 mod spec_lock;
 mod tidy;
 mod wanted;

@@ -1,11 +1,11 @@
-//! The manual's node pages are what the program prints; `cargo bless` renews them.
+//! The manual's node pages match the output of the program; `cargo bless` updates them.
 
 use std::{collections::BTreeSet, path::PathBuf};
 
 use orograph_nodes::registry;
 use orograph_tests::{blessing, picture, pictures_folder};
 
-/// The most that all pictures together may take.
+/// The maximum total size of the pictures.
 const MOST_BYTES: u64 = 1_500_000;
 
 fn folder() -> PathBuf {
@@ -23,16 +23,17 @@ fn the_pages_of_the_manual_are_what_the_program_prints() {
     }
     for (name, text) in &pages {
         let known = std::fs::read_to_string(folder().join(name)).unwrap_or_default();
-        assert!(known == *text, "docs/nodes/{name} is not what the program prints; run `cargo bless`");
+        assert!(known == *text, "docs/nodes/{name} differs from what the program prints; run `cargo bless`");
     }
     let names: BTreeSet<String> = pages.into_iter().map(|(name, _)| name).chain(["pictures".to_owned()]).collect();
     for entry in std::fs::read_dir(folder()).expect("the manual's folder") {
         let name = entry.expect("an entry").file_name().to_string_lossy().into_owned();
-        assert!(names.contains(&name), "docs/nodes/{name} is the page of no node; delete it");
+        assert!(names.contains(&name), "docs/nodes/{name} belongs to no node; delete it");
     }
 }
 
-/// Whether a node looks as its picture does is what golden hashes tell; here is that each has one, and none is left over.
+/// Golden hashes cover what a node looks like; this test checks that each node has a picture, and that none is left
+/// over.
 #[test]
 fn every_node_that_gives_a_raster_has_its_picture() {
     let folder = pictures_folder();

@@ -1,7 +1,7 @@
-//! The lock of declarations: what a graph file of a node's version means may never change.
+//! The lock of declarations: what a file means must never change for a given version of a node.
 //!
-//! `golden/specs.txt` holds every declaration of every version there ever was. Since a file writes only what differs from
-//! the default, a default, range or port may change only together with the version, and then with a migration.
+//! `golden/specs.txt` contains every declaration of every version so far. A file writes only what differs from the
+//! default, so a default, range or port may change only together with the version, and then with a migration.
 
 use std::{collections::BTreeMap, fmt::Write as _};
 
@@ -11,7 +11,7 @@ use orograph_tests::{blessing, golden_folder, write_golden};
 
 const LOCK: &str = "specs.txt";
 
-/// Everything of a declaration that decides what a file means, a line each.
+/// Everything of a declaration that affects the meaning of a file, one line each.
 fn declaration(node: &Node) -> Vec<String> {
     let mut lines = Vec::new();
     for alias in node.aliases {
@@ -90,8 +90,7 @@ fn a_declaration_changes_only_with_its_version() {
                     .filter(|l| !locked.contains(l))
                     .chain(locked.iter().filter(|l| !now.contains(l)))
                     .collect();
-                problems
-                    .push(format!("{key} is not what it was: {differing:#?}\nraise its version and add a migration"));
+                problems.push(format!("{key} has changed: {differing:#?}\nincrease its version and add a migration"));
             }
             None => {
                 grown = true;
@@ -120,6 +119,6 @@ fn nothing_that_was_locked_is_gone() {
     let registry = registry();
     for key in lock.keys() {
         let id = key.split(' ').next().expect("a key has an id");
-        assert!(registry.get(id).is_some(), "{id} is gone; keep its id as an alias of what takes its place");
+        assert!(registry.get(id).is_some(), "{id} is gone; keep its id as an alias of its replacement");
     }
 }

@@ -1,4 +1,4 @@
-//! House rules that no compiler knows.
+//! House rules that the compiler does not check.
 
 use std::path::{Path, PathBuf};
 
@@ -42,7 +42,7 @@ fn files_fit_in_a_head() {
 }
 
 #[test]
-fn every_file_says_what_it_is() {
+fn every_file_begins_with_its_documentation() {
     for path in all_sources() {
         let text = std::fs::read_to_string(&path).expect("a source file");
         assert!(text.starts_with("//!"), "{} does not begin with `//!`", path.display());

@@ -1,4 +1,4 @@
-//! Kernels give exactly the outputs that are wanted, and each is the same whatever is wanted beside it.
+//! Kernels return exactly the requested outputs, and each output is the same whatever else is requested.
 
 use orograph_graph::{Job, NodeError, Outputs, Value, Wanted, Window};
 use orograph_nodes::registry;
@@ -10,7 +10,7 @@ fn named(outputs: Outputs) -> Named {
     outputs.into_iter_named().collect()
 }
 
-/// Returns true if both are the same, a measure that is not a number included.
+/// Returns true if both are the same; NaN measures count as equal.
 fn same(a: &Named, b: &Named) -> bool {
     let report = |(name, value): &(&str, Value)| value.as_report().map(|report| format!("{name} {report:?}"));
     let field =
@@ -18,19 +18,19 @@ fn same(a: &Named, b: &Named) -> bool {
     a.iter().map(report).eq(b.iter().map(report)) && a.iter().map(field).eq(b.iter().map(field))
 }
 
-/// Compares what is given for each single output with what is given for all of them.
+/// Compares the result for each single output with the results for all of them.
 fn each_alone(case: &Case, give: impl Fn(Wanted) -> Result<Named, NodeError>) -> Result<(), String> {
-    // what a node refuses is another test's business
+    // errors of nodes are covered by another test
     let Ok(all) = give(Wanted::ALL) else { return Ok(()) };
     let (kind, names) = (case.kind(), all.iter().map(|(name, _)| *name));
     if !names.eq(kind.outputs.iter().map(|output| output.name)) {
-        return Err(format!("{}: not all outputs are given", case.name));
+        return Err(format!("{}: some outputs are missing", case.name));
     }
     for (at, value) in all.into_iter().enumerate() {
         let alone = give(Wanted::NONE.with(at)).map_err(|error| format!("{}: {}: {error}", case.name, value.0))?;
         if !same(&alone, &vec![value]) {
             let given: Vec<&str> = alone.iter().map(|(name, _)| *name).collect();
-            return Err(format!("{}: {} alone is another, or not alone: {given:?}", case.name, kind.outputs[at].name));
+            return Err(format!("{}: {} differs alone, or is not alone: {given:?}", case.name, kind.outputs[at].name));
         }
     }
     Ok(())
@@ -52,7 +52,7 @@ fn each_output_is_given_alone_as_among_all() {
     assert!(found.is_empty(), "\n{}", found.join("\n"));
 }
 
-/// What is wanted of a process may change while it runs.
+/// The requested outputs of a process may change while it runs.
 #[test]
 fn a_process_gives_each_output_alone_as_among_all() {
     let window = Window::whole(world(32));

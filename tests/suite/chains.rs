@@ -1,0 +1,213 @@
+//! Random chains of nodes, with random and extreme parameters: a window, computed on any number of threads and at any
+//! SIMD level, equals that part of the whole world byte for byte.
+
+use std::{collections::BTreeMap, num::NonZero, sync::Arc};
+
+use orograph_graph::{
+    EvalError, Evaluator, EvaluatorOptions, Exactness, Fallback, Graph, Instance, Kind, Node, ParamValue, Port, Reach,
+    Store, Value, Window, World, mix,
+};
+use orograph_nodes::{numerics::simd::Level, registry};
+use orograph_tests::{LAND, SELECTION, data_folder, options};
+
+const CELLS: u32 = 112;
+/// The widest halo of a chain in cells: well below the world, so that its windows are only parts of it.
+const MOST_HALO: f64 = 36.0;
+/// Number of chains that end in each node.
+const CHAINS: u32 = 8;
+/// Sides of worlds in metres: a length in metres is few cells or many.
+const SIDES: [f64; 3] = [4_000.0, 16_384.0, 60_000.0];
+
+/// Random numbers from a seed.
+struct Draw(u32);
+
+impl Draw {
+    fn next(&mut self) -> u32 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9);
+        mix(self.0)
+    }
+
+    /// A number below another.
+    fn below(&mut self, end: usize) -> usize {
+        self.next() as usize % end
+    }
+
+    /// From 0 to 1.
+    fn share(&mut self) -> f64 {
+        f64::from(self.next()) / f64::from(u32::MAX)
+    }
+
+    fn one<T: Clone>(&mut self, of: &[T]) -> T {
+        of[self.below(of.len())].clone()
+    }
+
+    /// A random parameter value: from the range of its slider, sometimes an end of the hard range. Returns None to
+    /// leave the default.
+    fn value(&mut self, kind: &Kind) -> Option<ParamValue> {
+        let (kept, extreme) = (self.share() < 0.4, self.share() < 0.15);
+        let share = self.share();
+        match kind {
+            _ if kept => None,
+            Kind::Float { hard, .. } if extreme => Some(ParamValue::Float(self.one(hard))),
+            Kind::Float { soft: [low, high], .. } => Some(ParamValue::Float(low + share * (high - low))),
+            Kind::Int { soft: [low, high], .. } => {
+                Some(ParamValue::Int((low + (share * (high - low + 1) as f64) as i64).min(*high)))
+            }
+            Kind::Seed { .. } => Some(ParamValue::Seed(self.next())),
+            Kind::Choice { .. } | Kind::Bool { .. } => Some(self.one(&options(kind))),
+            _ => None,
+        }
+    }
+
+    /// A part of the world; sometimes it touches the sides.
+    fn window(&mut self, world: World) -> Window {
+        let mut window = Window::whole(world);
+        for axis in 0..2 {
+            let cells = 1 + self.below(40) as u32;
+            let room = (CELLS - cells) as usize;
+            let inside = self.below(room);
+            window.origin[axis] = self.one(&[0, room, inside, inside]) as u32;
+            window.cells[axis] = cells;
+        }
+        window
+    }
+}
+
+/// A chain, the total reach of its nodes in cells, and the ports so far.
+struct Chain {
+    graph: Graph,
+    halo: f64,
+    ports: Vec<Port>,
+    cell_m: f64,
+}
+
+impl Chain {
+    fn new(cell_m: f64) -> Self {
+        let mut graph = Graph::default();
+        let nodes = registry();
+        let [ramp, flow] = ["Ramp", "Flow"].map(|id| nodes.get(id).expect("a node"));
+        let [ramp, flow, selection, land] = [ramp, flow, &SELECTION, &LAND]
+            .map(|node| Port { node: graph.add(Instance::new(node.id, node)).expect("a new name"), output: 0 });
+        // colours and drainage, for nodes that read them
+        graph.connect(land, ramp.node, "value").expect("the types fit");
+        graph.connect(land, flow.node, "height").expect("the types fit");
+        let drainage = graph.port("Flow.flow").expect("an output");
+        Self { graph, halo: 0.0, ports: vec![ramp, drainage, selection, land], cell_m }
+    }
+
+    /// Adds a node that reads the last one if possible. Returns false when no parameters keep the halo small, or no
+    /// port fits an input.
+    fn add(&mut self, node: &'static Node, draw: &mut Draw) -> bool {
+        for _ in 0..12 {
+            let mut instance = Instance::new(format!("n{}", self.ports.len()), node);
+            for spec in node.specs() {
+                if let Some(value) = draw.value(&spec.kind) {
+                    instance.params.set(spec.name, value);
+                }
+            }
+            let reach = match node.reach {
+                Reach::Point => 0.0,
+                Reach::Metres(from) => (from(&instance.params, self.cell_m) / self.cell_m).ceil(),
+                Reach::World => f64::INFINITY,
+            };
+            if self.halo + reach <= MOST_HALO && self.wire(instance, draw) {
+                self.halo += reach;
+                return true;
+            }
+        }
+        false
+    }
+
+    fn wire(&mut self, instance: Instance, draw: &mut Draw) -> bool {
+        let node = instance.node;
+        let mut sources = Vec::new();
+        for input in node.inputs {
+            let suits: Vec<Port> = self
+                .ports
+                .iter()
+                .rev()
+                .copied()
+                .filter(|port| input.ty.accepts(self.graph.output_type(*port)))
+                .collect();
+            let required = input.fallback == Fallback::Required;
+            match suits.first() {
+                None if required => return false,
+                Some(newest) if required => sources.push((input.name, *newest)),
+                Some(_) if draw.share() < 0.4 => sources.push((input.name, draw.one(&suits))),
+                _ => {}
+            }
+        }
+        let at = self.graph.add(instance).expect("a new name");
+        for (input, port) in sources {
+            self.graph.connect(port, at, input).expect("the types fit");
+        }
+        let fields = (0..node.outputs.len()).map(|output| Port { node: at, output });
+        let fields: Vec<Port> = fields.filter(|port| self.graph.output_type(*port).planes().is_some()).collect();
+        self.ports.extend(fields);
+        true
+    }
+
+    /// The outputs of the last node.
+    fn ends(&self) -> Vec<Port> {
+        let last = self.ports.last().expect("there are the sources").node;
+        self.ports.iter().copied().filter(|port| port.node == last).collect()
+    }
+
+    fn values(&self, window: Window, threads: usize) -> Result<Vec<Value>, EvalError> {
+        let evaluator = Evaluator::new(EvaluatorOptions {
+            store: Arc::new(Store::new(0, None)),
+            threads: NonZero::new(threads),
+            ..EvaluatorOptions::default()
+        })?;
+        evaluator.values(&self.graph, &data_folder(), &self.ends(), window)
+    }
+}
+
+#[test]
+fn windows_of_random_chains_equal_the_whole_at_every_width() {
+    let local = |node: &&'static Node| {
+        !matches!(node.reach, Reach::World)
+            && node.exactness == Exactness::Exact
+            && !node.specs().iter().any(|spec| spec.kind == Kind::File)
+    };
+    let nodes: Vec<&'static Node> = registry().nodes().iter().copied().filter(local).collect();
+    assert!(nodes.len() > 25, "{} nodes", nodes.len());
+    let mut compared: BTreeMap<&str, u32> = BTreeMap::new();
+    let (mut faults, mut with_halo) = (Vec::new(), 0);
+    for (number, node) in (0u32..).zip(nodes.iter().flat_map(|node| [*node; CHAINS as usize])) {
+        let mut draw = Draw(number);
+        let side = draw.one(&SIDES);
+        let world = World { size: [side; 2], cells: [CELLS; 2], seed: number, ..World::default() };
+        let mut chain = Chain::new(world.cell_m());
+        for _ in 0..draw.below(3) {
+            let before = draw.one(&nodes);
+            chain.add(before, &mut draw);
+        }
+        if !chain.add(node, &mut draw) || chain.graph.instance(chain.ends()[0].node).node.id != node.id {
+            continue;
+        }
+        let (window, threads) = (draw.window(world), 1 + draw.below(4));
+        let level = draw.one(&[Level::Baseline, Level::Avx2, Level::Avx512]);
+        let whole = match chain.values(Window::whole(world), 2) {
+            Ok(whole) => whole,
+            // combinations that make no sense may be refused, with a remedy
+            Err(EvalError::Node { hint: Some(_), .. }) => continue,
+            Err(error) => panic!("chain {number} that ends in {}: {error}", node.id),
+        };
+        let part = orograph_nodes::numerics::simd::at(level, || chain.values(window, threads));
+        let part = part.unwrap_or_else(|error| panic!("chain {number} that ends in {}: {error}", node.id));
+        for (whole, part) in whole.iter().zip(&part) {
+            if whole.as_field().map(|whole| whole.crop(&window)) != part.as_field().cloned() {
+                let names: Vec<&str> = chain.graph.indices().map(|at| chain.graph.instance(at).node.id).collect();
+                faults.push(format!("chain {number} ({}) at {:?}, {level:?}", names.join(", "), window.origin));
+            }
+        }
+        *compared.entry(node.id).or_default() += 1;
+        with_halo += u32::from(chain.halo > 0.0);
+    }
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+    let missing: Vec<&str> = nodes.iter().map(|node| node.id).filter(|id| !compared.contains_key(id)).collect();
+    assert!(missing.is_empty(), "never compared: {missing:?}");
+    let all: u32 = compared.values().sum();
+    assert!(all * 4 > nodes.len() as u32 * CHAINS * 3 && with_halo * 4 > all, "{all} chains, {with_halo} with a halo");
+}
