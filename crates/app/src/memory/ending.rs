@@ -3,8 +3,12 @@
 use std::{
     cell::Cell,
     fmt::{self, Write as _},
-    sync::atomic::{AtomicBool, Ordering},
-    time::Duration,
+    mem,
+    sync::{
+        Mutex, PoisonError, TryLockError,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, Instant},
 };
 
 use orograph_graph::memory::{REMEDY, each_leftover, each_running};
@@ -16,6 +20,9 @@ static JOURNAL: AtomicBool = AtomicBool::new(false);
 
 /// True if standard output has lines of JSON.
 static JSON_LINES: AtomicBool = AtomicBool::new(false);
+
+/// Held while a line of JSON is written, and from the last one on.
+static LINE: Mutex<()> = Mutex::new(());
 
 /// True while a thread is ending the program.
 static ENDING: AtomicBool = AtomicBool::new(false);
@@ -33,6 +40,12 @@ pub fn keeps_a_journal() {
 /// From now on the last line of standard output is one of JSON, also when the program ends for lack of memory.
 pub fn writes_json_lines() {
     JSON_LINES.store(true, Ordering::Relaxed);
+}
+
+/// Writes a line of JSON, unless the program has written its last one; then the thread waits for the end.
+pub fn in_json_line<T>(write: impl FnOnce() -> T) -> T {
+    let _line = LINE.lock().unwrap_or_else(PoisonError::into_inner);
+    write()
 }
 
 /// Ends the program because an allocation of this many bytes was refused.
@@ -55,10 +68,25 @@ pub(super) fn end(bytes: usize) -> ! {
     if JSON_LINES.load(Ordering::Relaxed) {
         let mut line = Text::new();
         tell_json(&mut line, bytes);
+        no_more_lines();
         system::say(system::Stream::Output, line.written());
     }
     each_leftover(system::remove);
     system::leave();
+}
+
+/// Waits until no other thread is writing a line of JSON and lets none begin another.
+fn no_more_lines() {
+    /// A thread that takes longer was itself refused memory within its line. It waits for the end as well and keeps
+    /// the lock, so that nothing follows the last line in this case either.
+    const LONGEST: Duration = Duration::from_secs(1);
+    let begin = Instant::now();
+    while begin.elapsed() < LONGEST {
+        match LINE.try_lock() {
+            Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(1)),
+            line => return mem::forget(line),
+        }
+    }
 }
 
 /// What has happened and what to do.

@@ -16,7 +16,7 @@ mod system;
 
 use std::alloc::{GlobalAlloc, Layout};
 
-pub use ending::{keeps_a_journal, writes_json_lines};
+pub use ending::{in_json_line, keeps_a_journal, writes_json_lines};
 use orograph_graph::memory::is_asking;
 use orograph_nodes::numerics::memory::LargePages;
 

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::Progress;
 use crate::{
     build::{Built, request::Request},
+    memory,
     report::{failure::Failure, terminal},
 };
 
@@ -51,7 +52,8 @@ impl JsonLines {
 
 /// The reader may be gone; the build continues all the same, because its files were requested too.
 fn say(line: &Value) {
-    let _ = terminal::print(&format!("{line}\n"));
+    let line = format!("{line}\n");
+    let _ = memory::in_json_line(|| terminal::print(&line));
 }
 
 impl Progress for JsonLines {
