@@ -8,7 +8,7 @@ use std::{
         Mutex, PoisonError, TryLockError,
         atomic::{AtomicBool, Ordering},
     },
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use orograph_graph::memory::{REMEDY, each_leftover, each_running};
@@ -79,9 +79,8 @@ pub(super) fn end(bytes: usize) -> ! {
 fn no_more_lines() {
     /// A thread that takes longer was itself refused memory within its line. It waits for the end as well and keeps
     /// the lock, so that nothing follows the last line in this case either.
-    const LONGEST: Duration = Duration::from_secs(1);
-    let begin = Instant::now();
-    while begin.elapsed() < LONGEST {
+    const LONGEST_MS: u32 = 1000;
+    for _ in 0..LONGEST_MS {
         match LINE.try_lock() {
             Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(1)),
             line => return mem::forget(line),
