@@ -6,7 +6,9 @@ mod journal;
 pub(crate) mod live;
 mod outside;
 mod recovery;
+mod results;
 mod simulation;
+mod state;
 mod unpacked;
 pub mod worker;
 
@@ -14,10 +16,9 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
     sync::Arc,
-    time::Duration,
 };
 
-use orograph_graph::{Document, Edit, EvalError, Evaluator, JournalEntry, PortType, Registry, Store, Value};
+use orograph_graph::{Document, Edit, Evaluator, JournalEntry, PortType, Registry, Store};
 
 pub use detail::{Detail, View};
 use files::Opened;
@@ -25,92 +26,15 @@ pub use files::{Answer, FileCommand, Question};
 pub use journal::Journals;
 pub use recovery::Lost;
 pub use simulation::Simulation;
+pub use state::{Built, NodeInfo, NodeState, Note};
 
-use self::worker::{News, Order, Wanted, Worker};
 use self::{
     detail::Close,
     journal::{Found, Journal, Trouble},
     unpacked::Unpacked,
+    worker::Worker,
 };
 use crate::{files::watch::Watch, report::failure::Failure};
-
-/// The state of a node.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub enum NodeState {
-    /// Nothing is known about it, or its result is out of date.
-    #[default]
-    Waiting,
-    /// Its kernel is running.
-    Running {
-        /// The finished part, 0 to 1.
-        fraction: f32,
-    },
-    /// A required input is not wired yet.
-    Unwired {
-        /// The input.
-        input: &'static str,
-        /// The node that lacks the input, if it is another one.
-        at: Option<String>,
-    },
-    /// Its results are up to date.
-    Fresh,
-    /// It could not be built.
-    Failed {
-        /// The reason.
-        message: String,
-        /// What to do about it.
-        hint: Option<String>,
-        /// The node that failed, if it is another one.
-        at: Option<String>,
-    },
-}
-
-impl NodeState {
-    /// The missing input, as text for people. Returns None when no wire is missing.
-    #[must_use]
-    pub fn lacks(&self) -> Option<String> {
-        match self {
-            Self::Unwired { input, at: None } => Some(format!("Needs an input: {input}")),
-            Self::Unwired { input, at: Some(at) } => Some(format!("Waiting for {at} (no {input} input)")),
-            _ => None,
-        }
-    }
-}
-
-/// What is known about a node.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct NodeInfo {
-    /// Its state.
-    pub state: NodeState,
-    /// How long its kernel last ran, and with how many cells along the longer side.
-    pub time: Option<(Duration, u32)>,
-    /// The size of its results then, in bytes.
-    pub bytes: usize,
-    /// Its warnings.
-    pub warnings: Vec<String>,
-}
-
-/// An output that has been built.
-#[derive(Clone, Debug)]
-pub struct Built {
-    /// The state of the document that it was built from.
-    pub revision: u64,
-    /// Cells along the longer side.
-    pub cells: u32,
-    /// Increases with each intermediate result; 0 for the final result.
-    pub step: u64,
-    /// The value.
-    pub value: Value,
-}
-
-/// A message for the person.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Note {
-    /// The text.
-    pub message: String,
-    /// True if something failed.
-    pub error: bool,
-}
 
 /// A document that is being edited.
 pub struct Session {
@@ -507,133 +431,6 @@ impl Session {
             *glimpse = None;
         }
         self.leave_what_is_gone();
-    }
-
-    /// Receives messages of the worker and sends it changes. Called every frame; returns at once.
-    pub fn poll(&mut self) {
-        self.look_outside();
-        self.tell_trouble();
-        let news: Vec<News> = self.worker.news().collect();
-        for news in news {
-            self.hear(news);
-        }
-        if self.stale {
-            self.watch_files();
-        }
-        if std::mem::take(&mut self.stale) {
-            self.busy = true;
-            self.orders += 1;
-            self.forget_ordered_detail();
-            let order = self.order();
-            self.follow_simulation(&order);
-            self.worker.submit(order);
-        }
-        self.order_detail();
-    }
-
-    fn order(&self) -> Order {
-        let expanded = self.document.expand();
-        let graph = self.document.graph();
-        let wanted = |port: orograph_graph::Port| {
-            Some(Wanted {
-                node: graph.instance(port.node).name.clone(),
-                name: graph.port_name(port),
-                port: expanded.port(port)?,
-            })
-        };
-        let first = |node| wanted(orograph_graph::Port { node, output: 0 });
-        let with_outputs =
-            graph.topological().into_iter().filter(|node| !graph.instance(*node).node.outputs.is_empty());
-        let behind = self.behind_simulation();
-        let small = with_outputs.filter(|node| !behind.contains(node)).filter_map(first).collect();
-        let names = [self.shown(), self.compared.clone()].into_iter().flatten().chain(self.also.iter().cloned());
-        let mut shown: Vec<Wanted> = Vec::new();
-        let ports = names.filter_map(|name| graph.port(&name).ok()).filter(|port| !behind.contains(&port.node));
-        for wanted in ports.filter_map(wanted) {
-            if !shown.contains(&wanted) {
-                shown.push(wanted);
-            }
-        }
-        let read = graph.indices().flat_map(|node| {
-            let inputs = 0..graph.instance(node).node.inputs.len();
-            inputs.filter_map(move |input| graph.source(node, input))
-        });
-        let byproducts =
-            read.filter_map(|port| expanded.port(port)).chain(expanded.outputs.iter().map(|output| output.port));
-        Order {
-            number: self.orders,
-            revision: self.revision,
-            byproducts: byproducts.collect(),
-            folder: self.document.folder().to_owned(),
-            world: self.document.world(),
-            shown,
-            small,
-            cells: self.cells,
-            part: None,
-            graph: expanded.graph,
-        }
-    }
-
-    fn hear(&mut self, news: News) {
-        match news {
-            News::Running { revision, node, fraction } if revision == self.revision => {
-                self.nodes.entry(node).or_default().state = NodeState::Running { fraction };
-            }
-            News::Finished { revision, node, time, bytes, cells, computed } if revision == self.revision => {
-                let info = self.nodes.entry(node).or_default();
-                info.state = NodeState::Fresh;
-                if computed {
-                    info.time = Some((time, cells));
-                    info.bytes = bytes;
-                    info.warnings.clear();
-                }
-            }
-            // Reported before fewer cells were requested.
-            News::Built { cells, .. } | News::Glimpsed { cells, .. }
-                if cells > self.cells.max(self::worker::QUICK_CELLS) => {}
-            News::Built { revision, name, cells, value } => {
-                if let Some((node, _)) = name.split_once('.')
-                    && revision == self.revision
-                {
-                    self.nodes.entry(node.to_owned()).or_default().state = NodeState::Fresh;
-                }
-                let built = self.built.entry(name).or_default();
-                let level = usize::from(cells > self::worker::QUICK_CELLS);
-                built[level] = Some(Built { revision, cells, step: 0, value });
-                if level == 1 {
-                    built[2] = None;
-                }
-            }
-            News::Glimpsed { revision, name, cells, value } if revision == self.revision => {
-                let [.., glimpse] = self.built.entry(name).or_default();
-                let step = glimpse.as_ref().map_or(1, |glimpse| glimpse.step + 1);
-                *glimpse = Some(Built { revision, cells, step, value });
-            }
-            News::Warned { revision, node, message } if revision == self.revision => {
-                let warnings = &mut self.nodes.entry(node).or_default().warnings;
-                if !warnings.contains(&message) {
-                    warnings.push(message);
-                }
-            }
-            News::Failed { revision, node, error } if revision == self.revision => {
-                let at = error.node().filter(|at| *at != node).map(str::to_owned);
-                let state = match error {
-                    EvalError::Unwired { input, .. } => NodeState::Unwired { input, at },
-                    error => NodeState::Failed { message: error.to_string(), hint: error.hint(), at },
-                };
-                self.nodes.entry(node).or_default().state = state;
-            }
-            News::Part { revision, name, window, value } => self.hear_detail(revision, name, window, value),
-            News::Live { moment, held, cells, values, .. } => self.hear_simulation(moment, held, cells, values),
-            News::LiveFailed { error, .. } => self.hear_trouble(&error),
-            News::Done { revision } if revision == self.revision => self.busy = false,
-            News::Running { .. }
-            | News::Glimpsed { .. }
-            | News::Finished { .. }
-            | News::Warned { .. }
-            | News::Failed { .. }
-            | News::Done { .. } => {}
-        }
     }
 }
 
