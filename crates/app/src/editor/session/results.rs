@@ -30,7 +30,7 @@ impl Session {
         self.order_detail();
     }
 
-    fn order(&self) -> Order {
+    pub(super) fn order(&self) -> Order {
         let expanded = self.document.expand();
         let graph = self.document.graph();
         let wanted = |port: orograph_graph::Port| {

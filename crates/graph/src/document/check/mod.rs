@@ -26,7 +26,7 @@ use self::{
     frames::FrameEntry,
     muted::Muted,
     problems::Problems,
-    wires::{LooseWire, Pending},
+    wires::LooseWire,
 };
 use super::{
     subgraph::{Home, Loader, UsedGraph},
