@@ -8,7 +8,7 @@ choice! {
     pub enum Until {
         /// Until no slope is above repose.
         Equilibrium = "equilibrium",
-        /// For `duration` years, before equilibrium is reached.
+        /// For the time `duration`, even if equilibrium is not reached.
         Duration = "duration",
     }
 }

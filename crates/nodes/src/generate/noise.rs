@@ -23,7 +23,7 @@ choice! {
         Nearest = "nearest",
         /// The distance to the second nearest point: overlapping scales.
         Second = "second",
-        /// The second distance less the first: plates, 0 along the borders between them and highest at their points.
+        /// The second distance minus the first: plates, 0 along the borders between them and highest at their points.
         Borders = "borders",
     }
 }

@@ -26,9 +26,9 @@ fractal_params! {
     offset: f64 = 1.0, One, 0.1..=2.0, soft 0.4..=1.2;
     /// Sharpness of crests: 1 gives straight flanks, more gives steep crests above wide valleys.
     exponent: f64 = 2.0, One, 0.5..=8.0, soft 1..=4;
-    /// Weight from an octave's height to the next: low values keep valleys smooth, high ones roughen everything.
+    /// How strongly an octave's height weights the next: low values keep valleys smooth, high ones roughen everything.
     weight_gain: f64 = 2.0, One, 0.0..=100.0, soft 0.5..=4;
-    /// How much the exponent falls from octave to octave: at 1 the finest octave has 0.6 of it.
+    /// How much the exponent decreases from octave to octave: at 1, the finest octave has 0.6 of `exponent`.
     sharpening: f64 = 0.0, One, 0.0..=1.0;
 }
 

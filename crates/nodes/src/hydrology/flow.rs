@@ -20,7 +20,7 @@ choice! {
         Carve = "carve",
         /// It leaves through the lowest pass and crosses the lake on its surface, by the shortest path.
         Fill = "fill",
-        /// As `carve`, and the terrain is cut open where the cut is neither deep nor long.
+        /// Like `carve`, but `conditioned` is cut open where the cut is neither deep nor long.
         Breach = "breach",
         /// It reappears on the far side of the lowest pass.
         Jump = "jump",
@@ -53,7 +53,7 @@ params! {
     routing: Routing = Routing::D8, One, ..;
     /// Exponent of the slope.
     ///
-    /// 1 spreads widely; from 8 upwards it is hardly wider than `d8`.
+    /// At 1, flow spreads widely; from 8 upwards it is hardly wider than with `d8`.
     exponent: f64 = 1.1, One, 0.0..=20.0, soft 1..=8, when routing = "mfd";
 }
 
@@ -71,7 +71,7 @@ outputs! {
     flow: Flow;
     /// Mean discharge through each cell.
     discharge: Scalar(CubicMetresPerSecond);
-    /// Terrain that water runs on: depressions filled to the level at which they spill, or cut open.
+    /// Surface that water runs on: the terrain with depressions filled to the level at which they spill, or cut open.
     conditioned: Height;
     /// Depth of standing water, 0 on dry land.
     lake_depth: Scalar(Metres);

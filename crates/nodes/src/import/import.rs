@@ -13,8 +13,8 @@ use crate::{
 choice! {
     /// Placement of the raster in the world.
     pub enum Placement {
-        /// At true scale, its centre on the world's centre. With cells of the world's size it moves by up to half a
-        /// cell, so that its samples stay as measured.
+        /// At true scale, its centre on the world's centre. If its cells are as large as the world's, it is moved by up
+        /// to half a cell, so that samples are copied exactly.
         Centre = "centre",
         /// At true scale, its north-west corner on the world's.
         Corner = "corner",
@@ -46,11 +46,11 @@ choice! {
 params! {
     /// The file, relative to the graph's folder.
     file: FileName = FileName::default(), One, ..;
-    /// Quantity of its values, which decides where they may be wired; a mask is clamped to 0..1.
+    /// Quantity of the values, which decides what they can be wired to; a mask is clamped to 0..1.
     quantity: Quantity = Quantity::Height, One, ..;
     /// Values of the lowest and the highest code of PNG and r16.
     ///
-    /// A range in a JSON file beside it takes precedence; without one, the range of a mask is always 0 to 1.
+    /// A range in a JSON file beside the raster takes precedence; without one, the range of a mask is always 0 to 1.
     range: [f64; 2] = [0.0, 1000.0], Metres, -1e6..=1e6;
     /// Cell size of the file; 0 reads it from the file.
     ///
@@ -67,7 +67,7 @@ params! {
 }
 
 outputs! {
-    /// Contents of the file; a height unless `quantity` is something else.
+    /// Contents of the file: a height, unless `quantity` is `mask` or `scalar`.
     value: Chosen(quantity::port_type);
 }
 

@@ -48,7 +48,7 @@ pub static NODE: Node = Node {
     reads_sea: true,
     scratch: Scratch::PerCell(16.5),
     cpu: run,
-    resolution: Resolution::Cells("slopes and channels are those of the cells"),
+    resolution: Resolution::Cells("slopes and channels are measured between cells"),
     example: "height: \"base\", channel_area: 500000",
     ..Node::DEFAULT
 };

@@ -78,7 +78,9 @@ pub static NODE: Node = Node {
     reads_sea: true,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
-    resolution: Resolution::Cells("the gradient is that between neighbouring cells: larger cells are gentler"),
+    resolution: Resolution::Cells(
+        "the gradient is measured between neighbouring cells, so slopes are gentler with larger cells",
+    ),
     example: "height: \"base\", light: single, high: 2500",
     ..Node::DEFAULT
 };

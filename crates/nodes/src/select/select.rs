@@ -24,7 +24,7 @@ params! {
     to: f64 = 1e12, One, -1e12..=1e12, soft -1000..=5000;
     /// Width of the soft edge outside each end of the range, in the unit of the values.
     ///
-    /// On a logarithmic scale it is in powers of ten.
+    /// On a logarithmic scale, it is measured in powers of ten.
     falloff: f64 = 50.0, One, 0.0..=1e12, soft 0..=500;
     /// Scale of the range and its edges.
     scale: Scale = Scale::Linear, One, ..;

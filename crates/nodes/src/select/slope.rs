@@ -44,7 +44,9 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::Metres(|_, cell_m| cell_m),
     cpu: run,
-    resolution: Resolution::Cells("the gradient is that between neighbouring cells: larger cells are gentler"),
+    resolution: Resolution::Cells(
+        "the gradient is measured between neighbouring cells, so slopes are gentler with larger cells",
+    ),
     example: "height: \"base\", from: 30, to: 50",
     ..Node::DEFAULT
 };

@@ -31,7 +31,7 @@ params! {
     variation: f64 = 0.4, One, 0.0..=3.0, soft 0..=1;
     /// Size of the largest bodies of harder or softer rock, across the strike.
     size: f64 = 8e3, Metres, 1.0..=1e7, soft 500..=50e3;
-    /// How much faster broken rock on faults and joints erodes, as the natural logarithm of the factor.
+    /// How much faster broken rock on faults and joints erodes: the natural logarithm of the factor.
     broken: f64 = 0.8, One, 0.0..=5.0, soft 0..=2;
     /// Distance between faults that cross the strike; those along it are twice as far apart, joints four times as close.
     spacing: f64 = 5e3, Metres, 10.0..=1e6, soft 500..=50e3;
@@ -46,16 +46,16 @@ params! {
 }
 
 inputs! {
-    /// The terrain whose surface cuts the beds.
+    /// Terrain whose surface cuts the beds.
     height: Height;
 }
 
 outputs! {
-    /// Erosion rate of this rock under the reference river; for `reference_rate`.
+    /// Erosion rate of the rock under the reference river of `StreamPower`; wire it to `reference_rate`.
     rate: Scalar(MetresPerYear);
-    /// Steepest slope of this rock; for `repose`.
+    /// Steepest slope of the rock; wire it to `repose`.
     repose: Scalar(Degrees);
-    /// Natural logarithm of the erosion rate of mean rock divided by that of this rock.
+    /// Hardness: the natural logarithm of the erosion rate of mean rock divided by that of the rock here.
     hardness: Scalar(One);
 }
 

@@ -64,7 +64,7 @@ params! {
     belt: f64 = 500.0, Metres, 1.0..=1e7, soft 100..=100000, when shape = "plates";
     /// How much the rate varies from place to place, as a fraction of it.
     variation: f64 = 0.0, One, 0.0..=1.0, soft 0..=0.5;
-    /// Wavelength of that variation.
+    /// Longest wavelength of the variation.
     variation_size: f64 = 5000.0, Metres, 1.0..=1e7, soft 1000..=50000;
     /// Random seed of plates and variation.
     seed: Seed = Seed(0), Count, ..;

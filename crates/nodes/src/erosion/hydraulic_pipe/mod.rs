@@ -46,7 +46,7 @@ params! {
     roughness: f64 = 0.05, Roughness, 0.005..=0.5, soft 0.02..=0.15, when scheme = "inertial", when law = "stream_power" | "excess_shear";
     /// Rate at which pipes lose their discharge.
     damping: f64 = 0.0, PerSecond, 0.0..=10.0, soft 0.0..=1.0, when scheme = "pipes", when law = "stream_power" | "excess_shear";
-    /// Efficiency of transport: concentration of sediment per unit stream power over settling velocity.
+    /// Efficiency of transport: concentration of sediment per ratio of unit stream power to settling velocity.
     capacity: f64 = 0.01, One, 0.0..=10.0, soft 0.001..=0.1, when law = "stream_power" | "excess_shear";
     /// Settling velocity of the grains.
     settling: f64 = 0.02, MetresPerSecond, 1e-5..=2.0, soft 0.002..=0.2, when law = "stream_power" | "excess_shear";
@@ -60,9 +60,9 @@ params! {
     talus: f64 = 35.0, Degrees, 1.0..=89.0, soft 20.0..=60.0;
     /// Depth of a film of water that is too thin to erode.
     film: f64 = 0.005, Metres, 1e-4..=1.0, soft 0.001..=0.02, when law = "stream_power" | "excess_shear";
-    /// Depth from which water does not erode its bed; capacity falls to 0 towards it.
+    /// Depth from which water does not erode its bed; the transport capacity falls to 0 towards it.
     deep: f64 = 5.0, Metres, 0.01..=1e4, soft 1.0..=20.0, when law = "stream_power" | "excess_shear";
-    /// Width of the smallest channel, 5 to 12 cells, over which erosion and deposition are spread; 0 is one cell.
+    /// Width of the narrowest channel, 5 to 12 cells: erosion and deposition are spread over it. 0 for a single cell.
     width: f64 = 20.0, Metres, 0.0..=1e4, soft 0.0..=100.0, when law = "stream_power" | "excess_shear";
     /// Fraction of the water that evaporates per second.
     evaporation: f64 = 0.0, PerSecond, 0.0..=1.0, soft 0.0..=0.001, when law = "stream_power" | "excess_shear";
@@ -92,7 +92,7 @@ inputs! {
     rain: Scalar(MillimetresPerHour) = 20.0, 0.0..=1e5, soft 0.0..=200.0;
     /// Factor on `entrainment`, per cell if wired: a mask, or the softness of the ground.
     erodibility: Scalar(One) = 1.0, 0.0..=1e6, soft 0.0..=4.0;
-    /// Thickness of loose ground on the rock at the start, per cell if wired.
+    /// Initial thickness of loose ground on the rock, per cell if wired.
     regolith: Scalar(Metres) = 10.0, 0.0..=1e9, soft 0.0..=50.0;
     /// Drainage of the terrain, for a warm start: lakes are full and rivers flow from the first second.
     flow: Option<Flow>;
@@ -109,7 +109,7 @@ outputs! {
     sediment: Scalar(Metres);
     /// Change in height of each cell; negative where it has lost material.
     deposition: Scalar(Metres);
-    /// Discharge per metre of width, mean over the run.
+    /// Discharge per metre of width, averaged over the run.
     flow: Scalar(SquareMetresPerSecond);
     /// Steps, and the balances of water and of solids.
     report: Report;

@@ -15,7 +15,7 @@ choice! {
 choice! {
     /// Scheme of the transport of suspended sediment.
     pub enum Transport {
-        /// With the water through the faces of cells: nothing is lost.
+        /// Carried by the water through the faces of cells: nothing is lost.
         Upwind = "upwind",
         /// Traced back along the flow and interpolated: sharper, but not conservative.
         SemiLagrangian = "semi_lagrangian",
@@ -29,10 +29,10 @@ choice! {
     pub enum Law {
         /// Unit stream power, settling and entrainment, with the parameters below.
         StreamPower = "stream_power",
-        /// The same, but ground is eroded only where the shear stress on the bed exceeds `critical_shear`, faster
-        /// with a larger excess.
+        /// The same, but erosion begins where the shear stress on the bed exceeds `critical_shear`, and grows with
+        /// the excess.
         ExcessShear = "excess_shear",
-        /// The constants of WebGL-Erosion, for pipes of one section: `capacity`, `settling`, `entrainment`,
+        /// The constants of WebGL-Erosion, for pipes of constant cross-section: `capacity`, `settling`, `entrainment`,
         /// `roughness`, `scheme`, `evaporation`, `film`, `deep` and `width` are not used.
         WebglErosion = "webgl_erosion",
     }

@@ -16,31 +16,33 @@ use rayon::prelude::*;
 use crate::{numerics::math, prelude::*, raster::fill_voids};
 
 params! {
-    /// Side of the cells of the model, over which means are kept.
+    /// Cell size of the model, over which means are kept.
     coarse: f64 = 90.0, Metres, 1e-3..=1e6, soft 10..=1000;
-    /// Distance from one rill to the next on an even slope. Cells of a sixth of it show it in full, of a third not at all.
+    /// Distance from one rill to the next on an even slope.
+    ///
+    /// Cells of a sixth of it or less show rills in full, cells of a third or more not at all.
     spacing: f64 = 90.0, Metres, 1e-3..=1e6, soft 10..=1000;
-    /// How deep rills cut: how far erosion goes, as a factor.
+    /// How deep rills cut: a factor on erosion.
     depth: f64 = 1.0, One, 0.0..=4.0, soft 0..=2;
-    /// How round crests and floors are: creep, as a factor.
+    /// How round crests and valley floors are: a factor on creep.
     rounding: f64 = 1.0, One, 0.0..=10.0, soft 0..=4;
-    /// How irregular the slopes are on which rills begin, as a share of their gradient. Little makes rills straighter.
+    /// How irregular the slopes are on which rills begin, relative to their gradient. Low values make rills straighter.
     irregularity: f64 = 0.25, One, 0.0..=1.0, soft 0..=0.5;
-    /// Which rills they are.
+    /// Random seed of the rills.
     seed: Seed = Seed(0), Count, ..;
 }
 
 inputs! {
-    /// The land that gets detail: a coarse model, noise, a range.
+    /// Terrain to add detail to: a coarse elevation model, noise, a range.
     height: Height;
-    /// How deep rills cut here: as deep as `depth` says at 1, not at all at 0.
+    /// How deep rills cut: 1 for the full `depth`, 0 for not at all.
     mask: Mask = 1.0, 0.0..=1.0;
 }
 
 outputs! {
-    /// The land with rills.
+    /// Terrain with rills.
     height: Height;
-    /// What they changed: negative in rills and gullies, positive on spurs.
+    /// Change in height of each cell: negative in rills and gullies, positive on spurs.
     change: Scalar(Metres);
 }
 
@@ -48,7 +50,7 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Rills",
     category: "erosion",
-    summary: "Rills, gullies and spurs on the slopes of a coarse model, with the means of its cells.",
+    summary: "Rills, gullies and spurs on the slopes of a coarse model, preserving the means of its cells.",
     doc: include_str!("page.md"),
     sources: &[
         "J. T. Perron, J. W. Kirchner and W. E. Dietrich (2009), Formation of evenly spaced ridges and valleys, \
@@ -65,7 +67,7 @@ pub static NODE: Node = Node {
     scratch: Scratch::Bytes(scratch),
     cpu: run,
     resolution: Resolution::Cells(
-        "rills are the same on cells of an eighth of the spacing and less, and begin to differ on longer ones",
+        "rills are the same on cells of an eighth of the spacing and less, and begin to differ on larger ones",
     ),
     example: "height: \"base\", coarse: 1024, spacing: 1024",
     ..Node::DEFAULT
