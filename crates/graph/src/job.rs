@@ -150,6 +150,12 @@ impl Wanted {
         Self(self.0 | 1 << output)
     }
 
+    /// Returns true if all outputs of the other set are in this one.
+    #[must_use]
+    pub const fn includes(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
     /// Returns true if the output is wanted.
     #[must_use]
     pub const fn contains(self, output: usize) -> bool {

@@ -27,6 +27,7 @@ use super::{
     key::Origins,
     needs::{Needs, Slot},
     plan::{Plan, Source, Step},
+    store::{Claim, Elsewhere},
 };
 use crate::{
     job::{Cancel, InputValue},
@@ -53,7 +54,17 @@ pub(super) struct Run<'r> {
     cancel: &'r Cancel,
     /// True after a failed write to disk; no other write is tried in this run.
     disk_failed: AtomicBool,
+    /// A step was left out because another evaluation is computing it.
+    elsewhere: Mutex<Option<Elsewhere>>,
     state: Mutex<State>,
+}
+
+/// What a run has left undone.
+pub(super) struct Left {
+    /// The unanswered requests of the plan: a stored result could not be read, or something is computed elsewhere.
+    pub(super) requests: Vec<usize>,
+    /// Where to wait, if something is computed elsewhere.
+    pub(super) elsewhere: Option<Elsewhere>,
 }
 
 impl<'r> Run<'r> {
@@ -69,7 +80,21 @@ impl<'r> Run<'r> {
         let state = Mutex::new(State::new(plan, needs));
         let Work { evaluation, keeps, cancel, events, deliver, .. } = *work;
         let (folder, disk_failed) = (evaluation.folder, AtomicBool::new(false));
-        Self { evaluator, plan, origins, folder, events, deliver, keeps, numbers, ceiling, cancel, disk_failed, state }
+        Self {
+            evaluator,
+            plan,
+            origins,
+            folder,
+            events,
+            deliver,
+            keeps,
+            numbers,
+            ceiling,
+            cancel,
+            disk_failed,
+            elsewhere: Mutex::default(),
+            state,
+        }
     }
 
     /// Starts ready tasks until the pool is busy.
@@ -84,18 +109,21 @@ impl<'r> Run<'r> {
         }
     }
 
-    /// The unanswered requests of the plan, because a stored result could not be read.
-    pub(super) fn finish(self) -> Vec<usize> {
+    /// What is left undone.
+    pub(super) fn finish(self) -> Left {
         let state = self.state.into_inner().unwrap_or_else(PoisonError::into_inner);
-        (0..self.plan.targets.len()).filter(|request| !state.answered[*request]).collect()
+        let requests = (0..self.plan.targets.len()).filter(|request| !state.answered[*request]).collect();
+        Left { requests, elsewhere: self.elsewhere.into_inner().unwrap_or_else(PoisonError::into_inner) }
     }
 
     fn work<'s>(&'s self, at: usize, scope: &Scope<'s>) {
         let step = &self.plan.steps[at];
         let start = now();
-        match self.compute(at, step) {
+        let claim = self.claim(at, step);
+        match if claim.is_some() { self.compute(at, step) } else { self.leave(at) } {
             Ok(values) => {
                 self.publish(at, &values);
+                drop(claim);
                 self.pump(scope);
                 if self.keeps && self.evaluator.store.folder().is_some_and(|place| start.elapsed() >= place.worth) {
                     self.write(at, step, &values);
@@ -106,6 +134,19 @@ impl<'r> Run<'r> {
                 self.pump(scope);
             }
         }
+    }
+
+    /// Claims what a step computes. Returns None when another evaluation is computing it.
+    fn claim(&self, at: usize, step: &Step<'_>) -> Option<Option<Claim<'r>>> {
+        let Some(origins) = self.origins[at].as_ref().filter(|_| self.keeps) else { return Some(None) };
+        let wanted = lock(&self.state).wanted[at];
+        let claimed = self.evaluator.store.in_flight().claim(origins.key, step.wanted, wanted);
+        claimed.map(Some).map_err(|elsewhere| lock(&self.elsewhere).get_or_insert(elsewhere).to_owned()).ok()
+    }
+
+    /// Leaves a step to another evaluation, and releases its inputs.
+    fn leave(&self, at: usize) -> Result<Vec<Option<Value>>, Option<EvalError>> {
+        self.inputs(at).and(Err(None))
     }
 
     /// Delivers an available result.

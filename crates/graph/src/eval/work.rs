@@ -9,7 +9,7 @@ use super::{
     memory,
     needs::{Needs, Slot},
     plan::Plan,
-    run::Run,
+    run::{Left, Run},
     store,
 };
 use crate::{job::Cancel, value::Value};
@@ -37,10 +37,13 @@ impl Work<'_> {
     /// Answers all requests.
     pub(super) fn carry_out(&self, evaluator: &Evaluator) {
         let mut numbers: Vec<usize> = (0..self.evaluation.requests.len()).collect();
-        // If a stored result cannot be read, plan again without it.
+        // If a stored result cannot be read, plan again without it; if it is computed elsewhere, when it is there.
         while !numbers.is_empty() && !self.cancel.is_cancelled() {
             let left = self.attempt(evaluator, &numbers);
-            numbers = left.into_iter().map(|request| numbers[request]).collect();
+            numbers = left.requests.into_iter().map(|request| numbers[request]).collect();
+            if let Some(elsewhere) = left.elsewhere {
+                evaluator.store.in_flight().wait(elsewhere, self.cancel);
+            }
         }
         for number in numbers {
             (self.deliver)(number, Err(super::EvalError::Cancelled));
@@ -48,7 +51,7 @@ impl Work<'_> {
     }
 
     /// Plans and runs once; returns the requests that remain unanswered, by their indices in `numbers`.
-    fn attempt(&self, evaluator: &Evaluator, numbers: &[usize]) -> Vec<usize> {
+    fn attempt(&self, evaluator: &Evaluator, numbers: &[usize]) -> Left {
         let Evaluation { graph, folder, requests, byproducts } = self.evaluation;
         let requests: Vec<Request> = numbers.iter().map(|number| requests[*number]).collect();
         let mut plan = Plan::new(graph, &requests, byproducts);
@@ -64,7 +67,7 @@ impl Work<'_> {
             }
         };
         if self.cancel.is_cancelled() {
-            return (0..numbers.len()).collect();
+            return Left { requests: (0..numbers.len()).collect(), elsewhere: None };
         }
         self.report(evaluator, &plan, &origins, &needs);
         for (request, target) in plan.targets.iter().enumerate() {

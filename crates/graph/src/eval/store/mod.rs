@@ -2,6 +2,7 @@
 
 mod disk;
 mod entry;
+mod in_flight;
 mod json;
 mod memory;
 
@@ -14,6 +15,7 @@ use std::{
 use disk::Disk;
 pub(super) use disk::Ticket;
 pub use disk::{StoreFolder, Usage};
+pub(super) use in_flight::{Claim, Elsewhere, InFlight};
 use memory::MemoryCache;
 pub(super) use memory::Slot;
 
@@ -30,6 +32,8 @@ pub struct Store {
     disk: Option<Disk>,
     /// The warnings of nodes by their keys, as far as they have been looked up.
     notes: Mutex<HashMap<Key, Arc<[String]>>>,
+    /// What is being computed.
+    in_flight: InFlight,
 }
 
 /// Limit of the keys with warnings in memory; beyond it, all are forgotten and looked up again.
@@ -48,7 +52,8 @@ impl Store {
     #[must_use]
     pub fn new(memory_budget: usize, folder: Option<StoreFolder>) -> Self {
         let disk = folder.map(Disk::new);
-        Self { memory: MemoryCache::new(memory_budget), disk, notes: Mutex::default() }
+        let memory = MemoryCache::new(memory_budget);
+        Self { memory, disk, notes: Mutex::default(), in_flight: InFlight::default() }
     }
 
     /// Size of the results in memory; never more than the limit.
@@ -105,6 +110,11 @@ impl Store {
     /// When it cannot be written.
     pub(super) fn persist(&self, slot: Slot, window: &Window, value: &Value, cancel: &Cancel) -> io::Result<()> {
         self.disk.as_ref().map_or(Ok(()), |disk| disk.store(slot, value, window, cancel))
+    }
+
+    /// What is being computed.
+    pub(super) const fn in_flight(&self) -> &InFlight {
+        &self.in_flight
     }
 
     /// The warnings of a node's kernel for the results of this key.

@@ -42,6 +42,20 @@ static ENDLESS: Node = Node {
     ..Node::DEFAULT
 };
 
+static TIMES: AtomicUsize = AtomicUsize::new(0);
+
+/// Counts its runs and takes a while.
+static TAKES_TIME: Node = Node {
+    id: "TakesTime",
+    outputs: HEIGHT,
+    cpu: |job| {
+        TIMES.fetch_add(1, Ordering::SeqCst);
+        std::thread::sleep(Duration::from_millis(300));
+        height(job, |i, _| i as f32)
+    },
+    ..Node::DEFAULT
+};
+
 static FAILS: Node = Node { id: "Fails", outputs: HEIGHT, cpu: |_| Err(NodeError::failed("no")), ..Node::DEFAULT };
 
 /// Reports a thousand fractions at once.
@@ -265,4 +279,61 @@ fn evaluations_of_several_threads_share_an_evaluator() {
         all.into_iter().map(|one| one.join().expect("no panic")).collect()
     });
     assert!(values.windows(2).all(|pair| pair[0] == pair[1]));
+}
+
+/// Evaluators on one store, as of a viewport and of an export: the second waits for the kernel of the first, and goes on
+/// by itself when the first is cancelled.
+#[test]
+fn evaluations_at_the_same_time_run_a_kernel_once() {
+    let store = Arc::new(Store::new(1 << 20, None));
+    let both = || [0; 2].map(|_| with(EvaluatorOptions { store: Arc::clone(&store), ..EvaluatorOptions::default() }));
+    let graph = Build::default().node("slow", &TAKES_TIME, &[]).node("sum", &ADD, &[("height", "slow")]).0;
+    let window = Window::whole(world(8));
+    let values: Vec<Vec<Value>> = std::thread::scope(|scope| {
+        let threads = both().map(|evaluator| {
+            let graph = &graph;
+            scope.spawn(move || run(&evaluator, graph, &["sum"], window).expect("a result").values)
+        });
+        threads.into_iter().map(|thread| thread.join().expect("no panic")).collect()
+    });
+    assert_eq!((TIMES.load(Ordering::SeqCst), &values[0]), (1, &values[1]));
+
+    let graph = Build::default().node("endless", &ENDLESS, &[]).0;
+    let [first, second] = both();
+    let (cancel, kernels) = (Cancel::default(), AtomicUsize::new(0));
+    let run = |evaluator: Evaluator, cancel: Cancel| {
+        let port = graph.port("endless").expect("exists");
+        let started = |event: Event| {
+            if matches!(event, Event::NodeStarted { .. }) {
+                kernels.fetch_add(1, Ordering::SeqCst);
+            }
+        };
+        evaluate(&evaluator, &graph, &[(port, window)], &cancel, &started).expect_err("cancelled")
+    };
+    let run = &run;
+    std::thread::scope(|scope| {
+        let started = |count: usize| {
+            while kernels.load(Ordering::SeqCst) < count {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+        };
+        let first = scope.spawn({
+            let cancel = cancel.clone();
+            move || run(first, cancel)
+        });
+        started(1);
+        let later = Cancel::default();
+        let second = scope.spawn({
+            let later = later.clone();
+            move || run(second, later)
+        });
+        std::thread::sleep(Duration::from_millis(100));
+        assert_eq!(kernels.load(Ordering::SeqCst), 1, "the second waits");
+        cancel.cancel();
+        started(2);
+        later.cancel();
+        for thread in [first, second] {
+            assert_eq!(thread.join().expect("no panic"), EvalError::Cancelled);
+        }
+    });
 }
