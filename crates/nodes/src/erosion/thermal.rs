@@ -224,6 +224,22 @@ mod tests {
         assert!((first + 41.416).abs() < 2.0, "{first}");
         assert_eq!(moved.samples()[64 * 256], 0.0);
     }
+    /// Slopes along rows, columns and diagonals are within the tolerance on a scarp and on a cone of every direction;
+    /// 1e-5 is the rounding of heights of 250 m.
+    #[test]
+    fn no_direction_stays_steeper_than_repose() {
+        let n = 128;
+        for tolerance in [0.02, 0.004, 0.001] {
+            let params = with_params(&NODE, &format!("tolerance={tolerance}"));
+            for shape in [|x: f64, y: f64| x + y < 640.0, |x: f64, y: f64| libm::hypot(x - 320.0, y - 320.0) < 80.0] {
+                let start = field(world(n, n, 5.0), |x, y| if shape(x, y) { 250.0 } else { 0.0 });
+                let [rested, _] = rest(&params, &start);
+                let steepest = steepest(&rested) / REPOSE;
+                assert!(steepest <= 1.0 + tolerance + 1e-5, "{tolerance}: {steepest}");
+            }
+        }
+    }
+
     /// A pillar becomes a cone as round as the grid can show, at repose, of the same volume.
     #[test]
     fn a_pillar_becomes_a_round_cone() {

@@ -33,7 +33,8 @@ fn a_steady_hill_is_a_parabola() {
         for (cell, height) in found.iter().enumerate() {
             let (x, l) = ((cell as f64 + 0.5) * 5.0, 202.5);
             let expected = 1e-4 / 0.04 * (l * l - x * x);
-            assert!((f64::from(*height) - expected).abs() < 0.01 * 1e-4 / 0.04 * l * l, "{step_yr} {cell}: {height}");
+            // of 102 m: single precision of the result, and the last step's rounding where it is long
+            assert!((f64::from(*height) - expected).abs() < 2e-3, "{step_yr} {cell}: {height} {expected}");
         }
     }
 }

@@ -181,7 +181,8 @@ impl<'a> Land<'a> {
             rock,
             steepest,
             hillslope: Hillslope::new(&job.window(), inputs.diffusivity, params.critical_slope)
-                .at_least(least_diffusivity),
+                .at_least(least_diffusivity)
+                .risen(),
             river_m2: if params.critical_area > 0.0 { params.critical_area } else { f64::INFINITY },
             valley_width_m: params.valley_width,
             gates,

@@ -3,7 +3,8 @@
 //! A line is a row or a column. Between neighbours i − 1 and i passes, in the course of a step, e (hᵢ₋₁ − hᵢ) of the old heights
 //! and c − e of the new ones, where c = D Δt / d². The explicit share e is c / 2 + 1 / 12, which makes the step second-order in
 //! time and fourth-order in space (Crandall 1955), but at most c, and at most a quarter, so that old heights are only
-//! averaged: nothing overshoots at any step. Tridiagonal systems are solved by elimination without subtractions (Grassmann, Taksar and Heyman 1985), which stays exact where c
+//! averaged: nothing overshoots at any step. Where land has risen before the step, e is 0 beside cells that keep their height: the
+//! old rise there includes the uplift of one cell and not that of the other. Tridiagonal systems are solved by elimination without subtractions (Grassmann, Taksar and Heyman 1985), which stays exact where c
 //! is so large that 1 + c equals c.
 
 use crate::numerics::simd::simd;
@@ -67,6 +68,8 @@ pub struct Cell {
 #[derive(Debug)]
 pub struct Bundle {
     wraps: bool,
+    /// Whether the land has risen before the step, except cells that keep their height.
+    risen: bool,
     /// Whether there are sinks.
     sinks: bool,
     /// The rise between two cells at the critical slope in metres; infinite for linear diffusion.
@@ -95,15 +98,16 @@ pub struct Bundle {
 }
 
 impl Bundle {
-    /// Lines of `cells` cells, joined at their ends if `wraps`.
+    /// Lines of `cells` cells, joined at their ends if `wraps`; `risen` if the heights of free cells include an uplift.
     #[must_use]
-    pub fn new(cells: usize, wraps: bool, critical_m: f64) -> Self {
+    pub fn new(cells: usize, wraps: bool, risen: bool, critical_m: f64) -> Self {
         let wraps = wraps && cells > 1;
         let lanes = |used: bool| vec![[0.0; LANES]; if used { cells } else { 0 }];
         let faces = |used: bool| vec![[0.0; LANES]; if used { cells + 1 } else { 0 }];
         let steepens = critical_m < f64::INFINITY;
         Self {
             wraps,
+            risen,
             sinks: false,
             critical_m,
             start: lanes(true),
@@ -222,6 +226,12 @@ fn explicit(c: f64) -> f64 {
     if fourth_order < most { fourth_order } else { most }
 }
 
+/// 0 on a face beside a cell that keeps its height, where the land has risen before the step; else 1.
+#[inline(always)]
+fn old_counts(risen: bool, before: f64, after: f64) -> f64 {
+    if risen && moves(before) * moves(after) == 0.0 { 0.0 } else { 1.0 }
+}
+
 /// How much more mobile ground is at a square of the slope over the critical one.
 #[inline(always)]
 fn steepened(square: f64) -> f64 {
@@ -234,10 +244,10 @@ simd! {
         let cells = bundle.start.len();
         for face in usize::from(!bundle.wraps)..cells + usize::from(bundle.wraps) {
             let [before, after] = beside(face, cells);
-            let (mobile, start) = (&bundle.mobility, &bundle.start);
+            let (mobile, start, hold) = (&bundle.mobility, &bundle.start, &bundle.hold);
             for lane in 0..LANES {
                 let c = harmonic(mobile[before][lane], mobile[after][lane]);
-                let e = explicit(c);
+                let e = explicit(c) * old_counts(bundle.risen, hold[before][lane], hold[after][lane]);
                 bundle.given[face][lane] = e * (start[before][lane] - start[after][lane]);
                 bundle.implicit[face][lane] = c - e;
             }
@@ -253,12 +263,13 @@ simd! {
         for face in usize::from(!bundle.wraps)..cells + usize::from(bundle.wraps) {
             let [before, after] = beside(face, cells);
             let (mobile, start, across) = (&bundle.mobility, &bundle.start, &bundle.across);
+            let hold = &bundle.hold;
             for lane in 0..LANES {
                 let level = harmonic(mobile[before][lane], mobile[after][lane]);
                 let down = start[before][lane] - start[after][lane];
                 let (along, across) = (down * scale, 0.5 * (across[before][lane] + across[after][lane]) * scale);
                 let factor = steepened(along * along + across * across);
-                let e = explicit(level * factor);
+                let e = explicit(level * factor) * old_counts(bundle.risen, hold[before][lane], hold[after][lane]);
                 bundle.explicit[face][lane] = e * down;
                 bundle.level[face][lane] = level - e / factor;
             }
