@@ -52,7 +52,7 @@ impl<'a> Side<'a> {
     }
 }
 
-/// A change made here: the names from the outermost brackets on, and the new value; `None` when it was removed.
+/// A change made here: the path of names from the outermost brackets, and the new value; `None` if it was removed.
 type Change = (Vec<String>, Option<String>);
 
 #[derive(Default)]

@@ -206,7 +206,7 @@ fn notes_and_routes_of_wires_are_read_and_edited() {
     }
 }
 
-/// A document, and the journal of what is done to it.
+/// A document, and the journal of its changes.
 struct Work {
     document: Document,
     saved: String,
