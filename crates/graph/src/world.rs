@@ -122,7 +122,7 @@ fn scaled(count: f64) -> String {
 }
 
 impl Default for World {
-    /// 16.384 km a side, 1024 cells a side, seed 0, base level on all sides, no sea.
+    /// 16.384 km per side, 1024 cells per side, seed 0, base level on all sides, no sea.
     fn default() -> Self {
         let boundary = Boundary::default();
         Self { size: [16384.0, 16384.0], cells: [1024, 1024], seed: 0, boundary, sea_level: None }

@@ -17,7 +17,7 @@ use crate::document::{
     },
 };
 
-/// Fields that do not change what is built, so that conflicts in them are resolved without asking.
+/// Fields that do not affect the build, so that conflicts in them are resolved without asking.
 const ON_CANVAS: [&str; 4] = ["layout", "reroutes", "notes", "frames"];
 
 /// Empty brackets.
