@@ -132,7 +132,7 @@ impl Ground<'_> {
         x0 > west && x1 < east && y0 > north && y1 < south
     }
 
-    /// The sides of a tile in metres: [west, east], [north, south].
+    /// The sides of a tile in metres: west and east, then north and south.
     fn sides(&self, tile: &Tile) -> [[f64; 2]; 2] {
         [0, 1].map(|axis| [0, TILE << tile.level].map(|after| self.line_m(axis, tile.origin[axis] + after)))
     }
