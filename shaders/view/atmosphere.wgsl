@@ -1,10 +1,10 @@
-// The sky's tables: S. Hillaire, 2020, A scalable and production ready sky and atmosphere rendering technique. Lengths in
-// kilometres. Light from the sun is that of a white matt surface which shows a radiance of 1 where nothing is in between.
-// The table of aerial perspective is left out: haze over the land is marched instead (haze.wgsl).
+// The tables of the sky: S. Hillaire, 2020, A scalable and production ready sky and atmosphere rendering technique.
+// Lengths are in kilometres. Sunlight is scaled so that a matt white surface without air in between has a radiance of
+// 1. There is no table of aerial perspective: the haze over the terrain is ray-marched instead (haze.wgsl).
 
 @group(1) @binding(0) var clear_table: texture_2d<f32>; // transmittance to the top of the atmosphere
-@group(1) @binding(1) var again_table: texture_2d<f32>; // light scattered more than once
-@group(1) @binding(2) var sky_table: texture_2d<f32>;   // light of the sky by direction
+@group(1) @binding(1) var again_table: texture_2d<f32>; // multiple scattering
+@group(1) @binding(2) var sky_table: texture_2d<f32>;   // radiance of the sky by direction
 
 const GROUND = 6360.0;
 const TOP = 6460.0;
@@ -27,12 +27,12 @@ fn air_at(altitude: f32) -> Air {
     return Air(rayleigh, MIE * thin, rayleigh + MIE_EXTINCTION * thin + ozone);
 }
 
-// Way from radius r, with cosine mu to the zenith, to the top; from inside.
+// Distance to the top of the atmosphere from radius r within it; mu is the cosine of the angle to the zenith.
 fn to_top(r: f32, mu: f32) -> f32 {
     return -r * mu + sqrt(max(r * r * mu * mu + (TOP - r) * (TOP + r), 0.0));
 }
 
-// Way to the ground; negative where the ray misses it.
+// Distance to the ground; negative for a ray that misses it.
 fn to_ground(r: f32, mu: f32) -> f32 {
     let under = r * r * mu * mu + (GROUND - r) * (GROUND + r);
     if mu >= 0.0 || under < 0.0 {
@@ -45,7 +45,7 @@ fn rayleigh_phase(c: f32) -> f32 {
     return 3.0 / (16.0 * PI) * (1.0 + c * c);
 }
 
-// Cornette and Shanks, 1992.
+// Phase function of Cornette and Shanks, 1992.
 fn mie_phase(c: f32) -> f32 {
     const G = 0.8;
     let spread = 1.0 + G * G - 2.0 * G * c;
@@ -60,7 +60,7 @@ fn clear_to_sun(r: f32, mu: f32) -> vec3f {
     let uv = vec2f((to_top(r, mu) - nearest) / (rho + REACH - nearest), rho / REACH);
     let size = vec2f(256.0, 64.0);
     let clear = textureSampleLevel(clear_table, smooth_sampler, (uv * (size - 1.0) + 0.5) / size, 0.0).rgb;
-    // the sun sinks below the horizon
+    // the sun sets below the horizon
     let horizon = -rho / r;
     return clear * smoothstep(-0.008, 0.004, mu - horizon);
 }
@@ -94,10 +94,10 @@ fn clear_fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {
 
 struct Marched {
     light: vec3f,
-    again: vec3f, // what the same ray would scatter of an even light of 1 from all sides
+    again: vec3f, // what the ray would scatter of a uniform light of 1 from all sides
 }
 
-// Light that comes along a ray from radius r. With `even` the phases are even and nothing scatters twice.
+// Light scattered along a ray from radius r. With `even`, phase functions are uniform and scattering is single.
 fn march(r: f32, mu: f32, sun_mu: f32, toward_sun: f32, steps: i32, even: bool) -> Marched {
     let ground = to_ground(r, mu);
     let way = select(to_top(r, mu), ground, ground >= 0.0);
@@ -106,7 +106,7 @@ fn march(r: f32, mu: f32, sun_mu: f32, toward_sun: f32, steps: i32, even: bool) 
     var clear = vec3f(1.0);
     var before = 0.0;
     for (var k = 0; k < steps; k++) {
-        // steps grow with the distance
+        // steps grow with distance
         let part = (f32(k) + 1.0) / f32(steps);
         let end = way * part * part;
         let step = end - before;
@@ -150,7 +150,7 @@ fn again_fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {
         light += one.light / 64.0;
         again += one.again / 64.0;
     }
-    // all further orders, as a geometric series
+    // the sum of all further orders, a geometric series
     return vec4f(light / PI / (1.0 - again), 1.0);
 }
 
@@ -170,7 +170,7 @@ fn sky_fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {
     return vec4f(march(r, way.y, sun.y, dot(way, sun), 32, false).light, 1.0);
 }
 
-// The sky's light on a matt white surface, by its normal: azimuth from the sun, and height.
+// Light of the whole sky on a matt white surface with the normal of this texel: azimuth from the sun, and height.
 @fragment
 fn ambient_fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {
     let turn = (at.x - 0.5) / 15.0 * PI;

@@ -1,4 +1,4 @@
-// Blur of the haze along one axis, over pixels of about the same distance.
+// Blurs the haze along one axis, across pixels at similar distances.
 
 @group(1) @binding(0) var haze: texture_2d<f32>;
 

@@ -1,5 +1,6 @@
-// From light to the screen: haze, exposure, tone curve, the screen's codes, and a grain of one code against bands. Each sample
-// of a pixel goes through the curve by itself, so that edges before a bright sky are as smooth as others.
+// From linear light to the screen: haze, exposure, tone curve, encoding for the screen, and dither of one code against
+// banding. Each sample of a pixel passes the tone curve on its own, so that edges against a bright sky are as smooth as
+// others.
 
 @group(3) @binding(0) var light_map: texture_multisampled_2d<f32>;
 @group(3) @binding(1) var depth_map: texture_depth_multisampled_2d;
@@ -10,7 +11,7 @@ fn finish_vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f 
     return whole_picture(index);
 }
 
-// Haze of the four nearest pixels of its picture, those of like distance most.
+// The haze of the four nearest pixels of the half-resolution texture, weighted towards those at the same distance.
 fn haze_at(pixel: vec2f, far: f32) -> vec3f {
     let last = vec2i(textureDimensions(haze_map)) - 1;
     let at = (pixel - 0.5) * 0.5;
@@ -27,17 +28,17 @@ fn haze_at(pixel: vec2f, far: f32) -> vec3f {
     return sum.rgb / max(sum.a, 1e-12);
 }
 
-// Makes a grey surface in the light of an afternoon's sun and sky grey.
+// White balance: neutral grey for a grey surface under the sun and sky of an afternoon.
 const WHITE = vec3f(0.93, 1.0, 1.12);
 
 const LUMINANCE = vec3f(0.2126, 0.7152, 0.0722);
 
-// A curve in the manner of T. Sobotka's AgX (2022): colours drawn a little towards grey, then each through one sigmoid over
-// the logarithm of light, so that bright colours pale instead of turning, then drawn out again. The sigmoid is the one of two
-// powers that he gives; the way to grey and back is our own.
+// A tone curve after T. Sobotka's AgX (2022): colours are moved slightly towards grey, pass a sigmoid of the logarithm
+// of light per channel, so that bright colours lose saturation instead of shifting in hue, and are moved out again. The
+// sigmoid with two powers is his; the mix with grey and its inverse are our own.
 fn tone(light: vec3f) -> vec3f {
     const LOW = -10.0;  // stops below middle grey
-    const HIGH = 6.5;   // and above
+    const HIGH = 6.5;   // stops above it
     const GREY = 0.12;
     let given = max(light * WHITE * exp2(frame.exposure), vec3f(0.0));
     let x = mix(given, vec3f(dot(given, LUMINANCE)), GREY);
@@ -47,17 +48,17 @@ fn tone(light: vec3f) -> vec3f {
     let below = sigmoid(at, middle, 0.46, 3.0);
     let above = sigmoid(at, 1.0 - middle, 0.54, 3.25);
     let curve = 0.46 + select(above, below, at < vec3f(0.0));
-    // codes of a screen of power 2.2
+    // linear values of a screen with gamma 2.2
     let back = pow(max(curve, vec3f(0.0)), vec3f(2.2));
     let drawn = mix(vec3f(dot(back, LUMINANCE)), back, 1.0 / (1.0 - GREY));
     return pow(clamp(drawn, vec3f(0.0), vec3f(1.0)), vec3f(1.0 / 2.2));
 }
 
-// Steep in the middle, ending at `end` where x is `reach` away.
+// A sigmoid, steep in the middle, that reaches `end` at a distance of `reach`.
 fn sigmoid(x: vec3f, reach: f32, end: f32, power: f32) -> vec3f {
     const SLOPE = 2.55;
     let ratio = SLOPE * reach / end;
-    let scale = pow(pow(ratio, power) - 1.0, 1.0 / power); // so that the end is met
+    let scale = pow(pow(ratio, power) - 1.0, 1.0 / power); // so that it reaches `end`
     let y = SLOPE * x;
     return y / pow(1.0 + pow(abs(y) * scale / (SLOPE * reach), vec3f(power)), vec3f(1.0 / power));
 }

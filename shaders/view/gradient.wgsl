@@ -1,8 +1,9 @@
-// Slopes of the ground, by central differences (the land is level beyond its edge), and the coarser levels of any map by
-// means of four: the mean of slopes is the slope of the mean, so distant land keeps its true mean slope and does not sparkle.
+// Slopes of the ground, by central differences (the terrain is level beyond its edge), and mip-maps of any map by
+// averaging four texels. The mean of slopes is the slope of the mean, so distant terrain keeps its mean slope and does
+// not shimmer.
 
 @group(1) @binding(0) var source: texture_2d<f32>;
-@group(2) @binding(0) var around: texture_2d<f32>; // slopes of the land around an inset
+@group(2) @binding(0) var around: texture_2d<f32>; // slopes of the terrain around an inset
 
 @vertex
 fn map_vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
@@ -16,7 +17,7 @@ fn source_at(cell: vec2i) -> vec4f {
 fn gradient_at(cell: vec2i) -> vec2f {
     let x = vec2i(1, 0);
     let y = vec2i(0, 1);
-    // Horn's weights: less noise across the slope than two cells alone
+    // Horn's weights, which are less noisy than two cells alone
     let east = source_at(cell + x - y).x + 2.0 * source_at(cell + x).x + source_at(cell + x + y).x;
     let west = source_at(cell - x - y).x + 2.0 * source_at(cell - x).x + source_at(cell - x + y).x;
     let south = source_at(cell + y - x).x + 2.0 * source_at(cell + y).x + source_at(cell + y + x).x;
@@ -29,7 +30,7 @@ fn gradient_fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {
     return vec4f(gradient_at(vec2i(at.xy)), 0.0, 0.0);
 }
 
-// Slopes of an inset, which on its edge are those of the land around it.
+// Slopes of an inset, blended on its edge with those of the terrain around it.
 @fragment
 fn inset_gradient_fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {
     let cell = vec2i(at.xy);

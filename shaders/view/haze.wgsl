@@ -1,5 +1,5 @@
-// Light that the haze over the land sends to the eye: marched at half the resolution from a place between two steps that
-// differs from pixel to pixel, with the land's shadows in it, and then blurred along surfaces of like distance.
+// Light scattered towards the camera by the haze over the terrain, including the terrain's shadows in it: ray-marched
+// at half resolution, with a different start in each pixel, and then blurred across pixels at similar distances.
 
 @group(3) @binding(0) var depth_map: texture_depth_multisampled_2d;
 
@@ -15,7 +15,7 @@ fn grain(pixel: vec2f) -> f32 {
     return fract(52.9829189 * fract(dot(pixel, vec2f(0.06711056, 0.00583715))));
 }
 
-// Light, and the distance of the land in units of its extent; 0 where there is none.
+// Light, and the distance of the terrain in units of its extent; 0 for pixels without terrain.
 @fragment
 fn haze_fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {
     let last = vec2i(textureDimensions(depth_map)) - 1;

@@ -1,14 +1,14 @@
-// An inset: a part of the land at finer cells, which over a band along its edge goes over into the land around it
+// An inset: a part of the terrain at finer cells, blended with the terrain around it over a band along its edge
 // (crates/app/src/view/inset.rs).
 
-// How much of the inset there is at a place in its cells.
+// The weight of the inset at a position in its cells.
 fn inset_share(at: vec2f) -> f32 {
     let near = min(at - frame.sides.xy, frame.sides.zw - at);
     let t = clamp(min(near.x, near.y) * frame.corner.z, 0.0, 1.0);
     return t * t * (3.0 - 2.0 * t);
 }
 
-// A place in the inset's cells as one in the cells of the land around it, both counted from cell centres.
+// Converts a position in cells of the inset to cells of the terrain around it, both counted from cell centres.
 fn in_cells_around(cell: vec2f, around: vec2f) -> vec2f {
     return ((cell + 0.5) / vec2f(frame.cells) * frame.over.zw + frame.over.xy) * around - 0.5;
 }

@@ -1,25 +1,25 @@
-// The land's textures, and what they say at a place.
+// The textures of the terrain, and their values at a position.
 
 @group(1) @binding(0) var height_map: texture_2d<f32>;
 @group(1) @binding(1) var water_map: texture_2d<f32>;
-@group(1) @binding(2) var gradient_map: texture_2d<f32>; // of the ground, metres per metre to the east and to the south
+@group(1) @binding(2) var gradient_map: texture_2d<f32>; // of the ground, rise per metre to the east and to the south
 @group(1) @binding(3) var colour_map: texture_2d<f32>;
 @group(1) @binding(4) var mask_map: texture_2d<f32>;
 @group(1) @binding(5) var tint_map: texture_2d<f32>;     // rows: alpine, rock, map
-@group(1) @binding(6) var seen_map: texture_2d<f32>;     // how much of the sun a cell sees
-@group(1) @binding(7) var open_map: texture_2d<f32>;     // how much of the sky
+@group(1) @binding(6) var seen_map: texture_2d<f32>;     // visible fraction of the sun
+@group(1) @binding(7) var open_map: texture_2d<f32>;     // visible fraction of the sky
 @group(1) @binding(8) var shade_map: texture_2d<f32>;    // see shade.wgsl
 
 fn ground_at(cell: vec2i) -> f32 {
     return textureLoad(height_map, clamp(cell, vec2i(0), vec2i(frame.cells) - 1), 0).x;
 }
 
-// Depth of the water of the land's own; a map of one cell where it has none.
+// Depth of the water fields of the terrain; the map has a single cell if there is none.
 fn water_at(cell: vec2i) -> f32 {
     return max(textureLoad(water_map, clamp(cell, vec2i(0), vec2i(textureDimensions(water_map)) - 1), 0).x, 0.0);
 }
 
-// Height of the ground and depth of water over it at a place of the map (0 to 1), bilinear between cell centres.
+// Height of the ground and depth of the water on it at a position of the map (0 to 1), bilinear between cell centres.
 fn ground_and_water(uv: vec2f) -> vec2f {
     let at = uv * vec2f(frame.cells) - 0.5;
     let cell = vec2i(floor(at));

@@ -1,4 +1,4 @@
-// Looking up the sky's tables.
+// Lookups in the tables of the sky.
 
 fn sky_from(table: texture_2d<f32>, way: vec3f, cos_turn: f32) -> vec3f {
     let r = 6360.0 + frame.sky.x;
@@ -9,7 +9,7 @@ fn sky_from(table: texture_2d<f32>, way: vec3f, cos_turn: f32) -> vec3f {
     return textureSampleLevel(table, smooth_sampler, (vec2f(u, v) * (size - 1.0) + 0.5) / size, 0.0).rgb;
 }
 
-// Cosine of the angle between the azimuth of a direction and that of the sun.
+// Cosine of the angle between the azimuths of a direction and of the sun.
 fn cos_turn_of(way: vec3f) -> f32 {
     let both = length(way.xz) * length(frame.sun.xz);
     return select(dot(way.xz, frame.sun.xz) / both, 1.0, both < 1e-6);

@@ -1,6 +1,6 @@
-// Light on the land: the sun through the air, its shadows, the sky.
+// Light on the terrain: sun through the atmosphere, shadows, and sky.
 
-@group(2) @binding(0) var sky_map: texture_2d<f32>;     // light of the sky by direction
+@group(2) @binding(0) var sky_map: texture_2d<f32>;     // radiance of the sky by direction
 @group(2) @binding(1) var ambient_map: texture_2d<f32>; // light of the whole sky by normal
 @group(2) @binding(2) var clear_map: texture_2d<f32>;   // transmittance, see atmosphere.wgsl
 
@@ -8,11 +8,11 @@ fn sky_light(way: vec3f) -> vec3f {
     return sky_from(sky_map, way, cos_turn_of(way));
 }
 
-// The sky's light, and what sunlit land all around sends back, since a land's shadows are not as blue as its sky. A quarter
-// more than there is, as the eye sees into shadows.
+// Light of the sky, and light reflected by sunlit terrain around, which makes shadows less blue than the sky. A quarter
+// brighter than physical, because eyes adapt to shadows.
 fn ambient_light(normal: vec3f) -> vec3f {
     const LAND = vec3f(0.17, 0.16, 0.145);
-    // slopes that turn away from the sun look at those that face it
+    // slopes facing away from the sun receive light from those that face it
     let away = max(-dot(normal.xz, frame.sun.xz), 0.0);
     let around = LAND * sun_light() * (max(frame.sun.y, 0.0) * mix(0.6, 0.25, normal.y * 0.5 + 0.5) + 0.35 * away);
     let sky = sky_on(normal);
@@ -25,7 +25,7 @@ fn sky_on(normal: vec3f) -> vec3f {
     return textureSampleLevel(ambient_map, smooth_sampler, (vec2f(u, v) * 15.0 + 0.5) / 16.0, 0.0).rgb;
 }
 
-// The sun's light on a surface that faces it.
+// Sunlight on a surface that faces the sun.
 fn sun_light() -> vec3f {
     const REACH = 1132.2544;
     let r = 6360.5;
@@ -39,8 +39,8 @@ fn sun_light() -> vec3f {
     return clear * smoothstep(-0.012, 0.012, mu);
 }
 
-// Haze: two layers of air over the base, thin above and thick below, that begin where the land does. How thick they are is a
-// matter of taste, set by the land's extent (uniforms.rs), so that near and far part in small land and large.
+// Haze: two layers of air above the base, a thin high one and a dense low one, that begin at the terrain. Their density
+// is chosen for looks from the extent of the terrain (uniforms.rs), so that it separates near from far at any scale.
 
 fn haze_rayleigh() -> vec3f {
     return frame.air.y * 0.8 * vec3f(0.428, 1.0, 2.441);
@@ -50,7 +50,8 @@ fn haze_mie() -> f32 {
     return frame.air.y;
 }
 
-// Thickness of a layer whose density falls by e over `scale` metres, along a ray between two lengths of it.
+// Optical thickness of a layer whose density falls by a factor of e over `scale` metres, between two distances along a
+// ray.
 fn layer(height: f32, rise: f32, near: f32, far: f32, scale: f32) -> f32 {
     let low = max(height + rise * near, 0.0) / scale;
     let high = max(height + rise * far, 0.0) / scale;
@@ -59,7 +60,7 @@ fn layer(height: f32, rise: f32, near: f32, far: f32, scale: f32) -> f32 {
     return mean * max(far - near, 0.0);
 }
 
-// Optical depth of the haze between the eye and a distance.
+// Optical depth of the haze between the camera and a distance.
 fn haze_depth(way: vec3f, far: f32) -> vec3f {
     let height = frame.eye.y - frame.heights.w;
     let near = min(frame.air.x, far);
@@ -67,7 +68,7 @@ fn haze_depth(way: vec3f, far: f32) -> vec3f {
         + haze_mie() * layer(height, way.y, near, far, frame.air.z);
 }
 
-// What a metre of haze sends along a ray, with so much of the sun on it; densities of the two layers.
+// Light that a metre of haze scatters along a ray, for this sunlight and the densities of the two layers.
 fn haze_source(toward_sun: f32, sun: vec3f, thin: f32, thick: f32) -> vec3f {
     const G = 0.7;
     let spread = 1.0 + G * G - 2.0 * G * toward_sun;
@@ -77,7 +78,7 @@ fn haze_source(toward_sun: f32, sun: vec3f, thin: f32, thick: f32) -> vec3f {
     return haze_rayleigh() * thin * (rayleigh * sun + even * 0.6) + haze_mie() * thick * (mie * sun + even * 0.6);
 }
 
-// How much of the sun is seen at a height (exaggerated) over a place in cells.
+// The visible fraction of the sun at an exaggerated height over a position in cells.
 fn sun_seen(cell: vec2f, height: f32) -> f32 {
     if frame.flags.z == 0u {
         return 1.0;
@@ -87,7 +88,7 @@ fn sun_seen(cell: vec2f, height: f32) -> f32 {
     return smoothstep(0.0, 1.0, (height - shade.y) / soft);
 }
 
-// At a place in cells.
+// The heights between which the sun is partly hidden, at a position in cells.
 fn shade_heights(cell: vec2f) -> vec2f {
     return swept(shade_map, frame.sweep, frame.sweep_lines, cell);
 }

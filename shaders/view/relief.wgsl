@@ -1,11 +1,11 @@
-// The surface that the mesh follows: the whole land's, and within the inset's rectangle the inset's.
+// The surface that the mesh follows: that of the inset within its rectangle, that of the whole terrain elsewhere.
 
 @group(3) @binding(0) var whole_height: texture_2d<f32>;
 @group(3) @binding(1) var whole_water: texture_2d<f32>;
 @group(3) @binding(2) var inset_height: texture_2d<f32>;
 @group(3) @binding(3) var inset_water: texture_2d<f32>;
 
-// Bilinear at a place in cells, of which the first has its centre at 0.
+// The bilinear value at a position in cells; the centre of the first cell is at 0.
 fn between(map: texture_2d<f32>, at: vec2f) -> f32 {
     let last = vec2i(textureDimensions(map)) - 1;
     let cell = vec2i(floor(at));
@@ -24,7 +24,8 @@ fn is_in_inset(at: vec2f) -> bool {
     return all(at >= frame.inset.xy) && all(at < frame.inset.zw);
 }
 
-// The height of the surface, not exaggerated, at a place in the whole land's cells and relative to the eye in metres.
+// The height of the surface, not exaggerated, at a position in cells of the whole terrain and in metres relative to the
+// camera.
 fn relief(cell: vec2f, at: vec2f) -> f32 {
     var ground = 0.0;
     var water = 0.0;

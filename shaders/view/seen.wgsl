@@ -1,4 +1,4 @@
-// How much of the sun each cell sees, and how much of the sky.
+// The fractions of the sun and of the sky that each cell sees.
 
 @vertex
 fn seen_vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
@@ -24,8 +24,8 @@ fn mean_height(cell: vec2f, mip: i32) -> f32 {
     return mix(mix(a, b, part.x), mix(d, e, part.x), part.y);
 }
 
-// The share of the sky that is open: 1 less the mean over azimuths of the squared sine of the horizon's angle. Farther
-// land is looked up in coarser means.
+// The visible fraction of the sky: 1 minus the mean over azimuths of the squared sine of the horizon's elevation. More
+// distant terrain is read from coarser mip-maps.
 @fragment
 fn open_fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {
     let cell = at.xy * frame.open.xy; // in cells from the corner

@@ -1,7 +1,7 @@
-// Shadows of the land on itself. The sun's light comes in parallel lines: each is swept once from the side of the sun, and
-// the highest line of sight so far, falling with the sun's height, is the height below which the sun is hidden. Twice: for the
-// upper and the lower limb of the sun, so that shadows are softer the farther they fall. The lines are skewed against the
-// cells: neighbouring steps lie one row apart and shift sideways by a fraction of a cell.
+// Shadows of the terrain on itself. Sunlight comes in parallel lines. Each line is swept once, starting at the side of
+// the sun; the highest ray so far, which falls with the elevation of the sun, is the height below which the sun is
+// hidden. This is done for the upper and the lower limb of the sun, so that shadows soften with distance. The lines are
+// skewed against the cells: consecutive steps are one row apart and shift sideways by a fraction of a cell.
 
 @group(2) @binding(0) var shade_out: texture_storage_2d<rg32float, write>;
 
@@ -36,10 +36,10 @@ fn sweep(@builtin(global_invocation_id) id: vec3u) {
     }
 }
 
-@group(3) @binding(0) var<uniform> around: Frame; // of the land around the inset
+@group(3) @binding(0) var<uniform> around: Frame; // of the terrain around the inset
 @group(3) @binding(1) var around_shade: texture_2d<f32>;
 
-// Over an inset. Lines begin with the shadows of the land around it, and on the edge there are these alone.
+// The sweep over an inset. Lines start with the shadows of the terrain around it, which also remain on the edge.
 @compute @workgroup_size(64)
 fn sweep_inset(@builtin(global_invocation_id) id: vec3u) {
     let line = i32(id.x);
@@ -61,7 +61,7 @@ fn sweep_inset(@builtin(global_invocation_id) id: vec3u) {
         was_inside = minor >= -0.5 && minor <= minor_cells - 0.5;
         let share = select(0.0, inset_share(cell + 0.5), was_inside);
         var shade = mix(outer, high, share);
-        // as soft at least as each of them is seen (lighting.wgsl)
+        // at least as soft as either of them is drawn (lighting.wgsl)
         shade.x = max(shade.x, shade.y + 0.12 * mix(around.cell_m, frame.cell_m, share));
         textureStore(shade_out, vec2i(line, step), vec4f(shade, 0.0, 0.0));
         if was_inside {

@@ -1,11 +1,11 @@
-// Shadows: heights below which the sun is hidden in part and whole, along lines away from the sun (shade.wgsl).
+// Shadows: heights below which the sun is hidden in part and in whole, along lines away from the sun (shade.wgsl).
 
 fn swept_load(map: texture_2d<f32>, line: i32, step: i32) -> vec2f {
     let last = vec2i(textureDimensions(map)) - 1;
     return textureLoad(map, clamp(vec2i(line, step), vec2i(0), last), 0).xy;
 }
 
-// At a place in cells, of a map that was swept so.
+// The shadow heights at a position in cells, from a map of this sweep.
 fn swept(map: texture_2d<f32>, sweep: vec4f, lines: vec4i, cell: vec2f) -> vec2f {
     let at = cell / sweep.w;
     let x_first = lines.x == 0;

@@ -1,5 +1,5 @@
-// What is seen where there is no land: the sky with the sun's disc, and a matt plain on which the land's block stands, in its
-// shadow, fading into the sky.
+// The background: the sky with the sun's disc, and a matt plain on which the block of terrain stands, with its shadow,
+// fading into the sky.
 
 @vertex
 fn sky_vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
@@ -8,8 +8,8 @@ fn sky_vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
 
 const PLAIN = vec3f(0.2, 0.202, 0.202);
 
-// How much of the sun a place of the plain sees. Its line of sight comes to the land's edge at some height, and what that
-// edge hides is what the place sees hidden.
+// The visible fraction of the sun at a point of the plain. Its ray to the sun enters the terrain at some height above
+// the edge; the shadow there, extended to the plain, is the shadow on the point.
 fn plain_sun(place: vec2f) -> f32 {
     let extent = vec2f(frame.cells) * frame.cell_m;
     let level = length(frame.sun.xz);
@@ -17,20 +17,20 @@ fn plain_sun(place: vec2f) -> f32 {
         return 1.0;
     }
     let way = frame.sun.xz / level;
-    // where the line enters the land
+    // where the ray enters the terrain
     let safe = select(way, vec2f(1e-9), abs(way) < vec2f(1e-9));
     let a = -place / safe;
     let b = (extent - place) / safe;
     let enter = max(max(min(a.x, b.x), min(a.y, b.y)), 0.0);
     let leave = min(max(a.x, b.x), max(a.y, b.y));
-    // beyond rounding: on the edge itself the line leaves the land at once
+    // a margin against rounding: on the edge itself the ray leaves the terrain at once
     if enter > leave - 1e-4 * length(extent) {
         return 1.0;
     }
     let edge = clamp((place + way * enter) / frame.cell_m - 0.5, vec2f(0.0), vec2f(frame.cells) - 1.0);
     let land = ground_and_water((edge + 0.5) / vec2f(frame.cells));
     let top = (land.x + max(land.y, 0.0)) * frame.exaggeration;
-    // the lower limb's line and the upper limb's
+    // the rays to the lower and the upper limb
     let shade = max(shade_heights(edge), vec2f(top)) - enter * frame.sweep_fall.xy;
     let soft = max(shade.x - shade.y, frame.cell_m);
     return smoothstep(0.0, 1.0, (frame.heights.w - shade.y) / soft);
@@ -40,7 +40,7 @@ fn plain_light(way: vec3f, far: f32) -> vec3f {
     let extent = vec2f(frame.cells) * frame.cell_m;
     var place = frame.eye.xz + way.xz * far;
     if all(place > vec2f(0.0)) && all(place < extent) {
-        // a pixel on the lower edge of a wall: what is seen of the plain lies before the wall
+        // a pixel on the lower edge of a wall: the visible plain is in front of the wall
         let back = -way.xz;
         let safe = select(back, vec2f(1e-9), abs(back) < vec2f(1e-9));
         let out = max(-place / safe, (extent - place) / safe);

@@ -1,5 +1,5 @@
-// The land: tiles of a quadtree whose odd vertices slide to their even neighbours (crates/app/src/view/lod.rs), and walls
-// from its edges down to the base.
+// The terrain: tiles of a quadtree whose odd vertices slide to their even neighbours (crates/app/src/view/lod.rs), and
+// walls from its edges down to the base.
 
 const TILE = 16u;
 
@@ -11,14 +11,14 @@ struct Tile {
 
 struct Vertex {
     @builtin(position) clip: vec4f,
-    @location(0) place: vec3f, // relative to the eye
+    @location(0) place: vec3f, // relative to the camera
     @location(1) uv: vec2f,
     @location(2) @interpolate(flat) level: u32,
     @location(3) @interpolate(flat) side: u32,
 }
 
-// The surface at a grid line. Where there is one line a cell, line g lies on the centre of cell g - 1, the outermost on the
-// land's edge; denser ones lie between, and all beyond the edge on it.
+// The surface at a grid line. With one line per cell, line g runs through the centre of cell g - 1, and the outermost
+// lines along the edge of the terrain; denser lines run in between. Lines beyond the edge are on it.
 fn surface_at(line: vec2u) -> vec3f {
     let first = vec2u(frame.lines.z);
     let g = clamp(line, first, frame.lines.xy);
@@ -37,7 +37,7 @@ fn vertex_at(tile: Tile, corner: vec2u) -> vec3f {
         return here;
     }
     let even = surface_at(tile.origin + ((corner & vec2u(~1u)) << vec2u(level)));
-    // exactly the neighbour's vertex at the end of the way, however `mix` is computed
+    // exactly the neighbour's vertex at the end, however `mix` is computed
     return select(mix(here, even, way), even, way >= 1.0);
 }
 
@@ -53,12 +53,12 @@ fn surface_vertex(@builtin(vertex_index) index: u32, tile: Tile) -> Vertex {
     return as_vertex(vertex_at(tile, corner), tile.level_and_side.x, 0u);
 }
 
-// Pairs along the edge: on the surface, and below it on the base.
+// Pairs of vertices along the edge: one on the surface, one below it on the base.
 @vertex
 fn wall_vertex(@builtin(vertex_index) index: u32, tile: Tile) -> Vertex {
     let side = tile.level_and_side.y;
     let along = index >> 1u;
-    // columns beyond the edge all lie on it; the last is even, so it never slides away
+    // columns beyond the edge are on it; the last one is even, so it never slides away
     let across = select(0u, TILE, (side & 1u) == 1u);
     let corner = select(vec2u(along, across), vec2u(across, along), side < 2u);
     var place = vertex_at(tile, corner);
@@ -72,8 +72,8 @@ fn level_colour(level: u32) -> vec3f {
     return 0.25 + 0.5 * vec3f(vec3u(level & 1u, (level >> 1u) & 1u, (level >> 2u) & 1u));
 }
 
-// Colour of bare land: tints by height, rock where it is steep. Snow is for mountains: it takes a relief of 2.6 km, or of a
-// fifth of a small land's extent.
+// Colour of bare ground: tints by height, rock on steep slopes. Snow is for mountains: it needs a relief of 2.6 km, or
+// of a fifth of the extent of a small terrain.
 fn natural(height: f32, slope: f32) -> vec3f {
     let range = max(frame.heights.y - frame.heights.x, min(2600.0, 0.2 * frame.grid.w));
     let at = clamp((height - frame.heights.x) / range, 0.0, 1.0);
@@ -94,7 +94,7 @@ fn albedo_at(uv: vec2f, height: f32, slope: f32) -> vec3f {
     }
 }
 
-// How much of a contour line a pixel holds; lines are 1.3 pixels wide, every fifth 2.2.
+// The fraction of a pixel that a contour line covers; lines are 1.3 pixels wide, every fifth 2.2.
 fn contour(height: f32) -> f32 {
     let interval = frame.overlay.x;
     if interval <= 0.0 {
@@ -106,12 +106,12 @@ fn contour(height: f32) -> f32 {
     let heavy = abs(fract(count * 0.2 - 0.5) - 0.5) * 5.0 / width;
     let thin = clamp(1.15 - line, 0.0, 1.0) * 0.7;
     let thick = clamp(1.6 - heavy, 0.0, 1.0);
-    // lines closer than a few pixels are a tone, not lines
+    // lines less than a few pixels apart blend to a tone
     return max(thin * smoothstep(0.35, 0.15, width), thick * smoothstep(1.5, 0.7, width)) * frame.overlay.y;
 }
 
-// How much of the sun a place of the surface sees: by the place itself where cells are large on the screen, by the mean of
-// cells where they are small. Four looks around the place hide the rows of cells at a shadow's edge.
+// The visible fraction of the sun at a point of the surface: exact for cells that are large on the screen, averaged
+// over cells for small ones. Four samples around the point hide the rows of cells at the edge of a shadow.
 fn seen_at(uv: vec2f, top: f32, gradient: vec2f) -> f32 {
     if frame.flags.z == 0u {
         return 1.0;
@@ -135,8 +135,8 @@ fn lit(albedo: vec3f, normal: vec3f, seen: f32, open: f32) -> vec3f {
     return albedo * (sun + ambient_light(normal) * open);
 }
 
-// Water over a bed that sends up so much light: what the water takes and gives on the way, the sky's reflection, the sun's.
-// Absorption of clear water by J. T. O. Kirk, 1994; Fresnel's law as C. Schlick, 1994, has it; glitter by GGX.
+// Water over a bed that reflects this light: absorption and scattering in the water, reflections of sky and sun.
+// Absorption of clear water by J. T. O. Kirk, 1994; Fresnel reflection after C. Schlick, 1994; glitter by GGX.
 fn through_water(bed: vec3f, depth: f32, normal: vec3f, way: vec3f, seen: f32, open: f32, rough: f32) -> vec3f {
     const TAKEN = vec3f(0.35, 0.08, 0.05);
     let facing = max(dot(-way, normal), 0.03);
@@ -177,7 +177,7 @@ fn hash(cell: vec2f) -> f32 {
     return f32(h >> 8u) / 16777216.0;
 }
 
-// Slope of small waves at a place in metres; gone where a wave is smaller than a few pixels.
+// Slope of small waves at a position in metres; fades out for waves of less than a few pixels.
 fn ripples(at: vec2f, spread: f32) -> vec2f {
     var slope = vec2f(0.0);
     for (var k = 0; k < 3; k++) {
@@ -202,8 +202,8 @@ fn surface_fragment(in: Vertex) -> @location(0) vec4f {
     return surface(in);
 }
 
-// The same, of the inset or of what is around it. Pixels at the edge are shaded before they are discarded, since their neighbours
-// need them for their derivatives.
+// The same for tiles across the edge of the inset. Pixels beyond the edge are shaded before they are discarded, because
+// their neighbours need them for derivatives.
 @fragment
 fn split_fragment(in: Vertex) -> @location(0) vec4f {
     let inset = frame.lines.w == 2u;
@@ -250,7 +250,7 @@ fn surface(in: Vertex) -> vec4f {
     return vec4f(light, 1.0);
 }
 
-// The block's sides: bare earth, a little darker towards the plain it stands on; water where it stands above the ground.
+// The walls of the block: bare earth, slightly darker towards the plain, and water where it is above the ground.
 @fragment
 fn wall_fragment(in: Vertex) -> @location(0) vec4f {
     var normal = vec3f(0.0);
@@ -267,7 +267,7 @@ fn wall_fragment(in: Vertex) -> @location(0) vec4f {
     let up = clamp((height - bottom) / max(ground - bottom, 1e-3), 0.0, 1.0);
     var albedo = mix(vec3f(0.16, 0.15, 0.14), vec3f(0.24, 0.22, 0.2), up);
     var open = mix(0.55, 0.9, up);
-    // dry land has no water on top, however a pixel at the rim is sampled
+    // dry ground has no water on top, wherever a pixel at the edge is sampled
     if land.y > 0.0 && height > ground {
         albedo = vec3f(0.02, 0.075, 0.095);
         open = 1.0;

@@ -1,10 +1,10 @@
-//! Time per cell of every node, at 512, 1024 and 2048 cells a side: `cargo bench -p orograph-tests`, or with a node's
-//! name after `--` for that node alone. After criterion's own report it prints a table in nanoseconds per cell.
-//! `examples/speed.rs` is quicker and coarser: the table of all nodes in a few minutes.
+//! Benchmarks the time per cell of every node, at 512, 1024 and 2048 cells per side: `cargo bench -p orograph-tests`,
+//! with a node's name after `--` for that node alone. After criterion's own report it prints a table in nanoseconds per
+//! cell. `examples/speed.rs` is faster and less accurate: the table of all nodes in a few minutes.
 //!
-//! Filters with a radius follow as `radii`, at several radii in cells and 1024 cells a side.
+//! The group `radii` then measures filters with a radius, at several radii in cells and 1024 cells per side.
 //!
-//! The node runs on its example. Its inputs are computed before; only its own kernel is timed, on all cores.
+//! Each node runs on its example. Its inputs are computed before; only its own kernel is timed, on all cores.
 
 use std::path::PathBuf;
 
@@ -13,7 +13,7 @@ use orograph_graph::Window;
 use orograph_nodes::registry;
 use orograph_tests::{Case, REACHING, example, inputs, reaching, world};
 
-/// Cells a side.
+/// Cells per side.
 const SIDES: [u32; 3] = [512, 1024, 2048];
 
 /// Radii in cells.
@@ -42,7 +42,7 @@ fn radii(c: &mut Criterion) {
     group.finish();
 }
 
-/// Times the kernel of a case on `cells` a side.
+/// Times the kernel of a case on `cells` per side.
 fn time(group: &mut BenchmarkGroup<'_, WallTime>, id: BenchmarkId, case: &Case, cells: u32) {
     let window = Window::whole(world(cells));
     let job = case.job(inputs(case, window), window);

@@ -1,6 +1,7 @@
-//! A sheet of the mountain graphs beside real land, as grey hillshades, and a table of their measures:
-//! `cargo run --release -p orograph-tests --example mountains -- SHEET.png`. Pictures and rows are in the same order, three
-//! models first. All is on cells of 30 to 100 m; pictures show the middle of each, measures are of the whole.
+//! A sheet of the mountain graphs and of digital elevation models, as grey hillshades, and a table of their measures:
+//! `cargo run --release -p orograph-tests --example mountains -- SHEET.png`. Pictures and rows have the same order,
+//! with three elevation models first. Cells are 30 to 100 m; pictures show the centre of each terrain, measures cover
+//! all of it.
 
 use std::{error::Error, num::NonZero, path::Path};
 
@@ -9,11 +10,11 @@ use orograph_graph::{Document, Evaluator, EvaluatorOptions, Field, Window};
 use orograph_nodes::registry;
 use orograph_tests::Look;
 
-/// Cells of a picture.
+/// Side of a picture in cells.
 const SIDE: usize = 250;
-/// Pictures in a row.
+/// Pictures per row.
 const COLUMNS: usize = 4;
-/// Between pictures.
+/// Gap between pictures, in pixels.
 const GAP: usize = 6;
 
 /// A graph, and the cells along its longer side.
@@ -28,7 +29,7 @@ const GRAPHS: [(&str, u32); 8] = [
     ("fault", 500),
 ];
 
-/// A model, the side of its cells and their number.
+/// An elevation model, the side of its cells in metres, and the number of cells per side.
 const REAL: [(&str, f64, u32); 3] = [
     ("graphs/data/bigtujunga_512_30m.tif", 30.0, 512),
     ("tests/data/mandakini_drained_256.tif", 89.0, 256),
@@ -67,7 +68,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The output `height` of a document on so many cells.
+/// The output `height` of a document at this number of cells.
 fn land(document: &Document, folder: &Path, cells: u32) -> Result<Field, Box<dyn Error>> {
     let expanded = document.expand();
     let output = expanded.outputs.iter().find(|output| output.name == "height").ok_or("no output `height`")?;
@@ -78,7 +79,7 @@ fn land(document: &Document, folder: &Path, cells: u32) -> Result<Field, Box<dyn
     Ok(values[0].as_field().ok_or("no heights")?.clone())
 }
 
-/// Prints the measures of some land as a row of a table in Markdown.
+/// Prints the measures of a terrain as a row of a Markdown table.
 fn row(name: &str, land: &Field) {
     let (nx, cell_m) = (land.window().nx(), land.window().cell_m());
     match Look::of(land) {
@@ -89,7 +90,7 @@ fn row(name: &str, land: &Field) {
     }
 }
 
-/// The light of the north-west on the middle of some land.
+/// A hillshade of the centre of a terrain, lit from the north-west.
 fn shade(land: &Field) -> GrayImage {
     let (nx, ny) = (land.window().nx(), land.window().ny());
     let (left, top) = ((nx - SIDE.min(nx)) / 2, (ny - SIDE.min(ny)) / 2);

@@ -1,6 +1,5 @@
-//! How similar the rivers of a graph are at two cell sizes:
-//! `cargo run --release -p orograph-tests --example network -- GRAPH.ron OUTPUT CELLS`, where
-//! OUTPUT is a drainage area in m² and CELLS the coarser number of cells a side.
+//! Compares the rivers of a graph at two cell sizes: `cargo run --release -p orograph-tests --example network --
+//! GRAPH.ron OUTPUT CELLS`, where OUTPUT is a drainage area in m² and CELLS the coarser number of cells per side.
 //!
 //! The trunks of the coarse world are its cells that drain more than a threshold. The example prints the percentage of
 //! them that have a trunk of the fine world, at half the cell size, in the same place, within one coarse cell, and

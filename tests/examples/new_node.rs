@@ -1,10 +1,10 @@
-//! How a node is added, checked and profiled, as a program: `cargo run --release -p orograph-tests --example new_node`.
+//! Shows how to add, check and profile a node: `cargo run --release -p orograph-tests --example new_node`.
 //!
-//! It declares a node, `Swell`, in this file, builds a graph that uses it, compares the result with its closed form, and
-//! prints what a second look at a kernel usually needs: cells that differ between SIMD levels, thread counts and
-//! windows, and the time per cell. A node of the program has the same declaration in a file of its own in
-//! `crates/nodes/src/CATEGORY/`, with `NODE` listed in the `mod.rs` there; the tests over the registry then make all
-//! these comparisons for it.
+//! It declares a node, `Swell`, in this file, builds a graph that uses it, compares the result with its closed form,
+//! and prints figures that are useful for reviewing a kernel: the number of cells that differ between SIMD levels,
+//! thread counts and windows, and the time per cell. A node of the program has the same declaration in a file in
+//! `crates/nodes/src/CATEGORY/`, with `NODE` listed in the `mod.rs` there; the conformance tests then make all these
+//! comparisons for it.
 //!
 //! To step through a kernel: `rust-gdb --args target/debug/examples/new_node`, then `break new_node::run`. Give the
 //! evaluator one thread, as [`build`] does with `threads: 1`. To see where its time goes:
@@ -24,7 +24,7 @@ use orograph_nodes::numerics::{
 };
 
 params! {
-    /// Distance from crest to crest, from west to east.
+    /// Distance between crests, from west to east.
     wavelength: f64 = 800.0, Metres, 1.0..=1e6, soft 50..=5000;
     /// Height of a crest above the original terrain.
     amplitude: f64 = 40.0, Metres, 0.0..=1e4, soft 0..=200;
@@ -53,9 +53,9 @@ static NODE: Node = Node {
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
     params: Params::specs,
-    // Each cell depends on the same cell of the inputs only. A blur would name its radius here.
+    // Each cell depends only on the same cell of the inputs. A blur would declare its radius here.
     reach: Reach::Point,
-    // The same terrain at any cell count, but for waves that the cells cannot carry.
+    // The same terrain at any resolution, except for waves too short for the cells.
     resolution: Resolution::Within(0.01),
     cpu: run,
     example: "height: \"base\"",
@@ -84,7 +84,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { height: swollen, change }.into())
 }
 
-/// A graph with the node. Problems of a file come with their line and what would help.
+/// A graph with the node. Problems of a file are reported with their line and a remedy.
 const GRAPH: &str = r#"(
     nodes: {
         "ground": Perlin(wavelength: "3 km", amplitude: "200 m"),
@@ -124,14 +124,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let whole = Window::whole(world);
     let (change, took) = build(whole, 1)?;
 
-    // Against the closed form.
+    // The difference from the closed form.
     let error = (0..whole.len()).map(|at| {
         let x_m = whole.centre_m(at % whole.nx(), at / whole.nx())[0];
         (f64::from(change.samples()[at]) - 40.0 * (TAU * x_m / 700.0).sin()).abs()
     });
     println!("largest difference from the closed form: {:.1e} m", error.fold(0.0, f64::max));
 
-    // Against itself.
+    // Differences between runs.
     let threads = build(whole, 4)?.0;
     let narrow = simd::at(Level::Baseline, || build(whole, 1))?.0;
     let part = Window { origin: [300, 500], cells: [256, 128], ..whole };

@@ -1,6 +1,5 @@
-//! The declared resolution tolerance of every node and the measured differences, as a table:
-//! `cargo run --release -p orograph-tests --example resolution`, or with names of nodes after `--` for some; see
-//! `docs/checks.md`.
+//! Prints a table of the declared resolution tolerance and the measured differences of every node: `cargo run --release
+//! -p orograph-tests --example resolution`, with names of nodes after `--` for only those; see `docs/checks.md`.
 
 use std::error::Error;
 

@@ -1,9 +1,9 @@
-//! Memory that every kernel uses besides its inputs and outputs, as a table:
-//! `cargo run --release -p orograph-tests --example scratch`, or with names of nodes after `--` for some, or `all` for
-//! all of their cases.
+//! Prints a table of the memory that every kernel uses besides its inputs and outputs: `cargo run --release -p
+//! orograph-tests --example scratch`, with names of nodes after `--` for only those, or with `all` for all of their
+//! cases.
 //!
 //! Each node runs on the test terrain, with its inputs computed before. The table has bytes per cell at the kernel's
-//! peak, in worlds of 256 and 512 cells a side on one thread, and of 512 on two, and the node's declaration. Without
+//! peak, in worlds of 256 and 512 cells per side on one thread, and of 512 on two, and the node's declaration. Without
 //! `all` it shows the case with the largest memory.
 
 use orograph_tests::{Counting, Scratch, scratches};
@@ -11,7 +11,7 @@ use orograph_tests::{Counting, Scratch, scratches};
 #[global_allocator]
 static MEMORY: Counting = Counting::new();
 
-/// Cells a side, and threads.
+/// Cells per side, and threads.
 const RUNS: [(u32, usize); 3] = [(256, 1), (512, 1), (512, 2)];
 
 fn main() {

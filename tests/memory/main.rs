@@ -1,9 +1,9 @@
-//! Compares the memory that every kernel declares with what it uses; a separate program because of its allocator.
+//! Compares the memory that every kernel declares with its use; a separate program because of its allocator.
 //!
 //! Each case of each node runs on one thread, with all outputs requested. The declaration must be within 20 % of the
 //! measurement, or within a byte per cell: tables, rows and columns per thread, and lists of a few per cent of the
 //! cells are not declared. In a small world tables and rows may exceed that, so a case that differs is measured again
-//! in worlds of twice the side, where tables are a quarter and rows half as large per cell.
+//! in worlds of twice the side, in which tables per cell are a quarter and rows per cell half as large.
 
 use orograph_nodes::registry;
 use orograph_tests::{Counting, cases, scratch};
@@ -11,7 +11,7 @@ use orograph_tests::{Counting, cases, scratch};
 #[global_allocator]
 static MEMORY: Counting = Counting::new();
 
-/// Cells a side; the later ones are for cases that differ in the earlier ones.
+/// Cells per side; the larger worlds are for cases that differ in the smaller ones.
 const SIDES: [u32; 3] = [256, 512, 1024];
 
 /// Cases whose memory is unknown before the run: node, case, and reason.

@@ -1,10 +1,10 @@
-//! Test terrain: a landscape given by a formula in world coordinates, so that it is the same at every resolution, in
-//! every window, and whatever changes in the nodes under test.
+//! Test terrain, defined by a formula in world coordinates, so that it is the same at every resolution, in every
+//! window, and independent of the nodes under test.
 
 use orograph_graph::{Field, Job, Node, NodeError, Output, Outputs, PortType, World, mix};
 use orograph_nodes::numerics::math;
 
-/// A world of 16 km a side with base level on all sides.
+/// A world of 16 km per side with base level on all sides.
 #[must_use]
 pub fn world(cells: u32) -> World {
     World { size: [16_384.0, 16_384.0], cells: [cells, cells], seed: 7, ..World::default() }

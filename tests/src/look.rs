@@ -1,31 +1,32 @@
-//! How terrain looks, in numbers: what tells real mountains from slopes at one angle.
+//! Measures of the form of terrain that distinguish real mountains from slopes of a single angle.
 //!
-//! Models of mountains on cells of 30 to 90 m have a ratio of the 95 % slope to the median of 1.6 to 2.8, 17 to 24 % of
-//! their area in one bin of 5 degrees, and no planes of five by five cells.
+//! Elevation models of mountains with cells of 30 to 90 m have a ratio of the 95 % slope to the median of 1.6 to 2.8,
+//! 17 to 24 % of their area in one bin of 5 degrees, and no planes of five by five cells.
 
 use orograph_graph::Field;
 use orograph_nodes::numerics::math;
 
-/// Steepness from which cells count for [`Look::ratio`] and [`Look::fullest_bin`], in degrees: no floors and no plains.
+/// Slope from which cells count for [`Look::ratio`] and [`Look::fullest_bin`], in degrees; excludes valley floors and
+/// plains.
 const STEEP: f64 = 5.0;
-/// Steepness from which windows count for [`Look::planar`], in degrees.
+/// Slope from which windows count for [`Look::planar`], in degrees.
 const STEEPER: f64 = 15.0;
-/// Distance from a plane over the plane's drop, below which a window is plane.
+/// Maximum distance of a planar window from its plane, as a fraction of the plane's drop.
 const PLANE: f64 = 0.01;
 
-/// The limits of [`Look::faults`]: least ratio, largest fullest bin, largest planar share.
+/// The limits of [`Look::faults`]: minimum ratio, maximum fullest bin, maximum planar fraction.
 const LIMITS: [f64; 3] = [1.4, 0.28, 0.005];
 
-/// Measures of terrain above the level of the sea.
+/// Measures of terrain above sea level.
 #[derive(Clone, Copy, Debug)]
 pub struct Look {
-    /// Median slope of what is steeper than 5°, in degrees.
+    /// Median slope of the cells steeper than 5°, in degrees.
     pub median: f64,
-    /// The slope that 5 % of it exceed, over the median.
+    /// Their 95th percentile of slope, divided by the median.
     pub ratio: f64,
-    /// The largest share of it in one bin of 5°.
+    /// The largest fraction of them in one bin of 5°.
     pub fullest_bin: f64,
-    /// Share of windows of 5 × 5 cells steeper than 15° that are plane to 1 % of their drop.
+    /// Fraction of the windows of 5 × 5 cells steeper than 15° that are planar to 1 % of their drop.
     pub planar: f64,
 }
 
@@ -66,7 +67,7 @@ impl Look {
         })
     }
 
-    /// What tells it from real mountains. Returns None when nothing does.
+    /// The differences from real mountains. Returns None when there are none.
     #[must_use]
     pub fn faults(&self) -> Option<String> {
         let [ratio, bin, planar] = LIMITS;
@@ -80,7 +81,7 @@ impl Look {
     }
 }
 
-/// Returns true if 5 × 5 heights lie on the plane that fits them best.
+/// Returns true if 5 × 5 heights lie on their best-fitting plane.
 fn is_plane(height: impl Fn(usize, usize) -> f64) -> bool {
     let cells = || (0..25).map(|k| (k % 5, k / 5));
     let mean = cells().map(|(x, y)| height(x, y)).sum::<f64>() / 25.0;

@@ -9,7 +9,7 @@ use orograph_nodes::numerics::{light, math, palettes::Palette};
 
 use crate::{evaluate, pictured, world};
 
-/// Cells and pixels a side.
+/// Cells and pixels per side.
 const SIDE: u32 = 112;
 
 /// Levels of each colour: few enough for small pictures, too many for visible banding.
@@ -34,7 +34,7 @@ pub fn picture(node: &'static Node) -> Option<Vec<u8>> {
     let case = pictured(node);
     let ty = case.graph.output_type(Port { node: case.node, output: 0 });
     ty.planes()?;
-    // A node that makes a coast is shown with its sea.
+    // A node that makes a coast is drawn with its sea.
     let instance = case.graph.instance(case.node);
     let sea_level = instance.params.get("sea").map(|_| instance.params.read::<f64>("sea"));
     let values =

@@ -14,12 +14,12 @@ pub struct Difference {
     pub output: &'static str,
     /// Between the coarser result and the means of the finer one over its cells.
     pub cells: f64,
-    /// Between the means of both over squares of eight of the coarser cells a side: what is left is not detail but
-    /// different terrain.
+    /// Between the means of both over squares of eight coarser cells per side: differences of the terrain itself,
+    /// without detail.
     pub smoothed: f64,
 }
 
-/// Compares the rasters among a case's outputs on a grid of `cells` a side of the tests' world and on one of twice as
+/// Compares the rasters among a case's outputs on a grid of `cells` per side of the test world and on one of twice as
 /// many.
 ///
 /// # Errors
@@ -58,6 +58,6 @@ fn relative(coarse: &[f64], fine: &[f64]) -> f64 {
     let mean = fine.iter().sum::<f64>() / count;
     let variance = fine.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / count;
     let error = coarse.iter().zip(fine).map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / count;
-    // a constant field has no spread to compare with
+    // a constant field has no standard deviation to compare with
     if variance > 0.0 { (error / variance).sqrt() } else { error.sqrt() }
 }

@@ -12,7 +12,7 @@ use crate::land::{LAND, SELECTION};
 /// A node wired to test terrain, with certain parameters.
 #[derive(Clone)]
 pub struct Case {
-    /// What distinguishes it, such as `default` or `mode=max`.
+    /// The name of the case, such as `default` or `mode=max`.
     pub name: String,
     /// The node with its inputs.
     pub graph: Graph,
@@ -137,7 +137,7 @@ fn example_on(land: &str, node: &'static Node, arguments: &str) -> Case {
 }
 
 /// The cases that every node is tested with: its example; every choice and switch; all numbers at their minimum and at
-/// their maximum; every input that accepts test terrain wired to it.
+/// their maximum; test terrain wired to every input that accepts it.
 #[must_use]
 pub fn cases(node: &'static Node) -> Vec<Case> {
     let mut cases = vec![example(node), wired(node)];

@@ -42,7 +42,7 @@ impl Scratch {
     }
 }
 
-/// Measures a case on a window of `cells` a side. Returns None when its kernel refuses the case.
+/// Measures a case on a window of `side` cells per side. Returns None when its kernel refuses the case.
 ///
 /// # Panics
 /// When the inputs cannot be computed.
@@ -64,7 +64,7 @@ pub fn scratch(memory: &Counting, case: &Case, side: u32, threads: usize) -> Opt
     Some(Scratch { id: node.id, case: case.name.clone(), cells: window.len(), measured, declared })
 }
 
-/// Size of an output, unless it is an input that is passed on.
+/// Size of an output; 0 for an input that is passed on.
 fn new_bytes(value: &Value, inputs: &[InputValue]) -> u64 {
     let samples = |value: &Value| value.as_field().map(|field| field.samples().as_ptr());
     let is_input = |input: &InputValue| match input {

@@ -11,11 +11,11 @@ use orograph_nodes::{numerics::simd::Level, registry};
 use orograph_tests::{LAND, SELECTION, data_folder, options};
 
 const CELLS: u32 = 112;
-/// The widest halo of a chain in cells: well below the world, so that its windows are only parts of it.
+/// The widest halo of a chain in cells: much smaller than the world, so that windows are only parts of it.
 const MOST_HALO: f64 = 36.0;
 /// Number of chains that end in each node.
 const CHAINS: u32 = 8;
-/// Sides of worlds in metres: a length in metres is few cells or many.
+/// Sides of worlds in metres, so that a length in metres can be few cells or many.
 const SIDES: [f64; 3] = [4_000.0, 16_384.0, 60_000.0];
 
 /// Random numbers from a seed.
@@ -27,12 +27,12 @@ impl Draw {
         mix(self.0)
     }
 
-    /// A number below another.
+    /// A random number below another.
     fn below(&mut self, end: usize) -> usize {
         self.next() as usize % end
     }
 
-    /// From 0 to 1.
+    /// A random number from 0 to 1.
     fn share(&mut self) -> f64 {
         f64::from(self.next()) / f64::from(u32::MAX)
     }

@@ -1,5 +1,5 @@
 //! Tests of every node: its declaration is valid, it runs at its extremes, its bytes do not depend on threads or SIMD
-//! width, a window of it equals that window of the whole, and another resolution gives the same terrain.
+//! level, a window equals that part of the whole world, and another resolution gives the same terrain.
 
 use orograph_graph::{EvalError, Exactness, InputValue, Node, ParamSpec, ParamValue, Resolution, Value, Window, World};
 use orograph_nodes::{numerics::simd, registry};
@@ -33,7 +33,7 @@ fn every_node_runs_at_its_extremes_or_refuses_with_a_remedy() {
         for case in cases(node) {
             match evaluate(&case, world(48), 2) {
                 Ok(values) => assert_eq!(values.len(), node.outputs.len()),
-                // a combination that makes no sense may be refused, but not without a remedy
+                // a combination that makes no sense may be refused, but only with a remedy
                 Err(EvalError::Node { hint: Some(_), .. }) if case.name != "example" => {}
                 Err(error) => return Err(format!("{}: {error}", case.name)),
             }
@@ -42,7 +42,7 @@ fn every_node_runs_at_its_extremes_or_refuses_with_a_remedy() {
     });
 }
 
-/// A parameter that is declared to have no effect in a setting has none there.
+/// A parameter that is declared to have no effect with a setting has none.
 #[test]
 fn parameters_without_effect_change_nothing() {
     for_every_node(|node| {
@@ -60,7 +60,7 @@ fn parameters_without_effect_change_nothing() {
     });
 }
 
-/// Checks that a parameter changes nothing in a setting, in which one of the cases must run.
+/// Checks that a parameter has no effect with a setting, for which at least one of the cases must run.
 fn rests(node: &'static Node, spec: &ParamSpec, setting: (&'static str, ParamValue)) -> Result<(), String> {
     let (governs, value) = &setting;
     let mut runs = false;
@@ -101,7 +101,7 @@ fn equal_bytes_at_every_simd_width() {
         if node.exactness != Exactness::Exact {
             return Ok(());
         }
-        // 83 cells: no row is a multiple of a vector
+        // 83 cells: rows are not multiples of a SIMD vector
         for case in [example(node)] {
             let widest = run(&case, 83, 2)?;
             for level in [simd::Level::Baseline, simd::Level::Avx2] {
@@ -135,7 +135,7 @@ fn a_window_with_its_halo_equals_the_window_of_the_whole() {
     });
 }
 
-/// Exactly the nodes that declare it depend on the sea level: results of the others are reused when it changes.
+/// Exactly the nodes that declare it depend on the sea level; results of the others are reused when it changes.
 #[test]
 fn the_sea_changes_what_nodes_declare_that_it_does() {
     for_every_node(|node| {
@@ -167,8 +167,8 @@ fn the_sea_changes_what_nodes_declare_that_it_does() {
     });
 }
 
-/// As declared, at two pairs of cell sizes; and smoothed over eight cells, so that detail does not count, within 2 %,
-/// unless more than the usual 5 % is declared.
+/// Results differ by no more than declared at two pairs of cell sizes; smoothed over eight cells, so that detail does
+/// not count, by no more than 2 %, unless more than the usual 5 % is declared.
 #[test]
 fn another_resolution_gives_the_same_terrain() {
     for_every_node(|node| {

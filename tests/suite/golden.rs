@@ -1,6 +1,6 @@
-//! The golden picture of each node: the hash of every output's bytes on test terrain, and a small picture to look at.
+//! The golden picture of each node: the hash of every output's bytes on test terrain, and a small picture for viewing.
 //!
-//! Hashes are exact: the same on every machine, thread count and SIMD width. After a deliberate change `cargo bless`
+//! Hashes are exact: the same on every machine, thread count and SIMD level. After a deliberate change `cargo bless`
 //! updates hashes and pictures; look at the pictures before committing them. When hashes differ, the test writes a
 //! sheet per output to the folder that it names: before, after, and eight times the difference around grey.
 
@@ -12,7 +12,7 @@ use orograph_tests::{blessing, evaluate, example, golden_folder, world, write_go
 
 const HASHES: &str = "hashes.txt";
 const CELLS: u32 = 80;
-/// The maximum size of a golden picture: it shows what is tested and nothing else.
+/// The maximum size of a golden picture.
 const MOST_BYTES: usize = 20 * 1024;
 
 fn hash(value: &Value) -> String {

@@ -7,8 +7,8 @@ use orograph_graph::{Document, Evaluator, EvaluatorOptions, Field, Port, Value, 
 use orograph_nodes::registry;
 use orograph_tests::Look;
 
-/// Graphs with mountains, and the fewest cells on the world's longer side on which their slopes are resolved. The Alps are
-/// measured on their own.
+/// Graphs with mountains, and the minimum cells along the world's longer side that resolve their slopes. The Alps have
+/// their own test.
 const SMALL: [(&str, f64); 7] = [
     ("hello", 240.0),
     ("ridge", 240.0),
@@ -32,7 +32,7 @@ fn files() -> Vec<PathBuf> {
     files
 }
 
-/// All outputs, with that many cells on the world's longer side.
+/// All outputs, at this number of cells along the world's longer side.
 fn build(document: &Document, longer: f64, threads: usize) -> Vec<Value> {
     let world = document.world();
     let longest = f64::from(world.cells[0].max(world.cells[1]));
@@ -62,21 +62,22 @@ fn every_graph_is_sound_and_in_canonical_form() {
 fn every_graph_builds_to_the_same_bytes_on_one_and_two_threads() {
     for path in files() {
         let document = Document::load(&path, &registry()).expect("a graph file");
-        // the same terrain, quickly
+        // the same terrain at a low resolution, which is faster
         let one = build(&document, 128.0, 1);
         assert_eq!(one.len(), document.outputs().len());
         assert!(one == build(&document, 128.0, 2), "{}: other bytes on two threads", path.display());
     }
 }
 
-/// The output `height` of a graph, with that many cells on the world's longer side.
+/// The output `height` of a graph, at this number of cells along the world's longer side.
 fn land(graph: &str, longer: f64) -> Field {
     let document = Document::load(folder().join(format!("{graph}.ron")), &registry()).expect("a graph file");
     let at = document.outputs().iter().position(|output| output.name == "height").expect("the land");
     build(&document, longer, 2)[at].as_field().expect("heights").clone()
 }
 
-/// No folded paper: slopes of many angles, and no planes. Worlds are small enough for a test; cells are at most 100 m.
+/// Mountains do not look like folded paper: slopes have many angles, and there are no planes. Worlds are small enough
+/// for a test; cells are at most 100 m.
 #[test]
 fn mountains_have_slopes_of_many_angles() {
     let mut faults = Vec::new();
@@ -88,7 +89,7 @@ fn mountains_have_slopes_of_many_angles() {
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 }
 
-/// Measures of the Alps on cells of 80 m: relief, slopes and hypsometric integral of an area of 30 km.
+/// Measures of the Alps with cells of 80 m: relief, slopes and hypsometric integral of an area 30 km wide.
 #[test]
 fn the_alps_are_alpine() {
     let land = land("alps", 750.0);

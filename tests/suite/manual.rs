@@ -32,8 +32,8 @@ fn the_pages_of_the_manual_are_what_the_program_prints() {
     }
 }
 
-/// Golden hashes cover what a node looks like; this test checks that each node has a picture, and that none is left
-/// over.
+/// Golden hashes check the bytes of a node; this test checks that each node has a picture in the manual, and that there
+/// are no others.
 #[test]
 fn every_node_that_gives_a_raster_has_its_picture() {
     let folder = pictures_folder();

@@ -1,9 +1,9 @@
-//! Plain English: phrases that a reader has to read twice do not come back. Names, strings, comments and documents are held
-//! to the list; docs/glossary.md has the terms to use.
+//! Plain English: phrases that are hard to read do not return. Names, strings, comments and documents are checked;
+//! docs/glossary.md lists the terms to use.
 
 use std::path::{Path, PathBuf};
 
-/// Phrases, each with what to write instead. Words between spaces only: `anew` is not found in `renewal`.
+/// Phrases, each with a better wording. Only whole words match: `anew` does not match in `renewal`.
 const BANNED: &[(&str, &str)] = &[
     ("anew", "again, or say what is repeated"),
     ("is waited for", "name who waits: the window waits for the worker"),
@@ -27,12 +27,12 @@ const BANNED: &[(&str, &str)] = &[
     ("the bench", "the live run"),
 ];
 
-/// Places where a phrase is right: a file name's end and the phrase.
+/// Places where a phrase is right: the end of a file name, and the phrase.
 const EXCEPTIONS: &[(&str, &str)] = &[
     ("suite/phrases.rs", ""),
     // lists the phrases not to use
     ("docs/glossary.md", ""),
-    // the machine's words
+    // machine words
     ("numerics/rank/sweep.rs", "in words"),
     ("raster/ascii.rs", "in words"),
 ];
@@ -51,7 +51,7 @@ fn files(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// Returns true if the text has the phrase between characters that belong to no word.
+/// Returns true if the text contains the phrase as whole words.
 fn has(text: &str, phrase: &str) -> bool {
     let is_word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
     text.match_indices(phrase)

@@ -1,7 +1,7 @@
-//! The lock of declarations: what a file means must never change for a given version of a node.
+//! The lock of declarations: the meaning of a file must never change for a given version of a node.
 //!
-//! `golden/specs.txt` contains every declaration of every version so far. A file writes only what differs from the
-//! default, so a default, range or port may change only together with the version, and then with a migration.
+//! `golden/specs.txt` contains every declaration of every version so far. A file contains only values that differ from
+//! the default, so a default, range or port may change only together with the version, and then with a migration.
 
 use std::{collections::BTreeMap, fmt::Write as _};
 

@@ -1,4 +1,4 @@
-//! Kernels return exactly the requested outputs, and each output is the same whatever else is requested.
+//! Kernels return exactly the requested outputs, and each output is independent of the others requested.
 
 use orograph_graph::{Job, NodeError, Outputs, Value, Wanted, Window};
 use orograph_nodes::registry;
@@ -20,7 +20,7 @@ fn same(a: &Named, b: &Named) -> bool {
 
 /// Compares the result for each single output with the results for all of them.
 fn each_alone(case: &Case, give: impl Fn(Wanted) -> Result<Named, NodeError>) -> Result<(), String> {
-    // errors of nodes are covered by another test
+    // another test covers errors of nodes
     let Ok(all) = give(Wanted::ALL) else { return Ok(()) };
     let (kind, names) = (case.kind(), all.iter().map(|(name, _)| *name));
     if !names.eq(kind.outputs.iter().map(|output| output.name)) {

@@ -1,4 +1,4 @@
-//! Backends: what runs kernels.
+//! Backends, which run kernels.
 
 use crate::{
     job::{Job, NodeError, Outputs},

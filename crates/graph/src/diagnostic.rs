@@ -1,4 +1,4 @@
-//! Problems of a file, each with its place, in readable form.
+//! Problems of a file, with their positions, as readable text.
 
 use std::{fmt, fmt::Write as _, ops::Range};
 
@@ -29,7 +29,7 @@ pub struct Diagnostic {
     pub code: &'static str,
     /// The bytes of the source that it concerns; may be empty.
     pub span: Range<usize>,
-    /// What is wrong, in one line.
+    /// The problem, in one line.
     pub message: String,
     /// Text below the marked bytes.
     pub label: Option<String>,
@@ -79,7 +79,7 @@ impl Diagnostic {
         line_column(source, self.span.start)
     }
 
-    /// The problem as text of a few lines: message, place, the line with the bytes marked, advice.
+    /// The problem as text of a few lines: message, position, the line with the bytes marked, advice.
     ///
     /// `file` is the name to print. The text ends with a line feed.
     #[must_use]

@@ -28,7 +28,7 @@ pub struct Instance {
     pub node: &'static Node,
     /// Checked parameters.
     pub params: ParamValues,
-    /// Per declared input, the number that a file gives instead of a wire.
+    /// Per declared input, the number that the file has instead of a wire.
     pub constants: Vec<Option<f64>>,
 }
 

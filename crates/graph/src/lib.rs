@@ -1,6 +1,6 @@
 //! Orograph's core: values, node declarations, the graph, its file and its evaluation. It is independent of terrain.
 //!
-//! - [`Value`] and [`Field`]: what a wire carries, typed by meaning ([`PortType`]).
+//! - [`Value`] and [`Field`]: the values that wires carry, typed by meaning ([`PortType`]).
 //! - [`Node`]: the declaration of one kind of node as plain data; a [`Registry`] holds them.
 //! - [`Graph`]: node instances and wires, checked as they are connected.
 //! - [`Document`]: the graph as a file; all its problems as [`Diagnostic`]s.

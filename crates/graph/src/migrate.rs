@@ -5,7 +5,7 @@
 pub struct Migration {
     /// The version it starts from.
     pub from: u32,
-    /// What changes.
+    /// The changes.
     pub steps: &'static [Step],
 }
 

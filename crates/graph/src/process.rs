@@ -33,7 +33,7 @@ impl Moment {
     }
 }
 
-/// A node's computation from its start to its end. Stepped to the end it gives what the kernel gives, to the last bit.
+/// A node's computation from start to end. Stepped to the end, its outputs are byte-identical to those of the kernel.
 ///
 /// Each call gets the same job as the one before, except for the parameters after [`Process::take`] has adopted others.
 /// The result must depend only on the job and the earlier steps.

@@ -26,7 +26,7 @@ pub enum Unit {
     SquareMetresPerYear,
     /// Angles, in degrees.
     Degrees,
-    /// Whole numbers of things.
+    /// Counts.
     Count,
     /// The coefficient K of the stream-power law, in m^(1−2m)/yr: its dimension depends on the exponent m.
     Erodibility,
@@ -48,7 +48,7 @@ pub enum Unit {
     PerYear,
     /// Temperatures, in degrees Celsius.
     Celsius,
-    /// Rates at which the air cools upwards, in kelvins per kilometre.
+    /// Lapse rates (cooling of the air with height), in kelvins per kilometre.
     KelvinsPerKilometre,
     /// Pressure or shear stress, Pa.
     Pascals,
@@ -239,7 +239,7 @@ pub enum UnitError {
     /// The suffix does not belong to the unit.
     #[error("`{suffix}` is not a unit of {}; write one of {}", .expected.describe(), list(.expected.suffixes()))]
     UnknownSuffix {
-        /// What was typed.
+        /// The typed suffix.
         suffix: String,
         /// The unit that was expected.
         expected: Unit,

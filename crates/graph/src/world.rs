@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// What happens to water, sediment and ice at one side of the world.
+/// The boundary condition at one side of the world, for water, sediment and ice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Edge {
@@ -13,9 +13,10 @@ pub enum Edge {
     Open,
     /// Nothing crosses this side.
     Wall,
-    /// What leaves here enters on the opposite side.
+    /// Water and sediment that leave on this side enter on the opposite one.
     Periodic,
-    /// The land goes on: erosion by rivers also runs on a margin of [`World::MARGIN`] of the shorter side, which is cut off.
+    /// Terrain continues beyond this side: erosion by rivers also runs on a margin of [`World::MARGIN`] of the shorter
+    /// side, which is cut off.
     Inland,
 }
 
@@ -63,7 +64,7 @@ impl Boundary {
     }
 }
 
-/// Size, resolution and seed: everything about the place that does not belong to a node.
+/// Size, resolution and seed: all properties of the terrain that do not belong to a node.
 ///
 /// The value of cell (i, j) is taken at its centre, `((i + 0.5) d, (j + 0.5) d)` metres from the world's north-west
 /// corner; x runs east, y south. Cells are square.
@@ -121,7 +122,7 @@ fn scaled(count: f64) -> String {
 }
 
 impl Default for World {
-    /// 16.384 km a side, 1024 cells a side, seed 0, base level on all sides, no sea.
+    /// 16.384 km per side, 1024 cells per side, seed 0, base level on all sides, no sea.
     fn default() -> Self {
         let boundary = Boundary::default();
         Self { size: [16384.0, 16384.0], cells: [1024, 1024], seed: 0, boundary, sea_level: None }
@@ -129,7 +130,7 @@ impl Default for World {
 }
 
 impl World {
-    /// Width of the margin beyond `inland` sides, as a share of the world's shorter side.
+    /// Width of the margin beyond `inland` sides, as a fraction of the world's shorter side.
     pub const MARGIN: f64 = 0.1;
     /// The largest number of cells along a side: rasters are indexed by `u32`, and lattice phases assume 16-bit cell
     /// numbers.
@@ -307,7 +308,7 @@ mod tests {
         // more bytes than 64 bits can count
         let most = World { cells: [u32::MAX; 2], ..world };
         assert!(most.check().expect_err("too many").to_string().contains("64.0 EiB"));
-        // 10^9 cells, few enough a side, and the maximum
+        // 10^9 cells, with an allowed number along each side, and the maximum
         let square = |side: u32| World { cells: [side; 2], ..world };
         assert!(square(31_623).check().expect_err("too many").to_string().contains("536870912 in all"));
         assert_eq!(World { size: [2.0, 1.0], cells: [32_768, 16_384], ..world }.check(), Ok(()));

@@ -34,11 +34,11 @@ pub struct Timing {
     pub name: String,
     /// Its type.
     pub kind: &'static str,
-    /// How long it was computed or read from the cache.
+    /// Time spent computing it, or reading it from the cache.
     pub time: Duration,
     /// Size of its results in bytes.
     pub bytes: usize,
-    /// Where they came from.
+    /// Whether its results were computed or read from a cache.
     pub origin: Origin,
 }
 
@@ -163,7 +163,7 @@ impl Builder {
         Ok(timings.into_inner().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Builds the outputs of a request into a folder: all of them, or none.
+    /// Builds the outputs of a request into a folder. Writes all files or none.
     ///
     /// # Errors
     /// When they cannot be computed or written, or the build is cancelled; earlier files are then unchanged.
@@ -229,7 +229,7 @@ impl Builder {
     }
 }
 
-/// A failed evaluation as the failure of a command.
+/// Converts an evaluation error to the failure of a command.
 fn failure(error: EvalError) -> Failure {
     let (message, hint) = (error.to_string(), error.hint());
     let failure = match error {

@@ -11,7 +11,7 @@ use crate::report::failure::Failure;
 pub const VARIABLE: &str = "OROGRAPH_CACHE";
 /// Maximum size of the folder in bytes.
 const DISK_BUDGET: u64 = 10 << 30;
-/// Cheaper results are written only when the editor is idle.
+/// Results that took less time are written only while the editor is idle.
 const WORTH: Duration = Duration::from_millis(300);
 
 /// Whether and where results are stored.

@@ -58,7 +58,7 @@ enum Tints {
     Clay,
 }
 
-/// What the 3D view shows.
+/// The fields that the 3D view draws.
 #[cfg_attr(not(feature = "editor"), expect(dead_code, reason = "only the view reads them"))]
 #[derive(Clone, Debug)]
 pub struct Seen {

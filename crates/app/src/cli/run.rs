@@ -108,7 +108,7 @@ impl Args {
         Ok(())
     }
 
-    /// Prints what was built.
+    /// Prints the result of a build.
     fn tell(&self, request: &Request, built: &Built) -> Result<(), Failure> {
         if self.timings {
             let text = timings(built, if self.json { Page::stderr() } else { Page::stdout() });
@@ -117,7 +117,7 @@ impl Args {
         if self.json || self.quiet { Ok(()) } else { terminal::print(&summary(request, built, Page::stdout())) }
     }
 
-    /// The problems of the file; people have already seen them.
+    /// The problems of the file as JSON; as text they are already printed.
     fn problems(&self) -> Vec<serde_json::Value> {
         let Ok(source) = Source::open(&self.args.file) else { return Vec::new() };
         let document = Document::load(&source.path, &orograph_nodes::registry());
@@ -125,7 +125,7 @@ impl Args {
     }
 }
 
-/// The result of a build, for people.
+/// The result of a build, as text.
 pub(super) fn summary(request: &Request, built: &Built, page: Page) -> String {
     let world = request.world;
     let window = request.window();

@@ -114,7 +114,7 @@ pub struct Variant {
 }
 
 impl Variant {
-    /// The swept values, for people: `seed=3, age=2 Myr`.
+    /// The swept values, as text: `seed=3, age=2 Myr`.
     pub fn label(&self) -> String {
         self.values.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(", ")
     }

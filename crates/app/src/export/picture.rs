@@ -1,4 +1,4 @@
-//! Pictures for people: linear RGB, three planes.
+//! Pictures for viewing: linear RGB, three planes.
 
 use clap::ValueEnum;
 use orograph_graph::{Field, PortType, Unit, Window, World};

@@ -28,21 +28,22 @@ static LINE: Mutex<()> = Mutex::new(());
 static ENDING: AtomicBool = AtomicBool::new(false);
 
 thread_local! {
-    /// True if it is this thread.
+    /// True on the thread that is ending the program.
     static ENDING_HERE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// From now on unsaved work is in a journal; the final message mentions it.
+/// Records that unsaved work is in a journal, so that the final message mentions it.
 pub fn keeps_a_journal() {
     JOURNAL.store(true, Ordering::Relaxed);
 }
 
-/// From now on the last line of standard output is one of JSON, also when the program ends for lack of memory.
+/// Records that standard output has lines of JSON, so that its last line is JSON even when the program runs out of
+/// memory.
 pub fn writes_json_lines() {
     JSON_LINES.store(true, Ordering::Relaxed);
 }
 
-/// Writes a line of JSON, unless the program has written its last one; then the thread waits for the end.
+/// Writes a line of JSON. If the last line has been written, the thread waits for the program's end instead.
 pub fn in_json_line<T>(write: impl FnOnce() -> T) -> T {
     let _line = LINE.lock().unwrap_or_else(PoisonError::into_inner);
     write()
@@ -75,10 +76,10 @@ pub(super) fn end(bytes: usize) -> ! {
     system::leave();
 }
 
-/// Waits until no other thread is writing a line of JSON and lets none begin another.
+/// Waits until no other thread is writing a line of JSON, and prevents further lines.
 fn no_more_lines() {
-    /// A thread that takes longer was itself refused memory within its line. It waits for the end as well and keeps
-    /// the lock, so that nothing follows the last line in this case either.
+    /// A thread that takes longer was itself refused memory while writing its line. It waits for the end as well and
+    /// keeps the lock, so that nothing follows the last line in this case either.
     const LONGEST_MS: u32 = 1000;
     for _ in 0..LONGEST_MS {
         match LINE.try_lock() {
@@ -88,7 +89,7 @@ fn no_more_lines() {
     }
 }
 
-/// What has happened and what to do.
+/// Writes the reason and the remedy.
 fn tell(text: &mut Text, bytes: usize) {
     tell_what(text, bytes);
     text.push("\n hint: ");
@@ -99,7 +100,7 @@ fn tell(text: &mut Text, bytes: usize) {
     }
 }
 
-/// The same as the last line of `--json`.
+/// Writes the same as the last line of `--json`.
 fn tell_json(line: &mut Text, bytes: usize) {
     let _ = write!(line, r#"{{"event":"error","exit":{},"message":""#, crate::Exit::Unable as u8);
     let mut what = Text::new();
@@ -110,14 +111,14 @@ fn tell_json(line: &mut Text, bytes: usize) {
     line.push("\",\"problems\":[]}\n");
 }
 
-/// What has happened: how much memory was refused, and which nodes ran.
+/// Writes how much memory was refused, and which nodes were running.
 fn tell_what(text: &mut Text, bytes: usize) {
     let (size, unit) = match bytes {
         0..1024 => (bytes, "bytes"),
         1024..0x10_0000 => (bytes >> 10, "KiB"),
         0x10_0000.. => (bytes >> 20, "MiB"),
     };
-    // text that does not fit is cut
+    // text that does not fit is truncated
     let _ = write!(text, "out of memory: the system refused another {size} {unit}");
     let mut before = " while ";
     each_running(|name| {
@@ -154,7 +155,7 @@ impl Text {
         self.len += len;
     }
 
-    /// Adds the inside of a JSON string, as much as leaves room for the end of a line.
+    /// Appends text to a JSON string, as much as leaves room for the end of the line.
     fn push_escaped(&mut self, text: &[u8]) {
         const END: usize = 1024;
         for &byte in text {

@@ -17,7 +17,7 @@ pub(super) fn is_terminal() -> bool {
     unsafe { libc::isatty(libc::STDERR_FILENO) == 1 }
 }
 
-/// Where a text goes.
+/// The stream to write to.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Stream {
     Output = libc::STDOUT_FILENO as isize,

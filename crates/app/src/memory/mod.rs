@@ -1,10 +1,10 @@
-//! The program's memory, and the end of the program when there is none left.
+//! The program's allocator, and the end of the program when memory runs out.
 //!
 //! Large allocations can be refused ([`orograph_graph::memory`]), which becomes an ordinary error. All others are
 //! small: a name, a message, a thread's queue. If the system refuses one of those, the program cannot continue, and
 //! cannot do anything that needs memory, such as unwinding or formatting a message. It then prints the running nodes
-//! and a hint (with `--json` also as the last line), removes unfinished files, and exits with code 2. A journal of the editor is complete up to its last
-//! entry at any moment and stays.
+//! and a hint (with `--json` also as the last line), removes unfinished files, and exits with code 2. The journal of
+//! the editor stays; it is always complete up to its last entry.
 
 mod ending;
 #[cfg(target_os = "linux")]

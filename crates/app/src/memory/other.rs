@@ -1,5 +1,5 @@
-//! The end of the program with the standard library, for systems without an implementation by system calls. A refused
-//! allocation on the way ends the program at once.
+//! The end of the program with the standard library, for systems for which no system calls are implemented here. If an
+//! allocation is refused meanwhile, the program ends at once.
 
 use std::{ffi::CStr, io::Write as _, path::Path};
 
@@ -10,7 +10,7 @@ pub(super) fn is_terminal() -> bool {
     std::io::IsTerminal::is_terminal(&std::io::stderr())
 }
 
-/// Where a text goes.
+/// The stream to write to.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Stream {
     Output,

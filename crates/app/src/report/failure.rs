@@ -9,7 +9,7 @@ pub enum Exit {
     Done = 0,
     /// The file or the request is wrong.
     Wrong = 1,
-    /// It could not be done: disk, memory, device.
+    /// The command could not be carried out: disk, memory, device.
     Unable = 2,
     /// Stopped (Ctrl-C or SIGTERM): 128 plus the number of SIGINT, as shells do.
     Stopped = 130,
@@ -26,9 +26,9 @@ impl From<Exit> for ExitCode {
 pub struct Failure {
     /// The exit code.
     pub exit: Exit,
-    /// What is wrong, in one line; empty if it has already been printed.
+    /// The error, in one line; empty if it has already been printed.
     pub message: String,
-    /// What to do about it.
+    /// The remedy.
     pub hint: Option<String>,
 }
 
@@ -38,7 +38,7 @@ impl Failure {
         Self { exit: Exit::Wrong, message: message.into(), hint: None }
     }
 
-    /// It could not be done.
+    /// The command could not be carried out.
     pub fn unable(message: impl Into<String>) -> Self {
         Self { exit: Exit::Unable, message: message.into(), hint: None }
     }
@@ -71,7 +71,7 @@ impl fmt::Display for Failure {
 
 impl std::error::Error for Failure {}
 
-/// The reason of an input or output error in plain words.
+/// The reason of an input or output error as plain text.
 #[must_use]
 pub fn reason(error: &io::Error) -> String {
     match error.kind() {

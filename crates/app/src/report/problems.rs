@@ -12,10 +12,10 @@ use super::{
 };
 use crate::files::archive::Source;
 
-/// More problems are not helpful: the first ones must be fixed first.
+/// Maximum number of problems printed: the first ones must be fixed first.
 const MOST_SHOWN: usize = 100;
 
-/// Longer lines are shown clipped, by the plain report.
+/// A problem at a longer line is printed by the plain report, which truncates the line.
 const LONGEST_LINE: usize = 200;
 
 /// Reads a graph file, whatever its content.
@@ -134,7 +134,7 @@ fn excerpt(problem: &Diagnostic, source: &str, file: &str, page: Page) -> String
     let mut out = String::new();
     match handler.render_report(&mut out, &drawn) {
         Ok(()) => out.lines().map(|line| line.trim_end().to_owned() + "\n").collect(),
-        // A position beyond the text, which the plain report moves to its end.
+        // A position beyond the text; the plain report moves it to the end.
         Err(_) => plain(),
     }
 }

@@ -60,7 +60,7 @@ impl Page {
         self.paint("2", text)
     }
 
-    /// A name of this program's world: a node, a port, a file.
+    /// A name: of a node, a port or a file.
     #[must_use]
     pub fn name(self, text: &str) -> String {
         self.paint("36", text)

@@ -1,15 +1,15 @@
-//! Lowest and highest heights over squares of the surface, from small squares to the whole.
+//! A pyramid of the lowest and highest heights over squares of the surface.
 //!
-//! The surface is bilinear between cell centres and level from the outer centres to the land's edge. In grid
-//! coordinates, `u = x / cell + 1/2`, its patches are the unit squares from 0 to the number of cells on each axis, and patch
-//! `i` lies between the samples `i - 1` and `i`, cut to those there are.
+//! The surface is bilinear between cell centres and level from the outermost centres to the edge of the terrain. In
+//! grid coordinates, `u = x / cell + 1/2`, its patches are the unit squares from 0 to the number of cells on each axis;
+//! patch `i` lies between samples `i - 1` and `i`, clamped to existing ones.
 
 use rayon::prelude::*;
 
-/// Patches along the side of the smallest square, as a power of two.
+/// Patches along the side of the smallest squares, as a power of two.
 pub(super) const LEAF: u32 = 3;
 
-/// The pyramid. Level 0 has squares of 8 x 8 patches, each further one of twice the side.
+/// The pyramid. Squares of level 0 have 8 x 8 patches; those of each further level are twice as wide.
 #[derive(Clone, Debug)]
 pub(super) struct Bounds {
     levels: Vec<Level>,
@@ -23,7 +23,7 @@ struct Level {
 }
 
 impl Bounds {
-    /// The pyramid over `nx` x `ny` samples.
+    /// Builds the pyramid over `nx` x `ny` samples.
     pub(super) fn new([nx, ny]: [usize; 2], sample: impl Fn(usize, usize) -> f32 + Sync) -> Self {
         let side = 1 << LEAF;
         let (bx, by) = ((nx + 1).div_ceil(side), (ny + 1).div_ceil(side));
@@ -42,7 +42,7 @@ impl Bounds {
         Self::above(Level { nx: bx, ny: by, range: range.collect() })
     }
 
-    /// The same with other ranges in the smallest squares: `more` gives what square (i, j) holds besides.
+    /// A copy with wider ranges in the smallest squares: `more` returns a range to include in square (i, j).
     pub(super) fn widened(&self, more: impl Fn(usize, usize) -> Option<[f32; 2]> + Sync) -> Self {
         let leaves = &self.levels[0];
         let nx = leaves.nx;
@@ -53,7 +53,7 @@ impl Bounds {
         Self::above(Level { nx, ny: leaves.ny, range: range.collect() })
     }
 
-    /// The pyramid above its smallest squares.
+    /// Builds the pyramid above its smallest squares.
     fn above(leaves: Level) -> Self {
         let mut levels = vec![leaves];
         while let Some(finer) = levels.last().filter(|level| level.nx > 1 || level.ny > 1) {
@@ -71,13 +71,13 @@ impl Bounds {
         Self { levels }
     }
 
-    /// The top level, one square over all.
+    /// The top level, which has one square.
     pub(super) fn top(&self) -> u32 {
         self.levels.len() as u32 - 1
     }
 
-    /// Lowest and highest height of square (i, j) of a level; `None` where there is no land. Levels above the top have one
-    /// square, the whole.
+    /// Lowest and highest height of square (i, j) of a level. Returns None outside the terrain. Levels above the top
+    /// have one square, the whole.
     pub(super) fn range(&self, level: u32, i: u32, j: u32) -> Option<[f32; 2]> {
         let level = &self.levels[level.min(self.top()) as usize];
         let (i, j) = (i as usize, j as usize);

@@ -1,51 +1,51 @@
-//! Where the eye is, and the rays through its pixels.
+//! The camera, and the rays through its pixels.
 
 use glam::{DVec3, Mat4, Vec4};
 use orograph_nodes::numerics::math;
 
-/// An eye that looks along a direction, upright.
+/// An upright perspective camera.
 ///
-/// Places are metres from the land's north-west corner: x east, y up (exaggerated), z south.
+/// Positions are metres from the north-west corner of the terrain: x east, y up (exaggerated), z south.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Where the eye is.
+    /// Its position.
     pub eye: DVec3,
-    /// Where it looks, a unit vector that is not straight up or down.
+    /// Its direction, a unit vector that is not vertical.
     pub forward: DVec3,
-    /// Angle between the lower and the upper side of the picture, in radians.
+    /// Vertical field of view in radians.
     pub fov_y: f64,
 }
 
 /// A half-line: `origin + t * direction` with t from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where it begins.
+    /// The start of the ray.
     pub origin: DVec3,
-    /// Where it goes, a unit vector.
+    /// Its direction, a unit vector.
     pub direction: DVec3,
 }
 
 impl Camera {
-    /// An eye that looks at a place.
+    /// A camera that looks at a position.
     #[must_use]
     pub fn looking_at(eye: DVec3, target: DVec3, fov_y: f64) -> Self {
         let forward = (target - eye).try_normalize().unwrap_or(DVec3::NEG_Z);
         Self { eye, forward: upright(forward), fov_y }
     }
 
-    /// An eye that looks along a heading (radians clockwise from north) and a pitch (radians above level).
+    /// A camera with a heading (radians clockwise from north) and a pitch (radians above level).
     #[must_use]
     pub fn heading(eye: DVec3, heading: f64, pitch: f64, fov_y: f64) -> Self {
         Self { eye, forward: upright(direction(heading, pitch)), fov_y }
     }
 
-    /// Unit vector to the right side of the picture.
+    /// Unit vector to the right in the picture.
     #[must_use]
     pub fn right(&self) -> DVec3 {
         self.forward.cross(DVec3::Y).normalize()
     }
 
-    /// Unit vector to the upper side of the picture.
+    /// Unit vector up in the picture.
     #[must_use]
     pub fn up(&self) -> DVec3 {
         self.right().cross(self.forward)
@@ -59,7 +59,7 @@ impl Camera {
         [up * w / h, up]
     }
 
-    /// The ray through a place of the picture, in pixels from its upper left corner.
+    /// The ray through a point of the picture, in pixels from its upper left corner.
     #[must_use]
     pub fn ray(&self, pixel: [f64; 2], size: [u32; 2]) -> Ray {
         let [tx, ty] = self.half_extent(size);
@@ -69,7 +69,7 @@ impl Camera {
         Ray { origin: self.eye, direction: direction.normalize() }
     }
 
-    /// Where a place is seen, in pixels from the upper left corner; `None` behind the eye.
+    /// Projects a position to pixels from the upper left corner. Returns None behind the camera.
     #[must_use]
     pub fn pixel(&self, place: DVec3, size: [u32; 2]) -> Option<[f64; 2]> {
         let to = place - self.eye;
@@ -82,7 +82,7 @@ impl Camera {
         Some([(x + 1.0) * 0.5 * f64::from(size[0]), (1.0 - y) * 0.5 * f64::from(size[1])])
     }
 
-    /// From places relative to the eye to clip space: depth is `near / distance`, 0 at infinity.
+    /// The matrix from positions relative to the camera to clip space. Depth is `near / distance`, 0 at infinity.
     pub(super) fn projection(&self, size: [u32; 2], near: f64) -> Mat4 {
         let [tx, ty] = self.half_extent(size);
         let row = |v: DVec3, s: f64| (v * s).extend(0.0).as_vec4();
@@ -100,7 +100,7 @@ pub(super) fn direction(heading: f64, pitch: f64) -> DVec3 {
     DVec3::new(math::sin(heading) * level, math::sin(pitch), -math::cos(heading) * level)
 }
 
-/// The same direction, turned off the vertical as far as it takes to know where up is in the picture.
+/// The same direction, turned off the vertical just enough to define which way is up in the picture.
 fn upright(forward: DVec3) -> DVec3 {
     const LEAST: f64 = 1e-4;
     let level = (forward.x * forward.x + forward.z * forward.z).sqrt();

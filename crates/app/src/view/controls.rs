@@ -1,4 +1,4 @@
-//! Cameras that hands move: around a place, or through the air. Plain data and arithmetic; whoever has a window calls them.
+//! Cameras for orbiting and flying: plain data and arithmetic, independent of a window.
 
 use glam::DVec3;
 use orograph_nodes::numerics::math;
@@ -8,29 +8,30 @@ use super::{
     land::Land,
 };
 
-/// The usual angle of view: that of a lens a little longer than the eye's, which keeps mountains from looking like toys.
+/// The default vertical field of view. It is narrower than that of most 3D programs, so that mountains do not look like
+/// miniatures.
 const FOV_DEG: f64 = 34.0;
 
-/// The steepest view down, a little short of the vertical, so that the picture keeps its azimuth.
+/// The steepest view down: slightly less than vertical, so that the picture keeps its azimuth.
 const MOST_ELEVATION_DEG: f64 = 89.9;
 
-/// An eye that turns around a place.
+/// A camera that orbits a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
-    /// What it looks at.
+    /// The point in the centre of the view.
     pub target: DVec3,
-    /// Degrees clockwise from north in which the eye stands, seen from the target.
+    /// Azimuth of the camera as seen from the target, in degrees clockwise from north.
     pub azimuth_deg: f64,
-    /// Degrees above level at which the eye stands, 0 to 90.
+    /// Elevation of the camera above the horizontal plane of the target, 0 to 90 degrees.
     pub elevation_deg: f64,
-    /// Metres from target to eye.
+    /// Metres from the target to the camera.
     pub distance: f64,
-    /// Angle of view from the lower to the upper side, in degrees.
+    /// Vertical field of view in degrees.
     pub fov_deg: f64,
 }
 
 impl Orbit {
-    /// From the south, with all of the land in the picture.
+    /// A view from the south of the whole terrain.
     #[must_use]
     pub fn framing(land: &Land, exaggeration: f64, size: [u32; 2]) -> Self {
         let start = Self {
@@ -43,16 +44,16 @@ impl Orbit {
         start.framed(land, exaggeration, size)
     }
 
-    /// The same direction, with the target and the distance that just show all of the land.
+    /// The same direction, with the target and the distance at which the whole terrain just fits.
     #[must_use]
     pub fn framed(self, land: &Land, exaggeration: f64, size: [u32; 2]) -> Self {
-        /// Part of the picture that is left free around the land.
+        /// Fraction of the picture that stays free around the terrain.
         const MARGIN: f64 = 0.04;
-        /// Part of the free height of the picture that lies above the land.
+        /// Fraction of the free height that is above the terrain.
         const SKY: f64 = 0.68;
         let points = land.hull(exaggeration);
         let mut framed = Self { target: land.middle(exaggeration), distance: land.size_m()[0], ..self };
-        // what is seen of the land changes a little as the eye draws back, so a few rounds settle all
+        // the visible outline of the terrain changes slightly with distance; a few rounds converge
         for _ in 0..8 {
             let camera = framed.camera();
             let [tx, ty] = camera.half_extent(size).map(|t| t * (1.0 - MARGIN));
@@ -62,7 +63,7 @@ impl Orbit {
                 let to = *point - framed.target;
                 let depth = to.dot(camera.forward);
                 for (axis, (along, t)) in [(to.dot(right), tx), (to.dot(up), ty)].into_iter().enumerate() {
-                    // the distance that the eye needs for this point to be inside, on either side
+                    // the distance at which this point is inside both sides
                     for (side, sign) in [(0, 1.0), (1, -1.0)] {
                         sides[axis][side] = sides[axis][side].max(sign * along / t - depth);
                     }
@@ -77,32 +78,33 @@ impl Orbit {
         framed
     }
 
-    /// What it sees.
+    /// The camera.
     #[must_use]
     pub fn camera(&self) -> Camera {
         let back = direction(self.azimuth_deg.to_radians(), self.elevation_deg.to_radians());
         Camera::looking_at(self.target + back * self.distance, self.target, self.fov_deg.to_radians())
     }
 
-    /// Turns by a drag in pixels: the land follows the hand. The height of the picture is half a turn.
+    /// Orbits by a drag in pixels, as if it held the terrain. A drag over the height of the picture is half a turn.
     pub fn drag(&mut self, pixels: [f64; 2], size: [u32; 2]) {
         let degrees = 180.0 / f64::from(size[1].max(1));
         self.azimuth_deg = (self.azimuth_deg + pixels[0] * degrees).rem_euclid(360.0);
         self.elevation_deg = (self.elevation_deg + pixels[1] * degrees).clamp(0.5, MOST_ELEVATION_DEG);
     }
 
-    /// Moves the target along the ground by a drag in pixels: what is under the hand stays there.
+    /// Pans along the ground by a drag in pixels: the point under the pointer stays under it.
     pub fn pan(&mut self, pixels: [f64; 2], size: [u32; 2]) {
         let camera = self.camera();
         let [_, ty] = camera.half_extent(size);
         let metres = 2.0 * ty * self.distance / f64::from(size[1].max(1));
         let ahead = direction(self.azimuth_deg.to_radians() + std::f64::consts::PI, 0.0);
-        // along the ground a pixel is longer the flatter the view; near level that would run away
+        // a pixel covers more ground the flatter the view; limited, because near level it would cover an unlimited
+        // length
         let slant = math::sin(self.elevation_deg.to_radians()).max(0.2);
         self.target += camera.right() * (-pixels[0] * metres) + ahead * (pixels[1] * metres / slant);
     }
 
-    /// Comes nearer by so many notches of a wheel, each a sixth; `towards` stays where it is in the picture.
+    /// Zooms by notches of a wheel, each by a sixth; `towards` keeps its place in the picture.
     pub fn scroll(&mut self, notches: f64, towards: Option<DVec3>) {
         let factor = math::exp2(-0.25 * notches.clamp(-40.0, 40.0));
         self.distance *= factor;
@@ -111,11 +113,12 @@ impl Orbit {
         }
     }
 
-    /// Keeps the target near the land, the eye above it, and the distance between a cell and far away.
+    /// Keeps the target near the terrain, the camera above it, and the distance between a few cells and a multiple of
+    /// the terrain's extent.
     pub fn limit(&mut self, land: &Land, exaggeration: f64) {
         let [w, h] = land.size_m();
         let [low, high] = [land.base(exaggeration), land.range()[1]].map(|height| height * exaggeration);
-        // A view that frames the land looks at a place beside it, which must not move when the land is first touched.
+        // A view of the whole terrain can have its target beside it, which must not jump when the first drag begins.
         let beside = 0.5 * w.max(h);
         let (least, most) = (DVec3::new(0.0, low, 0.0), DVec3::new(w, high, h));
         self.target = self.target.clamp(least - beside, most + beside);
@@ -131,42 +134,42 @@ impl Orbit {
     }
 }
 
-/// Keys that are held down while flying.
+/// The pressed keys in fly mode.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FlyKeys {
-    /// Ahead.
+    /// Forward.
     pub forward: bool,
-    /// Back.
+    /// Backward.
     pub back: bool,
-    /// To the left.
+    /// Left.
     pub left: bool,
-    /// To the right.
+    /// Right.
     pub right: bool,
     /// Up.
     pub up: bool,
     /// Down.
     pub down: bool,
-    /// Four times as fast.
+    /// Four times the speed.
     pub fast: bool,
 }
 
-/// An eye that flies.
+/// A camera that flies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fly {
-    /// Where it is.
+    /// Its position.
     pub eye: DVec3,
-    /// Where it looks, degrees clockwise from north.
+    /// Heading, in degrees clockwise from north.
     pub heading_deg: f64,
-    /// Degrees above level.
+    /// Pitch, in degrees above level.
     pub pitch_deg: f64,
-    /// Metres a second.
+    /// Speed in metres per second.
     pub speed: f64,
-    /// Angle of view from the lower to the upper side, in degrees.
+    /// Vertical field of view in degrees.
     pub fov_deg: f64,
 }
 
 impl Fly {
-    /// Begins where an orbiting eye is, at a speed that crosses its distance in four seconds.
+    /// Starts from an orbiting camera, at a speed that covers its distance in four seconds.
     #[must_use]
     pub fn from_orbit(orbit: &Orbit) -> Self {
         Self {
@@ -178,7 +181,7 @@ impl Fly {
         }
     }
 
-    /// Begins to turn around what the eye looks at; around a place ahead of it where that is no land.
+    /// Switches to orbiting the terrain in the centre of the view, or a point ahead if there is none.
     #[must_use]
     pub fn orbit(&self, land: &Land, exaggeration: f64) -> Orbit {
         let camera = self.camera();
@@ -194,14 +197,14 @@ impl Fly {
         }
     }
 
-    /// What it sees.
+    /// The camera.
     #[must_use]
     pub fn camera(&self) -> Camera {
         let [heading, pitch, fov] = [self.heading_deg, self.pitch_deg, self.fov_deg].map(f64::to_radians);
         Camera::heading(self.eye, heading, pitch, fov)
     }
 
-    /// Turns the head by a drag in pixels: the land follows the hand.
+    /// Turns the view by a drag in pixels, as if it held the terrain.
     pub fn look(&mut self, pixels: [f64; 2], size: [u32; 2]) {
         let degrees = self.fov_deg / f64::from(size[1].max(1));
         self.heading_deg = (self.heading_deg - pixels[0] * degrees).rem_euclid(360.0);
@@ -219,12 +222,13 @@ impl Fly {
         self.eye += way.normalize_or_zero() * (self.speed * fast * dt.clamp(0.0, 0.25));
     }
 
-    /// Changes the speed by notches of a wheel, each a fifth.
+    /// Changes the speed by notches of a wheel, each by a fifth.
     pub fn scroll(&mut self, notches: f64) {
         self.speed *= math::exp2(0.25 * notches.clamp(-40.0, 40.0));
     }
 
-    /// Keeps the eye above the land and not too far from it, and the speed between a cell a second and the land's size.
+    /// Keeps the camera above the terrain and not too far from it, and the speed between a cell per second and the
+    /// extent of the terrain.
     pub fn limit(&mut self, land: &Land, exaggeration: f64) {
         let [w, h] = land.size_m();
         let far = 6.0 * (w + h);

@@ -1,32 +1,32 @@
-//! What can go wrong between here and the screen.
+//! Errors of the 3D view.
 
 use std::future::Future;
 
-/// Why nothing was drawn.
+/// Why the 3D view cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ViewError {
-    /// There is no device that can draw.
+    /// No graphics device can draw it.
     #[error("no graphics driver was found that can draw in 3D")]
     NoAdapter,
-    /// The only driver is one of OpenGL, which cannot draw into textures that 3D needs.
+    /// The only driver supports OpenGL alone, which cannot draw into the texture formats that 3D needs.
     #[error("3D needs Vulkan, and the graphics driver of this machine has only OpenGL")]
     OpenGl,
-    /// The device ended, was lost, or refused.
+    /// The graphics device reported an error or was lost.
     #[error("the graphics device failed: {0}")]
     Device(String),
-    /// The device has too little memory for this land or this size of picture.
+    /// The device has too little memory for the terrain or the size of the picture.
     #[error("the graphics device has too little memory")]
     OutOfMemory,
-    /// What is to be drawn is not of one piece.
+    /// The fields of the terrain do not match.
     #[error("{0}")]
     Land(String),
-    /// A number of the scene is none, or makes no picture.
+    /// A number of the scene is not finite or outside its range.
     #[error("{0}")]
     Scene(String),
 }
 
 impl ViewError {
-    /// What would help.
+    /// What you can do about it.
     #[must_use]
     pub const fn remedy(&self) -> &'static str {
         match self {
@@ -34,9 +34,9 @@ impl ViewError {
                 "install a Vulkan driver; a software driver works, such as the package `mesa-vulkan-drivers` with `libvulkan1`"
             }
             Self::Device(_) => "update the graphics driver, or choose a software one with `VK_DRIVER_FILES`",
-            Self::OutOfMemory => "ask for fewer cells or a smaller picture",
+            Self::OutOfMemory => "use fewer cells or a smaller picture",
             Self::Scene(_) => "use finite numbers, a field of view below 180° and a vertical exaggeration above 0",
-            Self::Land(_) => "use values of the same window as the heights",
+            Self::Land(_) => "use fields with the same window as the heights",
         }
     }
 }
@@ -55,11 +55,11 @@ fn first_line(text: &str) -> String {
     lines.join("; ")
 }
 
-/// Runs what makes things on a device, and gives what the device says against it.
+/// Runs calls that create resources on a device; returns the first error that the device reports.
 pub(super) fn caught<T>(device: &wgpu::Device, make: impl FnOnce() -> T) -> Result<T, ViewError> {
     let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
     let rules = device.push_error_scope(wgpu::ErrorFilter::Validation);
-    // What the device's own compiler cannot do, such as that of OpenGL.
+    // failures of the driver's own shader compiler, such as that of OpenGL
     let inner = device.push_error_scope(wgpu::ErrorFilter::Internal);
     let made = make();
     let errors = [settled(inner.pop()), settled(rules.pop()), settled(memory.pop())];

@@ -1,43 +1,43 @@
-//! Pipelines and layouts: what all renderers of a device share.
+//! Pipelines and layouts shared by all renderers of a device.
 
 use super::{
     error::{ViewError, caught},
     lod::{TILE, Tile},
 };
 
-/// Samples of a pixel: edges of the land are smooth, and each sample passes the tone curve by itself, so that they stay
-/// smooth before a bright sky.
+/// Multisampling, which smooths the edges of the terrain. Each sample passes the tone curve on its own, so that edges
+/// stay smooth against a bright sky.
 const SAMPLES: u32 = 4;
-/// Light, before the tone curve.
+/// The format of linear light before the tone curve.
 pub(super) const LIGHT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 pub(super) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 pub(super) const HEIGHT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 pub(super) const GRADIENT: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Float;
 
-/// The text of a shader.
+/// The source of a shader.
 macro_rules! code {
     ($name:literal) => {
         include_str!(concat!("../../../../shaders/view/", $name, ".wgsl"))
     };
 }
-/// What a shader reads at a binding.
+/// The resource that a shader reads or writes at a binding.
 #[derive(Clone, Copy, Debug)]
 enum Reads {
     Uniform,
     Sampler,
-    /// A texture without filter.
+    /// A texture that is read without filtering.
     Cells,
-    /// A texture with filter.
+    /// A filtered texture.
     Smooth,
-    /// A texture of several samples a pixel.
+    /// A multisampled texture.
     Samples,
-    /// Depths of several samples a pixel.
+    /// A multisampled depth texture.
     Depths,
-    /// A texture that a compute shader writes.
+    /// A storage texture, written by a compute shader.
     Writes,
 }
 
-/// Pipelines and layouts of a device and a format of pictures.
+/// Pipelines and layouts for a device and a picture format.
 #[derive(Debug)]
 pub(super) struct Gpu {
     pub(super) device: wgpu::Device,
@@ -53,7 +53,7 @@ pub(super) struct Gpu {
     pub(super) relief_layout: wgpu::BindGroupLayout,
     pub(super) around_layout: wgpu::BindGroupLayout,
     pub(super) surface: wgpu::RenderPipeline,
-    /// Of the inset, or of what is around it, where a tile lies over both.
+    /// The surface where a tile crosses the edge of the inset: draws either the inset or the terrain around it.
     pub(super) split: wgpu::RenderPipeline,
     pub(super) walls: wgpu::RenderPipeline,
     pub(super) sky: wgpu::RenderPipeline,
@@ -64,21 +64,21 @@ pub(super) struct Gpu {
     pub(super) sweep_inset: wgpu::ComputePipeline,
     pub(super) seen: wgpu::RenderPipeline,
     pub(super) open: wgpu::RenderPipeline,
-    /// Transmittance, light scattered more than once, sky, ambient light.
+    /// The tables of transmittance, multiple scattering, sky and ambient light.
     pub(super) sky_tables: [wgpu::RenderPipeline; 4],
     pub(super) haze: wgpu::RenderPipeline,
-    /// Across, then down.
+    /// Horizontal, then vertical.
     pub(super) blur: [wgpu::RenderPipeline; 2],
     pub(super) finish: wgpu::RenderPipeline,
     pub(super) smooth: wgpu::Sampler,
     pub(super) slant: wgpu::Sampler,
-    /// Triangles of a tile, then of a wall.
+    /// Indices of a tile, then of a wall.
     pub(super) indices: wgpu::Buffer,
 }
 
-/// The part of the indices that is a tile.
+/// The range of the indices of a tile.
 pub(super) const TILE_INDICES: std::ops::Range<u32> = 0..TILE * TILE * 6;
-/// The part of the indices that is a wall.
+/// The range of the indices of a wall.
 pub(super) const WALL_INDICES: std::ops::Range<u32> = TILE * TILE * 6..TILE * TILE * 6 + TILE * 6;
 
 impl Gpu {
@@ -170,18 +170,18 @@ impl Gpu {
         }
     }
 
-    /// What fills the coarser levels of maps of that format.
+    /// The pipeline that fills the coarser mip-map levels of a format.
     pub(super) fn halved(&self, format: wgpu::TextureFormat) -> &wgpu::RenderPipeline {
         let [(_, first), rest @ ..] = &self.halved;
         rest.iter().find(|(of, _)| *of == format).map_or(first, |(_, pipeline)| pipeline)
     }
 }
 
-/// Colours of land.
+/// Format of terrain colours.
 pub(super) const COLOUR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
-/// How much of sun and sky is seen.
+/// Format of sun visibility and sky visibility.
 pub(super) const SEEN: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
-/// Heights below which the sun is hidden.
+/// Format of the heights below which the sun is hidden.
 pub(super) const SHADE: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
 
 fn shader(device: &wgpu::Device, label: &str, parts: &[&str]) -> wgpu::ShaderModule {
@@ -230,7 +230,7 @@ fn layout(device: &wgpu::Device, label: &str, reads: &[Reads]) -> wgpu::BindGrou
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
 }
 
-/// What pipelines of one kind of pass have in common.
+/// The common settings of the pipelines of a pass.
 #[derive(Clone, Copy)]
 struct Make<'a> {
     device: &'a wgpu::Device,
@@ -274,7 +274,7 @@ impl Make<'_> {
         format: wgpu::TextureFormat,
     ) -> wgpu::RenderPipeline {
         let layout = self.layout(groups);
-        // the sky is drawn where nothing is, after the land
+        // the sky is drawn after the terrain, in pixels that are still empty
         let (write, compare) = match vertex {
             "sky_vertex" => (false, wgpu::CompareFunction::Equal),
             _ => (true, wgpu::CompareFunction::Greater),
@@ -327,8 +327,8 @@ fn sampler(device: &wgpu::Device, anisotropy_clamp: u16) -> wgpu::Sampler {
     })
 }
 
-/// Triangles of a tile of 17 x 17 vertices, and of a wall of 17 pairs. All squares are cut along the same diagonal, from
-/// which odd vertices slide away without folding.
+/// Indices of a tile of 17 x 17 vertices and of a wall of 17 pairs. All squares are split along the same diagonal, so
+/// that sliding odd vertices never fold a triangle.
 fn indices(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::Buffer {
     let row = TILE + 1;
     let tile = (0..TILE * TILE).flat_map(|at| {
@@ -348,7 +348,7 @@ fn indices(device: &wgpu::Device, queue: &wgpu::Queue) -> wgpu::Buffer {
 }
 
 impl Gpu {
-    /// A texture of one layer.
+    /// A texture with one layer.
     pub(super) fn texture(
         &self,
         [width, height]: [u32; 2],
@@ -368,7 +368,7 @@ impl Gpu {
         })
     }
 
-    /// A target of several samples a pixel.
+    /// A multisampled render target.
     pub(super) fn target(&self, [width, height]: [u32; 2], format: wgpu::TextureFormat) -> wgpu::TextureView {
         let texture = self.device.create_texture(&wgpu::TextureDescriptor {
             label: None,
@@ -383,7 +383,7 @@ impl Gpu {
         texture.create_view(&wgpu::TextureViewDescriptor::default())
     }
 
-    /// Fills the first level of a texture.
+    /// Writes the first mip-map level of a texture.
     pub(super) fn fill(&self, texture: &wgpu::Texture, bytes: &[u8]) {
         let size = texture.size();
         let texel = bytes.len() / (size.width as usize * size.height as usize);
@@ -408,7 +408,7 @@ impl Gpu {
         self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
     }
 
-    /// A bind group of the uniform and the shadows of the land around an inset.
+    /// A bind group of the uniform and the shadows of the terrain around an inset.
     pub(super) fn around(&self, frame: &wgpu::Buffer, shade: &wgpu::TextureView) -> wgpu::BindGroup {
         self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("around"),
@@ -420,7 +420,7 @@ impl Gpu {
         })
     }
 
-    /// Draws one triangle over a whole texture.
+    /// Draws one triangle that covers a whole texture.
     pub(super) fn over(
         &self,
         encoder: &mut wgpu::CommandEncoder,

@@ -1,8 +1,8 @@
-//! A part of the land at finer cells.
+//! An inset: a part of the terrain at finer cells.
 //!
-//! Over a band along its edge the part goes over into the coarse land: here its heights, depths of water, colours and mask, in
-//! the shaders (`shaders/view/inset.wgsl`) its slopes and shadows. On the edge itself it is the coarse land, so nothing
-//! leaps there. A side of the part on the land's own edge has no band.
+//! Along its edge the inset is blended with the coarse terrain over a band: heights, depths of water, colours and mask
+//! here, slopes and shadows in the shaders (`shaders/view/inset.wgsl`). On the edge itself it equals the coarse
+//! terrain, so that there is no step. A side on the edge of the terrain has no band.
 
 use glam::DVec3;
 use orograph_graph::Field;
@@ -16,37 +16,37 @@ use super::{
     ray::Hit,
 };
 
-/// Coarse cells over which a part goes over into the coarse land.
+/// Width of the band in coarse cells.
 const BAND_CELLS: f64 = 3.0;
-/// The most of the part's shorter side that a band takes.
+/// Maximum width of the band as a fraction of the shorter side of the inset.
 const MOST_OF_SIDE: f64 = 0.125;
-/// The most by which grid lines are denser, as a power of two.
+/// Maximum density of grid lines relative to the coarse ones, as a power of two.
 const MOST_FINER: u32 = 8;
-/// Where a side without a band ends, in cells: nowhere near.
+/// Position of a side without a band, in cells: far away.
 const NO_SIDE: f64 = 1e9;
 
-/// A part of a land at finer cells, joined to it along its edge.
+/// A part of a terrain at finer cells, blended with it along its edge.
 #[derive(Clone, Debug)]
 pub struct Inset {
-    /// The part, joined.
+    /// The part, after blending.
     land: Land,
-    /// Metres from the land's north-west corner to the part's.
+    /// Offset in metres from the north-west corner of the terrain to that of the inset.
     corner: [f64; 2],
-    /// Where the sides with a band are, in cells of the part: west, north, east, south.
+    /// Positions of the sides with a band, in cells of the inset: west, north, east, south.
     sides: [f64; 4],
-    /// Cells of the part over which it goes over into the coarse land.
+    /// Width of the band in cells of the inset.
     band: f64,
-    /// Grid lines a coarse cell, as a power of two.
+    /// Grid lines per coarse cell, as a power of two.
     finer: u32,
-    /// Of the land with the part in it.
+    /// Bounds of the terrain including the inset.
     bounds: Bounds,
 }
 
 impl Inset {
-    /// Joins a part to the land. Both have the same things: colours, water, a mask.
+    /// Blends a part with the terrain. Both have the same optional fields: colours, water, a mask.
     ///
     /// # Errors
-    /// When the part has more cells than are shown, is not of this land, or has other things.
+    /// When the part has more cells than can be drawn, is not within the terrain, or has other fields.
     pub fn new(coarse: &Land, part: &Land) -> Result<Self, ViewError> {
         let (outer, inner) = (coarse.height().window(), part.height().window());
         let (wide, fine) = (outer.cell_m(), inner.cell_m());
@@ -57,10 +57,10 @@ impl Inset {
         let within = (0..2).all(|axis| corner[axis] >= -fine && end[axis] <= size[axis] + wide);
         let cells = inner.cells;
         if !within || fine > wide || cells.into_iter().max() > Some(MOST_CELLS) || cells.into_iter().min() < Some(2) {
-            return Err(ViewError::Land("the finer cells are no part of the land".to_owned()));
+            return Err(ViewError::Land("the finer part is not within the terrain".to_owned()));
         }
         let last = cells.map(|cells| f64::from(cells) - 0.5);
-        // within a coarse cell of the land's edge
+        // a side within one cell of the edge of the terrain
         let side = |axis: usize| if corner[axis] < fine { -NO_SIDE } else { 0.5 };
         let far_side = |axis: usize| if end[axis] > size[axis] - fine { NO_SIDE } else { last[axis] };
         let shorter = f64::from(cells[0].min(cells[1]));
@@ -75,7 +75,7 @@ impl Inset {
         let joined = |coarse: Option<&Field>, part: Option<&Field>| match (coarse, part) {
             (Some(coarse), Some(part)) => Ok(Some(inset.joined(coarse, part))),
             (None, None) => Ok(None),
-            _ => Err(ViewError::Land("the finer cells lack what the land has, or the other way round".to_owned())),
+            _ => Err(ViewError::Land("the finer part and the terrain have different fields".to_owned())),
         };
         let mut land = Land::new(&inset.joined(coarse.height(), part.height()))?;
         if let Some(colour) = joined(coarse.colour(), part.colour())? {
@@ -92,7 +92,7 @@ impl Inset {
         Ok(inset)
     }
 
-    /// How much of the part there is at a place in its cells: 0 on a side, 1 a band away from all of them.
+    /// The weight of the inset at a position in its cells: 0 on a side, 1 beyond the band.
     fn share(&self, [x, y]: [f64; 2]) -> f64 {
         let [west, north, east, south] = self.sides;
         let near = (x - west).min(east - x).min(y - north).min(south - y);
@@ -100,7 +100,7 @@ impl Inset {
         t * t * (3.0 - 2.0 * t)
     }
 
-    /// A field of the part, joined to that of the coarse land.
+    /// A field of the part, blended with that of the coarse terrain.
     fn joined(&self, coarse: &Field, part: &Field) -> Field {
         let window = *part.window();
         let (fine, wide) = (window.cell_m(), coarse.window().cell_m());
@@ -125,7 +125,7 @@ impl Inset {
         Field::with_planes(window, planes, rows.collect())
     }
 
-    /// Bounds of the coarse land, with those of the part where it lies.
+    /// Bounds of the coarse terrain, widened by the heights of the inset.
     fn widened(&self, coarse: &Land) -> Bounds {
         let ratio = coarse.cell_m() / self.land.cell_m();
         let [nx, ny] = self.land.cells();
@@ -134,7 +134,7 @@ impl Inset {
             let depth = self.land.water().map_or(0.0, |water| water.plane(0)[at].max(0.0));
             self.land.height().plane(0)[at] + depth
         };
-        // cells of the part that matter between two grid lines of the coarse land
+        // cells of the inset that affect the surface between two grid lines of the coarse terrain
         let span = |axis: usize, square: usize| {
             let side = f64::from(1_u32 << LEAF);
             let corner = self.corner[axis] / self.land.cell_m();
@@ -151,21 +151,22 @@ impl Inset {
         })
     }
 
-    /// The rectangle in which the part is drawn in metres from the land's corner: west, north, east, south. It goes from
-    /// centre to centre of the outermost cells, where the part is the coarse land, or beyond the land's edge.
+    /// The rectangle that the inset covers, in metres from the corner of the terrain: west, north, east, south. A side
+    /// runs through the centres of the outermost cells, where the inset equals the coarse terrain, or beyond the edge
+    /// of the terrain.
     #[must_use]
     pub fn rectangle(&self) -> [f64; 4] {
         [0, 1, 2, 3].map(|side| self.corner[side % 2] + self.sides[side] * self.land.cell_m())
     }
 
-    /// Returns true if the part is drawn at a place in metres from the land's corner.
+    /// Returns true if the inset covers a position in metres from the corner of the terrain.
     #[must_use]
     pub fn covers(&self, [x, y]: [f64; 2]) -> bool {
         let [west, north, east, south] = self.rectangle();
         (west..east).contains(&x) && (north..south).contains(&y)
     }
 
-    /// Where a ray meets the land with the part in it. The cell of a hit on the part is one of the part's.
+    /// The first hit of a ray on the terrain including the inset. A hit on the inset has the cell of the inset.
     #[must_use]
     pub fn cast(&self, coarse: &Land, ray: &Ray, exaggeration: f64) -> Option<Hit> {
         let corner = DVec3::new(self.corner[0], 0.0, self.corner[1]);
@@ -180,7 +181,7 @@ impl Inset {
         }
     }
 
-    /// The height at a place of the land with the part in it.
+    /// The height at a position of the terrain including the inset.
     #[must_use]
     pub fn height_at(&self, coarse: &Land, place: [f64; 2]) -> f64 {
         if self.covers(place) {
@@ -214,13 +215,13 @@ impl Inset {
     }
 }
 
-/// A field between its cell centres.
+/// A field, interpolated between cell centres.
 struct Samples<'a> {
     field: &'a Field,
 }
 
 impl Samples<'_> {
-    /// Bilinear at a place in cells, of which the first has its centre at 0.
+    /// The bilinear value at a position in cells; the centre of the first cell is at 0.
     fn at(&self, plane: usize, at: [f64; 2]) -> f32 {
         let samples = self.field.plane(plane);
         let last = self.field.window().cells.map(|n| f64::from(n - 1));
@@ -273,7 +274,7 @@ mod tests {
         }
         assert!((above([320.0, 360.0]) - 20.0).abs() < 1e-3 && (2.0..18.0).contains(&above([176.0, 360.0])));
         let [low, high] = inset.bounds().range(0, 4, 4).expect("a square");
-        // of 315 m to 395 m: the coarse land below, the part above
+        // between 315 m and 395 m: the coarse terrain is below, the inset above
         assert!(f64::from(low) < slope(320.0, 390.0) && f64::from(high) > slope(390.0, 320.0) + 19.0);
     }
 

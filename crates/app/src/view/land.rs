@@ -1,4 +1,4 @@
-//! What is looked at.
+//! The terrain that the 3D view draws.
 
 use glam::{DVec2, DVec3};
 use orograph_graph::{Field, Window};
@@ -11,11 +11,11 @@ use super::{
 };
 use crate::export::picture;
 
-/// The most cells along a side that are shown: what every graphics device takes. Larger land is shown by the means of
-/// squares of cells.
+/// Maximum number of cells along a side, which every graphics device supports. Larger terrain is reduced by averaging
+/// blocks of cells.
 pub(super) const MOST_CELLS: u32 = 8192;
 
-/// What is looked at: heights, and if wanted colours, water and a mask of the same window.
+/// The terrain to draw: heights, and optionally colours, water and a mask of the same window.
 #[derive(Clone, Debug)]
 pub struct Land {
     height: Field,
@@ -23,18 +23,18 @@ pub struct Land {
     water: Option<Field>,
     mask: Option<Field>,
     ground: Bounds,
-    /// With the water on it, where there is any.
+    /// Bounds including the water, if there is any.
     surface: Option<Bounds>,
     range: [f64; 2],
-    /// The window that was given, before cells were merged.
+    /// The original window, before cells are merged.
     window: Window,
 }
 
 impl Land {
-    /// The land of a field of heights.
+    /// A terrain from heights.
     ///
     /// # Errors
-    /// When a height is no number.
+    /// When a height is not a number.
     pub fn new(height: &Field) -> Result<Self, ViewError> {
         let window = *height.window();
         let height = picture::shrunk(height, MOST_CELLS);
@@ -47,19 +47,19 @@ impl Land {
         Ok(Self { height, colour: None, water: None, mask: None, ground, surface: None, range, window })
     }
 
-    /// With colours of its own: linear RGB, three planes.
+    /// Adds colours: linear RGB, three planes.
     ///
     /// # Errors
-    /// When they are of another window.
+    /// When they have another window.
     pub fn with_colour(mut self, colour: &Field) -> Result<Self, ViewError> {
         self.colour = Some(self.fitted(colour, 3, "colours")?);
         Ok(self)
     }
 
-    /// With depths of water in metres that stands or runs on it.
+    /// Adds water depths in metres.
     ///
     /// # Errors
-    /// When they are of another window.
+    /// When they have another window.
     pub fn with_water(mut self, depth: &Field) -> Result<Self, ViewError> {
         let water = self.fitted(depth, 1, "water depths")?;
         self.surface = Some(bounds(&self.height, Some(&water)));
@@ -67,10 +67,10 @@ impl Land {
         Ok(self)
     }
 
-    /// With a mask that is laid over the colours.
+    /// Adds a mask, drawn over the colours.
     ///
     /// # Errors
-    /// When it is of another window.
+    /// When it has another window.
     pub fn with_mask(mut self, mask: &Field) -> Result<Self, ViewError> {
         self.mask = Some(self.fitted(mask, 1, "a mask")?);
         Ok(self)
@@ -85,19 +85,19 @@ impl Land {
         Ok(picture::shrunk(field, MOST_CELLS))
     }
 
-    /// Cells along x and y as they are shown.
+    /// Drawn cells along x and y.
     #[must_use]
     pub const fn cells(&self) -> [u32; 2] {
         self.height.window().cells
     }
 
-    /// Side of a shown cell in metres.
+    /// Side of a drawn cell in metres.
     #[must_use]
     pub fn cell_m(&self) -> f64 {
         self.height.window().cell_m()
     }
 
-    /// Metres from west to east and from north to south.
+    /// Extent in metres from west to east and from north to south.
     #[must_use]
     pub fn size_m(&self) -> [f64; 2] {
         self.cells().map(|n| f64::from(n) * self.cell_m())
@@ -109,15 +109,15 @@ impl Land {
         self.range
     }
 
-    /// The middle of the land, at half its relief.
+    /// The centre of the terrain, at half its relief.
     #[must_use]
     pub fn middle(&self, exaggeration: f64) -> DVec3 {
         let [w, h] = self.size_m();
         DVec3::new(0.5 * w, 0.5 * (self.range[0] + self.range[1]) * exaggeration, 0.5 * h)
     }
 
-    /// The elevation at which its sides end below, in metres: a tenth of its extent below the lowest land, or a little of
-    /// its relief if that is more.
+    /// The elevation of the bottom of the walls in metres: a tenth of the extent below the lowest height, or a fraction
+    /// of the relief if that is more.
     #[must_use]
     pub fn base(&self, exaggeration: f64) -> f64 {
         let [w, h] = self.size_m();
@@ -125,9 +125,9 @@ impl Land {
         self.range[0] - (0.035 * w.max(h) / exaggeration.max(1e-9)).max(0.12 * relief)
     }
 
-    /// Points that no picture of the land goes beyond: corners of squares of it at their highest, and of its base.
+    /// Points that enclose the terrain: corners of squares at their highest elevation, and corners of the base.
     pub(super) fn hull(&self, exaggeration: f64) -> Vec<DVec3> {
-        /// The most squares along a side.
+        /// Maximum number of squares along a side.
         const MOST: u32 = 24;
         let bounds = self.bounds();
         let longer = (self.cells()[0].max(self.cells()[1]) + 1).div_ceil(1 << LEAF);
@@ -148,13 +148,14 @@ impl Land {
         tops.flatten().chain(corners).collect()
     }
 
-    /// The height at a place in metres from the north-west corner, x east and y south; beyond the land that of its edge.
+    /// The height at a position in metres from the north-west corner, x east and y south; outside, the height of the
+    /// nearest edge.
     #[must_use]
     pub fn height_at(&self, place: [f64; 2]) -> f64 {
         self.ground().height(DVec2::from_array(place) / self.cell_m() + 0.5)
     }
 
-    /// Where a ray of the camera meets the land. One that comes in through a side meets nothing.
+    /// The first hit of a camera ray on the terrain. Returns None for a ray that enters through a wall.
     #[must_use]
     pub fn cast(&self, ray: &Ray, exaggeration: f64) -> Option<Hit> {
         if !(exaggeration.is_finite() && exaggeration > 0.0 && ray.origin.is_finite() && ray.direction.is_finite()) {
@@ -178,7 +179,7 @@ impl Land {
         Surface { samples: self.height.plane(0), cells: self.cells(), bounds: &self.ground }
     }
 
-    /// Bounds of what is drawn.
+    /// Bounds of the drawn surface.
     pub(super) fn bounds(&self) -> &Bounds {
         self.surface.as_ref().unwrap_or(&self.ground)
     }

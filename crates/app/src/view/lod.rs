@@ -1,17 +1,17 @@
-//! Which parts of the land are drawn in which detail: a quadtree with continuous levels (CDLOD).
+//! Selects the level of detail of each part of the terrain: a quadtree with continuous levels (CDLOD).
 //!
-//! F. Strugar, 2010, Continuous distance-dependent level of detail for rendering heightmaps. A tile of level `l` is 16 x 16
-//! squares of `2^l` patches of the surface. Level `l` is used up to the distance `r_l = r_0 2^l`, and over its last
-//! part the odd vertices of a tile slide to their even neighbours, so that at `r_l` it is the tile of the next level and
-//! neither cracks nor leaps.
+//! F. Strugar, 2010, Continuous distance-dependent level of detail for rendering heightmaps. A tile of level `l` has 16
+//! x 16 squares of `2^l` patches of the surface. Level `l` is used up to the distance `r_l = r_0 2^l`. Over the last
+//! part of this range the odd vertices of a tile slide to their even neighbours, so that at `r_l` it equals the tile of
+//! the next level; there are neither cracks nor jumps.
 //!
-//! What differs from the paper: distances are horizontal, with the height of the eye above the highest land as the third
-//! side, the same for tiles and vertices. Then what the paper asks of the ranges (a tile must not cross a whole band) depends on
-//! lengths along the ground alone, and steep or exaggerated land cannot break it.
+//! Differences from the paper: distances are horizontal, with the height of the camera above the highest terrain as the
+//! third coordinate, the same for tiles and vertices. The paper's condition on the ranges (a tile must not cross a
+//! whole band) then depends on horizontal lengths only, so that steep or exaggerated terrain cannot violate it.
 //!
-//! Where a part of the land is known at finer cells ([`super::inset`]), grid lines are that much denser everywhere: the fine
-//! levels go below the coarse ones and are used near the eye alone, so that one mesh covers both and has no cracks at the
-//! part's edge.
+//! If part of the terrain has finer cells ([`super::inset`]), grid lines are denser by the same factor everywhere. The
+//! levels below the coarse ones are only used near the camera, so that one mesh covers both and has no cracks along the
+//! edge of the inset.
 
 use glam::DVec3;
 
@@ -20,19 +20,19 @@ use super::{
     camera::Camera,
 };
 
-/// Squares along a tile's side.
+/// Squares along the side of a tile.
 pub(super) const TILE: u32 = 16;
-/// Patches along the side of a node of the quadtree at level 0: two tiles.
+/// Patches along the side of a quadtree node of level 0: two tiles.
 const NODE: u32 = 2 * TILE;
-/// A node of level 0 as a level of the pyramid of bounds.
+/// Level of the bounds pyramid that corresponds to a node of level 0.
 const NODE_BOUNDS: u32 = NODE.ilog2() - LEAF;
-/// A tile of level 0 as a level of the pyramid of bounds.
+/// Level of the bounds pyramid that corresponds to a tile of level 0.
 const TILE_BOUNDS: u32 = TILE.ilog2() - LEAF;
-/// Where sliding begins and ends, in parts of a level's range. It ends short of 1, so that rounding never leaves a vertex
-/// on the way when its neighbour has arrived.
+/// Start and end of sliding, as fractions of a level's range. The end is below 1, so that in spite of rounding a vertex
+/// has arrived wherever its neighbour is of the next level.
 const SLIDE: [f64; 2] = [0.7, 0.98];
-/// The least range of level 0 in patches: the diagonal of a node must fit between the end of one level and where the next
-/// begins to slide, `r_0 + 32 √2 <= 0.7 · 2 r_0`.
+/// Minimum range of level 0 in patches: the diagonal of a node must fit between the end of a level and the start of
+/// sliding in the next, `r_0 + 32 √2 <= 0.7 · 2 r_0`.
 const LEAST_RANGE: f64 = 120.0;
 
 /// A tile to draw.
@@ -43,52 +43,52 @@ pub(super) struct Tile {
     pub(super) origin: [u32; 2],
     /// Level of detail.
     pub(super) level: u32,
-    /// For a wall the side of the land: 0 west, 1 east, 2 north, 3 south.
+    /// For a wall, the side of the terrain: 0 west, 1 east, 2 north, 3 south.
     pub(super) side: u32,
-    /// Distance at which vertices begin to slide, and what a metre beyond adds to their way of 0 to 1.
+    /// Distance at which vertices begin to slide, and the progress (0 to 1) per metre beyond it.
     pub(super) slide: [f32; 2],
 }
 
-/// What is drawn.
+/// The tiles and walls to draw.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Selection {
     /// Tiles of the surface.
     pub(super) tiles: Vec<Tile>,
-    /// Tiles whose edge is the land's edge, once for each such edge.
+    /// Tiles at the edge of the terrain, one entry for each side of it.
     pub(super) walls: Vec<Tile>,
 }
 
-/// The land as the selection needs it.
+/// The terrain, as needed for the selection.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ground<'a> {
-    /// Heights of squares.
+    /// Bounds of heights.
     pub(super) bounds: &'a Bounds,
     /// Cells along x and y.
     pub(super) cells: [u32; 2],
     /// Side of a cell in metres.
     pub(super) cell_m: f64,
-    /// Grid lines a cell, as a power of two.
+    /// Grid lines per cell, as a power of two.
     pub(super) finer: u32,
-    /// Factor on heights.
+    /// Vertical exaggeration.
     pub(super) exaggeration: f64,
-    /// Where walls end below, exaggerated.
+    /// Exaggerated elevation of the bottom of the walls.
     pub(super) base: f64,
-    /// Elevation of the sea: nothing drawn is lower, save walls.
+    /// Elevation of the sea: except for walls, nothing below it is drawn.
     pub(super) sea_level: Option<f64>,
 }
 
-/// The height of the eye above the highest land: one side of every distance. Never negative.
+/// The height of the camera above the highest terrain, the third coordinate of every distance. Never negative.
 pub(super) fn eye_above(ground: &Ground<'_>, camera: &Camera) -> f64 {
     let [_, high] = ground.heights(ground.bounds.top() + ground.finer, 0, 0).unwrap_or([0.0; 2]);
     (camera.eye.y - high).max(0.0)
 }
 
-/// Chooses the tiles that a camera sees. `detail_px` is the side of a triangle on a screen so many pixels high.
+/// Selects the visible tiles. `detail_px` is the target length of a triangle's side in pixels.
 pub(super) fn select(ground: &Ground<'_>, camera: &Camera, size: [u32; 2], detail_px: f64) -> Selection {
     let patches = ground.last_line(0).max(ground.last_line(1));
     let top = patches.div_ceil(NODE).next_power_of_two().ilog2();
     let focal_px = f64::from(size[1].max(1)) * 0.5 / camera.half_extent(size)[1];
-    // a level begins at half its range, where its triangles are largest
+    // a level begins at half its range, where its triangles are largest on the screen
     let step_m = ground.cell_m / f64::from(1_u32 << ground.finer);
     let least_m = LEAST_RANGE * step_m;
     let range_m = (2.0 * step_m * focal_px / detail_px.max(0.25)).max(least_m);
@@ -106,38 +106,38 @@ pub(super) fn select(ground: &Ground<'_>, camera: &Camera, size: [u32; 2], detai
 }
 
 impl Ground<'_> {
-    /// Lowest and highest height of a square of a level of the pyramid of bounds, counted from the finest grid lines.
+    /// Lowest and highest height of a square of a level, counted from the finest grid lines.
     fn heights(&self, level: u32, i: u32, j: u32) -> Option<[f64; 2]> {
-        // squares smaller than the smallest of the pyramid have its bounds
+        // squares smaller than those of the pyramid get the bounds of its smallest
         let up = self.finer.saturating_sub(level);
         let range = self.bounds.range(level.saturating_sub(self.finer), i >> up, j >> up)?;
         let sea = self.sea_level.unwrap_or(f64::NEG_INFINITY);
         Some(range.map(|height| f64::from(height).max(sea) * self.exaggeration))
     }
 
-    /// The first grid line that lies on the land's edge with all that follow.
+    /// The first grid line on the far edge of the terrain; all later lines lie on it too.
     pub(super) fn last_line(&self, axis: usize) -> u32 {
         (self.cells[axis] << self.finer) + ((1 << self.finer) / 2).max(1)
     }
 
-    /// Returns true if a tile lies over some of a rectangle: west, north, east and south side in metres.
+    /// Returns true if a tile overlaps a rectangle: west, north, east and south side in metres.
     pub(super) fn meets(&self, tile: &Tile, [west, north, east, south]: [f64; 4]) -> bool {
         let [[x0, x1], [y0, y1]] = self.sides(tile);
         x1 >= west && x0 <= east && y1 >= north && y0 <= south
     }
 
-    /// Returns true if a tile lies within a rectangle, wherever its odd vertices have slid.
+    /// Returns true if a tile lies within a rectangle, however far its odd vertices have slid.
     pub(super) fn lies_in(&self, tile: &Tile, [west, north, east, south]: [f64; 4]) -> bool {
         let [[x0, x1], [y0, y1]] = self.sides(tile);
         x0 > west && x1 < east && y0 > north && y1 < south
     }
 
-    /// The sides of a tile in metres: west and east, north and south.
+    /// The sides of a tile in metres: west and east, then north and south.
     fn sides(&self, tile: &Tile) -> [[f64; 2]; 2] {
         [0, 1].map(|axis| [0, TILE << tile.level].map(|after| self.line_m(axis, tile.origin[axis] + after)))
     }
 
-    /// Place in metres of a grid line.
+    /// Position of a grid line in metres.
     pub(super) fn line_m(&self, axis: usize, line: u32) -> f64 {
         let line = f64::from(line) / f64::from(1_u32 << self.finer);
         (line - 0.5).clamp(0.0, f64::from(self.cells[axis])) * self.cell_m
@@ -150,13 +150,13 @@ struct Walk<'a> {
     top: u32,
     above: f64,
     eye: DVec3,
-    /// Normals of the sides of what the eye sees, inwards.
+    /// Inward normals of the sides of the view frustum.
     planes: [DVec3; 4],
     out: Selection,
 }
 
 impl Walk<'_> {
-    /// Draws what is to be drawn of a node.
+    /// Selects the tiles below a node.
     fn node(&mut self, level: u32, i: u32, j: u32) {
         let Some((low, high)) = self.extent(level, NODE, NODE_BOUNDS, i, j) else { return };
         if !self.seen(low, high) {
@@ -164,7 +164,7 @@ impl Walk<'_> {
         }
         for (di, dj) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
             let (ci, cj) = (2 * i + di, 2 * j + dj);
-            // a part of a node is a tile of its level, and a node of the level below
+            // a quadrant of a node is a tile of its level and a node of the next finer level
             if level > 0 && self.within(level - 1, ci, cj) {
                 self.node(level - 1, ci, cj);
             } else {
@@ -194,7 +194,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Whether a node is nearer than the range of its level.
+    /// Returns true if a node is closer than the range of its level.
     fn within(&self, level: u32, i: u32, j: u32) -> bool {
         let Some((low, high)) = self.extent(level, NODE, NODE_BOUNDS, i, j) else { return false };
         let away = (low - self.eye).max(self.eye - high).max(DVec3::ZERO);
@@ -203,7 +203,7 @@ impl Walk<'_> {
         square <= range * range
     }
 
-    /// The box around a square of the land; down to the base where it has walls.
+    /// The bounding box of a square of the terrain, down to the base if it has walls.
     fn extent(&self, level: u32, side: u32, bounds: u32, i: u32, j: u32) -> Option<(DVec3, DVec3)> {
         let ground = self.ground;
         let span = u64::from(side) << level;
@@ -223,7 +223,7 @@ impl Walk<'_> {
         ))
     }
 
-    /// Whether a box may be seen.
+    /// Returns true if a box may be visible.
     fn seen(&self, low: DVec3, high: DVec3) -> bool {
         let (low, high) = (low - self.eye, high - self.eye);
         self.planes.iter().all(|normal| {
@@ -235,7 +235,7 @@ impl Walk<'_> {
     }
 }
 
-/// Normals, inwards, of the four planes through the eye and the sides of the picture.
+/// Inward normals of the four side planes of the view frustum.
 fn planes(camera: &Camera, size: [u32; 2]) -> [DVec3; 4] {
     let [tx, ty] = camera.half_extent(size);
     let (right, up, forward) = (camera.right(), camera.up(), camera.forward);
@@ -256,7 +256,7 @@ mod tests {
         Ground { bounds, cells, cell_m: 10.0, finer: 0, exaggeration: 1.0, base: -500.0, sea_level: None }
     }
 
-    /// From far above, from the middle of the land, from a corner, along the ground.
+    /// Cameras far above, in the middle of the terrain, in a corner, and near the ground.
     fn cameras(side_m: f64) -> Vec<Camera> {
         let middle = DVec3::new(0.5 * side_m, 1000.0, 0.5 * side_m);
         [

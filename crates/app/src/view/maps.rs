@@ -1,4 +1,4 @@
-//! The land as textures.
+//! The textures of a terrain.
 
 use orograph_graph::{Field, Srgb};
 use orograph_nodes::numerics::{light, math::f32 as math, palettes::Palette};
@@ -12,14 +12,14 @@ use super::{
     uniforms::open_texels,
 };
 
-/// The land as textures.
+/// The textures of a terrain.
 #[derive(Debug)]
 pub(super) struct Maps {
-    /// Everything.
+    /// All maps.
     group: wgpu::BindGroup,
-    /// Everything but what is computed of the sun and the sky.
+    /// All maps but sun and sky visibility.
     bare: wgpu::BindGroup,
-    /// With the swept shadows, but without what is seen of the sun.
+    /// All maps with the swept shadows, but without sun visibility.
     swept: wgpu::BindGroup,
     sweep_out: wgpu::BindGroup,
     /// Heights and depths of water.
@@ -28,19 +28,19 @@ pub(super) struct Maps {
     shade: wgpu::TextureView,
     seen: wgpu::TextureView,
     open: wgpu::TextureView,
-    /// The shadows of the land around, where this is an inset.
+    /// The shadows of the terrain around an inset; None for the whole terrain.
     around: Option<wgpu::BindGroup>,
-    /// Passes that fill the coarser levels of what is seen of the sun.
+    /// Passes that fill the mip-maps of sun visibility.
     seen_halves: Vec<Fill>,
-    /// Passes that fill textures from others, until they have been recorded.
+    /// Passes that fill textures from others and are not recorded yet.
     waiting: Vec<Fill>,
-    /// What the shadows have been computed for.
+    /// The sweep, exaggeration and sea level of the computed shadows.
     shadows_of: Option<(Sweep, f64, Option<f64>)>,
-    /// What the open sky has been computed for.
+    /// The exaggeration of the computed sky visibility.
     open_of: Option<f64>,
 }
 
-/// One level of a map, to be filled from another.
+/// A pass that fills one level of a map from another.
 #[derive(Debug)]
 struct Fill {
     target: wgpu::TextureView,
@@ -48,7 +48,7 @@ struct Fill {
     what: What,
 }
 
-/// The land around an inset.
+/// The terrain around an inset.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Around<'a> {
     pub(super) maps: &'a Maps,
@@ -64,11 +64,11 @@ enum What {
     Halved(wgpu::TextureFormat),
 }
 
-/// Colours in a row of the map of tints.
+/// Colours in a row of the tint map.
 const TINTS: usize = 256;
 
 impl Maps {
-    /// Of a land, or of an inset of the land around it.
+    /// Creates the textures of a terrain, or of an inset in the terrain around it.
     pub(super) fn new(gpu: &Gpu, land: &Land, around: Option<Around<'_>>) -> Self {
         let copy = wgpu::TextureUsages::COPY_DST;
         let drawn = wgpu::TextureUsages::RENDER_ATTACHMENT;
@@ -117,7 +117,7 @@ impl Maps {
         gpu.fill(&tints, &[Palette::Alpine, Palette::Rock, Palette::Map].map(row).concat());
 
         let seen = gpu.texture(cells, SEEN, mips, drawn);
-        // an inset is too small to know how much of the sky is open
+        // an inset is too small to compute sky visibility; it uses that of the whole terrain
         let open = match around {
             Some(around) => around.maps.open.clone(),
             None => whole(&gpu.texture(open_texels(land), SEEN, 1, drawn)),
@@ -158,7 +158,7 @@ impl Maps {
         self.relief.each_ref()
     }
 
-    /// Records what has not been computed yet for this scene.
+    /// Records the passes that this scene needs and that are not computed yet.
     pub(super) fn prepare(
         &mut self,
         gpu: &Gpu,
@@ -204,7 +204,7 @@ impl Fill {
     }
 }
 
-/// The passes that fill the coarser levels of a texture.
+/// The passes that fill the mip-maps of a texture.
 fn halves(gpu: &Gpu, texture: &wgpu::Texture) -> impl Iterator<Item = Fill> {
     let what = What::Halved(texture.format());
     (1..texture.mip_level_count()).map(move |mip| {
@@ -225,14 +225,14 @@ fn level(texture: &wgpu::Texture, mip: u32) -> wgpu::TextureView {
     })
 }
 
-/// A texture of one texel, for what the land does not have.
+/// A texture of one texel, for maps that the terrain does not have.
 fn one(gpu: &Gpu, format: wgpu::TextureFormat, texel: &[u8]) -> wgpu::Texture {
     let texture = gpu.texture([1, 1], format, 1, wgpu::TextureUsages::COPY_DST);
     gpu.fill(&texture, texel);
     texture
 }
 
-/// Linear RGB as bytes of sRGB.
+/// Linear RGB as sRGB bytes.
 fn coded(colour: &Field) -> Vec<u8> {
     /// Steps of a table: fine enough to separate the darkest codes.
     const STEPS: usize = 1 << 14;
@@ -246,13 +246,13 @@ fn coded(colour: &Field) -> Vec<u8> {
     bytes
 }
 
-/// The code of sRGB (IEC 61966-2-1) of a light between 0 and 1.
+/// The sRGB code (IEC 61966-2-1) of a linear value between 0 and 1.
 fn code(light: f32) -> u8 {
     let v = if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * math::pow(light, 1.0 / 2.4) - 0.055 };
     (v * 255.0).round() as u8
 }
 
-/// The colours of a palette from its first to its last, even to the eye.
+/// The colours of a palette from first to last, perceptually even.
 fn row(palette: Palette) -> Vec<u8> {
     let stops = palette.stops(0.0, 1.0);
     let oklab = |colour: Srgb| light::oklab(light::linear(colour));

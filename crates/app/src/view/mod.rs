@@ -1,18 +1,18 @@
-//! The 3D view: a renderer on wgpu, cameras, and rays that find the terrain under a pixel.
+//! The 3D view: a wgpu renderer, cameras, and rays that find the terrain under a pixel.
 //!
-//! It draws into any texture, so that an editor's window and a picture without a window come from the same code:
+//! It draws into any texture, so that the editor's window and a picture without a window use the same code:
 //!
-//! - [`Land`] is what is looked at: heights, and if wanted colours, water and a mask.
+//! - [`Land`] is the terrain: heights, and optionally colours, water and a mask.
 //! - [`Inset`] is a part of it at finer cells.
-//! - [`Scene`] says how: camera, sun, haze, exaggeration, contour lines.
-//! - [`Renderer`] holds what lies on the graphics card and records the passes of a picture.
+//! - [`Scene`] has camera, sun, haze, exaggeration and contour lines.
+//! - [`Renderer`] owns the resources on the graphics card and records the passes of a picture.
 //! - [`Orbit`] and [`Fly`] turn drags and keys into a [`Camera`].
-//! - [`Offscreen`] is a device of its own for pictures without a window.
+//! - [`Offscreen`] is a device for pictures without a window.
 //!
-//! Places are metres from the north-west corner of the land's window: x east, y up, z south, which is right-handed.
-//! Heights on the y axis are exaggerated; whatever goes in or comes out as a height is not.
+//! Positions are metres from the north-west corner of the terrain's window: x east, y up, z south, which is
+//! right-handed. The y axis is exaggerated; heights in arguments and results are not.
 //!
-//! No wgpu error panics here: what a device refuses comes back as a [`ViewError`].
+//! No wgpu error panics here: errors of the device become a [`ViewError`].
 
 mod bounds;
 mod camera;

@@ -9,22 +9,22 @@ use super::{
     scene::Scene,
 };
 
-/// A device of its own that draws pictures into memory. It runs on any Vulkan driver, software too.
+/// A device that draws pictures into memory. Any Vulkan driver works, including a software driver.
 #[derive(Debug)]
 pub struct Offscreen {
     device: wgpu::Device,
     queue: wgpu::Queue,
     name: String,
-    /// What the device said that no scope heard.
+    /// The first device error outside an error scope.
     said: Arc<Mutex<Option<ViewError>>>,
 }
 
-/// Pictures are codes of sRGB.
+/// The format of pictures: sRGB codes.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
 impl Offscreen {
-    /// Finds a device: a graphics card, else a software driver. The environment may choose with `WGPU_BACKEND` and
-    /// `WGPU_ADAPTER_NAME`.
+    /// Selects a device: a graphics card, else a software driver. `WGPU_BACKEND` and `WGPU_ADAPTER_NAME` restrict the
+    /// choice.
     ///
     /// # Errors
     /// When there is none.
@@ -71,25 +71,25 @@ impl Offscreen {
     /// A renderer for [`Self::picture`].
     ///
     /// # Errors
-    /// When the device cannot do what it needs.
+    /// When the device lacks a feature that the renderer needs.
     pub fn renderer(&self) -> Result<Renderer, ViewError> {
         Renderer::new(&self.device, &self.queue, FORMAT)
     }
 
-    /// Draws land and gives the picture: sRGB, four bytes a pixel, rows from above.
+    /// Draws a terrain; returns the picture as sRGB codes, four bytes per pixel, rows from the top.
     ///
     /// # Errors
-    /// When the device cannot.
+    /// When the device cannot draw it.
     pub fn picture(&self, land: &Arc<Land>, scene: &Scene, size: [u32; 2]) -> Result<Vec<u8>, ViewError> {
         let mut renderer = self.renderer()?;
         renderer.set_land(Arc::clone(land))?;
         Ok(self.drawn(&mut renderer, scene, size)?.0)
     }
 
-    /// Draws what a renderer shows.
+    /// Draws the terrain of a renderer.
     ///
     /// # Errors
-    /// When the device cannot.
+    /// When the device cannot draw it.
     pub fn drawn(&self, renderer: &mut Renderer, scene: &Scene, size: [u32; 2]) -> Result<(Vec<u8>, Drawn), ViewError> {
         let drawn = drawn(&self.device, &self.queue, FORMAT, renderer, scene, size);
         match self.said.lock().unwrap_or_else(PoisonError::into_inner).take() {
@@ -99,11 +99,11 @@ impl Offscreen {
     }
 }
 
-/// Draws what a renderer for pictures of that format shows, on its device, and reads the picture back: four bytes a pixel, rows
-/// from above.
+/// Draws the terrain of a renderer for this format, on its device, and reads the picture back: four bytes per pixel,
+/// rows from the top.
 ///
 /// # Errors
-/// When the device cannot.
+/// When the device cannot draw it.
 pub fn drawn(
     device: &wgpu::Device,
     queue: &wgpu::Queue,

@@ -1,7 +1,8 @@
-//! What a ray meets: the way down a pyramid of heights, then a bilinear patch.
+//! Casts rays on the terrain: descends a pyramid of heights, then intersects a bilinear patch.
 //!
-//! A. Tevs, I. Ihrke, H.-P. Seidel, 2008, Maximum mipmaps for fast, accurate, and scalable dynamic height field rendering.
-//! Squares that the ray passes above are left out whole; in the last ones a quadratic is solved for each patch.
+//! A. Tevs, I. Ihrke, H.-P. Seidel, 2008, Maximum mipmaps for fast, accurate, and scalable dynamic height field
+//! rendering. Squares that the ray passes above are skipped; in the smallest ones a quadratic equation is solved for
+//! each patch.
 
 use glam::{DVec2, DVec3};
 
@@ -10,20 +11,20 @@ use super::{
     camera::Ray,
 };
 
-/// Where a ray meets the land.
+/// The hit of a ray on the terrain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Metres from the north-west corner, x east and y south.
+    /// Position in metres from the north-west corner, x east and y south.
     pub place: [f64; 2],
-    /// Height of the land there in metres, not exaggerated.
+    /// Height of the terrain there in metres, not exaggerated.
     pub height: f64,
-    /// The cell it lies in.
+    /// The cell of the hit.
     pub cell: [u32; 2],
-    /// Metres from the ray's origin, in the exaggerated space of the camera.
+    /// Distance from the ray's origin in metres, in the exaggerated space of the camera.
     pub distance: f64,
 }
 
-/// A surface that is bilinear between samples.
+/// A surface, bilinear between samples.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surface<'a> {
     pub(super) samples: &'a [f32],
@@ -51,8 +52,8 @@ impl Surface<'_> {
         a + (b - a) * u + (c - a) * v + (a - b - c + d) * u * v
     }
 
-    /// The way along a ray to where it first meets the surface from above. The ray is in grid coordinates: x and z count
-    /// patches, y is a height. One that comes in through a side, below the surface, meets nothing.
+    /// The distance along a ray to its first hit on the surface from above. The ray is in grid coordinates: x and z
+    /// count patches, y is a height. Returns None for a ray that enters through a side, below the surface.
     pub(super) fn meet(&self, ray: &Ray) -> Option<f64> {
         let [nx, ny] = self.cells.map(|n| f64::from(n) + 0.5);
         let (from, to) = span(ray, [0.5, 0.5], [nx, ny], [0.0, f64::INFINITY])?;
@@ -88,21 +89,21 @@ impl Surface<'_> {
         })
     }
 
-    /// The first way in `from..=to` at which the ray is on a patch.
+    /// The first distance in `from..=to` at which the ray meets a patch.
     fn patch(&self, ray: &Ray, i: u32, j: u32, from: f64, to: f64) -> Option<f64> {
         if i > self.cells[0] || j > self.cells[1] {
             return None;
         }
         let [a, b, c, d] = self.corners(i, j);
         let (p, q, r) = (b - a, c - a, a - b - c + d);
-        // heights along the ray above the patch: f(s) = f0 + f1 s + f2 s², with s from where it enters
+        // height of the ray above the patch: f(s) = f0 + f1 s + f2 s², with s counted from the entry
         let at = ray.origin + ray.direction * from;
         let (u, v) = (at.x - f64::from(i), at.z - f64::from(j));
         let (du, dv) = (ray.direction.x, ray.direction.z);
         let f0 = at.y - (a + p * u + q * v + r * u * v);
         let f1 = ray.direction.y - (p * du + q * dv + r * (u * dv + v * du));
         let f2 = -r * du * dv;
-        // what rounding may lift a ray off an edge on which it entered
+        // tolerance: rounding may put a ray slightly above the edge on which it enters
         let slack = 1e-9 * (1.0 + at.y.abs());
         if f0.abs() <= slack && f1 <= 0.0 {
             return Some(from);
@@ -111,7 +112,7 @@ impl Surface<'_> {
     }
 }
 
-/// The real roots of `f0 + f1 s + f2 s²`, the smaller first; NaN where there is none.
+/// The real roots of `f0 + f1 s + f2 s²`, the smaller first; NaN if there are none.
 fn roots(f0: f64, f1: f64, f2: f64) -> [f64; 2] {
     let under = f1 * f1 - 4.0 * f2 * f0;
     if under < 0.0 {
@@ -129,7 +130,7 @@ fn roots(f0: f64, f1: f64, f2: f64) -> [f64; 2] {
     }
 }
 
-/// The part of `within` over which a ray is above a rectangle.
+/// The range of `within` in which a ray is above a rectangle. Returns None if it is nowhere.
 fn span(ray: &Ray, low: [f64; 2], high: [f64; 2], within: [f64; 2]) -> Option<(f64, f64)> {
     let [mut from, mut to] = within;
     for (o, d, low, high) in
@@ -148,11 +149,11 @@ fn span(ray: &Ray, low: [f64; 2], high: [f64; 2], within: [f64; 2]) -> Option<(f
     (from <= to).then_some((from, to))
 }
 
-/// A ray of the camera's space in grid coordinates, and the metres of a unit of its way.
+/// Converts a ray from the camera's space to grid coordinates; also returns the metres per unit of distance.
 pub(super) fn in_grid(ray: &Ray, cell_m: f64, exaggeration: f64) -> (Ray, f64) {
     let half = DVec3::new(0.5, 0.0, 0.5);
     let scale = DVec3::new(1.0 / cell_m, 1.0 / exaggeration, 1.0 / cell_m);
-    // one unit of the way is one cell, so that numbers are of like size for worlds of millimetres and of megametres
+    // a unit of distance is one cell, so that numbers have similar magnitudes in worlds of any size
     (Ray { origin: ray.origin * scale + half, direction: ray.direction * scale * cell_m }, cell_m)
 }
 
@@ -226,7 +227,7 @@ mod tests {
                 let ray = Ray { origin, direction: (target - origin).normalize() };
                 let (found, marched) = (land.surface().meet(&ray), land.march(&ray));
                 match (found, marched) {
-                    // steps of a fortieth of a patch miss tips that are thinner
+                    // steps of a fortieth of a patch miss thinner peaks
                     (Some(found), Some(marched)) => assert!(found <= marched + 1e-6, "{found} {marched}"),
                     (found, marched) => assert_eq!(found.is_some(), marched.is_some(), "{ray:?} {found:?} {marched:?}"),
                 }
@@ -258,7 +259,7 @@ mod tests {
         let way = flat.surface().meet(&along_an_edge).expect("meets");
         assert!((way - 20.0 * 2.0_f64.sqrt()).abs() < 1e-9);
         let slope = Land::new([64, 64], |x, _| x as f32);
-        // the sample x stands at grid line x + 1
+        // sample x is at grid line x + 1
         let ray = Ray { origin: DVec3::new(60.0, 40.0, 20.0), direction: DVec3::NEG_X };
         let way = slope.surface().meet(&ray);
         assert_eq!(way, None, "it starts below the land, as seen from there");

@@ -1,4 +1,4 @@
-//! The passes of a picture.
+//! The renderer: records the passes of a picture.
 
 use std::sync::Arc;
 
@@ -15,15 +15,15 @@ use super::{
     uniforms::{self, Frame},
 };
 
-/// How much longer sides of triangles may be where the land has an inset: the finer cells show by their slopes.
+/// Factor on the length of triangle sides where the terrain has an inset, whose finer cells show through their slopes.
 const INSET_DETAIL: f64 = 1.5;
 
-/// Draws land. One for each view of a window; those of one device share their pipelines.
+/// Draws a terrain. Each view of a window has one; those on the same device share their pipelines.
 #[derive(Debug)]
 pub struct Renderer {
     gpu: Arc<Gpu>,
     whole: Uniform,
-    /// Of the inset.
+    /// The uniform of the inset.
     part: Uniform,
     tiles: wgpu::Buffer,
     sky: Sky,
@@ -31,17 +31,17 @@ pub struct Renderer {
     targets: Option<Targets>,
 }
 
-/// The land that is shown.
+/// The drawn terrain.
 #[derive(Debug)]
 struct Shown {
     land: Arc<Land>,
     maps: Maps,
     inset: Option<(Arc<Inset>, Maps)>,
-    /// What the mesh follows.
+    /// The heights that displace the mesh.
     relief: wgpu::BindGroup,
 }
 
-/// What the shaders know of a picture.
+/// A uniform buffer with its bind group.
 #[derive(Debug)]
 struct Uniform {
     buffer: wgpu::Buffer,
@@ -56,31 +56,30 @@ struct Targets {
     depth: wgpu::TextureView,
     depth_group: wgpu::BindGroup,
     finish_group: wgpu::BindGroup,
-    /// Haze as it is marched, and blurred across; blurred down it is back in the first.
+    /// Haze: the first is marched, the second blurred horizontally; the vertical blur writes to the first again.
     haze: [wgpu::TextureView; 2],
     haze_groups: [wgpu::BindGroup; 2],
 }
 
-/// What a picture took.
+/// Counts of a drawn picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Drawn {
-    /// Tiles of land; those at the edge of an inset count twice.
+    /// Tiles of the terrain; those across the edge of an inset count twice.
     pub tiles: usize,
-    /// Triangles of land and walls.
+    /// Triangles of terrain and walls.
     pub triangles: usize,
 }
 
 impl Renderer {
-    /// A renderer into textures of that format. Where the format is not one of sRGB, the shader writes the codes of the
-    /// screen itself.
+    /// A renderer into textures of this format. For a format that is not sRGB, the shader encodes sRGB itself.
     ///
     /// # Errors
-    /// When the device cannot do what it needs.
+    /// When the device lacks a feature that the renderer needs.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, format: wgpu::TextureFormat) -> Result<Self, ViewError> {
         Self::with(Arc::new(Gpu::new(device, queue, format)?))
     }
 
-    /// Another one on the same device, with its own land. Each may draw once in a submission.
+    /// Another renderer on the same device, for another terrain. Each may draw once per submission.
     ///
     /// # Errors
     /// When the device has too little memory.
@@ -95,10 +94,10 @@ impl Renderer {
         Ok(Self { whole: whole?, part: part?, gpu, tiles, sky, shown: None, targets: None })
     }
 
-    /// Shows another land, without an inset.
+    /// Sets the terrain, without an inset.
     ///
     /// # Errors
-    /// When the device has too little memory; what was shown stays.
+    /// When the device has too little memory; the previous terrain stays.
     pub fn set_land(&mut self, land: Arc<Land>) -> Result<(), ViewError> {
         let gpu = &*self.gpu;
         let (maps, relief) = caught(&gpu.device, || {
@@ -110,10 +109,10 @@ impl Renderer {
         Ok(())
     }
 
-    /// Shows a part of the land at finer cells, or the land alone; nothing while there is no land.
+    /// Sets or removes the inset. Does nothing without a terrain.
     ///
     /// # Errors
-    /// When the device has too little memory; what was shown stays.
+    /// When the device has too little memory; the previous inset stays.
     pub fn set_inset(&mut self, inset: Option<Arc<Inset>>) -> Result<(), ViewError> {
         let Some(shown) = &mut self.shown else { return Ok(()) };
         let gpu = &*self.gpu;
@@ -130,24 +129,25 @@ impl Renderer {
         Ok(())
     }
 
-    /// The part of the land that is shown at finer cells.
+    /// The current inset.
     #[must_use]
     pub fn inset(&self) -> Option<&Arc<Inset>> {
         self.shown.as_ref()?.inset.as_ref().map(|(inset, _)| inset)
     }
 
-    /// The land that is shown.
+    /// The current terrain.
     #[must_use]
     pub fn land(&self) -> Option<&Arc<Land>> {
         self.shown.as_ref().map(|shown| &shown.land)
     }
 
-    /// Records a picture of the land into a texture of that size; nothing while there is no land. The buffers it fills are
-    /// read when the encoder is submitted, so a renderer draws once in a submission. Shadows and sky are recorded where they
-    /// have changed and count as computed from then on, so an encoder must not be dropped.
+    /// Records the passes of a picture into a texture of this size. Does nothing without a terrain. The buffers that it
+    /// writes are read when the encoder is submitted, so draw once per submission. Shadows and sky are only recorded
+    /// when they have changed and count as computed from then on, so do not drop the encoder.
     ///
     /// # Errors
-    /// When the scene has numbers that are none, or the device cannot do it. What a pass does wrong shows when the encoder is finished.
+    /// When numbers of the scene are invalid, or the device cannot draw it. Errors inside a pass appear when the
+    /// encoder is finished.
     pub fn draw(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -272,7 +272,7 @@ impl Uniform {
     }
 }
 
-/// What the mesh follows: the land, and an inset of it.
+/// The heights that displace the mesh: those of the terrain, and of its inset.
 fn relief(gpu: &Gpu, whole: &Maps, inset: Option<&Maps>) -> wgpu::BindGroup {
     let [whole, part] = [whole, inset.unwrap_or(whole)].map(Maps::relief);
     gpu.group(&gpu.relief_layout, &[whole, part].concat())

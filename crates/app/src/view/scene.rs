@@ -1,42 +1,42 @@
-//! How the land is looked at.
+//! The scene: camera, light and drawing options of the 3D view.
 
 use super::{camera::Camera, error::ViewError, sun::Sun};
 
-/// How the land is looked at. All of it may change from one picture to the next.
+/// The camera, light and drawing options of a picture; all may differ from picture to picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// The eye.
+    /// The camera.
     pub camera: Camera,
-    /// The light.
+    /// The sun.
     pub sun: Sun,
-    /// Factor on heights; 1 is true to scale.
+    /// Vertical exaggeration; 1 is true to scale.
     pub exaggeration: f64,
-    /// What gives the land its colour.
+    /// The colours of the terrain.
     pub colouring: Colouring,
-    /// Lines of equal height, if wanted.
+    /// Contour lines, if drawn.
     pub contours: Option<Contours>,
     /// Elevation of the sea in metres, if there is one.
     pub sea_level: Option<f64>,
-    /// Amount of haze: 0 is air as clear as glass, 1 a fine day.
+    /// Amount of haze: 0 is perfectly clear air, 1 a fine day.
     pub haze: f64,
-    /// What is behind the land.
+    /// The background behind the terrain.
     pub background: Background,
-    /// Whether shadows are cast.
+    /// True to draw shadows.
     pub shadows: bool,
-    /// How strongly the land's mask is laid over its colours, 0 to 1.
+    /// Opacity of the mask over the colours, 0 to 1.
     pub mask_opacity: f32,
-    /// Stops of exposure above the usual.
+    /// Exposure in stops above the default.
     pub exposure: f32,
-    /// Seconds, for the ripples of water; the same number gives the same picture.
+    /// Time in seconds, which moves the ripples of water; equal times give equal pictures.
     pub seconds: f32,
-    /// Length in pixels that a side of a triangle may have on the screen.
+    /// Target length of a triangle's side in pixels.
     pub detail_px: f64,
-    /// Colours the land by level of detail, to see how it is divided.
+    /// Colours the terrain by level of detail, for debugging.
     pub show_levels: bool,
 }
 
 impl Scene {
-    /// The land as it is, on a clear late afternoon.
+    /// The default scene: true to scale, on a clear late afternoon.
     #[must_use]
     pub fn new(camera: Camera) -> Self {
         Self {
@@ -57,7 +57,7 @@ impl Scene {
         }
     }
 
-    /// Refuses numbers that make no picture.
+    /// Refuses invalid numbers.
     pub(super) fn check(&self) -> Result<(), ViewError> {
         let Camera { eye, forward, fov_y } = self.camera;
         let level = forward.x * forward.x + forward.z * forward.z;
@@ -75,41 +75,41 @@ impl Scene {
     }
 }
 
-/// What is behind the land.
+/// The background behind the terrain.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Background {
-    /// Sky and plain, lit by the sun.
+    /// Sky, and a plain below it, lit by the sun.
     #[default]
     Sky,
-    /// One light of linear RGB.
+    /// A uniform linear RGB colour.
     Plain([f32; 3]),
 }
 
-/// What gives the land its colour.
+/// The colours of the terrain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Colouring {
-    /// The land's own colours where it has them, natural tints otherwise.
+    /// The colours of the terrain if it has some, natural tints otherwise.
     #[default]
     Own,
     /// Natural tints by slope and height.
     Natural,
     /// The tints of a physical map, by height.
     Map,
-    /// One light grey, to judge form alone.
+    /// Uniform light grey, to judge form alone.
     Clay,
 }
 
-/// Lines of equal height.
+/// Contour lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contours {
     /// Metres between lines; every fifth is heavier.
     pub interval: f64,
-    /// How dark they are, 0 to 1.
+    /// Opacity, 0 to 1.
     pub opacity: f32,
 }
 
 impl Contours {
-    /// Lines at a round interval that gives about twenty of them over a range of heights in metres.
+    /// Contours for a range of heights in metres, at a round interval that gives about twenty lines.
     #[must_use]
     pub fn over(range: f64) -> Self {
         let wanted = if range.is_finite() && range > 0.0 { range / 20.0 } else { 1.0 };

@@ -1,4 +1,4 @@
-//! The sky's tables, computed where sun or eye have moved.
+//! The tables of the sky, recomputed when the sun or the altitude of the camera changes.
 
 use super::{gpu::Gpu, scene::Scene};
 
@@ -7,20 +7,20 @@ use super::{gpu::Gpu, scene::Scene};
 pub(super) struct Sky {
     group: wgpu::BindGroup,
     steps: [Step; 4],
-    /// Whether what does not depend on sun and eye has been computed.
+    /// True once the tables that are independent of sun and camera are computed.
     begun: bool,
-    /// Height of the sun in degrees and of the eye in kilometres that the tables are of.
+    /// Elevation of the sun in degrees and altitude of the camera in kilometres of the computed tables.
     of: Option<[f64; 2]>,
 }
 
-/// One table and what it is computed from.
+/// A table, and the pass that computes it.
 #[derive(Debug)]
 struct Step {
     target: wgpu::TextureView,
     source: wgpu::BindGroup,
 }
 
-/// Sizes of the tables: transmittance, light scattered more than once, sky, ambient light.
+/// Sizes of the tables of transmittance, multiple scattering, sky and ambient light.
 const SIZES: [[u32; 2]; 4] = [[256, 64], [32, 32], [192, 108], [16, 16]];
 
 impl Sky {
@@ -44,7 +44,7 @@ impl Sky {
         &self.group
     }
 
-    /// Records what has not been computed yet for this scene.
+    /// Records the passes that this scene needs and that are not computed yet.
     pub(super) fn prepare(
         &mut self,
         gpu: &Gpu,

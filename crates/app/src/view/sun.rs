@@ -1,4 +1,4 @@
-//! Where the sun stands.
+//! The position of the sun.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,7 +7,7 @@ use orograph_nodes::numerics::math;
 
 use super::camera::direction;
 
-/// Where the sun stands in the sky.
+/// The position of the sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sun {
     /// Degrees clockwise from north.
@@ -17,7 +17,7 @@ pub struct Sun {
 }
 
 impl Default for Sun {
-    /// A late afternoon: the light that lies across slopes and shows their form.
+    /// A late afternoon, whose raking light shows the form of slopes.
     fn default() -> Self {
         Self { azimuth_deg: 240.0, elevation_deg: 30.0 }
     }
@@ -26,8 +26,8 @@ impl Default for Sun {
 impl Sun {
     /// The sun at a solar hour (12 is noon), a latitude in degrees north and a day of the year.
     ///
-    /// The declination is Cooper's (P. I. Cooper, 1969, The absorption of radiation in solar stills), right to about a
-    /// degree; the equation of time and refraction are left out.
+    /// The declination is that of Cooper (P. I. Cooper, 1969, The absorption of radiation in solar stills), accurate to
+    /// about a degree; the equation of time and refraction are neglected.
     #[must_use]
     pub fn at(hour: f64, latitude_deg: f64, day: f64) -> Self {
         let declination = 23.45_f64.to_radians() * math::sin(TAU * (284.0 + day) / 365.0);
@@ -42,7 +42,7 @@ impl Sun {
         Self { azimuth_deg: azimuth, elevation_deg: math::atan2(up, math::hypot(east, north)).to_degrees() }
     }
 
-    /// Unit vector towards it: x east, y up, z south.
+    /// Unit vector towards the sun: x east, y up, z south.
     #[must_use]
     pub fn towards(&self) -> DVec3 {
         direction(self.azimuth_deg.to_radians(), self.elevation_deg.clamp(-90.0, 90.0).to_radians())
@@ -55,7 +55,8 @@ mod tests {
 
     #[test]
     fn the_sun_goes_its_way() {
-        // noon at the equinox (day 81 has no declination): as high as the latitude leaves, in the south
+        // noon at the equinox (the declination is zero on day 81): in the south, 90° minus the latitude above the
+        // horizon
         let noon = Sun::at(12.0, 46.0, 81.0);
         assert!((noon.elevation_deg - 44.0).abs() < 0.1 && (noon.azimuth_deg - 180.0).abs() < 0.1, "{noon:?}");
         let morning = Sun::at(6.0, 46.0, 81.0);

@@ -1,44 +1,44 @@
-//! How the sun's shadows are swept over the land: the numbers that `shaders/view/shade.wgsl` needs.
+//! The parameters of the shadow sweep in `shaders/view/shade.wgsl`.
 
 use orograph_nodes::numerics::math;
 
 use super::{land::Land, sun::Sun};
 
-/// The most steps of a sweep; larger land is swept at every second cell, or more seldom.
+/// Maximum number of steps of a sweep; larger terrain is swept at every second cell, or fewer.
 const MOST_STEPS: u32 = 2048;
-/// Half the sun's disc in degrees, with a little of the bright sky around it.
+/// Radius of the sun's disc in degrees, with a little of the bright sky around it.
 const LIMB_DEG: f64 = 0.35;
 
-/// Lines of sight away from the sun.
+/// Parallel lines away from the sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sweep {
-    /// 0 where steps go along x, 1 along y.
+    /// The axis along which steps go: 0 for x, 1 for y.
     pub(super) axis: i32,
-    /// Whether steps go towards the east or the south.
+    /// True if steps go east or south.
     pub(super) forward: bool,
-    /// Steps of a line.
+    /// Number of steps of a line.
     pub(super) steps: u32,
-    /// Lines.
+    /// Number of lines.
     pub(super) lines: u32,
-    /// Cells of a step along the axis.
+    /// Cells per step along the axis.
     pub(super) cells: u32,
-    /// Sideways shift of a line from step to step, in steps.
+    /// Sideways shift of a line per step, in steps.
     pub(super) shift: f64,
-    /// Where the line through the first cell begins.
+    /// Offset of the line through the first cell.
     pub(super) first: f64,
-    /// Metres of a step.
+    /// Length of a step in metres.
     pub(super) step_m: f64,
-    /// Fall of a line of sight a metre, for the lower and the upper limb of the sun.
+    /// Fall of the light per metre, for the lower and the upper limb of the sun.
     pub(super) fall: [f64; 2],
 }
 
-/// Cells of a step.
+/// Cells per step.
 fn stride(land: &Land) -> u32 {
     let [nx, ny] = land.cells();
     nx.max(ny).div_ceil(MOST_STEPS)
 }
 
-/// Lines and steps of the largest sweep that a land may need.
+/// Maximum number of lines and steps of a sweep over this terrain.
 pub(super) fn largest(land: &Land) -> [u32; 2] {
     let stride = stride(land);
     let [nx, ny] = land.cells().map(|n| (n - 1) / stride + 1);

@@ -1,4 +1,4 @@
-//! Pictures on whatever device there is; a software driver does. Small ones, since it is slow.
+//! Tests of pictures, on any graphics device. They are small, because a software driver is slow.
 
 mod inset;
 
@@ -12,7 +12,7 @@ use crate::testing::field;
 
 const SIZE: [u32; 2] = [256, 160];
 
-/// Returns None, after a notice, when there is no graphics device.
+/// A device. Returns None, with a message, when there is none.
 fn device(test: &str) -> Option<Offscreen> {
     (!crate::device::skips(test)).then(|| Offscreen::new().expect("a device was found"))
 }
@@ -29,7 +29,7 @@ fn scene_of(land: &Land) -> Scene {
     Scene::new(Orbit::framing(land, 1.0, SIZE).camera())
 }
 
-/// Mean of the three colours of the pixels around a place of the picture.
+/// The mean brightness of the pixels around a point of the picture.
 fn brightness(picture: &[u8], [x, y]: [f64; 2]) -> f64 {
     let (x, y) = (x.round() as i64, y.round() as i64);
     let pixels = (y - 2..=y + 2).flat_map(|j| (x - 2..=x + 2).map(move |i| (i, j)));
@@ -97,7 +97,7 @@ fn swept_shadows_are_where_rays_to_the_sun_are_stopped() {
             let [x, z] = hit.place;
             let to_east = place([x + 10.0, z]) - place([x - 10.0, z]);
             let to_south = place([x, z + 10.0]) - place([x, z - 10.0]);
-            // slopes that hardly face the sun are as dark without its shadow
+            // slopes that hardly face the sun are as dark without a shadow
             if to_south.cross(to_east).normalize().dot(sun.towards()) < 0.15 {
                 continue;
             }
@@ -109,7 +109,7 @@ fn swept_shadows_are_where_rays_to_the_sun_are_stopped() {
             hidden += usize::from(stopped);
             wrong += usize::from(dark != stopped);
         }
-        // at a shadow's edge a mean of 25 pixels may fall on either side
+        // at the edge of a shadow a mean of 25 pixels can fall on either side
         assert!(looked > 500 && hidden * 50 > looked, "{looked} {hidden}");
         assert!(wrong * 50 < looked, "{wrong} of {looked} pixels, {hidden} of them hidden");
     }
@@ -118,12 +118,12 @@ fn swept_shadows_are_where_rays_to_the_sun_are_stopped() {
 #[test]
 fn no_cracks_between_levels_of_detail() {
     let Some(device) = device("no_cracks_between_levels_of_detail") else { return };
-    // rough land, where a crack would be wide, and levels that change within the picture
+    // rough terrain, in which a crack would be wide, and levels of detail that change within the picture
     let height = field([700, 700], 10.0, |x, y| {
         120.0 * math::sin(x / 13.0) * math::sin(y / 17.0) + 300.0 * math::cos(x / 900.0) + 500.0
     });
     let land = Arc::new(Land::new(&height).expect("heights"));
-    // from above, so that land is all there is to see; a crack would show the sky's colour or the wall's
+    // from above, so that terrain fills the picture; a crack would show the sky or a wall
     let middle = DVec3::new(3500.0, 0.0, 3500.0);
     let camera = Camera::looking_at(DVec3::new(3500.0, 2600.0, 5200.0), middle, 0.7);
     let scene = Scene { show_levels: true, haze: 0.0, shadows: false, detail_px: 9.0, ..Scene::new(camera) };
@@ -172,7 +172,7 @@ fn water_and_the_sea_cover_the_land() {
         let pixel = &picture[4 * (at[1] * SIZE[0] as usize + at[0])..][..3];
         i32::from(pixel[2]) - i32::from(pixel[0])
     };
-    // sea in the west, water in the south, dry land in the north-east
+    // sea in the west, water in the south, dry ground in the north-east
     for (x, y, wet) in [(300.0, 700.0, true), (2300.0, 2200.0, true), (2300.0, 700.0, false)] {
         assert_eq!(blue(x, y) > 20, wet, "at {x} {y}: {}", blue(x, y));
     }
@@ -195,7 +195,7 @@ fn what_a_device_refuses_is_an_error() {
         let refused = device.picture(&land, &wrong, [16, 16]);
         assert!(matches!(refused, Err(super::ViewError::Scene(_))), "{refused:?}");
     }
-    // and the device goes on
+    // the device still works
     assert!(device.picture(&land, &scene, [16, 16]).is_ok());
 }
 

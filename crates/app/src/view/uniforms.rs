@@ -1,4 +1,4 @@
-//! What the shaders know of a picture: `Frame` in `shaders/view/frame.wgsl`.
+//! The uniform of a picture: `Frame` in `shaders/view/frame.wgsl`.
 
 use glam::{DVec3, Mat4, Vec4};
 use orograph_nodes::numerics::math;
@@ -11,24 +11,25 @@ use super::{
     sweep::Sweep,
 };
 
-/// The uniform of a picture, field by field as in the shader.
+/// The uniform of a picture, with the fields of the shader.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub(super) struct Frame {
     projection: Mat4,
-    /// Half the picture at distance 1 to the right.
+    /// Half the width of the picture at distance 1, as a vector.
     right: Vec4,
-    /// Half the picture at distance 1 up.
+    /// Half the height of the picture at distance 1, as a vector.
     up: Vec4,
-    /// Where the eye looks; near distance.
+    /// Direction of the camera; near distance.
     forward: Vec4,
-    /// Unit vector to the sun; tangent of the picture's half height.
+    /// Unit vector to the sun; tangent of half the vertical field of view.
     sun: Vec4,
-    /// Eye in metres from the corner of what is drawn; its height above the highest land.
+    /// Position of the camera in metres from the corner of the drawn terrain or inset; its height above the highest
+    /// terrain.
     eye: Vec4,
-    /// The eye in grid lines of the mesh: whole part.
+    /// Position of the camera in grid lines of the mesh: whole part.
     eye_line: [i32; 2],
-    /// The eye in grid lines of the mesh: the rest.
+    /// Position of the camera in grid lines of the mesh: fraction.
     eye_part: [f32; 2],
     cells: [u32; 2],
     cell_m: f32,
@@ -38,43 +39,44 @@ pub(super) struct Frame {
     size: [f32; 2],
     seconds: f32,
     exposure: f32,
-    /// Metres between contour lines, their opacity, opacity of the mask, share of haze.
+    /// Contour interval in metres, opacity of contours, opacity of the mask, amount of haze.
     overlay: Vec4,
-    /// Haze: metres to where it begins, density a metre, height of its layer in metres; 1 over the land's extent.
+    /// Haze: distance in metres to its beginning, density per metre, height of its layer in metres; 1 / extent of the
+    /// terrain.
     air: Vec4,
-    /// Altitude of the eye for the sky's tables, in kilometres.
+    /// Altitude of the camera for the tables of the sky, in kilometres.
     sky: Vec4,
     sweep: Vec4,
     sweep_lines: [i32; 4],
     sweep_fall: Vec4,
-    /// Cells of a texel of the map of open sky along x and y; how far it looks, in cells.
+    /// Cells per texel of the sky visibility along x and y; search distance in cells.
     open: Vec4,
-    /// Light behind the land; 1 where it is the sky's instead.
+    /// Background colour; 1 to draw the sky instead.
     background: Vec4,
-    /// Colouring, 1 for levels of detail, 1 for shadows, 1 for codes of a screen instead of linear light.
+    /// Colouring; 1 to show levels of detail; 1 for shadows; 1 to encode sRGB instead of writing linear light.
     flags: [u32; 4],
-    /// Mesh: last grid line along x and y, first one; what is drawn: 0 all, 1 around the inset, 2 the inset.
+    /// Mesh: last grid line along x and y, first line; draw 0 all, 1 the terrain around the inset, 2 the inset.
     lines: [u32; 4],
-    /// Mesh: cells a line, metres a line, distance of the land's edge from the outermost lines in lines; longer side of the
-    /// land in metres.
+    /// Mesh: cells per line, metres per line, distance of the edge from the outermost lines in lines; longer side of
+    /// the terrain in metres.
     grid: Vec4,
-    /// Rectangle of the inset in metres, relative to the eye: west, north, east, south.
+    /// Rectangle of the inset in metres, relative to the camera: west, north, east, south.
     inset: Vec4,
-    /// Corner of the inset in metres, relative to the eye; its cells a metre.
+    /// Corner of the inset in metres, relative to the camera; its cells per metre.
     inset_cells: Vec4,
-    /// From the map of what is drawn to the whole land's: first and size.
+    /// Offset and size of the drawn map in that of the whole terrain (0 to 1).
     over: Vec4,
     /// Sides of the inset in its cells.
     sides: Vec4,
-    /// Corner of what is drawn in metres from the whole land's; 1 / cells of the inset's band.
+    /// Corner of the drawn map in metres from that of the whole terrain; 1 / band of the inset in cells.
     corner: Vec4,
 }
 
-/// A sea that is nowhere.
+/// Elevation of the sea in a world without one.
 const NO_SEA: f32 = -1e30;
 
 impl Frame {
-    /// Of the whole land, around its inset if it has one.
+    /// The uniform of the whole terrain, around its inset if it has one.
     pub(super) fn new(
         (land, inset): (&Land, Option<&Inset>),
         scene: &Scene,
@@ -157,7 +159,7 @@ impl Frame {
         }
     }
 
-    /// Of the inset of that land.
+    /// The uniform of the inset of that terrain.
     pub(super) fn of_inset(self, land: &Land, inset: &Inset, scene: &Scene, sweep: &Sweep) -> Self {
         let (own, corner, size) = (inset.land(), inset.corner(), land.size_m());
         let eye = scene.camera.eye - DVec3::new(corner[0], 0.0, corner[1]);
@@ -178,7 +180,7 @@ impl Frame {
     }
 }
 
-/// A rectangle without a place in it.
+/// A rectangle that contains no point.
 const NOWHERE: Vec4 = Vec4::new(1e30, 1e30, -1e30, -1e30);
 
 fn steps(sweep: &Sweep) -> Vec4 {
@@ -189,19 +191,19 @@ fn lines(sweep: &Sweep) -> [i32; 4] {
     [sweep.axis, i32::from(sweep.forward), sweep.steps as i32, sweep.lines as i32]
 }
 
-/// Stops that show a matt grey surface in an afternoon's sun as middle grey.
+/// Exposure in stops at which a matt grey surface in the afternoon sun becomes middle grey.
 const EXPOSURE: f32 = 1.9;
 
-/// Stops by which the eye gets used to a low sun, and to twilight.
+/// Additional exposure in stops for a low sun and for twilight, like the adaptation of an eye.
 fn adapted(elevation_deg: f64) -> f32 {
     let low = ((30.0 - elevation_deg) / 30.0).clamp(0.0, 1.0);
     let below = (-elevation_deg).clamp(0.0, 7.0);
     (1.5 * low * low + 0.7 * below) as f32
 }
 
-/// Where the haze over the land begins, how dense it is and how high it lies. True air would hardly be seen over a small land
-/// and hide a large one that is looked at whole, so it is a matter of the land's extent: thick enough that near and far
-/// part, less so over small land.
+/// Start, density and height of the haze over the terrain. Physical air would be invisible over a small terrain and
+/// hide a large one seen as a whole, so the haze follows the extent of the terrain: thick enough to separate near from
+/// far, thinner over small terrain.
 fn haze(land: &Land, scene: &Scene, base: f64) -> Vec4 {
     let [w, h] = land.size_m();
     let across = math::hypot(w, h);
@@ -212,26 +214,25 @@ fn haze(land: &Land, scene: &Scene, base: f64) -> Vec4 {
     Vec4::new(begin as f32, density as f32, layer as f32, (1.0 / across) as f32)
 }
 
-/// Altitude of the eye for the sky: never so high that the sky turns black over a land that is looked at whole.
+/// Altitude of the camera for the sky, limited so that the sky does not turn black in a view of a large terrain.
 pub(super) fn altitude_km(scene: &Scene, base: f64) -> f64 {
-    // in steps that no sky shows, so that its tables stay while the eye goes along the ground
+    // in invisible steps, so that the tables stay valid while the camera moves along the ground
     ((scene.camera.eye.y - base) * 0.05).round().clamp(5.0, 100.0) * 0.02
 }
 
-/// Texels of the map of open sky along x and y.
+/// Texels of the sky visibility along x and y.
 pub(super) fn open_texels(land: &Land) -> [u32; 2] {
     let [nx, ny] = land.cells();
     let stride = nx.max(ny).div_ceil(384);
     [nx, ny].map(|n| n.div_ceil(stride))
 }
 
-/// The distance at which the picture begins. Depth is a float whose smallest numbers are the farthest places, so that it
-/// may be short.
+/// The near distance. It can be short, because depth is reversed: floats are most precise near 0, which is far away.
 fn near(land: &Land) -> f64 {
     0.05 * land.cell_m()
 }
 
-/// The land as the choice of tiles needs it.
+/// The terrain, as needed for the selection of tiles.
 pub(super) fn ground<'a>(land: &'a Land, inset: Option<&'a Inset>, scene: &Scene) -> Ground<'a> {
     Ground {
         bounds: inset.map_or(land.bounds(), Inset::bounds),

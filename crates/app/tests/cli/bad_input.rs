@@ -1,4 +1,4 @@
-//! Bad input: a clear message with the position and a fix, the right exit code, earlier outputs untouched.
+//! Tests of bad input: a clear message with position and remedy, the right exit code, earlier outputs unchanged.
 
 use std::fs;
 
@@ -105,8 +105,8 @@ fn invalid_requests() {
     assert!(!place.path("out").exists());
 }
 
-/// Codes over the range of a raster need the whole raster, here 2 GiB each for two. However much memory the machine
-/// has, the shell limits the program to 4 GiB of address space.
+/// Integer codes over the range of a raster need the whole raster, here 2 GiB for each of two. The shell limits the
+/// program to 4 GiB of address space, whatever memory the machine has.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_world_that_does_not_fit_into_memory_is_refused_before_it_is_built() {
@@ -142,7 +142,7 @@ fn unwritable_folders() {
     place.run(&["run", "g.ron", "-o", "g.ron/below"]).ended(2, &["not a folder"]);
     assert_eq!(place.read("g.ron"), SMALL);
     if cfg!(target_os = "linux") {
-        // Nobody can create a folder there, not even root.
+        // Not even root can create a folder there.
         place.run(&["run", "g.ron", "-o", "/proc/orograph"]).ended(2, &["/proc/orograph"]);
     }
     fs::create_dir_all(place.path("out/height.exr")).expect("made");

@@ -1,4 +1,4 @@
-//! Too little memory: the program reports it with a hint, and leaves nothing half written.
+//! Tests with too little memory: the program reports it with a hint and leaves no unfinished files.
 
 use std::{fs, process::Command};
 
@@ -23,7 +23,7 @@ const RUN: &str = "run g.ron -q --threads 2";
 /// In KiB, as the shell counts.
 const MIB: u64 = 1024;
 
-/// The program with this many KiB of address space.
+/// The program with an address space of this many KiB.
 fn limited(place: &Place, kib: u64, args: &str) -> Command {
     let mut shell = Command::new("sh");
     shell.current_dir(place.path(".")).env("NO_COLOR", "1").env("OROGRAPH_CACHE", "");
@@ -35,9 +35,9 @@ fn run(place: &Place, kib: u64, args: &str) -> Ran {
     Ran::from(limited(place, kib, args).output().expect("a shell"))
 }
 
-/// The smallest limit, to a MiB, with which the program succeeds; it succeeds with `most`.
+/// The smallest limit, rounded to a MiB, with which the program succeeds; it succeeds with `most`.
 fn least(place: &Place, most: u64, args: &str) -> u64 {
-    // below some limit the program does not start, and the system's loader fails in its own way
+    // below some limit the system's loader fails before the program starts
     let does = |kib| limited(place, kib, args).output().expect("a shell").status.success();
     let (mut low, mut high) = (0, most);
     assert!(does(high), "it takes more than {} MiB", most / MIB);
@@ -48,7 +48,7 @@ fn least(place: &Place, most: u64, args: &str) -> u64 {
     high
 }
 
-/// Succeeded, or failed with a hint; only the requested files are left, and they are removed.
+/// Checks that the program succeeded, or failed with a hint. Removes the output files; no others may be left.
 #[track_caller]
 fn ended_in_good_order(place: &Place, ran: &Ran, what: &str) {
     assert!([0, 1, 2].contains(&ran.code), "{what}: {ran:?}");
@@ -115,8 +115,8 @@ fn a_failure_to_start_threads_is_an_error() {
     run(&place, 300 * MIB, "run g.ron -q --threads 200").ended(2, &["threads", "use fewer threads"]);
 }
 
-/// `StreamPower` on 23170 x 23170 cells needs 12 GiB for values, and 14 GiB more. However much memory the machine has,
-/// the shell limits the program to 24 GiB of address space.
+/// `StreamPower` on 23170 x 23170 cells needs 12 GiB for values, and 14 GiB more. The shell limits the program to 24
+/// GiB of address space, whatever memory the machine has.
 #[test]
 fn kernel_memory_counts_for_the_refusal_of_a_graph() {
     let place = Place::new();

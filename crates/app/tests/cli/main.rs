@@ -1,4 +1,4 @@
-//! The program as a person runs it: its files, its messages, its exit codes.
+//! The command line as a user runs it: files, messages, exit codes.
 
 mod bad_input;
 #[cfg(feature = "editor")]
@@ -26,7 +26,7 @@ use tempfile::TempDir;
 /// A folder for one test, removed at its end.
 struct Place(TempDir);
 
-/// A graph of three outputs that builds in no time.
+/// A graph with three outputs that builds quickly.
 const SMALL: &str = r#"// A plain and its shade.
 (
     format: 1,
@@ -63,7 +63,7 @@ impl Place {
         fs::read(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }
 
-    /// All names in a folder, sorted, hidden ones too.
+    /// All names in a folder, sorted, including hidden files.
     fn names(&self, folder: &str) -> Vec<String> {
         let entries = fs::read_dir(self.path(folder)).expect("a folder");
         let mut names: Vec<String> =

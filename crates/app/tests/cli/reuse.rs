@@ -1,10 +1,10 @@
-//! Reuse: named parameters, graph files in others, sweeps and archives.
+//! Tests of reuse: exposed parameters, subgraphs, sweeps and archives.
 
 use std::fs;
 
 use super::{Place, json_lines};
 
-/// A file for use in other graphs.
+/// A graph file for use in others.
 const STEP: &str = r#"// A plain with a step.
 (
     world: (size: (3200, 1600), cells: (32, 16), seed: 7),
@@ -140,7 +140,7 @@ fn a_sweep_builds_a_terrain_for_each_value() {
     place.run(&["run", "g.ron", "--seed", "7", "-o", "alone", "--no-preview", "-q"]).done();
     assert!(fs::read(place.path("alone/height.exr")).expect("written") == lands[6], "as when built by itself");
 
-    // two sweeps make a product; nodes that no value changes are computed once
+    // two sweeps build every combination; nodes that no value changes are computed once
     let args = ["run", "g.ron", "--json", "--sweep", "high=100,0.2 km", "--sweep", "base.value=1..3/2"];
     let ran = place.run(&[&args[..], &["-o", "p/{high}_{base.value}"]].concat()).done();
     assert_eq!(place.names("p"), ["0.2_km_1", "0.2_km_3", "100_1", "100_3"]);

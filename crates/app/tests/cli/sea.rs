@@ -1,8 +1,8 @@
-//! The sea of the world, in pictures, files and measures.
+//! Tests of the world's sea in pictures, files and measures.
 
 use super::{Place, repository};
 
-/// Pixels of a picture, and those among them that are more blue than red by `by`.
+/// Number of pixels of a picture, and of those whose blue exceeds their red by `by`.
 fn blue(place: &Place, name: &str, by: i32) -> (usize, usize) {
     let picture = image::load_from_memory(&place.bytes(name)).expect("a picture").to_rgb8();
     let is_blue = |pixel: &image::Rgb<u8>| i32::from(pixel[2]) > i32::from(pixel[0]) + by;

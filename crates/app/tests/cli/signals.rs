@@ -1,4 +1,4 @@
-//! Ctrl-C, and `watch`, which only Ctrl-C ends.
+//! Tests of Ctrl-C, and of `watch`, which only Ctrl-C ends.
 
 use std::{
     fs,
@@ -10,7 +10,7 @@ use std::{
 
 use super::{Place, SMALL, repository};
 
-/// Timeout: longer than anything here takes on a busy machine.
+/// Timeout: longer than any of these operations takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The running program, with the lines of its standard output as they arrive.
@@ -73,7 +73,7 @@ fn now() -> Instant {
     Instant::now()
 }
 
-/// Hundreds of layers of many octaves: far more work than a test waits for.
+/// Hundreds of layers with many octaves: a build that takes much longer than the timeout.
 fn long_graph() -> String {
     let nodes: String = (0..400).map(|n| format!("\"n{n}\": Perlin(octaves: 16, seed: {n}),\n")).collect();
     let outputs: String = (0..400).map(|n| format!("\"n{n}\": \"n{n}\",\n")).collect();
@@ -140,7 +140,7 @@ fn watching_follows_the_files_that_a_graph_uses() {
         "g.ron",
         r#"(nodes: { "a": Subgraph(file: "lib/dem.ron") }, outputs: { "height": "a" }, world: (cells: 16))"#,
     );
-    // A file that does not exist yet is awaited.
+    // `watch` waits for a file that does not exist yet.
     let running = Running::start(&place, &["watch", "g.ron"]);
     running.wait_for("watching g.ron");
     fs::copy(repository("tests/data/glencoe_128.tif"), place.path("lib/land.tif")).expect("copied");

@@ -1,4 +1,4 @@
-//! `--window`, and the folder of stored results.
+//! Tests of `--window` and of the cache folder.
 
 use std::fs;
 
@@ -33,7 +33,7 @@ fn a_window_equals_the_same_part_of_the_whole_build() {
         let n: usize = cells.parse().expect("a number");
         let whole = format!("whole{cells}");
         place.run(&["run", "g.ron", "-q", "--format", "r32", "--cells", cells, "-o", &whole]).done();
-        // within, at a corner, one cell, across to the far side
+        // inside the world, in a corner, a single cell, from the north side to the south side
         for (at, window) in
             ["1 km,2 km,3 km x 1.5 km", "0,0,500x400", "5000,3000,1 x 1", "9 km,0,0.6 km x 6.4 km"].iter().enumerate()
         {
@@ -87,7 +87,7 @@ fn the_cache_folder_is_shown_and_cleared() {
     place.run(&["run", "g.ron", "-q", "--cache", "kept"]).done();
     let shown = place.run(&["cache", "--cache", "kept"]).done().out;
     assert!(shown.contains("kept") && shown.contains("results") && shown.contains("limit"), "{shown}");
-    // the inputs of a window are cut out of the stored whole
+    // the inputs of a window are cropped from the stored results of the whole world
     let args = ["run", "g.ron", "--json", "--cache", "kept", "--window", "1 km,1 km,1 km x 1 km", "-o", "part"];
     let lines = json_lines(&place.run(&args).done().out);
     let nodes: Vec<_> = lines.iter().filter(|line| line["event"] == "node").collect();

@@ -1,5 +1,5 @@
-//! Whether there is a graphics device for the tests that draw. Without one they are skipped, with a notice; with
-//! `OROGRAPH_ALL_TESTS` set, as in `.ci/run`, that is a failure.
+//! Detects whether there is a graphics device for the tests that draw. Without one they are skipped with a message, or
+//! fail if `OROGRAPH_ALL_TESTS` is set, as in `.ci/run`.
 
 use std::{io::Write as _, sync::OnceLock};
 
@@ -8,16 +8,16 @@ use orograph::view::Offscreen;
 /// The variable that makes a skipped test a failure.
 const VARIABLE: &str = "OROGRAPH_ALL_TESTS";
 
-/// Returns true if a test that draws must be skipped, after a notice that libtest does not capture.
+/// Returns true if a test that draws must be skipped, after a message that libtest does not capture.
 pub(crate) fn skips(test: &str) -> bool {
     let Some(why) = missing() else { return false };
     assert!(std::env::var_os(VARIABLE).is_none(), "{test}: {why}");
-    // A notice that cannot be written does not fail the test.
+    // A message that cannot be written does not fail the test.
     let _ = writeln!(std::io::stderr(), "SKIPPED {test}: {why}");
     true
 }
 
-/// Why nothing can be drawn in 3D. Returns None when it can.
+/// Why the 3D view cannot be drawn. Returns None when it can.
 pub(crate) fn missing() -> Option<&'static str> {
     static MISSING: OnceLock<Option<String>> = OnceLock::new();
     let probe = || match Offscreen::new().and_then(|device| device.renderer()) {

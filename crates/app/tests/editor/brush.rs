@@ -1,4 +1,4 @@
-//! Painting on terrain.
+//! Tests of the brush.
 
 use egui::pos2;
 use egui_kittest::kittest::Queryable as _;

@@ -1,4 +1,4 @@
-//! The graph: selecting, moving, wiring, adding, copying and deleting nodes by hand.
+//! Tests of the canvas: selecting, moving, wiring, adding, copying and deleting nodes by mouse and keyboard.
 
 use std::{fs, path::PathBuf};
 
@@ -17,7 +17,7 @@ use crate::{
     picture, settle, window,
 };
 
-/// Three nodes in a row, with positions, one of them without a wire.
+/// Three nodes in a row, with positions; one has no wire.
 pub const ROW: &str = "(
     format: 1,
     world: (size: \"8 km\", cells: 64, seed: 3),
@@ -47,7 +47,7 @@ pub fn document<'a>(window: &'a Harness<'_, App>) -> &'a Document {
     window.state().session().document()
 }
 
-/// An empty spot of the graph.
+/// An empty point of the canvas.
 pub fn ground(window: &Harness<'_, App>) -> Pos2 {
     window.get_by_label("graph").rect().center_bottom() - vec2(0.0, 12.0)
 }
@@ -151,7 +151,7 @@ fn a_wire_is_drawn_from_pin_to_pin() {
     drag(&mut window, from, to);
     assert_eq!(source_of(&window, "lonely", 0).as_deref(), Some("ground.height"));
     assert_eq!(document(&window).steps(), 1);
-    // From an input to an output as well; the new wire replaces the old one.
+    // A wire can also be drawn from an input to an output; it replaces the old one.
     let [from, to] = ["input lonely.height", "output steps.height"].map(|pin| at(&window, pin));
     window.state_mut().session_mut().undo();
     window.run_steps(2);
@@ -278,7 +278,7 @@ fn no_key_is_lost_between_slow_frames() {
     press(&mut window, Modifiers::NONE, Key::Enter);
     window.run_steps(2);
     assert_eq!(selection(&window), ["slope"]);
-    // Each copy is of the one before, and beside it.
+    // Each paste adds a copy beside the previous one.
     for _ in 0..2 {
         press(&mut window, Modifiers::COMMAND, Key::D);
     }

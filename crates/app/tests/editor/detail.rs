@@ -1,4 +1,4 @@
-//! More cells where the map or the camera is close.
+//! Tests of finer cells in close views.
 
 use egui::{pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable as _};
@@ -33,7 +33,7 @@ fn detail(window: &Harness<'_, App>) -> Option<Detail> {
     window.state().session().detail().cloned()
 }
 
-/// Turns the wheel over the middle of the terrain, and lets the view come to rest.
+/// Zooms with the wheel at the centre of the terrain, then waits until the view is still.
 fn zoom(window: &mut Harness<'_, App>, steps: f32) {
     window.hover_at(pos2(460.0, 260.0));
     window.step();
@@ -41,7 +41,7 @@ fn zoom(window: &mut Harness<'_, App>, steps: f32) {
     window.run_steps(20);
 }
 
-/// Runs frames for more than twice the time that the view rests before a part is ordered.
+/// Runs frames for more than twice the time that the view must be still before a finer part is requested.
 fn rest(window: &mut Harness<'_, App>) {
     for _ in 0..35 {
         window.step();
@@ -60,7 +60,7 @@ fn drawn(window: &mut Harness<'_, App>) -> Window {
     window.state().finer().expect("just now")
 }
 
-/// How uneven the colour is over 300 pixels of the terrain: the mean change of its change over so many pixels.
+/// Roughness of the colours along 300 pixels of the terrain: the mean absolute second difference over this step.
 fn roughness(picture: &image::RgbaImage, first: u32, step: u32) -> f64 {
     let green = |x: u32, y: u32| f64::from(picture.get_pixel(x, y)[1]);
     let places = (150..350).flat_map(|y| (first..first + 300).map(move |x| (x, y)));
@@ -68,7 +68,7 @@ fn roughness(picture: &image::RgbaImage, first: u32, step: u32) -> f64 {
     bends.sum::<f64>() / (200.0 * 300.0)
 }
 
-/// Compares the part with the same part of a build of the whole world.
+/// Compares the finer part with the same part of a build of the whole world.
 #[track_caller]
 fn check(window: &Harness<'_, App>) {
     let session = window.state().session();
@@ -100,7 +100,7 @@ fn a_close_map_shows_finer_cells_of_the_part_in_view() {
     picture(&mut window, "detail");
     assert!(window.query_by_label_contains("Detail: 1024 cells").is_some());
 
-    // A small move needs nothing more; a long one does.
+    // A small move needs no new part; a long one does.
     drag(&mut window, pos2(460.0, 260.0), pos2(464.0, 262.0));
     rest(&mut window);
     assert_eq!((detail(&window), window.state().finer()), (Some(Detail::Built { cells: 1024 }), Some(part)));
@@ -109,7 +109,7 @@ fn a_close_map_shows_finer_cells_of_the_part_in_view() {
     assert!(moved != part && moved.world == part.world, "{moved:?}");
     check(&window);
 
-    // Left of the line between two outputs are finer cells, right of it those of the preview.
+    // Finer cells are drawn left of the divider, those of the preview right of it.
     window.state_mut().session_mut().compare(Some("soft.value".to_owned()));
     window.step();
     settle(&mut window);
@@ -144,7 +144,7 @@ fn a_node_that_needs_the_whole_world_keeps_the_detail_of_the_build() {
     picture(&mut window, "detail_of_build");
 }
 
-/// The terrain of [`HILLS`] in 3D.
+/// The 3D view of [`HILLS`].
 fn hills_in_3d() -> (Harness<'static, App>, tempfile::TempDir) {
     let (mut window, folder) = hills();
     until(&mut window, "the terrain is drawn", |window| window.state().seen().is_some());
@@ -169,7 +169,7 @@ fn a_close_camera_shows_finer_cells_of_the_part_in_view() {
     picture(&mut window, "detail_3d");
     assert!(window.query_by_label_contains("Detail: 1024 cells").is_some());
 
-    // Left of the line between two outputs are finer cells, right of it those of the preview.
+    // Finer cells are drawn left of the divider, those of the preview right of it.
     window.state_mut().session_mut().compare(Some("soft.value".to_owned()));
     window.step();
     settle(&mut window);
@@ -183,7 +183,7 @@ fn a_close_camera_shows_finer_cells_of_the_part_in_view() {
     drawn(&mut window);
     check(&window);
 
-    // From far away the cells of the preview are small enough.
+    // From a distance the cells of the preview are fine enough.
     zoom(&mut window, -20.0);
     until(&mut window, "the preview alone is drawn", |window| window.state().finer().is_none());
     assert_eq!(detail(&window), None);

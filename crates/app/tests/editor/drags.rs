@@ -1,4 +1,4 @@
-//! The cost of a drag: what is parsed, expanded and ordered again.
+//! The cost of a drag: number of parsed texts, expansions and orders.
 
 use std::{path::Path, sync::Arc};
 
@@ -7,7 +7,7 @@ use orograph_graph::Edit;
 
 use crate::{scratch, wait};
 
-/// This many nodes, each reading the one before.
+/// A chain of this many nodes, each reading the one before.
 fn chain(count: usize) -> String {
     let node = |number: usize| match number.checked_sub(1) {
         None => "\"n0\": Perlin(octaves: 2)".to_owned(),

@@ -1,4 +1,4 @@
-//! The export writes the same files as the command line that it offers.
+//! The export window writes the same files as the command line that it shows.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Saving, opening, and the questions that prevent losing work.
+//! Tests of saving and opening files, and of the questions that prevent losing work.
 
 use std::{fs, path::Path};
 
@@ -64,7 +64,7 @@ fn changes_by_other_programs_are_not_overwritten() {
     assert_eq!(session.document().source(), HILLS.replace("octaves: 3", "octaves: 5"));
     assert!(session.save(), "its text is known now");
     assert_eq!(text(&file), HILLS.replace("octaves: 3", "octaves: 5"));
-    // Kept on purpose.
+    // Keep the work.
     session.apply(&octaves("6"));
     fs::write(&file, &theirs).expect("written");
     assert!(!session.save());

@@ -1,4 +1,4 @@
-//! Frames with a note around nodes.
+//! Tests of frames.
 
 use egui::{Key, Modifiers, vec2};
 use egui_kittest::kittest::Queryable as _;
@@ -57,7 +57,7 @@ fn an_empty_frame_cuts_no_node() {
         assert!(!rect.intersects(card), "{node} {card} {rect}");
     }
     picture(&mut window, "frame_free");
-    // All nodes together, and one that lies among them.
+    // A frame around selected nodes also encloses the nodes between them.
     let ground_node = title(&window, "ground");
     click(&mut window, ground_node);
     let lonely = title(&window, "lonely");

@@ -1,4 +1,4 @@
-//! The inspector: every kind of value is changed by its widget, and a refused value shows the reason.
+//! Tests of the inspector: every kind of value has a widget, and a refused value shows the reason.
 
 use egui::{Key, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable as _};
@@ -345,7 +345,7 @@ fn parameters_without_effect_are_greyed_out_with_a_reason() {
     });
     assert!(window.query_by_label_contains("A number; optional units").is_none(), "only one tooltip at a time");
     picture(&mut window, "resting_layers");
-    // It can still be set.
+    // It can still be edited.
     fill(&mut window, "step", "50 m");
     assert_eq!(param(&window, "b", "step"), ParamValue::Float(50.0));
 }

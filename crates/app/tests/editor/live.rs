@@ -1,4 +1,4 @@
-//! A node that runs live, and is painted while it runs.
+//! Tests of the live run, and of painting during it.
 
 use std::time::{Duration, Instant};
 
@@ -67,7 +67,7 @@ fn a_live_run_to_the_end_equals_a_build() {
     assert_eq!(moment(&window), Some(0.0));
     window.get_by_label("Step").click();
     until(&mut window, "it goes on", |window| moment(window).is_some_and(|now| now > 0.0));
-    // It reports its progress on the way, every 100 ms, and pauses after its steps.
+    // It reports its progress every 100 ms, and pauses after the requested steps.
     let mut last = (moment(&window), Instant::now());
     until(&mut window, "it pauses", |window| {
         if moment(window) != last.0 {

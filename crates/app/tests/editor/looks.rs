@@ -1,4 +1,4 @@
-//! Dialogs, lists and help, in both themes and in a small window.
+//! Pictures of dialogs, lists and help, in both themes and in a small window.
 
 use egui::{Key, Modifiers, Rect, Theme, ThemePreference, Vec2, accesskit::Role, vec2};
 use egui_kittest::{

@@ -1,4 +1,4 @@
-//! The editor, driven as a person would, on a software graphics driver.
+//! Tests of the editor with simulated input, on a software graphics driver.
 #![cfg(feature = "editor")]
 #![expect(clippy::disallowed_methods, reason = "what waits for another thread gives up in the end")]
 
@@ -33,7 +33,7 @@ use std::{
 use egui_kittest::{Harness, HarnessBuilder};
 use orograph::{editor::App, memory::Memory};
 
-/// As in the program.
+/// The program's allocator.
 #[global_allocator]
 static MEMORY: Memory = Memory;
 
@@ -62,7 +62,7 @@ fn window(file: Option<PathBuf>) -> Harness<'static, App> {
     })
 }
 
-/// Timeout, however busy the machine is.
+/// Timeout, even on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(180);
 
 /// Polls until a condition is true.
@@ -91,8 +91,8 @@ fn settle(window: &mut Harness<'_, App>) {
     window.step();
 }
 
-/// A picture of the window, some frames after everything was built; stored in the folder `OROGRAPH_PICTURES` for
-/// inspection. Returns None, after a notice, when there is no graphics device.
+/// A picture of the window, some frames after everything is built. Also saves it to the folder `OROGRAPH_PICTURES`, if
+/// set. Returns None, after a message, when there is no graphics device.
 fn picture(window: &mut Harness<'_, App>, name: &str) -> Option<image::RgbaImage> {
     for _ in 0..10 {
         window.step();

@@ -1,4 +1,4 @@
-//! The menus: files are opened and saved, work is never lost without a question, examples are copies.
+//! Tests of the menus: opening and saving files, questions before work is lost, copies of examples.
 
 use egui::{Key, Modifiers, accesskit::Role};
 use egui_kittest::{
@@ -71,7 +71,7 @@ fn the_3d_view_is_saved_as_a_picture_beside_the_graph() {
     assert!(saved.width() == 1920 && saved.height() > 500, "{:?}", saved.dimensions());
     let colours: std::collections::BTreeSet<[u8; 3]> = saved.pixels().step_by(997).map(|pixel| pixel.0).collect();
     assert!(colours.len() > 100, "{} colours", colours.len());
-    // The middle of the upper edge is sky, in the window as in the picture.
+    // The top centre of the viewport is sky, in the window and in the picture.
     let ([r, g, b, _], [x, y, z]) = (seen.get_pixel(475, 90).0, saved.get_pixel(960, 20).0);
     let near = |a: u8, b: u8| a.abs_diff(b) < 12;
     assert!(near(r, x) && near(g, y) && near(b, z), "{:?} {:?}", [r, g, b], [x, y, z]);
@@ -156,7 +156,7 @@ fn preview_resolution_and_theme_are_chosen_in_menus() {
     assert!(window.query_by_label("Type a value with its unit; Enter applies, Escape cancels").is_some());
 }
 
-/// Chooses a graph command of a menu of the window, with the pointer on the menu.
+/// Chooses a canvas command in a menu of the window, with the pointer on the menu.
 fn graph_menu(window: &mut Harness<'_, App>, outer: &str, item: &str) {
     window.get_by_role_and_label(Role::Button, outer).click();
     window.run_steps(3);

@@ -1,4 +1,4 @@
-//! Opening files with any problem of the file, the machine or the window.
+//! Tests of opening files with problems of the file, the machine or the window.
 
 use std::{collections::BTreeSet, fs, path::PathBuf, thread, time::Duration};
 

@@ -1,4 +1,4 @@
-//! The Problems pane: a broken file opens as far as possible, and each problem links to its node.
+//! Tests of the Problems pane: a broken file opens as far as possible, and each problem links to its node.
 
 use egui_kittest::kittest::Queryable as _;
 
@@ -22,7 +22,7 @@ fn a_broken_file_opens_and_its_problems_link_to_their_nodes() {
     window.get_by_label("odd: Perlni").click();
     window.run_steps(3);
     assert_eq!(window.state().session().selected(), Some("odd"));
-    // the inspector shows what is known about it, and can remove it
+    // the inspector shows the information that is known about it, and can remove it
     window.get_by_label("Inspector").click();
     window.run_steps(3);
     assert!(window.query_by_label("Perlni cannot be used").is_some());

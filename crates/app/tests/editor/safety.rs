@@ -1,4 +1,4 @@
-//! Journals, unsaved work of earlier sessions, other windows and other programs on the same file.
+//! Tests of journals, recovery, and changes of the file by other windows and programs.
 
 mod copies;
 mod memory;
@@ -58,7 +58,7 @@ fn an_edit_is_in_the_journal_soon() {
     let journal = folder.path().join(".hills.ron.journal");
     let holds = |text: &str| fs::read(&journal).is_ok_and(|bytes| recover(&bytes).is_ok_and(|read| read.text == text));
     wait("the first edit is written", || holds(&with("5")));
-    // A slider being dragged and released.
+    // A drag of a slider.
     for count in ["6", "7", "8", "9"] {
         session.gesture(&octaves(count));
     }
@@ -145,7 +145,7 @@ fn a_read_only_folder_has_its_journals_in_the_state_folder() {
     let mut session = kept(Some(&file), &state);
     session.answer(Answer::Recover);
     assert_eq!(session.document().source(), with("5"));
-    // Without any place for a journal, a message appears, once.
+    // If no journal can be written, a message appears once.
     let mut session = crate::files::session(Some(&file));
     session.keep(Journals::default(), || {});
     session.apply(&octaves("6"));
@@ -262,7 +262,7 @@ fn changes_by_other_programs_are_loaded() {
     session.answer(Answer::KeepMine);
     assert!(session.is_dirty() && session.save());
     assert_eq!(text(&file), with("8").replace("low", "lower"));
-    // Its own save does not count as a change.
+    // The session's own save does not count as a change.
     thread::sleep(Duration::from_millis(400));
     session.poll();
     assert_eq!(notes(&mut session), "");

@@ -1,4 +1,4 @@
-//! Results are not computed again by an export or by the next start of the program.
+//! Exports and the next start of the program reuse results.
 
 use std::{path::Path, sync::Arc, time::Duration};
 
@@ -58,7 +58,7 @@ fn an_export_and_a_restart_reuse_shown_results() {
     assert_eq!(computed(&first), ["hills", "rivers", "steep"]);
     assert_eq!(first.shown().as_deref(), Some("rivers.height"));
 
-    // the shown height, and the area that the same kernel computed
+    // the shown height, and the drainage area from the same kernel
     let request = Request::of_document(first.document().clone(), &Changes::default()).expect("a request");
     let request = request.only(&["height".to_owned(), "area".to_owned()]).expect("outputs");
     let builder = Builder::sharing(Arc::clone(first.evaluator()));
@@ -75,7 +75,7 @@ fn an_export_and_a_restart_reuse_shown_results() {
     assert!(first.undo());
     settle(&mut first);
 
-    // results of the session are written when it ends, and found by the next one
+    // the results of the session are written when it ends; the next session finds them
     drop(first);
     let second = session(&file, store(&kept));
     assert_eq!(computed(&second), [""; 0]);

@@ -1,4 +1,4 @@
-//! The viewport.
+//! Tests of the viewport.
 
 use egui::{Event, pos2};
 use egui_kittest::{Harness, kittest::Queryable as _};
@@ -18,7 +18,7 @@ fn hello() -> Harness<'static, App> {
     window
 }
 
-/// Waits until the newest result is drawn; its triangles are made in the background.
+/// Waits until the newest result is drawn; it is prepared for drawing on another thread.
 fn seen(window: &mut Harness<'_, App>) {
     until(window, "the terrain is drawn", |window| {
         let app = window.state();
@@ -26,7 +26,7 @@ fn seen(window: &mut Harness<'_, App>) {
     });
 }
 
-/// Colours along a line through the middle of the viewport.
+/// The number of colours along a line through the middle of the viewport.
 fn colours(picture: &image::RgbaImage) -> usize {
     let line = (0..60).map(|k| picture.get_pixel(250 + 8 * k, 160 + 3 * k).0);
     line.collect::<std::collections::BTreeSet<[u8; 4]>>().len()
@@ -110,7 +110,7 @@ fn land_is_seen_while_it_grows() {
     }
     window.step();
     look(&window);
-    // at least one intermediate result, however rarely a busy machine looks, and the final one
+    // at least one intermediate result, even on a busy machine, and the final one
     assert!(steps.len() > 1 && steps.contains(&0), "{steps:?}");
 }
 

@@ -1,4 +1,4 @@
-//! Routes of wires, and notes on nodes.
+//! Tests of routes of wires, and of notes on nodes.
 
 use egui::{Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable as _};

@@ -2,7 +2,7 @@
 //! keyboard input. The tests read its files, its title and its picture.
 //!
 //! They need Xvfb, xdotool and ImageMagick, and any graphics driver. If one of them is missing the tests are skipped
-//! with a notice, unless the variable `OROGRAPH_ALL_TESTS` is set, as `.ci/run` sets it.
+//! with a message, unless the variable `OROGRAPH_ALL_TESTS` is set, as `.ci/run` sets it.
 #![cfg(all(feature = "editor", target_os = "linux"))]
 #![expect(clippy::disallowed_methods, reason = "what waits for another program gives up in the end")]
 
@@ -22,7 +22,7 @@ use std::{
 use orograph_graph::{Document, Recovered, recover};
 use screen::{Screen, until};
 
-/// The help button in the graph's corner, and how bright it is only under the pointer.
+/// Position of the help button of the canvas, which is bright only while the pointer is over it.
 const SIGN: [i32; 2] = [29, 666];
 const BRIGHT: u8 = 0xb0;
 
@@ -38,7 +38,7 @@ struct EditorProcess {
 }
 
 impl EditorProcess {
-    /// With a file of this text. Returns None when the tools are missing.
+    /// Creates them for a file with this text. Returns None when the tools are missing.
     fn new(text: &str) -> Option<Self> {
         let screen = Screen::open()?;
         let folder = tempfile::tempdir().expect("a folder");
@@ -127,7 +127,7 @@ impl EditorProcess {
         until("there is work that is not saved", || self.title().starts_with('\u{2022}').then_some(()));
     }
 
-    /// Waits until the graph has the keyboard focus, which follows the pointer with the next frame.
+    /// Waits until the canvas has the keyboard focus, which follows the pointer with the next frame.
     #[track_caller]
     fn turn_to_graph(&self) {
         self.screen.point(SIGN);

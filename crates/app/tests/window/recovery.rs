@@ -7,7 +7,7 @@ use std::{
 
 use crate::{EMPTY, EditorProcess};
 
-/// Number of kills, and the time after an edit over which they are spread.
+/// Number of kills, and the time after an edit over which the kills are spread.
 const TIMES: u32 = 20;
 const SPREAD: Duration = Duration::from_millis(1200);
 
@@ -27,7 +27,7 @@ fn work_is_recovered_twenty_times_in_a_row() {
             editor.screen.keys(&["ctrl+d"].repeat(edits - 1));
         }
         let (made, mut seen) = (Instant::now(), 0);
-        // Steps of seven visit all twenty moments, out of order.
+        // Steps of seven cover all twenty moments, out of order.
         while made.elapsed() < SPREAD * (7 * time % TIMES) / (TIMES - 1) {
             let now = editor.work().map_or(0, |work| work.nodes().len());
             if now == nodes + edits && now != seen {
@@ -38,7 +38,7 @@ fn work_is_recovered_twenty_times_in_a_row() {
         }
         editor.kill();
 
-        // The disk has everything that was seen there, and nothing that was not done.
+        // The journal has every edit that was seen in it before, and no others.
         let left = editor.journal().filter(|journal| journal.has_work());
         let text = left.as_ref().map_or_else(|| editor.text(), |journal| journal.text.clone());
         let found = crate::document(&text).nodes().len();
@@ -48,7 +48,7 @@ fn work_is_recovered_twenty_times_in_a_row() {
         if left.is_some() {
             editor.recover();
         }
-        // Some work is saved at once; the other is continued.
+        // Every other time the work is saved at once; otherwise it is continued.
         if time % 2 == 0 {
             editor.screen.keys(&["ctrl+s"]);
             editor.until_saved();
@@ -61,7 +61,7 @@ fn work_is_recovered_twenty_times_in_a_row() {
     assert_eq!(crate::document(&editor.text()).nodes().len(), nodes);
     delays.sort();
     println!("{nodes} nodes; edits were on the disk after {delays:.0?}");
-    // The machine may be too busy to draw now and then, but not most of the time.
+    // A busy machine may delay a write now and then, but not most of the time.
     let median = delays.get(delays.len() / 2).copied().unwrap_or_default();
     assert!(median < Duration::from_secs(1), "{delays:?}");
 }

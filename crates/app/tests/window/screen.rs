@@ -9,9 +9,9 @@ use std::{
 
 use image::RgbImage;
 
-/// Its size in pixels, which is that of the window: a smaller one is drawn faster.
+/// Size in pixels of the display and of the window; a smaller one is drawn faster.
 pub(crate) const SIZE: [u32; 2] = [1280, 720];
-/// Timeout: longer than anything here takes on a busy machine without a graphics card.
+/// Timeout: longer than any of these operations takes on a busy machine without a graphics card.
 const PATIENCE: Duration = Duration::from_secs(120);
 /// Time for a pointer movement to take effect before it is repeated.
 pub(crate) const TRIAL: Duration = Duration::from_secs(15);
@@ -43,7 +43,7 @@ pub(crate) fn within<T>(time: Duration, mut look: impl FnMut() -> Option<T>) -> 
 /// A display in memory.
 pub(crate) struct Screen {
     server: Child,
-    /// As in `DISPLAY`.
+    /// Its name, for the variable `DISPLAY`.
     pub(crate) name: String,
 }
 
@@ -56,7 +56,7 @@ impl Screen {
         });
         if let Some((tool, _)) = missing {
             assert!(std::env::var_os(VARIABLE).is_none(), "`{tool}` is not installed");
-            // A notice that libtest does not capture; failing to write it does not fail the test.
+            // A message that libtest does not capture; failing to write it does not fail the test.
             let _ = writeln!(std::io::stderr(), "SKIPPED the real window: `{tool}` is not installed");
             return None;
         }
@@ -65,8 +65,8 @@ impl Screen {
         }
         let size = format!("{}x{}x24", SIZE[0], SIZE[1]);
         let mut command = Command::new("Xvfb");
-        // It chooses a free number, and prints it when it is ready. It must not reset when the editor is gone, or it
-        // may be away when the next one connects.
+        // The server chooses a free display number, and prints it when it is ready. Without `-noreset` it would restart
+        // after the editor closes, and could be unreachable when the next one connects.
         command.args(["-displayfd", "1", "-noreset", "-nolisten", "tcp", "-screen", "0", &size]);
         let mut server = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("it starts");
         let mut number = String::new();
@@ -94,7 +94,7 @@ impl Screen {
         command
     }
 
-    /// The window whose title has this text.
+    /// The window whose title contains this text.
     pub(crate) fn window(&self, title: &str) -> Option<String> {
         self.ask(&["search", "--onlyvisible", "--name", title])?.lines().next().map(str::to_owned)
     }
@@ -105,7 +105,7 @@ impl Screen {
         self.tell(&[&["key", "--delay", "8"], keys].concat());
     }
 
-    /// Moves the pointer, from beside the position, so that there is always a movement.
+    /// Moves the pointer, starting beside the position so that there is always a movement.
     #[track_caller]
     pub(crate) fn point(&self, at: [i32; 2]) {
         self.step(at.map(|x| x - 1));

@@ -1,4 +1,4 @@
-//! Failures at the start of the editor.
+//! Tests of failures at the start of the editor.
 
 use std::process::Stdio;
 
@@ -17,7 +17,7 @@ fn an_unreadable_file_is_reported_and_not_the_window() {
 fn without_vulkan_the_editor_shows_maps_or_reports_what_it_needs() {
     let Some(editor) = EditorProcess::new(EMPTY) else { return };
     let mut command = editor.command(&editor.file());
-    // No Vulkan driver; there may be one of OpenGL instead.
+    // There is no Vulkan driver, but there may be one for OpenGL.
     command.env("VK_DRIVER_FILES", "/dev/null").env("VK_ICD_FILENAMES", "/dev/null");
     let mut child = command.stderr(Stdio::piped()).spawn().expect("it starts");
     let ended = until("a window, or an end", || match child.try_wait().expect("is a child") {

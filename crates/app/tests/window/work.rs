@@ -13,14 +13,15 @@ use crate::{
 /// Where nodes are added in the window. Positions are rounded to twelve units, and these two differ by half of that in
 /// both directions, so that both together locate the graph to three units.
 const PLACES: [[i32; 2]; 2] = [[150, 450], [546, 492]];
-/// Measures of a card: its width, half the height of its title, the first pin below its top, the distance of pins.
+/// Measures of a card: its width, half the height of its title, the distance from its top to the first pin, the spacing
+/// of pins.
 const WIDTH: f64 = 180.0;
 const TITLE: f64 = 18.0;
 const FIRST_PIN: f64 = 141.5;
 /// The grid step of positions.
 const GRID: f64 = 12.0;
 
-/// The part of the window with the viewport, and the one with the inspector's values.
+/// The areas of the viewport and of the inspector's values in the window.
 const LAND: [u32; 4] = [20, 100, 920, 380];
 const VALUES: [u32; 4] = [950, 50, 1270, 690];
 
@@ -35,7 +36,7 @@ fn colours(picture: &RgbImage, [left, top, right, bottom]: [u32; 4]) -> usize {
     pixels.map(|(x, y)| *picture.get_pixel(x, y)).collect::<HashSet<Rgb<u8>>>().len()
 }
 
-/// The topmost slider among the values: the ends of its rail. A rail is thinner than a button and has its colours.
+/// The ends of the rail of the topmost slider among the values. A rail has the colours of a button but is thinner.
 fn slider(picture: &RgbImage) -> Option<[[i32; 2]; 2]> {
     let [left, top, right, bottom] = VALUES;
     let is_rail = |x: u32, y: u32| RAIL.contains(picture.get_pixel(x, y));
@@ -43,7 +44,7 @@ fn slider(picture: &RgbImage) -> Option<[[i32; 2]; 2]> {
         let mut longest = (left, left);
         let mut found: Option<(u32, u32)> = None;
         for x in (left..right).filter(|x| is_rail(*x, y)) {
-            // A handle is on the rail, and some pixels wide.
+            // The handle covers some pixels of the rail.
             let start = found.filter(|(_, end)| x - end < 14).map_or(x, |(start, _)| start);
             found = Some((start, x));
             longest = if x - start > longest.1 - longest.0 { (start, x) } else { longest };
@@ -69,7 +70,7 @@ fn pins(work: &Document) -> [[i32; 2]; 2] {
         entry.and_then(|entry| entry.layout).expect("it has a place")
     };
     let nodes = [at("ridged"), at("terrace")];
-    // Each node's corner is at the pointer, less half a title, rounded to the grid.
+    // A new node has its corner at the pointer, minus half a title, rounded to the grid.
     let origin = [0, 1].map(|axis| {
         let corner = [WIDTH / 2.0, TITLE][axis];
         let guesses = [0, 1].map(|k| f64::from(PLACES[k][axis]) - corner - nodes[k][axis]);
@@ -104,7 +105,7 @@ fn still(editor: &EditorProcess) -> Document {
 fn nodes_are_wired_and_a_value_is_dragged_and_nothing_is_lost() {
     let Some(mut editor) = EditorProcess::new(EMPTY) else { return };
     editor.start();
-    // There is no terrain yet, only a line of text.
+    // Without terrain the viewport shows only a line of text.
     until("the window is drawn", || (8..1000).contains(&colours(&editor.screen.picture()?, LAND)).then_some(()));
 
     // Two nodes, by keys alone.
@@ -129,13 +130,13 @@ fn nodes_are_wired_and_a_value_is_dragged_and_nothing_is_lost() {
         within(TRIAL, || (source(&editor.work()?, "terrace").as_deref() == Some("ridged.height")).then_some(()))
     });
 
-    // The terrain of the node that was added last.
+    // The terrain of the last added node appears.
     let land = until("land is seen", || editor.screen.picture().filter(|seen| colours(seen, LAND) > 5000));
     if let Some(folder) = std::env::var_os("OROGRAPH_PICTURES") {
         land.save(std::path::PathBuf::from(folder).join("window.png")).expect("the folder can be written to");
     }
 
-    // A slider, with one undo and one redo.
+    // A drag of a slider, one undo and one redo.
     let work = editor.work().expect("written");
     let [left, right] = slider(&land).expect("there is a slider");
     let at = |share: f64| [(f64::from(left[0]) + share * f64::from(right[0] - left[0])) as i32, left[1]];
@@ -156,14 +157,14 @@ fn nodes_are_wired_and_a_value_is_dragged_and_nothing_is_lost() {
     editor.screen.keys(&["ctrl+shift+z"]);
     editor.until("the drag is there again", |now| (now.source() == dragged.source()).then_some(()));
 
-    // Saved, with the comment.
+    // Saving keeps the comment.
     editor.screen.keys(&["ctrl+s"]);
     editor.until_saved();
     assert_eq!(editor.text(), dragged.source());
     assert!(editor.text().starts_with("// Drawn by hand.\n"));
     assert!(!document(&editor.text()).has_errors());
 
-    // More edits, then a kill.
+    // More edits, then a crash.
     editor.turn_to_graph();
     editor.add("slope", [350, 450]);
     editor.until("slope", |work| (work.nodes().len() == 3).then_some(()));
@@ -171,7 +172,7 @@ fn nodes_are_wired_and_a_value_is_dragged_and_nothing_is_lost() {
     editor.kill();
     assert_eq!(editor.text(), dragged.source());
 
-    // It comes back, with its history.
+    // The work is recovered, with its history.
     editor.start();
     editor.until_saved();
     editor.recover();

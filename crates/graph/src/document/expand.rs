@@ -1,9 +1,9 @@
 //! The graph that is built: each `Subgraph` is replaced by the nodes of its file.
 //!
-//! A node of a file is named by the use and its own name, `hills/base`. What the use defines is written into the nodes:
-//! a parameter at every place that it drives, a wire or a number at every input that it feeds, file names relative to
-//! the outermost file. A muted node is left out, and what it passes on replaces its first output. Inner nodes therefore
-//! have their own keys; nodes that are equal in several uses are added only once.
+//! A node of a used file is named after the use and itself, `hills/base`. The definitions of the use are written into
+//! the nodes: a parameter at every place that it drives, a wire or a number at every input that it feeds, file names
+//! relative to the outermost file. Muted nodes are removed; the wire that a muted node passes on replaces its first
+//! output. Inner nodes therefore have their own keys; nodes that are equal in several uses are added only once.
 
 use std::{
     collections::{BTreeMap, HashMap},
@@ -49,7 +49,7 @@ pub(super) struct Placed {
     outputs: Vec<Option<(Port, PortType)>>,
 }
 
-/// What a use of a file defines.
+/// The definitions of a use of a file.
 #[derive(Default)]
 struct Use {
     /// Prefix of the names of the file's nodes.
@@ -60,19 +60,19 @@ struct Use {
     seed: u32,
     /// Values of parameters, and of numbers at inputs, by node and name.
     values: BTreeMap<(NodeIndex, &'static str), ParamValue>,
-    /// What feeds inputs, by node and name.
+    /// Sources of inputs, by node and name.
     wires: BTreeMap<(NodeIndex, &'static str), Port>,
 }
 
 /// The names of the inputs that a node of ground layers mixes, in the order of the layers.
 const LAYERS: [&str; 4] = ["first", "second", "third", "fourth"];
 
-/// Which layers of weights can lie anywhere. All of them, unless the node has an input for each.
+/// The layers of weights that can have coverage: all of them, unless the node has an input for each.
 fn layers(graph: &Graph, port: Port) -> [bool; 4] {
     let inputs = graph.instance(port.node).node.inputs;
     let at = LAYERS.map(|layer| inputs.iter().position(|input| input.name == layer));
     let mut layers = at.map(|at| at.is_none_or(|at| graph.source(port.node, at).is_some()));
-    // what no other layer covers
+    // the first layer covers what the others leave
     layers[0] = true;
     layers
 }
@@ -108,7 +108,7 @@ impl Document {
     }
 }
 
-/// Nodes of files, by what they compute.
+/// Nodes of used files by their contents, to merge equal nodes.
 type Known = HashMap<String, NodeIndex>;
 
 /// Adds the nodes of a document to a graph; returns where its outputs are. Without `known`, equal nodes are not merged.

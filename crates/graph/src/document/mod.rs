@@ -117,7 +117,7 @@ impl Document {
         Self::parse("(\n    format: 1,\n    world: (boundary: inland),\n    nodes: {},\n)\n", registry)
     }
 
-    /// All problems of the file, sorted by place.
+    /// All problems of the file, sorted by position.
     #[must_use]
     pub fn problems(&self) -> &[Diagnostic] {
         &self.read.checked.problems
@@ -268,8 +268,8 @@ impl Document {
         Statistics { texts_parsed: self.parsed, files_parsed: self.home.kept.parsed() }
     }
 
-    /// A number that changes with every change of what is built: nodes, wires, world, outputs and files, but not places
-    /// on the canvas, notes or comments. No two documents with different graphs have the same number.
+    /// A number that changes with every change that affects the build: nodes, wires, world, outputs and files, but not
+    /// positions on the canvas, notes or comments. No two documents with different graphs have the same number.
     #[must_use]
     pub fn build(&self) -> u64 {
         self.read.build.id

@@ -1,8 +1,8 @@
 //! A parsed text: its tree, its contents, and the graph built from it.
 //!
-//! A text is parsed once and checked once. An edit starts from the tree of the text that it changes, and the tree of
-//! the result goes on to the check. The graph to build is expanded on demand and reused as long as edits change nothing
-//! that is built, such as positions on the canvas.
+//! A text is parsed once and checked once. An edit starts from the tree of the text that it changes, and the check
+//! reuses the tree of the result. The graph to build is expanded on demand and reused while edits do not affect the
+//! build, such as moves on the canvas.
 
 use std::sync::{
     Arc, OnceLock,
@@ -31,7 +31,7 @@ impl Parsed {
     }
 }
 
-/// A text with everything that was read from it.
+/// A text with all data read from it.
 #[derive(Debug)]
 pub(super) struct Read {
     pub(super) source: String,
@@ -43,7 +43,7 @@ pub(super) struct Read {
 }
 
 impl Read {
-    /// Checks a text. It shares what is built with `like` if that is the same.
+    /// Checks a text. Shares the built graph with `like` if it is the same.
     pub(super) fn new(
         source: String,
         parsed: Arc<Parsed>,
@@ -64,7 +64,7 @@ impl Read {
     }
 }
 
-/// What is built from a text.
+/// The graph built from a text.
 #[derive(Debug)]
 pub(super) struct Build {
     /// Unique in the program.

@@ -126,7 +126,7 @@ pub struct UsedGraph {
 }
 
 impl UsedGraph {
-    /// What identifies a state of the file.
+    /// Identifies a state of the file.
     pub(super) fn content(&self) -> (&Path, Option<*const Document>) {
         (&self.path, self.document.as_ref().map(Arc::as_ptr))
     }
@@ -199,8 +199,8 @@ impl Loader {
         done
     }
 
-    /// Returns true if nothing has changed that a document with an unchanged text depends on: the files that it names
-    /// exist, and the graph files that it uses are the same. A document with an error about a file is read again.
+    /// Returns true if a document with an unchanged text is still valid: the files that it names exist, and the graph
+    /// files that it uses are the same. A document with an error about a file is read again.
     fn is_sound(&mut self, document: &Document, registry: &Registry) -> bool {
         let same = |loader: &mut Self, used: &UsedGraph| {
             let now = loader.load(&used.path, registry).ok();

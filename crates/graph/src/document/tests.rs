@@ -376,7 +376,7 @@ fn wires_from_outside_a_part_of_a_file_are_listed() {
 
 #[test]
 fn consequences_of_a_mistake_are_not_reported() {
-    // `b` has an unknown type, so that what it feeds cannot be wrong because of it.
+    // The type of `b` is unknown, so the wire from it is not reported.
     assert_eq!(
         errors(r#""a": Metrics(height: "c", mask: "b"), "b": StreamPower(height: "x"), "c": Ridged"#),
         ["unknown-wire: `b.height` is wired to `x`, but there is no node `x`"]

@@ -61,7 +61,7 @@ pub enum EvalError {
         parameter: &'static str,
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The reason.
         message: String,
     },
     /// The evaluation would need more memory than is available.
@@ -71,11 +71,11 @@ pub enum EvalError {
         node: String,
         /// Bytes needed.
         needs: u64,
-        /// Bytes available: the limit that was set, or what the machine has free; `None` if the system refused an
+        /// Bytes available: the limit that was set, or the free memory of the machine; `None` if the system refused an
         /// allocation.
         available: Option<u64>,
     },
-    /// The system had no memory for a raster, although the estimate before the run was within what is available.
+    /// The system refused memory for a raster, although the estimate before the run was below the available memory.
     #[error("`{node}` ({id}): {refused}")]
     OutOfMemory {
         /// The node's name.
@@ -116,7 +116,7 @@ pub enum EvalError {
         id: &'static str,
         /// The output.
         output: &'static str,
-        /// What is wrong with it.
+        /// The contradiction.
         message: String,
     },
     /// The worker threads could not be started.

@@ -20,11 +20,11 @@ pub enum Origin {
     Disk,
 }
 
-/// What happens during an evaluation. Events come from the worker threads: those of different nodes interleave, those
-/// of one node are in order.
+/// An event of an evaluation. Events come from the worker threads: those of different nodes interleave, those of one
+/// node are in order.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// The work is known.
+    /// The plan is complete.
     Planned {
         /// Nodes whose kernels will run.
         compute: usize,
@@ -101,8 +101,8 @@ impl Throttle {
         Self(Mutex::new((None, 0.0)))
     }
 
-    /// Returns true if this fraction should be reported. A thread that finds another one here returns at once: its
-    /// fraction is no newer.
+    /// Returns true if this fraction should be reported. If another thread is inside, returns false at once: that
+    /// thread's fraction is about as new.
     pub(super) fn admits(&self, fraction: f32) -> bool {
         let Ok(mut last) = self.0.try_lock() else { return false };
         let time = now();

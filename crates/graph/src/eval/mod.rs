@@ -1,4 +1,4 @@
-//! The evaluator: builds what is requested, and recomputes only what has changed.
+//! The evaluator: builds requested outputs, and recomputes only what has changed.
 //!
 //! Requests are pulled up the wires: [`plan`] finds the nodes they need and the window for each, grown by the nodes'
 //! reaches; [`key`] names each result by a hash of everything that can change it; [`needs`] looks these names up in the
@@ -60,7 +60,7 @@ pub struct Evaluation<'a> {
     pub graph: &'a Graph,
     /// The folder that file parameters are relative to.
     pub folder: &'a Path,
-    /// What is delivered. Earlier requests are computed first.
+    /// The outputs to deliver. Earlier requests are computed first.
     pub requests: &'a [Request],
     /// Outputs to store as well if their kernel runs for a request anyway; they are never delivered.
     pub byproducts: &'a [Request],
@@ -75,7 +75,7 @@ pub struct Delivered {
     pub key: Key,
 }
 
-/// The answer to a request.
+/// The result of a request.
 pub type Delivery = Result<Delivered, EvalError>;
 
 /// Options of an [`Evaluator`]. They do not change results, except a backend within the tolerances of its nodes.
@@ -85,7 +85,8 @@ pub struct EvaluatorOptions {
     pub backend: Arc<dyn Backend>,
     /// Caches results between evaluations; several evaluators may share it.
     pub store: Arc<Store>,
-    /// Bytes that one evaluation may use at a time, estimated before it starts; `None` for what the machine has free.
+    /// Memory limit of one evaluation in bytes, checked against an estimate before it starts; `None` for the free
+    /// memory of the machine.
     pub memory_limit: Option<u64>,
     /// Number of worker threads; `None` for one per core.
     pub threads: Option<NonZero<usize>>,
@@ -191,7 +192,7 @@ impl Evaluator {
         &self.store
     }
 
-    /// Evaluates all requests and returns the answers in their order. Blocks until all are available.
+    /// Evaluates all requests and returns the results in the order of the requests. Blocks until all are available.
     pub fn evaluate(
         &self,
         evaluation: &Evaluation<'_>,
@@ -221,9 +222,9 @@ impl Evaluator {
         self.evaluate(&evaluation, &Cancel::default(), &|_| {}).into_iter().collect()
     }
 
-    /// Answers each request as soon as its value is available or has failed; the value is released when the receiver
-    /// drops it. A failing request does not affect requests that do not depend on the failure. Blocks until all are
-    /// answered.
+    /// Delivers the result of each request as soon as it is available or has failed; the value is released when the
+    /// receiver drops it. A failing request does not affect requests that do not depend on the failure. Blocks until
+    /// all results are delivered.
     ///
     /// `events` and `deliver` are called from the worker threads. `events` should return quickly; while `deliver`
     /// blocks a thread, the others compute. `deliver` must not wait for this evaluator.

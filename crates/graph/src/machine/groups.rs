@@ -33,7 +33,7 @@ pub(super) fn memory_groups(read: Read<'_>) -> Vec<Group> {
             let folder = point.join(part);
             let group = Group { version, folder };
             if group.is_below_a_flat_one(read, &point) {
-                // the groups above such a one do not count what is in it
+                // the groups above this one do not count its memory
                 groups.push(group);
                 break;
             }

@@ -1,4 +1,4 @@
-//! The contents of `/proc` of various systems, and what they mean.
+//! Tests with the contents of `/proc` on various systems.
 
 use std::{collections::HashMap, path::Path};
 
@@ -125,7 +125,7 @@ fn a_container_sees_its_own_group_at_the_mount_point() {
         let group = group.with("/sys/fs/cgroup/memory/memory.usage_in_bytes", 200 * MIB);
         assert_eq!(group.mib(), (600, 700), "{path}");
     }
-    // the process was moved out of what the container sees; the limit at the mount point is the best known
+    // the process was moved to a group that the container cannot see; the limit at the mount point is the best known
     let moved = machine().two("/", "/../other").with("/sys/fs/cgroup/memory.max", 700 * MIB);
     assert_eq!(moved.with("/sys/fs/cgroup/memory.current", 200 * MIB).mib(), (600, 700));
 }

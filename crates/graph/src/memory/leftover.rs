@@ -16,9 +16,8 @@ static LEFTOVERS: Notes<MOST, LONGEST> = Notes::new();
 pub struct Leftover(#[expect(dead_code, reason = "it is dropped")] Note<MOST, LONGEST>);
 
 impl Leftover {
-    /// Registers a file or a folder with its contents, and the folders that were created for it, the innermost first,
-    /// which are removed if they are empty. A path that is too long to be registered is not removed, and neither are
-    /// the others.
+    /// Registers a file or a folder with its contents, and the folders that were created for it, innermost first; these
+    /// are removed if they are empty. If a path is too long to be registered, neither it nor the others are removed.
     pub fn note(temporary: &Path, around: &[&Path]) -> Self {
         let mut text = Vec::new();
         for path in [temporary].iter().chain(around) {

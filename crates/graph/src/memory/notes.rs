@@ -23,7 +23,7 @@ pub struct Note<const COUNT: usize, const BYTES: usize> {
 }
 
 impl<const COUNT: usize, const BYTES: usize> Notes<COUNT, BYTES> {
-    /// Without notes.
+    /// An empty set.
     #[must_use]
     pub const fn new() -> Self {
         Self(Mutex::new([Place { is_taken: false, len: 0, text: [0; BYTES] }; COUNT]))
@@ -40,8 +40,8 @@ impl<const COUNT: usize, const BYTES: usize> Notes<COUNT, BYTES> {
         Note { notes: self, place }
     }
 
-    /// Reads all notes. Reads none when another thread locks them for longer than a moment, since the reader must not
-    /// hang.
+    /// Reads all notes. Reads none if another thread keeps them locked for longer than a moment, because the reader
+    /// must not block.
     pub fn each(&self, mut read: impl FnMut(&[u8])) {
         for _ in 0..1000 {
             let places = match self.0.try_lock() {

@@ -1,5 +1,5 @@
-//! `noise-peers SIDE REPEATS`: times noise of other libraries on one thread. Prints one line per kernel and library: the kernel, its
-//! octaves, the library, and the median time in nanoseconds of processor per cell. Linux only.
+//! `noise-peers SIDE REPEATS`: times the noise of other libraries on one thread. Prints one line per kernel and
+//! library: the kernel, its octaves, the library, and the median processor time in nanoseconds per cell. Linux only.
 
 use libnoise::{Generator, Source};
 use noise_functions::{Noise, Perlin};
@@ -68,7 +68,7 @@ impl Run {
     }
 }
 
-/// Nanoseconds of processor that this thread has used.
+/// Processor time of this thread in nanoseconds.
 fn processor_ns() -> f64 {
     std::thread::yield_now();
     let told = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();

@@ -237,7 +237,7 @@ impl Request {
         Ok(self)
     }
 
-    /// A text for people, in which files of an archive are named by the archive.
+    /// Replaces temporary paths of an archive's files in a text by the path of the archive.
     #[must_use]
     pub fn shown(&self, text: &str) -> String {
         self.source.shown(text)
@@ -256,7 +256,7 @@ impl Request {
     }
 }
 
-/// The world with other cells, which must be square.
+/// The world at another resolution; its cells must be square.
 fn with_cells(world: World, cells: Cells) -> Result<World, Failure> {
     let axis = usize::from(world.size[1] > world.size[0]);
     let ratio = world.size[1 - axis] / world.size[axis];

@@ -59,17 +59,17 @@ pub struct PageEntry {
     pub usual: Option<[f64; 2]>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub choices: Vec<Choice>,
-    /// The settings with which alone it has an effect, as text.
+    /// The only settings with which it has an effect, as text.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub when: Vec<String>,
     pub doc: &'static str,
-    /// The default for people.
+    /// The default, as text with its unit.
     #[serde(skip)]
     pub default_text: String,
-    /// The range for people.
+    /// The range, as text with its unit.
     #[serde(skip)]
     pub range_text: String,
-    /// The usual range, for people; empty if it is the whole range.
+    /// The usual range, as text with its unit; empty if it is the whole range.
     #[serde(skip)]
     pub usual_text: String,
 }
@@ -263,7 +263,7 @@ impl PageEntry {
     }
 }
 
-/// A range for people: `1 m to 1000 km`.
+/// A range as text: `1 m to 1000 km`.
 fn between([lo, hi]: [f64; 2], unit: Unit) -> String {
     match (lo.is_finite(), hi.is_finite()) {
         (true, true) => format!("{} to {}", unit.display(lo), unit.display(hi)),

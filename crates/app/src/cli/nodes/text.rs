@@ -63,7 +63,7 @@ fn heading(out: &mut String, page: Page, text: &str) {
     let _ = writeln!(out, "\n{}", page.bold(text));
 }
 
-/// A name with text beside it, wrapped to the width.
+/// A name with a text beside it, wrapped to the width.
 fn labelled(page: Page, name: &str, text: &str) -> String {
     const COLUMN: usize = 10;
     let body = page.paragraphs(text, COLUMN);

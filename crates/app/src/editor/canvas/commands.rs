@@ -21,18 +21,18 @@ pub(super) fn fresh_name(stem: &str, taken: impl Fn(&str) -> bool) -> String {
     name
 }
 
-/// Moves a node to a position.
+/// The edit that moves a node to a position.
 pub(super) fn put(node: &str, at: Pos2) -> Edit {
     Edit::SetLayout { node: node.to_owned(), at: Some([f64::from(at.x.round()), f64::from(at.y.round())]) }
 }
 
-/// Sets the route of a wire.
+/// The edit that sets the route of a wire.
 pub(super) fn way(wire: &WireName, places: &[Pos2]) -> Edit {
     let places = places.iter().map(|at| [f64::from(at.x.round()), f64::from(at.y.round())]).collect();
     Edit::SetReroutes { node: wire.node.clone(), input: wire.input.to_owned(), places }
 }
 
-/// Sets the routes of wires to those in the model, if they differ.
+/// The edits that set the routes of wires to those in the model, if they differ.
 pub(super) fn ways<'m>(
     model: &'m Model,
     before: &'m BTreeMap<usize, Vec<Pos2>>,
@@ -41,12 +41,12 @@ pub(super) fn ways<'m>(
     wires.filter(|(wire, places)| wire.bends != **places).map(|(wire, _)| way(&model.wire_name(wire), &wire.bends))
 }
 
-/// Writes the position of every node that has none in the document, so that the canvas does not change.
+/// The edits that write the position of every node that has none in the document, so that the canvas does not change.
 pub(super) fn settle(model: &Model) -> impl Iterator<Item = Edit> {
     model.cards.iter().filter(|card| !card.placed).map(|card| put(&card.name, card.at))
 }
 
-/// Connects two pins, in either order.
+/// The edit that connects two pins, in either order.
 pub(super) fn connect(model: &Model, a: Spot, b: Spot) -> Edit {
     let (output, input) = if a.side == Side::Output { (a, b) } else { (b, a) };
     Edit::Connect {
@@ -56,13 +56,13 @@ pub(super) fn connect(model: &Model, a: Spot, b: Spot) -> Edit {
     }
 }
 
-/// Disconnects a wire.
+/// The edit that disconnects a wire.
 pub(super) fn disconnect(wire: &WireName) -> Edit {
     Edit::Disconnect { node: wire.node.clone(), input: wire.input.to_owned() }
 }
 
-/// Removes nodes and wires. Readers of a removed node read its input instead if the types allow it; so do the outputs
-/// of the file.
+/// The edit that removes nodes and wires. Readers of a removed node, including outputs of the file, read its input
+/// instead if the types allow it.
 pub(super) fn remove(document: &Document, nodes: &BTreeSet<String>, wires: &BTreeSet<WireName>) -> Edit {
     let graph = document.graph();
     let gone: BTreeSet<NodeIndex> = nodes.iter().filter_map(|name| graph.find(name).ok()).collect();

@@ -581,7 +581,7 @@ fn wire_below(model: &Model, lens: Lens, card: usize, session: &Session) -> Opti
     let fits = |wire: &Wire| {
         wire.from.card != card && wire.to.card != card && commands::into_wire(model, wire, kind, &held.name).is_some()
     };
-    // The upper part of the card's body must be over the wire.
+    // The wire must be under the upper part of the card's body.
     let middle = lens.to_screen(held.at + held.size() * 0.5);
     let top = lens.to_screen(held.at + egui::vec2(held.size().x * 0.5, 18.0));
     let wanted = |position: usize| fits(&model.wires[position]);

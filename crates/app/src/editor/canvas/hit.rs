@@ -1,4 +1,4 @@
-//! What is under the pointer, and which pins can be connected.
+//! Finds what is under the pointer, and which pins can be connected.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use super::{
     model::{Area, Model, Side, Spot, WireName},
 };
 
-/// What is under a point of the window.
+/// The part of the graph under a point of the window.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Hit {
     Pin(Spot),
@@ -28,7 +28,8 @@ pub(super) enum Hit {
 const NEAR_WIRE: f32 = 7.0;
 
 impl Model {
-    /// What is under a point of the window. `order` lists the cards in drawing order, the topmost last.
+    /// The topmost part of the graph under a point of the window. `order` lists the cards in drawing order, the topmost
+    /// last.
     pub(super) fn hit(&self, lens: Lens, order: &[usize], point: Pos2) -> Hit {
         if let Some(spot) = self.pin_near(lens, order, point, |_| true) {
             return Hit::Pin(spot);

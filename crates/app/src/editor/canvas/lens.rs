@@ -108,7 +108,7 @@ impl Lens {
         distances.min_by(|(a, _), (b, _)| a.total_cmp(b)).unwrap_or((f32::INFINITY, 0))
     }
 
-    /// Zooms by a factor; what is under `point` stays there.
+    /// Zooms by a factor around `point`.
     pub(super) fn zoom_at(&mut self, point: Pos2, factor: f32) {
         let under = self.to_graph(point);
         self.zoom = (self.zoom * factor).clamp(ZOOM[0], ZOOM[1]);

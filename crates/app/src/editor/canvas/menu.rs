@@ -17,7 +17,7 @@ use crate::editor::window::actions::{self, Action, Status};
 pub(super) struct Menu {
     of: Of,
     at: Pos2,
-    /// It is shown from the frame after the click that opened it, because that click is outside the menu.
+    /// False in the frame of the click that opened it, because that click is outside the menu and would close it.
     shown: bool,
 }
 
@@ -101,7 +101,7 @@ impl Canvas {
         self.item_as(ui, session, action.name(), action, false);
     }
 
-    /// A menu item with a name that says what it acts on; `ticks` if other items of the menu have check marks.
+    /// A menu item whose name includes its subject; `ticks` if other items of the menu have check marks.
     fn item_as(&mut self, ui: &mut Ui, session: &mut Session, name: &str, action: Action, ticks: bool) {
         let status = self.status(session, action);
         if actions::item(ui, (action, name), status, ticks) {

@@ -1,7 +1,7 @@
-//! The pane of the graph: its nodes as cards, the wires between them, and direct manipulation.
+//! The canvas: nodes as cards, the wires between them, and direct manipulation.
 //!
 //! A [`Model`] is the drawable form of a document, rebuilt after each change of the document; it duplicates no state.
-//! [`Lens`] is the view. A [`Gesture`] is what the pointer is doing; it ends with one edit. [`commands`] turn user
+//! [`Lens`] is the view. A [`Gesture`] is the current use of the pointer; it ends with one edit. [`commands`] turn user
 //! commands into edits. [`paint`] draws the cards and wires in points of the window and not in a scaled scene, so that
 //! text is sharp at every zoom and pins can be grabbed wherever they are visible; `egui_graph` computes the automatic
 //! layout, in [`place`].
@@ -41,7 +41,7 @@ use model::{Model, Side, Spot, WireName};
 use paint::{Brush, Emphasis};
 use thumbs::Thumbs;
 
-/// How long a refusal is shown at the pointer, in seconds.
+/// Time in seconds for which the reason of a refused edit is shown at the pointer.
 const REFUSAL: f64 = 4.0;
 
 /// A state of a file.
@@ -53,7 +53,7 @@ struct Seen {
     hash: u64,
 }
 
-/// The pane of the graph.
+/// The canvas.
 #[derive(Debug, Default)]
 pub(super) struct Canvas {
     model: Model,
@@ -84,10 +84,10 @@ pub(super) struct Canvas {
     menu: Option<menu::Menu>,
     find: Option<overlay::Find>,
     rename: Option<overlay::Rename>,
-    /// The reason for a refusal, its position, and until when it is shown.
+    /// The reason of a refused edit, its position, and until when it is shown.
     refusal: Option<(String, Pos2, f64)>,
     without_map: bool,
-    /// Where to paste next if the pointer is elsewhere.
+    /// Number of pastes away from the pointer, each shifted from the one before.
     pasted: u32,
     /// Remaining frames to wait for the clipboard after a menu command.
     pasting: u8,
@@ -361,7 +361,7 @@ fn tell(ui: &egui::Ui, model: &Model, position: usize, lens: Lens, session: &Ses
     response.widget_info(|| {
         WidgetInfo::selected(WidgetType::SelectableLabel, true, chosen, format!("node {}: {}", card.name, card.kind))
     });
-    // Pins that are too small to grab are too many.
+    // At small zooms there would be too many pins, all too small to grab.
     let spots = model.spots(position).filter(|_| lens.zoom > 0.2);
     for spot in spots {
         let at = Rect::from_center_size(lens.to_screen(model.pin_at(spot)), Vec2::splat(10.0));

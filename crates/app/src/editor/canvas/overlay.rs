@@ -1,4 +1,4 @@
-//! What is drawn over the graph: tooltips, the overview, the search and renaming.
+//! Overlays of the canvas: tooltips, the overview, the search and renaming.
 
 use egui::{
     Align2, CornerRadius, FontId, Id, Key, Modifiers, Pos2, Rect, Response, RichText, Sense, Stroke, StrokeKind, Ui,
@@ -69,7 +69,7 @@ pub(super) fn bubble(ui: &Ui, id: &str, at: Pos2, brush: &Brush, text: &str) {
 }
 
 impl Canvas {
-    /// Shows for a while why something was refused.
+    /// Shows for a while why an edit was refused.
     pub(super) fn refusal_ui(&mut self, ui: &Ui, brush: &Brush) {
         let Some((reason, at, until)) = &self.refusal else { return };
         let left = until - ui.input(|input| input.time);
@@ -81,7 +81,7 @@ impl Canvas {
         ui.ctx().request_repaint_after_secs(left as f32);
     }
 
-    /// The tooltip of what is under the pointer.
+    /// The tooltip of the part of the graph under the pointer.
     pub(super) fn hint(&self, response: &Response, session: &Session, brush: &Brush) {
         let calm = matches!(self.gesture, Gesture::Idle) && self.palette.is_none() && self.menu.is_none();
         let Some(hit) = self.hovered.as_ref().filter(|_| calm && self.refusal.is_none()) else { return };

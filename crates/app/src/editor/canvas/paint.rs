@@ -257,7 +257,7 @@ impl Brush {
         }
     }
 
-    /// The sign of the node that the viewport shows.
+    /// Draws the eye icon of the node that the viewport shows.
     fn eye(&self, at: Pos2) {
         let (at, width) = (self.lens.to_screen(at), self.scaled(5.5));
         let [left, right] = [at - vec2(width, 0.0), at + vec2(width, 0.0)];
@@ -270,7 +270,7 @@ impl Brush {
         self.painter.circle_filled(at, width * 0.36, self.look.text);
     }
 
-    /// The state of the node, as a sign that differs in shape and not only in colour.
+    /// Draws the state of the node as an icon that differs in shape and not only in colour.
     fn badge(&self, at: Pos2, card: &Card, info: &NodeInfo, time: f64) {
         let look = &self.look;
         let centre = self.lens.to_screen(at);
@@ -389,7 +389,7 @@ impl Brush {
         }
     }
 
-    /// The sign of a report, instead of a thumbnail.
+    /// Draws the icon of a report, which has no thumbnail.
     fn bars(&self, square: Rect) {
         let side = square.width();
         for (column, height) in [(0.2, 0.3), (0.42, 0.55), (0.64, 0.42)] {
@@ -455,7 +455,7 @@ impl Brush {
 /// The thumbnail leaves room for the text beside it.
 const _: () = assert!(PICTURE + 2.0 * PAD < WIDTH, "there is room beside the picture");
 
-/// A duration for people.
+/// A duration as text.
 pub(super) fn span(time: Duration) -> String {
     let seconds = time.as_secs_f64();
     match seconds {

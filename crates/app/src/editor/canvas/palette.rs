@@ -1,4 +1,4 @@
-//! The palette: all node types, searchable by name, category and description.
+//! The node palette: all node types, searchable by name, category and description.
 
 use egui::{Align, Id, Key, Modifiers, Pos2, Sense, Ui, Vec2, vec2};
 use orograph_graph::{Document, Edit, Node, PortType};
@@ -269,9 +269,9 @@ impl Palette {
             ui.set_min_height(32.0);
             match kinds.get(self.marked) {
                 Some(kind) => ui.label(egui::RichText::new(kind.summary).small()),
-                None => {
-                    ui.label(egui::RichText::new("No nodes found. Try fewer letters, or what the node does.").small())
-                }
+                None => ui.label(
+                    egui::RichText::new("No nodes found. Try fewer letters, or a word from the description.").small(),
+                ),
             };
         });
         clicked

@@ -37,7 +37,7 @@ macro_rules! examples {
     };
 }
 
-/// The example graphs, the simplest first. `output` is what the picture shows; without it, the height.
+/// The example graphs, the simplest first. `output` is the output in the picture; without it, the height.
 const EXAMPLES: &[Example] = examples! {
     "alps" "Alps";
     "hello" "A first range";

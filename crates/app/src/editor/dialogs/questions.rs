@@ -1,4 +1,4 @@
-//! Questions that you must answer before anything else, and closing the window.
+//! Questions that you must answer before you can continue, and closing the window.
 
 use std::{
     path::{Path, PathBuf},
@@ -47,7 +47,7 @@ impl Questions {
             self.asked = None;
             return;
         };
-        // The first button has the focus, so that Enter gives the usual answer.
+        // The first button has the focus, so that Enter chooses the recommended answer.
         let new = self.asked.as_ref() != Some(&question);
         self.asked = Some(question.clone());
         let mut answer = None;
@@ -141,7 +141,7 @@ fn buttons(ui: &mut Ui, add: impl FnOnce(&mut Ui)) {
     ui.horizontal_wrapped(add);
 }
 
-/// The button of the usual answer.
+/// The button of the recommended answer.
 fn first(ui: &mut Ui, new: bool, text: &str) -> egui::Response {
     let button = ui.button(text);
     if new {

@@ -1,6 +1,6 @@
 //! The file dialogs of the system. They do not block the window; the caller fetches the answer.
 //!
-//! A system may have none (no portal), so that every path can be typed as well.
+//! A system may have none (no portal), so every path can be typed as well.
 
 use std::{
     path::{Path, PathBuf},
@@ -26,7 +26,7 @@ pub(crate) enum Ask {
     Folder,
 }
 
-/// The place for an answer.
+/// Receives an answer.
 type Slot = Arc<Mutex<Option<PathBuf>>>;
 
 /// Opens a dialog in a folder. [`answer`] with the same id returns the choice.

@@ -186,7 +186,7 @@ const fn edge_doc(edge: Edge) -> &'static str {
         Edge::Open => "Water and sediment leave; the elevation is free",
         Edge::Wall => "Nothing crosses",
         Edge::Inland => "The terrain continues: rivers also run on a margin, which is cut off",
-        Edge::Periodic => "Whatever leaves here enters on the opposite side",
+        Edge::Periodic => "Water and sediment that leave here enter on the opposite side",
     }
 }
 

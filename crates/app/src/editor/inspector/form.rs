@@ -183,7 +183,7 @@ fn select_all(ui: &Ui, id: Id, text: &str) {
     }
 }
 
-/// A name for people: `uplift_course` is "uplift course".
+/// A name as text: `uplift_course` is "uplift course".
 pub(super) fn words(name: &str) -> String {
     name.replace('_', " ")
 }

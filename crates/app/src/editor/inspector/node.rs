@@ -1,4 +1,4 @@
-//! The selected node: its state, its inputs, its parameters, its outputs, and its manual page.
+//! The selected node: state, inputs, parameters, outputs and manual page.
 
 use egui::{Button, Frame, Label, RichText, Ui, containers::menu::MenuButton};
 use orograph_graph::{Edit, Fallback, Input, Kind, Node, NodeIndex, ParamSpec, ParamValue, Port, When, bytes};
@@ -16,7 +16,7 @@ use crate::{
     report::progress::seconds,
 };
 
-/// An input and what is connected to it.
+/// An input and its connection.
 struct Wiring {
     input: &'static Input,
     /// The output that it reads, as `node.port`.
@@ -415,7 +415,7 @@ fn fields(
     action
 }
 
-/// A value as text for people.
+/// A value as text.
 fn in_words(spec: &ParamSpec, value: &ParamValue) -> String {
     match value {
         ParamValue::Float(number) => spec.unit.display(*number),

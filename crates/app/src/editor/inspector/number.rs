@@ -81,7 +81,7 @@ pub(super) fn show(
     let room = ui.available_width();
     let gap = ui.spacing().item_spacing.x;
     let text = if scale.whole { format!("{now}") } else { unit.display(now) };
-    // The number is never cut, whatever remains for the slider.
+    // The number is never truncated, whatever width remains for the slider.
     let number = wide(ui, text.split(' ').next().unwrap_or(&text)) + FRAME + 2.0;
     let width = if room < 130.0 { room } else { (room * 0.42).clamp(76.0, 120.0).max(number).min(room) };
     let mut asked = None;

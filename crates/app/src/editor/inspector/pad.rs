@@ -273,7 +273,7 @@ impl Map {
     }
 }
 
-/// A position at round numbers, finer than a point of the screen.
+/// A position rounded to digits finer than a point of the screen.
 fn rounded(place: [f64; 2], bounds: [[f64; 2]; 2]) -> [f64; 2] {
     [0, 1].map(|axis| number::short(place[axis], bounds[1][axis] - bounds[0][axis]))
 }
@@ -289,7 +289,7 @@ fn after(places: &[Pos2], pointer: Pos2) -> usize {
     let nearest = pieces.map(|(at, pair)| (at + 1, distance(pair))).min_by(|a, b| a.1.total_cmp(&b.1));
     let to_end = |end: Option<&Pos2>| end.map_or(f32::INFINITY, |end| end.distance(pointer));
     match nearest {
-        // at the very end of a segment the end of the path is as near as the segment
+        // beyond the last segment, the end of the path is as close as the segment
         Some((_, piece)) if to_end(places.last()) <= piece => places.len(),
         Some((_, piece)) if to_end(places.first()) <= piece => 0,
         Some((at, _)) => at,

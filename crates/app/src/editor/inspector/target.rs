@@ -1,11 +1,11 @@
-//! What a row of the inspector changes, and by which edits.
+//! The target of a row of the inspector: the value that it changes, and the edits that change it.
 
 use orograph_graph::{Edit, ParamValue};
 
 use super::{form::FormState, value::ValueChange};
 use crate::editor::Session;
 
-/// What a row changes.
+/// The value that a row changes.
 #[derive(Clone, Debug)]
 pub(super) enum Target {
     /// A parameter of a node.

@@ -44,7 +44,7 @@ pub enum Question {
     Changed {
         /// The text of the file now.
         theirs: String,
-        /// What both changed, such as `rivers.duration`.
+        /// Values that both changed, such as `rivers.duration`.
         conflicts: Vec<String>,
         /// True if the work was about to be saved.
         saving: bool,

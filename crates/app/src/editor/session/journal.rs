@@ -1,6 +1,6 @@
 //! Journals on disk: where they are, the thread that writes them, and the unsaved work that they contain.
 //!
-//! A thread of its own writes the journal while the editor runs. Each edit is in the file a fifth of a second later and
+//! A separate thread writes the journal while the editor runs. Each edit is in the file a fifth of a second later and
 //! is flushed to the disk (`fdatasync`) at once, so that a crash of the program loses at most that fifth, and a crash
 //! of the machine hardly more. The journal is beside the graph file, as `.NAME.journal`, or in the system's state
 //! folder if the graph has no name or its folder is not writable. The journal is locked while it is written, so that
@@ -169,7 +169,7 @@ fn read(file: &mut File) -> Result<Recovered, JournalError> {
 }
 
 fn remove(path: &Path) {
-    // If it stays, the next start finds it without unsaved work.
+    // If it cannot be removed, the next start finds it without unsaved work.
     let _ = fs::remove_file(path);
 }
 
@@ -267,7 +267,7 @@ impl Writer {
         }
     }
 
-    /// Of a drag, the last value is enough.
+    /// Of a drag, only the last value is kept.
     fn gather(&mut self, entry: JournalEntry) {
         match (self.waiting.last_mut(), entry) {
             (Some(JournalEntry::Made(last) | JournalEntry::Amended(last)), JournalEntry::Amended(new)) => *last = new,

@@ -85,7 +85,7 @@ pub struct Session {
     safety: Safety,
 }
 
-/// What protects the work from being lost.
+/// State that protects the work from being lost.
 #[derive(Default)]
 struct Safety {
     /// Where journals are stored. None when there are none.
@@ -360,13 +360,13 @@ impl Session {
         }
     }
 
-    /// What is known about a node.
+    /// The known state of a node.
     #[must_use]
     pub fn node(&self, name: &str) -> NodeInfo {
         self.info(name).clone()
     }
 
-    /// What is known about a node, by reference, for callers that read many.
+    /// The known state of a node, by reference, for callers that read many.
     pub(super) fn info(&self, name: &str) -> &NodeInfo {
         static NOTHING: NodeInfo = NodeInfo { state: NodeState::Waiting, time: None, bytes: 0, warnings: Vec::new() };
         self.nodes.get(name).unwrap_or(&NOTHING)
@@ -401,7 +401,7 @@ impl Session {
         self.busy || self.stale
     }
 
-    /// Adds a message for the person.
+    /// Adds a message for the user.
     pub fn note(&mut self, message: impl Into<String>, error: bool) {
         self.notes.push(Note { message: message.into(), error });
     }
@@ -417,7 +417,7 @@ impl Session {
         let document = &self.document;
         self.selection.retain(|name| document.node(name).is_some());
         if std::mem::replace(&mut self.build, document.build()) == self.build {
-            // The built graph is the same: the results and the running work of the worker stay valid.
+            // The built graph is the same, so the results and the running work of the worker stay valid.
             return;
         }
         self.revision += 1;

@@ -17,7 +17,7 @@ pub struct Lost {
     pub when: SystemTime,
     /// The number of edits that can be undone.
     pub steps: usize,
-    /// What it changes in the file, as text.
+    /// The changes to the file, as text.
     pub differences: Vec<String>,
     /// True if the file has changed since.
     pub changed_since: bool,

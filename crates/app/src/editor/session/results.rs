@@ -87,7 +87,7 @@ impl Session {
                     info.warnings.clear();
                 }
             }
-            // Reported before fewer cells were requested.
+            // This result was reported before a lower resolution was requested.
             News::Built { cells, .. } | News::Glimpsed { cells, .. } if cells > self.cells.max(QUICK_CELLS) => {}
             News::Built { revision, name, cells, value } => {
                 if let Some((node, _)) = name.split_once('.')

@@ -1,7 +1,7 @@
 //! A node that runs live: step by step, while you watch and paint on it.
 //!
 //! While it runs, no node after it is built. Strokes are data of the node, each with the time at which it acts, so that
-//! the shown state is always the one that a build from the start would reach.
+//! the shown state always equals that of a build from the start.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -21,7 +21,7 @@ pub struct Simulation {
     goes: bool,
     /// Its current moment; None until it has started.
     moment: Option<Moment>,
-    /// Whether it was asked to pause for a stroke, and whether it has.
+    /// True if it was asked to pause for a stroke, and true if it has paused.
     hold: [bool; 2],
     /// The failure that stopped it.
     trouble: Option<String>,
@@ -151,7 +151,7 @@ impl Session {
         simulation.moment.filter(|_| paused).map(|moment| moment.time())
     }
 
-    /// Lets it continue after a stroke.
+    /// Resumes it after a stroke.
     pub fn release_simulation(&mut self) {
         if let Some(simulation) = self.simulation.as_mut().filter(|simulation| simulation.hold[0]) {
             simulation.hold = [false; 2];

@@ -1,4 +1,4 @@
-//! What the session knows about nodes and outputs.
+//! The state of nodes and outputs in a session.
 
 use std::time::Duration;
 
@@ -7,7 +7,7 @@ use orograph_graph::Value;
 /// The state of a node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum NodeState {
-    /// Nothing is known about it, or its result is out of date.
+    /// The state is unknown, or the result is out of date.
     #[default]
     Waiting,
     /// Its kernel is running.
@@ -28,7 +28,7 @@ pub enum NodeState {
     Failed {
         /// The reason.
         message: String,
-        /// What to do about it.
+        /// The remedy.
         hint: Option<String>,
         /// The node that failed, if it is another one.
         at: Option<String>,
@@ -36,7 +36,7 @@ pub enum NodeState {
 }
 
 impl NodeState {
-    /// The missing input, as text for people. Returns None when no wire is missing.
+    /// The missing input, as text. Returns None when no wire is missing.
     #[must_use]
     pub fn lacks(&self) -> Option<String> {
         match self {
@@ -47,7 +47,7 @@ impl NodeState {
     }
 }
 
-/// What is known about a node.
+/// The known state of a node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NodeInfo {
     /// Its state.
@@ -73,7 +73,7 @@ pub struct Built {
     pub value: Value,
 }
 
-/// A message for the person.
+/// A message for the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
     /// The text.

@@ -1,4 +1,4 @@
-//! Where the files of an archive are while you edit a copy of it.
+//! The files of an archive while you edit a copy of it.
 //!
 //! Each archive has its own folder in that of [`state`], which is locked while a window uses it. The folder is deleted
 //! when the work is saved, which copies the files, or discarded. Once a journal has been started the folder survives a
@@ -91,7 +91,7 @@ impl Drop for Unpacked {
         if self.root.as_os_str().is_empty() {
             return;
         }
-        // What cannot be removed is deleted another time.
+        // Files that cannot be removed now are deleted another time.
         let _ = fs::remove_file(self.root.join(NEEDED));
         self.lock = None;
         let _ = fs::remove_dir_all(&self.root);

@@ -1,11 +1,11 @@
 //! The worker: builds what the editor shows on its own thread, so that the window never waits.
 //!
-//! An [`Order`] lists what to show. The newest order wins: an older one is cancelled, and its finished results stay in
-//! the store, so that a node that an edit does not affect is not run again. Each order builds the shown node with few
-//! cells first, then the thumbnails of the other nodes, then the shown node at the preview resolution. All of this is
-//! one evaluation, in which a failing node does not affect unrelated nodes. A part of the world at finer cells comes
-//! last. When an order is finished and no other follows, its results are written to the store's folder, where the next
-//! run of the program finds them.
+//! An [`Order`] lists the outputs to show. The newest order wins: an older one is cancelled, and its finished results
+//! stay in the store, so that a node that an edit does not affect is not run again. Each order builds the shown node
+//! with few cells first, then the thumbnails of the other nodes, then the shown node at the preview resolution. All of
+//! this is one evaluation, in which a failing node does not affect unrelated nodes. The finer part of a close view
+//! comes last. When an order is finished and no other follows, its results are written to the store's folder, where the
+//! next run of the program finds them.
 
 use std::{
     path::PathBuf,
@@ -33,7 +33,7 @@ const GLIMPSES: Duration = Duration::from_millis(200);
 /// Idle time before results are written to the store's folder.
 const REST: Duration = Duration::from_secs(1);
 
-/// What to show of a graph.
+/// The outputs to show of a graph.
 #[derive(Clone, Debug)]
 pub struct Order {
     /// Orders with the same number differ only in [`Self::part`], so that the rest is not built twice.
@@ -55,11 +55,11 @@ pub struct Order {
     pub byproducts: Vec<Port>,
     /// Preview resolution: cells along the longer side.
     pub cells: u32,
-    /// The part to show at finer cells, if any.
+    /// The finer part to show, if any.
     pub part: Option<Part>,
 }
 
-/// A part of the world with its own cells.
+/// A finer part: a part of the world with its own cells.
 #[derive(Clone, Debug)]
 pub struct Part {
     /// The outputs.
@@ -117,7 +117,7 @@ pub enum News {
         /// The value.
         value: Value,
     },
-    /// The part of an output at finer cells has been built, or cannot be built.
+    /// The finer part of an output has been built, or cannot be built.
     Part {
         /// The state of the document of the order.
         revision: u64,
@@ -159,7 +159,7 @@ pub enum News {
         /// The reason.
         error: EvalError,
     },
-    /// A node warns that its result may not be what you meant.
+    /// A node warns that its result may not be what the user intended.
     Warned {
         /// The state of the document of the order.
         revision: u64,
@@ -336,7 +336,7 @@ impl WorkerThread {
         });
     }
 
-    /// Builds the part at finer cells. The nodes keep the state and the time of the whole.
+    /// Builds the finer part. The nodes keep the state and the time of the whole.
     fn build_part(&self, order: &Order, Part { wanted, window }: &Part, cancel: &Cancel) {
         let requests: Vec<Request> =
             wanted.iter().map(|wanted| Request { port: wanted.port, window: *window }).collect();

@@ -1,7 +1,7 @@
-//! The brush: strokes painted onto the land become data of a node.
+//! The brush: strokes painted on the terrain, stored as a parameter of a node.
 //!
-//! What can be painted on is any node that has a parameter of strokes; which one that is, nothing here says. A stroke is
-//! one step of undo.
+//! You can paint on any node with a parameter of kind `Strokes`; no node type is named here. One stroke is one undo
+//! step.
 
 use egui::Key;
 use orograph_graph::{Edit, Kind, ParamValue, Port, PortType, Stroke, Tool, Unit};
@@ -9,7 +9,7 @@ use orograph_graph::{Edit, Kind, ParamValue, Port, PortType, Stroke, Tool, Unit}
 use super::{look::Over, map::Hand};
 use crate::editor::Session;
 
-/// What a tool is called, and what it does.
+/// The name of a tool, and its tooltip.
 const fn describe(tool: Tool, timed: bool) -> (&'static str, &'static str) {
     match tool {
         Tool::Raise => ("Raise", "Raise the terrain"),
@@ -22,31 +22,31 @@ const fn describe(tool: Tool, timed: bool) -> (&'static str, &'static str) {
     }
 }
 
-/// The brush, and the stroke it is making.
+/// The brush settings, and the current stroke.
 #[derive(Debug)]
 pub(super) struct Brush {
     tool: Tool,
-    /// In metres; `None` until it is known how large the world is.
+    /// In metres. None until you set it; until then it follows from the size of the world.
     radius: Option<f64>,
-    /// Metres for what raises and lowers; `None` for a part of the radius.
+    /// Height of a raising or lowering stroke in metres. None for a fraction of the radius.
     metres: Option<f64>,
-    /// Millimetres an hour for rain.
+    /// Strength of rain in millimetres per hour.
     rain: f64,
-    /// A part for the other tools.
+    /// Strength of the other tools, 0 to 1.
     part: f64,
     hardness: f64,
     stroke: Option<Painting>,
-    /// The mask that was shown when its tool was taken up.
+    /// The mask that was shown when its tool was selected.
     revealed: Option<String>,
 }
 
-/// A stroke that is being made.
+/// The stroke being painted.
 #[derive(Debug)]
 struct Painting {
-    /// Where it goes.
+    /// The parameter that it is added to.
     canvas: Canvas,
     points: Vec<[f64; 2]>,
-    /// Whether it stands in the document as it is.
+    /// True if the document has all of its points.
     laid: bool,
 }
 
@@ -65,19 +65,19 @@ impl Default for Brush {
     }
 }
 
-/// A parameter of strokes.
+/// A parameter that stores strokes, and its node.
 #[derive(Debug)]
 struct Canvas {
     node: String,
     param: &'static str,
-    /// Whether strokes act at a time.
+    /// True if each stroke acts at a time of the simulation.
     timed: bool,
-    /// Those that are there.
+    /// The strokes already in the document.
     strokes: Vec<Stroke>,
 }
 
 impl Canvas {
-    /// That of the selected node if it has one, else of the one that is run step by step.
+    /// The parameter of the selected node, otherwise that of the node that runs live.
     fn of(session: &Session) -> Option<Self> {
         let of_node = |node: &str| Self::of_node(session, node);
         let running = || session.simulation().and_then(|simulation| of_node(simulation.node()));
@@ -101,18 +101,18 @@ impl Canvas {
 }
 
 impl Brush {
-    /// Half the width of the brush, in metres.
+    /// Radius of the brush in metres.
     pub(super) fn radius(&self, session: &Session) -> f64 {
         let [width, height] = session.document().world().size;
         self.radius.unwrap_or_else(|| super::scale::round_below(0.04 * width.max(height)))
     }
 
-    /// How far one stroke raises or lowers, in metres.
+    /// Height by which one stroke raises or lowers, in metres.
     fn metres(&self, session: &Session) -> f64 {
         self.metres.unwrap_or_else(|| super::scale::round_below(0.2 * self.radius(session)))
     }
 
-    /// The mask that strokes go into, as `node.port`.
+    /// The mask output that strokes change, as `node.port`.
     fn mask(&self, session: &Session) -> Option<String> {
         let canvas =
             Canvas::of(session).filter(|canvas| !canvas.timed && matches!(self.tool, Tool::Mask | Tool::Erase))?;
@@ -123,7 +123,7 @@ impl Brush {
         names.find(|name| graph.port(name).is_ok_and(|port| graph.output_type(port) == PortType::Mask))
     }
 
-    /// Shows the mask when a tool for it is taken up: over the land, or as the map, until another tool is.
+    /// Shows the mask once a mask tool is selected, over the terrain or as the map, until another tool is selected.
     pub(super) fn reveal(&mut self, session: &mut Session, over: Option<&mut Over>) {
         let mask = self.mask(session);
         if mask == self.revealed {
@@ -138,7 +138,7 @@ impl Brush {
         }
     }
 
-    /// The row of choices of the brush.
+    /// The tool bar of the brush.
     pub(super) fn bar(&mut self, ui: &mut egui::Ui, session: &mut Session) {
         ui.horizontal_wrapped(|ui| {
             let Some(canvas) = Canvas::of(session) else {
@@ -206,7 +206,7 @@ impl Brush {
         }
     }
 
-    /// Goes on with a stroke, or ends it.
+    /// Continues a stroke with the pointer, or ends it.
     pub(super) fn drag(&mut self, hand: &Hand, session: &mut Session) {
         let here = hand.place.filter(|_| hand.pressed);
         let count = hand.path.len() + usize::from(here.is_some());
@@ -217,7 +217,7 @@ impl Brush {
                 self.stroke = Canvas::of(session).map(begin);
             }
             let Some(Painting { points, laid, .. }) = &mut self.stroke else { return };
-            // Points on the way keep their distance; where it ends is where it was let go.
+            // Points keep a minimum distance; the last one is where the button was released.
             let ends = !hand.pressed && index + 1 == count;
             let apart = if ends { 0.02 * radius } else { 0.2 * radius };
             let far = |last: &[f64; 2]| (place[0] - last[0]).hypot(place[1] - last[1]) >= apart;
@@ -233,7 +233,7 @@ impl Brush {
         }
     }
 
-    /// Brings what has been drawn into the document. What runs comes to a stand before; until it does, nothing is done.
+    /// Writes the stroke to the document. First asks a live run to pause; until it has, writes nothing.
     fn lay(&mut self, session: &mut Session) {
         let radius = self.radius(session);
         let strength = match self.tool.unit() {
@@ -252,7 +252,7 @@ impl Brush {
     }
 }
 
-/// Lays a node that can be painted over an output: it takes what the output gave, and gives it on.
+/// Inserts a paintable node after an output: it reads the output, and the readers of the output read it.
 fn lay(session: &mut Session, shown: &str) {
     let document = session.document();
     let has_strokes = |node: &&'static orograph_graph::Node| {

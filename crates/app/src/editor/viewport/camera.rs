@@ -1,44 +1,44 @@
-//! Where a map is looked at from.
+//! The camera of the map.
 
 use egui::{Pos2, Rect, Vec2, vec2};
 use orograph_graph::Window;
 
-/// Which part of the world a map shows. Places are in metres from the world's origin, x east and y south.
+/// The part of the world that the map shows. Positions are in metres from the world's origin, x east and y south.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Camera {
-    /// The place in the middle of the pane.
+    /// The position in the centre of the pane.
     pub(super) centre: [f64; 2],
     /// Metres per point of the screen.
     pub(super) metres: f64,
 }
 
 impl Camera {
-    /// The whole world, with a margin.
+    /// Shows the whole world, with a margin.
     pub(super) fn fit(size: [f64; 2], pane: Rect) -> Self {
         let metres = (size[0] / f64::from(pane.width().max(1.0))).max(size[1] / f64::from(pane.height().max(1.0)));
         Self { centre: [size[0] / 2.0, size[1] / 2.0], metres: metres * 1.04 }
     }
 
-    /// Where a place is on the screen.
+    /// Converts a position to a point of the screen.
     pub(super) fn to_screen(self, pane: Rect, [x, y]: [f64; 2]) -> Pos2 {
         let [cx, cy] = self.centre;
         let offset = vec2(((x - cx) / self.metres) as f32, ((y - cy) / self.metres) as f32);
         pane.center() + offset
     }
 
-    /// The place at a point of the screen.
+    /// Converts a point of the screen to a position.
     pub(super) fn to_world(self, pane: Rect, at: Pos2) -> [f64; 2] {
         let offset = at - pane.center();
         [self.centre[0] + f64::from(offset.x) * self.metres, self.centre[1] + f64::from(offset.y) * self.metres]
     }
 
-    /// Moved as the pointer that holds the land.
+    /// Pans with the pointer, as if it held the terrain.
     pub(super) fn drag(&mut self, by: Vec2) {
         self.centre[0] -= f64::from(by.x) * self.metres;
         self.centre[1] -= f64::from(by.y) * self.metres;
     }
 
-    /// Magnified around a point of the screen, which stays where it is. The limits keep the world in sight.
+    /// Zooms around a point of the screen. The limits keep the world in view.
     pub(super) fn zoom(&mut self, pane: Rect, at: Pos2, factor: f64, size: [f64; 2]) {
         let place = self.to_world(pane, at);
         let whole = Self::fit(size, pane).metres;

@@ -1,4 +1,4 @@
-//! The land in 3D, in the window.
+//! The 3D view in the viewport.
 
 use std::sync::{
     Arc,
@@ -24,24 +24,24 @@ use crate::{
     view::{self, Camera, Fly, FlyKeys, Land, Orbit, Ray, Renderer, Scene, ViewError},
 };
 
-/// Pictures in the window are codes of sRGB in a format that has no curve of its own.
+/// The texture holds sRGB codes in a linear format, as egui expects.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
-/// The land in 3D, with its camera.
+/// The 3D view, with its camera.
 pub(super) struct Landscape {
     state: RenderState,
     sides: [Side; 2],
     eye: Option<Eye>,
-    /// Whether a hand has moved the eye.
+    /// True once you have moved the camera.
     moved: bool,
-    /// The extent of the land that the eye was placed for.
+    /// The extent of the terrain for which the camera was placed.
     size_m: [f64; 2],
     split: Split,
-    /// What was in view when it was drawn last.
+    /// The visible part of the world in the last frame.
     view: Option<View>,
 }
 
-/// A camera that hands move.
+/// A camera that you can move.
 enum Eye {
     Orbit(Orbit),
     Fly(Fly),
@@ -56,40 +56,40 @@ impl Eye {
     }
 }
 
-/// One of two lands that stand beside each other.
+/// One of the two terrains of a comparison.
 struct Side {
     renderer: Renderer,
-    /// Which land the renderer has.
+    /// The terrain that the renderer has.
     has: Option<Key>,
-    /// A land that is being made.
+    /// A terrain that is being prepared on another thread.
     work: Option<(Key, Receiver<Result<Land, ViewError>>)>,
-    /// The part of it at finer cells.
+    /// Its finer part.
     near: Near,
     target: Option<Target>,
-    /// What the texture shows.
+    /// The content of the texture.
     drawn: Option<Drawn>,
     trouble: Option<ViewError>,
 }
 
-/// What a texture shows.
+/// The content of a texture; an equal one need not be drawn again.
 #[derive(PartialEq)]
 struct Drawn {
     land: Key,
-    /// The part at finer cells.
+    /// The window of the finer part.
     finer: Option<Window>,
     scene: Scene,
 }
 
-/// The part of a land near the eye at finer cells.
+/// The finer part of the terrain near the camera.
 #[derive(Default)]
 pub(super) struct Finer {
-    /// What is drawn.
+    /// Its terrain.
     pub(super) surface: Option<Surface>,
-    /// The shown output there.
+    /// Its samples of the shown output.
     pub(super) shown: Option<Shown>,
 }
 
-/// A texture that egui knows.
+/// A render texture that is registered with egui.
 struct Target {
     size: [u32; 2],
     view: wgpu::TextureView,
@@ -97,7 +97,7 @@ struct Target {
 }
 
 impl Landscape {
-    /// A landscape on the window's device.
+    /// A 3D view on the window's device.
     pub(super) fn new(state: &RenderState) -> Result<Self, ViewError> {
         let first = Renderer::new(&state.device, &state.queue, FORMAT)?;
         let second = first.sibling()?;
@@ -121,28 +121,28 @@ impl Landscape {
         })
     }
 
-    /// What was in view when it was drawn last.
+    /// The visible part of the world in the last frame.
     pub(super) const fn view(&self) -> Option<View> {
         self.view
     }
 
-    /// Of which state of the document the picture is, and with how many cells along the longer side.
+    /// The state of the document that is drawn, and its cells along the longer side.
     pub(super) fn seen(&self) -> Option<(u64, u32)> {
         self.sides[0].drawn.as_ref().and_then(|drawn| drawn.land.age())
     }
 
-    /// The window of the part at finer cells that is drawn, at a state of the document.
+    /// The window of the finer part, if the drawn terrain has this state of the document.
     pub(super) fn finer(&self, revision: u64) -> Option<Window> {
         let drawn = self.sides[0].drawn.as_ref()?;
         drawn.finer.filter(|_| drawn.land.age().is_some_and(|(of, _)| of == revision))
     }
 
-    /// Shows the whole land.
+    /// Fits the whole terrain into the view.
     pub(super) fn fit(&mut self) {
         (self.eye, self.moved) = (None, false);
     }
 
-    /// Draws the current view again, at least `width` pixels wide. Returns the pixels' codes and the size in pixels.
+    /// Draws the current view again, at least `width` pixels wide. Returns sRGB codes and the size in pixels.
     pub(super) fn picture(&mut self, width: u32) -> Result<(Vec<u8>, [u32; 2]), String> {
         let side = &mut self.sides[0];
         let (Some(Drawn { scene, .. }), Some(target)) = (&side.drawn, &side.target) else {
@@ -156,12 +156,12 @@ impl Landscape {
         drawn.map(|(codes, _)| (codes, size)).map_err(|trouble| explain(&trouble))
     }
 
-    /// Whether the eye flies.
+    /// Returns true in fly mode.
     pub(super) const fn is_flying(&self) -> bool {
         matches!(self.eye, Some(Eye::Fly(_)))
     }
 
-    /// Begins to fly, or to turn around what is looked at.
+    /// Switches to fly mode, or back to orbiting the point in the centre of the view.
     pub(super) fn fly(&mut self, fly: bool, exaggeration: f64) {
         let Some(land) = self.sides[0].renderer.land() else { return };
         let size = self.sides[0].target.as_ref().map_or([1, 1], |target| target.size);
@@ -174,7 +174,8 @@ impl Landscape {
         };
     }
 
-    /// Draws the land of one or two outputs, the first one with its finer cells. `tool` says that the first button is a tool's and not the camera's.
+    /// Draws the terrain of one output, or of two side by side; the first has the finer part. `tool` is true if the
+    /// primary button belongs to a tool and not to the camera.
     pub(super) fn ui(
         &mut self,
         ui: &mut egui::Ui,
@@ -289,8 +290,8 @@ impl Landscape {
     }
 }
 
-/// The part of the world around the place in the middle of the picture, as wide as the picture is there. Where an eye that
-/// flies sees the sky there, around a place below.
+/// A square part of the world around the terrain in the centre of the picture, as wide as the picture is there. If the
+/// centre shows the sky in fly mode, the search continues below the centre.
 fn in_view(land: &Land, eye: &Eye, exaggeration: f64, size: [u32; 2]) -> Option<View> {
     let camera = eye.camera();
     let middle = size.map(|pixels| f64::from(pixels) / 2.0);
@@ -303,7 +304,7 @@ fn in_view(land: &Land, eye: &Eye, exaggeration: f64, size: [u32; 2]) -> Option<
     Some(View { part, pixel_m: half[1] / middle[1] })
 }
 
-/// Moves the eye by the pointer and the keys.
+/// Moves the camera by pointer and keys.
 fn move_eye(
     ui: &egui::Ui,
     response: &egui::Response,
@@ -360,12 +361,12 @@ fn move_eye(
     }
 }
 
-/// What went wrong, and what would help.
+/// The error and its remedy, as one message.
 pub(super) fn explain(trouble: &ViewError) -> String {
     format!("{trouble}; {}", trouble.remedy())
 }
 
-/// An arrow to the north.
+/// Draws an arrow to the north.
 fn compass(painter: &egui::Painter, pane: Rect, camera: &Camera) {
     let north = glam::DVec3::NEG_Z;
     let flat = glam::DVec2::new(north.dot(camera.right()), north.dot(camera.up()) + north.dot(camera.forward) * 0.5);
@@ -381,7 +382,7 @@ fn compass(painter: &egui::Painter, pane: Rect, camera: &Camera) {
 }
 
 impl Side {
-    /// Asks for a land; until it is there the one before stays.
+    /// Requests a terrain; the previous one stays until it is ready.
     fn want(&mut self, context: &egui::Context, surface: Surface) {
         if let Some((key, land)) = self.work.take() {
             match land.try_recv() {
@@ -401,14 +402,14 @@ impl Side {
         let (outbox, inbox) = channel();
         let (context, key) = (context.clone(), surface.key.clone());
         rayon::spawn(move || {
-            // Nobody waits for it any more when the window is closed.
+            // Ignored: the receiver is gone once the window is closed.
             let _ = outbox.send(land(&surface));
             context.request_repaint();
         });
         self.work = Some((key, inbox));
     }
 
-    /// Asks for a part of the land at finer cells, or for none.
+    /// Requests the finer part of the terrain; None removes it.
     fn want_finer(&mut self, context: &egui::Context, surface: Option<Surface>) {
         let surface = surface.filter(|surface| self.has.as_ref() == Some(&surface.key));
         if let Err(trouble) = self.near.want(context, &mut self.renderer, surface) {
@@ -416,7 +417,7 @@ impl Side {
         }
     }
 
-    /// Draws the land if anything of the picture has changed.
+    /// Draws the terrain if the content of the texture has changed.
     fn draw(&mut self, state: &RenderState, size: [u32; 2], scene: &Scene) {
         let Some(land) = self.has.clone() else { return };
         let now = Drawn { land, finer: self.near.window(), scene: scene.clone() };
@@ -465,7 +466,7 @@ impl Target {
     }
 }
 
-/// The land that is drawn.
+/// Prepares a terrain for drawing.
 pub(super) fn land(surface: &Surface) -> Result<Land, ViewError> {
     let mut land = Land::new(&surface.height)?;
     if let Some(Colour { field, ty, whole }) = &surface.colour {

@@ -1,14 +1,14 @@
-//! The row by which a node is run step by step.
+//! The tool bar of the live run.
 
 use egui::Ui;
 use orograph_graph::Unit;
 
 use crate::editor::Session;
 
-/// The row, with what is chosen in it.
+/// The tool bar, with its settings.
 #[derive(Debug)]
 pub(super) struct Bar {
-    /// How many steps a press makes.
+    /// Number of steps per click on `Step`.
     steps: u32,
 }
 
@@ -18,7 +18,7 @@ impl Default for Bar {
     }
 }
 
-/// The switch, where the shown node can be run, or one is.
+/// The `Live` button; present if a node runs live or the shown node can.
 pub(super) fn toggle(ui: &mut Ui, session: &mut Session) {
     let running = session.simulation().map(|simulation| simulation.node().to_owned());
     let shown = session.shown().and_then(|port| Some(port.split_once('.')?.0.to_owned()));
@@ -78,7 +78,7 @@ impl Bar {
     }
 }
 
-/// A time, to as many digits as one reads while it runs.
+/// A time with at most one decimal.
 fn span(seconds: f64) -> String {
     Unit::Seconds.display(if seconds < 60.0 { (seconds * 10.0).round() / 10.0 } else { seconds.round() })
 }

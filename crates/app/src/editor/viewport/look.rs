@@ -1,4 +1,4 @@
-//! How the land looks in 3D: light, air, colours, water.
+//! The look of the 3D view: light, haze, colours, water.
 
 use orograph_graph::{PortType, Unit};
 
@@ -7,7 +7,7 @@ use crate::{
     view::{Background, Camera, Colouring, Contours, Scene, Sun},
 };
 
-/// What is laid over heights.
+/// The colours of the terrain.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) enum Over {
     /// Colours by slope and height.
@@ -21,10 +21,10 @@ pub(super) enum Over {
     Output(String),
 }
 
-/// The water that is shown.
+/// The water on the terrain.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) enum Water {
-    /// What the shown node itself gives, if it does.
+    /// The water output of the shown node, if it has one.
     #[default]
     Own,
     /// None.
@@ -33,7 +33,7 @@ pub(super) enum Water {
     Output(String),
 }
 
-/// How the land looks.
+/// The settings of the 3D view.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Look {
     pub(super) over: Over,
@@ -46,7 +46,7 @@ pub(super) struct Look {
     day: f64,
     shadows: bool,
     sky: bool,
-    /// Whether the sea of the world is shown.
+    /// True if the world's sea is drawn.
     sea: bool,
     exposure: f32,
 }
@@ -70,12 +70,12 @@ impl Default for Look {
 }
 
 impl Look {
-    /// Factor on heights.
+    /// Vertical exaggeration.
     pub(super) const fn exaggeration(&self) -> f64 {
         self.exaggeration
     }
 
-    /// Whether what a menu names is on, if it is a matter of looks.
+    /// Whether a menu item is on. Returns None when it is not a setting of the look.
     pub(super) fn switched(&self, action: Action) -> Option<bool> {
         match action {
             Action::Sea => Some(self.sea),
@@ -86,7 +86,7 @@ impl Look {
         }
     }
 
-    /// Switches what a menu names on or off.
+    /// Switches a setting of the look on or off.
     pub(super) fn switch(&mut self, action: Action) {
         match action {
             Action::Sea => self.sea = !self.sea,
@@ -98,7 +98,7 @@ impl Look {
         }
     }
 
-    /// The scene that a camera sees; `range` is that of the heights, `sea_level` that of the world.
+    /// The scene for a camera; `range` is that of the heights, `sea_level` that of the world.
     pub(super) fn scene(&self, camera: Camera, contours: bool, range: [f64; 2], sea_level: Option<f64>) -> Scene {
         Scene {
             sun: Sun::at(self.hour, self.latitude_deg, self.day),
@@ -119,7 +119,7 @@ impl Look {
         }
     }
 
-    /// The menu of all that can be chosen.
+    /// The menu of all settings.
     pub(super) fn menu(&mut self, ui: &mut egui::Ui, session: &Session) {
         egui::Grid::new("look").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| {
             ui.label("Colours");

@@ -1,4 +1,4 @@
-//! The map: the land from above.
+//! The map: the terrain from above.
 
 use egui::{
     Align2, Color32, CursorIcon, Event, FontId, PointerButton, Pos2, Rect, Sense, Stroke, TextureHandle, pos2, vec2,
@@ -13,21 +13,22 @@ use super::{
 };
 use crate::editor::session::View;
 
-/// A line across the land, from one place to another in metres.
+/// A line between two positions in metres.
 pub(super) type Line = [[f64; 2]; 2];
 
-/// What the pointer does in the land.
+/// The pointer in the viewport.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Hand {
-    /// Where it is, in metres of the world.
+    /// Its position, in metres of the world.
     pub(super) place: Option<[f64; 2]>,
-    /// Whether it holds its first button, and that button is a tool's.
+    /// True if the primary button is pressed and belongs to a tool.
     pub(super) pressed: bool,
-    /// Where it went with the button down since the last frame, to where it was let go.
+    /// Its path with the button pressed since the last frame, up to the release.
     pub(super) path: Vec<[f64; 2]>,
 }
 
-/// Where the pointer went with its first button down since the last frame: frames may be slow and hands quick.
+/// The path of the pointer with the primary button pressed since the last frame. Events are read because one frame can
+/// have several.
 pub(super) fn travelled(ui: &egui::Ui, response: &egui::Response) -> Vec<Pos2> {
     let id = response.id.with("held");
     let was = ui.data(|data| data.get_temp(id)).unwrap_or(false);
@@ -51,10 +52,10 @@ pub(super) fn travelled(ui: &egui::Ui, response: &egui::Response) -> Vec<Pos2> {
     path
 }
 
-/// What is drawn over the land.
+/// Marks drawn over the terrain.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Marks {
-    /// A line that was measured.
+    /// The measured line.
     pub(super) line: Option<Line>,
     /// Radius of the brush in metres.
     pub(super) ring: Option<f64>,
@@ -64,24 +65,24 @@ pub(super) struct Marks {
 #[derive(Debug, Default)]
 pub(super) struct Map {
     camera: Option<Camera>,
-    /// The extent of the world that the camera was made for.
+    /// The extent of the world for which the camera was placed.
     size: [f64; 2],
     split: Split,
-    /// What was in view when it was drawn last.
+    /// The visible part of the world in the last frame.
     view: Option<View>,
 }
 
-/// A part of the shown output at finer cells.
+/// The finer part of the shown output.
 #[derive(Clone, Copy)]
 pub(super) struct Finer<'a> {
-    /// Its samples, once they are there.
+    /// Its samples, once they are built.
     pub(super) shown: Option<&'a Shown>,
-    /// Its picture, once it is made, with the window that it covers.
+    /// Its picture, once it is drawn, and the window that the picture covers.
     pub(super) picture: Option<(&'a TextureHandle, &'a Window)>,
 }
 
 impl Map {
-    /// What was in view when it was drawn last.
+    /// The visible part of the world in the last frame.
     pub(super) const fn view(&self) -> Option<View> {
         self.view
     }
@@ -91,9 +92,8 @@ impl Map {
         self.camera = None;
     }
 
-    /// Draws the map, with finer cells over the first picture; of two pictures the second one right of the line between them.
-    /// `tool` says that the first button is
-    /// a tool's.
+    /// Draws the map: the first picture with its finer part, and right of the divider the second picture, if there are
+    /// two. `tool` is true if the primary button belongs to a tool.
     pub(super) fn ui(
         &mut self,
         ui: &mut egui::Ui,
@@ -112,7 +112,7 @@ impl Map {
         painter.rect_filled(pane, 0.0, ui.visuals().extreme_bg_color);
         let edge = pictures[1].map(|_| self.split.ui(ui, pane));
 
-        // The wheel magnifies; a drag moves the land, or the line that is measured.
+        // The wheel zooms; a drag pans or uses the tool.
         if let Some(at) = response.hover_pos() {
             let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
             let factor = f64::from((scroll / 240.0).exp2() * pinch);
@@ -182,7 +182,7 @@ impl Map {
     }
 }
 
-/// A text on a dark ground, over a picture.
+/// Text on a dark background, over a picture.
 pub(super) fn label(painter: &egui::Painter, at: egui::Pos2, align: Align2, text: &str) {
     let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(12.0), Color32::WHITE);
     let rect = align.anchor_size(at, galley.size());
@@ -190,7 +190,7 @@ pub(super) fn label(painter: &egui::Painter, at: egui::Pos2, align: Align2, text
     painter.galley(rect.min, galley, Color32::WHITE);
 }
 
-/// The value at a place, as text.
+/// The value at a position, as text.
 pub(super) fn readout(shown: &Shown, [x, y]: [f64; 2]) -> String {
     let place = format!("x {}  y {}", Unit::Metres.display(x), Unit::Metres.display(y));
     match cell(shown, [x, y]) {
@@ -218,7 +218,7 @@ pub(super) fn short(unit: Unit, value: f64) -> String {
     unit.display(if rounded.is_finite() { rounded } else { value })
 }
 
-/// The cell at a place.
+/// The index of the cell at a position. Returns None outside the window.
 pub(super) fn cell(shown: &Shown, [x, y]: [f64; 2]) -> Option<usize> {
     let window = shown.field.window();
     let cell_m = window.cell_m();

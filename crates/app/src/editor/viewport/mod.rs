@@ -1,4 +1,4 @@
-//! The pane of the land: the shown output as a map or in 3D, with what is under the pointer.
+//! The viewport: the shown output as a map or in 3D, with the value under the pointer.
 
 mod brush;
 mod camera;
@@ -33,19 +33,19 @@ use super::{
 };
 use crate::view::ViewError;
 
-/// Pixels across that a saved picture has at least.
+/// Minimum width of a saved picture in pixels.
 const PICTURE_WIDTH: u32 = 1920;
 
-/// How the land is shown.
+/// The display mode of the viewport.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
-    /// In three dimensions.
+    /// The 3D view.
     Land,
-    /// From above, with tints and the light of the north-west.
+    /// The map, with elevation tints and light from the north-west.
     Map,
 }
 
-/// What a click or a drag in the land does.
+/// The function of a click or a drag in the viewport.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Tool {
     /// Moves the camera.
@@ -56,41 +56,41 @@ enum Tool {
     Brush,
 }
 
-/// The pane of the land.
+/// The viewport.
 pub(super) struct Viewport {
     mode: Mode,
     tool: Tool,
-    /// Whether lines of equal height are drawn.
+    /// True if contour lines are drawn.
     contours: bool,
     look: Look,
-    /// The land in 3D, or why there is none.
+    /// The 3D view, or why there is none.
     landscape: Result<Landscape, ViewError>,
     map: Map,
     other: Painter,
     painter: Painter,
-    /// Of the part at finer cells.
+    /// The picture of the finer part.
     finer: Painter,
     profile: Profile,
     brush: Brush,
     live: live::Bar,
 }
 
-/// An output as it is there now.
+/// The current value of an output.
 struct Shown {
-    /// As `node.port`.
+    /// The output, as `node.port`.
     port: String,
     ty: PortType,
     field: Field,
-    /// Of which state of the document.
+    /// The state of the document that it was built from.
     revision: u64,
-    /// Rises while its kernel goes on.
+    /// Increases with each intermediate result; 0 for the final result.
     step: u64,
-    /// Whether that is the present one, with all cells that were asked for.
+    /// True if it is up to date and final, with all requested cells.
     fresh: bool,
 }
 
 impl Viewport {
-    /// A viewport that draws with the window's device; without one it shows maps only.
+    /// A viewport that draws with the window's device. Without a device it shows maps only.
     pub(super) fn new(state: Option<&eframe::egui_wgpu::RenderState>) -> Self {
         let landscape = state.ok_or(ViewError::NoAdapter).and_then(Landscape::new);
         Self {
@@ -109,8 +109,8 @@ impl Viewport {
         }
     }
 
-    /// Of which state of the document the land is that is drawn, and with how many cells along the longer side;
-    /// nothing while it grows.
+    /// The state of the document of the drawn terrain, and its cells along the longer side. Returns None while an
+    /// intermediate result is drawn.
     pub(super) fn seen(&self) -> Option<(u64, u32)> {
         match (self.mode, &self.landscape) {
             (Mode::Land, Ok(landscape)) => landscape.seen(),
@@ -118,7 +118,7 @@ impl Viewport {
         }
     }
 
-    /// The window of the part at finer cells, of the present state of the document, that is drawn over the shown output.
+    /// The window of the finer part, of the current state of the document, that is drawn over the shown output.
     pub(super) fn finer(&self, session: &Session) -> Option<Window> {
         if let (Mode::Land, Ok(landscape)) = (self.mode, &self.landscape) {
             return landscape.finer(session.revision());
@@ -141,7 +141,7 @@ impl Viewport {
         }
     }
 
-    /// Draws the shown output. Returns the outputs that are drawn and can have finer cells.
+    /// Draws the shown output. Returns the drawn outputs that can have a finer part.
     fn terrain(&mut self, ui: &mut egui::Ui, session: &mut Session) -> Vec<String> {
         self.bar(ui, session);
         let port = session.shown();
@@ -208,7 +208,7 @@ impl Viewport {
         drawn
     }
 
-    /// Writes a picture of the land in 3D as it is seen, and tells of it.
+    /// Saves a picture of the 3D view, and reports the result.
     pub(super) fn save_picture(&mut self, session: &mut Session, path: &Path) {
         match self.picture(path) {
             Ok([width, height]) => {
@@ -229,7 +229,7 @@ impl Viewport {
         Ok(size)
     }
 
-    /// Whether something can be done, and whether it is on.
+    /// Whether an action is available, and whether it is on.
     pub(super) fn status(&self, session: &Session, action: Action) -> Status {
         let land = self.landscape.as_ref().ok().filter(|_| self.mode == Mode::Land);
         let in_3d = |on| Status::switch(land.is_some(), on);
@@ -249,7 +249,7 @@ impl Viewport {
         }
     }
 
-    /// Does what was asked for.
+    /// Carries out an action.
     pub(super) fn carry_out(&mut self, action: Action, session: &mut Session) {
         let on = !self.status(session, action).on.unwrap_or(false);
         match action {
@@ -281,7 +281,7 @@ impl Viewport {
         }
     }
 
-    /// A button for what is on or off.
+    /// A button that switches an action on or off.
     fn toggle(&mut self, ui: &mut egui::Ui, session: &mut Session, action: Action, name: &str) {
         let mut on = self.status(session, action).on.unwrap_or(false);
         if ui.toggle_value(&mut on, name).on_hover_text(action.what()).changed() {
@@ -289,7 +289,7 @@ impl Viewport {
         }
     }
 
-    /// The row of choices above the land.
+    /// The tool bar above the terrain.
     fn bar(&mut self, ui: &mut egui::Ui, session: &mut Session) {
         ui.horizontal_wrapped(|ui| {
             let land = self.landscape.as_ref();
@@ -323,7 +323,7 @@ impl Viewport {
     }
 }
 
-/// The choice of what is shown.
+/// The list of outputs to show.
 fn outputs(ui: &mut egui::Ui, session: &mut Session) {
     let shown = session.shown();
     let mut pinned = session.pinned().is_some();
@@ -349,7 +349,7 @@ fn outputs(ui: &mut egui::Ui, session: &mut Session) {
     }
 }
 
-/// The choice of what stands beside it.
+/// The list of outputs to compare with.
 fn compared(ui: &mut egui::Ui, session: &mut Session) {
     if let Some(mut port) = session.compared().map(str::to_owned) {
         let before = port.clone();
@@ -365,7 +365,7 @@ fn compared(ui: &mut egui::Ui, session: &mut Session) {
     }
 }
 
-/// All outputs of the graph that have a picture, those of the selected nodes first.
+/// All outputs of the graph that can be previewed, those of the selected nodes first.
 fn ports(session: &Session) -> Vec<(String, PortType)> {
     let graph = session.document().graph();
     let mut ports = Vec::new();
@@ -383,7 +383,7 @@ fn ports(session: &Session) -> Vec<(String, PortType)> {
     ports.into_iter().map(|(_, name)| name).collect()
 }
 
-/// An output as it is there now, if it is a field.
+/// The current value of an output. Returns None when it is not built or is not a field.
 fn shown(session: &Session, port: &str) -> Option<Shown> {
     let built = session.built(port)?;
     let Value::Field(field) = &built.value else { return None };
@@ -396,7 +396,7 @@ fn shown(session: &Session, port: &str) -> Option<Shown> {
     Some(Shown { port: port.to_owned(), ty, field: field.clone(), revision: built.revision, step: built.step, fresh })
 }
 
-/// The part of an output at finer cells, if it is of the same state of the document.
+/// The finer part of an output. Returns None when it is of another state of the document.
 fn finer(session: &Session, shown: &Shown) -> Option<Shown> {
     let built = session.finer(&shown.port)?;
     let Value::Field(field) = &built.value else { return None };

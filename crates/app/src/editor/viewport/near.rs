@@ -1,4 +1,5 @@
-//! The finer cells near the eye in 3D: made beside the window, and kept while they are of the land that is drawn.
+//! The finer part of the terrain near the camera in the 3D view: prepared on another thread, and kept while the terrain
+//! is the same.
 
 use std::sync::{
     Arc,
@@ -13,33 +14,34 @@ use super::{
 };
 use crate::view::{Inset, Renderer, ViewError};
 
-/// Which part of which land it is.
+/// A part, by its terrain and its window.
 type Part = (Key, Window);
 
-/// The part of a land that is drawn at finer cells.
+/// The finer part of a terrain.
 #[derive(Default)]
 pub(super) struct Near {
-    /// What the renderer has.
+    /// The part that the renderer has.
     has: Option<Part>,
-    /// A part that is being made.
+    /// A part that is being prepared on another thread.
     work: Option<(Part, Receiver<Result<Inset, ViewError>>)>,
 }
 
 impl Near {
-    /// The window that the renderer has.
+    /// The window of the part that the renderer has.
     pub(super) fn window(&self) -> Option<Window> {
         self.has.as_ref().map(|(_, window)| *window)
     }
 
-    /// After the renderer got another land.
+    /// Call it after the renderer gets another terrain.
     pub(super) fn forget(&mut self) {
         *self = Self::default();
     }
 
-    /// Asks for a part of the renderer's land, or for none. Until it is there the one before stays.
+    /// Requests a finer part of the renderer's terrain; None removes it. The previous part stays until the new one is
+    /// ready.
     ///
     /// # Errors
-    /// When it cannot be drawn.
+    /// When the part cannot be drawn.
     pub(super) fn want(
         &mut self,
         context: &egui::Context,
@@ -67,7 +69,7 @@ impl Near {
         let (outbox, inbox) = channel();
         let (context, coarse) = (context.clone(), Arc::clone(coarse));
         rayon::spawn(move || {
-            // Nobody waits for it any more when the window is closed.
+            // Ignored: the receiver is gone once the window is closed.
             let _ = outbox.send(land(&surface).and_then(|part| Inset::new(&coarse, &part)));
             context.request_repaint();
         });

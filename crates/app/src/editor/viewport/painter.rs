@@ -1,4 +1,4 @@
-//! Pictures of outputs, made beside the window, so that a large one does not hold up a frame.
+//! Pictures of outputs, made on another thread, so that a large one does not delay a frame.
 
 use std::sync::mpsc::{Receiver, channel};
 
@@ -9,7 +9,7 @@ use orograph_nodes::raster::srgb_bytes;
 use super::{Shown, scale::contour_step};
 use crate::export::picture;
 
-/// What a picture is of.
+/// The content of a picture.
 #[derive(Clone, Debug, PartialEq)]
 struct Key {
     port: String,
@@ -17,11 +17,11 @@ struct Key {
     step: u64,
     window: Window,
     contours: bool,
-    /// Cells of the whole whose tints it has.
+    /// Cells of the whole output, which gives the range of the tints.
     whole: [u32; 2],
 }
 
-/// Makes and keeps the picture of one output.
+/// Makes the picture of one output and keeps it.
 #[derive(Default)]
 pub(super) struct Painter {
     texture: Option<(Key, TextureHandle)>,
@@ -29,12 +29,12 @@ pub(super) struct Painter {
 }
 
 impl Painter {
-    /// Asks for the picture of an output; until it is there the one before stays.
+    /// Requests the picture of an output; the previous one stays until it is ready.
     pub(super) fn want(&mut self, context: &Context, shown: &Shown, contours: bool) {
         self.want_in_tints(context, shown, None, contours);
     }
 
-    /// Asks for the picture of a part of an output, in the tints of the whole.
+    /// Requests the picture of a part of an output, with the tints of the whole output.
     pub(super) fn want_part(&mut self, context: &Context, part: &Shown, whole: &Shown, contours: bool) {
         self.want_in_tints(context, part, Some(&whole.field), contours);
     }
@@ -55,7 +55,7 @@ impl Painter {
                     let texture = context.load_texture(name, image, options());
                     self.texture = Some((made, texture));
                 }
-                // One that could not be made is asked for again when something changes.
+                // A failed picture is requested again after the next change.
                 Err(std::sync::mpsc::TryRecvError::Disconnected) => {}
                 Err(std::sync::mpsc::TryRecvError::Empty) => self.work = Some((made, image)),
             }
@@ -71,20 +71,21 @@ impl Painter {
         rayon::spawn(move || {
             let field = picture::shrunk(&field, most);
             let whole = whole.map_or_else(|| field.clone(), |whole| picture::shrunk(&whole, most));
-            // Nobody waits for it any more when the window is closed.
+            // Ignored: the receiver is gone once the window is closed.
             let _ = outbox.send(image(&field, &whole, ty, contours));
             context.request_repaint();
         });
         self.work = Some((key, inbox));
     }
 
-    /// Of which state of the document the newest picture is, and with how many cells along the longer side.
+    /// The state of the document of the newest picture, and its cells along the longer side. Returns None while an
+    /// intermediate result is shown.
     pub(super) fn seen(&self) -> Option<(u64, u32)> {
         let key = self.texture.as_ref().map(|(key, _)| key).filter(|key| key.step == 0);
         key.map(|key| (key.revision, key.window.world.cells[0].max(key.window.world.cells[1])))
     }
 
-    /// The newest picture of an output at a state of the document, and the window that it covers.
+    /// The newest picture, if it shows this output at this state of the document, and the window that it covers.
     pub(super) fn part(&self, port: &str, revision: u64) -> Option<(&TextureHandle, &Window)> {
         let (key, texture) = self.texture.as_ref()?;
         (key.port == port && key.revision == revision).then_some((texture, &key.window))
@@ -96,7 +97,7 @@ impl Painter {
     }
 }
 
-/// Cells show as squares when they are large, and are averaged when they are small.
+/// Large cells are drawn as squares, small ones are averaged.
 const fn options() -> TextureOptions {
     TextureOptions {
         magnification: egui::TextureFilter::Nearest,
@@ -106,7 +107,7 @@ const fn options() -> TextureOptions {
     }
 }
 
-/// A picture of an output for the screen, in the tints of the whole.
+/// A picture of an output for the screen, with the tints of the whole output.
 fn image(field: &Field, whole: &Field, ty: PortType, contours: bool) -> ColorImage {
     let mut bytes = srgb_bytes(&picture::of_part(field, ty, whole));
     if contours {
@@ -117,7 +118,8 @@ fn image(field: &Field, whole: &Field, ty: PortType, contours: bool) -> ColorIma
     ColorImage::from_rgb([window.nx(), window.ny()], &bytes)
 }
 
-/// Darkens the cells at which a multiple of `step` is crossed to the east or to the south; every fifth line more.
+/// Darkens each cell with a multiple of `step` between it and its neighbour to the east or to the south; every fifth
+/// line is darker.
 fn draw_contours(bytes: &mut [u8], field: &Field, step: f64) {
     let (nx, ny, z) = (field.window().nx(), field.window().ny(), field.plane(0));
     let level = |at: usize| (f64::from(z[at]) / step).floor();

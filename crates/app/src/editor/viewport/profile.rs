@@ -1,4 +1,4 @@
-//! A line across the land: how long it is, how far it climbs, and its profile.
+//! The measuring tool: length, rise and profile along a line.
 
 use egui_plot::{Legend, Line as PlotLine, Plot, PlotPoints};
 use orograph_graph::Unit;
@@ -8,11 +8,11 @@ use super::{
     map::{Hand, Line, cell, short},
 };
 
-/// The line that is measured.
+/// The measured line.
 #[derive(Debug, Default)]
 pub(super) struct Profile {
     line: Option<Line>,
-    /// Where the one begins that is being drawn.
+    /// The start of the line while it is being drawn.
     from: Option<[f64; 2]>,
 }
 
@@ -21,7 +21,7 @@ impl Profile {
         self.line
     }
 
-    /// Follows the pointer with the line while the button is pressed.
+    /// Draws the line with the pointer while the button is pressed.
     pub(super) fn drag(&mut self, hand: &Hand) {
         match (hand.pressed, hand.place) {
             (true, Some(place)) => {
@@ -37,7 +37,7 @@ impl Profile {
         self.line = None;
     }
 
-    /// The profile below the land, when there is one.
+    /// The pane with the profile, if there is a line.
     pub(super) fn panel(&mut self, ui: &mut egui::Ui, shown: &Shown, compared: Option<&Shown>) {
         let Some(line) = self.line else { return };
         let [a, b] = line;
@@ -77,7 +77,7 @@ impl Profile {
     }
 }
 
-/// Distance and value along a line, once a cell, in at most 2000 steps.
+/// Distance and value along a line, one sample per cell, in at most 2000 steps.
 fn samples(shown: &Shown, [a, b]: Line) -> Vec<[f64; 2]> {
     let length = (b[0] - a[0]).hypot(b[1] - a[1]);
     let steps = ((length / shown.field.window().cell_m()).ceil() as usize).clamp(1, 2000);

@@ -13,12 +13,12 @@ pub(super) fn round_below(most: f64) -> f64 {
     step.unwrap_or(1.0) * power
 }
 
-/// The height between contour lines that suits a range: ten to twenty-five of them.
+/// The contour interval for a range of heights: gives ten to twenty-five lines.
 pub(super) fn contour_step(range: f64) -> f64 {
     round_below(range / 10.0)
 }
 
-/// Draws a bar of a round length in the lower left corner.
+/// Draws a scale bar of a round length in the lower left corner.
 pub(super) fn bar(painter: &egui::Painter, pane: Rect, metres_per_point: f64) {
     let length = round_below(metres_per_point * 140.0);
     let width = (length / metres_per_point) as f32;

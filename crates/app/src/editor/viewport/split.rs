@@ -1,13 +1,13 @@
-//! The line between two outputs that stand beside each other.
+//! The divider between two compared outputs.
 
 use egui::{Align2, Color32, CursorIcon, Rect, Sense, Stroke, pos2, vec2};
 
 use super::map::label;
 
-/// Where the line is.
+/// The position of the divider.
 #[derive(Debug)]
 pub(super) struct Split {
-    /// As a share of the pane's width.
+    /// As a fraction of the pane's width.
     share: f32,
 }
 
@@ -18,7 +18,7 @@ impl Default for Split {
 }
 
 impl Split {
-    /// Lets the line be dragged; gives where it is on the screen.
+    /// Lets you drag the divider; returns its x on the screen.
     pub(super) fn ui(&mut self, ui: &egui::Ui, pane: Rect) -> f32 {
         let x = pane.left() + self.share * pane.width();
         let grip = Rect::from_center_size(pos2(x, pane.center().y), vec2(12.0, pane.height()));
@@ -31,7 +31,7 @@ impl Split {
     }
 }
 
-/// The part of the pane in which a side is seen.
+/// The part of the pane that shows one side.
 pub(super) fn half(pane: Rect, edge: Option<f32>, side: usize) -> Rect {
     match (edge, side) {
         (Some(x), 0) => Rect::from_min_max(pane.min, pos2(x, pane.max.y)),
@@ -40,7 +40,7 @@ pub(super) fn half(pane: Rect, edge: Option<f32>, side: usize) -> Rect {
     }
 }
 
-/// Draws the line, and what is left and right of it.
+/// Draws the divider, with the names of the outputs on its left and right.
 pub(super) fn draw(painter: &egui::Painter, pane: Rect, x: f32, names: [&str; 2]) {
     painter.vline(x, pane.y_range(), Stroke::new(2.0, Color32::WHITE));
     for (name, align, x) in [(names[0], Align2::RIGHT_TOP, x - 12.0), (names[1], Align2::LEFT_TOP, x + 12.0)] {

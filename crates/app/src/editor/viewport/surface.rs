@@ -1,4 +1,4 @@
-//! What is seen of an output in 3D: the heights it lies on, and what is laid over them.
+//! The fields that the 3D view draws for an output: heights, colours, water and mask.
 
 use orograph_graph::{Field, Port, PortType, Unit};
 
@@ -9,36 +9,36 @@ use super::{
 };
 use crate::editor::{Detail, Session};
 
-/// What a land is made of.
+/// The fields of a drawn terrain.
 #[derive(Clone)]
 pub(super) struct Surface {
     pub(super) key: Key,
     pub(super) height: Field,
-    /// What gives it colours.
+    /// The source of its colours.
     pub(super) colour: Option<Colour>,
     pub(super) water: Option<Field>,
     pub(super) mask: Option<Field>,
 }
 
-/// An output as colours.
+/// An output drawn as colours.
 #[derive(Clone)]
 pub(super) struct Colour {
     pub(super) field: Field,
     pub(super) ty: PortType,
-    /// The whole output, whose tints it has.
+    /// The whole output, which gives the range of the tints.
     pub(super) whole: Field,
 }
 
-/// Which land it is.
+/// Identifies a drawn terrain.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Key {
-    /// Outputs with the state of the document and the cells they are of.
+    /// Its outputs, each with the state of the document, the intermediate step, and the cells.
     parts: Vec<(String, [u64; 2], [u32; 2])>,
 }
 
 impl Key {
-    /// The oldest state of the document that a part is of, and the fewest cells along the longer side; nothing while one
-    /// of them grows.
+    /// The oldest state of the document among the outputs, and the fewest cells along the longer side. Returns None
+    /// while one of them is an intermediate result.
     pub(super) fn age(&self) -> Option<(u64, u32)> {
         if self.parts.iter().any(|(_, [_, step], _)| *step > 0) {
             return None;
@@ -49,19 +49,19 @@ impl Key {
     }
 }
 
-/// The outputs that are needed beside the shown one.
+/// The outputs that the 3D view draws for the shown one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Parts {
-    /// The heights on which it lies.
+    /// Heights.
     pub(super) ground: Option<String>,
-    /// Colours or a mask over it.
+    /// Colours or a mask.
     pub(super) over: Option<String>,
-    /// Depths of water on it.
+    /// Depths of water.
     pub(super) water: Option<String>,
 }
 
 impl Parts {
-    /// What an output needs under this look.
+    /// The outputs to draw with these settings.
     pub(super) fn of(session: &Session, port: &str, look: &Look) -> Self {
         let graph = session.document().graph();
         let Ok(shown) = graph.port(port) else { return Self::default() };
@@ -87,7 +87,7 @@ impl Parts {
         Self { ground: ground.map(|port| graph.port_name(port)), over, water }
     }
 
-    /// Their names, each once, if there are heights to draw.
+    /// Their names, without duplicates; empty if there are no heights to draw.
     pub(super) fn drawn(&self) -> Vec<String> {
         let mut names: Vec<String> = self.names().filter(|_| self.ground.is_some()).collect();
         names.sort();
@@ -101,7 +101,7 @@ impl Parts {
     }
 }
 
-/// The heights that an output lies on: itself, an output of the same node, what the node takes, or the file's.
+/// The heights under an output: the output itself, else one of the same node, of the node's inputs, or of the file.
 fn ground(session: &Session, port: Port) -> Option<Port> {
     let graph = session.document().graph();
     let is_height = |port: &Port| graph.output_type(*port) == PortType::Height;
@@ -120,7 +120,7 @@ fn ground(session: &Session, port: Port) -> Option<Port> {
 }
 
 impl Surface {
-    /// The land of an output, as far as its parts are there.
+    /// The terrain of an output, with those of its fields that are built. Returns None without heights.
     pub(super) fn of(session: &Session, parts: &Parts) -> Option<Self> {
         let ground = shown(session, parts.ground.as_deref()?)?;
         let cells = ground.field.window().cells;
@@ -142,7 +142,8 @@ impl Surface {
         Some(Self { key: Key { parts }, height: ground.field, colour, water: water.map(|water| water.field), mask })
     }
 
-    /// The part near the eye at finer cells, while the view is close and that part is of the same state of the document.
+    /// The finer part near the camera. Returns None when the view is not close, or the part is of another state of the
+    /// document.
     pub(super) fn finer(&self, session: &Session, parts: &Parts) -> Option<Self> {
         let close = matches!(session.detail(), Some(Detail::Building | Detail::Built { .. }));
         let now = [session.revision(), 0];

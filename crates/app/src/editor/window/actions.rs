@@ -165,7 +165,7 @@ impl Action {
         self.info().keys.iter().map(|(modifiers, key)| KeyboardShortcut::new(*modifiers, *key))
     }
 
-    /// Its keys for people, as this system writes them.
+    /// Its keys as text, in the notation of this system.
     pub(crate) fn keys(self, context: &Context) -> String {
         self.shortcuts().map(|keys| context.format_shortcut(&keys)).collect::<Vec<_>>().join(" or ")
     }
@@ -360,7 +360,7 @@ pub(crate) fn item(ui: &mut Ui, (action, name): (Action, &str), status: Status, 
     clicked
 }
 
-/// Shows a tooltip for an action whose name does not say everything.
+/// Shows a tooltip for an action whose description adds to its name.
 fn hint(response: &Response, action: Action) {
     let ActionInfo { name, what, .. } = action.info();
     if name.trim_end_matches('…') != what {

@@ -209,7 +209,7 @@ impl Menu {
     }
 }
 
-/// The name of a file for people.
+/// The name of a file as text.
 pub(crate) fn file_name(path: Option<&Path>) -> String {
     let name = path.and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
     name.unwrap_or_else(|| "Untitled".to_owned())
@@ -281,7 +281,7 @@ pub(crate) fn status(ui: &mut Ui, session: &mut Session) {
     });
 }
 
-/// How a close view is served, for people.
+/// The state of a close view, as text.
 fn detail_text(session: &Session, detail: &Detail) -> String {
     match detail {
         Detail::OfBuild { node } if session.cells() < whole(session) => {
@@ -304,7 +304,7 @@ fn preview(ui: &mut Ui, session: &mut Session) {
     response.response.on_hover_text("Preview resolution in cells");
 }
 
-/// The preview resolution, as text for people.
+/// The preview resolution, as text.
 fn preview_text(session: &Session) -> String {
     let [nx, ny] = coarser(session.document().world(), session.cells()).cells;
     let full = if session.cells() >= whole(session) { " (full)" } else { "" };

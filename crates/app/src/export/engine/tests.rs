@@ -1,4 +1,4 @@
-//! The files for each engine, compared with what the engine does with them.
+//! Tests that decode the files for each engine as the engine does.
 
 use orograph_graph::{Field, Window, World, mix};
 
@@ -25,7 +25,7 @@ fn range(piece: &Piece) -> [f64; 2] {
     range
 }
 
-/// A field of several planes, drawn by cell.
+/// A field of several planes; `value` computes each sample.
 fn drawn(cells: [u32; 2], planes: usize, value: impl Fn(usize, u32) -> f32) -> Field {
     let world = World { size: cells.map(|n| f64::from(n) * 10.0), cells, ..World::default() };
     let window = Window::whole(world);
@@ -151,8 +151,8 @@ fn files_of_an_engine_align() {
     }
 }
 
-/// A mask that equals the height, from 0 to 1, still does in every engine: both have the same value at every vertex,
-/// including the corners, so that paint and terrain align.
+/// A mask that equals the height, scaled to 0 to 1, still equals it in every engine: both have the same value at every
+/// vertex, including the corners, so that splat maps align with the terrain.
 #[test]
 fn masks_align_with_the_terrain() {
     for cells in [[90, 90], [300, 200], [64, 64]] {
@@ -187,7 +187,8 @@ fn masks_align_with_the_terrain() {
                     let across = |j: u32| code(&land, a, j) * (1.0 - s) + code(&land, a + 1, j) * s;
                     let height = (across(b) * (1.0 - t) + across(b + 1) * t + 100.0) / 700.0;
                     let mask = code(&shown, i, j);
-                    // where texels and vertices differ, each averages its own cells, at most an eighth of a cell apart
+                    // if texels and vertices differ in number, each averages its own cells, at most an eighth of a cell
+                    // apart
                     let most = if [mx, my] == [nx, ny] { 1e-6 } else { 0.125 / f64::from(cells[1]) + 1e-6 };
                     assert!((mask - height).abs() < most, "{engine:?} {cells:?} ({i}, {j}): {mask} {height}");
                     let layer = code(&painted, i, j);
@@ -213,8 +214,8 @@ fn layers_sum_to_255_in_every_pixel() {
     }
 }
 
-/// Pixels fill the world: where pixels are larger, the mean of a picture is that of its source, and a border in the
-/// middle stays there.
+/// Texels fill the world: for texels larger than a cell, the mean of a picture is that of its source, and a border in
+/// the middle stays in the middle.
 #[test]
 fn textures_fill_the_world() {
     let colour = drawn([96, 96], 3, |plane, cell| if cell % 96 < 48 { 0.2 } else { 0.7 + 0.1 * plane as f32 });

@@ -1,8 +1,8 @@
 //! A landscape of Unreal Engine.
 //!
-//! Sources: Epic Games, "Landscape Technical Guide" (valid sizes; heights of 1/128 cm times the scale around 32768), "Creating
-//! and Using Custom Heightmaps and Layers" (layers of 8 bits and one channel, as many pixels as vertices), "Texture Support
-//! and Settings" (powers of two), "Landscape Material Expressions" (coordinates count squares).
+//! Sources: Epic Games, "Landscape Technical Guide" (valid sizes; heights of 1/128 cm times the scale around 32768),
+//! "Creating and Using Custom Heightmaps and Layers" (layers of 8 bits and one channel, as many pixels as vertices),
+//! "Texture Support and Settings" (powers of two), "Landscape Material Expressions" (coordinates count squares).
 
 use orograph_graph::{Field, NodeError, PortType};
 use orograph_nodes::raster::{Format, GoOn, apportioned};
@@ -66,7 +66,7 @@ pub(super) fn fit(ty: PortType, value: &Field, dither: bool, go_on: GoOn<'_>) ->
             vec![Piece { field, content, import: layer(&landscape, "the file of its layer") }]
         }
         PortType::Weights => {
-            // fractions of 255 sum to it in all four files only if none is rounded again
+            // the layers sum to 255 in all four files only if no value is rounded again
             let parts = apportioned(&at_vertices(value, vertices, go_on)?);
             let piece = |(plane, name): (usize, &str)| Piece {
                 field: Field::new(*parts.window(), parts.plane(plane).to_vec()),

@@ -230,7 +230,7 @@ impl OutputFolder {
 }
 
 impl Drop for OutputFolder {
-    /// Removes what was created for nothing. Leftovers that cannot be removed are harmless.
+    /// Removes the temporary files and the folders created for them. Those that cannot be removed are harmless.
     fn drop(&mut self) {
         drop(self.staging.take());
         drop(self.leftover.take());

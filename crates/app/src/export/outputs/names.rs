@@ -21,7 +21,7 @@ pub(super) fn rasters(output: &OutputDecl, options: &OutputOptions) -> Vec<Strin
             .collect();
     }
     match output.ty {
-        // the check of a document has refused it
+        // the check of the document has refused these types
         PortType::Flow | PortType::Lines | PortType::Report => Vec::new(),
         PortType::Colour | PortType::Normal | PortType::Weights => vec![format!("{name}.png")],
         PortType::Vector(_) => ["x", "y"].map(|axis| format!("{name}.{axis}.{extension}")).to_vec(),
@@ -31,7 +31,8 @@ pub(super) fn rasters(output: &OutputDecl, options: &OutputOptions) -> Vec<Strin
     }
 }
 
-/// Which of several files of an output are written: of layers in files of their own, those that can lie anywhere.
+/// Which of several files of an output are written. Of weights with a file per layer, only layers that can have
+/// coverage.
 pub(super) fn written(output: &OutputDecl, files: usize) -> impl Iterator<Item = bool> {
     let all = [true; 4];
     let each = if output.ty == PortType::Weights && files == output.layers.len() { output.layers } else { all };

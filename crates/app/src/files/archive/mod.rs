@@ -91,7 +91,7 @@ impl Source {
         Ok(Self { path: graph, unpacked, _leftover: Some(leftover) })
     }
 
-    /// A text for people: files of the archive are named by the archive and not by their temporary path.
+    /// Replaces temporary paths of the archive's files in a text by the path of the archive.
     #[must_use]
     pub fn shown(&self, text: &str) -> String {
         match &self.unpacked {

@@ -239,7 +239,7 @@ fn entry<W: io::Write>(tar: &mut tar::Builder<W>, name: &str, bytes: u64, conten
     header.set_uid(0);
     header.set_gid(0);
     header.set_entry_type(tar::EntryType::Regular);
-    // A file that has grown meanwhile is cut, one that has shrunk is refused.
+    // A file that has grown since is truncated; one that has shrunk is refused.
     let mut content = Exact { inner: content, left: bytes };
     tar.append_data(&mut header, name, &mut content)?;
     if content.left > 0 { Err(io::Error::other("it changed while it was being packed")) } else { Ok(()) }

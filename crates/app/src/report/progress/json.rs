@@ -50,7 +50,7 @@ impl JsonLines {
     }
 }
 
-/// The reader may be gone; the build continues all the same, because its files were requested too.
+/// Write errors are ignored: without a reader the build continues, because its files were requested too.
 fn say(line: &Value) {
     let line = format!("{line}\n");
     let _ = memory::in_json_line(|| terminal::print(&line));

@@ -49,7 +49,7 @@ pub fn for_people() -> Box<dyn Progress> {
     if page.terminal { Box::new(Bars::new(page)) } else { Box::new(Lines::new(page)) }
 }
 
-/// A duration for people: `42 ms`, `1.25 s`, `3 min 5 s`.
+/// A duration as text: `42 ms`, `1.25 s`, `3 min 5 s`.
 #[must_use]
 pub fn seconds(time: std::time::Duration) -> String {
     let seconds = time.as_secs_f64();

@@ -1,4 +1,4 @@
-//! Parts of the land at finer cells.
+//! Tests of insets: parts of the terrain at finer cells.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use crate::{
     view::{Background, Camera, Inset, Land, Offscreen, Scene, Sun},
 };
 
-/// Metres a side of the world, and cells of 50 m.
+/// Side of the world in metres; cells are 50 m.
 const SIDE: f64 = 6400.0;
 
 fn coarse(height: impl Fn(f64, f64) -> f64) -> Arc<Land> {
@@ -40,14 +40,14 @@ fn slope(x: f64, y: f64) -> f64 {
     700.0 + 0.12 * x - 0.3 * y
 }
 
-/// Of the middle of the part, from the south, so many degrees above level.
+/// A camera south of the middle of the inset, at an elevation in degrees.
 fn camera(elevation_deg: f64, distance: f64) -> Camera {
     let target = DVec3::new(3200.0, slope(3200.0, 3200.0), 3200.0);
     let [level, up] = [math::cos(elevation_deg.to_radians()), math::sin(elevation_deg.to_radians())];
     Camera::looking_at(target + DVec3::new(0.3 * level, up, 0.95 * level) * distance, target, 0.7)
 }
 
-/// Pictures with the land alone, and with the part in it.
+/// Pictures of the terrain without and with the inset.
 fn both(device: &Offscreen, land: &Arc<Land>, inset: &Arc<Inset>, scene: &Scene) -> [Vec<u8>; 2] {
     let mut renderer = device.renderer().expect("a renderer");
     renderer.set_land(Arc::clone(land)).expect("shown");
@@ -85,7 +85,7 @@ fn finer_cells_show_where_they_are_and_nowhere_else() {
     let land = coarse(slope);
     let finer = |x: f64, y: f64| slope(x, y) + 15.0 * math::sin(x / 26.0) * math::cos(y / 23.0);
     let inset = part(&land, 6.25, finer);
-    // without shadows, which reach beyond the part
+    // no shadows, which reach beyond the inset
     let scene = Scene { haze: 0.0, shadows: false, ..Scene::new(camera(40.0, 3500.0)) };
     let [before, with] = both(&device, &land, &inset, &scene);
     let [west, north, east, south] = inset.rectangle();
@@ -94,7 +94,7 @@ fn finer_cells_show_where_they_are_and_nowhere_else() {
         let pixel = [f64::from(at % SIZE[0]) + 0.5, f64::from(at / SIZE[0]) + 0.5];
         let Some(hit) = land.cast(&scene.camera.ray(pixel, SIZE), 1.0) else { continue };
         let [x, y] = hit.place;
-        // metres inside of the part
+        // distance from the edge of the inset in metres
         let within = (x - west).min(east - x).min(y - north).min(south - y);
         if within > 200.0 {
             inside += 1;
@@ -109,14 +109,14 @@ fn finer_cells_show_where_they_are_and_nowhere_else() {
 #[test]
 fn no_cracks_at_the_edge_of_a_part() {
     let Some(device) = device("no_cracks_at_the_edge_of_a_part") else { return };
-    // rough coarse land, and a part that is rougher and on another level
+    // rough coarse terrain, and an inset that is rougher and at another height
     let rough = |x: f64, y: f64| slope(x, y) + 60.0 * math::sin(x / 71.0) * math::sin(y / 83.0);
     let finer = |x: f64, y: f64| rough(x, y) + 40.0 + 25.0 * math::sin(x / 17.0) * math::cos(y / 13.0);
     let land = coarse(rough);
     for (cell_m, corner) in [(12.5, [2000.0; 2]), (3.125, [2000.0; 2]), (6.25, [2000.0, 4000.0])] {
         let inset = part_from(&land, cell_m, corner, finer);
         for (elevation_deg, distance) in [(30.0, 1200.0), (50.0, 2400.0), (80.0, 3500.0), (60.0, 900.0)] {
-            // land is all there is to see from there; a crack would show the background
+            // terrain fills the picture; a crack would show the background
             let camera = camera(elevation_deg, distance);
             let background = Background::Plain([50.0, 0.0, 50.0]);
             let scene = Scene { background, haze: 0.0, shadows: false, detail_px: 6.0, ..Scene::new(camera) };
@@ -134,7 +134,7 @@ fn no_cracks_at_the_edge_of_a_part() {
 #[test]
 fn shadows_cross_the_edge_of_a_part() {
     let Some(device) = device("shadows_cross_the_edge_of_a_part") else { return };
-    // a ridge west of the part, whose shadow falls into it; a finer one in it
+    // a ridge west of the inset, which shades it, and a narrower one in it
     let ridge = |x: f64, at: f64, high: f64| high / (1.0 + ((x - at) / 90.0) * ((x - at) / 90.0));
     let land = coarse(|x, _| 400.0 + ridge(x, 1500.0, 900.0));
     let finer = |x: f64, y: f64| {
@@ -151,12 +151,12 @@ fn shadows_cross_the_edge_of_a_part() {
         let [i, j] = camera.pixel(DVec3::new(x, 400.0, y), SIZE).expect("seen").map(|v| v as usize);
         i32::from(picture[4 * (j * SIZE[0] as usize + i) + 1])
     };
-    // in the ridge's shadow on both sides of the part's edge, and in the sun behind it
+    // in the shadow of the ridge on both sides of the edge of the inset, and in the sun behind it
     for x in [1950.0, 2100.0, 2400.0] {
         assert!((light(&before, x, 3200.0) - light(&with, x, 3200.0)).abs() <= 8, "{x}");
     }
     assert!(light(&before, 2400.0, 3200.0) + 25 < light(&before, 3300.0, 3200.0));
-    // the finer wall throws its own shadow
+    // the narrower ridge casts a shadow
     assert!(light(&with, 3750.0, 3200.0) + 25 < light(&before, 3750.0, 3200.0));
     assert!((light(&with, 3750.0, 2300.0) - light(&before, 3750.0, 2300.0)).abs() <= 3);
 }

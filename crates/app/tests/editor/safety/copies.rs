@@ -1,4 +1,5 @@
-//! Copies without a file: of examples and of archives. They find the files they read, after a crash too.
+//! Tests of copies of examples and archives, which have no file. They find the files that they read, even after a
+//! crash.
 
 use std::{
     fs,
@@ -27,7 +28,7 @@ fn add(session: &mut Session) {
     assert!(session.apply(&Edit::AddNode { name: "new".into(), kind: "Constant".into(), at: None }));
 }
 
-/// A crash and a start without a file; recovers the work and returns its window.
+/// Simulates a crash and a start without a file; recovers the work and returns the new window.
 fn crash_and_take_up(window: Harness<'_, App>, state: &Path) -> Harness<'static, App> {
     let source = window.state().session().document().source().to_owned();
     drop(window);
@@ -40,7 +41,7 @@ fn crash_and_take_up(window: Harness<'_, App>, state: &Path) -> Harness<'static,
     window
 }
 
-/// The files that the graph reads exist, and it can be built.
+/// Checks that the files that the graph reads exist, and that a node can be built.
 #[track_caller]
 fn is_whole(window: &mut Harness<'_, App>, node: &str) {
     window.state_mut().session_mut().set_cells(32);
@@ -79,7 +80,7 @@ fn a_copy_of_an_archive_survives_a_crash_with_its_files() {
     let mut window = crash_and_take_up(window, &state);
     is_whole(&mut window, "a");
     assert_eq!(window.state().session().document().folder(), unpacked);
-    // Once saved, it has all its files beside it, under the same names.
+    // After saving, all its files are beside it, under the same names.
     let home = folder.path().join("home");
     fs::create_dir(&home).expect("made");
     let source = window.state().session().document().source().to_owned();
@@ -134,7 +135,7 @@ fn a_copy_of_an_example_survives_a_crash_with_its_files() {
     add(window.state_mut().session_mut());
     let mut window = crash_and_take_up(window, &state);
     is_whole(&mut window, "new");
-    // If a file of the same name exists, the copies go to a folder of their own.
+    // If a file of the same name exists, the copies go to a new folder.
     fs::create_dir(folder.path().join("data")).expect("made");
     let other = folder.path().join("data/bigtujunga_512_30m.tif");
     fs::write(&other, "something else").expect("written");

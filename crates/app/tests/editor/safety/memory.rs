@@ -1,4 +1,4 @@
-//! The editor out of memory: the journal is complete.
+//! The journal of the editor is complete when memory runs out.
 
 use std::{fs, path::PathBuf, process::Command};
 
@@ -11,7 +11,7 @@ use crate::{
     wait,
 };
 
-/// Sets the graph file for the process that runs out of memory.
+/// The variable that names the graph file for the process that runs out of memory.
 const FILE: &str = "OROGRAPH_TEST_WITHOUT_MEMORY";
 
 const NAME: &str = "safety::memory::what_was_not_saved_is_in_the_journal_when_memory_runs_out";

@@ -1,4 +1,4 @@
-//! What exists on the canvas only: positions of nodes, notes, and routes of wires. None of it changes what is built.
+//! Data of the canvas only: positions of nodes, notes, and routes of wires. It does not affect the build.
 
 use std::collections::{BTreeMap, HashMap};
 

@@ -1,5 +1,5 @@
-//! What a file exposes to its users: `parameters` name values of its nodes, `inputs` name inputs of its nodes. Both
-//! only say where; type, unit, range, default and documentation are taken from there.
+//! Exposed parameters and inputs: `parameters` names values of a file's nodes, `inputs` names inputs of its nodes. An
+//! entry only lists places; type, unit, range, default and documentation come from them.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -65,7 +65,7 @@ pub struct NamedInput {
     pub doc: String,
     /// The type that may be wired to it.
     pub ty: PortType,
-    /// What it falls back to without a wire; `None` where the file itself wires something to one of its places.
+    /// The fallback without a wire; [`Fallback::None`] if the file wires one of its places or their constants differ.
     pub fallback: Fallback,
     /// The inputs that it feeds; at least one.
     pub places: Vec<Place>,
@@ -217,7 +217,8 @@ impl Reader<'_> {
         found
     }
 
-    /// Names are written without quotes where the file is used, next to those that every use has.
+    /// Reports a name that a use of the file could not write: there, names have no quotes and stand next to the
+    /// reserved ones.
     fn check_name(&mut self, name: &str, span: Range<usize>, section: Section) {
         let plain = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
             && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
@@ -340,7 +341,7 @@ impl Reader<'_> {
         Some((place, input))
     }
 
-    /// The type that all places accept: where one accepts any numbers, the file's own wire decides.
+    /// The type that all places accept. For a place that accepts any scalar, it is the type of the file's own wire.
     fn input_type(&mut self, name: &str, places: &[(Place, &'static Input, Range<usize>)]) -> Option<PortType> {
         let of = |(place, input, _): &(Place, &'static Input, Range<usize>)| match (input.ty, self.source_of(place)) {
             (PortType::AnyScalar, Some(port)) => self.types.get(&port).copied().unwrap_or(PortType::AnyScalar),
@@ -375,7 +376,7 @@ impl Reader<'_> {
                 (!wired(place)).then_some(Fallback::Constant { default, hard, soft })
             })
             .collect();
-        // Different numbers are kept unless something is wired.
+        // If a place is wired or the constants differ, each place keeps its own value until the name is wired.
         match constants {
             Some(all) if all.iter().all(|one| *one == all[0]) => all[0],
             _ => Fallback::None,

@@ -1,4 +1,4 @@
-//! Frames: named areas of the canvas, each with a note. They do not change what is built.
+//! Frames: named areas of the canvas, each with a note. They do not affect the build.
 
 use std::ops::Range;
 

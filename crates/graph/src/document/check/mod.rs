@@ -61,7 +61,7 @@ pub struct NodeEntry {
     pub layout: Option<[f64; 2]>,
     /// Its note on the canvas; may be empty.
     pub note: String,
-    /// True if it is muted: built as if it were not there.
+    /// True if it is muted, so that the build bypasses it.
     pub muted: bool,
 }
 

@@ -1,7 +1,7 @@
-//! Muted nodes: nodes listed in the file's `muted` are built as if they were not there.
+//! Muted nodes: the build bypasses the nodes in the file's `muted`.
 //!
-//! Instead of its first output, a muted node passes on the first of its wires whose type fits that output. Its other
-//! outputs give nothing, so that inputs connected to them count as unwired.
+//! As its first output, a muted node passes on the first of its wires whose type fits. Its other outputs have no value,
+//! so inputs connected to them count as unwired.
 
 use std::{
     collections::{BTreeMap, BTreeSet, HashMap},
@@ -50,7 +50,7 @@ struct Behind {
 }
 
 impl Behind {
-    /// Sources come before the nodes that they feed, so one pass finds all.
+    /// Sources come before the nodes that they feed, so one pass is sufficient.
     fn new(graph: &Graph, muted: &Muted) -> Self {
         let mut behind = Self::default();
         for node in graph.topological().into_iter().filter(|node| muted.contains_key(node)) {
@@ -109,7 +109,7 @@ pub(crate) fn read(
     (muted, names)
 }
 
-/// Reports muted nodes that pass nothing on to an input that needs it.
+/// Reports muted nodes that have no wire to pass on to an input that requires one.
 pub(crate) fn check(
     graph: &Graph,
     muted: &Muted,
@@ -156,7 +156,7 @@ pub(crate) fn check(
 }
 
 impl Document {
-    /// Returns true if a node is muted: built as if it were not there.
+    /// Returns true if a node is muted, so that the build bypasses it.
     #[must_use]
     pub fn is_muted(&self, node: NodeIndex) -> bool {
         self.read.checked.muted.contains_key(&node)

@@ -213,7 +213,7 @@ impl Checker<'_> {
                         self.problems.take(owned(value, entry), &arg.literal, &arg.span, |value| {
                             constants[position] = Some(value);
                         });
-                        // Even if the value is wrong, the input was not forgotten.
+                        // The value may be wrong, but the input is not missing.
                         wires.push((position, None, arg.span.clone()));
                     }
                 }
@@ -225,7 +225,7 @@ impl Checker<'_> {
                 let params = &mut instance.params;
                 sound &= self.problems.take(value, &arg.literal, &arg.span, |value| params.set(spec.name, value));
             } else if let Some(meant) = self.unknown_arg(node, entry, arg) {
-                // The input that was probably meant was not forgotten either.
+                // The input that was probably meant is not missing either.
                 wires.push((meant, None, arg.span.clone()));
             }
         }

@@ -35,7 +35,7 @@ impl Problems {
         }
     }
 
-    /// All problems, sorted by place.
+    /// All problems, sorted by position.
     pub(crate) fn finish(mut self, source: &str) -> Vec<Diagnostic> {
         self.found.sort_by_key(|problem| (problem.span.start, problem.span.end));
         if self.dropped > 0 {

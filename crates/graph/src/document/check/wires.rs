@@ -16,7 +16,7 @@ use crate::{
     value::PortType,
 };
 
-/// The value that a file gives an input.
+/// The wire or the number that a file has at an input.
 pub(crate) struct Pending {
     pub(crate) node: NodeIndex,
     pub(crate) input: usize,

@@ -184,7 +184,8 @@ impl Document {
             return Ok(None);
         }
         let read = self.check(draft.source, parsed, Some(&self.read));
-        // Changes in other files are not the edit's fault. An edit of this text alone leaves them unchanged.
+        // Problems that come from changes in other files do not count. An edit of this text alone leaves those files
+        // unchanged.
         let now = (!from.checked.uses.is_empty() && !from.reads_as(&read))
             .then(|| self.check(from.source.clone(), Arc::clone(&from.parsed), None));
         let before = now.as_ref().unwrap_or(from);
@@ -278,7 +279,7 @@ impl Document {
         !self.history.undone.is_empty()
     }
 
-    /// Reads the text again after a change of what it depends on: its path, or the files that it names.
+    /// Reads the text again after a change of its path or of the files that it names.
     pub(crate) fn read_again(&mut self) {
         let parsed = Arc::clone(&self.read.parsed);
         self.read = Arc::new(self.check(self.source().to_owned(), parsed, None));
@@ -305,7 +306,7 @@ impl Document {
 /// The text after an edit, with the replaced bytes.
 type Made = (Arc<Read>, Vec<Splice>);
 
-/// What a node may lack while a graph is being made: a wire, or a file name.
+/// Problems that an edit may add, because a graph is built up edit by edit: a missing wire, a missing file name.
 const UNFINISHED: [&str; 2] = ["unwired", "no-file"];
 
 /// An error that an edit would add, other than an unfinished node.

@@ -1,9 +1,9 @@
 //! The journal of a document: a record of its edits, so that a crash loses no work.
 //!
 //! A journal is a text of lines. Each line is a checksum, a space, and a [`JournalEntry`] as JSON. The first entry is a
-//! [`JournalEntry::Start`] with the whole text and its history; the others record what happened since. A checksum
-//! covers its line and all lines before it, so that reading ends at a line that is incomplete, changed or from another
-//! journal. Entries hold the replaced bytes, not edits, so that they mean the same to a program with other nodes.
+//! [`JournalEntry::Start`] with the whole text and its history; the others record the changes since. A checksum covers
+//! its line and all lines before it, so that reading ends at a line that is incomplete, changed or from another
+//! journal. Entries contain replaced bytes instead of edits, so that they mean the same to a program with other nodes.
 
 use std::path::{Path, PathBuf};
 

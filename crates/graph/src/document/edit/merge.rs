@@ -17,7 +17,7 @@ use crate::document::{
     },
 };
 
-/// Fields that do not change what is built, so that conflicts in them are resolved without asking.
+/// Fields that do not affect the build, so that conflicts in them are resolved without asking.
 const ON_CANVAS: [&str; 4] = ["layout", "reroutes", "notes", "frames"];
 
 /// Empty brackets.
@@ -52,7 +52,7 @@ impl<'a> Side<'a> {
     }
 }
 
-/// A change made here: the names from the outermost brackets on, and the new value; `None` when it was removed.
+/// A change made here: the path of names from the outermost brackets, and the new value; `None` if it was removed.
 type Change = (Vec<String>, Option<String>);
 
 #[derive(Default)]

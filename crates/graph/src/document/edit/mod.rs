@@ -171,7 +171,7 @@ pub enum Edit {
         /// The points.
         places: Vec<[f64; 2]>,
     },
-    /// Mutes a node, so that it is built as if it were not there, or unmutes it.
+    /// Mutes a node, so that the build bypasses it, or unmutes it.
     SetMuted {
         /// The node.
         node: String,

@@ -1,11 +1,11 @@
-//! Moving a document to another place: what its file names become there.
+//! Moving a document to another folder, with its file names rewritten.
 
 use std::path::{Component, Path, PathBuf};
 
 use crate::document::{Document, subgraph::Home};
 
 impl Document {
-    /// Reads the files that it names again, which may have changed.
+    /// Reads the files that it names again, in case they have changed.
     pub fn look_again(&mut self) {
         self.read_again();
     }

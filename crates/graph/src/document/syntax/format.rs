@@ -12,7 +12,7 @@ use crate::diagnostic::Diagnostic;
 /// The longest line that is written if it can be broken.
 const WIDTH: usize = 120;
 
-/// Longer names than this do not push the others' kinds to the right.
+/// Names longer than this do not affect the alignment of kinds.
 const MAX_PAD: usize = 32;
 
 /// Writes a graph file in canonical form. Its meaning, its comments and the order of its items stay the same. The

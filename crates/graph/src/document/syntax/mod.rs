@@ -330,7 +330,7 @@ impl<'a> Parser<'a> {
         self.problem(open..open + 1, message, &format!("close it with `{}`", bracket.close()));
     }
 
-    /// Skips what is nested too deep.
+    /// Skips brackets that are nested too deep.
     fn skip_nested(&mut self, start: usize) -> Expr {
         if !self.too_deep {
             self.too_deep = true;
@@ -360,7 +360,7 @@ impl<'a> Parser<'a> {
         let key = if self.peek_kind(1) == Some(TokenKind::Colon) { self.key(bracket) } else { None };
         let value = self.value();
         let bad = matches!(value.kind, ExprKind::Bad);
-        // What is missing around unclosed brackets follows from that mistake.
+        // Tokens missing around unclosed brackets follow from that mistake.
         let unclosed = value.as_group().is_some_and(|group| group.close.is_none());
         match &key {
             Some(key) if bad && value.span.is_empty() && !self.after_stray() => {

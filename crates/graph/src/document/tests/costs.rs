@@ -1,4 +1,4 @@
-//! The cost of edits: how often texts are parsed, and what is built again.
+//! The cost of edits: number of parsed texts, and reuse of the built graph.
 
 use super::*;
 use crate::ParamValue;

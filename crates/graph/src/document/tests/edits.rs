@@ -1,4 +1,4 @@
-//! Edits: what they write, what they refuse, and undo.
+//! Tests of edits: written text, refusals, undo.
 
 use proptest::prelude::*;
 

@@ -206,7 +206,7 @@ fn notes_and_routes_of_wires_are_read_and_edited() {
     }
 }
 
-/// A document, and the journal of what is done to it.
+/// A document, and the journal of its changes.
 struct Work {
     document: Document,
     saved: String,
@@ -386,7 +386,7 @@ fn changes_of_different_items_are_merged() {
     // Several parameters of one node, too.
     let mine = CHAIN.replace("height: \"scree\", ", "height: \"scree\", duration: 2e6, ");
     assert_eq!(merged(&mine, &theirs), Ok(theirs.replace("mask: 0.7", "mask: 0.7, duration: 2e6")));
-    // Nodes are added and removed, with what is connected to them.
+    // Nodes are added and removed together with their wires.
     let mut work = parse(CHAIN);
     work.apply(&Edit::All(vec![
         Edit::Connect { from: "rivers".into(), to: "late".into(), input: "height".into() },

@@ -1,4 +1,4 @@
-//! What a key includes, and what it does not.
+//! Tests of keys: the data that they include, and the data that they leave out.
 
 use std::fs;
 
@@ -126,7 +126,7 @@ fn the_sea_level_is_included_where_it_is_read() {
         let [none, low, high] = [none, low, high].map(|window| key(&graph, port, window));
         assert_eq!((none != low, low != high), (reads, reads), "{port}");
     }
-    // so a change of the level rebuilds what depends on it, and results come in the requested world
+    // a change of the level rebuilds the nodes that depend on it; results belong to the requested world
     let evaluator = evaluator(2);
     for (window, computed) in [(low, 4), (high, 2), (none, 2), (low, 0)] {
         let ports = ["a", "stats.lines", "b"].map(|port| (graph.port(port).expect("exists"), window));

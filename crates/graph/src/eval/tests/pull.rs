@@ -1,4 +1,4 @@
-//! Only what is requested is computed, and only what has changed.
+//! Only requested outputs are computed, and only changed nodes.
 
 use super::*;
 
@@ -58,7 +58,7 @@ fn a_change_in_a_part_of_the_world_runs_what_is_downstream_of_it() {
     run(&evaluator, &graph, &["sum"], window).expect("runs");
     let sum = graph.find("sum").expect("exists");
     graph.disconnect(sum, 1);
-    // `base` was computed with the halo of `soft` and is needed like that again
+    // `base` was computed with the halo of `soft`, which is needed again
     let outcome = run(&evaluator, &graph, &["sum"], window).expect("runs");
     assert_eq!(outcome.computed(), ["sum"]);
 }

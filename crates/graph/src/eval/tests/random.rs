@@ -1,4 +1,4 @@
-//! Any graph, windows, number of threads and state of the caches: the same values.
+//! Values of random graphs do not depend on windows, number of threads or state of the caches.
 
 use proptest::prelude::*;
 

@@ -112,7 +112,7 @@ fn independent_nodes_run_in_parallel() {
 
 #[test]
 fn a_cancellation_takes_effect_within_a_tenth_of_a_second() {
-    // the best of three: a busy machine may hold a thread back for longer
+    // the best of three: a busy machine may delay a thread
     let latency = (0..3).map(|_| cancel_latency()).min().expect("three");
     assert!(latency < Duration::from_millis(100), "{latency:?}");
 }

@@ -38,7 +38,7 @@ fn a_window_is_read_out_of_a_wider_stored_raster() {
     let whole = Window::whole(world(700));
     let all = run(&on_disk(folder.path(), 1 << 30), &graph(0.0), &["soft"], whole).expect("runs").values.remove(0);
     let all = all.as_field().expect("a field").clone();
-    // across bands of rows, within one, at the corners, a single cell
+    // windows across bands of rows, within one, at the corners, and of a single cell
     for (origin, cells) in
         [([100, 300], [50, 390]), ([3, 5], [20, 30]), ([0, 0], [1, 1]), ([699, 699], [1, 1]), ([0, 374], [700, 2])]
     {
@@ -47,7 +47,7 @@ fn a_window_is_read_out_of_a_wider_stored_raster() {
         assert_eq!(got.from(Origin::Disk), ["soft"], "{origin:?}");
         assert_eq!(got.values[0].as_field(), Some(&all.crop(&part)), "{origin:?}");
     }
-    // damage outside of the part that is read is not noticed, damage inside is
+    // damage outside the part that is read goes unnoticed, damage inside does not
     let stored = files(folder.path());
     let largest = stored.iter().max_by_key(|path| fs::metadata(path).map_or(0, |meta| meta.len())).expect("stored");
     let mut bytes = fs::read(largest).expect("read");
@@ -93,7 +93,7 @@ fn programs_share_a_folder_whatever_happens_to_its_files() {
                 let expected = &expected;
                 scope.spawn(move || {
                     for round in 0..60_u32 {
-                        // a fresh store each time, as of a program that has just started; a small budget evicts
+                        // a new store each time, as in a program that has just started; a small budget evicts results
                         let evaluator = on_disk(folder, if round % 3 == 0 { 40_000 } else { 1 << 20 });
                         let level = (mix(round + 1000 * program) % 6) as usize;
                         let graph = graph(level as f64);

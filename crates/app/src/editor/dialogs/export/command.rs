@@ -1,4 +1,4 @@
-//! The command line that writes the same files.
+//! The command line that exports the same files.
 
 use std::{fmt::Write as _, path::Path};
 

@@ -1,8 +1,8 @@
-//! More cells where the view is close: the part of the world in view is built at finer cells than the preview.
+//! Close views at finer cells: the visible part of the world is built at smaller cells than those of the preview.
 //!
-//! The part is ordered when the view has rested and everything else is built. It is a little larger than the view and begins
-//! on a coarse grid, so that a small move needs no other part. A node that needs the whole world rules it out: a part at
-//! other cells would not be the terrain that an export gives.
+//! The part is requested once the view has been still for a moment and everything else is built. Its window is a little
+//! larger than the view and aligned to a coarse grid, so that a small move needs no new part. A node that needs the
+//! whole world rules a part out: a part at other cells would differ from the exported terrain.
 
 mod part;
 
@@ -18,83 +18,83 @@ use self::part::{covers, finer};
 use super::worker::{self, Part, Wanted, coarser, longer};
 use super::{Built, Session};
 
-/// How long the view rests before a part is ordered.
+/// How long the view must be still before a part is requested.
 const REST: Duration = Duration::from_millis(150);
-/// Pixels that a cell of the preview covers at most before a part is ordered.
+/// Cells of the preview may be this many pixels wide before a part is requested.
 const COARSE_PX: f64 = 2.0;
 
-/// How a close view is served.
+/// The state of a close view.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Detail {
-    /// It has the cells of the build, since this node is computed for the whole world.
+    /// The view keeps the cells of the preview because this node must be computed for the whole world.
     OfBuild {
         /// The node's name in the document.
         node: String,
     },
-    /// Finer cells are being built.
+    /// The finer part is being built.
     Building,
-    /// Finer cells are there.
+    /// The finer part is built.
     Built {
         /// Cells along the longer side of the whole world.
         cells: u32,
     },
-    /// Finer cells cannot be built.
+    /// The finer part cannot be built.
     Failed {
-        /// Why.
+        /// The reason.
         message: String,
     },
 }
 
-/// A part of some outputs.
+/// A finer part of some outputs.
 #[derive(Clone, Debug, PartialEq)]
 struct Target {
     revision: u64,
-    /// As `node.port`.
+    /// The outputs, as `node.port`.
     ports: Vec<String>,
     window: Window,
 }
 
-/// Outputs by their names.
+/// Outputs by name.
 type Values = BTreeMap<String, Built>;
 
-/// What rules parts of an output out.
+/// Whether a node rules out a part, cached.
 #[derive(Debug)]
 struct RuledOut {
-    /// The state of the document, the outputs, and the cells of the world.
+    /// The state of the document, the outputs, and the cells of the world that it applies to.
     of: (u64, Vec<String>, [u32; 2]),
-    /// The node that needs the whole world, if one does.
+    /// The node that needs the whole world. None if no node does.
     by: Option<String>,
 }
 
-/// What is known of the close view.
+/// The finer part of a close view.
 #[derive(Debug, Default)]
 pub(super) struct Close {
     detail: Option<Detail>,
-    /// What the view needs, and since when it needs that part.
+    /// The part that the view needs, and when it was first needed.
     wanted: Option<(Target, Instant)>,
     ordered: Option<Target>,
-    /// What has come of what was ordered, while some of it is still to come.
+    /// Outputs of the requested part that are built while others are not.
     come: Values,
     answer: Option<(Target, Result<Values, String>)>,
     whole: Option<RuledOut>,
 }
 
 impl Session {
-    /// How a close view is served. Returns None when the view is not closer than the preview is fine.
+    /// The state of a close view. Returns None when the preview is fine enough for the view.
     #[must_use]
     pub const fn detail(&self) -> Option<&Detail> {
         self.close.detail.as_ref()
     }
 
-    /// The newest part with finer cells of an output (`node.port`).
+    /// The newest finer part of an output (`node.port`).
     #[must_use]
     pub fn finer(&self, port: &str) -> Option<&Built> {
         let (_, values) = self.close.answer.as_ref()?;
         values.as_ref().ok()?.get(port)
     }
 
-    /// Notes what is in view, and of which outputs (`node.port`). Returns the time after which [`Self::poll`] has to be
-    /// called to order a part of them.
+    /// Sets the visible part of the world and the drawn outputs (`node.port`). Returns the delay after which to call
+    /// [`Self::poll`], which then requests a finer part.
     pub fn look_at(&mut self, view: Option<View>, ports: Vec<String>) -> Option<Duration> {
         let found = view.and_then(|view| self.served(&view, ports));
         let (target, detail) = found.unzip();
@@ -112,7 +112,7 @@ impl Session {
         (!ordered && !self.is_busy()).then(|| REST.saturating_sub(since.elapsed()))
     }
 
-    /// What a view needs and how it is served; None when the preview is fine enough for it.
+    /// The part that a view needs, and its state. Returns None when the preview is fine enough.
     fn served(&mut self, view: &View, ports: Vec<String>) -> Option<(Option<Target>, Detail)> {
         let graph = self.document.graph();
         let has_picture = |port: &String| graph.port(port).is_ok_and(|port| graph.output_type(port).planes().is_some());
@@ -142,7 +142,7 @@ impl Session {
         Some((Some(target), detail))
     }
 
-    /// The node of the document that needs the whole world to compute a part of an output.
+    /// The node of the document that needs the whole world to compute these outputs. Returns None when there is none.
     fn whole(&mut self, ports: &[String], world: &World) -> Option<String> {
         let of = (self.revision, ports.to_vec(), world.cells);
         if let Some(known) = self.close.whole.as_ref().filter(|known| known.of == of) {
@@ -156,7 +156,7 @@ impl Session {
         by
     }
 
-    /// Orders the part that the view needs, once the view has rested and nothing else is being built.
+    /// Requests the part that the view needs, once the view has been still and nothing else is being built.
     pub(super) fn order_detail(&mut self) {
         let Some((target, since)) = &self.close.wanted else { return };
         let ordered = self.close.ordered.as_ref() == Some(target);
@@ -178,7 +178,7 @@ impl Session {
         self.worker.submit(order);
     }
 
-    /// Another order cancels that of a part, unless the part is there.
+    /// Call it before another order, which cancels an unfinished part.
     pub(super) fn forget_ordered_detail(&mut self) {
         let answered = self.close.answer.as_ref().map(|(target, _)| target);
         if self.close.ordered.as_ref() != answered {

@@ -1,31 +1,31 @@
-//! Which part of the world a view needs, and at which cells.
+//! Chooses the window and the cells of the finer part of a view.
 
 use orograph_graph::{Window, World};
 
 use crate::editor::session::worker::{coarser, longer};
 
-/// Pixels that a cell of a part covers at most, where there are cells enough.
+/// A cell of the part is at most this many pixels wide, unless other limits apply.
 const FINE_PX: f64 = 1.5;
-/// How many times the document's cells a part has at most, along a side of the world.
+/// Maximum cells of the part along a side of the world, as a multiple of the document's.
 const FINEST: u32 = 4;
-/// The most cells of a part: those of a large screen.
+/// Maximum number of cells of a part: about the pixels of a large screen.
 const MOST_CELLS: usize = 1 << 21;
-/// Cells between lines of the grid on which parts begin and end.
+/// Spacing in cells of the grid to which a part is aligned.
 const GRID: f64 = 64.0;
-/// Cells around the view that a part has at least, so that the view can move.
+/// Minimum margin of a part around the view in cells, so that the view can move.
 const MARGIN: f64 = 32.0;
 
-/// What is in view.
+/// The visible part of the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// The part of the world in view in metres, from the north-west corner to the south-east one.
+    /// Its north-west and south-east corners in metres.
     pub part: [[f64; 2]; 2],
     /// Side of a pixel in metres.
     pub pixel_m: f64,
 }
 
-/// The window of what is in view, in the coarsest world whose cells suit it. Returns None when no world has more cells than
-/// the preview, or nothing of the world is in view.
+/// The window of a view, in the coarsest world whose cells are fine enough. Returns None when no such world has more
+/// cells than the preview, or the view shows nothing of the world.
 pub(super) fn finer(document: World, preview: World, view: &View) -> Option<Window> {
     let (least, all) = (longer(preview.cells), longer(document.cells));
     let below = std::iter::successors(Some(least), |cells| cells.checked_mul(2)).take_while(|cells| *cells < all);
@@ -48,7 +48,7 @@ pub(super) fn finer(document: World, preview: World, view: &View) -> Option<Wind
     finest
 }
 
-/// The window around what is in view, from line to line of the grid.
+/// The window around a view, aligned to the grid. Returns None when the view shows nothing of the world.
 fn around(world: World, view: &View) -> Option<Window> {
     let mut window = Window::whole(world);
     for axis in 0..2 {
@@ -65,7 +65,7 @@ fn around(world: World, view: &View) -> Option<Window> {
     Some(window)
 }
 
-/// Returns true if the window has everything of the world that is in view.
+/// Returns true if the window contains everything of the world that the view shows.
 pub(super) fn covers(window: &Window, view: &View) -> bool {
     (0..2).all(|axis| {
         let first = f64::from(window.origin[axis]) * window.cell_m();
@@ -79,7 +79,7 @@ pub(super) fn covers(window: &Window, view: &View) -> bool {
 mod tests {
     use super::*;
 
-    /// Of a world 8 km a side: 4 pixels are a cell of 512 along a side.
+    /// A view of a world 8 km wide, in which a cell of 512 along a side is 4 pixels wide.
     const VIEW: View = View { part: [[3000.0, 3500.0], [5000.0, 4500.0]], pixel_m: 8000.0 / 2048.0 };
 
     fn world(cells: u32) -> World {

@@ -1,4 +1,4 @@
-//! Edits of what exists on the canvas only: positions, notes, routes of wires, frames.
+//! Edits of canvas data: positions, notes, routes of wires, frames.
 
 use std::{
     collections::{HashMap, HashSet},
