@@ -145,32 +145,32 @@ impl Perspective {
     pub fn picture(&self, seen: &Seen) -> Result<Field, Failure> {
         use std::sync::Arc;
 
-        use crate::view::{Land, Offscreen, Orbit};
+        use crate::view::{Offscreen, Orbit, Terrain};
 
         let failed = |error: crate::view::ViewError| match error {
-            crate::view::ViewError::Land(_) => Failure::wrong(error.to_string()).hint(error.remedy()),
+            crate::view::ViewError::Terrain(_) => Failure::wrong(error.to_string()).hint(error.remedy()),
             _ => Failure::unable(error.to_string()).hint(error.remedy()),
         };
-        let mut land = Land::new(&seen.height).map_err(failed)?;
+        let mut terrain = Terrain::new(&seen.height).map_err(failed)?;
         if let Some(colour) = &seen.colour {
-            land = land.with_colour(colour).map_err(failed)?;
+            terrain = terrain.with_colour(colour).map_err(failed)?;
         }
         if let Some(water) = &seen.water {
-            land = land.with_water(water).map_err(failed)?;
+            terrain = terrain.with_water(water).map_err(failed)?;
         }
         let size = self.size.unwrap_or([1280, 720]);
         let exaggeration = self.exaggeration.unwrap_or(1.0);
-        let mut orbit = Orbit::framing(&land, exaggeration, size);
+        let mut orbit = Orbit::framing(&terrain, exaggeration, size);
         orbit.azimuth_deg = self.azimuth.unwrap_or(orbit.azimuth_deg);
         orbit.elevation_deg = self.elevation.unwrap_or(orbit.elevation_deg);
-        orbit = orbit.framed(&land, exaggeration, size);
+        orbit = orbit.framed(&terrain, exaggeration, size);
         if let Some(distance) = self.distance {
-            orbit.target = land.middle(exaggeration);
+            orbit.target = terrain.middle(exaggeration);
             orbit.distance = distance;
-            orbit.limit(&land, exaggeration);
+            orbit.limit(&terrain, exaggeration);
         }
         let scene = self.scene(orbit.camera(), exaggeration, seen.height.window().world.sea_level);
-        let bytes = Offscreen::new().and_then(|device| device.picture(&Arc::new(land), &scene, size));
+        let bytes = Offscreen::new().and_then(|device| device.picture(&Arc::new(terrain), &scene, size));
         Ok(crate::export::picture::of_codes(&bytes.map_err(failed)?, size))
     }
 

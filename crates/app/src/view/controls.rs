@@ -5,7 +5,7 @@ use orograph_nodes::numerics::math;
 
 use super::{
     camera::{Camera, Ray, direction},
-    land::Land,
+    terrain::Terrain,
 };
 
 /// The default vertical field of view. It is narrower than that of most 3D programs, so that mountains do not look like
@@ -33,26 +33,26 @@ pub struct Orbit {
 impl Orbit {
     /// A view from the south of the whole terrain.
     #[must_use]
-    pub fn framing(land: &Land, exaggeration: f64, size: [u32; 2]) -> Self {
+    pub fn framing(terrain: &Terrain, exaggeration: f64, size: [u32; 2]) -> Self {
         let start = Self {
-            target: land.middle(exaggeration),
+            target: terrain.middle(exaggeration),
             azimuth_deg: 160.0,
             elevation_deg: 20.0,
             distance: 1.0,
             fov_deg: FOV_DEG,
         };
-        start.framed(land, exaggeration, size)
+        start.framed(terrain, exaggeration, size)
     }
 
     /// The same direction, with the target and the distance at which the whole terrain just fits.
     #[must_use]
-    pub fn framed(self, land: &Land, exaggeration: f64, size: [u32; 2]) -> Self {
+    pub fn framed(self, terrain: &Terrain, exaggeration: f64, size: [u32; 2]) -> Self {
         /// Fraction of the picture that stays free around the terrain.
         const MARGIN: f64 = 0.04;
         /// Fraction of the free height that is above the terrain.
         const SKY: f64 = 0.68;
-        let points = land.hull(exaggeration);
-        let mut framed = Self { target: land.middle(exaggeration), distance: land.size_m()[0], ..self };
+        let points = terrain.hull(exaggeration);
+        let mut framed = Self { target: terrain.middle(exaggeration), distance: terrain.size_m()[0], ..self };
         // the visible outline of the terrain changes slightly with distance; a few rounds converge
         for _ in 0..8 {
             let camera = framed.camera();
@@ -71,7 +71,7 @@ impl Orbit {
             }
             let needed = sides.map(|[a, b]| 0.5 * (a + b));
             let shift = |axis: usize, t: f64| 0.5 * (sides[axis][0] - sides[axis][1]) * t;
-            framed.distance = needed[0].max(needed[1]).max(land.cell_m());
+            framed.distance = needed[0].max(needed[1]).max(terrain.cell_m());
             let free = (framed.distance - needed[1]) * ty;
             framed.target += right * shift(0, tx) + up * (shift(1, ty) + (2.0 * SKY - 1.0) * free);
         }
@@ -115,19 +115,19 @@ impl Orbit {
 
     /// Keeps the target near the terrain, the camera above it, and the distance between a few cells and a multiple of
     /// the terrain's extent.
-    pub fn limit(&mut self, land: &Land, exaggeration: f64) {
-        let [w, h] = land.size_m();
-        let [low, high] = [land.base(exaggeration), land.range()[1]].map(|height| height * exaggeration);
+    pub fn limit(&mut self, terrain: &Terrain, exaggeration: f64) {
+        let [w, h] = terrain.size_m();
+        let [low, high] = [terrain.base(exaggeration), terrain.range()[1]].map(|height| height * exaggeration);
         // A view of the whole terrain can have its target beside it, which must not jump when the first drag begins.
         let beside = 0.5 * w.max(h);
         let (least, most) = (DVec3::new(0.0, low, 0.0), DVec3::new(w, high, h));
         self.target = self.target.clamp(least - beside, most + beside);
-        self.distance = self.distance.clamp(4.0 * land.cell_m(), 12.0 * (w + h + high - low));
+        self.distance = self.distance.clamp(4.0 * terrain.cell_m(), 12.0 * (w + h + high - low));
         self.elevation_deg = self.elevation_deg.clamp(0.5, MOST_ELEVATION_DEG);
-        let clear = 2.0 * land.cell_m();
+        let clear = 2.0 * terrain.cell_m();
         let eye = self.camera().eye;
         let inside = (0.0..=w).contains(&eye.x) && (0.0..=h).contains(&eye.z);
-        let floor = if inside { land.height_at([eye.x, eye.z]) * exaggeration } else { low };
+        let floor = if inside { terrain.height_at([eye.x, eye.z]) * exaggeration } else { low };
         if eye.y < floor + clear {
             self.target.y += floor + clear - eye.y;
         }
@@ -183,10 +183,10 @@ impl Fly {
 
     /// Switches to orbiting the terrain in the centre of the view, or a point ahead if there is none.
     #[must_use]
-    pub fn orbit(&self, land: &Land, exaggeration: f64) -> Orbit {
+    pub fn orbit(&self, terrain: &Terrain, exaggeration: f64) -> Orbit {
         let camera = self.camera();
         let ray = Ray { origin: camera.eye, direction: camera.forward };
-        let hit = land.cast(&ray, exaggeration);
+        let hit = terrain.cast(&ray, exaggeration);
         let distance = hit.map_or(4.0 * self.speed, |hit| hit.distance);
         Orbit {
             target: camera.eye + camera.forward * distance,
@@ -229,15 +229,15 @@ impl Fly {
 
     /// Keeps the camera above the terrain and not too far from it, and the speed between a cell per second and the
     /// extent of the terrain.
-    pub fn limit(&mut self, land: &Land, exaggeration: f64) {
-        let [w, h] = land.size_m();
+    pub fn limit(&mut self, terrain: &Terrain, exaggeration: f64) {
+        let [w, h] = terrain.size_m();
         let far = 6.0 * (w + h);
-        let low = land.base(exaggeration) * exaggeration;
+        let low = terrain.base(exaggeration) * exaggeration;
         self.eye = self.eye.clamp(DVec3::new(-far, low, -far), DVec3::new(w + far, low + far, h + far));
-        self.speed = self.speed.clamp(land.cell_m(), w + h);
+        self.speed = self.speed.clamp(terrain.cell_m(), w + h);
         let inside = (0.0..=w).contains(&self.eye.x) && (0.0..=h).contains(&self.eye.z);
-        let floor = if inside { land.height_at([self.eye.x, self.eye.z]) * exaggeration } else { low };
-        self.eye.y = self.eye.y.max(floor + 2.0 * land.cell_m());
+        let floor = if inside { terrain.height_at([self.eye.x, self.eye.z]) * exaggeration } else { low };
+        self.eye.y = self.eye.y.max(floor + 2.0 * terrain.cell_m());
     }
 }
 
@@ -248,20 +248,20 @@ mod tests {
 
     const SIZE: [u32; 2] = [800, 500];
 
-    fn land() -> Land {
-        Land::new(&field([80, 50], 100.0, |x, y| 0.1 * x + 0.05 * y)).expect("heights")
+    fn terrain() -> Terrain {
+        Terrain::new(&field([80, 50], 100.0, |x, y| 0.1 * x + 0.05 * y)).expect("heights")
     }
 
     #[test]
     fn framing_shows_all_of_the_land_and_little_else() {
-        let land = land();
+        let terrain = terrain();
         for azimuth_deg in [0.0, 77.0, 205.0, 310.0] {
             for elevation_deg in [3.0, 27.0, 89.0] {
                 for size in [[800, 500], [300, 900]] {
-                    let start = Orbit { azimuth_deg, elevation_deg, ..Orbit::framing(&land, 1.0, size) };
-                    let camera = start.framed(&land, 1.0, size).camera();
+                    let start = Orbit { azimuth_deg, elevation_deg, ..Orbit::framing(&terrain, 1.0, size) };
+                    let camera = start.framed(&terrain, 1.0, size).camera();
                     let mut used = [1.0_f64; 4];
-                    for point in land.hull(1.0) {
+                    for point in terrain.hull(1.0) {
                         let [x, y] = camera.pixel(point, size).expect("in front");
                         let (x, y) = (x / f64::from(size[0]), y / f64::from(size[1]));
                         used = [used[0].min(x), used[1].min(1.0 - x), used[2].min(y), used[3].min(1.0 - y)];
@@ -275,8 +275,8 @@ mod tests {
 
     #[test]
     fn what_is_under_the_hand_stays_there() {
-        let land = land();
-        let mut orbit = Orbit::framing(&land, 1.0, SIZE);
+        let terrain = terrain();
+        let mut orbit = Orbit::framing(&terrain, 1.0, SIZE);
         let before = orbit.camera().pixel(orbit.target, SIZE).expect("in front");
         let place = orbit.target;
         orbit.pan([30.0, 0.0], SIZE);
@@ -300,31 +300,31 @@ mod tests {
 
     #[test]
     fn a_framed_land_stays_in_its_frame() {
-        let land = land();
+        let terrain = terrain();
         for size in [SIZE, [2000, 700], [300, 900]] {
-            let framed = Orbit::framing(&land, 1.0, size);
+            let framed = Orbit::framing(&terrain, 1.0, size);
             let mut touched = framed;
-            touched.limit(&land, 1.0);
+            touched.limit(&terrain, 1.0);
             assert_eq!(touched, framed);
         }
     }
 
     #[test]
     fn eyes_stay_above_the_land() {
-        let land = land();
-        let mut orbit = Orbit::framing(&land, 1.0, SIZE);
+        let terrain = terrain();
+        let mut orbit = Orbit::framing(&terrain, 1.0, SIZE);
         orbit.scroll(1e9, None);
         orbit.elevation_deg = -40.0;
         orbit.target = DVec3::new(2000.0, -9e9, 2000.0);
-        orbit.limit(&land, 1.0);
+        orbit.limit(&terrain, 1.0);
         let eye = orbit.camera().eye;
-        assert!(eye.y > land.height_at([eye.x, eye.z]));
+        assert!(eye.y > terrain.height_at([eye.x, eye.z]));
         let mut fly = Fly::from_orbit(&orbit);
         let keys = FlyKeys { down: true, fast: true, forward: true, ..FlyKeys::default() };
         (0..500).for_each(|_| fly.step(keys, 0.1));
-        fly.limit(&land, 1.0);
-        assert!(fly.eye.y >= land.base(1.0) && fly.eye.is_finite());
-        let back = fly.orbit(&land, 1.0);
+        fly.limit(&terrain, 1.0);
+        assert!(fly.eye.y >= terrain.base(1.0) && fly.eye.is_finite());
+        let back = fly.orbit(&terrain, 1.0);
         assert!((back.camera().eye - fly.eye).length() < 1e-6);
         fly.look([10.0, -4.0], SIZE);
         assert!((back.camera().forward - fly.camera().forward).length() > 1e-3);

@@ -19,7 +19,7 @@ pub enum ViewError {
     OutOfMemory,
     /// The fields of the terrain do not match.
     #[error("{0}")]
-    Land(String),
+    Terrain(String),
     /// A number of the scene is not finite or outside its range.
     #[error("{0}")]
     Scene(String),
@@ -36,7 +36,7 @@ impl ViewError {
             Self::Device(_) => "update the graphics driver, or choose a software one with `VK_DRIVER_FILES`",
             Self::OutOfMemory => "use fewer cells or a smaller picture",
             Self::Scene(_) => "use finite numbers, a field of view below 180° and a vertical exaggeration above 0",
-            Self::Land(_) => "use fields with the same window as the heights",
+            Self::Terrain(_) => "use fields with the same window as the heights",
         }
     }
 }

@@ -12,8 +12,8 @@ use super::{
     bounds::{Bounds, LEAF},
     camera::Ray,
     error::ViewError,
-    land::{Land, MOST_CELLS},
     ray::Hit,
+    terrain::{MOST_CELLS, Terrain},
 };
 
 /// Width of the band in coarse cells.
@@ -29,7 +29,7 @@ const NO_SIDE: f64 = 1e9;
 #[derive(Clone, Debug)]
 pub struct Inset {
     /// The part, after blending.
-    land: Land,
+    terrain: Terrain,
     /// Offset in metres from the north-west corner of the terrain to that of the inset.
     corner: [f64; 2],
     /// Positions of the sides with a band, in cells of the inset: west, north, east, south.
@@ -47,7 +47,7 @@ impl Inset {
     ///
     /// # Errors
     /// When the part has more cells than can be drawn, is not within the terrain, or has other fields.
-    pub fn new(coarse: &Land, part: &Land) -> Result<Self, ViewError> {
+    pub fn new(coarse: &Terrain, part: &Terrain) -> Result<Self, ViewError> {
         let (outer, inner) = (coarse.height().window(), part.height().window());
         let (wide, fine) = (outer.cell_m(), inner.cell_m());
         let corner_of = |window: &orograph_graph::Window| window.origin.map(|cells| f64::from(cells) * window.cell_m());
@@ -57,7 +57,7 @@ impl Inset {
         let within = (0..2).all(|axis| corner[axis] >= -fine && end[axis] <= size[axis] + wide);
         let cells = inner.cells;
         if !within || fine > wide || cells.into_iter().max() > Some(MOST_CELLS) || cells.into_iter().min() < Some(2) {
-            return Err(ViewError::Land("the finer part is not within the terrain".to_owned()));
+            return Err(ViewError::Terrain("the finer part is not within the terrain".to_owned()));
         }
         let last = cells.map(|cells| f64::from(cells) - 0.5);
         // a side within one cell of the edge of the terrain
@@ -65,7 +65,7 @@ impl Inset {
         let far_side = |axis: usize| if end[axis] > size[axis] - fine { NO_SIDE } else { last[axis] };
         let shorter = f64::from(cells[0].min(cells[1]));
         let mut inset = Self {
-            land: part.clone(),
+            terrain: part.clone(),
             corner,
             sides: [side(0), side(1), far_side(0), far_side(1)],
             band: (BAND_CELLS * wide / fine).min(MOST_OF_SIDE * shorter),
@@ -75,19 +75,19 @@ impl Inset {
         let joined = |coarse: Option<&Field>, part: Option<&Field>| match (coarse, part) {
             (Some(coarse), Some(part)) => Ok(Some(inset.joined(coarse, part))),
             (None, None) => Ok(None),
-            _ => Err(ViewError::Land("the finer part and the terrain have different fields".to_owned())),
+            _ => Err(ViewError::Terrain("the finer part and the terrain have different fields".to_owned())),
         };
-        let mut land = Land::new(&inset.joined(coarse.height(), part.height()))?;
+        let mut terrain = Terrain::new(&inset.joined(coarse.height(), part.height()))?;
         if let Some(colour) = joined(coarse.colour(), part.colour())? {
-            land = land.with_colour(&colour)?;
+            terrain = terrain.with_colour(&colour)?;
         }
         if let Some(water) = joined(coarse.water(), part.water())? {
-            land = land.with_water(&water)?;
+            terrain = terrain.with_water(&water)?;
         }
         if let Some(mask) = joined(coarse.mask(), part.mask())? {
-            land = land.with_mask(&mask)?;
+            terrain = terrain.with_mask(&mask)?;
         }
-        inset.land = land;
+        inset.terrain = terrain;
         inset.bounds = inset.widened(coarse);
         Ok(inset)
     }
@@ -126,18 +126,18 @@ impl Inset {
     }
 
     /// Bounds of the coarse terrain, widened by the heights of the inset.
-    fn widened(&self, coarse: &Land) -> Bounds {
-        let ratio = coarse.cell_m() / self.land.cell_m();
-        let [nx, ny] = self.land.cells();
+    fn widened(&self, coarse: &Terrain) -> Bounds {
+        let ratio = coarse.cell_m() / self.terrain.cell_m();
+        let [nx, ny] = self.terrain.cells();
         let top = |x: u32, y: u32| {
             let at = y as usize * nx as usize + x as usize;
-            let depth = self.land.water().map_or(0.0, |water| water.plane(0)[at].max(0.0));
-            self.land.height().plane(0)[at] + depth
+            let depth = self.terrain.water().map_or(0.0, |water| water.plane(0)[at].max(0.0));
+            self.terrain.height().plane(0)[at] + depth
         };
         // cells of the inset that affect the surface between two grid lines of the coarse terrain
         let span = |axis: usize, square: usize| {
             let side = f64::from(1_u32 << LEAF);
-            let corner = self.corner[axis] / self.land.cell_m();
+            let corner = self.corner[axis] / self.terrain.cell_m();
             let line = |line: f64| (line - 0.5) * ratio - corner;
             let first = (line(square as f64 * side) - 1.5).floor().max(0.0) as u32;
             let end = (line((square + 1) as f64 * side) + 1.5).ceil();
@@ -156,7 +156,7 @@ impl Inset {
     /// of the terrain.
     #[must_use]
     pub fn rectangle(&self) -> [f64; 4] {
-        [0, 1, 2, 3].map(|side| self.corner[side % 2] + self.sides[side] * self.land.cell_m())
+        [0, 1, 2, 3].map(|side| self.corner[side % 2] + self.sides[side] * self.terrain.cell_m())
     }
 
     /// Returns true if the inset covers a position in metres from the corner of the terrain.
@@ -168,9 +168,9 @@ impl Inset {
 
     /// The first hit of a ray on the terrain including the inset. A hit on the inset has the cell of the inset.
     #[must_use]
-    pub fn cast(&self, coarse: &Land, ray: &Ray, exaggeration: f64) -> Option<Hit> {
+    pub fn cast(&self, coarse: &Terrain, ray: &Ray, exaggeration: f64) -> Option<Hit> {
         let corner = DVec3::new(self.corner[0], 0.0, self.corner[1]);
-        let own = self.land.cast(&Ray { origin: ray.origin - corner, ..*ray }, exaggeration).map(|hit| {
+        let own = self.terrain.cast(&Ray { origin: ray.origin - corner, ..*ray }, exaggeration).map(|hit| {
             let place = [0, 1].map(|axis| hit.place[axis] + self.corner[axis]);
             Hit { place, ..hit }
         });
@@ -183,15 +183,15 @@ impl Inset {
 
     /// The height at a position of the terrain including the inset.
     #[must_use]
-    pub fn height_at(&self, coarse: &Land, place: [f64; 2]) -> f64 {
+    pub fn height_at(&self, coarse: &Terrain, place: [f64; 2]) -> f64 {
         if self.covers(place) {
-            return self.land.height_at([0, 1].map(|axis| place[axis] - self.corner[axis]));
+            return self.terrain.height_at([0, 1].map(|axis| place[axis] - self.corner[axis]));
         }
         coarse.height_at(place)
     }
 
-    pub(super) const fn land(&self) -> &Land {
-        &self.land
+    pub(super) const fn terrain(&self) -> &Terrain {
+        &self.terrain
     }
 
     pub(super) const fn corner(&self) -> [f64; 2] {
@@ -250,18 +250,18 @@ mod tests {
     }
 
     /// A part of a world of 64 x 64 cells of 10 m, at cells of 2.5 m.
-    fn part(origin: [u32; 2], cells: [u32; 2], value: impl Fn(f64, f64) -> f64) -> Land {
+    fn part(origin: [u32; 2], cells: [u32; 2], value: impl Fn(f64, f64) -> f64) -> Terrain {
         let world = World { size: [640.0; 2], cells: [256; 2], ..World::default() };
         let window = Window { world, origin, cells };
         let samples = (0..window.len()).map(|at| {
             let [x, y] = window.centre_m(at % window.nx(), at / window.nx());
             value(x, y) as f32
         });
-        Land::new(&Field::new(window, samples.collect())).expect("heights")
+        Terrain::new(&Field::new(window, samples.collect())).expect("heights")
     }
 
-    fn coarse() -> Land {
-        Land::new(&field([64, 64], 10.0, slope)).expect("heights")
+    fn coarse() -> Terrain {
+        Terrain::new(&field([64, 64], 10.0, slope)).expect("heights")
     }
 
     #[test]
@@ -302,7 +302,7 @@ mod tests {
 
     #[test]
     fn what_is_no_part_is_refused() {
-        let other = Land::new(&field([64, 64], 100.0, slope)).expect("heights");
+        let other = Terrain::new(&field([64, 64], 100.0, slope)).expect("heights");
         assert!(Inset::new(&coarse(), &other).is_err());
         let wet = part([64, 96], [128, 96], slope);
         let depth = wet.height().clone();

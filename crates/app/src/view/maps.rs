@@ -6,9 +6,9 @@ use rayon::prelude::*;
 
 use super::{
     gpu::{COLOUR, GRADIENT, Gpu, HEIGHT, SEEN, SHADE},
-    land::Land,
     scene::Scene,
     sweep::{self, Sweep},
+    terrain::Terrain,
     uniforms::open_texels,
 };
 
@@ -69,17 +69,17 @@ const TINTS: usize = 256;
 
 impl Maps {
     /// Creates the textures of a terrain, or of an inset in the terrain around it.
-    pub(super) fn new(gpu: &Gpu, land: &Land, around: Option<Around<'_>>) -> Self {
+    pub(super) fn new(gpu: &Gpu, terrain: &Terrain, around: Option<Around<'_>>) -> Self {
         let copy = wgpu::TextureUsages::COPY_DST;
         let drawn = wgpu::TextureUsages::RENDER_ATTACHMENT;
-        let cells = land.cells();
+        let cells = terrain.cells();
         let mips = cells[0].max(cells[1]).ilog2() + 1;
         let mut waiting = Vec::new();
 
         let height = gpu.texture(cells, HEIGHT, mips, copy | drawn);
-        gpu.fill(&height, bytemuck::cast_slice(land.height().plane(0)));
+        gpu.fill(&height, bytemuck::cast_slice(terrain.height().plane(0)));
         waiting.extend(halves(gpu, &height));
-        let water = match land.water() {
+        let water = match terrain.water() {
             Some(water) => {
                 let texture = gpu.texture(cells, HEIGHT, 1, copy);
                 gpu.fill(&texture, bytemuck::cast_slice(water.plane(0)));
@@ -95,7 +95,7 @@ impl Maps {
             what: if around.is_some() { What::InsetGradient } else { What::Gradient },
         });
         waiting.extend(halves(gpu, &gradient));
-        let colour = match land.colour() {
+        let colour = match terrain.colour() {
             Some(colour) => {
                 let texture = gpu.texture(cells, COLOUR, mips, copy | drawn);
                 gpu.fill(&texture, &coded(colour));
@@ -104,7 +104,7 @@ impl Maps {
             }
             None => one(gpu, COLOUR, &[255; 4]),
         };
-        let mask = match land.mask() {
+        let mask = match terrain.mask() {
             Some(mask) => {
                 let texture = gpu.texture(cells, wgpu::TextureFormat::R8Unorm, 1, copy);
                 let codes = mask.plane(0).par_iter().map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8);
@@ -120,9 +120,9 @@ impl Maps {
         // an inset is too small to compute sky visibility; it uses that of the whole terrain
         let open = match around {
             Some(around) => around.maps.open.clone(),
-            None => whole(&gpu.texture(open_texels(land), SEEN, 1, drawn)),
+            None => whole(&gpu.texture(open_texels(terrain), SEEN, 1, drawn)),
         };
-        let shade = gpu.texture(sweep::largest(land), SHADE, 1, wgpu::TextureUsages::STORAGE_BINDING);
+        let shade = gpu.texture(sweep::largest(terrain), SHADE, 1, wgpu::TextureUsages::STORAGE_BINDING);
         let shade = whole(&shade);
         let nothing = whole(&one(gpu, SEEN, &[255]));
         let no_shade = whole(&one(gpu, SHADE, &[0; 8]));

@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{
     error::ViewError,
-    land::Land,
     renderer::{Drawn, Renderer},
     scene::Scene,
+    terrain::Terrain,
 };
 
 /// A device that draws pictures into memory. Any Vulkan driver works, including a software driver.
@@ -80,9 +80,9 @@ impl Offscreen {
     ///
     /// # Errors
     /// When the device cannot draw it.
-    pub fn picture(&self, land: &Arc<Land>, scene: &Scene, size: [u32; 2]) -> Result<Vec<u8>, ViewError> {
+    pub fn picture(&self, terrain: &Arc<Terrain>, scene: &Scene, size: [u32; 2]) -> Result<Vec<u8>, ViewError> {
         let mut renderer = self.renderer()?;
-        renderer.set_land(Arc::clone(land))?;
+        renderer.set_terrain(Arc::clone(terrain))?;
         Ok(self.drawn(&mut renderer, scene, size)?.0)
     }
 

@@ -163,13 +163,13 @@ mod tests {
 
     use super::*;
 
-    struct Land {
+    struct Terrain {
         samples: Vec<f32>,
         cells: [u32; 2],
         bounds: Bounds,
     }
 
-    impl Land {
+    impl Terrain {
         fn new(cells: [u32; 2], height: impl Fn(usize, usize) -> f32 + Sync) -> Self {
             let [nx, ny] = cells.map(|n| n as usize);
             let samples = (0..nx * ny).map(|at| height(at % nx, at / nx)).collect();
@@ -214,7 +214,7 @@ mod tests {
         };
         let mut hits = 0;
         for cells in [[70, 45], [8, 8], [1, 1], [3, 90]] {
-            let land = Land::new(cells, rough);
+            let terrain = Terrain::new(cells, rough);
             let [w, h] = cells.map(f64::from);
             for k in 0..60 {
                 let turn = f64::from(k) * 0.7 + 0.05;
@@ -225,7 +225,7 @@ mod tests {
                 );
                 let target = DVec3::new(w * 0.1 * f64::from(k % 9 + 1), 2.0, h * 0.1 * f64::from(k % 7 + 2));
                 let ray = Ray { origin, direction: (target - origin).normalize() };
-                let (found, marched) = (land.surface().meet(&ray), land.march(&ray));
+                let (found, marched) = (terrain.surface().meet(&ray), terrain.march(&ray));
                 match (found, marched) {
                     // steps of a fortieth of a patch miss thinner peaks
                     (Some(found), Some(marched)) => assert!(found <= marched + 1e-6, "{found} {marched}"),
@@ -234,7 +234,7 @@ mod tests {
                 if let Some(t) = found {
                     hits += 1;
                     let at = ray.origin + ray.direction * t;
-                    let height = land.surface().height(DVec2::new(at.x, at.z));
+                    let height = terrain.surface().height(DVec2::new(at.x, at.z));
                     assert!((at.y - height).abs() < 1e-7, "{} {height}", at.y);
                     assert!((marched.expect("both") - t).abs() < 0.3);
                 }
@@ -245,7 +245,7 @@ mod tests {
 
     #[test]
     fn plain_cases_are_exact() {
-        let flat = Land::new([40, 30], |_, _| 5.0);
+        let flat = Terrain::new([40, 30], |_, _| 5.0);
         let down = Ray { origin: DVec3::new(8.0, 100.0, 8.0), direction: DVec3::NEG_Y };
         assert_eq!(flat.surface().meet(&down), Some(95.0));
         let beside = Ray { origin: DVec3::new(0.2, 100.0, 8.0), direction: DVec3::NEG_Y };
@@ -258,7 +258,7 @@ mod tests {
             Ray { origin: DVec3::new(-10.0, 25.0, 8.0), direction: DVec3::new(1.0, -1.0, 0.0).normalize() };
         let way = flat.surface().meet(&along_an_edge).expect("meets");
         assert!((way - 20.0 * 2.0_f64.sqrt()).abs() < 1e-9);
-        let slope = Land::new([64, 64], |x, _| x as f32);
+        let slope = Terrain::new([64, 64], |x, _| x as f32);
         // sample x is at grid line x + 1
         let ray = Ray { origin: DVec3::new(60.0, 40.0, 20.0), direction: DVec3::NEG_X };
         let way = slope.surface().meet(&ray);

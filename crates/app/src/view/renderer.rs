@@ -6,12 +6,12 @@ use super::{
     error::{ViewError, caught},
     gpu::{DEPTH, Gpu, LIGHT, TILE_INDICES, WALL_INDICES},
     inset::Inset,
-    land::Land,
     lod::{self, TILE, Tile},
     maps::{Around, Maps},
     scene::Scene,
     sky::Sky,
     sweep::Sweep,
+    terrain::Terrain,
     uniforms::{self, Frame},
 };
 
@@ -34,7 +34,7 @@ pub struct Renderer {
 /// The drawn terrain.
 #[derive(Debug)]
 struct Shown {
-    land: Arc<Land>,
+    terrain: Arc<Terrain>,
     maps: Maps,
     inset: Option<(Arc<Inset>, Maps)>,
     /// The heights that displace the mesh.
@@ -98,14 +98,14 @@ impl Renderer {
     ///
     /// # Errors
     /// When the device has too little memory; the previous terrain stays.
-    pub fn set_land(&mut self, land: Arc<Land>) -> Result<(), ViewError> {
+    pub fn set_terrain(&mut self, terrain: Arc<Terrain>) -> Result<(), ViewError> {
         let gpu = &*self.gpu;
         let (maps, relief) = caught(&gpu.device, || {
-            let maps = Maps::new(gpu, &land, None);
+            let maps = Maps::new(gpu, &terrain, None);
             let relief = relief(gpu, &maps, None);
             (maps, relief)
         })?;
-        self.shown = Some(Shown { land, maps, inset: None, relief });
+        self.shown = Some(Shown { terrain, maps, inset: None, relief });
         Ok(())
     }
 
@@ -119,7 +119,7 @@ impl Renderer {
         let around = Around { maps: &shown.maps, frame: &self.whole.buffer };
         let (inset, relief) = caught(&gpu.device, || {
             let inset = inset.map(|inset| {
-                let maps = Maps::new(gpu, inset.land(), Some(around));
+                let maps = Maps::new(gpu, inset.terrain(), Some(around));
                 (inset, maps)
             });
             let relief = relief(gpu, &shown.maps, inset.as_ref().map(|(_, maps)| maps));
@@ -137,8 +137,8 @@ impl Renderer {
 
     /// The current terrain.
     #[must_use]
-    pub fn land(&self) -> Option<&Arc<Land>> {
-        self.shown.as_ref().map(|shown| &shown.land)
+    pub fn terrain(&self) -> Option<&Arc<Terrain>> {
+        self.shown.as_ref().map(|shown| &shown.terrain)
     }
 
     /// Records the passes of a picture into a texture of this size. Does nothing without a terrain. The buffers that it
@@ -157,7 +157,7 @@ impl Renderer {
     ) -> Result<Drawn, ViewError> {
         scene.check()?;
         let size = size.map(|n| n.max(1));
-        let Some(Shown { land, maps, inset, relief }) = &mut self.shown else { return Ok(Drawn::default()) };
+        let Some(Shown { terrain, maps, inset, relief }) = &mut self.shown else { return Ok(Drawn::default()) };
         let gpu = &*self.gpu;
         if self.targets.as_ref().is_none_or(|targets| targets.size != size) {
             self.targets = Some(caught(&gpu.device, || Targets::new(gpu, size))?);
@@ -165,7 +165,7 @@ impl Renderer {
         let Some(targets) = &self.targets else { return Ok(Drawn::default()) };
 
         let part = inset.as_ref().map(|(inset, _)| &**inset);
-        let ground = uniforms::ground(land, part, scene);
+        let ground = uniforms::ground(terrain, part, scene);
         let detail_px = scene.detail_px * part.map_or(1.0, |_| INSET_DETAIL);
         let lod::Selection { tiles, walls } = lod::select(&ground, &scene.camera, size, detail_px);
         let (mut outer, mut rim, mut inner) = (tiles, Vec::new(), Vec::new());
@@ -181,16 +181,16 @@ impl Renderer {
             self.tiles = caught(&gpu.device, || instances(&gpu.device, all.len().next_power_of_two()))?;
         }
         gpu.queue.write_buffer(&self.tiles, 0, bytemuck::cast_slice(&all));
-        let sweep = Sweep::new(land, &scene.sun);
-        let uniform = Frame::new((land, part), scene, &sweep, size, !gpu.format.is_srgb());
+        let sweep = Sweep::new(terrain, &scene.sun);
+        let uniform = Frame::new((terrain, part), scene, &sweep, size, !gpu.format.is_srgb());
         gpu.queue.write_buffer(&self.whole.buffer, 0, bytemuck::bytes_of(&uniform));
 
         let frame = &self.whole.group;
         self.sky.prepare(gpu, encoder, frame, scene, uniforms::altitude_km(scene, ground.base));
         maps.prepare(gpu, encoder, frame, scene, &sweep);
         if let Some((part, maps)) = inset {
-            let sweep = Sweep::new(part.land(), &scene.sun);
-            let uniform = uniform.of_inset(land, part, scene, &sweep);
+            let sweep = Sweep::new(part.terrain(), &scene.sun);
+            let uniform = uniform.of_inset(terrain, part, scene, &sweep);
             gpu.queue.write_buffer(&self.part.buffer, 0, bytemuck::bytes_of(&uniform));
             maps.prepare(gpu, encoder, &self.part.group, scene, &sweep);
         }

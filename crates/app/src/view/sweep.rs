@@ -2,7 +2,7 @@
 
 use orograph_nodes::numerics::math;
 
-use super::{land::Land, sun::Sun};
+use super::{sun::Sun, terrain::Terrain};
 
 /// Maximum number of steps of a sweep; larger terrain is swept at every second cell, or fewer.
 const MOST_STEPS: u32 = 2048;
@@ -33,26 +33,26 @@ pub(super) struct Sweep {
 }
 
 /// Cells per step.
-fn stride(land: &Land) -> u32 {
-    let [nx, ny] = land.cells();
+fn stride(terrain: &Terrain) -> u32 {
+    let [nx, ny] = terrain.cells();
     nx.max(ny).div_ceil(MOST_STEPS)
 }
 
 /// Maximum number of lines and steps of a sweep over this terrain.
-pub(super) fn largest(land: &Land) -> [u32; 2] {
-    let stride = stride(land);
-    let [nx, ny] = land.cells().map(|n| (n - 1) / stride + 1);
+pub(super) fn largest(terrain: &Terrain) -> [u32; 2] {
+    let stride = stride(terrain);
+    let [nx, ny] = terrain.cells().map(|n| (n - 1) / stride + 1);
     [nx + ny + 2, nx.max(ny)]
 }
 
 impl Sweep {
-    pub(super) fn new(land: &Land, sun: &Sun) -> Self {
+    pub(super) fn new(terrain: &Terrain, sun: &Sun) -> Self {
         let towards = sun.towards();
         let level = math::hypot(towards.x, towards.z);
         let away = if level > 1e-9 { [-towards.x / level, -towards.z / level] } else { [1.0, 0.0] };
         let axis = usize::from(away[0].abs() < away[1].abs());
-        let stride = stride(land);
-        let steps = land.cells().map(|n| (n - 1) / stride + 1);
+        let stride = stride(terrain);
+        let steps = terrain.cells().map(|n| (n - 1) / stride + 1);
         let shift = away[1 - axis] / away[axis].abs();
         let across = shift * f64::from(steps[axis] - 1);
         let height = sun.elevation_deg.clamp(0.5, 89.0);
@@ -64,7 +64,7 @@ impl Sweep {
             cells: stride,
             shift,
             first: across.max(0.0),
-            step_m: f64::from(stride) * land.cell_m() / away[axis].abs(),
+            step_m: f64::from(stride) * terrain.cell_m() / away[axis].abs(),
             fall: [-LIMB_DEG, LIMB_DEG].map(|limb| math::tan((height + limb).to_radians())),
         }
     }
@@ -77,13 +77,13 @@ mod tests {
 
     #[test]
     fn lines_pass_every_cell_at_every_azimuth() {
-        let land = Land::new(&field([90, 40], 20.0, |_, _| 0.0)).expect("heights");
-        let [most_lines, most_steps] = largest(&land);
+        let terrain = Terrain::new(&field([90, 40], 20.0, |_, _| 0.0)).expect("heights");
+        let [most_lines, most_steps] = largest(&terrain);
         for azimuth in 0..72 {
             let sun = Sun { azimuth_deg: f64::from(azimuth) * 5.0, elevation_deg: 20.0 };
-            let sweep = Sweep::new(&land, &sun);
+            let sweep = Sweep::new(&terrain, &sun);
             assert!(sweep.lines <= most_lines && sweep.steps <= most_steps && sweep.shift.abs() <= 1.0 + 1e-12);
-            let across = f64::from(land.cells()[1 - sweep.axis as usize] - 1);
+            let across = f64::from(terrain.cells()[1 - sweep.axis as usize] - 1);
             for step in [0.0, f64::from(sweep.steps - 1)] {
                 for minor in [0.0, across] {
                     let line = minor - sweep.shift * step + sweep.first;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use orograph_nodes::numerics::math;
 
-use super::{Camera, Land, Offscreen, Orbit, Scene, Sun};
+use super::{Camera, Offscreen, Orbit, Scene, Sun, Terrain};
 use crate::testing::field;
 
 const SIZE: [u32; 2] = [256, 160];
@@ -18,15 +18,15 @@ fn device(test: &str) -> Option<Offscreen> {
 }
 
 /// Hills and valleys of 400 m over 12.8 km.
-fn hills() -> Arc<Land> {
+fn hills() -> Arc<Terrain> {
     let height = field([256, 256], 50.0, |x, y| {
         400.0 * math::sin(x / 700.0) * math::cos(y / 900.0) + 60.0 * math::sin((x + 2.0 * y) / 230.0) + 500.0
     });
-    Arc::new(Land::new(&height).expect("heights"))
+    Arc::new(Terrain::new(&height).expect("heights"))
 }
 
-fn scene_of(land: &Land) -> Scene {
-    Scene::new(Orbit::framing(land, 1.0, SIZE).camera())
+fn scene_of(terrain: &Terrain) -> Scene {
+    Scene::new(Orbit::framing(terrain, 1.0, SIZE).camera())
 }
 
 /// The mean brightness of the pixels around a point of the picture.
@@ -45,11 +45,11 @@ fn brightness(picture: &[u8], [x, y]: [f64; 2]) -> f64 {
 #[test]
 fn a_picture_is_the_same_twice() {
     let Some(device) = device("a_picture_is_the_same_twice") else { return };
-    let land = hills();
-    let scene = scene_of(&land);
-    let one = device.picture(&land, &scene, SIZE).expect("drawn");
+    let terrain = hills();
+    let scene = scene_of(&terrain);
+    let one = device.picture(&terrain, &scene, SIZE).expect("drawn");
     let mut renderer = device.renderer().expect("a renderer");
-    renderer.set_land(Arc::clone(&land)).expect("shown");
+    renderer.set_terrain(Arc::clone(&terrain)).expect("shown");
     let other = Scene { camera: Camera { fov_y: 1.0, ..scene.camera }, seconds: 5.0, ..scene.clone() };
     device.drawn(&mut renderer, &other, [100, 70]).expect("drawn");
     let (two, drawn) = device.drawn(&mut renderer, &scene, SIZE).expect("drawn");
@@ -63,12 +63,12 @@ fn the_sun_lights_the_slopes_that_face_it() {
     let Some(device) = device("the_sun_lights_the_slopes_that_face_it") else { return };
     // a ridge from north to south
     let height = field([128, 128], 50.0, |x, _| 900.0 - 0.3 * (x - 3200.0).abs());
-    let land = Arc::new(Land::new(&height).expect("heights"));
+    let terrain = Arc::new(Terrain::new(&height).expect("heights"));
     let camera = Camera::looking_at(DVec3::new(3200.0, 9000.0, 3201.0), DVec3::new(3200.0, 0.0, 3200.0), 0.8);
     let slopes = [1600.0, 4800.0].map(|x| camera.pixel(DVec3::new(x, 420.0, 3200.0), SIZE).expect("seen"));
     for (azimuth_deg, west_is_lit) in [(270.0, true), (90.0, false)] {
         let scene = Scene { sun: Sun { azimuth_deg, elevation_deg: 30.0 }, ..Scene::new(camera) };
-        let picture = device.picture(&land, &scene, SIZE).expect("drawn");
+        let picture = device.picture(&terrain, &scene, SIZE).expect("drawn");
         let [west, east] = slopes.map(|place| brightness(&picture, place));
         assert_eq!(west > east + 20.0, west_is_lit, "{west} {east}");
         assert_eq!(east > west + 20.0, !west_is_lit, "{west} {east}");
@@ -82,18 +82,18 @@ fn swept_shadows_are_where_rays_to_the_sun_are_stopped() {
         let hill = |cx: f64, cy: f64, r: f64| 1.0 / (1.0 + ((x - cx) * (x - cx) + (y - cy) * (y - cy)) / (r * r));
         600.0 * hill(1300.0, 1500.0, 350.0) + 450.0 * hill(2600.0, 2500.0, 250.0)
     });
-    let land = Arc::new(Land::new(&height).expect("heights"));
+    let terrain = Arc::new(Terrain::new(&height).expect("heights"));
     let camera = Camera::looking_at(DVec3::new(2000.0, 12_000.0, 2001.0), DVec3::new(2000.0, 0.0, 2000.0), 0.33);
     for azimuth_deg in [250.0, 20.0] {
         let sun = Sun { azimuth_deg, elevation_deg: 20.0 };
         let scene = Scene { sun, haze: 0.0, colouring: super::Colouring::Clay, ..Scene::new(camera) };
-        let picture = device.picture(&land, &scene, SIZE).expect("drawn");
-        let open = device.picture(&land, &Scene { shadows: false, ..scene.clone() }, SIZE).expect("drawn");
+        let picture = device.picture(&terrain, &scene, SIZE).expect("drawn");
+        let open = device.picture(&terrain, &Scene { shadows: false, ..scene.clone() }, SIZE).expect("drawn");
         let (mut hidden, mut wrong, mut looked) = (0, 0, 0);
         for (i, j) in (4..SIZE[0] - 4).step_by(5).flat_map(|i| (4..SIZE[1] - 4).step_by(5).map(move |j| (i, j))) {
             let pixel = [f64::from(i) + 0.5, f64::from(j) + 0.5];
-            let Some(hit) = land.cast(&camera.ray(pixel, SIZE), 1.0) else { continue };
-            let place = |[x, z]: [f64; 2]| DVec3::new(x, land.height_at([x, z]), z);
+            let Some(hit) = terrain.cast(&camera.ray(pixel, SIZE), 1.0) else { continue };
+            let place = |[x, z]: [f64; 2]| DVec3::new(x, terrain.height_at([x, z]), z);
             let [x, z] = hit.place;
             let to_east = place([x + 10.0, z]) - place([x - 10.0, z]);
             let to_south = place([x, z + 10.0]) - place([x, z - 10.0]);
@@ -102,7 +102,7 @@ fn swept_shadows_are_where_rays_to_the_sun_are_stopped() {
                 continue;
             }
             let start = place(hit.place) + DVec3::Y * 0.5;
-            let stopped = land.cast(&super::Ray { origin: start, direction: sun.towards() }, 1.0).is_some();
+            let stopped = terrain.cast(&super::Ray { origin: start, direction: sun.towards() }, 1.0).is_some();
             let level = |picture: &[u8]| brightness(picture, [f64::from(i), f64::from(j)]);
             let dark = level(&picture) < 0.82 * level(&open);
             looked += 1;
@@ -122,13 +122,13 @@ fn no_cracks_between_levels_of_detail() {
     let height = field([700, 700], 10.0, |x, y| {
         120.0 * math::sin(x / 13.0) * math::sin(y / 17.0) + 300.0 * math::cos(x / 900.0) + 500.0
     });
-    let land = Arc::new(Land::new(&height).expect("heights"));
+    let terrain = Arc::new(Terrain::new(&height).expect("heights"));
     // from above, so that terrain fills the picture; a crack would show the sky or a wall
     let middle = DVec3::new(3500.0, 0.0, 3500.0);
     let camera = Camera::looking_at(DVec3::new(3500.0, 2600.0, 5200.0), middle, 0.7);
     let scene = Scene { show_levels: true, haze: 0.0, shadows: false, detail_px: 9.0, ..Scene::new(camera) };
     let mut renderer = device.renderer().expect("a renderer");
-    renderer.set_land(Arc::clone(&land)).expect("shown");
+    renderer.set_terrain(Arc::clone(&terrain)).expect("shown");
     let bare = Scene { background: super::Background::Plain([50.0, 0.0, 50.0]), ..scene };
     let (picture, drawn) = device.drawn(&mut renderer, &bare, SIZE).expect("drawn");
     let cracks = picture
@@ -141,11 +141,11 @@ fn no_cracks_between_levels_of_detail() {
 #[test]
 fn the_sky_is_blue_above_and_red_around_a_low_sun() {
     let Some(device) = device("the_sky_is_blue_above_and_red_around_a_low_sun") else { return };
-    let land = hills();
+    let terrain = hills();
     let eye = DVec3::new(6400.0, 3000.0, 6400.0);
     let colour = |sun: Sun, heading: f64, pitch: f64| {
         let camera = Camera::heading(eye, heading.to_radians(), pitch.to_radians(), 0.05);
-        let picture = device.picture(&land, &Scene { sun, ..Scene::new(camera) }, [8, 8]).expect("drawn");
+        let picture = device.picture(&terrain, &Scene { sun, ..Scene::new(camera) }, [8, 8]).expect("drawn");
         [0, 1, 2].map(|c| i32::from(picture[4 * 36 + c]))
     };
     let noon = Sun { azimuth_deg: 180.0, elevation_deg: 60.0 };
@@ -163,10 +163,10 @@ fn water_and_the_sea_cover_the_land() {
     let Some(device) = device("water_and_the_sea_cover_the_land") else { return };
     let height = field([96, 96], 30.0, |x, _| 0.1 * x);
     let depth = field([96, 96], 30.0, |_, y| if y > 1440.0 { 20.0 } else { 0.0 });
-    let land = Arc::new(Land::new(&height).and_then(|land| land.with_water(&depth)).expect("fits"));
+    let terrain = Arc::new(Terrain::new(&height).and_then(|terrain| terrain.with_water(&depth)).expect("fits"));
     let camera = Camera::looking_at(DVec3::new(1440.0, 5000.0, 1441.0), DVec3::new(1440.0, 0.0, 1440.0), 0.7);
     let scene = Scene { sea_level: Some(72.0), haze: 0.0, ..Scene::new(camera) };
-    let picture = device.picture(&land, &scene, SIZE).expect("drawn");
+    let picture = device.picture(&terrain, &scene, SIZE).expect("drawn");
     let blue = |x: f64, y: f64| {
         let at = camera.pixel(DVec3::new(x, 0.1 * x, y), SIZE).expect("seen").map(|v| v as usize);
         let pixel = &picture[4 * (at[1] * SIZE[0] as usize + at[0])..][..3];
@@ -181,10 +181,10 @@ fn water_and_the_sea_cover_the_land() {
 #[test]
 fn what_a_device_refuses_is_an_error() {
     let Some(device) = device("what_a_device_refuses_is_an_error") else { return };
-    let land = hills();
-    let scene = scene_of(&land);
-    assert!(device.picture(&land, &scene, [0, 10]).is_err());
-    assert!(device.picture(&land, &scene, [1 << 20, 10]).is_err());
+    let terrain = hills();
+    let scene = scene_of(&terrain);
+    assert!(device.picture(&terrain, &scene, [0, 10]).is_err());
+    assert!(device.picture(&terrain, &scene, [1 << 20, 10]).is_err());
     let nowhere = Camera { eye: DVec3::NAN, ..scene.camera };
     for wrong in [
         Scene { camera: nowhere, ..scene.clone() },
@@ -192,11 +192,11 @@ fn what_a_device_refuses_is_an_error() {
         Scene { sun: Sun { azimuth_deg: f64::INFINITY, ..scene.sun }, ..scene.clone() },
         Scene { haze: f64::NAN, ..scene.clone() },
     ] {
-        let refused = device.picture(&land, &wrong, [16, 16]);
+        let refused = device.picture(&terrain, &wrong, [16, 16]);
         assert!(matches!(refused, Err(super::ViewError::Scene(_))), "{refused:?}");
     }
     // the device still works
-    assert!(device.picture(&land, &scene, [16, 16]).is_ok());
+    assert!(device.picture(&terrain, &scene, [16, 16]).is_ok());
 }
 
 #[test]
@@ -204,8 +204,8 @@ fn odd_worlds_are_drawn() {
     let Some(device) = device("odd_worlds_are_drawn") else { return };
     for (cells, cell_m) in [([1, 1], 30.0), ([3, 500], 30.0), ([64, 64], 0.001), ([64, 64], 10_000.0)] {
         let height = field(cells, cell_m, |x, y| 0.2 * cell_m * math::sin(x / cell_m) + 0.01 * y);
-        let land = Arc::new(Land::new(&height).expect("heights"));
-        let picture = device.picture(&land, &scene_of(&land), [64, 40]).expect("drawn");
+        let terrain = Arc::new(Terrain::new(&height).expect("heights"));
+        let picture = device.picture(&terrain, &scene_of(&terrain), [64, 40]).expect("drawn");
         let middle = &picture[4 * (20 * 64 + 32)..][..3];
         assert!(middle != &picture[..3], "{cells:?}: nothing in the middle");
     }

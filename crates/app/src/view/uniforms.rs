@@ -5,10 +5,10 @@ use orograph_nodes::numerics::math;
 
 use super::{
     inset::Inset,
-    land::Land,
     lod::{Ground, eye_above},
     scene::{Background, Colouring, Scene},
     sweep::Sweep,
+    terrain::Terrain,
 };
 
 /// The uniform of a picture, with the fields of the shader.
@@ -78,7 +78,7 @@ const NO_SEA: f32 = -1e30;
 impl Frame {
     /// The uniform of the whole terrain, around its inset if it has one.
     pub(super) fn new(
-        (land, inset): (&Land, Option<&Inset>),
+        (terrain, inset): (&Terrain, Option<&Inset>),
         scene: &Scene,
         sweep: &Sweep,
         size: [u32; 2],
@@ -86,25 +86,25 @@ impl Frame {
     ) -> Self {
         let camera = &scene.camera;
         let [tx, ty] = camera.half_extent(size);
-        let near = near(land);
-        let ground = ground(land, inset, scene);
+        let near = near(terrain);
+        let ground = ground(terrain, inset, scene);
         let lines_a_cell = f64::from(1_u32 << ground.finer);
-        let grid = (DVec3::new(camera.eye.x, 0.0, camera.eye.z) / land.cell_m() + 0.5) * lines_a_cell;
+        let grid = (DVec3::new(camera.eye.x, 0.0, camera.eye.z) / terrain.cell_m() + 0.5) * lines_a_cell;
         let whole = grid.floor();
         let edge = if ground.finer == 0 { 0.5 } else { 0.0 };
         let vector = |v: DVec3, w: f64| v.extend(w).as_vec4();
-        let [low, high] = land.range();
+        let [low, high] = terrain.range();
         let sea = scene.sea_level.map_or(NO_SEA, |sea| sea as f32);
         // tints begin at the shore
         let low = (low as f32).max(sea);
         let contours = scene.contours.map_or([0.0; 2], |lines| [lines.interval as f32, lines.opacity]);
-        let colouring = match (scene.colouring, land.colour()) {
+        let colouring = match (scene.colouring, terrain.colour()) {
             (Colouring::Own, Some(_)) => 0,
             (Colouring::Own, None) | (Colouring::Natural, _) => 1,
             (Colouring::Map, _) => 2,
             (Colouring::Clay, _) => 3,
         };
-        let mask = if land.mask().is_some() { scene.mask_opacity } else { 0.0 };
+        let mask = if terrain.mask().is_some() { scene.mask_opacity } else { 0.0 };
         Self {
             projection: camera.projection(size, near),
             right: vector(camera.right() * tx, 0.0),
@@ -114,22 +114,22 @@ impl Frame {
             eye: vector(camera.eye, eye_above(&ground, camera)),
             eye_line: [whole.x as i32, whole.z as i32],
             eye_part: [(grid.x - whole.x) as f32, (grid.z - whole.z) as f32],
-            cells: land.cells(),
-            cell_m: land.cell_m() as f32,
+            cells: terrain.cells(),
+            cell_m: terrain.cell_m() as f32,
             exaggeration: scene.exaggeration as f32,
             heights: Vec4::new(low, high as f32, sea, ground.base as f32),
             size: size.map(|n| n as f32),
             seconds: scene.seconds,
             exposure: scene.exposure + EXPOSURE + adapted(scene.sun.elevation_deg),
             overlay: Vec4::new(contours[0], contours[1], mask, scene.haze as f32),
-            air: haze(land, scene, ground.base),
+            air: haze(terrain, scene, ground.base),
             sky: Vec4::new(altitude_km(scene, ground.base) as f32, 0.0, 0.0, 0.0),
             sweep: steps(sweep),
             sweep_lines: lines(sweep),
             sweep_fall: Vec4::new(sweep.fall[0] as f32, sweep.fall[1] as f32, 0.0, 0.0),
             open: {
-                let [x, y] = open_texels(land);
-                let [nx, ny] = land.cells().map(|n| n as f32);
+                let [x, y] = open_texels(terrain);
+                let [nx, ny] = terrain.cells().map(|n| n as f32);
                 Vec4::new(nx / x as f32, ny / y as f32, 0.2 * nx.max(ny), 0.0)
             },
             background: match scene.background {
@@ -140,8 +140,8 @@ impl Frame {
             lines: [ground.last_line(0), ground.last_line(1), (1 << ground.finer) / 2, u32::from(inset.is_some())],
             grid: {
                 let step = 1.0 / lines_a_cell;
-                let [w, h] = land.size_m();
-                Vec4::new(step as f32, (land.cell_m() * step) as f32, edge, w.max(h) as f32)
+                let [w, h] = terrain.size_m();
+                Vec4::new(step as f32, (terrain.cell_m() * step) as f32, edge, w.max(h) as f32)
             },
             inset: inset.map_or(NOWHERE, |inset| {
                 let [west, north, east, south] = inset.rectangle();
@@ -150,7 +150,7 @@ impl Frame {
             }),
             inset_cells: inset.map_or(Vec4::ZERO, |inset| {
                 let [x, y] = inset.corner();
-                let a_metre = 1.0 / inset.land().cell_m();
+                let a_metre = 1.0 / inset.terrain().cell_m();
                 Vec4::new((x - camera.eye.x) as f32, (y - camera.eye.z) as f32, a_metre as f32, 0.0)
             }),
             over: Vec4::new(0.0, 0.0, 1.0, 1.0),
@@ -160,8 +160,8 @@ impl Frame {
     }
 
     /// The uniform of the inset of that terrain.
-    pub(super) fn of_inset(self, land: &Land, inset: &Inset, scene: &Scene, sweep: &Sweep) -> Self {
-        let (own, corner, size) = (inset.land(), inset.corner(), land.size_m());
+    pub(super) fn of_inset(self, terrain: &Terrain, inset: &Inset, scene: &Scene, sweep: &Sweep) -> Self {
+        let (own, corner, size) = (inset.terrain(), inset.corner(), terrain.size_m());
         let eye = scene.camera.eye - DVec3::new(corner[0], 0.0, corner[1]);
         let share = |axis: usize, metres: [f64; 2]| (metres[axis] / size[axis]) as f32;
         let [drawn_x, drawn_y, first, _] = self.lines;
@@ -204,13 +204,13 @@ fn adapted(elevation_deg: f64) -> f32 {
 /// Start, density and height of the haze over the terrain. Physical air would be invisible over a small terrain and
 /// hide a large one seen as a whole, so the haze follows the extent of the terrain: thick enough to separate near from
 /// far, thinner over small terrain.
-fn haze(land: &Land, scene: &Scene, base: f64) -> Vec4 {
-    let [w, h] = land.size_m();
+fn haze(terrain: &Terrain, scene: &Scene, base: f64) -> Vec4 {
+    let [w, h] = terrain.size_m();
     let across = math::hypot(w, h);
-    let relief = (land.range()[1] - land.range()[0]) * scene.exaggeration;
-    let begin = ((scene.camera.eye - land.middle(scene.exaggeration)).length() - 0.5 * across).max(0.0);
+    let relief = (terrain.range()[1] - terrain.range()[0]) * scene.exaggeration;
+    let begin = ((scene.camera.eye - terrain.middle(scene.exaggeration)).length() - 0.5 * across).max(0.0);
     let density = scene.haze.max(0.0) * 0.15 / across * (across / (across + 6_000.0));
-    let layer = (0.05 * across).max(0.7 * relief).max(scene.exaggeration * land.range()[0] - base);
+    let layer = (0.05 * across).max(0.7 * relief).max(scene.exaggeration * terrain.range()[0] - base);
     Vec4::new(begin as f32, density as f32, layer as f32, (1.0 / across) as f32)
 }
 
@@ -221,26 +221,26 @@ pub(super) fn altitude_km(scene: &Scene, base: f64) -> f64 {
 }
 
 /// Texels of the sky visibility along x and y.
-pub(super) fn open_texels(land: &Land) -> [u32; 2] {
-    let [nx, ny] = land.cells();
+pub(super) fn open_texels(terrain: &Terrain) -> [u32; 2] {
+    let [nx, ny] = terrain.cells();
     let stride = nx.max(ny).div_ceil(384);
     [nx, ny].map(|n| n.div_ceil(stride))
 }
 
 /// The near distance. It can be short, because depth is reversed: floats are most precise near 0, which is far away.
-fn near(land: &Land) -> f64 {
-    0.05 * land.cell_m()
+fn near(terrain: &Terrain) -> f64 {
+    0.05 * terrain.cell_m()
 }
 
 /// The terrain, as needed for the selection of tiles.
-pub(super) fn ground<'a>(land: &'a Land, inset: Option<&'a Inset>, scene: &Scene) -> Ground<'a> {
+pub(super) fn ground<'a>(terrain: &'a Terrain, inset: Option<&'a Inset>, scene: &Scene) -> Ground<'a> {
     Ground {
-        bounds: inset.map_or(land.bounds(), Inset::bounds),
-        cells: land.cells(),
-        cell_m: land.cell_m(),
+        bounds: inset.map_or(terrain.bounds(), Inset::bounds),
+        cells: terrain.cells(),
+        cell_m: terrain.cell_m(),
         finer: inset.map_or(0, Inset::finer),
         exaggeration: scene.exaggeration,
-        base: land.base(scene.exaggeration) * scene.exaggeration,
+        base: terrain.base(scene.exaggeration) * scene.exaggeration,
         sea_level: scene.sea_level,
     }
 }

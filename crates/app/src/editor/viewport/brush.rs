@@ -6,7 +6,7 @@
 use egui::Key;
 use orograph_graph::{Edit, Kind, ParamValue, Port, PortType, Stroke, Tool, Unit};
 
-use super::{look::Over, map::Hand};
+use super::{look::Over, map::Pointer};
 use crate::editor::Session;
 
 /// The name of a tool, and its tooltip.
@@ -207,18 +207,18 @@ impl Brush {
     }
 
     /// Continues a stroke with the pointer, or ends it.
-    pub(super) fn drag(&mut self, hand: &Hand, session: &mut Session) {
-        let here = hand.place.filter(|_| hand.pressed);
-        let count = hand.path.len() + usize::from(here.is_some());
+    pub(super) fn drag(&mut self, pointer: &Pointer, session: &mut Session) {
+        let here = pointer.place.filter(|_| pointer.pressed);
+        let count = pointer.path.len() + usize::from(here.is_some());
         let radius = self.radius(session);
-        for (index, place) in hand.path.iter().copied().chain(here).enumerate() {
+        for (index, place) in pointer.path.iter().copied().chain(here).enumerate() {
             if self.stroke.is_none() {
                 let begin = |canvas| Painting { canvas, points: Vec::new(), laid: true };
                 self.stroke = Canvas::of(session).map(begin);
             }
             let Some(Painting { points, laid, .. }) = &mut self.stroke else { return };
             // Points keep a minimum distance; the last one is where the button was released.
-            let ends = !hand.pressed && index + 1 == count;
+            let ends = !pointer.pressed && index + 1 == count;
             let apart = if ends { 0.02 * radius } else { 0.2 * radius };
             let far = |last: &[f64; 2]| (place[0] - last[0]).hypot(place[1] - last[1]) >= apart;
             if points.last().is_none_or(far) {
@@ -227,7 +227,7 @@ impl Brush {
             }
         }
         self.lay(session);
-        if !hand.pressed && self.stroke.take_if(|stroke| stroke.laid).is_some() {
+        if !pointer.pressed && self.stroke.take_if(|stroke| stroke.laid).is_some() {
             session.end_gesture();
             session.release_simulation();
         }

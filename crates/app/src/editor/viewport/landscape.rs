@@ -13,7 +13,7 @@ use orograph_graph::Window;
 use super::{
     Shown,
     look::Look,
-    map::{Hand, Marks, cell, label, readout, travelled},
+    map::{Marks, Pointer, cell, label, readout, travelled},
     near::Near,
     split::Split,
     surface::{Colour, Key, Surface},
@@ -21,7 +21,7 @@ use super::{
 use crate::{
     editor::session::View,
     export::picture,
-    view::{self, Camera, Fly, FlyKeys, Land, Orbit, Ray, Renderer, Scene, ViewError},
+    view::{self, Camera, Fly, FlyKeys, Orbit, Ray, Renderer, Scene, Terrain, ViewError},
 };
 
 /// The texture holds sRGB codes in a linear format, as egui expects.
@@ -31,7 +31,7 @@ const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 pub(super) struct Landscape {
     state: RenderState,
     sides: [Side; 2],
-    eye: Option<Eye>,
+    eye: Option<Navigation>,
     /// True once you have moved the camera.
     moved: bool,
     /// The extent of the terrain for which the camera was placed.
@@ -42,12 +42,12 @@ pub(super) struct Landscape {
 }
 
 /// A camera that you can move.
-enum Eye {
+enum Navigation {
     Orbit(Orbit),
     Fly(Fly),
 }
 
-impl Eye {
+impl Navigation {
     fn camera(&self) -> Camera {
         match self {
             Self::Orbit(orbit) => orbit.camera(),
@@ -62,7 +62,7 @@ struct Side {
     /// The terrain that the renderer has.
     has: Option<Key>,
     /// A terrain that is being prepared on another thread.
-    work: Option<(Key, Receiver<Result<Land, ViewError>>)>,
+    work: Option<(Key, Receiver<Result<Terrain, ViewError>>)>,
     /// Its finer part.
     near: Near,
     target: Option<Target>,
@@ -74,7 +74,7 @@ struct Side {
 /// The content of a texture; an equal one need not be drawn again.
 #[derive(PartialEq)]
 struct Drawn {
-    land: Key,
+    terrain: Key,
     /// The window of the finer part.
     finer: Option<Window>,
     scene: Scene,
@@ -128,13 +128,13 @@ impl Landscape {
 
     /// The state of the document that is drawn, and its cells along the longer side.
     pub(super) fn seen(&self) -> Option<(u64, u32)> {
-        self.sides[0].drawn.as_ref().and_then(|drawn| drawn.land.age())
+        self.sides[0].drawn.as_ref().and_then(|drawn| drawn.terrain.age())
     }
 
     /// The window of the finer part, if the drawn terrain has this state of the document.
     pub(super) fn finer(&self, revision: u64) -> Option<Window> {
         let drawn = self.sides[0].drawn.as_ref()?;
-        drawn.finer.filter(|_| drawn.land.age().is_some_and(|(of, _)| of == revision))
+        drawn.finer.filter(|_| drawn.terrain.age().is_some_and(|(of, _)| of == revision))
     }
 
     /// Fits the whole terrain into the view.
@@ -158,18 +158,18 @@ impl Landscape {
 
     /// Returns true in fly mode.
     pub(super) const fn is_flying(&self) -> bool {
-        matches!(self.eye, Some(Eye::Fly(_)))
+        matches!(self.eye, Some(Navigation::Fly(_)))
     }
 
     /// Switches to fly mode, or back to orbiting the point in the centre of the view.
     pub(super) fn fly(&mut self, fly: bool, exaggeration: f64) {
-        let Some(land) = self.sides[0].renderer.land() else { return };
+        let Some(terrain) = self.sides[0].renderer.terrain() else { return };
         let size = self.sides[0].target.as_ref().map_or([1, 1], |target| target.size);
-        let eye = self.eye.take().unwrap_or_else(|| Eye::Orbit(Orbit::framing(land, exaggeration, size)));
+        let eye = self.eye.take().unwrap_or_else(|| Navigation::Orbit(Orbit::framing(terrain, exaggeration, size)));
         self.moved = true;
         self.eye = match Some(eye) {
-            Some(Eye::Orbit(orbit)) if fly => Some(Eye::Fly(Fly::from_orbit(&orbit))),
-            Some(Eye::Fly(fly_eye)) if !fly => Some(Eye::Orbit(fly_eye.orbit(land, exaggeration))),
+            Some(Navigation::Orbit(orbit)) if fly => Some(Navigation::Fly(Fly::from_orbit(&orbit))),
+            Some(Navigation::Fly(fly_eye)) if !fly => Some(Navigation::Orbit(fly_eye.orbit(terrain, exaggeration))),
             eye => eye,
         };
     }
@@ -184,7 +184,7 @@ impl Landscape {
         finer: Finer,
         (look, contours, sea_level, tool): (&Look, bool, Option<f64>, bool),
         marks: Marks,
-    ) -> Hand {
+    ) -> Pointer {
         let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
         let pane = response.rect;
         let scale = ui.ctx().pixels_per_point();
@@ -196,7 +196,7 @@ impl Landscape {
             }
         }
         self.sides[0].want_finer(ui.ctx(), finer.surface);
-        let Some(land) = self.sides[0].renderer.land().cloned() else {
+        let Some(terrain) = self.sides[0].renderer.terrain().cloned() else {
             let text = self.sides[0].trouble.as_ref().map_or_else(|| "…".to_owned(), ToString::to_string);
             painter.text(
                 pane.center(),
@@ -205,24 +205,24 @@ impl Landscape {
                 egui::FontId::proportional(13.0),
                 ui.visuals().weak_text_color(),
             );
-            return Hand::default();
+            return Pointer::default();
         };
         let exaggeration = look.exaggeration();
-        if self.size_m != land.size_m() {
-            (self.size_m, self.eye, self.moved) = (land.size_m(), None, false);
+        if self.size_m != terrain.size_m() {
+            (self.size_m, self.eye, self.moved) = (terrain.size_m(), None, false);
         }
-        let start = || Eye::Orbit(Orbit::framing(&land, exaggeration, size));
+        let start = || Navigation::Orbit(Orbit::framing(&terrain, exaggeration, size));
         let mut eye = self.eye.take().unwrap_or_else(start);
         let edge = both.then(|| self.split.ui(ui, pane));
         let before = eye.camera();
-        move_eye(ui, &response, &mut eye, &land, exaggeration, (size, scale, tool));
+        move_eye(ui, &response, &mut eye, &terrain, exaggeration, (size, scale, tool));
         let camera = eye.camera();
-        self.view = in_view(&land, &eye, exaggeration, size);
+        self.view = in_view(&terrain, &eye, exaggeration, size);
         // Until you move the camera, a resize of the window fits the whole terrain into the view again.
-        self.eye = Some(eye).filter(|eye| self.moved || camera != before || matches!(eye, Eye::Fly(_)));
+        self.eye = Some(eye).filter(|eye| self.moved || camera != before || matches!(eye, Navigation::Fly(_)));
         self.moved = self.eye.is_some();
 
-        let scene = look.scene(camera, contours, land.range(), sea_level);
+        let scene = look.scene(camera, contours, terrain.range(), sea_level);
         for side in 0..if both { 2 } else { 1 } {
             self.sides[side].draw(&self.state, size, &scene);
             let Some(target) = &self.sides[side].target else { continue };
@@ -245,8 +245,8 @@ impl Landscape {
         let to_pixel = |at: Pos2| [f64::from((at.x - pane.left()) * scale), f64::from((at.y - pane.top()) * scale)];
         let inset = self.sides[0].renderer.inset();
         let cast = |ray: Ray| match inset {
-            Some(inset) => inset.cast(&land, &ray, exaggeration),
-            None => land.cast(&ray, exaggeration),
+            Some(inset) => inset.cast(&terrain, &ray, exaggeration),
+            None => terrain.cast(&ray, exaggeration),
         };
         let hit = |at: Pos2| cast(camera.ray(to_pixel(at), size));
         let held = response.is_pointer_button_down_on() && ui.input(|input| input.pointer.primary_down());
@@ -259,8 +259,8 @@ impl Landscape {
             response.clone().on_hover_cursor(CursorIcon::Crosshair);
         }
         let on_screen = |[x, y]: [f64; 2]| {
-            let up =
-                inset.map_or_else(|| land.height_at([x, y]), |inset| inset.height_at(&land, [x, y])) * exaggeration;
+            let up = inset.map_or_else(|| terrain.height_at([x, y]), |inset| inset.height_at(&terrain, [x, y]))
+                * exaggeration;
             let [px, py] = camera.pixel(glam::DVec3::new(x, up, y), size)?;
             Some(pane.min + vec2(px as f32, py as f32) / scale)
         };
@@ -286,18 +286,18 @@ impl Landscape {
             let corner = Rect::from_min_size(pane.right_top() + vec2(-30.0, 10.0), vec2(20.0, 20.0));
             ui.put(corner, egui::Spinner::new().size(18.0));
         }
-        Hand { place, pressed, path }
+        Pointer { place, pressed, path }
     }
 }
 
 /// A square part of the world around the terrain in the centre of the picture, as wide as the picture is there. If the
 /// centre shows the sky in fly mode, the search continues below the centre.
-fn in_view(land: &Land, eye: &Eye, exaggeration: f64, size: [u32; 2]) -> Option<View> {
+fn in_view(terrain: &Terrain, eye: &Navigation, exaggeration: f64, size: [u32; 2]) -> Option<View> {
     let camera = eye.camera();
     let middle = size.map(|pixels| f64::from(pixels) / 2.0);
     let below = [1.0, 1.25, 1.5, 1.75].map(|down| [middle[0], middle[1] * down]);
-    let places = if matches!(eye, Eye::Fly(_)) { &below[..] } else { &below[..1] };
-    let hit = places.iter().find_map(|pixel| land.cast(&camera.ray(*pixel, size), exaggeration))?;
+    let places = if matches!(eye, Navigation::Fly(_)) { &below[..] } else { &below[..1] };
+    let hit = places.iter().find_map(|pixel| terrain.cast(&camera.ray(*pixel, size), exaggeration))?;
     let half = camera.half_extent(size).map(|extent| extent * hit.distance);
     let half_m = half[0].max(half[1]);
     let part = [-half_m, half_m].map(|by| hit.place.map(|place| place + by));
@@ -308,8 +308,8 @@ fn in_view(land: &Land, eye: &Eye, exaggeration: f64, size: [u32; 2]) -> Option<
 fn move_eye(
     ui: &egui::Ui,
     response: &egui::Response,
-    eye: &mut Eye,
-    land: &Land,
+    eye: &mut Navigation,
+    terrain: &Terrain,
     exaggeration: f64,
     (size, scale, tool): ([u32; 2], f32, bool),
 ) {
@@ -322,7 +322,7 @@ fn move_eye(
     let moves = response.dragged() && !(tool && primary);
     let notches = if response.hovered() { f64::from(scroll / 50.0 + 4.0 * pinch.log2()) } else { 0.0 };
     match eye {
-        Eye::Orbit(orbit) => {
+        Navigation::Orbit(orbit) => {
             if moves && primary && !shift {
                 orbit.drag(pixels, size);
             } else if moves {
@@ -331,12 +331,12 @@ fn move_eye(
             if notches != 0.0 {
                 let at = response.hover_pos().map(|at| (at - response.rect.min) * scale);
                 let ray = at.map(|at| orbit.camera().ray([f64::from(at.x), f64::from(at.y)], size));
-                let towards = ray.and_then(|ray| Some((ray, land.cast(&ray, exaggeration)?)));
+                let towards = ray.and_then(|ray| Some((ray, terrain.cast(&ray, exaggeration)?)));
                 orbit.scroll(notches, towards.map(|(ray, hit)| ray.origin + ray.direction * hit.distance));
             }
-            orbit.limit(land, exaggeration);
+            orbit.limit(terrain, exaggeration);
         }
-        Eye::Fly(fly) => {
+        Navigation::Fly(fly) => {
             if moves {
                 fly.look(pixels, size);
             }
@@ -356,7 +356,7 @@ fn move_eye(
                     ui.ctx().request_repaint();
                 }
             }
-            fly.limit(land, exaggeration);
+            fly.limit(terrain, exaggeration);
         }
     }
 }
@@ -384,15 +384,15 @@ fn compass(painter: &egui::Painter, pane: Rect, camera: &Camera) {
 impl Side {
     /// Requests a terrain; the previous one stays until it is ready.
     fn want(&mut self, context: &egui::Context, surface: Surface) {
-        if let Some((key, land)) = self.work.take() {
-            match land.try_recv() {
-                Ok(land) => {
-                    let set = land.and_then(|land| self.renderer.set_land(Arc::new(land)));
+        if let Some((key, terrain)) = self.work.take() {
+            match terrain.try_recv() {
+                Ok(terrain) => {
+                    let set = terrain.and_then(|terrain| self.renderer.set_terrain(Arc::new(terrain)));
                     self.trouble = set.err();
                     self.has = Some(key);
                     self.near.forget();
                 }
-                Err(TryRecvError::Empty) => self.work = Some((key, land)),
+                Err(TryRecvError::Empty) => self.work = Some((key, terrain)),
                 Err(TryRecvError::Disconnected) => {}
             }
         }
@@ -403,7 +403,7 @@ impl Side {
         let (context, key) = (context.clone(), surface.key.clone());
         rayon::spawn(move || {
             // Ignored: the receiver is gone once the window is closed.
-            let _ = outbox.send(land(&surface));
+            let _ = outbox.send(terrain(&surface));
             context.request_repaint();
         });
         self.work = Some((key, inbox));
@@ -419,8 +419,8 @@ impl Side {
 
     /// Draws the terrain if the content of the texture has changed.
     fn draw(&mut self, state: &RenderState, size: [u32; 2], scene: &Scene) {
-        let Some(land) = self.has.clone() else { return };
-        let now = Drawn { land, finer: self.near.window(), scene: scene.clone() };
+        let Some(terrain) = self.has.clone() else { return };
+        let now = Drawn { terrain, finer: self.near.window(), scene: scene.clone() };
         let fits = self.target.as_ref().is_some_and(|target| target.size == size);
         if fits && self.drawn.as_ref() == Some(&now) {
             return;
@@ -467,16 +467,16 @@ impl Target {
 }
 
 /// Prepares a terrain for drawing.
-pub(super) fn land(surface: &Surface) -> Result<Land, ViewError> {
-    let mut land = Land::new(&surface.height)?;
+pub(super) fn terrain(surface: &Surface) -> Result<Terrain, ViewError> {
+    let mut terrain = Terrain::new(&surface.height)?;
     if let Some(Colour { field, ty, whole }) = &surface.colour {
-        land = land.with_colour(&picture::of_part(field, *ty, whole))?;
+        terrain = terrain.with_colour(&picture::of_part(field, *ty, whole))?;
     }
     if let Some(water) = &surface.water {
-        land = land.with_water(water)?;
+        terrain = terrain.with_water(water)?;
     }
     if let Some(mask) = &surface.mask {
-        land = land.with_mask(mask)?;
+        terrain = terrain.with_mask(mask)?;
     }
-    Ok(land)
+    Ok(terrain)
 }

@@ -18,7 +18,7 @@ pub(super) type Line = [[f64; 2]; 2];
 
 /// The pointer in the viewport.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Hand {
+pub(super) struct Pointer {
     /// Its position, in metres of the world.
     pub(super) place: Option<[f64; 2]>,
     /// True if the primary button is pressed and belongs to a tool.
@@ -101,7 +101,7 @@ impl Map {
         pictures: [Option<&TextureHandle>; 2],
         finer: Finer<'_>,
         (tool, marks): (bool, Marks),
-    ) -> Hand {
+    ) -> Pointer {
         let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
         let pane = response.rect;
         let size = shown[0].field.window().world.size;
@@ -121,15 +121,15 @@ impl Map {
                 self.camera = Some(camera);
             }
         }
-        let mut hand = Hand::default();
+        let mut pointer = Pointer::default();
         if tool {
-            hand.pressed = response.is_pointer_button_down_on() && ui.input(|input| input.pointer.primary_down());
-            let at = response.interact_pointer_pos().filter(|_| hand.pressed).or_else(|| response.hover_pos());
-            hand.place = at.map(|at| camera.to_world(pane, at));
-            hand.path = travelled(ui, &response).into_iter().map(|at| camera.to_world(pane, at)).collect();
+            pointer.pressed = response.is_pointer_button_down_on() && ui.input(|input| input.pointer.primary_down());
+            let at = response.interact_pointer_pos().filter(|_| pointer.pressed).or_else(|| response.hover_pos());
+            pointer.place = at.map(|at| camera.to_world(pane, at));
+            pointer.path = travelled(ui, &response).into_iter().map(|at| camera.to_world(pane, at)).collect();
             response.clone().on_hover_cursor(CursorIcon::Crosshair);
         }
-        if response.dragged() && !hand.pressed {
+        if response.dragged() && !pointer.pressed {
             camera.drag(response.drag_delta());
             self.camera = Some(camera);
         }
@@ -162,7 +162,7 @@ impl Map {
                 painter.circle(end, 4.0, Color32::from_rgb(255, 214, 64), Stroke::new(1.0, Color32::BLACK));
             }
         }
-        if let (Some(radius), Some(place)) = (marks.ring, hand.place) {
+        if let (Some(radius), Some(place)) = (marks.ring, pointer.place) {
             let radius = (radius / camera.metres) as f32;
             painter.circle_stroke(camera.to_screen(pane, place), radius, Stroke::new(1.5, Color32::WHITE));
         }
@@ -178,7 +178,7 @@ impl Map {
             let corner = Rect::from_min_size(pane.right_top() + vec2(-30.0, 10.0), vec2(20.0, 20.0));
             ui.put(corner, egui::Spinner::new().size(18.0));
         }
-        hand
+        pointer
     }
 }
 

@@ -40,7 +40,7 @@ const PICTURE_WIDTH: u32 = 1920;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
     /// The 3D view.
-    Land,
+    Terrain,
     /// The map, with elevation tints and light from the north-west.
     Map,
 }
@@ -94,7 +94,7 @@ impl Viewport {
     pub(super) fn new(state: Option<&eframe::egui_wgpu::RenderState>) -> Self {
         let landscape = state.ok_or(ViewError::NoAdapter).and_then(Landscape::new);
         Self {
-            mode: if landscape.is_ok() { Mode::Land } else { Mode::Map },
+            mode: if landscape.is_ok() { Mode::Terrain } else { Mode::Map },
             tool: Tool::Look,
             contours: false,
             look: Look::default(),
@@ -113,14 +113,14 @@ impl Viewport {
     /// intermediate result is drawn.
     pub(super) fn seen(&self) -> Option<(u64, u32)> {
         match (self.mode, &self.landscape) {
-            (Mode::Land, Ok(landscape)) => landscape.seen(),
+            (Mode::Terrain, Ok(landscape)) => landscape.seen(),
             _ => self.painter.seen(),
         }
     }
 
     /// The window of the finer part, of the current state of the document, that is drawn over the shown output.
     pub(super) fn finer(&self, session: &Session) -> Option<Window> {
-        if let (Mode::Land, Ok(landscape)) = (self.mode, &self.landscape) {
+        if let (Mode::Terrain, Ok(landscape)) = (self.mode, &self.landscape) {
             return landscape.finer(session.revision());
         }
         self.finer.part(&session.shown()?, session.revision()).map(|(_, window)| *window)
@@ -130,7 +130,7 @@ impl Viewport {
         let was_close = session.detail().is_some();
         let drawn = self.terrain(ui, session);
         let view = match (self.mode, &self.landscape) {
-            (Mode::Land, Ok(landscape)) => landscape.view(),
+            (Mode::Terrain, Ok(landscape)) => landscape.view(),
             _ => self.map.view(),
         };
         if let Some(wait) = session.look_at(view, drawn) {
@@ -147,8 +147,8 @@ impl Viewport {
         let port = session.shown();
         let compared = session.compared().map(str::to_owned);
         let parts = [&port, &compared].map(|port| {
-            let land = port.as_deref().filter(|_| self.mode == Mode::Land);
-            land.map(|port| Parts::of(session, port, &self.look)).unwrap_or_default()
+            let terrain = port.as_deref().filter(|_| self.mode == Mode::Terrain);
+            terrain.map(|port| Parts::of(session, port, &self.look)).unwrap_or_default()
         });
         session.also_show(parts.iter().flat_map(Parts::names).collect());
         let Some(shown) = port.as_deref().and_then(|port| shown(session, port)) else {
@@ -174,8 +174,8 @@ impl Viewport {
         let ring = (self.tool == Tool::Brush).then(|| self.brush.radius(session));
         let marks = Marks { line: self.profile.line(), ring };
         let sides = [&shown, compared.as_ref().unwrap_or(&shown)];
-        let (hand, drawn) = match (self.mode, &mut self.landscape) {
-            (Mode::Land, Ok(landscape)) => {
+        let (pointer, drawn) = match (self.mode, &mut self.landscape) {
+            (Mode::Terrain, Ok(landscape)) => {
                 let [first, second] = &parts;
                 let other = compared.as_ref().and_then(|_| Surface::of(session, second));
                 let surface = Surface::of(session, first);
@@ -202,8 +202,8 @@ impl Viewport {
         };
         match self.tool {
             Tool::Look => {}
-            Tool::Measure => self.profile.drag(&hand),
-            Tool::Brush => self.brush.drag(&hand, session),
+            Tool::Measure => self.profile.drag(&pointer),
+            Tool::Brush => self.brush.drag(&pointer, session),
         }
         drawn
     }
@@ -220,7 +220,7 @@ impl Viewport {
 
     fn picture(&mut self, path: &Path) -> Result<[u32; 2], String> {
         let landscape = self.landscape.as_mut().map_err(|trouble| landscape::explain(trouble))?;
-        if self.mode != Mode::Land {
+        if self.mode != Mode::Terrain {
             return Err("a picture shows the 3D view; switch the viewport to 3D first".to_owned());
         }
         let (codes, size) = landscape.picture(PICTURE_WIDTH)?;
@@ -231,12 +231,12 @@ impl Viewport {
 
     /// Whether an action is available, and whether it is on.
     pub(super) fn status(&self, session: &Session, action: Action) -> Status {
-        let land = self.landscape.as_ref().ok().filter(|_| self.mode == Mode::Land);
-        let in_3d = |on| Status::switch(land.is_some(), on);
+        let terrain = self.landscape.as_ref().ok().filter(|_| self.mode == Mode::Terrain);
+        let in_3d = |on| Status::switch(terrain.is_some(), on);
         match action {
-            Action::View3d => Status::switch(self.landscape.is_ok(), self.mode == Mode::Land),
+            Action::View3d => Status::switch(self.landscape.is_ok(), self.mode == Mode::Terrain),
             Action::Map => Status::switch(true, self.mode == Mode::Map),
-            Action::Fly => in_3d(land.is_some_and(Landscape::is_flying)),
+            Action::Fly => in_3d(terrain.is_some_and(Landscape::is_flying)),
             Action::Contours => Status::switch(true, self.contours),
             Action::Measure => Status::switch(true, self.tool == Tool::Measure),
             Action::Brush => Status::switch(true, self.tool == Tool::Brush),
@@ -253,7 +253,7 @@ impl Viewport {
     pub(super) fn carry_out(&mut self, action: Action, session: &mut Session) {
         let on = !self.status(session, action).on.unwrap_or(false);
         match action {
-            Action::View3d if self.landscape.is_ok() => self.mode = Mode::Land,
+            Action::View3d if self.landscape.is_ok() => self.mode = Mode::Terrain,
             Action::Map => self.mode = Mode::Map,
             Action::FitView => {
                 self.map.fit();
@@ -292,9 +292,9 @@ impl Viewport {
     /// The tool bar above the terrain.
     fn bar(&mut self, ui: &mut egui::Ui, session: &mut Session) {
         ui.horizontal_wrapped(|ui| {
-            let land = self.landscape.as_ref();
-            let why = land.err().map(|trouble| format!("{trouble}: {}", trouble.remedy())).unwrap_or_default();
-            ui.add_enabled_ui(land.is_ok(), |ui| ui.selectable_value(&mut self.mode, Mode::Land, "3D"))
+            let terrain = self.landscape.as_ref();
+            let why = terrain.err().map(|trouble| format!("{trouble}: {}", trouble.remedy())).unwrap_or_default();
+            ui.add_enabled_ui(terrain.is_ok(), |ui| ui.selectable_value(&mut self.mode, Mode::Terrain, "3D"))
                 .response
                 .on_disabled_hover_text(why);
             ui.selectable_value(&mut self.mode, Mode::Map, "Map");
@@ -310,7 +310,7 @@ impl Viewport {
             if ui.button(Action::FitView.name()).on_hover_text(Action::FitView.what()).clicked() {
                 self.carry_out(Action::FitView, session);
             }
-            if self.mode == Mode::Land && self.landscape.is_ok() {
+            if self.mode == Mode::Terrain && self.landscape.is_ok() {
                 self.toggle(ui, session, Action::Fly, Action::Fly.name());
                 ui.menu_button("Look", |ui| self.look.menu(ui, session));
             }
@@ -318,7 +318,7 @@ impl Viewport {
         self.live.bar(ui, session);
         if self.tool == Tool::Brush {
             self.brush.bar(ui, session);
-            self.brush.reveal(session, (self.mode == Mode::Land).then_some(&mut self.look.over));
+            self.brush.reveal(session, (self.mode == Mode::Terrain).then_some(&mut self.look.over));
         }
     }
 }

@@ -9,7 +9,7 @@ use std::sync::{
 use orograph_graph::Window;
 
 use super::{
-    landscape::land,
+    landscape::terrain,
     surface::{Key, Surface},
 };
 use crate::view::{Inset, Renderer, ViewError};
@@ -63,14 +63,15 @@ impl Near {
             }
         }
         let part = (surface.key.clone(), *surface.height.window());
-        let Some(coarse) = renderer.land().filter(|_| self.work.is_none() && self.has.as_ref() != Some(&part)) else {
+        let Some(coarse) = renderer.terrain().filter(|_| self.work.is_none() && self.has.as_ref() != Some(&part))
+        else {
             return Ok(());
         };
         let (outbox, inbox) = channel();
         let (context, coarse) = (context.clone(), Arc::clone(coarse));
         rayon::spawn(move || {
             // Ignored: the receiver is gone once the window is closed.
-            let _ = outbox.send(land(&surface).and_then(|part| Inset::new(&coarse, &part)));
+            let _ = outbox.send(terrain(&surface).and_then(|part| Inset::new(&coarse, &part)));
             context.request_repaint();
         });
         self.work = Some((part, inbox));

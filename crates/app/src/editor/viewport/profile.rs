@@ -5,7 +5,7 @@ use orograph_graph::Unit;
 
 use super::{
     Shown,
-    map::{Hand, Line, cell, short},
+    map::{Line, Pointer, cell, short},
 };
 
 /// The measured line.
@@ -22,8 +22,8 @@ impl Profile {
     }
 
     /// Draws the line with the pointer while the button is pressed.
-    pub(super) fn drag(&mut self, hand: &Hand) {
-        match (hand.pressed, hand.place) {
+    pub(super) fn drag(&mut self, pointer: &Pointer) {
+        match (pointer.pressed, pointer.place) {
             (true, Some(place)) => {
                 let from = *self.from.get_or_insert(place);
                 self.line = Some([from, place]);

@@ -17,7 +17,7 @@ pub(super) const MOST_CELLS: u32 = 8192;
 
 /// The terrain to draw: heights, and optionally colours, water and a mask of the same window.
 #[derive(Clone, Debug)]
-pub struct Land {
+pub struct Terrain {
     height: Field,
     colour: Option<Field>,
     water: Option<Field>,
@@ -30,7 +30,7 @@ pub struct Land {
     window: Window,
 }
 
-impl Land {
+impl Terrain {
     /// A terrain from heights.
     ///
     /// # Errors
@@ -40,7 +40,7 @@ impl Land {
         let height = picture::shrunk(height, MOST_CELLS);
         let finite = height.plane(0).iter().all(|h| h.is_finite());
         let Some((low, high)) = height.range(0).filter(|_| finite) else {
-            return Err(ViewError::Land("some heights are not numbers".to_owned()));
+            return Err(ViewError::Terrain("some heights are not numbers".to_owned()));
         };
         let ground = bounds(&height, None);
         let range = [low, high].map(f64::from);
@@ -80,7 +80,7 @@ impl Land {
         if field.window().cells != self.window.cells || field.planes() != planes {
             let [nx, ny] = self.window.cells;
             let [mx, my] = field.window().cells;
-            return Err(ViewError::Land(format!("{what} of {mx} x {my} cells do not fit heights of {nx} x {ny}")));
+            return Err(ViewError::Terrain(format!("{what} of {mx} x {my} cells do not fit heights of {nx} x {ny}")));
         }
         Ok(picture::shrunk(field, MOST_CELLS))
     }
@@ -221,28 +221,28 @@ mod tests {
     #[test]
     fn a_ray_from_above_meets_the_land_where_it_is() {
         let height = field([60, 40], 25.0, |x, y| 100.0 + 0.3 * x - 0.1 * y);
-        let land = Land::new(&height).expect("heights");
+        let terrain = Terrain::new(&height).expect("heights");
         for exaggeration in [1.0, 3.0] {
             let eye = DVec3::new(700.0, 3000.0, 500.0);
             let target = DVec3::new(400.0, 0.0, 300.0);
             let ray = Ray { origin: eye, direction: (target - eye).normalize() };
-            let hit = land.cast(&ray, exaggeration).expect("meets");
+            let hit = terrain.cast(&ray, exaggeration).expect("meets");
             let [x, y] = hit.place;
             assert!((hit.height - (100.0 + 0.3 * x - 0.1 * y)).abs() < 1e-3, "{hit:?}");
             let seen = DVec3::new(x, hit.height * exaggeration, y);
             assert!((ray.origin + ray.direction * hit.distance - seen).length() < 1e-6);
             assert_eq!(hit.cell, [(x / 25.0) as u32, (y / 25.0) as u32]);
-            assert!((land.height_at([x, y]) - hit.height).abs() < 1e-6);
+            assert!((terrain.height_at([x, y]) - hit.height).abs() < 1e-6);
         }
     }
 
     #[test]
     fn what_does_not_fit_is_refused() {
         let height = field([6, 4], 25.0, |x, _| x);
-        let land = Land::new(&height).expect("heights");
-        assert!(land.clone().with_water(&field([6, 5], 25.0, |_, _| 0.0)).is_err());
-        assert!(land.clone().with_colour(&height).is_err());
-        assert!(land.with_mask(&height).is_ok());
-        assert!(Land::new(&field([6, 4], 25.0, |x, _| if x > 80.0 { f64::NAN } else { x })).is_err());
+        let terrain = Terrain::new(&height).expect("heights");
+        assert!(terrain.clone().with_water(&field([6, 5], 25.0, |_, _| 0.0)).is_err());
+        assert!(terrain.clone().with_colour(&height).is_err());
+        assert!(terrain.with_mask(&height).is_ok());
+        assert!(Terrain::new(&field([6, 4], 25.0, |x, _| if x > 80.0 { f64::NAN } else { x })).is_err());
     }
 }
