@@ -21,7 +21,7 @@ fn case(id: &str) -> Json {
     serde_json::from_str(&text).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-/// Numbers of a raster, row by row, or of one row.
+/// Returns the numbers of a raster, row by row, or of one row.
 fn numbers(value: &Json) -> Vec<f64> {
     match value {
         Json::Array(items) => items.iter().flat_map(numbers).collect(),
@@ -33,7 +33,7 @@ fn singles(value: &Json) -> Vec<f32> {
     numbers(value).iter().map(|v| *v as f32).collect()
 }
 
-/// The case's input on a world of its size with the given sides.
+/// Returns the case's input on a world of its size with the given sides.
 fn input(case: &Json, boundary: Boundary) -> Field {
     let rows = case["input"].as_array().expect("rows");
     let columns = rows[0].as_array().expect("a row").len();
@@ -41,7 +41,7 @@ fn input(case: &Json, boundary: Boundary) -> Field {
     Field::new(Window::whole(World { boundary, ..world }), singles(&case["input"]))
 }
 
-/// 1 inside and 0 on the border, for programs in which border cells have no area.
+/// Returns 1 inside and 0 on the border, for programs in which border cells have no area.
 fn without_border(land: &Field) -> Field {
     let (nx, ny) = (land.window().nx(), land.window().ny());
     let inside = |at: usize| (1..nx - 1).contains(&(at % nx)) && (1..ny - 1).contains(&(at / nx));
@@ -52,14 +52,14 @@ fn flow(fields: &[(&str, &Field)], changes: &str, output: &str) -> Vec<f32> {
     testing::run(&flow::NODE, &testing::with_params(&flow::NODE, changes), fields, output).into_samples()
 }
 
-/// Returns the area that drains through each cell, in whole square metres, where only some cells count.
+/// Returns the drainage area of each cell in whole square metres, where only selected cells count.
 fn area_from(land: &Field, counts: &Field) -> Vec<f32> {
     const SECONDS_PER_YEAR: f32 = 31_557_600.0;
     let discharge = flow(&[("height", land), ("runoff", counts)], "", "discharge");
     discharge.iter().map(|discharge| (discharge * SECONDS_PER_YEAR).round()).collect()
 }
 
-/// Base level at the two ends of a row of cells, nothing across.
+/// Base level at both ends of a row of cells, with walls along it.
 const PROFILE: Boundary = Boundary { west: Edge::Base, east: Edge::Base, north: Edge::Wall, south: Edge::Wall };
 
 #[test]
@@ -76,7 +76,7 @@ fn receivers_of_a_profile() {
 fn a_short_step_of_stream_power_is_an_explicit_one() {
     let case = case("FS05_spl_small_dt_equals_explicit");
     let land = input(&case, PROFILE);
-    // A node of their profile drains its length, a cell of ours its area: 300 times as much at m = 0.5.
+    // a node of their profile drains its length, a cell of ours its area: 300 times as much, at m = 0.5
     let erodibility = case["params"]["K"].as_f64().expect("K") / 300.0_f64.sqrt();
     let [erodibility, repose, diffusivity] =
         [erodibility as f32, 90.0, 0.0].map(|v| Field::constant(*land.window(), v));
@@ -86,7 +86,7 @@ fn a_short_step_of_stream_power_is_an_explicit_one() {
     let found = testing::run(&stream_power::NODE, &params, &fields, "erosion").into_samples();
     let expected = numbers(&case["expected"]["erosion"]);
     for (found, expected) in found.iter().zip(expected) {
-        // An implicit and an explicit step of x differ by x², here 3.3e-9.
+        // an implicit and an explicit step of x differ by x², here 3.3e-9
         assert!((f64::from(*found) - expected).abs() < 5e-9, "{found} for {expected}");
     }
 }
@@ -123,7 +123,7 @@ fn a_plane_halfway_between_two_directions_is_shared_evenly() {
     let at = |x: usize, y: usize| area[y * nx + x];
     for (x, y) in (1..nx - 2).flat_map(|x| (1..nx - 2).map(move |y| (x, y))) {
         let expected = 1.0 + 0.5 * at(x + 1, y) + 0.5 * at(x + 1, y + 1);
-        // 2e-5: heights are rounded to f32, and shares follow from small differences of them.
+        // 2e-5: heights are rounded to single precision, and fractions depend on small differences of heights
         assert!((at(x, y) / expected - 1.0).abs() < 2e-5, "({x}, {y}): {}, not {expected}", at(x, y));
     }
 }
@@ -134,7 +134,7 @@ fn cells_are_counted_along_given_directions() {
         let case = case(id);
         let window = *input(&case, Boundary::default()).window();
         let grid = Grid::new(&window).expect("a grid");
-        // Theirs are numbered clockwise from west, from 1; 0 is none.
+        // their directions are numbered clockwise from west, starting at 1; 0 is none
         let code = |cell: usize, pointer: f64| {
             let (i, j) = (cell % size, cell / size);
             let border = if i == 0 || j == 0 || i + 1 == size || j + 1 == size { BORDER } else { 0 };

@@ -1,4 +1,4 @@
-//! The quantity of a generator's values: the choice offered by nodes without an input to take it from.
+//! Quantity of a generator's values, for nodes without an input that determines it.
 
 use crate::prelude::*;
 

@@ -1,4 +1,4 @@
-//! Helpers for tests of nodes: small worlds, fields from formulas, runs of a kernel.
+//! Helpers for tests of nodes: small worlds, fields from formulas, runs of kernels.
 
 use orograph_graph::{Cancel, Fallback, InputValue, Kind, ParamValue, Value, Wanted, Warnings, World, check_value};
 
@@ -7,12 +7,12 @@ use crate::{
     prelude::*,
 };
 
-/// A world of square cells.
+/// Returns a world of square cells.
 pub(crate) fn world(nx: u32, ny: u32, cell_m: f64) -> World {
     World { size: [f64::from(nx) * cell_m, f64::from(ny) * cell_m], cells: [nx, ny], ..World::default() }
 }
 
-/// Returns the field of a function of the cell centre's position in metres.
+/// Evaluates a function of position in metres at cell centres.
 pub(crate) fn field(world: World, value: impl Fn(f64, f64) -> f64) -> Field {
     let window = Window::whole(world);
     let samples = (0..window.len()).map(|at| {
@@ -22,13 +22,13 @@ pub(crate) fn field(world: World, value: impl Fn(f64, f64) -> f64) -> Field {
     Field::new(window, samples.collect())
 }
 
-/// The same field in a world with a sea.
+/// Returns the same field in a world with a sea.
 pub(crate) fn at_sea(field: &Field, level_m: f64) -> Field {
     let window = *field.window();
     field.crop(&Window { world: World { sea_level: Some(level_m), ..window.world }, ..window })
 }
 
-/// A node's defaults with `name=value` changes, separated by commas.
+/// Returns a node's default parameters with `name=value` changes, separated by commas.
 pub(crate) fn with_params(node: &'static Node, changes: &str) -> ParamValues {
     let specs = node.specs();
     let mut params = ParamValues::defaults(&specs);
@@ -51,12 +51,12 @@ pub(crate) fn with_params(node: &'static Node, changes: &str) -> ParamValues {
     params
 }
 
-/// Runs a node on the window of its first field; inputs without a field have their constant.
+/// Runs a node on the window of its first field; inputs without a field have their default constant.
 pub(crate) fn outputs(node: &Node, params: &ParamValues, fields: &[(&str, &Field)]) -> Result<Outputs, NodeError> {
     outputs_on(*fields[0].1.window(), node, params, fields)
 }
 
-/// Runs a node on a window; inputs without a field have their constant.
+/// Runs a node on a window; inputs without a field have their default constant.
 pub(crate) fn outputs_on(
     window: Window,
     node: &Node,
@@ -66,7 +66,7 @@ pub(crate) fn outputs_on(
     outputs_until(&Cancel::default(), window, node, params, fields)
 }
 
-/// The same, with a flag that cancels it.
+/// As [`outputs_on`], with a flag that cancels it.
 pub(crate) fn outputs_until(
     cancel: &Cancel,
     window: Window,
@@ -77,7 +77,7 @@ pub(crate) fn outputs_until(
     outputs_and_warnings(cancel, window, node, params, fields).0
 }
 
-/// The same, with the kernel's warnings.
+/// As [`outputs_until`], with the kernel's warnings.
 pub(crate) fn outputs_and_warnings(
     cancel: &Cancel,
     window: Window,
@@ -88,7 +88,7 @@ pub(crate) fn outputs_and_warnings(
     outputs_wanted(Wanted::ALL, cancel, window, node, params, fields)
 }
 
-/// The same, with only some outputs wanted.
+/// As [`outputs_and_warnings`], with only some outputs wanted.
 pub(crate) fn outputs_wanted(
     wanted: Wanted,
     cancel: &Cancel,
@@ -120,7 +120,7 @@ pub(crate) fn outputs_wanted(
     (outputs, job.warnings.take())
 }
 
-/// Calls `work` with a job without a node, for code that needs only its window.
+/// Calls `work` with a job of an empty node, for code that needs only its window.
 pub(crate) fn with_job<T>(window: Window, work: impl FnOnce(&Job<'_>) -> T) -> T {
     work(&Job {
         node: &Node::DEFAULT,
@@ -156,20 +156,20 @@ pub(crate) fn seams(field: &Field) -> [f32; 2] {
     [most(&mut rows().chain(columns())), most(&mut { sides })]
 }
 
-/// The output of that name as a field.
+/// Runs a node and returns the output of that name as a field.
 pub(crate) fn run(node: &Node, params: &ParamValues, fields: &[(&str, &Field)], output: &str) -> Field {
     let value = outputs(node, params, fields).expect("a result").take(output).expect("a declared output");
     value.as_field().expect("a field").clone()
 }
 
-/// The first output of a node without wires, on a window, with changes as for [`with_params`].
+/// Runs a generator without wires on a window, with changes as for [`with_params`], and returns its first output.
 pub(crate) fn generate(window: Window, node: &'static Node, changes: &str) -> Field {
     let value =
         outputs_on(window, node, &with_params(node, changes), &[]).expect("a result").take(node.outputs[0].name);
     value.expect("a declared output").as_field().expect("a field").clone()
 }
 
-/// Mean and standard deviation.
+/// Returns the mean and the standard deviation.
 pub(crate) fn moments(samples: &[f32]) -> (f64, f64) {
     let n = samples.len() as f64;
     let mean = samples.iter().map(|&v| f64::from(v)).sum::<f64>() / n;
@@ -177,7 +177,7 @@ pub(crate) fn moments(samples: &[f32]) -> (f64, f64) {
     (mean, (samples.iter().map(square).sum::<f64>() / n).sqrt())
 }
 
-/// Means over squares of `side` x `side` cells, which must fit.
+/// Returns means over squares of `side` x `side` cells, which must divide the field.
 pub(crate) fn block_means(field: &Field, side: usize) -> Vec<f32> {
     let (nx, ny) = (field.window().nx(), field.window().ny());
     let blocks = (0..ny / side).flat_map(|j| (0..nx / side).map(move |i| (i * side, j * side)));
@@ -194,8 +194,8 @@ pub(crate) fn run_in(threads: usize, node: &Node, params: &ParamValues, fields: 
     pool.install(|| outputs(node, params, fields)).expect("a result")
 }
 
-/// Returns the power by direction of the waves of 4 to 8 cells on terrain of 512 x 512 cells, the mean of four seeds;
-/// see [`crate::numerics::noise::spectrum::by_direction`].
+/// Returns the power by direction of waves of 4 to 8 cells on terrain of 512 x 512 cells, averaged over four seeds; see
+/// [`crate::numerics::noise::spectrum::by_direction`].
 pub(crate) fn power_by_direction(node: &'static Node, changes: &str) -> [f64; 10] {
     let mut mean = [0.0; 10];
     for seed in 0..4 {

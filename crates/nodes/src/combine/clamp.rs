@@ -79,7 +79,7 @@ mod tests {
         field(world(3001, 1, 1.0), |x, _| x - 1000.5)
     }
 
-    /// With limits of 0 and 1000, the declaration's own.
+    /// With the default limits of 0 and 1000.
     #[test]
     fn values_are_between_the_limits_and_keep_their_bits_inside() {
         let ramp = ramp();
@@ -96,7 +96,7 @@ mod tests {
                 assert!((after - expected).abs() < 1e-3, "{before} {after} {expected}");
             }
         }
-        // rising throughout, with a continuous slope: it changes by 1 over 400 m
+        // monotone, and the slope is continuous: it goes from 0 to 1 over 400 m
         assert!(soft.samples().windows(3).all(|v| {
             let bend = (v[2] - v[1]) - (v[1] - v[0]);
             v[2] >= v[1] && bend.abs() < 1.1 / 400.0

@@ -1,4 +1,4 @@
-//! Two fields, cell by cell: arithmetic, extremes, smooth extremes, blends.
+//! Combines two fields cell by cell: arithmetic, extremes, smooth extremes and blends.
 //!
 //! The smooth minimum is the quadratic one of I. Quilez (2013), "Smooth minimum", in the form `min(a, b) − max(r − |a
 //! − b|, 0)² / 4r`, which is exactly a or b where they differ by the radius r or more. Screen and overlay are those
@@ -114,7 +114,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
-/// Returns how far the smooth extremes lie beyond the plain ones.
+/// Returns the correction of the smooth minimum or maximum: its distance below or above the plain one.
 #[inline(always)]
 pub(super) fn rounding(a: f32, b: f32, radius: f32) -> f32 {
     let overlap = (radius - (a - b).abs()).max(0.0);
@@ -146,7 +146,7 @@ simd! {
                 let (low, high) = (2.0 * a * b / full, full - 2.0 * (full - a) * (full - b) / full);
                 if a + a < full { low } else { high }
             }),
-            // Not a closure: those are not always compiled into the loop.
+            // not a closure: the compiler does not always inline those into the loop
             Mode::Power => {
                 for ((a, &b), &mask) in a.iter_mut().zip(b).zip(mask) {
                     *a = masked(*a, (full * math::lane::pow(a.abs() / full, b)).copysign(*a), mask);
@@ -201,8 +201,8 @@ mod tests {
         each("mode=add,clamp=true,full=40", |a, b, got| assert_eq!(got, (a + b).clamp(0.0, 40.0)));
     }
 
-    /// The smooth minimum is the mix of the definition, exactly the minimum beyond the radius, a quarter of the radius
-    /// below it where the two meet, and the mirror image of the smooth maximum.
+    /// The smooth minimum is the lerp of the definition. It equals the minimum beyond the radius, is a quarter of the
+    /// radius below it where the two are equal, and mirrors the smooth maximum.
     #[test]
     fn smooth_extremes_keep_their_identities() {
         let radius = 30.0_f32;
@@ -268,7 +268,7 @@ mod tests {
         }
     }
 
-    /// Detail beside rivers leaves their beds bit for bit unchanged.
+    /// Detail next to rivers leaves the river beds bit for bit unchanged.
     #[test]
     fn what_is_kept_stays() {
         let (a, b) = pair();
@@ -287,8 +287,8 @@ mod tests {
         }
     }
 
-    /// With a mask of a half: the higher of the two from a difference of the radius upwards, their mean where they
-    /// meet.
+    /// With a mask of 0.5: the higher of the two where they differ by the radius or more, and their mean where they are
+    /// equal.
     #[test]
     fn a_blend_by_height_takes_the_higher() {
         let (a, b) = pair();

@@ -118,10 +118,10 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
-/// A curve, ready to be applied.
+/// A curve with precomputed coefficients.
 #[derive(Debug)]
 enum Curve {
-    /// Every value stays bit for bit the same; beyond the ends, if there are any, it is the end.
+    /// Every value keeps its bits; values beyond `ends`, if given, are clamped.
     Identity {
         ends: Option<[f32; 2]>,
     },
@@ -244,7 +244,7 @@ mod tests {
         assert!(clamped.samples().iter().zip(ramp.samples()).all(|(got, v)| *got == v.clamp(0.0, 1000.0)));
     }
 
-    /// The curve passes through every point, rises where the points rise, is level where they are level, and does not
+    /// The curve passes through every point, rises where the points rise, is flat between equal points and does not
     /// overshoot.
     #[test]
     fn a_curve_is_monotone_between_its_points_and_passes_through_them() {
@@ -268,7 +268,7 @@ mod tests {
         assert_eq!((y[0], y[2999]), (10.0, 381.0));
     }
 
-    /// A cubic whose slopes the method's formula gives exactly, y = x² sampled evenly, between two inner points.
+    /// Even samples of y = x², for which the slope formula of the method is exact; tested between two inner points.
     #[test]
     fn values_between_points_are_the_cubic() {
         let points: Vec<[f64; 2]> = (0..6).map(f64::from).map(|x| [x, x * x]).collect();

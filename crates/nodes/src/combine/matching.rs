@@ -89,10 +89,10 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
-/// Returns values and places sorted by value: each value, as an order-preserving integer, in the bits above its
-/// place.
+/// Returns keys sorted by value: the upper bits are the value as an order-preserving integer, the lower ones its cell
+/// index.
 fn order(samples: &[f32]) -> Vec<u64> {
-    // adding 0 makes both zeros equal
+    // adding 0 turns −0 into +0
     let entry = |place: usize| math::ordered(samples[place] + 0.0) << 32 | place as u64;
     let mut order = par::map(samples.len(), entry);
     order.par_sort_unstable();
@@ -169,8 +169,8 @@ impl Target {
     }
 }
 
-/// The value below which a normal variable of mean 0 and deviation 1 lies with the probability `p`, from 0 to 1
-/// without the ends; within 1e-7 of it (relative), by the rational functions of Wichura's PPND7.
+/// Returns the quantile of the standard normal distribution at probability `p`, 0 < p < 1, by the rational functions of
+/// Wichura's PPND7; relative error 1e-7.
 fn quantile(p: f64) -> f64 {
     let q = p - 0.5;
     if q.abs() <= 0.425 {
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn values_are_those_of_the_reference_and_order_stays() {
-        // no two values are equal
+        // all values are distinct
         let land = field(world(71, 40, 5.0), |x, y| (x * 7.0) % 355.0 + 0.01 * y);
         let other = field(world(71, 40, 5.0), |x, y| libm::exp(0.01 * x) + 3.0 * libm::sin(y * x));
         let found = result(&NODE, &with_params(&NODE, ""), &[("value", &land), ("reference", &other)], "value");
@@ -245,7 +245,7 @@ mod tests {
         }
         let normal = result(&NODE, &with_params(&NODE, "like=normal"), &[("value", &land)], "value");
         let ((mean, deviation), (was_mean, was_deviation)) = (moments(normal.samples()), moments(land.samples()));
-        // 2840 ranks leave out the ends of the bell
+        // 2840 ranks cut off the tails of the distribution
         assert!((mean - was_mean).abs() < 0.1 && (deviation / was_deviation - 1.0).abs() < 2e-3, "{mean} {deviation}");
     }
 

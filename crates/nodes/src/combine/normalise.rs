@@ -77,7 +77,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
-/// Returns the values that become the ends of the range.
+/// Returns the values that are mapped to the ends of the range.
 fn ends(params: &Params, samples: &[f32], nx: usize) -> Result<[f64; 2], NodeError> {
     match params.measure {
         Measure::Range => {
@@ -107,7 +107,7 @@ fn ends(params: &Params, samples: &[f32], nx: usize) -> Result<[f64; 2], NodeErr
             };
             let mean = sum(&|x| x);
             let deviation = sum(&|x| (x - mean) * (x - mean)).sqrt();
-            // the mean of a constant field is exact to a rounding
+            // the mean of a constant field is exact only to rounding
             let deviation = if deviation > 1e-9 * mean.abs() { deviation } else { 0.0 };
             Ok([-1.0, 1.0].map(|side| mean + side * params.deviations * deviation))
         }

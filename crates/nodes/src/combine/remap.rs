@@ -127,15 +127,14 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
-/// Maps one range to another, in double precision: the ends must be met exactly, and a rate of 1e-12 must be
-/// representable.
+/// Maps one range to another in double precision: the ends must be exact, and a rate of 1e-12 must be representable.
 struct Map {
     from0: f64,
     from1: f64,
-    /// Limits of values, as fractions of the way from the first to the second of `from`.
+    /// Limits of values, as fractions of the range `from`.
     shares: [f64; 2],
     to: [f64; 2],
-    /// Doublings from the first of `to` to the second.
+    /// log₂ of the ratio of the two ends of `to`.
     octaves: f64,
     /// Limits of results.
     ends: [f64; 2],
@@ -193,7 +192,7 @@ mod tests {
         assert_eq!(remapped([1000.0, 0.0], [10.0, 20.0], "height", "linear", true), [20.0, 17.5, 15.0, 12.5, 10.0]);
         let spread = remapped([0.0, 1000.0], [1e-6, 1e-2], "erodibility", "logarithmic", true);
         for (value, expected) in spread.iter().zip([1e-6_f32, 1e-5, 1e-4, 1e-3, 1e-2]) {
-            // the rounding of the logarithm's library, far below a bit of f32 away from the ends
+            // error of the library's logarithm, far below the last bit of an f32 away from the ends
             assert!((value / expected - 1.0).abs() < 1e-6, "{value} {expected}");
         }
     }

@@ -1,4 +1,4 @@
-//! Soil creep: hillslopes diffuse.
+//! Soil creep: diffusion of hillslopes.
 
 use crate::numerics::hillslope::Hillslope;
 use crate::prelude::*;
@@ -43,7 +43,7 @@ pub static NODE: Node = Node {
     reach: Reach::World,
     scratch: Scratch::PerCell(8.0),
     cpu: run,
-    // creep acts on curvature, and coarser cells have less of it
+    // creep depends on curvature, which coarser cells underestimate
     resolution: Resolution::Within(0.08),
     example: "height: \"base\", diffusivity: 0.02, duration: 2e6",
     ..Node::DEFAULT
@@ -57,7 +57,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let window = job.window();
     let slope = Hillslope::new(&window, diffusivity, params.critical_slope);
-    // As long as steps have high order.
+    // D Δt / d² is at most 1/3, where steps are fourth-order in space, unless that takes more than `MAX_STEPS`
     let steps = (3.0 * slope.mobility(params.duration)).ceil().min(MAX_STEPS) as u32;
     let mut heights: Vec<f64> = start.samples().iter().map(|&height| f64::from(height)).collect();
     for step in 0..steps {

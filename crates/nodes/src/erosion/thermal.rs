@@ -67,7 +67,7 @@ pub static NODE: Node = Node {
     reach: Reach::World,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
-    // slopes at the scale of the cells decide what slides: coarser cells have fewer steep places
+    // the slopes of cells decide what fails: coarser cells have fewer steep places
     resolution: Resolution::Within(0.1),
     example: "height: \"base\", talus: 22",
     ..Node::DEFAULT
@@ -80,11 +80,11 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     if params.until == Until::Duration && params.relaxation * params.duration == 0.0 {
         return 0;
     }
-    // grids of ground, rise and twice the movement, each a quarter of the one before, and the final movement; the
-    // rise of the terrain and what is left of it
+    // per grid of the pyramid (each a quarter of the one before): ground, rise, two buffers of gains and, with debris,
+    // the loose layer; then the final gains, the rise, and the rise after relaxation
     let loose = sizing.is_wired(Inputs::PORTS, "debris");
     let slump = if loose { 20.0 } else { 16.0 } * 4.0 / 3.0 + 4.0 + 8.0;
-    // thickness, crumbled and swelled rock, loose material, and the ground below
+    // thickness, crumbled and swelled rock, loose material, and the ground with the swelling
     let layers = if loose { 20.0 } else { 0.0 };
     sizing.cells((slump + layers - given).max(0.0))
 }
@@ -147,7 +147,8 @@ fn sum(height: &[f32], gained: &[f32]) -> Vec<f32> {
     height.iter().zip(gained).map(|(h, d)| if *d == 0.0 { *h } else { h + d }).collect()
 }
 
-/// Returns the thickness of rock below `thickness` of debris that is not stable at its own `rise`.
+/// Returns the thickness of rock below the debris that fails because it is steeper than `rise`. `thickness` is that of
+/// the debris.
 fn crumble(land: &Land<'_>, rise: &[f32], thickness: &[f32], left: f32, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
     let rock: Vec<f32> = land.height.iter().zip(thickness).map(|(h, r)| h - r).collect();
     let rock = Land { height: &rock, rise, ..*land };
@@ -155,7 +156,7 @@ fn crumble(land: &Land<'_>, rise: &[f32], thickness: &[f32], left: f32, job: &Jo
     Ok(rock.height.iter().zip(&held).map(|(rock, held)| if held < rock { rock - held } else { 0.0 }).collect())
 }
 
-/// Returns the gain of each cell as the terrain comes to rest, except for the fraction `left` of all excess.
+/// Returns the gain of each cell as slopes relax until only the fraction `left` of the excess over repose remains.
 fn slide(land: &Land<'_>, left: f32, params: &Params, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
     let rise = relaxed(land, left, job)?;
     let mut slump = Slump::new(&Land { rise: &rise, ..*land }, params.tolerance as f32)?;
@@ -217,7 +218,7 @@ mod tests {
         assert!((total(&height) / total(&step) - 1.0).abs() < 1e-6);
         let row = &height.samples()[64 * 256..65 * 256];
         assert!((f64::from(row[127] + row[128]) / 2.0 - 30.0).abs() < 0.05);
-        // where the ramp's middle straight, drawn out, meets the two levels
+        // horizontal distance over which the middle of the ramp, extended, joins the two levels
         let slope = f64::from(row[118] - row[137]) / 19.0;
         assert!((30.0 / slope / 42.844_440_202_263_44 - 1.0).abs() < 0.01, "{}", 30.0 / slope);
         let first = (row.iter().position(|&z| z < 59.0).unwrap() as f64) - 128.0;
@@ -250,7 +251,7 @@ mod tests {
         assert!((total(&cone) / total(&pillar) - 1.0).abs() < 1e-6);
         assert!(steepest(&cone) <= REPOSE * 1.02 + 1e-6);
         assert!(cone.range(0).unwrap().0 > -1e-5);
-        // radius of the contour at 60 m, between cells, along the axes and in between
+        // radius of the 60 m contour at 32 azimuths, by bilinear interpolation
         let z = |x: f64, y: f64| {
             let (i, j) = ((x / 5.0 - 0.5) as usize, (y / 5.0 - 0.5) as usize);
             let (u, v) = (x / 5.0 - 0.5 - i as f64, y / 5.0 - 0.5 - j as f64);
@@ -266,7 +267,7 @@ mod tests {
             })
             .collect();
         let (least, most) = radii.iter().fold((f64::MAX, 0.0_f64), |(a, b), &r| (a.min(r), b.max(r)));
-        // one cell is 5 m of 135 m; eight neighbours alone would give 8 %
+        // one cell is 5 m of 135 m; flow over eight neighbours alone would give 8 %
         assert!(most / least < 1.015, "{least} to {most}");
     }
 
@@ -302,8 +303,8 @@ mod tests {
         }
     }
 
-    /// A wall of rock at 51° is bare above the scree that its loose cover has become; nothing is lost, and only loose
-    /// material has moved.
+    /// A 51° wall of rock becomes bare above the scree of its loose cover; volume is conserved, and only loose material
+    /// moves.
     #[test]
     fn loose_cover_slides_off_rock_that_stays() {
         let wall = field(world(160, 64, 5.0), |x, _| 10.0 + 1.25 * (x - 200.0).clamp(0.0, 200.0));
@@ -326,7 +327,7 @@ mod tests {
             } else if thickness > 1.0 {
                 scree += 1;
                 if x < 240.0 {
-                    // the toe is below repose, the scree above it at repose at most
+                    // the toe is below repose, the scree above it at most at repose
                     let slope = f64::from(height.samples()[at + 1] - height.samples()[at]) / 5.0;
                     assert!(slope <= REPOSE * 1.03, "{x}: {slope}");
                 }
@@ -336,7 +337,8 @@ mod tests {
         assert!(moved.range(0).is_some_and(|(lo, _)| lo >= -6.0));
     }
 
-    /// A cliff of rock without loose cover fails back to the rock's angle, and its debris is 1.3 times what it lost.
+    /// A rock cliff without debris fails back to the angle of rock, and the debris has 1.3 times the volume of the lost
+    /// rock.
     #[test]
     fn rock_above_its_angle_becomes_debris() {
         let cliff = field(world(120, 64, 5.0), |x, _| if x > 300.0 { 200.0 } else { 0.0 });
@@ -346,7 +348,7 @@ mod tests {
         let rock: Vec<f64> = height.samples().iter().zip(debris.samples()).map(|(h, r)| f64::from(h - r)).collect();
         let lost = total(&cliff) - rock.iter().sum::<f64>();
         assert!(lost > 0.0 && (total(&debris) / (1.3 * lost) - 1.0).abs() < 1e-5);
-        // tan 60° over cells of 5 m, from the foot up; single precision of 200 m
+        // tan 60° over cells of 5 m from the foot upwards, and the rounding of 200 m in single precision
         for i in 60..120 {
             let expected = (f64::from(i - 59) * 5.0 * 3.0_f64.sqrt()).min(200.0);
             assert!((rock[32 * 120 + i as usize] - expected).abs() < 1e-3, "{i}");
@@ -358,8 +360,8 @@ mod tests {
         assert!(still.samples().iter().all(|&r| r == 0.0));
     }
 
-    /// With deep loose material everywhere, the same as without layers; also in a periodic world, on any number of
-    /// threads.
+    /// With deep debris everywhere the result is the same as without layers; also in a periodic world and on any number
+    /// of threads.
     #[test]
     fn deep_debris_is_all_loose() {
         let hill = field(world(96, 80, 5.0), |x, y| if libm::hypot(x - 240.0, y - 200.0) < 60.0 { 150.0 } else { 0.0 });
@@ -368,7 +370,7 @@ mod tests {
         let layered = run(&NODE, &defaults(), &inputs, "height");
         let single = run(&NODE, &defaults(), &[("height", &hill)], "height");
         assert!((total(&layered) / total(&hill) - 1.0).abs() < 1e-5);
-        // both stop within 2 % of repose, and the ring of the toe may lie one cell off: 5 % of what has moved
+        // both stop within 2 % of repose, and the toe may be one cell off: 5 % of the gains
         let rms = |other: &Field| {
             let squares =
                 single.samples().iter().zip(other.samples()).map(|(a, b)| f64::from(a - b) * f64::from(a - b));
@@ -380,7 +382,7 @@ mod tests {
         assert_eq!(run_in(1, &NODE, &defaults(), &inputs), run_in(3, &NODE, &defaults(), &inputs));
     }
 
-    /// In a periodic world, moving the terrain by whole cells of the coarsest grid moves the result.
+    /// In a periodic world, shifting the input by whole cells of the coarsest grid shifts the result.
     #[test]
     fn periodic_sides_are_joined() {
         let joined = World { boundary: Boundary::all(Edge::Periodic), ..world(256, 128, 4.0) };
@@ -398,8 +400,8 @@ mod tests {
         }
     }
 
-    /// After a time, a long slope's excess over repose is `exp(-k t)` of what it was, and continuing for as long
-    /// again equals twice the time; a time of 0 changes nothing, and a long time is equilibrium.
+    /// On a long slope, the excess over repose decays as `exp(-k t)`, and two runs equal one of twice the duration. A
+    /// duration of 0 changes nothing, and a long one reaches equilibrium.
     #[test]
     fn excess_decays_with_time() {
         let slope = |x: f64| 0.9 * (x - 120.0).clamp(0.0, 120.0);
@@ -416,7 +418,7 @@ mod tests {
             let expected = REPOSE + (0.9 - REPOSE) * libm::exp(-0.02 * duration);
             assert!((found / expected - 1.0).abs() < 0.01, "{duration}: {found} {expected}");
             let (twice, once) = (after(&relaxed, duration), after(&wall, 2.0 * duration));
-            // a cell's rise at repose is 2.8 m
+            // the rise between cells is 2.8 m at repose
             for (a, b) in twice.samples().iter().zip(once.samples()) {
                 assert!((a - b).abs() < 0.3, "{duration}: {a} {b}");
             }
@@ -427,7 +429,7 @@ mod tests {
         }
     }
 
-    /// Heights of a million kilometres have no accuracy of metres in single precision: the result is reported to be
+    /// Single precision cannot resolve metres at a height of a million kilometres: a warning reports that slopes remain
     /// above repose.
     #[test]
     fn land_that_cannot_rest_warns() {

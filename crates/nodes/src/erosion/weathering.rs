@@ -66,27 +66,27 @@ pub static NODE: Node = Node {
     reach: Reach::World,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
-    // slopes at the scale of the cells decide where debris lies
+    // the slopes of cells decide where debris comes to rest
     resolution: Resolution::Within(0.1),
     example: "height: \"base\", temperature: 2, duration: 20000",
     ..Node::DEFAULT
 };
 
-/// Minimum number of rounds for producing a layer many times as thick as `cover`.
+/// Minimum number of rounds if the total debris is many times as thick as `cover`.
 const ROUNDS: f64 = 16.0;
 
-/// Maximum sweeps over a grid in all rounds but the last: material still moving continues in the next.
+/// Maximum sweeps over a grid in all rounds but the last: material that still moves continues in the next round.
 const PASSING: usize = 64;
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let given = 4.0 * Wants::among(sizing.wanted).count() as f64;
     if Params::read(sizing.params).duration == 0.0 {
-        // no round is made: rise, rate, thickness, rock, debris, what weathered and the surface
+        // without rounds: rise, rate, thickness, rock, debris, weathered rock and surface
         return sizing.cells(28.0 - given);
     }
-    // rise, rate, thickness and rock; debris, what weathered, the surface and what is lost; grids of ground, rise,
-    // layer and twice what moved, each a quarter of the one before, and what moved in the end
+    // rise, rate, thickness and rock; debris, weathered rock, surface and the loss of a round; per grid of the pyramid
+    // (each a quarter of the one before) ground, rise, loose layer and two buffers of gains; the final gains
     sizing.cells(32.0 + 20.0 * 4.0 / 3.0 + 4.0 - given)
 }
 
@@ -109,7 +109,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     weather(job, &params, &inputs, [&rise, &rate], rounds as u32)
 }
 
-/// Weathers rock and slides debris in rounds.
+/// Weathers rock and lets debris slide, in rounds.
 fn weather(
     job: &Job<'_>,
     params: &Params,
@@ -141,7 +141,7 @@ fn weather(
             let free = ground.drop_from(rock[at] - weathered[at], at);
             let area = (1.0 + (free / cell_m) * (free / cell_m)).sqrt();
             let made = bulking * rate[at] * round_yr * area * math::f32::exp(-debris[at] / cover);
-            // debris that stays where it is produced covers the rock below it
+            // debris that stays where it is produced shields the rock below it
             let stays = free <= rise[at];
             (if stays { cover * math::ln(1.0 + f64::from(made / cover)) as f32 } else { made }) / bulking
         });
@@ -159,7 +159,7 @@ fn weather(
                 *debris = (*debris + slid).max(0.0);
             }
         }
-        // from the start heights, so that they are rounded once
+        // added to the initial heights, so that they are rounded only once
         for at in 0..height.len() {
             let gained = (debris[at] - thickness[at]) - weathered[at];
             surface[at] = if gained == 0.0 { height[at] } else { height[at] + gained };
@@ -196,8 +196,8 @@ mod tests {
         field(world(96, 72, 10.0), |x, y| if x + 30.0 * libm::sin(y / 60.0) < 480.0 { 2620.0 } else { 2500.0 })
     }
 
-    /// A flat bench at 2000 m makes debris by the closed form r0 ln(1 + β P t / r0), with P from its temperature of
-    /// −1 °C: Hales and Roering 2007, Heimsath and others 1997. Single precision, over about 16 rounds.
+    /// A flat bench at 2000 m produces debris according to the closed form r0 ln(1 + β P t / r0), with P at its
+    /// temperature of −1 °C: Hales and Roering 2007, Heimsath and others 1997. Single precision, over about 16 rounds.
     #[test]
     fn a_flat_bench_weathers_by_the_closed_form() {
         let bench = field(world(20, 12, 10.0), |_, _| 2000.0);
@@ -211,7 +211,7 @@ mod tests {
         }
     }
 
-    /// A cliff retreats, scree lies below it at repose, and debris is `bulking` times the rock that was lost.
+    /// A cliff retreats, scree rests below it at repose, and debris has `bulking` times the volume of the lost rock.
     #[test]
     fn scree_gathers_below_a_cliff() {
         let land = cliff();
@@ -222,7 +222,7 @@ mod tests {
         assert!((gained - 0.3 * total(&weathered)).abs() < 1e-4 * 6912.0, "{gained}");
         let (most, edge) = (debris.range(0).unwrap().1, weathered.range(0).unwrap().1);
         assert!(most > 15.0 && edge > 10.0, "{most} of scree, {edge} lost");
-        // 2 % of tolerance, more for what leans on a wall
+        // 2 % of tolerance, more where debris leans against a wall
         for (at, pair) in height.samples().windows(2).enumerate() {
             let [a, b] = [at, at + 1].map(|at| debris.samples()[at]);
             if (at + 1) % 96 > 0 && a > 1.0 && b > 1.0 {
@@ -231,7 +231,7 @@ mod tests {
         }
     }
 
-    /// Half as long rounds give nearly the same scree.
+    /// Rounds of half the duration give nearly the same scree.
     #[test]
     fn the_result_does_not_depend_on_rounds() {
         let land = cliff();

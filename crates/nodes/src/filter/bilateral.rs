@@ -47,7 +47,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::Metres(|params, cell_m| {
         let radius_m = Params::read(params).radius;
-        // a coarse cell is at most half a radius, and its own width is read too
+        // a coarse cell is at most half a radius, and the cell itself is read too
         if radius_m < LEAST * cell_m { 0.0 } else { (CUT + 1.0) * radius_m + 2.0 * cell_m }
     }),
     cpu: run,
@@ -55,22 +55,22 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Distance within which values count, in radii.
+/// Radius of the kernel, in units of `radius`.
 const CUT: f64 = 2.5;
-/// The radius, in cells, up to which single cells are used.
+/// Largest radius in cells that is computed at full resolution.
 const FINE: f64 = 3.0;
-/// Largest radius in coarse cells: only a world of one coarse cell, where all values are equal, has more.
+/// Largest radius in coarse cells; exceeded only where the world is a single coarse cell and all values are equal.
 const WIDE: f64 = 4.5;
-/// Weight of a value that differs from everything around it.
+/// Additional weight of the cell's own value, which keeps outliers that differ from all other values.
 const ALONE: f32 = 1e-12;
-/// The radius in cells below which a neighbour's weight is less than a millionth.
+/// Radius in cells below which the weight of a neighbour is below 1e-6.
 const LEAST: f64 = 0.2;
 
-/// Rows per thread and task.
+/// Rows per task.
 const BAND: usize = 64;
-/// Maximum number of rows of a block whose cells are mixed together.
+/// Maximum number of rows of a block of cells that is computed at once.
 const ROWS: usize = 16;
-/// Cells of such a block, which fit into the first-level cache.
+/// Cells of such a block: few enough for the first-level cache.
 const CELLS: usize = 2048;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
@@ -95,32 +95,33 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value: Some(Field::new(window, out)) }.into())
 }
 
-/// Values that the cells of a window are mixed with.
+/// Coarse values and spatial weights for the cells of a window.
 struct Around {
-    /// Coarse values with a margin around them.
+    /// Coarse values with a halo.
     values: Vec<f32>,
     width: usize,
-    /// For each column of the window the first coarse column (with margin) that counts, and the weights from there
+    /// For each column of the window, the first coarse column of its kernel (halo included) and the weights from there
     /// on: one list per offset, so that a row is a loop over columns.
     columns: Axis,
     rows: Axis,
 }
 
-/// Coarse cells around the cells of a window along an axis.
+/// Coarse cells within the kernel, for the cells of a window along an axis.
 struct Axis {
-    /// The first that counts.
+    /// The first coarse cell of each kernel.
     first: Vec<usize>,
-    /// The weights of the first for all cells, of the second for all cells, ...
+    /// The weights of the first coarse cell for all cells, of the second for all cells, ...
     weights: Vec<f32>,
 }
 
-/// Returns the coarse cells that count on either side of a cell's own.
+/// Returns the number of coarse cells in the kernel on either side of the centre.
 fn side(step: f64, radius: f64) -> usize {
     (CUT * radius.min(WIDE * step) / step).ceil() as usize
 }
 
 impl Axis {
-    /// `margin` coarse cells lie before the first of the window.
+    /// Computes the kernels along an axis; `margin` is the number of halo cells before the first coarse cell of the
+    /// window.
     fn new(coarse: &Coarse, axis: usize, cells: usize, radius: f64, margin: usize) -> Self {
         let step = coarse.steps()[axis];
         let radius = radius.min(WIDE * step);
@@ -163,11 +164,11 @@ impl Around {
         let mut block = Block::default();
         let mut from = 0;
         while from < rows.len() / nx {
-            // rows that use the same coarse cells
+            // rows that use the same coarse rows
             let coarse = self.rows.first[first + from];
             let same = self.rows.first[first + from..first + rows.len() / nx].iter().take_while(|at| **at == coarse);
             let end = from + same.take(ROWS).count();
-            // whole vectors
+            // a multiple of the vector length
             let width = (CELLS / (end - from)).next_multiple_of(64);
             for start in (0..nx).step_by(width) {
                 let columns = start..nx.min(start + width);
@@ -177,7 +178,7 @@ impl Around {
         }
     }
 
-    /// Smooths some columns of rows of the window, from row `first` on, which use the same coarse cells.
+    /// Smooths columns of rows of the window, from row `first` on, which use the same coarse rows.
     fn mix(&self, block: &mut Block, rows: &mut [f32], first: usize, columns: Range<usize>, per_contrast: f32) {
         let nx = self.columns.first.len();
         let (width, height) = (columns.len(), rows.len() / nx);
@@ -211,7 +212,7 @@ impl Around {
     }
 }
 
-/// Cells that are mixed together, row by row.
+/// Cells that are computed at once, row by row.
 #[derive(Default)]
 struct Block {
     cells: Vec<f32>,
@@ -221,7 +222,7 @@ struct Block {
     others: Vec<f32>,
 }
 
-/// Gathers the values at some places of a line.
+/// Gathers the values of a line at the given places.
 fn take(out: &mut [f32], line: &[f32], places: &[usize]) {
     let (first, last) = (places[0], places[places.len() - 1]);
     if last - first + 1 == places.len() {
@@ -234,7 +235,7 @@ fn take(out: &mut [f32], line: &[f32], places: &[usize]) {
 }
 
 simd! {
-    /// Adds one coarse value to the sums of each cell: differences times weights, and weights.
+    /// Adds one coarse value to the sums of each cell: weighted differences, and weights.
     fn add(sums: [&mut [f32]; 2], cells: &[f32], others: &[f32], weights: [&[f32]; 2], per_contrast: f32) {
         let ([sums, totals], [along, across]) = (sums, weights);
         let width = others.len();
@@ -260,7 +261,7 @@ mod tests {
         testing::{at_every_level, field, reach_m, run as result, run_in, with_params, world},
     };
 
-    /// The sum over all cells within six radii.
+    /// Reference: the sum over all cells within six radii.
     fn brute_force(land: &Field, radius_m: f64, contrast: f64, at: [i64; 2]) -> f64 {
         let window = land.window();
         let value = |[i, j]: [i64; 2]| {
@@ -283,8 +284,8 @@ mod tests {
         sum / weights
     }
 
-    /// Rough terrain with a cliff: direct sums leave out values beyond 2.5 radii, coarse ones detail within a third
-    /// of one.
+    /// Rough terrain with a cliff: at full resolution values beyond 2.5 radii are missing, on coarse cells detail below
+    /// a third of a radius.
     #[test]
     fn values_are_near_the_sum_over_all_cells() {
         let land = field(world(120, 90, 5.0), |x, y| {
@@ -302,7 +303,7 @@ mod tests {
         }
     }
 
-    /// A wall of ten contrasts stays where it is; level ground stays bit for bit the same.
+    /// A wall of ten contrasts stays in place; flat terrain keeps its bits.
     #[test]
     fn walls_stay() {
         let wall = field(world(60, 20, 5.0), |x, _| if x < 150.0 { 812.3 } else { 1312.3 });

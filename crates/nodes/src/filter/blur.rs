@@ -1,4 +1,4 @@
-//! The Gaussian filter of a field, of any width at the same cost; see [`crate::numerics::gaussian`].
+//! A Gaussian filter whose cost does not depend on its width; see [`crate::numerics::gaussian`].
 
 use super::mix;
 use crate::numerics::{gaussian::Gaussian, lines::separable};
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
     use crate::testing::{at_every_level, field, run as result, run_in, with_params, world};
 
-    /// A plane wave loses exp(−2π² R² / λ²) of its height, whatever the cells.
+    /// The amplitude of a plane wave decreases to exp(−2π² R² / λ²), whatever the cell size.
     #[test]
     fn a_wave_falls_by_its_transfer() {
         for (cell_m, radius_m, wavelength_m) in [(10.0, 25.0, 160.0), (10.0, 80.0, 640.0), (2.0, 80.0, 640.0)] {
@@ -82,7 +82,7 @@ mod tests {
             let number = std::f64::consts::TAU * radius_m / wavelength_m;
             let expected = libm::exp(-0.5 * number * number);
             for (before, after) in wave.samples().iter().zip(blurred.samples()) {
-                // boxes differ from the Gaussian; below four cells only rounding and the cells themselves do
+                // extended boxes differ from the Gaussian; below four cells only rounding and discretisation do
                 assert!(
                     (f64::from(*after) - expected * f64::from(*before)).abs() < 0.6,
                     "{cell_m} {after} {before} {expected}"
@@ -99,7 +99,8 @@ mod tests {
             let blurred = result(&NODE, &params, &[("value", &flat)], "value");
             assert!(blurred.samples().iter().all(|value| *value == 812.5), "{radius}");
         }
-        // mirrored edges keep the mean; half a millimetre is f32 at 1000 m, times the cells that lose it alike
+        // mirrored edges preserve the mean; half a millimetre is the precision of f32 at 1000 m, which all cells may
+        // lose alike
         let hills = field(world(37, 23, 5.0), |x, y| 1000.0 * libm::sin(x * 0.05) * libm::cos(y * 0.03));
         let sum = |field: &Field| field.samples().iter().map(|value| f64::from(*value)).sum::<f64>();
         let blurred = result(&NODE, &with_params(&NODE, "radius=40"), &[("value", &hills)], "value");
@@ -150,7 +151,7 @@ mod tests {
         for j in 0..64 {
             for i in 0..64 {
                 let (a, b) = (still.samples()[j * 64 + (i + 8) % 64], moved.samples()[j * 64 + i]);
-                assert!((a - b).abs() < 1e-4, "{a} {b}"); // rounding: parts of lines begin elsewhere
+                assert!((a - b).abs() < 1e-4, "{a} {b}"); // rounding: parts of lines begin at other cells
             }
         }
     }

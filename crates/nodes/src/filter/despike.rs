@@ -1,4 +1,4 @@
-//! Removes spikes and pits: cells that stand out from the median around them; see [`crate::numerics::rank`].
+//! Removes spikes and pits: cells that differ from the median of their neighbourhood; see [`crate::numerics::rank`].
 
 use super::mix;
 use crate::numerics::{
@@ -71,7 +71,7 @@ const DEVIATIONS: f32 = 1.482_602_2;
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let wants = Wants::among(sizing.wanted);
-    // medians, and distances from them, whose medians are computed next
+    // medians, and absolute deviations from them, whose medians are computed next
     let ranked = sizing.cells(8.0) + crate::numerics::rank::bytes(&sizing.window, Params::read(sizing.params).radius);
     ranked.max(sizing.cells(16.0)) - sizing.cells(4.0 * wants.count() as f64)
 }
@@ -109,7 +109,7 @@ mod tests {
     use super::*;
     use crate::testing::{field, run as result, with_params, world};
 
-    /// Spikes and pits on a cliff and on a plain disappear, and everything else stays bit for bit the same.
+    /// Spikes and pits on a cliff and on a plain are removed, and all other cells keep their bits.
     #[test]
     fn spikes_go_and_all_else_keeps_its_bits() {
         let land = |x: f64, y: f64| 0.8 * x + 20.0 * libm::sin(x * 0.02) * libm::cos(y * 0.015);
@@ -131,7 +131,7 @@ mod tests {
             if clean == dirty.samples()[at] {
                 assert_eq!((found, removed.samples()[at]), (clean, 0.0), "{at}");
             } else {
-                // the median is that of places up to 25 m away
+                // the median is a value from up to 25 m away
                 assert!((found - clean).abs() < 6.0 && removed.samples()[at] == 1.0, "{at}: {found} {clean}");
             }
         }

@@ -47,7 +47,7 @@ pub static NODE: Node = Node {
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    // without the result
+    // the result is an output, not scratch memory
     crate::numerics::rank::bytes(&sizing.window, Params::read(sizing.params).radius) - sizing.cells(4.0)
 }
 
@@ -64,7 +64,7 @@ mod tests {
     use super::*;
     use crate::testing::{at_every_level, field, run as result, run_in, with_params, world};
 
-    /// A wall stays bit for bit the same and a line of one cell disappears, whatever the radius.
+    /// A wall keeps its bits and a line of one cell disappears, whatever the radius.
     #[test]
     fn edges_stay_and_lines_go() {
         let wall = |x: f64| if x < 200.0 { 100.0 } else { 731.0 };
@@ -87,7 +87,8 @@ mod tests {
         assert_eq!(result(&NODE, &with_params(&NODE, "radius=30"), &fields, "value"), hills);
     }
 
-    /// The maximum within a radius is never below that of a smaller circle, and the minimum is its mirror image.
+    /// The maximum within a radius is never below that of a smaller circle, and the minimum is that of the negative,
+    /// negated.
     #[test]
     fn extremes_are_mirror_images() {
         let hills = field(world(90, 70, 5.0), |x, y| 100.0 * libm::sin(x * 0.07) * libm::cos(y * 0.2));

@@ -1,4 +1,4 @@
-//! Filters: each value becomes a function of its surroundings.
+//! Filters: each value becomes a function of its neighbourhood.
 
 pub mod bilateral;
 pub mod blur;
@@ -35,7 +35,8 @@ pub static NODES: &[&Node] = &[
     &morphology::NODE,
 ];
 
-/// Replaces `new` by `old` where the mask is 0, by the weighted mean of both between 0 and 1.
+/// Blends the filtered values with the old ones: `old` where the mask is 0, `new` where it is 1, the weighted mean in
+/// between.
 fn mix(job: &Job<'_>, old: &[f32], new: &mut [f32], mask: Lane<'_>) -> Result<(), NodeError> {
     if mask.constant() == Some(1.0) {
         return Ok(());

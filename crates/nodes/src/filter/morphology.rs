@@ -78,7 +78,7 @@ pub static NODE: Node = Node {
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let params = Params::read(sizing.params);
     let nx = sizing.window.nx() as f64;
-    // lines with their continuation beyond the ends
+    // lines with their halo
     let lines = 4.0 * (1.0 + 2.0 * (params.radius / sizing.window.cell_m()).min(nx) / nx);
     let held = match params.operation {
         Operation::Dilate => 0.0,
@@ -130,13 +130,13 @@ mod tests {
         mask.samples().iter().map(|v| f64::from(*v) * 100.0).sum()
     }
 
-    /// A disc grows and shrinks by the radius, measured by area.
+    /// The area of a disc changes as its radius grows or shrinks.
     #[test]
     fn a_disc_becomes_a_wider_or_a_narrower_disc() {
         for (operation, radius_m) in [("dilate", 350.0), ("erode", 50.0), ("open", 200.0), ("close", 200.0)] {
             let found = area(&done(&disc_of(200.0), &format!("operation={operation},radius=150")));
             let expected = std::f64::consts::PI * radius_m * radius_m;
-            // a disc of cells has the area of the circle to within a cell along its edge
+            // the area of a rasterised disc is that of the circle to within a cell along its edge
             assert!(
                 (found - expected).abs() < 2.0 * std::f64::consts::PI * radius_m * 7.0,
                 "{operation}: {found} {expected}"
@@ -161,7 +161,7 @@ mod tests {
         for cell in 0..land.samples().len() {
             assert_eq!(hat.samples()[cell] + opened.samples()[cell], land.samples()[cell]);
         }
-        // opening twice changes nothing more, and closing is opening of the negative
+        // opening is idempotent, and closing is opening of the negative
         assert_eq!(done(&opened, "operation=open,radius=50"), opened);
         let negative =
             field(world(120, 120, 10.0), |x, y| -f64::from(at(&land, (x / 10.0) as usize, (y / 10.0) as usize)));

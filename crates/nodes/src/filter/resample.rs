@@ -1,4 +1,4 @@
-//! A field as it would be on coarser cells; see [`crate::numerics::coarse`].
+//! Resamples a field on coarser cells; see [`crate::numerics::coarse`].
 
 use super::mix;
 use crate::numerics::coarse::{Between, Coarse};
@@ -45,7 +45,7 @@ pub static NODE: Node = Node {
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
     params: Params::specs,
-    // two coarse cells to either side of the one a place lies in, each up to one and a half times as large
+    // two coarse cells on either side, each up to one and a half times the requested size
     reach: Reach::Metres(|params, cell_m| {
         let coarse_m = Params::read(params).cell;
         if coarse_m <= cell_m { 0.0 } else { 4.5 * coarse_m + cell_m }
@@ -96,7 +96,7 @@ mod tests {
         })
     }
 
-    /// Squares have the mean of the terrain, at any resolution of the world; twice is the same as once.
+    /// Square cells have the mean of the terrain, at any resolution of the world; resampling twice changes nothing.
     #[test]
     fn squares_are_means() {
         let params = with_params(&NODE, "cell=60,interpolation=cells");
@@ -125,7 +125,7 @@ mod tests {
         squares.map(spread).collect()
     }
 
-    /// Between centres linear terrain is linear, and waves of many coarse cells stay.
+    /// Linear terrain stays linear between centres, and waves much longer than a coarse cell are preserved.
     #[test]
     fn long_waves_and_means_stay() {
         let land = hills(192);
@@ -133,7 +133,7 @@ mod tests {
             let params = with_params(&NODE, &format!("cell=20,interpolation={interpolation}"));
             let found = result(&NODE, &params, &[("value", &land)], "value");
             assert!((moments(found.samples()).0 - moments(land.samples()).0).abs() < 1e-3);
-            // 9 m of a wave of one and a half coarse cells are lost
+            // a wave of one and a half coarse cells loses 9 m
             assert!(found.samples().iter().zip(land.samples()).all(|(a, b)| (a - b).abs() < 14.0));
         }
         let level = field(world(50, 30, 7.0), |_, _| 812.3);

@@ -1,4 +1,4 @@
-//! Amplifies detail: the part that a Gaussian filter would remove is added instead.
+//! Sharpens: adds the detail that a Gaussian filter would remove.
 
 use super::mix;
 use crate::numerics::{gaussian::Gaussian, lines::separable, par};
@@ -68,7 +68,7 @@ mod tests {
     use super::*;
     use crate::testing::{field, run as result, with_params, world};
 
-    /// A short wave grows by 1 + a, a long one stays, and −1 is a blur.
+    /// The amplitude of a short wave grows by 1 + a, that of a long one is preserved, and −1 is a blur.
     #[test]
     fn short_waves_grow_and_long_ones_stay() {
         let world = World { boundary: Boundary::all(Edge::Periodic), ..world(400, 3, 5.0) };
@@ -78,7 +78,7 @@ mod tests {
             let sharp = result(&NODE, &params, &[("height", &wave(length_m))], "height");
             sharp.range(0).expect("finite").1 / wave(length_m).range(0).expect("finite").1
         };
-        // 18 m keep exp(−2π² 18² / 20²) of a wave of 20 m, nothing, and 99.84 % of one of 2 km
+        // a Gaussian of 18 m keeps exp(−2π² 18² / 20²) ≈ 0 of a wave of 20 m, and 99.84 % of one of 2 km
         assert!((gain(20.0, 0.7) - 1.7).abs() < 1e-3, "{}", gain(20.0, 0.7));
         assert!((gain(2000.0, 0.7) - 1.0).abs() < 2e-3, "{}", gain(2000.0, 0.7));
         assert!(gain(20.0, -1.0) < 1e-3);

@@ -1,4 +1,4 @@
-//! A field smeared along a direction.
+//! Smears a field along a direction.
 
 use orograph_graph::memory::zeroed;
 
@@ -80,7 +80,7 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     let across = math::sin(params.azimuth.to_radians()).abs();
     let reach = if params.side == Side::Both { 0.5 } else { 1.0 };
     let coarser = (length / MOST).max(1.0);
-    // rows with their continuation beyond the ends; for coarser cells the means and their result
+    // rows with their halo; for coarser cells the means and their result
     let wide = 1.0 + 2.0 * reach * across * length / sizing.window.nx() as f64;
     let held = if coarser > 1.0 { 8.0_f64.max(4.0 + 4.0 * wide) } else { 4.0 * wide };
     sizing.cells(held / (coarser * coarser))
@@ -109,7 +109,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value: Some(Field::new(window, out)) }.into())
 }
 
-/// A cell that counts, by its offset to the east and to the south, and its weight.
+/// A cell of the kernel: its offset to the east and to the south, and its weight.
 #[derive(Clone, Copy, Debug)]
 struct Tap {
     east: i64,
@@ -117,11 +117,11 @@ struct Tap {
     weight: f32,
 }
 
-/// Returns the cells along a line with the given lengths in cells along x and y, two side by side for each cell along
-/// the way.
+/// Returns the kernel of a line with the given lengths in cells along x and y: two adjacent cells for each step along
+/// the line.
 fn taps(params: &Params, lengths: [f64; 2]) -> Vec<Tap> {
     let angle = params.azimuth.to_radians();
-    // of the line from a place to those it takes its value from
+    // from a cell towards the cells that it averages
     let [x, y] = [-math::sin(angle) * lengths[0], math::cos(angle) * lengths[1]];
     let long = x.abs().max(y.abs());
     let (low, high) = if params.side == Side::Both { (-0.5, 0.5) } else { (0.0, 1.0) };
@@ -137,7 +137,7 @@ fn taps(params: &Params, lengths: [f64; 2]) -> Vec<Tap> {
         let weight = cosine * cosine;
         let [x, y] = [x * t, y * t];
         let across = if x.abs() >= y.abs() { y } else { x };
-        // a place that lies on a cell except for rounding
+        // offsets that are whole cells except for rounding
         let across = (across * 1e9).round() / 1e9;
         let (first, rest) = (across.floor(), across - across.floor());
         for (cell, share) in [(first, 1.0 - rest), (first + 1.0, rest)] {
@@ -151,7 +151,7 @@ fn taps(params: &Params, lengths: [f64; 2]) -> Vec<Tap> {
     taps
 }
 
-/// Sums along lines.
+/// Applies the kernel.
 fn smeared(
     job: &Job<'_>,
     samples: &[f32],
@@ -185,7 +185,7 @@ fn smeared(
 }
 
 simd! {
-    /// Adds the weighted differences of cells from those at their places.
+    /// Adds the weighted differences between two rows of cells.
     fn add(sums: &mut [f32], here: &[f32], there: &[f32], weight: f32) {
         for ((sum, &here), &there) in sums.iter_mut().zip(here).zip(there) {
             *sum += weight * (there - here);
@@ -200,8 +200,8 @@ mod tests {
     use super::*;
     use crate::testing::{at_every_level, field, reach_m, run as result, run_in, with_params, world};
 
-    /// A wave along the direction falls by the transform of cos², sin(πa) / (πa (1 − a²)) at a waves per length; one
-    /// across it stays.
+    /// A wave along the direction is attenuated by the transform of cos², sin(πa) / (πa (1 − a²)) at a waves per
+    /// length; a wave across it is unchanged.
     #[test]
     fn waves_along_fall_and_waves_across_stay() {
         for (n, cell_m) in [(96_u32, 10.0), (192, 5.0)] {
@@ -232,7 +232,7 @@ mod tests {
         }
     }
 
-    /// A point is smeared in the direction of the azimuth, and not beyond the length.
+    /// A single cell is smeared towards the azimuth, and not beyond the length.
     #[test]
     fn smeared_ahead_is_ahead() {
         let point =

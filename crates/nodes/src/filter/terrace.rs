@@ -1,4 +1,4 @@
-//! Steps in the height of terrain, as left by layers of rock or by river terraces.
+//! Cuts terrain into steps, as left by layers of rock or by river terraces.
 
 use crate::{
     numerics::{
@@ -87,7 +87,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { height: Some(Field::new(job.window(), out)) }.into())
 }
 
-/// A step from one tread of a table to the next.
+/// A step between two treads of a table.
 #[derive(Clone, Copy, Debug)]
 struct Layer {
     tread: f32,
@@ -95,7 +95,7 @@ struct Layer {
     sharpness: f32,
 }
 
-/// The steps of a table.
+/// Returns the steps of a table.
 fn layers(table: &[[f64; 2]]) -> Result<Vec<Layer>, NodeError> {
     let is_wrong = |[height, sharpness]: &&[f64; 2]| height.abs() > 1e6 || !(1.0..=32.0).contains(sharpness);
     if let Some([height, sharpness]) = table.iter().find(is_wrong) {
@@ -112,10 +112,10 @@ fn layers(table: &[[f64; 2]]) -> Result<Vec<Layer>, NodeError> {
     Ok(table.windows(2).map(layer).collect())
 }
 
-/// Returns the new position within a step, from the position `rest` (both 0 to 1).
+/// Maps the position `rest` within a step to the new one; both are 0 to 1.
 #[inline(always)]
 fn riser(rest: f32, sharpness: f32) -> f32 {
-    // from the nearer tread, 0 to 1 at the middle of the riser
+    // distance from the nearer tread: 0 there, 1 in the middle of the riser
     let upper = rest > 0.5;
     let near = if upper { 2.0 - 2.0 * rest } else { 2.0 * rest };
     let lift = 0.5 * math::lane::pow(near, sharpness);
@@ -179,7 +179,7 @@ mod tests {
         assert_eq!(result(&NODE, &with_params(&NODE, ""), &[("height", &land), ("mask", &nowhere)], "height"), land);
     }
 
-    /// Treads of a table stay the same, as do the middle of each riser between them and all terrain beyond the table.
+    /// Treads of a table are unchanged, as are the middle of each riser and all terrain beyond the table.
     #[test]
     fn layers_lie_where_the_table_says() {
         let slope = field(world(1601, 1, 1.0), |x, _| (x - 0.5) - 200.0); // −200 to 1400 m

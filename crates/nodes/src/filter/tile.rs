@@ -1,4 +1,4 @@
-//! Makes a field fit together at opposite sides of the world.
+//! Makes opposite sides of a field match.
 
 use super::mix;
 use crate::{
@@ -79,14 +79,14 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 fn shares(n: usize, margin_cells: f64) -> Vec<f64> {
     let margin = margin_cells.min(0.5 * n as f64);
     let share = |at: usize| {
-        // from the nearer side to the centre of the cell
+        // from the nearer side to the cell's centre
         let inside = at.min(n - 1 - at) as f64 + 0.5;
         if inside < margin { 1.0 - math::smoothstep(inside / margin) } else { 0.0 }
     };
     (0..n).map(share).collect()
 }
 
-/// Blends into the shifted field.
+/// Blends the field with its shifted copy, whose weights are `share`.
 fn blend(
     job: &Job<'_>,
     progress: [f32; 2],
@@ -131,7 +131,7 @@ mod tests {
         })
     }
 
-    /// Values and slopes change no more across the sides than inside.
+    /// Values and slopes change no more across the joined sides than inside.
     #[test]
     fn there_is_no_seam() {
         for (nx, ny) in [(200_u32, 160_u32), (201, 163)] {
@@ -164,7 +164,7 @@ mod tests {
         }
     }
 
-    /// Noise is as rough in the margins as inside; a plain mean would lose a third of it in their middle.
+    /// Noise is as rough in the margins as inside; a linear blend would lose a third of it in the middle.
     #[test]
     fn noise_stays_as_rough() {
         let noise = generate(Window::whole(world(512, 512, 10.0)), &noise::NODE, "wavelength=200,octaves=2");

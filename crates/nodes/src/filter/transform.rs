@@ -70,7 +70,7 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Places are rounded to this fraction of a cell, so that those on cells stay exactly on cells.
+/// Positions are rounded to this fraction of a cell, so that those on cell centres are exact.
 const ROUNDED: f64 = 1_048_576.0;
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
@@ -128,7 +128,7 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Returns the value at a place, in cells from the centre of the first.
+    /// Returns the value at a position in cells from the centre of the first cell.
     fn at(&self, place: [f64; 2]) -> f32 {
         let [nx, ny] = self.cells;
         let beyond = |axis: usize| place[axis] < -0.5 || place[axis] > self.cells[axis] as f64 - 0.5;
@@ -189,14 +189,14 @@ mod tests {
         let land = rough(37, 37, 3.3);
         let turned = transformed(&land, [0.0; 2], [37.0 * 1.65; 2], "rotation=90");
         for (at, &found) in turned.samples().iter().enumerate() {
-            // clockwise: what was in the west is in the north
+            // clockwise: the west side becomes the north side
             assert_eq!(found, land.samples()[(36 - at % 37) * 37 + at / 37], "{at}");
         }
         let whole = transformed(&land, [0.0; 2], [37.0 * 1.65; 2], "rotation=360");
         assert_eq!(whole, land);
     }
 
-    /// A hill in closed form ends up where it was moved, on cells of any size.
+    /// A hill in closed form is at its new position, on cells of any size.
     #[test]
     fn a_hill_is_where_it_was_sent() {
         let hill = |x: f64, y: f64| 500.0 * libm::exp(-(x * x + 2.0 * y * y) / 8_000.0);
@@ -215,7 +215,7 @@ mod tests {
                 for (at, &found) in found.samples().iter().enumerate() {
                     let [x, y] = land.window().centre_m(at % n as usize, at / n as usize);
                     let [x, y] = [(x - 600.0) / stretch, (y - 550.0) / stretch];
-                    // the highest cell is beside the summit
+                    // the cell nearest to the summit is lower than it
                     let expected = hill(x * cos + y * sin + 200.0, y * cos - x * sin + 100.0).min(top);
                     assert!((f64::from(found) - expected).abs() < tolerance, "{stretch} {x} {y}: {found} {expected}");
                 }

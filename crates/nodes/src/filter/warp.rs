@@ -1,7 +1,7 @@
 //! Displacement of a field by noise or by wired fields.
 //!
-//! The value at x becomes that at x + d(x). The noise d is either two independent sums of octaves, or the curl of
-//! one, after R. Bridson, J. Houriham and M. Nordenstam (2007), "Curl-noise for procedural fluid flow": free of
+//! The value at x becomes that at x + d(x). The noise d is either two independent sums of octaves, or the curl of one,
+//! after R. Bridson, J. Houriham and M. Nordenstam (2007), "Curl-noise for procedural fluid flow". The curl is free of
 //! divergence, so that it stirs the terrain without pinching it.
 
 use orograph_graph::mix;
@@ -76,7 +76,7 @@ pub static NODE: Node = Node {
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
     params: Params::specs,
-    // four cells around the place that a value is taken from
+    // the 4 x 4 stencil around the sampled position
     reach: Reach::Metres(|params, cell_m| Params::read(params).displacement + 3.0 * cell_m),
     scratch: Scratch::Bytes(scratch),
     cpu: run,
@@ -84,12 +84,12 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Salts of the displacement to the east, of that to the south, and of the noise whose curl is taken.
+/// Salts of the seeds of the eastward displacement, the southward displacement, and the noise whose curl is taken.
 const SALTS: [u32; 3] = [0x2c1b_3c6d, 0x297a_2d39, 0x61c8_8647];
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    // how far east and south of each cell its value is sampled
+    // displacements to the east and south
     if Params::read(sizing.params).displacement == 0.0 { 0 } else { sizing.cells(8.0) }
 }
 
@@ -104,7 +104,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let (limit, per_cell) = (params.displacement as f32, (1.0 / job.cell_m()) as f32);
     let window = job.window();
     let nx = window.nx();
-    // metres to cells, clamped to the maximum
+    // from metres to cells, clamped to the maximum
     par::each(east.chunks_mut(nx).zip(south.chunks_mut(nx)), |j, (east, south)| {
         shorten(east, south, mask.slice(j * nx..(j + 1) * nx), limit, per_cell);
         job.check()
@@ -120,9 +120,9 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 }
 
 impl Params {
-    /// The displacements to the east and to the south in metres.
+    /// Returns the displacements to the east and to the south in metres.
     fn displacements(&self, job: &Job<'_>, inputs: &Inputs<'_>) -> Result<[Vec<f32>; 2], NodeError> {
-        // each axis has its part of the maximum, so that both together do not exceed it
+        // each axis is limited to √½ of the maximum, so that their vector sum does not exceed it
         let part_m = self.displacement * std::f64::consts::FRAC_1_SQRT_2;
         match self.pattern {
             Pattern::Fbm => {
@@ -180,7 +180,7 @@ fn warn_of_folds(job: &Job<'_>, east: &[f32], south: &[f32]) {
     let folded_of = |_, j: usize| (1..nx - 1).filter(|i| folds(j * nx + i)).count();
     let folded: usize = par::collect_all(1..ny - 1, folded_of).into_iter().sum();
     let share = folded as f64 / ((nx - 2) * (ny - 2)) as f64;
-    // ignore a few cells by chance
+    // a few cells are ignored
     if share > 0.001 {
         job.warn(format!(
             "the terrain folds over itself in {:.1} % of the cells; a smaller `displacement` or `gain`, or a \
@@ -224,11 +224,11 @@ simd! {
 }
 
 impl Source<'_> {
-    /// Returns the value at a displacement in cells from a cell: the Catmull-Rom cubic along x and then along y, each
-    /// clamped to the two values it lies between.
+    /// Returns the value at a displacement in cells from a cell: Catmull-Rom interpolation along x and then along y,
+    /// each clamped to the two nearest values.
     #[inline(always)]
     fn at(&self, cell: [usize; 2], displacement: [f32; 2]) -> f32 {
-        // only the displacement is split, so that a window's samples are those of the whole
+        // only the displacement is split into cells and fraction, so that a window has the same bits as the world
         let whole = displacement.map(f32::floor);
         let [across, down] = [0, 1].map(|axis| lane::catmull_rom(displacement[axis] - whole[axis]));
         let first = [0, 1].map(|axis| cell[axis] as i64 + whole[axis] as i64 - 1);
@@ -248,7 +248,7 @@ impl Source<'_> {
         between(along, down)
     }
 
-    /// 4 x 4 values from a place on, where the window ends among them.
+    /// Returns the 4 x 4 stencil at a cell where it crosses the sides of the window.
     #[cold]
     fn beyond(&self, first: [i64; 2]) -> [[f32; 4]; 4] {
         let [columns, rows] = [0, 1].map(|axis| {
@@ -263,7 +263,7 @@ impl Source<'_> {
 #[inline(always)]
 fn between(values: [f32; 4], weights: [f32; 4]) -> f32 {
     let sum = (values[0] * weights[0] + values[1] * weights[1]) + (values[2] * weights[2] + values[3] * weights[3]);
-    // unlike `min` and `clamp`, which look for NaN, one instruction each
+    // unlike `min` and `clamp`, which handle NaN, one instruction each
     let (low, high) = if values[1] < values[2] { (values[1], values[2]) } else { (values[2], values[1]) };
     let sum = if sum < low { low } else { sum };
     if sum < high { sum } else { high }
@@ -276,8 +276,8 @@ mod tests {
     use super::*;
     use crate::testing::{field, moments, outputs_and_warnings, run as result, with_params, world};
 
-    /// Returns the displacements in metres to the east and south, measured on two planes, which the cubic follows
-    /// exactly.
+    /// Returns the displacements in metres to the east and south, measured on two planes, which the interpolation
+    /// reproduces exactly.
     fn displacements(world: World, changes: &str) -> [Vec<f32>; 2] {
         let params = with_params(&NODE, changes);
         let x = result(&NODE, &params, &[("value", &field(world, |x, _| x))], "value");
@@ -290,7 +290,7 @@ mod tests {
         [less(&x, 0), less(&y, 1)]
     }
 
-    /// Returns the cells whose values come from inside the world.
+    /// Returns the cells whose values are sampled inside the world.
     fn inner(samples: &[f32], side: usize, margin: usize) -> Vec<f32> {
         let rows = samples.chunks_exact(side).skip(margin).take(side - 2 * margin);
         rows.flat_map(|row| row[margin..side - margin].to_vec()).collect()
@@ -306,8 +306,8 @@ mod tests {
         assert_eq!(result(&NODE, &all, &[("value", &land), ("mask", &masked)], "value"), land);
     }
 
-    /// Displacements by whole cells are exact; beyond the edge the terrain is mirrored, or wraps around where it is
-    /// periodic.
+    /// Displacements by whole cells are exact; beyond the sides the terrain is mirrored, or wraps around in a periodic
+    /// world.
     #[test]
     fn a_wired_displacement_moves_the_land() {
         for edge in [Edge::Base, Edge::Periodic] {
@@ -326,7 +326,7 @@ mod tests {
                 };
                 assert_eq!(moved.samples()[j * 40 + i], land.samples()[from], "{edge:?} {i} {j}");
             }
-            // clamped to the maximum: 36 m of (30, -20) are (30, -20) shortened to 18 m
+            // 36 m of displacement, (30, -20), are clamped to 18 m: (15, -10)
             let params = with_params(&NODE, "pattern=field,displacement=18.027756");
             let plane = field(world, |x, _| x);
             let cut = result(&NODE, &params, &[("value", &plane), ("east", &east), ("south", &south)], "value");
@@ -338,8 +338,8 @@ mod tests {
         assert!(matches!(error, Err(NodeError::Failed { hint: Some(_), .. })));
     }
 
-    /// As large as declared, a fifth of the longest on average, and for curl noise without divergence: 1 % of the
-    /// gradients, for the differences over two cells.
+    /// Noise displaces by up to the declared maximum, a fifth of it on average. Curl noise is free of divergence to 1 %
+    /// of the gradients, from differences over two cells.
     #[test]
     fn noise_displaces_as_far_as_declared_and_its_curl_without_divergence() {
         let changes = "displacement=400,wavelength=1000,octaves=1";

@@ -1,4 +1,4 @@
-//! The same value everywhere.
+//! A constant field.
 
 use crate::{
     prelude::*,

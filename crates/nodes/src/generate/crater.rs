@@ -1,8 +1,8 @@
 //! Impact craters: one, or a field of them with the size distribution of old surfaces.
 //!
-//! Profiles after R. J. Pike (1977), "Size-dependence in the shape of fresh impact craters on the moon": simple
-//! craters are a fifth as deep as wide. Numbers after the steady production N(> D) ∝ D⁻² (H. J. Melosh, 1989, "Impact
-//! Cratering"), for which every octave of diameters covers the same area.
+//! Profiles after R. J. Pike (1977), "Size-dependence in the shape of fresh impact craters on the moon": simple craters
+//! have a depth of a fifth of their diameter. The size distribution is the steady production N(> D) ∝ D⁻² (H. J.
+//! Melosh, 1989, "Impact Cratering"), for which every octave of diameters covers the same area.
 
 use orograph_graph::mix;
 
@@ -64,14 +64,14 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Distances from the centre, in radii, at which the ejecta begin to fade and end.
+/// Distances from the centre, in radii, at which the ejecta begin to fade and at which they end.
 const EJECTA: [f64; 2] = [2.0, 3.0];
-/// Cells across the smallest crater that is drawn.
+/// Diameter of the smallest crater that is drawn, in cells.
 const CELLS: f64 = 4.0;
 /// Average fraction of a square that a crater of its octave covers, with squares as wide as the octave's largest
 /// crater: `π/4 · ∫ D⁻¹ dD / ∫ D⁻³ dD` from ½ to 1.
 const SHARE: f64 = std::f64::consts::FRAC_PI_4 * std::f64::consts::LN_2 / 1.5;
-/// Rows that are drawn together.
+/// Rows per task.
 const BAND: usize = 32;
 /// Number of lattice squares after which the pattern repeats.
 const FAR: f64 = 2_147_483_648.0;
@@ -106,7 +106,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 }
 
 impl Params {
-    /// Octaves of diameters, from the largest down.
+    /// Returns the octaves of diameters, from the largest down.
     fn octaves(&self, job: &Job<'_>) -> Result<Vec<Octave>, NodeError> {
         if self.pattern == Pattern::One {
             return Ok(Vec::new());
@@ -134,7 +134,7 @@ struct Octave {
     largest_m: f64,
     /// Smallest diameter.
     smallest_m: f64,
-    /// Probability that a square has one.
+    /// Probability that a square has a crater.
     chance: f64,
     wear: f64,
     seed: u32,
@@ -166,7 +166,7 @@ struct Shape {
     /// Depth and rim height of simple craters, as fractions of the diameter.
     depth: f64,
     rim: f64,
-    /// Diameter above which they are complex.
+    /// Diameter above which craters are complex.
     transition_m: f64,
 }
 
@@ -181,7 +181,7 @@ struct Form {
     floor: f64,
 }
 
-/// Terraces of a complex crater's wall.
+/// Number of terraces on a complex crater's wall.
 const TERRACES: f64 = 3.0;
 /// Height of a central peak as a fraction of the diameter, and its radius as a fraction of the crater's.
 const PEAK: [f64; 2] = [0.02, 0.2];
@@ -223,11 +223,11 @@ impl Form {
 struct Crater {
     centre: [f64; 2],
     radius_m: f64,
-    /// Fraction of its depth that is left.
+    /// Remaining fraction of the depth.
     fresh: f64,
 }
 
-/// Some rows of a window.
+/// A band of rows of a window.
 struct Band {
     window: Window,
     first: usize,
@@ -243,7 +243,7 @@ impl Band {
         [0, 1].map(|axis| [square(low[axis] - reach_m), square(high[axis] + reach_m)])
     }
 
-    /// Adds a crater.
+    /// Adds a crater to the rows.
     fn add(&self, rows: &mut [f32], crater: &Crater, shape: Shape) {
         let nx = self.window.nx();
         let cell_m = self.window.cell_m();
@@ -281,19 +281,18 @@ mod tests {
     fn one_crater_has_its_depth_its_rim_and_its_ejecta() {
         let land = generate(Window::whole(world(1024, 1024, 16.0)), &NODE, "pattern=one,diameter=4000,depth=0.2");
         let at = |metres: usize| f64::from(land.samples()[512 * 1024 + 512 + metres / 16]);
-        // the centre of the cell is 11 m from the crater's, where the slope is 5e-4
+        // the cell's centre is 11 m from the crater's, where the slope is 5e-4
         assert!((at(0) + 800.0).abs() < 0.1, "{}", at(0));
         let (_, rim) = land.range(0).expect("values");
-        // the crest is a cusp with a slope of 0.96 and may lie between cells
+        // the crest is a cusp with a slope of 0.96, and its top may lie between cells
         assert!((150.0..160.1).contains(&f64::from(rim)), "{rim}");
         let r = math::hypot(3000.0, 8.0);
         assert!((at(3000) - 160.0 * 8e9 / (r * r * r)).abs() < 0.02, "{}", at(3000));
         assert_eq!(at(6000), 0.0);
     }
 
-    /// A crater twice as wide as the transition is fully complex: 2^−0.7 of the depth-to-width ratio that it would
-    /// otherwise have, a level floor with its peak, and terraces that only rise outwards. At the transition it is
-    /// simple.
+    /// A crater of twice the transition diameter is fully complex: 2^−0.7 of the depth-to-diameter ratio of a simple
+    /// crater, a flat floor with a peak, and terraces that only rise outwards. At the transition it is simple.
     #[test]
     fn a_complex_crater_is_shallow_with_a_floor_a_peak_and_terraces() {
         let shape = Shape { depth: 0.16, rim: 0.04, transition_m: 10_000.0 };

@@ -1,8 +1,9 @@
-//! Dunes in closed form: transverse ridges and barchans, gentle on the windward side, with a slip face at repose on
-//! the lee side.
+//! Dunes in closed form: transverse ridges and barchans, with a gentle windward side and a slip face at repose on the
+//! lee side.
 //!
-//! Proportions of barchans after P. Hersen (2004), "On the crescentic shape of barchan dunes": half as wide again as
-//! long, about eleven times as wide as high. Differences: profiles are drawn, not computed from wind and sand.
+//! Proportions of barchans after P. Hersen (2004), "On the crescentic shape of barchan dunes": one and a half times as
+//! wide as long, about eleven times as wide as high. Differences: profiles are prescribed, not computed from wind and
+//! sand.
 
 use orograph_graph::mix;
 
@@ -65,7 +66,7 @@ pub static NODE: Node = Node {
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     match Params::read(sizing.params).form {
-        // how far crests are bent and how low they are, and two slopes
+        // displacement and lowering of crests, and two slopes
         Form::Transverse => sizing.cells(16.0),
         Form::Barchan => 0,
     }
@@ -75,9 +76,9 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let slip = math::tan(params.repose.to_radians());
     let most_m = match params.form {
-        // half of the wavelength for the slip face
+        // half of the wavelength is available for the slip face
         Form::Transverse => 0.5 * params.wavelength * slip,
-        // no farther than the neighbouring squares
+        // no farther than the neighbouring lattice squares
         Form::Barchan => params.wavelength / REACH,
     };
     if params.height > most_m {
@@ -93,17 +94,17 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { height: Some(Field::new(job.window(), samples)) }.into())
 }
 
-/// Distance from a crescent's centre to the farthest place that it covers, in its heights, with a margin.
+/// Distance from a barchan's centre to its farthest point, in heights, with a margin.
 const REACH: f64 = 9.0;
-/// Half the width of a crescent, the length of its windward side and the reach of its horns, in its heights.
+/// Half width, length of the windward side, and length of the horns, in heights.
 const HALF_WIDTH: f64 = 5.5;
 const WINDWARD: f64 = 6.0;
 const HORNS: f64 = 6.6;
-/// Salts of the noise that bends crests and of that which lowers them.
+/// Salts of the noise that bends crests and of the noise that lowers them.
 const SALTS: [u32; 2] = [0x6a09_e667, 0xbb67_ae85];
 
 impl Params {
-    /// Along and across the wind.
+    /// Returns the unit vector of the wind direction.
     fn wind(&self) -> [f64; 2] {
         let azimuth = self.azimuth.to_radians();
         [math::sin(azimuth), -math::cos(azimuth)]
@@ -123,7 +124,7 @@ impl Params {
         let bends = fractal(SALTS[0]).octaves(job.world());
         let bend_m = 4.0 * self.waviness * self.wavelength;
         let bend = sum::lattices(job, &bends, Basis::Bell, bend_m)?;
-        // slopes per wavelength of each octave, of which there are twice as many in the second
+        // slopes per wavelength of each octave; the second noise has twice as many octaves
         let [along, down] = self.slopes(job, fractal(SALTS[0]), bend_m)?;
         let lows = fractal(SALTS[1]).octaves(job.world());
         let low = sum::lattices(job, &lows, Basis::Bell, 1.5 * self.waviness)?;
@@ -133,7 +134,7 @@ impl Params {
                 let at = j * window.nx() + i;
                 let [x, y] = window.centre_m(i, j);
                 let phase = (x * wind_x + y * wind_y + f64::from(bend[at])) / self.wavelength;
-                // how much closer crests are here than on straight ridges
+                // ratio of the local crest spacing on straight ridges to the one here
                 let (gx, gy) = (wind_x + f64::from(along[at]), wind_y + f64::from(down[at]));
                 let closer = (gx * gx + gy * gy).sqrt().max(0.2);
                 let share = 1.0 - f64::from(low[at]).abs().min(0.5);
@@ -146,7 +147,7 @@ impl Params {
         Ok(heights)
     }
 
-    /// The slopes in m/m of the noise that bends crests, as a sum over its octaves.
+    /// Returns the slopes in m/m of the noise that bends crests, summed over its octaves.
     fn slopes(&self, job: &Job<'_>, fractal: Fractal, bend_m: f64) -> Result<[Vec<f32>; 2], NodeError> {
         let octaves = fractal.octaves(job.world());
         let mut slopes = [vec![0.0; job.window().len()], vec![0.0; job.window().len()]];
@@ -187,7 +188,7 @@ impl Params {
         Ok(heights)
     }
 
-    /// The crescents of a square and its neighbours.
+    /// Returns the barchans of a lattice square and its neighbours.
     fn around(&self, column: i64, line: i64, seed: u32) -> Vec<Crescent> {
         let squares =
             (line - 1..=line + 1).flat_map(|line| (column - 1..=column + 1).map(move |column| (column, line)));
@@ -207,12 +208,12 @@ impl Params {
     }
 }
 
-/// The square of a lattice that a place is in.
+/// Returns the index of the lattice square of a position.
 fn square(at_m: f64, width_m: f64) -> i64 {
     (at_m / width_m).floor().clamp(-2_147_483_648.0, 2_147_483_647.0) as i64
 }
 
-/// The height at a share of the way from one foot of a ridge to the next.
+/// Returns the height at the fraction `share` of the way between the feet of a ridge.
 fn ridge(share: f64, height_m: f64, wavelength_m: f64, slip: f64) -> f64 {
     let crest = 1.0 - height_m / (wavelength_m * slip);
     if share < crest {
@@ -224,13 +225,13 @@ fn ridge(share: f64, height_m: f64, wavelength_m: f64, slip: f64) -> f64 {
 
 /// A barchan.
 struct Crescent {
-    /// The highest place of its crest.
+    /// Position of its highest point.
     centre: [f64; 2],
     height_m: f64,
 }
 
 impl Crescent {
-    /// The height at a place so far down the wind and across it from the middle.
+    /// Returns the height at a position, along and across the wind from the centre.
     fn height(&self, along_m: f64, across_m: f64, slip: f64) -> f64 {
         if self.height_m <= 0.0 {
             return 0.0;
@@ -240,7 +241,7 @@ impl Crescent {
         if body <= 0.0 {
             return 0.0;
         }
-        // the crest sinks and recedes down the wind towards the horns
+        // the crest becomes lower and recedes downwind towards the horns
         let (top, crest) = (body * body, HORNS * v * v);
         let windward = WINDWARD * body;
         let share = (u - (crest - windward)) / windward;
@@ -249,7 +250,7 @@ impl Crescent {
         } else if share <= 1.0 {
             self.height_m * top * (0.5 - 0.5 * math::cos(std::f64::consts::PI * share))
         } else {
-            // gentler along the wind where the crest runs askew, so that it is at repose down the slope
+            // gentler along the wind where the crest is oblique, so that the slip face is at repose down its slope
             let skew = 2.0 * HORNS * v / HALF_WIDTH;
             self.height_m * (top - (u - crest) * slip / (1.0 + skew * skew).sqrt()).max(0.0)
         }
@@ -269,27 +270,27 @@ mod tests {
         })
     }
 
-    /// Straight ridges: as high as requested, a slip face at repose over H / tan φ, and H / 2 on average to windward
-    /// and to leeward.
+    /// Straight ridges have the requested height, a slip face at repose over H / tan φ, and a mean height of H / 2 on
+    /// both sides.
     #[test]
     fn ridges_have_their_height_and_their_slip_face() {
         let window = Window::whole(world(1200, 3, 1.0));
         let land = generate(window, &NODE, "waviness=0,azimuth=90,wavelength=300,height=18,repose=33");
         let profile = &land.samples()[1200..2400];
         let most = profile.iter().fold(0.0_f32, |most, h| most.max(*h));
-        assert!((17.6..=18.0).contains(&most), "{most}"); // a crest may lie half a cell from a centre
+        assert!((17.6..=18.0).contains(&most), "{most}"); // a crest may be half a cell from a centre
         let mean = profile.iter().map(|h| f64::from(*h)).sum::<f64>() / 1200.0;
         assert!((mean - 9.0).abs() < 0.02, "{mean}");
         let slip = math::tan(33.0_f64.to_radians());
         let falling: Vec<f64> =
             profile.windows(2).map(|pair| f64::from(pair[0] - pair[1])).filter(|d| *d > 0.3).collect();
         let steep = falling.iter().filter(|d| (*d - slip).abs() < 1e-4).count();
-        // 27.7 m of 300, less the two cells at its ends, four times
+        // 27.7 m of 300 m, less the two cells at its ends, four times
         assert!((100..=112).contains(&steep) && falling.iter().all(|d| *d < slip + 1e-4), "{steep}");
     }
 
-    /// However they wind: nine tenths of the steep ground on lee sides is within two degrees of repose, up to the
-    /// edges seen by differences over two cells and the slope along the crest.
+    /// Also on winding ridges, nine tenths of the steep terrain on lee sides is within two degrees of repose, apart
+    /// from edges, where differences over two cells and the slope along the crest reduce it.
     #[test]
     fn winding_ridges_slip_at_repose_too() {
         let window = Window::whole(world(700, 700, 2.0));
@@ -306,7 +307,7 @@ mod tests {
         assert!((crescent.height(0.0, 0.0, slip) - 10.0).abs() < 1e-9);
         assert!((crescent.height(5.0, 0.0, slip) - (10.0 - 5.0 * slip)).abs() < 1e-9);
         assert_eq!(crescent.height(-60.0, 0.0, slip), 0.0);
-        // the horns' ends, 11 heights apart
+        // the ends of the horns, 11 heights apart
         assert!(crescent.height(53.0, 50.0, slip) > 0.0 && crescent.height(30.0, 0.0, slip) == 0.0);
         let h = |u: f64, v: f64| crescent.height(u, v, slip);
         for (a, b) in (-180..300).flat_map(|a| (-140..=140).map(move |b| (0.4 * f64::from(a), 0.4 * f64::from(b)))) {

@@ -1,8 +1,8 @@
-//! Terrain broken along straight faults, at random or along a path.
+//! Terrain displaced by straight faults, random or along a path.
 //!
-//! Random faults after B. B. Mandelbrot (1975), "Stochastic models for the earth's relief": the sum of many steps
-//! along random lines. Differences: steps are smooth, with a width in metres, and shrink with the square root of
-//! their number, so that a few large ones determine the shape of the terrain.
+//! Random faults after B. B. Mandelbrot (1975), "Stochastic models for the earth's relief": the sum of many steps along
+//! random lines. Differences: steps are smooth, with a width in metres, and the throw of the k-th fault decreases as
+//! 1/√k, so that a few large ones determine the shape of the terrain.
 
 use orograph_graph::mix;
 
@@ -65,10 +65,10 @@ pub static NODE: Node = Node {
 /// A straight fault.
 #[derive(Clone, Copy)]
 struct Fault {
-    /// Distance to its left, in widths: `left · (x, y) + offset`.
+    /// Coefficients of the distance to the left of the fault, in widths: `left · (x, y) + offset`.
     left: [f64; 2],
     offset: f64,
-    /// Half of its throw.
+    /// Half of the throw.
     half_m: f32,
 }
 
@@ -104,9 +104,9 @@ impl Params {
             let key = mix(job.seed().wrapping_add(k as u32));
             let unit = |salt: u32| f64::from(mix(key ^ salt) >> 8) / f64::from(1 << 24);
             let azimuth = (self.azimuth + self.spread * (unit(0x9e37_79b9) - 0.5)).to_radians();
-            // the line's distance from the middle of the world, evenly within the circle around it
+            // distance of the line from the middle of the world, uniform within the circumscribed circle
             let away_m = radius_m * (2.0 * unit(0x3c6e_f372) - 1.0);
-            // heading along (sin, −cos), left is (−cos, −sin)
+            // the direction is (sin, −cos), so its left is (−cos, −sin)
             let left = [-math::cos(azimuth) / self.width, -math::sin(azimuth) / self.width];
             let offset = -(left[0] * middle[0] + left[1] * middle[1]) - away_m / self.width;
             let sign = if unit(0xdaa6_6d2b) < 0.5 { 0.5 } else { -0.5 };
@@ -117,7 +117,7 @@ impl Params {
 }
 
 simd! {
-    /// Adds a fault to a row; `part` is the row's part of the distance.
+    /// Adds a fault to a row; `part` is the contribution of the row to the distance.
     fn add(row: &mut [f32], xs: &[f64], part: f64, fault: Fault) {
         for (height, x) in row.iter_mut().zip(xs) {
             let left = (fault.left[0] * x + part) as f32;
@@ -143,9 +143,9 @@ fn left_of(path: &[[f64; 2]], place: [f64; 2]) -> f64 {
         let t = along.clamp(low, high);
         let (px, py) = (dx - t * ex, dy - t * ey);
         let distance = (px * px + py * py).sqrt();
-        // y is south: to the left of (ex, ey) is (ey, −ex)
+        // y points south, so the left of (ex, ey) is (ey, −ex)
         let left = (dx * ey - dy * ex) / length;
-        // at a corner both segments are equally near; the one whose line is farther away decides the side
+        // at a corner both segments are equally near; the one whose line is farther away determines the side
         let tie = (distance - nearest).abs() <= 1e-9 * (distance + 1.0);
         if (tie && left.abs() > f64::abs(side)) || (!tie && distance < nearest) {
             side = left;
@@ -169,7 +169,7 @@ mod tests {
         let row = &land.samples()[..200];
         assert!((1..200).all(|j| land.samples()[j * 200..][..200] == *row));
         let sign = if row[0] > row[199] { 1.0 } else { -1.0 };
-        // the steepest is throw / 2 width, and from the crossing outwards the step is its formula
+        // the steepest slope is throw / 2 width, and beyond the crossing the step follows its formula
         let crossing = (0..199).find(|i| (row[*i] > 0.0) != (row[i + 1] > 0.0)).expect("a crossing");
         let t = f64::from(row[crossing] / (row[crossing] - row[crossing + 1]));
         for (i, h) in row.iter().enumerate() {
@@ -178,9 +178,9 @@ mod tests {
         }
     }
 
-    /// For lines at random the structure function grows as the distance: E (z(a) − z(b))² ∝ |a − b|, H = ½, while it
-    /// is beyond the widths and well within the world. Ten seeds; the sum over 1/k leaves a scatter of about 15 % in
-    /// the exponent.
+    /// For random lines the structure function is proportional to the distance: E (z(a) − z(b))² ∝ |a − b|, H = ½, at
+    /// distances greater than the widths and much smaller than the world. Over ten seeds, the sum over 1/k leaves a
+    /// scatter of about 15 % in the exponent.
     #[test]
     fn random_faults_are_as_rough_as_brownian_land() {
         let window = Window::whole(world(256, 256, 64.0));
@@ -214,7 +214,7 @@ mod tests {
     #[test]
     fn a_path_has_the_high_land_on_its_left_all_along() {
         let mut params = with_params(&NODE, "pattern=path,throw=100,width=30");
-        // heading east and then south: the left is north and east
+        // heading east and then south, the left side is north and east
         params.set("path", ParamValue::Path(vec![[200.0, 500.0], [600.0, 500.0], [600.0, 800.0]]));
         let mut outputs = outputs_on(Window::whole(world(100, 100, 10.0)), &NODE, &params, &[]).expect("a result");
         let land = outputs.take("height").expect("an output");
@@ -224,7 +224,7 @@ mod tests {
         assert!(at(700, 400) > 45.0 && at(500, 600) < -45.0);
         let x = 65.0 / 30.0_f64;
         assert!((f64::from(at(400, 430)) - 50.0 * x / (1.0 + x * x).sqrt()).abs() < 1e-3);
-        // no jump anywhere: the steepest is throw / 2 width over a cell
+        // continuous: the steepest slope is throw / 2 width over a cell
         let steepest = (0..100).flat_map(|j| (1..100).map(move |i| (i, j)));
         assert!(
             steepest

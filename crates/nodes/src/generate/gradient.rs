@@ -1,4 +1,4 @@
-//! A linear change from one value to another: along a line, outwards from a point, or around it.
+//! A linear ramp between two values: along a line, outwards from a point, or around it.
 
 use crate::{
     numerics::{math, par},
@@ -78,7 +78,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         for (i, value) in row.iter_mut().enumerate() {
             let [x, y] = window.centre_m(i, j);
             let (dx, dy) = (x - params.centre[0], y - params.centre[1]);
-            // ahead in the direction of the azimuth, and to its right
+            // distance ahead in the direction of the azimuth, and to its right
             let (ahead, right) = (dx * sin - dy * cos, dx * cos + dy * sin);
             let way = match params.form {
                 Form::Linear => 0.5 + ahead / params.length,
@@ -97,7 +97,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 }
 
 impl Params {
-    /// Returns how far around an angle is: 1 for a whole turn, or 2 if it is to be mirrored.
+    /// Returns an angle in turns, 0 to 1, or 0 to 2 if it is to be mirrored.
     fn turn(&self, angle: f64) -> f64 {
         let turns = (angle / std::f64::consts::TAU).rem_euclid(1.0);
         if self.beyond == Beyond::Mirror { 2.0 * turns } else { turns }
@@ -111,7 +111,7 @@ mod tests {
     use super::*;
     use crate::testing::{outputs_on, with_params, world};
 
-    /// At the centres of 10 x 10 cells of 100 m; the middle is the world's.
+    /// On 10 x 10 cells of 100 m with the ramp centred on the world.
     fn value(changes: &str, at: [usize; 2]) -> f32 {
         let mut params = with_params(&NODE, changes);
         params.set("centre", ParamValue::Point([500.0, 500.0]));
@@ -122,13 +122,13 @@ mod tests {
 
     #[test]
     fn a_line_a_circle_and_a_turn() {
-        // east of the middle by 150 m of 400 m
+        // 150 m of 400 m east of the centre
         assert_eq!(value("length=400,from=10,to=20", [6, 4]), 10.0 + 10.0 * (0.5 + 150.0 / 400.0));
         assert_eq!(value("length=400,from=10,to=20", [9, 4]), 20.0);
         assert_eq!(value("length=400,azimuth=0,from=0,to=1", [4, 4]), 0.5 + 50.0 / 400.0);
         let r = math::hypot(150.0, 250.0);
         assert_eq!(value("form=radial,length=400,from=10,to=20", [6, 7]), (10.0 + 10.0 * r / 400.0) as f32);
-        // north-east of the middle, an eighth of a turn from north
+        // north-east of the centre, an eighth of a turn from north
         assert_eq!(value("form=angular,azimuth=0,from=0,to=80", [7, 2]), 10.0);
         assert_eq!(value("form=angular,azimuth=0,from=0,to=80,beyond=mirror", [7, 2]), 20.0);
         assert_eq!(value("form=angular,azimuth=0,from=0,to=80,beyond=mirror", [2, 2]), 20.0);
@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn beyond_the_end_it_holds_repeats_or_goes_back() {
-        // 350 m east of the middle: 4/2 of the length beyond the beginning, less a quarter
+        // 350 m east of the centre: at 2.25 lengths
         assert_eq!(value("length=200,from=0,to=4", [8, 4]), 4.0);
         assert_eq!(value("length=200,from=0,to=4,beyond=repeat", [8, 4]), 1.0);
         assert_eq!(value("length=200,from=0,to=4,beyond=mirror", [8, 4]), 1.0);

@@ -1,4 +1,4 @@
-//! Terrain that falls to the sea: by the distance from the world's edges, from a point, or from a wired outline.
+//! Islands: terrain that falls to the sea with the distance from the world's sides, a point or a wired outline.
 
 use crate::numerics::noise::{Basis, Fractal, sum};
 use crate::{numerics::par, prelude::*};
@@ -127,14 +127,14 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     .into())
 }
 
-/// From 0 to 1, steepest at the beginning.
+/// Rises from 0 to 1, steepest at 0.
 #[inline(always)]
 fn rise(t: f32) -> f32 {
     let t = t.min(1.0);
     t * (2.0 - t)
 }
 
-/// Returns the distance inwards from the sides of the world, (Σ dᵢ⁻²)^−½: near a side the distance to it, without a
+/// Returns the distance inwards from the sides of the world, (Σ dᵢ⁻²)^−½: close to a side the distance to it, without a
 /// crease where two are equally near.
 fn inside(size: [f64; 2], place: [f64; 2]) -> f64 {
     let sides = [place[0], size[0] - place[0], place[1], size[1] - place[1]];
@@ -157,7 +157,7 @@ mod tests {
     fn the_coast_follows_the_edges_and_the_profile_is_its_formula() {
         let [height, inland] = island("roughness=0,margin=2000,slope=3000,shelf=1000,depth=200,sea=10", &[]);
         let at = |i: usize, j: usize| (height.samples()[j * 160 + i], inland.samples()[j * 160 + i]);
-        // a row half way from north to south of 16 km x 12 km
+        // a row halfway between north and south of 16 km x 12 km
         for i in [0, 15, 25, 40, 80] {
             let x = 100.0 * i as f64 + 50.0;
             let sum: f64 = [x, 16_000.0 - x, 6050.0, 5950.0].iter().map(|side| 1.0 / (side * side)).sum();
@@ -169,7 +169,7 @@ mod tests {
                 "{i}"
             );
         }
-        // from the edge to the middle it only rises, along any row and column
+        // rises monotonically from the edge to the middle, along any row and column
         assert!((1..80).all(|i| (0..120).all(|j| at(i, j).0 >= at(i - 1, j).0)));
     }
 
@@ -187,11 +187,11 @@ mod tests {
         assert!(matches!(error, Err(NodeError::Failed { hint: Some(_), .. })));
     }
 
-    /// The circle's area is kept to 5 %: bays and capes balance.
+    /// The circle keeps its area to 5 %: bays and capes balance.
     #[test]
     fn bays_and_capes_move_the_coast_both_ways() {
         let [_, inland] = island("form=disc,radius=3500,roughness=1500,wavelength=1500", &[]);
-        // its centre, (8192, 8192), lies 300 m from the southern third of this world
+        // its centre, (8192, 8192), is 300 m from the southern third of this world
         let land = inland.samples().iter().filter(|d| **d > 0.0).count() as f64 * 1e4;
         let circle = std::f64::consts::PI * 3500.0 * 3500.0;
         assert!((land / circle - 1.0).abs() < 0.05, "{}", land / circle);

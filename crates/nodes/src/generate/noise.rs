@@ -1,7 +1,7 @@
 //! Value, simplex and cellular noise, alone or as a sum of octaves.
 //!
 //! S. Worley (1996), "A cellular texture basis function"; D. S. Ebert and others (2003), "Texturing and Modeling",
-//! chapter 4. Differences from them are described in `cells` and `basis`, beside this file.
+//! chapter 4. Differences are described in the modules `cells` and `basis` of [`crate::numerics::noise`].
 
 use crate::numerics::noise::{
     Basis, Fractal, Octave,
@@ -118,8 +118,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 }
 
 impl Params {
-    /// Returns the sum of octaves of cells. Octaves that the raster cannot represent are replaced by their mean,
-    /// which unlike that of other noise is not 0: leaving them out would lower the terrain.
+    /// Returns the sum of octaves of cellular noise. Octaves that the raster cannot represent are replaced by their
+    /// mean, which is not 0, unlike that of other noise: omitting them would lower the terrain.
     fn cells<M: Measure>(&self, job: &Job<'_>, octaves: &[Octave]) -> Result<Vec<f32>, NodeError> {
         let (jitter, parts) = (self.jitter as f32, self.parts());
         let held: f64 = octaves.iter().map(|octave| octave.share * octave.fade).sum();
@@ -131,7 +131,7 @@ impl Params {
         raster::raster(job, || octaves.iter().map(layer).collect::<Vec<_>>(), &sum::Sum { start })
     }
 
-    /// The factors of the two distances.
+    /// Returns the factors of the distances to the nearest and second nearest point.
     const fn parts(&self) -> Parts {
         match self.kind {
             Kind::Value | Kind::Simplex | Kind::Nearest => [1.0, 0.0],
@@ -151,8 +151,8 @@ mod tests {
 
     const KINDS: [&str; 5] = ["kind=value", "kind=simplex", "kind=nearest", "kind=second", "kind=borders"];
 
-    /// Compares with all points within five cells, in double precision: the row kernel's searches miss none. To 1e-6
-    /// of a cell, some roundings of numbers up to 3.
+    /// Compares with all points within five cells, in double precision: the search of the row kernel misses none. To
+    /// 1e-6 of a cell, a few roundings of numbers up to 3.
     #[test]
     fn distances_are_those_to_the_nearest_of_all_points() {
         for (metric, changes) in
@@ -208,8 +208,8 @@ mod tests {
         }
     }
 
-    /// Points of a full Poisson process have nearest distances of mean ½; one point in each cell is more even. A
-    /// regular grid has the mean distance to the centre of a square, 0.3826.
+    /// Points of a Poisson process have a mean nearest distance of ½; one point in each cell is more regular. A regular
+    /// grid has the mean distance to the centre of a square, 0.3826.
     #[test]
     fn the_means_are_known() {
         let grid = cells::mean::<Euclidean>(0.0, [1.0, 0.0]);
@@ -223,8 +223,8 @@ mod tests {
         assert!((mean - even).abs() < 0.008, "{mean} {even}"); // 9000 cells, deviation 0.2 each
     }
 
-    /// Means over squares of 8 coarse cells differ by the detail that they do not filter out, and by the error of the
-    /// mean where octaves are left out.
+    /// Means over squares of 8 coarse cells differ by detail that they do not filter out, and by the error of the mean
+    /// where octaves are omitted.
     #[test]
     fn finer_cells_only_add_detail() {
         for kind in KINDS {
@@ -249,9 +249,8 @@ mod tests {
         }
     }
 
-    /// Simplex noise as it is written in the plane, in double precision: every kernel within reach of the place,
-    /// found by looking at all lattice points around, and not by the triangle it is in. To some roundings of the
-    /// offsets.
+    /// Reference for simplex noise in the plane, in double precision: the sum over all kernels within reach, found from
+    /// all lattice points nearby and not from the enclosing triangle. To a few roundings of the offsets.
     #[test]
     fn simplex_noise_is_the_sum_of_all_kernels_around() {
         let window = Window { world: world(700, 600, 10.0), origin: [301, 77], cells: [150, 140] };
@@ -282,8 +281,8 @@ mod tests {
         }
     }
 
-    /// On about 55 000 triangles: within ±1 and close to it, with the standard deviation that the manual states, and
-    /// with the same power in all directions to 10 %.
+    /// On about 55 000 triangles: within ±1 and close to it, with the documented standard deviation, and isotropic
+    /// power to 10 %.
     #[test]
     fn simplex_noise_is_even() {
         let window = Window::whole(world(2048, 2048, 10.0));

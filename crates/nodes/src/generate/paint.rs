@@ -11,8 +11,8 @@ use crate::{
     prelude::*,
 };
 
-/// Standard deviation of the smoothing Gaussian as a fraction of the brush radius: features narrower than the brush
-/// are evened out.
+/// Standard deviation of the smoothing Gaussian as a fraction of the brush radius: features narrower than the brush are
+/// smoothed.
 const SMOOTHING: f64 = 1.0 / 3.0;
 
 params! {
@@ -95,7 +95,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         Some(land) => land.samples().to_vec(),
         None => vec![0.0; job.window().len()],
     };
-    // Strokes between two smoothings need one pass over the terrain.
+    // consecutive strokes that do not smooth need one pass over the terrain
     let runs: Vec<&[&Path]> = works.chunk_by(|a, b| a.tool != Tool::Smooth && b.tool != Tool::Smooth).collect();
     for (at, run) in runs.iter().enumerate() {
         let part = |k: usize| 0.2 + 0.8 * (at * 2 + k) as f32 / (runs.len() * 2) as f32;
@@ -171,10 +171,10 @@ mod tests {
         let points = [[0.0, 0.0], [100.0, 0.0], [100.0, 100.0], [101.0, 100.0], [300.0, 100.0]];
         let corners = curve(&points, 4.0);
         assert!(points.iter().all(|point| corners.contains(point)));
-        // The control polygon's box, and a tenth of the longest side
+        // the bounding box of the control polygon, extended by a tenth of the longest side
         assert!(corners.iter().all(|[x, y]| (-1.0..=300.0).contains(x) && (-20.0..=120.0).contains(y)), "{corners:?}");
         assert_eq!(curve(&[[3.0, 4.0]; 3], 4.0), [[3.0, 4.0]]);
-        // Points of a circle give the circle: the sagitta of its pieces of 45 degrees is 7.6 m of 100
+        // points of a circle give the circle: a straight segment of 45 degrees would be 7.6 m of 100 m off
         let circle: Vec<[f64; 2]> = (0..=8)
             .map(|k| f64::from(k) * std::f64::consts::FRAC_PI_4)
             .map(|angle| [100.0 * libm::cos(angle), 100.0 * libm::sin(angle)])
@@ -225,8 +225,8 @@ mod tests {
             let (i, j) = (at % 100, at / 100);
             let four = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(a, b)| fine.samples()[(2 * j + b) * 200 + 2 * i + a]);
             let mean = four.iter().sum::<f32>() / 4.0;
-            // 60 m that fall over 100 m bend by 0.14 m within a cell, and the filter adds a little; the curve is
-            // straight, since a bend sharper than the brush makes a crease
+            // 60 m of height that fall over 100 m curve by 0.14 m within a cell, and the filter adds a little; the
+            // curve is straight, since a bend sharper than the brush makes a crease
             assert!((coarse.samples()[at] - mean).abs() < 0.2, "{i} {j}: {} {mean}", coarse.samples()[at]);
         }
     }

@@ -1,7 +1,7 @@
 //! Fractional Brownian motion from octaves of gradient noise.
 //!
-//! K. Perlin (1985), "An image synthesizer"; K. Perlin (2002), "Improving noise"; F. K. Musgrave, C. E. Kolb and R.
-//! S. Mace (1989), "The synthesis and rendering of eroded fractal terrains". Differences from them are described in
+//! K. Perlin (1985), "An image synthesizer"; K. Perlin (2002), "Improving noise"; F. K. Musgrave, C. E. Kolb and R. S.
+//! Mace (1989), "The synthesis and rendering of eroded fractal terrains". Differences are described in
 //! [`crate::numerics::noise`].
 
 use crate::numerics::noise::{Gradients, fractal_params, sum};
@@ -90,12 +90,12 @@ mod tests {
     }
 
     /// The variance of an octave in closed form. With independent draws, of mean squares V of values, G of each
-    /// gradient part and W of twists, it is 4 (V P² + 2 G P Q + W Q²) times the square of the factor on the noise, P
+    /// gradient component and W of twists, it is 4 (V P² + 2 G P Q + W Q²) times the squared scale of the noise, with P
     /// and Q the means of φ² and ψ² over half a window.
     #[test]
     fn an_octave_has_its_standard_deviation() {
         let window = Window::whole(world(2048, 2048, 10.0));
-        // 0.305 is the literature's for noise of 2002 scaled to ±1
+        // 0.305 is the published value for the noise of 2002, scaled to ±1
         for (basis, [v, g, w], stated) in
             [(Basis::Bell, [0.1, 0.5, 2.0], 0.2055), (Basis::Classic, [0.0, 0.5, 0.0], 0.305)]
         {
@@ -108,7 +108,7 @@ mod tests {
             assert!((closed - stated).abs() < 5e-4, "{closed}");
             let gradients = if basis == Basis::Bell { "even" } else { "classic" };
             let changes = format!("wavelength=107,octaves=1,amplitude=1,gradients={gradients}");
-            // about 36 000 lattice cells: the deviation of the estimate is about 0.4 %.
+            // about 36 000 lattice cells: the standard error of the estimate is about 0.4 %
             let (mean, std) = moments(generate(window, &NODE, &changes).samples());
             assert!((std / closed - 1.0).abs() < 0.01, "{std} {closed}");
             assert!(mean.abs() < 0.005, "{mean}");
@@ -123,8 +123,7 @@ mod tests {
         assert!((std / expected - 1.0).abs() < 0.03, "{std} {expected}"); // 2600 hills
     }
 
-    /// Rolled by any number of cells, tileable terrain has no seam: its steepest step across the sides of the world
-    /// is not above the steepest within.
+    /// Tileable terrain has no seam: the steepest step across the sides of the world is not above the steepest inside.
     #[test]
     fn opposite_sides_of_a_tile_fit_together() {
         let field = generate(Window::whole(world(256, 192, 10.0)), &NODE, "wavelength=700,tileable=true,gain=0.6");
@@ -134,8 +133,8 @@ mod tests {
         assert!(free[1] > 5.0 * within, "{free:?} {within}");
     }
 
-    /// The plain form of 2002: the sum of octaves of half the wavelength and half the height each, over the sum of
-    /// their heights, each as the paper writes it.
+    /// The form of 2002: octaves of half the wavelength and half the amplitude each, divided by the sum of amplitudes,
+    /// each written as in the paper.
     #[test]
     fn the_classic_form_is_the_textbooks() {
         let window = Window::whole(world(80, 70, 1.0));
@@ -155,9 +154,8 @@ mod tests {
         }
     }
 
-    /// A finer raster adds detail and changes nothing else: through a low-pass filter it equals the coarse raster. To
-    /// 2 %; to 4 % where fine octaves are strong, because values at lattice points give them a little power at long
-    /// waves too.
+    /// A finer raster only adds detail: low-pass filtered, it equals the coarse raster. To 2 %; to 4 % where fine
+    /// octaves are strong, because values at lattice points also give them a little power at long waves.
     #[test]
     fn finer_cells_only_add_detail() {
         for (changes, tolerance) in [("", 0.02), ("gain=0.6,lacunarity=2.3", 0.04)] {
@@ -190,8 +188,8 @@ mod tests {
         }
     }
 
-    /// The mean of e^(4iα) and e^(8iα) over the aspects α of all cells: 0 for land without preferred directions, 1
-    /// for a square pyramid. At 9 · 10⁵ cells of some 10⁵ independent ones chance alone gives 0.003.
+    /// The mean of e^(4iα) and e^(8iα) over the aspects α of all cells: 0 for isotropic terrain, 1 for a square
+    /// pyramid. For 9 · 10⁵ cells, of which some 10⁵ are independent, the expected random value is 0.003.
     #[test]
     fn no_direction_is_preferred() {
         for changes in ["", "gain=0.62", "lacunarity=2.3,gain=0.6,seed=9"] {
@@ -208,8 +206,8 @@ mod tests {
         }
     }
 
-    /// The power of the finest octaves is the same in every direction: the mean of four seeds in ten bins of 9° is
-    /// within 10 %. Classic noise prefers axes over diagonals by 30 %; chance alone gives 3 %.
+    /// The power of the finest octaves is isotropic: the mean of four seeds in ten bins of 9° is within 10 %. Classic
+    /// noise has 30 % more along axes than along diagonals; the random variation is 3 %.
     #[test]
     fn the_spectrum_is_the_same_in_every_direction() {
         for changes in ["lacunarity=2", "lacunarity=2.3", "lacunarity=1.9"] {

@@ -1,9 +1,9 @@
 //! Ridged multifractal: octaves of gradient noise folded into crests, each weighted by the one before.
 //!
-//! F. K. Musgrave, in D. S. Ebert et al. (2003), "Texturing and Modeling", chapter 16. Differences: the sum is
-//! divided by its largest possible value; crests are rounded over a fraction of a cell; an octave that the raster
-//! cannot represent is replaced by its average, since unlike that of plain noise its mean is not zero, and leaving it
-//! out would lower the terrain.
+//! F. K. Musgrave, in D. S. Ebert et al. (2003), "Texturing and Modeling", chapter 16. Differences: the sum is divided
+//! by its maximum possible value; crests are rounded over a fraction of a cell; an octave that the raster cannot
+//! represent is replaced by its mean, which is not zero, unlike that of plain noise: omitting it would lower the
+//! terrain.
 
 use crate::numerics::noise::{
     Basis, Gradients, Octave,
@@ -66,15 +66,15 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { height: Some(Field::new(job.window(), samples)) }.into())
 }
 
-/// The recursion over octaves with its constants. `SQUARED` is for an exponent of 2, which is several times as fast
-/// as any other.
+/// The recursion over octaves with its constants. `SQUARED` is the special case of an exponent of 2, which is several
+/// times as fast.
 struct Ridges<const SQUARED: bool> {
-    /// The noise and the factor on it.
+    /// The kind of noise and its scale.
     basis: Basis,
     scale: f32,
-    /// Of each octave on the raster.
+    /// Constants of each octave on the raster.
     layers: Vec<Layer>,
-    /// Mean contribution of the octaves that are not on the raster.
+    /// Mean contribution of octaves that are too fine for the raster.
     tail: Tail,
 }
 
@@ -85,12 +85,12 @@ struct Layer {
     fold: Fold,
     /// Maximum height that the octave adds, in metres.
     height_m: f32,
-    /// How much of it the raster can represent, and the replacement for the rest.
+    /// Fraction of the octave that the raster can represent, and the contribution that replaces the rest.
     fade: f32,
     rest: f32,
 }
 
-/// Samples between octaves.
+/// State of the samples between octaves.
 #[derive(Clone, Copy, Debug)]
 struct State {
     height: Lanes,
@@ -161,7 +161,7 @@ impl<const SQUARED: bool> raster::Combine for Ridges<SQUARED> {
     }
 }
 
-/// One octave at one sample: from the noise and the weight of the previous octave, adds to the height and returns the
+/// Adds one octave at one sample: from the noise and the weight of the octave, adds to the height and computes the
 /// weight of the next octave. `WHOLE` is for octaves that the raster represents fully, which are all but one or two.
 #[inline(always)]
 fn step<const SQUARED: bool, const WHOLE: bool>(noise: f32, weight: &mut f32, height: &mut f32, layer: &Layer) {
@@ -217,7 +217,7 @@ mod tests {
         }
     }
 
-    /// The shares that the manual states at Musgrave's parameters, measured on other seeds.
+    /// The fractions that the manual states for Musgrave's parameters, measured on other seeds.
     #[test]
     fn the_manual_states_the_mean_and_the_deviation() {
         let window = Window::whole(world(2048, 2048, 1.0));
@@ -230,8 +230,7 @@ mod tests {
         assert!(all.iter().all(|h| (0.0..=1.0).contains(h)));
     }
 
-    /// Also where the coarse raster has two octaves and the fine one four: leaving octaves out does not lower the
-    /// terrain.
+    /// Also where the coarse raster has two octaves and the fine one four: omitted octaves do not lower the terrain.
     #[test]
     fn finer_cells_only_add_detail() {
         let cases = [
@@ -252,8 +251,8 @@ mod tests {
         }
     }
 
-    /// The power of the finest octaves is the same in every direction, to 10 % in bins of 9°. With classic noise a
-    /// bin has up to twice the power of another.
+    /// The power of the finest octaves is isotropic to 10 % in bins of 9°. With classic noise, bins differ by up to a
+    /// factor of two.
     #[test]
     fn the_spectrum_is_the_same_in_every_direction() {
         for changes in ["lacunarity=2", "lacunarity=2.3", "lacunarity=1.9"] {

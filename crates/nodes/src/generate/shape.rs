@@ -1,8 +1,7 @@
 //! Discs, rectangles, ellipses and polygons, by their signed distance.
 //!
-//! Distances to rectangles and polygons are the distances to their sides; the distance to an ellipse is found by
-//! solving the equation of the nearest point (D. Eberly, 2013, "Distance from a Point to an Ellipse"). All are loops
-//! over rows in double precision.
+//! Distances to rectangles and polygons are those to their sides; for an ellipse the equation of the nearest point is
+//! solved (D. Eberly, 2013, "Distance from a Point to an Ellipse"). All are loops over rows in double precision.
 
 use crate::{
     numerics::{math, par, simd::simd},
@@ -101,7 +100,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 }
 
 simd! {
-    /// Turns distances into a mask.
+    /// Converts distances to a mask.
     fn soften(distances: &mut [f32], per_softness: f32) {
         for distance in distances {
             *distance = math::lane::smoothstep(0.5 - *distance * per_softness);
@@ -109,7 +108,7 @@ simd! {
     }
 }
 
-/// Transforms places in the world to those of a figure: across its length and along it, from its centre.
+/// Transforms places of the world to the axes of a figure: across its length and along it, from its centre.
 struct Turn {
     centre: [f64; 2],
     cos: f64,
@@ -126,9 +125,9 @@ impl Turn {
 /// Places of a row that are computed in parallel.
 const LANES: usize = 16;
 
-/// A figure that is its own mirror image across its length and along it; half sizes in metres.
+/// A figure with two axes of symmetry, across its length and along it; half sizes in metres.
 trait Figured {
-    /// Returns the signed distances of places at `across` and `along` from the centre, both at least 0.
+    /// Returns the signed distances at the offsets `across` and `along` from the centre, both at least 0.
     fn distances(&self, across: &[f64; LANES], along: &[f64; LANES]) -> [f64; LANES];
 }
 
@@ -166,15 +165,15 @@ impl Figured for Rectangle {
 
 struct Ellipse([f64; 2]);
 
-/// Steps towards the nearest point of an ellipse.
+/// Newton steps towards the nearest point of an ellipse.
 const STEPS: usize = 14;
 
 impl Figured for Ellipse {
-    /// The nearest point of an ellipse of half axes `a > b` is `(p, q) = (a² x / (a² + t), b² y / (b² + t))`, where t
-    /// is above −b² and the root of `G(t) = (p / a)² + (q / b)² = 1`. `1 / √G` is nearly a line, and Newton's method
-    /// for it from a t below the root never oversteps it (Moré and Sorensen, 1983). It is slowest at the centres of
-    /// curvature of the sharpest places, where all directions are alike near: there it ends within 10⁻⁸ of the longer
-    /// axis.
+    /// The nearest point of an ellipse with half axes `a > b` is `(p, q) = (a² x / (a² + t), b² y / (b² + t))`, where t
+    /// is above −b² and the root of `G(t) = (p / a)² + (q / b)² = 1`. `1 / √G` is nearly linear, and Newton's method
+    /// for it, started at a t below the root, never overshoots (Moré and Sorensen, 1983). Convergence is slowest at the
+    /// centres of curvature of the vertices on the long axis, where the nearest point is nearly degenerate: there the
+    /// error is 10⁻⁸ of the longer axis.
     #[inline(always)]
     fn distances(&self, across: &[f64; LANES], along: &[f64; LANES]) -> [f64; LANES] {
         let wide = self.0[0] > self.0[1];
@@ -200,7 +199,7 @@ impl Figured for Ellipse {
         for lane in 0..LANES {
             let (x, y) = (xs[lane], ys[lane]);
             let share = (axs[lane] / (a * a + ts[lane])).min(1.0);
-            // close to the long axis the second part is 0/0; the equation of the ellipse gives it as well
+            // close to the long axis the second component is 0/0; the equation of the ellipse gives it there
             let (dx, dy) = (x - a * share, y - b * (1.0 - share * share).max(0.0).sqrt());
             let distance = (dx * dx + dy * dy).sqrt();
             let (u, v) = (x / a, y / b);
@@ -211,7 +210,7 @@ impl Figured for Ellipse {
 }
 
 simd! {
-    /// Signed distances of the places of a row.
+    /// Computes the signed distances of a row.
     fn along<F: Figured>(row: &mut [f32], xs: &[f64], y: f64, turn: &Turn, figure: &F) {
         let dy = y - turn.centre[1];
         for (row, xs) in row.chunks_mut(LANES).zip(xs.chunks(LANES)) {
@@ -231,7 +230,7 @@ simd! {
     }
 }
 
-/// Signed distances of the places of a row to a closed polygon that has grown by a length.
+/// Computes the signed distances of a row to a closed polygon that is expanded by a length.
 fn to_polygon(row: &mut [f32], xs: &[f64], y: f64, corners: &[[f64; 2]], grown_m: f64) {
     let (mut nearest, mut signs) = (vec![f64::INFINITY; row.len()], vec![1.0; row.len()]);
     let ends = corners.iter().cycle().skip(1);
@@ -244,13 +243,13 @@ fn to_polygon(row: &mut [f32], xs: &[f64], y: f64, corners: &[[f64; 2]], grown_m
 }
 
 simd! {
-    /// Takes the minimum of squared distances with those to a side of a polygon, and flips the signs of places west
-    /// of it.
+    /// Takes the minimum of squared distances with those to a side of a polygon, and flips the signs of places west of
+    /// the side.
     fn side(nearest: &mut [f64], signs: &mut [f64], xs: &[f64], y: f64, ends: [[f64; 2]; 2]) {
         let [[x0, y0], [x1, y1]] = ends;
         let (ex, ey, dy) = (x1 - x0, y1 - y0, y - y0);
         let square = ex * ex + ey * ey;
-        // a path may end where it began
+        // a path may end at its first point
         let per_square = if square > 0.0 { 1.0 / square } else { 0.0 };
         let crossing = if (y0 > y) != (y1 > y) { x0 + dy / ey * ex } else { f64::NEG_INFINITY };
         for ((nearest, sign), &x) in nearest.iter_mut().zip(signs).zip(xs) {
@@ -282,7 +281,7 @@ mod tests {
         ["mask", "distance"].map(|name| outputs.take(name).expect("an output").as_field().expect("a field").clone())
     }
 
-    /// Compares every distance with that to points close together along the outline.
+    /// Compares every distance with that to closely spaced points on the outline.
     fn assert_distances(distance: &Field, outline: impl Fn(f64) -> [f64; 2], inside: impl Fn(f64, f64) -> bool) {
         let points: Vec<[f64; 2]> = (0..20_000).map(|k| outline(f64::from(k) / 20_000.0)).collect();
         for at in (0..12_000).step_by(37) {
@@ -328,7 +327,7 @@ mod tests {
         let [_, rounded] = shape("figure=rectangle,rounding=50", [500.0, 600.0], None);
         let outside = larger.samples().iter().zip(rounded.samples()).filter(|(_, distance)| **distance > -50.0);
         assert!(outside.into_iter().all(|(a, b)| (a - b).abs() < 1e-3));
-        // five metres from the middle, 200 m inside, beyond the soft edge
+        // five metres from the centre, 200 m inside, away from the soft edge
         assert_eq!(mask.samples()[60 * 100 + 50], 1.0);
         assert!((rectangle.samples()[60 * 100 + 50] + 195.0).abs() < 1e-3);
     }

@@ -1,8 +1,8 @@
 //! Volcanoes: stratovolcanoes and shields, with a caldera.
 //!
 //! A stratovolcano falls exponentially from its summit (J. Milne, 1878, "On the form of volcanos"), nowhere steeper
-//! than loose ash rests; a shield is nearly a cone. Where the exponential is too steep it is a straight cone that
-//! touches it.
+//! than the angle of repose of loose ash; a shield is nearly a cone. Where the exponential is too steep, a straight
+//! cone tangent to it replaces it.
 
 use crate::{
     numerics::{math, par},
@@ -55,11 +55,11 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Length of the exponential as a fraction of the radius.
+/// Decay length of the exponential as a fraction of the radius.
 const LENGTH: f64 = 0.35;
-/// Power of a shield's profile.
+/// Exponent of a shield's profile.
 const SHIELD: f64 = 1.2;
-/// Tangent of 60 degrees: the walls of a caldera.
+/// Slope of a caldera's walls: tan 60°.
 const WALL: f64 = 1.732_050_807_568_877_2;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
@@ -92,7 +92,7 @@ enum Cone {
         height_m: f64,
         radius_m: f64,
     },
-    /// Straight up to the distance `straight_m`, exponential beyond.
+    /// Straight out to the distance `straight_m`, exponential beyond.
     Strato {
         scale_m: f64,
         radius_m: f64,
@@ -109,7 +109,7 @@ impl Cone {
         }
         let slope = math::tan(params.repose.to_radians());
         let length_m = LENGTH * radius;
-        // the height of a summit that is straight up to there
+        // height of a summit with a straight flank out to that distance
         let summit =
             |straight_m: f64| slope * (length_m * (1.0 - math::exp((straight_m - radius) / length_m)) + straight_m);
         if height >= summit(radius) {
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
     use crate::testing::{generate, outputs_on, with_params, world};
 
-    /// A profile to the east of the middle.
+    /// Returns a profile from the centre to the east.
     fn profile(changes: &str) -> Vec<f32> {
         let land = generate(Window::whole(world(1025, 1025, 16.0)), &NODE, changes);
         land.samples()[511 * 1025 + 511..][..514].to_vec()
@@ -158,13 +158,13 @@ mod tests {
     fn a_stratovolcano_is_as_high_as_asked_and_nowhere_steeper_than_repose() {
         for (height, repose) in [(2200.0_f64, 32.0_f64), (600.0, 32.0), (3500.0, 30.0)] {
             let profile = profile(&format!("height={height},repose={repose},caldera_radius=0"));
-            // the middle of the world is 8 m from the centre of its cell
+            // the middle of the world is 8 m from the centre of the nearest cell
             assert!((f64::from(profile[0]) - height).abs() < 10.0, "{}", profile[0]);
             let steepest = math::tan(repose.to_radians());
             let slopes: Vec<f64> = profile.windows(2).map(|pair| f64::from(pair[0] - pair[1]) / 16.0).collect();
             // rounding of thousands of metres in single precision over 16 m
             assert!(slopes[1..].iter().all(|slope| (-1e-4..steepest + 1e-4).contains(slope)), "{slopes:?}");
-            // gentler outwards, without a break: 2 % of the steepest a cell
+            // concave without a break: the slope changes by at most 2 % of the steepest per cell
             assert!(slopes[20..430].windows(2).all(|pair| pair[1] <= pair[0] + 1e-4 && pair[0] - pair[1] < 0.02));
             assert_eq!(profile[440], 0.0);
         }

@@ -213,14 +213,14 @@ struct Water<'a> {
     grid: &'a Grid,
     codes: &'a [u8],
     depressions: &'a Depressions<f32>,
-    /// The surface that spreading water runs on.
+    /// The surface for dispersed flow.
     surface: &'a [f32],
     params: &'a Params,
 }
 
 impl Water<'_> {
-    /// Returns drainage area in m² and discharge in m³/s, each if it is wanted. Cells are counted exactly; runoff, if
-    /// it varies, is summed in double precision.
+    /// Returns drainage area in m² and discharge in m³/s, if wanted. Cells are counted exactly; variable runoff is
+    /// summed in double precision.
     fn gather(&self, [area, discharge]: [bool; 2]) -> Result<[Option<Vec<f32>>; 2], NodeError> {
         let cell_m2 = self.job.cell_m() * self.job.cell_m();
         let per_s = cell_m2 / SECONDS_PER_YEAR;
@@ -263,7 +263,7 @@ impl Water<'_> {
         }
     }
 
-    /// Returns how water spreads. Returns None when each cell has one receiver.
+    /// Returns the method of dispersed flow. Returns None if each cell has one receiver.
     fn spread(&self) -> Option<Spread> {
         match self.params.routing {
             Routing::D8 => None,

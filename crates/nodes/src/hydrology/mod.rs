@@ -1,4 +1,4 @@
-//! Where water goes.
+//! Drainage and rivers.
 
 pub mod flow;
 pub mod rivers;

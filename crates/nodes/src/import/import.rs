@@ -1,8 +1,8 @@
-//! Imports a raster file: places it, resamples it and fills its holes.
+//! Imports a raster file: places it, resamples it and fills its voids.
 //!
-//! The formats are read by [`crate::raster`]. Unlike in a geographic information system, the world is a plane in
-//! metres without a reference system, so degrees become metres at the latitude of the raster's centre, and
-//! coordinates only give the size of cells, not a place.
+//! The formats are read by [`crate::raster`]. Unlike in a geographic information system, the world is a plane in metres
+//! without a reference system. Degrees are converted to metres at the latitude of the raster's centre, and coordinates
+//! determine only the size of cells, not their position.
 
 use crate::{
     prelude::*,
@@ -117,7 +117,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
-/// Returns how the world's cells map to the raster's.
+/// Returns the mapping of the world's cells to those of the raster.
 fn axes(params: &Params, raster: &Raster, window: Window) -> Result<[GridAxis; 2], Problem> {
     let source = [raster.columns, raster.rows];
     let size = if params.cell > 0.0 { Some([params.cell; 2]) } else { raster.cell_m()? };
@@ -193,7 +193,7 @@ mod tests {
         let source = raster::read(&folder().join("glencoe_128.tif")).unwrap();
         let same = import("glencoe_128.tif", world(128, 128, 50.0), &[]);
         assert_eq!(same.samples(), source.samples);
-        // An odd number of cells in the middle of an even one, and beyond it the edge or a level.
+        // an odd number of cells centred in an even one; beyond it the values of the edge, or a level
         let large = import("glencoe_128.tif", world(131, 131, 50.0), &[]);
         let level = [("beyond", choice("level")), ("level", ParamValue::Float(-7.0))];
         let framed = import("glencoe_128.tif", world(131, 131, 50.0), &level);
@@ -213,10 +213,10 @@ mod tests {
         let source = mean(&raster::read(&folder().join("glencoe_128.tif")).unwrap().samples);
         for cells in [64, 37, 5, 1] {
             let coarse = import("glencoe_128.tif", world(cells, cells, 6400.0 / f64::from(cells)), &[]);
-            // Only f32 rounding of means below 1400 m.
+            // rounding to single precision of means below 1400 m
             assert!((mean(coarse.samples()) - source).abs() < 1e-3, "{cells}");
         }
-        // At true scale, a world of half the size sees the middle half, from either placement's own origin.
+        // at true scale, a world of half the size shows the middle half, with either origin
         let corner = import("glencoe_128.tif", world(32, 32, 100.0), &[("placement", choice("corner"))]);
         let stretched = import("glencoe_128.tif", world(32, 32, 100.0), &[("placement", choice("stretch"))]);
         assert_ne!(corner, stretched);
@@ -233,13 +233,13 @@ mod tests {
         let level = [("beyond", choice("level")), ("level", ParamValue::Float(-1.0))];
         let field = import("frontrange_3arcsec.asc", world, &level);
         let outside = field.samples().iter().filter(|v| **v == -1.0).count();
-        // The raster fills the world to a few metres.
+        // the raster fills the world to within a few metres
         assert!(outside < 8 * (4257 + 3701), "{outside} m² are outside");
         let source = raster::read(&folder().join("frontrange_3arcsec.asc")).unwrap();
         let (row, column) = (30, 50);
         let (x, y) = ((column as f64 + 0.5) * 70.95, (row as f64 + 0.5) * 92.53);
         let found = field.samples()[y as usize * 4257 + x as usize];
-        // Within a metre of the middle of a cell, on a slope of less than one.
+        // within a metre of a cell's centre, on a slope below one
         assert!((found - source.samples[row * 60 + column]).abs() < 1.5);
     }
 
@@ -268,7 +268,7 @@ mod tests {
     fn codes_span_a_mask_and_a_file_without_cells_is_stretched() {
         let file = "glencoe_48x64_u16.png";
         let field = import(file, world(48, 64, 3.0), &[]);
-        // Its sidecar's.
+        // the range from its sidecar
         assert_eq!(field.range(0), Some((11.7, 709.8)));
         let alone = tempfile::tempdir().unwrap();
         let copy = alone.path().join("alone.png");

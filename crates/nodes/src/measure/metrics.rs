@@ -1,4 +1,4 @@
-//! Measures of a landscape: elevations, hypsometry, slopes, local relief, drainage density.
+//! Measures of terrain: elevations, hypsometry, slopes, local relief, drainage density.
 
 use orograph_graph::{Axis, Series};
 
@@ -57,7 +57,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { report: Some(metrics(job, Inputs::read(job)?.height, &Params::read(job.params))?) }.into())
 }
 
-/// Measures a height field over the job's window.
+/// Measures a heightfield over the job's window.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -80,9 +80,9 @@ pub fn metrics(job: &Job<'_>, height: &Field, params: &Params) -> Result<Report,
     Ok(report)
 }
 
-/// The part of a field above the sea of its world.
+/// The part of a field above the sea level of its world.
 struct Land {
-    /// The field, with the cells of the sea as holes.
+    /// The field, with the cells of the sea as voids.
     field: Field,
     sea_m: Option<f64>,
     sea_cells: u64,
@@ -99,7 +99,7 @@ impl Land {
         Self { field: Field::new(*height.window(), dry), sea_m: Some(sea_m), sea_cells }
     }
 
-    /// Returns the number of land cells, including those without a height.
+    /// Returns the number of land cells, including voids.
     fn cells(&self) -> u64 {
         self.field.window().len() as u64 - self.sea_cells
     }
@@ -114,9 +114,8 @@ impl Land {
     }
 }
 
-/// Returns how far a landscape is from a reference: Wasserstein-1 distances of slope and elevation divided by the
-/// reference's interquartile range, and the mean difference of the hypsometric curves. 0 means no difference in
-/// distribution.
+/// Compares a terrain with a reference: Wasserstein-1 distances of slope and elevation divided by the reference's
+/// interquartile range, and the mean difference of the hypsometric curves. 0 means equal distributions.
 #[must_use]
 pub fn compare(field: &Field, reference: &Field) -> Report {
     let mut report = Report::default();
@@ -200,7 +199,7 @@ impl Elevations {
     }
 }
 
-/// Returns how many samples fall into each of `bins`; those without a bin are not counted.
+/// Returns a histogram of the samples; those for which `bin` returns None are not counted.
 fn histogram(samples: &[f32], bins: usize, bin: impl Fn(f32) -> Option<usize> + Sync) -> Vec<u64> {
     let count = |_, part: &[f32]| {
         let mut counts = vec![0_u64; bins];
@@ -260,8 +259,8 @@ fn local_relief(height: &Field, window_m: f64, report: &mut Report) {
     report.measure("local_relief_max", reliefs.iter().copied().fold(f64::NAN, f64::max), "m");
 }
 
-/// Returns the slopes in degrees of all land cells except the outermost, without holes. `check` is called at each row
-/// and may cancel.
+/// Returns the slopes in degrees of all land cells except the outermost and voids. `check` is called at each row and
+/// may cancel.
 fn interior_slopes(
     height: &Field,
     land: &Land,
@@ -336,7 +335,7 @@ fn drainage(
     Ok(())
 }
 
-/// Channel cells that drain to a side and to a corner.
+/// Counts channel cells that drain across a side and across a corner.
 fn channel_cells(
     job: &Job<'_>,
     height: &Field,

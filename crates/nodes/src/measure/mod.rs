@@ -1,4 +1,4 @@
-//! Reports about a landscape.
+//! Measures of terrain.
 
 pub mod metrics;
 

@@ -1,11 +1,11 @@
-//! Processes blocks of cells, cell by cell, with inputs that may be one number for all cells.
+//! Processes cells in blocks, with inputs that are rasters or one number for all cells.
 
 use orograph_graph::{Job, Lane, NodeError};
 
-/// Cells that are processed at once: few enough for the first-level cache.
+/// Cells per block: few enough for the first-level cache.
 pub const BLOCK: usize = 1024;
 
-/// The samples of a lane, one per cell of a block that starts at cell `first`.
+/// Returns the samples of a lane for a block of cells that starts at cell `first`.
 #[must_use]
 pub fn samples<'a>(lane: Lane<'a>, first: usize, len: usize, spare: &'a mut [f32; BLOCK]) -> &'a [f32] {
     match lane.slice(first..first + len) {

@@ -1,9 +1,9 @@
-//! A field on coarser cells, and back: for filters whose cost would grow with the radius, and for
-//! [`crate::filter::resample`].
+//! Averages a field over coarser cells and interpolates it back: for filters whose cost would grow with the radius, and
+//! for [`crate::filter::resample`].
 //!
 //! A whole number of coarse cells fills the world along each side, so they have nearly the requested size and are
-//! nearly square. Each has the mean of the area it covers, including parts of cells. Positions count from the world's
-//! edge, so that a coarse cell is the same in every window that contains it.
+//! nearly square. Each has the mean of the area it covers, with partly covered cells weighted. Positions are relative
+//! to the world's edge, so that a coarse cell is the same in every window that contains it.
 
 use orograph_graph::{Job, NodeError, Window, memory::zeroed};
 
@@ -13,44 +13,44 @@ use super::{math, par};
 /// Interpolation between the centres of coarse cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Between {
-    /// Every place has the value of the cell it lies in.
+    /// Each cell has the value of the coarse cell that contains its centre.
     Cells,
     /// Linear in both directions.
     Linear,
-    /// The cubic of Catmull and Rom.
+    /// Catmull-Rom cubic.
     Cubic,
 }
 
-/// Coarse cells over a window.
+/// The coarse cells of a window.
 #[derive(Clone, Copy, Debug)]
 pub struct Coarse {
     axes: [Axis; 2],
 }
 
-/// Coarse cells along one side.
+/// The coarse cells of a window along one axis.
 #[derive(Clone, Copy, Debug)]
 struct Axis {
     /// Cells of the window per coarse cell.
     step: f64,
     /// The first coarse cell that the window touches, counted from the world's edge.
     first: usize,
-    /// Coarse cells that it touches.
+    /// Number of coarse cells that the window touches.
     count: usize,
-    /// The window's first cell.
+    /// The window's first cell, counted from the world's edge.
     origin: usize,
-    /// The window's cells.
+    /// Number of cells of the window.
     cells: usize,
     ends: Ends,
 }
 
-/// Inputs of a cell: places among the coarse cells, and weights.
+/// Interpolation weights of a cell, with the indices of coarse cells.
 struct Taps {
     places: [usize; 4],
     weights: [f64; 4],
 }
 
 impl Coarse {
-    /// Coarse cells of about that many cells a side.
+    /// Creates coarse cells of about `size_cells` cells per side.
     #[must_use]
     pub fn new(window: &Window, size_cells: f64) -> Self {
         Self { axes: [0, 1].map(|axis| Axis::new(window, axis, size_cells)) }
@@ -68,13 +68,14 @@ impl Coarse {
         [self.axes[0].step, self.axes[1].step]
     }
 
-    /// Returns the position of a window cell among the centres of coarse cells along an axis; 0 is the first.
+    /// Returns the position of a cell of the window relative to the centres of coarse cells along an axis; 0 is the
+    /// first.
     #[must_use]
     pub fn place(&self, axis: usize, cell: usize) -> f64 {
         self.axes[axis].place(cell) - 0.5
     }
 
-    /// Returns the mean of the area that each coarse cell covers.
+    /// Returns the mean over the area of each coarse cell.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
@@ -102,7 +103,7 @@ impl Coarse {
         Ok(means)
     }
 
-    /// Returns the value of each cell of the window from those of the coarse cells. `share` is the part of the job's
+    /// Interpolates the values of the coarse cells at each cell of the window. `share` is the part of the job's
     /// progress.
     ///
     /// # Errors
@@ -139,13 +140,13 @@ impl Axis {
         Self { step, first, count, origin, cells, ends: Ends::of(window, axis) }
     }
 
-    /// Returns the cells of the window that a coarse cell covers, and the covered part of each.
+    /// Returns the cells of the window that a coarse cell covers, and the covered fraction of each.
     fn covers(&self, at: usize) -> Vec<(usize, f64)> {
         let [low, high] = [0, 1].map(|end| (self.first + at + end) as f64 * self.step);
         let first = (low.floor() as usize).clamp(self.origin, self.origin + self.cells - 1);
         let end = (high.ceil() as usize).clamp(first + 1, self.origin + self.cells);
         let cover = |cell: usize| ((cell + 1) as f64).min(high) - (cell as f64).max(low);
-        // a cell reduced to almost 0 by rounding still counts if there is no other
+        // rounding may leave a cell a fraction of almost 0, which must count if there is no other cell
         (first..end).map(|cell| (cell - self.origin, cover(cell).max(1e-9))).collect()
     }
 

@@ -1,7 +1,7 @@
 //! Connected components of a selection.
 //!
-//! Rows are read as runs of selected cells; runs that touch one another join in a forest whose roots are their first
-//! runs (A. Rosenfeld and J. L. Pfaltz, 1966, Sequential operations in digital picture processing). It is one pass
+//! Rows are divided into runs of selected cells. Runs that touch are joined in a disjoint-set forest whose roots are
+//! the first runs (A. Rosenfeld and J. L. Pfaltz, 1966, Sequential operations in digital picture processing). One pass
 //! over cells and one over runs, always in the same order.
 
 use orograph_graph::{Job, NodeError, memory::zeroed};
@@ -11,14 +11,14 @@ use super::lines::Ends;
 /// The connected components of a selection.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Components {
-    /// The number of each cell's component, 0 where nothing is selected. Components are numbered from 1 by their
-    /// first cells, row by row from the north-west.
+    /// The component of each cell, 0 where nothing is selected. Components are numbered from 1 by their first cells,
+    /// row by row from the north-west.
     pub of: Vec<u32>,
-    /// Number of cells of each, the first at position 0.
+    /// Number of cells of each component; component 1 is at position 0.
     pub cells: Vec<u32>,
 }
 
-/// Selected cells of one row: its row, its first column, and the column after its last.
+/// A run of selected cells in a row: the row, its first column, and the column after its last.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     row: usize,
@@ -36,7 +36,7 @@ pub fn components(job: &Job<'_>, corners: bool, set: impl Fn(usize) -> bool) -> 
     let (nx, ny) = (window.nx(), window.ny());
     let wrap = [0, 1].map(|axis| Ends::of(&window, axis) == Ends::Wrap);
     let mut runs: Vec<Run> = Vec::new();
-    // where the runs of each row begin
+    // index of the first run of each row
     let mut rows = vec![0];
     for row in 0..ny {
         job.check()?;
@@ -84,7 +84,7 @@ pub fn components(job: &Job<'_>, corners: bool, set: impl Fn(usize) -> bool) -> 
     Ok(found)
 }
 
-/// Joins the runs of two rows that touch one another. `around` is the length of rows whose ends meet.
+/// Joins the touching runs of two rows. `around` is the length of a row whose ends are joined.
 fn touch(
     runs: &[Run],
     before: std::ops::Range<usize>,
@@ -117,7 +117,7 @@ fn join(above: &mut [u32], a: usize, b: usize) {
     above[a.max(b) as usize] = a.min(b);
 }
 
-/// The first run of a tree, with path halving.
+/// Returns the first run of a tree, with path halving.
 fn root(above: &mut [u32], mut run: u32) -> u32 {
     while above[run as usize] != run {
         let next = above[above[run as usize] as usize];
@@ -134,7 +134,7 @@ mod tests {
     use super::*;
     use crate::testing::{with_job, world};
 
-    /// By a flood from each cell in turn.
+    /// Reference: a flood fill from each cell in turn.
     fn flooded(window: &Window, set: &[bool], corners: bool) -> Components {
         let (nx, ny) = (window.nx() as i64, window.ny() as i64);
         let wrap = window.world.boundary.west == Edge::Periodic;

@@ -1,9 +1,8 @@
-//! The exact Euclidean distance of every cell to the nearest of a set, at the same cost for any set.
+//! The exact Euclidean distance of every cell to the nearest cell of a set, in linear time.
 //!
-//! Along columns it is a sweep down and one up; along rows the lower envelope of one parabola per column, in whole
-//! numbers throughout (A. Meijster, J. Roerdink, W. Hesselink, 2000, A general algorithm for computing distance
-//! transforms in linear time). Distances are between the centres of cells, across the joined sides of a periodic
-//! world too.
+//! Two sweeps along columns, down and up; then, along rows, the lower envelope of one parabola per column, in integers
+//! throughout (A. Meijster, J. Roerdink, W. Hesselink, 2000, A general algorithm for computing distance transforms in
+//! linear time). Distances are between the centres of cells, also across the joined sides of a periodic world.
 
 use orograph_graph::{Job, NodeError, Window, memory::filled};
 
@@ -19,9 +18,9 @@ pub const MOST_CELLS: u32 = 65_535;
 /// Columns swept at once.
 const STRIP: usize = 64;
 
-/// Returns the squared distance in cells of each cell of the job's window to the nearest one for which `set(index)`
-/// is true; [`FAR`] where it is more than `limit_cells` away, at most [`MOST_CELLS`]. `share` is the part of the
-/// job's progress.
+/// Returns the squared distance in cells of each cell of the job's window to the nearest one for which `set(index)` is
+/// true, or [`FAR`] if that is more than `limit_cells` away, at most [`MOST_CELLS`]. `share` is the part of the job's
+/// progress.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -51,13 +50,13 @@ pub fn squared(
     Ok(out)
 }
 
-/// Cells of reach for a limit in metres.
+/// Returns the reach in cells for a limit in metres.
 #[must_use]
 pub fn cells(limit_m: f64, cell_m: f64) -> u32 {
     (limit_m / cell_m).ceil().clamp(0.0, f64::from(MOST_CELLS)) as u32
 }
 
-/// Turns zeros and [`FAR`] into distances in cells along the column.
+/// Replaces zeros and [`FAR`] by distances in cells along the column.
 fn columns(job: &Job<'_>, window: &Window, cells: &mut [u32]) -> Result<(), NodeError> {
     let (nx, ny) = (window.nx(), window.ny());
     let wrap = Ends::of(window, 1) == Ends::Wrap;
@@ -67,7 +66,7 @@ fn columns(job: &Job<'_>, window: &Window, cells: &mut [u32]) -> Result<(), Node
     }
     par::each(&mut strips, |_, rows| {
         job.check()?;
-        // where the world is periodic, a second round starts with what the first has left at the end
+        // in a periodic world, a second round starts with the distances at the end of the first
         let mut before = [FAR; STRIP];
         for _ in 0..=usize::from(wrap) {
             rows.iter_mut().for_each(|row| step(row, &mut before));
@@ -80,7 +79,7 @@ fn columns(job: &Job<'_>, window: &Window, cells: &mut [u32]) -> Result<(), Node
     })
 }
 
-/// One row of a sweep: no farther than a cell more than the row before.
+/// One row of a sweep: the distance is at most that of the previous row plus one.
 fn step(row: &mut [u32], before: &mut [u32; STRIP]) {
     for (cell, before) in row.iter_mut().zip(before) {
         *cell = (*cell).min(before.saturating_add(1));
@@ -91,14 +90,14 @@ fn step(row: &mut [u32], before: &mut [u32; STRIP]) {
 /// The lower envelope of parabolas along a row.
 #[derive(Default)]
 struct Envelope {
-    /// Place of each parabola's vertex, and its height there.
+    /// Position of each parabola's vertex, and its height there.
     vertices: Vec<(i64, i64)>,
-    /// The last place at which the parabola before is not above it.
+    /// The last position at which the previous parabola is not above it.
     begins: Vec<i64>,
 }
 
 impl Envelope {
-    /// Turns distances along the columns into squared distances in the plane.
+    /// Replaces distances along the columns by squared distances in the plane.
     fn row(&mut self, row: &mut [u32], limit: u32, wrap: bool) {
         let n = row.len() as i64;
         self.vertices.clear();
@@ -144,7 +143,7 @@ mod tests {
     use super::*;
     use crate::testing::{with_job, world};
 
-    /// Every pair of cells.
+    /// Reference: every pair of cells.
     fn brute_force(window: &Window, set: &[bool], limit: u32) -> Vec<u32> {
         let (nx, ny) = (window.nx() as i64, window.ny() as i64);
         let periodic = window.world.boundary.west == Edge::Periodic;

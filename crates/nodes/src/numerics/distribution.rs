@@ -4,20 +4,20 @@ use std::sync::{Mutex, PoisonError};
 
 use super::par;
 
-/// Samples counted at once.
+/// Samples per task.
 const CHUNK: usize = 1 << 18;
 
-/// The unsigned integer whose order is that of the floats: all below zero before all above.
+/// Returns the order-preserving unsigned integer of a float.
 fn key(value: f32) -> u32 {
     let bits = value.to_bits();
     if bits >> 31 == 0 { bits | 0x8000_0000 } else { !bits }
 }
 
-/// Returns the samples at the given places of the sorted order, without sorting all of them: the upper halves of
-/// their bits are counted, then only the samples that share one with a place are sorted.
+/// Returns the order statistics at the given places without sorting all samples: counts the upper halves of their bits,
+/// then sorts only the samples that share an upper half with a requested place.
 ///
 /// # Panics
-/// When a place is not below the number of samples.
+/// If a place is not below the number of samples.
 fn order_statistics(samples: &[f32], places: &[usize]) -> Vec<f32> {
     let count = |chunk: &[f32]| -> Vec<usize> {
         let mut counts = vec![0_usize; 1 << 16];
@@ -81,8 +81,8 @@ pub fn quantiles(samples: &[f32], levels: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The Wasserstein-1 distance `∫ |F⁻¹(u) − G⁻¹(u)| du` between two sets of samples, in their unit: how far a sample
-/// must be moved on average to make one distribution the other. Not a number where either set is empty.
+/// Returns the Wasserstein-1 distance `∫ |F⁻¹(u) − G⁻¹(u)| du` between two sets of samples, in their unit: the mean
+/// distance by which samples must move to turn one distribution into the other. NaN if a set is empty.
 #[must_use]
 pub fn wasserstein(a: &[f32], b: &[f32]) -> f64 {
     if a.is_empty() || b.is_empty() {
@@ -95,7 +95,7 @@ pub fn wasserstein(a: &[f32], b: &[f32]) -> f64 {
     };
     let (a, b) = (sorted(a), sorted(b));
     let (n, m) = (a.len() as u128, b.len() as u128);
-    // levels at which either quantile function steps are multiples of 1 / (n m)
+    // both quantile functions step at multiples of 1 / (n m)
     let (mut i, mut j, mut level, mut sum) = (0, 0, 0_u128, 0.0);
     while i < a.len() && j < b.len() {
         let (next_a, next_b) = ((i as u128 + 1) * m, (j as u128 + 1) * n);

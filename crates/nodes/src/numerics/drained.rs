@@ -1,4 +1,4 @@
-//! A flow as passed between nodes: directions, areas, discharge and level of water.
+//! The flow that hydrology nodes exchange: directions, areas, discharge and water level.
 //!
 //! [`PortType::Flow`](orograph_graph::PortType::Flow) is a raster of four planes, so that it is cached, cropped and
 //! stored on disk like any other. Only this module knows the meaning of the planes.
@@ -11,41 +11,41 @@ use super::routing::{
 };
 use crate::numerics::par;
 
-/// The planes of a flow, row-major, one sample a cell.
+/// The planes of a flow, row-major, one sample per cell.
 #[derive(Clone, Copy, Debug)]
 pub struct Drained<'a> {
-    /// The neighbour that a cell passes its water to, 0 to 7 from east counter-clockwise; negative where there is none.
+    /// Direction of the receiver, 0 to 7 counter-clockwise from east; negative if there is none.
     pub direction: &'a [f32],
     /// Drainage area in square metres.
     pub area_m2: &'a [f32],
     /// Mean discharge in cubic metres per second.
     pub discharge_m3_per_s: &'a [f32],
-    /// Height of the terrain, or of the standing water on it, in metres. It nowhere rises along `direction`.
+    /// Height of the terrain, or of standing water on it, in metres. It never rises along `direction`.
     pub level_m: &'a [f32],
 }
 
 impl<'a> Drained<'a> {
-    /// The parts of a flow.
+    /// Returns the planes of a flow.
     ///
     /// # Panics
-    /// When the field has not the planes of a flow: a mistake in a node's declaration.
+    /// If the field does not have the planes of a flow, which is a mistake in a node's declaration.
     #[must_use]
     pub fn read(flow: &'a Field) -> Self {
         let [direction, area_m2, discharge_m3_per_s, level_m] = [0, 1, 2, 3].map(|plane| flow.plane(plane));
         Self { direction, area_m2, discharge_m3_per_s, level_m }
     }
 
-    /// The flow of these parts.
+    /// Returns a field with these planes.
     ///
     /// # Panics
-    /// When the parts do not fill the window.
+    /// If the planes do not fill the window.
     #[must_use]
     pub fn field(&self, window: Window) -> Field {
         let planes = [self.direction, self.area_m2, self.discharge_m3_per_s, self.level_m];
         Field::with_planes(window, planes.len(), planes.concat())
     }
 
-    /// Returns the direction of a cell's water. Returns None when it does not flow to a neighbour.
+    /// Returns the direction of a cell's receiver. Returns None if it has none.
     #[must_use]
     #[inline]
     pub fn way(&self, cell: usize) -> Option<usize> {
@@ -53,7 +53,7 @@ impl<'a> Drained<'a> {
         (0.0..8.0).contains(&direction).then_some(direction as usize)
     }
 
-    /// The receivers as codes of the engine.
+    /// Returns the receivers as codes of [`crate::numerics::routing::code`].
     #[must_use]
     pub fn codes(&self, grid: &Grid) -> Vec<u8> {
         let mut codes = vec![0; grid.cells()];

@@ -1,10 +1,10 @@
-//! The highest and the lowest value within a disc around every cell.
+//! The maximum and the minimum within a disc around every cell.
 //!
 //! A disc of cells is a stack of lines, one per row. The maximum of a line of any length is that of two overlapping
-//! lines whose length is a power of two, and those double from one to the next; so each row of the disc costs two
-//! loads per cell, whatever its length, and a row of cells is a loop over vectors. If there are only two values, as
-//! in a mask of 0 and 1, the disc reaches the higher one where the distance to its nearest cell is within the radius,
-//! and wide discs cost no more than [`crate::numerics::distance`].
+//! lines whose length is a power of two, and those follow by doubling. Each row of the disc therefore costs two loads
+//! per cell, whatever its length, and a row of cells is a loop over vectors. If there are only two values, as in a mask
+//! of 0 and 1, the result is the higher one wherever its nearest cell is within the radius, so wide discs cost no more
+//! than [`crate::numerics::distance`].
 
 use orograph_graph::{
     Job, NodeError,
@@ -18,11 +18,11 @@ use super::{
 };
 use crate::numerics::par;
 
-/// Radius in cells from which distances cost less than rows, if there are two values.
+/// Radius in cells from which the distance transform is faster than rows, if there are two values.
 const WIDE: f64 = 20.0;
 
-/// The highest value whose centre is within a radius in cells of each cell's own; only cells of the world count,
-/// across the joined sides of a periodic one too. `share` is the part of the job's progress.
+/// Returns the maximum over the cells whose centres are within a radius in cells. Only cells of the world count, also
+/// across the joined sides of a periodic one. `share` is the part of the job's progress.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -42,7 +42,7 @@ pub fn highest(job: &Job<'_>, share: [f32; 2], samples: &[f32], radius_cells: f6
     let rows = disc(radius_cells, nx, ny);
     let reach = rows.iter().map(|(_, half)| *half).max().unwrap_or(0);
     let width = nx + 2 * reach;
-    // rows with their continuation beyond the ends; each place becomes the highest of itself and the next `span - 1`
+    // rows with their halo; each place becomes the maximum of itself and the next `span - 1`
     let mut lines = filled(width * ny, f32::NEG_INFINITY)?;
     par::all(lines.chunks_mut(width).zip(samples.chunks(nx)), |_, (line, row)| {
         line[reach..reach + nx].copy_from_slice(row);
@@ -78,7 +78,7 @@ pub fn highest(job: &Job<'_>, share: [f32; 2], samples: &[f32], radius_cells: f6
     }
 }
 
-/// The lowest value, as [`highest`].
+/// Returns the minimum, as [`highest`] does the maximum.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -89,11 +89,11 @@ pub fn lowest(job: &Job<'_>, share: [f32; 2], samples: &[f32], radius_cells: f64
     Ok(out)
 }
 
-/// Returns the lower and the higher value. Returns None when there are others.
+/// Returns the lower and the higher value. Returns None if there are other values.
 fn two_values(samples: &[f32]) -> Option<[f32; 2]> {
     let first = *samples.first()?;
     let other = *samples.iter().find(|value| value.to_bits() != first.to_bits())?;
-    // compares bits, since one zero must not become the other
+    // compares bits, so that −0 and +0 stay distinct
     let only = |value: &f32| (value.to_bits() == first.to_bits()) | (value.to_bits() == other.to_bits());
     let two = first != other && samples.chunks(4096).all(|part| part.iter().fold(true, |all, value| all & only(value)));
     two.then(|| [first.min(other), first.max(other)])
@@ -123,7 +123,7 @@ simd! {
 }
 
 simd! {
-    /// Doubles the length of lines: the higher of each place and the one `span` further.
+    /// Doubles the length of lines: takes the maximum of each place and the one `span` places further.
     fn double(line: &mut [f32], span: usize) {
         for i in 0..line.len().saturating_sub(span) {
             let next = line[i + span];

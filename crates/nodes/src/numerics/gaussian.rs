@@ -1,26 +1,26 @@
-//! The Gaussian filter of a standard deviation in metres, at the same cost for any.
+//! The Gaussian filter of a standard deviation in metres, whose cost does not depend on the width.
 //!
 //! Below four cells the weights are those of the discrete Gaussian, e^(−t) Iₖ(t) with the modified Bessel functions I
-//! and t the variance in cells² (T. Lindeberg, 1990, Scale-space for discrete signals), whose variance is exact at
-//! any width. From there on it is four extended box filters, boxes with a fraction of a cell at each end, whose
+//! and t the variance in cells² (T. Lindeberg, 1990, Scale-space for discrete signals), whose variance is exact at any
+//! width. From four cells on, four extended box filters are applied, boxes with a fraction of a cell at each end, whose
 //! variances add up to that of the Gaussian (P. Gwosdek, S. Grewenig, A. Bruhn, J. Weickert, 2011, Theoretical
-//! foundations of Gaussian convolution by extended box filtering); the largest error of their weights is 3.6 % of the
+//! foundations of Gaussian convolution by extended box filtering); the largest error of a weight is 3.6 % of the
 //! largest weight.
 //!
-//! Differences from the source: a box is not a running sum, whose rounding depends on where it began. Lines are
-//! divided at multiples of the box's length, counted from the world's edge; a box is the end of one such part and the
-//! beginning of the next, both summed once. So a cell gets the same bits in every window, and errors do not pile up
-//! along a line.
+//! Differences from the source: boxes are not running sums, whose rounding depends on their starting point. Lines are
+//! divided at multiples of the box's length, counted from the world's edge. A box is the end of one division and the
+//! beginning of the next, whose partial sums are computed once. A cell thus gets the same bits in every window, and
+//! errors do not accumulate along a line.
 
 use super::lines::{LANES, Lanes, LineFilter};
 use super::simd::simd;
 
-/// A Gaussian filter of lines.
+/// A Gaussian filter for lines.
 #[derive(Clone, Debug)]
 pub enum Gaussian {
-    /// Weights of the middle cell and of those on either side.
+    /// Weights of the central cell and of the cells on either side.
     Weights(Vec<f64>),
-    /// Extended boxes, one after the other.
+    /// Extended boxes, applied in sequence.
     Boxes(Extended),
 }
 
@@ -34,11 +34,11 @@ pub struct Extended {
 /// Number of box passes.
 const PASSES: usize = 4;
 
-/// Width in cells from which boxes are used.
+/// Standard deviation in cells from which boxes are used.
 const WIDE: f64 = 4.0;
 
 impl Gaussian {
-    /// A filter of a standard deviation in cells.
+    /// Creates a filter with a standard deviation in cells.
     #[must_use]
     pub fn new(sigma_cells: f64) -> Self {
         let variance = sigma_cells * sigma_cells;
@@ -50,7 +50,7 @@ impl Gaussian {
     }
 
     /// Returns the bytes that [`separable`](super::lines::separable) needs in addition to its result, on one thread:
-    /// strips of columns, and lines with what the filter reads around them.
+    /// strips of columns, and lines with the halo of the filter.
     #[must_use]
     pub fn bytes(sigma_m: f64, window: &orograph_graph::Window) -> u64 {
         let filter = Self::new(sigma_m / window.cell_m());
@@ -63,7 +63,7 @@ impl Gaussian {
         (cells * size_of::<Lanes>() + strips) as u64
     }
 
-    /// Metres around a cell that are read, for cells of `cell_m`.
+    /// Returns the distance around a cell in metres that is read, for cells of `cell_m`.
     #[must_use]
     pub fn reach_m(sigma_m: f64, cell_m: f64) -> f64 {
         Self::new(sigma_m / cell_m).reach() as f64 * cell_m
@@ -94,12 +94,12 @@ impl LineFilter for Gaussian {
     }
 }
 
-/// Weights of the discrete Gaussian of that variance, from the middle to where they fall below 1e-8.
+/// Returns the weights of the discrete Gaussian of that variance, from the centre to where they fall below 1e-8.
 fn discrete(variance: f64) -> Vec<f64> {
     if variance < 1e-12 {
         return vec![1.0];
     }
-    // Backwards by I(k−1) = I(k+1) + (2k / t) I(k), which is stable downwards from any small beginning (J. C. P.
+    // downward recurrence I(k−1) = I(k+1) + (2k / t) I(k), which is stable for any small starting value (J. C. P.
     // Miller)
     let count = (6.0 * variance.sqrt() + 14.0) as usize;
     let mut bessel = vec![0.0; count + 2];
@@ -114,7 +114,7 @@ fn discrete(variance: f64) -> Vec<f64> {
     let mut weights: Vec<f64> = bessel.iter().map(|value| value / sum).collect();
     let end = weights.iter().rposition(|weight| *weight > 1e-8).unwrap_or(0);
     weights.truncate(end + 1);
-    // the few that are left out go to the middle
+    // the omitted weights are added to the centre
     weights[0] = 1.0 - 2.0 * weights[1..].iter().rev().sum::<f64>();
     weights
 }
@@ -136,7 +136,7 @@ simd! {
 }
 
 impl Extended {
-    /// The box of that variance in cells².
+    /// Creates the box of that variance in cells².
     fn new(variance: f64) -> Self {
         let radius = (0.5 * ((12.0 * variance + 1.0).sqrt() - 1.0)).floor();
         let next = (radius + 1.0) * (radius + 1.0);
@@ -150,24 +150,24 @@ impl Extended {
 }
 
 simd! {
-    /// Applies one extended box along lines whose first cell is at place `first`. `tails` is space for `2 radius + 1`
-    /// cells.
+    /// Applies one extended box along lines whose first cell is at `first` in the world. `tails` is scratch space for
+    /// `2 radius + 1` cells.
     fn boxes(lines: &mut [Lanes], tails: &mut [Lanes], first: i64, radius: usize, share: f64) {
         let length = 2 * radius + 1;
         let scale = 1.0 / (length as f64 + 2.0 * share);
-        // cells of the first part that lie before the lines
+        // cells of the first division that lie before the lines
         let mut missing = first.rem_euclid(length as i64) as usize;
-        // the part's first cell that there is
+        // first available cell of the division
         let mut part = 0;
         while part + length < lines.len() + missing {
-            // sums from a cell to the end of its part; a last part that is cut short has no box
+            // sums from a cell to the end of its division; a last division that is cut short has no box
             let mut tail = [0.0; LANES];
             let cells = lines[part..].iter().take(length - missing);
             for (cell, sum) in cells.zip(&mut tails[missing..length]).rev() {
                 add(&mut tail, cell);
                 *sum = tail;
             }
-            // boxes that begin in the part, at its place `place`, end in the next
+            // boxes that begin at `place` of the division end in the next one
             let mut head = [0.0; LANES];
             for (place, tail) in tails[..length].iter().enumerate() {
                 let end = part + length - 1 + place - missing;
@@ -177,7 +177,7 @@ simd! {
                 if place > 0 {
                     add(&mut head, &lines[end]);
                 }
-                // the cell before the box, which must be there too
+                // the cell before the box, which must be available too
                 if let Some(i) = (part + place).checked_sub(missing + 1) {
                     let (before, after) = (lines[i], lines[end + 1]);
                     for lane in 0..LANES {
@@ -202,7 +202,7 @@ fn add(sum: &mut Lanes, cell: &Lanes) {
 mod tests {
     use super::*;
 
-    /// Returns the response to a single cell of 1, with the middle at the returned index.
+    /// Returns the response to a unit impulse, and the index of its centre.
     fn response(sigma_cells: f64) -> (Vec<f64>, usize) {
         let filter = Gaussian::new(sigma_cells);
         let middle = 2 * filter.reach() + 1;
@@ -223,7 +223,7 @@ mod tests {
                 .enumerate()
                 .map(|(k, w)| w * (k as f64 - middle as f64) * (k as f64 - middle as f64))
                 .sum();
-            // rounding, and weights below 1e-8 that were left out
+            // rounding, and omitted weights below 1e-8
             assert!(
                 (sum - 1.0).abs() < 1e-12 && (variance / (sigma * sigma) - 1.0).abs() < 1e-5,
                 "{sigma}: {sum} {variance}"
@@ -245,7 +245,7 @@ mod tests {
         }
     }
 
-    /// Plain sums over every box.
+    /// Reference: plain sums over every box.
     #[test]
     fn boxes_are_sums_wherever_lines_begin() {
         let values: Vec<f64> = (0..90).map(|k| libm::sin(f64::from(k) * 1.3) * 100.0 + 5.0).collect();

@@ -1,16 +1,16 @@
 //! Height gradients from 3 x 3 cells, a block of a row at a time.
 //!
-//! Past the edge of the raster, heights continue in a straight line (`2 a - b` from the last two cells), so an edge
-//! cell has the one-sided difference and a plane has the same gradient in every cell. A raster of one row or column
-//! is level across.
+//! Beyond the edge of the raster, heights are extrapolated linearly (`2 a - b` from the last two cells), so an edge
+//! cell has the one-sided difference and a plane has the same gradient in every cell. The gradient across a raster of
+//! one row or column is 0.
 //!
-//! Source: B. K. P. Horn, 1981, Hill shading and the reflectance map, Proc. IEEE 69(1), 14-47. Differences are summed
-//! instead of sums being subtracted, which keeps single precision exact to the last bits at any elevation.
+//! Source: B. K. P. Horn, 1981, Hill shading and the reflectance map, Proc. IEEE 69(1), 14-47. The kernel sums
+//! differences instead of subtracting sums, which keeps single precision exact to the last bits at any elevation.
 
 use super::simd::simd;
 use crate::prelude::*;
 
-/// Cells computed at once.
+/// Cells per block.
 pub const BLOCK: usize = 256;
 
 choice! {
@@ -23,10 +23,10 @@ choice! {
     }
 }
 
-/// Part of three rows, with one more cell at each end.
+/// Parts of three rows, with one more cell at each end.
 struct Patch([[f32; BLOCK + 2]; 3]);
 
-/// A raster of heights whose gradient is requested.
+/// A heightfield whose gradient is computed.
 #[derive(Clone, Copy, Debug)]
 pub struct Surface<'a> {
     heights: &'a [f32],
@@ -37,7 +37,7 @@ pub struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// The gradient of a field's first plane.
+    /// Creates the surface of a field's first plane.
     #[must_use]
     pub fn new(height: &'a Field, method: Method) -> Self {
         let window = height.window();
@@ -45,8 +45,8 @@ impl<'a> Surface<'a> {
         Self { heights: height.plane(0), nx, ny, cell_m: window.cell_m(), method }
     }
 
-    /// Calls `each(start, east, south)` for the blocks of row `j` from west to east: the first column, and the slopes
-    /// dz/dx towards the east and dz/dy towards the south, in m/m.
+    /// Calls `each(start, east, south)` for the blocks of row `j` from west to east, with the first column and the
+    /// slopes dz/dx towards the east and dz/dy towards the south, in m/m.
     pub fn row(&self, j: usize, mut each: impl FnMut(usize, &[f32], &[f32])) {
         let (mut east, mut south) = ([0.0; BLOCK], [0.0; BLOCK]);
         for start in (0..self.nx).step_by(BLOCK) {
@@ -89,7 +89,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// The value that continues the line from `inner` through `edge`.
+/// Extrapolates from `inner` through `edge`.
 #[inline(always)]
 fn beyond(edge: f32, inner: f32) -> f32 {
     edge + (edge - inner)
@@ -126,7 +126,7 @@ simd! {
 }
 
 simd! {
-    /// Angles of slope in degrees from the gradient, 0 to 90.
+    /// Computes slope angles in degrees, 0 to 90, from the gradient.
     pub fn slope_degrees(east: &[f32], south: &[f32], out: &mut [f32]) {
         for ((out, &p), &q) in out.iter_mut().zip(east).zip(south) {
             *out = crate::numerics::math::lane::atan((p * p + q * q).sqrt()) * const { (180.0 / std::f64::consts::PI) as f32 };

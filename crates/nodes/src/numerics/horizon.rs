@@ -1,17 +1,17 @@
-//! Horizon angles around every cell, in any number of directions, at a cost that hardly grows with distance.
+//! Horizon angles around every cell in any number of directions, at a cost that hardly grows with distance.
 //!
 //! Along a direction the terrain is sampled where the ray crosses the columns of cells (or the rows, whichever it
-//! crosses more of), between the two neighbouring cells. Near the cell every column is sampled; where steps of one
-//! column are finer than a given growth, distances grow by that factor, and the sampled terrain is smoothed by a
-//! Gaussian that grows with them, so that no crest falls between two samples. The samples of each direction begin at
-//! a different fraction of a step: what one misses, its neighbours find.
+//! crosses more of), interpolated between the two adjacent cells. Near the cell every column is sampled. Farther away,
+//! distances grow by a given factor, and the sampled terrain is smoothed by a Gaussian that grows with them, so that no
+//! crest falls between two samples. The samples of each direction begin at a different fraction of a step, so that
+//! directions complement each other.
 //!
-//! Every sample is the same shift of the whole raster, so that a row is a loop over vectors, a cell's result does not
-//! depend on the window, and a plane has its exact horizon. The cost is the sharpness of far edges: a distant cliff
-//! is up to about 8 % low at a growth of 0.08.
+//! A sample is the same shift for the whole raster, so a row is a loop over vectors, a cell's result does not depend on
+//! the window, and a plane has its exact horizon. The drawback is the smoothing of distant edges: a distant cliff is up
+//! to about 8 % low at a growth of 0.08.
 //!
-//! Sampling smoothed terrain in growing steps is the idea of cone tracing and of max-mip marching; the blocks of a
-//! pyramid would be visible in the result, whole rasters at each level are not.
+//! Sampling smoothed terrain in growing steps is the idea of cone tracing and of max-mip marching. The blocks of a
+//! mip-map would be visible in the result; full-resolution rasters at each level are not.
 
 use std::ops::Range;
 
@@ -27,16 +27,16 @@ use super::{
 /// The golden section, whose multiples spread evenly between 0 and 1.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// Standard deviation of the smoothing as a fraction of the step between samples.
+/// Standard deviation of the smoothing Gaussian as a fraction of the step between samples.
 const SMOOTHING: f64 = 0.35;
 
-/// Standard deviation in cells of the first level that is smoothed; each further has twice the one before.
+/// Standard deviation in cells of the first smoothed level; each further level has twice the previous one.
 const FIRST_SIGMA: f64 = 0.7;
 
-/// Maximum tangent, so that squares are finite.
+/// Maximum tangent, whose square is still finite.
 const STEEPEST: f32 = 1e15;
 
-/// One sample along a direction: two neighbouring cells, and the position between them.
+/// A sample along a direction: two adjacent cells, and the position between them.
 #[derive(Clone, Copy, Debug)]
 struct Look {
     level: usize,
@@ -53,16 +53,16 @@ pub struct Rays {
 }
 
 impl Rays {
-    /// Creates samples towards azimuths in degrees clockwise from north, out to a distance, at least to the next cell
-    /// and at most as far as the world's diagonal. `growth` is how much farther each sample is than the last where
-    /// steps are longer than a cell, above 0.
+    /// Creates samples towards azimuths in degrees clockwise from north, out to a distance, which is at least the next
+    /// cell and at most the world's diagonal. `growth`, above 0, is the relative growth of distance from sample to
+    /// sample where steps are longer than a cell.
     #[must_use]
     pub fn new(azimuths: impl IntoIterator<Item = f64>, distance_m: f64, world: &World, growth: f64) -> Self {
         let cell_m = world.cell_m();
         let distance_m = distance_m.min(math::hypot(world.size[0], world.size[1]));
         let rays = azimuths.into_iter().enumerate().map(|(number, azimuth)| {
             let radians = azimuth.to_radians();
-            // x east, y south
+            // x points east, y south
             let towards = [math::sin(radians), -math::cos(radians)];
             let major = usize::from(towards[1].abs() > towards[0].abs());
             let along = 1.0 / towards[major].abs();
@@ -72,7 +72,7 @@ impl Rays {
                 .map(|column| {
                     let minor = column * towards[1 - major] * along;
                     let (mut lower, mut share) = (minor.floor(), minor - minor.floor());
-                    // a diagonal runs through the cells
+                    // a diagonal passes exactly through cell centres
                     if share > 1.0 - 1e-6 {
                         (lower, share) = (lower + 1.0, 0.0);
                     }
@@ -96,7 +96,7 @@ impl Rays {
         Self { rays: rays.collect() }
     }
 
-    /// Metres around a cell that are read.
+    /// Returns the distance around a cell in metres that is read.
     #[must_use]
     pub fn reach_m(distance_m: f64, cell_m: f64, growth: f64) -> f64 {
         let cells = (distance_m / cell_m).max(std::f64::consts::SQRT_2);
@@ -107,7 +107,7 @@ impl Rays {
         (cells.ceil() + 1.0 + smoothing) * cell_m
     }
 
-    /// Returns the bytes of smoothed terrain that a [`Horizon`] stores.
+    /// Returns the bytes of smoothed terrain that a [`Horizon`] keeps.
     #[must_use]
     pub fn bytes(&self, window: &Window) -> u64 {
         (self.levels() * window.len() * size_of::<f32>()) as u64
@@ -125,7 +125,7 @@ impl Rays {
     }
 }
 
-/// Returns the columns that are sampled, from the next one to the last.
+/// Returns the distances of the sampled columns, from the next one to the last.
 fn columns(last: f64, growth: f64, phase: f64) -> Vec<f64> {
     let mut columns = vec![1.0];
     let mut place = 1.0;
@@ -157,12 +157,12 @@ fn level(sigma_cells: f64) -> usize {
     level
 }
 
-/// Standard deviation in cells of a level above 0.
+/// Returns the standard deviation in cells of a level above 0.
 fn sigma(level: usize) -> f64 {
     FIRST_SIGMA * (1_u64 << (level - 1)) as f64
 }
 
-/// Terrain whose horizon is computed.
+/// Terrain for which horizons are computed.
 #[derive(Debug)]
 pub struct Horizon<'a> {
     height: &'a [f32],
@@ -195,8 +195,8 @@ impl<'a> Horizon<'a> {
         self.rays.count()
     }
 
-    /// Computes the tangent of the horizon's angle above the horizontal in one direction, for columns of row `j`; 0
-    /// where nothing is higher than the cell. There is nothing beyond the sides of the world, unless it is periodic.
+    /// Computes the tangent of the horizon's elevation angle in one direction, for columns of row `j`; 0 where no
+    /// terrain is higher than the cell. There is no terrain beyond the sides of the world, unless it is periodic.
     pub fn tangents(&self, ray: usize, j: usize, columns: Range<usize>, out: &mut [f32]) {
         let (nx, len) = (self.window.nx(), columns.len());
         out[..len].fill(0.0);
@@ -222,7 +222,7 @@ impl<'a> Horizon<'a> {
         }
     }
 
-    /// Returns a row of the terrain for a sample. Returns None when there is no such row.
+    /// Returns the row of the terrain that a sample reads. Returns None if it is outside the world.
     fn row(&self, look: &Look, j: usize, shift: i64) -> Option<&[f32]> {
         let (nx, ny) = (self.window.nx(), self.window.ny() as i64);
         let row = j as i64 + shift;
@@ -231,8 +231,8 @@ impl<'a> Horizon<'a> {
         (0..ny).contains(&row).then(|| &samples[row as usize * nx..][..nx])
     }
 
-    /// Returns the first cells from column `at` on for which both shifted columns exist and follow one another: the
-    /// first cell, their number, and where both columns begin. Returns None when there are none.
+    /// Returns the first range of cells from column `at` on for which both shifted columns exist and are consecutive:
+    /// its first cell, its length, and where both columns begin. Returns None if there is none.
     fn stretch(&self, at: usize, end: usize, shifts: [i64; 2]) -> Option<(usize, usize, [usize; 2])> {
         let nx = self.window.nx() as i64;
         let (mut from, mut end) = (at as i64, end as i64);

@@ -1,14 +1,14 @@
-//! Lakes: connected bodies of water.
+//! Lakes as connected components.
 
 use orograph_graph::{Job, NodeError};
 
 use super::components::components;
 use crate::numerics::par;
 
-/// Returns the number of the lake that covers each cell, 0 on dry land. Cells under water that touch, also across a
-/// corner, are one lake; lakes are numbered from 1 by their first cells, row by row from the north-west corner.
+/// Returns the number of the lake at each cell, 0 where it is dry. Adjacent wet cells, diagonals included, belong to
+/// one lake; lakes are numbered from 1 by their first cells, row by row from the north-west corner.
 ///
-/// Numbers are exact up to 2^24, the integers that a sample can represent.
+/// Numbers are exact up to 2^24, the limit of consecutive integers in single precision.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].

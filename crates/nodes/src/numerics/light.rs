@@ -1,4 +1,4 @@
-//! Colours as linear light, and in OKLab, where equal steps look equal.
+//! Conversion of colours to linear light and to OKLab, in which equal distances look equal.
 //!
 //! Sources: IEC 61966-2-1 (sRGB); B. Ottosson, 2020, A perceptual color space for image processing.
 
@@ -6,7 +6,7 @@ use orograph_graph::Srgb;
 
 use super::math;
 
-/// Linear RGB of a colour, 0 to 1.
+/// Returns the linear RGB of a colour, 0 to 1.
 #[must_use]
 pub fn linear(colour: Srgb) -> [f64; 3] {
     colour.0.map(|code| {
@@ -15,7 +15,7 @@ pub fn linear(colour: Srgb) -> [f64; 3] {
     })
 }
 
-/// Lightness and the two axes of hue of linear RGB, in OKLab.
+/// Converts linear RGB to OKLab: lightness and the two axes of hue.
 #[must_use]
 pub fn oklab([r, g, b]: [f64; 3]) -> [f64; 3] {
     let cone = [

@@ -1,8 +1,8 @@
-//! Separable filters: a function of lines of cells, applied along x and then along y.
+//! Separable filters: a function on lines of cells, applied along x and then along y.
 //!
-//! Lines are processed [`LANES`] at a time, so that a loop along them is a loop over vectors. Each is continued
-//! beyond its ends: mirrored about the edge of its last cell, or wrapped around where the world is periodic. Where a
-//! window is cut out of the world the continuation is arbitrary; the halo absorbs its effect.
+//! Lines are processed [`LANES`] at a time, so that a loop along them is a loop over vectors. Each is extended beyond
+//! its ends: mirrored at the edge of its last cell, or wrapped in a periodic world. Where a window is a part of the
+//! world the extension is arbitrary, and the halo absorbs its effect.
 
 use orograph_graph::{Boundary, Edge, memory::copied};
 
@@ -15,17 +15,17 @@ pub const LANES: usize = 16;
 /// One value of each line.
 pub type Lanes = [f64; LANES];
 
-/// Continuation of lines beyond their ends.
+/// Extension of lines beyond their ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ends {
-    /// The same cells backwards, the last one first: no slope across the edge.
+    /// The same cells in reverse order: zero gradient across the edge.
     Mirror,
-    /// The other end of the line.
+    /// The other end of the line: periodic.
     Wrap,
 }
 
 impl Ends {
-    /// Returns the continuation of a window's lines along x (0) or y (1).
+    /// Returns the extension of a window's lines along x (0) or y (1).
     #[must_use]
     pub fn of(window: &Window, axis: usize) -> Self {
         let Boundary { west, east, north, south } = window.world.boundary;
@@ -33,7 +33,7 @@ impl Ends {
         if periodic && window.cells[axis] == window.world.cells[axis] { Self::Wrap } else { Self::Mirror }
     }
 
-    /// Returns the cell of a line of `n` at place `at`, which may be beyond its ends.
+    /// Returns the cell of a line of `n` cells for the place `at`, which may be beyond its ends.
     #[must_use]
     pub fn index(self, at: i64, n: usize) -> usize {
         let n = n as i64;
@@ -51,18 +51,17 @@ impl Ends {
     }
 }
 
-/// A filter of lines. It may keep its own scratch space between calls.
+/// A filter on lines. `scratch` may be reused between calls.
 pub trait LineFilter: Sync {
-    /// Cells that it reads beyond a cell on either side.
+    /// Returns the number of cells that it reads beyond a cell on either side.
     fn reach(&self) -> usize;
 
-    /// Filters lines in place. `lines` has their cells and [`Self::reach`] more at either end; the filtered cells are
-    /// left at its beginning. `first` is the place in the world of the first of `lines`, negative before the world's
-    /// edge.
+    /// Filters lines in place. `lines` has their cells and [`Self::reach`] more at either end; the result is left at
+    /// its beginning. `first` is the position in the world of the first of `lines`, negative before the world's edge.
     fn apply(&self, lines: &mut [Lanes], scratch: &mut Vec<Lanes>, first: i64);
 }
 
-/// Filters the samples of a window along both axes. `share` is the part of the job's progress that this is.
+/// Filters the samples of a window along both axes. `share` is the start and end of this part of the job's progress.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -115,7 +114,7 @@ fn into_lanes(rows: &[f32], nx: usize, lines: &mut [Lanes]) {
     }
 }
 
-/// The inverse.
+/// The inverse of [`into_lanes`].
 fn out_of_lanes(lines: &[Lanes], rows: &mut [f32], nx: usize) {
     for start in (0..nx).step_by(TILE) {
         let cells = &lines[start..(start + TILE).min(nx)];
@@ -130,7 +129,7 @@ fn out_of_lanes(lines: &[Lanes], rows: &mut [f32], nx: usize) {
 fn along_y(job: &Job<'_>, window: &Window, samples: &mut [f32], filter: &impl LineFilter) -> Result<(), NodeError> {
     let (nx, ny) = (window.nx(), window.ny());
     let (reach, ends, origin) = (filter.reach(), Ends::of(window, 1), i64::from(window.origin[1]));
-    // each task has its own columns, in every row
+    // each task has its own columns of every row
     let mut columns: Vec<Vec<&mut [f32]>> = (0..nx.div_ceil(LANES)).map(|_| Vec::with_capacity(ny)).collect();
     for row in samples.chunks_mut(nx) {
         for (strip, cells) in columns.iter_mut().zip(row.chunks_mut(LANES)) {

@@ -1,8 +1,8 @@
 //! Transcendental functions with the same code, and therefore the same bits, on every machine.
 //!
-//! The platform's own differ in the last bits between systems; these are the `libm` crate's translations of musl, with
-//! errors below one unit in the last place. Square root, floor and the four operations are exact by IEEE 754 and are
-//! used directly.
+//! The platform's functions differ in the last bits between systems. These are the `libm` crate's translations of musl,
+//! with errors below one unit in the last place. Square root, floor and the four operations are exact by IEEE 754 and
+//! are used directly.
 
 macro_rules! functions {
     ($($(#[$meta:meta])* $name:ident($($arg:ident),+) = $double:ident, $single:ident;)+) => {
@@ -42,7 +42,7 @@ functions! {
     hypot(x, y) = hypot, hypotf;
 }
 
-/// From 0 at 0 and below to 1 at 1 and above by the cubic `3 t² - 2 t³`, level at both ends.
+/// Returns 0 at 0 and below, 1 at 1 and above, and the cubic `3 t² - 2 t³` in between, flat at both ends.
 #[must_use]
 #[inline]
 pub fn smoothstep(t: f64) -> f64 {
@@ -50,8 +50,8 @@ pub fn smoothstep(t: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Returns the weights of the four neighbours of a place at the fraction `t` of the way from the second to the third:
-/// the cubic of E. Catmull and R. Rom (1974), "A class of local interpolating splines".
+/// Returns the weights of four neighbours at the fraction `t` of the way from the second to the third, by the cubic of
+/// E. Catmull and R. Rom (1974), "A class of local interpolating splines".
 #[must_use]
 #[inline]
 pub fn catmull_rom(t: f64) -> [f64; 4] {
@@ -63,7 +63,7 @@ pub fn catmull_rom(t: f64) -> [f64; 4] {
     ]
 }
 
-/// Returns an order-preserving integer below 2³² for each value; of the two zeros the negative one comes first.
+/// Returns an order-preserving integer below 2³² for each value; −0 comes before +0.
 #[must_use]
 #[inline]
 pub fn ordered(value: f32) -> u64 {
@@ -71,7 +71,7 @@ pub fn ordered(value: f32) -> u64 {
     u64::from(if bits >> 31 == 1 { !bits } else { bits | 1 << 31 })
 }
 
-/// Returns the value of such an integer.
+/// Returns the value of an integer of [`ordered`].
 #[must_use]
 #[inline]
 pub fn from_ordered(number: u64) -> f32 {
@@ -81,7 +81,7 @@ pub fn from_ordered(number: u64) -> f32 {
 
 /// Functions for row kernels: without branches, so that the compiler can vectorise the loop around them.
 pub mod lane {
-    /// From 0 at 0 and below to 1 at 1 and above by the cubic `3 t² - 2 t³`, level at both ends.
+    /// Returns 0 at 0 and below, 1 at 1 and above, and the cubic `3 t² - 2 t³` in between, flat at both ends.
     #[must_use]
     #[inline(always)]
     pub fn smoothstep(t: f32) -> f32 {
@@ -90,8 +90,8 @@ pub mod lane {
         t * t * (3.0 - 2.0 * t)
     }
 
-    /// Weights of four values in a row at a place from 0 to 1 between the second and the third: the cubic of E.
-    /// Catmull and R. Rom (1974), which goes through the values and is exact for parabolas.
+    /// Returns the weights of four consecutive values at a position from 0 to 1 between the second and the third: the
+    /// cubic of E. Catmull and R. Rom (1974), which interpolates the values and is exact for parabolas.
     #[must_use]
     #[inline(always)]
     pub fn catmull_rom(t: f32) -> [f32; 4] {
@@ -99,10 +99,10 @@ pub mod lane {
         [-0.5 * t * (r * r), 1.0 + t * t * (1.5 * t - 2.5), 1.0 + r * r * (1.5 * r - 2.5), -0.5 * r * (t * t)]
     }
 
-    /// Arc tangent in radians, within 2e-7 of its value (relative).
+    /// Arc tangent in radians, with a relative error of 2e-7.
     ///
-    /// The argument is reduced to at most tan(π/8) by `atan x = π/4 + atan((x - 1)/(x + 1))` or `π/2 - atan(1/x)`; an
-    /// odd minimax polynomial of degree 9 (relative error 2e-8) does the rest.
+    /// The argument is reduced to at most tan(π/8) by `atan x = π/4 + atan((x - 1)/(x + 1))` or `π/2 - atan(1/x)`; then
+    /// an odd minimax polynomial of degree 9 (relative error 2e-8) applies.
     #[must_use]
     #[inline(always)]
     pub fn atan(x: f32) -> f32 {
@@ -121,9 +121,10 @@ pub mod lane {
         (if middle { offset + angle } else { angle }).copysign(x)
     }
 
-    /// 1 / x for normal x above 0 and below 1e37, within 1.2e-6 of its value: a third of the time of a division.
+    /// 1 / x for normal x above 0 and below 1e37, with a relative error of 1.2e-6, in a third of the time of a
+    /// division.
     ///
-    /// A first guess from the bits and two steps of Newton's method, whose constants centre the error.
+    /// An estimate from the bits and two Newton steps, with constants that centre the error.
     #[must_use]
     #[inline(always)]
     pub fn inverse(x: f32) -> f32 {
@@ -132,11 +133,11 @@ pub mod lane {
         t * (2.000_001 - x * t)
     }
 
-    /// 1 / √x for normal x above 0, within 8e-7 of its value; a finite number for 0, so that x times it is √x there
+    /// 1 / √x for normal x above 0, with a relative error of 8e-7. It is finite at 0, so that x times it is √x there
     /// too.
     ///
-    /// A first guess from the bits and two steps of Newton's method, with constants that centre the error (Walczyk,
-    /// Moroz and Cieśliński 2021).
+    /// An estimate from the bits and two Newton steps, with constants that centre the error (Walczyk, Moroz and
+    /// Cieśliński 2021).
     #[must_use]
     #[inline(always)]
     pub fn inverse_root(x: f32) -> f32 {
@@ -153,10 +154,10 @@ pub mod lane {
         pow(std::f32::consts::E, x)
     }
 
-    /// x to the power of y for x of 0 and more.
+    /// x to the power of y for x of 0 or more.
     ///
-    /// 2^(y log₂ x). The relative error is below 1e-7 (4 + |log₂ of the result|). A result below 1e-30 becomes 0, as
-    /// does any power of 0; one above 2¹²⁷ becomes that.
+    /// 2^(y log₂ x). The relative error is below 1e-7 (4 + |log₂ of the result|). Results below 1e-30 become 0, as does
+    /// any power of 0; results are at most 2¹²⁷.
     #[must_use]
     #[inline(always)]
     pub fn pow(x: f32, y: f32) -> f32 {
@@ -164,9 +165,9 @@ pub mod lane {
         if x > 0.0 { result } else { 0.0 }
     }
 
-    /// Logarithm to base 2, within 2e-7 (1 + |the result|) of its value; that of 0 is -126.
+    /// Logarithm to base 2, within 2e-7 (1 + |the result|); that of 0 is -126.
     ///
-    /// The series of the area tangent.
+    /// By the series of the area tangent.
     #[must_use]
     #[inline(always)]
     pub fn log2(x: f32) -> f32 {
@@ -180,13 +181,13 @@ pub mod lane {
         k as f32 + z * series * (2.0 * std::f32::consts::LOG2_E)
     }
 
-    /// 2 to the power of x, within 3e-7 of its value; 0 below -100, and 2¹²⁷ above 127.
+    /// 2 to the power of x, with a relative error of 3e-7; 0 below -100, and 2¹²⁷ above 127.
     ///
-    /// The series of the exponential.
+    /// By the series of the exponential.
     #[must_use]
     #[inline(always)]
     pub fn exp2(x: f32) -> f32 {
-        // 2^x = 2^whole 2^rest with the rest from -½ to ½
+        // 2^x = 2^whole 2^r with r from -½ to ½
         let x = x.clamp(-126.0, 127.0);
         const SHIFT: f32 = 12_582_912.0; // 1.5 · 2²³: a sum with it is rounded to a whole number, kept in the low bits
         let shifted = x + SHIFT;
@@ -198,9 +199,9 @@ pub mod lane {
         if x > -100.0 { result } else { 0.0 }
     }
 
-    /// 2 to the power of x in double precision, within 1e-11 of its value; that of -1000 below it, and of 1000 above.
+    /// 2 to the power of x in double precision, with a relative error of 1e-11; x is clamped to -1000 to 1000.
     ///
-    /// The series of the exponential.
+    /// By the series of the exponential.
     #[must_use]
     #[inline(always)]
     pub fn exp2_double(x: f64) -> f64 {
@@ -214,9 +215,9 @@ pub mod lane {
         exp * f64::from_bits((whole.wrapping_add(1023) as u64) << 52)
     }
 
-    /// Cosine and sine of an angle in 2³²nds of a turn, within 1.5e-7 of their values.
+    /// Cosine and sine of an angle in 2³²nds of a turn, within 1.5e-7.
     ///
-    /// The series of both up to an eighth of a turn.
+    /// By the series of both up to an eighth of a turn.
     #[must_use]
     #[inline(always)]
     pub fn turn(angle: u32) -> [f32; 2] {

@@ -1,22 +1,22 @@
 //! Memory for large rasters on large pages.
 //!
-//! A raster of 4096 x 4096 cells occupies 16 384 pages of 4 KiB. The operating system provides each when it is first
-//! written to; measured, this cost 1.8 ns per cell, more than noise of eight octaves. Linux offers pages of 2 MiB on
-//! request in most distributions; with them it was 0.65 ns.
+//! A raster of 4096 x 4096 cells occupies 16 384 pages of 4 KiB. The operating system provides each page at the first
+//! write; measured, this cost 1.8 ns per cell, more than noise of eight octaves. Most Linux distributions offer pages
+//! of 2 MiB on request, with which it was 0.65 ns.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 
-/// The system's allocator with large pages for blocks of 32 MiB and more, which the C library of Linux always maps
-/// from the system and returns to it. For `#[global_allocator]` in programs; on other systems it is the plain system
+/// The system's allocator with large pages for blocks of 32 MiB and more, which the C library of Linux always maps from
+/// the system and returns to it. For `#[global_allocator]` in programs; on other systems it is the plain system
 /// allocator.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LargePages;
 
 #[expect(unsafe_code, reason = "an allocator is a promise to the compiler")]
-// SAFETY: every call goes to the system's allocator as it is; the advice on pages changes no memory.
+// SAFETY: every call is forwarded to the system's allocator; the advice on pages changes no memory.
 unsafe impl GlobalAlloc for LargePages {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller's promise is passed on.
+        // SAFETY: the caller upholds the contract of the allocator.
         advised(unsafe { System.alloc(layout) }, layout.size())
     }
 

@@ -1,8 +1,8 @@
-//! Ready-made palettes for ramps, as positions from 0 to 1 and sRGB.
+//! Colour ramps of the node `Ramp`, as positions from 0 to 1 and sRGB.
 //!
-//! The natural ones are mixed by eye for ground seen from the air: muted, since saturated greens and reds look like
-//! plastic once they are lit, and with smoothly changing lightness. `viridis` is the colour map of S. van der Walt
-//! and N. Smith (2015), at nine of its places.
+//! The natural ones are mixed by eye for terrain seen from the air: muted, since saturated greens and reds look like
+//! plastic under light, and with smoothly changing lightness. `viridis` is the colour map of S. van der Walt and N.
+//! Smith (2015), at nine positions.
 
 use orograph_graph::{Srgb, Stop, choice};
 
@@ -80,7 +80,7 @@ const VIRIDIS: [(f64, u32); 9] = [
 const GREY: [(f64, u32); 2] = [(0.0, 0x000000), (1.0, 0xffffff)];
 
 impl Palette {
-    /// Returns its colours from `low` to `high`; empty for [`Self::Stops`], whose colours are elsewhere.
+    /// Returns the stops between `low` and `high`; empty for [`Self::Stops`], whose stops are a parameter.
     #[must_use]
     pub fn stops(self, low: f64, high: f64) -> Vec<Stop> {
         let place = |(at, code): &(f64, u32)| Stop { at: low + (high - low) * at, colour: Srgb::hex(*code) };
@@ -95,7 +95,7 @@ impl Palette {
             Self::Volcanic => &VOLCANIC,
             Self::Viridis => &VIRIDIS,
             Self::Grey => &GREY,
-            // Soundings are tabled from the shore down.
+            // depths are tabulated from the shore down
             Self::Sea => {
                 let deepest_first = tints::WATER.iter().rev();
                 return deepest_first.map(|(depth, code)| place(&(1.0 - depth, *code))).collect();

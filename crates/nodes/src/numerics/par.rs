@@ -1,9 +1,9 @@
 //! Parallel loops, and loops over rows that report progress and can be cancelled.
 //!
-//! rayon's iterators are generic over the loop's body, and each loop compiles rayon's splitting, joining and stealing
+//! rayon's iterators are generic over the loop's body, so each loop compiles rayon's splitting, joining and stealing
 //! again, with several copies of the body. The loops of this crate all end in one call through a pointer per part of a
-//! raster (`drive`), so that this is compiled once; within a part the loop is an ordinary one. Handing out a part costs
-//! some locking and calls, so parts are rows or hundreds of cells, never single cells.
+//! raster (`drive`), so that this is compiled once; within a part the loop is an ordinary one. Each part costs some
+//! locking and calls, so parts are rows or hundreds of cells, never single cells.
 
 use std::{
     convert::Infallible,
@@ -53,7 +53,7 @@ pub fn each<P: Send, E: Send>(
     failure.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
 }
 
-/// [`each`] with room for work, which parts use one after another: `run(room, k, part)`.
+/// As [`each`], with a buffer that parts use one after another: `run(room, k, part)`.
 ///
 /// # Errors
 /// As [`each`].
@@ -72,7 +72,7 @@ pub fn each_with<S: Send, P: Send, E: Send>(
     })
 }
 
-/// [`each`] for loops that cannot fail.
+/// As [`each`], for loops that cannot fail.
 pub fn all<P: Send>(parts: impl IntoIterator<Item = P>, run: impl Fn(usize, P) + Sync) {
     let Ok(()) = each(parts, |k, part| {
         run(k, part);
@@ -80,7 +80,7 @@ pub fn all<P: Send>(parts: impl IntoIterator<Item = P>, run: impl Fn(usize, P) +
     });
 }
 
-/// Returns `of(k, part)` for each part, in their order.
+/// Returns `of(k, part)` for each part, in order.
 ///
 /// # Errors
 /// As [`each`].
@@ -91,7 +91,7 @@ pub fn collect<P: Send, R: Send, E: Send>(
     collect_with(parts, || (), |(), k, part| of(k, part))
 }
 
-/// [`collect`] with room for work, which parts use one after another: `of(room, k, part)`.
+/// As [`collect`], with a buffer that parts use one after another: `of(room, k, part)`.
 ///
 /// # Errors
 /// As [`each`].
@@ -109,13 +109,14 @@ pub fn collect_with<S: Send, P: Send, R: Send, E: Send>(
     Ok(results.into_iter().flatten().collect())
 }
 
-/// [`collect`] for what cannot fail.
+/// As [`collect`], for functions that cannot fail.
 pub fn collect_all<P: Send, R: Send>(parts: impl IntoIterator<Item = P>, of: impl Fn(usize, P) -> R + Sync) -> Vec<R> {
     let Ok(results) = collect(parts, |k, part| Ok::<_, Infallible>(of(k, part)));
     results
 }
 
-/// Cells of a part where the loop does not choose: the same for any number of threads, and enough parts for many.
+/// Returns the number of cells per part if the loop does not choose: the same for any number of threads, with enough
+/// parts for many threads.
 fn cells_of_a_part(count: usize) -> usize {
     count.div_ceil(256).clamp(256, 1 << 14)
 }
@@ -141,7 +142,7 @@ pub fn change<A: Send>(cells: &mut [A], change: impl Fn(&mut A) + Sync) {
     all(cells.chunks_mut(size), |_, cells| cells.iter_mut().for_each(&change));
 }
 
-/// Calls `change(cell, other)` for each cell and the one at its place in `with`.
+/// Calls `change(cell, other)` for each cell and the cell at the same place in `with`.
 pub fn change_with<A: Send, B: Sync>(cells: &mut [A], with: &[B], change: impl Fn(&mut A, &B) + Sync) {
     let size = cells_of_a_part(cells.len());
     all(cells.chunks_mut(size).zip(with.chunks(size)), |_, (cells, with)| {
@@ -155,19 +156,19 @@ pub fn count<A: Sync>(cells: &[A], counts: impl Fn(&A) -> bool + Sync) -> usize 
     collect_all(cells.chunks(cells_of_a_part(cells.len())), part).into_iter().sum()
 }
 
-/// Returns true if `is` is true for a cell.
+/// Returns true if `is` is true for any cell.
 pub fn any<A: Sync>(cells: &[A], is: impl Fn(&A) -> bool + Sync) -> bool {
     each(cells.chunks(cells_of_a_part(cells.len())), |_, cells| if cells.iter().any(&is) { Err(()) } else { Ok(()) })
         .is_err()
 }
 
-/// Sorts numbers in their total order.
+/// Sorts floating-point numbers in their total order.
 pub fn sort(samples: &mut [f32]) {
     samples.par_sort_unstable_by(f32::total_cmp);
 }
 
 /// Calls `row(j, samples)` for each row of `out`, in parallel, checking for cancellation at each row. `share` is the
-/// start and end of the part of the job's whole progress that these rows are.
+/// start and end of this part of the job's progress.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -180,7 +181,7 @@ pub fn rows_within(
     rows_by(job, share, out, &row)
 }
 
-/// [`rows_within`] compiled once.
+/// [`rows_within`] without generic parameters, so that it is compiled once.
 fn rows_by(
     job: &Job<'_>,
     share: [f32; 2],
@@ -201,7 +202,7 @@ fn rows_by(
     })
 }
 
-/// [`rows_within`] for rows that are the whole job.
+/// As [`rows_within`], for rows that are the whole job.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -210,7 +211,7 @@ pub fn rows(job: &Job<'_>, out: &mut [f32], row: impl Fn(usize, &mut [f32]) + Sy
 }
 
 /// Computes a raster row by row in the memory of another, whose samples each row contains at first; in new memory if
-/// the other is still needed.
+/// the other is still used elsewhere.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -230,7 +231,7 @@ pub fn rows_from(
 /// is the band's first row. For kernels that keep state from row to row.
 ///
 /// # Errors
-/// What `band` gives back, or [`NodeError::Cancelled`].
+/// The error of `band`, or [`NodeError::Cancelled`].
 pub fn bands_within(
     job: &Job<'_>,
     share: [f32; 2],
@@ -241,10 +242,10 @@ pub fn bands_within(
     bands_by(job, share, height, out, &band)
 }
 
-/// What a band is computed with: its first row and its samples.
+/// A function of a band's first row and its samples.
 type Band<'a> = dyn Fn(usize, &mut [f32]) -> Result<(), NodeError> + Sync + 'a;
 
-/// [`bands_within`] compiled once.
+/// [`bands_within`] without generic parameters, so that it is compiled once.
 fn bands_by(job: &Job<'_>, share: [f32; 2], height: usize, out: &mut [f32], band: &Band<'_>) -> Result<(), NodeError> {
     let size = job.window().nx().max(1) * height.max(1);
     let count = out.len().div_ceil(size);

@@ -1,16 +1,15 @@
-//! A range along a path: a Gaussian of the distance to it, with a width for each side.
+//! A range along a path: a Gaussian of the distance to the path, with a different width on each side.
 //!
-//! Each segment of the path makes its own range, and the highest counts. Beyond the ends of a segment the width
-//! blends from that of one side to that of the other, by a cubic of the sine of the angle from the segment's
-//! direction. There are therefore no seams, however the path winds; and where the path is straight, each segment is
-//! the highest beside itself.
+//! Each segment of the path forms its own range, and the highest counts. Beyond the ends of a segment the width blends
+//! from that of one side to that of the other, by a cubic of the sine of the angle from the segment's direction. There
+//! are therefore no seams, however the path winds; along a straight path each segment is the highest next to itself.
 
 use super::{math::lane, par, simd::simd};
 use crate::prelude::*;
 
-/// Course and widths of the range.
+/// Path and widths of the range.
 pub(crate) struct Range<'a> {
-    /// Places along the crest, in order.
+    /// Points of the crest, in order.
     pub path: &'a [[f64; 2]],
     /// Standard deviations in metres to the right of the path and to its left.
     pub widths_m: [f64; 2],
@@ -20,10 +19,10 @@ pub(crate) struct Range<'a> {
 #[derive(Clone, Copy)]
 pub(crate) struct Stretch {
     start: [f64; 2],
-    /// Unit vector along it; to its right is (-y, x).
+    /// Unit vector along it; the right side is (-y, x).
     along: [f64; 2],
     length_m: f64,
-    /// One over the squares of the widths to the right and to the left.
+    /// Reciprocal squares of the widths to the right and to the left.
     sides: [f64; 2],
 }
 
@@ -47,7 +46,7 @@ impl Range<'_> {
         Ok(heights)
     }
 
-    /// The segments of the path.
+    /// Returns the segments of the path.
     pub(crate) fn stretches(&self) -> Vec<Stretch> {
         self.path.windows(2).map(|pair| self.stretch(pair[0], pair[1])).collect()
     }
@@ -78,7 +77,7 @@ simd! {
             let right = dy * ux - dx * uy;
             let beyond = (-ahead).max(ahead - length_m).max(0.0);
             let square = beyond * beyond + right * right;
-            // exactly 1 and -1 beside the segment
+            // exactly 1 and -1 next to the segment
             let sine = right / square.sqrt().max(f64::MIN_POSITIVE);
             let share = 0.5 + sine * (0.75 - 0.25 * (sine * sine));
             let widths = (square * (share * sides[0] + (1.0 - share) * sides[1])) as f32;
@@ -88,7 +87,7 @@ simd! {
 }
 
 simd! {
-    /// Turns squared distances in widths into a Gaussian.
+    /// Converts squared distances in widths to a Gaussian.
     pub(crate) fn fall_off(row: &mut [f32], peak: f32) {
         for value in row {
             *value = peak * lane::exp(-0.5 * *value);

@@ -1,13 +1,13 @@
-//! Run-time choice of the SIMD width, with the same bytes at every width.
+//! Run-time choice of the SIMD level, with the same bytes at every level.
 //!
 //! A kernel is an ordinary loop over slices, written without branches so that the compiler can vectorise it. `simd!`
-//! compiles it once per instruction set and calls the widest that the machine has. Rust never contracts or reorders
+//! compiles it once per instruction set and calls the widest one of the machine. Rust never contracts or reorders
 //! floating-point operations, so every version gives the same bits; a test in the workspace's suite compares them.
 //!
-//! The environment variable [`VARIABLE`] sets a narrower instruction set than the machine has.
+//! The environment variable [`VARIABLE`] selects a narrower instruction set than that of the machine.
 //!
-//! With `RUSTFLAGS="--cfg orograph_baseline"` kernels are compiled for the baseline only, which nearly halves the time
-//! that this crate takes to compile: for work on a kernel, not for releases.
+//! With `RUSTFLAGS="--cfg orograph_baseline"` kernels are compiled only for the baseline, which nearly halves the
+//! compile time of this crate: for work on a kernel, not for releases.
 
 use std::{
     str::FromStr,
@@ -47,10 +47,10 @@ impl FromStr for Level {
 
 static LEVEL: AtomicU8 = AtomicU8::new(0);
 
-/// Returns the instruction set that the environment selects. Returns None when it selects none.
+/// Returns the instruction set that the environment selects. Returns None if it selects none.
 ///
 /// # Errors
-/// When the variable has another value.
+/// If the variable has another value.
 pub fn asked() -> Result<Option<Level>, String> {
     match std::env::var_os(VARIABLE) {
         Some(text) if !text.is_empty() => text.to_string_lossy().parse().map(Some),
@@ -68,7 +68,7 @@ pub fn widest() -> Level {
     }
 }
 
-/// The widest instruction set of this machine.
+/// Returns the widest instruction set of this machine.
 #[must_use]
 pub fn detected() -> Level {
     #[cfg(all(target_arch = "x86_64", not(orograph_baseline)))]
@@ -89,7 +89,7 @@ pub fn detected() -> Level {
     Level::Baseline
 }
 
-/// The instruction set in use.
+/// Returns the instruction set in use.
 #[must_use]
 #[inline]
 pub fn level() -> Level {
@@ -105,11 +105,11 @@ pub fn level() -> Level {
     }
 }
 
-/// Runs a function with at most the given instruction set, to compare results. The level is process-wide, so calls
-/// from several threads run one after the other.
+/// Runs a function with at most the given instruction set, to compare results. The level is process-wide, so calls from
+/// several threads run one after the other.
 pub fn at<T>(level: Level, run: impl FnOnce() -> T) -> T {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
-    /// Restores the widest, also when the run panics.
+    /// Restores the widest level, even if the run panics.
     struct Restore;
     impl Drop for Restore {
         fn drop(&mut self) {
@@ -146,7 +146,7 @@ macro_rules! simd {
                 }
                 #[expect(unsafe_code, reason = "calling a function compiled for features found at run time")]
                 match $crate::numerics::simd::level() {
-                    // SAFETY: `level` is at most what `detected` found on this machine.
+                    // SAFETY: `level` is at most that of this machine, which `detected` returns.
                     $crate::numerics::simd::Level::Avx512 => return unsafe { avx512 $(::<$($of),+>)? ($($arg),*) },
                     // SAFETY: as above.
                     $crate::numerics::simd::Level::Avx2 => return unsafe { avx2 $(::<$($of),+>)? ($($arg),*) },

@@ -1,20 +1,19 @@
-//! Brush strokes over the world, in metres.
+//! Brush strokes on the world, in metres.
 //!
-//! A stroke is a curve through its points, a Catmull-Rom spline in its centripetal form, which neither overshoots nor
-//! loops between close points. Its effect depends only on the distance to that curve, independent of the number of
-//! its points and of the resolution.
+//! A stroke is a centripetal Catmull-Rom spline through its points, which neither overshoots nor loops between close
+//! points. Its effect depends only on the distance to that curve, not on the number of its points or the resolution.
 
 use orograph_graph::{Edge, Stroke, Tool, World};
 
 use super::{math::smoothstep, par::rows_within};
 use crate::prelude::*;
 
-/// Length of a piece of a curve, as a fraction of the brush radius.
+/// Length of a line segment of a curve, as a fraction of the brush radius.
 const PIECE: f64 = 0.25;
-/// Maximum number of pieces between two points.
+/// Maximum number of segments between two points.
 const MAX_PIECES: f64 = 32.0;
 
-/// Changes values by strokes, one after the other: `change` receives the stroke, the value and the strength there.
+/// Applies strokes to values, one after the other: `change` receives the stroke, the value and the strength there.
 pub(crate) fn act(
     job: &Job<'_>,
     share: [f32; 2],
@@ -33,7 +32,7 @@ pub(crate) fn act(
             let (mut least, mut most) = (row.len(), 0);
             for piece in &path.pieces {
                 let Some([from, to]) = piece.columns(y, path.radius_m) else { continue };
-                // Cells whose centres lie there, and one more to each side against rounding.
+                // cells whose centres are within reach, and one more on each side against rounding
                 let from = (((from - first) / cell_m).floor().max(0.0) as usize).min(row.len());
                 let to = (((to - first) / cell_m).ceil() + 1.0).clamp(0.0, row.len() as f64) as usize;
                 (least, most) = (least.min(from), most.max(to));
@@ -51,14 +50,14 @@ pub(crate) fn act(
     })
 }
 
-/// A stroke as pieces of straight line.
+/// A stroke as line segments.
 pub(crate) struct Path {
     pub tool: Tool,
     pub radius_m: f64,
     strength: f64,
     hardness: f64,
     pieces: Vec<Piece>,
-    /// Its extent to the north and south.
+    /// Extent to the north and south.
     rows: [f64; 2],
 }
 
@@ -85,7 +84,7 @@ impl Path {
         Self { tool, radius_m, strength, hardness, pieces, rows }
     }
 
-    /// Returns its weight at a distance, given as its square.
+    /// Returns the weight of the brush at a distance, given its square.
     fn weight(&self, square: f64) -> f64 {
         let part = square.sqrt() / self.radius_m;
         if part >= 1.0 {
@@ -98,21 +97,21 @@ impl Path {
     }
 }
 
-/// A piece of straight line, in metres.
+/// A line segment, in metres.
 struct Piece {
     from: [f64; 2],
     to: [f64; 2],
 }
 
 impl Piece {
-    /// Returns the range along x that may be within a distance of a row. Returns None when there is none.
+    /// Returns the range along x that may be within a distance of a row. Returns None if there is none.
     fn columns(&self, y: f64, radius_m: f64) -> Option<[f64; 2]> {
         let [from, to] = [self.from, self.to];
         let near = from[1].min(to[1]) - radius_m <= y && y <= from[1].max(to[1]) + radius_m;
         near.then(|| [from[0].min(to[0]) - radius_m, from[0].max(to[0]) + radius_m])
     }
 
-    /// The square of the distance to a place.
+    /// Returns the squared distance to a point.
     fn square(&self, [x, y]: [f64; 2]) -> f64 {
         let [ex, ey] = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
         let [dx, dy] = [x - self.from[0], y - self.from[1]];
@@ -123,12 +122,12 @@ impl Piece {
     }
 }
 
-/// The corners of the curve through points.
+/// Returns the vertices of the curve through points.
 pub(crate) fn curve(points: &[[f64; 2]], radius_m: f64) -> Vec<[f64; 2]> {
     let mut points = points.to_vec();
     points.dedup();
     let (&[first, .., last], count) = (&points[..], points.len()) else { return points };
-    // Beyond its ends it continues straight.
+    // beyond its ends it continues straight
     let beyond = |end: [f64; 2], before: [f64; 2]| [2.0 * end[0] - before[0], 2.0 * end[1] - before[1]];
     let mut through = vec![beyond(first, points[1])];
     through.extend(&points);
@@ -143,8 +142,8 @@ pub(crate) fn curve(points: &[[f64; 2]], radius_m: f64) -> Vec<[f64; 2]> {
     corners
 }
 
-/// The place on a centripetal Catmull-Rom spline between the second and third of four points, by the pyramid of Barry
-/// and Goldman.
+/// Returns the point at `part` of a centripetal Catmull-Rom spline between the second and third of four points, by the
+/// algorithm of Barry and Goldman.
 fn between(ends: &[[f64; 2]], part: f64) -> [f64; 2] {
     let mut knots = [0.0; 4];
     for k in 0..3 {

@@ -1,16 +1,16 @@
 //! Hypsometric tints: colours of elevations, from lowland green to snow and from shallow to deep water.
 //!
-//! The anchors follow the convention of physical maps since the nineteenth century, brightened with height as in
-//! Imhof's relief maps (E. Imhof, 1965, Kartographische Geländedarstellung). Between them colours are interpolated in
-//! OKLab (B. Ottosson, 2020), where equal steps look equal, so no band stands out.
+//! The anchors follow the convention of physical maps since the nineteenth century, lighter with height as in Imhof's
+//! relief maps (E. Imhof, 1965, Kartographische Geländedarstellung). Between them colours are interpolated in OKLab (B.
+//! Ottosson, 2020), where equal distances look equal, so that no band stands out.
 
 use super::light::{linear, oklab, rgb};
 use orograph_graph::Srgb;
 
-/// Colours in the table, for water and for land each.
+/// Number of colours in the table, each for water and for land.
 const STEPS: usize = 256;
 
-/// Land from low to high: place between 0 and 1, sRGB.
+/// Land from low to high: position between 0 and 1, sRGB.
 pub(crate) const LAND: [(f64, u32); 8] = [
     (0.0, 0x7a9e77),
     (0.12, 0xa3b97f),
@@ -22,7 +22,7 @@ pub(crate) const LAND: [(f64, u32); 8] = [
     (1.0, 0xfbfaf8),
 ];
 
-/// Water from the shore to the deep: place between 0 and 1, sRGB.
+/// Water from the shore to the deep: position between 0 and 1, sRGB.
 pub(crate) const WATER: [(f64, u32); 4] = [(0.0, 0xb4d8e0), (0.12, 0x86bcd2), (0.5, 0x4b86b0), (1.0, 0x24507f)];
 
 /// A table of linear RGB by elevation.
@@ -35,8 +35,8 @@ pub struct Tints {
 }
 
 impl Tints {
-    /// Creates land tints from `low_m` to `high_m`; everything below the sea level is coloured as water, down to as
-    /// far below it as `high_m` is above `low_m`.
+    /// Creates land tints from `low_m` to `high_m`. Terrain below sea level is coloured as water, down to as far below
+    /// it as `high_m` is above `low_m`.
     #[must_use]
     pub fn new(low_m: f64, high_m: f64, sea_m: Option<f64>) -> Self {
         let row = |anchors: &[(f64, u32)]| -> Vec<[f32; 3]> {
@@ -47,7 +47,7 @@ impl Tints {
         Self { table, low_m: low_m as f32, per_m: (1.0 / (high_m - low_m).max(1e-6)) as f32, sea_m }
     }
 
-    /// The colour of an elevation in linear RGB.
+    /// Returns the colour of an elevation in linear RGB.
     #[must_use]
     #[inline]
     pub fn of(&self, height_m: f32) -> [f32; 3] {
@@ -62,13 +62,13 @@ impl Tints {
     }
 }
 
-/// The colour of rivers and lakes on a map, as linear RGB.
+/// Returns the colour of rivers and lakes on a map, as linear RGB.
 #[must_use]
 pub fn open_water() -> [f32; 3] {
     linear(Srgb::hex(0x3f_7f_b5)).map(|v| v as f32)
 }
 
-/// The colour between anchors, straight in OKLab, as linear RGB.
+/// Returns the colour between anchors, linear in OKLab, as linear RGB.
 fn at(anchors: &[(f64, u32)], place: f64) -> [f32; 3] {
     let next = anchors.iter().position(|(p, _)| *p >= place).unwrap_or(anchors.len() - 1).max(1);
     let ((p, from), (q, to)) = (anchors[next - 1], anchors[next]);

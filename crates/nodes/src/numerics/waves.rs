@@ -1,30 +1,30 @@
-//! Fields that vary in long waves, as rock does: sums of gradient noise whose octaves are functions of place.
+//! Random fields with long wavelengths, such as rock properties: sums of gradient noise as functions of position.
 //!
-//! Perlin (2002) for the noise of an octave. Each octave is half as long as the one before and weaker by a factor that
-//! gives the sum a spectral slope. The lattice is turned against rows and columns, and may be stretched along its first
-//! axis. The sum has a standard deviation of 1 with all its octaves, those too short for the cells included, so that
-//! cells of any size see the same field, the finer ones more of it.
+//! Each octave is noise of Perlin (2002), with half the wavelength of the one before and an amplitude that gives the
+//! sum its spectral slope. The lattice is rotated against rows and columns, and may be stretched along its first axis.
+//! The standard deviation of the sum is 1 with all octaves, including those too short for the cells, so that the field
+//! does not depend on the cell size; finer cells only add detail.
 
 use orograph_graph::{Job, NodeError, Window, mix};
 
 use super::math;
 use crate::numerics::par;
 
-/// The shortest wave that cells hold, in cells.
+/// The shortest wavelength that cells can represent, in cells.
 pub const SHORTEST_CELLS: f64 = 4.0;
-/// Standard deviation of an octave: 4 (mean of w² u²) (mean of w²), w the fade's square and u the distance.
+/// Standard deviation of an octave: 4 (mean of w² u²) (mean of w²), with w the squared fade and u the distance.
 const OCTAVE_DEVIATION: f64 = 0.215_710_8;
-/// The most octaves.
+/// Maximum number of octaves.
 const MOST_OCTAVES: u32 = 16;
 
-/// What a field is like.
+/// Parameters of a field.
 #[derive(Clone, Copy, Debug)]
 pub struct Waves {
-    /// The longest wave in metres, across the grain.
+    /// The longest wavelength in metres, across the grain.
     pub longest_m: f64,
     /// Slope of the two-dimensional power spectrum, above 2.
     pub spectral_slope: f64,
-    /// Length of the waves along the grain over that across it.
+    /// Ratio of the wavelengths along the grain to those across it.
     pub stretch: f64,
     /// Direction of the grain in radians from the x axis towards the y axis.
     pub grain: f64,
@@ -32,7 +32,7 @@ pub struct Waves {
     pub seed: u32,
 }
 
-/// A field at any place.
+/// A field that can be evaluated at any position.
 pub struct Sampler {
     gradients: [[f64; 2]; 256],
     cosine: f64,
@@ -43,7 +43,7 @@ pub struct Sampler {
 }
 
 impl Waves {
-    /// The field without waves shorter than `shortest_m` metres, but for the longest.
+    /// Creates a sampler without wavelengths below `shortest_m` metres, except for the longest octave.
     #[must_use]
     pub fn sampler(&self, shortest_m: f64) -> Sampler {
         let gradients = std::array::from_fn(|at| {
@@ -63,7 +63,7 @@ impl Waves {
         Sampler { gradients, cosine, sine, stretch: self.stretch, octaves }
     }
 
-    /// The field without waves shorter than `shortest_m` metres on the cells of a window.
+    /// Evaluates the field without wavelengths below `shortest_m` metres on the cells of a window.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
@@ -80,7 +80,7 @@ impl Waves {
 }
 
 impl Sampler {
-    /// The field at a place in metres.
+    /// Returns the field at a position in metres.
     #[must_use]
     pub fn at(&self, [x, y]: [f64; 2]) -> f64 {
         let along = (x * self.cosine + y * self.sine) / self.stretch;
@@ -124,10 +124,10 @@ mod tests {
         };
         let (fine, coarse) = (sampled(1.0), sampled(100.0));
         let (mean, deviation) = moments(&fine);
-        // Some 250 waves of the longest octave, which has half of the variance; octaves beyond those drawn have 2 %.
+        // about 250 waves of the longest octave, which has half of the variance; the omitted octaves have 2 %
         assert!(mean.abs() < 0.1 && (deviation - 1.0).abs() < 0.06, "{mean} {deviation}");
         let apart: Vec<f32> = fine.iter().zip(&coarse).map(|(fine, coarse)| fine - coarse).collect();
-        // Octaves of 2 km to 500 m have all but 0.707^3 of the variance.
+        // octaves of 2 km to 500 m have all but 0.707^3 of the variance
         let left = moments(&apart).1;
         assert!((left * left / 0.354 - 1.0).abs() < 0.15, "{left}");
     }

@@ -34,7 +34,7 @@ pub(super) fn read(bytes: &[u8], go_on: GoOn<'_>) -> Result<Raster, Problem> {
     let (Some(columns), Some(rows)) = (header.columns, header.rows) else {
         return Err(Problem::damaged("its header does not begin with `ncols` and `nrows`"));
     };
-    // A cell needs at least a digit and a blank.
+    // a cell needs at least a digit and a blank
     let cells = claimed_cells(columns, rows, 2, bytes.len() as u64 + 1, 1)?;
     let mut samples = with_capacity(cells)?;
     for word in words.by_ref().take(cells) {
@@ -67,7 +67,7 @@ fn parse<T: std::str::FromStr>(word: &[u8]) -> Option<T> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
-/// The start of a word, short enough for a message.
+/// Returns the start of a word, short enough for a message.
 fn excerpt(word: &[u8]) -> String {
     String::from_utf8_lossy(&word[..word.len().min(24)]).into_owned()
 }

@@ -1,4 +1,4 @@
-//! Tests of the writer: files do not depend on how many rows arrive at a time.
+//! Tests of the writer: files do not depend on the number of rows per call.
 
 use std::{
     fs,
@@ -102,7 +102,7 @@ fn files_do_not_depend_on_the_bands() {
     }
 }
 
-/// The `exr` crate, which holds the whole raster, writes the same.
+/// The `exr` crate, which needs the whole raster, writes the same bytes.
 #[test]
 fn exr_is_what_the_crate_writes() {
     use ::exr::prelude::*;
@@ -121,7 +121,7 @@ fn exr_is_what_the_crate_writes() {
     }
 }
 
-/// Noise exercises the path for files that compression has made longer.
+/// Noise exercises the fallback for files that compression would lengthen.
 #[test]
 fn noise_is_stored() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -138,7 +138,7 @@ fn noise_is_stored() {
     assert_eq!(left(&folder), 2);
 }
 
-/// Files in a folder.
+/// Returns the number of files in a folder.
 fn left(folder: &TempDir) -> usize {
     fs::read_dir(folder.path()).expect("a folder").count()
 }
@@ -173,7 +173,7 @@ fn rows_that_are_not_the_next_are_refused() {
     assert!(refused(&mut writer, &narrow).contains("columns"));
     let error = writer.finish(None, &|| true).expect_err("rows are missing");
     assert!(matches!(error.problem, Problem::Misfit(_)), "{error}");
-    // a file of the first rows, which others follow
+    // a file of the first rows, into which more rows do not fit
     let top = band(&field, 0, 50);
     let mut writer = Writer::begin(&path, *top.window(), content).expect("begun");
     assert!(refused(&mut writer, &band(&field, 0, 51)).contains("at most 50"));
@@ -185,7 +185,7 @@ fn rows_that_are_not_the_next_are_refused() {
     assert!(unknown.needs_whole() && !unknown.over(&field).needs_whole() && !content.needs_whole());
     let Err(error) = Writer::begin(&path, *field.window(), unknown) else { panic!("its range is not known") };
     assert!(matches!(error.problem, Problem::Misfit(_)), "{error}");
-    // once it was stopped, a row is lost
+    // after a cancelled call, rows are missing
     let mut writer = begin();
     let error = writer.rows(&field, &|| false).expect_err("stopped");
     assert!(matches!(error.problem, Problem::Stopped), "{error}");

@@ -11,13 +11,13 @@ use super::{
 };
 use crate::numerics::par;
 
-/// How the bytes of a cell are made.
+/// Encoding of a cell.
 pub(super) enum Cells {
-    /// 32-bit reals, little end first.
+    /// 32-bit floating-point numbers, little-endian.
     Reals {
         plane: usize,
     },
-    /// Whole codes.
+    /// Integer codes.
     Codes {
         plane: usize,
         codes: Codes,
@@ -33,7 +33,7 @@ pub(super) enum Cells {
     Control,
 }
 
-/// The bytes of a code.
+/// Width and byte order of a code.
 #[derive(Clone, Copy)]
 pub(super) enum Order {
     One,
@@ -66,7 +66,7 @@ impl Cells {
         }
     }
 
-    /// Bytes of a cell.
+    /// Returns the number of bytes of a cell.
     pub(super) const fn step(&self) -> usize {
         match self {
             Self::Codes { order: Order::One, .. } => 1,
@@ -89,7 +89,8 @@ impl Cells {
         }
     }
 
-    /// Fills rows of a field from row `first` on, each after the bytes that `before` makes of its number in the field.
+    /// Fills rows of a field from row `first` on; `before` makes the bytes that precede each row from its number in the
+    /// field.
     pub(super) fn rows<const N: usize>(
         &self,
         field: &Field,
@@ -135,7 +136,7 @@ impl Cells {
     }
 }
 
-/// The bytes of numbers, one after the other.
+/// Writes the bytes of numbers consecutively.
 fn each<T: Copy, const N: usize>(out: &mut [u8], numbers: &[T], bytes: impl Fn(T) -> [u8; N]) {
     for (out, number) in out.as_chunks_mut::<N>().0.iter_mut().zip(numbers) {
         *out = bytes(*number);

@@ -1,11 +1,11 @@
-//! Numbers as whole codes over a range.
+//! Conversion of numbers to integer codes over a range.
 
 use orograph_graph::{Window, mix};
 
 use super::Problem;
 use crate::numerics::{par, simd::simd};
 
-/// How numbers become codes from 0 to `full` over a range.
+/// Maps a range of numbers to codes from 0 to `full`.
 #[derive(Clone, Copy)]
 pub(super) struct Codes {
     pub(super) range: [f64; 2],
@@ -13,7 +13,7 @@ pub(super) struct Codes {
     pub(super) dither: bool,
 }
 
-/// Room for a row of codes.
+/// Buffers for a row of codes.
 pub(super) struct Room {
     up: Vec<f64>,
     codes: Vec<u16>,
@@ -26,11 +26,11 @@ impl Room {
 }
 
 impl Codes {
-    /// Returns the codes of row `j` of a window, rounded to the nearest or, with `dither`, at random to one of the
-    /// two nearest. A value that is exactly a code stays that code either way.
+    /// Returns the codes of row `j` of a window, rounded to the nearest or, with `dither`, at random to one of the two
+    /// nearest. Values that equal a code get that code in either case.
     pub(super) fn row<'a>(self, samples: &[f32], window: &Window, j: usize, room: &'a mut Room) -> &'a [u16] {
         let [lo, hi] = self.range;
-        // A level raster has no span; all its codes are 0.
+        // the range of a constant raster is empty; all its codes are 0
         let per_unit = if hi > lo { f64::from(self.full) / (hi - lo) } else { 0.0 };
         let Room { up, codes } = room;
         if self.dither {
@@ -54,9 +54,9 @@ pub(super) fn check_finite(samples: &[f32]) -> Result<(), Problem> {
 }
 
 simd! {
-    /// Codes of finite samples: how far they are above `lo` in steps, a part of a step `up`, rounded down.
+    /// Computes the codes of finite samples: steps above `lo`, plus the fraction `up` of a step, rounded down.
     fn encode(codes: &mut [u16], samples: &[f32], up: &[f64], lo: f64, per_unit: f64, full: f64) {
-        // from here on double precision has whole numbers only, and its last bits are those of the number
+        // from here on double precision represents integers only, and the last bits are the integer
         const WHOLE: f64 = 4_503_599_627_370_496.0;
         for ((code, v), up) in codes.iter_mut().zip(samples).zip(up) {
             let at = ((f64::from(*v) - lo) * per_unit + up).max(0.0).min(full);
@@ -79,7 +79,7 @@ mod tests {
         Field::constant(Window::whole(world), value)
     }
 
-    /// Codes from 0 to 65535 of the numbers from 0 to 65535.
+    /// Encodes a range of 0 to 65535 as codes from 0 to 65535.
     fn codes(field: &Field, dither: bool) -> Vec<u16> {
         let coding = Codes { range: [0.0, 65_535.0], full: u16::MAX, dither };
         let (window, mut room) = (field.window(), Room::new(field.window().nx()));
@@ -92,7 +92,7 @@ mod tests {
         let drawn = codes(&level(100.3), true);
         assert!(drawn.iter().all(|code| *code == 100 || *code == 101));
         let mean = drawn.iter().map(|code| f64::from(*code)).sum::<f64>() / drawn.len() as f64;
-        // 20000 draws: the mean is off by 0.0032 in one of three cases
+        // 20000 draws: the standard error of the mean is 0.0032
         assert!((mean - 100.3).abs() < 0.013, "{mean}");
         for value in [0.0, 777.0, 65_535.0] {
             assert!(codes(&level(value), true).iter().all(|code| f32::from(*code) == value));
@@ -100,8 +100,8 @@ mod tests {
         assert!(codes(&level(100.5), false).iter().all(|code| *code == 101));
     }
 
-    /// Rounding by the bits of large numbers is rounding down after a half, in every case and at every width of
-    /// vectors.
+    /// Rounding by the bits of large numbers equals rounding down after adding a half, in every case and at every SIMD
+    /// level.
     #[test]
     fn codes_are_the_nearest() {
         let window = *level(0.0).window();

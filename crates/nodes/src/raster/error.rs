@@ -27,13 +27,13 @@ pub enum Problem {
     /// The file does not exist.
     #[error("there is no such file")]
     Missing,
-    /// The name is a folder's.
+    /// The path is a folder.
     #[error("this is a folder, not a file")]
     Folder,
-    /// The name is of a device, a pipe or a socket.
+    /// The path is a device, a pipe or a socket.
     #[error("this is not a regular file")]
     NotRegular,
-    /// The operating system failed to read it.
+    /// The operating system failed to read the file.
     #[error("it cannot be read: {0}")]
     Unreadable(#[source] io::Error),
     /// Neither its first bytes nor its extension are recognised.
@@ -62,7 +62,7 @@ pub enum Problem {
         columns: u64,
         /// Rows it claims.
         rows: u64,
-        /// Bytes there are.
+        /// Length of the file in bytes.
         held: u64,
     },
     /// It ends too early.
@@ -76,10 +76,10 @@ pub enum Problem {
     Unsupported {
         /// The variant.
         what: String,
-        /// How to get a supported variant.
+        /// Advice for a supported variant.
         remedy: &'static str,
     },
-    /// A raw file of unknown shape.
+    /// A raw file whose number of columns is not known.
     #[error("it has no header, no sidecar, and its {bytes} bytes are not a square of {per_cell}-byte cells")]
     NoShape {
         /// Length of the file.
@@ -87,12 +87,12 @@ pub enum Problem {
         /// Bytes per cell.
         per_cell: u64,
     },
-    /// The sidecar beside it is wrong.
+    /// Its sidecar is invalid.
     #[error("its sidecar `{}` is wrong: {what}", path.display())]
     Sidecar {
         /// The sidecar.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault of the sidecar.
         what: String,
     },
     /// No cell has a value.
@@ -107,7 +107,7 @@ pub enum Problem {
     /// It was cancelled.
     #[error("it was stopped before its end")]
     Stopped,
-    /// There was not enough memory for it.
+    /// There was not enough memory.
     #[error(transparent)]
     OutOfMemory(#[from] OutOfMemory),
     /// The operating system failed to write it.
@@ -119,7 +119,7 @@ pub enum Problem {
     /// A 16-bit format cannot hold samples that are not numbers.
     #[error("{count} cells are not finite, which a 16-bit format cannot hold")]
     NotFinite {
-        /// How many.
+        /// The number of these cells.
         count: usize,
     },
 }
@@ -161,7 +161,7 @@ impl Problem {
         }
     }
 
-    /// The same, for a file.
+    /// Returns the problem as the error of a file.
     #[must_use]
     pub fn of(self, path: &Path) -> RasterError {
         RasterError { path: path.to_owned(), problem: self }

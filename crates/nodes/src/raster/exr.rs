@@ -1,8 +1,8 @@
-//! OpenEXR: real numbers in named channels.
+//! OpenEXR: floating-point numbers in named channels.
 //!
-//! Source: Academy Software Foundation, "OpenEXR File Layout". Of the first layer the channel `Y` is read, else `Z`,
-//! `height` or `R`, else the first; 16-bit and 32-bit reals and whole numbers. Written is one channel of 32-bit
-//! reals, `Y` or `R`.
+//! Source: Academy Software Foundation, "OpenEXR File Layout". Read: of the first layer the channel `Y`, else `Z`,
+//! `height` or `R`, else the first; 16-bit and 32-bit floats and integers. Written: one channel of 32-bit floats, `Y`
+//! or `R`.
 
 use std::io::{self, Cursor};
 
@@ -85,10 +85,11 @@ fn fault(error: Error) -> Problem {
 /// Bytes before each row of an uncompressed file: its number and its length.
 pub(super) const BEFORE_ROW: usize = 8;
 
-/// The file before its rows: one channel of 32-bit reals under a name, `Y` by custom, and the places of the rows.
+/// Returns the bytes before the rows: the header of one channel of 32-bit floats with that name, `Y` by convention, and
+/// the offsets of the rows.
 ///
-/// Uncompressed: the noise-like mantissas of a 2048 x 2048 terrain shrink by 1 % (ZIP1) to 9 % (ZIP16), which takes
-/// 30 to 50 times as long to write.
+/// The file is uncompressed: the noise-like mantissas of a 2048 x 2048 terrain shrink by only 1 % (ZIP1) to 9 %
+/// (ZIP16), and compression takes 30 to 50 times as long.
 pub(super) fn header([columns, rows]: [u32; 2], channel: &str) -> io::Result<Vec<u8>> {
     let channel = ChannelDescription::named(channel, SampleType::F32);
     let size = (columns as usize, rows as usize);

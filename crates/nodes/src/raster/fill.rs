@@ -1,16 +1,16 @@
-//! Fills voids smoothly from their surroundings.
+//! Fills voids smoothly from surrounding cells.
 //!
-//! Push-pull (S. J. Gortler, R. Grzeszczuk, R. Szeliski, M. F. Cohen, 1996, "The Lumigraph", SIGGRAPH 96, section
-//! 3.4): values are averaged up a pyramid, weighted by how much of each coarse cell is known, until nothing is
-//! missing; then each level is completed from the bilinear interpolation of the coarser one. A void of n cells across
-//! is filled from about n cells around it, so narrow gaps keep detail and wide ones become smooth. Differences:
-//! known cells are never changed, so the weights of the finest level are 0 or 1.
+//! Push-pull (S. J. Gortler, R. Grzeszczuk, R. Szeliski, M. F. Cohen, 1996, "The Lumigraph", SIGGRAPH 96, section 3.4):
+//! values are averaged up a pyramid, weighted by the known part of each coarse cell, until no cell is void; then each
+//! level is completed by bilinear interpolation of the coarser one. A void of n cells across is filled from about n
+//! cells around it, so narrow gaps keep detail and wide ones become smooth. Difference: known cells are never changed,
+//! so the weights of the finest level are 0 or 1.
 
 use orograph_graph::{NodeError, memory::zeroed};
 
 use crate::numerics::par;
 
-/// One level of the pyramid: values, and from 0 to 1 how much of each is known.
+/// One level of the pyramid: values, and the known fraction of each cell.
 struct Level {
     columns: usize,
     rows: usize,
@@ -18,11 +18,11 @@ struct Level {
     weights: Vec<f32>,
 }
 
-/// Fills the NaN of a row-major raster in place; all other cells stay bit for bit the same. A raster without a single
-/// number is left as it is. `check` is called once per row, and its error cancels the work.
+/// Fills the NaN of a row-major raster in place; all other cells keep their bits. A raster without any number is
+/// unchanged. `check` is called once per row, and its error cancels the work.
 ///
 /// # Errors
-/// What `check` returned.
+/// The error of `check`.
 ///
 /// # Panics
 /// When there are not exactly `columns * rows` samples.
@@ -67,8 +67,8 @@ pub fn fill_voids(
     Ok(())
 }
 
-/// Returns the next level: means of 2 x 2 cells, weighted by their known part; where nothing is known, value and
-/// weight are 0.
+/// Returns the next level: means of 2 x 2 cells, weighted by their known fraction; value and weight are 0 if nothing is
+/// known.
 fn coarser(
     columns: usize,
     rows: usize,
@@ -100,7 +100,8 @@ fn coarser(
 }
 
 impl Level {
-    /// Bilinear interpolation at the centre of cell (i, j) of the next finer level: a quarter of a cell off the centre.
+    /// Interpolates bilinearly at the centre of cell (i, j) of the next finer level, a quarter of a cell from the
+    /// coarse centre.
     fn between(&self, i: usize, j: usize) -> f32 {
         let (x, y) = (i / 2, j / 2);
         let aside = |at: usize, fine: usize, len: usize| {
@@ -135,10 +136,10 @@ mod tests {
         let out = filled(nx, ny, source.clone());
         for (before, after) in source.iter().zip(&out) {
             assert!(before.is_nan() || before.to_bits() == after.to_bits());
-            // Convex combinations of 100..=136; the margin is rounding.
+            // convex combinations of 100..=136, with a margin for rounding
             assert!((99.99..=136.01).contains(after), "{after}");
         }
-        // The slope carries on across the hole: west of its middle is lower than east.
+        // the slope continues across the void: its west is lower than its east
         assert!(out[11 * nx + 10] < out[11 * nx + 18] && out[11 * nx + 18] < out[11 * nx + 26]);
     }
 

@@ -1,21 +1,21 @@
-//! The filters that PNG applies before compression: each byte minus its prediction from neighbours.
+//! PNG filters: each byte minus its prediction from neighbours.
 //!
-//! Source: W3C, "Portable Network Graphics (PNG) Specification (Third Edition)" (2025), 9. Of the neighbour to the
-//! west, that to the north and A. Paeth's choice among three, each row takes the one whose rests have the least sum,
-//! as the specification advises. What is left out, `None` and `Average`, hardly ever wins on land.
+//! Source: W3C, "Portable Network Graphics (PNG) Specification (Third Edition)" (2025), 9. Each row uses the filter
+//! with the smallest sum of residuals among `Sub` (west), `Up` (north) and `Paeth`, as the specification advises.
+//! `None` and `Average` are omitted: they are hardly ever best on terrain.
 
 use crate::numerics::{par, simd::simd};
 
-/// Numbers of the filters in the file, in the order in which they are tried.
+/// Codes of the filters in the file, in the order in which they are tried.
 const SUB: u8 = 1;
 const UP: u8 = 2;
 const PAETH: u8 = 4;
 
-/// Bytes that a task filters at least.
+/// Minimum number of bytes per task.
 const TURN: usize = 1 << 14;
 
-/// Filters rows of `length` bytes, `step` bytes a cell, of which the first has been filtered already: each goes into
-/// `lines` behind the number of its filter.
+/// Filters rows of `length` bytes with `step` bytes per cell. The first row of `bytes` precedes those to filter. Each
+/// filtered row goes into `lines` after the code of its filter.
 pub(super) fn filter(lines: &mut [u8], bytes: &[u8], length: usize, step: usize) {
     let rows = TURN / length + 1;
     par::all(lines.chunks_mut(rows * (length + 1)), |part, lines| {
@@ -58,8 +58,8 @@ simd! {
 }
 
 simd! {
-    /// Applies the Paeth predictor: of west, north and north-west the nearest to west + north - north-west; ties in
-    /// this order.
+    /// Applies the Paeth predictor: the one of west, north and north-west that is nearest to west + north - north-west;
+    /// ties are resolved in this order.
     fn paeth(out: &mut [u8], row: &[u8], north: &[u8], step: usize) {
         for ((out, v), north) in out[..step].iter_mut().zip(row).zip(north) {
             *out = v.wrapping_sub(*north);
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
     use crate::testing::at_every_level;
 
-    /// The rows that a reader makes of filtered ones, as the specification says, byte by byte.
+    /// Reference decoder: undoes the filters byte by byte, as in the specification.
     fn unfiltered(filtered: &[u8], length: usize, step: usize) -> Vec<u8> {
         let mut rows: Vec<Vec<u8>> = vec![vec![0; length]];
         for line in filtered.chunks(length + 1) {
@@ -123,7 +123,7 @@ mod tests {
         rows[1..].concat()
     }
 
-    /// All rows of a picture, the first below a row of zeros.
+    /// Filters all rows of a picture; the row before the first is zero.
     fn filtered(bytes: &[u8], length: usize, step: usize) -> Vec<u8> {
         let mut lines = vec![0; bytes.len() / length * (length + 1)];
         filter(&mut lines, &[&vec![0; length], bytes].concat(), length, step);
@@ -149,7 +149,7 @@ mod tests {
 
     #[test]
     fn each_row_takes_the_filter_that_leaves_least() {
-        // noise, the same a little higher, and a ramp that has nothing to do with it
+        // noise, the same noise slightly higher, and an unrelated ramp
         let noise = |up: u8| (0..400).map(move |i| (mix(i) as u8).wrapping_add(up));
         let ramp = (0..400).map(|i| (i * 3) as u8);
         let bytes: Vec<u8> = noise(0).chain(noise(2)).chain(ramp).collect();

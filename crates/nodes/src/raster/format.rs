@@ -5,17 +5,17 @@ use orograph_graph::{Field, PortType, Window};
 /// A format for heights, masks and scalars.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// OpenEXR, 32-bit reals, uncompressed.
+    /// OpenEXR, 32-bit floats, uncompressed.
     Exr,
     /// 16-bit grey PNG: codes over a range.
     Png16,
     /// 8-bit grey PNG: codes over a range, for masks.
     Png8,
-    /// GeoTIFF, 32-bit reals, with cell size.
+    /// GeoTIFF, 32-bit floats, with cell size.
     Tiff,
     /// Raw 16-bit codes over a range, little-endian.
     R16,
-    /// Raw 32-bit reals, little-endian.
+    /// Raw 32-bit floats, little-endian.
     R32,
 }
 
@@ -23,7 +23,7 @@ impl Format {
     /// Every format, best first.
     pub const ALL: [Self; 6] = [Self::Exr, Self::Png16, Self::Png8, Self::Tiff, Self::R16, Self::R32];
 
-    /// Its name on a command line.
+    /// Returns the name of the format on a command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -36,7 +36,7 @@ impl Format {
         }
     }
 
-    /// The extension of its files.
+    /// Returns the extension of its files.
     #[must_use]
     pub const fn extension(self) -> &'static str {
         match self {
@@ -48,13 +48,13 @@ impl Format {
         }
     }
 
-    /// Returns the format with that name. Returns None when there is none.
+    /// Returns the format with that name. Returns None if there is none.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.name() == name)
     }
 
-    /// Returns the largest code of a format of integer codes. Returns None when the format stores numbers.
+    /// Returns the largest code of a format of integer codes. Returns None if the format stores floating-point numbers.
     #[must_use]
     pub const fn largest_code(self) -> Option<u16> {
         match self {
@@ -65,67 +65,68 @@ impl Format {
     }
 }
 
-/// How samples are written.
+/// Options for writing samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Writing {
     /// Values of the lowest and the largest code of a format of codes; values beyond are clamped. `None` uses the
-    /// smallest and largest value. Tiles of one world need the same range to fit together.
+    /// minimum and maximum. Tiles of one world need the same range to match.
     pub range: Option<[f64; 2]>,
-    /// Dithers: rounds at random to one of the two nearest codes, so that their mean is the value: gentle slopes get
-    /// a grain of half a step instead of terraces. The draw depends only on the cell's place in the world.
+    /// Dithers: rounds at random to one of the two nearest codes, so that the mean is the value. Gentle slopes then
+    /// show a grain of half a step instead of terraces. The draw depends only on the cell's position in the world.
     pub dither: bool,
     /// Names the channel of an OpenEXR file `R`, which some programs require, instead of `Y`.
     pub red: bool,
-    /// The plane that is written, of a field that has several.
+    /// The plane to write, if the field has several.
     pub plane: usize,
 }
 
-/// Metadata in a sidecar beyond the raster itself.
+/// Metadata of a sidecar that the raster itself does not give.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Meta {
     /// Quantity of the values, such as `height`.
     pub quantity: String,
     /// Symbol of their unit.
     pub unit: String,
-    /// Hash of the graph that made them.
+    /// Hash of the graph that built the values.
     pub graph_hash: Option<String>,
     /// Import settings for another program.
     pub import: Option<serde_json::Map<String, serde_json::Value>>,
-    /// The window of the world that the raster shows, if it has its own grid.
+    /// The window of the world that the raster shows, if its grid differs from that of the world.
     pub shows: Option<Window>,
 }
 
 /// The content of a file, and its format.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Content {
-    /// The numbers of one plane.
+    /// The samples of one plane.
     Numbers(Format, Writing),
     /// Three planes of linear RGB, 0 to 1, as an 8-bit sRGB picture.
     Colour,
-    /// The same with an alpha of 127, for the colour map of Terrain3D: its alpha makes ground rougher above one half
-    /// and wetter below, and 127 is its own value where nothing is painted.
+    /// As `Colour`, with an alpha of 127, for the colour map of Terrain3D: its alpha makes ground rougher above one
+    /// half and wetter below, and 127 is the default of unpainted ground.
     Tint,
     /// Unit normals, -1 to 1 in each of three planes, as 16-bit red, green and blue: -1 is 0, 1 is 65535.
     Normal,
-    /// The shares of four layers as 8-bit red, green, blue and alpha that sum to 255 in every cell.
+    /// The weights of four layers as 8-bit red, green, blue and alpha that sum to 255 in every cell.
     Weights,
-    /// The shares of four layers as a control map of Terrain3D: OpenEXR whose numbers are fields of bits.
+    /// The weights of four layers as a control map of Terrain3D: OpenEXR with bit fields as numbers.
     ///
-    /// A cell has two textures there, the layers of the largest shares, numbered from 0: the lower one as the base,
-    /// the higher one over it by its part of their sum. A layer that would cover the base altogether is alone. The
+    /// A cell has two textures, the layers of the largest weights, numbered from 0: the lower number is the base, the
+    /// higher one the overlay, blended by its fraction of their sum. An overlay that would cover the base completely
+    /// becomes the base. The other two layers are dropped.
     /// other two layers are left out.
     Control,
 }
 
 impl Content {
-    /// Scalars in a format: masks over 0 to 1, the rest over their own range.
+    /// Returns the content of scalars in a format: masks over 0 to 1, others over their own range.
     #[must_use]
     pub fn numbers(ty: PortType, format: Format, dither: bool) -> Self {
         let range = (ty == PortType::Mask).then_some([0.0, 1.0]);
         Self::Numbers(format, Writing { range, dither, ..Writing::default() })
     }
 
-    /// The same of another plane.
+    /// Returns the same content of another plane.
     #[must_use]
     pub fn of_plane(self, plane: usize) -> Self {
         match self {
@@ -134,8 +135,8 @@ impl Content {
         }
     }
 
-    /// Returns true if the whole raster must be known before its first row can be written: a format of codes over the
-    /// range of the raster itself. [`Self::over`] makes a content of it that needs no more than rows.
+    /// Returns true if the whole raster must be known before the first row can be written: in a format of codes over
+    /// the range of the raster itself. [`Self::over`] returns a content that does not need it.
     #[must_use]
     pub const fn needs_whole(&self) -> bool {
         matches!(self, Self::Numbers(format, writing) if format.largest_code().is_some() && writing.range.is_none())

@@ -1,8 +1,8 @@
-//! SRTM height tiles (`N40W106.hgt`): square, big-endian `i16` in metres, -32768 where there is no data.
+//! SRTM height tiles (`N40W106.hgt`): square, big-endian `i16` in metres, -32768 for voids.
 //!
-//! Source: NASA LP DAAC, "SRTM User Guide" (2015). A tile covers one degree, and its outer rows and columns lie on
-//! the degree lines: the samples are posts, so a cell is 1/(side - 1) degree and reaches half a cell beyond the tile.
-//! The name is the place of the south-west post.
+//! Source: NASA LP DAAC, "SRTM User Guide" (2015). A tile covers one degree, and its outer rows and columns lie on the
+//! degree lines: the samples are posts, so a cell is 1/(side - 1) degree and extends half a cell beyond the tile. The
+//! name gives the position of the south-west post.
 
 use orograph_graph::memory::collected;
 

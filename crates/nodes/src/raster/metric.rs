@@ -1,9 +1,9 @@
-//! From a raster's own grid to metres.
+//! Conversion of a raster's own grid to metres.
 //!
-//! Degrees become metres by the lengths of a degree of longitude and of latitude on the WGS84 ellipsoid at the
-//! latitude of the raster's middle (J. P. Snyder, 1987, "Map Projections: A Working Manual", USGS Professional Paper
-//! 1395, equations 4-19 and 4-21): a local equirectangular approximation. East-west lengths are off by about
-//! `tan(latitude)` times the distance from the middle in radians: 1 % at 64 km north or south of the middle at 45
+//! Degrees are converted by the lengths of a degree of longitude and of latitude on the WGS84 ellipsoid at the latitude
+//! of the raster's centre (J. P. Snyder, 1987, "Map Projections: A Working Manual", USGS Professional Paper 1395,
+//! equations 4-19 and 4-21): a local equirectangular approximation. The relative error of east-west lengths is about
+//! `tan(latitude)` times the distance from the centre in radians: 1 % at 64 km north or south of the centre at 45
 //! degrees.
 
 use orograph_graph::{Field, NodeError, Window, World};
@@ -16,7 +16,7 @@ const WGS84_A_M: f64 = 6_378_137.0;
 /// Squared first eccentricity of WGS84.
 const WGS84_E2: f64 = 0.006_694_379_990_141_317;
 
-/// Metres in a degree of longitude and in one of latitude.
+/// Returns the metres in a degree of longitude and in one of latitude.
 fn metres_per_degree(latitude_deg: f64) -> [f64; 2] {
     let radian = core::f64::consts::PI / 180.0;
     let (sin, cos) = (math::sin(latitude_deg * radian), math::cos(latitude_deg * radian));
@@ -27,10 +27,10 @@ fn metres_per_degree(latitude_deg: f64) -> [f64; 2] {
 }
 
 impl Raster {
-    /// Returns the width and height of a cell in metres. Returns None when the file has none.
+    /// Returns the width and height of a cell in metres. Returns None if the file has none.
     ///
     /// # Errors
-    /// [`Problem::NoLatitude`] for cells in degrees at an unknown place, [`Problem::Damaged`] for sizes no land has.
+    /// [`Problem::NoLatitude`] for cells in degrees at an unknown latitude, [`Problem::Damaged`] for impossible sizes.
     pub fn cell_m(&self) -> Result<Option<[f64; 2]>, Problem> {
         let size = match self.cell {
             None => return Ok(None),
@@ -38,7 +38,7 @@ impl Raster {
             Some(Cell::Degrees([dx, dy])) => {
                 let [_, north] = self.origin.ok_or(Problem::NoLatitude)?;
                 let middle = north - 0.5 * dy * self.rows as f64;
-                // Nearer to a pole than this, a degree of longitude is no length to speak of.
+                // closer to a pole, the length of a degree of longitude is close to 0
                 if middle.is_nan() || middle.abs() > 89.0 {
                     return Err(Problem::NoLatitude);
                 }
@@ -54,13 +54,13 @@ impl Raster {
     }
 }
 
-/// Returns the raster as a height field over its own world, with its cells and cell size, and with voids filled.
+/// Returns the raster as a heightfield over its own world, with its cells and cell size, and with voids filled.
 ///
 /// `range` is the range of codes if the file has none; `cell_m` replaces the file's cell size. Cells that are not
-/// square, such as those in degrees, are resampled from east to west to the height they have from north to south.
+/// square, such as those in degrees, are resampled along x to their north-south size.
 ///
 /// # Errors
-/// [`Problem::NoCellSize`] when neither the file nor the caller says it, and the problems of [`Raster::cell_m`].
+/// [`Problem::NoCellSize`] if neither the file nor the caller gives it, and the problems of [`Raster::cell_m`].
 pub fn height_field(raster: Raster, range: [f64; 2], cell_m: Option<f64>) -> Result<Field, Problem> {
     let [dx, dy] = match cell_m {
         Some(d) => [d, d],
@@ -118,7 +118,7 @@ mod tests {
         raster.origin = Some([8.0, 60.05]);
         let field = height_field(raster.clone(), [0.0, 1.0], None).unwrap();
         let window = field.window();
-        // At 60 degrees a degree of longitude is 55.8 km, one of latitude 111.4 km.
+        // at 60 degrees a degree of longitude is 55.8 km, one of latitude 111.4 km
         assert_eq!(window.cells, [10, 10]);
         assert!((window.cell_m() - 1114.1).abs() < 0.5, "{}", window.cell_m());
         assert_eq!(window.world.check(), Ok(()));

@@ -1,13 +1,13 @@
 //! Raster files: reading elevation models, writing results.
 //!
 //! Read: GeoTIFF, grey PNG, OpenEXR, ESRI ASCII grids, SRTM tiles, raw 16-bit and 32-bit samples ([`read`]). Written:
-//! OpenEXR, GeoTIFF, grey PNG, raw samples, colour PNG, textures for engines ([`Content`]), by one [`Writer`] that
-//! accepts rows as they arrive, always under a temporary name that is renamed at the end, with a JSON [`Sidecar`] for
-//! metadata that a format cannot store.
+//! OpenEXR, GeoTIFF, grey PNG, raw samples, colour PNG, textures for engines ([`Content`]). One [`Writer`] accepts rows
+//! as they arrive, always under a temporary name that is renamed at the end, with a JSON [`Sidecar`] for metadata that
+//! a format cannot store.
 //!
-//! Files come from anywhere, so no reader trusts one. The memory that a reader allocates is bounded by the length of
-//! the file: the number of cells in a header is compared with the available bytes and the strongest compression of
-//! the format (`claimed_cells`) before anything of that size is allocated. Every offset is checked against the file.
+//! Files are untrusted input. The memory that a reader allocates is bounded by the length of the file: the number of
+//! cells in a header is compared with the available bytes and the strongest compression of the format (`claimed_cells`)
+//! before anything of that size is allocated. Every offset is checked against the length of the file.
 
 mod ascii;
 mod cells;
@@ -46,15 +46,15 @@ pub use texture::apportioned;
 pub use whole::{write, write_colour};
 pub use writer::{Finished, Writer};
 
-/// The most cells a file may have: 4 GiB of samples, 32768 cells a side.
+/// Maximum number of cells of a file: 4 GiB of samples, 32768 cells per side.
 pub const MAX_CELLS: u64 = 1 << 30;
 
-/// The most bytes that one byte of a compressed file can stand for. Deflate reaches 1032 (a 258-byte match in two
-/// bits), 12-bit LZW 1302 (codes that each grow by one byte until the table is full); twice that leaves room for
-/// OpenEXR's own schemes.
+/// Maximum number of bytes that one compressed byte can represent. Deflate reaches 1032 (a 258-byte match in two bits),
+/// 12-bit LZW 1302 (codes that each grow by one byte until the table is full); twice that leaves room for OpenEXR's own
+/// schemes.
 const MAX_RATIO: u64 = 2600;
 
-/// Samples this large are not measurements: some programs write the lowest `f32` for "no data" without declaring it.
+/// Samples from this magnitude on are voids: some programs write the lowest `f32` for "no data" without declaring it.
 const VOID_FROM: f32 = 1e30;
 
 /// A raster as stored in a file: row-major from the north-west corner, voids as NaN.
@@ -66,13 +66,13 @@ pub struct Raster {
     pub rows: usize,
     /// `rows * columns` samples, row by row, north first; NaN where there is no data.
     pub samples: Vec<f32>,
-    /// How codes map to numbers; `None` if the samples are numbers.
+    /// Conversion of codes to numbers; `None` if the samples are numbers.
     pub coding: Option<Coding>,
-    /// Size of a cell, if the file says so.
+    /// Size of a cell, if the file gives it.
     pub cell: Option<Cell>,
-    /// Easting or longitude, and northing or latitude, of the outer north-west corner, if the file says so.
+    /// Easting or longitude, and northing or latitude, of the outer north-west corner, if the file gives them.
     pub origin: Option<[f64; 2]>,
-    /// EPSG code of the coordinate reference system, if the file says so.
+    /// EPSG code of the coordinate reference system, if the file gives it.
     pub epsg: Option<u32>,
 }
 
@@ -90,12 +90,12 @@ pub enum Cell {
 pub struct Coding {
     /// The largest code: 255 or 65535.
     pub full: u32,
-    /// Values of the ends, if a sidecar has them.
+    /// Values of the lowest and largest code, if a sidecar gives them.
     pub range: Option<[f64; 2]>,
 }
 
 impl Raster {
-    /// Creates a raster from samples; everything that is not a number, or too large, becomes void.
+    /// Creates a raster from samples; samples that are not finite or too large become voids.
     fn new(columns: usize, rows: usize, mut samples: Vec<f32>) -> Self {
         debug_assert_eq!(samples.len(), columns * rows);
         for v in &mut samples {
@@ -106,20 +106,20 @@ impl Raster {
         Self { columns, rows, samples, coding: None, cell: None, origin: None, epsg: None }
     }
 
-    /// Number of cells without data.
+    /// Returns the number of voids.
     #[must_use]
     pub fn voids(&self) -> usize {
         self.samples.iter().filter(|v| v.is_nan()).count()
     }
 
-    /// Turns codes into numbers by the range of the file, or else by `range`. Numbers stay as they are.
+    /// Converts codes to numbers by the range of the file, or else by `range`. Numbers are unchanged.
     #[must_use]
     pub fn decoded(mut self, range: [f64; 2]) -> Self {
         if let Some(Coding { full, range: own }) = self.coding.take() {
             let [lo, hi] = own.unwrap_or(range);
             let full = f64::from(full);
             for v in &mut self.samples {
-                // The ends are met exactly: a weighted mean, not a step times a count.
+                // the ends are exact: a weighted mean, not a multiple of a step
                 let t = f64::from(*v) / full;
                 *v = (lo * (1.0 - t) + hi * t) as f32;
             }
@@ -128,7 +128,7 @@ impl Raster {
     }
 }
 
-/// Reads a raster file of any known format, recognised by its first bytes or else by its extension.
+/// Reads a raster file of any known format, which its first bytes identify, or else its extension.
 ///
 /// PNG, OpenEXR and raw files are read together with their sidecar, if there is one ([`sidecar_path`]).
 ///
@@ -138,11 +138,11 @@ pub fn read(path: &Path) -> Result<Raster, RasterError> {
     read_while(path, &|| true)
 }
 
-/// [`read`] that is cancelled soon after `go_on` returns false. It is called every few milliseconds, except inside
+/// As [`read`], but cancelled soon after `go_on` returns false. It is called every few milliseconds, except inside
 /// OpenEXR and interlaced PNG.
 ///
 /// # Errors
-/// As [`read`]; [`Problem::Stopped`] when it stopped.
+/// As [`read`]; [`Problem::Stopped`] if it was cancelled.
 pub fn read_while(path: &Path, go_on: GoOn<'_>) -> Result<Raster, RasterError> {
     let sidecar = Sidecar::beside(path)?;
     let bytes = load(path, go_on).map_err(|problem| problem.of(path))?;
@@ -161,7 +161,7 @@ fn load(path: &Path, go_on: GoOn<'_>) -> Result<Vec<u8>, Problem> {
     if meta.is_dir() {
         return Err(Problem::Folder);
     }
-    // A pipe would block for ever, a device never end.
+    // reading a pipe would block forever, and a device has no end
     if !meta.is_file() {
         return Err(Problem::NotRegular);
     }
@@ -203,8 +203,8 @@ fn decode(bytes: &[u8], path: &Path, sidecar: Option<&Sidecar>, go_on: GoOn<'_>)
     Ok(raster)
 }
 
-/// Checks the shape a header claims, before anything of that size is allocated: not empty, not beyond [`MAX_CELLS`],
-/// and not more than `held` bytes can hold when one of them stands for at most `ratio`. Returns the number of cells.
+/// Checks the size in a header before anything of that size is allocated: not empty, not beyond [`MAX_CELLS`], and not
+/// more than `held` bytes can represent if one byte represents at most `ratio`. Returns the number of cells.
 fn claimed_cells(columns: u64, rows: u64, bytes_per_cell: u64, held: u64, ratio: u64) -> Result<usize, Problem> {
     if columns == 0 || rows == 0 {
         return Err(Problem::Empty { columns, rows });
@@ -219,9 +219,9 @@ fn claimed_cells(columns: u64, rows: u64, bytes_per_cell: u64, held: u64, ratio:
     }
 }
 
-/// Returns true if a grid of unknown reference system appears to be in longitude and latitude: its cells are at most
-/// a tenth of a degree, and all of it lies on the globe. A survey in metres with an origin at zero and a few dozen
-/// metres across looks the same; in that case, set the cell size in the graph.
+/// Returns true if a grid of unknown reference system appears to be in longitude and latitude: its cells are at most a
+/// tenth of a degree, and all of it lies on the globe. A survey in metres with its origin at zero and a width of a few
+/// dozen metres looks the same; in that case, set the cell size in the graph.
 fn looks_geographic(origin: [f64; 2], cell: [f64; 2], columns: usize, rows: usize) -> bool {
     let east = origin[0] + cell[0] * columns as f64;
     let south = origin[1] - cell[1] * rows as f64;

@@ -1,6 +1,6 @@
 //! A file under a temporary name, which is renamed when it is complete.
 //!
-//! A reader never sees half of a file, and a full disk leaves the previous file unchanged.
+//! Readers never see an incomplete file, and a full disk leaves the previous file unchanged.
 
 use std::{
     io::{self, BufRead, BufReader, BufWriter, Seek, SeekFrom, Write},
@@ -12,15 +12,15 @@ use tempfile::NamedTempFile;
 
 use super::{GoOn, Problem, RasterError};
 
-/// A file that is being written. Dropped, it leaves nothing.
+/// A file that is being written. If it is dropped, the temporary file is removed.
 pub(super) struct Part {
     to: BufWriter<NamedTempFile>,
-    /// Removes it when the program ends for lack of memory.
+    /// Removes the temporary file if the program ends for lack of memory.
     leftover: Leftover,
 }
 
 impl Part {
-    /// Begins a file that will get this name.
+    /// Begins the temporary file for a path.
     pub(super) fn begin(path: &Path) -> Result<Self, RasterError> {
         let folder = match path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -31,7 +31,7 @@ impl Part {
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;
-            // Temporary files are private by default; a result is an ordinary file, as the umask would have it.
+            // temporary files are private by default; results get the permissions of ordinary files under the umask
             builder.permissions(std::fs::Permissions::from_mode(0o666));
         }
         let file = builder.tempfile_in(folder).map_err(|error| Problem::Unwritable(error).of(path))?;
@@ -39,7 +39,7 @@ impl Part {
         Ok(Self { to: BufWriter::with_capacity(1 << 18, file), leftover })
     }
 
-    /// Returns why it could not be written: an operating system error, or cancellation.
+    /// Returns the reason of a failure: an operating system error, or cancellation.
     pub(super) fn fault(error: io::Error, path: &Path, go_on: GoOn<'_>) -> RasterError {
         if go_on() { Problem::Unwritable(error) } else { Problem::Stopped }.of(path)
     }
@@ -50,7 +50,7 @@ impl Part {
         Ok(BufReader::with_capacity(1 << 16, self.to.get_ref().as_file()))
     }
 
-    /// Writes everything that is left; after it only the rename can fail.
+    /// Writes all buffered bytes; afterwards only the rename can fail.
     pub(super) fn complete(self, path: &Path) -> Result<Complete, RasterError> {
         let file = self.to.into_inner().map_err(|error| Problem::Unwritable(error.into_error()).of(path))?;
         Ok(Complete { file, _leftover: self.leftover })
@@ -96,12 +96,12 @@ impl Complete {
 /// Writes a whole file of any kind: `fill` writes under a temporary name, which is renamed at the end.
 ///
 /// # Errors
-/// [`Problem::Unwritable`]; an earlier file of this name is then as it was.
+/// [`Problem::Unwritable`]; an earlier file of this name is then unchanged.
 pub fn replace(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), RasterError> {
     staged(path, fill)?.persist(path)
 }
 
-/// A complete file that `fill` writes.
+/// Writes a complete file under a temporary name by `fill`.
 pub(super) fn staged(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,

@@ -1,44 +1,44 @@
-//! Resampling one grid of cells onto another, axis by axis.
+//! Resamples one grid of cells onto another, axis by axis.
 //!
-//! Cells are areas. Where target cells are larger, each is the mean of the area it covers (conservative: the volume
-//! of the terrain is kept). Where they are smaller, values are interpolated by the Catmull-Rom cubic (E. Catmull, R.
-//! Rom, 1974, "A class of local interpolating splines"), clamped to the two samples it lies between, so that no
-//! summits or pits are invented. Where grids coincide, samples are copied bit for bit.
+//! Cells are areas. Where target cells are larger, each is the mean of the area it covers (conservative: the volume of
+//! the terrain is preserved). Where they are smaller, values are interpolated by the Catmull-Rom cubic (E. Catmull, R.
+//! Rom, 1974, "A class of local interpolating splines"), clamped to the two neighbouring samples, so that no new
+//! summits or pits appear. Where the grids coincide, samples are copied bit for bit.
 
 use orograph_graph::{NodeError, memory::zeroed};
 
 use crate::numerics::par;
 
-/// How target cells map to source cells along one axis: target cell i covers `offset + i * step` to `offset + (i + 1)
-/// * step`, in source cells from the first one's edge.
+/// Mapping of target cells to source cells along one axis: target cell i covers `offset + i * step` to `offset + (i +
+/// 1) * step`, in source cells from the first one's edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridAxis {
     /// Number of source cells.
     pub source: usize,
-    /// Where target cell 0 begins.
+    /// Position where target cell 0 begins.
     pub offset: f64,
     /// Source cells per target cell.
     pub step: f64,
 }
 
-/// How far from one and from a whole number a step and an offset may be, through rounding, and still coincide.
+/// Tolerance for a step of one and a whole offset, which covers rounding.
 const SNAP: f64 = 1e-6;
 
-/// The weights, which sum to one, of source cells for a target cell along an axis.
+/// The weights of source cells for a target cell along an axis, which sum to one.
 struct Taps {
     first: usize,
     weights: Vec<f64>,
-    /// The two cells an interpolated value must stay between.
+    /// The two cells between which an interpolated value must stay.
     between: Option<[usize; 2]>,
     /// True if the centre of the target cell is on the source grid.
     inside: bool,
 }
 
 impl GridAxis {
-    /// The axis with a step of one, and an offset of whole cells, where they are meant to be so.
+    /// Snaps a step close to one, with an offset close to whole cells, to exact values.
     ///
-    /// A step of one with an offset of a half cell, as centring gives between an even and an odd number, becomes a
-    /// whole offset: a shift of half a cell for samples that stay as they were measured.
+    /// A step of one with an offset of half a cell, which results from centring an odd number in an even one, becomes a
+    /// whole offset: a shift of half a cell in exchange for unchanged samples.
     #[must_use]
     pub fn snapped(mut self) -> Self {
         let whole = (self.offset + SNAP).floor();
@@ -84,7 +84,7 @@ impl GridAxis {
             0.5 * (4.0 * t2 - 3.0 * t3 + t),
             0.5 * (t3 - t2),
         ];
-        // Beyond the edge the outermost sample goes on; its weights gather in one tap.
+        // beyond the edge the outermost sample is repeated; its weights are summed in one tap
         let places = [cell(left - 1.0), cell(left), cell(left + 1.0), cell(left + 2.0)];
         let mut weights = vec![0.0; places[3] - places[0] + 1];
         for (place, weight) in places.into_iter().zip(cubic) {
@@ -94,17 +94,17 @@ impl GridAxis {
     }
 }
 
-/// Resamples a row-major raster without NaN onto `cells` target cells from `origin`, along x and y.
+/// Resamples a row-major raster without NaN to `cells` target cells from `origin`, along x and y.
 ///
-/// Target cells whose centre is beyond the source take `beyond`, or, for `None`, the nearest of its edge. Sums are
-/// made in f64 in a fixed order, so the result does not depend on threads or on which part is requested. `check` is
-/// called once a row and stops the work by its error.
+/// Target cells whose centre is outside the source get `beyond` or, if it is `None`, the nearest value at the edge.
+/// Sums are computed in f64 in a fixed order, so the result depends neither on threads nor on the requested part.
+/// `check` is called once per row, and its error stops the work.
 ///
 /// # Errors
-/// What `check` returned.
+/// The error of `check`.
 ///
 /// # Panics
-/// When there are not exactly as many samples as the axes say, or none.
+/// If the number of samples is 0 or differs from that of the axes.
 pub fn resample(
     samples: &[f32],
     axes: [GridAxis; 2],
@@ -121,7 +121,7 @@ pub fn resample(
     };
     let (across, down) = (taps(0), taps(1));
     let nx = across.len();
-    // Source rows are narrowed first, only those that are needed.
+    // source rows are resampled along x first, only those that are needed
     let top = down.iter().map(|t| t.first).min().unwrap_or(0);
     let bottom = down.iter().map(|t| t.first + t.weights.len()).max().unwrap_or(0);
     let mut narrowed = zeroed::<f32>(nx * (bottom - top))?;
@@ -197,10 +197,10 @@ mod tests {
     fn larger_cells_take_the_mean_of_what_they_cover() {
         let source = [1.0, 3.0, 5.0, 11.0];
         assert_eq!(line(&source, 0.0, 2.0, 2, None), [2.0, 8.0]);
-        // 1.5 cells each: (1 + 0.5 * 3) / 1.5 and (0.5 * 3 + 5) / 1.5; the tolerance is the rounding of f32.
+        // 1.5 cells each: (1 + 0.5 * 3) / 1.5 and (0.5 * 3 + 5) / 1.5; the tolerance is the rounding of f32
         let out = line(&source, 0.0, 1.5, 2, None);
         assert!((out[0] - 5.0 / 3.0).abs() < 1e-6 && (out[1] - 13.0 / 3.0).abs() < 1e-6, "{out:?}");
-        // Half outside: only the inner part counts.
+        // half outside: only the inner part counts
         assert_eq!(line(&source, -1.0, 2.0, 1, None), [1.0]);
         assert_eq!(line(&source, -4.0, 2.0, 1, None), [1.0]);
         assert_eq!(line(&source, -4.0, 2.0, 1, Some(7.0)), [7.0]);
@@ -211,7 +211,7 @@ mod tests {
         let ramp: Vec<f32> = (0..8).map(|v| v as f32).collect();
         let fine = line(&ramp, 0.0, 0.25, 32, None);
         for (at, v) in fine.iter().enumerate().skip(6).take(20) {
-            // The cubic reproduces straight lines; the tolerance is the rounding of f32.
+            // the cubic reproduces straight lines; the tolerance is the rounding of f32
             let expected = (at as f32 + 0.5) * 0.25 - 0.5;
             assert!((v - expected).abs() < 1e-6, "{at}: {v} instead of {expected}");
         }

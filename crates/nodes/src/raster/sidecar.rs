@@ -1,4 +1,4 @@
-//! The JSON file beside a raster file with metadata that its format cannot store: `NAME.png.json` beside `NAME.png`.
+//! The JSON file with metadata that a raster format cannot store: `NAME.png.json` next to `NAME.png`.
 
 use std::{
     ffi::OsString,
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Cell, Meta, Problem, RasterError};
 
-/// Description of a raster file. Written beside every height file; read beside PNG, OpenEXR and raw files.
+/// Description of a raster file. Written with every height file; read with PNG, OpenEXR and raw files.
 ///
 /// When reading, everything is optional, unknown names are ignored, and `z_min` and `z_max` may replace `range`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -25,20 +25,20 @@ pub struct Sidecar {
     /// Side of a cell in metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cell_m: Option<f64>,
-    /// Metres to the east and to the south from the north-west corner of the world to that of the raster, where it
-    /// shows a part of the world.
+    /// Metres to the east and to the south from the north-west corner of the world to that of the raster, if it shows a
+    /// part of the world.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub origin_m: Option<[f64; 2]>,
-    /// The same in cells of the world.
+    /// The same offset in cells of the world.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub origin_cells: Option<[u32; 2]>,
-    /// Cells of the whole world, where the raster shows a part of it.
+    /// Cells of the whole world, if the raster shows a part of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub world_cells: Option<[u32; 2]>,
     /// Smallest and largest value, in `unit`; in a format of codes, the values of the lowest and the largest code.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
-    /// Symbol of the unit; empty for pure numbers.
+    /// Symbol of the unit; empty for dimensionless numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// Quantity of the values, such as `height` or `mask`.
@@ -56,13 +56,13 @@ pub struct Sidecar {
     /// The world's seed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u32>,
-    /// Elevation of the world's sea in metres, if it has one.
+    /// Sea level of the world in metres, if it has a sea.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sea_level_m: Option<f64>,
-    /// Hash of the graph that made it.
+    /// Hash of the graph that built the raster.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub graph_hash: Option<String>,
-    /// Name and version of the program that wrote it.
+    /// Name and version of the program that wrote the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub program: Option<String>,
 }
@@ -75,7 +75,7 @@ pub fn sidecar_path(path: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// A sidecar is a few lines; a file beyond this is something else.
+/// Maximum size of a sidecar, which is a few lines; larger files are something else.
 const MOST_BYTES: u64 = 1 << 20;
 
 #[derive(Deserialize)]
@@ -109,10 +109,10 @@ impl Sidecar {
         }
     }
 
-    /// Returns the sidecar of a file. Returns None when there is none.
+    /// Returns the sidecar of a file. Returns None if there is none.
     ///
     /// # Errors
-    /// [`Problem::Sidecar`] when there is one that is wrong.
+    /// [`Problem::Sidecar`] if it is invalid.
     pub(super) fn beside(path: &Path) -> Result<Option<Self>, RasterError> {
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
         if !["png", "exr", "r16", "raw", "r32"].contains(&extension.as_str()) {
@@ -153,16 +153,16 @@ impl Sidecar {
         Ok(sidecar)
     }
 
-    /// Cell size; None when it is not known.
+    /// Returns the cell size. Returns None if it is not known.
     pub(super) fn cell(&self) -> Option<Cell> {
         self.cell_m.map(|d| Cell::Metres([d, d]))
     }
 }
 
-/// Returns the sea level in the sidecar of a file. Returns None when there is none.
+/// Returns the sea level in the sidecar of a file. Returns None if there is none.
 ///
 /// # Errors
-/// [`Problem::Sidecar`] when there is a sidecar that is wrong.
+/// [`Problem::Sidecar`] if the sidecar is invalid.
 pub fn sea_level(path: &Path) -> Result<Option<f64>, RasterError> {
     Ok(Sidecar::beside(path)?.and_then(|sidecar| sidecar.sea_level_m))
 }

@@ -7,7 +7,7 @@ use crate::numerics::{math, par};
 /// Returns the interleaved sRGB pixels of a picture in linear light.
 ///
 /// # Panics
-/// When the field has fewer than three planes: a caller's mistake, never a file's.
+/// If the field has fewer than three planes, which is a mistake of the caller.
 #[must_use]
 pub fn srgb_bytes(field: &Field) -> Vec<u8> {
     let mut bytes = vec![0; 3 * field.window().len()];
@@ -16,11 +16,11 @@ pub fn srgb_bytes(field: &Field) -> Vec<u8> {
     bytes
 }
 
-/// The transfer curve of sRGB (IEC 61966-2-1), exact to the nearest 8-bit code, by table.
+/// The transfer curve of sRGB (IEC 61966-2-1) as a table, exact to the nearest 8-bit code.
 pub(super) struct Srgb {
     /// Code at the low end of each of 65536 equal steps from 0 to 1.
     start: Vec<u8>,
-    /// Linear value from which a code becomes the next.
+    /// Linear value at which a code changes to the next.
     next: [f32; 256],
 }
 
@@ -31,8 +31,8 @@ impl Srgb {
         for (code, limit) in next.iter_mut().enumerate().take(255) {
             *limit = linear((code as f64 + 0.5) / 255.0) as f32;
         }
-        // The narrowest code is twenty steps wide, so two steps hold at most one limit; entries begin one step early,
-        // for the index may be rounded up.
+        // the narrowest code is twenty steps wide, so two steps contain at most one limit; entries begin one step
+        // early, because the index may be rounded up
         let mut code = 0;
         let start = (0..=65_535_u32)
             .map(|step| {

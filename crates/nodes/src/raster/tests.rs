@@ -17,7 +17,7 @@ fn data(name: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data")).join(name)
 }
 
-/// What other programs read from the files of `tests/data`.
+/// Values that other programs read from the files of `tests/data`.
 #[derive(Deserialize)]
 struct Expected {
     columns: usize,
@@ -48,11 +48,11 @@ fn every_variant_reads_as_other_programs_read_it() {
         assert_eq!((raster.columns, raster.rows), (expected.columns, expected.rows), "{name}");
         assert_eq!(raster.voids(), expected.voids, "{name}");
         let known = || raster.samples.iter().filter(|v| !v.is_nan()).map(|v| f64::from(*v));
-        // Samples are small multiples of a power of two or single f32: all of these are exact.
+        // samples are small multiples of a power of two or single precision, so these values are exact
         assert_eq!(known().fold(f64::INFINITY, f64::min), expected.min, "{name}");
         assert_eq!(known().fold(f64::NEG_INFINITY, f64::max), expected.max, "{name}");
         let sum: f64 = known().sum();
-        // Only the order of summation differs.
+        // only the order of summation differs
         assert!((sum - expected.sum).abs() <= 1e-9 * expected.sum.abs(), "{name}: {sum}");
         let (last_row, last) = ((raster.rows - 1) * raster.columns, raster.samples.len() - 1);
         for (at, corner) in [0, raster.columns - 1, last_row, last].into_iter().zip(expected.corners) {
@@ -62,7 +62,7 @@ fn every_variant_reads_as_other_programs_read_it() {
         assert_eq!(raster.cell, cell, "{name}");
         assert_eq!(raster.epsg, expected.epsg, "{name}");
         match (raster.origin, expected.origin) {
-            // A corner found from the opposite corner or from a centre differs by the rounding of the sum.
+            // a corner computed from the opposite corner or from a centre differs by the rounding of the sum
             (Some(found), Some(told)) => {
                 for (f, t) in found.into_iter().zip(told) {
                     assert!((f - t).abs() <= 1e-12 * t.abs(), "{name}: origin {found:?}");
@@ -91,7 +91,7 @@ fn codes_become_metres_by_the_sidecar() {
     for j in 0..64 {
         for i in 0..48 {
             let (found, told) = (metres.samples[j * 48 + i], original.samples[j * 128 + i]);
-            // Half a step of the code, and the rounding of f32 near 1000 m.
+            // half a step of the code, and the rounding of f32 near 1000 m
             let most = 0.5 * (range[1] - range[0]) / 65_535.0 + 1e-4;
             assert!(f64::from((found - told).abs()) <= most, "({i}, {j}): {found} instead of {told}");
         }
@@ -128,7 +128,7 @@ fn what_is_written_reads_back() {
                 let full = if format == Format::Png8 { 255.0 } else { 65_535.0 };
                 assert!((step * full - 3702.22).abs() < 1e-3, "{step}"); // heights are single precision
                 for (a, b) in back.samples().iter().zip(field.samples()) {
-                    // Rounded to the nearest code; f32 near 3000 m rounds by 1e-4 more.
+                    // rounded to the nearest code; f32 near 3000 m adds a rounding of 1e-4
                     assert!(f64::from((a - b).abs()) <= 0.5 * step + 2e-4, "{}: {a} {b}", format.name());
                 }
             }
@@ -138,7 +138,8 @@ fn what_is_written_reads_back() {
     assert_eq!(left.len(), 2 * Format::ALL.len(), "no temporary file is left: {left:?}");
 }
 
-/// Noise, which compression would lengthen, and land: other readers find every code, and threads change no byte.
+/// Noise, which compression would lengthen, and terrain: other readers decode every code, and the number of threads
+/// does not change a byte.
 #[test]
 fn png_is_the_same_for_any_number_of_threads() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -172,7 +173,7 @@ fn a_tile_of_a_world_knows_its_place() {
     let part = whole.crop(&Window { world: whole.window().world, origin: [8, 20], cells: [16, 10] });
     write(&path, Format::Tiff, &part, Writing::default(), &Meta::default(), &|| true).unwrap();
     let raster = read(&path).unwrap();
-    // 8 cells of 12.5 m east, and 10 cells of 12.5 m north, of the world's south-west corner.
+    // 8 cells of 12.5 m east and 10 cells of 12.5 m north of the world's south-west corner
     assert_eq!(raster.origin, Some([100.0, 125.0]));
     assert_eq!((raster.cell, raster.epsg), (Some(Cell::Metres([12.5, 12.5])), None));
 }
@@ -238,7 +239,7 @@ fn what_is_no_raster_is_named() {
     assert!(matches!(problem("b.r16", &[0; 8]), Problem::Sidecar { .. }));
 }
 
-/// The first `len` bytes of a file's header with a number put in.
+/// Returns a file with bytes replaced at an offset.
 fn patched(name: &str, at: usize, bytes: &[u8]) -> Vec<u8> {
     let mut file = fs::read(data(name)).unwrap();
     file[at..at + bytes.len()].copy_from_slice(bytes);
@@ -252,7 +253,7 @@ fn a_header_that_claims_gigabytes_is_refused() {
         let named = matches!(problem, Problem::Lying { .. } | Problem::Damaged(_) | Problem::Truncated(_));
         assert!(named, "{name}: {problem}");
     };
-    // IHDR: width and height, with the checksum of the chunk made right.
+    // IHDR: width and height, with a valid checksum of the chunk
     let mut png = patched("glencoe_48x64_u16.png", 16, &[0, 0, 0x7d, 0, 0, 0, 0x7d, 0]);
     let mut crc = flate2::Crc::new();
     crc.update(&png[12..29]);
@@ -260,7 +261,7 @@ fn a_header_that_claims_gigabytes_is_refused() {
     let problem = decode(&png, Path::new("a.png"), None).unwrap_err();
     assert!(matches!(problem, Problem::Lying { columns: 32_000, rows: 32_000, .. }), "{problem}");
     refused("a.asc", b"ncols 32000\nnrows 32000\ncellsize 1\n1 2 3\n");
-    // The data window of an OpenEXR file: its last column and row.
+    // the data window of an OpenEXR file: its last column and row
     let exr = fs::read(data("mandakini_f32_piz.exr")).unwrap();
     let window = b"dataWindow\0box2i\0";
     let at = exr.windows(window.len()).position(|w| w == window).unwrap() + window.len() + 4;
@@ -268,13 +269,13 @@ fn a_header_that_claims_gigabytes_is_refused() {
     refused("a.exr", &patched("mandakini_f32_piz.exr", at + 8, &[0xff, 0xff, 0xff, 0x3f, 0xff, 0xff, 0xff, 0x3f]));
 }
 
-/// A reader may fail, but must neither panic nor produce more cells than the strongest compression allows.
+/// A reader may fail, but must neither panic nor return more cells than the strongest compression allows.
 fn survives(name: &str, bytes: &[u8]) -> Result<(), TestCaseError> {
     let sidecar = Sidecar { columns: Some(9), rows: Some(7), ..Sidecar::default() };
     let raw = name.ends_with(".r16") || name.ends_with(".r32");
     if let Ok(raster) = decode(bytes, Path::new(name), raw.then_some(&sidecar)) {
         prop_assert_eq!(raster.samples.len(), raster.columns * raster.rows);
-        // Eight grey cells of one bit are the most that a byte before compression holds.
+        // a byte before compression holds at most eight grey cells of one bit
         prop_assert!(raster.samples.len() as u64 <= bytes.len() as u64 * MAX_RATIO * 8);
         let _ = raster.cell_m();
     }
@@ -293,7 +294,7 @@ fn seeds() -> Vec<(String, Vec<u8>)> {
 #[test]
 fn every_byte_of_a_header_may_be_wrong() {
     for (name, bytes) in seeds() {
-        // Directories of TIFF files stand at either end.
+        // the directory of a TIFF file is at its beginning or its end
         let places: Vec<usize> =
             (0..bytes.len().min(400)).chain(bytes.len().saturating_sub(300)..bytes.len()).collect();
         places.par_iter().for_each(|at| {
@@ -333,7 +334,7 @@ proptest! {
         let mut bytes = bytes[..(bytes.len() as f64 * keep) as usize].to_vec();
         for (at, values) in mutations {
             if !bytes.is_empty() {
-                // Half of them near the beginning, where the headers are.
+                // half of them near the beginning, which contains the headers
                 let at = if at % 2 == 0 { at / 2 % bytes.len() } else { at / 2 % bytes.len().min(512) };
                 let end = (at + values.len()).min(bytes.len());
                 bytes[at..end].copy_from_slice(&values[..end - at]);

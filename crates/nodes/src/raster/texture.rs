@@ -1,14 +1,14 @@
-//! Textures for engines: normals and the weights of layers, which are numbers without the sRGB curve, and the maps of
-//! Terrain3D, a terrain of the engine Godot.
+//! Textures for game engines: normals and layer weights, which are numbers without the sRGB curve, and the maps of
+//! Terrain3D, a terrain system for Godot.
 //!
-//! Source of its maps: C. Petkovsek, R. Palmroos and contributors, "Terrain3D", documentation of version 1 ("Control
+//! Source of the maps: C. Petkovsek, R. Palmroos and contributors, "Terrain3D", documentation of version 1 ("Control
 //! Map Format"; "Import and Export").
 
 use orograph_graph::Field;
 
 use crate::numerics::par;
 
-/// Fills the pixels of row `j` of unit normals: 16-bit red, green and blue, big end first.
+/// Fills the pixels of row `j` of unit normals: 16-bit red, green and blue, big-endian.
 pub(super) fn normal_row(field: &Field, j: usize, out: &mut [u8]) {
     let nx = field.window().nx();
     let planes = [0, 1, 2].map(|plane| &field.plane(plane)[j * nx..(j + 1) * nx]);
@@ -19,7 +19,7 @@ pub(super) fn normal_row(field: &Field, j: usize, out: &mut [u8]) {
     }
 }
 
-/// Fills the pixels of row `j` of the shares of four layers.
+/// Fills the pixels of row `j` of the weights of four layers.
 pub(super) fn weights_row(field: &Field, j: usize, out: &mut [u8]) {
     let nx = field.window().nx();
     let planes = [0, 1, 2, 3].map(|plane| &field.plane(plane)[j * nx..(j + 1) * nx]);
@@ -28,7 +28,7 @@ pub(super) fn weights_row(field: &Field, j: usize, out: &mut [u8]) {
     }
 }
 
-/// Fills the cells of row `j` of a control map of Terrain3D, little end first.
+/// Fills the cells of row `j` of a control map of Terrain3D, little-endian.
 pub(super) fn control_row(field: &Field, j: usize, out: &mut [u8]) {
     let nx = field.window().nx();
     let planes = [0, 1, 2, 3].map(|plane| &field.plane(plane)[j * nx..(j + 1) * nx]);
@@ -37,11 +37,11 @@ pub(super) fn control_row(field: &Field, j: usize, out: &mut [u8]) {
     }
 }
 
-/// The shares of four layers as 255ths that sum to one in every cell: what
-/// [`Content::Weights`](super::Content::Weights) writes, as numbers.
+/// Returns the weights of four layers as 255ths that sum to one in every cell: the values that
+/// [`Content::Weights`](super::Content::Weights) writes.
 ///
 /// # Panics
-/// When the field has fewer than four planes.
+/// If the field has fewer than four planes.
 #[must_use]
 pub fn apportioned(field: &Field) -> Field {
     let planes = [0, 1, 2, 3].map(|plane| field.plane(plane));
@@ -61,8 +61,8 @@ pub fn apportioned(field: &Field) -> Field {
     Field::with_planes(*field.window(), 4, samples)
 }
 
-/// The bits of a cell of a control map: five for the base, five for the texture over it, eight for how much of it;
-/// the rest are turns, scales and holes, which nothing here says.
+/// Returns the bits of a cell of a control map: five for the base texture, five for the overlay texture, eight for the
+/// blend. The other bits, for rotation, scale and holes, are 0.
 fn control(shares: [f32; 4]) -> u32 {
     let shares = shares.map(|share| if share > 0.0 { f64::from(share) } else { 0.0 });
     let mut order = [0_usize, 1, 2, 3];
@@ -74,9 +74,9 @@ fn control(shares: [f32; 4]) -> u32 {
     (base as u32) << 27 | (over as u32) << 22 | blend << 14
 }
 
-/// Returns the integer parts of 255 nearest to the weights: each is rounded down, and the rest of 255 goes to the
-/// largest remainders, among equal ones to the first (A. Hamilton's method of apportionment, 1792). If the weights
-/// sum to 0, the first gets everything.
+/// Returns the weights as integers that sum to 255: each is rounded down, and the remainder of 255 goes to the largest
+/// fractional parts, the first of equal ones (A. Hamilton's method of apportionment, 1792). If the weights sum to 0,
+/// the first gets 255.
 fn parts_of_255(shares: [f32; 4]) -> [u8; 4] {
     let shares = shares.map(|share| if share > 0.0 { f64::from(share) } else { 0.0 });
     let sum: f64 = shares.iter().sum();
@@ -113,7 +113,7 @@ mod tests {
         Field::with_planes(window, planes, samples.map(|(plane, cell)| value(plane, cell)).collect())
     }
 
-    /// The samples of a PNG file.
+    /// Returns the colour type and the samples of a PNG file.
     fn read(path: &Path) -> (::png::ColorType, Vec<u8>) {
         let mut reader = ::png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).expect("there")));
         reader.set_transformations(::png::Transformations::IDENTITY);
@@ -169,7 +169,7 @@ mod tests {
         }
     }
 
-    /// A decoder finds the very bits.
+    /// A decoder returns exactly the written bits.
     #[test]
     fn control_maps_keep_their_bits() {
         let folder = tempfile::tempdir().expect("a folder");

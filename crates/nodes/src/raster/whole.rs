@@ -1,4 +1,4 @@
-//! Writes a whole raster: the row writer with all rows at once.
+//! Writes a whole raster with the row writer.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use orograph_graph::Field;
 use super::Problem;
 use super::{Content, Finished, Format, GoOn, Meta, RasterError, Sidecar, Writer, Writing};
 
-/// Writes a field whole.
+/// Writes all rows of a field.
 pub(super) fn whole(
     path: &Path,
     content: Content,
@@ -21,11 +21,12 @@ pub(super) fn whole(
     writer.finish(beside, go_on)
 }
 
-/// Writes a plane of a field, and its sidecar; returns the sidecar.
+/// Writes a plane of a field and its sidecar. Returns the sidecar.
 ///
 /// # Errors
-/// [`Problem::Unwritable`] when either file cannot be written, [`Problem::NotFinite`] when a format of codes cannot hold it,
-/// [`Problem::Stopped`] soon after `go_on` has become false; earlier files of these names are then as they were.
+/// [`Problem::Unwritable`] if either file cannot be written, [`Problem::NotFinite`] if a format of codes cannot
+/// represent it, [`Problem::Stopped`] soon after `go_on` returns false; earlier files of these names are then
+/// unchanged.
 pub fn write(
     path: &Path,
     format: Format,
@@ -41,8 +42,8 @@ pub fn write(
 /// Writes three planes of linear RGB, 0 to 1, as an 8-bit sRGB picture.
 ///
 /// # Errors
-/// [`Problem::Unwritable`], and [`Problem::Stopped`] soon after `go_on` has become false; an earlier file of this name is
-/// then as it was. [`Problem::Misfit`] when the field has fewer than three planes.
+/// [`Problem::Unwritable`], and [`Problem::Stopped`] soon after `go_on` returns false; an earlier file of this name is
+/// then unchanged. [`Problem::Misfit`] if the field has fewer than three planes.
 pub fn write_colour(path: &Path, field: &Field, go_on: GoOn<'_>) -> Result<(), RasterError> {
     whole(path, Content::Colour, field, None, go_on).map(|_| ())
 }

@@ -1,4 +1,4 @@
-//! Writing a raster row by row, in bounded memory: whole files or none.
+//! Writes a raster row by row in bounded memory; a file is complete or absent.
 
 use std::{
     io::{self, Seek, SeekFrom, Write},
@@ -19,13 +19,13 @@ use super::{
 };
 use crate::numerics::par;
 
-/// Bytes of the rows that are encoded together where they are not compressed: few enough for the caches.
+/// Bytes of the rows that are encoded at once if they are not compressed: few enough for the caches.
 const BLOCK: usize = 1 << 20;
 
-/// A raster file being written.
+/// A raster file that is being written.
 ///
-/// It accepts bands of rows from north to south and buffers about three megabytes of them. The bytes of the file do
-/// not depend on how many rows arrive at a time. If it is dropped before [`Self::finish`], it leaves nothing.
+/// It accepts bands of rows from north to south and buffers about three megabytes of them. The bytes of the file do not
+/// depend on the number of rows per call. If it is dropped before [`Self::finish`], no file is left.
 pub struct Writer {
     path: PathBuf,
     window: Window,
@@ -36,12 +36,12 @@ pub struct Writer {
     /// Rows written so far.
     done: usize,
     block: Vec<u8>,
-    /// Lowest and highest finite number so far.
+    /// Lowest and highest finite sample so far.
     range: Option<(f32, f32)>,
     has_voids: bool,
 }
 
-/// The container around the bytes of the rows.
+/// The file format around the bytes of the rows.
 enum Container {
     Nothing,
     Exr,
@@ -49,20 +49,21 @@ enum Container {
     Png(Picture, Box<Stream>),
 }
 
-/// Description of a complete file.
+/// A complete file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finished {
-    /// Lowest and highest number; `None` for pictures, and when no number is finite.
+    /// Lowest and highest sample; `None` for pictures, and if no sample is finite.
     pub range: Option<[f64; 2]>,
     /// The JSON sidecar, if one was requested.
     pub sidecar: Option<Sidecar>,
 }
 
 impl Writer {
-    /// Begins the file of a raster of this window.
+    /// Begins the file for a raster of this window.
     ///
     /// # Errors
-    /// [`Problem::Unwritable`]; [`Problem::Misfit`] when the content [needs the whole](Content::needs_whole) raster first.
+    /// [`Problem::Unwritable`]; [`Problem::Misfit`] if the content [needs the whole](Content::needs_whole) raster
+    /// first.
     pub fn begin(path: &Path, window: Window, content: Content) -> Result<Self, RasterError> {
         if content.needs_whole() {
             return Err(Problem::Misfit("codes over an unknown range need the whole raster first".into()).of(path));
@@ -79,8 +80,9 @@ impl Writer {
     /// Appends the next rows: a field whose window is a band of the raster's window.
     ///
     /// # Errors
-    /// [`Problem::Unwritable`]; [`Problem::NotFinite`] when a format of codes cannot hold them; [`Problem::Stopped`] soon after
-    /// `go_on` has become false; [`Problem::Misfit`] when they are not the next rows. The file cannot be completed then.
+    /// [`Problem::Unwritable`]; [`Problem::NotFinite`] if a format of codes cannot represent them; [`Problem::Stopped`]
+    /// soon after `go_on` returns false; [`Problem::Misfit`] if they are not the next rows. The file cannot be
+    /// completed then.
     pub fn rows(&mut self, band: &Field, go_on: GoOn<'_>) -> Result<(), RasterError> {
         let path = self.path.clone();
         self.check(band).map_err(|problem| problem.of(&path))?;
@@ -91,7 +93,7 @@ impl Writer {
         if let Container::Tiff = self.container {
             self.has_voids |= par::any(band.samples(), |v| v.is_nan());
         }
-        // what fails below cannot be repeated
+        // a failure below cannot be retried
         let first = std::mem::replace(&mut self.done, usize::MAX);
         let rows = band.window().ny();
         self.encode(band, first, go_on).map_err(|error| Part::fault(error, &path, go_on))?;
@@ -99,7 +101,7 @@ impl Writer {
         Ok(())
     }
 
-    /// Rejects anything but the next rows, and values without a code.
+    /// Rejects rows that are not the next ones, and values without a code.
     fn check(&self, band: &Field) -> Result<(), Problem> {
         let (whole, part) = (&self.window, band.window());
         let [west, north] = whole.origin;
@@ -155,10 +157,10 @@ impl Writer {
         Ok(())
     }
 
-    /// Completes the file, with a JSON file beside it where `beside` is given.
+    /// Completes the file, and writes its sidecar if `beside` is given.
     ///
     /// # Errors
-    /// As [`Self::rows`]; [`Problem::Misfit`] when rows are missing. Earlier files of these names are then as they were.
+    /// As [`Self::rows`]; [`Problem::Misfit`] if rows are missing. Earlier files of these names are then unchanged.
     pub fn finish(mut self, beside: Option<&Meta>, go_on: GoOn<'_>) -> Result<Finished, RasterError> {
         let path = self.path.clone();
         if !go_on() {
@@ -190,7 +192,7 @@ impl Writer {
                 serde_json::to_writer_pretty(&mut *to, sidecar)?;
                 to.write_all(b"\n")
             })?;
-            // Both are complete: what may still fail are two renames.
+            // both files are complete; only the two renames can still fail
             raster.persist(&path)?;
             text.persist(&beside)?;
         } else {
@@ -210,7 +212,7 @@ impl Writer {
     }
 }
 
-/// Writes the bytes before the rows.
+/// Writes the bytes of the file before its rows.
 fn container(part: &mut Part, window: &Window, content: Content, cells: &Cells) -> io::Result<Container> {
     if let Some((colour, depth)) = cells.in_png() {
         let srgb = matches!(content, Content::Colour | Content::Tint);
@@ -231,7 +233,7 @@ fn container(part: &mut Part, window: &Window, content: Content, cells: &Cells) 
     }
 }
 
-/// Writes the bytes after the samples of a TIFF, and the parts of its beginning that are known only then.
+/// Writes the bytes after the samples of a TIFF, and the parts of its beginning that depend on the samples.
 fn frame(part: &mut Part, window: &Window, has_voids: bool) -> io::Result<()> {
     let Frame { head, tail } = Frame::of(window, has_voids)?;
     part.write_all(&tail)?;

@@ -1,7 +1,7 @@
-//! One colour over another by a mask, mixed in linear light.
+//! Blends one colour over another by a mask, in linear light.
 //!
-//! The modes are those of the World Wide Web Consortium's "Compositing and Blending Level 1" (2015), taken in linear
-//! light, where the standard's own default is the encoded sRGB value.
+//! The modes are those of the World Wide Web Consortium's "Compositing and Blending Level 1" (2015), applied in linear
+//! light; the standard's default is encoded sRGB.
 
 use crate::{
     numerics::{
@@ -88,7 +88,7 @@ fn each(below: &mut [f32], above: &[f32], mask: &[f32], mode: impl Fn(f32, f32) 
     for ((below, &above), &mask) in below.iter_mut().zip(above).zip(mask) {
         let whole = mode(*below, above);
         let mixed = *below + (whole - *below) * mask;
-        // a sum that is rounded may miss the whole by a bit
+        // a rounded sum may differ from `whole` in the last bit
         *below = if mask < 1.0 { mixed } else { whole };
     }
 }

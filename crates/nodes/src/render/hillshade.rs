@@ -92,8 +92,8 @@ impl Default for Params {
 }
 
 impl Params {
-    /// Returns the defaults with tints over the range of a field, from the sea upwards if its world has one, and
-    /// gentle terrain exaggerated until it is visible.
+    /// Returns the defaults with tints over the range of a field, from sea level upwards if its world has a sea, and
+    /// with gentle terrain exaggerated until it is visible.
     #[must_use]
     pub fn fitted(height: &Field) -> Self {
         let (low, high) = height.range(0).map_or((0.0, 1.0), |(low, high)| (f64::from(low), f64::from(high)));
@@ -115,7 +115,7 @@ impl Params {
     }
 }
 
-/// Shaded relief of a height field: `shade`, one plane, and `colour`, three planes of linear RGB.
+/// Computes the shaded relief of a heightfield: `shade`, one plane, and `colour`, three planes of linear RGB.
 #[must_use]
 pub fn relief(height: &Field, params: &Params) -> [Field; 2] {
     let window = *height.window();
@@ -128,7 +128,7 @@ pub fn relief(height: &Field, params: &Params) -> [Field; 2] {
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    // the shade, which exists even if only its colours are read
+    // the shade, which is computed even if only the colours are wanted
     if Wants::among(sizing.wanted).shade { 0 } else { sizing.cells(4.0) }
 }
 
@@ -151,8 +151,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     .into())
 }
 
-/// Shades all rows, calling `check` before each, which may cancel, and writes the three planes of `colour` if there
-/// are any.
+/// Shades all rows and writes the three planes of `colour`, if any. Calls `check` before each row, which may cancel.
 fn paint<E: Send>(
     height: &Field,
     wet: Option<&Field>,
@@ -204,7 +203,7 @@ fn paint<E: Send>(
 
 /// Directions and weights of light.
 struct Sun {
-    /// Unit vectors towards the sun in the plane (east, south): the sun itself, then the four of oblique light.
+    /// Unit vectors towards the sun in the plane (east, south): the main sun, then the four of oblique light.
     towards: [[f32; 2]; 5],
     cos_altitude: f32,
     sin_altitude: f32,
@@ -238,9 +237,10 @@ impl Sun {
         shade(self, east, south, out);
     }
 
-    /// A tint under light: level ground is a little below full brightness, so that sunlit slopes stand out from it.
+    /// Returns a tint under light. Level ground is a little below full brightness, so that sunlit slopes stand out from
+    /// it.
     fn lit(&self, tint: [f32; 3], shade: f32) -> [f32; 3] {
-        /// Skylight on all slopes, then sunlight on level ground: cool shadows, warm light.
+        /// Skylight on all slopes and sunlight on level ground: cool shadows, warm light.
         const SKY: [f32; 3] = [0.16, 0.18, 0.23];
         const SUN: [f32; 3] = [0.70, 0.68, 0.63];
         let sunlight = shade / self.sin_altitude;
@@ -250,7 +250,7 @@ impl Sun {
 
 simd! {
     fn shade(sun: &Sun, east: &[f32], south: &[f32], out: &mut [f32]) {
-        /// Keeps level ground, which no sun grazes, from dividing zero by zero.
+        /// Avoids a division of zero by zero on level ground, which has no oblique light.
         const LEVEL: f32 = 1e-12;
         for ((out, &p), &q) in out.iter_mut().zip(east).zip(south) {
             let (p, q) = (p * sun.exaggeration, q * sun.exaggeration);
@@ -290,10 +290,10 @@ mod tests {
             run(&NODE, &params, &[("height", &height)], "shade").samples()[14]
         };
         assert!((shade_of(0.0, 0.0) - 0.5).abs() < 1e-6);
-        // down to the north-west at 60°: square to the sun
+        // falls to the north-west at 60°: perpendicular to the sun's rays
         let t = 3.0_f64.sqrt() * 0.5_f64.sqrt();
         assert!((shade_of(t, t) - 1.0).abs() < 1e-6);
-        // down to the south-east at 60°: in the shade
+        // falls to the south-east at 60°: in shade
         assert_eq!(shade_of(-t, -t), 0.0);
     }
 
@@ -307,10 +307,10 @@ mod tests {
         }
     }
 
-    /// On a steep slope turned away, one sun leaves all black and four show the gullies.
+    /// On a steep slope facing away from the sun, a single sun leaves everything black, and four suns show the gullies.
     #[test]
     fn oblique_light_shows_forms_in_the_shade() {
-        // down to the south-east at 1.4 m/m, with gullies down the slope
+        // falls to the south-east at 1.4 m/m, with gullies down the slope
         let slope = field(world(64, 64, 10.0), |x, y| 4.0 * libm::sin((x - y) / 30.0) - x - y);
         let contrast = |light: &str| {
             let params = with_params(&NODE, &format!("light={light}"));
@@ -339,7 +339,7 @@ mod tests {
         }
     }
 
-    /// Everything below the sea of the world is blue, and nothing if it has none.
+    /// Everything below the world's sea level is blue; nothing is if the world has no sea.
     #[test]
     fn only_a_sea_is_drawn_as_water() {
         let plain = field(world(40, 4, 25.0), |x, _| x - 500.0);

@@ -80,7 +80,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 
 simd! {
     fn normals(east: &[f32], south: &[f32], scales: [f32; 2], out: [&mut [f32]; 3]) {
-        /// Steepest slope that counts: practically vertical, and its square is finite.
+        /// Steeper slopes count as this one, which is practically vertical and has a finite square.
         const STEEPEST: f32 = 1e15;
         let [red, green, blue] = out;
         for ((((red, green), blue), &p), &q) in red.iter_mut().zip(green).zip(blue).zip(east).zip(south) {
@@ -100,7 +100,7 @@ mod tests {
     use crate::testing::{at_every_level, field, run, run_in, with_params, world};
 
     /// A plane that rises by 3/4 to the east and falls by 1/2 to the south; all numbers are dyadic, so only the root
-    /// and the quotient round.
+    /// and the quotient are rounded.
     #[test]
     fn planes_have_their_normal_in_every_cell() {
         let height = field(world(300, 7, 16.0), |x, y| 0.75 * x - 0.5 * y);

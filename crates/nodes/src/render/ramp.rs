@@ -1,7 +1,7 @@
-//! Colours by value: a ramp through stops, and a second ramp controlled by a second value.
+//! Colours by value: a colour ramp through stops, and a second ramp controlled by a second value.
 //!
-//! Between stops, colours are interpolated in OKLab (B. Ottosson, 2020), in linear light, or not at all. OKLab costs
-//! no root here: the roots of the stops' cone responses are interpolated, and only their cubes are computed.
+//! Between stops, colours are interpolated in OKLab (B. Ottosson, 2020), in linear light, or not at all. OKLab needs no
+//! root here: the cube roots of the stops' cone responses are interpolated, and only their cubes are computed.
 
 use orograph_graph::{Srgb, Stop};
 
@@ -118,7 +118,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { colour: Some(Field::with_planes(window, 3, colour)) }.into())
 }
 
-/// Rejects a range that does not rise, if it is used.
+/// Rejects a range whose end is not above its start, if it is used.
 fn rises(low_name: &str, low: f64, high_name: &str, high: f64, used: bool) -> Result<(), NodeError> {
     if !used || (low as f32) < high as f32 {
         return Ok(());
@@ -127,14 +127,14 @@ fn rises(low_name: &str, low: f64, high_name: &str, high: f64, used: bool) -> Re
     Err(NodeError::failed_with_hint(message, "exchange the two; own `stops` can turn the colours around"))
 }
 
-/// Prepared stops.
+/// Stops with precomputed colours.
 #[derive(Debug)]
 struct Ramp {
-    /// Values of the stops, rising.
+    /// Values of the stops, ascending.
     at: Vec<f32>,
-    /// Their colours in linear light.
+    /// Colours of the stops in linear light.
     light: Vec<[f32; 3]>,
-    /// Their colours in the space of interpolation: OKLab or linear light.
+    /// Colours of the stops in the space of interpolation: OKLab or linear light.
     mixed: Vec<[f32; 3]>,
     between: Between,
 }
@@ -151,8 +151,8 @@ impl Ramp {
         }
     }
 
-    /// Returns the colour of a value in linear light: exactly a stop's own at the stop, the nearest end's beyond the
-    /// ends.
+    /// Returns the colour of a value in linear light: exactly the stop's colour at a stop, and that of the nearest end
+    /// beyond the ends.
     fn of(&self, value: f32) -> [f32; 3] {
         let above = self.at.partition_point(|at| *at <= value);
         let below = above.saturating_sub(1);
@@ -190,7 +190,7 @@ mod tests {
         [0, 1, 2].map(|plane| colour.plane(plane)[cell])
     }
 
-    /// The sRGB byte of a linear value, from the definition.
+    /// Reference: the sRGB byte of a linear value by definition.
     fn byte(linear: f32) -> u8 {
         let v = f64::from(linear);
         let code = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * libm::pow(v, 1.0 / 2.4) - 0.055 };

@@ -1,4 +1,4 @@
-//! The weights of up to four ground layers in each cell, for terrain materials in engines.
+//! Weights of up to four ground layers in each cell, for terrain materials in game engines.
 
 use crate::{
     numerics::{math::lane, par, simd::simd},
@@ -79,7 +79,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 }
 
 simd! {
-    /// Turns masks into weights, in place.
+    /// Converts masks to weights, in place.
     fn shares(rows: [&mut [f32]; 4], mode: Mode, sharpness: f32) {
         let [first, second, third, fourth] = rows;
         for (((a, b), c), d) in first.iter_mut().zip(&mut *second).zip(&mut *third).zip(&mut *fourth) {
@@ -97,7 +97,7 @@ simd! {
         }
         if sharpness != 1.0 {
             for (((a, b), c), d) in first.iter_mut().zip(&mut *second).zip(&mut *third).zip(&mut *fourth) {
-                // the largest is one before the power, so that some weight is always left
+                // the largest is 1 before the power, so that the sum is never 0
                 let per_most = 1.0 / (a.max(*b)).max(c.max(*d));
                 let (p, q) = (lane::pow(*a * per_most, sharpness), lane::pow(*b * per_most, sharpness));
                 let (r, s) = (lane::pow(*c * per_most, sharpness), lane::pow(*d * per_most, sharpness));

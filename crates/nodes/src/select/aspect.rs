@@ -1,4 +1,4 @@
-//! The compass direction that the ground faces, and a mask of a range of directions.
+//! Compass direction of descent, and a mask of a range of directions.
 
 use crate::{
     numerics::{
@@ -88,7 +88,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     .into())
 }
 
-/// Returns the direction of descent from the slopes to the east and to the south.
+/// Returns the direction of descent, given the slopes to the east and to the south.
 fn facing(east: f32, south: f32) -> f32 {
     if east == 0.0 && south == 0.0 {
         return -1.0;
@@ -115,7 +115,7 @@ mod tests {
             let (east, north) = (libm::sin(azimuth.to_radians()), libm::cos(azimuth.to_radians()));
             let plane = field(world(9, 7, 10.0), |x, y| 500.0 - 0.3 * (east * x - north * y));
             let aspect = result(&NODE, &with_params(&NODE, ""), &[("height", &plane)], "aspect");
-            // heights are single precision: 3e-5 m in 20 m of distance and 6 m of fall
+            // heights are in single precision: 3e-5 m on a fall of 6 m over 20 m
             assert!(
                 aspect.samples().iter().all(|found| apart(*found, azimuth as f32) < 0.01),
                 "{azimuth}: {:?}",

@@ -1,4 +1,4 @@
-//! Connected components of a selection: their areas, their numbers, and those that are large enough.
+//! Connected components of a selection: areas, numbers, and a mask of those that are large enough.
 
 use orograph_graph::Edge;
 
@@ -66,7 +66,7 @@ pub static NODE: Node = Node {
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    // the component of each cell, and which ones are in filled holes
+    // the component of each cell, and the cells of filled holes
     sizing.cells(4.0 + if Params::read(sizing.params).least_hole > 0.0 { 1.0 } else { 0.0 })
 }
 
@@ -122,7 +122,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     .into())
 }
 
-/// Returns the cells in holes of fewer than that many cells.
+/// Returns the cells in holes of fewer cells than a limit.
 fn holes(
     job: &Job<'_>,
     corners: bool,
@@ -172,12 +172,12 @@ mod tests {
         let found =
             |changes: &str, output| result(&NODE, &with_params(&NODE, changes), &[("selection", &squares())], output);
         let area = found("least_area=0", "area");
-        let ring = 400.0 * 300.0 - 200.0 * 150.0; // 100 m of both stand out of the world
+        let ring = 400.0 * 300.0 - 200.0 * 150.0; // 100 m of both lie outside the world
         for (x, y, expected) in [(100, 500, 1e4), (500, 500, 9e4), (900, 500, 24e4), (1550, 100, ring), (300, 500, 0.0)]
         {
             assert_eq!(f64::from(at(&area, x, y)), expected, "{x} {y}");
         }
-        // by first cells: the ring, the large square, the middle one
+        // in the order of first cells: the ring, the large square, the middle one
         let number = found("least_area=50000", "number");
         assert_eq!(
             [1550, 900, 500, 100].map(|x| at(&number, x, if x == 1550 { 100 } else { 500 })),

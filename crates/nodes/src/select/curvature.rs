@@ -1,4 +1,4 @@
-//! Curvature of the ground at a length in metres: along the fall line, across it, and mean.
+//! Terrain curvature at a length in metres: along the fall line, across it, and mean.
 
 use crate::{
     numerics::{gaussian::Gaussian, lines::separable, par},
@@ -59,7 +59,7 @@ pub static NODE: Node = Node {
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    // the smoothed land
+    // the smoothed terrain
     sizing.cells(4.0).max(Gaussian::bytes(Params::read(sizing.params).radius, &sizing.window))
 }
 
@@ -89,7 +89,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { curvature: Some(Field::new(job.window(), out)) }.into())
 }
 
-/// Squared slope below which ground counts as level: a millimetre in ten kilometres.
+/// Squared slope below which terrain counts as level: a millimetre in ten kilometres.
 const LEVEL: f64 = 1e-14;
 
 fn bend(kind: Kind, [p, q]: [f64; 2], [r, s, t]: [f64; 3]) -> f64 {
@@ -114,7 +114,7 @@ mod tests {
         f64::from(curvature.samples()[20 * 41 + 20])
     }
 
-    /// Known surfaces: a bowl, a gutter that falls along its axis, a vertical curve.
+    /// Surfaces of known curvature: a bowl, a gutter that falls along its axis, a vertical curve.
     #[test]
     fn quadratic_surfaces_have_their_curvature() {
         let place = world(41, 41, 10.0);
@@ -131,7 +131,7 @@ mod tests {
         near(middle(&gutter, "radius=0,kind=profile"), 0.0);
         near(middle(&bend, "radius=0,kind=profile"), 4e-3 / (stretch * stretch * stretch));
         near(middle(&bend, "radius=0,kind=tangential"), 0.0);
-        // a Gaussian leaves the second derivatives of a quadratic surface as they are
+        // a Gaussian preserves the second derivatives of a quadratic surface
         near(middle(&bowl, "radius=20,kind=mean"), 2e-3);
     }
 }

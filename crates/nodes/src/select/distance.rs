@@ -65,7 +65,7 @@ pub static NODE: Node = Node {
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let sides = if Params::read(sizing.params).side == Side::Both { 2.0 } else { 1.0 };
-    // squared distances to either side, and the distance
+    // squared distances on either side, and the result
     let given = 4.0 * Wants::among(sizing.wanted).count() as f64;
     sizing.cells((4.0 + 4.0 * sides - given).max(0.0))
 }
@@ -81,7 +81,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let outwards = if params.side == Side::Inside { None } else { measure([0.0, 0.5], true)? };
     let inwards = if params.side == Side::Outside { None } else { measure([0.5, 0.9], false)? };
 
-    // from the centre of the nearest cell on the other side to the edge between
+    // subtracts the half cell between the centre of the nearest cell of the other side and the edge
     let metres = |squared: u32| match squared {
         0 => 0.0,
         FAR => params.limit,
@@ -125,7 +125,7 @@ mod tests {
         field(world(cells, cells, cell_m), |x, y| if libm::hypot(x - 500.0, y - 500.0) < 200.0 { 1.0 } else { 0.0 })
     }
 
-    /// Around a disc the distance is that from its circle, within the resolution of its edge cells.
+    /// Distances from a disc are those from the circle, to the resolution of its edge cells.
     #[test]
     fn distances_from_a_disc_are_those_from_its_circle() {
         for (cells, cell_m) in [(100, 10.0), (400, 2.5)] {

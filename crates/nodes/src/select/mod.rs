@@ -1,4 +1,4 @@
-//! Masks and measures per cell, for driving other nodes.
+//! Masks and terrain measures per cell, as inputs for other nodes.
 
 pub mod aspect;
 pub mod components;

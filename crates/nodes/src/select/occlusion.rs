@@ -1,4 +1,4 @@
-//! How much of the sky is visible from a place, and how much is hidden: ambient occlusion.
+//! Sky view factor and ambient occlusion.
 
 use orograph_graph::World;
 
@@ -113,7 +113,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 }
 
 simd! {
-    /// Adds the squared sines of horizons.
+    /// Adds the squared sines of horizon angles.
     fn hide(sums: &mut [f32], tangents: &[f32], exaggeration: f32) {
         for (sum, &tangent) in sums.iter_mut().zip(tangents) {
             let tangent = tangent * exaggeration;
@@ -143,8 +143,8 @@ mod tests {
         }
     }
 
-    /// (1 + cos β) / 2, by the mean over the azimuths to single precision and by the closed form as near as 32 of
-    /// them are.
+    /// The sky view factor of a slope is (1 + cos β) / 2: exactly for the mean over the sampled azimuths, and to the
+    /// accuracy of 32 azimuths for the closed form.
     #[test]
     fn a_long_slope_sees_what_is_above_it() {
         for slope in [0.3, 1.0] {
@@ -165,7 +165,7 @@ mod tests {
         }
     }
 
-    /// A wall occludes the same angles as a slope of that angle; from its top everything is open.
+    /// A long wall occludes as much as a slope of the same angle; from its top the whole sky is visible.
     #[test]
     fn a_wall_hides_half_of_its_angle() {
         let land = field(world(400, 500, 5.0), |x, _| if x < 1000.0 { 0.0 } else { 300.0 });
@@ -173,16 +173,16 @@ mod tests {
         for (cell, distance_m) in [(198, 7.5), (180, 97.5), (120, 397.5), (60, 697.5)] {
             let closed = 0.5 + 0.5 * libm::cos(libm::atan(300.0 / distance_m));
             let found = f64::from(sky.samples()[250 * 400 + cell]);
-            // far edges are up to 8 % low, and some walls end beyond the distance
+            // distant edges are up to 8 % low, and some walls end beyond the distance
             assert!((found - closed).abs() < 0.03, "{distance_m}: {found} {closed}");
         }
         assert!(sky.samples()[250 * 400 + 203..250 * 400 + 400].iter().all(|sky| *sky > 0.999));
     }
 
-    /// The sky view at the bottom of a V is cos β, at any orientation of the valley.
+    /// The sky view factor at the bottom of a V-shaped valley is cos β, for any orientation of the valley.
     #[test]
     fn the_bottom_of_a_valley_sees_the_cosine() {
-        // with 64 azimuths; where the kink runs between cells, land is filled there by up to half a cell
+        // with 64 azimuths; where the bottom runs between cells, it is higher by up to half a cell
         for (turn, tolerance) in [(0.0, 0.005), (0.4, 0.02)] {
             let (sin, cos) = (libm::sin(turn), libm::cos(turn));
             let land = field(world(161, 161, 10.0), |x, y| 0.75 * (cos * (x - 805.0) + sin * (y - 805.0)).abs());
@@ -191,8 +191,8 @@ mod tests {
         }
     }
 
-    /// Inside a round wall the sky view at the centre is cos² of its angle, and equal at equal distances from the
-    /// centre.
+    /// Inside a circular wall the sky view factor at the centre is cos² of its angle, and it is equal at equal
+    /// distances from the centre.
     #[test]
     fn a_round_wall_is_round() {
         let land =
@@ -200,7 +200,8 @@ mod tests {
         let sky = sky(&land, "distance=1300");
         let closed = 1.0 / (1.0 + 500.0 * 500.0 / (900.0 * 900.0));
         let middle = f64::from(sky.samples()[150 * 301 + 150]);
-        assert!((middle - closed).abs() < 0.04, "{middle} {closed}"); // an edge at 90 cells is up to 8 % low
+        // an edge at a distance of 90 cells is up to 8 % low
+        assert!((middle - closed).abs() < 0.04, "{middle} {closed}");
         let ring: Vec<f32> = (0..72)
             .map(|k| {
                 let angle = f64::from(k).to_radians() * 5.0;
@@ -209,7 +210,7 @@ mod tests {
             })
             .collect();
         let (low, high) = ring.iter().fold((1.0_f32, 0.0_f32), |(low, high), sky| (low.min(*sky), high.max(*sky)));
-        assert!(high - low < 0.03, "{low} {high}"); // a cell's place is rounded by up to 0.7 cells
+        assert!(high - low < 0.03, "{low} {high}"); // positions are rounded by up to 0.7 cells
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Classifies places as ridges, slopes or valleys, at a length in metres.
+//! Classifies terrain into ridges, slopes and valleys, at a length in metres.
 
 use crate::{
     numerics::{gaussian::Gaussian, lines::separable, par},
@@ -49,7 +49,7 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Height in metres below which land counts as level: a millimetre.
+/// Heights in metres below which terrain counts as level: a millimetre.
 const LEVEL_M: f32 = 1e-3;
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
@@ -60,7 +60,7 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     if !(wants.deviation || wants.ridges || wants.valleys) {
         return smooth;
     }
-    // positions, their squares and the squares smoothed; then positions, deviations and each mask
+    // positions, their squares and the smoothed squares; then positions, deviations and masks
     let masks = [wants.ridges, wants.valleys].iter().filter(|wanted| **wanted).count();
     (sizing.cells(12.0) + smooth).max(sizing.cells(8.0 + 4.0 * masks as f64)).saturating_sub(given)
 }
@@ -111,7 +111,7 @@ mod tests {
             let (ridges, valleys) = (output("ridges"), output("valleys"));
             // crest at 100 m, trough at 300 m of each wave; the third wave is away from the edges
             let (crest, trough, flank) = (3600 + 90, 3600 + 110, 3600 + 100);
-            // four boxes let (sin 2.04 / 2.04)⁴ = 3.7 % of a wave of 2.7 radii through, and the cell is 5 m beside
+            // four boxes transmit (sin 2.04 / 2.04)⁴ = 3.7 % of a wave of 2.7 radii, and the cell's centre is 5 m from
             // the crest
             assert!((f64::from(position.samples()[crest]) / amplitude_m - 0.96).abs() < 0.005);
             assert!(

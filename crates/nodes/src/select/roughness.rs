@@ -1,4 +1,4 @@
-//! Roughness of the ground at a length in metres.
+//! Terrain roughness at a length in metres.
 
 use crate::{
     numerics::{gaussian::Gaussian, lines::separable, par},
@@ -40,7 +40,7 @@ pub static NODE: Node = Node {
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    // squares, which are smoothed in turn
+    // squares, which are then smoothed
     sizing.cells(4.0) + Gaussian::bytes(Params::read(sizing.params).radius, &sizing.window)
 }
 
@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     fn short_waves_count_and_slopes_do_not() {
-        // 5 m high, 60 m long, on a slope of 50 %; in the middle of the world, away from its mirrored edges
+        // 5 m high and 60 m long on a slope of 50 %, in the middle of the world, away from its mirrored edges
         let wave = |height_m: f64| {
             field(world(300, 40, 5.0), move |x, y| {
                 0.5 * x + height_m * libm::sin(std::f64::consts::TAU * (x + 0.3 * y) / 60.0)
@@ -77,7 +77,7 @@ mod tests {
         );
         for i in 130..170 {
             let (rough, plane) = (rough.samples()[20 * 300 + i], plane.samples()[20 * 300 + i]);
-            // boxes let a few per cent of a wave of one radius through
+            // box filters transmit a few per cent of a wave of one radius
             assert!((rough / (5.0 * std::f32::consts::FRAC_1_SQRT_2) - 1.0).abs() < 0.02, "{rough}");
             assert!(plane < 1e-3, "{plane}");
         }

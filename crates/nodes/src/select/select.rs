@@ -82,7 +82,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { mask: Some(Field::new(job.window(), mask)) }.into())
 }
 
-/// Returns the decimal logarithm, or a value below all others where there is none.
+/// Returns the decimal logarithm, or a value below all others for values that have none.
 fn order(value: f32) -> f32 {
     if value > 0.0 { math::f32::log10(value) } else { -1e6 }
 }
@@ -104,7 +104,7 @@ mod tests {
         }
         let inverted = mask("from=1000,to=2000,falloff=200,invert=true");
         assert!(linear.samples().iter().zip(inverted.samples()).all(|(a, b)| a + b == 1.0));
-        // from 100 on by ratio: half selected at the square root of a tenth below
+        // from 100 upwards on a logarithmic scale: half selected at 100 / √10
         let ratio = mask("from=100,falloff=1,scale=logarithmic");
         assert_eq!((ratio.samples()[0], ratio.samples()[1], ratio.samples()[10]), (0.0, 0.0, 1.0));
         assert!((ratio.samples()[3] - 0.466).abs() < 1e-3, "30 is 0.477 of the way from 10"); // 3 t² − 2 t³ at 0.477

@@ -1,4 +1,4 @@
-//! Steepness of the ground, and a mask of a range of slopes.
+//! Slope angle, and a mask of a range of slopes.
 
 use super::within;
 use crate::{
@@ -84,8 +84,8 @@ mod tests {
     use super::*;
     use crate::testing::{at_every_level, field, run, run_in, with_params, world};
 
-    /// Steepness of a quadratic surface is exact inside, by either method: its values and differences are dyadic, so
-    /// only the square root and the arc tangent round.
+    /// The slope of a quadratic surface is exact inside the world, by either method: its values and differences are
+    /// dyadic, so only the square root and the arc tangent are rounded.
     #[test]
     fn quadratic_surfaces_are_exact() {
         let world = world(24, 20, 5.0);
@@ -105,7 +105,7 @@ mod tests {
         }
     }
 
-    /// On z = a x³ the central difference is too steep by a dx².
+    /// On z = a x³ the central difference exceeds the slope by a dx².
     #[test]
     fn the_central_difference_of_a_cubic_is_off_by_its_known_error() {
         let (dx, a) = (5.0, 1e-4);
@@ -118,7 +118,7 @@ mod tests {
         }
     }
 
-    /// A plane has its slope in every cell, also at edges and corners, whichever way it faces.
+    /// A plane has the same slope in every cell, also at edges and corners, for any aspect.
     #[test]
     fn a_rotated_plane_has_one_slope() {
         for degrees in [0.0_f64, 17.0, 45.0, 122.0] {
@@ -126,14 +126,15 @@ mod tests {
             let height = field(world(300, 9, 10.0), |x, y| 0.7 * (east * x + south * y));
             let slope = run(&NODE, &ParamValues::defaults(&NODE.specs()), &[("height", &height)], "slope");
             let expected = libm::atan(0.7).to_degrees() as f32;
-            assert!(slope.samples().iter().all(|s| (s - expected).abs() < 2e-3), "{degrees}"); // 2000 m in f32, 10 m cells
+            // heights of 2000 m in single precision, on cells of 10 m
+            assert!(slope.samples().iter().all(|s| (s - expected).abs() < 2e-3), "{degrees}");
         }
     }
 
     #[test]
     fn the_mask_is_full_within_the_range_and_soft_outside() {
         let height = field(world(90, 3, 1.0), |x, _| {
-            // slopes rise from west to east: the arc of a circle of 100 m
+            // slopes increase from west to east: the arc of a circle of 100 m
             100.0 - (1e4 - x * x).sqrt()
         });
         let params = with_params(&NODE, "from=20, to=40, falloff=8");

@@ -1,4 +1,4 @@
-//! Wetness of the ground from its drainage area and slope.
+//! Topographic wetness index from drainage area and slope.
 
 use super::within;
 use crate::{
@@ -93,7 +93,7 @@ mod tests {
         testing::{field, run as result, run_in, with_params, world},
     };
 
-    /// Down a plane, water of k cells above runs through each cell: ln(k d / s).
+    /// On a plane, each cell drains the k cells above it: ln(k d / s).
     #[test]
     fn a_plane_gets_wetter_by_the_logarithm_of_its_length() {
         for (slope, counts_as) in [(0.125, 0.125), (0.000_01, 0.001)] {
@@ -105,8 +105,9 @@ mod tests {
                 let row = Drained::read(&drained).area_m2[j * 12 + 6] / 64.0;
                 let expected = libm::log(f64::from(row) * 8.0 / counts_as);
                 let index = f64::from(found.samples()[j * 12 + 6]);
-                assert!((index - expected).abs() < 1e-3, "{slope} {j}: {index} {expected}"); // heights in single precision
-                // the first row is a base that passes nothing on
+                // heights in single precision
+                assert!((index - expected).abs() < 1e-3, "{slope} {j}: {index} {expected}");
+                // the first row is a base side, whose cells have no receiver
                 assert!(slope < 0.1 || (row - j as f32).abs() < 1.5, "{j}: {row}");
             }
         }

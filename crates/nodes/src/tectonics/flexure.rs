@@ -1,4 +1,4 @@
-//! The bending of the lithosphere under loads of rock.
+//! Bending of the lithosphere under loads of rock.
 //!
 //! D. L. Turcotte and G. Schubert (2002), "Geodynamics": a thin elastic plate on a fluid, `D ∇⁴w + (ρₘ − ρ_f) g w =
 //! q`, solved in wave numbers: `ŵ = q̂ / (D k⁴ + (ρₘ − ρ_f) g)`. The plate continues beyond the world without load.
@@ -72,7 +72,7 @@ const GRAVITY: f64 = 9.81;
 
 /// Minimum number of cells per α, if the raster has them.
 const CELLS_PER_ALPHA: f64 = 16.0;
-/// Empty ground around the world in α: across it deflections fall to e⁻⁶, 0.25 %.
+/// Margin without load around the world in units of α: deflections decay to e⁻⁶, 0.25 %, across it.
 const MARGIN: f64 = 6.0;
 
 /// A plate on a fluid.
@@ -80,7 +80,8 @@ const MARGIN: f64 = 6.0;
 struct Plate {
     /// Flexural rigidity D in N m.
     rigidity: f64,
-    /// Weight of the fluid that a metre of deflection displaces, less that of the filling, in N/m³.
+    /// Specific weight of the displaced mantle less that of the filling, in N/m³: the restoring force per metre of
+    /// deflection.
     restoring: f64,
 }
 
@@ -112,7 +113,7 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     if plate.rigidity == 0.0 {
         return 0;
     }
-    // complex numbers, twice during the transposition, which is before there is a deflection
+    // two complex grids during the transposition, before the deflection is allocated
     let (_, side) = plate.grid(&sizing.window);
     let grid = (side * side * size_of::<[f64; 2]>()) as u64;
     (2 * grid).saturating_sub(sizing.cells(4.0)).max(grid)
@@ -134,7 +135,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     }
     let (coarser, side) = plate.grid(&window);
     let grid = Grid { side, values: restricted(load, window.nx(), coarser, side)? };
-    // waves across the grid to radians per metre
+    // from waves across the grid to radians per metre
     let per_metre = std::f64::consts::TAU / (side as f64 * coarser as f64 * job.cell_m());
     let bent = grid.convolve(job, |m, n| {
         let square = (m * m + n * n) * per_metre * per_metre;
@@ -152,21 +153,22 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 }
 
 impl Plate {
-    /// Returns the number of window cells per cell of the bent grid along a side, and the grid's number of cells.
+    /// Returns the number of window cells per cell of the bent grid along a side, and the number of cells along a side
+    /// of that grid.
     fn grid(&self, window: &Window) -> (usize, usize) {
-        // no plate is wider than that on cells that are worth the name
+        // a limit on stiff plates over tiny cells, which keeps the sizes representable
         let alpha_cells = (self.alpha_m() / window.cell_m()).min(1e9);
         let mut coarser = 1;
         while 2.0 * coarser as f64 * CELLS_PER_ALPHA <= alpha_cells {
             coarser *= 2;
         }
-        // two cells more, which the interpolation reads
+        // two more cells for the interpolation
         let margin = (MARGIN * alpha_cells / coarser as f64).ceil() as usize + 2;
         (coarser, (window.nx().max(window.ny()).div_ceil(coarser) + margin).next_power_of_two())
     }
 }
 
-/// Means of squares of `coarser` cells, in the corner of a grid of nothing.
+/// Computes means of squares of `coarser` cells, in the corner of a grid of zeros.
 fn restricted(load: &[f32], nx: usize, coarser: usize, side: usize) -> Result<Vec<[f64; 2]>, NodeError> {
     let mut grid: Vec<[f64; 2]> = zeroed(side * side)?;
     let share = 1.0 / (coarser as f64 * coarser as f64);
@@ -179,14 +181,14 @@ fn restricted(load: &[f32], nx: usize, coarser: usize, side: usize) -> Result<Ve
     Ok(grid)
 }
 
-/// Four neighbours on the coarse grid, which wraps, and their weights.
+/// Indices of four neighbours on the coarse grid, which wraps, and their weights.
 struct Taps {
     cells: [usize; 4],
     weights: [f64; 4],
 }
 
 impl Taps {
-    /// Those around the centre of a fine cell.
+    /// Returns the interpolation weights for the centre of a fine cell.
     fn new(cell: usize, coarser: usize, side: usize) -> Self {
         if coarser == 1 {
             return Self { cells: [cell; 4], weights: [1.0, 0.0, 0.0, 0.0] };
@@ -245,7 +247,7 @@ mod tests {
         assert!((wet.samples()[0] - 20.0 * 2700.0 / 2270.0).abs() < 1e-5);
     }
 
-    /// What sinks weighs as much as the load: the plate bends, and carries nothing in all.
+    /// The weight of the displaced mantle equals that of the load: the bending stresses have no resultant.
     #[test]
     fn the_displaced_mantle_weighs_what_the_load_weighs() {
         let params = with_params(&NODE, "elastic_thickness=500");

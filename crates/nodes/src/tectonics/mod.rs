@@ -1,4 +1,4 @@
-//! What raises and lowers the terrain.
+//! Uplift, flexure and rock.
 
 pub mod flexure;
 pub mod rock;

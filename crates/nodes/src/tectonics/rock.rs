@@ -1,8 +1,8 @@
 //! The rock at the surface: folded beds, bodies of harder and softer rock, joints and faults.
 //!
-//! Beds are layers of equal thickness, each of its own hardness, that dip across the strike and are folded in long waves
-//! along it; the surface cuts them where it is. Within them hardness varies in long waves stretched along the strike
-//! (log-normal, as measured strengths of rock are), and bands of broken rock run along faults and joints.
+//! Beds are layers of equal thickness and random hardness that dip across the strike and are folded in long waves along
+//! it; the terrain cuts them. Within beds, hardness varies in long waves stretched along the strike (log-normal, like
+//! measured strengths of rock), and bands of broken rock follow faults and joints.
 
 use orograph_graph::mix;
 
@@ -81,16 +81,16 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Waves are cut off at so many standard deviations.
+/// Variations are clamped at this number of standard deviations.
 const MOST_DEVIATIONS: f64 = 2.5;
-/// By how much the steepest slope goes with the hardness: their correlation.
+/// Correlation of the angle of repose with hardness.
 const HARD_IS_STEEP: f64 = 0.5;
-/// Share of a bed over which one passes into the next.
+/// Thickness of the transition between two beds, as a fraction of a bed.
 const CONTACT: f64 = 0.15;
-/// Half of the width of broken rock, as a share of its spacing.
+/// Half width of a band of broken rock, as a fraction of the spacing.
 const BROKEN_SHARE: f64 = 0.04;
 
-/// The hardness, where nobody takes it.
+/// The hardness, if it is not an output.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     sizing.cells(if Wants::among(sizing.wanted).hardness { 0.0 } else { 4.0 })
 }
@@ -124,10 +124,10 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { rate, repose, hardness: wants.hardness.then(|| field(hardness)) }.into())
 }
 
-/// The rock at any place.
+/// The rock as a function of position.
 struct Rock<'a> {
     params: &'a Params,
-    /// Along the strike and across it, to the right.
+    /// Unit vectors along the strike and across it, to the right.
     axes: [[f64; 2]; 2],
     dips: [f64; 2],
     folds: Sampler,
@@ -169,7 +169,7 @@ impl<'a> Rock<'a> {
         self.params.variation * bodies + self.params.beds * self.bed(at, across, z) - self.params.broken * broken
     }
 
-    /// Hardness of the bed at a place: between ±√3, so that its standard deviation is 1.
+    /// Returns the hardness of the bed at a position, drawn between ±√3 for a standard deviation of 1.
     fn bed(&self, at: [f64; 2], across: f64, z: f64) -> f64 {
         let up = across * self.dips[0] + z * self.dips[1] + self.params.fold_height * self.folds.at(at);
         let bed = up / self.params.bed;
@@ -179,7 +179,7 @@ impl<'a> Rock<'a> {
         draw(own) * (1.0 - share) + draw(own + 1.0) * share
     }
 
-    /// How broken the rock is, 0 to 1: by faults along the strike and across it, and by joints between them.
+    /// Returns the degree of fracturing, 0 to 1: by faults along the strike and across it, and by joints between them.
     fn broken(&self, at: [f64; 2], along: f64, across: f64) -> f64 {
         let (spacing, winding) = (self.params.spacing, 0.25 * self.winding.at(at));
         let set = |distance: f64, spacing: f64, salt: u32| {
@@ -201,7 +201,7 @@ impl<'a> Rock<'a> {
         varied.clamp(0.3 * mean, 89.0_f64.max(mean))
     }
 
-    /// A number from 0 to 1 for each number.
+    /// Returns a random number from 0 to 1 for a number.
     fn draw(&self, number: u32, salt: u32) -> f64 {
         f64::from(mix(number ^ mix(self.seed ^ salt)) >> 8) * (1.0 / 16_777_216.0)
     }
@@ -229,7 +229,7 @@ mod tests {
         assert!(samples(&mut even, "hardness").iter().all(|&hardness| hardness == 0.0));
     }
 
-    /// Level land cuts beds that are not folded in stripes along the strike, bed / sin(dip) wide.
+    /// Flat terrain cuts unfolded beds in stripes along the strike, bed / sin(dip) wide.
     #[test]
     fn dipping_beds_are_stripes_along_the_strike() {
         // the strike is east: rows are along it

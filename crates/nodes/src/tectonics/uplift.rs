@@ -1,7 +1,7 @@
 //! Uplift: domes, ranges, faults and plates.
 //!
-//! The shapes are those of landscape evolution models; each module gives its formula. This module computes everything
-//! that applies to all shapes: the variation and the outputs.
+//! The shapes are those of landscape evolution models; each module gives its formula. This module applies the variation
+//! and writes the outputs, which all shapes have in common.
 
 mod fault;
 mod plates;
@@ -135,7 +135,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 }
 
 impl Params {
-    /// Returns the rate of the shape alone.
+    /// Returns the rate of the shape without variation.
     fn shape(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
         match self.shape {
             Shape::Gaussian => self.dome(job),
@@ -163,7 +163,7 @@ impl Params {
     /// U = U₀ exp(−r² / 2R²).
     fn dome(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
         let window = job.window();
-        // The exponential of the sum of two squares is the product of one for each.
+        // the exponential of a sum of squares is the product of two
         let falloff = |at_m: f64, centre_m: f64| {
             let distance = (at_m - centre_m) / self.radius;
             math::exp(-0.5 * distance * distance)
@@ -187,7 +187,7 @@ impl Params {
             lacunarity: 2.0,
             gain: 0.5,
             tileable: false,
-            // a different seed from the plates'
+            // a seed different from that of the plates
             seed: orograph_graph::mix(job.seed() ^ 0x5851_f42d),
         };
         let octaves = fractal.octaves(job.world());

@@ -1,14 +1,15 @@
 //! Shaping functions for levels: from 0..1 to 0..1, keeping both ends.
 //!
-//! Besides the power of a gamma these are the shaping functions of G. Dahan (2025), "La création et la manipulation
-//! de champs de hauteur": 2 (eˣ − 1), 6x⁵ − 15x⁴ + 10x³, 2 atan 2x and k tan x on −1..1. Their factors cancel when
-//! both ends are kept; the quintic, made for 0..1 and −31 at −1, is mirrored at the middle.
+//! In addition to the power of a gamma, these are the shaping functions of G. Dahan (2025), "La création et la
+//! manipulation de champs de hauteur": 2 (eˣ − 1), 6x⁵ − 15x⁴ + 10x³, 2 atan 2x and k tan x on −1..1. Their factors
+//! cancel because both ends are kept. The quintic is made for 0..1 and gives −31 at −1, so it is mirrored at the
+//! middle.
 
 use crate::numerics::math;
 
-/// A function from 0..1 to 0..1. Without branches, for row kernels.
+/// A function from 0..1 to 0..1, without branches so that row kernels vectorise.
 pub(super) trait Bend: Copy {
-    /// Its value.
+    /// Returns the value of the function at `inside`.
     fn bend(self, inside: f32) -> f32;
 }
 

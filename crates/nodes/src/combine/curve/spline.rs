@@ -2,10 +2,10 @@
 
 use crate::numerics::simd::simd;
 
-/// Samples that are evaluated in parallel.
+/// Samples per SIMD block.
 const LANES: usize = 16;
 
-/// From x on: `y + t (a + t (b + t c))`, t = value − x.
+/// A cubic from x on: `y + t (a + t (b + t c))` with t = value − x.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Piece {
     x: f32,
@@ -15,12 +15,12 @@ struct Piece {
     c: f32,
 }
 
-/// The monotone cubic through points, with straight or level ends.
+/// The monotone cubic through points, continued as straight lines or as constants.
 #[derive(Clone, Debug)]
 pub(super) struct Spline {
     /// The part before the first point.
     before: Piece,
-    /// One per point, from left to right: the cubic to the next point, or the end after the last.
+    /// One piece per point, from left to right: the cubic to the next point, or the continuation after the last point.
     pieces: Vec<Piece>,
 }
 
@@ -53,7 +53,7 @@ impl Spline {
         Self { before: straight(points[0], slopes[0]), pieces }
     }
 
-    /// Replaces each value by the curve's.
+    /// Replaces each value by the value of the curve.
     pub fn apply(&self, values: &mut [f32]) {
         let mut chunks = values.chunks_exact_mut(LANES);
         for chunk in &mut chunks {
@@ -69,9 +69,9 @@ impl Spline {
     }
 }
 
-/// Returns the slope of the curve at each point, after Fritsch and Carlson: the mean of the secants on both sides, 0
-/// at a local extreme, and limited so that (slope / secant) of a piece's two ends lies within a circle of radius 3,
-/// which keeps the piece monotone. At the ends it is the secant.
+/// Returns the slope of the curve at each point, after Fritsch and Carlson: the mean of the secants on both sides, 0 at
+/// a local extreme. Slopes are limited so that (slope / secant) at both ends of a piece lies within a circle of radius
+/// 3, which keeps the piece monotone. At the first and last point it is the secant.
 pub fn slopes(points: &[[f64; 2]]) -> Vec<f64> {
     let secants: Vec<f64> = points.windows(2).map(|p| (p[1][1] - p[0][1]) / (p[1][0] - p[0][0])).collect();
     let mut slopes = vec![secants[0]];

@@ -1,12 +1,12 @@
-//! The balance of cutting, rounding and the model's means.
+//! Balances incision by rills, smoothing by creep and the means of the model's cells.
 //!
-//! Over a step each cell falls towards its receiver, h = (h + C hᵣ) / (1 + C) with C = v ((A / A₀)^m + 1) / d, which is the
-//! law of rivers with headwaters solved implicitly (Braun and Willett 2013; the constant stands for debris flows, Stock
-//! and Dietrich 2006). A₀ is the square of the spacing, v the distance that erosion moves upstream over a step and d the
-//! distance to the receiver. Areas count up to a limit: rivers that drain more are as strong, because the model knows
-//! their course and slope. Then slopes creep, and what the means of coarse cells have lost is added, linearly between
-//! their centres: all of it to the heights, half of it also to the uplift of all later steps. The uplift thus learns what
-//! erosion takes, as in a landscape at steady state.
+//! In each step, every cell is lowered towards its receiver: h = (h + C hᵣ) / (1 + C) with C = v ((A / A₀)^m + 1) / d.
+//! This is the implicit solution of the stream-power law (Braun and Willett 2013); the constant term represents debris
+//! flows in headwaters (Stock and Dietrich 2006). A₀ is the square of the spacing, v the distance that erosion travels
+//! upstream in a step and d the distance to the receiver. Drainage areas are capped: larger rivers erode no faster,
+//! because the model already contains their courses and gradients. Creep follows. Then the loss of mean height of each
+//! coarse cell, interpolated linearly between their centres, is added back: all of it to the heights, and half of it to
+//! the uplift of all later steps. Uplift thus converges to the erosion rate, as in a landscape at steady state.
 
 use orograph_graph::{memory::zeroed, mix};
 use rayon::prelude::*;
@@ -25,25 +25,25 @@ use crate::{
 
 /// Steps of a run.
 const STEPS: u32 = 8;
-/// Spacings that erosion moves upstream over a step on ground that drains nothing.
+/// Distance that erosion travels upstream in a step where the drainage area is 0, in spacings.
 const REACH: f64 = 0.35;
-/// Squares of the spacing over a step that creep spreads by.
+/// Diffusivity times the duration of a step, in squares of the spacing.
 const CREEP: f64 = 0.0032;
-/// Rivers that drain more squares of the spacing cut no faster.
+/// Cap on drainage areas, in squares of the spacing: larger rivers erode no faster.
 const LARGEST: f64 = 9.0;
-/// The share of a step in the mean area of the last ones.
+/// Weight of the current step in the running mean of drainage areas.
 const NEWEST: f32 = 0.4;
-/// The share of a change of means that every later step makes as well.
+/// Fraction of the lost mean height that is added to the uplift of all later steps.
 const LEARNT: f32 = 0.5;
-/// How often the means are put right at the end.
+/// Number of corrections of the means after the last step.
 const ROUNDS: u32 = 6;
-/// The steepest slope by which irregularities grow.
+/// The initial irregularities grow with slope up to this slope.
 const STEEPEST: f64 = 1.2;
 
-/// The heights with rills of a model without voids. `strength` is how far erosion goes, as a factor.
+/// Returns the heights of a model without voids after rills have been cut. `strength` is a factor on erosion.
 ///
 /// # Errors
-/// [`NodeError::Cancelled`], or when no side of the world lets water out.
+/// [`NodeError::Cancelled`], or an error if no side of the world is open to water.
 pub fn of(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], mask: Lane<'_>) -> Result<Vec<f32>, NodeError> {
     let window = job.window();
     let mut land = Land {
@@ -101,18 +101,18 @@ pub fn of(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], mask: La
     Ok(found)
 }
 
-/// Receivers, depressions and areas of the land as it is.
+/// Receivers, depressions and drainage areas of the current heights.
 pub struct Land {
     pub grid: Grid,
     pub codes: Vec<u8>,
     pub depressions: Depressions<f64>,
     pub drainage: Drainage,
-    /// Cells that drain through each.
+    /// Drainage area of each cell, in cells.
     pub cells: Vec<u32>,
 }
 
 impl Land {
-    /// Finds where the water of `heights` goes, depressions running over.
+    /// Routes flow over `heights`; depressions overflow at their outlets.
     fn route(&mut self, job: &Job<'_>, heights: &[f64]) -> Result<(), NodeError> {
         receivers::d8(job, &self.grid, heights, &mut self.codes)?;
         self.depressions.find(job, &self.grid, heights, &self.codes)?;
@@ -122,11 +122,11 @@ impl Land {
     }
 }
 
-/// The law of a step.
+/// The stream-power law of a step.
 struct Law {
-    /// v / d for links across a side and across a corner.
+    /// v / d for face and for diagonal neighbours.
     reaches: [f64; 2],
-    /// A / A₀ of a cell.
+    /// The area of a cell as a fraction of A₀.
     share: f64,
 }
 
@@ -137,7 +137,7 @@ impl Law {
         Self { reaches: [reach, reach * std::f64::consts::FRAC_1_SQRT_2], share: share * share }
     }
 
-    /// C of a link of a cell through which so many cells drain.
+    /// Returns C for a cell that drains `cells` cells along `code`.
     #[inline(always)]
     fn coefficient(&self, cells: f32, code: u8) -> f64 {
         let share = (f64::from(cells) * self.share).min(LARGEST);
@@ -145,7 +145,8 @@ impl Law {
     }
 }
 
-/// Adds the irregularities on which rills begin: waves as long as the spacing and shorter, as steep as the land.
+/// Adds the initial irregularities from which rills develop: noise of the spacing and shorter wavelengths, with an
+/// amplitude proportional to the slope.
 fn begin(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], heights: &mut [f64]) -> Result<(), NodeError> {
     let window = job.window();
     let (nx, ny) = (window.nx(), window.ny());
@@ -171,8 +172,8 @@ fn begin(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], heights: 
     Ok(())
 }
 
-/// Adds what was lost. No change is larger than a spacing times the steepest slope: walls that erosion moves back would
-/// be raised without end.
+/// Adds the lost mean height. Changes are limited to the spacing times the steepest slope: otherwise retreating walls
+/// would be raised without limit.
 fn raise(params: &Params, model: &[f32], lost: &[f32], heights: &mut [f64]) {
     let most = STEEPEST * params.spacing;
     heights.par_iter_mut().zip(lost).zip(model).for_each(|((height, &lost), &model)| {
@@ -181,7 +182,7 @@ fn raise(params: &Params, model: &[f32], lost: &[f32], heights: &mut [f64]) {
     });
 }
 
-/// By how much the means of coarse cells are below the model's, linearly between their centres.
+/// Returns how far the means of coarse cells are below those of the model, interpolated linearly between their centres.
 fn lost(job: &Job<'_>, coarse: &Coarse, model: &[f32], heights: &[f64]) -> Result<Vec<f32>, NodeError> {
     let mut lost: Vec<f32> = zeroed(model.len())?;
     let cells = model.par_iter().zip(heights);

@@ -1,7 +1,7 @@
-//! No pits but those of the model.
+//! Drains all depressions that the model does not have.
 //!
-//! What puts the means right may close a valley, mostly by centimetres. Each such pit is drained by a cut along the path from its
-//! bottom over its pass (as Lindsay 2016 breaches depressions); water that stood in the model stays, at its level or lower.
+//! The correction of the means may block a valley, mostly by centimetres. Each such depression is breached along the
+//! flow path from its bottom over its pass (after Lindsay 2016). Lakes of the model remain, at their level or lower.
 
 use orograph_graph::memory::{OutOfMemory, collected, copied, zeroed};
 use rayon::prelude::*;
@@ -12,13 +12,13 @@ use crate::{
     prelude::*,
 };
 
-/// The standing water of the model.
+/// Lakes of the model.
 pub struct Lakes {
-    /// Level of the water over each cell in metres; below everything where there is none.
+    /// Water level over each cell in metres; −∞ on dry cells.
     levels: Vec<f32>,
 }
 
-/// A height that rivers cut down to.
+/// Upper limit on the height of a cell: the lowest height upstream.
 #[derive(Clone, Copy)]
 struct Lowest(f64);
 
@@ -30,7 +30,7 @@ impl Amount for Lowest {
 }
 
 impl Lakes {
-    /// The water in the depressions of the model.
+    /// Finds the lakes in the depressions of the model.
     pub fn of(depressions: &Depressions<f64>, model: &[f64]) -> Result<Self, OutOfMemory> {
         let mut filled = copied(model)?;
         depressions.fill(&mut filled);
@@ -41,7 +41,7 @@ impl Lakes {
         Ok(Self { levels })
     }
 
-    /// Cuts ways out of all depressions that the model did not have.
+    /// Breaches all depressions that the model does not have.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].

@@ -1,10 +1,10 @@
-//! Drained detail of hillslopes on a height that is known only in the mean over longer cells.
+//! Rills, spurs and gullies on hillslopes of a model whose heights are means over coarse cells.
 //!
-//! Rills, the spurs between them and the gullies that they join are cut by the law of rivers and headwaters, while the
-//! means over the cells of the model are held: where a mean falls below the model's, the land rises under it. What is
-//! left when both balance is terrain that drains like eroded land and whose means are those of the model; see the module
-//! `detail`. Perron, Kirchner and Dietrich (2009) show that cutting by water against rounding by creep sets the distance
-//! from one valley to the next; here that distance is given and the coefficients follow.
+//! The stream-power law with a headwater term cuts rills and the gullies that they join, while the means over the
+//! model's cells are preserved: where a mean falls below the model's, uplift raises the terrain. At equilibrium the
+//! terrain drains like eroded terrain and has the means of the model; see the module `detail`. Perron, Kirchner and
+//! Dietrich (2009) show that the ratio of incision to creep sets the spacing of valleys; here the spacing is given and
+//! the coefficients follow from it.
 
 mod detail;
 mod drain;
@@ -79,15 +79,15 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     if strength(&params, sizing.window.cell_m()) <= 0.0 {
         return 0;
     }
-    // heights and uplift, the noise or the change of means, the mean area, the input's water, codes, basins and the order
+    // heights and uplift; the noise or the change of means; mean drainage areas; lake levels; codes, basins and order
     let wanted = Wants::among(sizing.wanted).count() as f64;
     sizing.cells(BYTES - 4.0 * wanted)
 }
 
-/// Bytes per cell at the largest of the stages.
+/// Bytes per cell at the stage that needs the most.
 const BYTES: f64 = 43.5;
 
-/// How much of the rills cells can carry, times their depth.
+/// Returns the factor on erosion: `depth`, faded out where cells are too coarse for the spacing.
 fn strength(params: &Params, cell_m: f64) -> f64 {
     if params.coarse <= cell_m {
         return 0.0;

@@ -1,4 +1,4 @@
-//! Rills on a real model: means, pits, rivers, slopes, other cell sizes; and input that has no rills to give.
+//! Rills on a real terrain: means, pits, rivers, slopes and other cell sizes; inputs on which no rills form.
 
 use orograph_graph::{Boundary, Cancel, Edge, World, mix};
 
@@ -12,10 +12,10 @@ use crate::{
     testing::{self, block_means, moments, outputs_and_warnings, with_job, with_params},
 };
 
-/// Cells a side of the real land and its cells in metres.
+/// Cells per side of the real terrain, and its cell size in metres.
 const SIDE: usize = 256;
 const CELL_M: f64 = 30.0;
-/// Cells of the land in a cell of the model, along a side.
+/// Cells of the terrain per cell of the model, along a side.
 const STEP: usize = 8;
 const RILLS: &str = "coarse=240,spacing=240";
 
@@ -23,14 +23,15 @@ fn square(cells: usize, cell_m: f64) -> World {
     World { boundary: Boundary::all(Edge::Open), ..testing::world(cells as u32, cells as u32, cell_m) }
 }
 
-/// The real land, Big Tujunga on cells of 30 m.
+/// Big Tujunga on cells of 30 m.
 fn real() -> Field {
     let bytes = include_bytes!("../../../../../tests/data/bigtujunga_drained_256.f32");
     let samples = bytes.chunks_exact(4).map(|bytes| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]));
     Field::new(Window::whole(square(SIDE, CELL_M)), samples.collect())
 }
 
-/// Means of the real land over 240 m, linear between the centres of these cells, on finer cells.
+/// Means of the real terrain over 240 m, interpolated linearly between the centres of these cells, with `finer` cells
+/// per side of each.
 fn model(finer: usize) -> Field {
     let (means, across) = (block_means(&real(), STEP), SIDE / STEP);
     let cells = across * finer;
@@ -58,7 +59,7 @@ fn difference(one: &[f32], other: &[f32]) -> Vec<f32> {
     one.iter().zip(other).map(|(one, other)| one - other).collect()
 }
 
-/// Cells under water that stands deeper than a millimetre, and the area that drains through each cell in cells.
+/// Returns which cells are under more than a millimetre of standing water, and the drainage area of each cell in cells.
 fn drained(land: &Field) -> (Vec<bool>, Vec<u32>) {
     with_job(*land.window(), |job| {
         let grid = Grid::new(&job.window()).expect("a grid");
@@ -76,7 +77,7 @@ fn drained(land: &Field) -> (Vec<bool>, Vec<u32>) {
     })
 }
 
-/// Slopes in degrees inside the land, in rising order.
+/// Returns the slopes of inner cells in degrees, in ascending order.
 fn slopes(land: &Field) -> Vec<f64> {
     let (nx, ny) = (land.window().nx(), land.window().ny());
     let at = |x: usize, y: usize| f64::from(land.samples()[y * nx + x]);
@@ -89,7 +90,7 @@ fn slopes(land: &Field) -> Vec<f64> {
     slopes
 }
 
-/// What a cell is above the mean of the 3 × 3 around it: root mean square in metres.
+/// Returns the root mean square difference of a cell from the mean of its 3 × 3 cells, in metres.
 fn roughness(land: &Field) -> f64 {
     let nx = land.window().nx();
     let inside = || (1..nx - 1).flat_map(|y| (1..nx - 1).map(move |x| (x, y)));
@@ -100,7 +101,7 @@ fn roughness(land: &Field) -> f64 {
     (inside().map(|cell| above(cell) * above(cell)).sum::<f64>() / inside().count() as f64).sqrt()
 }
 
-/// Of a change of 10 m and more the means of the model's cells see half a metre.
+/// Heights change by about 10 m, but the means of the model's cells by less than half a metre.
 #[test]
 fn means_are_the_models() {
     let model = model(STEP);
@@ -118,12 +119,12 @@ fn there_are_no_pits_but_those_of_the_model() {
     let [before, after] = [&model, &found].map(|land| drained(land).0);
     let outside = after.iter().zip(&before).filter(|(after, before)| **after && !**before).count();
     let count = |wet: &[bool]| wet.iter().filter(|wet| **wet).count();
-    // water at the level of the model's lies deeper where a rill runs into it, and reaches into that rill
+    // a lake at the model's level becomes deeper where a rill enters it, and extends into that rill
     assert!(count(&after) <= count(&before) + count(&before) / 4, "{} {}", count(&after), count(&before));
     assert!(outside <= count(&before) / 2, "{outside} outside of {}", count(&before));
 }
 
-/// Rivers of the model that drain 2 km² and more have one of those with rills within a cell of the model.
+/// Each river of the model with a drainage area of 2 km² or more has a river of the result within one model cell.
 #[test]
 fn trunk_rivers_stay() {
     let model = model(STEP);
@@ -140,7 +141,7 @@ fn trunk_rivers_stay() {
     assert!(rivers.len() > 500 && kept * 100 >= rivers.len() * 97, "{kept} of {}", rivers.len());
 }
 
-/// The model on 240 m with rills on 30 m is nearer to the real land than the model between its cells.
+/// Slopes of a 240 m model with rills on 30 m are closer to those of the real terrain than without rills.
 #[test]
 fn slopes_are_nearer_to_the_real_ones() {
     let (real, model) = (real(), model(STEP));
@@ -165,8 +166,8 @@ fn slopes_are_nearer_to_the_real_ones() {
     }
 }
 
-/// Rills on cells of 15 m, 20 m and 30 m are the same rills: their changes, in the mean over 120 m, go together. On cells
-/// of a sixth of the spacing, 40 m, they begin to differ.
+/// Rills on cells of 15 m, 20 m and 30 m are the same: their changes correlate in means over 120 m. On cells of 40 m, a
+/// sixth of the spacing, they begin to differ.
 #[test]
 fn other_cells_have_the_same_rills() {
     let changes = [6, 8, 12, 16].map(|finer| {
@@ -199,7 +200,7 @@ fn nothing_changes_without_depth_or_mask_or_on_coarse_cells() {
         warnings.len()
     };
     assert_eq!(warnings("depth=0"), 0);
-    // rills of less than three cells, and a model finer than the cells
+    // rills narrower than three cells; a model finer than the cells
     assert_eq!(warnings("coarse=240,spacing=90"), 1);
     assert_eq!(warnings("coarse=30,spacing=240"), 1);
     let mask = Field::constant(*model.window(), 0.0);
@@ -224,7 +225,7 @@ fn voids_walls_and_single_rows_do_no_harm() {
     }
     let all_void = Field::new(*holes.window(), vec![f32::NAN; SIDE * SIDE]);
     assert!(rills(&all_void, RILLS).samples().iter().all(|height| height.is_nan()));
-    // 89° is 57 m per metre; changes are bounded, and cuts through walls lead no lower than the land does
+    // 89° is 57 m per metre; changes are bounded, and breaches are not cut below the lowest terrain
     let wall = testing::field(square(96, 10.0), |x, y| (x - 480.0).clamp(-60.0, 60.0) * 57.29 + 0.1 * y);
     let [low, high] = [-60.0 * 57.29, 60.0 * 57.29 + 96.0];
     let bounds = low - 109.0..high + 109.0;

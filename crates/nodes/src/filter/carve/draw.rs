@@ -1,4 +1,4 @@
-//! Blends beds into the terrain beside them.
+//! Blends beds into the surrounding terrain.
 
 use orograph_graph::{Job, NodeError, Window};
 
@@ -8,10 +8,10 @@ use super::{
 };
 use crate::numerics::{lines::Ends, math, par};
 
-/// Rows that are drawn together.
+/// Rows of a strip.
 const ROWS: usize = 32;
 
-/// Returns the terrain with beds, and the bed mask (1 on the bed, 0 beyond its banks), each if it is wanted.
+/// Returns the terrain with beds, and the bed mask (1 on the bed, 0 beyond its banks), if wanted.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -46,13 +46,13 @@ pub fn draw(
     Ok([height, bed])
 }
 
-/// Returns the bytes that [`draw`] needs in addition to its results, on one thread: the nearest point for each cell
+/// Returns the bytes that [`draw`] needs in addition to its results, on one thread: the nearest bed point of each cell
 /// of a strip.
 pub fn bytes(window: &Window) -> u64 {
     (ROWS * window.nx() * size_of::<Nearest>()) as u64
 }
 
-/// Returns the strips of a raster, or `len` times None where there is no raster.
+/// Returns the strips of a raster, or `len` times None if there is no raster.
 fn strips(raster: &mut Option<Vec<f32>>, size: usize, len: usize) -> Vec<Option<&mut [f32]>> {
     match raster {
         Some(raster) => raster.chunks_mut(size).map(Some).collect(),
@@ -60,7 +60,7 @@ fn strips(raster: &mut Option<Vec<f32>>, size: usize, len: usize) -> Vec<Option<
     }
 }
 
-/// A straight piece of a bed, and the range of cells it may change: first column and row, and those after the last.
+/// A straight segment of a bed, and the cells that it may change: first column and row, and those after the last.
 struct Piece {
     from: Place,
     to: Place,
@@ -68,7 +68,7 @@ struct Piece {
     rows: [usize; 2],
 }
 
-/// The nearest point of a bed.
+/// The nearest point of a bed to a cell.
 #[derive(Clone, Copy)]
 struct Nearest {
     square_m2: f64,
@@ -81,7 +81,7 @@ impl Nearest {
     const NOTHING: Self = Self { square_m2: f64::INFINITY, elevation_m: 0.0, half_m: 0.0, depth_m: 0.0 };
 }
 
-/// Returns the pieces of a way that reach into the world; those across periodic sides on both of them.
+/// Returns the segments of a way that affect the world, repeated across periodic sides.
 fn pieces(window: &Window, way: &Way, bank_m: f64) -> Vec<Piece> {
     let shifts = [0, 1].map(|axis| if Ends::of(window, axis) == Ends::Wrap { -1..=1 } else { 0..=0 });
     let mut pieces = Vec::new();
@@ -115,7 +115,7 @@ fn pieces(window: &Window, way: &Way, bank_m: f64) -> Vec<Piece> {
     pieces
 }
 
-/// Some rows of the world.
+/// A strip of rows of the world.
 struct Strip<'a> {
     window: &'a Window,
     /// The input terrain.
@@ -126,7 +126,7 @@ struct Strip<'a> {
 }
 
 impl Strip<'_> {
-    /// Draws one way. `nearest` is empty before and after.
+    /// Draws one way. `nearest` is reset before and after.
     fn draw(
         &self,
         pieces: &[Piece],
@@ -159,7 +159,7 @@ impl Strip<'_> {
         }
     }
 
-    /// Applies a bed to a cell.
+    /// Applies the nearest bed point to a cell.
     fn change(&self, nearest: &Nearest, land: f32, height: &mut f32, bed: &mut f32) {
         let Nearest { square_m2, elevation_m, half_m, depth_m } = *nearest;
         let distance_m = square_m2.sqrt();
@@ -184,7 +184,7 @@ impl Strip<'_> {
     }
 }
 
-/// Stores the nearest point of a piece where it is nearer than the one found so far.
+/// Updates `nearest` if a segment has a nearer point.
 fn approach(nearest: &mut Nearest, from: &Place, to: &Place, at_m: [f64; 2]) {
     let along = [0, 1].map(|axis| to.at_m[axis] - from.at_m[axis]);
     let off = [0, 1].map(|axis| at_m[axis] - from.at_m[axis]);

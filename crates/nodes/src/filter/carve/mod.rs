@@ -1,6 +1,6 @@
-//! A bed along lines: rivers, ditches, roads and dams.
+//! Carves beds along lines: rivers, ditches, roads and dams.
 //!
-//! `way` finds the bed's elevation along each line; `draw` applies it to the cells beside it.
+//! `way` computes the bed's elevation along each line; `draw` applies it to the cells around it.
 
 mod draw;
 mod way;

@@ -1,4 +1,4 @@
-//! Beds in closed form.
+//! Tests of beds with closed forms.
 
 use orograph_graph::{Boundary, Cancel, Edge, InputValue, Line, Lines, ParamValue, Value, Vertex, Warnings, World};
 
@@ -42,7 +42,7 @@ fn cross_sections_are_the_profile() {
     }
 }
 
-/// Water that follows the bed never has to rise, over hills and hollows; and terrain is never raised.
+/// The bed never rises downstream, over hills and hollows, and the terrain is never raised.
 #[test]
 fn a_bed_runs_downhill() {
     let land =
@@ -56,7 +56,8 @@ fn a_bed_runs_downhill() {
     for place in &places[5..places.len() - 5] {
         let [i, j] = place.at_m.map(|metres| (metres / 10.0) as usize);
         let found = f64::from(found.samples()[j * 120 + i]);
-        // the centre of the cell is up to 7 m away, where the parabola has risen by 0.8 m and the bed by 0.9 in 1
+        // the cell's centre is up to 7 m away, where the parabola is 0.8 m higher and the bed, at a slope of 0.9, up to
+        // 6.3 m
         assert!(found < place.elevation_m + 7.1, "{:?}: {found} {}", place.at_m, place.elevation_m);
     }
     let straight = bed(&land, &path, "course=straight,mode=grade,profile=flat,width=60,depth=0,easing=0");
@@ -92,7 +93,7 @@ fn nothing_changes_without_a_width_or_a_mask_or_far_away() {
     assert_eq!(run_in(1, &NODE, &params, &[("height", &land)]), run_in(3, &NODE, &params, &[("height", &land)]));
 }
 
-/// Lines bring their own widths, depths and elevations; in a periodic world they continue across its sides.
+/// Lines keep their own widths, depths and elevations; in a periodic world they continue across its sides.
 #[test]
 fn lines_are_carved_as_they_are() {
     let periodic = World { boundary: Boundary::all(Edge::Periodic), ..world(60, 40, 10.0) };

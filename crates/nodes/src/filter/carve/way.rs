@@ -5,18 +5,18 @@ use orograph_graph::{Field, Line};
 use super::{Course, Params};
 use crate::numerics::lines::Ends;
 
-/// A point of the bed's middle.
+/// A point on the centre line of the bed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     pub at_m: [f64; 2],
     pub elevation_m: f64,
-    /// Half of the width.
+    /// Half width of the bed.
     pub half_m: f64,
-    /// Height of the bed's edges above its middle, if the profile is not flat.
+    /// Height of the bed's edges above its centre line, unless the profile is flat.
     pub depth_m: f64,
 }
 
-/// A line of such points.
+/// A polyline of such points.
 #[derive(Clone, Debug)]
 pub struct Way {
     pub places: Vec<Place>,
@@ -24,11 +24,11 @@ pub struct Way {
 
 /// Maximum number of points of a path.
 const MOST: f64 = 200_000.0;
-/// Maximum number of points of a path per width.
+/// Maximum number of points of a path over the width of the bed and its banks.
 const FINE: f64 = 64.0;
 
 impl Way {
-    /// Creates the way of a line that has elevations.
+    /// Creates the way of a line with elevations.
     pub fn of_line(line: &Line, params: &Params) -> Self {
         let places = line.vertices.iter().map(|vertex| {
             let depth_m = vertex.depth_m.max(params.depth);
@@ -42,8 +42,8 @@ impl Way {
         Self { places: places.collect() }.on_course(params.course)
     }
 
-    /// Creates the way of the path on the terrain, with a point for each cell along it or, where it is wide, for each
-    /// [`FINE`]th of the width that changes.
+    /// Creates the way of the path on the terrain. Points are a cell apart or, for wide beds, a [`FINE`]th of the width
+    /// that the bed changes.
     pub fn of_path(params: &Params, land: &Field) -> Self {
         let stretches: Vec<([f64; 2], [f64; 2], f64)> =
             params.path.0.windows(2).map(|pair| (pair[0], pair[1], length(pair[0], pair[1]))).collect();
@@ -69,7 +69,7 @@ impl Way {
                 depth_m: params.depth.max(0.0),
             });
         }
-        // two boxes in a row make a tent of the length of the easing
+        // two box filters in sequence form a triangular kernel as long as the easing
         let side = (0.25 * params.easing * count as f64 / whole).round() as usize;
         let mut elevations: Vec<f64> = places.iter().map(|place| place.elevation_m).collect();
         for _ in 0..2 {
@@ -108,17 +108,18 @@ impl Way {
     }
 }
 
-/// Returns the distance between two places.
+/// Returns the distance between two points.
 pub fn length(a: [f64; 2], b: [f64; 2]) -> f64 {
     let [x, y] = [b[0] - a[0], b[1] - a[1]];
     (x * x + y * y).sqrt()
 }
 
-/// Returns the mean of each value and `side` values on either side; of fewer near the ends, which do not change.
+/// Returns the moving average of each value and `side` values on either side, of fewer near the ends, which do not
+/// change.
 fn averaged(values: &[f64], side: usize) -> Vec<f64> {
     let mut sums = vec![0.0];
     for value in values {
-        // from the first value, so that a level line stays level
+        // relative to the first value, so that a constant line stays constant
         sums.push(sums[sums.len() - 1] + (value - values[0]));
     }
     let mean = |at: usize| {
@@ -131,7 +132,7 @@ fn averaged(values: &[f64], side: usize) -> Vec<f64> {
     (0..values.len()).map(mean).collect()
 }
 
-/// Returns the terrain height at a place, linear between the centres of cells.
+/// Returns the terrain height at a point by bilinear interpolation.
 fn elevation(land: &Field, at_m: [f64; 2]) -> f64 {
     let window = land.window();
     let cells = [0, 1].map(|axis| {

@@ -1,8 +1,8 @@
-//! Filters of a raster that is mirrored at its sides, applied to its cosine waves.
+//! Filters a raster that is mirrored at its sides, in its cosine transform.
 //!
-//! A symmetric kernel on a raster mirrored half a cell beyond its last cells multiplies each wave `cos(π p (i + ½) /
-//! w) cos(π q (j + ½) / h)` by a number, so any number of passes costs the same. The cosine transform is that of J.
-//! Makhoul (1980), "A fast cosine transform in one and two dimensions", two rows in one complex row.
+//! A symmetric kernel on a raster mirrored half a cell beyond its last cells multiplies each wave `cos(π p (i + ½) / w)
+//! cos(π q (j + ½) / h)` by a number, so the cost does not depend on the number of passes. The cosine transform is that
+//! of J. Makhoul (1980), "A fast cosine transform in one and two dimensions", with two rows in one complex row.
 
 use orograph_graph::{Job, NodeError};
 
@@ -85,7 +85,7 @@ fn transposed(from: &[f64], width: usize) -> Vec<f64> {
     to
 }
 
-/// Cosine transforms of rows of one length.
+/// Cosine transform of rows of one length.
 struct Cosines {
     length: usize,
     plan: Plan<f64>,
@@ -104,7 +104,7 @@ impl Cosines {
         if cell.is_multiple_of(2) { cell / 2 } else { self.length - 1 - cell / 2 }
     }
 
-    /// Calls `each(first, rows)` for each group of rows that is transformed together, two per lane.
+    /// Calls `each(first, rows)` for each group of rows that is transformed at once, two per lane.
     fn rows(
         &self,
         job: &Job<'_>,

@@ -78,7 +78,7 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     let params = Params::read(sizing.params);
     match params.form {
         Form::Gaussian => params.torus(&sizing.window.world).bytes(&sizing.window, &Hills::new(&params)),
-        // noise in double precision and its waves
+        // noise in double precision and its transform
         Form::Layers | Form::Fractal => sizing.cells(12.0),
     }
 }
@@ -108,20 +108,21 @@ impl Params {
     }
 }
 
-/// Spectra of Gaussians, one for each octave.
+/// Sum of Gaussian spectra, one for each octave.
 struct Hills {
-    /// For each octave the factor on the squared wavenumber (waves per metre) in the exponent, and its part of the
-    /// density at wavenumber 0.
+    /// For each octave, the factor of the squared wavenumber (waves per metre) in the exponent, and its density at
+    /// wavenumber 0.
     octaves: Vec<[f32; 2]>,
-    /// Waves per metre from which the spectrum is 0.
+    /// Waves per metre above which the spectrum is 0.
     end: f64,
 }
 
-/// Exponent below which an octave is less than the last bit of the highest one.
+/// Exponent below which an octave is less than the last bit of the strongest one.
 const LEAST: f64 = -60.0;
 
 impl Hills {
-    /// The density of an octave of correlation length L and a share s of the variance is `4π s L² exp(−4π² L² f²)`.
+    /// The density of an octave with correlation length L and the fraction s of the variance is `4π s L² exp(−4π² L²
+    /// f²)`.
     fn new(params: &Params) -> Self {
         use std::f64::consts::PI;
         let octaves = (0..params.octaves as u32).map(|octave| {
@@ -147,7 +148,7 @@ impl Spectrum for Hills {
     #[inline(always)]
     fn roots(&self, east: &[f32; LANES], south: f32) -> [f32; LANES] {
         let mut roots = [0.0; LANES];
-        // the longest wave among them
+        // the longest of these waves
         let least = east[0] * east[0] + south * south;
         for &[exponent, density] in &self.octaves {
             if least * exponent > LEAST as f32 {
@@ -165,18 +166,19 @@ impl Spectrum for Hills {
     }
 }
 
-/// Response of the 3 x 3 mean filter, with a weight of 2 in the middle, to a wave with these cosines of its phase
-/// steps from cell to cell.
+/// Returns the response of the 3 x 3 mean filter, with a weight of 2 in the middle, to a wave; x and y are the cosines
+/// of its phase steps from cell to cell.
 fn mean(x: f64, y: f64) -> f64 {
     ((1.0 + 2.0 * x) * (1.0 + 2.0 * y) + 1.0) / 10.0
 }
 
-/// Response of one layer to a wave for which that of the mean filter is `mean`.
+/// Returns the response of one layer to a wave for which that of the mean filter is `mean`.
 fn layer(alpha: f64, mean: f64) -> f64 {
     1.0 - alpha + alpha * mean
 }
 
-/// Response of the fractal blend to it: `h₀ = F₁, hᵢ = α hᵢ₋₁ + (1 − α) F₂ᵢ`, where Fₗ is l layers of the same noise.
+/// Returns the response of the fractal blend to it: `h₀ = F₁, hᵢ = α hᵢ₋₁ + (1 − α) F₂ᵢ`, where Fₗ is l layers on the
+/// same noise.
 fn blend(alpha: f64, doublings: u32, mean: f64) -> f64 {
     let mut layers = layer(alpha, mean);
     let mut blend = layers;

@@ -1,4 +1,4 @@
-//! The mean filter against explicit layers, and the Gaussian it tends to.
+//! The mean filter compared with explicit layers and with its Gaussian limit.
 
 use orograph_graph::Window;
 
@@ -8,7 +8,7 @@ use crate::{
     testing::{at_every_level, block_means, generate, moments, world},
 };
 
-/// Layers of the mean filter, cell by cell: half-sample mirrors at the sides.
+/// Reference: layers of the mean filter, cell by cell, mirrored half a cell beyond the sides.
 fn explicit(noise: &[f64], nx: usize, alpha: f64, layers: u32) -> Vec<f64> {
     let ny = noise.len() / nx;
     let mut values = noise.to_vec();
@@ -32,7 +32,7 @@ fn noise(len: usize) -> Vec<f64> {
     (0..len as u32).map(|k| f64::from(mix(k) >> 8) / f64::from(1 << 24) - 0.5).collect()
 }
 
-/// Returns what the node computes from given noise, before scaling.
+/// Returns the result of the filter on given noise, before scaling.
 fn filtered(noise: &[f64], [nx, ny]: [u32; 2], response: impl Fn(f64) -> f64 + Sync) -> Vec<f64> {
     let window = Window::whole(world(nx, ny, 1.0));
     let params = ParamValues::defaults(&NODE.specs());
@@ -91,7 +91,7 @@ fn relief_is_the_root_mean_square_of_every_form() {
         "form=fractal,octaves=4,alpha=0.7",
     ] {
         let (_, deviation) = moments(generate(window, &NODE, &format!("relief=80,{changes}")).samples());
-        // about 500 independent hills of 120 m, and a mean that is left in
+        // about 500 independent hills of 120 m, and a mean that is not removed
         assert!((deviation / 80.0 - 1.0).abs() < 0.1, "{changes}: {deviation}");
     }
 }
@@ -114,7 +114,7 @@ fn heights_are_alike_over_the_correlation_length() {
     }
 }
 
-/// Layers of the filter spread by √(0.6 α L) cells.
+/// L layers of the filter have a standard deviation of √(0.6 α L) cells.
 #[test]
 fn many_layers_are_a_gaussian() {
     let mut impulse = vec![0.0; 101 * 101];
@@ -129,7 +129,7 @@ fn many_layers_are_a_gaussian() {
         error += (value - gauss) * (value - gauss);
         total += gauss * gauss;
     }
-    // the fourth moment of one layer, over 150 of them
+    // the excess kurtosis of one layer, divided by 150 layers
     assert!((error / total).sqrt() < 2e-3, "{}", (error / total).sqrt());
 }
 
@@ -142,7 +142,7 @@ fn gaussian_land_is_the_same_at_every_cell_count_and_the_seed_is_read() {
     let coarse = land(96, changes);
     let fine = block_means(&land(288, changes), 3);
     let error: f64 = coarse.samples().iter().zip(&fine).map(|(a, b)| f64::from((a - b) * (a - b))).sum();
-    // means over cells of 100 m of hills of 400 m: (100 / 400)² / 24 of the finer part
+    // means over cells of 100 m of hills of 400 m lose (100 / 400)² / 24
     assert!((error / fine.len() as f64).sqrt() < 0.01 * 200.0, "{error}");
     for form in ["gaussian", "layers", "fractal"] {
         let first = land(40, &format!("form={form}"));

@@ -1,9 +1,9 @@
-//! Fractals beyond the plain sum: each octave of gradient noise depends on those before it.
+//! Fractals other than the plain sum: each octave of gradient noise depends on those before it.
 //!
-//! Common to all: heights are h = amplitude (r − μ) / 3σ, where r is the result of the recursion and μ and σ are its
-//! mean and standard deviation for these parameters. Octaves are independent of each other, so both are measured from
-//! the recursion at independent places of each octave: at fixed places, never on the terrain. A window, a finer
-//! raster and another seed therefore have the same μ and σ. The rules are in `rules`.
+//! Common to all kinds: heights are h = amplitude (r − μ) / 3σ, where r is the result of the recursion and μ and σ are
+//! its mean and standard deviation for these parameters. Octaves are independent of each other, so both are measured
+//! from the recursion at independent places of each octave: at fixed places, not on the terrain. A window, a finer
+//! raster and another seed therefore have the same μ and σ. The recursions are in `rules`.
 
 use crate::numerics::noise::{
     Gradients, fold, fractal_params,
@@ -84,7 +84,7 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Samples along a side of the area on which moments are measured: about 9000 cells of each octave's lattice.
+/// Samples per side of the area on which moments are measured: about 9000 cells of each octave's lattice.
 const SIDE: usize = 256;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
@@ -147,8 +147,8 @@ impl Params {
         }
     }
 
-    /// Returns the constants of all requested octaves. `held` gives, for those on the raster, the cells per
-    /// wavelength and how much of the octave the raster can represent.
+    /// Returns the constants of all requested octaves. `held` gives, for those on the raster, the cells per wavelength
+    /// and the fraction that the raster can represent.
     fn layers(&self, held: impl Iterator<Item = (f64, f64)>) -> Vec<Layer> {
         let means = [|n| n, |n| n * n, |n: f64| (1.0 - n) * (1.0 - n)]
             .map(|function: fn(f64) -> f64| fold::mean(self.gradients, function) as f32);
@@ -200,11 +200,11 @@ impl Params {
 
 /// A recursion with all its constants.
 struct Recursion<R, const N: usize> {
-    /// Octaves on the raster, and those it cannot represent, which count with their means.
+    /// Octaves on the raster, and octaves that are too fine for it, which contribute their means.
     layers: Vec<Layer>,
     left: Vec<Layer>,
     finish: Finish,
-    /// Metres per unit of the result, and the offset.
+    /// Metres per unit of the result, and the offset in metres.
     scale: f32,
     lift_m: f32,
     rule: std::marker::PhantomData<R>,

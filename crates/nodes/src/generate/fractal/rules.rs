@@ -1,6 +1,7 @@
 //! The recursions over octaves, at one sample. Noise n has the standard deviation 0.305 and slopes per wavelength.
 //!
-//! The part of an octave that the raster cannot represent counts with its mean over the distribution of the noise.
+//! An octave that the raster cannot represent fully contributes, for the rest, its mean over the distribution of the
+//! noise.
 
 use crate::numerics::{math::lane, noise::fold::Fold};
 
@@ -11,20 +12,20 @@ pub(super) struct Layer {
     pub gain: f32,
     /// lacunarityᵏ.
     pub ratio: f32,
-    /// How much of it the raster can represent.
+    /// Fraction of the octave that the raster can represent.
     pub fade: f32,
-    /// Its crests, and the means of |n|, n² and (1 − |n|)², times the part that the raster cannot represent.
+    /// Its crests, and the means of |n|, n² and (1 − |n|)², times the fraction that the raster cannot represent.
     pub fold: Fold,
     pub means: [f32; 3],
     /// Factor from slopes per wavelength to slopes of the terrain in m/m.
     pub steepness: f32,
-    /// 1 for the first octave, of a blend also for the second, and 0 for all others.
+    /// 1 for the first octave, in a blend also for the second, and 0 for all others.
     pub first: f32,
     /// See [`super::Params`].
     pub offset: f32,
     pub damping: f32,
     pub warp: f32,
-    /// Ratio of amplitudes.
+    /// Ratio of the amplitudes of successive octaves.
     pub fall: f32,
 }
 
@@ -54,7 +55,7 @@ impl Layer {
 pub(super) struct Finish {
     /// Metres per unit of a plain sum of octaves.
     pub unit_m: f32,
-    /// Elevation where ridges begin, and one over the metres up to where they are complete.
+    /// Elevation where ridges begin, and the reciprocal of the metres over which they reach full strength.
     pub low_m: f32,
     pub per_metre: f32,
 }
@@ -68,7 +69,7 @@ pub(super) trait Rule<const N: usize>: Sync {
     /// The state before the first octave.
     const START: [f32; N];
 
-    /// Adds an octave. Must always be inlined, as the others.
+    /// Adds an octave. Must always be inlined, like the other functions.
     fn step(layer: &Layer, noise: f32, slope: [f32; 2], state: &mut [f32; N]);
 
     /// Returns the displacement, in wavelengths, at which the noise of an octave is sampled.
@@ -100,10 +101,10 @@ impl Rule<1> for Billow {
 pub(super) struct Hybrid;
 
 impl Hybrid {
-    /// How far from 1 the limit of a weight begins: a corner there would be visible as a line in the terrain.
+    /// Width of the transition to the limit of a weight: a corner there would be visible as a line in the terrain.
     const ROUND: f32 = 0.15;
 
-    /// Returns the smaller of a number and 1, with a parabola between the two.
+    /// Returns the smaller of a number and 1, with a parabolic transition.
     #[inline(always)]
     fn held(weight: f32) -> f32 {
         let weight = weight.min(1.0 + Self::ROUND);
@@ -146,13 +147,13 @@ impl Rule<3> for Eroded {
     fn step(layer: &Layer, noise: f32, slope: [f32; 2], [height, dx, dy]: &mut [f32; 3]) {
         *dx += layer.fade * layer.steepness * slope[0];
         *dy += layer.fade * layer.steepness * slope[1];
-        // a bound far beyond any terrain keeps the square finite
+        // a limit far above any terrain keeps the square finite
         let square = (*dx * *dx + *dy * *dy).min(1e30);
         *height += layer.gain * layer.fade * noise / (1.0 + layer.damping * square);
     }
 }
 
-/// h += a (1 − |n|), D −= a n ∇n, a ← gain a min(h, 1), n taken at D away from the sample. State: h, D, a.
+/// h += a (1 − |n|), D −= a n ∇n, a ← gain a min(h, 1), where n is sampled at an offset of D. State: h, D, a.
 pub(super) struct Swiss;
 
 impl Rule<4> for Swiss {
@@ -202,8 +203,8 @@ impl Rule<5> for Jordan {
     }
 }
 
-/// The first two octaves plain; on them plain octaves where they are low and ridges where they are high. State: the
-/// base, the plain detail, the ridges, the weight of the next ridges.
+/// The first two octaves are plain. The finer ones are plain where that base is low and ridges where it is high. State:
+/// base, plain detail, ridges, weight of the next ridges.
 pub(super) struct Blend;
 
 impl Rule<4> for Blend {

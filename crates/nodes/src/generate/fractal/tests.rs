@@ -1,4 +1,4 @@
-//! Tests every kind against closed forms and published values, and what all kinds promise.
+//! Every kind compared with closed forms and published values, and properties that all kinds share.
 
 use super::*;
 use crate::testing::{at_every_level, block_means, generate, moments, seams, with_params, world};
@@ -9,8 +9,8 @@ fn measured<R: Rule<N>, const N: usize>(changes: &str) -> (f64, f64) {
     Params::read(&with_params(&NODE, changes)).moments::<R, N>()
 }
 
-/// The known values for Perlin's noise with eight octaves (Musgrave's parameters), to 2 % of the standard deviation
-/// for the error of 9000 cells.
+/// The published values for Perlin's noise with eight octaves (Musgrave's parameters), to 2 % of the standard
+/// deviation, the sampling error of 9000 cells.
 #[test]
 fn moments_are_those_of_the_literature() {
     let classic = "octaves=8,gradients=classic";
@@ -24,7 +24,7 @@ fn moments_are_those_of_the_literature() {
     assert!((mean - 0.943).abs() < 0.02 && (std - 0.415).abs() < 0.01, "{mean} {std}");
 }
 
-/// The mean of heterogeneous octaves is a product, since they are independent; without damping the eroded sum is the
+/// The mean of heterogeneous octaves is a product, since they are independent. Without damping the eroded sum is the
 /// plain one.
 #[test]
 fn moments_are_those_of_closed_forms() {
@@ -62,13 +62,13 @@ fn equal_bits_at_every_simd_level_and_in_every_window() {
     }
 }
 
-/// Without damping, an eroded fractal is `Perlin`, except for the scale; to rounding.
+/// Without damping, an eroded fractal is `Perlin` up to scale and rounding.
 #[test]
 fn without_damping_it_is_the_plain_sum() {
     let window = Window::whole(world(200, 150, 20.0));
     let land = generate(window, &NODE, "kind=eroded,damping=0,octaves=8");
     let plain = generate(window, &super::super::perlin::NODE, "wavelength=5000,octaves=8");
-    // the mean of the recursion is measured, so that it is 0 to a percent of the deviation only
+    // the measured mean of the recursion is 0 only to a percent of the standard deviation
     let [land, plain] = [land, plain].map(|field| {
         let first = f64::from(field.samples()[0]);
         field.samples().iter().map(|h| f64::from(*h) - first).collect::<Vec<f64>>()
@@ -79,7 +79,7 @@ fn without_damping_it_is_the_plain_sum() {
     }
 }
 
-/// Where the base is below `low` a blend is the plain sum, and where it is above `high` all ridges.
+/// Where the base is below `low` a blend is the plain sum, and where it is above `high` it is all ridges.
 #[test]
 fn a_blend_is_plain_below_and_ridged_above() {
     let window = Window::whole(world(200, 150, 20.0));
@@ -87,7 +87,7 @@ fn a_blend_is_plain_below_and_ridged_above() {
     let perlin = generate(window, &super::super::perlin::NODE, "wavelength=5000,octaves=12");
     let ratio = f64::from(plain.samples()[7]) / f64::from(perlin.samples()[7]);
     for (a, b) in plain.samples().iter().zip(perlin.samples()) {
-        // the mean of the recursion, which is measured, is 0 to a percent of the deviation
+        // the measured mean of the recursion is 0 only to a percent of the standard deviation
         assert!((f64::from(*a) - ratio * f64::from(*b)).abs() < 15.0);
     }
     let ridged = generate(window, &NODE, "kind=blend,low=-1e6,high=-1e5");
@@ -95,7 +95,7 @@ fn a_blend_is_plain_below_and_ridged_above() {
     assert_ne!(generate(window, &NODE, "kind=blend"), ridged);
 }
 
-/// A finer raster adds detail and changes nothing else: means over 512 m are those of the coarse one, to 2 %.
+/// A finer raster only adds detail: means over 512 m are those of the coarse raster, to 2 %.
 #[test]
 fn finer_cells_only_add_detail() {
     for kind in KINDS {
@@ -110,9 +110,9 @@ fn finer_cells_only_add_detail() {
     }
 }
 
-/// The power of waves of 4 to 8 cells on land whose octaves have 16, 8 and 4 is the same in every direction, to 10 %
-/// in bins of 9°. A single octave is not as even as a sum of many: its waves shorter than its cells lean to the axes.
-/// They show where finer octaves are weak, so the gain is that which Musgrave gives his hybrid, 2^-0.25.
+/// The power of waves of 4 to 8 cells, on terrain with octaves of 16, 8 and 4 cells, is isotropic to 10 % in bins of
+/// 9°. A single octave is less isotropic than a sum of many: its waves shorter than its lattice cells prefer the axes.
+/// They dominate where finer octaves are weak, so the gain is that of Musgrave's hybrid, 2^-0.25.
 #[test]
 fn the_spectrum_is_the_same_in_every_direction() {
     for kind in KINDS {

@@ -1,4 +1,5 @@
-//! A mountain range along a path: a profile of the distance to it, bent by noise and cut by spurs and valleys.
+//! A mountain range along a path: a profile of the distance to the path, bent by noise and dissected by spurs and
+//! valleys.
 
 mod spurs;
 
@@ -73,12 +74,12 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Salts of the noise that varies the crest and of those that bend it to the east and to the south.
+/// Salts of the noise that varies the crest and of the noises that displace it to the east and to the south.
 const SALTS: [u32; 3] = [0x510e_527f, 0x9b05_688c, 0x1f83_d9ab];
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    // bends and distances, or distances and the terrain around spurs
+    // displacements and distances, or distances and the terrain under spurs
     sizing.cells((12.5 - 4.0 * Wants::among(sizing.wanted).count() as f64).max(0.0))
 }
 
@@ -118,7 +119,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 }
 
 impl Params {
-    /// Returns octaves of noise starting at a wavelength of `spacings`.
+    /// Returns octaves of noise, the first with a wavelength of `spacings` times the spacing of spurs.
     fn fractal(&self, job: &Job<'_>, salt: u32, spacings: f64, octaves: i64) -> Fractal {
         Fractal {
             wavelength_m: spacings * self.spacing,
@@ -131,11 +132,11 @@ impl Params {
     }
 }
 
-/// Course of the range.
+/// The course of the range.
 struct Course<'a> {
     params: &'a Params,
     stretches: Vec<Stretch>,
-    /// Noise that bends it to the east and to the south; the finest octave is as long as the spacing of spurs.
+    /// Noise that displaces it to the east and to the south; the finest octave is as long as the spacing of spurs.
     bends: [Vec<Octave>; 2],
 }
 
@@ -160,7 +161,7 @@ impl<'a> Course<'a> {
         squares_at(&self.stretches, &xs, &ys, squares);
     }
 
-    /// Heights without spurs and summits at places.
+    /// Returns the heights at places, without spurs and summits.
     fn heights(&self, job: &Job<'_>, places: &Places) -> Result<Vec<f32>, NodeError> {
         let bends = self.bends(|octaves, bend_m| {
             let seen = octaves.iter().map(|octave| octave.seen(places.step_m / job.cell_m(), places.first));
@@ -179,7 +180,7 @@ impl<'a> Course<'a> {
 }
 
 impl Profile {
-    /// Turns squared distances in widths into fractions of the height.
+    /// Converts squared distances in widths to fractions of the height.
     fn of(self, row: &mut [f32]) {
         match self {
             Self::Gaussian => fall_off(row, 1.0),
@@ -206,7 +207,7 @@ mod tests {
         ["height", "mask"].map(|name| outputs.take(name).expect("an output").as_field().expect("a field").clone())
     }
 
-    /// To rounding: the path is half a cell from the centres of cells, and heads east, so that south is its front.
+    /// To rounding: the path is half a cell from cell centres and heads east, so that south is its front.
     #[test]
     fn an_even_range_is_its_profile() {
         type Shape = fn(f64) -> f64;
@@ -228,8 +229,8 @@ mod tests {
         }
     }
 
-    /// Spurs run down the flanks: along a straight range heights vary more than twice as much as down it, in squares
-    /// of slopes of what spurs have changed; nothing is below the foot and the profile stays.
+    /// Spurs run down the flanks: along a straight range, the squared slopes of the change by spurs are more than twice
+    /// those down it. Nothing is below the foot, and the mean profile is preserved.
     #[test]
     fn spurs_run_down_the_flanks() {
         let even = range("front=900,back=900,bend=0,spurs=0,variation=0");
@@ -248,7 +249,7 @@ mod tests {
         assert!(least < -50.0 && most > 50.0, "{least} {most}");
     }
 
-    /// The crest winds beside the path, by a third of its bound at least somewhere and by no more than it.
+    /// The crest deviates from the path by no more than its bound, and somewhere by at least a third of it.
     #[test]
     fn the_crest_bends() {
         let [_, mask] = range("front=800,back=800,bend=1,spacing=400,spurs=0");
@@ -260,8 +261,8 @@ mod tests {
         assert!((300.0..=1250.0).contains(&farthest), "{farthest}");
     }
 
-    /// A finer raster adds detail and changes nothing else: means over 800 m are those of the coarse one, to 2 % of
-    /// the deviation.
+    /// A finer raster only adds detail: means over 800 m are those of the coarse raster, to 2 % of the standard
+    /// deviation.
     #[test]
     fn finer_cells_only_add_detail() {
         let land = |cells: u32, cell_m: f64| {

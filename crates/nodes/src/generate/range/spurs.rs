@@ -1,10 +1,10 @@
 //! Spurs and the valleys between them: waves across the fall line, octave by octave.
 //!
 //! T. Tricard et al. (2019), "Procedural phasor noise": each point of a jittered lattice emits a plane wave under a
-//! bell, and the phase of their sum makes stripes of even contrast that follow a field of directions. Here the waves
-//! of an octave run along the contours of the terrain with all coarser octaves, so that their crests run down it, and
-//! spurs bear spurs. Differences: amplitudes follow the slope of the terrain, stripes are sharp crests with round
-//! valleys, and where waves cancel each other they fade instead of breaking.
+//! bell-shaped window, and the phase of their sum forms stripes of even contrast that follow a direction field. Here
+//! the waves of an octave travel along the contours of the terrain with all coarser octaves, so that their crests run
+//! downhill and spurs have smaller spurs. Differences: amplitudes follow the slope of the terrain, stripes have sharp
+//! crests and round valleys, and where waves cancel they fade instead of breaking.
 
 use orograph_graph::mix;
 
@@ -15,20 +15,20 @@ use crate::{
 
 /// Maximum number of octaves, each with half the wavelength of the one before.
 const OCTAVES: i32 = 9;
-/// Wavelengths from a lattice point to where its wave ends: no farther than the neighbouring lattice cells.
+/// Radius of a wave's window in wavelengths: within the neighbouring lattice cells.
 const REACH: f64 = 1.2;
-/// Maximum distance of points from the centres of their cells, in cells.
+/// Maximum displacement of points from the centres of their cells, in cells.
 const JITTER: f64 = 0.3;
-/// Height of an octave over slope times wavelength, for spurs of 1.
+/// Amplitude of an octave over slope times wavelength, for spurs of 1.
 const HEIGHT: f64 = 1.9;
 /// Ratio of the steepness of each octave to that of the one before.
 const FALL: f64 = 0.78;
-/// Steepest slope that counts.
+/// Steeper slopes count as this.
 const STEEPEST: f32 = 1.2;
-/// Offset that makes the carved height, as a fraction of slope times wavelength, about 0 on average.
+/// Offset that makes the added height, as a fraction of slope times wavelength, about 0 on average.
 const MEAN: f32 = 0.64;
 
-/// A rectangle of places, `step_m` apart and counted from the world's corner.
+/// A rectangular grid of places, `step_m` apart and counted from the world's corner.
 #[derive(Clone, Copy)]
 pub(super) struct Places {
     pub step_m: f64,
@@ -37,18 +37,18 @@ pub(super) struct Places {
 }
 
 impl Places {
-    /// The columns' places from west to east.
+    /// Returns the x coordinates of the columns from west to east.
     pub fn xs(&self) -> Vec<f64> {
         (0..self.cells[0] as i64).map(|i| (self.first[0] + i) as f64 * self.step_m).collect()
     }
 
-    /// The place of a row.
+    /// Returns the y coordinate of a row.
     pub fn y(&self, row: usize) -> f64 {
         (self.first[1] + row as i64) as f64 * self.step_m
     }
 }
 
-/// All octaves of a run.
+/// The spurs of all octaves.
 pub(super) struct Spurs {
     octaves: Vec<Octave>,
 }
@@ -56,10 +56,10 @@ pub(super) struct Spurs {
 /// An octave on the window.
 struct Octave {
     wavelength_m: f64,
-    /// Metres for a slope of 1: in full, and the part that the raster can represent.
+    /// Amplitude in metres for a slope of 1: in full, and the part that the raster can represent.
     height_m: f32,
     held_m: f32,
-    /// First column and row of the stored lattice cells, and how many are in a row.
+    /// First column and row of the stored lattice cells, and the number per row.
     first: [i64; 2],
     width: usize,
     waves: Vec<Wave>,
@@ -69,16 +69,16 @@ struct Octave {
 #[derive(Clone, Copy)]
 struct Wave {
     centre: [f64; 2],
-    /// Turns per wavelength along x and y.
+    /// Wave vector in turns per wavelength along x and y.
     along: [f32; 2],
-    /// Turns at the centre.
+    /// Phase at the centre, in turns.
     phase: f32,
-    /// Slope of the terrain there.
+    /// Slope of the terrain at the centre.
     slope: f32,
 }
 
 impl Spurs {
-    /// Creates the spurs of a terrain that is given by its heights at `places`.
+    /// Creates the spurs of a terrain, given its heights at `places`.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
@@ -90,7 +90,7 @@ impl Spurs {
         let (window, cell_m) = (job.window(), job.cell_m());
         let wavelengths = (0..OCTAVES).map(|k| spacing_m / f64::from(1 << k)).take_while(|w| *w > 3.0 * cell_m);
         let wavelengths: Vec<f64> = if spurs > 0.0 { wavelengths.collect() } else { Vec::new() };
-        // from fine to coarse, the lattice cells needed: around the window and around all points of finer octaves
+        // required lattice cells, from fine to coarse: around the window and around all points of finer octaves
         let mut area = [0, 1].map(|axis| {
             let first = f64::from(window.origin[axis]);
             [first * cell_m, (first + f64::from(window.cells[axis])) * cell_m]
@@ -142,8 +142,8 @@ impl Spurs {
         Ok(spurs_of)
     }
 
-    /// Adds spurs to the heights of places in a row, from west to east and equally spaced; with all of each octave,
-    /// or with the part that the raster can represent.
+    /// Adds spurs to the heights of equally spaced places in a row, from west to east: with the full amplitude of each
+    /// octave, or with the part that the raster can represent.
     pub fn carve(&self, xs: &[f64], y: f64, heights: &mut [f32], whole: bool) {
         if self.octaves.is_empty() || xs.is_empty() {
             return;
@@ -160,7 +160,7 @@ impl Spurs {
 }
 
 impl Wave {
-    /// Creates the wave of a lattice cell on terrain with those slopes.
+    /// Creates the wave of a lattice cell on terrain with the given slopes.
     fn new(cell: [i64; 2], wavelength_m: f64, seed: u32, slope: impl Fn([f64; 2]) -> [f32; 2]) -> Self {
         let row = mix((cell[1] as u32).wrapping_mul(0xd816_3841).wrapping_add(seed));
         let key = mix((cell[0] as u32).wrapping_mul(0x8da6_b343).wrapping_add(row));
@@ -174,7 +174,7 @@ impl Wave {
     }
 }
 
-/// Returns the slope along x and y at a place, from its neighbours.
+/// Returns the slope along x and y at a place, by differences of its neighbours.
 fn slope(heights: &[f32], places: &Places, place: [f64; 2]) -> [f32; 2] {
     let at = [0, 1].map(|axis| place[axis] / places.step_m - places.first[axis] as f64);
     let [i, j] = at.map(|at| at as usize);
@@ -202,7 +202,7 @@ simd! {
                 if across <= 0.0 {
                     continue;
                 }
-                // one place more on each side than is within reach
+                // one more place on each side than is within reach
                 let half_m = across.sqrt() * octave.wavelength_m;
                 let from = ((wave.centre[0] - half_m - xs[0]) / step_m) as usize;
                 let to = (((wave.centre[0] + half_m - xs[0]) / step_m + 2.0).max(0.0) as usize).min(xs.len());
@@ -247,7 +247,7 @@ simd! {
 }
 
 simd! {
-    /// Adds to heights, but neither removes a height completely nor makes it more than three times as high.
+    /// Adds to heights within limits: no height falls below 0 or exceeds three times its value.
     fn shape(heights: &mut [f32], added: &[f32]) {
         for (height, added) in heights.iter_mut().zip(added) {
             let share = added / height.max(1e-6);

@@ -1,4 +1,4 @@
-//! The crest function of a ridged octave, and the mean of octaves.
+//! The crest function of a ridged octave, and the mean contribution of octaves.
 
 use crate::numerics::noise::{Gradients, fold::distribution};
 
@@ -6,7 +6,7 @@ use crate::numerics::noise::{Gradients, fold::distribution};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Crest {
     gradients: Gradients,
-    /// Where the function reaches 0.
+    /// Value of |n| where the function reaches 0.
     offset: f64,
     /// The exponent.
     pub exponent: f32,
@@ -24,7 +24,7 @@ impl Crest {
         crest
     }
 
-    /// The crest function over the distribution of the noise.
+    /// Returns the crest function over the distribution of the noise.
     fn draws(&self) -> [f64; 32] {
         distribution(self.gradients).map(|n| {
             let ridge = (1.0 - n / self.offset).max(0.0);
@@ -33,12 +33,11 @@ impl Crest {
     }
 }
 
-/// The mean contribution of octaves beyond the raster's, as a function of the weight w that reaches them: `linear · w
-/// + square · w²` metres, fitted at w = ½ and w = 1.
+/// The mean contribution of octaves that are too fine for the raster, as a function of their first weight w: `linear ·
+/// w + square · w²` metres, fitted at w = ½ and w = 1.
 ///
 /// With Mₖ(w) the mean of octave k and all finer ones, Mₖ(w) = E[aₖ w c + Mₖ₊₁(min(G w c, 1))], where c is the crest
-/// function of a random draw of noise. The independence of octaves is exact except for the correlation of
-/// neighbouring places.
+/// function of a random draw of noise. Octaves are independent except for the correlation of neighbouring places.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Tail {
     linear: f32,
@@ -46,7 +45,7 @@ pub(super) struct Tail {
 }
 
 impl Tail {
-    /// Computes it from the remaining octaves, from coarse to fine, with their maximum heights in metres.
+    /// Computes the tail from the remaining octaves, from coarse to fine, with their maximum heights in metres.
     pub fn new(left: &[(Crest, f64)]) -> Self {
         /// Weights at which the means are tabulated, 0 to 1.
         const NODES: usize = 65;
@@ -68,7 +67,7 @@ impl Tail {
         Self { linear: (4.0 * half - whole) as f32, square: (2.0 * whole - 4.0 * half) as f32 }
     }
 
-    /// The mean at a weight, in metres.
+    /// Returns the mean contribution at a weight, in metres.
     #[inline(always)]
     pub fn at(&self, weight: f32) -> f32 {
         weight * (self.linear + self.square * weight)
@@ -79,7 +78,7 @@ impl Tail {
 mod tests {
     use super::*;
 
-    /// With one octave left the mean is that of the octave; with none it is 0.
+    /// With one octave left the tail is the mean of that octave; with none it is 0.
     #[test]
     fn the_tail_is_the_mean_of_what_is_left() {
         let crest = Crest::new(Gradients::Even, 1.0, 2.0, 2.0);

@@ -1,8 +1,8 @@
-//! Spectral synthesis: terrain as a sum of random waves whose power falls with frequency.
+//! Spectral synthesis: terrain as a sum of random waves with a power-law spectrum.
 //!
 //! A. Fournier, D. Fussell and L. Carpenter (1982), "Computer rendering of stochastic models", and D. Saupe in H.-O.
-//! Peitgen and D. Saupe (1988), "The Science of Fractal Images". Differs from them: draws belong to waves of the
-//! world and not to cells of a raster, waves are bounded on both sides by scales in metres, and heights are in metres
+//! Peitgen and D. Saupe (1988), "The Science of Fractal Images". Differences: random draws belong to waves of the world
+//! and not to cells of a raster, the spectrum is bounded on both sides by scales in metres, and heights are in metres
 //! by a closed form instead of rescaling the result.
 
 pub(super) mod torus;
@@ -118,19 +118,19 @@ impl Params {
     }
 }
 
-/// A power law of frequency between two scales.
+/// A power-law spectrum between two scales.
 struct Power {
-    /// Exponent of the power spectral density of the surface, halved.
+    /// Half the exponent of the power spectral density of the surface.
     fall: f64,
     /// Root of the density at the outer scale, in m².
     root: f64,
-    /// Octaves from the outer scale to the inner.
+    /// Octaves between the outer and the inner scale.
     octaves: f64,
-    /// East and south components of a wave's frequency along the stretch and across it, scaled by the stretch, in
-    /// waves per outer scale.
+    /// East and south components of a unit frequency along the stretch and across it, scaled by the stretch, in waves
+    /// per outer scale.
     along_m: [f32; 2],
     across_m: [f32; 2],
-    /// Waves a metre from which on there are none.
+    /// Waves per metre above which the spectrum is 0.
     end: f64,
 }
 
@@ -181,7 +181,7 @@ impl Spectrum for Power {
             let along = east[lane] * self.along_m[0] + south * self.along_m[1];
             let across = east[lane] * self.across_m[0] + south * self.across_m[1];
             let octave = 0.5 * lane::log2(along * along + across * across);
-            // each end fades over the octave around it
+            // both ends fade over one octave
             let share = lane::smoothstep(octave + 0.5) * lane::smoothstep(octaves + 0.5 - octave);
             roots[lane] = root * share * lane::exp2(fall * octave);
         }

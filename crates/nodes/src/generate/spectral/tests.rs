@@ -1,4 +1,4 @@
-//! Spectra, relief, directions, seams and cells of spectral synthesis.
+//! Spectra, relief, isotropy, seams and cell sizes of spectral synthesis.
 
 use orograph_graph::{Window, World};
 
@@ -8,7 +8,7 @@ use crate::{
     testing::{at_every_level, block_means, generate, moments, outputs_on, with_params, world},
 };
 
-/// The sum of waves by its definition: no transforms.
+/// The direct sum of waves, without transforms.
 #[test]
 fn the_land_is_the_sum_of_its_waves() {
     for (nx, ny, tileable) in [(16, 16, true), (12, 7, true), (8, 8, false), (5, 9, false), (1, 6, false)] {
@@ -27,7 +27,7 @@ fn the_land_is_the_sum_of_its_waves() {
     }
 }
 
-/// The surface's spectrum falls with β + 1 for β of profiles, and with β for β of surfaces.
+/// The surface's spectral exponent is β + 1 for the profile convention and β for the surface convention.
 #[test]
 fn power_falls_with_the_exponent() {
     for (changes, beta) in [("beta=2", 3.0), ("beta=2.6", 3.6), ("beta=2,convention=surface", 2.0)] {
@@ -37,25 +37,25 @@ fn power_falls_with_the_exponent() {
             spectrum::fall(land.samples(), 256, 5.0, 64.0)
         });
         let mean = mean.sum::<f64>() / 12.0;
-        // a twelfth of the variance of single terrains, 0.09²; the Hann window takes 0.02 to 0.03
+        // a twelfth of the variance of single terrains, 0.09²; the Hann window lowers it by 0.02 to 0.03
         assert!((mean - beta).abs() < 0.05, "{changes}: {mean}");
     }
 }
 
 #[test]
 fn relief_is_the_root_mean_square() {
-    // 32 outer scales a side, and the shortest waves have 8 cells
+    // 32 outer scales per side, and the shortest waves have 8 cells
     let land = Window::whole(world(512, 512, 10.0));
     for changes in ["", "beta=1.5", "convention=surface,beta=2", "stretch=4", "amplitudes=even,beta=4"] {
         let changes = format!("relief=70,outer_scale=320,inner_scale=80,tileable=true,{changes}");
         let (mean, deviation) = moments(generate(land, &NODE, &changes).samples());
         assert!(mean.abs() < 1e-3, "{changes}: mean {mean}");
-        // about thousand waves near the outer scale, drawn at random
+        // about a thousand waves near the outer scale, with random amplitudes
         assert!((deviation / 70.0 - 1.0).abs() < 0.05, "{changes}: {deviation}");
     }
     let changes = "relief=70,outer_scale=320,inner_scale=80,tileable=true,amplitudes=even";
     let (_, deviation) = moments(generate(land, &NODE, changes).samples());
-    // the sum over waves instead of the integral
+    // the difference between the sum over waves and the integral
     assert!((deviation / 70.0 - 1.0).abs() < 2e-3, "{deviation}");
 }
 
@@ -68,10 +68,10 @@ fn no_direction_stands_out_unless_stretched() {
         let of_one = spectrum::by_direction(land.samples(), 512, 5.0, 12.0);
         powers.iter_mut().zip(of_one).for_each(|(sum, power)| *sum += power / 6.0);
     }
-    // six terrains of 1 500 waves per bin
+    // six terrains of 1500 waves per bin
     assert!(powers.iter().all(|power| (power - 1.0).abs() < 0.05), "{powers:?}");
 
-    // stretched to the east, slopes to the east are a stretch as steep
+    // stretched to the east, slopes to the east are lower by the stretch
     let land = generate(
         Window::whole(world(512, 512, 16.0)),
         &NODE,
@@ -82,11 +82,11 @@ fn no_direction_stands_out_unless_stretched() {
         pairs.map(|(a, b)| f64::from((a - b) * (a - b))).sum::<f64>().sqrt()
     };
     let ratio: f64 = slope(512) / slope(1);
-    // cells of a twelfth of the shortest waves, and of a sixth of those across the stretch
+    // cells of a twelfth of the shortest waves along the stretch, and of a sixth of those across it
     assert!((3.8..4.2).contains(&ratio), "{ratio}");
 }
 
-/// Cells at a seam differ as much as cells inside the terrain.
+/// Steps between cells across the sides of a tileable terrain are like those inside.
 #[test]
 fn a_tileable_land_has_no_seams_and_another_one_does() {
     let window = Window::whole(World { size: [9600.0, 6400.0], ..world(150, 100, 64.0) });
@@ -100,7 +100,7 @@ fn a_tileable_land_has_no_seams_and_another_one_does() {
     }
 }
 
-/// Averaged to coarse cells, fine terrain equals the coarse terrain: no mode moves, at any ratio of cells.
+/// Averaged to coarse cells, fine terrain equals the coarse terrain: waves keep their phase for any ratio of cells.
 #[test]
 fn the_same_land_at_every_cell_count() {
     for tileable in [false, true] {
@@ -113,7 +113,7 @@ fn the_same_land_at_every_cell_count() {
             let fine = block_means(&land(96 * factor as u32), factor);
             let error: f64 = coarse.samples().iter().zip(&fine).map(|(a, b)| f64::from((a - b) * (a - b))).sum::<f64>();
             let rms = (error / fine.len() as f64).sqrt();
-            // means over cells of 100 m take up to π²/6 (100 / 700)² of the shortest waves, 3 %
+            // means over cells of 100 m lose up to π²/6 (100 / 700)² of the shortest waves, 3 %
             assert!(rms < 0.01 * 250.0, "{factor}: {rms}");
         }
     }

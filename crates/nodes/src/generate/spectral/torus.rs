@@ -1,12 +1,11 @@
-//! Sums of random waves on a torus around the world.
+//! Sums of random waves on a torus that contains the world.
 //!
-//! A wave is identified by its wavenumbers on the torus, and its random draw is a hash of these two integers. The
-//! waves of a coarse raster are therefore exactly among those of a fine one. Waves are summed by Fourier transforms,
-//! down the world's columns first and then along its rows, each clipped to the world.
+//! A wave is identified by its wavenumbers on the torus, and its random draw is a hash of these two integers. The waves
+//! of a coarse raster are therefore exactly among those of a fine one. Waves are summed by Fourier transforms, first
+//! down the world's columns and then along its rows, each restricted to the world.
 //!
-//! Sixteen waves are drawn at once and stay next to one another: strips of sixteen columns of waves become strips of
-//! rows, which are transformed two per lane. Everything is in single precision, whose error is a ten-millionth of the
-//! heights.
+//! Sixteen waves are drawn at once and stay adjacent: strips of sixteen columns of waves become strips of rows, which
+//! are transformed two per lane. Everything is in single precision, with an error of 1e-7 of the heights.
 
 use orograph_graph::{Job, NodeError, Window, World, mix};
 
@@ -17,7 +16,7 @@ use crate::numerics::{
     simd::simd,
 };
 
-/// The plane on which waves repeat: the world, or whole copies of it side by side.
+/// The plane on which waves repeat: the world, or a whole number of copies of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Torus {
     size_m: [f64; 2],
@@ -25,12 +24,12 @@ pub(crate) struct Torus {
     copies: [usize; 2],
 }
 
-/// Amplitude of each wave: the root of the power spectral density in m² per (1/m)², and so in m².
+/// Amplitude spectrum: the root of the power spectral density in m² per (1/m)², and so in m².
 pub(crate) trait Spectrum: Sync {
-    /// Returns the root for wavenumbers `east` and `south`, in waves per metre.
+    /// Returns the root at wavenumbers `east` and `south`, in waves per metre.
     fn roots(&self, east: &[f32; LANES], south: f32) -> [f32; LANES];
 
-    /// Waves a metre from which on there are none.
+    /// Returns the waves per metre above which the spectrum is 0.
     fn end(&self) -> f64;
 }
 
@@ -39,42 +38,42 @@ pub(crate) trait Spectrum: Sync {
 pub(crate) struct Draw {
     /// The seed of the run.
     pub seed: u32,
-    /// True if amplitudes are exactly those of the spectrum, and only phases are random.
+    /// True if amplitudes equal the spectrum and only phases are random.
     pub even: bool,
 }
 
-/// Waves per cell at which waves begin to fade, and at which they end: two cells per wave. In between, their squares
-/// are blended.
+/// Waves per cell at which waves begin to fade, and at which they end: two cells per wave. The fade is linear in their
+/// squares.
 const FADE: [f64; 2] = [0.25, 0.5];
 
-/// Rows that are summed together: two in each lane.
+/// Rows that are summed at once: two in each lane.
 const ROWS: usize = 2 * LANES;
 
-/// Columns that are written together.
+/// Columns that are written at once.
 const WIDE: usize = 8 * LANES;
 
-/// Rows of a square of numbers, one after the other.
+/// A square block of numbers, row by row.
 type Square = [f32; LANES * LANES];
 
 impl Torus {
-    /// The world itself, so that its opposite sides fit together.
+    /// The world itself, so that its opposite sides match.
     pub fn tiled(world: &World) -> Self {
         Self { size_m: world.size, copies: [1, 1] }
     }
 
     /// A square of twice the longer side of the world, so that opposite sides of the world are independent. Along the
-    /// shorter side twice the longest wave is enough.
+    /// shorter side twice the longest wave is sufficient.
     pub fn around(world: &World, longest_m: f64) -> Self {
         let longer = world.size[0].max(world.size[1]);
         let copies = world.size.map(|side_m| {
             let enough = (2.0 * longest_m.min(longer) / side_m).ceil();
-            // the ratio is at most that of the longest world there can be
+            // bounded by the ratio of the longest possible world
             enough.max(2.0) as usize
         });
         Self { size_m: [world.size[0] * copies[0] as f64, world.size[1] * copies[1] as f64], copies }
     }
 
-    /// Returns the heights of all cells of the world, which must be the job's window; in metres, row by row.
+    /// Returns the heights of all cells of the world, which must be the job's window, in metres, row by row.
     pub fn sum(&self, job: &Job<'_>, draw: Draw, spectrum: &impl Spectrum) -> Result<Vec<f32>, NodeError> {
         let (nx, ny) = (job.window().nx(), job.window().ny());
         let waves = self.waves([nx, ny], draw, spectrum);
@@ -97,7 +96,7 @@ impl Torus {
             |batch, chunk, out| {
                 job.check()?;
                 let rows = chunk * ROWS..ny.min((chunk + 1) * ROWS);
-                // that of two cells, and anything shorter than the spectrum's shortest
+                // no waves shorter than two cells or than the spectrum's shortest
                 let waves = along.places().len();
                 let none = (strips.len() * LANES).min(waves.div_ceil(2));
                 for &place in &along.places()[none..=waves - none] {
@@ -121,7 +120,7 @@ impl Torus {
         (waves.strips() * window.ny() * size_of::<Batch<f32>>()) as u64
     }
 
-    /// Waves for a world of so many cells.
+    /// Returns the waves for a world of that many cells.
     fn waves<'a, S: Spectrum>(&self, cells: [usize; 2], draw: Draw, spectrum: &'a S) -> Waves<'a, S> {
         let [width_m, height_m] = self.size_m;
         Waves {
@@ -136,11 +135,11 @@ impl Torus {
 
 /// The waves of a torus.
 struct Waves<'a, S> {
-    /// Cells around the torus.
+    /// Cells along the sides of the torus.
     cells: [usize; 2],
-    /// Waves per metre of a wave that goes around once.
+    /// Waves per metre at wavenumber 1.
     per_m: [f64; 2],
-    /// Over the root of the torus's area.
+    /// 1 / root of the torus's area.
     scale: f32,
     draw: Draw,
     spectrum: &'a S,
@@ -150,7 +149,7 @@ impl<S: Spectrum> Waves<'_, S> {
     /// Returns the largest wavenumber along an axis.
     fn most(&self, axis: usize) -> usize {
         let by_spectrum = self.spectrum.end() / self.per_m[axis];
-        // the least that two cells cannot hold is half of the cells
+        // the smallest wavenumber that two cells per wave cannot represent is half the number of cells
         ((self.cells[axis] - 1) / 2).min(by_spectrum as usize)
     }
 
@@ -168,8 +167,8 @@ impl<S: Spectrum> Waves<'_, S> {
 }
 
 simd! {
-    /// Draws the waves of a strip, each where a transform down the columns expects it. Of two waves that are mirror
-    /// images only one is included, at half the height of both.
+    /// Draws the waves of a strip, each at the position that a transform down the columns expects. Of two waves that
+    /// are mirror images only one is included, with half the amplitude of both.
     fn draw_strip<S: Spectrum>(waves: &Waves<'_, S>, strip: usize, batch: &mut [Batch<f32>], places: &[u32]) {
         let most = waves.most_south(strip) as i64;
         let fade = waves.cells.map(|cells| (1.0 / cells as f64) as f32);
@@ -208,14 +207,14 @@ simd! {
     }
 }
 
-/// Returns the angle, in 2³²nds of a turn, that moves a wave of wavenumber `around` from the torus's corner to the
-/// centre of the first cell.
+/// Returns the phase, in 2³²nds of a turn, by which a wave of wavenumber `around` advances from the torus's corner to
+/// the centre of the first cell.
 fn to_first_cell(around: i64, cells: usize) -> u32 {
     (around as f64 * (-2_147_483_648.0 / cells as f64)) as i64 as u32
 }
 
-/// A complex number of mean square 1, turned by an angle in 2³²nds of a turn: circular Gaussian, by G. E. P. Box and
-/// M. E. Muller (1958), or of modulus 1.
+/// Returns a complex number of mean square 1, rotated by an angle in 2³²nds of a turn: circular Gaussian, by G. E. P.
+/// Box and M. E. Muller (1958), or of modulus 1.
 #[inline(always)]
 fn of_key(key: u32, turned: u32, even: bool) -> [f32; 2] {
     let [cos, sin] = lane::turn(mix(key ^ 0x9e37_79b9).wrapping_add(turned));
@@ -226,8 +225,8 @@ fn of_key(key: u32, turned: u32, even: bool) -> [f32; 2] {
 }
 
 simd! {
-    /// Places rows of a strip of waves side by side, each where a transform along the rows expects it: the first
-    /// sixteen rows as the real part of the result, the others as the imaginary part.
+    /// Interleaves rows of a strip of waves, each wave at the position that a transform along the rows expects: the
+    /// first sixteen rows become the real part of the result, the others the imaginary part.
     fn beside(batch: &mut [Batch<f32>], places: &[u32], strip: &[Batch<f32>], first: usize) {
         let [mut re, mut im, mut mirrored_re, mut mirrored_im] = [[0.0; LANES * LANES]; 4];
         for (row, a) in strip.iter().take(LANES).enumerate() {
@@ -267,10 +266,10 @@ simd! {
 }
 
 simd! {
-    /// Writes sums as consecutive rows; the inverse of [`beside`].
+    /// Writes sums as consecutive rows: the inverse of [`beside`].
     fn apart(out: &mut [f32], batch: &[Batch<f32>]) {
         let nx = batch.len();
-        // some columns of all rows before they are written, because rows evict each other from the cache
+        // a few columns of all rows at a time, because whole rows evict each other from the cache
         let mut rows = [[0.0; WIDE]; ROWS];
         for (k, sums) in batch.chunks(WIDE).enumerate() {
             for (block, sums) in sums.chunks(LANES).enumerate() {
@@ -316,7 +315,7 @@ mod tests {
     use crate::{numerics::fourier::turn, testing::world};
 
     impl<S: Spectrum> Waves<'_, S> {
-        /// Returns each wave's wavenumbers to the east and to the south, and its complex amplitude at the first cell;
+        /// Returns the wavenumbers of each wave to the east and south, and its complex amplitude at the first cell,
         /// half of its height.
         fn all(&self) -> Vec<([i64; 2], [f32; 2])> {
             let cells = self.cells[1];
@@ -337,7 +336,7 @@ mod tests {
     }
 
     impl Torus {
-        /// Heights of all cells of the world, wave by wave.
+        /// Returns the heights of all cells of the world, summed wave by wave.
         pub(crate) fn by_definition(&self, world: &World, draw: Draw, spectrum: &impl Spectrum) -> Vec<f64> {
             let [nx, ny] = world.cells.map(|n| n as usize);
             let waves = self.waves([nx, ny], draw, spectrum);
@@ -355,7 +354,7 @@ mod tests {
         }
     }
 
-    /// Equal power for every wave, up to an end.
+    /// A white spectrum with a cutoff.
     struct White(f64);
 
     impl Spectrum for White {
@@ -369,8 +368,8 @@ mod tests {
         }
     }
 
-    /// Halving the cells adds waves and leaves existing ones unchanged, except for the position of the first cell, up
-    /// to where they fade.
+    /// Halving the cell size adds waves and leaves existing ones unchanged up to the fade, except for the phase at the
+    /// first cell.
     #[test]
     fn the_waves_of_coarse_cells_are_among_those_of_fine_ones() {
         for even in [false, true] {
@@ -388,16 +387,16 @@ mod tests {
             let (coarse, fine) = (draws(64), draws(128));
             let mut kept = 0;
             for (around @ [east, south], wave) in &coarse {
-                // four cells a wave
+                // four cells per wave
                 if east * east + south * south <= 32 * 32 {
                     let same = fine[around];
                     let apart = (wave[0] - same[0]).abs() + (wave[1] - same[1]).abs();
-                    // single precision of about hundred metres
+                    // single precision of about a hundred metres
                     assert!(apart < 1e-4, "{around:?}: {wave:?} {same:?}");
                     kept += 1;
                 }
             }
-            // half of the whole numbers in a disc
+            // half of the integer points in a disc
             assert!((f64::from(kept) - 0.5 * std::f64::consts::PI * 1024.0).abs() < 20.0, "{kept}");
         }
     }
@@ -407,17 +406,17 @@ mod tests {
         let draws: Vec<[f64; 2]> =
             (0..200_000_u32).map(|key| of_key(mix(key), key.wrapping_mul(77_777), false).map(f64::from)).collect();
         let mean = |of: &dyn Fn(&[f64; 2]) -> f64| draws.iter().map(of).sum::<f64>() / draws.len() as f64;
-        // four standard errors of 200 000 draws of variance ½ a part
+        // four standard errors of 200 000 draws with a variance of ½ per component
         assert!(mean(&|d| d[0]).abs() < 6.4e-3 && mean(&|d| d[1]).abs() < 6.4e-3);
         assert!((mean(&|d| d[0] * d[0]) - 0.5).abs() < 6.4e-3 && (mean(&|d| d[1] * d[1]) - 0.5).abs() < 6.4e-3);
         assert!(mean(&|d| d[0] * d[1]).abs() < 4.5e-3);
-        // of a normal variable of variance ½: E x⁴ = 3/4
+        // a normal variable of variance ½: E x⁴ = 3/4
         assert!((mean(&|d| d[0] * d[0] * d[0] * d[0]) - 0.75).abs() < 0.03);
         let [re, im] = of_key(7, 9, true).map(f64::from);
         assert!((re * re + im * im - 1.0).abs() < 1e-6);
     }
 
-    /// Waves that end before two cells leave the rest of a transform empty, whatever was there.
+    /// Waves that end before two cells per wave leave the rest of a transform zero, whatever it contained before.
     #[test]
     fn a_spectrum_that_ends_early_is_the_sum_of_its_waves() {
         for (nx, ny) in [(64, 40), (40, 75)] {

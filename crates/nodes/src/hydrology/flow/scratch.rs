@@ -1,14 +1,15 @@
-//! Memory of `Flow` in addition to its inputs and outputs, in bytes per cell, at the largest of its stages.
+//! Memory of `Flow` in addition to its inputs and outputs, in bytes per cell, at the stage that needs the most.
 
 use super::{Inputs, Params, Routing, Sinks, Wants};
 use crate::prelude::Sizing;
 
-/// Missing donors and the order of the cells.
+/// Bytes per cell for the number of missing donors and the order of cells.
 const DRAINAGE: f64 = 5.0;
-/// For each cell the weights of its neighbours, its receivers, and missing donors.
+/// Bytes per cell for the fractions from its eight neighbours, the set of its receivers, and the number of missing
+/// donors.
 const SHARES: f64 = 34.0;
 
-/// The scratch of the node.
+/// Returns the scratch memory of the node.
 pub fn scratch(sizing: &Sizing<'_>) -> u64 {
     let (params, wants) = (Params::read(sizing.params), Wants::among(sizing.wanted));
     let when = |is: bool, bytes: f64| if is { bytes } else { 0.0 };
@@ -17,11 +18,11 @@ pub fn scratch(sizing: &Sizing<'_>) -> u64 {
     let spreads = (area || discharge) && params.routing != Routing::D8;
     let finds = fills || params.depressions != Sinks::Keep;
 
-    // codes, and labels and donors of basins
+    // codes; labels and donors of basins
     let found = 1.0 + when(finds, 5.0);
     let crossed = when(params.depressions == Sinks::Fill, 4.0);
     let level = when(fills || spreads && params.depressions != Sinks::Keep, 4.0);
-    // the bed and its sills
+    // the cut bed and the sills
     let filled = level + when(level > 0.0 && params.depressions == Sinks::Breach, 5.0);
 
     let uneven = sizing.is_wired(Inputs::PORTS, "runoff");
@@ -32,7 +33,7 @@ pub fn scratch(sizing: &Sizing<'_>) -> u64 {
     };
     let order = order + when(params.depressions == Sinks::Jump, sums);
     let gathered = when(area, 4.0) + when(discharge, 4.0);
-    // with spreading and varying runoff, the area exists before the discharge is summed
+    // with dispersed flow and variable runoff, the area exists before the discharge is summed
     let early = when(spreads && uneven && area && discharge, 4.0);
     let gathers = when(area || discharge, (sums + order + early).max(sums + gathered));
 

@@ -1,5 +1,4 @@
-//! Tests of the ways out of depressions, against simple reference implementations and properties that must always
-//! hold.
+//! Tests of the treatments of depressions, against simple reference implementations and invariants.
 
 use std::{cmp::Reverse, collections::BinaryHeap};
 
@@ -12,7 +11,7 @@ use crate::{
     testing,
 };
 
-/// Terrains full of depressions, and flats in whole metres; with sides of both kinds.
+/// Returns terrains full of depressions, and flats in whole metres, with open and closed sides.
 fn lands() -> impl Iterator<Item = Field> {
     let sizes = [(1, 1), (1, 9), (9, 1), (2, 2), (3, 3), (17, 70), (120, 90)];
     sizes.into_iter().flat_map(|(nx, ny)| {
@@ -25,7 +24,7 @@ fn lands() -> impl Iterator<Item = Field> {
     })
 }
 
-/// A row of cells of 10 m between two base levels, walls along it.
+/// A row of cells of 10 m with base level at both ends and walls along it.
 fn row(heights: &[f32]) -> Field {
     let sides = Boundary { west: Edge::Base, east: Edge::Base, north: Edge::Wall, south: Edge::Wall };
     let world = World { boundary: sides, ..testing::world(heights.len() as u32, 1, 10.0) };
@@ -55,7 +54,7 @@ fn every_way_out_drains_all_land_down_its_surface() {
             }
             assert!(nowhere_rises(&found.filled, &receivers), "{changes}: water runs uphill");
             assert!(found.filled.iter().zip(&carved.filled).all(|(one, filled)| one <= filled), "{changes}");
-            // A conditioned surface does not change again.
+            // conditioning a conditioned surface changes nothing
             let again = flow(&Field::new(window, found.filled.clone()), changes);
             assert!(again.filled == found.filled && again.depth.iter().all(|depth| *depth == 0.0), "{changes}");
         }
@@ -89,7 +88,7 @@ fn water_crosses_lakes_by_the_shortest_way() {
         let (nx, filled) = (land.window().nx(), flow(&land, "depressions=fill"));
         let kept = flow(&land, "depressions=keep");
         let receivers_kept = receivers(&land, &kept.direction);
-        // Cells that drain to a pit and are not above its basin's spill level: those that water may cover.
+        // cells that drain to a pit and are not above its basin's spill level, which a lake may cover
         let pit = |mut cell: usize| {
             while let Some(next) = receivers_kept[cell] {
                 cell = next;
@@ -120,7 +119,7 @@ fn water_crosses_lakes_by_the_shortest_way() {
 
 #[test]
 fn jumping_water_appears_beyond_the_pass() {
-    // The pit in the third cell spills to the west, that in the sixth into it.
+    // the pit in the third cell spills to the west, and the pit in the sixth cell into that basin
     let found = flow(&row(&[0.0, 5.0, 1.0, 4.0, 7.0, 2.0, 9.0, 0.0]), "depressions=jump");
     assert_eq!(found.direction, [-1.0, 4.0, -2.0, 4.0, 0.0, -2.0, 0.0, -1.0]);
     assert_eq!(found.area, [600.0, 500.0, 400.0, 300.0, 100.0, 200.0, 100.0, 200.0]);
@@ -138,7 +137,7 @@ fn jumping_and_carved_rivers_are_equal_where_no_lake_is_below() {
             while let Some(next) = receivers[cell] {
                 cell = next;
             }
-            // On an open side a depression may spill out of the world over the cell where it is.
+            // on an open side, a depression may spill out of the world at any of its cells
             let outside = jump.direction[cell] == -1.0 && carve.direction[cell] == -1.0;
             assert!(!outside || jump.depth[cell] > 0.0 || jump.area[start] == carve.area[start], "at {start}");
         }
@@ -148,19 +147,19 @@ fn jumping_and_carved_rivers_are_equal_where_no_lake_is_below() {
 #[test]
 fn cuts_are_straight_and_within_their_limits() {
     let land = row(&[0.0, 4.0, 3.0, 1.0, 6.0, 9.0, 9.0]);
-    // From 1 m down to 0 m in three steps, through 3 m and 4 m.
+    // from 1 m down to 0 m in three steps, through terrain at 3 m and 4 m
     let cut = |changes: &str| flow(&land, &format!("depressions=breach,{changes}")).filled;
     let third = |n: f64| (n / 3.0) as f32;
     assert_eq!(cut("breach_depth=3.7,breach_length=30"), [0.0, third(1.0), third(2.0), 1.0, 6.0, 9.0, 9.0]);
     let filled = [0.0, 4.0, 4.0, 4.0, 6.0, 9.0, 9.0];
     assert_eq!(cut("breach_depth=3.6,breach_length=30"), filled);
     assert_eq!(cut("breach_depth=3.7,breach_length=29"), filled);
-    // Ground below its base level is filled, whatever the limits.
+    // ground below base level is filled, whatever the limits
     let hollow = row(&[5.0, 7.0, 2.0, 7.0, 5.0]);
     assert_eq!(flow(&hollow, "depressions=breach,breach_depth=100").filled, [5.0, 7.0, 7.0, 7.0, 5.0]);
 }
 
-/// Breaching with recursion instead of an order, and copies instead of levels.
+/// Reference for breaching: recursion instead of an order, and copies of the terrain instead of levels.
 fn breached(land: &Field, depth_m: f64, length_m: f64) -> Vec<f32> {
     let (carve, keep) = (flow(land, ""), flow(land, "depressions=keep"));
     let (down, kept) = (receivers(land, &carve.direction), receivers(land, &keep.direction));
@@ -236,7 +235,7 @@ fn breaching_is_the_plain_recursion() {
     }
 }
 
-/// Lakes by a flood from each first cell.
+/// Reference for lakes: a flood fill from the first cell of each.
 fn lakes(nx: usize, depth: &[f32]) -> Vec<f32> {
     let mut lakes = vec![0.0; depth.len()];
     let mut count = 0.0;
@@ -273,7 +272,7 @@ fn lakes_are_numbered_by_their_first_cells_and_level() {
 fn a_lake_across_a_periodic_side_is_one() {
     let sides = Boundary { west: Edge::Periodic, east: Edge::Periodic, north: Edge::Base, south: Edge::Base };
     let world = with_boundary(testing::world(12, 9, 5.0), sides);
-    // A hollow on the seam, deepest halfway between the base levels.
+    // a hollow across the periodic sides, deepest halfway between the base levels
     let hollow = testing::field(world, |x, y| 10.0 + x.min(60.0 - x) - (22.5 - (y - 22.5).abs()) / 3.0);
     let found = flow(&hollow, "depressions=fill");
     assert_eq!((found.lake[4 * 12], found.lake[4 * 12 + 11]), (1.0, 1.0));
@@ -288,7 +287,7 @@ fn spreading_water_crosses_what_was_cut_and_filled() {
         for routing in ["d_infinity", "mfd"] {
             for sinks in ["fill", "breach"] {
                 let left = area_that_leaves(&flow(&land, &format!("routing={routing},depressions={sinks}")));
-                // 1e-5: sums of areas in f32.
+                // 1e-5: sums of areas in single precision
                 assert!((left / all - 1.0).abs() < 1e-5, "{routing}, {sinks}: {left} of {all}");
             }
         }

@@ -1,4 +1,4 @@
-//! Tests of the drainage node: against plain references, real terrain with unique answers, and edge cases.
+//! Tests of `Flow`: against simple references, on real terrain with a unique drainage network, and for edge cases.
 
 use orograph_graph::{Boundary, Edge, World, mix};
 
@@ -15,7 +15,7 @@ pub(super) fn noise(world: World) -> Field {
     testing::field(world, white)
 }
 
-/// Hills with noise on top: large nested depressions beside small ones.
+/// Hills with noise on top: large nested depressions next to small ones.
 pub(super) fn hills(world: World) -> Field {
     let wave = |at: f64, length_m: f64| (at / length_m).fract() - 0.5;
     testing::field(world, |x, y| 1500.0 + 4000.0 * wave(x, 310.0) * wave(y, 270.0) + white(x, y) / 1000.0)
@@ -59,8 +59,8 @@ pub(super) fn with_boundary(world: World, boundary: Boundary) -> World {
     World { boundary, ..world }
 }
 
-/// Water that reaches the sea has left: depressions spill into it, and land behaves as if the sea were the world's
-/// side.
+/// Water that reaches the sea leaves the world: depressions spill into the sea, and drainage is the same as if the
+/// coast were the world's side.
 #[test]
 fn drainage_ends_at_the_sea() {
     for height in [hills(testing::world(90, 70, 10.0)), noise(testing::world(60, 50, 10.0))] {
@@ -118,7 +118,7 @@ fn every_cell_drains_and_its_area_is_counted_exactly() {
     }
 }
 
-/// Real terrain whose drainage is unique: four other programs agree on it (see `tests/data/README.md`).
+/// Real terrain with a unique drainage network, on which four other programs agree (see `tests/data/README.md`).
 #[test]
 fn real_land_drains_as_others_say() {
     let read =
@@ -160,7 +160,7 @@ fn spreading_water_drains_real_land_as_others_say() {
             let area = flow(&height, changes).area;
             assert_eq!(area.len().div_ceil(every), samples.len());
             for (found, sample) in area.iter().step_by(every).zip(samples) {
-                // 1e-5: shares and the result are in f32.
+                // 1e-5: fractions and the result are in single precision
                 assert!((found - sample).abs() <= 1e-5 * sample, "{expected}, {changes}: {found}, not {sample}");
             }
         }
@@ -176,7 +176,7 @@ fn spreading_water_is_conserved() {
                 for height in [noise(world), hills(world), Field::constant(Window::whole(world), 7.0)] {
                     let left = area_that_leaves(&flow(&height, changes));
                     let all = (nx * ny * 100) as f32;
-                    // 1e-5: sums of areas in f32.
+                    // 1e-5: sums of areas in single precision
                     assert!((left / all - 1.0).abs() < 1e-5, "{changes}, {nx} x {ny}: {left} of {all}");
                     let kept = flow(&height, &format!("{changes},depressions=keep"));
                     assert!((area_that_leaves(&kept) / all - 1.0).abs() < 1e-5, "{changes}: kept");
@@ -200,7 +200,7 @@ fn with_only_one_open_side_everything_drains_there() {
     }
 }
 
-/// On a ring that is open at the south, a landscape shifted along x has the same lakes, shifted.
+/// In a world periodic along x and open to the south, shifting the terrain along x shifts the lakes.
 #[test]
 fn periodic_sides_are_joined() {
     let sides = Boundary { west: Edge::Periodic, east: Edge::Periodic, north: Edge::Wall, south: Edge::Base };
@@ -235,13 +235,13 @@ fn runoff_becomes_discharge() {
         let double = Field::constant(*height.window(), 2.0);
         assert_eq!(of(&double, "area"), plain.area);
         for (discharge, area) in of(&double, "discharge").iter().zip(&plain.area) {
-            // 1e-6: two roundings to f32.
+            // 1e-6: two roundings to single precision
             assert!((discharge / (2.0 * area * METRE_PER_YEAR) - 1.0).abs() < 1e-6, "{changes}");
         }
         let east = testing::field(world, |x, _| if x > 450.0 { 1.0 } else { -1.0 });
         let wet = Drained { area: of(&east, "discharge"), ..plain };
         let leaves = area_that_leaves(&wet) / METRE_PER_YEAR;
-        // 1e-5: a sum of discharges in f32. Runoff below zero counts as none.
+        // 1e-5: a sum of discharges in single precision; negative runoff counts as 0
         assert!((leaves / (45.0 * 140.0 * 100.0) - 1.0).abs() < 1e-5, "{changes}: {leaves}");
     }
 }

@@ -6,13 +6,14 @@ use orograph_graph::{Job, Lines, NodeError, Vertex};
 
 use crate::numerics::{par, routing::Grid};
 
-/// Draws lines with their widths. A cell takes the fraction of its own width, across the line, that the river covers;
-/// of several pieces the one that covers most counts.
+/// Draws lines with their widths. A cell gets the fraction of its own width, across the line, that the river covers;
+/// the maximum over several segments counts.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
 pub fn draw(job: &Job<'_>, grid: &Grid, lines: &Lines) -> Result<Vec<f32>, NodeError> {
-    // Shares are not negative, so that their bits are in their order, and the most is the same in any order.
+    // fractions are not negative, so that their bits have the same order, and the maximum does not depend on the order
+    // of segments
     let cells: Vec<AtomicU32> = (0..grid.cells()).map(|_| AtomicU32::new(0)).collect();
     par::each(&lines.lines, |_, line| {
         for (at, pair) in line.vertices.windows(2).enumerate() {
@@ -28,7 +29,7 @@ pub fn draw(job: &Job<'_>, grid: &Grid, lines: &Lines) -> Result<Vec<f32>, NodeE
     Ok(cells.into_iter().map(|share| f32::from_bits(share.into_inner())).collect())
 }
 
-/// The cells that a piece of a line covers.
+/// Calls `cover` with the cells that a segment of a line covers, and the fraction of each.
 fn piece(grid: &Grid, cell_m: f64, from: &Vertex, to: &Vertex, cover: impl Fn(usize, f32)) {
     let wrap = [grid.column_before(0).is_some(), grid.row_above(0).is_some()];
     let counts = [grid.nx as i64, grid.ny as i64];
@@ -37,7 +38,7 @@ fn piece(grid: &Grid, cell_m: f64, from: &Vertex, to: &Vertex, cover: impl Fn(us
         let (a, b) = (from.position_m[axis], to.position_m[axis]);
         let first = ((a.min(b) - reach_m) / cell_m - 0.5).ceil() as i64;
         let last = ((a.max(b) + reach_m) / cell_m - 0.5).floor() as i64;
-        // A river wider than a world that is joined to itself covers each cell once.
+        // in a periodic world, a river wider than the world covers each cell once
         let last = last.min(first + counts[axis] - 1);
         if wrap[axis] { first..=last } else { first.max(0)..=last.min(counts[axis] - 1) }
     });

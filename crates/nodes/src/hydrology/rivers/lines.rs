@@ -16,8 +16,8 @@ use crate::numerics::{
     },
 };
 
-/// Returns the links in the order of their first cells. A river that ends in the cell where it begins, at the border
-/// of the world, has no line. Lines across a periodic side continue beyond it.
+/// Returns the links in the order of their first cells. A link of a single cell at the border of the world has no line.
+/// Lines across a periodic side continue beyond it.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -76,7 +76,7 @@ impl Links<'_> {
             let mut vertex = self.vertex(cell, position_m);
             let joins = self.inflows[cell as usize] != 1;
             if joins && let Some(last) = vertices.last() {
-                // The river downstream of a junction is not this one.
+                // the river downstream of a junction has its own width and depth
                 vertex = Vertex { position_m, elevation_m: vertex.elevation_m, ..*last };
             }
             vertices.push(vertex);

@@ -1,4 +1,4 @@
-//! Rivers as rasters and as lines: where channels begin, how they join, how wide and deep they are.
+//! Rivers as rasters and as lines: channel heads, junctions, widths and depths.
 //!
 //! Channel heads by Montgomery and Dietrich (1992), order by Strahler (1957), widths and depths by Leopold and Maddock
 //! (1953), lines simplified by Visvalingam and Whyatt (1993) and smoothed by Chaikin (1974).
@@ -90,7 +90,7 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Exponents of width and depth over discharge, from one river to another (Leopold and Maddock 1953).
+/// Exponents of width and depth as functions of discharge, downstream hydraulic geometry (Leopold and Maddock 1953).
 const WIDTH_EXPONENT: f32 = 0.5;
 const DEPTH_EXPONENT: f32 = 0.4;
 

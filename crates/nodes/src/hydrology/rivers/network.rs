@@ -1,4 +1,4 @@
-//! Which cells are channels, and how they join.
+//! Channel cells and their Strahler order.
 
 use orograph_graph::{Job, NodeError};
 
@@ -17,11 +17,11 @@ use crate::numerics::{
 pub struct Network {
     /// Receivers of all cells.
     pub codes: Vec<u8>,
-    /// Strahler's order, 0 where there is no channel.
+    /// Strahler order; 0 where there is no channel.
     pub orders: Vec<u8>,
 }
 
-/// Whether a channel has begun here or upstream.
+/// True if a channel has begun here or upstream.
 #[derive(Clone, Copy, Default)]
 struct Begun(bool);
 
@@ -31,7 +31,7 @@ impl Amount for Begun {
     }
 }
 
-/// The highest order among the inflowing channels, and whether two have it.
+/// The highest order among the inflowing channels; `twice` is true if at least two have it.
 #[derive(Clone, Copy, Default)]
 struct Inflow {
     highest: u8,
@@ -49,7 +49,7 @@ impl Amount for Inflow {
 }
 
 impl Inflow {
-    /// Returns the Strahler order of the channel that these form.
+    /// Returns the Strahler order of the channel below this inflow.
     const fn order(self) -> u8 {
         match (self.highest, self.twice) {
             (0, _) => 1,
@@ -76,7 +76,7 @@ impl Network {
         Ok(Self { codes, orders })
     }
 
-    /// Returns the number of channels that flow into each cell; also 0 outside channels.
+    /// Returns the number of channels that flow into each channel cell; 0 in other cells.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
@@ -104,7 +104,7 @@ impl Network {
     }
 }
 
-/// Returns true if a cell exceeds the threshold.
+/// Returns true if a cell exceeds the threshold for channel heads.
 fn begins(job: &Job<'_>, grid: &Grid, drained: &Drained<'_>, codes: &[u8], params: &Params, cell: usize) -> bool {
     let area_m2 = f64::from(drained.area_m2[cell]);
     match params.heads {

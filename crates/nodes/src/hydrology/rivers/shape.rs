@@ -15,7 +15,7 @@ fn triangle_m2([a, b, c]: [&Vertex; 3]) -> f64 {
 }
 
 /// Removes vertices whose triangle with their neighbours is smaller than the square of `length_m`, the smallest first
-/// (Visvalingam and Whyatt 1993); of equal ones the first.
+/// (Visvalingam and Whyatt 1993); among equal ones the first.
 pub fn simplified(vertices: Vec<Vertex>, length_m: f64) -> Vec<Vertex> {
     let least_m2 = length_m * length_m;
     if least_m2 <= 0.0 || vertices.len() < 3 {
@@ -24,7 +24,7 @@ pub fn simplified(vertices: Vec<Vertex>, length_m: f64) -> Vec<Vertex> {
     let end = vertices.len() - 1;
     let mut before: Vec<usize> = (0..=end).map(|at| at.saturating_sub(1)).collect();
     let mut after: Vec<usize> = (1..=end + 1).collect();
-    // Areas are not negative, so that their bits are in their order.
+    // areas are not negative, so that their bits have the same order
     let area = |before: &[usize], after: &[usize], at: usize| {
         triangle_m2([before[at], at, after[at]].map(|at| &vertices[at])).to_bits()
     };
@@ -51,8 +51,8 @@ pub fn simplified(vertices: Vec<Vertex>, length_m: f64) -> Vec<Vertex> {
     vertices.into_iter().zip(kept).filter(|(_, kept)| *kept).map(|(vertex, _)| vertex).collect()
 }
 
-/// Cuts corners at a quarter and three quarters of each piece (Chaikin 1974) until none is longer than `length_m`.
-/// All values of vertices are interpolated linearly, so values that fall along the line still do.
+/// Cuts corners at a quarter and three quarters of each segment (Chaikin 1974) until none is longer than `length_m`.
+/// All values of vertices are interpolated linearly, so values that decrease along the line still do.
 pub fn smoothed(mut vertices: Vec<Vertex>, length_m: f64) -> Vec<Vertex> {
     if length_m <= 0.0 || vertices.len() < 3 {
         return vertices;
@@ -95,7 +95,7 @@ mod tests {
         line.iter().map(|vertex| (vertex.position_m[0], vertex.position_m[1])).collect()
     }
 
-    /// Visvalingam in its simplest form: recomputes all areas after each removed vertex.
+    /// Reference for Visvalingam: recomputes all areas after each removed vertex.
     fn plainly_simplified(mut vertices: Vec<Vertex>, length_m: f64) -> Vec<Vertex> {
         loop {
             let areas = vertices.windows(3).map(|three| triangle_m2([&three[0], &three[1], &three[2]]));

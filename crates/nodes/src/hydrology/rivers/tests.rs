@@ -1,4 +1,4 @@
-//! Tests of the rivers: hand-made trees, closed forms, plain references, real terrain.
+//! Tests of rivers: drawn networks, closed forms, simple references, real terrain.
 
 use orograph_graph::{Boundary, Edge, Lines, World};
 
@@ -6,8 +6,8 @@ use super::{super::flow, NODE};
 use crate::numerics::{drained::Drained, routing::code::STEPS};
 use crate::{prelude::*, testing};
 
-/// A flow whose directions are drawn: arrows by the numbers of the keypad, `.` for an end. Cells of 10 m; areas are
-/// counted, discharge is 1 m³/s per cell, and every step falls by 1 m.
+/// Builds a flow from drawn directions: the digits of a numeric keypad as arrows, `.` for an end. Cells are 10 m, areas
+/// are counted, discharge is 1 m³/s per cell, and every step falls by 1 m.
 fn drawn(rows: &[&str]) -> Field {
     let (nx, ny) = (rows[0].len(), rows.len());
     let window = Window::whole(testing::world(nx as u32, ny as u32, 10.0));
@@ -59,7 +59,7 @@ fn flow_of(height: &Field, changes: &str) -> Field {
     testing::run(&flow::NODE, &testing::with_params(&flow::NODE, changes), &[("height", height)], "flow")
 }
 
-/// Hills by position, with closed hollows.
+/// Hills with closed depressions, as a function of position.
 fn hills(world: World) -> Field {
     let wave = |at: f64, length_m: f64| 0.5 - ((at / length_m).fract() - 0.5).abs();
     testing::field(world, |x, y| {
@@ -68,7 +68,7 @@ fn hills(world: World) -> Field {
     })
 }
 
-/// Real terrain that needs no conditioning.
+/// Real terrain without depressions.
 fn tujunga() -> Field {
     let path = format!("{}/../../tests/data/bigtujunga_drained_256.f32", env!("CARGO_MANIFEST_DIR"));
     let bytes = std::fs::read(&path).expect(&path);
@@ -78,7 +78,7 @@ fn tujunga() -> Field {
 
 #[test]
 fn orders_of_a_tree_drawn_by_hand() {
-    // Two rivers of order 1 make one of order 2; a third changes nothing; two of order 2 make one of order 3.
+    // two rivers of order 1 form one of order 2; a third does not change it; two of order 2 form one of order 3
     let flow = drawn(&[
         "3.1.3.1", //
         ".3...1.", //
@@ -99,10 +99,10 @@ fn orders_of_a_tree_drawn_by_hand() {
     assert_eq!(next, [4, 4, 5, 5, 7, 8, 7, 8, 9].map(|next| Some(next).filter(|&next| next < 9)));
 }
 
-/// Strahler's order by his words, from the highest cell down.
+/// Reference for the Strahler order, from the highest cell downstream.
 fn strahler(flow: &Drained<'_>, mask: &[f32], nx: usize) -> Vec<f32> {
     let mut cells: Vec<usize> = (0..mask.len()).filter(|&cell| mask[cell] > 0.0).collect();
-    // Area grows downstream, so that all that comes in is done before.
+    // area grows downstream, so that all inflow is known before
     cells.sort_by(|a, b| flow.area_m2[*a].total_cmp(&flow.area_m2[*b]));
     let mut incoming: Vec<Vec<u8>> = vec![Vec::new(); mask.len()];
     let mut orders = vec![0.0; mask.len()];
@@ -137,7 +137,7 @@ fn real_rivers_branch_as_hortons_law_says() {
     let begins = |order: u32| {
         let of = |line: &&orograph_graph::Line| line.order == order;
         let lines = found.lines.lines.iter().enumerate().filter(|(_, line)| of(line));
-        // A river of an order is a chain of lines: count those that no line of the same order flows into.
+        // a river of an order is a chain of lines: counts those without inflow of the same order
         let into: Vec<usize> =
             found.lines.lines.iter().filter(of).filter_map(|line| line.downstream.map(|next| next as usize)).collect();
         lines.filter(|(at, _)| !into.contains(at)).count() as f64
@@ -152,14 +152,14 @@ fn real_rivers_branch_as_hortons_law_says() {
 fn a_channel_goes_on_and_begins_where_the_threshold_is_passed() {
     let world =
         World { boundary: Boundary { west: Edge::Base, ..Boundary::all(Edge::Wall) }, ..testing::world(40, 1, 10.0) };
-    // A slope of 0.2 to the west: A S² is 4 m² a cell.
+    // a slope of 0.2 to the west: A S² is 4 m² per cell
     let ramp = testing::field(world, |x, _| 0.2 * x);
     let flow = flow_of(&ramp, "");
     let begins = |changes: &str| rivers(&flow, changes).mask.iter().rposition(|mask| *mask > 0.0);
     assert_eq!(begins("channel_area=950"), Some(30), "ten cells above");
-    // 49: more than twelve cells, so that the heights' rounding does not matter.
+    // 49: more than twelve cells, so that rounding of heights does not matter
     assert_eq!(begins("heads=slope_area,channel_constant=49"), Some(27));
-    // Past the head the slope may end.
+    // below the head the slope may decrease
     let step = testing::field(world, |x, _| if x > 200.0 { 0.2 * x } else { 40.0 + 1e-3 * x });
     let mask = rivers(&flow_of(&step, ""), "heads=slope_area,channel_constant=39").mask;
     assert!(mask[..30].iter().all(|mask| *mask == 1.0) && mask[31..].iter().all(|mask| *mask == 0.0));
@@ -171,7 +171,7 @@ fn widths_and_depths_follow_discharge() {
     let found = rivers(&flow, "channel_area=150,width=6,depth=0.4");
     assert_eq!((found.width[0], found.depth[0]), (0.0, 0.0), "no channel there");
     for (cell, discharge) in (1..20).map(|cell| (cell, cell as f32 + 1.0)) {
-        // 1e-6: a power in f32.
+        // 1e-6: a power in single precision
         assert!((found.width[cell] / (6.0 * discharge.sqrt()) - 1.0).abs() < 1e-6);
     }
     // 32^0.4 is 4.
@@ -225,7 +225,7 @@ fn rivers_cover_their_width() {
         "....................",
     ]);
     for (width, simplify) in [(1.0, 0.0), (7.0, 50.0)] {
-        // From a discharge of 1 to 20 the width grows with the root; simplifying makes it linear.
+        // width grows with the square root of discharge from 1 to 20; simplification makes it linear
         let found = rivers(&flow, &format!("channel_area=150,width={width},simplify={simplify},smooth=0"));
         for x in 3..18 {
             let column: f64 = (0..5).map(|y| f64::from(found.cover[y * 20 + x])).sum::<f64>() * 10.0;
@@ -235,7 +235,7 @@ fn rivers_cover_their_width() {
                 let (from, to) = (width * 2.0_f64.sqrt(), width * 20.0_f64.sqrt());
                 from + (to - from) * (x as f64 - 1.0) / 18.0
             };
-            // 1e-5: shares in f32.
+            // 1e-5: fractions in single precision
             assert!((column / expected - 1.0).abs() < 1e-5, "column {x}: {column} m of {expected} m");
         }
     }
@@ -245,7 +245,7 @@ fn rivers_cover_their_width() {
 fn lines_go_on_over_periodic_sides() {
     let sides = Boundary { west: Edge::Periodic, east: Edge::Periodic, north: Edge::Wall, south: Edge::Base };
     let world = World { boundary: sides, ..testing::world(30, 20, 10.0) };
-    // Down to the south-east, across the seam.
+    // downhill to the south-east, across the periodic side
     let slope = testing::field(world, |x, y| 500.0 - 1.9 * y - (x - 3.0 * y).rem_euclid(300.0) * 0.01);
     let found = rivers(&flow_of(&slope, ""), "channel_area=0,simplify=0,smooth=0");
     let longest = found.lines.lines.iter().flat_map(|line| line.vertices.windows(2)).map(|pair| {

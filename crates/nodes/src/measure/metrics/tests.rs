@@ -14,7 +14,7 @@ fn value(report: &Report, name: &str) -> f64 {
     report.get(name).unwrap_or_else(|| panic!("no {name}"))
 }
 
-/// The hypsometric integral of forms whose volume is known; 513 cells a side give it to 0.002.
+/// The hypsometric integral of solids of known volume; 513 cells per side give it to 0.002.
 #[test]
 fn simple_forms_have_their_hypsometric_integral() {
     let centre = 256.5;
@@ -50,7 +50,8 @@ fn a_plane_has_one_slope_and_a_known_local_relief() {
     assert_eq!(histogram[26], 1.0);
 }
 
-/// On a plane that falls to the east, each row is a channel from the column at which its drainage area is enough.
+/// On a plane that falls to the east, each row is a channel from the column at which its drainage area reaches the
+/// critical area.
 #[test]
 fn parallel_rills_have_a_known_density() {
     let report = report(&field(world(202, 50, 100.0), |x, _| 1e4 - 0.1 * x));
@@ -71,7 +72,7 @@ fn the_distance_to_itself_is_none_and_grows_with_the_difference() {
     for name in ["elevation_distance", "slope_distance"] {
         assert!(near.get(name).unwrap() > 0.0 && far.get(name).unwrap() > near.get(name).unwrap(), "{name}");
     }
-    // the curve is of relative heights
+    // the curves are of relative heights
     assert!(far.get("hypsometry_distance").unwrap() < 1e-3);
 }
 
@@ -100,14 +101,14 @@ fn a_sea_leaves_the_land_above_it() {
     assert_eq!((value(&wet, "land_share"), value(&wet, "relief")), (51.0 / 101.0, 250.0));
     assert!((value(&wet, "slope_p50") - 45.0).abs() < 1e-3 && value(&wet, "slope_mean") < 45.0, "a crest");
     assert!(wet.notes.iter().all(|note| !note.contains("without a height")), "{:?}", wet.notes);
-    // a channel of a single cell of area begins everywhere: a link of a cell for each cell of land
+    // a critical area of one cell: every land cell is a channel, with a link of one cell
     let mut params = ParamValues::defaults(&NODE.specs());
     params.set("channel_area", orograph_graph::ParamValue::Float(100.0));
     let density = |height: &Field| {
         let mut outputs = outputs(&NODE, &params, &[("height", height)]).expect("a result");
         outputs.take("report").expect("a report").as_report().expect("a report").get("drainage_density")
     };
-    // base sides pass nothing on: 58 of 60 rows; the crest drains too
+    // base sides have no receiver: 58 of 60 rows; the crest drains too
     let expected = 1e3 * 58.0 / 60.0 / 10.0;
     assert!((density(&at_sea(&roof, 252.0)).expect("measured") - expected).abs() < 1e-9);
 
@@ -116,7 +117,7 @@ fn a_sea_leaves_the_land_above_it() {
     assert!(
         value(&drowned, "elevation_mean").is_nan() && drowned.notes.iter().any(|note| note.contains("below the sea"))
     );
-    // the upper half of a roof differs from all of it
+    // the upper half of a roof differs from the whole
     let [same, other] = [at_sea(&roof, 252.0), roof.clone()].map(|land| compare(&land, &at_sea(&roof, 252.0)));
     let distance = |report: &Report| value(report, "elevation_distance");
     assert!(distance(&same) == 0.0 && distance(&other) > 0.1, "{:?}", other.measures);
@@ -131,8 +132,8 @@ fn threads_and_simd_levels_give_the_same_bits() {
     at_every_level(|| text(2));
 }
 
-/// A piece of the San Gabriel Mountains without pits or flats, against NumPy in double precision: sums, Horn's slopes
-/// and `numpy.percentile`, and D8 links along directions on which four other programs agree.
+/// A part of the San Gabriel Mountains without pits or flats, compared with NumPy in double precision: sums, Horn's
+/// slopes and `numpy.percentile`, and D8 links along directions on which four other programs agree.
 #[test]
 fn real_land_measures_what_other_programs_say() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/bigtujunga_drained_256.f32");
@@ -147,7 +148,7 @@ fn real_land_measures_what_other_programs_say() {
         ("hypsometric_integral", 0.355_140_367_492_132, 1e-12),
         ("local_relief_mean", 521.1275634765625, 1e-9),
         ("local_relief_max", 736.040771484375, 1e-9),
-        // slopes are single precision: a few units in the seventh digit
+        // slopes are in single precision: a few units in the seventh digit
         ("slope_mean", 17.914_759_694_872_668, 1e-5),
         ("slope_p5", 5.452_440_775_685_238, 1e-5),
         ("slope_p25", 12.546_791_649_439_532, 1e-5),
@@ -162,7 +163,7 @@ fn real_land_measures_what_other_programs_say() {
     let curve = &report.series.iter().find(|series| series.name == "hypsometric_curve").unwrap().x.values;
     assert_eq!([curve[20], curve[50], curve[100]], [0.759_216_308_593_75, 0.231_796_264_648_437_5, 1.0 / 65536.0]);
     let histogram = &report.series.iter().find(|series| series.name == "slope_histogram").unwrap().y.values;
-    // one cell of 64516 may round to the other side of a whole degree
+    // one cell of 64516 may fall into the next bin by rounding
     assert!((histogram[20] - 0.048_685_597_371_194_746).abs() < 1.6e-5);
     assert!((histogram[35] - 0.002_929_505_859_011_718).abs() < 1.6e-5);
 }

@@ -1,11 +1,11 @@
-//! Convolution of a square grid with a kernel that is given by its response to waves.
+//! Convolution of a square grid with a kernel that is given in the frequency domain.
 
 use orograph_graph::{Job, NodeError, memory::zeroed};
 
 use super::{Batch, Complex, LANES, Plan};
 use crate::numerics::par;
 
-/// Rows and columns of the squares that are transposed at once.
+/// Rows and columns of a block for transposition.
 const BLOCK: usize = 16;
 
 /// A square grid of `side` rows, a power of two.
@@ -15,8 +15,8 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// The convolution with a kernel that is even and real in wave numbers: `response(m, n)` for m and n waves across
-    /// the grid. Real values in, real values out.
+    /// Convolves with a kernel that is even and real in wavenumbers: `response(m, n)` for m and n waves across the
+    /// grid. Real values remain real.
     pub(crate) fn convolve(
         mut self,
         job: &Job<'_>,
@@ -29,7 +29,7 @@ impl Grid {
         self.rows(job, |_, rows| plan.transform(rows))?;
         self.transpose()?;
         job.advance(0.4)?;
-        // transforming twice reverses the grid, which is corrected below
+        // a second forward transform reverses the grid, which is corrected below
         self.rows(job, |first, rows| {
             plan.transform(rows);
             for (m, value) in rows.iter_mut().enumerate() {
@@ -51,7 +51,7 @@ impl Grid {
         Ok(self)
     }
 
-    /// Calls `each(first, rows)` for rows side by side.
+    /// Calls `each(first, rows)` for groups of adjacent rows.
     fn rows(&mut self, job: &Job<'_>, each: impl Fn(usize, &mut [Batch<f64>]) + Sync) -> Result<(), NodeError> {
         let side = self.side;
         par::each_with(

@@ -1,14 +1,13 @@
 //! Discrete Fourier transforms of any length, with the same bits on every machine.
 //!
-//! A length of the factors 2, 3 and 5 is transformed by the algorithm of J. W. Cooley and J. W. Tukey (1965), "An
-//! algorithm for the machine calculation of complex Fourier series", up to eight places at a time; any other as a
-//! convolution of such a length, after L. I. Bluestein (1970), "A linear filtering approach to the computation of
-//! discrete Fourier transform". Sixteen rows are transformed side by side, one in each lane of a vector, so that the
-//! result does not depend on the width of vectors. Twiddle factors come from the library of equal bits; that, and
-//! adding in a fixed order, is what libraries tuned to each machine do not offer.
+//! Lengths with the factors 2, 3 and 5 use the algorithm of J. W. Cooley and J. W. Tukey (1965), "An algorithm for the
+//! machine calculation of complex Fourier series", with up to radix 8; others are convolutions of such a length, after
+//! L. I. Bluestein (1970), "A linear filtering approach to the computation of discrete Fourier transform". Sixteen rows
+//! are transformed at once, one per vector lane, so that the result does not depend on the SIMD level. Twiddle factors
+//! come from [`crate::numerics::math`]; libraries tuned to each machine offer neither that nor a fixed order of sums.
 //!
-//! Numbers are of double precision, or of single where heights are summed that single precision holds: the root mean
-//! square of the error is then 1.5e-7 of that of the result at 8192 places.
+//! Numbers are in double precision, or in single precision where the sum is a height in single precision: the relative
+//! root mean square error is then 1.5e-7 at 8192 places.
 
 pub(crate) mod grid;
 
@@ -22,19 +21,19 @@ use super::{math, simd::simd};
 /// A complex number: real and imaginary part.
 pub(crate) type Complex<T = f64> = [T; 2];
 
-/// Rows that are transformed side by side.
+/// Rows that are transformed at once, one per lane.
 pub(crate) const LANES: usize = 16;
 
-/// Places that stay in the first-level cache while all short stages run on them.
+/// Places that fit into the first-level cache for all short stages.
 const NEAR: usize = 256;
 
 /// A number of single or double precision.
 pub(crate) trait Number:
     Copy + Debug + Send + Sync + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
-    /// Nothing.
+    /// Zero.
     const ZERO: Self;
-    /// The nearest of this precision.
+    /// Returns the nearest number of this precision.
     fn of(value: f64) -> Self;
 }
 
@@ -54,7 +53,7 @@ impl Number for f32 {
     }
 }
 
-/// The same place in several rows.
+/// The same place of several rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
 pub(crate) struct Batch<T> {
@@ -63,26 +62,26 @@ pub(crate) struct Batch<T> {
 }
 
 impl<T: Number> Batch<T> {
-    /// Nothing.
+    /// Zero.
     pub const ZERO: Self = Self { re: [T::ZERO; LANES], im: [T::ZERO; LANES] };
 }
 
 /// A plan for transforming rows of one length.
 pub(crate) struct Plan<T> {
     length: usize,
-    /// Positions at which the transform expects each place.
+    /// Position of each place in the input of the transform.
     places: Vec<u32>,
     stages: Vec<Stage<T>>,
-    /// Set if the length has other factors.
+    /// Bluestein's convolution, if the length has other factors.
     chirp: Option<Chirp<T>>,
 }
 
-/// Joins transforms to one that is `radix` times as long.
+/// A stage that combines transforms to one that is `radix` times as long.
 struct Stage<T> {
     radix: usize,
-    /// Length of the transforms that are joined.
+    /// Length of the transforms that it combines.
     part: usize,
-    /// For each of their places e^(−2πi jk / (radix part)), for each j below the radix.
+    /// e^(−2πi jk / (radix part)) for each of their places k and each j below the radix.
     twiddles: Vec<Complex<T>>,
     /// e^(−2πi k / radix).
     roots: Vec<Complex<T>>,
@@ -93,12 +92,13 @@ struct Chirp<T> {
     plan: Box<Plan<T>>,
     /// e^(−πi k² / length).
     waves: Vec<Complex<T>>,
-    /// The transform of their conjugates around 0, over its length, where the transform back expects it.
+    /// Transform of the conjugated waves, mirrored around place 0 and divided by the padded length, in the order of the
+    /// inverse transform's input.
     kernel: Vec<Complex<T>>,
 }
 
 impl<T: Number> Plan<T> {
-    /// For rows of that length, at least 1.
+    /// Creates a plan for rows of that length, at least 1.
     pub fn new(length: usize) -> Self {
         let Some(radices) = radices(length) else {
             let places = (0..length as u32).collect();
@@ -122,18 +122,18 @@ impl<T: Number> Plan<T> {
         Self { length, places: (0..length).map(place).collect(), stages, chirp: None }
     }
 
-    /// Room for rows: as many places as the transform needs, at least the length.
+    /// Returns a buffer for rows: as many places as the transform needs, at least the length.
     pub fn room(&self) -> Vec<Batch<T>> {
         vec![Batch::ZERO; self.chirp.as_ref().map_or(self.length, |chirp| chirp.kernel.len())]
     }
 
-    /// Returns the positions at which [`Self::transform_placed`] expects each place of rows.
+    /// Returns the positions at which [`Self::transform_placed`] expects the places of rows.
     pub fn places(&self) -> &[u32] {
         &self.places
     }
 
     /// Replaces the first places of [`Self::room`], as many as the length, by their transform `Xₖ = Σ xⱼ e^(−2πi jk /
-    /// length)`. What is behind them does not count.
+    /// length)`. The places after them are ignored.
     pub fn transform(&self, values: &mut [Batch<T>]) {
         let from = values[..self.length].to_vec();
         for (&place, value) in self.places.iter().zip(from) {
@@ -142,8 +142,8 @@ impl<T: Number> Plan<T> {
         self.transform_placed(values, self.length);
     }
 
-    /// Transforms rows whose values are at the positions of [`Self::places`]. The result is in natural order, and
-    /// only the first `kept` places are needed.
+    /// Transforms rows whose values are at the positions of [`Self::places`]. The result is in natural order; only its
+    /// first `kept` places are defined.
     pub fn transform_placed(&self, values: &mut [Batch<T>], kept: usize) {
         match &self.chirp {
             Some(chirp) => chirp.transform(values, self.length),
@@ -152,7 +152,8 @@ impl<T: Number> Plan<T> {
     }
 }
 
-/// Returns the factors of a length, starting with the shortest transforms. Returns None when there are other factors.
+/// Returns the factors of a length, starting with the shortest transforms. Returns None if there are other prime
+/// factors.
 fn radices(length: usize) -> Option<Vec<usize>> {
     let mut radices = Vec::new();
     let mut rest = length;
@@ -206,9 +207,9 @@ impl<T: Number> Chirp<T> {
     fn transform(&self, values: &mut [Batch<T>], length: usize) {
         values[length..].fill(Batch::ZERO);
         multiply(values, &self.waves);
-        // in the order in which the transform back expects it
+        // in the order of the inverse transform's input
         unjoined(values, &self.plan.stages);
-        // back by the conjugate of the transform of the conjugate
+        // the inverse transform is the conjugate of the transform of the conjugate
         multiply(values, &self.kernel);
         conjugate(values);
         joined(values, &self.plan.stages, length);
@@ -217,19 +218,19 @@ impl<T: Number> Chirp<T> {
     }
 }
 
-/// e^(2πi t).
+/// Returns e^(2πi t).
 pub(crate) fn turn(t: f64) -> Complex {
     let angle = std::f64::consts::TAU * t;
     [math::cos(angle), math::sin(angle)]
 }
 
-/// e^(−2πi k / whole).
+/// Returns e^(−2πi k / whole).
 fn root<T: Number>(k: usize, whole: usize) -> Complex<T> {
     turn(-((k % whole) as f64) / whole as f64).map(T::of)
 }
 
 simd! {
-    /// Multiplies places by numbers, as many as there are.
+    /// Multiplies the first `by.len()` places by numbers.
     fn multiply<T: Number>(values: &mut [Batch<T>], by: &[Complex<T>]) {
         for (value, by) in values.iter_mut().zip(by) {
             let mut product = *value;
@@ -252,7 +253,8 @@ simd! {
 }
 
 simd! {
-    /// Transforms rows whose values are at the expected positions; only the first `kept` places are needed.
+    /// Combines the stages, with values at the expected positions; only the first `kept` places of the result are
+    /// defined.
     fn joined<T: Number>(values: &mut [Batch<T>], stages: &[Stage<T>], kept: usize) {
         let (short, long) = stages.split_at(near(stages));
         if let Some(last) = short.last() {
@@ -269,7 +271,8 @@ simd! {
 }
 
 simd! {
-    /// The same transform backwards, stage by stage: of values in their order, to where [`joined`] expects them.
+    /// The transposed transform, stage by stage: takes values in natural order and leaves them where [`joined`] expects
+    /// them.
     fn unjoined<T: Number>(values: &mut [Batch<T>], stages: &[Stage<T>]) {
         let (short, long) = stages.split_at(near(stages));
         for stage in long.iter().rev() {
@@ -290,7 +293,7 @@ fn near<T>(stages: &[Stage<T>]) -> usize {
     stages.iter().take_while(|stage| stage.radix * stage.part <= NEAR).count()
 }
 
-/// Runs a stage, or runs it backwards; of what it joins only the first `kept` places are needed.
+/// Runs a stage, or its transpose; only the first `kept` places of a combined transform are needed.
 #[inline(always)]
 fn join<T: Number, const BACK: bool>(values: &mut [Batch<T>], stage: &Stage<T>, kept: usize) {
     let half = kept <= stage.radix * stage.part / 2;
@@ -305,8 +308,8 @@ fn join<T: Number, const BACK: bool>(values: &mut [Batch<T>], stage: &Stage<T>, 
     }
 }
 
-/// One stage: `each` is the transform of as many values as the radix, of which the first `KEPT` are needed. `BACK` is
-/// its transpose, which turns values after it instead of before.
+/// One stage: `each` transforms as many values as the radix, of which the first `KEPT` are needed. `BACK` is the
+/// transpose, which multiplies by twiddle factors afterwards instead of before.
 #[inline(always)]
 fn join_by<T: Number, const RADIX: usize, const KEPT: usize, const BACK: bool>(
     values: &mut [Batch<T>],
@@ -322,7 +325,7 @@ fn join_by<T: Number, const RADIX: usize, const KEPT: usize, const BACK: bool>(
             for j in 0..RADIX {
                 places[j] = block[j * part + k];
             }
-            // the places of a lane together, so that all lanes are one loop over vectors
+            // the places of a lane together, so that the loop over lanes vectorises
             for lane in 0..LANES {
                 let mut turned = [[T::ZERO; 2]; RADIX];
                 for j in 0..RADIX {
@@ -425,7 +428,7 @@ mod tests {
     fn rows<T: Number>(plan: &Plan<T>) -> Vec<Batch<T>> {
         let mut rows = plan.room();
         for (k, batch) in rows.iter_mut().enumerate() {
-            // ignore the places after the row
+            // the places after the row are ignored
             for lane in 0..LANES {
                 [batch.re[lane], batch.im[lane]] = value(lane, k).map(T::of);
             }
@@ -447,14 +450,14 @@ mod tests {
                         sum = plus(sum, term);
                     }
                     let error = (got.re[lane] - sum[0]).abs().max((got.im[lane] - sum[1]).abs());
-                    // 100 terms of order 1, a rounding each, and as many again in a convolution
+                    // 100 terms of order 1 with a rounding each, and twice as many in a convolution
                     assert!(error < 1e-13 * 100.0, "{length} {m} {lane}: {error}");
                 }
             }
         }
     }
 
-    /// Single precision has the documented error, and places that are not kept do not affect those that are.
+    /// Single precision has the documented error, and undefined places do not affect the first half.
     #[test]
     fn single_precision_and_the_first_half() {
         for (length, most) in [(512, 1.5e-7), (8192, 1.5e-7), (6000, 1.5e-7), (4099, 6e-7)] {

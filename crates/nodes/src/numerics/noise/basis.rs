@@ -1,13 +1,14 @@
 //! The contribution of a lattice point: its random draws and the windows over them.
 //!
-//! The noise at a place is the sum over the four corners of its lattice cell of
+//! The noise at a place is the sum over the four corners of its lattice cell:
 //!
 //! ```text
 //! v φ(s) φ(t) + x ψ(s) φ(t) + y φ(s) ψ(t) + w ψ(s) ψ(t),   ψ(s) = s φ(s) or the like,
 //! ```
 //!
-//! where (s, t) is the place relative to the corner in wavelengths, v the corner's value, (x, y) its gradient and w
-//! its twist. All of it is a product of a function of the column and one of the row, which makes it fast on a raster.
+//! where (s, t) is the place relative to the corner in wavelengths, v the corner's value, (x, y) its gradient and w its
+//! twist. Each term is a product of a function of the column and a function of the row, which makes it fast on a
+//! raster.
 
 /// A kind of lattice noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,14 +16,14 @@ pub(crate) enum Basis {
     /// Gradients in 32 directions, values and twists under bell-shaped windows: as isotropic as noise of four corners
     /// can be.
     ///
-    /// φ(s) = (1 − s²)³ (1 + 5/4 s²), ψ(s) = s (1 − s²)³, unit gradients, values evenly drawn with variance 1/10,
-    /// twists ±√2. These numbers were found by a search for the least dependence of power on direction (1 % for the
-    /// sum of octaves) and of the variance on the place in the lattice cell (0.94 to 1.02 of the mean), so that
-    /// neither axes nor lattice show.
+    /// φ(s) = (1 − s²)³ (1 + 5/4 s²), ψ(s) = s (1 − s²)³, unit gradients, uniform values with variance 1/10, twists
+    /// ±√2. These numbers result from a search for the smallest dependence of power on direction (1 % for the sum of
+    /// octaves) and of variance on the place in the lattice cell (0.94 to 1.02 of the mean), so that neither axes nor
+    /// lattice are visible.
     Bell,
     /// Perlin's of 2002: eight gradients, φ(s) = 1 − q(|s|) with the fade q(t) = 6t⁵ − 15t⁴ + 10t³, ψ(s) = s φ(s).
     Classic,
-    /// Values alone, drawn uniformly from −1 to 1, with the same fade.
+    /// Values only, uniform from −1 to 1, with the same fade.
     Value,
 }
 
@@ -47,7 +48,7 @@ const QUADRANT: [[f32; 2]; 8] = [
 const DIAGONAL: f32 = std::f32::consts::FRAC_1_SQRT_2;
 
 impl Basis {
-    /// Factor that brings the noise to ±1: for `Bell` its bound is 1.5842, for `Classic` √½.
+    /// Returns the factor that scales the noise to ±1: for `Bell` its bound is 1.5842, for `Classic` √½.
     pub(crate) const fn scale(self) -> f32 {
         match self {
             Self::Bell => 0.631_2,
@@ -56,7 +57,7 @@ impl Basis {
         }
     }
 
-    /// The gradient and the twist of each class of lattice points; the class is the six highest bits of a hash.
+    /// Returns the gradient and the twist of each class of lattice points; the class is the six highest bits of a hash.
     fn class(self, class: usize) -> Draw {
         let turned = |[x, y]: [f32; 2], quarters: usize| match quarters {
             0 => [x, y],
@@ -78,7 +79,7 @@ impl Basis {
         }
     }
 
-    /// The largest value at a lattice point.
+    /// Returns the largest value at a lattice point.
     fn value(self) -> f32 {
         match self {
             Self::Bell => BELL_VALUE,
@@ -87,7 +88,7 @@ impl Basis {
         }
     }
 
-    /// φ(s), ψ(s), φ(s − 1) and ψ(s − 1) for a fraction s: the weights of the lattice lines before and after.
+    /// Returns φ(s), ψ(s), φ(s − 1) and ψ(s − 1) for a fraction s: the weights of the lattice lines before and after.
     #[inline(always)]
     pub(crate) fn weights(self, s: f32) -> [f32; 4] {
         let r = s - 1.0;
@@ -103,7 +104,7 @@ impl Basis {
         }
     }
 
-    /// The derivatives of [`Self::weights`] with respect to s.
+    /// Returns the derivatives of [`Self::weights`] with respect to s.
     #[inline(always)]
     pub(crate) fn rates(self, s: f32) -> [f32; 4] {
         let r = s - 1.0;
@@ -130,7 +131,7 @@ fn bell(s: f32) -> [f32; 2] {
     [cube * (1.0 + 1.25 * square), s * cube]
 }
 
-/// Their derivatives.
+/// The derivatives of [`bell`].
 #[inline(always)]
 fn bell_rates(s: f32) -> [f32; 2] {
     let square = s * s;
@@ -139,7 +140,7 @@ fn bell_rates(s: f32) -> [f32; 2] {
     [-s * rest * (3.5 + 10.0 * square), rest * (1.0 - 7.0 * square)]
 }
 
-/// The draws of an octave, multiplied by its factor.
+/// The draws of an octave, multiplied by its scale.
 #[derive(Clone)]
 pub(super) struct Draws {
     classes: [Draw; 64],
@@ -157,7 +158,8 @@ impl Draws {
         }
     }
 
-    /// The draw at a lattice point: the class from its hash's six highest bits, the value from the 24 lowest.
+    /// Returns the draw at a lattice point: the class from the six highest bits of its hash, the value from the 24
+    /// lowest.
     #[inline(always)]
     pub fn at(&self, hash: u32) -> Draw {
         let [_, x, y, twist] = self.classes[(hash >> 26) as usize];

@@ -1,8 +1,8 @@
-//! Cellular noise on a raster: distances to the nearest of scattered points.
+//! Cellular noise on a raster: distances to the nearest of random points.
 //!
-//! S. Worley (1996), "A cellular texture basis function". Differences: one point in each cell of the lattice instead
-//! of a random number of them, moved from the cell's centre by up to half a cell; and distances above two cells count
-//! as two, which makes the 5 x 5 cells around a sample enough for the two nearest, whatever the metric.
+//! S. Worley (1996), "A cellular texture basis function". Differences: one point in each cell of the lattice instead of
+//! a random number, displaced from the cell's centre by up to half a cell; and distances are limited to two cells, so
+//! that the 5 x 5 cells around a sample contain the two nearest, whatever the metric.
 
 use super::{
     Octave,
@@ -12,21 +12,21 @@ use super::{
 };
 use crate::numerics::simd::simd;
 
-/// Lattice cells to each side of a sample's own that are searched.
+/// Lattice cells that are searched on each side.
 const REACH: i32 = 2;
-/// Maximum distance, in lattice cells: no point outside the cells searched is nearer.
+/// Limit on distances in lattice cells: points outside the searched cells are not nearer.
 const FARTHEST: f32 = 2.0;
 
-/// How distances are measured, in row kernels.
+/// A metric for row kernels.
 pub(crate) trait Measure: Sync {
-    /// A number that grows with the distance of a point, from its offsets.
+    /// Returns a monotone function of the distance at an offset.
     fn rank(x: f32, y: f32) -> f32;
 
-    /// The distance of a rank.
+    /// Returns the distance of a rank.
     fn distance(rank: f32) -> f32;
 }
 
-/// Straight-line distance.
+/// Euclidean distance.
 pub(crate) struct Euclidean;
 /// Sum of the distances along x and y.
 pub(crate) struct Manhattan;
@@ -77,13 +77,13 @@ pub(crate) struct Cells<M> {
     octave: Octave,
     /// Factors of the distances.
     parts: Parts,
-    /// Offset of the first place a point may have in its cell, and the width of these places.
+    /// Smallest coordinate of a point in its cell, and the width of their range.
     places: [f32; 2],
     /// Lattice column and row of the first point.
     first: [i32; 2],
-    /// Points in a row of them.
+    /// Number of points per lattice row.
     width: usize,
-    /// Places of points in their cells, row by row.
+    /// Positions of points in their cells, row by row.
     points: Vec<[f32; 2]>,
     /// First row of samples in the world.
     top: u32,
@@ -92,7 +92,7 @@ pub(crate) struct Cells<M> {
 
 impl<M: Measure> Cells<M> {
     /// Creates an octave with points that are displaced by up to `jitter` half cells from the centres of their cells,
-    /// and factors on the distances to the two nearest.
+    /// and factors of the distances to the two nearest.
     pub fn new(octave: Octave, jitter: f32, parts: Parts) -> Self {
         Self {
             octave,
@@ -106,7 +106,7 @@ impl<M: Measure> Cells<M> {
         }
     }
 
-    /// Draws the points of lattice rows and columns from `first` on.
+    /// Draws the points of lattice rows and columns, starting at `first`.
     fn draw(&mut self, rows: usize) {
         let [along, down] = self.octave.axes;
         self.points.resize(rows * self.width, [0.0; 2]);
@@ -140,11 +140,11 @@ impl<M: Measure> Layer for Cells<M> {
 }
 
 simd! {
-    /// Distances to the two nearest points, for each row of samples.
+    /// Computes the distances to the two nearest points, for each row of samples.
     fn nearest<M: Measure, C: Combine>(cells: &Cells<M>, combine: &C, octave: usize, x: u32, states: &mut [C::State]) {
         let layer = combine.layer(octave);
         let [along, down] = cells.octave.axes;
-        // each sample's lattice cell, counted from that of the first, and its place in it
+        // the lattice cell of each sample, relative to that of the first, and its position in it
         let (mut own, mut places) = ([0.0; LANES], [0.0; LANES]);
         let (first, mut last) = (Axis::cell(along.at(x)), 0);
         for lane in 0..LANES {
@@ -160,7 +160,7 @@ simd! {
             let first_row = Axis::cell(position) - REACH - cells.first[1];
             let fraction = Axis::fraction(position);
             let (mut nearest, mut second) = ([f32::MAX; LANES], [f32::MAX; LANES]);
-            // from the sample's own row outwards; rows that begin farther away than all seconds add nothing
+            // from the sample's own row outwards; rows farther away than all second distances are skipped
             for (row, away) in [(0, 0.0), (-1, fraction), (1, 1.0 - fraction), (-2, 1.0 + fraction), (2, 2.0 - fraction)] {
                 let away = M::rank(0.0, away);
                 if !second.iter().fold(false, |any, &rank| any | (rank > away)) {
@@ -170,10 +170,10 @@ simd! {
                 for (column, &[across, down]) in (-REACH..).zip(&points[columns.clone()]) {
                     let (column, down) = (column as f32, (down + row as f32) - fraction);
                     for lane in 0..LANES {
-                        // the order of operations keeps the result independent of which sample is the first
+                        // this order of operations makes the result independent of the first sample
                         let across = (across + (column - own[lane])) - places[lane];
                         let rank = M::rank(across, down);
-                        // unlike `min` and `max`, which look for NaN, one instruction each
+                        // unlike `min` and `max`, which handle NaN, one instruction each
                         let farther = if nearest[lane] > rank { nearest[lane] } else { rank };
                         second[lane] = if farther < second[lane] { farther } else { second[lane] };
                         nearest[lane] = if rank < nearest[lane] { rank } else { nearest[lane] };
@@ -191,8 +191,8 @@ simd! {
     }
 }
 
-/// The mean of the distances with those factors over all places, in lattice cells: measured on a fixed sample of 16 384
-/// places in about 2400 cells, to about half a percent of a cell.
+/// Returns the mean over all places of the distances weighted by these factors, in lattice cells: measured on a fixed
+/// sample of 16 384 places in about 2400 cells, to about half a percent of a cell.
 pub(crate) fn mean<M: Measure>(jitter: f32, parts: Parts) -> f64 {
     const SIDE: usize = 128;
     let axes = [Axis::new(0.381, 0, 0), Axis::new(0.381, 0, 0)];

@@ -1,11 +1,11 @@
-//! Folded noise |n|: rounded creases, and its distribution.
+//! Folded noise |n| with rounded creases, and its distribution.
 
 use super::Gradients;
 
-/// The distribution of |n| for noise n of standard deviation 0.305 ([`Gradients::even_scale`]): the means of its 32
-/// equal parts, from small to large.
+/// Returns the distribution of |n| for noise n of standard deviation 0.305 ([`Gradients::even_scale`]): the means of
+/// its 32 quantile bins, ascending.
 ///
-/// Measured on 33 million samples; a test measures it again.
+/// Measured on 33 million samples; a test repeats the measurement.
 pub(crate) const fn distribution(gradients: Gradients) -> [f64; 32] {
     match gradients {
         Gradients::Even => [
@@ -21,7 +21,7 @@ pub(crate) const fn distribution(gradients: Gradients) -> [f64; 32] {
     }
 }
 
-/// The mean of a function of |n| for noise n of standard deviation 0.305.
+/// Returns the mean of a function of |n| for noise n of standard deviation 0.305.
 pub(crate) fn mean(gradients: Gradients, function: impl Fn(f64) -> f64) -> f64 {
     distribution(gradients).map(function).iter().sum::<f64>() / 32.0
 }
@@ -29,7 +29,7 @@ pub(crate) fn mean(gradients: Gradients, function: impl Fn(f64) -> f64) -> f64 {
 /// 1 − |n| with a crest that is rounded over about a cell.
 ///
 /// It is the mean of 1 − |n| over a cell where the noise crosses zero with its typical slope, 0.9 per wavelength: |n|
-/// itself beyond half a cell of the crossing, (n² + r²) / 2r within.
+/// itself beyond half a cell from the crossing, (n² + r²) / 2r within.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fold {
     /// Half-width r of the rounding, and 1 / 2r.
@@ -40,17 +40,17 @@ pub(crate) struct Fold {
 }
 
 impl Fold {
-    /// For an octave of so many cells a wavelength and noise in units of `unit`.
+    /// Creates the fold for an octave of that many cells per wavelength and noise in units of `unit`.
     pub fn new(wavelength_cells: f64, unit: f64) -> Self {
         let round = (0.45 / (wavelength_cells * unit)) as f32;
         Self { round, half_per_round: 0.5 / round, top: 1.0 - 0.5 * round }
     }
 
-    /// 1 − |n|, rounded.
+    /// Returns 1 − |n|, rounded.
     #[inline(always)]
     pub fn crest(&self, noise: f32) -> f32 {
         let distance = noise.abs();
-        // unlike `min`, which looks for NaN, one instruction
+        // unlike `min`, which handles NaN, one instruction
         let near = if distance < self.round { distance } else { self.round };
         (self.top - (distance - near)) - near * near * self.half_per_round
     }
@@ -78,7 +78,7 @@ mod tests {
         }
     }
 
-    /// Beyond the rounding it is 1 − |n|, and both value and slope pass over without a break.
+    /// Beyond the rounding it is 1 − |n|, and value and slope are continuous.
     #[test]
     fn a_crest_is_rounded_and_straight_beyond() {
         let fold = Fold::new(4.5, 1.0);

@@ -1,21 +1,21 @@
-//! Octaves of a fractal sum: wavelengths, weights, seeds; which of them a raster can represent.
+//! Octaves of a fractal sum: wavelengths, weights and seeds, and which of them a raster can represent.
 
 use orograph_graph::{World, mix};
 
 use super::lattice::Axis;
 
-/// A fractal sum as requested, in world units.
+/// A fractal sum in world units.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fractal {
     /// Wavelength of the first octave in metres.
     pub wavelength_m: f64,
-    /// Octaves requested; those too fine for the raster are left out.
+    /// Octaves requested; those too fine for the raster are omitted.
     pub octaves: i64,
     /// Ratio of each octave's wavelength to that of the next.
     pub lacunarity: f64,
     /// Ratio of each octave's amplitude to that of the one before.
     pub gain: f64,
-    /// Makes opposite sides of the world fit together; wavelengths are then rounded to whole fractions of its sides.
+    /// Makes opposite sides of the world match; wavelengths are then rounded to whole fractions of its sides.
     pub tileable: bool,
     /// Seed of the run.
     pub seed: u32,
@@ -30,15 +30,15 @@ pub(crate) struct Octave {
     pub seed: u32,
     /// Wavelength in cells.
     pub wavelength_cells: f64,
-    /// Its fraction of the sum of all requested octaves: gainᵏ / Σ gainᵏ.
+    /// Its weight as a fraction of all requested octaves: gainᵏ / Σ gainᵏ.
     pub share: f64,
-    /// How much of it the raster can represent: 1 for wavelengths of 4.8 cells and more, 0 for 2.4 and less.
+    /// Fraction that the raster can represent: 1 for wavelengths of 4.8 cells and more, 0 for 2.4 and less.
     pub fade: f64,
 }
 
 impl Octave {
-    /// The same octave at places that are `cells` cells of the world apart, less than a wavelength, and counted from
-    /// the world's corner, from the `first` column and row on.
+    /// Returns the same octave sampled every `cells` cells of the world, less than a wavelength, at places counted from
+    /// the world's corner, starting with column and row `first`.
     pub fn seen(&self, cells: f64, first: [i64; 2]) -> Self {
         let axes = [0, 1].map(|axis| self.axes[axis].seen(cells, first[axis]));
         Self { axes, ..*self }
@@ -48,9 +48,9 @@ impl Octave {
 impl Fractal {
     /// Returns the octaves that the cells of a world can represent, from coarse to fine.
     ///
-    /// 99 % of the energy of gradient noise is below 1.2 cycles per wavelength, so 2.4 cells per wavelength are
-    /// needed; the fade ends at twice that. An octave's weight is its part of the sum of all requested octaves,
-    /// whether the raster can represent them or not, so that a finer raster adds detail and changes nothing else.
+    /// 99 % of the energy of gradient noise is below 1.2 cycles per wavelength, so 2.4 cells per wavelength are needed;
+    /// the fade ends at twice that. An octave's weight is its fraction of all requested octaves, whether or not the
+    /// raster can represent them, so that a finer raster only adds detail.
     pub fn octaves(&self, world: &World) -> Vec<Octave> {
         let cell_m = world.cell_m();
         let total: f64 = self.amplitudes().sum();
@@ -80,8 +80,8 @@ impl Fractal {
             .collect()
     }
 
-    /// Returns all requested octaves at full weight, at places that are spread evenly over the cells of their
-    /// lattices and whose phases differ from octave to octave: for measuring the moments of sums and recursions.
+    /// Returns all requested octaves at full weight, sampled evenly over the cells of their lattices with phases that
+    /// differ from octave to octave: for measuring the moments of sums and recursions.
     pub fn spread(&self) -> Vec<Octave> {
         let total: f64 = self.amplitudes().sum();
         let octave = |(k, amplitude): (u32, f64)| {
@@ -94,7 +94,7 @@ impl Fractal {
         (0..).zip(self.amplitudes()).map(octave).collect()
     }
 
-    /// gainᵏ of every octave requested.
+    /// Returns gainᵏ of every requested octave.
     pub fn amplitudes(&self) -> impl Iterator<Item = f64> {
         let gain = self.gain;
         let octaves = usize::try_from(self.octaves).unwrap_or(0);
@@ -116,14 +116,14 @@ mod tests {
     #[test]
     fn the_raster_decides_how_many_octaves_there_are_and_nothing_else() {
         let (coarse, fine) = (octaves(20.0), octaves(10.0));
-        // 4000 m / 20 m = 200 cells; 200 / 2⁶ = 3.1 cells is the last above 2.4.
+        // 4000 m / 20 m = 200 cells; 200 / 2⁶ = 3.1 cells is the last wavelength above 2.4
         assert_eq!((coarse.len(), fine.len()), (7, 8));
         for (a, b) in coarse.iter().zip(&fine) {
             assert_eq!((a.seed, a.share.to_bits()), (b.seed, b.share.to_bits()));
         }
         assert_eq!((coarse[5].fade, fine[6].fade), (1.0, 1.0));
         assert!(coarse[6].fade > 0.0 && coarse[6].fade < 1.0);
-        // The shares of all octaves requested add up to 1.
+        // the weights of all requested octaves sum to 1
         let all: f64 = octaves(1e-3).iter().map(|octave| octave.share).sum();
         assert!((all - 1.0).abs() < 1e-12, "{all}");
     }

@@ -1,15 +1,15 @@
 //! Fractal gradient noise on a raster: the engine behind the noise generators.
 //!
 //! An octave is gradient noise (K. Perlin, 1985, "An image synthesizer"; 2002, "Improving noise") on a square lattice
-//! of one wavelength. Differences from the source: gradients are drawn by an integer hash instead of a permutation
-//! table, so the noise never repeats; there are 32 directions instead of 8, so that no direction stands out; and
-//! positions are fixed-point numbers of 32.32 bits built from cell indices, so that a tile has the bits of the whole
-//! and the fraction is as exact 1000 km from the origin as at it.
+//! of one wavelength. Differences from the source: gradients come from an integer hash instead of a permutation table,
+//! so the noise never repeats; there are 32 directions instead of 8, so that none is visible; and positions are 32.32
+//! fixed-point numbers built from cell indices, so that a tile has the bits of the whole and the fraction is as exact
+//! 1000 km from the origin as at the origin.
 //!
-//! Lattices lie along rows and columns, because almost all work is then shared by the samples of a row or a column
-//! (see `sheet`). The artefacts of a square lattice, its preference for axes and its zeros at lattice points, are
-//! removed at the source: by windows and draws whose power is the same in every direction (see `basis`). Lattices are
-//! shifted and seeded octave by octave. Tests measure the power by direction.
+//! Lattices are aligned with rows and columns, so that samples of a row or column share almost all work (see `sheet`).
+//! The artefacts of a square lattice, its preference for axes and its zeros at lattice points, are removed at the
+//! source: by windows and draws with an isotropic power spectrum (see `basis`). Each octave has its own shift and seed.
+//! Tests measure the power by direction.
 
 mod basis;
 pub(crate) mod cells;
@@ -43,7 +43,7 @@ choice! {
 }
 
 impl Gradients {
-    /// The noise that they select.
+    /// Returns the kind of noise.
     pub(crate) const fn basis(self) -> Basis {
         match self {
             Self::Even => Basis::Bell,
@@ -51,8 +51,8 @@ impl Gradients {
         }
     }
 
-    /// Factor that brings their noise to the standard deviation of Perlin's of 2002 scaled to ±1, 0.305, which is
-    /// what the parameters of the literature's recursions are meant for.
+    /// Returns the factor that scales the noise to the standard deviation of Perlin's of 2002 at a range of ±1, 0.305,
+    /// for which the parameters of published recursions are intended.
     pub(crate) const fn even_scale(self) -> f32 {
         match self {
             Self::Even => 0.935,
@@ -61,8 +61,8 @@ impl Gradients {
     }
 }
 
-/// Declares the parameters of a fractal of gradient noise with its defaults, preceded and interleaved by the node's
-/// own. `Params` also gets the method `fractal`, from the seed of the run.
+/// Declares the parameters of a fractal of gradient noise with its defaults, preceded by and interleaved with the
+/// node's own. `Params` also gets the method `fractal`, which takes the seed of the run.
 macro_rules! fractal_params {
     ($([$($first:tt)*])? wavelength: $wavelength:literal, lacunarity: $lacunarity:literal, gain: $gain:literal;
         $($own:tt)*) => {
@@ -86,7 +86,7 @@ macro_rules! fractal_params {
         }
 
         impl Params {
-            /// The fractal of a run with that seed.
+            /// Returns the fractal of a run with that seed.
             fn fractal(&self, seed: u32) -> $crate::numerics::noise::Fractal {
                 $crate::numerics::noise::Fractal {
                     wavelength_m: self.wavelength,

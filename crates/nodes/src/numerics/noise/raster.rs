@@ -1,5 +1,5 @@
-//! Evaluation of octaves on a raster: bands of rows in parallel, divided into strips of columns, in which columns are
-//! computed in SIMD lanes.
+//! Evaluates octaves on a raster: bands of rows in parallel, divided into strips of columns, whose columns are SIMD
+//! lanes.
 
 use std::ops::Range;
 
@@ -12,70 +12,69 @@ use crate::numerics::{par, simd::simd};
 /// Noise of an octave at several samples.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Noise {
-    /// The noise.
+    /// Values.
     pub value: [f32; LANES],
-    /// Its slopes along x and y, per wavelength; 0 where [`Combine::SLOPES`] is not requested.
+    /// Slopes along x and y, per wavelength; 0 unless [`Combine::SLOPES`] requests them.
     pub slope: [[f32; LANES]; 2],
 }
 
 impl Noise {
-    /// Noise without slopes.
+    /// Creates noise without slopes.
     #[inline(always)]
     pub fn level(value: [f32; LANES]) -> Self {
         Self { value, slope: [[0.0; LANES]; 2] }
     }
 }
 
-/// A strip of columns in rows that are longer.
+/// A strip of columns within longer rows.
 pub(crate) struct Patch<'a> {
     rows: &'a mut [f32],
-    /// Samples in a row.
+    /// Samples per row.
     nx: usize,
     columns: Range<usize>,
 }
 
 impl<'a> Patch<'a> {
-    /// These columns of rows of `nx` samples, at most [`STRIP`] columns and [`BAND`] rows.
+    /// Creates a strip of rows of `nx` samples, with at most [`STRIP`] columns and [`BAND`] rows.
     pub fn new(rows: &'a mut [f32], nx: usize, columns: Range<usize>) -> Self {
         Self { rows, nx, columns }
     }
 
-    /// Columns.
+    /// Returns the number of columns.
     pub fn width(&self) -> usize {
         self.columns.len()
     }
 
-    /// Rows.
+    /// Returns the number of rows.
     pub fn height(&self) -> usize {
         self.rows.len() / self.nx
     }
 
-    /// Some of the rows.
+    /// Returns a range of its rows.
     pub fn part(&mut self, rows: Range<usize>) -> Patch<'_> {
         let rows = &mut self.rows[rows.start * self.nx..rows.end * self.nx];
         Patch { rows, nx: self.nx, columns: self.columns.clone() }
     }
 
-    /// The samples, row by row.
+    /// Returns the samples, row by row.
     #[inline(always)]
     pub fn rows(&mut self) -> impl Iterator<Item = &mut [f32]> {
         self.rows.chunks_exact_mut(self.nx).map(|row| &mut row[self.columns.clone()])
     }
 }
 
-/// The stacked octaves of a fractal.
+/// The octaves of a fractal, evaluated together.
 pub(crate) trait Stack {
-    /// Combines them to the heights of a patch whose first cell is `origin` in the world.
+    /// Combines the octaves into the heights of a patch whose first cell is `origin` in the world.
     fn strip<C: Combine>(&mut self, combine: &C, origin: [u32; 2], patch: &mut Patch<'_>);
 }
 
-/// An octave of any noise on a strip of columns and a band of rows, computed sample by sample.
+/// An octave of any noise on a strip of columns and a band of rows, evaluated sample by sample.
 pub(crate) trait Layer {
-    /// Places it over `cells` cells of the world from `origin` on, at most [`STRIP`] columns and [`BAND`] rows.
+    /// Prepares `cells` cells of the world from `origin` on, at most [`STRIP`] columns and [`BAND`] rows.
     fn lay(&mut self, origin: [u32; 2], cells: [usize; 2]);
 
-    /// Adds the octave to the states of all rows, for [`LANES`] columns of the strip from the column `x` of the world
-    /// on.
+    /// Adds the octave to the states of all rows, for [`LANES`] columns of the strip from column `x` of the world on.
     fn add<C: Combine>(&mut self, combine: &C, octave: usize, x: u32, states: &mut [C::State]);
 }
 
@@ -105,7 +104,7 @@ pub(crate) trait Combine: Sync {
     /// True if it uses the slopes of the noise.
     const SLOPES: bool = false;
 
-    /// The constants of an octave.
+    /// Returns the constants of an octave.
     fn layer(&self, octave: usize) -> Self::Layer;
 
     /// Returns the state before the first octave.
@@ -126,7 +125,7 @@ pub(crate) trait Combine: Sync {
     fn finish(&self, state: &Self::State) -> Lanes;
 }
 
-/// Evaluates octaves, which `stack` makes for each band of rows, at the cells of the job's window and combines them.
+/// Evaluates octaves, which `stack` creates for each band of rows, at the cells of the job's window and combines them.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -150,7 +149,7 @@ pub(crate) fn raster<S: Stack, C: Combine>(
     Ok(out)
 }
 
-/// The same at the first places of the octaves' own axes, so many along each, wherever these lie.
+/// As [`raster`], at the first `nx` by `ny` places of the octaves' own axes.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].

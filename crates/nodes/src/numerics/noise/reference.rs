@@ -1,4 +1,4 @@
-//! One sample at a time: the reference that the evaluation by sheets must equal bit for bit.
+//! Reference: noise sample by sample, which the sheets must equal bit for bit.
 
 use super::{
     Basis, Octave,
@@ -6,7 +6,7 @@ use super::{
     lattice::{Axis, hash, hash_row},
 };
 
-/// Noise of one octave at a cell of the world, times `scale`, in the order of operations that defines it.
+/// Returns the noise of one octave at a cell of the world, times `scale`, in the defining order of operations.
 pub(crate) fn sample(octave: &Octave, basis: Basis, scale: f32, cell: [u32; 2]) -> f32 {
     let [s, t] = place(octave, cell).map(|place| basis.weights(place));
     let [a, b, c, d] = corners(octave, basis, scale, cell);
@@ -20,13 +20,13 @@ pub(crate) fn sample(octave: &Octave, basis: Basis, scale: f32, cell: [u32; 2]) 
     (above_phi * t[0] + above_psi * t[1]) + (below_phi * t[2] + below_psi * t[3])
 }
 
-/// The place of a cell in its lattice cell.
+/// Returns the position of a cell in its lattice cell.
 fn place(octave: &Octave, [x, y]: [u32; 2]) -> [f32; 2] {
     let [along, down] = octave.axes;
     [Axis::fraction(along.at(x)), Axis::fraction(down.at(y))]
 }
 
-/// The draws at the corners (0, 0), (1, 0), (0, 1) and (1, 1) of a cell's lattice cell.
+/// Returns the draws at the corners (0, 0), (1, 0), (0, 1) and (1, 1) of a cell's lattice cell.
 fn corners(octave: &Octave, basis: Basis, scale: f32, [x, y]: [u32; 2]) -> [Draw; 4] {
     let [along, down] = octave.axes;
     let draws = Draws::new(basis, scale);
@@ -36,7 +36,7 @@ fn corners(octave: &Octave, basis: Basis, scale: f32, [x, y]: [u32; 2]) -> [Draw
     })
 }
 
-/// Perlin's noise of 2002 at a cell of the world in double precision, as textbooks write it.
+/// Returns Perlin's noise of 2002 at a cell of the world in double precision, in its textbook form.
 pub(crate) fn textbook_at(octave: &Octave, cell: [u32; 2]) -> f64 {
     let corners = corners(octave, Basis::Classic, 1.0, cell).map(|[_, x, y, _]| [f64::from(x), f64::from(y)]);
     textbook(corners, place(octave, cell).map(f64::from))
@@ -58,15 +58,15 @@ mod tests {
     use super::*;
     use crate::numerics::noise::Fractal;
 
-    /// An octave of 64 cells a wavelength without a shift: every 64th cell is a lattice point.
+    /// An octave of 64 cells per wavelength without a shift: every 64th cell is a lattice point.
     fn octave() -> Octave {
         let fractal = Fractal { wavelength_m: 64.0, octaves: 1, lacunarity: 2.0, gain: 0.5, tileable: false, seed: 11 };
         let axes = [Axis { base: 0, step: 1 << 26, period: 0 }; 2];
         Octave { axes, ..fractal.octaves(&crate::testing::world(100, 100, 1.0))[0] }
     }
 
-    /// At lattice points the noise is their value, which for the classic is 0; a long search comes near the maximum
-    /// possible and not beyond.
+    /// At lattice points the noise is their value, which is 0 for `Classic`. A long search comes close to the bound and
+    /// does not exceed it.
     #[test]
     fn noise_has_its_values_at_lattice_points_and_is_within_one() {
         for (basis, near) in [(Basis::Bell, 0.7), (Basis::Classic, 0.9), (Basis::Value, 0.99)] {
@@ -81,7 +81,7 @@ mod tests {
         }
     }
 
-    /// The maximum of noise at a place is the largest sum of its draws there; over a grid of places it is 1.
+    /// The maximum of noise at a place is the largest sum of draws there; over a grid of places it is 1.
     #[test]
     fn the_scale_is_the_bound() {
         let basis = Basis::Bell;
@@ -99,14 +99,14 @@ mod tests {
         assert!(most > 0.999 && most <= 1.000_1, "{most}");
     }
 
-    /// The windows and their first two derivatives pass smoothly over lattice lines, where the noise is therefore twice
+    /// The windows and their first two derivatives are continuous across lattice lines, so the noise is twice
     /// continuously differentiable: at the ends they and their differences vanish, in the middle both sides agree.
     #[test]
     fn windows_are_smooth_at_lattice_lines() {
         let h = 1e-2_f32;
         for basis in [Basis::Bell, Basis::Classic, Basis::Value] {
             let [phi, psi, after_phi, after_psi] = basis.weights(1.0 - h);
-            // (1 − s²)³ and the fade end like h³: below 20 h³ with their factors
+            // (1 − s²)³ and the fade decrease like h³ at the end: below 20 h³ with their factors
             assert!(phi.abs() < 20.0 * h * h * h && psi.abs() < 20.0 * h * h * h, "{basis:?} {phi} {psi}");
             let [before_phi, before_psi, ..] = basis.weights(h);
             assert!((before_phi - after_phi).abs() < 1e-6 && (before_psi + after_psi).abs() < 1e-6);

@@ -1,7 +1,7 @@
 //! An octave at places displaced from the samples, each by its own shift.
 //!
-//! Nothing can then be shared by rows or columns: every sample draws its own four lattice points. It is about ten
-//! times the work of a [`super::sheet::Sheets`], and with shifts of 0 it gives the same noise, to rounding.
+//! Rows and columns share no work then: every sample draws its own four lattice points. It takes about ten times the
+//! work of [`super::sheet::Sheets`]; with shifts of 0 it gives the same noise, to rounding.
 
 use super::{
     Octave,
@@ -24,12 +24,12 @@ pub(crate) struct Scattered {
 }
 
 impl Scattered {
-    /// An octave of a kind of noise, with a factor on it.
+    /// Creates an octave of a kind of noise with a scale.
     pub fn new(octave: Octave, basis: Basis, scale: f32) -> Self {
         Self { draws: Draws::new(basis, scale), octave, basis, top: 0 }
     }
 
-    /// Octaves of a kind of noise, with the same factor on each.
+    /// Creates octaves of a kind of noise with the same scale.
     pub fn all(octaves: &[Octave], basis: Basis, scale: f32) -> Vec<Self> {
         octaves.iter().map(|octave| Self::new(*octave, basis, scale)).collect()
     }
@@ -45,20 +45,20 @@ impl Layer for Scattered {
     }
 }
 
-/// Converts a whole number of less than 2²² to an integer, without the branches of a general conversion.
+/// Converts a whole number below 2²² to an integer, without the branches of a general conversion.
 #[inline(always)]
 fn integer(whole: f32) -> i32 {
     (whole + 12_582_912.0).to_bits() as i32 - 0x4b40_0000
 }
 
-/// Places of samples along one axis: lattice cells and fractions in them.
+/// Positions of samples along one axis: lattice cells and fractions in them.
 struct Places {
     cells: [i32; LANES],
     fractions: [f32; LANES],
 }
 
 impl Places {
-    /// Positions on the lattice, moved by shifts in wavelengths.
+    /// Returns positions on the lattice, displaced by shifts in wavelengths.
     #[inline(always)]
     fn new(positions: &[i64; LANES], shifts: &[f32; LANES]) -> Self {
         let mut places = Self { cells: [0; LANES], fractions: [0.0; LANES] };
@@ -66,7 +66,7 @@ impl Places {
             let shift = if shifts[lane] > -FARTHEST { shifts[lane] } else { -FARTHEST };
             let shift = if shift < FARTHEST { shift } else { FARTHEST };
             let whole = shift.floor();
-            // 24 bits of the rest, in two parts
+            // 24 bits of the fraction, in two parts
             let part = (shift - whole) * 4096.0;
             let (high, low) = (part.floor(), ((part - part.floor()) * 4096.0).floor());
             let moved = positions[lane]
@@ -79,7 +79,7 @@ impl Places {
         places
     }
 
-    /// The numbers of the lattice lines before and after each sample.
+    /// Returns the indices of the lattice lines before and after each sample.
     #[inline(always)]
     fn lines(&self, axis: Axis) -> [[i32; LANES]; 2] {
         let mut lines = [self.cells; 2];
@@ -94,7 +94,7 @@ impl Places {
 }
 
 simd! {
-    /// One octave for each row of samples.
+    /// Evaluates one octave for each row of samples.
     fn scatter<C: Combine>(layer: &Scattered, combine: &C, octave: usize, x: u32, states: &mut [C::State]) {
         let constants = combine.layer(octave);
         let [along, down] = layer.octave.axes;
@@ -111,7 +111,7 @@ simd! {
     }
 }
 
-/// The noise and its slopes at places.
+/// Returns the noise and its slopes at places.
 #[inline(always)]
 fn noise(layer: &Scattered, across: &Places, below: &Places) -> Noise {
     let [along, down] = layer.octave.axes;
@@ -174,7 +174,7 @@ mod tests {
     const FRACTAL: Fractal =
         Fractal { wavelength_m: 700.0, octaves: 1, lacunarity: 2.0, gain: 0.5, tileable: false, seed: 3 };
 
-    /// A part of the noise: itself or a slope, at a shift in wavelengths.
+    /// One component of the noise, its value or a slope, at a shift in wavelengths.
     struct Part<const WHICH: usize> {
         shift: [f32; 2],
     }
@@ -208,7 +208,7 @@ mod tests {
         }
     }
 
-    /// 128 x 128 samples from a place on.
+    /// Returns 128 x 128 samples from a place on.
     fn samples<const WHICH: usize>(mut stack: impl Stack, origin: [u32; 2], shift: [f32; 2]) -> Vec<f32> {
         let mut out = vec![0.0; 128 * 128];
         stack.strip(&Part::<WHICH> { shift }, origin, &mut Patch::new(&mut out, 128, 0..128));
@@ -224,7 +224,7 @@ mod tests {
         assert!(worst < tolerance, "{worst}");
     }
 
-    /// To rounding of numbers of about 1, for the slopes about 5.
+    /// To the rounding of numbers of about 1, of slopes of about 5.
     #[test]
     fn noise_where_the_samples_are_is_that_of_the_sheet() {
         let tileable = Fractal { tileable: true, ..FRACTAL };
@@ -242,21 +242,21 @@ mod tests {
         }
     }
 
-    /// A shift by whole cells is the noise of those cells; 25 m are 1/28 of a wavelength, to 24 bits.
+    /// A shift by whole cells gives the noise of those cells; 25 m are 1/28 of a wavelength, to 24 bits.
     #[test]
     fn a_shift_takes_the_noise_from_there() {
         let octave = FRACTAL.octaves(&world(9000, 9000, 25.0))[0];
         let new = || Scattered::all(&[octave], Basis::Bell, 1.0);
         let (there, moved) = (samples::<0>(new(), [520, 30], [0.0; 2]), samples::<0>(new(), [100, 100], [15.0, -2.5]));
         close(&there, &moved, 1e-5);
-        // however far, and where there is none
+        // shifts beyond the limit and shifts that are not finite
         for shift in [f32::MAX, f32::MIN, f32::INFINITY, f32::NAN] {
             assert!(samples::<0>(new(), [100, 100], [shift; 2]).iter().all(|n| n.abs() <= 1.6));
         }
     }
 
-    /// The slopes are those of differences: over 1/2048 of a wavelength the error of a central difference is some
-    /// 1e-6, and rounding adds 3e-7 · 1024.
+    /// Slopes equal central differences over 1/2048 of a wavelength, whose error is some 1e-6; rounding adds 3e-7 ·
+    /// 1024.
     #[test]
     fn slopes_are_the_differences_of_the_noise() {
         for basis in [Basis::Bell, Basis::Classic, Basis::Value] {
@@ -277,14 +277,14 @@ mod tests {
         }
     }
 
-    /// On spread places an octave has its mean of 0 and its standard deviation, to the error of about 9000 cells; and
-    /// the moments are those of a raster.
+    /// At spread places an octave has its mean of 0 and its standard deviation, to the sampling error of about 9000
+    /// cells.
     #[test]
     fn spread_places_give_the_moments() {
         let mut sheets = sheets(FRACTAL.spread()[0], Basis::Classic);
         let (mean, std) = moments(&mut sheets, &Part::<0> { shift: [0.0; 2] }, 256);
         assert!(mean.abs() < 0.005 && (std / 0.2156 - 1.0).abs() < 0.015, "{mean} {std}");
-        // the literature's slope of Perlin's noise, 0.625 per wavelength along each axis
+        // published slope of Perlin's noise: 0.625 per wavelength along each axis
         let (mean, std) = moments(&mut sheets, &Part::<1> { shift: [0.0; 2] }, 256);
         assert!(mean.abs() < 0.01 && (std / 0.625 - 1.0).abs() < 0.015, "{mean} {std}");
     }

@@ -1,14 +1,13 @@
 //! Octaves of lattice noise on strips of columns and bands of rows.
 //!
-//! Every contribution of a lattice point is a product of a function of the column and one of the row (see
-//! [`super::basis`]). Points are therefore drawn once for a whole strip, lattice row by lattice row; their sums over
-//! lattice columns are computed once per lattice row for [`LANES`] columns of samples at a time; and the work left
-//! per sample and octave is four products and three sums, in parallel for as many columns, without a hash, a table or
-//! a branch. Between two rows where some octave reaches its next lattice row, all octaves are summed sample by
-//! sample, so that the state of a sample between octaves stays in registers and the heights are written once, along
-//! rows.
+//! Every contribution of a lattice point is a product of a function of the column and a function of the row (see
+//! [`super::basis`]). Points are therefore drawn once for a whole strip, lattice row by lattice row, and their sums
+//! over lattice columns are computed once per lattice row for [`LANES`] columns of samples at a time. The remaining
+//! work per sample and octave is four products and three sums, vectorised over columns, without a hash, a table or a
+//! branch. Between two rows where an octave reaches its next lattice row, all octaves are summed sample by sample, so
+//! that the state of a sample between octaves stays in registers and heights are written once, along rows.
 //!
-//! A sample's value depends only on its own place, never on where a strip begins, and is the same in every window.
+//! A sample's value depends only on its position, not on where a strip begins, and is the same in every window.
 
 use super::{
     Octave,
@@ -22,49 +21,49 @@ use crate::numerics::simd::simd;
 pub(super) const STRIP: usize = 1024;
 /// Maximum rows of a band.
 pub(super) const BAND: usize = 128;
-/// Columns that are computed in parallel.
+/// Columns per SIMD block.
 pub(crate) const LANES: usize = 16;
-/// Groups of columns that are computed in alternation, so that the data of their row is read once for all of them.
+/// Blocks of columns that are computed in alternation, so that the data of their row is read once for all of them.
 const TURNS: usize = 2;
-/// Columns of a strip that are completed before the next: their lines stay in the first-level cache.
+/// Columns of a strip that are completed before the next ones: their lines stay in the first-level cache.
 const TILE: usize = 128;
-/// Maximum rows that are computed tile by tile: memory is then written in few places at a time, each along a row.
+/// Maximum rows that are computed tile by tile: memory is then written at few addresses at a time, each along a row.
 const RUN: usize = 8;
 
-/// A number for each of the columns that are computed in parallel.
+/// A number for each column of a SIMD block.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct Lanes(pub [f32; LANES]);
 
 impl Lanes {
-    /// The same number in every column.
+    /// Returns the same number in every column.
     pub const fn splat(value: f32) -> Self {
         Self([value; LANES])
     }
 }
 
-/// Contributions of the lattice rows before and after a row of samples in each of the columns, without their weights
-/// in the row: the factors of φ and of ψ of the one, then of the other.
+/// Contributions of the lattice rows before and after a row of samples in each column, without the weights of the row:
+/// the factors of φ and of ψ of the row before, then of the row after.
 type Lines = [Lanes; 4];
-/// The same for columns that are computed in alternation.
+/// Lines of the blocks that are computed in alternation.
 type Sides = [Lines; TURNS];
 
 const NONE: Sides = [[Lanes::splat(0.0); 4]; TURNS];
 
-/// See the module.
+/// Octaves of lattice noise; see the module.
 pub(crate) struct Sheets {
     sheets: Vec<Sheet>,
-    /// True if there are slopes.
+    /// True if slopes are computed.
     sloped: bool,
     /// First row in the world and number of rows of the current band.
     band: [u32; 2],
-    /// Weights of each row of samples and in it of each octave, see [`super::basis::Basis::weights`].
+    /// Weights of each row of samples and of each octave in it, see [`super::basis::Basis::weights`].
     weights: Vec<[f32; 4]>,
-    /// Their derivatives along y, where there are slopes.
+    /// Derivatives of the weights along y, if slopes are computed.
     rates: Vec<[f32; 4]>,
-    /// The lines of columns that are computed in alternation, and for these of each octave.
+    /// Lines of each group of blocks, and of each octave in it.
     lines: Vec<Sides>,
-    /// Their derivatives along x, where there are slopes.
+    /// Derivatives of the lines along x, if slopes are computed.
     slope_lines: Vec<Sides>,
 }
 
@@ -73,25 +72,25 @@ struct Sheet {
     octave: Octave,
     basis: Basis,
     draws: Draws,
-    /// Rows of the band where a lattice row begins, and in the end their number.
+    /// Rows of the band at which a lattice row begins, and finally the number of rows.
     turns: Vec<usize>,
-    /// The lattice row after the rows of samples that are next, and how many turns there were.
+    /// The lattice row after the next rows of samples, and the number of turns so far.
     row: i32,
     turn: usize,
     /// Lattice column of the strip's first point.
     first: i32,
     /// Random draws at the points of a lattice row.
     points: Vec<Draw>,
-    /// The first point and the number of points of each [`LANES`] columns.
+    /// The first point and the number of points for each block of [`LANES`] columns.
     reaches: Vec<[usize; 2]>,
-    /// For these, one after the other, weights in each of the columns, 0 where they are out of a sample's reach.
+    /// Weights of these points in each column, one after the other; 0 where they are out of a sample's reach.
     columns: Vec<[Lanes; 2]>,
-    /// The derivatives of the weights, where there are slopes.
+    /// Derivatives of these weights, if slopes are computed.
     column_rates: Vec<[Lanes; 2]>,
 }
 
 impl Sheets {
-    /// Octaves of a kind of noise, with a factor on each.
+    /// Creates octaves of a kind of noise, each with its scale.
     pub fn new(octaves: &[Octave], basis: Basis, scale: impl Fn(&Octave) -> f32) -> Self {
         let sheets = octaves.iter().map(|octave| Sheet {
             draws: Draws::new(basis, scale(octave)),
@@ -117,12 +116,12 @@ impl Sheets {
         }
     }
 
-    /// The same with slopes, for recursions that use them.
+    /// Creates octaves with slopes, for recursions that use them.
     pub fn sloped(octaves: &[Octave], basis: Basis, scale: impl Fn(&Octave) -> f32) -> Self {
         Self { sloped: true, ..Self::new(octaves, basis, scale) }
     }
 
-    /// Computes everything that depends only on rows.
+    /// Computes the parts that depend only on rows.
     fn begin(&mut self, band: [u32; 2]) {
         if self.band == band {
             return;
@@ -197,7 +196,7 @@ impl Stack for Sheets {
 }
 
 simd! {
-    /// The weights of rows.
+    /// Computes the weights of rows.
     fn weigh(sheets: &mut Sheets) {
         let octaves = sheets.sheets.len();
         for (octave, sheet) in sheets.sheets.iter().enumerate() {
@@ -214,7 +213,7 @@ simd! {
 }
 
 simd! {
-    /// Prepares a strip: which lattice columns reach which columns of samples, with which weights.
+    /// Prepares a strip: the lattice columns within reach of each column of samples, and their weights.
     fn lay(sheet: &mut Sheet, x: u32, blocks: usize, sloped: bool) {
         let (axis, basis) = (sheet.octave.axes[0], sheet.basis);
         sheet.first = Axis::cell(axis.at(x));
@@ -242,7 +241,7 @@ simd! {
     }
 }
 
-/// Appends the weights that `count` lattice columns have in each of the columns with these places.
+/// Appends the weights of `count` lattice columns in each column of samples at these positions.
 #[inline(always)]
 fn spread(
     columns: &mut Vec<[Lanes; 2]>,
@@ -262,8 +261,7 @@ fn spread(
     columns.resize(start + count, [Lanes::splat(0.0); 2]);
     let own = cells.map(|cell| cell - cells[0]);
     for (column, parts) in (0..).zip(&mut columns[start..]) {
-        // Keeps the compiler from computing several columns or weights side by side instead of lanes, which is far
-        // slower.
+        // keeps the compiler from vectorising over columns or weights instead of lanes, which is far slower
         let (own, weights) = std::hint::black_box((&own, &weights));
         let (own, mut here) = (*own, [[0; LANES]; 2]);
         for lane in 0..LANES {
@@ -282,7 +280,7 @@ fn spread(
 }
 
 simd! {
-    /// Advances one of several octaves to its next lattice row: the row after the samples is now before them.
+    /// Advances one of several octaves to its next lattice row: the row after the samples becomes the row before them.
     fn turn(sheet: &mut Sheet, lines: &mut [Sides], slope_lines: &mut [Sides], place: [usize; 2]) {
         let [octave, octaves] = place;
         let [along, down] = sheet.octave.axes;
@@ -321,7 +319,7 @@ fn sum_columns<'a>(
 }
 
 simd! {
-    /// Sums over lattice rows, octave after octave, and combines them: for rows between two turns.
+    /// Sums over lattice rows, octave after octave, and combines octaves: for rows between two turns.
     #[expect(clippy::needless_range_loop, reason = "lanes of several arrays side by side")]
     fn sum<C: Combine>(
         combine: &C,
@@ -355,7 +353,7 @@ simd! {
 }
 
 simd! {
-    /// The same with slopes; of lines and weights first the noise's and then their derivatives.
+    /// As [`sum`], with slopes; lines and weights are pairs of those of the noise and their derivatives.
     fn sum_sloped<C: Combine>(
         combine: &C,
         layers: &[C::Layer],
@@ -383,7 +381,7 @@ simd! {
     }
 }
 
-/// The noise with its slopes, from lines, weights and their derivatives.
+/// Returns the noise with its slopes, from lines, weights and their derivatives.
 #[inline(always)]
 fn sloped(lines: &Lines, along: &Lines, weights: &[f32; 4], rates: &[f32; 4]) -> Noise {
     let ([a, b, c, d], [e, f, g, h]) = (lines, along);
@@ -398,14 +396,14 @@ fn sloped(lines: &Lines, along: &Lines, weights: &[f32; 4], rates: &[f32; 4]) ->
     noise
 }
 
-/// The heights of a tile that begins with a column of the strip, in pieces that are computed by turns.
+/// Returns the heights of a tile that begins at a column of the strip, in the blocks that are computed in alternation.
 #[inline(always)]
 fn tiled(row: &mut [f32], column: usize) -> impl Iterator<Item = &mut [f32]> {
     let end = row.len().min(column + TILE);
     row[column..end].chunks_mut(LANES * TURNS)
 }
 
-/// Writes as many heights as fit.
+/// Writes as many heights as there is room for.
 #[inline(always)]
 pub(super) fn put<C: Combine, const N: usize>(combine: &C, states: &[C::State; N], heights: &mut [f32]) {
     let (whole, rest) = heights.as_chunks_mut::<LANES>();

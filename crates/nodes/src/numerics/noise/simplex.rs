@@ -1,8 +1,8 @@
 //! Simplex noise on a raster: gradients at the corners of triangles.
 //!
-//! K. Perlin (2001), "Noise hardware"; S. Gustavson (2005), "Simplex noise demystified"; the radius of the kernels,
-//! the factor and the 24 directions are those of OpenSimplex2 (K. Spencer, 2020). Differences: the lattice of
-//! triangles is skewed in the fixed-point numbers of `lattice`, so that a window has the bits of the whole.
+//! K. Perlin (2001), "Noise hardware"; S. Gustavson (2005), "Simplex noise demystified"; the radius of the kernels, the
+//! scale and the 24 directions are those of OpenSimplex2 (K. Spencer, 2020). Differences: the triangular lattice is
+//! skewed in the fixed-point numbers of `lattice`, so that a window has the bits of the whole.
 
 use super::{
     Octave,
@@ -11,20 +11,20 @@ use super::{
 };
 use crate::numerics::{math::lane, simd::simd};
 
-/// (√3 − 1) / 2 in 0.32 fixed point: what is added to both coordinates, times their sum, makes squares of pairs of
-/// triangles.
+/// (√3 − 1) / 2 in 0.32 fixed point: the sum of both coordinates times this, added to each of them, turns pairs of
+/// triangles into squares.
 const SKEW: i64 = 1_572_067_138;
 /// (3 − √3) / 6: the inverse transformation.
 const UNSKEW: f32 = 0.211_324_87;
 /// The square of a kernel's radius.
 const REACH: f32 = 0.5;
-/// Brings the noise to ±1.
+/// Scales the noise to ±1.
 pub(crate) const SCALE: f32 = 99.836_85;
-/// Factor by which a lattice is finer than the requested wavelength, so that its features are as large as those of
-/// gradient noise on squares.
+/// Ratio of the requested wavelength to that of the lattice, with which features are as large as those of gradient
+/// noise on squares.
 pub(crate) const FINER: f64 = 0.8;
 
-/// Directions: they are 15° apart, from 7.5° on, in 2³²nds of a turn.
+/// Number of gradient directions; they are 15° apart, starting at 7.5°. Their spacing is in 2³²nds of a turn.
 const DIRECTIONS: u32 = 24;
 const APART: u32 = u32::MAX / DIRECTIONS + 1;
 
@@ -38,7 +38,7 @@ pub(crate) struct Simplex {
 }
 
 impl Simplex {
-    /// An octave with a factor on it.
+    /// Creates an octave with a scale.
     pub fn new(octave: Octave, scale: f32) -> Self {
         Self { octave, scale, top: 0 }
     }
@@ -65,7 +65,7 @@ impl Layer for Simplex {
 }
 
 simd! {
-    /// One octave for each row of samples.
+    /// Evaluates one octave for each row of samples.
     fn triangles<C: Combine>(layer: &Simplex, combine: &C, octave: usize, x: u32, states: &mut [C::State]) {
         let constants = combine.layer(octave);
         let (seed, [along, down]) = (layer.octave.seed, layer.octave.axes);
@@ -73,7 +73,7 @@ simd! {
         for (lane, column) in (0..).zip(&mut columns) {
             *column = along.at(x.wrapping_add(lane));
         }
-        // step by step for all lanes, each of which is a loop over vectors
+        // step by step for all lanes, each step a loop over vectors
         for (y, state) in (layer.top..).zip(states) {
             let row = down.at(y);
             let (mut cells, mut lines) = ([0; LANES], [0; LANES]);

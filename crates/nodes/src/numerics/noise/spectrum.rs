@@ -2,7 +2,7 @@
 
 use crate::numerics::math;
 
-/// Fast Fourier transform of a power of two of complex numbers, in place.
+/// Fast Fourier transform of complex numbers in place; their number is a power of two.
 fn transform(values: &mut [[f64; 2]]) {
     let n = values.len();
     let bits = n.trailing_zeros();
@@ -28,8 +28,8 @@ fn transform(values: &mut [[f64; 2]]) {
     }
 }
 
-/// Calls `each(along, down, power)` for each wave of an n x n raster, of frequencies from 0 to ½ a cell; mean removed,
-/// Hann window.
+/// Calls `each(along, down, power)` for each wave of an n x n raster, with frequencies from 0 to ½ per cell; mean
+/// removed, Hann window.
 fn waves(samples: &[f32], n: usize, mut each: impl FnMut(f64, f64, f64)) {
     let mean = samples.iter().map(|&v| f64::from(v)).sum::<f64>() / samples.len() as f64;
     let hann = |i: usize| 0.5 - 0.5 * math::cos(2.0 * std::f64::consts::PI * (i as f64 + 0.5) / n as f64);
@@ -54,10 +54,10 @@ fn waves(samples: &[f32], n: usize, mut each: impl FnMut(f64, f64, f64)) {
     }
 }
 
-/// The exponent β with which the radially averaged power spectral density of an n x n raster falls, f^-β, between two
+/// Returns the exponent β of the radially averaged power spectral density, f^-β, of an n x n raster between two
 /// wavelengths in cells, with equal weight per octave of frequency.
 pub(crate) fn fall(samples: &[f32], n: usize, shortest: f64, longest: f64) -> f64 {
-    // bins of a quarter octave of frequency: sum of log power is taken of the bin's mean power
+    // bins of a quarter octave of frequency; the fit uses the logarithm of each bin's mean power
     let bin = |frequency: f64| (math::log2(frequency * longest) * 4.0).floor();
     let bins = bin(1.0 / shortest) as usize;
     let mut sums = vec![(0.0, 0.0, 0.0); bins];
@@ -79,8 +79,8 @@ pub(crate) fn fall(samples: &[f32], n: usize, shortest: f64, longest: f64) -> f6
     -xy / xx
 }
 
-/// Power times the fourth power of frequency by direction, in bins of 9° from 0° to 90° and relative to their mean, of
-/// the waves of an n x n raster between two wavelengths in cells. Right angles are left out of directions.
+/// Returns the power times the fourth power of frequency by direction, in bins of 9° from 0° to 90° relative to their
+/// mean, for the waves of an n x n raster between two wavelengths in cells. Directions are taken modulo 90°.
 pub(crate) fn by_direction(samples: &[f32], n: usize, shortest: f64, longest: f64) -> [f64; 10] {
     let mut sums = [(0.0, 0.0); 10];
     waves(samples, n, |along, down, wave_power| {

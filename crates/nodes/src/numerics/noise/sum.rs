@@ -10,7 +10,7 @@ use super::{
     sheet::Sheets,
 };
 
-/// The sum of octaves of lattice noise, between ± `amplitude`, in the unit of that.
+/// Returns the sum of octaves of lattice noise, within ± `amplitude`, in its unit.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -19,7 +19,7 @@ pub(crate) fn lattices(job: &Job<'_>, octaves: &[Octave], basis: Basis, amplitud
     raster::raster(job, sheets, &Sum { start: 0.0 })
 }
 
-/// The same at the first places of the octaves' own axes, so many along each, see [`Octave::seen`].
+/// As [`lattices`], at the first `cells` places of the octaves' own axes, see [`Octave::seen`].
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -34,9 +34,8 @@ pub(crate) fn places(
     raster::places(job, cells, sheets, &Sum { start: 0.0 })
 }
 
-/// The slopes along x and y of a sum of octaves, in which each octave's are those per its own wavelength, times
-/// `amplitude` and its share. Their standard deviation is [`SLOPE`] times that of [`lattices`] for the same octaves
-/// of [`Basis::Bell`].
+/// Returns the slopes along x and y of a sum of octaves, each per its own wavelength, times `amplitude` and its weight.
+/// Their standard deviation is [`SLOPE`] times that of [`lattices`] for the same octaves of [`Basis::Bell`].
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -50,8 +49,7 @@ pub(crate) fn slopes(
     Ok([raster::raster(job, sheets, &Slope::<0>)?, raster::raster(job, sheets, &Slope::<1>)?])
 }
 
-/// Slope per wavelength and axis of an octave of [`Basis::Bell`] over its height: the ratio of their standard
-/// deviations.
+/// Standard deviation of the slope of an octave of [`Basis::Bell`], per wavelength and axis, over that of its height.
 pub(crate) const SLOPE: f64 = 2.337;
 
 /// The sum of the slopes along an axis.
@@ -81,12 +79,12 @@ impl<const AXIS: usize> Combine for Slope<AXIS> {
     }
 }
 
-/// An octave's share of the amplitude.
+/// Returns the amplitude of an octave.
 pub(crate) fn scale(octave: &Octave, amplitude: f64) -> f32 {
     (amplitude * octave.share * octave.fade) as f32
 }
 
-/// The sum of octaves and a number.
+/// The sum of octaves, starting from a number.
 pub(crate) struct Sum {
     /// The number.
     pub start: f32,

@@ -1,52 +1,53 @@
-//! Cells whose neighbourhoods are ranked together, with their surroundings, sorted by value.
+//! A block of cells with its halo, sorted by value.
 
 use super::{Padded, circle::Steps};
 use crate::numerics::math::{from_ordered, ordered};
 
-/// Members of a run.
+/// Maximum number of members of a run.
 pub const MEMBERS: usize = 64;
-/// Number of equal values from which they form their own run.
+/// Number of equal values from which they form a run of their own.
 const LEVEL: usize = 2 * MEMBERS;
 /// Adjacent cells whose neighbourhoods are counted at once.
 pub const LANES: usize = 32;
-/// Maximum number of bits of a value that are sorted at once.
+/// Maximum number of bits of a digit of the radix sort.
 const DIGIT: u32 = 13;
 
-/// Cells whose neighbourhoods are ranked together, with their surroundings.
+/// A block of cells with its halo, whose neighbourhoods are ranked together.
 #[derive(Default)]
 pub struct Block {
-    /// True if columns of the terrain are rows here.
+    /// True if the block is transposed: its rows are columns of the terrain.
     pub turned: bool,
-    /// Columns, with those around.
+    /// Columns, including the halo.
     pub width: usize,
-    /// Values in their order.
+    /// Values in ascending order.
     pub values: Vec<f32>,
     /// Runs of that order.
     pub runs: Vec<Run>,
-    /// True if the run is level.
+    /// True if any run is level.
     pub level: bool,
-    /// The run of each cell, and more for what reads beyond the last.
+    /// The run of each cell, padded for reads beyond the last.
     pub of: Vec<i16>,
     order: Vec<u64>,
     spare: Vec<u64>,
 }
 
-/// A stretch of the order of values.
+/// A range of the sorted values.
 #[repr(C, align(64))]
 pub struct Run {
-    /// Positions of the members in the block, along x and y; out of reach beyond the last. Empty for a level run.
+    /// Positions of the members in the block, along x and y, padded with positions that no circle contains. Unused in a
+    /// level run.
     pub xs: [i16; MEMBERS],
     pub ys: [i16; MEMBERS],
-    /// The rank of the first.
+    /// The rank of the first member.
     pub first: u32,
-    /// True if all values are equal; there may then be any number.
+    /// True if all values are equal; the number of members is then not limited.
     pub level: bool,
 }
 
 impl Block {
     /// Loads the values around cells from [x, y] on, and sorts them.
     ///
-    /// The block is transposed if the terrain falls along its columns rather than its rows, since ranks change least
+    /// The block is transposed if the terrain slopes along its columns rather than its rows, since ranks change least
     /// along contours.
     pub fn load(&mut self, from: &Padded, [x, y]: [usize; 2], cells: [usize; 2], steps: &Steps) {
         let [width, height] = cells.map(|count| count + 2 * steps.reach());
@@ -71,7 +72,7 @@ impl Block {
         self.divide();
     }
 
-    /// Divides the order into runs.
+    /// Divides the sorted values into runs.
     fn divide(&mut self) {
         let count = self.order.len();
         self.of.resize(count + LANES, 0);
@@ -101,8 +102,7 @@ impl Block {
     }
 }
 
-/// Sorts by the upper halves of numbers, which keep their order where these are equal: by digits, the last ones
-/// first, of as many as the numbers differ in.
+/// Stable radix sort by the upper halves of numbers, least significant digit first, over the bits in which they differ.
 fn sort(numbers: &mut Vec<u64>, spare: &mut Vec<u64>) {
     let (least, most) = numbers.iter().fold((u64::MAX, 0), |(least, most), n| (least.min(*n), most.max(*n)));
     let least = least >> 32 << 32;

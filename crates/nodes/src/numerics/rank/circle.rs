@@ -1,27 +1,27 @@
-//! The cells around one: a circle.
+//! The neighbourhood of a cell: a circle.
 
-/// Rectangles of a circle.
+/// Number of rectangles that approximate a circle.
 pub const STEPS: usize = 4;
-/// Half the sides of these rectangles, of a circle of radius 1: their corners lie on a circle that is as much larger
-/// as their union is smaller.
+/// Half sides of these rectangles for a circle of radius 1: their corners lie on a circle that is enlarged to
+/// compensate for the smaller area of their union.
 const SIDES: [f64; STEPS] = [0.210_68, 0.599_96, 0.897_90, 1.059_15];
 /// Circles of at most this many cells are sorted by a network: radius up to 2.8 cells.
 const SORTED: usize = 25;
-/// Circles of at most this many cells are exact, as four rectangles can represent them: radius up to 3.6 cells.
+/// Circles of at most this many cells are exact, since four rectangles can represent them: radius up to 3.6 cells.
 const EXACT: usize = 37;
 
-/// The cells around one.
+/// The neighbourhood of a cell.
 pub enum Circle {
-    /// Few: how far along x and y each is.
+    /// A small circle: the offsets of its cells along x and y.
     Cells(Vec<[i64; 2]>),
     Steps(Steps),
 }
 
-/// A circle made of rectangles, the same along both axes.
+/// A union of rectangles that is symmetric in x and y.
 #[derive(Clone, Copy, Debug)]
 pub struct Steps {
-    /// Half the width of each, less half a cell, from the narrowest and highest to the widest and lowest. Backwards
-    /// they are the heights.
+    /// Half widths of the rectangles, less half a cell, from the narrowest and highest to the widest and lowest. In
+    /// reverse order they are the half heights.
     widths: [i16; STEPS],
 }
 
@@ -65,16 +65,16 @@ impl Steps {
         self.widths[STEPS - 1] as usize
     }
 
-    /// Returns true if a cell at these offsets belongs to the circle.
+    /// Returns true if a cell at these absolute offsets belongs to the circle.
     #[inline(always)]
     pub fn contains(&self, x: i16, y: i16) -> bool {
         let [narrow, less, more, wide] = self.widths;
-        // the same along both axes, so that two rectangles are enough
+        // symmetric in x and y, so that two rectangles are enough
         let (near, far) = (x.min(y), x.max(y));
         ((near <= narrow) & (far <= wide)) | ((near <= less) & (far <= more))
     }
 
-    /// The rows, counted from the uppermost, and how many cells each has on either side of its middle.
+    /// Returns the rows, counted from the uppermost, with the number of cells on either side of the middle.
     pub fn rows(&self) -> impl Iterator<Item = (usize, usize)> {
         let (reach, widths) = (self.reach(), self.widths.map(|width| width as usize));
         (0..=2 * reach).map(move |row| {
@@ -83,8 +83,8 @@ impl Steps {
         })
     }
 
-    /// Columns of one height that lie side by side: the first of them, counted from the leftmost, how many there are,
-    /// and how many cells each has on either side of its middle.
+    /// Returns groups of adjacent columns of equal height: the first column, counted from the leftmost, the number of
+    /// columns, and the number of cells above and below the middle.
     pub fn stretches(&self) -> [[usize; 3]; 2 * STEPS - 1] {
         let (reach, widths) = (self.reach(), self.widths.map(|width| width as usize));
         let mut out = [[0; 3]; 2 * STEPS - 1];

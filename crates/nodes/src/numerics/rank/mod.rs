@@ -1,22 +1,22 @@
 //! Order statistics of the neighbourhood of each cell, such as the median: exact, at a cost that grows little with
 //! the radius.
 //!
-//! The surroundings of up to about twenty cells are sorted by a network of exchanges (K. E. Batcher, 1968, "Sorting
-//! networks and their applications", in the form of D. E. Knuth's algorithm M), sixteen places and more at once.
+//! Neighbourhoods of up to about twenty cells are sorted by a sorting network (K. E. Batcher, 1968, "Sorting networks
+//! and their applications", in the form of D. E. Knuth's algorithm M), sixteen or more places at once.
 //!
-//! For larger ones the terrain is processed in blocks, and each block sorts the values in its reach once. Going down
-//! a column of a block, only the rim of the neighbourhood changes, so the number of neighbours below a place in that
-//! order can be updated, for many columns at once; a few steps along the order then lead to the place with the rank.
-//! The result is exactly one of the values of the terrain, whatever the blocks (B. Weiss, 2025, "Fast isotropic
-//! median filtering"). Differences from the source: steps are runs of the order, not single values; runs of equal
-//! values are skipped; and a block is traversed along its contours rather than across. Neighbourhoods are not
-//! squares, which leave square marks, but above 3.6 cells circles of four steps (`circle`), with the circle's area
-//! and an edge that stays within 8 % of the radius.
+//! For larger ones the terrain is processed in blocks, and each block sorts the values within its reach once. From one
+//! row of a block to the next, only the boundary of the neighbourhood changes, so the number of neighbours below a
+//! position of that order can be updated, for many columns at once; a few steps along the order then lead to the
+//! requested rank. The result is exactly one of the values of the terrain and does not depend on the blocks (B. Weiss,
+//! 2025, "Fast isotropic median filtering"). Differences from the source: steps are runs of the order, not single
+//! values; runs of equal values are skipped; and a block is traversed along its contours rather than across.
+//! Neighbourhoods are not squares, which leave square marks: above 3.6 cells they are circles of four rectangles
+//! (`circle`), with the circle's area and an edge that deviates by at most 8 % of the radius.
 //!
-//! The rim and the steps grow with the radius, but dozens of cells are processed together: from 4 to 64 cells, 256
-//! times the area, the cost is three times as much. The cost comes from sorting the overlap of blocks twice, and from
-//! the steps where terrain is steep. There are many steps where the median jumps from cell to cell, as on stripes
-//! with cliffs between them; `docs/performance.md` has the times.
+//! The boundary and the number of steps grow with the radius, but dozens of cells are processed together: from 4 to 64
+//! cells, 256 times the area, the cost is three times as much. It comes from sorting the overlap of blocks twice, and
+//! from the steps on steep terrain. The worst case is a median that jumps from cell to cell, as on stripes with cliffs
+//! between them; `docs/performance.md` has the times.
 
 mod block;
 mod circle;
@@ -37,26 +37,27 @@ use super::{
     par,
 };
 
-/// The widest surroundings in cells; wider ones are counted in coarser cells of this share of the radius.
+/// Maximum radius in cells; for larger radii the terrain is averaged over coarser cells, of which a radius has this
+/// many.
 const MOST: f64 = 128.0;
 
-/// Continuation of terrain beyond the edges of a world that is not periodic.
+/// Extension of terrain beyond the sides of a world that is not periodic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Beyond {
-    /// Mirrored, so that there are no other values.
+    /// Mirrored, which adds no other values.
     Mirrored,
-    /// Rotated about the outermost cells, so that slopes continue.
+    /// Point-reflected at the outermost cells, so that slopes continue.
     Straight,
 }
 
-/// Metres around a cell that are read.
+/// Returns the distance around a cell in metres that is read.
 #[must_use]
 pub fn reach_m(radius_m: f64, cell_m: f64) -> f64 {
     if radius_m < cell_m { 0.0 } else { 1.2 * radius_m + 3.0 * cell_m }
 }
 
-/// Returns, for each cell, the value within a radius that a fraction `share` of the values are below, from 0, the
-/// minimum, to 1, the maximum; a half is the median. `progress` is the part of the job's progress that this is.
+/// Returns, for each cell, the value within a radius that exceeds a fraction `share` of the values: 0 is the minimum, 1
+/// the maximum, a half the median. `progress` is the part of the job's progress.
 ///
 /// A periodic world wraps around. A radius below one cell changes nothing.
 ///
@@ -100,18 +101,18 @@ pub fn bytes(window: &Window, radius_m: f64) -> u64 {
     let coarser = (radius / MOST).max(1.0);
     let margin = 2.0 * radius / coarser;
     let [nx, ny] = cells.map(|cells| (cells / coarser).ceil());
-    // with its surroundings, blocks, and both combined
+    // the raster with its halo; the blocks; and the result assembled from them
     let ranked = 4.0 * (nx + margin) * (ny + margin) + 8.0 * nx * ny;
     let coarse = if coarser > 1.0 { 4.0 * nx * ny } else { 0.0 };
     (ranked + coarse).max(2.0 * coarse + all) as u64
 }
 
-/// A raster with the margin that the neighbourhoods of its outermost cells need.
+/// A raster with a halo for the neighbourhoods of its outermost cells.
 struct Padded {
     samples: Vec<f32>,
-    /// Columns of `samples`.
+    /// Columns of `samples`, including the halo.
     width: usize,
-    /// Cells around the raster.
+    /// Width of the halo.
     margin: usize,
     /// Columns and rows of the raster.
     cells: [usize; 2],
@@ -124,7 +125,7 @@ impl Padded {
         let margin = circle.reach();
         let [nx, ny] = cells;
         let width = nx + 2 * margin;
-        // the cell at a place, and the one that it is rotated about
+        // the cell at a place, and the cell at which it is reflected
         let source = |at: usize, axis: usize| {
             let (at, last) = (at as i64 - margin as i64, cells[axis] as i64 - 1);
             if beyond == Beyond::Mirrored || ends[axis] == Ends::Wrap || (0..=last).contains(&at) {
@@ -167,10 +168,11 @@ impl Padded {
         Ok(out)
     }
 
-    /// The value of a rank, block by block.
+    /// Returns the value of a rank, block by block.
     fn swept(&self, job: &Job<'_>, steps: &Steps, rank: u16) -> Result<Vec<f32>, NodeError> {
         let [nx, ny] = self.cells;
-        // blocks of nearly one size: larger ones see less twice, smaller ones have fewer steps from row to row
+        // blocks of nearly equal size: larger ones have a smaller fraction of halo, smaller ones have fewer steps from
+        // row to row
         let side = (3 * steps.reach()).max(64);
         let sides = self.cells.map(|cells| cells.div_ceil((cells as f64 / side as f64).round().max(1.0) as usize));
         let corners: Vec<[usize; 2]> =

@@ -1,14 +1,14 @@
-//! The value of a rank by a network of exchanges.
+//! The value of a rank by a sorting network.
 
 use orograph_graph::{Job, NodeError};
 
 use super::Padded;
 use crate::numerics::{par, simd::simd};
 
-/// Places that a network works on at once.
+/// Places per SIMD block.
 const LANES: usize = 32;
 
-/// The value of a rank among the cells so far along x and y from each.
+/// Returns the value of a rank among the cells at these offsets along x and y from each cell.
 pub fn sorted(job: &Job<'_>, land: &Padded, around: &[[i64; 2]], rank: usize) -> Result<Vec<f32>, NodeError> {
     let [nx, ny] = land.cells;
     let exchanges = wanted(network(around.len()), around.len(), rank);
@@ -30,7 +30,7 @@ pub fn sorted(job: &Job<'_>, land: &Padded, around: &[[i64; 2]], rank: usize) ->
     Ok(out)
 }
 
-/// Pairs of places to compare and swap, in order, to sort that many values.
+/// Returns the pairs of places to compare and swap, in order, to sort that many values.
 fn network(count: usize) -> Vec<[usize; 2]> {
     let mut pairs = Vec::new();
     let top = count.next_power_of_two() / 2;
@@ -49,7 +49,7 @@ fn network(count: usize) -> Vec<[usize; 2]> {
     pairs
 }
 
-/// Those of the pairs that have a part in what comes to one place.
+/// Returns the pairs that affect the value at one place.
 fn wanted(mut pairs: Vec<[usize; 2]>, count: usize, place: usize) -> Vec<[usize; 2]> {
     let mut wanted = vec![false; count];
     wanted[place] = true;

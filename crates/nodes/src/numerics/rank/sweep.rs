@@ -1,4 +1,4 @@
-//! The sweep down a block: from the value of a rank around each cell of a row to those of the next.
+//! Sweeps down a block: the values of a rank in one row follow from those in the row before.
 
 use super::{
     block::{Block, LANES, MEMBERS, Run},
@@ -6,18 +6,18 @@ use super::{
 };
 use crate::numerics::simd::simd;
 
-/// Approximate number of cells of a circle that are sampled for a first guess.
+/// Approximate number of cells of a circle that the first guess samples.
 const GUESS: usize = 256;
-/// One in each byte.
+/// A one in each byte.
 const ONES: u64 = 0x0101_0101_0101_0101;
 
-/// Marks the members of a run in a circle: a byte of 1 or 0 for each.
+/// The members of a run inside a circle: a byte of 1 or 0 for each.
 type Inside = [u64; MEMBERS / 8];
 
-/// The values of a rank around the cells of a block, row by row.
+/// Returns the values of a rank around the cells of a block, row by row.
 pub fn ranked(block: &Block, [nx, ny]: [usize; 2], steps: &Steps, rank: u16) -> Vec<f32> {
     let mut out = vec![0.0; nx * ny];
-    // cells of `out` from one column of the block to the next, and from one row to the next
+    // offsets in `out` from one column of the block to the next, and from one row to the next
     let (across, down, pace) = if block.turned { (ny, nx, [nx, 1]) } else { (nx, ny, [1, nx]) };
     for first in (0..across).step_by(LANES) {
         let lanes = LANES.min(across - first);
@@ -27,12 +27,12 @@ pub fn ranked(block: &Block, [nx, ny]: [usize; 2], steps: &Steps, rank: u16) -> 
 }
 
 simd! {
-    /// The value of a rank around cells side by side and down the block: the first column, how many there are, how
-    /// many rows.
+    /// Writes the values of a rank for adjacent columns of the block; `part` is the first column, the number of columns
+    /// and the number of rows.
     ///
     /// Each lane has a current run and the number of cells of its circle in the runs before it; in a block with level
-    /// runs also the number in those up to it. One row further the cells at the rim are counted again, for all lanes
-    /// at once; then each lane moves from run to run to the one with the rank.
+    /// runs also the number up to and including it. For the next row, the cells that enter and leave the circle update
+    /// the counts, for all lanes at once; then each lane moves from run to run to the one with the rank.
     fn sweep(out: &mut [f32], pace: [usize; 2], block: &Block, part: [usize; 3], steps: &Steps, rank: u16) {
         let [first, lanes, rows] = part;
         let (width, reach, last) = (block.width, steps.reach(), block.runs.len() - 1);
@@ -129,8 +129,8 @@ fn guess(block: &Block, first: usize, steps: &Steps, total: usize, rank: u16) ->
     at
 }
 
-/// Adds the cells of a stretch of a row that lie in runs before that of each lane. The stretch begins at a place for
-/// the first lane and a cell further for each of the others.
+/// Adds the cells of a part of a row that lie in runs before that of each lane. The part begins at `from` for the first
+/// lane and one cell further for each following lane.
 #[inline(always)]
 fn count(counts: &mut [u16; LANES], runs: &[i16; LANES], block: &Block, from: usize, cells: usize) {
     let mut sums = *counts;
@@ -142,7 +142,7 @@ fn count(counts: &mut [u16; LANES], runs: &[i16; LANES], block: &Block, from: us
     *counts = sums;
 }
 
-/// Adds the cells of one stretch and subtracts those of another.
+/// Adds the cells of one part of a row and subtracts those of another.
 #[inline(always)]
 fn go_on(counts: &mut [u16; LANES], runs: &[i16; LANES], block: &Block, [more, less]: [usize; 2], cells: usize) {
     let mut sums = *counts;
@@ -188,18 +188,18 @@ fn members(run: &Run, place: [usize; 2], steps: &Steps) -> Inside {
     words
 }
 
-/// Returns their number.
+/// Returns the number of members inside the circle.
 #[inline(always)]
 fn sum(inside: &Inside) -> u16 {
-    // no byte of the sum is above 8, and the uppermost of the product has the sum of all
+    // no byte of the sum is above 8, and the highest byte of the product is the sum of all
     (inside.iter().sum::<u64>().wrapping_mul(ONES) >> 56) as u16
 }
 
-/// Returns the one with a given rank among them.
+/// Returns the member of a given rank among them.
 #[inline(always)]
 fn select(inside: &Inside, rank: u16) -> usize {
     const TOPS: u64 = ONES << 7;
-    // in each byte, how many of the word there are up to it
+    // each byte is the number of members of the word up to and including it
     let sums = inside.map(|word| word.wrapping_mul(ONES));
     let rank = u64::from(rank);
     let (mut word, mut before, mut seen) = (0, 0, 0);
@@ -209,7 +209,7 @@ fn select(inside: &Inside, rank: u16) -> usize {
         word += usize::from(past);
         before = if past { seen } else { before };
     }
-    // the top bit stays where there are more than the rest
+    // the top bit remains in bytes that exceed the remaining rank
     let more = ((sums[word] | TOPS) - (rank - before + 1) * ONES) & TOPS;
     8 * word + (more.trailing_zeros() / 8) as usize
 }

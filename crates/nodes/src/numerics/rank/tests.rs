@@ -1,4 +1,4 @@
-//! Ranks against sorted surroundings, on level, steep and periodic land.
+//! Ranks compared with sorted neighbourhoods, on level, steep and periodic terrain.
 
 use orograph_graph::{Boundary, Edge, Window, World, mix};
 
@@ -9,7 +9,7 @@ fn ranked(window: Window, samples: &[f32], radius_m: f64, share: f64) -> Vec<f32
     with_job(window, |job| rank(job, [0.0, 1.0], samples, radius_m, share, Beyond::Mirrored)).expect("a result")
 }
 
-/// Sorts the surroundings of each cell.
+/// Reference: sorts the neighbourhood of each cell.
 fn brute_force(window: &Window, samples: &[f32], radius: f64, share: f64) -> Vec<f32> {
     let ends = [0, 1].map(|axis| Ends::of(window, axis));
     let circle = Circle::new(radius);
@@ -36,7 +36,7 @@ fn brute_force(window: &Window, samples: &[f32], radius: f64, share: f64) -> Vec
 }
 
 fn rough(count: usize) -> Vec<f32> {
-    // signs, equal values and values of all sizes
+    // both signs, equal values and values of all magnitudes
     (0..count as u32).map(|at| ((mix(at) % 997) as f32 - 400.0) * (mix(at + 7) % 5) as f32 * 0.37).collect()
 }
 
@@ -64,7 +64,7 @@ fn values_are_those_of_sorted_surroundings() {
     }
 }
 
-/// Masks, terraces and seas have many equal values, which form their own runs, and ranks skip them.
+/// Masks, terraces and seas have many equal values, which form runs of their own that are skipped.
 #[test]
 fn equal_values_are_ranked_as_others_are() {
     let window = Window::whole(world(130, 110, 1.0));
@@ -83,7 +83,7 @@ fn equal_values_are_ranked_as_others_are() {
     }
 }
 
-/// Whether the terrain falls along its rows or its columns.
+/// Terrain that slopes along its rows and terrain that slopes along its columns give the same ranks.
 #[test]
 fn blocks_may_be_turned() {
     let window = Window::whole(world(140, 75, 1.0));
@@ -136,14 +136,14 @@ fn circles_have_the_area_of_circles() {
     for radius in [4.0, 7.5, 20.0, 63.0, 128.0] {
         let circle = Circle::new(radius);
         let share = circle.count() as f64 / (std::f64::consts::PI * radius * radius);
-        // half a cell at an edge of 6 radii
+        // half a cell along a circumference of 6 radii
         assert!((share - 1.0).abs() < 0.9 / radius, "{radius}: {share}");
         assert!(circle.count() < usize::from(u16::MAX));
     }
 }
 
-/// Beyond 128 cells coarser ones of a 128th of the radius are counted; on land of waves as long as the radius that is
-/// less than a percent of their height.
+/// Above 128 cells, neighbourhoods are counted in coarser cells of a 128th of the radius; for waves as long as the
+/// radius the error is less than a percent of their height.
 #[test]
 fn wide_surroundings_are_counted_in_coarser_cells() {
     let window = Window::whole(world(420, 6, 1.0));

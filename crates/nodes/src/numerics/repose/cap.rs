@@ -1,10 +1,11 @@
-//! Rock that holds up to an angle: the highest surface below the land that is nowhere steeper.
+//! Stable rock: the highest surface at or below the terrain that is nowhere steeper than a given slope.
 //!
-//! `h'(x) = min over y of (h(y) + S |x − y|)`, the viscosity solution of `|∇h'| = S` below the obstacle `h`. On cells,
-//! each is held to what the wave front through one of its eight neighbours and the next allows, which is exact for
-//! straight fronts at any azimuth, so that no direction shows (J. N. Tsitsiklis, 1995, IEEE Trans. Autom. Control 40;
-//! there with Dijkstra's order, here by sweeps over blocks in alternating directions, as H. Zhao, 2005, Math. Comp. 74).
-//! Blocks that changed wake themselves and those around them. A cell depends only on lower ones, so every order ends at one surface.
+//! `h'(x) = min over y of (h(y) + S |x − y|)`, the viscosity solution of `|∇h'| = S` below the obstacle `h`. Each cell
+//! is limited by the plane wave fronts through every adjacent pair of its eight neighbours. This is exact for straight
+//! fronts at any azimuth, so that the result is isotropic (J. N. Tsitsiklis, 1995, IEEE Trans. Autom. Control 40; there
+//! in Dijkstra's order, here by fast sweeping of blocks in alternating directions, as in H. Zhao, 2005, Math. Comp.
+//! 74). Blocks that changed are swept again, and so are their neighbours. A cell depends only on lower ones, so the
+//! result does not depend on the order.
 
 use orograph_graph::NodeError;
 
@@ -12,14 +13,14 @@ use super::{Land, pace::beside};
 use crate::numerics::par;
 use crate::prelude::Job;
 
-/// Cells a side of a block.
+/// Cells per side of a block.
 const BLOCK: usize = 64;
 
-/// Cells a side of a block with its ring.
+/// Cells per side of a block with its halo.
 const RINGED: usize = BLOCK + 2;
 
-/// The surface that holds up to `rise` between neighbours (m), where that is finite; the land's own where it is not.
-/// What is closed holds nothing up and takes nothing down.
+/// Returns the highest surface that rises by at most `rise` between neighbours (m) where that is finite, and is the
+/// terrain elsewhere. Closed cells neither limit others nor are lowered.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -57,12 +58,12 @@ pub fn capped(land: &Land<'_>, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
     Ok(surface)
 }
 
-/// A block lowered as far as it goes while all around it stays; none if it stands.
+/// Lowers a block as far as its fixed halo allows. Returns None if no cell was lowered.
 fn relaxed(land: &Land<'_>, surface: &[f32], [bi, bj]: [usize; 2]) -> Option<Vec<f32>> {
     let [nx, ny] = land.cells;
     let (wide, high) = (BLOCK.min(nx - bi * BLOCK), BLOCK.min(ny - bj * BLOCK));
     let mut cells = vec![f32::INFINITY; RINGED * RINGED];
-    // the row or column of the land that a block's is
+    // the terrain's row or column for one of the block
     let place = |first: usize, k: usize, n: usize, wraps: bool| match (first + k).checked_sub(1) {
         Some(at) if at < n => Some(at),
         Some(at) => wraps.then_some(at - n),
@@ -104,13 +105,13 @@ fn relaxed(land: &Land<'_>, surface: &[f32], [bi, bj]: [usize; 2]) -> Option<Vec
     lowered.then_some(cells)
 }
 
-/// How high the neighbours let a cell stand.
+/// Returns the greatest height of a cell that its neighbours allow.
 #[inline(always)]
 fn allowed(cells: &[f32], at: usize, rise: f32) -> f32 {
     let row = |k: usize| -> [f32; 3] { [cells[k - 1], cells[k], cells[k + 1]] };
     let ([a, b, c], [d, _, e], [f, g, h]) = (row(at - RINGED), row(at), row(at + RINGED));
     let mut most = a.min(c).min(f).min(h) + std::f32::consts::SQRT_2 * rise;
-    // between a face's neighbour and the lower of the corners beside it
+    // between a face neighbour and the lower of the two corner cells beside it
     for (near, far) in [(b, a.min(c)), (d, a.min(f)), (e, c.min(h)), (g, f.min(h))] {
         let drop = (near - far).max(0.0).min(std::f32::consts::FRAC_1_SQRT_2 * rise);
         most = most.min(near + (rise * rise - drop * drop).sqrt());

@@ -1,22 +1,22 @@
-//! Relaxation of a surface to slopes of at most its angle of repose.
+//! Relaxes a surface until no slope exceeds its angle of repose.
 //!
-//! The state is what has moved, `d`, on top of heights `h` that stay as they are, so that ground on which nothing moves
-//! keeps its bits and small amounts are not lost on high mountains. A sweep moves material at two places: across every
-//! corner `(1 - r/|g|)₊ g`, where `g` is the rise per cell of the plane through the four cells around it and `r` that at
-//! repose, the mean over the cells concerned; and over every face between two neighbours half of what their own rise is
-//! above both `r` and what the corners beside it see. Corners see the slope alike in every direction, so that cones are
-//! round; faces hold what corners cannot see, such as a chequerboard. What leaves one cell enters another in the same amount, whichever of them computes it,
-//! so a sweep conserves material to rounding.
+//! The state is the gain `d` of each cell, in addition to heights `h` that stay unchanged. Ground on which nothing
+//! moves therefore keeps its bits, and small gains are not lost on high mountains. A sweep moves material at corners
+//! and over faces. Across every corner it moves `(1 - r/|g|)₊ g`, where `g` is the gradient, in metres per cell, of the
+//! plane through the four cells and `r` the mean of their rises at repose. Over every face between two neighbours it
+//! moves half of the excess of their rise over both `r` and the rise measured at the corners beside the face. Corners
+//! measure slopes isotropically, so that cones are round; faces damp patterns that corners cannot see, such as a
+//! chequerboard. Both cells of a flow compute the same amount, so a sweep conserves material to rounding.
 //!
-//! Where only a layer on top is loose, every flow has a donor, and nothing is given faster than a share of the donor's
-//! layer in a sweep, less across the slope than along it. Since that needs no sum over what a donor gives elsewhere,
-//! a flow is worked out from the cells beside it alone, and thin films run straight down a wall. Such flows are whole
-//! multiples of a small quantum, so that layers add up without rounding.
+//! Where only a layer on top is loose, every flow has a donor, and a sweep takes at most a fraction of the donor's
+//! layer, less across the slope than along it. This limit needs no sum over the donor's other flows, so a flow depends
+//! only on the adjacent cells, and thin films run straight down a wall. Such flows are multiples of a small quantum, so
+//! that layers add up without rounding.
 //!
-//! A sweep reaches one cell far, and a scarp n cells wide takes on the order of n² of them. So sweeps start on a
-//! coarse grid, and what moved there is carried to the next finer one, down to the grid itself. A closed cell has an
-//! infinite `r`: the border of a walled world, masked ground, holes in the data. A coarse cell is closed if any part of
-//! it is.
+//! A sweep carries material by one cell, and a scarp n cells wide needs on the order of n² sweeps. Sweeps therefore
+//! start on a coarse grid, whose gains are interpolated to the next finer one, down to the full resolution. A closed
+//! cell has an infinite `r`: the border of a walled world, masked ground, voids. A coarse cell is closed if any of its
+//! cells is.
 
 mod cap;
 mod pace;
@@ -40,22 +40,24 @@ use sweep::{Ground, Sweep, TILE};
 use super::{math, par};
 use crate::prelude::Lane;
 
-/// Share of the excess that a sweep moves: the largest eigenvalue of corners and of faces is 4, so no sweep overshoots.
+/// Fraction of the excess that a sweep moves: the largest eigenvalue of the corner and face operators is 4, so no sweep
+/// overshoots.
 const STEP: f32 = 0.25;
 
-/// The quantum of flows, as a share of the least rise at repose. Single precision counts to 2^24 of them.
+/// The quantum of flows, as a fraction of the smallest rise at repose. Single precision represents 2^24 multiples of
+/// it.
 const QUANTUM: f32 = 1.0 / 65_536.0;
 
-/// A grid is made coarser while its shorter side keeps at least this many cells.
+/// The coarsest grid has at least this many cells on its shorter side.
 const COARSEST: usize = 64;
 
-/// The most sweeps over a grid before the next finer one takes over, for land that is to rest.
+/// Maximum number of sweeps over a grid before the next finer one, for a surface that is to come to rest.
 pub const SWEEPS: usize = 2000;
 
-/// The most times the pyramid is climbed.
+/// Maximum number of cycles through the pyramid.
 const CYCLES: usize = 8;
 
-/// One grid of the pyramid. Rasters have a ring of one cell around them, closed or wrapped.
+/// One grid of the pyramid. Rasters have a halo of one cell, closed or wrapped.
 struct Level {
     nx: usize,
     ny: usize,
@@ -63,32 +65,32 @@ struct Level {
     height: Vec<f32>,
     /// Rise at repose between neighbours, in metres; infinite where closed.
     rise: Vec<f32>,
-    /// Thickness of what was loose before anything moved; empty where everything is.
+    /// Initial thickness of the loose layer; empty if everything is loose.
     loose: Vec<f32>,
     moved: Vec<f32>,
     next: Vec<f32>,
-    /// What a loose layer moves in a sweep is a whole multiple of this, in metres.
+    /// Flows of a loose layer are multiples of this, in metres.
     quantum: f32,
-    /// Per tile, whether the last sweep changed it.
+    /// True for tiles that the last sweep changed.
     changed: Vec<bool>,
 }
 
-/// Land that may slide. Rasters are row-major, without a ring.
+/// A surface that may slide. Rasters are row-major, without a halo.
 #[derive(Clone, Copy)]
 pub struct Land<'a> {
     /// Columns and rows.
     pub cells: [usize; 2],
-    /// Whether opposite sides are joined, along x and y.
+    /// True if opposite sides are joined, along x and y.
     pub wraps: [bool; 2],
-    /// Elevation, in metres; it means nothing where closed.
+    /// Elevation in metres; ignored in closed cells.
     pub height: &'a [f32],
-    /// Rise at repose between neighbours, in metres; infinite where nothing may move.
+    /// Rise at repose between neighbours, in metres; infinite in closed cells.
     pub rise: &'a [f32],
-    /// Thickness of what is loose, in metres, 0 or more; all of it, if none.
+    /// Thickness of the loose layer in metres, 0 or more; if None, everything is loose.
     pub loose: Option<&'a [f32]>,
 }
 
-/// A surface that slides where it is steeper than its repose.
+/// A surface that slides where it is steeper than repose.
 pub struct Slump {
     levels: Vec<Level>,
     cells: [usize; 2],
@@ -96,7 +98,8 @@ pub struct Slump {
 }
 
 impl Slump {
-    /// A surface at rest nowhere yet. `tolerance` is the excess that counts as none, as a share of the repose.
+    /// Creates the pyramid of a surface. `tolerance` is the excess over repose that is ignored, as a fraction of
+    /// repose.
     ///
     /// # Errors
     /// [`OutOfMemory`].
@@ -110,7 +113,7 @@ impl Slump {
         {
             coarser += 1;
         }
-        // Closed cells fill the sides up to whole cells of the coarsest grid.
+        // closed cells extend the sides to a multiple of the coarsest cells
         let [nx, ny] = cells.map(|n| n.next_multiple_of(1 << coarser));
         let mut finest = Level::new(nx, ny, wraps, land.loose.is_some())?;
         for j in 0..cells[1] {
@@ -127,7 +130,7 @@ impl Slump {
             }
         }
         let least = land.rise.iter().copied().fold(f32::MAX, f32::min).max(f32::MIN_POSITIVE * 1e9);
-        // a power of two, so that multiples of it scale and add exactly
+        // a power of two, so that its multiples scale and add exactly
         finest.quantum = f32::from_bits(least.to_bits() & 0xff80_0000) * QUANTUM;
         finest.wrap_ground();
         let mut levels = vec![finest];
@@ -137,15 +140,15 @@ impl Slump {
         Ok(Self { levels, cells, tolerance })
     }
 
-    /// Sweeps until no slope exceeds its repose, coarse grids first: whether it came to that. `sweeps` is the most
-    /// over one grid, [`SWEEPS`] for land that is to rest; `share` is the part of
-    /// the job's whole progress that this is, from where to where.
+    /// Sweeps, coarse grids first, until no slope exceeds repose. Returns true if that state was reached. `sweeps` is
+    /// the maximum over one grid: [`SWEEPS`] if the surface is to come to rest. `share` is the start and end of this
+    /// part of the job's progress.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
     pub fn settle(&mut self, sweeps: usize, share: [f32; 2], job: &Job<'_>) -> Result<bool, NodeError> {
         let coarsest = self.levels.len() - 1;
-        // coarse grids do not see the ledges and hollows that hold a layer, and would set it moving again
+        // coarse grids do not resolve the ledges and hollows that hold a layer, and would remobilise it
         let cycles = if self.levels[0].loose.is_empty() { CYCLES } else { 1 };
         let sweeps = if coarsest == 0 { sweeps * CYCLES } else { sweeps };
         for cycle in 0..cycles {
@@ -161,7 +164,7 @@ impl Slump {
                         .for_each(|moved| *moved = (*moved / coarse.quantum).floor() * coarse.quantum);
                 }
             }
-            // coarser grids come closer to repose, so that the next finer one finds room for its details
+            // a tighter tolerance on coarser grids leaves room for the detail of the finer ones
             let mut tolerance = self.tolerance / (1 << coarsest) as f32;
             let before: Vec<Vec<f32>> = self.levels[1..].iter().map(|level| level.moved.clone()).collect();
             for level in (0..=coarsest).rev() {
@@ -189,8 +192,8 @@ impl Slump {
         Ok(false)
     }
 
-    /// What each cell has gained, in metres, row-major. The gains sum to zero: what thousands of sweeps have lost or made by
-    /// rounding, up to 2e-4 of what moved, is made good by all cells that gained, in proportion.
+    /// Returns the gain of each cell in metres, row-major. The gains sum to zero: rounding over thousands of sweeps, up
+    /// to 2e-4 of the moved volume, is compensated in proportion by all cells that gained.
     ///
     /// # Errors
     /// [`OutOfMemory`].
@@ -198,7 +201,7 @@ impl Slump {
         let (level, [nx, ny]) = (&self.levels[0], self.cells);
         let mut moved = with_capacity(nx * ny)?;
         (0..ny).for_each(|j| moved.extend_from_slice(&level.moved[level.at(0, j)..][..nx]));
-        // in order, so that the sums do not depend on threads
+        // sequential, so that the sums do not depend on threads
         let [gained, lost] = moved.iter().fold([0.0, 0.0], |[gained, lost], &moved: &f32| {
             let moved = f64::from(moved);
             if moved > 0.0 { [gained + moved, lost] } else { [gained, lost - moved] }
@@ -215,7 +218,7 @@ impl Slump {
     }
 }
 
-/// Whether opposite sides of a world are joined, along x and y.
+/// Returns true if opposite sides of a world are joined, along x and y.
 pub fn wraps(boundary: &orograph_graph::Boundary) -> [bool; 2] {
     [[boundary.west, boundary.east], [boundary.north, boundary.south]].map(|sides| sides == [Edge::Periodic; 2])
 }
@@ -237,12 +240,12 @@ impl Level {
         })
     }
 
-    /// Index of a cell.
+    /// Returns the index of a cell.
     fn at(&self, i: usize, j: usize) -> usize {
         (j + 1) * (self.nx + 2) + i + 1
     }
 
-    /// The grid of half the resolution: means of 2 x 2 cells, over twice the distance.
+    /// Returns the grid of half the resolution: means of 2 x 2 cells, with the rise over twice the distance.
     fn coarser(&self) -> Result<Self, OutOfMemory> {
         let layered = !self.loose.is_empty();
         let mut coarse = Self::new(self.nx / 2, self.ny / 2, self.wraps, layered)?;
@@ -267,7 +270,7 @@ impl Level {
         }
     }
 
-    /// Makes the next sweep look at every tile.
+    /// Marks every tile as changed.
     fn wake(&mut self) {
         wrap(&mut self.moved, self.nx, self.ny, self.wraps);
         self.next.copy_from_slice(&self.moved);
@@ -314,7 +317,7 @@ impl Level {
     }
 }
 
-/// Which tiles the last sweep changed.
+/// The tiles that the last sweep changed.
 struct Awake<'a> {
     changed: &'a [bool],
     tiles: [usize; 2],
@@ -322,7 +325,7 @@ struct Awake<'a> {
 }
 
 impl Awake<'_> {
-    /// Whether a tile or one beside it changed; otherwise a sweep would only repeat what it found before.
+    /// Returns true if a tile or one of its neighbours changed; a sweep of any other tile would repeat its last result.
     fn around(&self, tile: usize, strip: usize) -> bool {
         let near = |at: usize, axis: usize| {
             let n = self.tiles[axis];
@@ -337,7 +340,7 @@ impl Awake<'_> {
     }
 }
 
-/// Copies the ring from the opposite side of the axes that wrap.
+/// Copies the halo from the opposite side along the axes that wrap.
 fn wrap(raster: &mut [f32], nx: usize, ny: usize, wraps: [bool; 2]) {
     let stride = nx + 2;
     if wraps[0] {
@@ -352,10 +355,10 @@ fn wrap(raster: &mut [f32], nx: usize, ny: usize, wraps: [bool; 2]) {
     }
 }
 
-/// Heights from here on, in metres, are holes in the data: their squares would overflow.
+/// Heights from this value on, in metres, count as voids: their squares would overflow.
 const HIGHEST: f32 = 1e15;
 
-/// Rise between neighbours at an angle, in metres; infinite where the mask or the height holds nothing that may move.
+/// Returns the rise between neighbours at an angle, in metres; infinite where the mask or a void prevents movement.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].

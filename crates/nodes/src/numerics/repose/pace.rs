@@ -1,15 +1,15 @@
-//! Slopes on their way to rest: the angles that they still hold at.
+//! Relaxation in time: the slopes that are stable after a given duration.
 
 use orograph_graph::NodeError;
 
 use super::Land;
 use crate::{numerics::par, prelude::Job};
 
-/// The rises that land holds at when `left` of all excess over repose is left: at 1 its own, at 0 those of repose. Where a
-/// slope is below repose, repose.
+/// Returns the stable rises when the fraction `left` of all excess over repose remains: the present rises at 1, those
+/// at repose at 0, and never less than repose.
 ///
-/// Excess decays as `d|∇h|/dt = -k (|∇h| - S)₊`, so that `left = exp(-k t)`, and a slide to these rises is the state at
-/// that time: cliffs lean back, and what falls off them lies at repose.
+/// The excess decays as `d|∇h|/dt = -k (|∇h| - S)₊`, so that `left = exp(-k t)`. Sliding to these rises gives the state
+/// at that time: cliffs lean back, and debris that falls off them rests at repose.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -28,8 +28,8 @@ pub fn relaxed(land: &Land<'_>, left: f32, job: &Job<'_>) -> Result<Vec<f32>, No
 }
 
 impl Land<'_> {
-    /// How far `level`, at a cell, stands above the land beside it, down the steepest way, in metres a cell: the upwind
-    /// gradient, which lets a wall retreat into a plateau and never a plateau into the air.
+    /// Returns how far `level`, at a cell, is above its neighbours down the steepest direction, in metres per cell: the
+    /// upwind gradient. With it a wall retreats into its plateau, and the plateau does not grow outwards.
     pub fn drop_from(&self, level: f32, at: usize) -> f32 {
         let [nx, ny] = self.cells;
         let (i, j) = (at % nx, at / nx);
@@ -44,18 +44,18 @@ impl Land<'_> {
     }
 }
 
-/// A place on an axis and those beside it; at a side that is not joined, itself.
+/// Returns a position on an axis with those before and after it; clamped at a side that is not joined.
 pub fn beside(at: usize, n: usize, wraps: bool) -> [usize; 3] {
     if wraps { [(at + n - 1) % n, at, (at + 1) % n] } else { [at.saturating_sub(1), at, (at + 1).min(n - 1)] }
 }
 
-/// The steepest rise of the land at a cell, over its faces and across its corners, in metres.
+/// Returns the steepest rise at a cell, over its faces and across its corners, in metres.
 fn steepest(land: &Land<'_>, at: usize) -> f32 {
     let [nx, ny] = land.cells;
     let columns = beside(at % nx, nx, land.wraps[0]);
     let heights = beside(at / nx, ny, land.wraps[1]).map(|j| {
         columns.map(|i| {
-            // the ground beyond a wall mirrors the ground before it
+            // closed cells mirror the cell itself
             let near = j * nx + i;
             land.height[if land.rise[near].is_finite() { near } else { at }]
         })

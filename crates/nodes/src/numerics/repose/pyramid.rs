@@ -1,9 +1,9 @@
-//! Between the grids of the pyramid: means downwards, what moved upwards.
+//! Transfer between the grids of the pyramid: restriction of means, prolongation of gains.
 
 use super::Level;
 use crate::numerics::par;
 
-/// Means of 2 x 2 cells of a grid with `nx` by `ny` of them.
+/// Computes the means of 2 x 2 cells of a grid of `nx` by `ny` cells.
 pub fn restrict(fine: &[f32], nx: usize, ny: usize, coarse: &mut [f32]) {
     let (from, to) = (nx + 2, nx / 2 + 2);
     let rows = fine[from..from * (ny + 1)].chunks_exact(2 * from);
@@ -15,17 +15,17 @@ pub fn restrict(fine: &[f32], nx: usize, ny: usize, coarse: &mut [f32]) {
     }
 }
 
-/// Adds what a coarse grid has moved since `before` to the finer one.
+/// Adds the gains of a coarse grid since `before` to the finer one.
 ///
-/// Each coarse cell that moved gives its four parts its own gain with the gain's gradient. Where they are then too steep
-/// among themselves, as at a cliff that the slide has swallowed, they are flattened about their mean and lean as the
-/// coarse surface does. Where less is loose than they should then lose, they become bare and the others give the rest.
-/// All of it keeps the mean of the four, so material is conserved cell by cell; coarse cells that did not move touch
-/// nothing.
+/// A coarse cell that moved gives its four fine cells its gain, tilted by the gradient of the gain. If they are then
+/// steeper than repose among themselves, as at a cliff that debris has buried, they are flattened about their mean and
+/// tilted like the coarse surface. Cells that would lose more than their loose layer become bare, and the others give
+/// the rest. Every step keeps the mean of the four, so material is conserved cell by cell; coarse cells that did not
+/// move change nothing.
 pub fn prolong(coarse: &Level, before: &[f32], fine: &mut Level) {
     let gain = |at: usize| coarse.moved[at] - before[at];
     let surface = |at: usize| coarse.height[at] + coarse.moved[at];
-    // an eighth of the difference over two coarse cells: what a quarter of a coarse cell makes
+    // an eighth of the difference over two coarse cells: fine centres are a quarter of a coarse cell off
     let lean = |of: &dyn Fn(usize) -> f32, at: usize| {
         let near = |beside: usize| if coarse.rise[beside].is_finite() { of(beside) } else { of(at) };
         let row = coarse.nx + 2;
@@ -44,7 +44,7 @@ pub fn prolong(coarse: &Level, before: &[f32], fine: &mut Level) {
             let cells = [first, first + 1, first + stride, first + stride + 1];
             let above = (2 * j + 1) * stride;
             let [east, south] = lean(&gain, at);
-            // where the gain ends, its gradient must not turn it into a loss
+            // limits the gradient at the end of a gain, so that it does not become a loss
             let most = (east.abs() + south.abs()).max(f32::MIN_POSITIVE);
             let share = (own.abs() / most).min(1.0);
             let gains = tilted(share * east, share * south).map(|tilt| own + tilt);
@@ -75,13 +75,14 @@ pub fn prolong(coarse: &Level, before: &[f32], fine: &mut Level) {
     });
 }
 
-/// The four parts of a cell on a plane through its middle: north-west, north-east, south-west, south-east.
+/// Returns the heights of the four fine cells on a plane through their middle: north-west, north-east, south-west,
+/// south-east.
 fn tilted(east: f32, south: f32) -> [f32; 4] {
     [-east - south, east - south, south - east, east + south]
 }
 
-/// What four cells have gained, in whole multiples of a quantum that make `whole`, changed so that none has lost more than
-/// its layer.
+/// Changes the gains of four cells so that none loses more than its layer. The gains become multiples of `quantum` and
+/// still sum to `whole`.
 fn given_by_what_is_there(moved: [f32; 4], layers: [f32; 4], whole: f32, quantum: f32) -> [f32; 4] {
     let each = [0, 1, 2, 3];
     let mut left = each.map(|k| layers[k] + moved[k]);
@@ -91,7 +92,7 @@ fn given_by_what_is_there(moved: [f32; 4], layers: [f32; 4], whole: f32, quantum
         left = present.map(|present| if sum > 0.0 { present * (rest / sum) } else { 0.0 });
     }
     let mut after = each.map(|k| ((left[k] - layers[k]) / quantum).ceil() * quantum);
-    // the thickest layer makes up for what the others were rounded
+    // the cell with the thickest layer absorbs the rounding of the others
     let thickest = each.into_iter().fold(0, |most, k| if left[k] > left[most] { k } else { most });
     after[thickest] = 0.0;
     after[thickest] = whole - after.iter().sum::<f32>();

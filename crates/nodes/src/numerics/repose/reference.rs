@@ -1,9 +1,8 @@
-//! The slide in double precision, cell by cell, on one grid: what the kernels are held against.
+//! Reference for the kernels: the slide in double precision, cell by cell, on one grid.
 
 use super::{Land, STEP};
 
-/// One sweep: what every cell has gained after it, from what it had gained before; and the largest flow relative to
-/// repose.
+/// One sweep. Returns the gains of all cells after it, given those before it, and the largest flow relative to repose.
 pub fn sweep(land: &Land<'_>, moved: &[f64]) -> (Vec<f64>, f64) {
     let [nx, ny] = land.cells.map(|n| n as isize);
     let inside = |i: isize, n: isize, wraps: bool| {
@@ -15,7 +14,7 @@ pub fn sweep(land: &Land<'_>, moved: &[f64]) -> (Vec<f64>, f64) {
     };
     let surface = |at: usize| f64::from(land.height[at]) + moved[at];
     let repose = |at: &[usize]| at.iter().map(|&at| f64::from(land.rise[at])).sum::<f64>() / at.len() as f64;
-    // cells and rises of the plane at the corner south-east of a cell; none where any of them is closed
+    // cells and gradient of the plane at the corner south-east of a cell; None if any of them is closed
     let corner = |i: isize, j: isize| {
         let four = [cell(i, j)?, cell(i + 1, j)?, cell(i, j + 1)?, cell(i + 1, j + 1)?];
         let [a, b, c, d] = four.map(surface);
@@ -37,7 +36,7 @@ pub fn sweep(land: &Land<'_>, moved: &[f64]) -> (Vec<f64>, f64) {
                 let [a, b, c, d] = four;
                 for (low, high, sides) in [(a, d, [b, c]), (c, b, [a, d])] {
                     let along = surface(high) - surface(low);
-                    // bare walls beside a gully do not push what lies in it
+                    // bare walls next to a gully do not push the debris in it
                     let top = if land.loose.is_some() { along.max(0.0) + 1.5 * repose } else { f64::INFINITY };
                     let [p, q] = sides.map(|side| (surface(side) - surface(low)).min(top));
                     let steepness = libm::hypot((along + p - q) / 2.0, (along - p + q) / 2.0);
@@ -64,7 +63,7 @@ pub fn sweep(land: &Land<'_>, moved: &[f64]) -> (Vec<f64>, f64) {
     (after, most)
 }
 
-/// Sweeps until no flow is more than that of an excess of 1 % over repose: what every cell has gained.
+/// Sweeps until no flow exceeds that of an excess of 1 % over repose. Returns the gains of all cells.
 pub fn rest(land: &Land<'_>) -> Vec<f64> {
     let mut moved = vec![0.0; land.height.len()];
     for _ in 0..100_000 {

@@ -1,62 +1,63 @@
-//! One sweep of a slide over a tile of cells.
+//! One sweep over a tile of cells.
 
 use crate::numerics::simd::simd;
 
-/// Rows and columns of the tiles that are skipped while nothing moves around them.
+/// Rows and columns of the tiles, which are skipped while they and their neighbours are at rest.
 pub const TILE: [usize; 2] = [256, 16];
 
-/// The most of its loose layer that a cell gives along the slope at a corner, and over a face, in a sweep. Four corners,
-/// whose flows are at most √½ of this, and four faces take less than the whole of it.
+/// Maximum fraction of its loose layer that a cell gives in a sweep along the slope at a corner, and over a face. The
+/// flows of four corners, each at most √½ of the limit, and of four faces take less than the whole layer.
 const GIVEN: [f32; 2] = [0.25, 0.0625];
 
-/// The least flow of a loose layer that counts as moving, as a share of the rise at repose: 1 cm in a sweep on
-/// cells of 10 m. What is thinner runs on, but is not waited for.
+/// Smallest flow of a loose layer that counts as movement, as a fraction of the rise at repose: 1 cm in a sweep on
+/// cells of 10 m. Thinner films keep flowing, but the iteration does not continue for them.
 const FILM: f32 = 1.5e-3;
 
-/// What a sweep reads. Rasters have a ring of one cell around them.
+/// Inputs of a sweep. Rasters have a halo of one cell.
 pub struct Ground<'a> {
     pub height: &'a [f32],
     /// Rise at repose between neighbours, in metres; infinite where closed.
     pub rise: &'a [f32],
-    /// Thickness of what was loose before anything moved; empty where everything is.
+    /// Initial thickness of the loose layer; empty if everything is loose.
     pub loose: &'a [f32],
     pub moved: &'a [f32],
     pub stride: usize,
     pub step: f32,
     /// Excess over repose that is tolerated, as a fraction of repose.
     pub tolerance: f32,
-    /// Flows of a loose layer are whole multiples of this, in metres.
+    /// Flows of a loose layer are multiples of this, in metres.
     pub quantum: f32,
 }
 
 impl Ground<'_> {
-    /// A flow without what is less than a quantum, and at most half of one more.
+    /// Rounds the magnitude of a flow down to a multiple of the quantum.
     ///
-    /// What cells have moved are then whole multiples too and add without rounding, so that a layer thins to nothing
-    /// without a trace of it being lost in a deep pile below. Nothing grows, since that might be more than there is.
+    /// The gains of cells are then multiples too and add without rounding, so that a layer thins to exactly zero and
+    /// its last film is not lost to rounding in a deep pile below. Flows are never rounded up: a donor might not have
+    /// as much.
     #[inline(always)]
     fn whole(&self, flow: f32) -> f32 {
-        // one and a half times 2^23: numbers around it have no digits below one
+        // 1.5 · 2^23 quanta: numbers of that size are one quantum apart
         let digits = 12_582_912.0 * self.quantum;
         ((flow.abs() - 0.5 * self.quantum + digits) - digits).copysign(flow)
     }
 }
 
-/// What a sweep found.
+/// The result of a sweep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sweep {
     pub changed: bool,
-    /// Whether any slope exceeds its repose by more than the tolerance and has something loose on it.
+    /// True if a slope with loose material exceeds repose by more than the tolerance.
     pub steep: bool,
 }
 
-/// Sweeps the columns of a strip of rows that begins at row `first`; `out` is the strip, rings included.
+/// Sweeps the columns of a strip of rows that begins at row `first`; `out` is the strip, including its halo.
 pub fn tile(ground: &Ground<'_>, first: usize, columns: [usize; 2], out: &mut [f32]) -> Sweep {
     if ground.loose.is_empty() { all_loose(ground, first, columns, out) } else { layered(ground, first, columns, out) }
 }
 
 simd! {
-    /// A sweep of ground that is loose all the way down.
+    /// A sweep with everything loose.
     fn all_loose(ground: &Ground<'_>, first: usize, columns: [usize; 2], out: &mut [f32]) -> Sweep {
         sweep::<false>(ground, first, columns, out)
     }
@@ -69,17 +70,17 @@ simd! {
     }
 }
 
-/// Widest row of a tile with its ring.
+/// Width of the widest row of a tile, including its halo.
 const WIDE: usize = TILE[0] + 2;
 
-/// A row of cells and what is worked out along it.
+/// A row of cells and the values derived along it.
 struct Row<'a> {
     height: &'a [f32],
     rise: &'a [f32],
     moved: &'a [f32],
     /// Rise from each cell to the next.
     east: [f32; WIDE],
-    /// Thickness of what is loose.
+    /// Thickness of the loose layer.
     layer: [f32; WIDE],
 }
 
@@ -101,19 +102,19 @@ impl<'a> Row<'a> {
     }
 }
 
-/// What flows between two rows, where positive is to the north and, across corners, from east to west.
+/// Flows between two rows, positive to the north and, across corners, from east to west.
 struct Between {
-    /// Over the face between each cell and that to the south.
+    /// Over the face between each cell and its southern neighbour.
     south: [f32; WIDE],
     /// From south-east to north-west across each corner.
     falling: [f32; WIDE],
     /// From north-east to south-west across each corner.
     rising: [f32; WIDE],
-    /// Rise of the plane at each corner; 0 where closed.
+    /// Gradient of the plane at each corner; 0 where closed.
     lean: [[f32; WIDE]; 2],
 }
 
-/// 1 / √x to 5e-6, the same on every machine: halved exponent and two steps of Newton's method.
+/// 1 / √x to 5e-6, the same on every machine: an estimate from the halved exponent and two Newton steps.
 #[inline(always)]
 fn inverse_root(x: f32) -> f32 {
     let mut y = f32::from_bits(0x5f37_59df - (x.to_bits() >> 1));
@@ -122,19 +123,19 @@ fn inverse_root(x: f32) -> f32 {
     y * (1.5 - half * y * y)
 }
 
-/// The part of a rise that is above repose.
+/// Returns the part of a rise that exceeds repose.
 #[inline(always)]
 fn above(rise: f32, repose: f32) -> f32 {
     rise - rise.max(-repose).min(repose)
 }
 
-/// How far the sides of a diagonal count above it, in rises at repose: more than on any slope about at repose.
+/// Limit on the height of the side cells above a diagonal, in rises at repose; slopes near repose stay below it.
 const WALL: f32 = 1.5;
 
-/// Two cells across a corner, and how far the other two stand above the first of them, in metres.
+/// Two opposite cells of a corner, and the heights of the other two above the first of them, in metres.
 #[derive(Clone, Copy)]
 struct Diagonal {
-    /// How far the second stands above the first.
+    /// Height of the second cell above the first.
     over: f32,
     sides: [f32; 2],
 }
@@ -145,8 +146,9 @@ impl Diagonal {
         0.5 * self.over
     }
 
-    /// The share of the flow that is above repose, and one over the steepness. Both sides count up to one height above the
-    /// two, so that walls of bare rock beside a gully do not push what lies there: debris rests in it as on a slope.
+    /// Returns the fraction of the flow that exceeds repose, and the reciprocal of the slope. The height of the side
+    /// cells above the two is limited, so that walls of bare rock next to a gully do not push the debris in it, which
+    /// rests there as on a slope.
     #[inline(always)]
     fn share(self, repose: f32) -> (f32, f32) {
         let top = self.over.max(0.0) + WALL * repose;
@@ -162,7 +164,7 @@ impl Diagonal {
 impl Between {
     const NONE: Self = Self { south: [0.0; WIDE], falling: [0.0; WIDE], rising: [0.0; WIDE], lean: [[0.0; WIDE]; 2] };
 
-    /// Fills the flows between two rows; not 0 if anything is too steep.
+    /// Computes the flows between two rows. Returns a nonzero number if a slope is too steep.
     #[inline(always)]
     fn fill<const LAYERED: bool>(&mut self, north: &Row<'_>, south: &Row<'_>, ground: &Ground<'_>, wide: usize) -> u32 {
         let corners = wide - 1;
@@ -234,8 +236,9 @@ impl Between {
     }
 }
 
-/// What flows over a face with a rise across it, between layers before and behind it, and 1 if it is too steep, else 0.
-/// `lean` is the sum of the rises that the corners at its ends see in that direction, and act on.
+/// Returns the flow over a face, given the rise across it and the layers on both sides, and 1 if it is too steep,
+/// otherwise 0. `lean` is the sum of the rises in this direction at the corners of its two ends, whose flows already
+/// act on them.
 #[inline(always)]
 fn face<const LAYERED: bool>(
     rise: f32,
@@ -261,7 +264,7 @@ fn sweep<const LAYERED: bool>(ground: &Ground<'_>, first: usize, columns: [usize
     let stride = ground.stride;
     let n = columns[1] - columns[0];
     let wide = n + 2;
-    // index of the cell north-west of the strip's first
+    // index of the cell north-west of the strip's first cell
     let mut at = first * stride + columns[0];
     let above = Row::new::<LAYERED>(ground, at, wide);
     at += stride;

@@ -1,4 +1,4 @@
-//! Slides against double precision, one grid and straight geometry.
+//! Slides compared with double precision, with a single grid and with exact geometry.
 
 use orograph_graph::{Cancel, Warnings};
 
@@ -8,7 +8,7 @@ use crate::{
     testing::{field, world},
 };
 
-/// Calls with a job on a world of that many cells; its node declares nothing.
+/// Calls `call` with a job on a world of that many cells, for a node without ports and parameters.
 fn with_job<T>(cells: [u32; 2], call: impl FnOnce(&Job<'_>) -> T) -> T {
     static NODE: Node = Node { id: "Test", ..Node::DEFAULT };
     let params = ParamValues::defaults(&[]);
@@ -27,7 +27,7 @@ fn with_job<T>(cells: [u32; 2], call: impl FnOnce(&Job<'_>) -> T) -> T {
     })
 }
 
-/// Rough land of 75 by 41 cells with a few that are closed.
+/// Rough terrain of 75 by 41 cells, a few of them closed.
 fn rough() -> (Vec<f32>, Vec<f32>) {
     let height = field(world(75, 41, 1.0), |x, y| 9.0 * libm::sin(x * 0.9 + y) + 7.0 * libm::cos(y * 0.7) + 500.0);
     let rise =
@@ -36,8 +36,9 @@ fn rough() -> (Vec<f32>, Vec<f32>) {
     (height.samples().to_vec(), rise.samples().iter().map(closed).collect())
 }
 
-/// Sweeps agree with double precision cell by cell, with everything loose and with a layer, in closed worlds and joined
-/// ones: 5e-6 of flows of 30 m from the inverse root, and single precision of heights of 500 m, over 8 sweeps.
+/// Sweeps agree with double precision cell by cell, with everything loose and with a layer, in closed and in periodic
+/// worlds. Tolerance: 5e-6 of flows of 30 m from the inverse root, and single precision of heights of 500 m, over 8
+/// sweeps.
 #[test]
 fn sweeps_agree_with_double_precision() {
     let (height, rise) = rough();
@@ -60,7 +61,7 @@ fn sweeps_agree_with_double_precision() {
     }
 }
 
-/// What a layer gives is never more than it is, and what leaves one cell enters another.
+/// No cell gives more than its layer, and every loss of a cell is the gain of another.
 #[test]
 fn layers_are_conserved_and_never_negative() {
     let (height, rise) = rough();
@@ -76,8 +77,8 @@ fn layers_are_conserved_and_never_negative() {
     assert!(layer.iter().zip(&moved).all(|(r, d)| r + d > -1e-5));
 }
 
-/// The pyramid gives a pile as high as one grid alone does, to 2 %, with everything loose; and the same apron around a
-/// steep hill of rock that its cover has left, to 5 % of what has moved.
+/// With everything loose, the pyramid piles material as high as a single grid does, to 2 %. Around a steep rock hill
+/// that has lost its cover it makes the same apron, to 5 % of the gains.
 #[test]
 fn the_pyramid_agrees_with_one_grid() {
     let n = 128;
@@ -106,8 +107,8 @@ fn the_pyramid_agrees_with_one_grid() {
     }
 }
 
-/// Rock that holds at one slope everywhere: a cone around a pit, to 4 % at every azimuth (in the third ring of cells, less farther out), and the exact plane behind a
-/// straight scarp.
+/// Rock with the same stable slope everywhere: a cone around a pit, to 4 % at every azimuth (in the third ring of
+/// cells, less farther out), and the exact plane behind a straight scarp.
 #[test]
 fn capped_land_is_round_and_exact() {
     let n = 201;
@@ -131,8 +132,8 @@ fn capped_land_is_round_and_exact() {
     assert!((slope / 1.5 - 1.0).abs() < 0.01, "{slope}");
 }
 
-/// A column of 60,000 m³ slides to a cone over some ten thousand sweeps, and its volume stays to 1e-7 of it: a tenth of what
-/// the node promises. Without making good what rounding took it was 2.3e-4 off.
+/// A column of 60,000 m³ collapses to a cone over some ten thousand sweeps, and its volume is conserved to 1e-7: a
+/// tenth of the error that the node documents. Without compensation of rounding it was 2.3e-4 off.
 #[test]
 fn a_column_keeps_its_volume() {
     const SIDE: usize = 96;

@@ -1,14 +1,15 @@
 //! Depressions: their fill levels and outlets.
 //!
 //! The method of Cordonnier, Bovy and Braun (2019), "A versatile, linear complexity algorithm for flow routing in
-//! topographies with depressions": cells that drain to the same pit form a basin; basins are linked by the lowest
-//! pass between them; the minimum spanning tree of that graph, rooted outside, gives the pass through which each
-//! basin spills. The highest pass on the way out is the basin's fill level, so that `max(height, level)` is the
-//! surface of the priority flood (Barnes, Lehman and Mulla 2014), bit for bit. Heights are never changed.
+//! topographies with depressions": cells that drain to the same pit form a basin; basins are linked by the lowest pass
+//! between them; the minimum spanning tree of that graph, rooted at the cells that drain out of the world, gives the
+//! pass through which each basin spills. The highest pass on the way out is the basin's fill level, so that
+//! `max(height, level)` equals the surface of the priority flood (Barnes, Lehman and Mulla 2014) bit for bit. Heights
+//! are never changed.
 //!
-//! Differences from the paper: basins are found upstream from the pits, and most links are dropped by a local test
-//! (see the module `passes`), so that a landscape with few pits costs little; the tree is Borůvka's; passes of equal
-//! height are ordered by the number of their link, which makes the tree unique.
+//! Differences from the paper: basins are labelled upstream from the pits; a local test drops most links (see the
+//! module `passes`), so that terrain with few pits costs little; the tree is Borůvka's; passes of equal height are
+//! ordered by the number of their link, which makes the tree unique.
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -22,17 +23,17 @@ use super::{
 };
 use crate::numerics::par;
 
-/// Label of the cells whose water leaves the world without crossing a depression.
+/// Label of cells that drain out of the world without crossing a depression.
 pub const OUTSIDE: u32 = 0;
 
-/// The basins of a surface and where they spill. Its buffers are kept between uses.
+/// The basins of a surface and their outlets. Buffers are reused between calls.
 #[derive(Debug)]
 pub struct Depressions<T: Elevation> {
-    /// The basin of each cell: the index of its pit, from 1, or [`OUTSIDE`]. Meaningless without pits.
+    /// The basin of each cell: the index of its pit, from 1, or [`OUTSIDE`]. Undefined if there are no pits.
     pub(super) labels: Vec<u32>,
-    /// The set of directions from which water flows into each cell.
+    /// The donors of each cell, as a set of directions.
     donors: Vec<u8>,
-    /// The pit of each basin, without that of the outside.
+    /// The pit of each basin, without the outside.
     pub(super) pits: Vec<u32>,
     pub(super) spills: Vec<Spill<T>>,
 }
@@ -41,7 +42,7 @@ pub struct Depressions<T: Elevation> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spill<T> {
     pub(super) level: T,
-    /// The pass: number of the link.
+    /// Number of the link that is the pass.
     pub(super) link: u32,
 }
 
@@ -52,7 +53,7 @@ impl<T: Elevation> Default for Depressions<T> {
 }
 
 impl<T: Elevation> Depressions<T> {
-    /// Finds the basins of `heights`, whose receivers are `codes`, and where they spill.
+    /// Finds the basins of `heights` and their outlets. `codes` are the receivers.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
@@ -77,8 +78,8 @@ impl<T: Elevation> Depressions<T> {
         self.spills.len().saturating_sub(1)
     }
 
-    /// Reverses the receivers of every basin's path from its pit to its pass, so that water leaves through the pass:
-    /// the course of a gorge that the spilling water would cut.
+    /// Reverses the receivers along the path from each basin's pit to its pass, so that water leaves through the pass,
+    /// along the course of the gorge that spilling water would cut.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
@@ -99,8 +100,8 @@ impl<T: Elevation> Depressions<T> {
         Ok(())
     }
 
-    /// Returns the last cell of a basin on the way out through a link, and the direction from there, which is None
-    /// where water leaves the world.
+    /// Returns the last cell of a basin before the link through which it drains, and the direction from there, which is
+    /// None where water leaves the world.
     pub(super) fn pass(&self, grid: &Grid, basin: usize, link: u32) -> Option<(u32, Option<usize>)> {
         let (cell, way) = (link >> 3, link & 7);
         if way == LEAVES {
@@ -125,17 +126,17 @@ impl<T: Elevation> Depressions<T> {
         });
     }
 
-    /// Labels the cells that drain to each pit, upstream from it.
+    /// Labels all cells upstream of each pit.
     fn label(&mut self, job: &Job<'_>, grid: &Grid, codes: &[u8], pits: &[u32]) -> Result<(), NodeError> {
         self.donors.resize(grid.cells(), 0);
         donors::sums(job, grid, codes, donors::BITS, &mut self.donors)?;
         self.labels.clear();
         self.labels.resize(grid.cells(), OUTSIDE);
-        // Basins have no cell in common, so that the order of the stores does not matter.
+        // basins are disjoint, so the order of the stores does not matter
         let labels: Vec<AtomicU32> = std::mem::take(&mut self.labels).into_iter().map(AtomicU32::new).collect();
         let per_group = pits.len().div_ceil(64).max(32);
         let done = par::each(pits.chunks(per_group), |group, pits| {
-            // First in, first out, so that a cell does not wait for the one before it.
+            // first in, first out, so that a cell does not depend on the loads of the one before it
             let mut queue = vec![0_u32; 64];
             for (basin, &pit) in ((group * per_group + 1) as u32..).zip(pits) {
                 queue[0] = pit;
@@ -152,7 +153,7 @@ impl<T: Elevation> Depressions<T> {
                     labels[cell as usize].store(basin, Relaxed);
                     let code = codes[cell as usize];
                     let from = self.donors[cell as usize];
-                    // Every neighbour is written, and overwritten by the next where it is no donor: no branch.
+                    // branch-free: every neighbour is written, and the next one overwrites those that are not donors
                     for direction in 0..8 {
                         if let Some(donor) = grid.beside(cell, code, direction) {
                             queue[end] = donor;
@@ -168,7 +169,7 @@ impl<T: Elevation> Depressions<T> {
     }
 }
 
-/// The pits in the order of their cells.
+/// Returns the pits in ascending order of their cells.
 fn pits(job: &Job<'_>, grid: &Grid, codes: &[u8]) -> Result<Vec<u32>, NodeError> {
     let rows = par::collect(codes.chunks(grid.nx * 8), |block, codes| {
         job.check()?;
@@ -215,7 +216,7 @@ fn spanning_tree<P: Copy + Ord>(
     Ok(tree)
 }
 
-/// The representative of a basin's component, with path halving.
+/// Returns the representative of a basin's component, with path halving.
 fn root(component: &mut [u32], mut basin: u32) -> u32 {
     while component[basin as usize] != basin {
         let above = component[basin as usize];
@@ -225,7 +226,7 @@ fn root(component: &mut [u32], mut basin: u32) -> u32 {
     basin
 }
 
-/// Walks the tree from the outside and finds the pass and the level at which each basin spills.
+/// Traverses the tree from the outside. Returns the pass and the level at which each basin spills.
 fn spills<T: Elevation>(basins: usize, tree: &[Edge<T::Pass>]) -> Vec<Spill<T>> {
     let mut starts = vec![0_u32; basins + 1];
     for edge in tree {
@@ -261,6 +262,6 @@ fn spills<T: Elevation>(basins: usize, tree: &[Edge<T::Pass>]) -> Vec<Spill<T>> 
             reached.push(other);
         }
     }
-    // Cells of a raster are connected, so that only the outside is left without a level.
+    // the cells of a raster are connected, so that only the outside has no level
     spills.iter().map(|spill| Spill { level: spill.level.unwrap_or(T::TOP), link: spill.link }).collect()
 }

@@ -1,13 +1,13 @@
-//! Depressions are breached where the cut is small, and filled elsewhere.
+//! Breaches depressions where the cut is small, and fills the others.
 //!
 //! Lindsay (2016), "Efficient hybrid breaching-filling sink removal methods for flow path enforcement in digital
-//! elevation models": from a pit the way out is followed to the first ground that is not higher; the cells between
-//! are lowered to a straight line, if the cut is neither too deep nor too long. The path is that of water along
-//! carved receivers: over the lowest pass, then downhill.
+//! elevation models": from a pit, the flow path is followed to the first ground that is not higher, and the cells
+//! between are lowered to a straight line if the cut is neither too deep nor too long. The path follows the carved
+//! receivers: over the lowest pass, then downhill.
 //!
-//! Differences from the paper: depressions are processed from the outside in along the tree of their passes, not from
-//! a priority flood, so that nothing is sorted; a cut does not go through a lake that was filled, nor its sill; the
-//! border of the world is never cut, since base level is given. A walk ends at the longest cut, so the work is
+//! Differences from the paper: depressions are processed from the outside in along the tree of passes instead of a
+//! priority flood, so that nothing is sorted; a cut passes neither through a filled lake nor its sill; the border of
+//! the world is never cut, since it is base level. Paths longer than the longest cut are abandoned, so the work is
 //! bounded by the number of pits times that length.
 
 use orograph_graph::{Job, NodeError};
@@ -34,11 +34,11 @@ pub struct Limits {
 struct Ground<'a> {
     labels: &'a [u32],
     heights: &'a [f32],
-    /// Heights as cut.
+    /// Heights after cutting.
     bed: Vec<f32>,
-    /// Level of each filled basin, otherwise minus infinity.
+    /// Level of each filled basin; −∞ for the others.
     levels: Vec<f32>,
-    /// The cells that hold the lakes of filled basins.
+    /// True for the sills of filled lakes.
     sills: Vec<bool>,
 }
 
@@ -51,8 +51,8 @@ impl Ground<'_> {
 }
 
 impl Depressions<f32> {
-    /// `heights` with depressions cut open within limits and filled otherwise. Along `codes`, the carved receivers, the
-    /// result nowhere rises.
+    /// Returns `heights` with depressions breached within limits and otherwise filled. The result never rises along
+    /// `codes`, the carved receivers.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].

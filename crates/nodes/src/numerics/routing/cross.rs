@@ -1,9 +1,9 @@
 //! Routes water across the surface of lakes.
 //!
-//! From a lake's outlet inwards, every cell at or under its level gets the shortest path over water: steps across a
-//! side count 5 and across a corner 7, which is within 1 % of the diagonal's length (Borgefors 1986, "Distance
-//! transformations in digital images"). Distances are small integers, so that eight queues hold all active cells
-//! (Dial 1969) and nothing is sorted: O(N). Plain flats are lakes without depth and are crossed in the same way.
+//! From a lake's outlet inwards, every cell at or below the water level gets the shortest path over water. Steps across
+//! a side count 5 and across a corner 7, which is within 1 % of the diagonal's length (Borgefors 1986, "Distance
+//! transformations in digital images"). Distances are small integers, so that eight bucket queues hold all active cells
+//! (Dial 1969) and nothing is sorted: O(N). Flats are lakes of zero depth and are routed in the same way.
 
 use orograph_graph::{Job, NodeError, memory::filled};
 
@@ -15,7 +15,7 @@ use super::{
 
 const SIDE: u32 = 5;
 const CORNER: u32 = 7;
-/// More than the longest step.
+/// More than the largest step.
 const QUEUES: u32 = 8;
 
 impl<T: Elevation> Depressions<T> {

@@ -26,7 +26,7 @@ simd! {
     }
 }
 
-/// The sum over the directions from which water comes of their `weights`: with 1 each, the number of donors.
+/// Sums the `weights` of the directions of a cell's donors: with 1 each, the number of donors.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].

@@ -1,9 +1,9 @@
-//! The flow order, and the drainage area of each cell.
+//! Flow order and drainage area.
 //!
-//! The raster is divided into strips of rows of a fixed height. A cell is *local* when all the terrain that drains
-//! through it is in its strip; the others are the *trunk*: every receiver of a trunk cell is a trunk cell. Strips can
-//! therefore be walked in parallel, donors first, before the trunk; and upstream, receivers first, after it. Inside a
-//! strip, walks start at cells without donors and continue where the last donor has arrived. Receivers form a forest,
+//! The raster is divided into strips of rows of a fixed height. A cell is *local* if its whole catchment is in its
+//! strip; the others form the *trunk*: every receiver of a trunk cell is a trunk cell. Strips can therefore be
+//! traversed in parallel: downstream, donors first, before the trunk; upstream, receivers first, after it. Within a
+//! strip, walks start at cells without donors and continue at a receiver after its last donor. Receivers form a forest,
 //! so each cell is visited once (Braun and Willett 2013 order the same forest by a depth-first search).
 
 use orograph_graph::{Job, NodeError};
@@ -11,16 +11,16 @@ use orograph_graph::{Job, NodeError};
 use super::{Grid, code::has_receiver, donors};
 use crate::numerics::par;
 
-/// Rows of a strip. Part of the definition of weighted sums, whose order follows from it.
+/// Rows of a strip. The order of weighted sums depends on it, and with it their last bits.
 const STRIP_ROWS: usize = 64;
 /// Marks a cell that has been visited.
 const VISITED: u8 = u8::MAX;
 
-/// Donors-first order of the cells of a forest of receivers. Its buffers are kept between uses.
+/// Donors-first order of the cells. Buffers are reused between calls.
 #[derive(Debug, Default)]
 pub struct Drainage {
     missing: Vec<u8>,
-    /// For each strip, a slot of as many places as it has cells, filled from the front.
+    /// The local cells of each strip in order; a strip's slot has as many places as the strip has cells.
     local: Vec<u32>,
     /// Number of local cells of each strip.
     counts: Vec<usize>,
@@ -56,8 +56,8 @@ impl Amount for [f64; 2] {
 }
 
 impl Drainage {
-    /// Orders the cells and accumulates `amounts` downstream: afterwards each is the sum over the cell and all that
-    /// drains through it. Start with 1 everywhere for the number of cells.
+    /// Orders the cells and accumulates `amounts` downstream: afterwards each is the sum over the cell's catchment.
+    /// With 1 everywhere, the result is the number of cells.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
@@ -78,7 +78,7 @@ impl Drainage {
         })?;
         self.counts.clear();
         self.trunk.clear();
-        // The trunk starts where water crosses from one strip to another.
+        // the trunk starts where flow crosses from one strip to another
         for (at, (count, exits)) in walked.into_iter().enumerate() {
             if at % 16 == 0 {
                 job.check()?;
@@ -107,8 +107,8 @@ impl Drainage {
         Ok(())
     }
 
-    /// Visits every cell that has a receiver after all its donors, and adds its outflow to its receiver's amount:
-    /// `link(cell, code, own amount)`. The order is that of the last [`Self::accumulate`].
+    /// Visits every cell that has a receiver after all its donors, and adds its outflow, `link(cell, code, own
+    /// amount)`, to the receiver's amount. The order is that of the last [`Self::accumulate`].
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
@@ -159,8 +159,8 @@ impl Drainage {
         Ok(())
     }
 
-    /// Visits every cell that has a receiver after that receiver, and changes its value: `link(cell, code, own value,
-    /// receiver's value)`. Values of cells without a receiver stay.
+    /// Visits every cell that has a receiver after that receiver, and sets its value to `link(cell, code, own value,
+    /// receiver's value)`. Cells without a receiver keep their values.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
@@ -182,7 +182,7 @@ impl Drainage {
                 }
             }
         }
-        // A local cell's receiver is local too, or it is of the trunk and lies in this strip or in a row next to it.
+        // the receiver of a local cell is local, or a trunk cell of this strip or of an adjacent row
         let (nx, strip) = (grid.nx, STRIP_ROWS * grid.nx);
         let row = |y: Option<usize>| y.map_or(&[][..], |y| &values[y * nx..(y + 1) * nx]).to_vec();
         let beside: Vec<[(Option<usize>, Vec<V>); 2]> = (0..grid.ny)
@@ -220,7 +220,7 @@ impl Drainage {
     }
 }
 
-/// Walks the local cells of a strip; returns their number and those whose receiver is in another strip.
+/// Walks the local cells of a strip. Returns their number and the cells whose receiver is in another strip.
 fn walk_strip<A: Amount>(
     job: &Job<'_>,
     grid: &Grid,

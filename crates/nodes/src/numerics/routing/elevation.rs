@@ -2,28 +2,28 @@
 
 /// A height that flow is routed on.
 pub trait Elevation: Copy + PartialOrd + Send + Sync + 'static {
-    /// A pass between two cells: its height above its number, ordered as one integer.
+    /// A pass between two cells: height and link number, ordered as one integer.
     type Pass: Copy + Ord + Send + Sync;
 
-    /// The pass over a link between two heights: the higher of them, ties broken by the link's number.
+    /// Returns the pass over a link between two heights: the higher of them, with ties broken by the link's number.
     fn pass(self, other: Self, link: u32) -> Self::Pass;
 
-    /// The height of a pass.
+    /// Returns the height of a pass.
     fn pass_height(pass: Self::Pass) -> Self;
 
-    /// The number of a pass.
+    /// Returns the link number of a pass.
     fn pass_link(pass: Self::Pass) -> u32;
 
-    /// A codes row by steepest descent, see [`super::receivers::d8`].
+    /// Computes a row of receivers by steepest descent, see [`super::receivers::d8`].
     fn d8_row(around: [&[Self]; 9], codes: &mut [u8]);
 
-    /// The links of a row that may be lowest passes, see the module `passes`.
+    /// Computes the links of a row that may be lowest passes, see the module `passes`.
     fn passes_row(heights: [&[Self]; 3], labels: [&[u32]; 3], links: &mut [u8]);
 
     /// A height above every other.
     const TOP: Self;
 
-    /// The drop to another height times a factor.
+    /// Returns the drop to another height times a factor.
     fn slope(self, lower: Self, per_distance: f64) -> f64;
 }
 
@@ -36,7 +36,7 @@ macro_rules! elevation {
 
             #[inline(always)]
             fn pass(self, other: Self, link: u32) -> $pass {
-                // Integers in the order of the heights: negative numbers have all bits turned, others the sign bit.
+                // order-preserving integers: negative numbers have all bits flipped, others the sign bit
                 let ordered = |height: Self| {
                     let bits = height.to_bits();
                     let sign = 1 << (<$bits>::BITS - 1);

@@ -1,35 +1,35 @@
-//! The ways out of basins, and the order of the tree that they make.
+//! Exits of basins, and the order of the tree of basins.
 
 use super::{Depressions, Elevation, Grid, basins::OUTSIDE};
 
-/// The way out of a basin.
+/// The link through which a basin drains.
 #[derive(Clone, Copy, Debug)]
 pub struct Exit {
-    /// The last cell inside.
+    /// The last cell inside the basin.
     pub near: u32,
-    /// The direction from there; None out of the world.
+    /// The direction from there; None if it leads out of the world.
     pub to: Option<usize>,
-    /// The first cell beyond; None out of the world.
+    /// The first cell beyond; None if it leads out of the world.
     pub far: Option<u32>,
 }
 
 impl<T: Elevation> Depressions<T> {
-    /// The exit of each basin, from the first that is not the outside.
+    /// Returns the exit of each basin, without the outside.
     pub(super) fn exits(&self, grid: &Grid) -> Vec<Exit> {
         let exit = |(basin, link)| {
-            // A link of the spanning tree joins two cells of the raster.
+            // a link of the spanning tree joins two cells of the raster
             let (near, to) = self.pass(grid, basin, link).unwrap_or((link >> 3, None));
             Exit { near, to, far: to.and_then(|to| grid.neighbour(near, to)) }
         };
         self.spills.iter().enumerate().skip(1).map(|(basin, spill)| exit((basin, spill.link))).collect()
     }
 
-    /// The basin that a basin's exit leads to, [`OUTSIDE`] too.
+    /// Returns the basin that an exit leads to, which may be [`OUTSIDE`].
     pub(super) fn beyond(&self, exit: &Exit) -> u32 {
         exit.far.map_or(OUTSIDE, |far| self.labels[far as usize])
     }
 
-    /// All basins but the outside, each after the one that its exit leads to.
+    /// Returns all basins except the outside, each after the one that its exit leads to.
     pub(super) fn outside_in(&self, exits: &[Exit]) -> Vec<u32> {
         let mut order = Vec::with_capacity(exits.len());
         let mut listed = vec![false; exits.len() + 1];

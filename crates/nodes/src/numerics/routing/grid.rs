@@ -1,4 +1,4 @@
-//! The topology of the raster: neighbours, and where water leaves.
+//! Topology of the raster: neighbours and outlets.
 
 use orograph_graph::{Edge, NodeError, Window};
 
@@ -7,9 +7,9 @@ use super::code::{BORDER, STEPS, direction};
 /// How water leaves the world at a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outlet {
-    /// It does not leave.
+    /// Water does not leave.
     No,
-    /// Always: the cell is at base level and passes nothing on inside the world.
+    /// Water always leaves: the cell is at base level and has no receiver.
     Base,
     /// Water leaves where no neighbour is lower, or where a depression overflows.
     Open,
@@ -28,7 +28,7 @@ pub struct Grid {
     north: Outlet,
     south: Outlet,
     offsets: [u32; 8],
-    /// Cells of the border that are at base level whatever their side is, in rising order.
+    /// Border cells that are at base level whatever the type of their side, in ascending order.
     gates: Vec<u32>,
 }
 
@@ -36,10 +36,11 @@ impl Grid {
     /// Maximum number of cells for routing: a link between two cells is numbered in 32 bits, eight per cell.
     pub const MAX_CELLS: usize = 1 << 29;
 
-    /// The grid of a whole world.
+    /// Creates the grid of a whole world.
     ///
     /// # Errors
-    /// When no side lets water out, a periodic side faces one that is not, or there are more than [`Self::MAX_CELLS`].
+    /// If no side is open or at base level, if a periodic side faces one that is not, or if there are more than
+    /// [`Self::MAX_CELLS`].
     pub fn new(window: &Window) -> Result<Self, NodeError> {
         let sides = window.world.boundary;
         let wrap = |one: Edge, other: Edge, names: [&str; 2]| match (one, other) {
@@ -85,8 +86,8 @@ impl Grid {
         Ok(grid)
     }
 
-    /// The same, with water that leaves `inland` sides through cells at base level: `gates`, in rising order. The rest of
-    /// such sides is closed. Without gates it stays as it is.
+    /// Returns the grid with base level at the cells `gates`, in ascending order, of `inland` sides, and the rest of
+    /// these sides closed. Without gates nothing changes.
     #[must_use]
     pub fn with_gates(mut self, gates: Vec<u32>, inland: [bool; 4]) -> Self {
         if !gates.is_empty() {
@@ -107,7 +108,7 @@ impl Grid {
         self.nx * self.ny
     }
 
-    /// Returns how water leaves at column `x` of row `y`. A cell of two sides is at base level if one of them is.
+    /// Returns how water leaves at column `x` of row `y`. A corner cell is at base level if one of its sides is.
     #[must_use]
     pub fn outlet(&self, x: usize, y: usize) -> Outlet {
         let sides =
@@ -198,7 +199,7 @@ impl Grid {
         Some((y * self.nx + x) as u32)
     }
 
-    /// The cell next to one that is not on the border.
+    /// Returns the neighbour of a cell that is not on the border.
     #[must_use]
     #[inline(always)]
     pub const fn inner_neighbour(&self, cell: u32, direction: usize) -> u32 {
@@ -212,7 +213,7 @@ impl Grid {
         if code & BORDER == 0 { Some(self.inner_neighbour(cell, direction)) } else { self.neighbour(cell, direction) }
     }
 
-    /// The receiver of a cell of a code that has one.
+    /// Returns the receiver of a cell whose code has one.
     #[must_use]
     #[inline(always)]
     pub fn receiver(&self, cell: u32, code: u8) -> u32 {

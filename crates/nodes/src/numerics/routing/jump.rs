@@ -1,7 +1,7 @@
-//! Water that jumps from the bottom of a depression to the far side of its pass.
+//! Transfers water from the pit of a depression to the far side of its pass.
 //!
-//! Directions do not change. The amount collected in a pit is added to the first cell beyond the pass, from the
-//! innermost basin outwards, and everything is accumulated once more: twice the work, whatever the number of
+//! Directions do not change. The amount that collects in a pit is added to the first cell beyond the pass, from the
+//! innermost basin outwards, and everything is accumulated a second time: twice the work, whatever the number of
 //! depressions.
 
 use orograph_graph::{Job, NodeError};
@@ -9,8 +9,8 @@ use orograph_graph::{Job, NodeError};
 use super::{Depressions, Drainage, Elevation, Grid, basins::OUTSIDE, drainage::Amount};
 
 impl<T: Elevation> Depressions<T> {
-    /// Accumulates `amounts` downstream as [`Drainage::accumulate`] does along `codes`, where pits keep their water,
-    /// and past each pit onwards from the far side of its pass.
+    /// Accumulates `amounts` downstream along `codes` as [`Drainage::accumulate`] does, and continues the amount of
+    /// each pit from the far side of its pass.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
@@ -45,7 +45,7 @@ impl<T: Elevation> Depressions<T> {
         Ok(())
     }
 
-    /// Returns the pits whose water continues beyond a pass inside the world.
+    /// Returns the pits whose water continues beyond a pass within the world.
     pub fn jumps(&self, grid: &Grid) -> impl Iterator<Item = u32> {
         self.exits(grid).into_iter().zip(&self.pits).filter(|(exit, _)| exit.far.is_some()).map(|(_, pit)| *pit)
     }

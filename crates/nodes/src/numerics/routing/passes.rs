@@ -1,31 +1,31 @@
 //! Passes between basins.
 //!
-//! A pass is a link between two cells of different basins, as high as the higher of them. Only the lowest between two
-//! basins matters, and most links can be excluded by a look at their neighbours: if a cell that touches both ends
-//! belongs to one of the two basins and makes a lower link to the other. The remaining links are local minima along
-//! the borders of basins, a small part of all, which the spanning tree uses as they are.
+//! A pass is a link between two cells of different basins; its height is that of the higher cell. Only the lowest pass
+//! between two basins matters. Most links are excluded by a local test: a cell adjacent to both ends belongs to one of
+//! the two basins and has a lower link to the other. The remaining links are local minima along the divides, a small
+//! fraction of all, which the spanning tree takes as they are.
 
 use orograph_graph::{Job, NodeError};
 
 use super::{Elevation, Grid, Outlet, basins::OUTSIDE};
 use crate::numerics::{par, simd::simd};
 
-/// Directions that number the links of a cell; the other four belong to its neighbours.
+/// Directions of the links that a cell numbers; the other four belong to its neighbours.
 pub const FORWARD: [usize; 4] = [0, 5, 6, 7];
-/// Number, in addition to those of [`FORWARD`], of the link from a cell on an open side out of the world.
+/// Number of the link out of the world from a cell on an open side, after those of [`FORWARD`].
 pub const LEAVES: u32 = 4;
 
 /// A pass between two basins.
 #[derive(Clone, Copy, Debug)]
 pub struct Edge<P> {
-    /// Their labels.
+    /// Labels of the two basins.
     pub basins: [u32; 2],
-    /// Its height and number.
+    /// Height and number of the link.
     pub pass: P,
 }
 
-/// For the inner cells of a row, the set of [`FORWARD`] links that are passes and may be lowest. `heights` and `labels`
-/// are the rows above, here and below.
+/// Computes, for the inner cells of a row, the set of [`FORWARD`] links that may be lowest passes. `heights` and
+/// `labels` are those of the rows above, here and below.
 macro_rules! passes_body {
     ($float:ty, $int:ty, $heights:ident, $labels:ident, $links:ident) => {{
         let len = $links.len();
@@ -38,7 +38,7 @@ macro_rules! passes_body {
             let [n, ne, w] = [(n[x], n_label[x] as $int), (ne[x], ne_label[x] as $int), (w[x], w_label[x] as $int)];
             let [e, sw] = [(e[x], e_label[x] as $int), (sw[x], sw_label[x] as $int)];
             let [s, se] = [(s[x], s_label[x] as $int), (se[x], se_label[x] as $int)];
-            // Returns true if a third cell makes the link superfluous; never by a height that is NaN.
+            // returns true if a third cell makes the link redundant; never for NaN heights
             let lower = |other: ($float, $int), third: ($float, $int)| {
                 let pass = if height > other.0 { height } else { other.0 };
                 let from_here = if height > third.0 { height } else { third.0 };
@@ -70,7 +70,7 @@ simd! {
     }
 }
 
-/// Passes between basins, among them the lowest between each two that touch, row after row.
+/// Finds passes between basins, row by row, which include the lowest of each two adjacent basins.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -93,7 +93,7 @@ pub fn find<T: Elevation>(
             if !basin(here) && !basin(below) {
                 return Ok(edges);
             }
-            // Only links to the east where there is no row below, and every link at the sides.
+            // only links to the east if there is no row below; all links at the sides
             let exist = if grid.row_below(y).is_some() { 0b1111 } else { 0b0001 };
             if nx > 2 {
                 let around = [above, here, below];

@@ -1,11 +1,11 @@
 //! One receiver per cell.
 //!
-//! - [`d8`]: the neighbour of steepest descent (O'Callaghan and Mark 1984). Of equally steep ones the first in the order
-//!   E, NE, N, NW, W, SW, S, SE is taken.
+//! - [`d8`]: the neighbour of steepest descent (O'Callaghan and Mark 1984). Ties are resolved in the order E, NE, N,
+//!   NW, W, SW, S, SE.
 //! - [`rho_infinity`]: one of the two neighbours that bound the steepest of the eight triangular facets around the cell
-//!   (Tarboton 1997), drawn with the probability that makes the mean direction that of the facet. Still one receiver
-//!   per cell, as implicit solvers need, but without the preference of D8 for multiples of 45°. It unites the random
-//!   choice of Fairfield and Leymarie (1991) with Tarboton's facets.
+//!   (Tarboton 1997), drawn at random so that the expected direction is that of the facet. There is one receiver per
+//!   cell, as implicit solvers need, without the preference of D8 for multiples of 45°. It combines the random choice
+//!   of Fairfield and Leymarie (1991) with Tarboton's facets.
 
 use orograph_graph::{Job, NodeError, mix};
 
@@ -57,7 +57,7 @@ simd! {
     }
 }
 
-/// Fills `codes` with the receivers of steepest descent; outlets and pits are marked.
+/// Fills `codes` with the receivers of steepest descent and marks outlets and pits.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -85,7 +85,7 @@ pub fn d8<T: Elevation>(job: &Job<'_>, grid: &Grid, heights: &[T], codes: &mut [
     )
 }
 
-/// Lets water leave the world at every cell below the level of a sea.
+/// Makes every cell below sea level an outlet.
 pub fn end_at_sea(heights: &[f32], sea_level_m: f64, codes: &mut [u8]) {
     par::change_with(codes, heights, |code, &height| {
         if f64::from(height) < sea_level_m {
@@ -94,8 +94,8 @@ pub fn end_at_sea(heights: &[f32], sea_level_m: f64, codes: &mut [u8]) {
     });
 }
 
-/// Fills `codes` with receivers drawn between the neighbours that bound the steepest facet. `seed` selects the draw;
-/// use a different one at every step.
+/// Fills `codes` with receivers drawn at random from the two neighbours that bound the steepest facet. `seed` selects
+/// the draw; use a different one in every step.
 ///
 /// `tangents` receives the direction of steepest descent on that facet: the tangent of its angle from the neighbour
 /// across a side, 0 to 1, in units of 1 / 255. See [`length`].
@@ -122,10 +122,11 @@ pub fn rho_infinity(
     rows(job, grid, heights, out, row, single)
 }
 
-/// The length of a link along the direction of steepest descent, in cells, from a tangent of [`rho_infinity`].
+/// Returns the length of a link projected on the direction of steepest descent, in cells, from a tangent of
+/// [`rho_infinity`].
 ///
-/// A plane of gradient S that falls at an angle from the link drops by S times this along it. Laws of slope that use
-/// it instead of the distance treat all directions equally; with the distance, slopes would be regular octagons.
+/// A plane of gradient S that falls at an angle to the link drops by S times this length along it. Slope-dependent laws
+/// that use it instead of the distance are isotropic; with the distance, slopes would be regular octagons.
 #[must_use]
 pub fn length(diagonal: bool, tangent: u8) -> f64 {
     let tangent = f64::from(tangent) / 255.0;
@@ -140,8 +141,8 @@ simd! {
         let [centre, e, ne, n, nw, w, sw, s, se] = around.map(|row| &row[..len]);
         for x in 0..len {
             let here = centre[x];
-            // Of the steepest facet: the square of its slope, the drops along its two legs, its two neighbours. A leg
-            // is as long as a cell, and the first runs to the neighbour across a side.
+            // for the steepest facet: the square of its slope, the drops along its two legs, its two neighbours; a leg
+            // is as long as a cell, and the first leads to the neighbour across a side
             let mut steepest = 0.0_f64;
             let (mut leg_1, mut leg_2) = (1.0_f64, 0.0_f64);
             let (mut beside, mut across) = (PIT as u64, PIT as u64);
@@ -173,7 +174,7 @@ simd! {
             facet(w[x], sw[x], 4, 5);
             facet(s[x], sw[x], 6, 5);
             facet(s[x], se[x], 6, 7);
-            // The angle from the first leg in units of 45°: atan(t) / 45° to 0.005 for t from 0 to 1.
+            // angle from the first leg in units of 45°: atan(t) / 45° to 0.005 for t from 0 to 1
             let tangent = if leg_2 <= 0.0 { 0.0 } else if leg_2 >= leg_1 { 1.0 } else { leg_2 / leg_1 };
             let angle = tangent * (1.0 + 0.3476 * (1.0 - tangent));
             let draw = f64::from(mix((first + x as u32).wrapping_mul(0x9E37_79B9) ^ seed) >> 8) * (1.0 / 16_777_216.0);
@@ -184,9 +185,9 @@ simd! {
     }
 }
 
-/// Calls `row` for the inner columns of every row of `out` with the number of the first cell, the cells and their
-/// neighbours, and
-/// `single` for the cells of the first and last column. A neighbour beyond the raster is above everything.
+/// Calls `row` for the inner columns of every row of `out`, with the index of the first cell, the cells and their
+/// neighbours, and `single` for the cells of the first and last column. Neighbours beyond the raster are higher than
+/// any height.
 fn rows<'a, T: Elevation>(
     job: &Job<'_>,
     grid: &Grid,

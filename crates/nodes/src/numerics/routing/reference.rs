@@ -1,10 +1,10 @@
-//! Reference implementations for tests of the engine: the simplest form of each algorithm, one cell after the other.
+//! Reference implementations for tests of flow routing: the simplest form of each algorithm, cell by cell.
 
 use std::{cmp::Reverse, collections::BinaryHeap};
 
 use super::code::STEPS;
 
-/// Neighbours inside a raster of `nx` columns, with their directions. Nothing wraps around.
+/// Returns the neighbours inside a raster of `nx` columns, with their directions, without wrapping.
 pub fn neighbours(nx: usize, len: usize, cell: usize) -> impl Iterator<Item = (usize, usize)> {
     STEPS.iter().enumerate().filter_map(move |(direction, &(dx, dy))| {
         let (x, y) = ((cell % nx) as i32 + dx, (cell / nx) as i32 + dy);
@@ -18,8 +18,8 @@ pub fn on_border(nx: usize, len: usize, cell: usize) -> bool {
     neighbours(nx, len, cell).count() < 8
 }
 
-/// The filled surface by the priority flood (Barnes, Lehman and Mulla 2014) from the cells of `outlet`. Heights must
-/// not be negative, so that their bits are in their order.
+/// Returns the surface filled by the priority flood (Barnes, Lehman and Mulla 2014) from the cells of `outlet`. Heights
+/// must not be negative, so that their bits have the same order.
 pub fn priority_flood(nx: usize, heights: &[f32], outlet: impl Fn(usize) -> bool) -> Vec<f32> {
     let mut filled = vec![f32::NAN; heights.len()];
     let mut queue = BinaryHeap::new();
@@ -38,7 +38,7 @@ pub fn priority_flood(nx: usize, heights: &[f32], outlet: impl Fn(usize) -> bool
     filled
 }
 
-/// Number of cells that drain through each cell, when each passes on to `receiver`. `None` when water goes in circles.
+/// Returns the drainage area of each cell in cells, given its `receiver`. Returns None if receivers form a cycle.
 pub fn accumulate(receiver: &[Option<usize>]) -> Option<Vec<u32>> {
     let mut cells = vec![0; receiver.len()];
     for source in 0..receiver.len() {

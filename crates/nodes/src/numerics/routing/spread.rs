@@ -1,14 +1,14 @@
-//! Water that spreads over several receivers, and the terrain it drains.
+//! Dispersed flow over several receivers, and its drainage area.
 //!
 //! - [`Spread::DInfinity`] (Tarboton 1997): the two neighbours that bound the steepest of the eight triangular facets
-//!   around the cell, each by how near the direction of steepest descent is to it.
+//!   around the cell, divided by the angle of steepest descent between them.
 //! - [`Spread::Freeman`] (Freeman 1991): every lower neighbour, in proportion to a power of its slope.
 //!
-//! Where no neighbour is lower, as on the surface of a lake, all water goes to the one receiver of the cell's code.
-//! On a filled surface with carved codes water cannot flow in circles: it flows down, or level along a tree.
+//! Where no neighbour is lower, as on the surface of a lake, all water goes to the receiver of the cell's code. On a
+//! filled surface with carved codes flow has no cycles: it leads downhill, or over flats along a tree.
 //!
-//! Shares are computed row by row, many cells at once (module `shares`), and stored with the cell that receives them;
-//! then each cell sums its inflow (module `gather`).
+//! Fractions are computed row by row in SIMD lanes (module `shares`) and stored with the receiving cell; then each cell
+//! sums its inflow (module `gather`).
 
 use orograph_graph::{Job, NodeError, memory::zeroed};
 
@@ -25,7 +25,7 @@ use super::{
 };
 use crate::numerics::par;
 
-/// Rows whose shares are computed sequentially.
+/// Rows of a band, whose fractions one task computes.
 const BAND_ROWS: usize = 64;
 
 /// Distribution of water to neighbours.
@@ -40,7 +40,7 @@ pub enum Spread {
     },
 }
 
-/// Accumulates `amounts` downstream: afterwards each is the sum over the cell and all that it receives.
+/// Accumulates `amounts` downstream: afterwards each is the cell's own amount plus its inflow.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -56,7 +56,7 @@ pub fn accumulate(
     gather::accumulate(job, grid, codes, &mut links, amounts)
 }
 
-/// The shares of all cells.
+/// Computes the fractions of all cells.
 fn links(job: &Job<'_>, grid: &Grid, heights: &[f32], codes: &[u8], spread: Spread) -> Result<Links, NodeError> {
     let (nx, cells, band) = (grid.nx, grid.cells(), BAND_ROWS * grid.nx);
     let mut links = Links { incoming: zeroed(cells)?, gives: zeroed(cells)?, missing: zeroed(cells)? };
@@ -85,7 +85,7 @@ fn links(job: &Job<'_>, grid: &Grid, heights: &[f32], codes: &[u8], spread: Spre
     Ok(links)
 }
 
-/// Inputs of the shares.
+/// Inputs of the fractions.
 struct Source<'a> {
     grid: &'a Grid,
     heights: &'a [f32],
@@ -93,7 +93,7 @@ struct Source<'a> {
     spread: Spread,
 }
 
-/// Shares that the cells of a row give in each direction, and a cell more on either side.
+/// Fractions that the cells of a row give in each direction, with one more cell at either end.
 struct Row {
     shares: [Vec<f32>; 8],
 }
@@ -105,14 +105,14 @@ impl Row {
 }
 
 impl Source<'_> {
-    /// Computes the shares of a row. A row beyond the raster gives nothing.
+    /// Computes the fractions of a row; a row beyond the raster gives nothing.
     fn give(&self, y: Option<usize>, row: &mut Row) {
         let nx = self.grid.nx;
         let Some(y) = y else {
             row.shares.iter_mut().for_each(|shares| shares.fill(0.0));
             return;
         };
-        // Heights around, with a column more on either side: beyond the raster everything is higher.
+        // heights of three rows with one more column at either end, +∞ beyond the raster
         let lines = [self.grid.row_above(y), Some(y), self.grid.row_below(y)].map(|y| {
             let Some(y) = y else { return vec![f32::INFINITY; nx + 2] };
             let line = &self.heights[y * nx..(y + 1) * nx];

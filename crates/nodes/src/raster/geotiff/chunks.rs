@@ -37,7 +37,7 @@ enum Sample {
     F64,
 }
 
-/// How an image is cut into chunks and how they are packed.
+/// The division of an image into chunks, and their compression.
 pub(super) struct Layout {
     columns: u64,
     rows: u64,
@@ -64,7 +64,7 @@ impl Sample {
         }
     }
 
-    /// Turns little-endian bytes into numbers; `nodata` becomes NaN. `stride` is in bytes.
+    /// Converts little-endian bytes to numbers; `nodata` becomes NaN. `stride` is in bytes.
     fn convert(self, bytes: &[u8], stride: usize, nodata: Option<f64>, out: &mut [f32]) {
         fn run<const N: usize, T: Copy + PartialEq>(
             bytes: &[u8],
@@ -81,7 +81,7 @@ impl Sample {
                 *out = if nodata == Some(value) { f32::NAN } else { real(value) };
             }
         }
-        // A declared value that the type cannot represent marks nothing.
+        // a declared no-data value that the type cannot represent matches nothing
         let whole = |lo: f64, hi: f64| nodata.filter(|v| v.fract() == 0.0 && (lo..=hi).contains(v));
         match self {
             Self::U8 => {
@@ -162,12 +162,12 @@ impl Layout {
         })
     }
 
-    /// Returns true if a byte of the file can represent more than one.
+    /// Returns true if the chunks are compressed.
     pub(super) fn is_compressed(&self) -> bool {
         self.compression != Compression::None
     }
 
-    /// Bytes of a sample.
+    /// Returns the number of bytes of a sample.
     pub(super) const fn sample_bytes(&self) -> usize {
         self.sample.bytes()
     }
@@ -177,7 +177,7 @@ impl Layout {
         let columns = self.columns as usize;
         let across = self.columns.div_ceil(self.chunk[0]) as usize;
         let mut samples = filled(columns * self.rows as usize, f32::NAN)?;
-        // A chunk is at most as high as the image here; a tile may be higher, and then there is one row of them.
+        // a chunk is at most as high as the image here; a tile may be higher, and then there is a single row of tiles
         let band_rows = self.chunk[1].min(self.rows) as usize;
         par::each(samples.chunks_mut(columns * band_rows), |down, band| {
             for along in 0..across {
@@ -250,7 +250,8 @@ impl Layout {
         Ok(Some(bytes))
     }
 
-    /// Predictor 2: each sample was stored as its difference from the one before it of the same band, modulo its width.
+    /// Undoes predictor 2: each sample is stored as its difference from the previous one of the same band, modulo its
+    /// width.
     fn accumulate(&self, row: &mut [u8]) {
         fn run<const N: usize, T: Copy>(
             row: &mut [u8],
@@ -276,7 +277,7 @@ impl Layout {
     }
 }
 
-/// Predictor 3: the bytes of a row were sorted by significance, highest first, and stored as differences of bytes.
+/// Undoes predictor 3: the bytes of a row are sorted by significance, highest first, and stored as differences.
 fn gather_float(stored: &mut [u8], row: &mut [u8], width: usize, bands: usize) {
     for at in bands..stored.len() {
         stored[at] = stored[at].wrapping_add(stored[at - bands]);
@@ -301,7 +302,7 @@ fn inflate(packed: &[u8], size: usize, index: usize) -> Result<Vec<u8>, Problem>
     Ok(bytes)
 }
 
-/// Decodes until the chunk is full: some writers leave the closing code out or pad it away.
+/// Decodes until the chunk is full: some writers omit the end code or pad it away.
 fn unpack_lzw(packed: &[u8], size: usize, index: usize) -> Result<Vec<u8>, Problem> {
     let mut bytes = zeroed(size)?;
     let mut decoder = weezl::decode::Decoder::with_tiff_size_switch(BitOrder::Msb, 8);

@@ -80,7 +80,7 @@ impl<'a> Directory<'a> {
         let big_endian = all.first() == Some(&b'M');
         let bytes = Bytes { all, big_endian };
         let big = bytes.number(2, 2)? == 43;
-        // Where the first directory is; length of its count, of a tag's count and of an offset.
+        // position of the first directory; lengths of its count, of a tag's count and of an offset
         let (at, count_len, word) = if big { (bytes.number(8, 8)?, 8, 8) } else { (bytes.number(4, 4)?, 2, 4) };
         let count = bytes.number(at, count_len)?;
         let entry_len = 4 + 2 * word;
@@ -96,19 +96,19 @@ impl<'a> Directory<'a> {
             let Some(len) = width(kind).and_then(|width| count.checked_mul(width as u64)) else { continue };
             let value_at = at + count_len + index * entry_len + 4 + word;
             let value_at = if len <= word { value_at } else { bytes.number(value_at, word)? };
-            // The first of equal tags counts, and one beyond the end matters only when it is requested.
+            // the first of duplicate tags counts; one beyond the end of the file is an error only if it is requested
             let data = bytes.slice(value_at, len).unwrap_or_default();
             entries.entry(name).or_insert(Entry { kind, data });
         }
         Ok(Self { big_endian, entries })
     }
 
-    /// Returns true if numbers begin with their highest byte.
+    /// Returns true if numbers are big-endian.
     pub(super) const fn big_endian(&self) -> bool {
         self.big_endian
     }
 
-    /// Returns the integers of a tag; empty when it is missing.
+    /// Returns the integers of a tag, empty if it is missing.
     pub(super) fn numbers(&self, name: u16) -> Result<Vec<u64>, Problem> {
         let Some(entry) = self.entries.get(&name) else { return Ok(Vec::new()) };
         match (entry.kind, width(entry.kind)) {
@@ -119,12 +119,12 @@ impl<'a> Directory<'a> {
         }
     }
 
-    /// Returns the integer of a tag. Returns None when it is missing.
+    /// Returns the integer of a tag. Returns None if it is missing.
     pub(super) fn number(&self, name: u16) -> Result<Option<u64>, Problem> {
         Ok(self.numbers(name)?.first().copied())
     }
 
-    /// Returns the real numbers of a tag; empty when it is missing or of another type.
+    /// Returns the floating-point numbers of a tag, empty if it is missing or of another type.
     pub(super) fn reals(&self, name: u16) -> Vec<f64> {
         match self.entries.get(&name) {
             Some(Entry { kind: 12, data }) => {
@@ -134,7 +134,7 @@ impl<'a> Directory<'a> {
         }
     }
 
-    /// Returns the text of a tag, up to its closing zero. Returns None when it is missing.
+    /// Returns the text of a tag, up to its terminating zero. Returns None if it is missing.
     pub(super) fn text(&self, name: u16) -> Option<&'a str> {
         let entry = self.entries.get(&name)?;
         let end = entry.data.iter().position(|byte| *byte == 0).unwrap_or(entry.data.len());

@@ -15,11 +15,11 @@ mod key {
 /// Code for "given by other keys".
 const USER_DEFINED: u64 = 32_767;
 
-/// Reads cell size, north-west corner and reference system from the tags. A raster stored south up is turned north
-/// up; the orientation of one that is rotated against its axes is ignored.
+/// Reads cell size, north-west corner and reference system from the tags. A raster stored south-up is flipped to
+/// north-up; the rotation of a raster that is not aligned with the axes is ignored.
 pub(super) fn read(directory: &Directory<'_>, raster: &mut Raster) -> Result<(), Problem> {
     let keys = directory.numbers(tag::GEO_KEY_DIRECTORY)?;
-    // Four shorts of header, then four a key: name, where its value is (0 = here), count, value.
+    // four shorts of header, then four per key: name, location of its value (0 = here), count, value
     let find = |name: u64| {
         keys.chunks_exact(4).skip(1).find(|k| k[0] == name && k[1] == 0).map(|k| k[3]).filter(|v| *v != USER_DEFINED)
     };
@@ -35,7 +35,7 @@ pub(super) fn read(directory: &Directory<'_>, raster: &mut Raster) -> Result<(),
     }
     let mut origin = [c, f];
     if find(key::RASTER_TYPE) == Some(2) {
-        // The place given is that of a cell's centre, not of its corner.
+        // the given position is that of a cell's centre, not of its corner
         origin = [c - 0.5 * (a + b), f - 0.5 * (d + e)];
     }
     if e > 0.0 {
@@ -64,7 +64,7 @@ pub(super) fn read(directory: &Directory<'_>, raster: &mut Raster) -> Result<(),
 }
 
 /// Returns the map from (column, row) to (x, y): `x = a column + b row + c`, `y = d column + e row + f`. Returns None
-/// when the tags have none.
+/// if the tags have none.
 fn transform(directory: &Directory<'_>) -> Option<[f64; 6]> {
     if let [a, b, _, c, d, e, _, f, ..] = directory.reals(tag::MODEL_TRANSFORMATION)[..] {
         return Some([a, b, c, d, e, f]);

@@ -1,15 +1,15 @@
-//! GeoTIFF: one band of whole or real numbers in strips or tiles, with its place on the globe.
+//! GeoTIFF: one band of integers or floats in strips or tiles, with its georeference.
 //!
 //! Sources: Adobe, "TIFF Revision 6.0" (1992); Adobe Photoshop, "TIFF Technical Note 3" (2005; predictor 3); AWare
 //! Systems, "The BigTIFF file format" (2007); OGC 19-008r4, "GeoTIFF Standard" (2019); GDAL's tag 42113 for no data.
 //!
-//! Read: classic and BigTIFF of either byte order; whole numbers of 8, 16 and 32 bits, real numbers of 32 and 64; no
-//! compression, deflate, LZW; predictors 1, 2 and 3; the first band of several; the first image of the file. Written:
-//! f32 in uncompressed strips.
+//! Read: classic and BigTIFF of either byte order; integers of 8, 16 and 32 bits, floats of 32 and 64; no compression,
+//! deflate, LZW; predictors 1, 2 and 3; the first band of several; the first image of the file. Written: f32 in
+//! uncompressed strips.
 //!
-//! The container is read here rather than by the `tiff` crate, which fails on some sound LZW tiles (image-tiff issue
-//! 395) and computes with the sizes a header claims before it has checked them; the decompressors are `weezl` and
-//! `flate2`.
+//! This module reads the container itself instead of using the `tiff` crate, which fails on some valid LZW tiles
+//! (image-tiff issue 395) and calculates with the sizes in a header before it has checked them. The decompressors are
+//! `weezl` and `flate2`.
 
 mod chunks;
 mod directory;

@@ -7,7 +7,7 @@ fn read(bytes: &[u8]) -> Result<Raster, Problem> {
     super::read(bytes, &|| true)
 }
 
-/// A little-endian classic TIFF of 16-bit samples in one strip, with the given tags (tag, type, values) beside it.
+/// Builds a little-endian classic TIFF of 16-bit samples in one strip, with additional tags (tag, type, values).
 fn tiff(columns: u32, rows: u32, samples: &[u16], extra: &[(u16, u16, Vec<u8>)]) -> Vec<u8> {
     let short = |v: u16| v.to_le_bytes().to_vec();
     let long = |v: u32| v.to_le_bytes().to_vec();
@@ -86,12 +86,12 @@ fn a_header_that_claims_gigabytes_is_refused() {
     let claim = |columns, rows, extra: &[(u16, u16, Vec<u8>)]| read(&tiff(columns, rows, &small, extra)).unwrap_err();
     assert!(matches!(claim(32_000, 32_000, &[]), Problem::Lying { columns: 32_000, rows: 32_000, .. }));
     assert!(matches!(claim(u32::MAX, u32::MAX, &[]), Problem::Lying { .. }));
-    // Compressed: within the strongest ratio of the file, but not of its only strip.
+    // compressed: possible for the length of the file, but not for that of its only strip
     let deflate = (tag::COMPRESSION, 3, shorts(&[8]));
     assert!(matches!(claim(32_000, 32_000, std::slice::from_ref(&deflate)), Problem::Lying { .. }));
     let strip = (tag::STRIP_BYTE_COUNTS, 4, 10_u32.to_le_bytes().to_vec());
     assert!(matches!(claim(1000, 900, &[deflate, strip]), Problem::Truncated(_)));
-    // A tile far larger than the image.
+    // a tile far larger than the image
     let tiles = [
         (tag::TILE_WIDTH, 4, u32::MAX.to_le_bytes().to_vec()),
         (tag::TILE_LENGTH, 4, u32::MAX.to_le_bytes().to_vec()),

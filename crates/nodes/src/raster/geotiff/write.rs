@@ -1,7 +1,7 @@
-//! Writing GeoTIFF: one band of f32, uncompressed strips, cell size and place as GDAL writes and reads them.
+//! Writes GeoTIFF: one band of f32, uncompressed strips, cell size and position as GDAL writes and reads them.
 //!
-//! Uncompressed, because deflate hardly shrinks the noise-like mantissas of terrain, and takes far longer than
-//! writing them.
+//! Uncompressed, because deflate hardly shrinks the noise-like mantissas of terrain and takes far longer than writing
+//! them.
 
 use std::{
     io::{self, Seek, SeekFrom, Write},
@@ -15,21 +15,21 @@ use tiff::{
     tags::Tag,
 };
 
-/// Beyond this many bytes of samples, offsets need 64 bits.
+/// Above this many bytes of samples, offsets need 64 bits.
 const CLASSIC_MOST: u64 = 0xF000_0000;
 
 /// The bytes before and after the samples of a file.
 pub(in crate::raster) struct Frame {
-    /// From the beginning of the file to its samples.
+    /// From the beginning of the file to the samples.
     pub(in crate::raster) head: Vec<u8>,
-    /// From behind the samples to the end.
+    /// From the end of the samples to the end of the file.
     pub(in crate::raster) tail: Vec<u8>,
 }
 
 impl Frame {
     /// Returns the frame of a raster of a window; `has_voids` is true if any of its samples is NaN, and changes only
-    /// the tail. The reference system is a local one in metres, x east and y north from the world's south-west
-    /// corner, so that tiles of a world fit together.
+    /// the tail. The reference system is a local one in metres, x east and y north from the world's south-west corner,
+    /// so that tiles of a world match.
     pub(in crate::raster) fn of(window: &Window, has_voids: bool) -> io::Result<Self> {
         let bytes = 4 * window.len() as u64;
         let head = encode(window, has_voids, None)?.0;
@@ -38,8 +38,8 @@ impl Frame {
     }
 }
 
-/// Lets the `tiff` crate write a file of zeros, of which only the frame is kept; returns where its samples begin.
-/// Without a place for the samples they are left out.
+/// Lets the `tiff` crate write a file of zeros and keeps only its frame. Returns the offset of the samples. Without
+/// `samples`, they are omitted.
 fn encode(window: &Window, has_voids: bool, samples: Option<Range<u64>>) -> io::Result<(u64, Outline)> {
     let zeros = samples.is_some();
     let mut to = Outline { at: 0, samples: samples.unwrap_or(u64::MAX..u64::MAX), head: Vec::new(), tail: Vec::new() };
@@ -68,7 +68,7 @@ fn image<W: Write + Seek, K: TiffKind>(
     let tags = image.encoder();
     tags.write_tag(Tag::ModelPixelScaleTag, [d, d, 0.0].as_slice())?;
     tags.write_tag(Tag::ModelTiepointTag, [0.0, 0.0, 0.0, west, north, 0.0].as_slice())?;
-    // Version 1.1.0 and four keys: a local system, cells are areas, its name, metres.
+    // version 1.1.0 and four keys: a local system, cells are areas, its name, metres
     let citation = "Orograph world|";
     let keys: [u16; 20] = [
         1,
@@ -107,7 +107,7 @@ fn image<W: Write + Seek, K: TiffKind>(
     Ok(head)
 }
 
-/// Keeps the bytes written before and after a range, and discards those within.
+/// Keeps the bytes written before and after a range, and discards those inside.
 struct Outline {
     at: u64,
     samples: Range<u64>,

@@ -1,4 +1,4 @@
-//! The chunks of a PNG file that hold its rows, written before their length is known.
+//! The data chunks of a PNG file, written before their length is known.
 
 use std::io::{self, Read, Seek, SeekFrom, Write};
 
@@ -7,10 +7,10 @@ use super::super::part::Part;
 /// The last chunk of every PNG file, whose checksum is always the same.
 const END: [u8; 12] = [0, 0, 0, 0, b'I', b'E', b'N', b'D', 0xae, 0x42, 0x60, 0x82];
 
-/// Chunks of at most so many bytes, each completed with its length and checksum when it is full.
+/// Chunks of at most `most` bytes; length and checksum are filled in when a chunk is full.
 pub(super) struct Idat {
     most: usize,
-    /// Where the open chunk begins in the file.
+    /// Position of the open chunk in the file.
     start: Option<u64>,
     length: usize,
     checksum: flate2::Crc,
@@ -49,7 +49,7 @@ impl Idat {
         Ok(())
     }
 
-    /// Completes the open chunk, if there is one.
+    /// Completes the open chunk, if any.
     fn close(&mut self, to: &mut Part) -> io::Result<()> {
         let Some(start) = self.start.take() else { return Ok(()) };
         to.write_all(&self.checksum.sum().to_be_bytes())?;
@@ -67,10 +67,10 @@ impl Idat {
     }
 }
 
-/// The most bytes of a block that is stored without compression.
+/// Maximum number of bytes of a stored (uncompressed) block.
 const STORED: usize = 0xffff;
 
-/// Writes `length` bytes of `from` without compression, as zlib (RFC 1950) wraps them.
+/// Writes `length` bytes of `from` as stored blocks of a zlib stream (RFC 1950).
 pub(super) fn store(idat: &mut Idat, to: &mut Part, mut from: impl Read, length: u64) -> io::Result<()> {
     idat.write(to, &[0x78, 0x01])?;
     let mut block = vec![0; 5 + STORED];
@@ -89,9 +89,9 @@ pub(super) fn store(idat: &mut Idat, to: &mut Part, mut from: impl Read, length:
     }
 }
 
-/// Continues M. Adler's checksum: the sum of bytes and the sum of these sums.
+/// Updates an Adler-32 checksum: the sum of bytes, and the sum of these sums.
 fn adler([mut sum, mut sums]: [u32; 2], bytes: &[u8]) -> [u32; 2] {
-    // this many of the largest bytes stay within 32 bits
+    // sums of this many bytes of 255 fit into 32 bits
     for part in bytes.chunks(5552) {
         for byte in part {
             sum += u32::from(*byte);

@@ -1,10 +1,10 @@
-//! Grey PNG as codes for heights; PNG as a picture.
+//! PNG: grey as codes for heights, and colour as pictures.
 //!
-//! Source: W3C, "Portable Network Graphics (PNG) Specification (Third Edition)" (2025). Grey of up to 8 bits is read
-//! as codes from 0 to 255, of 16 bits from 0 to 65535; the sidecar or the graph gives their range. A fully
-//! transparent cell is void.
+//! Source: W3C, "Portable Network Graphics (PNG) Specification (Third Edition)" (2025). Grey of up to 8 bits is read as
+//! codes from 0 to 255, grey of 16 bits as codes from 0 to 65535; the sidecar or the graph gives their range. Fully
+//! transparent cells are voids.
 //!
-//! Written rows are compressed as they come ([`Stream`]).
+//! Rows are compressed as they are written ([`Stream`]).
 
 mod idat;
 mod stream;
@@ -32,7 +32,7 @@ pub(super) fn read(bytes: &[u8], sidecar: Option<&Sidecar>, go_on: GoOn<'_>) -> 
         });
     }
     let held = bytes.len() as u64;
-    // Cells of less than a byte are packed, so that one byte holds several.
+    // cells of less than a byte are packed, several to a byte
     let cells = claimed_cells(columns.into(), rows.into(), bits.div_ceil(8), held, MAX_RATIO * (8 / bits.min(8)))?;
     let mut reader = decoder.read_info().map_err(fault)?;
     if reader.info().animation_control.is_some() {

@@ -1,9 +1,9 @@
-//! PNG written row by row.
+//! Writes PNG row by row.
 //!
 //! Rows are compressed by `fdeflate`, the fastest compressor for such data, which runs on one thread. The work before
-//! it, a third of the total, runs on the other threads at the same time: one band of rows is encoded and filtered
-//! while the band before it is compressed and written. Bands begin at fixed rows, however many rows come at a time,
-//! so the bytes of the file depend on the picture alone. About three bands are in memory.
+//! it, a third of the total, runs on the other threads at the same time: one band of rows is encoded and filtered while
+//! the previous band is compressed and written. Bands begin at fixed rows, however many rows arrive at a time, so the
+//! file's bytes depend only on the picture. About three bands are in memory.
 
 use std::{
     io::{self, Cursor, Read, Write},
@@ -19,33 +19,33 @@ use super::{
     idat::{Idat, store},
 };
 
-/// Bytes of a band, the rows that are compressed together: few enough for the caches.
+/// Bytes of a band, whose rows are compressed at once: few enough for the caches.
 const BAND: usize = 1 << 20;
-/// The most bytes of a compressed chunk and of a stored one: the format ends at 2^31.
+/// Maximum number of bytes of a compressed chunk and of a stored one: the format's limit is 2^31.
 const MOST_OF_CHUNK: [usize; 2] = [1 << 30, (u32::MAX >> 1) as usize];
 
-/// What a PNG holds.
+/// Size and sample format of a PNG.
 #[derive(Clone, Copy)]
 pub(in crate::raster) struct Picture {
     pub(in crate::raster) cells: [u32; 2],
     pub(in crate::raster) colour: ColorType,
     pub(in crate::raster) depth: BitDepth,
-    /// Whether it is a picture with the curve of sRGB rather than numbers.
+    /// True for a picture with the sRGB curve, false for numbers.
     pub(in crate::raster) srgb: bool,
 }
 
 impl Picture {
-    /// Bytes of a cell.
+    /// Returns the number of bytes of a cell.
     pub(in crate::raster) fn step(&self) -> usize {
         self.colour.samples() * (self.depth as usize / 8)
     }
 
-    /// Bytes of a row.
+    /// Returns the number of bytes of a row.
     fn length(&self) -> usize {
         self.cells[0] as usize * self.step()
     }
 
-    /// The file before its rows.
+    /// Returns the bytes of the file before its rows.
     fn header(&self) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         let mut encoder = Encoder::new(&mut bytes, self.cells[0], self.cells[1]);
@@ -55,14 +55,14 @@ impl Picture {
         if self.srgb {
             encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
         }
-        // dropped, it adds the closing chunk of 12 bytes
+        // when dropped, it appends the end chunk of 12 bytes
         drop(encoder.write_header().map_err(io::Error::other)?);
         bytes.truncate(bytes.len() - 12);
         Ok(bytes)
     }
 }
 
-/// Passes on the compressor's output, in parts. It never fails: the compressor panics when its writer fails.
+/// Sends the compressor's output in parts. It never fails, because the compressor panics if its writer fails.
 struct Parts {
     part: Vec<u8>,
     to: Sender<Vec<u8>>,
@@ -82,7 +82,7 @@ impl Write for Parts {
 
     fn flush(&mut self) -> io::Result<()> {
         let part = std::mem::replace(&mut self.part, Vec::with_capacity(PART + 8));
-        // there is no receiver once writing has failed
+        // the receiver is dropped if writing has failed
         let _ = self.to.send(part);
         Ok(())
     }
@@ -91,14 +91,14 @@ impl Write for Parts {
 /// A PNG file that is being written.
 pub(in crate::raster) struct Stream {
     picture: Picture,
-    /// Rows of a whole band.
+    /// Rows of a full band.
     band: usize,
-    /// The first row of the open band, and how many of its rows are encoded.
+    /// The first row of the open band, and the number of its rows that are encoded.
     first: usize,
     encoded: usize,
     /// The row before the open band, then the rows of the band.
     bytes: Vec<u8>,
-    /// The filtered rows of the band before, which are to be compressed.
+    /// The filtered rows of the previous band, to be compressed next.
     ready: Vec<u8>,
     filtered: Vec<u8>,
     compressor: Compressor<Parts>,
@@ -125,7 +125,7 @@ impl Stream {
         })
     }
 
-    /// Rows of the open band.
+    /// Returns the number of rows of the open band.
     fn height(&self) -> usize {
         self.band.min(self.picture.cells[1] as usize - self.first)
     }
@@ -174,7 +174,7 @@ impl Stream {
         Ok(())
     }
 
-    /// Completes the file. Returns true if it is smaller than its cells, as compression is meant to make it.
+    /// Completes the file. Returns true if compression made it smaller than its cells.
     pub(in crate::raster) fn finish(mut self, to: &mut Part) -> io::Result<bool> {
         self.compressor.write_data(&self.ready)?;
         self.compressor.finish()?.flush()?;
@@ -186,8 +186,8 @@ impl Stream {
     }
 }
 
-/// Writes the rows of a complete file again, without compression: its codes are made for small numbers, and noise is
-/// shorter as it is. Reads one row at a time.
+/// Rewrites the rows of a complete file without compression: `fdeflate` is tuned for small residuals and lengthens
+/// noise. Reads one row at a time.
 pub(in crate::raster) fn stored(
     mut from: Part,
     picture: Picture,
@@ -222,7 +222,7 @@ pub(in crate::raster) fn stored(
     Ok(to)
 }
 
-/// Reads from a function.
+/// A reader of the bytes that a function supplies.
 struct Rows<F>(F);
 
 impl<F: FnMut(&mut [u8]) -> io::Result<usize>> Read for Rows<F> {

@@ -1,4 +1,4 @@
-//! How long and how strongly the sun shines on the ground, with cast shadows.
+//! Sunshine duration and irradiance of terrain, with cast shadows.
 
 mod path;
 
@@ -90,7 +90,7 @@ pub static NODE: Node = Node {
     ..Node::DEFAULT
 };
 
-/// Growth of the sampling steps towards a single sun: crisp shadows.
+/// Growth of the sampling steps towards a single sun, for sharp shadows.
 const FINE: f64 = 0.02;
 
 impl Params {
@@ -116,18 +116,18 @@ impl Params {
     }
 }
 
-/// The sun at one moment as the kernel needs it.
+/// The position of the sun at one moment, in the form that the kernel uses.
 #[derive(Clone, Copy)]
 struct Moment {
-    /// The two neighbouring directions, and the position between them.
+    /// The two neighbouring azimuths, and the position between them.
     rays: [usize; 2],
     share: f32,
     tangent: f32,
-    /// Towards it, times the flux: east, south, up.
+    /// Unit vector towards the sun, times the flux: east, south, up.
     beam: [f32; 3],
 }
 
-/// Moments of an arc and the seconds between them.
+/// Moments of an arc, and the time step in seconds.
 struct Way {
     moments: Vec<Moment>,
     step_s: f32,
@@ -158,7 +158,7 @@ struct Sight {
     flux: [f32; BLOCK],
 }
 
-/// Working space of a thread.
+/// Buffers of a thread.
 struct Scratch {
     tangents: Vec<f32>,
     slopes: [Vec<f32>; 2],
@@ -167,12 +167,12 @@ struct Scratch {
     sights: Box<[Sight; 2]>,
 }
 
-/// Rows that share a working space.
+/// Rows that share buffers.
 const BAND: usize = 16;
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    // seconds in the sun and joules, and the rows at work, in addition to the smoothed terrain
+    // sunshine seconds and joules, and the rows in progress, in addition to the smoothed terrain
     sizing.cells(9.0) + Params::read(sizing.params).rays(&sizing.window.world).bytes(&sizing.window)
 }
 
@@ -183,12 +183,12 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let horizon = Horizon::new(job, [0.0, 0.2], height, params.rays(job.world()))?;
     let surface = Surface::new(height, Method::Horn);
     let ways: Vec<Way> = arcs.iter().map(|arc| Way::new(arc, horizon.rays())).collect();
-    // directions in which the sun is at some time
+    // azimuths that are used at some time
     let mut rays: Vec<usize> = ways.iter().flat_map(|way| &way.moments).flat_map(|moment| moment.rays).collect();
     rays.sort_unstable();
     rays.dedup();
     let (nx, len) = (job.window().nx(), job.window().len());
-    // alternating rows of seconds in the sun and of joules per square metre
+    // alternating rows of sunshine seconds and of joules per square metre
     let mut sums = vec![0.0; 2 * len];
     par::bands_within(job, [0.2, 0.9], 2 * BAND, &mut sums, |first, rows| {
         let empty = Sight { above: [0.0; BLOCK], flux: [0.0; BLOCK] };
@@ -232,7 +232,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     .into())
 }
 
-/// Adds up one row: seconds in the sun and joules per square metre.
+/// Sums one row: sunshine seconds and joules per square metre.
 fn row(
     j: usize,
     horizon: &Horizon<'_>,
@@ -279,7 +279,7 @@ simd! {
 }
 
 simd! {
-    /// Computes the sunlight on cells at a moment, from the components and the cosine of slopes.
+    /// Computes the sunlight on cells at a moment, from the components of slope and its cosine.
     fn look(sight: &mut Sight, slopes: [&[f32]; 3], tangents: [&[f32]; 2], moment: &Moment) {
         let cells = slopes[0].iter().zip(slopes[1]).zip(slopes[2]).zip(tangents[0].iter().zip(tangents[1]));
         let out = sight.above.iter_mut().zip(&mut sight.flux);
@@ -293,7 +293,8 @@ simd! {
 }
 
 simd! {
-    /// Adds the sunlight between two moments, with height above the horizon and flux interpolated linearly.
+    /// Integrates the sunlight between two moments, with the sun's height above the horizon and the flux interpolated
+    /// linearly.
     fn shine(lit: &mut [f32], energy: &mut [f32], before: &Sight, now: &Sight, step_s: f32) {
         let then = before.above.iter().zip(&before.flux);
         let now = now.above.iter().zip(&now.flux);

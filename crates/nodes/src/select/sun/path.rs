@@ -1,38 +1,38 @@
-//! Position of the sun in the sky, and the strength of its beam.
+//! Position of the sun, and irradiance of its beam.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::numerics::math;
 
-/// Beam of the sun above the atmosphere at its mean distance, in W/m² (G. Kopp and J. L. Lean, 2011).
+/// Irradiance above the atmosphere at the mean distance of the sun, in W/m² (G. Kopp and J. L. Lean, 2011).
 pub const SOLAR_CONSTANT: f64 = 1361.0;
 
 /// Seconds of a day.
 pub const DAY_S: f64 = 86_400.0;
 
-/// Half of the sun's apparent diameter in degrees.
+/// Half of the sun's angular diameter in degrees.
 const RADIUS_DEG: f64 = 0.266;
 
-/// A day near the middle of each month, whose sun is about the mean of the month (S. A. Klein, 1977).
+/// A day near the middle of each month with about the mean declination of the month (S. A. Klein, 1977).
 pub const MONTHS: [f64; 12] = [17.0, 47.0, 75.0, 105.0, 135.0, 162.0, 198.0, 228.0, 258.0, 288.0, 318.0, 344.0];
 
 /// The sun at one moment.
 #[derive(Clone, Copy, Debug)]
 pub struct Position {
-    /// Unit vector towards it: east, south, up.
+    /// Unit vector towards the sun: east, south, up.
     pub towards: [f64; 3],
     /// Azimuth in degrees clockwise from north, 0 to 360.
     pub azimuth: f64,
-    /// Tangent of its altitude.
+    /// Tangent of the altitude.
     pub tangent: f64,
-    /// Flux through a surface that faces it, in W/m².
+    /// Irradiance of a surface that faces the sun, in W/m².
     pub beam: f64,
 }
 
 /// An arc of the sun's path: positions at equal time steps.
 #[derive(Clone, Debug)]
 pub struct Arc {
-    /// The moments, at least two.
+    /// Positions, at least two.
     pub positions: Vec<Position>,
     /// Time step in seconds.
     pub step_s: f64,
@@ -53,7 +53,7 @@ impl Position {
     }
 }
 
-/// Returns the sun's arc from sunrise to sunset over level ground, in that many steps. Returns None in polar night.
+/// Returns the sun's arc from sunrise to sunset above a level horizon, in that many steps. Returns None in polar night.
 pub fn day(day: f64, latitude_deg: f64, steps: u32, transmittance: f64) -> Option<Arc> {
     let declination = declination(day);
     let latitude = latitude_deg.to_radians();
@@ -72,7 +72,7 @@ pub fn day(day: f64, latitude_deg: f64, steps: u32, transmittance: f64) -> Optio
     Some(Arc { positions: positions.collect(), step_s: DAY_S * half / PI / f64::from(steps) })
 }
 
-/// Returns a sun that is fixed for a day: from its lower to its upper edge, which softens its shadows.
+/// Returns a fixed sun that lasts a day, as an arc from its lower to its upper edge, which softens shadows.
 pub fn fixed(azimuth_deg: f64, altitude_deg: f64, transmittance: f64) -> Arc {
     let azimuth = azimuth_deg.to_radians();
     let positions = [-RADIUS_DEG, RADIUS_DEG].map(|edge| {
@@ -84,7 +84,7 @@ pub fn fixed(azimuth_deg: f64, altitude_deg: f64, transmittance: f64) -> Arc {
     Arc { positions: positions.to_vec(), step_s: DAY_S }
 }
 
-/// Angle of the sun above the plane of the equator, in radians (J. W. Spencer, 1971).
+/// Returns the declination of the sun in radians (J. W. Spencer, 1971).
 pub fn declination(day: f64) -> f64 {
     let year = TAU * (day - 1.0) / 365.0;
     let wave = |k: f64| (math::cos(k * year), math::sin(k * year));
@@ -92,15 +92,14 @@ pub fn declination(day: f64) -> f64 {
     0.006_918 - 0.399_912 * c1 + 0.070_257 * s1 - 0.006_758 * c2 + 0.000_907 * s2 - 0.002_697 * c3 + 0.001_48 * s3
 }
 
-/// Beam above the atmosphere at the earth's distance on a day, in W/m² (J. W. Spencer, 1971).
+/// Returns the irradiance above the atmosphere at the earth's distance on a day, in W/m² (J. W. Spencer, 1971).
 fn above_air(day: f64) -> f64 {
     let year = TAU * (day - 1.0) / 365.0;
     let (c1, s1, c2, s2) = (math::cos(year), math::sin(year), math::cos(2.0 * year), math::sin(2.0 * year));
     SOLAR_CONSTANT * (1.000_11 + 0.034_221 * c1 + 0.001_28 * s1 + 0.000_719 * c2 + 0.000_077 * s2)
 }
 
-/// The angle that the earth turns from noon to sunset, in radians: `cos ω = −tan φ tan δ`, 0 in polar night, π in
-/// polar day.
+/// Returns the hour angle of sunset in radians: `cos ω = −tan φ tan δ`, 0 in polar night, π in polar day.
 pub fn half_day(latitude: f64, declination: f64) -> f64 {
     let cos = (-math::tan(latitude) * math::tan(declination)).clamp(-1.0, 1.0);
     math::atan2((1.0 - cos * cos).sqrt(), cos)

@@ -1,4 +1,4 @@
-//! The sun on planes, at walls, at the poles, against closed forms.
+//! The sun on planes, at walls and at the poles, compared with closed forms.
 
 use std::f64::consts::PI;
 
@@ -8,14 +8,14 @@ use crate::{
     testing::{at_every_level, field, outputs, reach_m, run as result, run_in, with_params, world},
 };
 
-/// The value of an output in the middle of a plane of 20 x 20 cells with slopes to the east and south.
+/// Returns the value of an output in the middle of a plane of 20 x 20 cells with slopes to the east and south.
 fn on_plane(slopes: [f64; 2], changes: &str, output: &str) -> f64 {
     let land = field(world(20, 20, 10.0), |x, y| slopes[0] * x + slopes[1] * y);
     f64::from(result(&NODE, &with_params(&NODE, changes), &[("height", &land)], output).samples()[10 * 20 + 10])
 }
 
-/// The length of the day on level terrain is 24 h acos(−tan φ tan δ) / π, and the sun above the air gives it
-/// S / π (ω sin φ sin δ + cos φ cos δ sin ω).
+/// The length of the day on level terrain is 24 h acos(−tan φ tan δ) / π, and the mean irradiance above the atmosphere
+/// is S / π (ω sin φ sin δ + cos φ cos δ sin ω).
 #[test]
 fn level_land_has_the_whole_day() {
     for (latitude, day) in [(45.0, 172), (45.0, 355), (0.0, 80), (-60.0, 20), (66.0, 172)] {
@@ -23,7 +23,8 @@ fn level_land_has_the_whole_day() {
         let (phi, delta) = (f64::to_radians(latitude), path::declination(f64::from(day)));
         let half = path::half_day(phi, delta);
         let duration = on_plane([0.0; 2], &changes, "duration");
-        assert!((duration / DAY_S - half / PI).abs() < 1e-5, "{latitude} {day}: {duration}"); // 48 sums in single precision
+        // 48 sums in single precision
+        assert!((duration / DAY_S - half / PI).abs() < 1e-5, "{latitude} {day}: {duration}");
         assert!((on_plane([0.0; 2], &changes, "sunlit") - 1.0).abs() < 1e-5);
         let year = 2.0 * PI * f64::from(day - 1) / 365.0;
         let near = 1.000_11
@@ -34,13 +35,13 @@ fn level_land_has_the_whole_day() {
         let level = half * math::sin(phi) * math::sin(delta) + math::cos(phi) * math::cos(delta) * math::sin(half);
         let expected = path::SOLAR_CONSTANT * near * level / PI;
         let found = on_plane([0.0; 2], &changes, "irradiance");
-        // straight lines between 49 moments of a half wave lose (π / 48)² / 12 of it
+        // linear interpolation between 49 moments of a half wave loses (π / 48)² / 12 of it
         assert!((found / expected - 1.0).abs() < 6e-4, "{latitude} {day}: {found} {expected}");
     }
 }
 
-/// At the equator on the day of equal nights the sun stays in the plane of east and zenith: a plane that rises to the
-/// west by β has the sun from its rise until it sinks behind the plane, 180° − β later.
+/// At the equator on an equinox the sun moves in the vertical plane from east to west. A plane that rises to the west
+/// by β is sunlit from sunrise until the sun sets behind it, after 180° − β.
 #[test]
 fn a_plane_has_the_sun_until_it_sinks_behind_it() {
     let day = 80;
@@ -50,10 +51,11 @@ fn a_plane_has_the_sun_until_it_sinks_behind_it() {
         for (east, way) in [(-slope, "west"), (slope, "east")] {
             let sunlit = on_plane([east, 0.0], &format!("latitude=0,day={day},azimuths=128"), "sunlit");
             let expected = 1.0 - math::atan(slope) / PI;
-            assert!((sunlit - expected).abs() < 0.003, "{way} {slope}: {sunlit} {expected}"); // the sun's way is 0.4° beside
+            // the sun's path deviates from that plane by 0.4°
+            assert!((sunlit - expected).abs() < 0.003, "{way} {slope}: {sunlit} {expected}");
         }
     }
-    // a slope to the south has more of the winter sun than one to the north
+    // a south-facing slope receives more winter sun than a north-facing one
     let [south, north] = [-0.5, 0.5].map(|slope| on_plane([0.0, slope], "latitude=50,day=355", "exposure"));
     assert!(south > 3.0 * north, "{south} {north}");
 }
@@ -73,7 +75,7 @@ fn a_wall_casts_its_shadow() {
     }
 }
 
-/// Facing a fixed sun, a slope receives its full beam; turned away, nothing.
+/// A slope that faces a fixed sun receives its full beam; one that faces away receives nothing.
 #[test]
 fn exposure_is_the_cosine() {
     let of = |slope: f64| on_plane([slope, 0.0], "period=fixed,azimuth=90,altitude=45", "exposure");

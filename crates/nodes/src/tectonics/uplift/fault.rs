@@ -15,13 +15,13 @@ pub(super) struct Fault {
     pub centre: [f64; 2],
     /// Direction of the trace, clockwise from north; the hanging wall is to its right.
     pub azimuth_deg: f64,
-    /// Half of the width of most of the step.
+    /// Half the width of the step, within which most of it happens.
     pub step_m: f64,
     /// Distance over which the motion of both blocks falls to 1/e.
     pub decay_m: f64,
-    /// Fraction of the motion that the footwall makes.
+    /// Fraction of the motion taken by the footwall.
     pub footwall: f64,
-    /// Rate of the whole throw.
+    /// Rate of the total throw.
     pub rate: f64,
 }
 
@@ -44,7 +44,7 @@ impl Fault {
 }
 
 simd! {
-    /// Computes a row of rates from the two parts of the distance to the right of the trace.
+    /// Computes a row of rates; the distance to the right of the trace is the sum of a part per column and one per row.
     fn throw(row: &mut [f32], columns: &[f64], row_m: f64, shape: [f32; 4]) {
         let [per_step, per_decay, sunk, rate] = shape;
         for (value, column_m) in row.iter_mut().zip(columns) {

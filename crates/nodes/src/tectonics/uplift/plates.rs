@@ -1,10 +1,10 @@
 //! Drifting plates: terrain rises where they collide and sinks where they diverge.
 //!
-//! Plates are the Voronoi cells of one site per square of a lattice, each drifting as a hash says. With weights
-//! `pₐ ∝ exp(−|x − a|² / 2σ²)` of the sites, the velocity `v = Σ pₐ vₐ` is that of the nearest plate, smoothed across
-//! the boundaries; its convergence is the covariance `−∇·v = −Σ pₐ vₐ·(a − ā) / σ²`, with `ā = Σ pₐ a`. Between two
-//! sites at a distance D the weights go from one to the other over `σ² / D`; so with `σ² = w L` a boundary is about w
-//! wide where sites are L apart, and what two plates lose to each other is the same however wide it is.
+//! Plates are the Voronoi cells of one site per square of a lattice; a hash gives each a drift. With weights `pₐ ∝
+//! exp(−|x − a|² / 2σ²)` of the sites, the velocity `v = Σ pₐ vₐ` is that of the nearest plate, smoothed across the
+//! boundaries. Its convergence is a covariance, `−∇·v = −Σ pₐ vₐ·(a − ā) / σ²`, with `ā = Σ pₐ a`. Between two sites at
+//! a distance D the weights change over `σ² / D`. With `σ² = w L`, a boundary is therefore about w wide where sites are
+//! L apart, and the total convergence of two plates does not depend on that width.
 
 use orograph_graph::mix;
 
@@ -15,11 +15,11 @@ use crate::{
 
 /// Size, boundaries and speed of plates.
 pub(super) struct Plates {
-    /// Distance of neighbouring sites, on average.
+    /// Mean distance of neighbouring sites.
     pub size_m: f64,
     /// Width of their boundaries.
     pub belt_m: f64,
-    /// Rate where two plates of that distance collide head-on at full speed.
+    /// Rate where two plates at the mean distance collide head-on at full speed.
     pub rate: f64,
     /// Seed of the run.
     pub seed: u32,
@@ -32,15 +32,15 @@ struct Site {
     drift: [f64; 2],
 }
 
-/// Squares searched on each side of a place's own. Sites stay [`MARGIN`] away from the borders of their squares, so
-/// that one is within 1.21 and all beyond are at least 2.15 away: with belts of at most a tenth of a plate, these
-/// weigh less than 2·10⁻⁷.
+/// Lattice squares searched on each side. Sites stay [`MARGIN`] away from the borders of their squares, so that one is
+/// within 1.21 and all sites beyond the search are at least 2.15 away: with belts of at most a tenth of a plate, these
+/// have weights below 2·10⁻⁷.
 const AROUND: i64 = 2;
 const MARGIN: f64 = 0.15;
 /// Widest belt, as a fraction of a plate.
 pub(super) const WIDEST: f64 = 0.1;
 
-/// Sites within reach of a place.
+/// Number of sites that are evaluated at a place.
 const SITES: usize = ((2 * AROUND + 1) * (2 * AROUND + 1)) as usize;
 
 impl Plates {
@@ -72,7 +72,7 @@ impl Plates {
         let mut sites = [Site::default(); SITES];
         let squares = (-AROUND..=AROUND).flat_map(|dy| (-AROUND..=AROUND).map(move |dx| (column + dx, row + dy)));
         for (site, (column, row)) in sites.iter_mut().zip(squares) {
-            // only the low 32 bits: the pattern repeats after four thousand million plates
+            // only the low 32 bits of a lattice index: the pattern repeats after four thousand million plates
             let key = mix((column as u32)
                 .wrapping_mul(0x8da6_b343)
                 .wrapping_add(mix((row as u32).wrapping_mul(0xd816_3841).wrapping_add(self.seed))));
@@ -89,9 +89,10 @@ impl Plates {
     }
 }
 
-/// The convergence `−∇·v` at a place, times σ², in squares and shares of the fastest: `Σ pₐ (ā − a)·vₐ`.
+/// Returns the convergence `−∇·v` at a place, times σ², in lattice squares and fractions of the greatest speed: `Σ pₐ
+/// (ā − a)·vₐ`.
 ///
-/// Between two sites at a distance D that close in at the speed c it is `¼ c D / cosh²(d D / 2σ²)` at the distance d
+/// Between two sites at a distance D that approach at the speed c it is `¼ c D / cosh²(d D / 2σ²)` at the distance d
 /// from their boundary.
 fn convergence(sites: &[Site; SITES], [x, y]: [f64; 2], variance: f64) -> f64 {
     let offsets = sites.map(|site| [site.at[0] - x, site.at[1] - y]);
@@ -100,7 +101,7 @@ fn convergence(sites: &[Site; SITES], [x, y]: [f64; 2], variance: f64) -> f64 {
     let (mut total, mut mean, mut drift, mut product) = (0.0, [0.0; 2], [0.0; 2], 0.0);
     for ((site, offset), square) in sites.iter().zip(offsets).zip(squares) {
         let exponent = (least - square) / (2.0 * variance);
-        // e^-40 is below the last bit of a sum that has a term of 1
+        // e^-40 is below the last bit of a sum with a term of 1
         if exponent > -40.0 {
             let weight = math::exp(exponent);
             total += weight;
@@ -118,7 +119,7 @@ fn convergence(sites: &[Site; SITES], [x, y]: [f64; 2], variance: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Two sites, and all others too far to count.
+    /// Two sites, with all others too far away to matter.
     fn pair(distance: f64, closing: f64) -> [Site; SITES] {
         let mut sites = [Site { at: [1e3, 1e3], drift: [1.0, 0.0] }; SITES];
         sites[3] = Site { at: [-0.5 * distance, 0.2], drift: [0.5 * closing, 0.7] };
@@ -140,8 +141,8 @@ mod tests {
                 assert!((got - expected).abs() < 1e-14, "{d}: {got} {expected}");
                 flux += got / variance * 1e-3;
             }
-            // the convergence between the plates is their closing speed, however wide the belt: tanh(0.4 · 0.6 / 0.1)
-            // = 0.984
+            // the total convergence between the plates is their closing speed, whatever the width of the belt: tanh(0.4
+            // · 0.6 / 0.1) = 0.984
             assert!((flux / closing - 1.0).abs() < 0.02, "{flux} {closing}");
         }
     }
@@ -151,7 +152,7 @@ mod tests {
         let plates = Plates { size_m: 1.0, belt_m: WIDEST, rate: 1.0, seed: 5 };
         let mut worst = 0.0_f64;
         for k in 0..2000_u32 {
-            // both sides of a border between squares, where the sites that are looked at change
+            // both sides of a border between squares, across which the evaluated sites change
             let y = f64::from(k) * 0.0173;
             let column = i64::from(k % 37) - 18;
             let [west, east] = [column - 1, column].map(|column| {
@@ -159,7 +160,7 @@ mod tests {
             });
             worst = worst.max((west - east).abs());
         }
-        // 5 sites of a weight of at most e^-16 with a distance of about 3 each
+        // 5 sites with a weight of at most e^-16, each about 3 away
         assert!(worst < 2e-6, "{worst}");
     }
 }

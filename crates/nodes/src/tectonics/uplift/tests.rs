@@ -1,4 +1,4 @@
-//! Each shape against its formula.
+//! Each shape compared with its formula.
 
 use orograph_graph::ParamValue;
 
@@ -10,7 +10,7 @@ fn uplift(window: Window, params: &ParamValues) -> Field {
     value.as_field().expect("a field").clone()
 }
 
-/// Checks every sample against a function of its place, within a fraction of `scale`.
+/// Checks every sample against a function of its position, within the fraction `share` of `scale`.
 fn assert_is(field: &Field, scale: f64, share: f64, expected: impl Fn(f64, f64) -> f64) {
     let window = field.window();
     for (at, value) in field.samples().iter().enumerate() {
@@ -30,7 +30,7 @@ fn a_gaussian_of_the_distance() {
         let [x, y] = window.centre_m(at % 40, at / 40);
         let distance = math::hypot(x - 1250.0, y - 3150.0);
         let expected = 0.002 * math::exp(-distance * distance / (2.0 * 900.0 * 900.0));
-        // A few roundings in double precision and one to single: 1e-7 of the value.
+        // a few roundings in double precision and one to single: 1e-7 of the value
         assert!((f64::from(*value) - expected).abs() <= 1e-7 * expected, "{value} is not {expected}");
     }
     assert_eq!(uplift.samples()[29 * 40 + 12], (0.002 * math::exp(-0.5 * (200.0_f64 / 900.0 * 200.0 / 900.0))) as f32);
@@ -42,7 +42,7 @@ fn range(path: &[[f64; 2]]) -> ParamValues {
     params
 }
 
-/// Two segments in a straight line act as one: each side has its own width, and beyond the end the range is round.
+/// Two collinear segments act as one: each side has its own width, and the range is round beyond its ends.
 #[test]
 fn a_range_is_steep_to_the_right_and_gentle_to_the_left() {
     let path = [[1000.0, 2000.0], [2600.0, 2000.0], [4000.0, 2000.0]];
@@ -58,13 +58,13 @@ fn a_range_is_steep_to_the_right_and_gentle_to_the_left() {
     });
     let turned =
         uplift(Window::whole(world(60, 60, 100.0)), &range(&[[3000.0, 1000.0], [3000.0, 4000.0], [6000.0, 4000.0]]));
-    // heading south, east is to the left, and north is to the left of what heads east
+    // heading south, east is to the left; heading east, north is to the left
     let at = |x: usize, y: usize| f64::from(turned.samples()[y * 60 + x]) / 0.003;
     assert!((at(26, 20) - math::exp(-0.5 * (350.0_f64 / 400.0 * 350.0 / 400.0))).abs() < 1e-5);
     assert!((at(40, 20) - math::exp(-0.5 * (1050.0_f64 / 1100.0 * 1050.0 / 1100.0))).abs() < 1e-5);
 }
 
-/// No seams: between cells the rate changes by no more than the steepest slope of a Gaussian, e^-½ / w, allows.
+/// The rate is continuous: between cells it changes no more than the steepest slope of a Gaussian, e^-½ / w, allows.
 #[test]
 fn a_winding_range_has_no_seams() {
     let path =
@@ -74,7 +74,7 @@ fn a_winding_range_has_no_seams() {
     for (at, value) in field.samples().iter().enumerate() {
         for beside in [(at % 600 > 0).then(|| at - 1), at.checked_sub(600)].into_iter().flatten() {
             let change = f64::from((value - field.samples()[beside]).abs());
-            // where the width goes over around an end the slope may be a little more
+            // where the width blends around an end the slope may be slightly greater
             assert!(change < 1.1 * steepest, "cell {at}: {change} {steepest}");
         }
     }
@@ -91,7 +91,7 @@ fn a_fault_throws_its_blocks_apart() {
         let step = 0.5 - 0.5 * right / math::hypot(right, 50.0);
         0.002 * (step - 0.7) * math::exp(-right.abs() / 2000.0)
     });
-    // north-west of the fault land rises by 30 % of the throw, south-east it sinks by 70 %
+    // north-west of the fault the terrain rises by 30 % of the throw, south-east it sinks by 70 %
     assert!(field.range(0).is_some_and(|(lo, hi)| (-0.0014..-0.0012).contains(&lo) && (0.0005..0.0006).contains(&hi)));
 }
 
@@ -101,7 +101,7 @@ fn plates_meet_and_part_and_repeat_nowhere() {
     let changes = "shape=plates,plate_size=3000,belt=100,rate=0.004";
     let field = generate(window, &NODE, changes);
     let (lo, hi) = field.range(0).expect("values");
-    // head-on at a share of the speed, at distances of 0.4 to 2 plate sizes: between a fifth and twice the rate
+    // head-on at a fraction of the full speed, at distances of 0.4 to 2 plate sizes: between a fifth and twice the rate
     assert!((0.0008..0.008).contains(&hi) && (-0.008..-0.0008).contains(&lo), "{lo} {hi}");
     // uplift and subsidence balance: plates drift in all directions
     let (mean, deviation) = moments(field.samples());

@@ -1,9 +1,9 @@
-//! Accumulates water through a graph of shares, each cell after all its donors.
+//! Accumulates dispersed flow, each cell after all its donors.
 //!
-//! The raster is divided into strips of rows. In each, walks start where nothing is missing and continue where the
-//! last share has arrived; shares that cross to another strip are sent there as messages. Strips are walked in
-//! parallel, in rounds, until no message is left. A cell sums its inflow at once, in the order of the directions, so
-//! neither the strips nor the order of the walk change a bit of the sums.
+//! The raster is divided into strips of rows. In each strip, walks start at cells that wait for no donor and continue
+//! at cells whose last donor has been visited. Flow across strips is sent as messages. Strips are walked in parallel,
+//! in rounds, until no message is left. A cell sums its whole inflow at once, in the order of directions, so the sums
+//! do not depend on the strips or on the order of the walk.
 
 use orograph_graph::{Job, NodeError};
 
@@ -19,17 +19,17 @@ const STRIPS_PER_THREAD: usize = 2;
 /// Marks a cell that has been visited.
 const VISITED: u8 = u8::MAX;
 
-/// The shares between cells.
+/// The graph of dispersed flow.
 pub struct Links {
-    /// Fraction of its water that each neighbour gives to a cell, in the order of the codes.
+    /// Fraction of its water that each neighbour gives to a cell, in the order of directions.
     pub incoming: Vec<[f32; 8]>,
-    /// The set of directions in which a cell passes water.
+    /// Set of directions in which a cell gives water.
     pub gives: Vec<u8>,
-    /// Number of neighbours that pass water to a cell.
+    /// Number of donors of a cell that have not been visited.
     pub missing: Vec<u8>,
 }
 
-/// The water of a cell, for a cell of another strip.
+/// The amount of a cell, sent to a receiver in another strip.
 struct Message {
     from: u32,
     to: u32,
@@ -44,20 +44,20 @@ struct Strip<'a> {
     gives: &'a [u8],
     missing: &'a mut [u8],
     amounts: &'a mut [f64],
-    /// Number of the first cell.
+    /// Index of the first cell.
     first: usize,
-    /// The rows to the north and to the south, where they are in another strip, and the amounts sent from there.
+    /// The adjacent rows to the north and south if they are in another strip, with the amounts received from them.
     beside: [Option<(usize, Vec<f64>)>; 2],
-    /// To the neighbours of a cell that is not at an edge.
+    /// Offsets to the neighbours of a cell that is not at an edge.
     steps: [isize; 8],
-    /// Cells that are ready, as many as are `waiting`.
+    /// Stack of cells that are ready; `waiting` is its height.
     ready: Vec<u32>,
     waiting: usize,
     sent: Vec<Message>,
     started: bool,
 }
 
-/// Accumulates `amounts` along the links: afterwards each is the sum over the cell and the shares of all its donors.
+/// Accumulates `amounts` along the links: afterwards each is the cell's own amount plus its inflow from all donors.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -116,7 +116,7 @@ pub fn accumulate(
 }
 
 impl Strip<'_> {
-    /// Processes received messages and continues as far as possible.
+    /// Processes received messages and visits all cells that become ready.
     fn walk(&mut self, job: &Job<'_>, inbox: &mut Vec<Message>) -> Result<(), NodeError> {
         let nx = self.grid.nx;
         if !self.started {
@@ -145,7 +145,7 @@ impl Strip<'_> {
         Ok(())
     }
 
-    /// Visits a cell that is ready, and those that become ready with it.
+    /// Visits a cell that is ready, and all cells that become ready with it.
     fn run(&mut self, job: &Job<'_>, cell: usize) -> Result<(), NodeError> {
         let nx = self.grid.nx;
         let inside = nx..self.missing.len().saturating_sub(nx);
@@ -180,7 +180,7 @@ impl Strip<'_> {
                     end += usize::from(missing[to] == 0);
                 }
             } else {
-                // Every neighbour is written, and overwritten by the next where it still waits: no branch.
+                // branch-free: every neighbour is written, and the next one overwrites those that are not ready
                 for (way, to) in around.into_iter().enumerate() {
                     let given = gives >> way & 1;
                     let left = missing[to] - given;
@@ -203,7 +203,7 @@ impl Strip<'_> {
         self.waiting += 1;
     }
 
-    /// The same for a cell at the edge of the strip.
+    /// Visits a cell at the edge of the strip or the raster.
     fn visit_at_edge(&mut self, at: usize) {
         let (nx, cell) = (self.grid.nx, (self.first + at) as u32);
         let around: [Option<u32>; 8] = std::array::from_fn(|way| self.grid.neighbour(cell, way));
@@ -235,7 +235,7 @@ impl Strip<'_> {
     }
 }
 
-/// The sum in one order.
+/// Sums in a fixed order.
 #[inline(always)]
 fn sum([a, b, c, d, e, f, g, h]: [f64; 8]) -> f64 {
     ((a + b) + (c + d)) + ((e + f) + (g + h))

@@ -1,6 +1,6 @@
-//! Fractions of a cell's water for each neighbour, for many cells at once.
+//! Fractions of a cell's water for each neighbour, in SIMD lanes.
 //!
-//! In single precision; small shares are as exact as large ones, and they add up to 1 within a unit in the last place.
+//! They are computed in single precision with a small relative error, and add up to 1 within a unit in the last place.
 
 use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_4};
 
@@ -10,9 +10,9 @@ use crate::numerics::{
     simd::simd,
 };
 
-/// Cells that are computed together.
+/// Cells that are computed at once.
 pub const LANES: usize = 64;
-/// A number for each of them.
+/// A number for each of these cells.
 pub type Lanes = [f32; LANES];
 
 simd! {
@@ -57,17 +57,17 @@ simd! {
     }
 }
 
-/// Directions across a side and across a corner that bound a facet.
+/// Face and corner neighbour that bound a facet, as directions.
 const FACETS: [(usize, usize); 8] = [(0, 1), (2, 1), (2, 3), (4, 3), (4, 5), (6, 5), (6, 7), (0, 7)];
-/// Not a direction.
+/// An invalid direction.
 const NOWHERE: u32 = 8;
 
 simd! {
     /// Shares of the two neighbours that bound the steepest facet, by angle (Tarboton 1997).
     pub fn d_infinity(around: &[Lanes; 9], shares: &mut [Lanes; 8]) {
         let [here, around @ ..] = around;
-        // Of the steepest facet: the square of its slope, the drops along its two legs, its two neighbours. In double
-        // precision, since slopes of facets next to each other differ by the square of a small share.
+        // for the steepest facet: the square of its slope, the drops along its two legs, its two neighbours; in double
+        // precision, since the slopes of adjacent facets differ only by the square of a small fraction
         let mut steepest = [0.0_f64; LANES];
         let (mut leg_1, mut leg_2) = ([1.0_f32; LANES], [0.0_f32; LANES]);
         let (mut beside, mut across) = ([NOWHERE; LANES], [NOWHERE; LANES]);
@@ -91,7 +91,7 @@ simd! {
         }
         let (mut side_share, mut corner_share) = ([0.0; LANES], [0.0; LANES]);
         for x in 0..LANES {
-            // The smaller of the angles to the two neighbours, and from it the larger.
+            // the smaller of the angles to the two neighbours, from which the larger follows
             const TAN_EIGHTH: f32 = 0.414_213_57;
             let near_side = leg_2[x] < TAN_EIGHTH * leg_1[x];
             let opposite = if near_side { leg_2[x] } else { leg_1[x] - leg_2[x] };
@@ -115,8 +115,8 @@ simd! {
 }
 
 simd! {
-    /// Where no neighbour is lower, as on the surface of a lake, all water goes to the receiver of the cell's code,
-    /// if it has one. Outlets give nothing.
+    /// Where no neighbour is lower, as on the surface of a lake, all water goes to the receiver of the cell's code, if
+    /// it has one. Outlets give nothing.
     pub fn follow_codes(codes: &[u8; LANES], shares: &mut [Lanes; 8]) {
         let mut whole = [0.0; LANES];
         for shares in shares.iter() {
@@ -135,7 +135,7 @@ simd! {
 }
 
 simd! {
-    /// Computes the set of directions in which each cell passes water, from its shares by direction.
+    /// Computes the set of directions in which each cell gives water.
     pub fn ways(shares: [&[f32]; 8], ways: &mut [u8]) {
         let len = ways.len();
         let shares = shares.map(|shares| &shares[..len]);
@@ -150,7 +150,7 @@ simd! {
 }
 
 simd! {
-    /// Computes the number of shares above 0 of each cell.
+    /// Counts the fractions above 0 of each cell.
     pub fn count(shares: [&[f32]; 8], counts: &mut [u8]) {
         let len = counts.len();
         let shares = shares.map(|shares| &shares[..len]);
@@ -164,7 +164,7 @@ simd! {
     }
 }
 
-/// The shares of a cell side by side.
+/// Interleaves the fractions of a cell.
 pub fn interleave(shares: [&[f32]; 8], cells: &mut [[f32; 8]]) {
     let len = cells.len();
     let shares = shares.map(|shares| &shares[..len]);
@@ -178,7 +178,7 @@ mod tests {
     use super::*;
     use crate::numerics::{math, routing::code};
 
-    /// Shares of a cell around which the heights are: its own, then its neighbours'.
+    /// Returns the fractions of a cell, given its own height and those of its neighbours.
     fn of(around: [f64; 9], kernel: impl Fn(&[Lanes; 9], &mut [Lanes; 8])) -> [f32; 8] {
         let mut shares = [[f32::NAN; LANES]; 8];
         kernel(&around.map(|height| [height as f32; LANES]), &mut shares);
@@ -188,7 +188,7 @@ mod tests {
         shares.map(|shares| shares[0])
     }
 
-    /// The heights of a plane that falls 0.3 in the direction of an angle, around a cell.
+    /// Returns the heights of a cell and its neighbours on a plane that falls by 0.3 per cell in the given direction.
     fn plane(degrees: f64) -> [f64; 9] {
         let (sin, cos) = (math::sin(degrees.to_radians()), math::cos(degrees.to_radians()));
         std::array::from_fn(|at| match at {
@@ -206,13 +206,13 @@ mod tests {
             let shares = of(plane(f64::from(degrees)), d_infinity);
             let across = f64::from(degrees % 90 - 45).abs();
             let (corner, side) = (degrees / 90 * 2 + 1, (degrees + 45) / 90 * 2 % 8);
-            // 1e-6: heights and shares are in f32.
+            // heights and fractions in single precision
             assert!((f64::from(shares[corner as usize]) - (1.0 - across / 45.0)).abs() < 1e-6, "{degrees}: {shares:?}");
             assert!((f64::from(shares[side as usize]) - across / 45.0).abs() < 1e-6, "{degrees}: {shares:?}");
         }
     }
 
-    /// A case of Landlab's tests: the plane x + 2 y, with rows to the south.
+    /// A test case of Landlab: the plane x + 2 y, with rows to the south.
     #[test]
     fn a_plane_of_whole_numbers_shares_as_others_say() {
         let around = std::array::from_fn(|at| match at {
@@ -223,7 +223,7 @@ mod tests {
         assert!((shares[2] - 0.409_665_53).abs() < 1e-7 && (shares[3] - 0.590_334_5).abs() < 1e-7, "{shares:?}");
     }
 
-    /// A case of fastscapelib's tests: a peak where the squares of the diagonal slopes are twice the others.
+    /// A test case of fastscapelib: a peak whose squared diagonal slopes are twice the others.
     #[test]
     fn a_peak_is_shared_by_powers_of_slopes() {
         let diagonal = 2.0 * std::f64::consts::SQRT_2;
