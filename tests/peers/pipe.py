@@ -123,7 +123,7 @@ class Pipes:
             power = CAPACITY * sine * q * t * t * (3.0 - 2.0 * t) * ti.max(1.0 - mean / DEEP_M, 0.0)
             missing = ti.min(power, THICKEST * mean) - self.sediment[j, i]
             rate = ti.select(missing > 0.0, ENTRAINMENT, SETTLING / ti.max(mean, 1e-6)) * dt
-            most = ti.min(0.01 + 0.1 * mean, 0.05 * CELL_M)
+            most = ti.min((0.005 + 0.05 * mean) * dt, 0.05 * CELL_M)
             taken = ti.min(ti.max(ACCELERATION * missing * (1.0 - ti.exp(-rate)), -most), most)
             lowest = self.bed[j, i]
             for dj, di in ti.static(ti.ndrange((-1, 2), (-1, 2))):

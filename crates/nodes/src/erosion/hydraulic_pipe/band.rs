@@ -13,7 +13,6 @@ use super::{
     physics::{Pace, Physics, Scheme, Transport},
     ring::{Ring, Rows},
     slip::Slip,
-    spread::Spread,
     transport,
 };
 
@@ -21,11 +20,11 @@ use super::{
 /// next.
 pub(super) const STEPS_PER_SWEEP: usize = 4;
 /// Rows beyond its output that a step depends on.
-const REACH: isize = 5;
+const REACH: isize = 6;
 /// Rows beyond a band that a sweep of it depends on.
 pub(super) const HALO: usize = STEPS_PER_SWEEP * REACH as usize + 1;
 /// Rows by which a step of a sweep lags the one before: at least one more than the lag between its stages.
-const LAG: isize = 6;
+const LAG: isize = 7;
 /// Bed slope assumed beyond an open side where the terrain does not fall towards it.
 const LEAST_OUTFLOW_SLOPE: f32 = 1e-3;
 /// Rows between checks for cancellation.
@@ -78,6 +77,8 @@ struct Rings {
     wet: Ring,
     /// Discharge before friction, eastward through west faces and southward through north faces.
     driven: [Ring; 2],
+    /// By how much more water is deeper at the east and the south face of a cell, as a fraction.
+    lean: [Ring; 2],
     share: Ring,
     load: Ring,
     /// Concentrations, or the traced load of MacCormack's first pass.
@@ -88,7 +89,7 @@ struct Rings {
 impl Rings {
     /// Those of the `step` of a sweep.
     fn new(nx: usize, step: usize) -> Self {
-        let mut place = STATES.len() + 9 * step;
+        let mut place = STATES.len() + 11 * step;
         let mut ring = || {
             place += 1;
             Ring::new(nx, place)
@@ -97,6 +98,7 @@ impl Rings {
             bed: ring(),
             wet: ring(),
             driven: [ring(), ring()],
+            lean: [ring(), ring()],
             share: ring(),
             load: ring(),
             part: ring(),
@@ -123,8 +125,8 @@ impl Span {
         let (first, last) = (known.start, known.end);
         Self {
             loaded: if ends[0] { -1 } else { first }..if ends[1] { rows + 1 } else { last },
-            shared: if ends[0] { 0 } else { first + 1 }..if ends[1] { rows } else { last - 1 },
-            exchanged: if ends[0] { 0 } else { first + 2 }..if ends[1] { rows } else { last - 2 },
+            shared: if ends[0] { 0 } else { first + 2 }..if ends[1] { rows } else { last - 2 },
+            exchanged: if ends[0] { 0 } else { first + 3 }..if ends[1] { rows } else { last - 3 },
             known,
             ends,
         }
@@ -166,7 +168,6 @@ pub(super) struct Band {
     elsewhere: Vec<f32>,
     pub left: Vec<Left>,
     pub deepest_m: f32,
-    pub spread: Spread,
     pub slip: Slip,
 }
 
@@ -186,7 +187,6 @@ impl Band {
             elsewhere: vec![0.0; nx],
             left: vec![Left::default(); rows.len()],
             deepest_m: 0.0,
-            spread: Spread::new(scene, nx, rows.len()),
             slip: Slip::new(nx),
         };
         for y in rows.clone() {
@@ -261,21 +261,25 @@ impl Band {
     fn stages(&mut self, scene: &Scene<'_>, pace: &Pace, step: usize, span: &Span, y: isize) {
         if span.loaded.contains(&y) {
             self.load(scene, pace, step, span, y);
-            if y > span.loaded.start {
-                self.north_faces(scene, pace, step, y);
+        }
+        let t = y - 1;
+        if span.loaded.contains(&t) {
+            self.lean(step, span, t);
+            if t > span.loaded.start {
+                self.north_faces(scene, pace, step, t);
             }
-            if y > span.loaded.start + 1 {
-                self.west_faces(pace, step, y - 1);
+            if t > span.loaded.start + 1 {
+                self.west_faces(pace, step, t - 1);
             }
         }
-        self.share(scene, pace, step, span, y - 1);
-        if span.exchanged.contains(&(y - 2)) {
-            self.exchange(scene, pace, step, span, y - 2);
-            if span.ends[0] && y - 2 == 0 {
+        self.share(scene, pace, step, span, y - 2);
+        if span.exchanged.contains(&(y - 3)) {
+            self.exchange(scene, pace, step, span, y - 3);
+            if span.ends[0] && y - 3 == 0 {
                 self.ghost_load(step, 0, -1);
             }
-            if span.ends[1] && y - 1 == self.rows as isize {
-                self.ghost_load(step, y - 2, y - 1);
+            if span.ends[1] && y - 2 == self.rows as isize {
+                self.ghost_load(step, y - 3, y - 2);
             }
         }
         self.carry(scene, pace, step, span, y);
@@ -295,9 +299,12 @@ impl Band {
         let (edge, near) = if y < 0 { (scene.boundary.north, 0) } else { (scene.boundary.south, y - 1) };
         let second = (2 * near - y).clamp(0, last);
         let Rings { bed, wet, driven: [east, _], .. } = &mut self.rings[step];
+        let lands = [near, second].map(|row| &scene.land[self.first.wrapping_add_signed(row) * self.nx..][..self.nx]);
         for i in 0..self.nx + 2 {
-            let beds = [near, second].map(|row| bed.whole(row)[i]);
-            let (height, depth) = beyond(edge, beds, wet.whole(near)[i], scene.physics.cell_m as f32);
+            let column = i.clamp(1, self.nx) - 1;
+            let (here, depth) = (bed.whole(near)[i], wet.whole(near)[i]);
+            let (height, depth) =
+                beyond(edge, lands.map(|land| land[column]), here, depth, scene.physics.cell_m as f32);
             bed.whole_mut(y)[i] = height;
             wet.whole_mut(y)[i] = depth;
         }
@@ -307,7 +314,7 @@ impl Band {
     fn load_row(&mut self, scene: &Scene<'_>, pace: &Pace, step: usize, y: isize) {
         let (nx, start) = (self.nx, self.world_row(scene, y) * self.nx);
         let [change, _, _, water, _, west, _] = &self.states;
-        let Rings { bed, wet, driven: [east, _], .. } = &mut self.rings[step];
+        let Rings { bed, wet, driven: [east, _], lean: [lean, _], .. } = &mut self.rings[step];
         let rain = lane_row(&mut self.rain, scene.rain, start);
         let (land, water) = ([&scene.land[start..], change.cells(at(y))], [water.cells(at(y)), rain]);
         flow::load(bed.cells_mut(y), wet.cells_mut(y), land, water, pace);
@@ -318,27 +325,49 @@ impl Band {
             (height[ghost], depth[ghost]) = if edge == Edge::Periodic {
                 (height[far], depth[far])
             } else {
-                beyond(edge, [height[near], height[second]], depth[near], scene.physics.cell_m as f32)
+                let lands = [near, second].map(|i| scene.land[start + i - 1]);
+                beyond(edge, lands, height[near], depth[near], scene.physics.cell_m as f32)
             };
         }
         if pace.scheme == Scheme::Inertial {
             let (bed, wet) = (bed.whole(y), wet.whole(y));
-            flow::drive(east.faces_mut(y), west.faces(at(y)), [bed, &bed[1..]], [wet, &wet[1..]], pace);
+            flow::lean(lean.cells_mut(y), [wet, &wet[1..], &wet[2..]]);
+            if scene.joined()[0] {
+                lean.close(y, true);
+            } else {
+                let row = lean.whole_mut(y);
+                [row[0], row[1], row[nx], row[nx + 1]] = [0.0; 4];
+            }
+            let lean = lean.whole(y);
+            let (wet, lean) = ([wet, &wet[1..]], [lean, &lean[1..]]);
+            flow::drive(east.faces_mut(y), west.faces(at(y)), [bed, &bed[1..]], wet, lean, pace);
+        }
+    }
+
+    /// Lean of the water along columns in a row, 0 at sides of the world and where a neighbour is not known.
+    fn lean(&mut self, step: usize, span: &Span, y: isize) {
+        let Rings { wet, lean: [_, south], .. } = &mut self.rings[step];
+        let side = span.ends[0] && y <= 0 || span.ends[1] && y + 1 >= self.rows as isize;
+        if side || y == span.loaded.start || y + 1 == span.loaded.end {
+            south.whole_mut(y).fill(0.0);
+        } else {
+            flow::lean(south.cells_mut(y), [y - 1, y, y + 1].map(|row| wet.cells(row)));
         }
     }
 
     /// Discharge through the faces north of a row.
     fn north_faces(&mut self, scene: &Scene<'_>, pace: &Pace, step: usize, y: isize) {
-        let Rings { bed, wet, driven: [east, south], .. } = &mut self.rings[step];
+        let Rings { bed, wet, driven: [east, south], lean: [_, lean], .. } = &mut self.rings[step];
+        let lean = [lean.cells(y - 1), lean.cells(y)];
         let [.., north] = &mut self.states;
         let north = north.cells_mut(at(y));
         let [bed, wet] = [&*bed, &*wet].map(|ring| [ring.cells(y - 1), ring.cells(y)]);
         match pace.scheme {
             Scheme::Inertial => {
-                flow::drive(south.cells_mut(y), north, bed, wet, pace);
+                flow::drive(south.cells_mut(y), north, bed, wet, lean, pace);
                 south.close(y, scene.joined()[0]);
                 let (above, below) = (east.faces(y - 1), east.faces(y));
-                flow::rub(north, south.cells(y), [above, &above[1..], below, &below[1..]], bed, wet, pace);
+                flow::rub(north, south.cells(y), [above, &above[1..], below, &below[1..]], bed, wet, lean, pace);
             }
             Scheme::Pipes => flow::pipes(north, bed, wet, pace),
         }
@@ -346,14 +375,15 @@ impl Band {
 
     /// Discharge through the faces within a row whose neighbours are known.
     fn west_faces(&mut self, pace: &Pace, step: usize, y: isize) {
-        let Rings { bed, wet, driven: [east, south], .. } = &self.rings[step];
+        let Rings { bed, wet, driven: [east, south], lean: [lean, _], .. } = &self.rings[step];
+        let lean = [lean.whole(y), &lean.whole(y)[1..]];
         let [.., west, _] = &mut self.states;
         let west = west.faces_mut(at(y));
         let [bed, wet] = [bed, wet].map(|ring| [ring.whole(y), &ring.whole(y)[1..]]);
         match pace.scheme {
             Scheme::Inertial => {
                 let (above, below) = (south.whole(y), south.whole(y + 1));
-                flow::rub(west, east.faces(y), [above, below, &above[1..], &below[1..]], bed, wet, pace);
+                flow::rub(west, east.faces(y), [above, below, &above[1..], &below[1..]], bed, wet, lean, pace);
             }
             Scheme::Pipes => flow::pipes(west, bed, wet, pace),
         }
@@ -447,7 +477,7 @@ impl Band {
         let [top, bottom] = span.ends;
         let Rings { load, part, way: [east, south], .. } = &mut self.rings[step];
         let inside = span.exchanged.start + isize::from(!top)..span.exchanged.end - isize::from(!bottom);
-        let t = y - 3;
+        let t = y - 4;
         if transport == Transport::MacCormack && inside.contains(&t) {
             let rows = [load.whole(t - 1), load.whole(t), load.whole(t + 1)];
             transport::traced(part.cells_mut(t), rows, [east.cells(t), south.cells(t)], -1.0);
@@ -460,8 +490,8 @@ impl Band {
             }
         }
         let (t, carried) = match transport {
-            Transport::MacCormack => (y - 4, span.after()),
-            Transport::Upwind | Transport::SemiLagrangian => (y - 3, inside),
+            Transport::MacCormack => (y - 5, span.after()),
+            Transport::Upwind | Transport::SemiLagrangian => (y - 4, inside),
         };
         if !carried.contains(&t) {
             return;
@@ -487,12 +517,16 @@ pub(super) fn at(y: isize) -> usize {
     (y + HALO as isize) as usize
 }
 
-/// Bed and water beyond a side of the world, from the two cells nearest to it and the water of the first.
-fn beyond(edge: Edge, [near, second]: [f32; 2], water: f32, cell_m: f32) -> (f32, f32) {
+/// Bed and water beyond a side of the world, from the land of the two cells nearest to it at the start, and the bed and
+/// water of the first.
+///
+/// The land beyond goes on at the slope that it has at the start: with that of the eroded bed, a cut at the side would
+/// make the water beyond it steeper, which would cut the deeper.
+fn beyond(edge: Edge, [near, second]: [f32; 2], bed: f32, water: f32, cell_m: f32) -> (f32, f32) {
     let drop = (second - near).max(LEAST_OUTFLOW_SLOPE * cell_m);
     match edge {
-        Edge::Base => (near - drop, 0.0),
-        Edge::Open | Edge::Inland => (near - drop, water),
+        Edge::Base => (bed - drop, 0.0),
+        Edge::Open | Edge::Inland => (bed - drop, water),
         Edge::Wall | Edge::Periodic => (f32::NAN, 0.0),
     }
 }

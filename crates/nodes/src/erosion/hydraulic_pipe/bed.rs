@@ -158,7 +158,7 @@ fn exchange_by<const LAW: u8>(
         let takes = missing > 0.0;
         let whole = if by_depth & !takes { thin } else { 1.0 };
         let taken = pace.acceleration * missing * reached(if takes { rate } else { pace.settling }, whole);
-        let limit = least(0.01 + 0.1 * mean, pace.most_m);
+        let limit = least(pace.bite_m[0] + pace.bite_m[1] * mean, pace.most_m);
         let taken = most(least(taken, limit), -limit);
         // do not dig pits
         let taken = if by_depth {

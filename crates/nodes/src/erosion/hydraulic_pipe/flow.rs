@@ -50,14 +50,32 @@ simd! {
     }
 }
 
-/// Depth of water over a face and the fall of its surface across it: the higher surface above the higher bed.
+/// Depth of water over a face and the fall of its surface across it: the higher surface above the higher bed, made
+/// deeper by the `lean` of the water on the higher side.
 #[inline(always)]
-fn face(bed: [f32; 2], water: [f32; 2]) -> (f32, f32) {
+fn face(bed: [f32; 2], water: [f32; 2], lean: [f32; 2]) -> (f32, f32) {
     let step = bed[0] - bed[1];
     let fall = step + (water[0] - water[1]);
     let here = water[0] + if step < 0.0 { step } else { 0.0 };
     let there = water[1] - if step > 0.0 { step } else { 0.0 };
-    (if here > there { here } else { there }, fall)
+    let deeper = if fall > 0.0 { 1.0 + lean[0] } else { 1.0 - lean[1] };
+    (if here > there { here } else { there } * deeper, fall)
+}
+
+simd! {
+    /// Computes by how much the water at a cell's far face on an axis is deeper than in its middle, as a fraction: half
+    /// the slope of the depth, limited as by van Leer (1974). `water` is of the cells before, here and after.
+    pub fn lean(out: &mut [f32], water: [&[f32]; 3]) {
+        let n = out.len();
+        let [before, here, after] = water.map(|row| &row[..n]);
+        for i in 0..n {
+            let (rise, next) = (here[i] - before[i], after[i] - here[i]);
+            let (product, sum) = (rise * next, rise + next);
+            let whole = sum.abs() * here[i];
+            let lean = (product * inverse(if whole > LEAST_M { whole } else { LEAST_M })).copysign(sum);
+            out[i] = if (product > 0.0) & (here[i] > DRY_M) { lean } else { 0.0 };
+        }
+    }
 }
 
 /// x to the power of -1/6, for x of [`DRY_M`] and more, within 6e-6 of its value: a first guess from the exponent, and
@@ -78,8 +96,8 @@ fn inverse_sixth_root(x: f32) -> f32 {
 
 /// Returns the discharge after a step of inertia and gravity, before friction.
 #[inline(always)]
-fn driven(q: f32, bed: [f32; 2], water: [f32; 2], pace: &Pace) -> f32 {
-    let (depth, fall) = face(bed, water);
+fn driven(q: f32, bed: [f32; 2], water: [f32; 2], lean: [f32; 2], pace: &Pace) -> f32 {
+    let (depth, fall) = face(bed, water, lean);
     let open = (depth > DRY_M) & (fall.abs() < HIGHEST);
     let fall = if fall > pace.steepest_m { pace.steepest_m } else { fall };
     let fall = if fall < -pace.steepest_m { -pace.steepest_m } else { fall };
@@ -94,8 +112,8 @@ fn driven(q: f32, bed: [f32; 2], water: [f32; 2], pace: &Pace) -> f32 {
 /// the step instead of that after it (Bates, Horritt and Fewtrell 2010, equation 11), thin water on steep ground
 /// would oscillate between two discharges from step to step.
 #[inline(always)]
-fn rubbed(driven: f32, across: f32, bed: [f32; 2], water: [f32; 2], pace: &Pace) -> f32 {
-    let (depth, _) = face(bed, water);
+fn rubbed(driven: f32, across: f32, bed: [f32; 2], water: [f32; 2], lean: [f32; 2], pace: &Pace) -> f32 {
+    let (depth, _) = face(bed, water, lean);
     let depth = if depth > DRY_M { depth } else { DRY_M };
     let root = inverse_sixth_root(depth);
     let root2 = root * root;
@@ -114,7 +132,7 @@ fn rubbed(driven: f32, across: f32, bed: [f32; 2], water: [f32; 2], pace: &Pace)
 /// high as the water over it or `pace.section_m`.
 #[inline(always)]
 fn pipe(q: f32, bed: [f32; 2], water: [f32; 2], pace: &Pace) -> f32 {
-    let (depth, fall) = face(bed, water);
+    let (depth, fall) = face(bed, water, [0.0; 2]);
     let open = (depth > DRY_M) & (fall.abs() < HIGHEST);
     let section = if pace.section_m > 0.0 { pace.section_m } else { depth };
     let moved = q * pace.damping + pace.push * section * fall;
@@ -123,13 +141,17 @@ fn pipe(q: f32, bed: [f32; 2], water: [f32; 2], pace: &Pace) -> f32 {
 
 simd! {
     /// Discharge that inertia and gravity give in a step, before friction, m²/s: through any faces, from that `before`.
-    /// `bed` and `water` are of the cells before and after each.
-    pub fn drive(discharge: &mut [f32], before: &[f32], bed: [&[f32]; 2], water: [&[f32]; 2], pace: &Pace) {
+    /// `bed`, `water` and
+    /// `lean` are of the cells before and after each.
+    pub fn drive(
+        discharge: &mut [f32], before: &[f32], bed: [&[f32]; 2], water: [&[f32]; 2], lean: [&[f32]; 2], pace: &Pace,
+    ) {
         let n = discharge.len();
         let ([bed0, bed1], [water0, water1]) = (bed.map(|row| &row[..n]), water.map(|row| &row[..n]));
-        let before = &before[..n];
+        let (before, [lean0, lean1]) = (&before[..n], lean.map(|row| &row[..n]));
         for i in 0..n {
-            discharge[i] = driven(before[i], [bed0[i], bed1[i]], [water0[i], water1[i]], pace);
+            let (bed, water) = ([bed0[i], bed1[i]], [water0[i], water1[i]]);
+            discharge[i] = driven(before[i], bed, water, [lean0[i], lean1[i]], pace);
         }
     }
 }
@@ -139,14 +161,17 @@ simd! {
     /// through the four faces of the other direction around each: both of the cell before it, and both of that after
     /// it.
     pub fn rub(
-        discharge: &mut [f32], through: &[f32], along: [&[f32]; 4], bed: [&[f32]; 2], water: [&[f32]; 2], pace: &Pace,
+        discharge: &mut [f32], through: &[f32], along: [&[f32]; 4], bed: [&[f32]; 2], water: [&[f32]; 2],
+        lean: [&[f32]; 2], pace: &Pace,
     ) {
         let n = discharge.len();
         let ([bed0, bed1], [water0, water1]) = (bed.map(|row| &row[..n]), water.map(|row| &row[..n]));
+        let [lean0, lean1] = lean.map(|row| &row[..n]);
         let (through, [along0, along1, along2, along3]) = (&through[..n], along.map(|row| &row[..n]));
         for i in 0..n {
             let along = 0.25 * ((along0[i] + along1[i]) + (along2[i] + along3[i]));
-            discharge[i] = rubbed(through[i], along, [bed0[i], bed1[i]], [water0[i], water1[i]], pace);
+            let (bed, water) = ([bed0[i], bed1[i]], [water0[i], water1[i]]);
+            discharge[i] = rubbed(through[i], along, bed, water, [lean0[i], lean1[i]], pace);
         }
     }
 }

@@ -1,8 +1,9 @@
 //! Hydraulic erosion by shallow water.
 //!
-//! X. Mei, P. Decaudin and B.-G. Hu (2007) for the order of steps and the virtual pipes; P. D. Bates, M. S. Horritt
-//! and T. J. Fewtrell (2010) for water with inertia; G. A. M. de Almeida and P. Bates (2013) and X. Xia and Q. Liang
-//! (2018) for its friction; C. T. Yang (1973) for the capacity; A. Selle et al. (2008) for MacCormack's transport.
+//! X. Mei, P. Decaudin and B.-G. Hu (2007) for the order of steps and the virtual pipes; P. D. Bates, M. S. Horritt and
+//! T. J. Fewtrell (2010) for water with inertia; G. A. M. de Almeida and P. Bates (2013) and X. Xia and Q. Liang (2018)
+//! for its friction; B. van Leer (1974) for the depth over faces; C. T. Yang (1973) for the capacity; A. Selle et al.
+//! (2008) for MacCormack's transport.
 //! The node's manual page lists the differences.
 
 mod band;
@@ -62,7 +63,7 @@ params! {
     film: f64 = 0.005, Metres, 1e-4..=1.0, soft 0.001..=0.02, when law = "stream_power" | "excess_shear";
     /// Depth from which water does not erode its bed; the transport capacity falls to 0 towards it.
     deep: f64 = 5.0, Metres, 0.01..=1e4, soft 1.0..=20.0, when law = "stream_power" | "excess_shear";
-    /// Width of the narrowest channel, 5 to 12 cells: erosion and deposition are spread over it. 0 for a single cell.
+    /// Width of the narrowest channel, 5 cells or more: erosion and deposition are spread over it. 0 for a single cell.
     width: f64 = 20.0, Metres, 0.0..=1e4, soft 0.0..=100.0, when law = "stream_power" | "excess_shear";
     /// Fraction of the water that evaporates per second.
     evaporation: f64 = 0.0, PerSecond, 0.0..=1.0, soft 0.0..=0.001, when law = "stream_power" | "excess_shear";
@@ -118,6 +119,9 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "HydraulicPipe",
+    version: 2,
+    // the limits on the change of the bed, per step and in cells, depended on the cells: there is nothing to keep
+    migrations: &[Migration { from: 1, steps: &[] }],
     category: "erosion",
     summary: "A storm: rain runs off as shallow water, erodes where it is steep and fast, and deposits where it slows.",
     doc: include_str!("page.md"),
@@ -132,6 +136,8 @@ pub static NODE: Node = Node {
          shallow water equations, Advances in Water Resources 117, 87-97",
         "C. T. Yang, 1973, Incipient motion and sediment transport, Journal of the Hydraulics Division 99, 1679-1704",
         "E. Partheniades, 1965, Erosion and deposition of cohesive soils, Journal of the Hydraulics Division 91, 105-139",
+        "B. van Leer, 1974, Towards the ultimate conservative difference scheme II: monotonicity and conservation combined \
+         in a second-order scheme, Journal of Computational Physics 14, 361-370",
         "A. Selle, R. Fedkiw, B. Kim, Y. Liu, J. Rossignac, 2008, An unconditionally stable MacCormack method, Journal \
          of Scientific Computing 35, 350-371",
     ],
@@ -153,10 +159,10 @@ pub static NODE: Node = Node {
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let params = Params::read(sizing.params);
     if params.law == Law::WebglErosion || params.width == 0.0 {
-        // the state of the storm, without rows for spreading
+        // the state of the storm
         return sizing.cells(36.0);
     }
-    // the state of the storm; rows in progress, for one thread
+    // the state of the storm, and what is spread; rows in progress, for one thread
     sizing.cells(46.0) + 6600 * sizing.window.nx() as u64
 }
 

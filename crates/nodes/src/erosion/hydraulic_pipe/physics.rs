@@ -60,6 +60,11 @@ const SHALLOW_M: f32 = 0.05;
 const STEEPEST: f64 = 2.0;
 /// Largest concentration by volume: beyond it water is mud, which flows differently.
 const THICKEST: f64 = 0.3;
+/// Fastest change of the bed under water of no depth, m/s, and more per metre of depth: the water has to follow the
+/// bed. It is a speed, not a change per step, so that shorter steps on smaller cells do not cut more.
+const BITE: [f64; 2] = [0.005, 0.05];
+/// The laws of WebGL-Erosion count in steps: each changes the bed by at most what others do in this time.
+const SEED_BITE_S: f64 = 2.0;
 /// WebGL-Erosion's gravity in cells per time unit², which defines its unit of time, and A/l of its pipes in cells.
 const SEED_GRAVITY: f64 = 0.8;
 const SEED_SECTION: f64 = 0.75;
@@ -185,6 +190,7 @@ impl Physics {
             acceleration,
             per_acceleration: 1.0 / acceleration,
             most_m: (0.05 * self.cell_m) as f32,
+            bite_m: BITE.map(|bite| (bite * if self.law == Capacity::Speed { SEED_BITE_S } else { dt_s }) as f32),
             evaporation: crate::numerics::math::exp(-self.evaporation * dt_s) as f32,
             infiltration_m: (self.infiltration_mm_h * dt_s / 3.6e6) as f32,
         }
@@ -234,6 +240,8 @@ pub(super) struct Pace {
     pub per_acceleration: f32,
     /// Maximum change of the bed in a step.
     pub most_m: f32,
+    /// The same for water of no depth, and more per metre of depth.
+    pub bite_m: [f32; 2],
     /// Fraction of the water that remains after evaporation.
     pub evaporation: f32,
     pub infiltration_m: f32,

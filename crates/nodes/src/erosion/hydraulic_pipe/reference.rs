@@ -24,6 +24,14 @@ impl World {
             inside.then(|| values[at(i as usize, j as usize)])
         };
         let level: Vec<f64> = bed.iter().zip(&water).map(|(b, d)| b + d).collect();
+        // by how much water is deeper at the far face of a cell on an axis, as a fraction; 0 beside walls
+        let lean = |i: isize, j: isize, [di, dj]: [isize; 2]| {
+            let (before, after) = (cell(&water, i - di, j - dj), cell(&water, i + di, j + dj));
+            let (Some(before), Some(after)) = (before, after) else { return 0.0 };
+            let here = water[at(i as usize, j as usize)];
+            let (rise, next) = (here - before, after - here);
+            if rise * next > 0.0 && here > 1e-4 { rise * next / (rise + next) / here } else { 0.0 }
+        };
         // depth over the face from the cell before to (i, j), for the axis (di, dj), and the discharge before friction
         let driven = |i: isize, j: isize, [di, dj]: [isize; 2]| {
             let (k, l) = (i - di, j - dj);
@@ -31,11 +39,13 @@ impl World {
                 return (0.0, 0.0);
             }
             let [a, b] = [at(k as usize, l as usize), at(i as usize, j as usize)];
-            let h = level[a].max(level[b]) - bed[a].max(bed[b]);
+            let fall = (level[a] - level[b]).clamp(-2.0 * dx, 2.0 * dx);
+            let axis = [di, dj];
+            let deeper = if fall > 0.0 { 1.0 + lean(k, l, axis) } else { 1.0 - lean(i, j, axis) };
+            let h = (level[a].max(level[b]) - bed[a].max(bed[b])) * deeper;
             if h <= 1e-4 {
                 return (0.0, 0.0);
             }
-            let fall = (level[a] - level[b]).clamp(-2.0 * dx, 2.0 * dx);
             let q = if di == 1 { west[b] } else { north[b] };
             (h, q + g * h * dt * fall / dx)
         };
@@ -96,7 +106,7 @@ impl World {
             let thick = (0.01 * sine * speed / 0.02 * (1.0 - depth / 5.0).max(0.0)).min(0.3);
             let missing = thick * depth - load[k];
             let rate = if missing > 0.0 { 0.2 * dt } else { 0.02 * dt / depth };
-            let most = (0.01 + 0.1 * depth).min(0.05 * dx);
+            let most = ((0.005 + 0.05 * depth) * dt).min(0.05 * dx);
             let taken = (2000.0 * missing * (1.0 - libm::exp(-rate))).clamp(-most, most);
             let taken = taken.min(0.25 * (bed[k] - lowest)).max(-2000.0 * load[k]);
             self.bed[k] -= taken;

@@ -6,6 +6,7 @@ use super::{
     band::{Band, HALO, STATES, STEPS_PER_SWEEP, Scene, State},
     flow::film,
     physics::Physics,
+    spread::Spread,
 };
 use crate::numerics::par;
 
@@ -24,6 +25,7 @@ pub(super) struct Pacing {
 /// The bands of a run, and the buffers for exchanging their halos.
 pub(super) struct Run {
     pub bands: Vec<Band>,
+    spread: Spread,
     halos: Vec<f32>,
     /// Greatest depth of water before the last sweep.
     deepest_m: f32,
@@ -37,7 +39,7 @@ impl Run {
         let start = |k: usize| ny * k / count;
         let bands = par::collect_all(0..count, |_, k| Band::new(scene, start(k)..start(k + 1), loose));
         let halos = vec![0.0; count * 2 * HALO * STATES.len() * (nx + 1)];
-        Self { bands, halos, deepest_m: 0.0 }
+        Self { bands, spread: Spread::new(scene), halos, deepest_m: 0.0 }
     }
 
     /// Fills every cell with water of the given depth, in metres.
@@ -134,10 +136,8 @@ impl Run {
         self.exchange(scene);
         par::each(&mut self.bands, |_, band| band.sweep(scene, &pace, steps as usize, job))?;
         self.exchange(scene);
-        par::each(&mut self.bands, |_, band| {
-            band.spread(scene, job)?;
-            band.slip(scene, job)
-        })?;
+        self.spread.run(&mut self.bands, scene, job)?;
+        par::each(&mut self.bands, |_, band| band.slip(scene, job))?;
         pacing.steps += steps as u64;
         pacing.shortest_s = if pacing.shortest_s == 0.0 { dt_s } else { pacing.shortest_s.min(dt_s) };
         pacing.time_s += steps * f64::from(pace.dt_s);

@@ -11,6 +11,7 @@ use super::{
     painted::Painted,
     physics::Physics,
     run::{Pacing, Run},
+    spread::{self, NARROWEST},
     warm,
 };
 use crate::{numerics::par, prelude::*};
@@ -40,6 +41,23 @@ fn read(values: &ParamValues) -> Params {
     params
 }
 
+/// Tells where gullies have another width than `width`.
+fn warn_of_width(job: &Job<'_>, width_m: f64) {
+    let (window, cell_m) = (job.window(), job.cell_m());
+    let kept_m = spread::kept_m(width_m, [window.nx(), window.ny()], cell_m);
+    let [cell_m, rounded_m] = [cell_m, kept_m].map(|length_m| (length_m * 100.0).round() / 100.0);
+    if kept_m > width_m {
+        job.warn(format!(
+            "a `width` of {width_m} m is less than {NARROWEST} cells of {cell_m} m: gullies are {rounded_m} m wide, and \
+             narrower on smaller cells; use smaller cells or a larger `width`"
+        ));
+    } else if kept_m < width_m {
+        job.warn(format!(
+            "a `width` of {width_m} m is more than a quarter of the world: erosion is spread over {rounded_m} m"
+        ));
+    }
+}
+
 impl Storm {
     pub fn new(job: &Job<'_>) -> Result<Self, NodeError> {
         let params = read(job.params);
@@ -57,6 +75,7 @@ impl Storm {
         let inputs = Inputs::read(job)?;
         let painted = Painted::new(job, inputs.rain, &params);
         let physics = Physics::new(&params, job.cell_m());
+        warn_of_width(job, physics.width_m);
         let scene = painted.scene(job, physics)?;
         let mut run = Run::new(&scene, inputs.regolith);
         if let Some(depths) = warm::depths(job, &inputs, &params)? {
@@ -324,6 +343,25 @@ mod tests {
         let expected = 0.575 * std::f64::consts::PI * 60.0 * 60.0 * 800.0 / 3.6e6 * 240.0;
         assert!(((whole - none) / expected - 0.99).abs() < 0.03, "{whole} {none} {expected}");
         assert!(dried - none > 0.5 * (whole - none) && dried < whole - 0.1 * (whole - none), "{dried} {whole}");
+    }
+
+    /// A world 480 m wide on cells of 10 m has room for widths of 50 to 120 m.
+    #[test]
+    fn a_width_that_cannot_be_kept_is_told() {
+        let land = valley();
+        for (width, told) in
+            [("0", None), ("20", Some("50 m wide")), ("50", None), ("120", None), ("200", Some("over 120 m"))]
+        {
+            let params = params(&format!("width={width}"), &[]);
+            let warnings = on(&land, &params, |job| {
+                Storm::new(job).expect("begins");
+                job.warnings.take()
+            });
+            assert_eq!(warnings.len(), usize::from(told.is_some()), "{width}: {warnings:?}");
+            assert!(told.is_none_or(|told| warnings[0].contains(told)), "{width}: {warnings:?}");
+        }
+        let webgl = params("law=webgl_erosion, transport=maccormack", &[]);
+        assert!(on(&land, &webgl, |job| Storm::new(job).map(|_| job.warnings.take().len()).expect("begins")) == 0);
     }
 
     #[test]

@@ -61,6 +61,8 @@ fn threads_and_simd_levels_give_the_same_bits() {
     for (edge, changes) in [
         (Edge::Base, "duration=600"),
         (Edge::Periodic, "duration=600, transport=semi_lagrangian"),
+        (Edge::Periodic, "duration=300, width=170"),
+        (Edge::Wall, "duration=300, width=310"),
         (Edge::Open, "duration=600, transport=maccormack, scheme=pipes"),
     ] {
         let land = rough(sides(world(150, 131, 10.0), edge));
@@ -275,8 +277,7 @@ fn water_runs_down_the_slope() {
             let [east, south, depth] = [velocity.plane(0), velocity.plane(1), water.plane(0)].map(mean);
             let found = libm::atan2(south, east).to_degrees();
             assert!((found - degrees).abs() < 1.0, "{degrees}, {slope}: {found}");
-            // of the mean of opposite faces: half a cell less rain than leaves it, of 40 cells
-            let speed = libm::hypot(east, south) * (1.0 + 0.5 / 40.0);
+            let speed = libm::hypot(east, south);
             let normal = libm::pow(speed * 0.05 / libm::sqrt(slope), 1.5);
             let expected = if slope > 0.2 { speed * speed / 9.81 } else { normal };
             assert!((depth / expected - 1.0).abs() < 0.02, "{degrees}, {slope}: {depth} {expected}");
@@ -384,7 +385,7 @@ fn hill(cells: u32, extent_m: f64) -> Field {
 }
 
 /// Gullies run down the slope, not along the axes: of all gradients of a storm's changes, weighted by their
-/// steepness, 22 % lie within 10° of an axis if none is preferred. Cut one cell wide it is 48 %, spread over five
+/// steepness, 22 % lie within 10° of an axis if none is preferred. Cut one cell wide it is 42 %, spread over five
 /// cells 25 %; the limit is 29 %, as a hill has only about twenty gullies. And no pits are dug: the deepest pool is
 /// less than 4 m deep.
 #[test]
@@ -411,6 +412,75 @@ fn gullies_do_not_follow_the_axes() {
     let (wide, deepest) = share("duration=2400");
     assert!(wide < 0.29 && deepest < 4.0, "{wide} {deepest}");
     assert!(share("duration=2400, width=0").0 > 0.4);
+}
+
+/// A dome with bumps 60 to 205 m long and open sides, 384 m wide, and a storm that cuts gullies 40 m wide into it: the
+/// changes of its cells, and how much was eroded, as the mean over the world.
+fn cut_dome(cell_m: f64, edge: Edge) -> (Vec<f64>, f64) {
+    let (size_m, cells) = (384.0, (384.0 / cell_m) as u32);
+    let wave = |k: f64, x: f64, y: f64| {
+        let (turn, number) = (2.399_963 * k, std::f64::consts::TAU / (60.0 + 5.0 * k));
+        libm::sin(number * (x * libm::cos(turn) + y * libm::sin(turn)) + 3.7 * k)
+    };
+    let land = field(sides(world(cells, cells, cell_m), edge), |x, y| {
+        let from_middle = libm::hypot(x / size_m - 0.5, y / size_m - 0.5) / 0.75;
+        let bumps: f64 = (0..30).map(|k| wave(f64::from(k), x, y)).sum();
+        400.0 + 0.15 * size_m * libm::cos(0.5 * std::f64::consts::PI * from_middle) + 0.3 * bumps
+    });
+    let [rain, regolith] = [60.0, 30.0].map(|value| Field::constant(*land.window(), value));
+    let params = with_params(&NODE, "duration=2400, entrainment=0.05, width=40");
+    let fields = [("height", &land), ("rain", &rain), ("regolith", &regolith)];
+    let change = output(&NODE, &params, &fields, "deposition");
+    let changes: Vec<f64> = change.samples().iter().map(|change| f64::from(*change)).collect();
+    let eroded = -changes.iter().map(|change| change.min(0.0)).sum::<f64>() / changes.len() as f64;
+    (changes, eroded)
+}
+
+/// Smaller cells make the same gullies: the deepest cut, as a mean over cells of 8 m, and what is eroded over the world
+/// differ by less than 10 % between 8 m, a fifth of the width, and 4 m, and between 4 and 2 m. The cells are five
+/// times larger than the water in a gully is wide where it is narrowest, which is what remains of the difference.
+#[test]
+fn smaller_cells_make_the_same_gullies() {
+    let found = [8.0, 4.0, 2.0].map(|cell_m| {
+        let (changes, eroded) = cut_dome(cell_m, Edge::Open);
+        let (side, by) = ((384.0 / cell_m) as usize, (8.0 / cell_m) as usize);
+        let mean = |x: usize, y: usize| {
+            let rows = (y * by..(y + 1) * by).flat_map(|y| &changes[y * side + x * by..][..by]);
+            rows.sum::<f64>() / (by * by) as f64
+        };
+        let deepest = (0..48 * 48).map(|at| -mean(at % 48, at / 48)).fold(0.0, f64::max);
+        [deepest, eroded]
+    });
+    for pair in found.windows(2) {
+        for (coarse, fine) in pair[0].iter().zip(&pair[1]) {
+            assert!((coarse / fine - 1.0).abs() < 0.1, "{found:?}");
+        }
+    }
+    assert!(found[2][0] > 3.0, "{found:?}");
+}
+
+/// A gully that runs out at an open side has an even bed there: the change of each cell at the side differs from the
+/// mean of its neighbours along it by less than 30 % of the deepest cut at a side, where a bell of the width has 22 %
+/// and cells cut by turns would have 200 %; and the deepest cut is no deeper there than inside.
+#[test]
+fn open_sides_are_not_notched() {
+    let (changes, _) = cut_dome(8.0, Edge::Open);
+    let side = 48;
+    let sides: [&dyn Fn(usize) -> usize; 4] =
+        [&|k| k, &|k| (side - 1) * side + k, &|k| k * side, &|k| k * side + side - 1];
+    let deepest = |cells: &mut dyn Iterator<Item = usize>| cells.map(|at| -changes[at]).fold(0.0, f64::max);
+    let at_sides = deepest(&mut sides.iter().flat_map(|at| (0..side).map(move |k| at(k))));
+    let inside = deepest(&mut (0..side * side).filter(|at| {
+        let [x, y] = [at % side, at / side];
+        (3..side - 3).contains(&x) && (3..side - 3).contains(&y)
+    }));
+    assert!(at_sides > 1.0 && at_sides < inside, "{at_sides} {inside}");
+    for at in sides {
+        for k in 1..side - 1 {
+            let apart = changes[at(k)] - 0.5 * (changes[at(k - 1)] + changes[at(k + 1)]);
+            assert!(apart.abs() < 0.3 * at_sides, "{k}: {apart} {at_sides}");
+        }
+    }
 }
 
 /// A step agrees with the reference in double precision: water within 1e-5, the bed and the suspended sediment within
