@@ -180,7 +180,7 @@ fn advance(lake: &mut Lake<'_>, land: &Field, seconds: f64) -> u64 {
         folder: std::path::PathBuf::new(),
         cancel: orograph_graph::Cancel::default(),
         progress: &|_| (),
-        coarse: Vec::new(),
+        level: orograph_graph::LevelJob::default(),
         warnings: Warnings::default(),
         glimpses: None,
     };

@@ -259,7 +259,8 @@ pub static NODE: Node = Node {
           Each further level begins late with the land that the level below it had then, and ends with it: the second has 0.15 τ, with τ the \
           time in which the land answers a change, each one after that half as long as the one before, in 6 steps. A finer level so \
           keeps the rivers of the coarser ones and adds what its cells can resolve; a preview is the same terrain as the final build, and costs less. \
-          The coarsest level reads inputs that are made for its own cells, the others area means of those of the world. Land is \
+          Every level reads inputs that are made for its own cells, and its state is kept in the cache: twice as many cells pass one more \
+          level. Land is \
           displaced by up to a third of a coarse cell on its way to the next level, which lets straight rivers wind, and what the law \
           has left of the detail of the start is added. On levels half a cell less than the drainage area \
           cuts, which makes relief depend less on the cells. Heights are those at the centres of cells. A world with \
@@ -305,7 +306,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     reads_sea: true,
-    coarse: Some(|params, world| levels::coarsest(&Params::read(params), world)),
+    levels: Some(levels::LEVELS),
     scratch: Scratch::Bytes(memory::scratch),
     cpu: run,
     resolution: Resolution::Cells(
@@ -325,13 +326,10 @@ const SHORTEST_YR: f64 = 1e-30;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    warn_of_unresolved_hillslopes(
-        job,
-        if params.headwater_area > 0.0 { params.headwater_area } else { params.critical_area },
-    );
-    if params.method == Method::Implicit && params.schedule == Schedule::CoarseToFine {
+    if levels::has_levels(&params) {
         return levels::run(job, &params);
     }
+    warn_of_unresolved_hillslopes(job, &params);
     let Some(inland) = Inland::around(job.window()) else { return erode(job, &params) };
     let take = |outputs| {
         if let Some(glimpses) = job.glimpses {
@@ -435,7 +433,8 @@ fn warn_of_short_runs(job: &Job<'_>, duration_yr: f64, response_yr: f64) {
 }
 
 /// Tells where cells are larger than the drainage area of a river's head.
-fn warn_of_unresolved_hillslopes(job: &Job<'_>, critical_area_m2: f64) {
+fn warn_of_unresolved_hillslopes(job: &Job<'_>, params: &Params) {
+    let critical_area_m2 = if params.headwater_area > 0.0 { params.headwater_area } else { params.critical_area };
     let cell_m = job.cell_m();
     if critical_area_m2 > 0.0 && cell_m * cell_m > critical_area_m2 {
         job.warn(format!(
