@@ -45,7 +45,7 @@ impl Case {
             folder: data_folder(),
             cancel: Cancel::default(),
             progress: &|_| {},
-            coarse: Vec::new(),
+            level: orograph_graph::LevelJob::default(),
             warnings: Warnings::default(),
             glimpses: None,
         }

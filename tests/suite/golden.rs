@@ -29,6 +29,7 @@ fn hash(value: &Value) -> String {
         Value::Report(report) => {
             hasher.update(&serde_json::to_vec(report.as_ref()).expect("a report is plain data"));
         }
+        Value::State(_) => {}
     }
     hasher.finalize().to_hex()[..32].to_owned()
 }

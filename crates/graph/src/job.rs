@@ -12,6 +12,7 @@ use crate::{
     memory::OutOfMemory,
     node::Node,
     param::{FileName, ParamValues, Seed},
+    state::State,
     value::Value,
     world::{Window, World},
 };
@@ -103,9 +104,12 @@ pub enum InputValue {
     Absent,
 }
 
-/// The named results of a kernel.
+/// The named results of a kernel, and its state for the next finer level if that is wanted.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Outputs(Vec<(&'static str, Value)>);
+pub struct Outputs {
+    values: Vec<(&'static str, Value)>,
+    state: Option<State>,
+}
 
 impl Outputs {
     /// A single result.
@@ -116,19 +120,30 @@ impl Outputs {
     /// Adds a result.
     #[must_use]
     pub fn with(mut self, name: &'static str, value: impl Into<Value>) -> Self {
-        self.0.push((name, value.into()));
+        self.values.push((name, value.into()));
         self
     }
 
     /// The results, each with its name.
     pub fn into_iter_named(self) -> impl Iterator<Item = (&'static str, Value)> {
-        self.0.into_iter()
+        self.values.into_iter()
     }
 
     /// Removes and returns the result of that name.
     pub fn take(&mut self, name: &str) -> Option<Value> {
-        let at = self.0.iter().position(|(n, _)| *n == name)?;
-        Some(self.0.swap_remove(at).1)
+        let at = self.values.iter().position(|(n, _)| *n == name)?;
+        Some(self.values.swap_remove(at).1)
+    }
+
+    /// Adds the state for the next finer level.
+    #[must_use]
+    pub fn with_state(self, state: Option<State>) -> Self {
+        Self { state, ..self }
+    }
+
+    /// Removes and returns the state for the next finer level.
+    pub fn take_state(&mut self) -> Option<State> {
+        self.state.take()
     }
 }
 
@@ -141,13 +156,18 @@ impl Wanted {
     pub const NONE: Self = Self(0);
     /// Every output.
     pub const ALL: Self = Self(u64::MAX);
-    /// The largest number of outputs that a node may declare.
-    pub const MAX_OUTPUTS: usize = u64::BITS as usize;
+    /// The largest number of outputs that a node may declare; one more stands for its state.
+    pub const MAX_OUTPUTS: usize = u64::BITS as usize - 1;
 
     /// The same set with one more output.
     #[must_use]
     pub const fn with(self, output: usize) -> Self {
         Self(self.0 | 1 << output)
+    }
+
+    /// The same set without one output.
+    pub(crate) const fn without(self, output: usize) -> Self {
+        Self(self.0 & !(1 << output))
     }
 
     /// Returns true if all outputs of the other set are in this one.
@@ -174,9 +194,8 @@ pub struct Job<'a> {
     pub params: &'a ParamValues,
     /// The value of each declared input, in declaration order; [`inputs!`](crate::inputs) makes `Inputs` from it.
     pub inputs: Vec<InputValue>,
-    /// The same on the world of [`Node::coarse`], where only wired inputs have a value. Empty if there is no such world
-    /// or its cells are those of the window.
-    pub coarse: Vec<InputValue>,
+    /// What it goes on from and what it leaves to a finer level, for a node with [levels](Node::levels).
+    pub level: LevelJob,
     /// The window to compute.
     pub window: Window,
     /// The requested outputs: a kernel returns these and computes no others. [`outputs!`](crate::outputs) makes `Wants`
@@ -192,6 +211,27 @@ pub struct Job<'a> {
     pub warnings: Warnings,
     /// Receives intermediate results from [`Job::glimpse`]; `None` without a progressive preview.
     pub glimpses: Option<Glimpses<'a>>,
+}
+
+/// A job's place among the [levels](Node::levels) of its node.
+#[derive(Clone, Debug, Default)]
+pub struct LevelJob {
+    /// What the run goes on from.
+    pub below: Coarser,
+    /// True if the state for the next finer level is wanted, besides or instead of outputs.
+    pub gives_state: bool,
+}
+
+/// What a run goes on from, as its node [declares](crate::Below).
+#[derive(Clone, Debug, Default)]
+pub enum Coarser {
+    /// Nothing, or nothing that the caller has: then a kernel passes the levels below by itself.
+    #[default]
+    Nothing,
+    /// The state of the level below.
+    State(Arc<State>),
+    /// The wanted outputs on more cells.
+    Results(Outputs),
 }
 
 /// The receiver of a progressive preview.

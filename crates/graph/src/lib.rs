@@ -25,6 +25,7 @@ mod ports;
 mod process;
 mod registry;
 mod report;
+mod state;
 mod suggest;
 mod unit;
 mod value;
@@ -44,11 +45,12 @@ pub use eval::{
 };
 pub use field::Field;
 pub use graph::{Graph, GraphError, Instance, Port, Wire};
-pub use job::{Cancel, Glimpses, InputValue, Job, Lane, NodeError, Outputs, Wanted, Warnings, mix};
+pub use job::{Cancel, Coarser, Glimpses, InputValue, Job, Lane, LevelJob, NodeError, Outputs, Wanted, Warnings, mix};
 pub use lines::{Line, Lines, Vertex};
 pub use migrate::{Migration, Step};
 pub use node::{
-    Begin, Exactness, Fallback, Input, Kernel, Node, Output, OutputType, Reach, Resolution, Scratch, Sizing,
+    Begin, Below, Exactness, Fallback, Input, Kernel, Levels, Node, Output, OutputType, Reach, Resolution, Scratch,
+    Sizing,
 };
 pub use param::{
     ColourStops, CurvePoints, FileName, Kind, ParamSpec, ParamType, ParamValue, ParamValues, PathPoints, Seed,
@@ -59,6 +61,7 @@ pub use ports::{Carried, InputReader, ends};
 pub use process::{Moment, Process};
 pub use registry::Registry;
 pub use report::{Axis, Measure, Report, Series};
+pub use state::State;
 pub use suggest::closest;
 pub use unit::{Unit, UnitError, plain};
 pub use value::{PortType, Value};

@@ -46,10 +46,9 @@ pub struct Node {
     /// True if its result may depend on the world's sea level. Results of other nodes stay valid when the level
     /// changes.
     pub reads_sea: bool,
-    /// The same place on other cells, where its kernel reads its wired inputs too ([`Job::coarse`](crate::Job)): a
-    /// function of the parameters and of everything about the world but its cells. `None` for the world alone. Only for
-    /// nodes that read the whole world.
-    pub coarse: Option<fn(&ParamValues, &World) -> Option<World>>,
+    /// The levels of cells on which it runs, if it does not run on those of the world alone. Only for nodes that read
+    /// the whole world.
+    pub levels: Option<Levels>,
     /// The peak memory that its kernel allocates besides inputs and outputs.
     pub scratch: Scratch,
     /// The kernel that defines its result.
@@ -63,6 +62,32 @@ pub struct Node {
     /// An example of its use that runs without changes: inputs and parameters as written inside the brackets in a graph
     /// file. Shown in the manual; tests of all nodes run it as well as the defaults.
     pub example: &'static str,
+}
+
+/// How a node runs on levels of ever finer cells, each of which goes on from the one below.
+///
+/// The run on each level is planned, stored and reused like that of any other node: its inputs are made for its own
+/// cells, and its [state](crate::State) is stored by the node, its inputs and the world on its cells. So a run on finer
+/// cells passes only the levels that no run before it has passed.
+#[derive(Clone, Copy, Debug)]
+pub struct Levels {
+    /// What a run on a world goes on from. `None` for a run that begins by itself. A function of the parameters and the
+    /// world; [`Below::State`] must have fewer cells, and [`Below::Results`] more, on which a run begins by itself.
+    pub below: fn(&ParamValues, &World) -> Option<Below>,
+    /// About the size in bytes of the state for a finer level, for the estimate before a run. 0 on cells on which no
+    /// finer level goes on.
+    pub state: fn(&Sizing<'_>) -> u64,
+    /// The work of a run on a world, compared with that of its other levels; for the progress.
+    pub work: fn(&ParamValues, &World) -> f64,
+}
+
+/// What a run goes on from: the run of the same node on the same place with other cells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Below {
+    /// From the state of the run on these cells.
+    State(World),
+    /// From its results on these cells, which are more than its own. It then reads no inputs.
+    Results(World),
 }
 
 /// A kernel: a pure function of the job.
@@ -88,7 +113,7 @@ impl Node {
         declared: &[],
         reach: Reach::Point,
         reads_sea: false,
-        coarse: None,
+        levels: None,
         scratch: Scratch::None,
         cpu: |_| Err(NodeError::failed("this node has no kernel")),
         process: None,

@@ -2,7 +2,7 @@
 
 use std::{fmt, sync::Arc};
 
-use crate::{field::Field, lines::Lines, report::Report, unit::Unit};
+use crate::{field::Field, lines::Lines, report::Report, state::State, unit::Unit};
 
 /// The meaning of a value; ports are typed by it, so that a slope cannot be wired to an input for a height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -111,6 +111,8 @@ pub enum Value {
     Lines(Arc<Lines>),
     /// Measures and curves.
     Report(Arc<Report>),
+    /// What a node keeps for its run on finer cells. Never on a wire, and never delivered.
+    State(Arc<State>),
 }
 
 impl Value {
@@ -119,7 +121,7 @@ impl Value {
     pub const fn as_field(&self) -> Option<&Field> {
         match self {
             Self::Field(field) => Some(field),
-            Self::Lines(_) | Self::Report(_) => None,
+            Self::Lines(_) | Self::Report(_) | Self::State(_) => None,
         }
     }
 
@@ -128,7 +130,7 @@ impl Value {
     pub fn as_lines(&self) -> Option<&Lines> {
         match self {
             Self::Lines(lines) => Some(lines),
-            Self::Field(_) | Self::Report(_) => None,
+            Self::Field(_) | Self::Report(_) | Self::State(_) => None,
         }
     }
 
@@ -137,7 +139,7 @@ impl Value {
     pub fn as_report(&self) -> Option<&Report> {
         match self {
             Self::Report(report) => Some(report),
-            Self::Field(_) | Self::Lines(_) => None,
+            Self::Field(_) | Self::Lines(_) | Self::State(_) => None,
         }
     }
 
@@ -148,6 +150,7 @@ impl Value {
             Self::Field(field) => field.bytes(),
             Self::Lines(lines) => lines.bytes(),
             Self::Report(report) => report.bytes(),
+            Self::State(state) => state.bytes(),
         }
     }
 }
@@ -167,6 +170,12 @@ impl From<Lines> for Value {
 impl From<Report> for Value {
     fn from(report: Report) -> Self {
         Self::Report(Arc::new(report))
+    }
+}
+
+impl From<State> for Value {
+    fn from(state: State) -> Self {
+        Self::State(Arc::new(state))
     }
 }
 

@@ -110,7 +110,7 @@ fn job<'a>(node: &'static Node, params: &'a ParamValues, height: &Field, erodibi
         folder: std::path::PathBuf::new(),
         cancel: Cancel::default(),
         progress: &|_| {},
-        coarse: Vec::new(),
+        level: orograph_graph::LevelJob::default(),
         warnings: Warnings::default(),
         glimpses: None,
     }

@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             folder: std::path::PathBuf::new(),
             cancel: Cancel::default(),
             progress: &|_| {},
-            coarse: Vec::new(),
+            level: orograph_graph::LevelJob::default(),
             warnings: Warnings::default(),
             glimpses: None,
         };

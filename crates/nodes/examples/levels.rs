@@ -5,7 +5,8 @@
 //! For each pair of cell counts, with the finer raster as means over the coarser cells: the root mean square difference
 //! of heights over their standard deviation, the difference of means, of mean slopes, and the smaller of the two shares
 //! of trunk cells (which drain ten times `headwater_area` and ten coarse cells) of one within one cell of a trunk of
-//! the other. The processor time is that of the whole graph on one thread.
+//! the other. The processor time is that of the whole graph on one thread, with an empty store and then with one that has
+//! the results on fewer cells; both must give the same bytes.
 
 use std::{error::Error, num::NonZero, path::Path};
 
@@ -37,8 +38,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     if names.is_empty() {
         names = GRAPHS.map(str::to_owned).to_vec();
     }
-    println!("| graph | cells | heights | mean | slope | trunks | µs per cell |");
-    println!("| --- | --- | ---: | ---: | ---: | ---: | ---: |");
+    println!("| graph | cells | heights | mean | slope | trunks | µs per cell | after fewer |");
+    println!("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |");
     for name in &names {
         let document = document(name)?;
         let expanded = document.expand();
@@ -55,14 +56,21 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let height = expanded.outputs.iter().find(|output| output.name == "height").ok_or("no `height`")?.port;
         let ports = [height, Port { node: last, output: 1 }];
-        let mut found: Vec<(Terrain, f64)> = Vec::new();
+        let mut found: Vec<(Terrain, [f64; 2])> = Vec::new();
+        let evaluator = || Evaluator::new(EvaluatorOptions { threads: NonZero::new(1), ..EvaluatorOptions::default() });
+        let keeping = evaluator()?;
         for cells in COUNTS {
-            let options = EvaluatorOptions { threads: NonZero::new(1), ..EvaluatorOptions::default() };
-            let evaluator = Evaluator::new(options)?;
-            let before = processor_s();
-            let values =
-                evaluator.values(&graph, document.folder(), &ports, Window::whole(world.with_cells_along_x(cells)))?;
-            let spent_us = 1e6 * (processor_s() - before) / f64::from(cells) / f64::from(cells);
+            let window = Window::whole(world.with_cells_along_x(cells));
+            let timed = |evaluator: &Evaluator| -> Result<_, Box<dyn Error>> {
+                let before = processor_s();
+                let values = evaluator.values(&graph, document.folder(), &ports, window)?;
+                Ok((values, 1e6 * (processor_s() - before) / f64::from(cells) / f64::from(cells)))
+            };
+            let ((values, alone_us), (again, after_us)) = (timed(&evaluator()?)?, timed(&keeping)?);
+            if values != again {
+                return Err(format!("{name}: {cells} cells differ after fewer").into());
+            }
+            let spent_us = [alone_us, after_us];
             let [heights, areas] = [0, 1].map(|at| -> Vec<f64> {
                 values[at]
                     .as_field()
@@ -76,12 +84,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let of = |cells: u32| found.iter().find(|(terrain, _)| terrain.cells == cells as usize).ok_or("no such cells");
         for (coarse, fine) in PAIRS {
-            let ((a, _), (b, spent_us)) = (of(coarse)?, of(fine)?);
+            let ((a, _), (b, [alone_us, after_us])) = (of(coarse)?, of(fine)?);
             let [heights, mean, slope] = compare(a, b, world.size[0]);
             let cell_m = world.size[0] / f64::from(coarse);
             let trunks = near(a, b, (10.0 * headwaters_m2).max(10.0 * cell_m * cell_m));
             println!(
-                "| {name} | {coarse}, {fine} | {heights:.1} % | {mean:+.2} % | {slope:+.1} % | {trunks:.1} % | {spent_us:.2} |"
+                "| {name} | {coarse}, {fine} | {heights:.1} % | {mean:+.2} % | {slope:+.1} % | {trunks:.1} % | {alone_us:.2} | {after_us:.2} |"
             );
         }
     }

@@ -179,7 +179,7 @@ fn on_dome(size_m: f64, cell_m: f64, smooth: bool, changes: &[(String, String)])
         folder: std::path::PathBuf::new(),
         cancel: Cancel::default(),
         progress: &|_| {},
-        coarse: Vec::new(),
+        level: orograph_graph::LevelJob::default(),
         warnings: Warnings::default(),
         glimpses: None,
     };

@@ -112,7 +112,7 @@ pub(crate) fn outputs_wanted(
         folder: std::path::PathBuf::new(),
         cancel: cancel.clone(),
         progress: &|fraction| assert!((0.0..=1.0).contains(&fraction)),
-        coarse: Vec::new(),
+        level: orograph_graph::LevelJob::default(),
         warnings: Warnings::default(),
         glimpses: None,
     };
@@ -131,7 +131,7 @@ pub(crate) fn with_job<T>(window: Window, work: impl FnOnce(&Job<'_>) -> T) -> T
         folder: std::path::PathBuf::new(),
         cancel: Cancel::default(),
         progress: &|_| (),
-        coarse: Vec::new(),
+        level: orograph_graph::LevelJob::default(),
         warnings: Warnings::default(),
         glimpses: None,
     })

@@ -29,7 +29,7 @@ pub fn measure(height: &Field, registry: &Registry, cancel: &Cancel) -> Result<R
             folder: PathBuf::new(),
             cancel: cancel.clone(),
             progress: &|_| {},
-            coarse: Vec::new(),
+            level: orograph_graph::LevelJob::default(),
             warnings: Warnings::default(),
             glimpses: None,
         };

@@ -13,6 +13,16 @@ use crate::{
 
 /// The requested outputs, each verified and cropped to the requested window; others are dropped.
 pub(super) fn take(step: &Step<'_>, wanted: Wanted, mut outputs: Outputs) -> Result<Vec<Option<Value>>, EvalError> {
+    let (node, id) = (step.instance.name.clone(), step.instance.node.id);
+    let state = step.has_state.then(|| {
+        if !wanted.contains(step.types.len()) {
+            return Ok(None);
+        }
+        let wrong =
+            |message: &str| EvalError::Output { node: node.clone(), id, output: "state", message: message.to_owned() };
+        let state = outputs.take_state().ok_or_else(|| wrong("was not returned"))?;
+        if state.is_valid() { Ok(Some(state.into())) } else { Err(wrong("has a number that is not finite")) }
+    });
     let declared = step.instance.node.outputs.iter().zip(&step.types).enumerate();
     declared
         .map(|(at, (output, ty))| {
@@ -27,6 +37,7 @@ pub(super) fn take(step: &Step<'_>, wanted: Wanted, mut outputs: Outputs) -> Res
                 Fault::Memory(refused) => EvalError::OutOfMemory { node, id, refused },
             })
         })
+        .chain(state)
         .collect()
 }
 
@@ -53,6 +64,7 @@ fn fitting(value: Value, ty: PortType, window: &Window, wanted: &Window) -> Resu
         (Value::Report(report), None) if ty == PortType::Report => Ok(Value::Report(report)),
         (Value::Lines(_), _) => Err(format!("returned lines instead of a {ty}").into()),
         (Value::Report(_), _) => Err(format!("returned a report instead of a {ty}").into()),
+        (Value::State(_), _) => Err(format!("returned a state instead of a {ty}").into()),
         (Value::Field(_), None) => Err(format!("returned a raster instead of a {ty}").into()),
         (Value::Field(field), Some(planes)) => {
             if field.planes() != planes {

@@ -76,7 +76,7 @@ pub(super) fn origins(
 ) -> Vec<Option<Origins>> {
     let mut all: Vec<Option<Origins>> = Vec::with_capacity(plan.steps.len());
     for at in 0..plan.steps.len() {
-        let inherited = plan.steps[at].wires().find_map(|(source, _)| plan.steps[source].fault.clone());
+        let inherited = plan.steps[at].sources().find_map(|source| plan.steps[source].fault.clone());
         let step = &mut plan.steps[at];
         step.fault = inherited.or(step.fault.take());
         let read = match &step.fault {

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     graph::{Graph, Instance, Port},
-    job::{Cancel, InputValue, Job, NodeError, Wanted, Warnings},
+    job::{Cancel, InputValue, Job, LevelJob, NodeError, Wanted, Warnings},
     process::{Moment, Process},
     value::Value,
     world::{Window, World},
@@ -223,7 +223,7 @@ fn with_job<T: Send>(
         node: instance.node,
         params: &instance.params,
         inputs: inputs.to_vec(),
-        coarse: Vec::new(),
+        level: LevelJob::default(),
         window,
         wanted: Wanted::ALL,
         folder: folder.to_owned(),

@@ -84,7 +84,7 @@ fn estimate(plan: &Plan<'_>, needs: &Needs) -> Estimate {
     let mut loaded: Vec<Vec<bool>> =
         needs.found.iter().map(|slots| slots.iter().map(|slot| !matches!(slot, Slot::Stored(_))).collect()).collect();
     for (at, step) in plan.steps.iter().enumerate().filter(|(at, _)| needs.computes(*at)) {
-        for (source, output) in step.wires() {
+        for (source, output) in step.wires(needs.wanted[at]) {
             if !std::mem::replace(&mut loaded[source][output], true) {
                 alive += plan.steps[source].output_bytes(output, &plan.steps[source].wanted);
             }
@@ -94,9 +94,9 @@ fn estimate(plan: &Plan<'_>, needs: &Needs) -> Estimate {
         estimate.largest = estimate.largest.max((takes, at));
         estimate.peak = estimate.peak.max((alive + takes, at));
 
-        let kept = (0..step.types.len()).filter(|output| wanted.contains(*output) && readers[at][*output] > 0);
+        let kept = (0..step.outputs()).filter(|output| wanted.contains(*output) && readers[at][*output] > 0);
         alive += kept.map(|output| step.output_bytes(output, &step.wanted)).sum::<u64>();
-        for (source, output) in step.wires() {
+        for (source, output) in step.wires(needs.wanted[at]) {
             readers[source][output] -= 1;
             if readers[source][output] == 0 {
                 let bytes = plan.steps[source].output_bytes(output, &plan.steps[source].wanted);

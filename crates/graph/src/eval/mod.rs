@@ -4,13 +4,15 @@
 //! reaches; [`key`] names each result by a hash of everything that can change it; [`needs`] looks these names up in the
 //! [`store`], in memory or on disk; [`memory`] checks whether there is room for the rest; [`run`] computes it,
 //! independent nodes in parallel, and delivers each requested value as soon as it is available; [`check`] verifies each
-//! result against its declaration. [`live`] runs one node step by step.
+//! result against its declaration; [`levels`] tells the runs of a node on several levels as one. [`live`] runs one node
+//! step by step.
 
 mod check;
 mod error;
 mod event;
 mod files;
 mod key;
+mod levels;
 mod live;
 mod memory;
 mod needs;
@@ -34,7 +36,7 @@ use self::{
     files::Files,
     key::Origins,
     plan::Plan,
-    work::{Pinned, Work},
+    work::{Listener, Pinned, Work},
 };
 use crate::{
     backend::{Backend, Cpu},
@@ -236,7 +238,15 @@ impl Evaluator {
         deliver: &(dyn Fn(usize, Delivery) + Sync),
     ) {
         let pinned = Pinned::default();
-        Work { evaluation: *evaluation, pinned: &pinned, keeps: true, cancel, events, deliver }.carry_out(self);
+        Work {
+            evaluation: *evaluation,
+            pinned: &pinned,
+            keeps: true,
+            cancel,
+            listener: Listener::Whole(events),
+            deliver,
+        }
+        .carry_out(self);
     }
 
     fn origins(&self, plan: &mut Plan<'_>, folder: &Path, cancel: &Cancel) -> Vec<Option<Origins>> {

@@ -49,8 +49,8 @@ impl Needs {
         let count = plan.steps.len();
         let mut needs = Self {
             wanted: vec![Wanted::NONE; count],
-            found: plan.steps.iter().map(|step| vec![Slot::Empty; step.types.len()]).collect(),
-            readers: plan.steps.iter().map(|step| vec![0; step.types.len()]).collect(),
+            found: plan.steps.iter().map(|step| vec![Slot::Empty; step.outputs()]).collect(),
+            readers: plan.steps.iter().map(|step| vec![0; step.outputs()]).collect(),
             consumers: vec![Vec::new(); count],
         };
         for target in plan.targets.iter().flatten().filter(|target| plan.steps[target.step].fault.is_none()) {
@@ -62,12 +62,12 @@ impl Needs {
             if wanted == Wanted::NONE {
                 continue;
             }
-            let missing = (0..step.types.len()).filter(|output| {
-                let is_there = || store.find((origins.key, *output), step.types[*output], &step.wanted).is_some();
+            let missing = (0..step.outputs()).filter(|output| {
+                let is_there = || store.find((origins.key, *output), step.form(*output), &step.wanted).is_some();
                 step.byproducts.contains(*output) && !is_there()
             });
             needs.wanted[at] = missing.fold(wanted, Wanted::with);
-            for (source, output) in step.wires() {
+            for (source, output) in step.wires(needs.wanted[at]) {
                 needs.readers[source][output] += 1;
                 needs.consumers[source].push(at);
             }
@@ -83,13 +83,13 @@ impl Needs {
     /// Finds the outputs of a step that are read; returns those that have to be computed.
     fn recall(&mut self, store: &Store, pinned: &Pinned, at: usize, step: &Step<'_>, origins: &Origins) -> Wanted {
         let mut wanted = Wanted::NONE;
-        for output in (0..step.types.len()).filter(|output| self.readers[at][*output] > 0) {
+        for output in (0..step.outputs()).filter(|output| self.readers[at][*output] > 0) {
             let slot = (origins.key, output);
             if let Some(value) = pinned.get(&slot) {
                 self.found[at][output] = Slot::Here(value.clone());
                 continue;
             }
-            self.found[at][output] = match store.find(slot, step.types[output], &step.wanted) {
+            self.found[at][output] = match store.find(slot, step.form(output), &step.wanted) {
                 Some(Found::Memory(value)) => Slot::Here(value),
                 Some(Found::Disk(ticket)) => Slot::Stored(ticket),
                 None => {

@@ -7,17 +7,21 @@ use std::{
 
 use petgraph::stable_graph::NodeIndex;
 
-use super::{Request, error::EvalError, key::Origins};
+use super::{Request, error::EvalError, key::Origins, store::Form};
 use crate::{
     graph::{Graph, Instance},
     job::Wanted,
-    node::{Fallback, OutputType, Reach, Sizing},
+    node::{Below, Fallback, OutputType, Reach, Sizing},
     param::ParamValues,
     value::PortType,
     world::{Edge, Window, World},
 };
 
-/// The nodes that requests need, each after those that it reads. A node is planned once per world.
+/// The largest window on which a run keeps its state for a finer level that nobody has requested yet.
+const MOST_KEPT_CELLS: usize = 1 << 22;
+
+/// The nodes that requests need, each after those that it reads. A node is planned once per world; nodes with
+/// [levels](crate::Levels), and what they read, also on the worlds of the levels below.
 ///
 /// Steps are in the order in which a recursive evaluation would finish them, which keeps few values alive at a time.
 pub(super) struct Plan<'g> {
@@ -40,11 +44,14 @@ pub(super) struct Step<'g> {
     pub(super) instance: &'g Instance,
     pub(super) name: Arc<str>,
     pub(super) inputs: Vec<Source>,
-    /// Its wired inputs on the cells of [`Node::coarse`](crate::Node), one per input; empty without such cells. They
-    /// follow from the inputs and the parameters, so that keys leave them out.
-    pub(super) coarse: Vec<Source>,
+    /// What it goes on from. It follows from the inputs and the parameters, so that keys leave it out.
+    pub(super) below: Coarser,
     /// The types of its outputs.
     pub(super) types: Vec<PortType>,
+    /// True if it has a state for a finer level, which counts as the output after the declared ones.
+    pub(super) has_state: bool,
+    /// The requested world for which it is planned: its own, or that of the level above the levels.
+    pub(super) asked: World,
     /// The window that its readers need: the smallest one that contains all of theirs.
     pub(super) wanted: Window,
     /// The window that its kernel computes: `wanted` grown by the halo of its reach.
@@ -53,6 +60,17 @@ pub(super) struct Step<'g> {
     pub(super) byproducts: Wanted,
     /// Why it cannot run: a fault of the step or of one that it reads.
     pub(super) fault: Option<EvalError>,
+}
+
+/// The step of the same node on other cells from which a step goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Coarser {
+    /// It begins by itself.
+    Nothing,
+    /// From the state of that step.
+    State(usize),
+    /// From the outputs of that step; it reads no inputs.
+    Results(usize),
 }
 
 /// The source of an input.
@@ -69,26 +87,40 @@ pub(super) enum Source {
 /// Inputs, output types and fault of a step.
 struct Wired {
     inputs: Vec<Source>,
-    coarse: Vec<Source>,
     types: Vec<PortType>,
     fault: Option<EvalError>,
 }
 
-/// A node in one of the worlds of the requests.
+/// A node in one of the worlds.
 type Place = (usize, NodeIndex);
+
+/// The worlds of the requests, and those of the levels below.
+#[derive(Default)]
+struct Worlds {
+    all: Vec<World>,
+    /// Per world, the requested one for which it is here.
+    asked: Vec<usize>,
+}
+
+impl Worlds {
+    /// The number of a world, which is new for a requested one or for that of a level above.
+    fn add(&mut self, world: World, above: Option<usize>) -> usize {
+        self.find(&world).unwrap_or_else(|| {
+            self.asked.push(above.map_or(self.all.len(), |above| self.asked[above]));
+            self.all.push(world);
+            self.all.len() - 1
+        })
+    }
+
+    fn find(&self, world: &World) -> Option<usize> {
+        self.all.iter().position(|known| known == world)
+    }
+}
 
 impl<'g> Plan<'g> {
     pub(super) fn new(graph: &'g Graph, requests: &[Request], byproducts: &[Request]) -> Self {
-        let mut worlds: Vec<World> = Vec::new();
-        let mut place = |request: &Request| -> Place {
-            let world = request.window.world;
-            let known = worlds.iter().position(|known| *known == world);
-            let at = known.unwrap_or_else(|| {
-                worlds.push(world);
-                worlds.len() - 1
-            });
-            (at, request.port.node)
-        };
+        let mut worlds = Worlds::default();
+        let mut place = |request: &Request| -> Place { (worlds.add(request.window.world, None), request.port.node) };
         let checked: Vec<Result<Place, EvalError>> =
             requests.iter().map(|request| check(graph, request).map(|()| place(request))).collect();
         let order = order(graph, &mut worlds, checked.iter().flatten().copied());
@@ -104,32 +136,57 @@ impl<'g> Plan<'g> {
         let mut wired: Vec<Wired> = Vec::with_capacity(order.len());
         for (world, index) in &order {
             let steps = |node: NodeIndex| position[&(*world, node)];
-            let mut step = wire(graph, *index, &steps, &wired);
-            if let Some(coarse) = coarse_world(graph.instance(*index), &worlds[*world]) {
-                let world = worlds.iter().position(|known| *known == coarse).expect("a world of the order");
-                let source = |at| match graph.source(*index, at) {
-                    Some(port) => Source::Wire { step: position[&(world, port.node)], output: port.output },
-                    None => Source::Absent,
-                };
-                step.coarse = (0..step.inputs.len()).map(source).collect();
-            }
-            wired.push(step);
+            wired.push(wire(graph, *index, &steps, &wired));
         }
+        let step_of = |world: &World, node: NodeIndex| position[&(worlds.find(world).expect("a known world"), node)];
+        let below: Vec<Coarser> = order
+            .iter()
+            .map(|(world, index)| match below(graph.instance(*index), &worlds.all[*world]) {
+                Some(Below::State(world)) => Coarser::State(step_of(&world, *index)),
+                Some(Below::Results(world)) => Coarser::Results(step_of(&world, *index)),
+                None => Coarser::Nothing,
+            })
+            .collect();
 
-        let windows = windows(graph, &order, &worlds, &wired, &targets);
+        let windows = windows(graph, &order, &worlds, &wired, &below, &targets);
         let mut steps: Vec<Step<'g>> = order
             .iter()
             .zip(wired)
+            .zip(below)
             .zip(windows)
-            .map(|(((_, index), Wired { inputs, coarse, types, fault }), (wanted, window))| {
-                let instance = graph.instance(*index);
+            .map(|((((world, index), Wired { inputs, types, fault }), below), (wanted, window))| {
+                let (index, instance) = (*index, graph.instance(*index));
                 let name = Arc::from(instance.name.as_str());
-                let byproducts = Wanted::NONE;
-                Step { index: *index, instance, name, inputs, coarse, types, wanted, window, byproducts, fault }
+                let (asked, byproducts, has_state) = (worlds.all[worlds.asked[*world]], Wanted::NONE, false);
+                Step {
+                    index,
+                    instance,
+                    name,
+                    inputs,
+                    below,
+                    types,
+                    has_state,
+                    asked,
+                    wanted,
+                    window,
+                    byproducts,
+                    fault,
+                }
             })
             .collect();
+        let read: HashSet<usize> = steps
+            .iter()
+            .filter_map(|step| if let Coarser::State(below) = step.below { Some(below) } else { None })
+            .collect();
+        for (at, step) in steps.iter_mut().enumerate() {
+            step.has_state = read.contains(&at) || step.state_bytes(Wanted::NONE, &step.window) > 0;
+            // kept for a finer level that may be requested later
+            if step.has_state && step.window.len() <= MOST_KEPT_CELLS {
+                step.byproducts = step.byproducts.with(step.types.len());
+            }
+        }
         for request in byproducts.iter().filter(|request| check(graph, request).is_ok()) {
-            let world = worlds.iter().position(|world| *world == request.window.world);
+            let world = worlds.find(&request.window.world);
             let step = world.and_then(|world| position.get(&(world, request.port.node)));
             if let Some(step) = step.map(|at| &mut steps[*at]).filter(|step| step.wanted.contains(&request.window)) {
                 step.byproducts = step.byproducts.with(request.port.output);
@@ -141,7 +198,7 @@ impl<'g> Plan<'g> {
     /// Propagates faults to the steps that read a faulty one; these have no keys.
     pub(super) fn spread_faults(&mut self, origins: &mut [Option<Origins>]) {
         for (at, origins) in origins.iter_mut().enumerate() {
-            let inherited = self.steps[at].wires().find_map(|(source, _)| self.steps[source].fault.clone());
+            let inherited = self.steps[at].sources().find_map(|source| self.steps[source].fault.clone());
             if self.steps[at].fault.is_none() {
                 self.steps[at].fault = inherited;
             }
@@ -149,6 +206,16 @@ impl<'g> Plan<'g> {
                 *origins = None;
             }
         }
+    }
+
+    /// Keeps no states but those that are read. Returns false if none are kept.
+    pub(super) fn drop_kept_states(&mut self) -> bool {
+        let mut dropped = false;
+        for step in &mut self.steps {
+            dropped |= step.byproducts.contains(step.types.len());
+            step.byproducts = step.byproducts.without(step.types.len());
+        }
+        dropped
     }
 
     /// Per step, the requests for it.
@@ -164,42 +231,88 @@ impl<'g> Plan<'g> {
 }
 
 impl Step<'_> {
-    /// The steps and outputs that it reads, one per wire.
-    pub(super) fn wires(&self) -> impl Iterator<Item = (usize, usize)> {
-        wires(&self.inputs).chain(wires(&self.coarse))
+    /// The steps and outputs that it reads for the wanted outputs: one per wire, and what it goes on from.
+    pub(super) fn wires(&self, wanted: Wanted) -> impl Iterator<Item = (usize, usize)> {
+        let state = self.types.len();
+        let below = (0..=state).filter_map(move |output| match self.below {
+            Coarser::State(step) if output == state => Some((step, output)),
+            Coarser::Results(step) if output < state && wanted.contains(output) => Some((step, output)),
+            _ => None,
+        });
+        self.own_wires().chain(below)
     }
 
-    /// The wires of its inputs on the world's cells.
+    /// The wires of the inputs that it reads.
     pub(super) fn own_wires(&self) -> impl Iterator<Item = (usize, usize)> {
-        wires(&self.inputs)
+        wires(self.read_inputs())
     }
 
-    /// The wires of its inputs on other cells.
-    pub(super) fn coarse_wires(&self) -> impl Iterator<Item = (usize, usize)> {
-        wires(&self.coarse)
+    /// The inputs that it reads.
+    pub(super) fn read_inputs(&self) -> &[Source] {
+        if matches!(self.below, Coarser::Results(_)) { &[] } else { &self.inputs }
+    }
+
+    /// The steps on which it depends, whatever is wanted.
+    pub(super) fn sources(&self) -> impl Iterator<Item = usize> {
+        let below = match self.below {
+            Coarser::State(step) | Coarser::Results(step) => Some(step),
+            Coarser::Nothing => None,
+        };
+        wires(&self.inputs).map(|(step, _)| step).chain(below)
+    }
+
+    /// The number of its outputs, including the state.
+    pub(super) fn outputs(&self) -> usize {
+        self.types.len() + usize::from(self.has_state)
+    }
+
+    /// What an output consists of.
+    pub(super) fn form(&self, output: usize) -> Form {
+        self.types.get(output).map_or(Form::State, |ty| Form::of(*ty))
     }
 
     /// Size of one output on a window; zero for reports.
     pub(super) fn output_bytes(&self, output: usize, window: &Window) -> u64 {
         let cells = u64::from(window.cells[0]) * u64::from(window.cells[1]);
-        cells * self.types[output].planes().unwrap_or(0) as u64 * size_of::<f32>() as u64
+        match self.form(output) {
+            Form::Planes(planes) => cells * planes as u64 * size_of::<f32>() as u64,
+            Form::State => self.state_bytes(Wanted::NONE, window),
+            Form::Lines | Form::Report => 0,
+        }
+    }
+
+    /// Size of its state; zero if it has none.
+    fn state_bytes(&self, wanted: Wanted, window: &Window) -> u64 {
+        self.instance.node.levels.map_or(0, |levels| self.size(wanted, window, levels.state))
+    }
+
+    /// The work of its kernel, compared with that of the same node on other cells.
+    pub(super) fn work(&self) -> f64 {
+        let (params, world) = (&self.instance.params, &self.window.world);
+        self.instance.node.levels.map_or(self.window.len() as f64, |levels| (levels.work)(params, world))
     }
 
     /// Memory that its kernel needs for the wanted outputs: the outputs on its window, its scratch memory, and crops of
     /// inputs that were computed on wider windows.
     pub(super) fn kernel_bytes(&self, wanted: Wanted, steps: &[Step<'_>]) -> u64 {
-        let cuts = wires(&self.inputs).filter(|(source, _)| steps[*source].wanted != self.window);
+        let cuts = self.own_wires().filter(|(source, _)| steps[*source].wanted != self.window);
         let cuts: u64 = cuts.map(|(source, output)| steps[source].output_bytes(output, &self.window)).sum();
         cuts + self.own_bytes(wanted, &self.window)
     }
 
     /// Size of the wanted outputs on a window, and of the scratch memory of the kernel that computes them there.
     pub(super) fn own_bytes(&self, wanted: Wanted, window: &Window) -> u64 {
-        let given = (0..self.types.len()).filter(|output| wanted.contains(*output));
+        let given = (0..self.outputs()).filter(|output| wanted.contains(*output));
         let given: u64 = given.map(|output| self.output_bytes(output, window)).sum();
+        if matches!(self.below, Coarser::Results(_)) {
+            return given;
+        }
+        given + self.size(wanted, window, |sizing| self.instance.node.scratch.bytes(sizing))
+    }
+
+    fn size(&self, wanted: Wanted, window: &Window, bytes: impl Fn(&Sizing<'_>) -> u64) -> u64 {
         let wired: Vec<bool> = self.inputs.iter().map(|source| matches!(source, Source::Wire { .. })).collect();
-        let sizing = Sizing { params: &self.instance.params, window: *window, wired: &wired, wanted };
-        given + self.instance.node.scratch.bytes(&sizing)
+        bytes(&Sizing { params: &self.instance.params, window: *window, wired: &wired, wanted })
     }
 }
 
@@ -210,10 +323,9 @@ fn wires(sources: &[Source]) -> impl Iterator<Item = (usize, usize)> {
     })
 }
 
-/// The cells on which a node also reads its inputs, where they are not those of the world.
-fn coarse_world(instance: &Instance, world: &World) -> Option<World> {
-    let coarse = (instance.node.coarse?)(&instance.params, world)?;
-    (coarse.cells != world.cells).then_some(coarse)
+/// What a node goes on from in a world.
+fn below(instance: &Instance, world: &World) -> Option<Below> {
+    (instance.node.levels?.below)(&instance.params, world)
 }
 
 fn check(graph: &Graph, Request { port, window }: &Request) -> Result<(), EvalError> {
@@ -222,7 +334,8 @@ fn check(graph: &Graph, Request { port, window }: &Request) -> Result<(), EvalEr
         return Err(EvalError::Request("a node was requested that is not in the graph".to_owned()));
     };
     let name = &instance.name;
-    if port.output >= instance.node.outputs.len() {
+    // a state is requested by stages only
+    if port.output >= instance.node.outputs.len() + usize::from(instance.node.levels.is_some()) {
         return Err(EvalError::Request(format!("`{name}` has no output number {}", port.output)));
     }
     if window.is_empty() || !contains(&Window::whole(window.world), window) {
@@ -240,9 +353,10 @@ fn contains(whole: &Window, part: &Window) -> bool {
     (0..2).all(|axis| part.origin[axis].checked_add(part.cells[axis]).is_some()) && whole.contains(part)
 }
 
-/// The needed nodes, each after those that it reads: depth first along the inputs, without recursion, since a chain may
-/// be long.
-fn order(graph: &Graph, worlds: &mut Vec<World>, wanted: impl Iterator<Item = Place>) -> Vec<Place> {
+/// The needed nodes, each after those that it reads: depth first along the level below and the inputs, without recursion,
+/// since a chain may be long. Levels come before inputs: of a level only its state is alive when the inputs of the next
+/// one are made.
+fn order(graph: &Graph, worlds: &mut Worlds, wanted: impl Iterator<Item = Place>) -> Vec<Place> {
     let mut order = Vec::new();
     let mut seen = HashSet::new();
     for root in wanted {
@@ -251,24 +365,22 @@ fn order(graph: &Graph, worlds: &mut Vec<World>, wanted: impl Iterator<Item = Pl
             continue;
         }
         while let Some(((world, index), input)) = stack.last_mut() {
-            let (mut world, index) = (*world, *index);
+            let (world, index) = (*world, *index);
             let instance = graph.instance(index);
-            let inputs = instance.node.inputs.len();
-            let coarse = coarse_world(instance, &worlds[world]);
-            if *input == if coarse.is_some() { 2 * inputs } else { inputs } {
+            if *input > instance.node.inputs.len() {
                 order.push((world, index));
                 stack.pop();
                 continue;
             }
-            let source = graph.source(index, *input % inputs);
-            if let Some(coarse) = coarse.filter(|_| *input >= inputs) {
-                world = worlds.iter().position(|known| *known == coarse).unwrap_or(worlds.len());
-                if world == worlds.len() {
-                    worlds.push(coarse);
-                }
-            }
+            let source = match *input {
+                0 => below(instance, &worlds.all[world]).map(|below| {
+                    let (Below::State(coarser) | Below::Results(coarser)) = below;
+                    (worlds.add(coarser, Some(world)), index)
+                }),
+                input => graph.source(index, input - 1).map(|port| (world, port.node)),
+            };
             *input += 1;
-            if let Some(source) = source.map(|port| (world, port.node))
+            if let Some(source) = source
                 && seen.insert(source)
             {
                 stack.push((source, 0));
@@ -293,7 +405,7 @@ fn wire(graph: &Graph, index: NodeIndex, steps: &dyn Fn(NodeIndex) -> usize, wir
         Source::Wire { step, .. } => wired[*step].fault.clone(),
         Source::Constant(_) | Source::Absent => None,
     });
-    Wired { inputs, coarse: Vec::new(), types, fault: inherited.or(fault) }
+    Wired { inputs, types, fault: inherited.or(fault) }
 }
 
 fn source(
@@ -351,8 +463,9 @@ fn output_types(instance: &Instance, inputs: &[Source], wired: &[Wired]) -> Vec<
 fn windows(
     graph: &Graph,
     order: &[Place],
-    worlds: &[World],
+    worlds: &Worlds,
     wired: &[Wired],
+    below: &[Coarser],
     targets: &[Result<Target, EvalError>],
 ) -> Vec<(Window, Window)> {
     let mut wanted: Vec<Option<Window>> = vec![None; order.len()];
@@ -372,8 +485,8 @@ fn windows(
                 want(&mut wanted[*step], &window);
             }
         }
-        if let Some(coarse) = coarse_world(instance, &worlds[order[at].0]) {
-            wires(&wired[at].coarse).for_each(|(step, _)| want(&mut wanted[step], &Window::whole(coarse)));
+        if let Coarser::State(step) | Coarser::Results(step) = below[at] {
+            want(&mut wanted[step], &Window::whole(worlds.all[order[step].0]));
         }
         // A result computed for the whole world is kept whole: the next tile takes it from the cache.
         let kept = if matches!(instance.node.reach, Reach::World) { window } else { wanted_here };

@@ -26,14 +26,14 @@ use super::{
     event::{Event, Origin, lock, now},
     key::Origins,
     needs::{Needs, Slot},
-    plan::{Plan, Source, Step},
+    plan::{Coarser, Plan, Source, Step},
     store::{Claim, Elsewhere},
 };
 use crate::{
-    job::{Cancel, InputValue},
+    job::{self, Cancel, InputValue, LevelJob, Outputs, Wanted},
     memory::OutOfMemory,
     value::Value,
-    world::Window,
+    world::{Window, World},
 };
 
 /// A running evaluation.
@@ -42,7 +42,8 @@ pub(super) struct Run<'r> {
     plan: &'r Plan<'r>,
     origins: &'r [Option<Origins>],
     folder: &'r Path,
-    events: &'r (dyn Fn(Event) + Sync),
+    /// Receives events, with the world of the step if they are about one.
+    events: &'r (dyn Fn(Option<&World>, Event) + Sync),
     deliver: &'r (dyn Fn(usize, Delivery) + Sync),
     /// True if results are kept in the store.
     keeps: bool,
@@ -68,9 +69,11 @@ pub(super) struct Left {
 }
 
 impl<'r> Run<'r> {
+    #[expect(clippy::too_many_arguments, reason = "what a run consists of")]
     pub(super) fn new(
         evaluator: &'r Evaluator,
         work: &'r Work<'r>,
+        events: &'r (dyn Fn(Option<&World>, Event) + Sync),
         plan: &'r Plan<'r>,
         origins: &'r [Option<Origins>],
         needs: Needs,
@@ -78,7 +81,7 @@ impl<'r> Run<'r> {
         ceiling: u64,
     ) -> Self {
         let state = Mutex::new(State::new(plan, needs));
-        let Work { evaluation, keeps, cancel, events, deliver, .. } = *work;
+        let Work { evaluation, keeps, cancel, deliver, .. } = *work;
         let (folder, disk_failed) = (evaluation.folder, AtomicBool::new(false));
         Self {
             evaluator,
@@ -146,6 +149,8 @@ impl<'r> Run<'r> {
 
     /// Leaves a step to another evaluation, and releases its inputs.
     fn leave(&self, at: usize) -> Result<Vec<Option<Value>>, Option<EvalError>> {
+        let wanted = lock(&self.state).wanted[at];
+        let _ = self.level(at, wanted);
         self.inputs(at).and(Err(None))
     }
 
@@ -165,26 +170,45 @@ impl<'r> Run<'r> {
         self.pump(scope);
     }
 
-    /// The inputs of a step on its window, and those on other cells; values without further readers are dropped here.
+    /// The inputs of a step on its window; values without further readers are dropped here.
     ///
     /// # Errors
     /// When there is no memory for a crop; `None` when a stored value could not be read.
-    fn inputs(&self, at: usize) -> Result<[Vec<InputValue>; 2], Option<EvalError>> {
+    fn inputs(&self, at: usize) -> Result<Vec<InputValue>, Option<EvalError>> {
         let step = &self.plan.steps[at];
-        let input = |source: &Source, window: Option<&Window>| match *source {
+        let input = |source: &Source| match *source {
             Source::Wire { step: source, output } => {
                 let value = self.take(source, output).ok_or(None)?;
-                let window = window.unwrap_or(&self.plan.steps[source].wanted);
-                let value = cut(value, window).map_err(|refused| self.out_of_memory(at, refused))?;
+                let value = cut(value, &step.window).map_err(|refused| self.out_of_memory(at, refused))?;
                 Ok(InputValue::Value(value))
             }
             Source::Constant(value) => Ok(InputValue::Constant(value)),
             Source::Absent => Ok(InputValue::Absent),
         };
-        let inputs: Result<_, Option<EvalError>> =
-            step.inputs.iter().map(|source| input(source, Some(&step.window))).collect();
-        let coarse: Result<_, Option<EvalError>> = step.coarse.iter().map(|source| input(source, None)).collect();
-        Ok([inputs?, coarse?])
+        let mut inputs: Vec<InputValue> = step.read_inputs().iter().map(input).collect::<Result<_, Option<_>>>()?;
+        inputs.resize(step.inputs.len(), InputValue::Absent);
+        Ok(inputs)
+    }
+
+    /// What a step goes on from, and whether it gives a state; `None` when a stored value could not be read.
+    fn level(&self, at: usize, wanted: Wanted) -> Option<LevelJob> {
+        let step = &self.plan.steps[at];
+        let state = step.types.len();
+        let below = match step.below {
+            Coarser::Nothing => job::Coarser::Nothing,
+            Coarser::State(below) => match self.take(below, state)? {
+                Value::State(state) => job::Coarser::State(state),
+                Value::Field(_) | Value::Lines(_) | Value::Report(_) => return None,
+            },
+            Coarser::Results(below) => {
+                let outputs = step.instance.node.outputs.iter().enumerate();
+                let outputs = outputs.filter(|(output, _)| wanted.contains(*output));
+                let outputs = outputs.map(|(output, declared)| Some((declared.name, self.take(below, output)?)));
+                let outputs: Option<Vec<_>> = outputs.collect();
+                job::Coarser::Results(outputs?.into_iter().fold(Outputs::default(), |all, (name, v)| all.with(name, v)))
+            }
+        };
+        Some(LevelJob { below, gives_state: step.has_state && wanted.contains(state) })
     }
 
     fn out_of_memory(&self, at: usize, refused: OutOfMemory) -> EvalError {
@@ -201,20 +225,19 @@ impl<'r> Run<'r> {
         };
         let (step, start) = (&self.plan.steps[at], now());
         let slot = (self.origins[at].as_ref()?.key, output);
-        let ty = step.types[output];
-        match self.evaluator.store.load(&ticket, slot, ty, &step.wanted, self.cancel) {
+        match self.evaluator.store.load(&ticket, slot, step.form(output), &step.wanted, self.cancel) {
             Ok(value) => {
                 let (node, name, bytes) = (step.index, step.name.clone(), value.bytes());
                 if lock(&self.state).hold(at, output, &value) {
                     let (time, origin, cells) = (start.elapsed(), Origin::Disk, step.wanted.world.cells);
-                    (self.events)(Event::NodeFinished { node, name, cells, time, bytes, origin });
+                    self.tell(step, Event::NodeFinished { node, name, cells, time, bytes, origin });
                 }
                 Some(value)
             }
             Err(damage) => {
                 if let Some(damage) = damage {
                     let message = format!("a stored result was ignored: {damage}");
-                    (self.events)(Event::Warning { node: step.index, name: step.name.clone(), message });
+                    (self.events)(None, Event::Warning { node: step.index, name: step.name.clone(), message });
                 }
                 None
             }
@@ -257,9 +280,14 @@ impl<'r> Run<'r> {
                 && !self.disk_failed.swap(true, Ordering::Relaxed)
             {
                 let message = self.evaluator.unkept(&error);
-                (self.events)(Event::Warning { node: step.index, name: step.name.clone(), message });
+                (self.events)(None, Event::Warning { node: step.index, name: step.name.clone(), message });
             }
         }
+    }
+
+    /// Tells an event of a step.
+    fn tell(&self, step: &Step<'_>, event: Event) {
+        (self.events)(Some(&step.wanted.world), event);
     }
 }
 
@@ -267,6 +295,6 @@ impl<'r> Run<'r> {
 fn cut(value: Value, window: &Window) -> Result<Value, OutOfMemory> {
     match value {
         Value::Field(field) => Ok(Value::Field(field.try_crop(window)?)),
-        Value::Lines(_) | Value::Report(_) => Ok(value),
+        Value::Lines(_) | Value::Report(_) | Value::State(_) => Ok(value),
     }
 }

@@ -14,12 +14,17 @@ use super::{
     Delivered, Delivery, Evaluation, Evaluator, Request,
     error::EvalError,
     event::Event,
+    levels::LevelEvents,
     memory,
     needs::Needs,
     plan::{Plan, Target},
-    work::{Pinned, Work},
+    work::{Listener, Pinned, Work},
 };
-use crate::{job::Cancel, value::Value, world::Window};
+use crate::{
+    job::Cancel,
+    value::Value,
+    world::{Window, World},
+};
 
 /// Approximate number of cells of a band; with fewer, starting a kernel becomes noticeable, more need more memory.
 const BAND_CELLS: u32 = 1 << 20;
@@ -62,20 +67,34 @@ impl Evaluator {
             // Requests with a fault are answered there.
             return self.deliver(evaluation, cancel, events, deliver);
         }
-        let needs = Needs::new(&self.store, &Pinned::default(), &plan, &origins);
-        let stages = Stages::new(&plan, &needs, window, streamed, band_cells);
-        if let Err(error) = memory::check_stages(&plan, &stages, self.memory_limit) {
+        let planned = |plan: &Plan<'_>| {
+            let needs = Needs::new(&self.store, &Pinned::default(), plan, &origins);
+            let stages = Stages::new(plan, &needs, window, streamed, band_cells);
+            let fits = memory::check_stages(plan, &stages, self.memory_limit);
+            (needs, stages, fits)
+        };
+        let (mut needs, mut stages, mut fits) = planned(&plan);
+        if fits.is_err() && plan.drop_kept_states() {
+            (needs, stages, fits) = planned(&plan);
+        }
+        if let Err(error) = fits {
             for request in 0..evaluation.requests.len() {
                 deliver(request, Err(error.clone()));
             }
             return;
         }
-        let compute = (0..plan.steps.len()).filter(|at| needs.computes(*at)).count();
-        let cached = (0..plan.steps.len()).filter(|at| needs.is_found(*at)).count();
+        events(LevelEvents::planned(&plan, &needs));
+        let told = LevelEvents::new(&plan, &needs, events);
+        let events = |world: Option<&World>, event: Event| {
+            // each stage plans a part of what has been announced
+            if !matches!(event, Event::Planned { .. }) {
+                told.hear(world, event);
+            }
+        };
         drop(needs);
-        events(Event::Planned { compute, cached });
 
-        let course = Course { evaluator: self, evaluation, plan: &plan, origins: &origins, cancel, events, deliver };
+        let course =
+            Course { evaluator: self, evaluation, plan: &plan, origins: &origins, cancel, events: &events, deliver };
         let mut pinned = Pinned::default();
         let mut answered = vec![false; evaluation.requests.len()];
         for (at, stage) in stages.all.iter().enumerate() {
@@ -100,7 +119,8 @@ struct Course<'a> {
     plan: &'a Plan<'a>,
     origins: &'a [Option<super::key::Origins>],
     cancel: &'a Cancel,
-    events: &'a (dyn Fn(Event) + Sync),
+    /// With the world of the step.
+    events: &'a (dyn Fn(Option<&World>, Event) + Sync),
     deliver: &'a (dyn Fn(usize, Delivery) + Sync),
 }
 
@@ -124,12 +144,7 @@ impl Course<'_> {
                     .map(|result| self.request(*result, self.plan.steps[result.0].wanted))
                     .collect();
                 let evaluation = Evaluation { requests: &requests, byproducts: &[], ..*self.evaluation };
-                let quiet = |event: Event| {
-                    if !matches!(event, Event::Planned { .. }) {
-                        (self.events)(event);
-                    }
-                };
-                self.values(evaluation, pinned, true, &quiet)?.into_iter().map(Some).collect()
+                self.values(evaluation, pinned, true, self.events)?.into_iter().map(Some).collect()
             }
         };
         for (result, value) in stage.results.iter().zip(values) {
@@ -157,13 +172,14 @@ impl Course<'_> {
         evaluation: Evaluation<'_>,
         pinned: &Pinned,
         keeps: bool,
-        events: &(dyn Fn(Event) + Sync),
+        events: &(dyn Fn(Option<&World>, Event) + Sync),
     ) -> Result<Vec<Value>, EvalError> {
         let answers = std::sync::Mutex::new(vec![Err(EvalError::Cancelled); evaluation.requests.len()]);
         let deliver = |request: usize, delivery: Delivery| {
             super::event::lock(&answers)[request] = delivery.map(|delivered| delivered.value);
         };
-        Work { evaluation, pinned, keeps, cancel: self.cancel, events, deliver: &deliver }.carry_out(self.evaluator);
+        let listener = Listener::Part(events);
+        Work { evaluation, pinned, keeps, cancel: self.cancel, listener, deliver: &deliver }.carry_out(self.evaluator);
         answers.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner).into_iter().collect()
     }
 }
@@ -175,7 +191,7 @@ fn cut(value: &Value, window: &Window, node: &str) -> Result<Value, EvalError> {
             needs: refused.bytes,
             available: None,
         }),
-        Value::Lines(_) | Value::Report(_) => Ok(value.clone()),
+        Value::Lines(_) | Value::Report(_) | Value::State(_) => Ok(value.clone()),
     }
 }
 

@@ -6,19 +6,29 @@ use super::{
     Delivery, Evaluation, Evaluator, Request,
     event::{Event, Origin},
     key::Origins,
+    levels::LevelEvents,
     memory,
     needs::{Needs, Slot},
     plan::Plan,
     run::{Left, Run},
     store,
 };
-use crate::{job::Cancel, value::Value};
+use crate::{job::Cancel, value::Value, world::World};
 
 /// Memory up to which kernels run in parallel even if running one after the other would need less.
 const SIDE_BY_SIDE: u64 = 256 << 20;
 
 /// Values that stay alive between the evaluations of one request.
 pub(super) type Pinned = HashMap<store::Slot, Value>;
+
+/// The receiver of events.
+#[derive(Clone, Copy)]
+pub(super) enum Listener<'a> {
+    /// Of the events of the whole evaluation, in which the levels of a node are told as one run.
+    Whole(&'a (dyn Fn(Event) + Sync)),
+    /// Of those of a part of one, with the world of the step if they are about one.
+    Part(&'a (dyn Fn(Option<&World>, Event) + Sync)),
+}
 
 /// An evaluation with its receivers.
 #[derive(Clone, Copy)]
@@ -29,7 +39,7 @@ pub(super) struct Work<'a> {
     /// True if results are kept in the store.
     pub(super) keeps: bool,
     pub(super) cancel: &'a Cancel,
-    pub(super) events: &'a (dyn Fn(Event) + Sync),
+    pub(super) listener: Listener<'a>,
     pub(super) deliver: &'a (dyn Fn(usize, Delivery) + Sync),
 }
 
@@ -60,6 +70,8 @@ impl Work<'_> {
             let needs = Needs::new(&evaluator.store, self.pinned, &plan, &origins);
             match memory::check(&plan, &needs, evaluator.memory_limit) {
                 Ok(peak) => break (needs, peak),
+                // states that only a later evaluation may read are left out first
+                Err(_) if plan.drop_kept_states() => {}
                 Err((at, error)) => {
                     plan.steps[at].fault = Some(error);
                     plan.spread_faults(&mut origins);
@@ -69,37 +81,49 @@ impl Work<'_> {
         if self.cancel.is_cancelled() {
             return Left { requests: (0..numbers.len()).collect(), elsewhere: None };
         }
-        self.report(evaluator, &plan, &origins, &needs);
+        let told = match self.listener {
+            Listener::Whole(events) => Some(LevelEvents::new(&plan, &needs, events)),
+            Listener::Part(_) => None,
+        };
+        let events = |world: Option<&World>, event: Event| match (self.listener, &told) {
+            (Listener::Part(events), _) => events(world, event),
+            (Listener::Whole(_), Some(told)) => told.hear(world, event),
+            (Listener::Whole(events), None) => events(event),
+        };
+        self.report(evaluator, &plan, &origins, &needs, &events);
         for (request, target) in plan.targets.iter().enumerate() {
             let fault = target.as_ref().map_or_else(Some, |target| plan.steps[target.step].fault.as_ref());
             if let Some(fault) = fault {
                 (self.deliver)(numbers[request], Err(fault.clone()));
             }
         }
-        let run = Run::new(evaluator, self, &plan, &origins, needs, numbers, peak.max(SIDE_BY_SIDE));
+        let run = Run::new(evaluator, self, &events, &plan, &origins, needs, numbers, peak.max(SIDE_BY_SIDE));
         evaluator.pool.scope(|scope| run.pump(scope));
         run.finish()
     }
 
     /// Reports what was found and what will be computed, with the stored warnings of kernels that ran before.
-    fn report(&self, evaluator: &Evaluator, plan: &Plan<'_>, origins: &[Option<Origins>], needs: &Needs) {
-        let events = self.events;
-        let steps = || 0..plan.steps.len();
-        let compute = steps().filter(|at| needs.computes(*at)).count();
-        let cached = steps().filter(|at| needs.is_found(*at)).count();
-        events(Event::Planned { compute, cached });
+    fn report(
+        &self,
+        evaluator: &Evaluator,
+        plan: &Plan<'_>,
+        origins: &[Option<Origins>],
+        needs: &Needs,
+        events: &dyn Fn(Option<&World>, Event),
+    ) {
+        events(None, LevelEvents::planned(plan, needs));
         for (at, step) in plan.steps.iter().enumerate().filter(|(at, _)| !needs.computes(*at)) {
-            let (node, name) = (step.index, || step.name.clone());
+            let (node, name, world) = (step.index, || step.name.clone(), Some(&step.wanted.world));
             let kept = origins[at].as_ref().map(|origins| evaluator.store.notes(origins.key));
             for message in kept.iter().flat_map(|kept| kept.iter()) {
-                events(Event::Warning { node, name: name(), message: message.clone() });
+                events(world, Event::Warning { node, name: name(), message: message.clone() });
             }
             let is_pinned = |origins: &Origins| self.pinned.keys().any(|(key, _)| *key == origins.key);
             if needs.is_found(at) && !needs.is_stored(at) && !origins[at].as_ref().is_some_and(is_pinned) {
                 let bytes = needs.found[at].iter().map(Slot::bytes).sum::<u64>() as usize;
                 let (time, origin) = (std::time::Duration::ZERO, Origin::Memory);
                 let cells = step.wanted.world.cells;
-                events(Event::NodeFinished { node, name: name(), cells, time, bytes, origin });
+                events(world, Event::NodeFinished { node, name: name(), cells, time, bytes, origin });
             }
         }
     }

@@ -169,7 +169,7 @@ mod tests {
             folder: folder(),
             cancel,
             progress: &progress,
-            coarse: Vec::new(),
+            level: orograph_graph::LevelJob::default(),
             warnings: Warnings::default(),
             glimpses: None,
         };

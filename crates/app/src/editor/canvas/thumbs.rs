@@ -114,6 +114,8 @@ fn make(
             };
             (None, report.measures.iter().map(measure).collect())
         }
+        // never delivered
+        Value::State(_) => (None, Vec::new()),
     };
     let shape = image.as_ref().map_or(Vec2::ZERO, |image| {
         let size = vec2(image.size[0] as f32, image.size[1] as f32);

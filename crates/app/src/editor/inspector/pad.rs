@@ -387,7 +387,7 @@ mod tests {
             folder: std::path::PathBuf::new(),
             cancel: Cancel::default(),
             progress: &|_| {},
-            coarse: Vec::new(),
+            level: orograph_graph::LevelJob::default(),
             warnings: Warnings::default(),
             glimpses: None,
         };

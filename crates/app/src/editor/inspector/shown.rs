@@ -87,6 +87,8 @@ pub(super) fn show(ui: &mut Ui, kept: &mut Option<Kept>, session: &Session, node
         }
         Value::Lines(found) => lines(ui, found),
         Value::Report(found) => report(ui, found),
+        // never delivered
+        Value::State(_) => {}
     }
 }
 

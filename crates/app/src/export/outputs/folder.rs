@@ -133,6 +133,8 @@ impl OutputFolder {
                 serde_json::to_writer_pretty(&mut *to, report.as_ref())?;
                 to.write_all(b"\n")
             }),
+            // never delivered
+            Value::State(_) => Ok(()),
         }
     }
 

@@ -9,7 +9,7 @@ use crate::{
         error::EvalError,
         event::{Event, Origin, Throttle, Ticker, lock, now},
         key::backend_of,
-        plan::Step,
+        plan::{Coarser, Step},
     },
     graph::Instance,
     job::{Cancel, Glimpses, Job, NodeError, Outputs, Warnings},
@@ -25,14 +25,15 @@ impl Run<'_> {
         if self.cancel.is_cancelled() {
             return Err(None);
         }
-        let [inputs, coarse] = self.inputs(at)?;
-        let start = now();
         let wanted = lock(&self.state).wanted[at];
-        (self.events)(Event::NodeStarted { node: step.index, name: step.name.clone() });
+        let inputs = self.inputs(at)?;
+        let level = self.level(at, wanted).ok_or(None)?;
+        let start = now();
+        self.tell(step, Event::NodeStarted { node: step.index, name: step.name.clone() });
         let throttle = Throttle::new();
         let progress = |fraction: f32| {
             if throttle.admits(fraction) {
-                (self.events)(Event::NodeProgress { node: step.index, name: step.name.clone(), fraction });
+                self.tell(step, Event::NodeProgress { node: step.index, name: step.name.clone(), fraction });
             }
         };
         let ticker = self.evaluator.glimpses.map(Ticker::new);
@@ -40,13 +41,13 @@ impl Run<'_> {
         let take = |outputs: Outputs| {
             let named = outputs.into_iter_named();
             let values = named.filter_map(|(output, value)| Some((node.output_index(output)?, value))).collect();
-            (self.events)(Event::NodeGlimpse { node: step.index, name: step.name.clone(), values });
+            self.tell(step, Event::NodeGlimpse { node: step.index, name: step.name.clone(), values });
         };
         let job = Job {
             node,
             params: &step.instance.params,
             inputs,
-            coarse,
+            level,
             window: step.window,
             wanted,
             folder: self.folder.to_owned(),
@@ -59,7 +60,7 @@ impl Run<'_> {
         let named = running(&step.name);
         let outcome = attempt(step.instance, self.cancel, || backend.run(node, &job));
         drop(named);
-        let warnings = job.warnings.take();
+        let mut warnings = job.warnings.take();
         drop(job);
         let outputs = outcome.map_err(|error| Some(error).filter(|error| *error != EvalError::Cancelled))?;
         let values = check::take(step, wanted, outputs)?;
@@ -67,19 +68,30 @@ impl Run<'_> {
             for file in &origins.files {
                 file.check_unchanged(&step.instance.name)?;
             }
-            self.evaluator.store.keep_notes(origins.key, &warnings);
+            if let Coarser::Results(below) = step.below
+                && let Some(below) = &self.origins[below]
+            {
+                warnings.extend(self.evaluator.store.notes(below.key).iter().cloned());
+            }
+            // a run for its state alone warns of nothing, and must not drop what another run has warned of
+            if (0..step.types.len()).any(|output| wanted.contains(output)) {
+                self.evaluator.store.keep_notes(origins.key, &warnings);
+            }
         }
         for message in warnings {
-            (self.events)(Event::Warning { node: step.index, name: step.name.clone(), message });
+            self.tell(step, Event::Warning { node: step.index, name: step.name.clone(), message });
         }
-        (self.events)(Event::NodeFinished {
-            node: step.index,
-            name: step.name.clone(),
-            cells: step.window.world.cells,
-            time: start.elapsed(),
-            bytes: values.iter().flatten().map(Value::bytes).sum(),
-            origin: Origin::Computed,
-        });
+        self.tell(
+            step,
+            Event::NodeFinished {
+                node: step.index,
+                name: step.name.clone(),
+                cells: step.window.world.cells,
+                time: start.elapsed(),
+                bytes: values[..step.types.len()].iter().flatten().map(Value::bytes).sum(),
+                origin: Origin::Computed,
+            },
+        );
         Ok(values)
     }
 }

@@ -76,7 +76,7 @@ impl State {
         let requests = plan.requests_of_steps();
         for (at, step) in plan.steps.iter().enumerate() {
             if needs.computes(at) {
-                missing[at] = step.wires().filter(|(source, _)| needs.computes(*source)).count();
+                missing[at] = step.wires(needs.wanted[at]).filter(|(source, _)| needs.computes(*source)).count();
                 if missing[at] == 0 {
                     ready.push(Reverse(Task::Compute(at)));
                 }
@@ -120,7 +120,8 @@ impl State {
                     continue;
                 }
                 let step = &plan.steps[at];
-                let read: u64 = step.wires().map(|(source, output)| self.values[source][output].bytes()).sum();
+                let read = step.wires(self.wanted[at]);
+                let read: u64 = read.map(|(source, output)| self.values[source][output].bytes()).sum();
                 let takes = read + step.kernel_bytes(self.wanted[at], &plan.steps);
                 if self.active > 0 && self.held + self.working.iter().sum::<u64>() + takes > ceiling {
                     return None;
@@ -200,7 +201,7 @@ impl State {
             }
             for consumer in self.consumers[at].clone() {
                 if !std::mem::replace(&mut self.over[consumer], true) {
-                    for (source, output) in plan.steps[consumer].wires() {
+                    for (source, output) in plan.steps[consumer].wires(self.wanted[consumer]) {
                         let _ = self.read(source, output);
                     }
                     stack.push(consumer);

@@ -19,7 +19,7 @@ use crate::{
     field::Field,
     memory,
     value::Value,
-    world::Window,
+    world::{Window, World},
 };
 
 impl Course<'_> {
@@ -32,12 +32,14 @@ impl Course<'_> {
         answered: &mut [bool],
     ) -> Result<Vec<Option<Value>>, EvalError> {
         let bands = bands(&stage.window, rows);
-        let teller = BandReporter::new(self.events);
+        let world = stage.window.world;
+        let events = |event: Event| (self.events)(Some(&world), event);
+        let teller = BandReporter::new(&events);
         let mut whole: Vec<Whole> = Vec::new();
         for (at, band) in bands.iter().enumerate() {
             let requests: Vec<Request> = stage.results.iter().map(|result| self.request(*result, *band)).collect();
             let evaluation = Evaluation { requests: &requests, byproducts: &[], ..*self.evaluation };
-            let tell = |event: Event| teller.hear(event);
+            let tell = |_: Option<&World>, event: Event| teller.hear(event);
             let values = self.values(evaluation, pinned, bands.len() == 1, &tell)?;
             teller.advance((at + 1) as f32 / bands.len() as f32);
             for (position, value) in values.into_iter().enumerate() {

@@ -43,11 +43,6 @@ impl Stages {
         for (at, step) in plan.steps.iter().enumerate() {
             if needs.computes(at) && is_whole(step) {
                 let computed = |(source, _): &(usize, usize)| needs.computes(*source);
-                let coarse: Vec<_> = step.coarse_wires().filter(computed).collect();
-                if let Some((first, _)) = coarse.first() {
-                    let window = Window::whole(plan.steps[*first].window.world);
-                    build.band_stage(coarse, None, window);
-                }
                 let inputs = step.own_wires().filter(computed).collect();
                 build.band_stage(inputs, None, Window::whole(step.window.world));
                 build.whole_stage(at);
@@ -87,11 +82,10 @@ impl Build<'_> {
     fn whole_stage(&mut self, at: usize) {
         let step = &self.plan.steps[at];
         let wanted = self.needs.wanted[at];
-        let results: Vec<_> =
-            (0..step.types.len()).filter(|output| wanted.contains(*output)).map(|o| (at, o)).collect();
+        let results: Vec<_> = (0..step.outputs()).filter(|output| wanted.contains(*output)).map(|o| (at, o)).collect();
         self.whole.extend(&results);
         let streamed = vec![None; results.len()];
-        let reads = step.wires().collect();
+        let reads = step.wires(wanted).collect();
         let bytes = step.kernel_bytes(wanted, &self.plan.steps);
         let given: u64 = results.iter().map(|(_, output)| step.output_bytes(*output, &step.window)).sum();
         let bytes = bytes.saturating_sub(given);
@@ -116,7 +110,7 @@ impl Build<'_> {
                 reads.push(result);
             } else if self.needs.computes(result.0) && visited.insert(result.0) {
                 steps.push(result.0);
-                stack.extend(self.plan.steps[result.0].wires());
+                stack.extend(self.plan.steps[result.0].own_wires());
             }
         }
         steps.sort_unstable();
@@ -170,7 +164,7 @@ impl Build<'_> {
             let Some(here) = wanted[*at] else { continue };
             let window = crate::eval::plan::reached(step.instance.node.reach, &step.instance.params, &here);
             cells += window.len() as f64;
-            let cuts = step.wires().map(|(source, output)| self.plan.steps[source].output_bytes(output, &window));
+            let cuts = step.own_wires().map(|(source, output)| self.plan.steps[source].output_bytes(output, &window));
             bytes += step.own_bytes(self.needs.wanted[*at], &window) + cuts.sum::<u64>();
             for source in &step.inputs {
                 if let Source::Wire { step, .. } = source {

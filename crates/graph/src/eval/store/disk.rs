@@ -15,13 +15,13 @@ use std::{
 };
 
 use super::{
-    entry::{self, Name},
+    entry::{self, Form, Name},
     memory::Slot,
 };
 use crate::{
     eval::{event::lock, key::Key},
     job::Cancel,
-    value::{PortType, Value},
+    value::Value,
     world::Window,
 };
 
@@ -117,7 +117,7 @@ impl Disk {
     }
 
     /// A result that covers the window, if there is one. Its file is not opened.
-    pub(super) fn find(&self, slot: Slot, ty: PortType, window: &Window) -> Option<Ticket> {
+    pub(super) fn find(&self, slot: Slot, form: Form, window: &Window) -> Option<Ticket> {
         let name = name(slot);
         let ticket = |stored: Window| Ticket { path: self.path(&name, &stored), name, stored };
         let is_there = |ticket: &Ticket| ticket.path.is_file() && !lock(&self.unreadable).contains(&ticket.path);
@@ -125,7 +125,7 @@ impl Disk {
         if is_there(&exact) {
             return Some(exact);
         }
-        if ty.planes().is_none() || window.is_whole() {
+        if !matches!(form, Form::Planes(_)) || window.is_whole() {
             return None;
         }
         let whole = ticket(Window::whole(window.world));
@@ -150,7 +150,7 @@ impl Disk {
     pub(super) fn load(
         &self,
         ticket: &Ticket,
-        ty: PortType,
+        form: Form,
         window: &Window,
         cancel: &Cancel,
     ) -> Result<Value, Option<String>> {
@@ -159,7 +159,7 @@ impl Disk {
             lock(&self.unreadable).insert(path.clone());
             None
         })?;
-        match entry::read(&file, name, ty, stored, window, cancel) {
+        match entry::read(&file, name, form, stored, window, cancel) {
             Ok(value) => {
                 touch(path);
                 Ok(value)

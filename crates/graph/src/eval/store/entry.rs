@@ -5,11 +5,11 @@
 //! | 8 | magic `OROVALUE` |
 //! | 4 | version of the format |
 //! | 16 | the name: hash of program, key and output |
-//! | 4 | `FLDS`, `LINE` or `RPRT` |
+//! | 4 | `FLDS`, `LINE`, `RPRT` or `STAT` |
 //! | 4, 16, 8, 4 | planes, window (origin, cells), bytes of the payload, rows of a band |
 //! | 32 | BLAKE3 hash of the above and of the table |
 //! | 32 each | the table: BLAKE3 hash of each band, plane after plane |
-//! | rest | the payload: samples as little-endian `f32`, or JSON as one band |
+//! | rest | the payload: samples as little-endian `f32`, or as one band JSON or a state |
 //!
 //! A part of the rows can be read and verified without the rest, so that cropping a wider raster reads only the bands
 //! that the window touches.
@@ -21,7 +21,7 @@ use std::{
 
 use rayon::prelude::*;
 
-use super::json;
+use super::{json, state};
 use crate::{
     field::Field,
     job::Cancel,
@@ -43,6 +43,30 @@ const BATCH: usize = 16;
 /// The name of a result: its hash.
 pub(super) type Name = [u8; 16];
 
+/// What a value consists of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::eval) enum Form {
+    /// That many numbers per cell.
+    Planes(usize),
+    /// Lines.
+    Lines,
+    /// A report.
+    Report,
+    /// The state of a level.
+    State,
+}
+
+impl Form {
+    /// The form of the values of a type.
+    pub(in crate::eval) fn of(ty: PortType) -> Self {
+        match ty.planes() {
+            Some(planes) => Self::Planes(planes),
+            None if ty == PortType::Lines => Self::Lines,
+            None => Self::Report,
+        }
+    }
+}
+
 /// The layout of a result in its file.
 struct Layout {
     kind: &'static [u8; 4],
@@ -59,11 +83,11 @@ impl Layout {
         Self { kind: b"FLDS", planes, window: *window, payload, band_rows: (BAND_BYTES / row.max(1)).max(1) }
     }
 
-    const fn of_json(kind: &'static [u8; 4], window: &Window, payload: u64) -> Self {
+    const fn of_one_band(kind: &'static [u8; 4], window: &Window, payload: u64) -> Self {
         Self { kind, planes: 0, window: *window, payload, band_rows: 0 }
     }
 
-    /// Number of bands of one plane; one for JSON.
+    /// Number of bands of one plane; one for what has no planes.
     fn bands(&self) -> usize {
         if self.planes == 0 { 1 } else { self.window.ny().div_ceil(self.band_rows) }
     }
@@ -98,7 +122,8 @@ impl Layout {
 pub(super) fn bytes(value: &Value, window: &Window) -> u64 {
     let layout = match value {
         Value::Field(field) => Layout::of_field(field.planes(), window),
-        Value::Lines(_) | Value::Report(_) => Layout::of_json(b"RPRT", window, value.bytes() as u64),
+        Value::Lines(_) | Value::Report(_) => Layout::of_one_band(b"RPRT", window, value.bytes() as u64),
+        Value::State(kept) => Layout::of_one_band(b"STAT", window, state::encoded_bytes(kept)),
     };
     layout.start() + layout.payload
 }
@@ -110,15 +135,16 @@ pub(super) fn bytes(value: &Value, window: &Window) -> u64 {
 pub(super) fn write(file: &mut File, name: &Name, value: &Value, cancel: &Cancel) -> io::Result<()> {
     match value {
         Value::Field(field) => write_field(file, name, field, cancel),
-        Value::Lines(lines) => write_json(file, name, b"LINE", &json::encode_lines(lines)?),
-        Value::Report(report) => write_json(file, name, b"RPRT", &json::encode_report(report)?),
+        Value::Lines(lines) => write_one_band(file, name, b"LINE", &json::encode_lines(lines)?),
+        Value::Report(report) => write_one_band(file, name, b"RPRT", &json::encode_report(report)?),
+        Value::State(kept) => write_one_band(file, name, b"STAT", &state::encode(kept)?),
     }
 }
 
-fn write_json(file: &mut File, name: &Name, kind: &'static [u8; 4], payload: &[u8]) -> io::Result<()> {
-    // Lines and reports are found by the window in their file name; the one inside is not read.
+fn write_one_band(file: &mut File, name: &Name, kind: &'static [u8; 4], payload: &[u8]) -> io::Result<()> {
+    // What has no planes is found by the window in their file name; the one inside is not read.
     let window = Window { world: crate::World::default(), origin: [0; 2], cells: [0; 2] };
-    let layout = Layout::of_json(kind, &window, payload.len() as u64);
+    let layout = Layout::of_one_band(kind, &window, payload.len() as u64);
     file.write_all(&header(&layout.fields(name), blake3::hash(payload).as_bytes()))?;
     file.write_all(payload)
 }
@@ -164,22 +190,27 @@ fn header(fields: &[u8], table: &[u8]) -> Vec<u8> {
 pub(super) fn read(
     file: &File,
     name: &Name,
-    ty: PortType,
+    form: Form,
     stored: &Window,
     window: &Window,
     cancel: &Cancel,
 ) -> io::Result<Value> {
     let held = file.metadata()?.len();
-    let Some(planes) = ty.planes() else {
+    let Form::Planes(planes) = form else {
         let none = Window { world: crate::World::default(), origin: [0; 2], cells: [0; 2] };
-        let kind = if ty == PortType::Lines { b"LINE" } else { b"RPRT" };
-        let blank = Layout::of_json(kind, &none, 0);
-        let layout = Layout::of_json(kind, &none, held.saturating_sub(blank.start()));
+        let kind = match form {
+            Form::Lines => b"LINE",
+            Form::State => b"STAT",
+            Form::Report | Form::Planes(_) => b"RPRT",
+        };
+        let blank = Layout::of_one_band(kind, &none, 0);
+        let layout = Layout::of_one_band(kind, &none, held.saturating_sub(blank.start()));
         let table = read_table(file, name, &layout, held)?;
         let bytes = read_band(file, layout.start(), layout.payload as usize, &table, cancel)?;
-        return Ok(match ty {
-            PortType::Lines => json::decode_lines(&bytes)?.into(),
-            _ => json::decode_report(&bytes)?.into(),
+        return Ok(match form {
+            Form::Lines => json::decode_lines(&bytes)?.into(),
+            Form::State => state::decode(&bytes)?.into(),
+            Form::Report | Form::Planes(_) => json::decode_report(&bytes)?.into(),
         });
     };
     let layout = Layout::of_field(planes, stored);
@@ -235,7 +266,7 @@ fn read_band(file: &File, at: u64, count: usize, hash: &[u8], cancel: &Cancel) -
     if blake3::hash(&bytes).as_bytes() != hash { Err(damaged("is damaged")) } else { Ok(bytes) }
 }
 
-fn zeroed<T: Zero>(count: usize) -> io::Result<Vec<T>> {
+pub(super) fn zeroed<T: Zero>(count: usize) -> io::Result<Vec<T>> {
     memory::zeroed(count).map_err(|refused| io::Error::new(io::ErrorKind::OutOfMemory, refused))
 }
 
@@ -258,7 +289,7 @@ fn read_at(file: &File, buffer: &mut [u8], at: u64) -> io::Result<()> {
     Ok(())
 }
 
-fn damaged(message: &str) -> io::Error {
+pub(super) fn damaged(message: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, message.to_owned())
 }
 

@@ -5,6 +5,7 @@ mod entry;
 mod in_flight;
 mod json;
 mod memory;
+mod state;
 
 use std::{
     collections::HashMap,
@@ -15,16 +16,13 @@ use std::{
 use disk::Disk;
 pub(super) use disk::Ticket;
 pub use disk::{StoreFolder, Usage};
+pub(super) use entry::Form;
 pub(super) use in_flight::{Claim, Elsewhere, InFlight};
 use memory::MemoryCache;
 pub(super) use memory::Slot;
 
 use super::{event::lock, key::Key};
-use crate::{
-    job::Cancel,
-    value::{PortType, Value},
-    world::Window,
-};
+use crate::{job::Cancel, value::Value, world::Window};
 
 /// A cache of results, by their provenance. A raster is also found as a part of one that was kept for a wider window.
 pub struct Store {
@@ -69,11 +67,11 @@ impl Store {
     }
 
     /// The result on a window, or its location.
-    pub(super) fn find(&self, slot: Slot, ty: PortType, window: &Window) -> Option<Found> {
+    pub(super) fn find(&self, slot: Slot, form: Form, window: &Window) -> Option<Found> {
         if let Some(value) = self.memory.get(slot, window) {
             return Some(Found::Memory(value));
         }
-        Some(Found::Disk(self.disk.as_ref()?.find(slot, ty, window)?))
+        Some(Found::Disk(self.disk.as_ref()?.find(slot, form, window)?))
     }
 
     /// The result on a window, if it is in memory.
@@ -89,12 +87,12 @@ impl Store {
         &self,
         ticket: &Ticket,
         slot: Slot,
-        ty: PortType,
+        form: Form,
         window: &Window,
         cancel: &Cancel,
     ) -> Result<Value, Option<String>> {
         let disk = self.disk.as_ref().ok_or(None)?;
-        let value = disk.load(ticket, ty, window, cancel)?;
+        let value = disk.load(ticket, form, window, cancel)?;
         self.memory.insert(slot, window, &value);
         Ok(value)
     }

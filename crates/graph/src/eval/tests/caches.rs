@@ -35,6 +35,7 @@ fn bits(values: &[Value]) -> Vec<Vec<u64>> {
             lines.lines.iter().flat_map(|line| &line.vertices).map(|v| v.width_m.to_bits()).collect()
         }
         Value::Report(report) => report.measures.iter().map(|m| m.value.to_bits()).collect(),
+        Value::State(_) => Vec::new(),
     };
     values.iter().map(one).collect()
 }

@@ -3,6 +3,7 @@
 mod caches;
 mod faults;
 mod keys;
+mod levels;
 mod live;
 mod pull;
 mod random;

@@ -110,37 +110,3 @@ fn wide(count: usize) -> Graph {
     }
     build.node("top", &ANOMALY, &[("height", &last)]).0
 }
-
-/// Its input on 8 x 8 cells.
-static HALVED: Node = Node {
-    id: "Halved",
-    inputs: ONE,
-    outputs: HEIGHT,
-    reach: Reach::World,
-    coarse: Some(|_, world| Some(World { cells: [8, 8], ..*world })),
-    cpu: |job| {
-        let (nx, of_own) = (job.window().nx(), job.coarse.is_empty());
-        let inputs = if of_own { &job.inputs } else { &job.coarse };
-        let crate::InputValue::Value(Value::Field(field)) = &inputs[0] else {
-            return Err(NodeError::failed("no land"));
-        };
-        let by = nx / field.window().nx();
-        height(job, |i, j| field.samples()[j / by * field.window().nx() + i / by])
-    },
-    ..Node::DEFAULT
-};
-
-#[test]
-fn inputs_on_other_cells_are_those_of_the_other_world() {
-    let graph = Build::default().node("base", &WAVES, &[]).node("halved", &HALVED, &[("height", "base")]).0;
-    for ends in [["halved"].as_slice(), &["base", "halved"]] {
-        let evaluator = evaluator(2);
-        let fine = run(&evaluator, &graph, ends, Window::whole(world(32))).expect("runs");
-        let coarse =
-            run(&evaluator, &graph, &["base"], Window::whole(World { cells: [8, 8], ..world(32) })).expect("runs");
-        assert_eq!(coarse.from(Origin::Memory), ["base"], "it was made for the other node");
-        let samples = |outcome: &Outcome| outcome.values.last().and_then(Value::as_field).map(|f| f.samples().to_vec());
-        let (fine, coarse) = (samples(&fine).expect("a field"), samples(&coarse).expect("a field"));
-        assert!((0..32 * 32).all(|at| fine[at] == coarse[at / 32 / 4 * 8 + at % 32 / 4]));
-    }
-}

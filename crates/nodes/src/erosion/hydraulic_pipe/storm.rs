@@ -250,7 +250,7 @@ mod tests {
             folder: std::path::PathBuf::new(),
             cancel: Cancel::default(),
             progress: &|fraction| assert!((0.0..=1.0).contains(&fraction)),
-            coarse: Vec::new(),
+            level: orograph_graph::LevelJob::default(),
             warnings: Warnings::default(),
             glimpses: None,
         })

@@ -182,7 +182,7 @@ fn advance(lake: &mut Lake<'_>, land: &Field, seconds: f64) -> u64 {
         folder: std::path::PathBuf::new(),
         cancel: orograph_graph::Cancel::default(),
         progress: &|_| (),
-        coarse: Vec::new(),
+        level: orograph_graph::LevelJob::default(),
         warnings: Warnings::default(),
         glimpses: None,
     };
@@ -469,7 +469,7 @@ fn open_sides_are_not_notched() {
     let sides: [&dyn Fn(usize) -> usize; 4] =
         [&|k| k, &|k| (side - 1) * side + k, &|k| k * side, &|k| k * side + side - 1];
     let deepest = |cells: &mut dyn Iterator<Item = usize>| cells.map(|at| -changes[at]).fold(0.0, f64::max);
-    let at_sides = deepest(&mut sides.iter().flat_map(|at| (0..side).map(move |k| at(k))));
+    let at_sides = deepest(&mut sides.iter().flat_map(|at| (0..side).map(at)));
     let inside = deepest(&mut (0..side * side).filter(|at| {
         let [x, y] = [at % side, at / side];
         (3..side - 3).contains(&x) && (3..side - 3).contains(&y)

@@ -66,7 +66,7 @@ impl Coarse {
             folder: job.folder.clone(),
             cancel: job.cancel.clone(),
             progress: job.progress,
-            coarse: Vec::new(),
+            level: orograph_graph::LevelJob::default(),
             warnings: Warnings::default(),
             glimpses: None,
         }

@@ -86,7 +86,7 @@ impl Inland {
             folder: job.folder.clone(),
             cancel: job.cancel.clone(),
             progress: job.progress,
-            coarse: Vec::new(),
+            level: orograph_graph::LevelJob::default(),
             warnings: Warnings::default(),
             glimpses,
         }

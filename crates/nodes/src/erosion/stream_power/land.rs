@@ -133,6 +133,8 @@ pub struct Footing {
     pub gates: Option<Vec<u32>>,
     /// The number of a level, and the side of a cell of the coarsest in metres.
     pub level: Option<(u32, f64)>,
+    /// True if the thickness of the sediment is followed even if no output needs it.
+    pub keeps_sediment: bool,
 }
 
 impl<'a> Land<'a> {
@@ -191,7 +193,11 @@ impl<'a> Land<'a> {
             law,
             n: params.n,
             sea_level_m: job.sea_level().unwrap_or(f64::NEG_INFINITY),
-            sediment: Sediment::new(inputs.deposition, cells, wants.sediment || wants.erosion)?,
+            sediment: Sediment::new(
+                inputs.deposition,
+                cells,
+                wants.sediment || wants.erosion || footing.keeps_sediment,
+            )?,
             grid,
         })
     }

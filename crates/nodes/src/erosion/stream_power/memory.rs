@@ -1,6 +1,10 @@
 //! What a run holds beside its inputs and outputs, in bytes per cell, at the largest of its stages.
 
-use super::{Inputs, Method, Params, Receivers, Schedule, Wants, inland::Inland, levels::Ladder};
+use super::{
+    Inputs, Method, NODE, Params, Receivers, Wants,
+    inland::Inland,
+    levels::{Ladder, has_levels},
+};
 use crate::prelude::*;
 
 /// The scratch of the node.
@@ -10,6 +14,9 @@ pub fn scratch(sizing: &Sizing<'_>) -> u64 {
     let when = |is: bool, bytes: f64| if is { bytes } else { 0.0 };
     // a number above 0 makes sediment too, but is not known here: it counts as a wire where sediment is read
     let settles = sizing.is_wired(Inputs::PORTS, "deposition");
+    // a level that keeps its state follows the sediment
+    let keeps = has_levels(&params) && sizing.wanted.contains(NODE.outputs.len());
+    let thickness = wants.sediment || wants.erosion || keeps;
     let given = 4.0 * wants.count() as f64;
     let (lowered, flux) = (when(wants.erosion_rate, 8.0), when(wants.sediment_flux, 8.0));
 
@@ -22,7 +29,7 @@ pub fn scratch(sizing: &Sizing<'_>) -> u64 {
         + if_wired("rain", 4.0)
         + if_wired("repose", 4.0)
         + when(params.receivers == Receivers::RhoInfinity, 1.0)
-        + when(settles, 8.0 + when(wants.sediment || wants.erosion, 4.0))
+        + when(settles, 8.0 + when(thickness, 4.0))
         // the mean area of the headwaters, areas that cut floors, the factor of the rock and the slope it stands at
         + when(params.headwater_area > 0.0, 4.0)
         + when(params.valley_width > 0.0, 4.0)
@@ -33,28 +40,28 @@ pub fn scratch(sizing: &Sizing<'_>) -> u64 {
         40.0
     } else if settles {
         // heights before, the water's surface, what arrives, which water fills, beds and flux; for powers what was found and tangents
-        when(wants.erosion_rate || wants.sediment, 8.0) + 57.0 + when(params.n != 1.0, 24.0)
+        when(wants.erosion_rate || wants.sediment || keeps, 8.0) + 57.0 + when(params.n != 1.0, 24.0)
     } else {
         lowered + flux + when(wants.erosion_rate, 8.0)
     };
     let wired = sizing.wired.iter().filter(|wired| **wired).count() as f64;
-    let on_levels = params.method == Method::Implicit && params.schedule == Schedule::CoarseToFine;
-    // the start and the heights of a level of a quarter of the cells
-    let coarse = when(on_levels, 0.25 * (12.0 + when(settles, 12.0)));
     // outputs are made one after another, and each change is dropped when it has become one
     let before_rate = [wants.height, wants.area, wants.erosion, wants.erosion_rate];
     let before_rate = 4.0 * before_rate.iter().filter(|wanted| **wanted).count() as f64;
     let end = (flux + given).max(when(wants.erosion_rate, lowered + flux + before_rate));
-    let bytes_per_cell = land + coarse + step.max(end);
-    let scratch = sizing.cells(bytes_per_cell - given);
-    let least = Window::whole(Ladder::new(sizing.window, &params).rung(0).inner.world);
-    let finer = if on_levels && least.len() > sizing.window.len() {
-        // the coarsest level, its inputs and its margin
-        (least.len() as f64 * 1.5 * (bytes_per_cell + 4.0 * wired)) as u64
-    } else {
-        0
-    };
-    scratch + finer + margin(sizing, bytes_per_cell + 4.0 * wired)
+    let bytes_per_cell = land + step.max(end);
+    sizing.cells(bytes_per_cell - given) + margin(sizing, bytes_per_cell + 4.0 * wired)
+}
+
+/// The state for a finer level: heights and sediment with the margin, gates and times.
+pub fn state(sizing: &Sizing<'_>) -> u64 {
+    let params = Params::read(sizing.params);
+    if !has_levels(&params) || !Ladder::new(sizing.window, &params).is_level() {
+        return 0;
+    }
+    let cells = Inland::around(sizing.window).map_or(sizing.window.len(), |inland| inland.cells());
+    let rasters = if sizing.is_wired(Inputs::PORTS, "deposition") { 4 } else { 2 };
+    (4 * rasters * cells + 1024) as u64
 }
 
 /// What the margin of `inland` sides takes, with its part of inputs and outputs and those inside beside it.

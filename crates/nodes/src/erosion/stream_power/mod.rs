@@ -226,7 +226,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     reads_sea: true,
-    coarse: Some(|params, world| levels::coarsest(&Params::read(params), world)),
+    levels: Some(levels::LEVELS),
     scratch: Scratch::Bytes(memory::scratch),
     cpu: run,
     resolution: Resolution::Cells(
@@ -246,13 +246,10 @@ const SHORTEST_YR: f64 = 1e-30;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    warn_of_unresolved_hillslopes(
-        job,
-        if params.headwater_area > 0.0 { params.headwater_area } else { params.critical_area },
-    );
-    if params.method == Method::Implicit && params.schedule == Schedule::CoarseToFine {
+    if levels::has_levels(&params) {
         return levels::run(job, &params);
     }
+    warn_of_unresolved_hillslopes(job, &params);
     let Some(inland) = Inland::around(job.window()) else { return erode(job, &params) };
     let take = |outputs| {
         if let Some(glimpses) = job.glimpses {
@@ -356,7 +353,8 @@ fn warn_of_short_runs(job: &Job<'_>, duration_yr: f64, response_yr: f64) {
 }
 
 /// Tells where cells are larger than the drainage area of a river's head.
-fn warn_of_unresolved_hillslopes(job: &Job<'_>, critical_area_m2: f64) {
+fn warn_of_unresolved_hillslopes(job: &Job<'_>, params: &Params) {
+    let critical_area_m2 = if params.headwater_area > 0.0 { params.headwater_area } else { params.critical_area };
     let cell_m = job.cell_m();
     if critical_area_m2 > 0.0 && cell_m * cell_m > critical_area_m2 {
         job.warn(format!(

@@ -156,7 +156,7 @@ mod tests {
             ("headwater_area=1.1e4,critical_area=9e3", false),
         ] {
             let height = Field::constant(Window::whole(testing::world(5, 5, 100.0)), 1.0);
-            let params = testing::with_params(&NODE, &format!("{areas},duration=1"));
+            let params = testing::with_params(&NODE, &format!("{areas},duration=1,schedule=full"));
             let cancel = Cancel::default();
             let (outputs, warnings) =
                 testing::outputs_and_warnings(&cancel, *height.window(), &NODE, &params, &[("height", &height)]);

@@ -121,7 +121,7 @@ fn lines_are_carved_as_they_are() {
         folder: std::path::PathBuf::new(),
         cancel: Cancel::default(),
         progress: &|_| (),
-        coarse: Vec::new(),
+        level: orograph_graph::LevelJob::default(),
         warnings: Warnings::default(),
         glimpses: None,
     };

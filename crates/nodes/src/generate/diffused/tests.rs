@@ -46,7 +46,7 @@ fn filtered(noise: &[f64], [nx, ny]: [u32; 2], response: impl Fn(f64) -> f64 + S
         cancel: orograph_graph::Cancel::default(),
         progress: &|_| (),
         warnings: orograph_graph::Warnings::default(),
-        coarse: Vec::new(),
+        level: orograph_graph::LevelJob::default(),
         glimpses: None,
     };
     let response = |x: f64, y: f64| response(mean(x, y));

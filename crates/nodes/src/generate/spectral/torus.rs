@@ -435,7 +435,7 @@ mod tests {
                     cancel: orograph_graph::Cancel::default(),
                     progress: &|_| (),
                     warnings: orograph_graph::Warnings::default(),
-                    coarse: Vec::new(),
+                    level: orograph_graph::LevelJob::default(),
                     glimpses: None,
                 };
                 let found = torus.sum(&job, draw, &spectrum).expect("a result");

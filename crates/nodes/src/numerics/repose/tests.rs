@@ -21,7 +21,7 @@ fn with_job<T>(cells: [u32; 2], call: impl FnOnce(&Job<'_>) -> T) -> T {
         folder: std::path::PathBuf::new(),
         cancel: Cancel::default(),
         progress: &|_| {},
-        coarse: Vec::new(),
+        level: orograph_graph::LevelJob::default(),
         warnings: Warnings::default(),
         glimpses: None,
     })

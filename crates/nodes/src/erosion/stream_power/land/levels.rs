@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::Land;
 use crate::{
-    erosion::stream_power::levels::{Checkpoint, Frame, Loose, Places},
+    erosion::stream_power::levels::{Checkpoint, Places},
     numerics::{math, waves::Waves},
 };
 
@@ -49,12 +49,18 @@ impl Land<'_> {
         self.time_yr
     }
 
-    /// What the next level goes on with.
+    /// Cells of the rim of `inland` sides through which rivers leave, in rising order.
     #[must_use]
-    pub fn checkpoint(self, frame: Frame, start: &[f32]) -> Checkpoint {
-        let loose = self.sediment.map(|sediment| Loose { debris: sediment.debris, thickness: sediment.thickness });
-        let (heights, gates, time_yr) = (self.heights, self.gates, self.time_yr);
-        Checkpoint { frame, start: start.to_vec(), heights, loose, gates, time_yr }
+    pub fn gates(&self) -> &[u32] {
+        &self.gates
+    }
+
+    /// What joins the rivers at the next step and what lies on the rock, in metres. Returns None without deposition, or
+    /// where the thickness is not followed.
+    #[must_use]
+    pub fn loose(&self) -> Option<(&[f64], &[f32])> {
+        let sediment = self.sediment.as_ref()?;
+        Some((&sediment.debris, sediment.thickness.as_deref()?))
     }
 
     /// Goes on from a coarser level: its land, interpolated at slightly displaced places, and of the detail of the start
@@ -68,7 +74,7 @@ impl Land<'_> {
         job: &Job<'_>,
         level: u32,
         start: &[f32],
-        below: &Checkpoint,
+        below: &Checkpoint<'_>,
         places: &Places,
     ) -> Result<(), NodeError> {
         let nx = self.grid.nx;
@@ -81,8 +87,7 @@ impl Land<'_> {
         });
         let furthest = DISPLACED[(level as usize - 1).min(DISPLACED.len() - 1)];
         let per_k = below.time_yr * self.area.least_power() / self.cell_m;
-        let before = |cell: usize| f64::from(below.start[cell]);
-        let after = |cell: usize| below.heights[cell];
+        let [before, after] = below.heights.map(|heights| move |cell: usize| f64::from(heights[cell]));
         let mut heights = std::mem::take(&mut self.heights);
         let taken = heights.par_chunks_mut(nx).enumerate().try_for_each(|(y, heights)| {
             job.check()?;
@@ -111,10 +116,12 @@ impl Land<'_> {
         });
         self.heights = heights;
         taken?;
-        if let (Some(own), Some(loose)) = (&mut self.sediment, &below.loose) {
+        if let (Some(own), Some(loose)) = (&mut self.sediment, below.loose) {
             let under = (0..self.heights.len()).into_par_iter().map(|cell| places.cell(cell % nx, cell / nx));
-            own.debris = under.clone().map(|cell| loose.debris[cell]).collect();
-            own.thickness = loose.thickness.as_ref().map(|metres| under.map(|cell| metres[cell]).collect());
+            own.debris = under.clone().map(|cell| f64::from(loose.debris[cell])).collect();
+            if own.thickness.is_some() {
+                own.thickness = Some(under.map(|cell| loose.thickness[cell]).collect());
+            }
         }
         self.time_yr = below.time_yr;
         Ok(())

@@ -1,6 +1,6 @@
 //! The cells of the levels: they follow from the world and the parameters, not from the cells that are asked for.
 
-use orograph_graph::{Window, World};
+use orograph_graph::{Below, Window, World};
 
 use crate::erosion::stream_power::{Params, inland};
 
@@ -40,14 +40,13 @@ impl Ladder {
     #[must_use]
     pub fn new(asked: Window, params: &Params) -> Self {
         let size = asked.world.size;
-        let (shorter_m, longer_m) = (size[0].min(size[1]), size[0].max(size[1]));
-        let heads_m2 = if params.headwater_area > 0.0 { params.headwater_area } else { params.critical_area };
-        let short_slopes = shorter_m / f64::from(FEWEST_CELLS) > HILLSLOPE * heads_m2.sqrt();
-        let mut across = if short_slopes { MOST_CELLS } else { FEWEST_CELLS };
-        while across > 1 && longer_m / shorter_m * f64::from(across * across) > LARGEST {
-            across /= 2;
-        }
-        let coarsest = size.map(|side_m| ((side_m / shorter_m * f64::from(across)).round() as u32).max(1));
+        let (across, shorter_m) = (cells_across(size, params), size[0].min(size[1]));
+        let rounded = [f64::round, f64::floor, f64::ceil].map(|round: fn(f64) -> f64| {
+            size.map(|side_m| (round(side_m / shorter_m * f64::from(across)) as u32).max(1))
+        });
+        // the world on the cells of a level, which may be a little longer or shorter, must have the same levels
+        let is_stable = |cells: &&[u32; 2]| cells_across(own_size(size, **cells), params) == across;
+        let coarsest = *rounded.iter().find(is_stable).unwrap_or(&rounded[0]);
         let margin = if inland::sides(&asked.world).contains(&true) {
             (World::MARGIN * f64::from(across)).round() as u32
         } else {
@@ -64,23 +63,58 @@ impl Ladder {
         self.finest
     }
 
+    /// What the run on the asked cells goes on from.
+    #[must_use]
+    pub fn below(&self) -> Option<Below> {
+        if self.asked.cells[0] < self.coarsest[0] {
+            return Some(Below::Results(self.own(self.coarsest).world));
+        }
+        self.finest.checked_sub(1).map(|below| Below::State(self.rung(below).inner.world))
+    }
+
+    /// Whether the asked cells are those of a level, and not between two of them.
+    #[must_use]
+    pub fn is_level(&self) -> bool {
+        self.asked.cells == self.coarsest.map(|cells| cells << self.finest)
+    }
+
+    /// The world on other cells: square ones, so that it may end up to half a cell of the coarsest level elsewhere.
+    fn own(&self, cells: [u32; 2]) -> Window {
+        let world = self.asked.world;
+        Window::whole(World { size: own_size(world.size, cells), cells, ..world })
+    }
+
     /// A level. The finest has the cells that are asked for, where these are not fewer than those of the coarsest.
     #[must_use]
     pub fn rung(&self, number: u32) -> Rung {
         let world = self.asked.world;
         let cells = self.coarsest.map(|cells| cells << number);
         let coarsest_m = world.size[0] / f64::from(self.coarsest[0]);
-        // square cells, so that the world may end up to half a cell of the coarsest level elsewhere
-        let own = |cells: [u32; 2]| {
-            let cell_m = world.size[0] / f64::from(cells[0]);
-            Window::whole(World { size: [world.size[0], f64::from(cells[1]) * cell_m], cells, ..world })
-        };
         if number < self.finest || self.asked.cells[0] < self.coarsest[0] {
-            return Rung { number, inner: own(cells), margin: self.margin << number, coarsest_m };
+            return Rung { number, inner: self.own(cells), margin: self.margin << number, coarsest_m };
         }
         let finer = f64::from(self.asked.cells[0]) / f64::from(self.coarsest[0]);
         Rung { number, inner: self.asked, margin: (f64::from(self.margin) * finer).round() as u32, coarsest_m }
     }
+}
+
+/// The size of a world of so many square cells, as wide as one of another size. To the last bit as large where it ends
+/// there, so that both are one place in the store.
+fn own_size([width_m, height_m]: [f64; 2], cells: [u32; 2]) -> [f64; 2] {
+    let own_m = f64::from(cells[1]) * (width_m / f64::from(cells[0]));
+    [width_m, if (own_m / height_m - 1.0).abs() < 1e-9 { height_m } else { own_m }]
+}
+
+/// Cells of the coarsest level along the shorter side.
+fn cells_across(size: [f64; 2], params: &Params) -> u32 {
+    let (shorter_m, longer_m) = (size[0].min(size[1]), size[0].max(size[1]));
+    let heads_m2 = if params.headwater_area > 0.0 { params.headwater_area } else { params.critical_area };
+    let short_slopes = shorter_m / f64::from(FEWEST_CELLS) > HILLSLOPE * heads_m2.sqrt();
+    let mut across = if short_slopes { MOST_CELLS } else { FEWEST_CELLS };
+    while across > 1 && longer_m / shorter_m * f64::from(across * across) > LARGEST {
+        across /= 2;
+    }
+    across
 }
 
 #[cfg(test)]
@@ -101,6 +135,48 @@ mod tests {
         assert_eq!([0, 1].map(|number| few.rung(number)), [0, 1].map(|number| many.rung(number)));
         assert_eq!([0, 1, 2, 3].map(|number| many.rung(number).inner.cells[0]), [128, 256, 512, 1000]);
         assert_eq!(ladder([60e3; 2], [1024; 2]).rung(0).inner.cells, [256; 2]);
+    }
+
+    /// The levels of each level are those below it, also where worlds on its cells are a little longer or shorter.
+    #[test]
+    fn levels_have_the_levels_below_them() {
+        let thresholds = [4.0, 4.003, 3.997, 16.03, 1.0, 1.0039, 1.5];
+        for ratio in thresholds.into_iter().chain((0..60).map(|at| 1.0 + 0.071 * f64::from(at))) {
+            // around 128 cells of 0.4 √A₀
+            for shorter_m in [100.0, 35_900.0, 36_200.4, 36_203.9, 36_204.0, 36_210.0, 36_300.0, 3e5] {
+                for size in [[ratio * shorter_m, shorter_m], [shorter_m, ratio * shorter_m]] {
+                    let cells = size.map(|side_m| (side_m / shorter_m * 1000.0).round() as u32);
+                    let mut above = ladder(size, cells);
+                    while let Some(Below::State(world)) = above.below() {
+                        let here = ladder(world.size, world.cells);
+                        assert!(here.is_level() && world.check().is_ok(), "{size:?} {world:?}");
+                        assert_eq!((here.finest() + 1, here.coarsest), (above.finest(), above.coarsest), "{size:?}");
+                        assert_eq!(here.rung(here.finest()), above.rung(here.finest()), "{size:?}");
+                        above = here;
+                    }
+                    assert_eq!(above.finest(), 0);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn worlds_of_one_size_have_one_place_per_level() {
+        for size in [[16_384.0; 2], [24e3, 16e3], [10e3, 10e3 / 3.0], [30_000.1, 20_000.1]] {
+            let world = |along: u32| World { size, ..World::default() }.with_cells_along_x(along);
+            let below = |along: u32| ladder(size, world(along).cells).below();
+            assert_eq!(below(1536).map(|_| ()), Some(()));
+            if let (Some(Below::State(fine)), Some(Below::State(finer))) = (below(1100), below(1500)) {
+                assert_eq!(fine, finer);
+            }
+        }
+        let requested = World { size: [24e3, 16e3], cells: [768, 512], ..World::default() };
+        assert_eq!(ladder(requested.size, [1536, 1024]).below().map(world_of), Some(requested.size));
+    }
+
+    fn world_of(below: Below) -> [f64; 2] {
+        let (Below::State(world) | Below::Results(world)) = below;
+        world.size
     }
 
     #[test]

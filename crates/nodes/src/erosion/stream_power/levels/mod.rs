@@ -8,17 +8,25 @@
 //! what its own cells can resolve. How many levels follow changes none of those before.
 //!
 //! A level that would begin before τ is known, in the first half of the time, begins at the start instead.
+//!
+//! A job is one level: the evaluator has the level below run first, with inputs that are made for its own cells, and
+//! stores its [`Checkpoint`].
 
+mod alone;
+mod checkpoint;
 mod ladder;
 mod places;
 mod resample;
 #[cfg(test)]
 mod tests;
 
-use orograph_graph::{Glimpses, InputValue, Value, Warnings, Window, World};
+use std::sync::Arc;
+
+use orograph_graph::{Below, Coarser, Glimpses, Levels, State, Window};
 
 use self::ladder::Rung;
 pub use self::{
+    checkpoint::Checkpoint,
     ladder::Ladder,
     places::{Frame, Places},
 };
@@ -26,7 +34,7 @@ use super::{
     Inputs, Method, Params, Schedule, Wants, count_steps,
     inland::Inland,
     land::{Asked, Footing, Land, Work},
-    results, warn_of_short_runs,
+    results, warn_of_short_runs, warn_of_unresolved_hillslopes,
 };
 use crate::prelude::*;
 
@@ -37,28 +45,24 @@ const NEXT: f64 = 0.5;
 /// Steps of a level.
 const STEPS: f64 = 6.0;
 
-/// The land of a level at the time at which the next one begins.
-pub struct Checkpoint {
-    /// Its cells.
-    pub frame: Frame,
-    /// Heights at the start of the run in metres.
-    pub start: Vec<f32>,
-    /// Heights in metres.
-    pub heights: Vec<f64>,
-    /// Sediment, where there is deposition.
-    pub loose: Option<Loose>,
-    /// Cells of the rim of `inland` sides through which rivers leave, in rising order.
-    pub gates: Vec<u32>,
-    /// Years that have passed.
-    pub time_yr: f64,
-}
+/// The levels as they are declared.
+pub const LEVELS: Levels = Levels {
+    below: |params, world| {
+        let params = Params::read(params);
+        if has_levels(&params) { Ladder::new(Window::whole(*world), &params).below() } else { None }
+    },
+    state: |sizing| super::memory::state(sizing),
+    work: |params, world| {
+        let (params, cells) = (Params::read(params), Window::whole(*world).len() as f64);
+        let is_coarsest = Ladder::new(Window::whole(*world), &params).below().is_none();
+        cells * if is_coarsest { f64::from(count_steps(&params).0) } else { STEPS }
+    },
+};
 
-/// Loose material per cell, in metres.
-pub struct Loose {
-    /// What joins the rivers at the next step.
-    pub debris: Vec<f64>,
-    /// What lies on the rock, where it is wanted.
-    pub thickness: Option<Vec<f32>>,
+/// Whether the time passes on levels.
+#[must_use]
+pub fn has_levels(params: &Params) -> bool {
+    params.method == Method::Implicit && params.schedule == Schedule::CoarseToFine
 }
 
 /// When the levels begin and how long their steps are.
@@ -96,6 +100,11 @@ impl Timetable {
     /// The time at which the level after `level` takes over, where it does.
     fn handover_yr(&self, level: u32) -> Option<f64> {
         (!self.is_whole(level + 1)).then(|| self.duration_yr - self.span_yr(level + 1))
+    }
+
+    /// The time at which a level begins.
+    fn begin_yr(&self, level: u32) -> f64 {
+        if self.is_whole(level) { 0.0 } else { self.duration_yr - self.span_yr(level) }
     }
 
     /// The longest step of a level.
@@ -143,37 +152,23 @@ impl Run<'_, '_> {
     }
 }
 
-/// Passes the time of a run on its levels.
+/// Passes the time of a level. The state of the level below is the job's, or made here from resampled inputs.
 ///
 /// # Errors
 /// When an input is refused, or [`NodeError::Cancelled`].
 pub fn run(job: &Job<'_>, params: &Params) -> Result<Outputs, NodeError> {
     let ladder = Ladder::new(job.window(), params);
-    let mut times = Timetable::new(params);
-    let mut below: Option<Checkpoint> = None;
-    let mut done = 0.0;
-    for level in 0..ladder.finest() {
-        if !times.is_whole(level) || times.handover_yr(level).is_some() || level == 0 {
-            below = Some(below_finest(job, params, &ladder, level, &mut times, below.as_ref(), done)?);
-        }
-        done += share_of_work(&ladder, level);
-    }
-    at_finest(job, params, &ladder, &mut times, below.as_ref(), done)
-}
-
-/// About the share of the work that a level takes.
-fn share_of_work(ladder: &Ladder, level: u32) -> f64 {
-    let work = |level: u32| {
-        let steps = if level == 0 {
-            100.0
-        } else if level == ladder.finest() {
-            STEPS
-        } else {
-            STEPS * NEXT
-        };
-        steps * ladder.rung(level).inner.len() as f64
+    let below = match (ladder.below(), &job.level.below) {
+        (Some(Below::Results(world)), _) => return alone::means(job, params, world),
+        (Some(Below::State(_)), Coarser::State(state)) => Some(Arc::clone(state)),
+        (Some(Below::State(world)), _) => Some(Arc::new(alone::state(job, params, world)?)),
+        (None, _) => None,
     };
-    work(level) / (0..=ladder.finest()).map(work).sum::<f64>()
+    let wants_outputs = Wants::of(job).count() > 0;
+    if wants_outputs {
+        warn_of_unresolved_hillslopes(job, params);
+    }
+    pass(job, params, &ladder, below.as_deref(), wants_outputs)
 }
 
 /// The cells of a level with the margin of `inland` sides.
@@ -183,87 +178,73 @@ fn frame(rung: &Rung) -> (Option<Inland>, Frame) {
     (inland, frame)
 }
 
-fn below_finest(
+fn pass(
     job: &Job<'_>,
     params: &Params,
     ladder: &Ladder,
-    level: u32,
-    times: &mut Timetable,
-    below: Option<&Checkpoint>,
-    done: f64,
-) -> Result<Checkpoint, NodeError> {
-    let rung = ladder.rung(level);
-    let (inland, frame) = frame(&rung);
-    let take = |outputs| offer(job, inland, outputs);
-    let inner = on_cells(job, rung.inner, Some(&take));
-    let outer = inland.map(|inland| inland.job(&inner, inner.glimpses));
-    let on = outer.as_ref().unwrap_or(&inner);
-    let start = Inputs::read(on)?.height;
-    let mut run = begin(on, params, start, &rung, frame, times, below)?;
-    let share = share_of_work(ladder, level);
-    let progress = |time_yr: f64| job.advance((done + share * time_yr / params.duration) as f32);
-    if level == 0 {
-        run.measure(times, &progress)?;
-    }
-    if let Some(until_yr) = times.handover_yr(level) {
-        run.pass(until_yr, times.longest_yr(level), Asked::default(), &progress)?;
-    }
-    Ok(run.land.checkpoint(frame, start.samples()))
-}
-
-fn at_finest(
-    job: &Job<'_>,
-    params: &Params,
-    ladder: &Ladder,
-    times: &mut Timetable,
-    below: Option<&Checkpoint>,
-    done: f64,
+    below: Option<&State>,
+    wants_outputs: bool,
 ) -> Result<Outputs, NodeError> {
     let level = ladder.finest();
     let rung = ladder.rung(level);
-    let (inland, frame) = frame(&rung);
-    let take = |outputs| offer(job, inland, outputs);
-    let inner = on_cells(job, rung.inner, Some(&take));
-    let outer = inland.map(|inland| inland.job(&inner, inner.glimpses));
-    let on = outer.as_ref().unwrap_or(&inner);
+    let (inland, frame_here) = frame(&rung);
+    let below = below.map(|state| Checkpoint::read(state, frame(&ladder.rung(level - 1)).1)).transpose()?;
+    let mut times = Timetable::new(params);
+    times.response_yr = below.as_ref().map_or(0.0, |below| below.response_yr);
+
+    let take = |outputs| {
+        if let (Some(glimpses), Some(inland)) = (job.glimpses, inland) {
+            (glimpses.take)(inland.cut(outputs));
+        }
+    };
+    let outer =
+        inland.map(|inland| inland.job(job, job.glimpses.map(|glimpses| Glimpses { due: glimpses.due, take: &take })));
+    let on = outer.as_ref().unwrap_or(job);
     let (start, wants) = (Inputs::read(on)?.height, Wants::of(on));
-    let mut run = begin(on, params, start, &rung, frame, times, below)?;
-    let progress =
-        |time_yr: f64| job.advance((done + (1.0 - done) * time_yr / params.duration.max(1e-30)).min(0.99) as f32);
-    if level == 0 {
-        run.measure(times, &progress)?;
+    let places = below.as_ref().map(|below| Places::new(below.frame, frame_here));
+    let gates = below.as_ref().zip(places).map(|(below, places)| places.gates(&below.gates, start.samples()));
+    if let Some(gates) = gates.as_ref().filter(|_| !wants_outputs && times.handover_yr(level).is_none()) {
+        // the next level begins at the start too
+        return Ok(Outputs::default().with_state(Some(Checkpoint::of_start(gates, times.response_yr))));
     }
-    if let Some(until_yr) = times.handover_yr(level) {
+
+    let footing = Footing { gates, level: Some((rung.number, rung.coarsest_m)), keeps_sediment: job.level.gives_state };
+    let mut land = Land::new(on, params, start, footing)?;
+    if let (Some(below), Some(places)) = (below, places)
+        && !times.is_whole(level)
+    {
+        land.take_over(on, level, start.samples(), &below, &places)?;
+    }
+    let mut run = Run { job: on, land, step: 0, last: (1.0, Work::default()) };
+    let begin_yr = times.begin_yr(level);
+    let until_yr = if wants_outputs { None } else { times.handover_yr(level).filter(|_| level > 0) };
+    let span_yr = (until_yr.unwrap_or(params.duration) - begin_yr).max(1e-30);
+    let progress = |time_yr: f64| job.advance(((time_yr - begin_yr) / span_yr).clamp(0.0, 0.99) as f32);
+    if level == 0 {
+        run.measure(&mut times, &progress)?;
+    }
+    let handover_yr = times.handover_yr(level);
+    if let Some(until_yr) = handover_yr {
         run.pass(until_yr, times.longest_yr(level), Asked::default(), &progress)?;
+    }
+    let state = job.level.gives_state.then(|| match handover_yr {
+        Some(_) => run.land.state(start.samples(), times.response_yr),
+        None => Ok(Checkpoint::of_start(run.land.gates(), times.response_yr)),
+    });
+    let state = state.transpose()?;
+    if !wants_outputs {
+        return Ok(Outputs::default().with_state(state));
     }
     let asked = Asked { lowered: wants.erosion_rate, flux: wants.sediment_flux };
     run.pass(params.duration, times.longest_yr(level), asked, &progress)?;
     warn_of_short_runs(job, params.duration, times.response_yr);
     let (step_yr, work) = run.last;
     let outputs = results(on, &mut run.land, start, step_yr, work)?;
-    Ok(given_back(job, inland, outputs))
-}
-
-/// The land of a level when it begins.
-fn begin<'a, 'b>(
-    job: &'a Job<'b>,
-    params: &Params,
-    start: &Field,
-    rung: &Rung,
-    frame: Frame,
-    times: &Timetable,
-    below: Option<&Checkpoint>,
-) -> Result<Run<'a, 'b>, NodeError> {
-    let places = below.map(|below| Places::new(below.frame, frame));
-    let gates = below.zip(places).map(|(below, places)| places.gates(&below.gates, start.samples()));
-    let footing = Footing { gates, level: Some((rung.number, rung.coarsest_m)) };
-    let mut land = Land::new(job, params, start, footing)?;
-    if let (Some(below), Some(places)) = (below, places)
-        && !times.is_whole(rung.number)
-    {
-        land.take_over(job, rung.number, start.samples(), below, &places)?;
-    }
-    Ok(Run { job, land, step: 0, last: (1.0, Work::default()) })
+    let outputs = match inland {
+        Some(inland) => inland.cut(outputs),
+        None => outputs,
+    };
+    Ok(outputs.with_state(state))
 }
 
 impl Run<'_, '_> {
@@ -279,65 +260,4 @@ impl Run<'_, '_> {
         }
         Ok(())
     }
-}
-
-/// The world on the cells of the coarsest level, where there are levels.
-pub fn coarsest(params: &Params, world: &World) -> Option<World> {
-    let has_levels = params.method == Method::Implicit && params.schedule == Schedule::CoarseToFine;
-    has_levels.then(|| Ladder::new(Window::whole(*world), params).rung(0).inner.world)
-}
-
-/// The same job on the cells of a level; it warns nobody. Inputs are those that were made on these cells, where there are
-/// such, and otherwise resampled.
-fn on_cells<'a>(job: &'a Job<'_>, window: Window, take: Option<&'a (dyn Fn(Outputs) + Sync)>) -> Job<'a> {
-    let made = |at: usize| match job.coarse.get(at) {
-        Some(InputValue::Value(Value::Field(field))) if field.window().cells == window.cells => Some(field),
-        _ => None,
-    };
-    let inputs = job.inputs.iter().enumerate().map(|(at, value)| match value {
-        InputValue::Value(Value::Field(field)) if field.window().cells != window.cells => {
-            let is_height = job.node.inputs[at].name == "height";
-            let field = made(at).cloned().unwrap_or_else(|| resample::resampled(field, window, is_height));
-            InputValue::Value(Value::Field(field))
-        }
-        other => other.clone(),
-    });
-    Job {
-        node: job.node,
-        params: job.params,
-        inputs: inputs.collect(),
-        window,
-        wanted: job.wanted,
-        folder: job.folder.clone(),
-        cancel: job.cancel.clone(),
-        progress: job.progress,
-        coarse: Vec::new(),
-        warnings: Warnings::default(),
-        glimpses: job.glimpses.zip(take).map(|(glimpses, take)| Glimpses { due: glimpses.due, take }),
-    }
-}
-
-/// Shows what a level has come to.
-fn offer(job: &Job<'_>, inland: Option<Inland>, outputs: Outputs) {
-    if let Some(glimpses) = job.glimpses {
-        (glimpses.take)(given_back(job, inland, outputs));
-    }
-}
-
-/// Results of a level on the cells that were asked for. Rivers are as large as the largest in a cell.
-fn given_back(job: &Job<'_>, inland: Option<Inland>, outputs: Outputs) -> Outputs {
-    let outputs = match inland {
-        Some(inland) => inland.cut(outputs),
-        None => outputs,
-    };
-    let asked = job.window();
-    outputs.into_iter_named().fold(Outputs::default(), |given, (name, value)| match value {
-        Value::Field(field) if field.window().cells != asked.cells => {
-            let of_rivers = matches!(name, "area" | "sediment_flux") && field.window().cells[0] > asked.cells[0];
-            let field =
-                if of_rivers { resample::largest(&field, asked) } else { resample::resampled(&field, asked, false) };
-            given.with(name, field)
-        }
-        other => given.with(name, other),
-    })
 }

@@ -1,8 +1,14 @@
 //! Tests of the levels: one terrain on any cells, and inputs at the edge of sense.
 
-use std::path::Path;
+use std::{
+    path::Path,
+    sync::{Arc, Mutex},
+    time::Duration,
+};
 
-use orograph_graph::{Boundary, Document, Edge, Evaluator, EvaluatorOptions, World};
+use orograph_graph::{
+    Boundary, Document, Edge, Evaluator, EvaluatorOptions, Registry, Store, StoreFolder, Value, World,
+};
 
 use crate::{
     erosion::stream_power::{NODE, tests::white},
@@ -111,4 +117,68 @@ fn the_same_for_any_thread_count_and_simd_level() {
         assert!(testing::run_in(1, &NODE, &params, &fields) == testing::run_in(7, &NODE, &params, &fields));
         testing::at_every_level(|| testing::outputs(&NODE, &params, &fields));
     }
+}
+
+/// The cells of the runs of [`COUNTED`], and whether they gave outputs and a state.
+static RUNS: Mutex<Vec<(u32, bool, bool)>> = Mutex::new(Vec::new());
+
+static COUNTED: Node = Node {
+    cpu: |job| {
+        let gives = (super::Wants::of(job).count() > 0, job.level.gives_state);
+        RUNS.lock().expect("no panic").push((job.window().cells[0], gives.0, gives.1));
+        (NODE.cpu)(job)
+    },
+    ..NODE
+};
+
+fn runs() -> Vec<(u32, bool, bool)> {
+    std::mem::take(&mut *RUNS.lock().expect("no panic"))
+}
+
+#[test]
+fn finer_cells_pass_the_last_level_only() {
+    let all = crate::registry();
+    let nodes = all.nodes().iter().copied().filter(|node| node.id != NODE.id);
+    let registry = Registry::new(nodes.chain([&COUNTED]));
+    let text = "(format: 1, world: (size: \"16 km\", cells: 128, seed: 3, boundary: inland), nodes: { \
+         \"hills\": Ridged(wavelength: \"4 km\", amplitude: \"200 m\"), \
+         \"rivers\": StreamPower(version: 4, height: \"hills\", uplift: 0.001, deposition: 0.4, duration: \"1 Myr\", \
+         time_step: 5e4), }, outputs: { \"height\": \"rivers\", \"sediment\": \"rivers.sediment\" })";
+    let document = Document::parse(text.to_owned(), &registry);
+    let ports: Vec<_> = document.outputs().iter().map(|output| output.port).collect();
+    let on = |evaluator: &Evaluator, count: usize, cells: u32| -> Vec<Value> {
+        let window = Window::whole(World { cells: [cells; 2], ..document.world() });
+        evaluator.values(document.graph(), Path::new("."), &ports[..count], window).expect("heights")
+    };
+    let with = |budget: usize, folder: Option<StoreFolder>| {
+        let options = EvaluatorOptions { store: Arc::new(Store::new(budget, folder)), ..EvaluatorOptions::default() };
+        Evaluator::new(options).expect("an evaluator")
+    };
+    let whole = |budget: usize| with(budget, None);
+    let expected = on(&whole(1 << 30), 2, 512);
+    assert_eq!(runs(), [(128, false, true), (256, false, true), (512, true, true)]);
+
+    let keeping = whole(1 << 30);
+    assert!(on(&keeping, 1, 256).len() == 1 && runs().len() == 2);
+    assert!(on(&keeping, 2, 512) == expected);
+    assert_eq!(runs(), [(512, true, true)]);
+    // between two levels, and fewer than the coarsest has
+    on(&keeping, 1, 300);
+    assert_eq!(runs(), [(300, true, false)]);
+    on(&keeping, 1, 50);
+    assert_eq!(runs(), [(128, true, false), (50, true, false)]);
+
+    // without room in memory, from disk
+    let folder = tempfile::tempdir().expect("a folder");
+    let place = StoreFolder { folder: folder.path().to_owned(), budget: 1 << 30, worth: Duration::ZERO };
+    on(&with(0, Some(place.clone())), 1, 256);
+    runs();
+    assert!(on(&with(0, Some(place)), 2, 512) == expected);
+    assert_eq!(runs(), [(512, true, true)]);
+    // nothing is kept
+    let forgetful = whole(0);
+    on(&forgetful, 1, 256);
+    runs();
+    assert!(on(&forgetful, 2, 512) == expected);
+    assert_eq!(runs().len(), 3);
 }

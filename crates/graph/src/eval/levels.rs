@@ -1,0 +1,177 @@
+//! Events of nodes that run on several [levels](crate::Levels): the steps of a node, and those of what it reads, on the
+//! levels below a requested world are told as one run of each node on that world.
+
+use std::{
+    collections::{BTreeMap, HashMap},
+    sync::{Arc, Mutex},
+    time::Duration,
+};
+
+use petgraph::stable_graph::NodeIndex;
+
+use super::{
+    event::{Event, Origin, lock},
+    needs::Needs,
+    plan::Plan,
+};
+use crate::world::World;
+
+/// Passes events on.
+pub(super) struct LevelEvents<'a> {
+    events: &'a (dyn Fn(Event) + Sync),
+    /// The steps of each node.
+    steps: BTreeMap<NodeIndex, Vec<Place>>,
+    runs: Mutex<Vec<Run>>,
+}
+
+/// A step of a node.
+struct Place {
+    world: World,
+    /// The run that it is a part of.
+    run: usize,
+    /// Its position in the run.
+    part: usize,
+}
+
+/// The steps of one node for one requested world.
+struct Run {
+    asked: World,
+    parts: Vec<Part>,
+    /// True from its first kernel to its last.
+    is_going: bool,
+    told: f32,
+    time: Duration,
+    bytes: usize,
+}
+
+/// One step.
+struct Part {
+    is_asked: bool,
+    /// Its kernel runs, is going to or has.
+    counts: bool,
+    work: f64,
+    done: f32,
+    is_over: bool,
+}
+
+impl<'a> LevelEvents<'a> {
+    pub(super) fn new(plan: &Plan<'_>, needs: &Needs, events: &'a (dyn Fn(Event) + Sync)) -> Self {
+        let mut steps = BTreeMap::<NodeIndex, Vec<Place>>::new();
+        let mut runs: Vec<Run> = Vec::new();
+        for (at, step) in plan.steps.iter().enumerate() {
+            let places = steps.entry(step.index).or_default();
+            let known = places.iter().map(|place| place.run).find(|run| runs[*run].asked == step.asked);
+            let run = known.unwrap_or_else(|| {
+                let (asked, parts, is_going) = (step.asked, Vec::new(), false);
+                runs.push(Run { asked, parts, is_going, told: 0.0, time: Duration::ZERO, bytes: 0 });
+                runs.len() - 1
+            });
+            let world = step.wanted.world;
+            places.push(Place { world, run, part: runs[run].parts.len() });
+            let (is_asked, counts, work) = (world == step.asked, needs.computes(at), step.work());
+            runs[run].parts.push(Part { is_asked, counts, work, done: 0.0, is_over: false });
+        }
+        Self { events, steps, runs: Mutex::new(runs) }
+    }
+
+    /// What a plan announces: the nodes of each requested world, however many levels they have.
+    pub(super) fn planned(plan: &Plan<'_>, needs: &Needs) -> Event {
+        let mut worlds: Vec<World> = Vec::new();
+        let mut computed = HashMap::<(NodeIndex, usize), bool>::new();
+        for (at, step) in plan.steps.iter().enumerate() {
+            let world = worlds.iter().position(|world| *world == step.asked).unwrap_or(worlds.len());
+            if world == worlds.len() {
+                worlds.push(step.asked);
+            }
+            if needs.computes(at) {
+                computed.insert((step.index, world), true);
+            } else if needs.is_found(at) && step.wanted.world == step.asked {
+                computed.entry((step.index, world)).or_insert(false);
+            }
+        }
+        let compute = computed.values().filter(|computed| **computed).count();
+        Event::Planned { compute, cached: computed.len() - compute }
+    }
+
+    /// Receives an event of a step in a world, or one that is about no step.
+    pub(super) fn hear(&self, world: Option<&World>, event: Event) {
+        let passed = match world {
+            Some(world) => self.of_step(world, event),
+            None => Some(event),
+        };
+        passed.into_iter().for_each(self.events);
+    }
+
+    fn of_step(&self, world: &World, event: Event) -> Option<Event> {
+        let (Event::NodeStarted { node, .. }
+        | Event::NodeProgress { node, .. }
+        | Event::NodeFinished { node, .. }
+        | Event::NodeGlimpse { node, .. }
+        | Event::Warning { node, .. }) = &event
+        else {
+            return Some(event);
+        };
+        let place = self.steps.get(node).and_then(|places| places.iter().find(|place| place.world == *world));
+        let Some(place) = place else { return Some(event) };
+        let mut runs = lock(&self.runs);
+        let run = &mut runs[place.run];
+        match event {
+            Event::NodeStarted { node, name } => {
+                let part = &mut run.parts[place.part];
+                (part.counts, part.is_over, part.done) = (true, false, 0.0);
+                let is_first = !std::mem::replace(&mut run.is_going, true);
+                is_first.then_some(Event::NodeStarted { node, name })
+            }
+            Event::NodeProgress { node, name, fraction } => {
+                run.parts[place.part].done = fraction;
+                let fraction = run.fraction();
+                let is_more = fraction > run.told;
+                run.told = run.told.max(fraction);
+                is_more.then_some(Event::NodeProgress { node, name, fraction })
+            }
+            Event::NodeFinished { node, name, cells, time, bytes, origin } => {
+                run.finish(place.part, time, bytes, origin, (node, name, cells))
+            }
+            // a remark on the cells of a level is none on those that are asked for
+            warning @ Event::Warning { .. } => run.parts[place.part].is_asked.then_some(warning),
+            other => Some(other),
+        }
+    }
+}
+
+impl Run {
+    /// The finished part.
+    fn fraction(&self) -> f32 {
+        let counted = || self.parts.iter().filter(|part| part.counts);
+        let all: f64 = counted().map(|part| part.work).sum();
+        let done = counted().map(|part| part.work * f64::from(if part.is_over { 1.0 } else { part.done }));
+        (done.sum::<f64>() / all.max(f64::MIN_POSITIVE)) as f32
+    }
+
+    /// Ends one of its steps.
+    fn finish(
+        &mut self,
+        part: usize,
+        time: Duration,
+        bytes: usize,
+        origin: Origin,
+        (node, name, cells): (NodeIndex, Arc<str>, [u32; 2]),
+    ) -> Option<Event> {
+        let is_asked = self.parts[part].is_asked;
+        self.parts[part].is_over = true;
+        if is_asked || !self.parts.iter().any(|part| part.is_asked && part.counts) {
+            self.bytes = bytes;
+        }
+        if !self.is_going {
+            // found in the store; of levels only the asked one is told
+            return is_asked.then_some(Event::NodeFinished { node, name, cells, time, bytes, origin });
+        }
+        self.time += time;
+        if self.parts.iter().any(|part| part.counts && !part.is_over) {
+            return None;
+        }
+        (self.is_going, self.told) = (false, 0.0);
+        let (time, cells) = (std::mem::take(&mut self.time), self.asked.cells);
+        Some(Event::NodeFinished { node, name, cells, time, bytes: self.bytes, origin: Origin::Computed })
+    }
+}

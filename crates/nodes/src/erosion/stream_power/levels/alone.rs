@@ -1,0 +1,61 @@
+//! Other cells than those of a job: levels that the caller has not run, and results on fewer cells than the coarsest has.
+
+use orograph_graph::{Coarser, InputValue, LevelJob, State, Value, Wanted, Warnings, Window, World};
+
+use super::{resample, run};
+use crate::{
+    erosion::stream_power::{Params, inland::Inland},
+    prelude::*,
+};
+
+/// The state of the level on the cells of a world, of a job that came without: from resampled inputs.
+pub fn state(job: &Job<'_>, params: &Params, world: World) -> Result<State, NodeError> {
+    let below = on_cells(job, world, Wanted::NONE, true);
+    run(&below, params)?.take_state().ok_or_else(|| NodeError::failed("the level below gave no state"))
+}
+
+/// The outputs on fewer cells than those of a world: its means, and of rivers the largest in each cell.
+pub fn means(job: &Job<'_>, params: &Params, world: World) -> Result<Outputs, NodeError> {
+    let outputs = match &job.level.below {
+        Coarser::Results(outputs) => outputs.clone(),
+        Coarser::Nothing | Coarser::State(_) => {
+            let finer = on_cells(job, world, job.wanted, false);
+            let outputs = run(&finer, params)?;
+            Inland::tell(&finer, job);
+            outputs
+        }
+    };
+    let asked = job.window();
+    Ok(outputs.into_iter_named().fold(Outputs::default(), |given, (name, value)| match value {
+        Value::Field(field) if matches!(name, "area" | "sediment_flux") => {
+            given.with(name, resample::largest(&field, asked))
+        }
+        Value::Field(field) => given.with(name, resample::resampled(&field, asked, false)),
+        other => given.with(name, other),
+    }))
+}
+
+/// The same job on other cells, with resampled inputs. Its progress is not told.
+fn on_cells<'a>(job: &'a Job<'_>, world: World, wanted: Wanted, gives_state: bool) -> Job<'a> {
+    let window = Window::whole(world);
+    let inputs = job.node.inputs.iter().zip(&job.inputs).map(|(input, value)| match value {
+        InputValue::Value(Value::Field(field)) => {
+            let field = resample::resampled(field, window, input.name == "height");
+            InputValue::Value(Value::Field(field))
+        }
+        other => other.clone(),
+    });
+    Job {
+        node: job.node,
+        params: job.params,
+        inputs: inputs.collect(),
+        level: LevelJob { below: Coarser::Nothing, gives_state },
+        window,
+        wanted,
+        folder: job.folder.clone(),
+        cancel: job.cancel.clone(),
+        progress: &|_| {},
+        warnings: Warnings::default(),
+        glimpses: None,
+    }
+}
