@@ -1,5 +1,5 @@
 //! Events of nodes that run on several [levels](crate::Levels): the steps of a node, and those of what it reads, on the
-//! levels below a requested world are told as one run of each node on that world.
+//! levels below a requested world are reported as one run of each node on that world.
 
 use std::{
     collections::{BTreeMap, HashMap},
@@ -39,7 +39,7 @@ struct Run {
     parts: Vec<Part>,
     /// True from its first kernel to its last.
     is_going: bool,
-    told: f32,
+    reported: f32,
     time: Duration,
     bytes: usize,
 }
@@ -63,7 +63,7 @@ impl<'a> LevelEvents<'a> {
             let known = places.iter().map(|place| place.run).find(|run| runs[*run].asked == step.asked);
             let run = known.unwrap_or_else(|| {
                 let (asked, parts, is_going) = (step.asked, Vec::new(), false);
-                runs.push(Run { asked, parts, is_going, told: 0.0, time: Duration::ZERO, bytes: 0 });
+                runs.push(Run { asked, parts, is_going, reported: 0.0, time: Duration::ZERO, bytes: 0 });
                 runs.len() - 1
             });
             let world = step.wanted.world;
@@ -125,8 +125,8 @@ impl<'a> LevelEvents<'a> {
             Event::NodeProgress { node, name, fraction } => {
                 run.parts[place.part].done = fraction;
                 let fraction = run.fraction();
-                let is_more = fraction > run.told;
-                run.told = run.told.max(fraction);
+                let is_more = fraction > run.reported;
+                run.reported = run.reported.max(fraction);
                 is_more.then_some(Event::NodeProgress { node, name, fraction })
             }
             Event::NodeFinished { node, name, cells, time, bytes, origin } => {
@@ -163,14 +163,14 @@ impl Run {
             self.bytes = bytes;
         }
         if !self.is_going {
-            // found in the store; of levels only the asked one is told
+            // found in the store; of levels only the requested one is reported
             return is_asked.then_some(Event::NodeFinished { node, name, cells, time, bytes, origin });
         }
         self.time += time;
         if self.parts.iter().any(|part| part.counts && !part.is_over) {
             return None;
         }
-        (self.is_going, self.told) = (false, 0.0);
+        (self.is_going, self.reported) = (false, 0.0);
         let (time, cells) = (std::mem::take(&mut self.time), self.asked.cells);
         Some(Event::NodeFinished { node, name, cells, time, bytes: self.bytes, origin: Origin::Computed })
     }

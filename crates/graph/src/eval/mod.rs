@@ -4,7 +4,7 @@
 //! reaches; [`key`] names each result by a hash of everything that can change it; [`needs`] looks these names up in the
 //! [`store`], in memory or on disk; [`memory`] checks whether there is room for the rest; [`run`] computes it,
 //! independent nodes in parallel, and delivers each requested value as soon as it is available; [`check`] verifies each
-//! result against its declaration; [`levels`] tells the runs of a node on several levels as one. [`live`] runs one node
+//! result against its declaration; [`levels`] reports the runs of a node on several levels as one. [`live`] runs one node
 //! step by step.
 
 mod check;

@@ -230,7 +230,7 @@ impl<'r> Run<'r> {
                 let (node, name, bytes) = (step.index, step.name.clone(), value.bytes());
                 if lock(&self.state).hold(at, output, &value) {
                     let (time, origin, cells) = (start.elapsed(), Origin::Disk, step.wanted.world.cells);
-                    self.tell(step, Event::NodeFinished { node, name, cells, time, bytes, origin });
+                    self.report(step, Event::NodeFinished { node, name, cells, time, bytes, origin });
                 }
                 Some(value)
             }
@@ -285,8 +285,8 @@ impl<'r> Run<'r> {
         }
     }
 
-    /// Tells an event of a step.
-    fn tell(&self, step: &Step<'_>, event: Event) {
+    /// Reports an event of a step.
+    fn report(&self, step: &Step<'_>, event: Event) {
         (self.events)(Some(&step.wanted.world), event);
     }
 }

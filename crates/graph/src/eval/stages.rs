@@ -84,11 +84,11 @@ impl Evaluator {
             return;
         }
         events(LevelEvents::planned(&plan, &needs));
-        let told = LevelEvents::new(&plan, &needs, events);
+        let merged = LevelEvents::new(&plan, &needs, events);
         let events = |world: Option<&World>, event: Event| {
             // each stage plans a part of what has been announced
             if !matches!(event, Event::Planned { .. }) {
-                told.hear(world, event);
+                merged.hear(world, event);
             }
         };
         drop(needs);

@@ -24,7 +24,7 @@ pub(super) type Pinned = HashMap<store::Slot, Value>;
 /// The receiver of events.
 #[derive(Clone, Copy)]
 pub(super) enum Listener<'a> {
-    /// Of the events of the whole evaluation, in which the levels of a node are told as one run.
+    /// Of the events of the whole evaluation, in which the levels of a node are reported as one run.
     Whole(&'a (dyn Fn(Event) + Sync)),
     /// Of those of a part of one, with the world of the step if they are about one.
     Part(&'a (dyn Fn(Option<&World>, Event) + Sync)),
@@ -81,13 +81,13 @@ impl Work<'_> {
         if self.cancel.is_cancelled() {
             return Left { requests: (0..numbers.len()).collect(), elsewhere: None };
         }
-        let told = match self.listener {
+        let merged = match self.listener {
             Listener::Whole(events) => Some(LevelEvents::new(&plan, &needs, events)),
             Listener::Part(_) => None,
         };
-        let events = |world: Option<&World>, event: Event| match (self.listener, &told) {
+        let events = |world: Option<&World>, event: Event| match (self.listener, &merged) {
             (Listener::Part(events), _) => events(world, event),
-            (Listener::Whole(_), Some(told)) => told.hear(world, event),
+            (Listener::Whole(_), Some(merged)) => merged.hear(world, event),
             (Listener::Whole(events), None) => events(event),
         };
         self.report(evaluator, &plan, &origins, &needs, &events);

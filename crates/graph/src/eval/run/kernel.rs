@@ -29,11 +29,11 @@ impl Run<'_> {
         let inputs = self.inputs(at)?;
         let level = self.level(at, wanted).ok_or(None)?;
         let start = now();
-        self.tell(step, Event::NodeStarted { node: step.index, name: step.name.clone() });
+        self.report(step, Event::NodeStarted { node: step.index, name: step.name.clone() });
         let throttle = Throttle::new();
         let progress = |fraction: f32| {
             if throttle.admits(fraction) {
-                self.tell(step, Event::NodeProgress { node: step.index, name: step.name.clone(), fraction });
+                self.report(step, Event::NodeProgress { node: step.index, name: step.name.clone(), fraction });
             }
         };
         let ticker = self.evaluator.glimpses.map(Ticker::new);
@@ -41,7 +41,7 @@ impl Run<'_> {
         let take = |outputs: Outputs| {
             let named = outputs.into_iter_named();
             let values = named.filter_map(|(output, value)| Some((node.output_index(output)?, value))).collect();
-            self.tell(step, Event::NodeGlimpse { node: step.index, name: step.name.clone(), values });
+            self.report(step, Event::NodeGlimpse { node: step.index, name: step.name.clone(), values });
         };
         let job = Job {
             node,
@@ -79,9 +79,9 @@ impl Run<'_> {
             }
         }
         for message in warnings {
-            self.tell(step, Event::Warning { node: step.index, name: step.name.clone(), message });
+            self.report(step, Event::Warning { node: step.index, name: step.name.clone(), message });
         }
-        self.tell(
+        self.report(
             step,
             Event::NodeFinished {
                 node: step.index,

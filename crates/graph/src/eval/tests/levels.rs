@@ -1,4 +1,4 @@
-//! Nodes that run on levels: each level is planned, stored and reused by itself, and told as a part of one run.
+//! Nodes that run on levels: each level is planned, stored and reused by itself, and reported as a part of one run.
 
 use std::{collections::BTreeSet, fs, path::PathBuf, time::Duration};
 
@@ -8,7 +8,7 @@ use crate::{Below, Coarser, Levels, State};
 /// Cells a side of the coarsest level.
 const COARSEST: u32 = 8;
 
-/// What a kernel was asked for: its seed, which tells the tests apart, its cells and whether it gave outputs and a state.
+/// What a kernel was asked for: its seed, which differs between the tests, its cells and whether it gave outputs and a state.
 type Call = (u32, u32, bool, bool);
 
 static CALLS: Mutex<Vec<Call>> = Mutex::new(Vec::new());
@@ -136,6 +136,25 @@ fn a_preview_is_a_level_of_the_same_run() {
 }
 
 #[test]
+fn a_chain_shares_the_levels_of_what_it_reads() {
+    let chain =
+        Build(graph(7)).node("second", &LEVELLED, &[("height", "levels")]).set("second", "seed", ParamValue::Seed(7));
+    let evaluator = evaluator(2);
+    run(&evaluator, &chain.0, &["second"], on(32)).expect("runs");
+    // the first node gives its outputs on each level, the second only on the last
+    let first = [8, 16, 32].map(|cells| (cells, true, true));
+    let second = [(8, false, true), (16, false, true), (32, true, true)];
+    let sorted = |mut calls: Vec<(u32, bool, bool)>| {
+        calls.sort_unstable();
+        calls
+    };
+    assert_eq!(sorted(calls(7)), sorted([first, second].concat()));
+    let got = run(&evaluator, &chain.0, &["second"], on(64)).expect("runs");
+    assert_eq!(calls(7), [(64, true, true); 2]);
+    assert_eq!(got.values, run(&self::evaluator(1), &chain.0, &["second"], on(64)).expect("runs").values);
+}
+
+#[test]
 fn results_do_not_depend_on_what_is_stored() {
     let graph = graph(3);
     let ends = ["levels", "levels.double"];
@@ -206,26 +225,26 @@ fn states_are_read_from_disk_and_damaged_ones_are_made_again() {
 }
 
 #[test]
-fn levels_are_told_as_one_run() {
+fn levels_are_reported_as_one_run() {
     let graph = graph(5);
-    let told = Mutex::new(Vec::new());
+    let events = Mutex::new(Vec::new());
     let evaluation = [(graph.port("levels").expect("exists"), on(64))];
     evaluate(&evaluator(2), &graph, &evaluation, &Cancel::default(), &|event| {
-        told.lock().expect("no panic").push(event)
+        events.lock().expect("no panic").push(event)
     })
     .expect("runs");
-    let told = told.into_inner().expect("no panic");
-    let of = |which: &dyn Fn(&Event) -> bool| told.iter().filter(|event| which(event)).count();
-    assert!(told.contains(&Event::Planned { compute: 2, cached: 0 }), "{told:?}");
+    let events = events.into_inner().expect("no panic");
+    let of = |which: &dyn Fn(&Event) -> bool| events.iter().filter(|event| which(event)).count();
+    assert!(events.contains(&Event::Planned { compute: 2, cached: 0 }), "{events:?}");
     assert_eq!(of(&|event| matches!(event, Event::NodeStarted { .. })), 2);
     assert_eq!(of(&|event| matches!(event, Event::NodeFinished { cells: [64, 64], .. })), 2);
     assert_eq!(of(&|event| matches!(event, Event::NodeFinished { .. })), 2);
-    let fractions: Vec<f32> = told
+    let fractions: Vec<f32> = events
         .iter()
         .filter_map(|event| if let Event::NodeProgress { fraction, .. } = event { Some(*fraction) } else { None })
         .collect();
     assert!(fractions.is_sorted() && fractions.len() == 4 && fractions[0] < 0.1, "{fractions:?}");
-    let warned: Vec<&String> = told
+    let warned: Vec<&String> = events
         .iter()
         .filter_map(|event| if let Event::Warning { message, .. } = event { Some(message) } else { None })
         .collect();
@@ -248,21 +267,21 @@ fn a_build_in_stages_passes_the_levels_too() {
     let evaluation = Evaluation { graph: &graph, folder: Path::new(""), requests: &requests, byproducts: &[] };
     for budget in [0, 1 << 20] {
         let evaluator = with(keeping(budget, None));
-        let (rows, told) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
+        let (rows, all) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
         let deliver = |_, delivery: Delivery| rows.lock().expect("no panic").push(delivery.expect("a value").value);
-        let events = |event: Event| told.lock().expect("no panic").push(event);
+        let events = |event: Event| all.lock().expect("no panic").push(event);
         evaluator.build_in_stages(&evaluation, &window, &[true], 640, &Cancel::default(), &events, &deliver);
         let rows = rows.into_inner().expect("no panic");
         let samples = rows.iter().flat_map(|rows| rows.as_field().expect("rows").samples()).copied().collect();
         assert_eq!(Value::Field(Field::new(window, samples)), expected[0]);
         assert_eq!(calls(6).len(), 4);
-        let told = told.into_inner().expect("no panic");
+        let events = all.into_inner().expect("no panic");
         let levels =
-            told.iter().filter(|event| matches!(event, Event::NodeStarted { name, .. } if &**name == "levels"));
+            events.iter().filter(|event| matches!(event, Event::NodeStarted { name, .. } if &**name == "levels"));
         assert_eq!(levels.count(), 1);
-        assert!(told.contains(&Event::Planned { compute: 3, cached: 0 }));
+        assert!(events.contains(&Event::Planned { compute: 3, cached: 0 }));
         let finished =
-            told.iter().filter(|event| matches!(event, Event::NodeFinished { name, .. } if &**name == "levels"));
+            events.iter().filter(|event| matches!(event, Event::NodeFinished { name, .. } if &**name == "levels"));
         assert_eq!(finished.count(), 1);
     }
 }

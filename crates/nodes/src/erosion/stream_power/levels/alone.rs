@@ -35,7 +35,7 @@ pub fn means(job: &Job<'_>, params: &Params, world: World) -> Result<Outputs, No
     }))
 }
 
-/// The same job on other cells, with resampled inputs. Its progress is not told.
+/// The same job on other cells, with resampled inputs. Its progress is not reported.
 fn on_cells<'a>(job: &'a Job<'_>, world: World, wanted: Wanted, gives_state: bool) -> Job<'a> {
     let window = Window::whole(world);
     let inputs = job.node.inputs.iter().zip(&job.inputs).map(|(input, value)| match value {

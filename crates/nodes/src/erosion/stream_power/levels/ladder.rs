@@ -180,6 +180,19 @@ mod tests {
     }
 
     #[test]
+    fn single_grids_and_solutions_at_once_have_no_levels() {
+        let world = testing::world(512, 512, 50.0);
+        let wired = vec![false; NODE.inputs.len()];
+        for (changes, has_levels) in [("", true), ("schedule=full", false), ("method=analytical", false)] {
+            let params = testing::with_params(&NODE, changes);
+            let levels = NODE.levels.expect("levels");
+            let (window, wanted) = (Window::whole(world), orograph_graph::Wanted::ALL);
+            let state = (levels.state)(&orograph_graph::Sizing { params: &params, window, wired: &wired, wanted });
+            assert_eq!(((levels.below)(&params, &world).is_some(), state > 0), (has_levels, has_levels), "{changes}");
+        }
+    }
+
+    #[test]
     fn small_and_long_worlds_have_a_level() {
         assert_eq!(
             (ladder([100.0; 2], [10; 2]).finest(), ladder([100.0; 2], [10; 2]).rung(0).inner.cells),
