@@ -3,6 +3,7 @@
 use egui::{Event, pos2};
 use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
+use orograph_graph::Edit;
 
 use crate::{
     graph,
@@ -97,11 +98,14 @@ fn a_line_is_measured() {
 #[test]
 fn land_is_seen_while_it_grows() {
     let mut window = window(Some(graph("hello.ron")));
+    // short steps, so that the coarsest level takes several times the interval of intermediate results
+    let edit = Edit::SetText { node: "rivers".into(), name: "time_step".into(), text: "2 kyr".into() };
+    window.state_mut().session_mut().apply(&edit);
     window.state_mut().session_mut().set_cells(384);
-    let mut steps = std::collections::BTreeSet::new();
+    let mut seen = std::collections::BTreeSet::new();
     let mut look = |window: &Harness<'_, App>| {
         let built = window.state().session().built("rivers.height");
-        steps.extend(built.filter(|built| built.cells == 384).map(|built| built.step));
+        seen.extend(built.map(|built| (built.cells, built.step)));
     };
     while window.state().session().is_busy() {
         window.step();
@@ -110,8 +114,8 @@ fn land_is_seen_while_it_grows() {
     }
     window.step();
     look(&window);
-    // at least one intermediate result, even on a busy machine, and the final one
-    assert!(steps.len() > 1 && steps.contains(&0), "{steps:?}");
+    // at least one intermediate result of some level, even on a busy machine, and the final one
+    assert!(seen.iter().any(|(_, step)| *step > 0) && seen.contains(&(384, 0)), "{seen:?}");
 }
 
 #[test]

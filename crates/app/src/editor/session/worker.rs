@@ -368,7 +368,7 @@ impl WorkerThread {
                 let watched = |output: usize| order.shown.iter().find(|shown| shown.port == Port { node, output });
                 for (output, value) in values {
                     let cells = value.as_field().map_or(0, |field| longer(field.window().world.cells));
-                    if let Some(Wanted { name, .. }) = watched(output).filter(|_| cells > QUICK_CELLS) {
+                    if let Some(Wanted { name, .. }) = watched(output).filter(|_| cells >= QUICK_CELLS) {
                         self.tell(News::Glimpsed { revision, name: name.clone(), cells, value });
                     }
                 }
