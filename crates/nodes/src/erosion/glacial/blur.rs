@@ -24,30 +24,32 @@ pub(super) fn blurred(
     let mut out = copied(raster)?;
     let mut before = copied(raster)?;
     let mut level: Vec<f32> = zeroed(raster.len())?;
-    let mut variance = 0.0;
+    let mut wanted: Vec<f32> = zeroed(raster.len())?;
+    par::all(wanted.chunks_mut(1 << 13), |part, wanted| {
+        for (k, wanted) in wanted.iter_mut().enumerate() {
+            let sigma = sigma_m((part << 13) + k) / cell_m;
+            *wanted = (sigma * sigma) as f32;
+        }
+    });
+    let mut variance = 0.0_f32;
     for k in 0..LEVELS {
-        if variance * cell_m * cell_m >= most_m * most_m {
+        if f64::from(variance) * cell_m * cell_m >= most_m * most_m {
             break;
         }
         let from = variance;
-        variance += 0.5 * f64::from(1_u32 << (2 * k));
-        // along columns into `level`, then along rows back
+        variance += 0.5 * (1_u32 << (2 * k)) as f32;
         smooth(grid, &before, &mut level, 1 << k);
-        let last = k + 1 == LEVELS;
-        par::all(
-            out.chunks_mut(grid.nx).zip(level.chunks(grid.nx)).zip(before.chunks(grid.nx)),
-            |j, ((out, level), before)| {
-                for (i, out) in out.iter_mut().enumerate() {
-                    let sigma = sigma_m(j * grid.nx + i) / cell_m;
-                    let t = (sigma * sigma - from) / (variance - from);
-                    if t > 0.0 && (t <= 1.0 || last) {
-                        *out = before[i] + t.min(1.0) as f32 * (level[i] - before[i]);
-                    } else if t > 1.0 {
-                        *out = level[i];
-                    }
-                }
-            },
-        );
+        let (least, last) = (1.0 / (variance - from), k + 1 == LEVELS);
+        let size = grid.nx * 8;
+        let parts = out.chunks_mut(size).zip(level.chunks(size)).zip(before.chunks(size)).zip(wanted.chunks(size));
+        par::all(parts, |_, (((out, level), before), wanted)| {
+            for (((out, level), before), wanted) in out.iter_mut().zip(level).zip(before).zip(wanted) {
+                let t = (wanted - from) * least;
+                let between = before + if t < 1.0 { t } else { 1.0 } * (level - before);
+                *out = if t > 0.0 && (t < 1.0 || last) { between } else { *out };
+                *out = if t >= 1.0 { *level } else { *out };
+            }
+        });
         std::mem::swap(&mut before, &mut level);
     }
     Ok(out)
@@ -57,20 +59,27 @@ pub(super) fn blurred(
 fn smooth(grid: &Grid, from: &[f32], to: &mut [f32], spacing: usize) {
     let (nx, ny) = (grid.nx, grid.ny);
     let (column, row) = (beyond(nx, grid.wraps(0)), beyond(ny, grid.wraps(1)));
-    par::all(to.chunks_mut(nx), |j, to| {
-        let line = |j: isize| &from[row(j) * nx..][..nx];
-        let (at, spacing) = (j as isize, spacing as isize);
-        let (north, here, south) = (line(at - spacing), line(at), line(at + spacing));
-        let sums: Vec<f32> = (0..nx).map(|i| 0.5 * here[i] + 0.25 * (north[i] + south[i])).collect();
-        let spaced = spacing as usize;
-        for (i, to) in to.iter_mut().enumerate() {
-            let (west, east) = if i >= spaced && i + spaced < nx {
-                (i - spaced, i + spaced)
-            } else {
-                (column(i as isize - spacing), column(i as isize + spacing))
-            };
-            *to = 0.5 * sums[i] + 0.25 * (sums[west] + sums[east]);
-        }
+    par::all(to.chunks_mut(nx * 8), |part, rows| {
+        rows.chunks_mut(nx).enumerate().for_each(|(k, to)| {
+            let j = part * 8 + k;
+            let line = |j: isize| &from[row(j) * nx..][..nx];
+            let (at, spacing) = (j as isize, spacing as isize);
+            let (north, here, south) = (line(at - spacing), line(at), line(at + spacing));
+            let sums: Vec<f32> = (0..nx).map(|i| 0.5 * here[i] + 0.25 * (north[i] + south[i])).collect();
+            let spaced = (spacing as usize).min(nx);
+            let end = nx.saturating_sub(spaced).max(spaced);
+            for i in (0..spaced).chain(end..nx) {
+                let (west, east) = (column(i as isize - spacing), column(i as isize + spacing));
+                to[i] = 0.5 * sums[i] + 0.25 * (sums[west] + sums[east]);
+            }
+            if end > spaced {
+                let count = end - spaced;
+                let (west, here, east) = (&sums[..count], &sums[spaced..][..count], &sums[2 * spaced..][..count]);
+                for (((to, west), here), east) in to[spaced..end].iter_mut().zip(west).zip(here).zip(east) {
+                    *to = 0.5 * here + 0.25 * (west + east);
+                }
+            }
+        })
     });
 }
 

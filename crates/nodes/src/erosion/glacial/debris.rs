@@ -133,6 +133,9 @@ fn falling(level: f64) -> u64 {
     if bits >> 63 == 1 { bits } else { !(bits | 1 << 63) }
 }
 
+/// Till thinner than this does not slide.
+const STICKS_M: f64 = 0.1;
+
 /// Lets till that is steeper than `tangent` slide to lower neighbours, `sweeps` times. Nothing is lost.
 ///
 /// # Errors
@@ -158,7 +161,7 @@ pub(super) fn slump(
             for (i, share) in share.iter_mut().enumerate() {
                 let cell = j * nx + i;
                 *share = 0.0;
-                if before[cell] > 0.0 {
+                if before[cell] > STICKS_M {
                     let beside = grid.beside(i, j).into_iter().enumerate();
                     let sum: f64 = beside.filter_map(|(way, to)| Some(excess(before, cell, to?, way))).sum();
                     *share = if sum > 0.0 { (before[cell] / sum).min(0.2) } else { 0.0 };
@@ -166,7 +169,17 @@ pub(super) fn slump(
             }
         });
         let share: &[f64] = &share;
+        if !par::any(share, |share| *share > 0.0) {
+            break;
+        }
+        // rows whose till moves
+        let moves = par::map(grid.ny, |j| share[j * nx..][..nx].iter().any(|share| *share > 0.0));
         par::all(next.chunks_mut(nx), |j, next| {
+            let beside = [(j + grid.ny - 1) % grid.ny, j, (j + 1) % grid.ny];
+            if !beside.into_iter().any(|j| moves[j]) {
+                next.copy_from_slice(&before[j * nx..][..nx]);
+                return;
+            }
             for (i, next) in next.iter_mut().enumerate() {
                 let cell = j * nx + i;
                 let mut gains = 0.0;

@@ -29,12 +29,14 @@ const SOFT: f64 = 5.0;
 const MARGIN_M: f64 = 25.0;
 /// Standard deviation over which a margin that comes and goes spreads its debris.
 const SMEAR_M: f64 = 90.0;
+/// The thinnest fall of a wall that counts.
+const LEAST_FALL_M: f32 = 0.02;
 /// Sweeps in which till slides, per step.
 const SLIDES: usize = 6;
 /// Steps of the fast mode per step of the full one.
-const FAST: f64 = 0.3;
+const FAST: f64 = 0.2;
 /// Aim, shortest and longest step of the ice.
-const PACE: [f64; 3] = [25.0, 0.05, 5.0];
+const PACE: [f64; 3] = [40.0, 0.05, 5.0];
 const SECONDS_PER_YEAR: f64 = 365.25 * 86_400.0;
 
 /// Volumes in m³ since the start.
@@ -212,13 +214,17 @@ impl Glacier {
         }
         let bed: Vec<f64> = self.rock.iter().zip(&self.till).map(|(rock, till)| rock + till).collect();
         let tangent = math::tan(params.walls.to_radians());
-        for (cell, to, fallen) in law::failures(&grid, tangent, &bed, &self.active) {
-            let (cell, fallen) = (cell as usize, f64::from(fallen));
+        for (cell, fallen) in law::failures(&grid, tangent, &bed, &self.active)?.into_iter().enumerate() {
+            // the blur's tails are no failures
+            if fallen < LEAST_FALL_M {
+                continue;
+            }
+            let fallen = f64::from(fallen);
             let loose = self.till[cell].min(fallen);
             self.till[cell] -= loose;
             self.rock[cell] -= fallen - loose;
             self.volumes.eroded += area_m2 * (fallen - loose);
-            debris[to as usize] += area_m2 * fallen;
+            debris[law::below(&grid, &bed, cell)] += area_m2 * fallen;
             self.active[cell] = true;
         }
         Ok(debris)

@@ -10,12 +10,12 @@ use super::{
 };
 use crate::numerics::{math, par};
 
-/// Exponent of the share of the glacier's thickness.
-const THICKNESS_EXPONENT: f64 = 0.4;
 /// The largest factor of the cross-section law.
 const MOST: f64 = 2.0;
 /// The smallest.
 const LEAST: f64 = 0.05;
+/// Standard deviation over which a failing wall fails.
+const RIB_M: f64 = 90.0;
 /// Area to which the second law refers, in m².
 const REFERENCE_AREA_M2: f64 = 1e6;
 /// Longest standard deviation of means over the glacier's width.
@@ -57,6 +57,8 @@ pub(super) fn rates(
     });
     let near = |cell: usize| (0.5 * f64::from(whole[cell]).max(THINNEST_M)).min(0.5 * WIDEST_M);
     let around = blurred(grid, &level, &near, 0.5 * WIDEST_M)?;
+    // a groove with more ice than its sides does not deepen for that alone
+    let thickness = blurred(grid, &ice.depth, &near, 0.5 * WIDEST_M)?;
     // ice bridges shorter steps: the fall of the bed that it feels is that over its thickness
     let broad = blurred(grid, &level, &wide, WIDEST_M)?;
 
@@ -68,13 +70,13 @@ pub(super) fn rates(
                 *rate = 0.0;
                 continue;
             }
-            let depth = f64::from(ice.depth[cell]);
+            let depth = f64::from(thickness[cell]);
             let thickest = f64::from(whole[cell]).max(depth);
             let sliding = f64::from(speed[cell]);
             let section = (1.0
                 - params.cross_section * (f64::from(around[cell]) - bed(cell)) / thickest.max(THINNEST_M))
             .clamp(LEAST, MOST);
-            let thin = math::pow(depth / thickest, THICKNESS_EXPONENT) * (depth / FULL_M).min(1.0);
+            let thin = (depth / thickest).sqrt() * (depth / FULL_M).min(1.0);
             // how the bed falls along the flow: positive downwards
             let flow = [f64::from(ice.velocity[0][cell]), f64::from(ice.velocity[1][cell])];
             let fast = math::hypot(flow[0], flow[1]);
@@ -90,7 +92,7 @@ pub(super) fn rates(
                 (Law::Area, Some(area)) => math::pow(area[cell].max(1.0) / REFERENCE_AREA_M2, params.area_exponent),
                 _ => 1.0,
             };
-            let abrasion = params.abrasion * math::pow(sliding, params.exponent) * area;
+            let abrasion = params.abrasion * power(sliding, params.exponent) * area;
             let plucking = params.plucking * sliding * fall.clamp(0.0, 1.0);
             *rate = ((abrasion + plucking) * thin * section * adverse) as f32;
         }
@@ -98,27 +100,47 @@ pub(super) fn rates(
     Ok(rates)
 }
 
-/// How far walls above the ice fail in a step: a third of what is steeper than `tangent`, above neighbours for which
-/// `active` is true. Each entry is a cell, the neighbour that it falls to, and the thickness.
-pub(super) fn failures(grid: &Grid, tangent: f64, bed: &[f64], active: &[bool]) -> Vec<(u32, u32, f32)> {
+/// x^l, without a logarithm for the usual exponents.
+#[inline]
+fn power(x: f64, l: f64) -> f64 {
+    if l == 1.0 {
+        x
+    } else if l == 2.0 {
+        x * x
+    } else {
+        math::pow(x, l)
+    }
+}
+
+/// How far each cell fails in a step: a third of what is steeper than `tangent` above a neighbour for which `active` is
+/// true, spread along the wall, because a wall does not fail in ribs as wide as a cell.
+pub(super) fn failures(grid: &Grid, tangent: f64, bed: &[f64], active: &[bool]) -> Result<Vec<f32>, OutOfMemory> {
     let (nx, most) = (grid.nx, grid.cell_m.map(|cell_m| tangent * cell_m));
-    let rows = par::collect_all(0..grid.ny, |_, j| {
-        let mut found = Vec::new();
-        for i in 0..nx {
-            let cell = j * nx + i;
-            let mut worst = (0.0, cell);
-            for (way, other) in grid.beside(i, j).into_iter().enumerate() {
-                let Some(other) = other else { continue };
-                let excess = bed[cell] - bed[other] - most[way / 2];
-                if excess > worst.0 && active[other] {
-                    worst = (excess, other);
-                }
-            }
-            if worst.0 > 0.0 {
-                found.push((cell as u32, worst.1 as u32, (worst.0 / 3.0) as f32));
-            }
+    let mut fallen: Vec<f32> = zeroed(grid.len())?;
+    par::all(fallen.chunks_mut(nx), |j, fallen| {
+        // rows without ice around them
+        let rows = [(j + grid.ny - 1) % grid.ny, j, (j + 1) % grid.ny];
+        if !rows.into_iter().any(|j| active[j * nx..][..nx].contains(&true)) {
+            return;
         }
-        found
+        for (i, fallen) in fallen.iter_mut().enumerate() {
+            let mut worst = 0.0;
+            for (way, other) in grid.beside(i, j).into_iter().enumerate() {
+                let Some(other) = other.filter(|&other| active[other]) else { continue };
+                let excess = bed[j * nx + i] - bed[other] - most[way / 2];
+                worst = if excess > worst { excess } else { worst };
+            }
+            *fallen = (worst / 3.0) as f32;
+        }
     });
-    rows.into_iter().flatten().collect()
+    if !par::any(&fallen, |fallen| *fallen > 0.0) {
+        return Ok(fallen);
+    }
+    blurred(grid, &fallen, &|_| RIB_M, RIB_M)
+}
+
+/// The lowest neighbour of a cell; the cell if there is none that is lower.
+pub(super) fn below(grid: &Grid, bed: &[f64], cell: usize) -> usize {
+    let beside = grid.beside(cell % grid.nx, cell / grid.nx).into_iter().flatten();
+    beside.fold(cell, |lowest, other| if bed[other] < bed[lowest] { other } else { lowest })
 }

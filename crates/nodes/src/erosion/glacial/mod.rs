@@ -69,9 +69,9 @@ params! {
     /// Number of stands in which ice retreats, each with its moraines.
     stages: i64 = 4, Count, 1..=50, soft 1..=10;
     /// Number of times that the bed changes.
-    steps: i64 = 100, Count, 1..=1000, soft 20..=400;
+    steps: i64 = 60, Count, 1..=1000, soft 20..=400;
     /// Time for which ice flows between two changes of the bed.
-    relaxation: f64 = 25.0, Years, 1.0..=500.0, soft 10..=100, when method = "full";
+    relaxation: f64 = 20.0, Years, 1.0..=500.0, soft 10..=100, when method = "full";
     /// What the mass balance follows from.
     climate: Climate = Climate::Ela, One, ..;
     /// Gradient of the mass balance above the equilibrium line.
@@ -198,9 +198,12 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     } else {
         60.0
     };
-    let finer = if transfer.is_same { 4.0 } else { 12.0 };
+    let finer = if transfer.is_same { 4.0 } else { 8.5 };
+    let wants = Wants::among(sizing.wanted);
+    let given = 4.0 * (wants.count() + usize::from(wants.velocity) - usize::from(wants.report)) as f64;
     let on_ice = |bytes: f64| (bytes * (nx * ny) as f64) as u64;
-    on_ice(held + step).max(on_ice(held) + sizing.cells(finer))
+    // outputs are made after the last step
+    on_ice(held + step).saturating_sub(sizing.cells(given)).max(on_ice(held) + sizing.cells(finer))
 }
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {

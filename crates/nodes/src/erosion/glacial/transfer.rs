@@ -7,8 +7,8 @@ use crate::numerics::{
     par,
 };
 
-/// Times that means are put right.
-const ROUNDS: usize = 4;
+/// Times that means are put right. More would make waves of two ice cells.
+const ROUNDS: usize = 1;
 
 /// The ice grid over a world.
 #[derive(Clone, Copy, Debug)]
@@ -25,8 +25,8 @@ impl Transfer {
         Self { coarse, is_same: coarse.cells() == [window.nx(), window.ny()] }
     }
 
-    /// Values of the world's cells between those of ice cells, whose means over ice cells are those values but for what
-    /// [`ROUNDS`] corrections leave. `progress` is that of the job.
+    /// Values of the world's cells from those of ice cells, with the same sum and nearly the same means over ice cells.
+    /// `progress` is that of the job.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
@@ -41,11 +41,18 @@ impl Transfer {
             let more = self.between(job, progress, &missing)?;
             par::change_with(&mut out, &more, |out, more| *out += more);
         }
+        let [across, down] = self.coarse.steps();
+        let missing = (across * down * sum(values) - sum(&out)) / out.len() as f64;
+        // where nothing changes, nothing is added
+        let changed = par::count(&out, |value| *value != 0.0);
+        if changed > 0 {
+            let each = (missing * out.len() as f64 / changed as f64) as f32;
+            par::change(&mut out, |out| *out += if *out == 0.0 { 0.0 } else { each });
+        }
         Ok(out)
     }
 
-    /// The same for values that are nowhere negative, and stay so: corrections are factors, the last of which is one for
-    /// the whole world, so that the sum is that of the ice cells to rounding.
+    /// The same for values that are nowhere negative, and stay so: corrections are factors.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
@@ -54,13 +61,13 @@ impl Transfer {
             return Ok(copied(values)?);
         }
         let mut out = self.between(job, progress, values)?;
+        par::change(&mut out, |out| *out = out.max(0.0));
         for _ in 0..ROUNDS {
             let mut factors = self.coarse.means(job, &out)?;
             par::change_with(&mut factors, values, |mean, value| *mean = if *mean > 0.0 { value / *mean } else { 1.0 });
-            let factors = self.between(job, progress, &factors)?;
+            let factors = self.coarse.spread(job, [progress; 2], &factors, Between::Linear)?;
             par::change_with(&mut out, &factors, |out, factor| *out *= factor);
         }
-        let sum = |values: &[f32]| values.iter().map(|&value| f64::from(value)).sum::<f64>();
         let [across, down] = self.coarse.steps();
         let found = sum(&out);
         if found > 0.0 {
@@ -70,7 +77,13 @@ impl Transfer {
         Ok(out)
     }
 
+    /// By cubics, whose slopes have no breaks at the centres of ice cells.
     fn between(&self, job: &Job<'_>, progress: f32, values: &[f32]) -> Result<Vec<f32>, NodeError> {
-        self.coarse.spread(job, [progress; 2], values, Between::Linear)
+        self.coarse.spread(job, [progress; 2], values, Between::Cubic)
     }
+}
+
+/// Sum in the order of the cells.
+fn sum(values: &[f32]) -> f64 {
+    values.iter().map(|&value| f64::from(value)).sum()
 }
