@@ -1,6 +1,7 @@
 //! Erosion.
 
 pub mod creep;
+pub mod glacial;
 pub mod hydraulic_pipe;
 pub mod rills;
 pub mod stream_power;
@@ -10,5 +11,12 @@ pub mod weathering;
 use orograph_graph::Node;
 
 /// The nodes of this category, in palette order.
-pub static NODES: &[&Node] =
-    &[&stream_power::NODE, &hydraulic_pipe::NODE, &thermal::NODE, &weathering::NODE, &creep::NODE, &rills::NODE];
+pub static NODES: &[&Node] = &[
+    &stream_power::NODE,
+    &hydraulic_pipe::NODE,
+    &glacial::NODE,
+    &thermal::NODE,
+    &weathering::NODE,
+    &creep::NODE,
+    &rills::NODE,
+];

@@ -38,6 +38,8 @@ functions! {
     log10(x) = log10, log10f;
     /// x to the power of y.
     pow(x, y) = pow, powf;
+    /// Complementary error function.
+    erfc(x) = erfc, erfcf;
     /// Length of the vector (x, y).
     hypot(x, y) = hypot, hypotf;
 }

@@ -1,0 +1,201 @@
+//! Debris: carried with the ice, dropped where it melts, at rest at its angle of repose.
+
+use orograph_graph::{
+    Job, NodeError,
+    memory::{OutOfMemory, zeroed},
+};
+
+use super::{grid::Grid, sheet::Sheet};
+use crate::numerics::par;
+
+/// What debris has become, in m³ of each cell.
+pub(super) struct Settled {
+    /// Volume that came to rest.
+    pub volume: Vec<f64>,
+    /// Volume that left the world.
+    pub left_m3: f64,
+}
+
+/// Thickness of ice below which what melts out on it slides off.
+const THIN_M: f64 = 50.0;
+/// The part of what melts out that is lodged at the bed of thick ice; the rest is carried on the ice to its margin.
+const LODGED: f64 = 0.05;
+
+/// The part of the debris that a cell drops: ice that melts drops what is in it, ice that flows on takes it along. Thick
+/// ice drops little of it at its bed.
+#[inline]
+pub(super) fn dropped(melt: f64, flow: f64, depth_m: f64) -> f64 {
+    if flow <= 0.0 {
+        return 1.0;
+    }
+    melt / (melt + flow) * (1.0 - depth_m / THIN_M).max(LODGED)
+}
+
+/// Carries `volume` with the fluxes of a sheet down its surface. Of the debris that reaches a cell the part [`dropped`] comes
+/// to rest. `melt` is in m/yr.
+///
+/// # Errors
+/// [`NodeError::Cancelled`].
+pub(super) fn carry(
+    job: &Job<'_>,
+    sheet: &Sheet,
+    melt: impl Fn(usize) -> f64 + Sync,
+    mut volume: Vec<f64>,
+) -> Result<Settled, NodeError> {
+    let grid = sheet.grid;
+    let order = downward(sheet, |cell| volume[cell] > 0.0);
+    let mut settled = Settled { volume: zeroed(grid.len())?, left_m3: 0.0 };
+    for chunk in order.chunks(1 << 15) {
+        job.check()?;
+        for &(rank, cell) in chunk {
+            let cell = cell as usize;
+            let has = volume[cell];
+            if has <= 0.0 {
+                continue;
+            }
+            volume[cell] = 0.0;
+            let (goes, beside) = outflow(sheet, (rank, cell));
+            let flow: f64 = goes.iter().sum();
+            let stays = has * dropped(grid.area_m2() * melt(cell).max(0.0), flow, sheet.depth(cell));
+            settled.volume[cell] += stays;
+            let rest = has - stays;
+            for (way, goes) in goes.into_iter().enumerate() {
+                if goes > 0.0 {
+                    match beside[way] {
+                        Some(to) => volume[to] += rest * goes / flow,
+                        None => settled.left_m3 += rest * goes / flow,
+                    }
+                }
+            }
+        }
+    }
+    // what has reached cells without ice that are not in the order
+    for (settled, volume) in settled.volume.iter_mut().zip(&volume) {
+        *settled += volume;
+    }
+    Ok(settled)
+}
+
+/// Cells with ice, and others that count, from the highest surface down; equal ones by their number.
+fn downward(sheet: &Sheet, counts: impl Fn(usize) -> bool) -> Vec<(u64, u32)> {
+    let cells = (0..sheet.grid.len()).filter(|&cell| sheet.depth(cell) > 0.0 || counts(cell));
+    let mut order: Vec<(u64, u32)> = cells.map(|cell| (falling(sheet.level(cell)), cell as u32)).collect();
+    order.sort_unstable();
+    order
+}
+
+/// What flows from a cell to its four neighbours, in m³/yr, and which they are. Nothing goes back to cells that are earlier
+/// in the order.
+fn outflow(sheet: &Sheet, (rank, cell): (u64, usize)) -> ([f64; 4], [Option<usize>; 4]) {
+    let grid = sheet.grid;
+    let (nx, [dx, dy]) = (grid.nx, grid.cell_m);
+    let (i, j) = (cell % nx, cell / nx);
+    let through = [
+        -sheet.east[j * (nx + 1) + i] * dy,
+        sheet.east[j * (nx + 1) + i + 1] * dy,
+        -sheet.south[j * nx + i] * dx,
+        sheet.south[(j + 1) * nx + i] * dx,
+    ];
+    let beside = grid.beside(i, j);
+    let goes = [0, 1, 2, 3].map(|way| match beside[way] {
+        Some(to) if (falling(sheet.level(to)), to) <= (rank, cell) => 0.0,
+        _ => through[way].max(0.0),
+    });
+    (goes, beside)
+}
+
+/// The area in m² that drains through each cell with the ice, of cells that `gain`.
+///
+/// # Errors
+/// Not enough memory.
+pub(super) fn drained(sheet: &Sheet, gain: impl Fn(usize) -> bool) -> Result<Vec<f64>, OutOfMemory> {
+    let grid = sheet.grid;
+    let mut area: Vec<f64> = zeroed(grid.len())?;
+    for (rank, cell) in downward(sheet, |_| false) {
+        let cell = cell as usize;
+        if gain(cell) {
+            area[cell] += grid.area_m2();
+        }
+        let (goes, beside) = outflow(sheet, (rank, cell));
+        let flow: f64 = goes.iter().sum();
+        for (goes, to) in goes.into_iter().zip(beside) {
+            if let Some(to) = to.filter(|_| goes > 0.0) {
+                area[to] += area[cell] * goes / flow;
+            }
+        }
+    }
+    Ok(area)
+}
+
+/// A number that falls as the level rises.
+fn falling(level: f64) -> u64 {
+    let bits = level.to_bits();
+    if bits >> 63 == 1 { bits } else { !(bits | 1 << 63) }
+}
+
+/// Till thinner than this does not slide.
+const STICKS_M: f64 = 0.1;
+
+/// Lets till that is steeper than `tangent` slide to lower neighbours, `sweeps` times. Nothing is lost.
+///
+/// # Errors
+/// Not enough memory.
+pub(super) fn slump(
+    grid: &Grid,
+    rock: &[f64],
+    till: &mut Vec<f64>,
+    tangent: f64,
+    sweeps: usize,
+) -> Result<(), NodeError> {
+    let nx = grid.nx;
+    let most = grid.cell_m.map(|cell_m| tangent * cell_m);
+    let mut share: Vec<f64> = zeroed(grid.len())?;
+    let mut next: Vec<f64> = zeroed(grid.len())?;
+    for _ in 0..sweeps {
+        let excess = |till: &[f64], from: usize, to: usize, way: usize| {
+            (rock[from] + till[from] - rock[to] - till[to] - most[way / 2]).max(0.0)
+        };
+        // the factor of each cell's excesses: a fifth, or what there is
+        let before: &[f64] = till;
+        par::all(share.chunks_mut(nx), |j, share| {
+            for (i, share) in share.iter_mut().enumerate() {
+                let cell = j * nx + i;
+                *share = 0.0;
+                if before[cell] > STICKS_M {
+                    let beside = grid.beside(i, j).into_iter().enumerate();
+                    let sum: f64 = beside.filter_map(|(way, to)| Some(excess(before, cell, to?, way))).sum();
+                    *share = if sum > 0.0 { (before[cell] / sum).min(0.2) } else { 0.0 };
+                }
+            }
+        });
+        let share: &[f64] = &share;
+        if !par::any(share, |share| *share > 0.0) {
+            break;
+        }
+        // rows whose till moves
+        let moves = par::map(grid.ny, |j| share[j * nx..][..nx].iter().any(|share| *share > 0.0));
+        par::all(next.chunks_mut(nx), |j, next| {
+            let beside = [(j + grid.ny - 1) % grid.ny, j, (j + 1) % grid.ny];
+            if !beside.into_iter().any(|j| moves[j]) {
+                next.copy_from_slice(&before[j * nx..][..nx]);
+                return;
+            }
+            for (i, next) in next.iter_mut().enumerate() {
+                let cell = j * nx + i;
+                let mut gains = 0.0;
+                for (way, other) in grid.beside(i, j).into_iter().enumerate() {
+                    let Some(other) = other else { continue };
+                    if share[other] > 0.0 {
+                        gains += share[other] * excess(before, other, cell, way);
+                    }
+                    if share[cell] > 0.0 {
+                        gains -= share[cell] * excess(before, cell, other, way);
+                    }
+                }
+                *next = (before[cell] + gains).max(0.0);
+            }
+        });
+        std::mem::swap(till, &mut next);
+    }
+    Ok(())
+}

@@ -1,0 +1,323 @@
+//! The run: climate, ice, erosion and debris, step after step.
+
+use orograph_graph::{Job, Moment, NodeError, Process, memory::copied, memory::zeroed};
+
+use super::{
+    Inputs, Law, Method, Params, Wants, climate,
+    climate::{Climate, Layer},
+    debris,
+    fast::Plastic,
+    grid::Grid,
+    ice::{Ice, THIN_M},
+    kernels::Rheology,
+    law,
+    march::{Ledger, Pace, march},
+    sheet::Sheet,
+    transfer::Transfer,
+};
+use crate::{
+    numerics::{math, par},
+    prelude::*,
+    raster::fill_voids,
+};
+
+/// A step lowers the bed by at most this much.
+const DEEPEST_M: f64 = 30.0;
+/// Till is this many times as erodible as rock.
+const SOFT: f64 = 5.0;
+/// Ice thinner than this is the margin: what is dropped there is moraine.
+const MARGIN_M: f64 = 25.0;
+/// Standard deviation over which a margin that comes and goes spreads its debris.
+const SMEAR_M: f64 = 90.0;
+/// The thinnest fall of a wall that counts.
+const LEAST_FALL_M: f32 = 0.02;
+/// Sweeps in which till slides, per step.
+const SLIDES: usize = 6;
+/// Steps of the fast mode per step of the full one.
+const FAST: f64 = 0.2;
+/// Aim, shortest and longest step of the ice.
+const PACE: [f64; 3] = [40.0, 0.05, 5.0];
+const SECONDS_PER_YEAR: f64 = 365.25 * 86_400.0;
+
+/// Volumes in m³ since the start.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Volumes {
+    /// Rock removed, by ice and from walls.
+    pub eroded: f64,
+    /// The part of it that leaves as rock flour.
+    pub flour: f64,
+    /// Debris that ice carried out of the world.
+    pub left: f64,
+}
+
+/// Glaciers in progress.
+pub(super) struct Glacier {
+    pub params: Params,
+    pub transfer: Transfer,
+    pub grid: Grid,
+    climate: Climate,
+    erodibility: Layer,
+    flow: Flow,
+    pub ice: Ice,
+    /// Levels of the rock at the start and now, and thickness of till on it, per ice cell.
+    pub start: Vec<f64>,
+    pub rock: Vec<f64>,
+    pub till: Vec<f64>,
+    /// Thickness of debris that was dropped at a margin.
+    pub moraine: Vec<f32>,
+    active: Vec<bool>,
+    pub ledger: Ledger,
+    pub volumes: Volumes,
+    pub done: u64,
+    /// Largest thickness of any moment, in metres.
+    pub deepest_m: f64,
+    limited: bool,
+}
+
+/// The two ways in which ice is found.
+enum Flow {
+    Full { sheet: Sheet, pace: Pace, balance: Vec<f64> },
+    Fast(Plastic),
+}
+
+/// Heights of a job without voids. Cells without a number get heights from around them; a map without one is at 0.
+pub(super) fn filled(job: &Job<'_>, height: &[f32]) -> Result<Vec<f32>, NodeError> {
+    let window = job.window();
+    let mut filled = copied(height)?;
+    filled.iter_mut().filter(|height| !height.is_finite()).for_each(|height| *height = f32::NAN);
+    fill_voids(window.nx(), window.ny(), &mut filled, &|| job.check())?;
+    filled.iter_mut().filter(|height| height.is_nan()).for_each(|height| *height = 0.0);
+    Ok(filled)
+}
+
+impl Glacier {
+    pub fn new(job: &Job<'_>) -> Result<Self, NodeError> {
+        let (inputs, params) = (Inputs::read(job)?, Params::read(job.params));
+        let window = job.window();
+        let transfer = Transfer::new(&window, params.ice_cell);
+        let grid = Grid::new(&window, &transfer.coarse)?;
+        let climates =
+            climate::Inputs { ela: inputs.ela, temperature: inputs.temperature, precipitation: inputs.precipitation };
+        let climate = Climate::new(job, &transfer.coarse, &params, &climates)?;
+        if climate.is_negative(&grid) {
+            job.warn("`precipitation` is negative in some places, where it counts as 0");
+        }
+        let means = transfer.coarse.means(job, &filled(job, inputs.height.samples())?)?;
+        let start: Vec<f64> = means.iter().map(|&mean| f64::from(mean)).collect();
+        let rheology = Rheology::new(params.rate_factor, params.sliding, params.yield_stress);
+        let flow = match params.method {
+            Method::Full => {
+                let mut sheet = Sheet::new(grid, rheology)?;
+                sheet.set_bed(|cell| start[cell]);
+                let [aim, shortest, longest] = PACE;
+                Flow::Full { sheet, pace: Pace::new(aim, shortest, longest), balance: zeroed(grid.len())? }
+            }
+            Method::Fast => Flow::Fast(Plastic::new(&window, &grid, rheology, &start)?),
+        };
+        Ok(Self {
+            transfer,
+            grid,
+            climate,
+            erodibility: Layer::new(job, &transfer.coarse, inputs.erodibility)?,
+            flow,
+            ice: Ice::new(&grid)?,
+            rock: copied(&start)?,
+            start,
+            till: zeroed(grid.len())?,
+            moraine: zeroed(grid.len())?,
+            active: vec![false; grid.len()],
+            ledger: Ledger::default(),
+            volumes: Volumes::default(),
+            done: 0,
+            deepest_m: 0.0,
+            limited: false,
+            params,
+        })
+    }
+
+    /// Steps of the run.
+    pub fn steps(&self) -> u64 {
+        if self.params.duration <= 0.0 {
+            return 0;
+        }
+        let steps = self.params.steps.max(1) as f64;
+        (if self.params.method == Method::Fast { (FAST * steps).ceil() } else { steps }) as u64
+    }
+
+    /// Returns the fraction of the run that is done.
+    pub fn fraction(&self) -> f32 {
+        let steps = self.steps();
+        if steps == 0 { 1.0 } else { (self.done as f64 / steps as f64) as f32 }
+    }
+
+    /// Lets the ice adjust to the climate of a step.
+    fn freeze(&mut self, job: &Job<'_>, shift_m: f64) -> Result<(), NodeError> {
+        let (climate, fastest) = (&self.climate, self.params.fastest);
+        match &mut self.flow {
+            Flow::Full { sheet, pace, balance } => {
+                let years = self.params.relaxation;
+                let ledger = march(job, sheet, pace, years, balance, |sheet, _, out| {
+                    let nx = sheet.grid.nx;
+                    par::all(out.chunks_mut(nx * 16), |part, out| {
+                        for (k, out) in out.chunks_mut(nx).enumerate() {
+                            let j = part * 16 + k;
+                            let levels = sheet.grid.row(&sheet.surface, 0, j as isize, nx);
+                            climate.balances(j * nx, levels, shift_m, out);
+                        }
+                    });
+                })?;
+                self.ledger.join(&ledger);
+                self.ice.read(sheet, fastest);
+            }
+            Flow::Fast(plastic) => {
+                let bed: Vec<f64> = self.rock.iter().zip(&self.till).map(|(rock, till)| rock + till).collect();
+                // the balance depends on the surface that it makes
+                let rounds = if self.done == 0 { 3 } else { 1 };
+                for _ in 0..rounds {
+                    plastic.find(job, &self.grid, climate, &bed, [shift_m, fastest], &mut self.ice)?;
+                }
+            }
+        }
+        let deepest = self.ice.depth.iter().fold(0.0_f32, |most, depth| most.max(*depth));
+        self.deepest_m = self.deepest_m.max(f64::from(deepest));
+        Ok(())
+    }
+
+    /// Erodes for `years` and returns the volume of debris in each cell.
+    fn erode(&mut self, years: f64, shift_m: f64) -> Result<Vec<f64>, NodeError> {
+        let (grid, params, area_m2) = (self.grid, &self.params, self.grid.area_m2());
+        let mut debris: Vec<f64> = zeroed(grid.len())?;
+        let area = match &self.flow {
+            _ if params.law != Law::Area => None,
+            Flow::Full { sheet, .. } => {
+                Some(debris::drained(sheet, |cell| self.climate.balance(cell, sheet.level(cell), shift_m) > 0.0)?)
+            }
+            Flow::Fast(plastic) => Some(copied(&plastic.area)?),
+        };
+        let (rock, till) = (&self.rock, &self.till);
+        let rates = law::rates(&grid, params, &self.ice, &|cell| rock[cell] + till[cell], area.as_deref())?;
+        for (cell, rate) in rates.into_iter().enumerate() {
+            self.active[cell] |= f64::from(self.ice.depth[cell]) > THIN_M;
+            let lowered = f64::from(rate) * years * self.erodibility.at(cell).max(0.0);
+            if lowered <= 0.0 {
+                continue;
+            }
+            self.limited |= lowered > DEEPEST_M;
+            let lowered = lowered.min(DEEPEST_M);
+            let loose = self.till[cell].min(SOFT * lowered);
+            let hard = lowered - loose / SOFT;
+            self.till[cell] -= loose;
+            self.rock[cell] -= hard;
+            debris[cell] += area_m2 * (loose + params.debris * hard);
+            self.volumes.eroded += area_m2 * hard;
+            self.volumes.flour += area_m2 * (1.0 - params.debris) * hard;
+        }
+        let bed: Vec<f64> = self.rock.iter().zip(&self.till).map(|(rock, till)| rock + till).collect();
+        let tangent = math::tan(params.walls.to_radians());
+        for (cell, fallen) in law::failures(&grid, tangent, &bed, &self.active)?.into_iter().enumerate() {
+            // the blur's tails are no failures
+            if fallen < LEAST_FALL_M {
+                continue;
+            }
+            let fallen = f64::from(fallen);
+            let loose = self.till[cell].min(fallen);
+            self.till[cell] -= loose;
+            self.rock[cell] -= fallen - loose;
+            self.volumes.eroded += area_m2 * (fallen - loose);
+            debris[law::below(&grid, &bed, cell)] += area_m2 * fallen;
+            self.active[cell] = true;
+        }
+        Ok(debris)
+    }
+
+    /// Carries debris with the ice and lets it come to rest.
+    fn deposit(&mut self, job: &Job<'_>, debris: Vec<f64>, shift_m: f64) -> Result<(), NodeError> {
+        let (grid, area_m2, climate) = (self.grid, self.grid.area_m2(), &self.climate);
+        let settled = match &self.flow {
+            Flow::Full { sheet, .. } => {
+                debris::carry(job, sheet, |cell| -climate.balance(cell, sheet.level(cell), shift_m), debris)?
+            }
+            Flow::Fast(plastic) => {
+                let melt = |cell: usize| -area_m2 * climate.balance(cell, plastic.level[cell], shift_m);
+                plastic.carry(job, melt, &self.ice.depth, debris)?
+            }
+        };
+        self.volumes.left += settled.left_m3;
+        let mut thickness: Vec<f32> = zeroed(grid.len())?;
+        thickness.iter_mut().zip(&settled.volume).for_each(|(out, volume)| *out = (volume / area_m2) as f32);
+        let thickness = super::blur::blurred(&grid, &thickness, &|_| SMEAR_M, SMEAR_M)?;
+        for (cell, gained) in thickness.iter().enumerate() {
+            self.till[cell] += f64::from(*gained);
+            if f64::from(self.ice.depth[cell]) < MARGIN_M {
+                self.moraine[cell] += gained;
+            }
+        }
+        let tangent = math::tan(self.params.repose.to_radians());
+        debris::slump(&grid, &self.rock, &mut self.till, tangent, SLIDES)
+    }
+
+    /// The climate of a step, as the rise of its heights in metres.
+    fn shift_m(&self, step: u64) -> f64 {
+        climate::shift_m(&self.params, (step as f64 + 0.5) / self.steps().max(1) as f64)
+    }
+
+    /// The ground and the ice as they are, as a preview.
+    pub fn glimpse(&self, job: &Job<'_>) -> Outputs {
+        let wants = Wants { height: true, ice: true, ..Wants::among(orograph_graph::Wanted::NONE) };
+        super::result::outputs(self, job, wants).unwrap_or_default()
+    }
+
+    /// What is missing of the balance of ice, over what snow has added; 0 without snow.
+    pub fn ice_error(&self) -> f64 {
+        let Flow::Full { sheet, .. } = &self.flow else { return 0.0 };
+        let Ledger { gained_m, melted_m, left_m, .. } = self.ledger;
+        if gained_m > 0.0 { (gained_m - melted_m - left_m - sheet.total_m()) / gained_m } else { 0.0 }
+    }
+
+    /// Warns of what a user would not expect.
+    pub fn tell(&self, job: &Job<'_>) {
+        if self.params.duration > 0.0 && self.deepest_m <= THIN_M {
+            job.warn(
+                "no ice forms: the equilibrium line is above all ground; lower `ela` or the temperature, or raise the \
+                 precipitation",
+            );
+        }
+        if self.limited {
+            job.warn(format!(
+                "erosion was limited to {DEEPEST_M} m per step; raise `steps`, or lower `abrasion`, `plucking` or `duration`"
+            ));
+        }
+    }
+}
+
+impl Process for Glacier {
+    fn moment(&self) -> Moment {
+        let (steps, end) = (self.steps(), self.params.duration.max(0.0) * SECONDS_PER_YEAR);
+        let at = |done: u64| if done >= steps { end } else { end * done as f64 / steps as f64 };
+        Moment { now: at(self.done), since: self.done.checked_sub(1).map(at), end }
+    }
+
+    fn step(&mut self, job: &Job<'_>) -> Result<(), NodeError> {
+        if self.done >= self.steps() {
+            return Ok(());
+        }
+        let shift_m = self.shift_m(self.done);
+        self.freeze(job, shift_m)?;
+        let debris = self.erode(self.params.duration / self.steps() as f64, shift_m)?;
+        self.deposit(job, debris, shift_m)?;
+        if let Flow::Full { sheet, .. } = &mut self.flow {
+            let (rock, till) = (&self.rock, &self.till);
+            sheet.set_bed(|cell| rock[cell] + till[cell]);
+        }
+        self.done += 1;
+        Ok(())
+    }
+
+    fn outputs(&self, job: &Job<'_>) -> Result<Outputs, NodeError> {
+        super::result::outputs(self, job, Wants::of(job))
+    }
+
+    fn take(&mut self, values: &ParamValues) -> bool {
+        Params::read(values) == self.params
+    }
+}

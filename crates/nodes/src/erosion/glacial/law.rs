@@ -1,0 +1,146 @@
+//! Erosion of the bed: abrasion, plucking, the cross-section law, and walls that fail.
+
+use orograph_graph::memory::{OutOfMemory, zeroed};
+
+use super::{
+    Law, Params,
+    blur::{blurred, reach},
+    grid::Grid,
+    ice::{Ice, THIN_M},
+};
+use crate::numerics::{math, par};
+
+/// The largest factor of the cross-section law.
+const MOST: f64 = 2.0;
+/// The smallest.
+const LEAST: f64 = 0.05;
+/// Standard deviation over which a failing wall fails.
+const RIB_M: f64 = 90.0;
+/// Area to which the second law refers, in m².
+const REFERENCE_AREA_M2: f64 = 1e6;
+/// Longest standard deviation of means over the glacier's width.
+const WIDEST_M: f64 = 1000.0;
+/// Thickness of the thinnest glacier that has a width of its own: thinner ice erodes as a part of wider ice, or little.
+const THINNEST_M: f64 = 150.0;
+/// Thickness from which ice erodes fully: thinner ice is cold, or parts from its bed.
+const FULL_M: f64 = 60.0;
+
+/// Lowering of the bed in m/yr, if it were all rock of erodibility 1. `area` is the ice drainage area in m², for the law
+/// that reads it; `bed` and `surface` are levels of each cell.
+pub(super) fn rates(
+    grid: &Grid,
+    params: &Params,
+    ice: &Ice,
+    bed: &(dyn Fn(usize) -> f64 + Sync),
+    area: Option<&[f64]>,
+) -> Result<Vec<f32>, OutOfMemory> {
+    let nx = grid.nx;
+    // thickness of the glacier around each cell
+    let mut whole = orograph_graph::memory::copied(&ice.depth)?;
+    reach(grid, &mut whole);
+    let has = |cell: usize| f64::from(ice.depth[cell]) > THIN_M;
+
+    // sliding over the glacier's width: stress that shallow ice does not pass on sideways
+    let mut level: Vec<f32> = zeroed(grid.len())?;
+    par::all(level.chunks_mut(nx), |j, row| {
+        row.iter_mut().enumerate().for_each(|(i, level)| *level = f32::from(u8::from(has(j * nx + i))));
+    });
+    let wide = |cell: usize| f64::from(whole[cell]).clamp(THINNEST_M, WIDEST_M);
+    let mut speed = blurred(grid, &ice.sliding, &wide, WIDEST_M)?;
+    let share = blurred(grid, &level, &wide, WIDEST_M)?;
+    par::change_with(&mut speed, &share, |speed, share| *speed /= share.max(0.05));
+    drop(share);
+
+    // the mean level of the bed within half the glacier's thickness
+    par::all(level.chunks_mut(nx), |j, row| {
+        row.iter_mut().enumerate().for_each(|(i, level)| *level = bed(j * nx + i) as f32);
+    });
+    let near = |cell: usize| (0.5 * f64::from(whole[cell]).max(THINNEST_M)).min(0.5 * WIDEST_M);
+    let around = blurred(grid, &level, &near, 0.5 * WIDEST_M)?;
+    // a groove with more ice than its sides does not deepen for that alone
+    let thickness = blurred(grid, &ice.depth, &near, 0.5 * WIDEST_M)?;
+    // ice bridges shorter steps: the fall of the bed that it feels is that over its thickness
+    let broad = blurred(grid, &level, &wide, WIDEST_M)?;
+
+    let mut rates = level;
+    par::all(rates.chunks_mut(nx), |j, rates| {
+        for (i, rate) in rates.iter_mut().enumerate() {
+            let cell = j * nx + i;
+            if !has(cell) {
+                *rate = 0.0;
+                continue;
+            }
+            let depth = f64::from(thickness[cell]);
+            let thickest = f64::from(whole[cell]).max(depth);
+            let sliding = f64::from(speed[cell]);
+            let section = (1.0
+                - params.cross_section * (f64::from(around[cell]) - bed(cell)) / thickest.max(THINNEST_M))
+            .clamp(LEAST, MOST);
+            let thin = (depth / thickest).sqrt() * (depth / FULL_M).min(1.0);
+            // how the bed falls along the flow: positive downwards
+            let flow = [f64::from(ice.velocity[0][cell]), f64::from(ice.velocity[1][cell])];
+            let fast = math::hypot(flow[0], flow[1]);
+            let [west, east, north, south] = grid.beside(i, j).map(|at| f64::from(broad[at.unwrap_or(cell)]));
+            let fall = if fast > 0.0 {
+                let tilt = [(west - east) / (2.0 * grid.cell_m[0]), (north - south) / (2.0 * grid.cell_m[1])];
+                (tilt[0] * flow[0] + tilt[1] * flow[1]) / fast
+            } else {
+                0.0
+            };
+            let adverse = (2.0 + fall.min(0.0) / params.reverse_slope).clamp(0.0, 1.0);
+            let area = match (params.law, area) {
+                (Law::Area, Some(area)) => math::pow(area[cell].max(1.0) / REFERENCE_AREA_M2, params.area_exponent),
+                _ => 1.0,
+            };
+            let abrasion = params.abrasion * power(sliding, params.exponent) * area;
+            let plucking = params.plucking * sliding * fall.clamp(0.0, 1.0);
+            *rate = ((abrasion + plucking) * thin * section * adverse) as f32;
+        }
+    });
+    Ok(rates)
+}
+
+/// x^l, without a logarithm for the usual exponents.
+#[inline]
+fn power(x: f64, l: f64) -> f64 {
+    if l == 1.0 {
+        x
+    } else if l == 2.0 {
+        x * x
+    } else {
+        math::pow(x, l)
+    }
+}
+
+/// How far each cell fails in a step: a third of what is steeper than `tangent` above a neighbour for which `active` is
+/// true, spread along the wall, because a wall does not fail in ribs as wide as a cell.
+pub(super) fn failures(grid: &Grid, tangent: f64, bed: &[f64], active: &[bool]) -> Result<Vec<f32>, OutOfMemory> {
+    let (nx, most) = (grid.nx, grid.cell_m.map(|cell_m| tangent * cell_m));
+    let mut fallen: Vec<f32> = zeroed(grid.len())?;
+    par::all(fallen.chunks_mut(nx), |j, fallen| {
+        // rows without ice around them
+        let rows = [(j + grid.ny - 1) % grid.ny, j, (j + 1) % grid.ny];
+        if !rows.into_iter().any(|j| active[j * nx..][..nx].contains(&true)) {
+            return;
+        }
+        for (i, fallen) in fallen.iter_mut().enumerate() {
+            let mut worst = 0.0;
+            for (way, other) in grid.beside(i, j).into_iter().enumerate() {
+                let Some(other) = other.filter(|&other| active[other]) else { continue };
+                let excess = bed[j * nx + i] - bed[other] - most[way / 2];
+                worst = if excess > worst { excess } else { worst };
+            }
+            *fallen = (worst / 3.0) as f32;
+        }
+    });
+    if !par::any(&fallen, |fallen| *fallen > 0.0) {
+        return Ok(fallen);
+    }
+    blurred(grid, &fallen, &|_| RIB_M, RIB_M)
+}
+
+/// The lowest neighbour of a cell; the cell if there is none that is lower.
+pub(super) fn below(grid: &Grid, bed: &[f64], cell: usize) -> usize {
+    let beside = grid.beside(cell % grid.nx, cell / grid.nx).into_iter().flatten();
+    beside.fold(cell, |lowest, other| if bed[other] < bed[lowest] { other } else { lowest })
+}
