@@ -347,7 +347,7 @@ fn step_by_step_it_is_the_run() {
             folder: std::path::PathBuf::new(),
             cancel: Cancel::default(),
             progress: &|fraction| assert!((0.0..=1.0).contains(&fraction)),
-            coarse: Vec::new(),
+            level: orograph_graph::LevelJob::default(),
             warnings: orograph_graph::Warnings::default(),
             glimpses: None,
         };
