@@ -50,6 +50,7 @@ const EXAMPLES: &[Example] = examples! {
     "mesas" "Mesas" output "colour";
     "belts" "Vegetation belts" output "colour";
     "painted" "Painted for an engine" output "colour";
+    "glen" "A Highland glen";
     "two_ranges" "Two ranges from one graph";
     "ridge" "A reusable range";
     "carve_dem" "A real landscape, eroded further" output "after";
