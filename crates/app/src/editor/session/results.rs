@@ -98,8 +98,8 @@ impl Session {
                 let built = self.built.entry(name).or_default();
                 let level = usize::from(cells > QUICK_CELLS);
                 built[level] = Some(Built { revision, cells, step: 0, value });
-                // an intermediate result of a finer level is closer to the final one
-                if level == 1 || built[2].as_ref().is_some_and(|glimpse| glimpse.cells <= cells) {
+                // while more cells are still to come, an intermediate result of a finer level is closer to them
+                if cells >= self.cells || built[2].as_ref().is_some_and(|glimpse| glimpse.cells <= cells) {
                     built[2] = None;
                 }
             }
