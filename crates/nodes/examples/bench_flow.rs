@@ -125,11 +125,17 @@ fn incision(n: f64, m: f64, steps: u32) -> ParamValues {
         ("m", m),
         ("n", n),
         ("critical_area", 0.0),
+        ("headwater_area", 0.0),
+        ("valley_width", 0.0),
+        ("rounding", 0.0),
         ("variation", 0.0),
+        ("repose_variation", 0.0),
+        ("repose", 90.0),
     ] {
         params.set(name, ParamValue::Float(value));
     }
     params.set("receivers", ParamValue::Choice("d8"));
+    params.set("schedule", ParamValue::Choice("full"));
     params
 }
 
