@@ -26,6 +26,7 @@ mod process;
 mod registry;
 mod report;
 mod state;
+mod strata;
 mod suggest;
 mod unit;
 mod value;
@@ -53,8 +54,8 @@ pub use node::{
     Sizing,
 };
 pub use param::{
-    ColourStops, CurvePoints, FileName, Kind, ParamSpec, ParamType, ParamValue, ParamValues, PathPoints, Seed,
-    StepPoints, Stroke, Strokes, TimedStrokes, Tool, When, check_value, range_text,
+    ColourStops, CurvePoints, FileName, Kind, Layer, LayerTable, ParamSpec, ParamType, ParamValue, ParamValues,
+    PathPoints, Seed, StepPoints, Stroke, Strokes, TimedStrokes, Tool, When, check_value, range_text,
 };
 pub use petgraph::stable_graph::NodeIndex;
 pub use ports::{Carried, InputReader, ends};
@@ -62,6 +63,7 @@ pub use process::{Moment, Process};
 pub use registry::Registry;
 pub use report::{Axis, Measure, Report, Series};
 pub use state::State;
+pub use strata::{Column, Strata};
 pub use suggest::closest;
 pub use unit::{Unit, UnitError, plain};
 pub use value::{PortType, Value};

@@ -1,10 +1,12 @@
 //! Parameters: their declaration as data, their values, and the macros that declare them once.
 
+mod layer;
 mod stroke;
 mod types;
 
 use std::{collections::BTreeMap, fmt};
 
+pub use layer::{Layer, LayerTable};
 pub use stroke::{Stroke, Strokes, TimedStrokes, Tool};
 pub use types::{ColourStops, CurvePoints, FileName, ParamType, PathPoints, Seed, StepPoints};
 
@@ -124,6 +126,11 @@ pub enum Kind {
         /// Default value.
         default: Vec<Stop>,
     },
+    /// Layers of rock, from the top down.
+    Layers {
+        /// Default value.
+        default: Vec<Layer>,
+    },
     /// Brush strokes on the world, in the order they were painted. Empty by default.
     Strokes {
         /// Range of the points, for each component.
@@ -156,6 +163,8 @@ pub enum ParamValue {
     Path(Vec<[f64; 2]>),
     /// Of [`Kind::Stops`].
     Stops(Vec<Stop>),
+    /// Of [`Kind::Layers`].
+    Layers(Vec<Layer>),
     /// Of [`Kind::Strokes`].
     Strokes(Vec<Stroke>),
     /// Of [`Kind::File`]; empty when there is no file.
@@ -178,6 +187,7 @@ impl Kind {
                 default.clone_from(v);
             }
             (Self::Stops { default }, ParamValue::Stops(v)) => default.clone_from(v),
+            (Self::Layers { default }, ParamValue::Layers(v)) => default.clone_from(v),
             _ => {}
         }
         self
@@ -196,6 +206,7 @@ impl Kind {
             Self::Curve { default, .. } => ParamValue::Curve(default.clone()),
             Self::Path { default, .. } => ParamValue::Path(default.clone()),
             Self::Stops { default } => ParamValue::Stops(default.clone()),
+            Self::Layers { default } => ParamValue::Layers(default.clone()),
             Self::Strokes { .. } => ParamValue::Strokes(Vec::new()),
             Self::File => ParamValue::File(String::new()),
         }
@@ -220,6 +231,11 @@ impl Kind {
             }
             Self::Stops { .. } => {
                 "a list of values and their colours `[(0, \"#7a9e77\"), ...]`, the values rising".to_owned()
+            }
+            Self::Layers { .. } => {
+                "a list of layers from the top down `[(thickness: 120, hardness: 4, repose: 60, colour: \
+                                    \"#b08050\"), ...]`"
+                    .to_owned()
             }
             Self::Strokes { timed, .. } => {
                 let time = if *timed { "time: 600, " } else { "" };
@@ -260,6 +276,9 @@ impl fmt::Display for ParamValue {
             }
             Self::Stops(stops) => {
                 write!(f, "[{}]", stops.iter().map(Stop::to_string).collect::<Vec<_>>().join(", "))
+            }
+            Self::Layers(layers) => {
+                write!(f, "[{}]", layers.iter().map(Layer::to_string).collect::<Vec<_>>().join(", "))
             }
             Self::Strokes(strokes) => {
                 let points: usize = strokes.iter().map(|stroke| stroke.points.len()).sum();
@@ -368,6 +387,7 @@ pub fn check_value(spec: &ParamSpec, value: &ParamValue) -> Result<(), String> {
                 None => Ok(()),
             }
         }
+        (Kind::Layers { .. }, ParamValue::Layers(layers)) => layer::check(spec.name, layers),
         (Kind::Strokes { hard, timed }, ParamValue::Strokes(strokes)) => stroke::check(strokes, *hard, *timed)
             .map_err(|(number, wrong)| format!("stroke {number} of `{}`: {wrong}", spec.name)),
         (Kind::Bool { .. }, ParamValue::Bool(_))

@@ -4,6 +4,7 @@ use crate::{
     field::Field,
     job::{InputValue, Job, Lane, NodeError},
     lines::Lines,
+    strata::Strata,
     value::Value,
 };
 
@@ -19,6 +20,12 @@ pub trait Carried {
 impl Carried for Field {
     fn of(value: &Value) -> Option<&Self> {
         value.as_field()
+    }
+}
+
+impl Carried for Strata {
+    fn of(value: &Value) -> Option<&Self> {
+        value.as_strata()
     }
 }
 
@@ -74,7 +81,7 @@ pub const fn ends(range: &std::ops::RangeInclusive<f64>) -> [f64; 2] {
 ///
 /// A row is `name: Type;`, where the type is a [`PortType`](crate::PortType), with its unit if it has one:
 ///
-/// - `height: Height;` is required: a `&Field`, or `&Lines` for `Lines`;
+/// - `height: Height;` is required: a `&Field`, or `&Lines` for `Lines` and `&Strata` for `Strata`;
 /// - `debris: Option<Scalar(Metres)>;` is optional: an `Option<&Field>`;
 /// - `talus: Scalar(Degrees) = 35.0, 5.0..=80.0, soft 20.0..=45.0;` takes a wire or a number: a [`Lane`]. The slider
 ///   covers the hard range unless `soft` is given.
@@ -157,6 +164,7 @@ macro_rules! inputs {
     (@type $ty:ident $(($unit:ident))?) => { $crate::PortType::$ty $(($crate::Unit::$unit))? };
 
     (@value Lines) => { $crate::Lines };
+    (@value Strata) => { $crate::Strata };
     (@value $ty:ident) => { $crate::Field };
 
     (@field $a:lifetime [$($ty:tt)+] [$default:expr]) => { $crate::Lane<$a> };
@@ -181,8 +189,8 @@ macro_rules! inputs {
 /// `Given`, which a kernel fills with exactly these.
 ///
 /// A row is `name: Type;` with a [`PortType`](crate::PortType), `SameAs(input)` for the type of the wire into that
-/// input of [`inputs!`](crate::inputs), or `Chosen(function)` for a type that the parameters choose. A value is `Lines`
-/// or a `Report` if the type says so, and a `Field` otherwise.
+/// input of [`inputs!`](crate::inputs), or `Chosen(function)` for a type that the parameters choose. A value is `Lines`,
+/// `Strata` or a `Report` if the type says so, and a `Field` otherwise.
 ///
 /// ```
 /// use orograph_graph::{Field, Job, NodeError, Outputs, inputs, outputs};
@@ -298,6 +306,7 @@ macro_rules! outputs {
     };
 
     (@value Lines) => { $crate::Lines };
+    (@value Strata) => { $crate::Strata };
     (@value Report) => { $crate::Report };
     (@value $ty:ident) => { $crate::Field };
 

@@ -2,7 +2,7 @@
 
 use std::{fmt, sync::Arc};
 
-use crate::{field::Field, lines::Lines, report::Report, state::State, unit::Unit};
+use crate::{field::Field, lines::Lines, report::Report, state::State, strata::Strata, unit::Unit};
 
 /// The meaning of a value; ports are typed by it, so that a slope cannot be wired to an input for a height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -23,6 +23,8 @@ pub enum PortType {
     Weights,
     /// Flow directions: four planes, written and read by hydrology nodes. Only wires carry it; files cannot.
     Flow,
+    /// Rock in depth. Only wires carry it; files cannot.
+    Strata,
     /// Lines in the world, such as rivers.
     Lines,
     /// Measures and curves.
@@ -57,6 +59,7 @@ impl PortType {
             | Self::Normal
             | Self::Weights
             | Self::Flow
+            | Self::Strata
             | Self::Lines
             | Self::Report
             | Self::AnyScalar => Unit::One,
@@ -71,14 +74,15 @@ impl PortType {
             Self::Vector(_) => Some(2),
             Self::Colour | Self::Normal => Some(3),
             Self::Weights | Self::Flow => Some(4),
-            Self::Lines | Self::Report => None,
+            Self::Strata | Self::Lines | Self::Report => None,
         }
     }
 
-    /// Returns true if a value of this type can be written to a file. A flow cannot: its parts are separate outputs.
+    /// Returns true if a value of this type can be written to a file. Flow and strata cannot: their parts are separate
+    /// outputs.
     #[must_use]
     pub const fn is_writable(self) -> bool {
-        !matches!(self, Self::Flow)
+        !matches!(self, Self::Flow | Self::Strata)
     }
 }
 
@@ -95,6 +99,7 @@ impl fmt::Display for PortType {
             Self::Normal => f.write_str("normal"),
             Self::Weights => f.write_str("weights"),
             Self::Flow => f.write_str("flow"),
+            Self::Strata => f.write_str("strata"),
             Self::Lines => f.write_str("lines"),
             Self::Report => f.write_str("report"),
             Self::AnyScalar => f.write_str("height, mask or scalar"),
@@ -107,6 +112,8 @@ impl fmt::Display for PortType {
 pub enum Value {
     /// A raster.
     Field(Field),
+    /// Rock in depth.
+    Strata(Arc<Strata>),
     /// Lines in the world.
     Lines(Arc<Lines>),
     /// Measures and curves.
@@ -121,7 +128,16 @@ impl Value {
     pub const fn as_field(&self) -> Option<&Field> {
         match self {
             Self::Field(field) => Some(field),
-            Self::Lines(_) | Self::Report(_) | Self::State(_) => None,
+            Self::Strata(_) | Self::Lines(_) | Self::Report(_) | Self::State(_) => None,
+        }
+    }
+
+    /// The rock in depth. Returns None when the value is of another type.
+    #[must_use]
+    pub fn as_strata(&self) -> Option<&Strata> {
+        match self {
+            Self::Strata(strata) => Some(strata),
+            Self::Field(_) | Self::Lines(_) | Self::Report(_) | Self::State(_) => None,
         }
     }
 
@@ -130,7 +146,7 @@ impl Value {
     pub fn as_lines(&self) -> Option<&Lines> {
         match self {
             Self::Lines(lines) => Some(lines),
-            Self::Field(_) | Self::Report(_) | Self::State(_) => None,
+            Self::Field(_) | Self::Strata(_) | Self::Report(_) | Self::State(_) => None,
         }
     }
 
@@ -139,7 +155,7 @@ impl Value {
     pub fn as_report(&self) -> Option<&Report> {
         match self {
             Self::Report(report) => Some(report),
-            Self::Field(_) | Self::Lines(_) | Self::State(_) => None,
+            Self::Field(_) | Self::Strata(_) | Self::Lines(_) | Self::State(_) => None,
         }
     }
 
@@ -148,6 +164,7 @@ impl Value {
     pub fn bytes(&self) -> usize {
         match self {
             Self::Field(field) => field.bytes(),
+            Self::Strata(strata) => strata.bytes(),
             Self::Lines(lines) => lines.bytes(),
             Self::Report(report) => report.bytes(),
             Self::State(state) => state.bytes(),
@@ -158,6 +175,12 @@ impl Value {
 impl From<Field> for Value {
     fn from(field: Field) -> Self {
         Self::Field(field)
+    }
+}
+
+impl From<Strata> for Value {
+    fn from(strata: Strata) -> Self {
+        Self::Strata(Arc::new(strata))
     }
 }
 

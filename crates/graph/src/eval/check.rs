@@ -57,11 +57,16 @@ impl From<String> for Fault {
 
 fn fitting(value: Value, ty: PortType, window: &Window, wanted: &Window) -> Result<Value, Fault> {
     match (value, ty.planes()) {
+        (Value::Strata(strata), None) if ty == PortType::Strata => {
+            let offset = on_window(strata.offset(), window, wanted)?;
+            Ok(strata.on(offset).into())
+        }
         (Value::Lines(lines), None) if ty == PortType::Lines => match lines.fault() {
             Some(fault) => Err(fault.into()),
             None => Ok(Value::Lines(lines)),
         },
         (Value::Report(report), None) if ty == PortType::Report => Ok(Value::Report(report)),
+        (Value::Strata(_), _) => Err(format!("returned strata instead of a {ty}").into()),
         (Value::Lines(_), _) => Err(format!("returned lines instead of a {ty}").into()),
         (Value::Report(_), _) => Err(format!("returned a report instead of a {ty}").into()),
         (Value::State(_), _) => Err(format!("returned a state instead of a {ty}").into()),
@@ -70,20 +75,21 @@ fn fitting(value: Value, ty: PortType, window: &Window, wanted: &Window) -> Resu
             if field.planes() != planes {
                 return Err(format!("returned {} planes; a {ty} has {planes}", field.planes()).into());
             }
-            if field.window() != window {
-                return Err(format!(
-                    "returned the window {} instead of the requested {}",
-                    describe(field.window()),
-                    describe(window)
-                )
-                .into());
-            }
-            let field = field.try_crop(wanted).map_err(Fault::Memory)?;
-            match first_not_finite(&field) {
-                Some(place) => Err(place.into()),
-                None => Ok(Value::Field(field)),
-            }
+            on_window(&field, window, wanted).map(Value::Field)
         }
+    }
+}
+
+/// The wanted part of a raster that must cover the window and be finite.
+fn on_window(field: &Field, window: &Window, wanted: &Window) -> Result<Field, Fault> {
+    if field.window() != window {
+        let [given, asked] = [field.window(), window].map(describe);
+        return Err(format!("returned the window {given} instead of the requested {asked}").into());
+    }
+    let field = field.try_crop(wanted).map_err(Fault::Memory)?;
+    match first_not_finite(&field) {
+        Some(place) => Err(place.into()),
+        None => Ok(field),
     }
 }
 

@@ -237,6 +237,14 @@ impl Hash {
                         self.bytes(&stop.colour.0);
                     }
                 }
+                ParamValue::Layers(layers) => {
+                    self.bytes(b"y");
+                    self.u64(layers.len() as u64);
+                    for layer in layers {
+                        [layer.thickness, layer.hardness, layer.repose].iter().for_each(|v| self.f64(*v));
+                        self.bytes(&layer.colour.0);
+                    }
+                }
                 ParamValue::Strokes(strokes) => {
                     self.bytes(b"b");
                     self.u64(strokes.len() as u64);

@@ -275,6 +275,7 @@ impl Step<'_> {
     pub(super) fn output_bytes(&self, output: usize, window: &Window) -> u64 {
         let cells = u64::from(window.cells[0]) * u64::from(window.cells[1]);
         match self.form(output) {
+            Form::Strata => cells * size_of::<f32>() as u64,
             Form::Planes(planes) => cells * planes as u64 * size_of::<f32>() as u64,
             Form::State => self.state_bytes(Wanted::NONE, window),
             Form::Lines | Form::Report => 0,

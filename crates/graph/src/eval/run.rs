@@ -198,7 +198,7 @@ impl<'r> Run<'r> {
             Coarser::Nothing => job::Coarser::Nothing,
             Coarser::State(below) => match self.take(below, state)? {
                 Value::State(state) => job::Coarser::State(state),
-                Value::Field(_) | Value::Lines(_) | Value::Report(_) => return None,
+                Value::Field(_) | Value::Strata(_) | Value::Lines(_) | Value::Report(_) => return None,
             },
             Coarser::Results(below) => {
                 let outputs = step.instance.node.outputs.iter().enumerate();
@@ -295,6 +295,7 @@ impl<'r> Run<'r> {
 fn cut(value: Value, window: &Window) -> Result<Value, OutOfMemory> {
     match value {
         Value::Field(field) => Ok(Value::Field(field.try_crop(window)?)),
+        Value::Strata(strata) => Ok(strata.try_crop(window)?.into()),
         Value::Lines(_) | Value::Report(_) | Value::State(_) => Ok(value),
     }
 }

@@ -22,6 +22,7 @@ use super::{
 };
 use crate::{
     job::Cancel,
+    memory::OutOfMemory,
     value::Value,
     world::{Window, World},
 };
@@ -185,12 +186,11 @@ impl Course<'_> {
 }
 
 fn cut(value: &Value, window: &Window, node: &str) -> Result<Value, EvalError> {
+    let too_large =
+        |refused: OutOfMemory| EvalError::TooLarge { node: node.to_owned(), needs: refused.bytes, available: None };
     match value {
-        Value::Field(field) => field.try_crop(window).map(Value::Field).map_err(|refused| EvalError::TooLarge {
-            node: node.to_owned(),
-            needs: refused.bytes,
-            available: None,
-        }),
+        Value::Field(field) => field.try_crop(window).map(Value::Field).map_err(too_large),
+        Value::Strata(strata) => strata.try_crop(window).map(Value::from).map_err(too_large),
         Value::Lines(_) | Value::Report(_) | Value::State(_) => Ok(value.clone()),
     }
 }

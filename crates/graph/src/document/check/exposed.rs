@@ -485,6 +485,7 @@ fn both(a: &Kind, b: &Kind) -> Option<Kind> {
         | (Kind::Seed { .. }, Kind::Seed { .. })
         | (Kind::Curve { .. }, Kind::Curve { .. })
         | (Kind::Stops { .. }, Kind::Stops { .. })
+        | (Kind::Layers { .. }, Kind::Layers { .. })
         | (Kind::File, Kind::File) => {}
         (Kind::Strokes { timed, .. }, Kind::Strokes { timed: other, .. }) if timed == other => {}
         _ => return None,

@@ -7,7 +7,7 @@ use super::{
 use crate::{
     colour::Stop,
     node::{Fallback, Input},
-    param::{Kind, ParamSpec, ParamValue, Stroke, Tool, check_value, range_text},
+    param::{Kind, Layer, ParamSpec, ParamValue, Stroke, Tool, check_value, range_text},
     unit::Unit,
     value::PortType,
 };
@@ -203,6 +203,7 @@ pub(crate) fn value_text(value: &ParamValue) -> String {
             let stop = |stop: &Stop| format!("({}, {})", number_text(stop.at), quote(&stop.colour.to_string()));
             format!("[{}]", stops.iter().map(stop).collect::<Vec<_>>().join(", "))
         }
+        ParamValue::Layers(layers) => format!("[{}]", layers.iter().map(layer_text).collect::<Vec<_>>().join(", ")),
         ParamValue::Strokes(strokes) => {
             format!("[{}]", strokes.iter().map(stroke_text).collect::<Vec<_>>().join(", "))
         }
@@ -226,16 +227,69 @@ fn stroke_text(stroke: &Stroke) -> String {
     format!("({})", said.join(", "))
 }
 
+fn layer_text(layer: &Layer) -> String {
+    let mut said = vec![format!("thickness: {}", number_text(layer.thickness))];
+    let usual = Layer::USUAL;
+    if layer.hardness != usual.hardness {
+        said.push(format!("hardness: {}", number_text(layer.hardness)));
+    }
+    if layer.repose != usual.repose {
+        said.push(format!("repose: {}", number_text(layer.repose)));
+    }
+    if layer.colour != usual.colour {
+        said.push(format!("colour: {}", quote(&layer.colour.to_string())));
+    }
+    format!("({})", said.join(", "))
+}
+
+/// A misfit if a record has a field that it does not know.
+fn unknown_field(what: &str, spec: &ParamSpec, fields: &[(String, Literal)], known: &[&'static str]) -> Option<Misfit> {
+    let (name, _) = fields.iter().find(|(name, _)| !known.contains(&name.as_str()))?;
+    let misfit = Misfit::new("unknown-field", format!("a {what} of `{}` has no field `{name}`", spec.name));
+    Some(match crate::closest(name, known.iter().copied()) {
+        Some(near) => misfit.hint(format!("did you mean `{near}`?")),
+        None => misfit.hint(format!("it has {}", crate::document::check::problems::list(known.iter().copied()))),
+    })
+}
+
+/// Reads a layer of rock: a record of `thickness` and optional fields.
+fn layer(spec: &ParamSpec, literal: &Literal) -> Option<Result<Layer, Misfit>> {
+    const FIELDS: [&str; 4] = ["thickness", "hardness", "repose", "colour"];
+    let Literal::Record(fields) = literal else { return None };
+    if let Some(misfit) = unknown_field("layer", spec, fields, &FIELDS) {
+        return Some(Err(misfit));
+    }
+    let field = |name: &str| fields.iter().find(|(field, _)| field == name).map(|(_, value)| value);
+    let number = |name: &str, unit: Unit, usual: f64| {
+        field(name).map_or(Ok(usual), |literal| quantity(&format!("{}.{name}", spec.name), unit, literal))
+    };
+    let thickness = field("thickness")?;
+    Some((|| {
+        let colour = match field("colour") {
+            None => Layer::USUAL.colour,
+            Some(Literal::Text(text)) => text
+                .parse()
+                .map_err(|error| Misfit::new("value", format!("`{}.colour` is `{text}`; {error}", spec.name)))?,
+            Some(other) => {
+                let message = format!("`{}.colour` is {}, but takes a colour", spec.name, other.describe());
+                return Err(Misfit::new("type", message).hint("write it in quotes: \"#b08050\""));
+            }
+        };
+        Ok(Layer {
+            thickness: quantity(&format!("{}.thickness", spec.name), Unit::Metres, thickness)?,
+            hardness: number("hardness", Unit::One, Layer::USUAL.hardness)?,
+            repose: number("repose", Unit::Degrees, Layer::USUAL.repose)?,
+            colour,
+        })
+    })())
+}
+
 /// Reads a stroke: a record of `tool`, `radius`, `points`, and optional fields.
 fn stroke(spec: &ParamSpec, literal: &Literal) -> Option<Result<Stroke, Misfit>> {
     const FIELDS: [&str; 6] = ["tool", "radius", "strength", "hardness", "time", "points"];
     let Literal::Record(fields) = literal else { return None };
-    if let Some((name, _)) = fields.iter().find(|(name, _)| !FIELDS.contains(&name.as_str())) {
-        let misfit = Misfit::new("unknown-field", format!("a stroke of `{}` has no field `{name}`", spec.name));
-        return Some(Err(match crate::closest(name, FIELDS) {
-            Some(near) => misfit.hint(format!("did you mean `{near}`?")),
-            None => misfit.hint(format!("it has {}", crate::document::check::problems::list(FIELDS))),
-        }));
+    if let Some(misfit) = unknown_field("stroke", spec, fields, &FIELDS) {
+        return Some(Err(misfit));
     }
     let field = |name: &str| fields.iter().find(|(field, _)| field == name).map(|(_, value)| value);
     let (Some(Literal::Word(word)), Some(radius), Some(Literal::List(points))) =
@@ -370,6 +424,10 @@ pub(crate) fn param(spec: &ParamSpec, literal: &Literal) -> Result<ParamValue, M
             let stops = items.iter().map(|item| stop(name, spec.unit, item).ok_or_else(wrong)?);
             ParamValue::Stops(stops.collect::<Result<_, _>>()?)
         }
+        (Kind::Layers { .. }, Literal::List(items)) => {
+            let layers = items.iter().map(|item| layer(spec, item).ok_or_else(wrong)?);
+            ParamValue::Layers(layers.collect::<Result<_, _>>()?)
+        }
         (Kind::Strokes { .. }, Literal::List(items)) => {
             let strokes = items.iter().map(|item| stroke(spec, item).ok_or_else(wrong)?);
             ParamValue::Strokes(strokes.collect::<Result<_, _>>()?)
@@ -473,6 +531,33 @@ mod tests {
             ("[(tool: rain, radius: 1, time: -1, points: [(0, 0)])]", "`time` is -1"),
         ] {
             let misfit = param(&timed, &literal(text)).expect_err(text);
+            assert!(misfit.message.contains(said), "{text}: {}", misfit.message);
+        }
+    }
+
+    #[test]
+    fn layers_are_read_with_what_is_usual_left_out() {
+        let kind = Kind::Layers { default: Vec::new() };
+        let spec = ParamSpec { name: "layers", doc: "Layers.", unit: Unit::One, kind, when: &[] };
+        let text = "[(thickness: 120, hardness: 4, repose: 60, colour: \"#b08050\"), (thickness: 80)]";
+        let value = param(&spec, &literal(text)).expect("two layers");
+        assert_eq!(value_text(&value), text);
+        let typed = "[(colour: \"#b08050\", hardness: 4.0, thickness: \"0.12 km\", repose: \"60°\"), (thickness: 80)]";
+        assert_eq!(param(&spec, &literal(typed)), Ok(value));
+        assert_eq!(param(&spec, &literal("[]")), Ok(ParamValue::Layers(Vec::new())));
+        for (text, said) in [
+            ("[(hardness: 4)]", "takes a list of layers"),
+            ("[120]", "takes a list of layers"),
+            ("[(thickness: 0)]", "layer 1 of `layers`: `thickness` is 0"),
+            ("[(thickness: 5), (thickness: -5)]", "layer 2 of `layers`: `thickness` is -5"),
+            ("[(thickness: 5, hardness: 0)]", "`hardness` is 0"),
+            ("[(thickness: 5, repose: 91)]", "`repose` is 91"),
+            ("[(thickness: 5, color: \"#ffffff\")]", "no field `color`"),
+            ("[(thickness: 5, colour: \"red\")]", "six hexadecimal digits"),
+            ("[(thickness: 5, colour: 3)]", "takes a colour"),
+            ("[(thickness: NaN)]", "NaN"),
+        ] {
+            let misfit = param(&spec, &literal(text)).expect_err(text);
             assert!(misfit.message.contains(said), "{text}: {}", misfit.message);
         }
     }

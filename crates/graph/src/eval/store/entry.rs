@@ -5,7 +5,7 @@
 //! | 8 | magic `OROVALUE` |
 //! | 4 | version of the format |
 //! | 16 | the name: hash of program, key and output |
-//! | 4 | `FLDS`, `LINE`, `RPRT` or `STAT` |
+//! | 4 | `FLDS`, `STRA`, `LINE`, `RPRT` or `STAT` |
 //! | 4, 16, 8, 4 | planes, window (origin, cells), bytes of the payload, rows of a band |
 //! | 32 | BLAKE3 hash of the above and of the table |
 //! | 32 each | the table: BLAKE3 hash of each band, plane after plane |
@@ -21,7 +21,7 @@ use std::{
 
 use rayon::prelude::*;
 
-use super::{json, state};
+use super::{json, state, strata};
 use crate::{
     field::Field,
     job::Cancel,
@@ -48,6 +48,8 @@ pub(super) type Name = [u8; 16];
 pub(in crate::eval) enum Form {
     /// That many numbers per cell.
     Planes(usize),
+    /// Rock in depth.
+    Strata,
     /// Lines.
     Lines,
     /// A report.
@@ -61,6 +63,7 @@ impl Form {
     pub(in crate::eval) fn of(ty: PortType) -> Self {
         match ty.planes() {
             Some(planes) => Self::Planes(planes),
+            None if ty == PortType::Strata => Self::Strata,
             None if ty == PortType::Lines => Self::Lines,
             None => Self::Report,
         }
@@ -122,7 +125,9 @@ impl Layout {
 pub(super) fn bytes(value: &Value, window: &Window) -> u64 {
     let layout = match value {
         Value::Field(field) => Layout::of_field(field.planes(), window),
-        Value::Lines(_) | Value::Report(_) => Layout::of_one_band(b"RPRT", window, value.bytes() as u64),
+        Value::Strata(_) | Value::Lines(_) | Value::Report(_) => {
+            Layout::of_one_band(b"RPRT", window, value.bytes() as u64)
+        }
         Value::State(kept) => Layout::of_one_band(b"STAT", window, state::encoded_bytes(kept)),
     };
     layout.start() + layout.payload
@@ -135,6 +140,7 @@ pub(super) fn bytes(value: &Value, window: &Window) -> u64 {
 pub(super) fn write(file: &mut File, name: &Name, value: &Value, cancel: &Cancel) -> io::Result<()> {
     match value {
         Value::Field(field) => write_field(file, name, field, cancel),
+        Value::Strata(kept) => write_one_band(file, name, b"STRA", &state::encode(&strata::encode(kept))?),
         Value::Lines(lines) => write_one_band(file, name, b"LINE", &json::encode_lines(lines)?),
         Value::Report(report) => write_one_band(file, name, b"RPRT", &json::encode_report(report)?),
         Value::State(kept) => write_one_band(file, name, b"STAT", &state::encode(kept)?),
@@ -199,6 +205,7 @@ pub(super) fn read(
     let Form::Planes(planes) = form else {
         let none = Window { world: crate::World::default(), origin: [0; 2], cells: [0; 2] };
         let kind = match form {
+            Form::Strata => b"STRA",
             Form::Lines => b"LINE",
             Form::State => b"STAT",
             Form::Report | Form::Planes(_) => b"RPRT",
@@ -208,6 +215,7 @@ pub(super) fn read(
         let table = read_table(file, name, &layout, held)?;
         let bytes = read_band(file, layout.start(), layout.payload as usize, &table, cancel)?;
         return Ok(match form {
+            Form::Strata => strata::decode(state::decode(&bytes)?, window)?.into(),
             Form::Lines => json::decode_lines(&bytes)?.into(),
             Form::State => state::decode(&bytes)?.into(),
             Form::Report | Form::Planes(_) => json::decode_report(&bytes)?.into(),

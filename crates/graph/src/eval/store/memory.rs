@@ -37,13 +37,13 @@ impl MemoryCache {
         Self { budget, inner: Mutex::default() }
     }
 
-    /// The value on a window, possibly cropped from one that was kept for a wider window. Lines, reports and states cannot
+    /// The value on a window, possibly cropped from one that was kept for a wider window. Strata, lines, reports and states cannot
     /// be cropped: they are found on their own window only. A crop for which there is no memory counts as not found.
     pub(super) fn get(&self, slot: Slot, window: &Window) -> Option<Value> {
         let found = lock(&self.inner).touch(slot, window)?;
         Some(match found {
             Value::Field(field) => Value::Field(field.try_crop(window).ok()?),
-            whole @ (Value::Lines(_) | Value::Report(_) | Value::State(_)) => whole,
+            whole @ (Value::Strata(_) | Value::Lines(_) | Value::Report(_) | Value::State(_)) => whole,
         })
     }
 
@@ -76,7 +76,7 @@ impl Inner {
     fn touch(&mut self, slot: Slot, window: &Window) -> Option<Value> {
         let entry = self.entries.get_mut(&slot)?.iter_mut().find(|entry| match entry.value {
             Value::Field(_) => entry.window.contains(window),
-            Value::Lines(_) | Value::Report(_) | Value::State(_) => {
+            Value::Strata(_) | Value::Lines(_) | Value::Report(_) | Value::State(_) => {
                 entry.window.contains(window) && window.contains(&entry.window)
             }
         })?;

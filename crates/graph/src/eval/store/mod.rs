@@ -6,6 +6,7 @@ mod in_flight;
 mod json;
 mod memory;
 mod state;
+mod strata;
 
 use std::{
     collections::HashMap,

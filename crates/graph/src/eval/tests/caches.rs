@@ -31,6 +31,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 fn bits(values: &[Value]) -> Vec<Vec<u64>> {
     let one = |value: &Value| match value {
         Value::Field(field) => field.samples().iter().map(|v| u64::from(v.to_bits())).collect(),
+        Value::Strata(strata) => strata.offset().samples().iter().map(|v| u64::from(v.to_bits())).collect(),
         Value::Lines(lines) => {
             lines.lines.iter().flat_map(|line| &line.vertices).map(|v| v.width_m.to_bits()).collect()
         }
