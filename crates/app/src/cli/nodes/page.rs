@@ -239,6 +239,7 @@ impl PageEntry {
                 entry.ranges(spec.unit, *hard, *hard);
             }
             Kind::Stops { .. } => entry.ty = "colours [(value, \"#rrggbb\"), ...]".into(),
+            Kind::Layers { .. } => entry.ty = "layers [(thickness, hardness, repose, colour), ...]".into(),
             Kind::Strokes { hard, timed } => {
                 let time = if *timed { "time, " } else { "" };
                 entry.ty = format!("strokes [(tool, radius, {time}points, ...), ...]");
@@ -285,6 +286,12 @@ fn value(value: &ParamValue) -> Value {
         ParamValue::Stops(v) => {
             json!(v.iter().map(|stop| json!([stop.at, stop.colour.to_string()])).collect::<Vec<_>>())
         }
+        ParamValue::Layers(layers) => json!(
+            layers
+                .iter()
+                .map(|layer| json!([layer.thickness, layer.hardness, layer.repose, layer.colour.to_string()]))
+                .collect::<Vec<_>>()
+        ),
         // Node declarations do not have this kind.
         ParamValue::Strokes(v) => json!(v.len()),
         ParamValue::File(v) => json!(v),

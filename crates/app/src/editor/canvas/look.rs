@@ -4,7 +4,7 @@ use egui::{Color32, Visuals};
 use orograph_graph::PortType;
 
 /// The port types, with a name for the legend.
-pub(super) const MEANINGS: [(&str, PortType); 10] = [
+pub(super) const MEANINGS: [(&str, PortType); 11] = [
     ("height", PortType::Height),
     ("mask", PortType::Mask),
     ("scalar", PortType::Scalar(orograph_graph::Unit::One)),
@@ -13,6 +13,7 @@ pub(super) const MEANINGS: [(&str, PortType); 10] = [
     ("normal", PortType::Normal),
     ("weights", PortType::Weights),
     ("flow", PortType::Flow),
+    ("strata", PortType::Strata),
     ("lines", PortType::Lines),
     ("report", PortType::Report),
 ];
@@ -88,6 +89,7 @@ impl Look {
             PortType::Normal => (134, 146, 255),
             PortType::Weights => (146, 204, 96),
             PortType::Flow => (66, 200, 206),
+            PortType::Strata => (176, 122, 84),
             PortType::Lines => (240, 112, 90),
             PortType::Report => (190, 182, 118),
         };

@@ -7,7 +7,7 @@ use std::{
 };
 
 use egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions, Vec2, vec2};
-use orograph_graph::{Field, Lines, PortType, Value, World, plain};
+use orograph_graph::{Field, Layer, Lines, PortType, Value, World, plain};
 use orograph_nodes::{numerics::math, raster};
 
 use super::{super::Session, look::Look, model::Model};
@@ -90,6 +90,7 @@ fn now() -> Instant {
 fn same(a: &Value, b: &Value) -> bool {
     match (a, b) {
         (Value::Field(a), Value::Field(b)) => a.window() == b.window() && std::ptr::eq(a.samples(), b.samples()),
+        (Value::Strata(a), Value::Strata(b)) => Arc::ptr_eq(a, b),
         (Value::Lines(a), Value::Lines(b)) => Arc::ptr_eq(a, b),
         (Value::Report(a), Value::Report(b)) => Arc::ptr_eq(a, b),
         _ => false,
@@ -107,6 +108,10 @@ fn make(
 ) -> Thumb {
     let (image, lines) = match value {
         Value::Field(field) => (Some(of_field(field, ty)), extremes(field, ty)),
+        Value::Strata(strata) => {
+            let layers = &strata.column().layers;
+            (Some(of_layers(layers)), vec![counted(layers.len(), "layer")])
+        }
         Value::Lines(lines) => (Some(of_lines(lines, world, look)), vec![counted(lines.lines.len(), "line")]),
         Value::Report(report) => {
             let measure = |measure: &orograph_graph::Measure| {
@@ -174,6 +179,23 @@ fn extremes(field: &Field, ty: PortType) -> Vec<String> {
 /// A number with three digits.
 fn short(value: f64) -> String {
     plain(format!("{value:.2e}").parse().unwrap_or(value))
+}
+
+/// Layers to scale, from the top down.
+fn of_layers(layers: &[Layer]) -> ColorImage {
+    let total: f64 = layers.iter().map(|layer| layer.thickness).sum();
+    let mut image = ColorImage::filled([DRAWN, DRAWN], Color32::BLACK);
+    let (mut at, mut base) = (0, layers[0].thickness);
+    for (y, row) in image.pixels.chunks_exact_mut(DRAWN).enumerate() {
+        let depth = (y as f64 + 0.5) / DRAWN as f64 * total;
+        while depth > base && at + 1 < layers.len() {
+            at += 1;
+            base += layers[at].thickness;
+        }
+        let [red, green, blue] = layers[at].colour.0;
+        row.fill(Color32::from_rgb(red, green, blue));
+    }
+    image
 }
 
 /// Lines seen from above, wider and brighter with higher order.

@@ -3,6 +3,7 @@
 //! [`form`] lays out rows and holds the text being typed; [`value`] has a widget for every kind of parameter; [`node`]
 //! shows the selected node, `file` the settings of the file while nothing is selected.
 
+mod column;
 mod file;
 mod form;
 mod gradient;

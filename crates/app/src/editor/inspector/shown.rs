@@ -85,6 +85,11 @@ pub(super) fn show(ui: &mut Ui, kept: &mut Option<Kept>, session: &Session, node
                 ui.label(format!("{}: {} to {}", plane + 1, plain(low), plain(high)));
             }
         }
+        Value::Strata(found) => {
+            let layers = &found.column().layers;
+            ui.weak(counted(layers.len(), "layer"));
+            super::column::draw(ui, layers, 120.0);
+        }
         Value::Lines(found) => lines(ui, found),
         Value::Report(found) => report(ui, found),
         // never delivered

@@ -9,6 +9,7 @@ use egui::{Button, Checkbox, ComboBox, Id, Ui, WidgetInfo, WidgetType};
 use orograph_graph::{Kind, ParamSpec, ParamValue, Unit, World};
 
 use super::{
+    column,
     form::{FormState, TextField, words},
     gradient, number, pad,
 };
@@ -45,7 +46,7 @@ pub(super) struct Place<'a> {
 
 /// Returns true if a kind needs more room than there is beside its name.
 pub(super) const fn is_tall(kind: &Kind) -> bool {
-    matches!(kind, Kind::Curve { .. } | Kind::Path { .. } | Kind::Stops { .. })
+    matches!(kind, Kind::Curve { .. } | Kind::Path { .. } | Kind::Stops { .. } | Kind::Layers { .. })
 }
 
 /// Shows a value, and returns the change that was made.
@@ -84,6 +85,7 @@ pub(super) fn show(
         }
         (Kind::Path { .. }, ParamValue::Path(points)) => pad::path(ui, form, place, spec.unit, points),
         (Kind::Stops { .. }, ParamValue::Stops(stops)) => gradient::show(ui, form, place, spec.unit, stops),
+        (Kind::Layers { .. }, ParamValue::Layers(layers)) => column::show(ui, form, place, layers),
         (Kind::File, ParamValue::File(name)) => file(ui, form, place, name),
         (Kind::Strokes { .. }, ParamValue::Strokes(strokes)) => {
             ui.label(counted(strokes.len(), "stroke"));

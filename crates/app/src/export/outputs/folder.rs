@@ -133,8 +133,8 @@ impl OutputFolder {
                 serde_json::to_writer_pretty(&mut *to, report.as_ref())?;
                 to.write_all(b"\n")
             }),
-            // never delivered
-            Value::State(_) => Ok(()),
+            // `check_type` has refused strata, and a state is never delivered
+            Value::Strata(_) | Value::State(_) => Ok(()),
         }
     }
 

@@ -22,7 +22,7 @@ pub(super) fn rasters(output: &OutputDecl, options: &OutputOptions) -> Vec<Strin
     }
     match output.ty {
         // the check of the document has refused these types
-        PortType::Flow | PortType::Lines | PortType::Report => Vec::new(),
+        PortType::Flow | PortType::Strata | PortType::Lines | PortType::Report => Vec::new(),
         PortType::Colour | PortType::Normal | PortType::Weights => vec![format!("{name}.png")],
         PortType::Vector(_) => ["x", "y"].map(|axis| format!("{name}.{axis}.{extension}")).to_vec(),
         PortType::Height | PortType::Mask | PortType::Scalar(_) | PortType::AnyScalar => {
@@ -96,6 +96,7 @@ pub(super) const fn quantity(ty: PortType) -> &'static str {
         PortType::Normal => "normal",
         PortType::Weights => "weights",
         PortType::Flow => "flow",
+        PortType::Strata => "strata",
         PortType::Lines => "lines",
         PortType::Report => "report",
     }
