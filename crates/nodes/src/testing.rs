@@ -1,6 +1,10 @@
 //! Helpers for tests of nodes: small worlds, fields from formulas, runs of kernels.
 
-use orograph_graph::{Cancel, Fallback, InputValue, Kind, ParamValue, Value, Wanted, Warnings, World, check_value};
+use std::sync::Arc;
+
+use orograph_graph::{
+    Cancel, Column, Fallback, InputValue, Kind, Layer, ParamValue, Strata, Value, Wanted, Warnings, World, check_value,
+};
 
 use crate::{
     numerics::simd::{self, Level},
@@ -97,12 +101,47 @@ pub(crate) fn outputs_wanted(
     params: &ParamValues,
     fields: &[(&str, &Field)],
 ) -> (Result<Outputs, NodeError>, Vec<String>) {
-    let inputs =
-        node.inputs.iter().map(|input| match (fields.iter().find(|(name, _)| *name == input.name), input.fallback) {
-            (Some((_, field)), _) => InputValue::Value(Value::Field((*field).clone())),
-            (None, Fallback::Constant { default, .. }) => InputValue::Constant(default),
-            (None, _) => InputValue::Absent,
-        });
+    let of = |name: &str| fields.iter().find(|(field, _)| *field == name);
+    run_with(wanted, cancel, window, node, params, &|name| of(name).map(|(_, field)| Value::Field((*field).clone())))
+}
+
+/// As [`outputs`], in layers of rock.
+pub(crate) fn outputs_in_rock(
+    strata: &Strata,
+    node: &Node,
+    params: &ParamValues,
+    fields: &[(&str, &Field)],
+) -> Result<Outputs, NodeError> {
+    let of = |name: &str| fields.iter().find(|(field, _)| *field == name);
+    let value = |name: &str| match name {
+        "strata" => Some(strata.clone().into()),
+        _ => of(name).map(|(_, field)| Value::Field((*field).clone())),
+    };
+    run_with(Wanted::ALL, &Cancel::default(), *fields[0].1.window(), node, params, &value).0
+}
+
+/// Layers that follow a surface, of `(thickness in metres, hardness, steepest slope in degrees)`, from `top_m` down; the
+/// first and the last one continue.
+pub(crate) fn strata(offset: Field, top_m: f64, layers: &[(f64, f64, f64)]) -> Strata {
+    let layer =
+        |&(thickness, hardness, repose): &(f64, f64, f64)| Layer { thickness, hardness, repose, ..Layer::USUAL };
+    let layers = layers.iter().map(layer).collect();
+    Strata::new(Arc::new(Column { layers, top_m, repeats: false, cosine: 1.0 }), offset)
+}
+
+fn run_with(
+    wanted: Wanted,
+    cancel: &Cancel,
+    window: Window,
+    node: &Node,
+    params: &ParamValues,
+    value: &dyn Fn(&str) -> Option<Value>,
+) -> (Result<Outputs, NodeError>, Vec<String>) {
+    let inputs = node.inputs.iter().map(|input| match (value(input.name), input.fallback) {
+        (Some(value), _) => InputValue::Value(value),
+        (None, Fallback::Constant { default, .. }) => InputValue::Constant(default),
+        (None, _) => InputValue::Absent,
+    });
     let job = Job {
         node,
         params,
