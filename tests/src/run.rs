@@ -3,8 +3,8 @@
 use std::{num::NonZero, path::PathBuf, sync::Arc};
 
 use orograph_graph::{
-    Cancel, Document, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, InputValue, Job, Kind, Node, NodeIndex,
-    ParamValue, Port, Registry, Stop, Store, Value, Warnings, Window, World,
+    Cancel, Document, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, InputValue, Job, Kind, Layer, Node,
+    NodeIndex, ParamValue, Port, Registry, Stop, Store, Value, Warnings, Window, World,
 };
 
 use crate::land::{LAND, SELECTION};
@@ -120,6 +120,7 @@ fn example_on(land: &str, node: &'static Node, arguments: &str) -> Case {
             nodes: {{
                 {land}
                 "flow": Flow(height: "base"),
+                "strata": Stratify(height: "base", dip: 5),
                 "tint": Ramp(value: "base", high: 2000),
                 "relief": Hillshade(height: "base"),
                 "node": {}({}),
@@ -228,6 +229,10 @@ pub fn others(kind: &Kind) -> Vec<ParamValue> {
             vec![ParamValue::Stops(stops.collect())]
         }
         kind @ (Kind::Choice { .. } | Kind::Bool { .. }) => options(kind),
+        Kind::Layers { .. } => {
+            let hard = Layer { thickness: 150.0, hardness: 4.0, repose: 60.0, ..Layer::USUAL };
+            vec![ParamValue::Layers(vec![hard]), ParamValue::Layers(vec![Layer::USUAL, hard])]
+        }
         Kind::Strokes { .. } | Kind::File => Vec::new(),
     }
 }
@@ -263,7 +268,8 @@ pub fn wired(node: &'static Node) -> Case {
         if case.graph.source(case.node, position).is_some() {
             continue;
         }
-        let ports = ["other", "mask", "flow.lake_depth"].map(|port| case.graph.port(port).expect("a test node"));
+        let ports = ["other", "mask", "flow.lake_depth", "strata.strata"]
+            .map(|port| case.graph.port(port).expect("a test node"));
         if let Some(port) = ports.into_iter().find(|port| input.ty.accepts(case.graph.output_type(*port))) {
             case.graph.connect(port, case.node, input.name).expect("the types fit");
         }

@@ -145,6 +145,7 @@ fn the_sea_changes_what_nodes_declare_that_it_does() {
             let inputs = inputs(&case, dry);
             let on = |window: &Window, value: &Value| match value {
                 Value::Field(field) => Value::Field(field.crop(window)),
+                Value::Strata(strata) => strata.on(strata.offset().crop(window)).into(),
                 other => other.clone(),
             };
             let results = |sea_level: Option<f64>| -> Option<Vec<Value>> {

@@ -23,6 +23,12 @@ fn hash(value: &Value) -> String {
                 hasher.update(&sample.to_bits().to_le_bytes());
             }
         }
+        Value::Strata(strata) => {
+            for sample in strata.offset().samples() {
+                hasher.update(&sample.to_bits().to_le_bytes());
+            }
+            hasher.update(format!("{:?}", strata.column()).as_bytes());
+        }
         Value::Lines(lines) => {
             hasher.update(&serde_json::to_vec(lines.as_ref()).expect("lines are plain data"));
         }

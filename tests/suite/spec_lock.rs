@@ -41,6 +41,7 @@ fn declaration(node: &Node) -> Vec<String> {
             Kind::Stops { default } => {
                 format!("stops {}", default.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "))
             }
+            Kind::Layers { default } => format!("layers, by default {default:?}"),
             Kind::Strokes { hard, timed: false } => format!("strokes in {hard:?}"),
             Kind::Strokes { hard, timed: true } => format!("timed strokes in {hard:?}"),
             Kind::File => "file".to_owned(),

@@ -4,6 +4,8 @@ pub mod creep;
 pub mod glacial;
 pub mod hydraulic_pipe;
 pub mod rills;
+#[cfg(test)]
+mod strata_tests;
 pub mod stream_power;
 pub mod thermal;
 pub mod weathering;

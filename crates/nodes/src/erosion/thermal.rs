@@ -1,7 +1,13 @@
 //! Scree: slopes steeper than the angle of repose shed their material.
 
-use crate::numerics::repose::{Land, SWEEPS, Slump, capped, relaxed, rises, wraps};
-use crate::{numerics::math, prelude::*};
+use crate::{
+    numerics::{
+        beds::{Beds, Ground},
+        math, par,
+        repose::{Land, SWEEPS, Slump, capped, relaxed, rises, wraps},
+    },
+    prelude::*,
+};
 
 choice! {
     /// How long slopes relax.
@@ -37,6 +43,9 @@ inputs! {
     debris: Option<Scalar(Metres)>;
     /// Steepest stable angle of rock, per cell if wired; used only if `debris` is wired.
     rock: Scalar(Degrees) = 60.0, 20.0..=85.0, soft 45.0..=75.0;
+    /// Rock in depth, from `Stratify`: its layers have their own angles in place of `rock`; used only if `debris` is
+    /// wired.
+    strata: Option<Strata>;
 }
 
 outputs! {
@@ -115,6 +124,11 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let wraps = if window.is_whole() { wraps(&job.world().boundary) } else { [false; 2] };
     let land = Land { cells: [window.nx(), window.ny()], wraps, height, rise: &rise, loose: None };
     let Some(debris) = inputs.debris else {
+        if inputs.strata.is_some() {
+            job.warn(
+                "all of the terrain is loose, so that `strata` has no effect; wire `debris`, such as a `Constant` of 0",
+            );
+        }
         let moved = slide(&land, left, &params, job)?;
         return Ok(Given {
             height: wants.height.then(|| field(sum(height, &moved))),
@@ -125,7 +139,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         .into());
     };
     let thickness: Vec<f32> = debris.samples().iter().map(|thickness| thickness.max(0.0)).collect();
-    let crumbled = crumble(&land, &rises(job, height, inputs.rock, inputs.mask)?, &thickness, left, job)?;
+    let crumbled = crumble(&land, &inputs, &thickness, left, job)?;
     let bulking = params.bulking as f32;
     let swelled: Vec<f32> = crumbled.iter().map(|crumbled| (bulking - 1.0) * crumbled).collect();
     let loose: Vec<f32> = thickness.iter().zip(&crumbled).map(|(r, crumbled)| r + bulking * crumbled).collect();
@@ -147,13 +161,37 @@ fn sum(height: &[f32], gained: &[f32]) -> Vec<f32> {
     height.iter().zip(gained).map(|(h, d)| if *d == 0.0 { *h } else { h + d }).collect()
 }
 
-/// Returns the thickness of rock below the debris that fails because it is steeper than `rise`. `thickness` is that of
-/// the debris.
-fn crumble(land: &Land<'_>, rise: &[f32], thickness: &[f32], left: f32, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
+/// Returns the thickness of rock below the debris that fails because it is too steep. `thickness` is that of the debris.
+fn crumble(
+    land: &Land<'_>,
+    inputs: &Inputs<'_>,
+    thickness: &[f32],
+    left: f32,
+    job: &Job<'_>,
+) -> Result<Vec<f32>, NodeError> {
     let rock: Vec<f32> = land.height.iter().zip(thickness).map(|(h, r)| h - r).collect();
-    let rock = Land { height: &rock, rise, ..*land };
-    let held = capped(&Land { rise: &relaxed(&rock, left, job)?, ..rock }, job)?;
-    Ok(rock.height.iter().zip(&held).map(|(rock, held)| if held < rock { rock - held } else { 0.0 }).collect())
+    let layered = inputs.strata.map(|strata| (Beds::of_rock(strata.column()), strata.offset().samples()));
+    let held = match &layered {
+        None => {
+            let rise = rises(job, land.height, inputs.rock, inputs.mask)?;
+            let rock = Land { height: &rock, rise: &rise, ..*land };
+            capped(&Land { rise: &relaxed(&rock, left, job)?, ..rock }, None, job)?
+        }
+        Some((beds, offset)) => {
+            let layers = Ground { beds, offset };
+            let mut rise = rises(job, land.height, Lane::Constant(45.0), inputs.mask)?;
+            if left > 0.0 {
+                // what is left of the excess over the layer that a slope begins in
+                let tangents = par::map(rock.len(), |cell| layers.tangent(cell, f64::from(rock[cell])) as f32);
+                rise.iter_mut().zip(tangents).for_each(|(rise, tangent)| *rise *= tangent);
+                let rock = Land { height: &rock, rise: &rise, ..*land };
+                capped(&Land { rise: &relaxed(&rock, left, job)?, ..rock }, None, job)?
+            } else {
+                capped(&Land { height: &rock, rise: &rise, ..*land }, Some(&layers), job)?
+            }
+        }
+    };
+    Ok(rock.iter().zip(&held).map(|(rock, held)| if held < rock { rock - held } else { 0.0 }).collect())
 }
 
 /// Returns the gain of each cell as slopes relax until only the fraction `left` of the excess over repose remains.

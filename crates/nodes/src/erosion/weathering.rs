@@ -1,6 +1,7 @@
 //! Weathering: frost and soil production turn rock into debris, which falls and comes to rest.
 
 use crate::numerics::{
+    beds::{Beds, Ground},
     par,
     repose::{Land, SWEEPS, Slump, rises, wraps},
 };
@@ -36,6 +37,8 @@ inputs! {
     mask: Mask = 1.0, 0.0..=1.0;
     /// Thickness of debris on the rock at the start.
     debris: Option<Scalar(Metres)>;
+    /// Rock in depth, from `Stratify`: hard layers weather more slowly.
+    strata: Option<Strata>;
 }
 
 outputs! {
@@ -103,7 +106,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let rate = exposure.at(at).clamp(0.0, 1.0) * (params.frost as f32 * cracking + params.soil as f32);
         if rise[at].is_finite() { rate } else { 0.0 }
     });
-    let most = params.duration * f64::from(rate.iter().copied().fold(0.0, f32::max));
+    let weakest = inputs.strata.map_or(1.0, |strata| Beds::of_rock(strata.column()).weakest());
+    let most = params.duration * weakest * f64::from(rate.iter().copied().fold(0.0, f32::max));
     let cover = (4.0 * params.bulking * most / params.cover).min(ROUNDS);
     let rounds = cover.max(2.0 * most / job.cell_m()).ceil();
     weather(job, &params, &inputs, [&rise, &rate], rounds as u32)
@@ -130,6 +134,8 @@ fn weather(
     let (bulking, cover) = (params.bulking as f32, params.cover as f32);
     let round_yr = (params.duration / f64::from(rounds.max(1))) as f32;
     let cell_m = job.cell_m() as f32;
+    let beds = inputs.strata.map(|strata| (Beds::of_rock(strata.column()), strata.offset().samples()));
+    let ground_below = beds.as_ref().map(|(beds, offset)| Ground { beds, offset });
     let mut at_rest = true;
     for round in 0..rounds {
         job.check()?;
@@ -138,9 +144,11 @@ fn weather(
             if rate[at] == 0.0 {
                 return 0.0;
             }
-            let free = ground.drop_from(rock[at] - weathered[at], at);
+            let level = rock[at] - weathered[at];
+            let weakness = ground_below.map_or(1.0, |ground| ground.weakness(at, f64::from(level)) as f32);
+            let free = ground.drop_from(level, at);
             let area = (1.0 + (free / cell_m) * (free / cell_m)).sqrt();
-            let made = bulking * rate[at] * round_yr * area * math::f32::exp(-debris[at] / cover);
+            let made = bulking * rate[at] * weakness * round_yr * area * math::f32::exp(-debris[at] / cover);
             // debris that stays where it is produced shields the rock below it
             let stays = free <= rise[at];
             (if stays { cover * math::ln(1.0 + f64::from(made / cover)) as f32 } else { made }) / bulking

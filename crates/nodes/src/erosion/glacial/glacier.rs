@@ -16,7 +16,10 @@ use super::{
     transfer::Transfer,
 };
 use crate::{
-    numerics::{math, par},
+    numerics::{
+        beds::{Beds, Ground},
+        math, par,
+    },
     prelude::*,
     raster::fill_voids,
 };
@@ -57,6 +60,8 @@ pub(super) struct Glacier {
     pub grid: Grid,
     climate: Climate,
     erodibility: Layer,
+    /// Layers of rock and what is subtracted in the stratigraphic height of each ice cell.
+    strata: Option<(Beds, Vec<f32>)>,
     flow: Flow,
     pub ice: Ice,
     /// Levels of the rock at the start and now, and thickness of till on it, per ice cell.
@@ -104,6 +109,13 @@ impl Glacier {
         }
         let means = transfer.coarse.means(job, &filled(job, inputs.height.samples())?)?;
         let start: Vec<f64> = means.iter().map(|&mean| f64::from(mean)).collect();
+        let strata = match inputs.strata {
+            Some(strata) => {
+                let offset = transfer.coarse.means(job, strata.offset().samples())?;
+                Some((Beds::of_rock(strata.column()), offset))
+            }
+            None => None,
+        };
         let rheology = Rheology::new(params.rate_factor, params.sliding, params.yield_stress);
         let flow = match params.method {
             Method::Full => {
@@ -119,6 +131,7 @@ impl Glacier {
             grid,
             climate,
             erodibility: Layer::new(job, &transfer.coarse, inputs.erodibility)?,
+            strata,
             flow,
             ice: Ice::new(&grid)?,
             rock: copied(&start)?,
@@ -194,11 +207,13 @@ impl Glacier {
             }
             Flow::Fast(plastic) => Some(copied(&plastic.area)?),
         };
+        let ground = self.strata.as_ref().map(|(beds, offset)| Ground { beds, offset });
         let (rock, till) = (&self.rock, &self.till);
         let rates = law::rates(&grid, params, &self.ice, &|cell| rock[cell] + till[cell], area.as_deref())?;
         for (cell, rate) in rates.into_iter().enumerate() {
             self.active[cell] |= f64::from(self.ice.depth[cell]) > THIN_M;
-            let lowered = f64::from(rate) * years * self.erodibility.at(cell).max(0.0);
+            let weakness = ground.map_or(1.0, |ground| ground.weakness(cell, self.rock[cell]));
+            let lowered = f64::from(rate) * years * self.erodibility.at(cell).max(0.0) * weakness;
             if lowered <= 0.0 {
                 continue;
             }
@@ -213,8 +228,10 @@ impl Glacier {
             self.volumes.flour += area_m2 * (1.0 - params.debris) * hard;
         }
         let bed: Vec<f64> = self.rock.iter().zip(&self.till).map(|(rock, till)| rock + till).collect();
-        let tangent = math::tan(params.walls.to_radians());
-        for (cell, fallen) in law::failures(&grid, tangent, &bed, &self.active)?.into_iter().enumerate() {
+        let walls = math::tan(params.walls.to_radians());
+        let rock = &self.rock;
+        let tangent = |cell: usize| ground.map_or(walls, |ground| ground.tangent(cell, rock[cell]));
+        for (cell, fallen) in law::failures(&grid, &tangent, &bed, &self.active)?.into_iter().enumerate() {
             // the blur's tails are no failures
             if fallen < LEAST_FALL_M {
                 continue;

@@ -112,10 +112,15 @@ fn power(x: f64, l: f64) -> f64 {
     }
 }
 
-/// How far each cell fails in a step: a third of what is steeper than `tangent` above a neighbour for which `active` is
+/// How far each cell fails in a step: a third of what is steeper than the `tangent` of the cell above a neighbour for which `active` is
 /// true, spread along the wall, because a wall does not fail in ribs as wide as a cell.
-pub(super) fn failures(grid: &Grid, tangent: f64, bed: &[f64], active: &[bool]) -> Result<Vec<f32>, OutOfMemory> {
-    let (nx, most) = (grid.nx, grid.cell_m.map(|cell_m| tangent * cell_m));
+pub(super) fn failures(
+    grid: &Grid,
+    tangent: &(dyn Fn(usize) -> f64 + Sync),
+    bed: &[f64],
+    active: &[bool],
+) -> Result<Vec<f32>, OutOfMemory> {
+    let nx = grid.nx;
     let mut fallen: Vec<f32> = zeroed(grid.len())?;
     par::all(fallen.chunks_mut(nx), |j, fallen| {
         // rows without ice around them
@@ -125,9 +130,10 @@ pub(super) fn failures(grid: &Grid, tangent: f64, bed: &[f64], active: &[bool]) 
         }
         for (i, fallen) in fallen.iter_mut().enumerate() {
             let mut worst = 0.0;
+            let steepest = tangent(j * nx + i);
             for (way, other) in grid.beside(i, j).into_iter().enumerate() {
                 let Some(other) = other.filter(|&other| active[other]) else { continue };
-                let excess = bed[j * nx + i] - bed[other] - most[way / 2];
+                let excess = bed[j * nx + i] - bed[other] - steepest * grid.cell_m[way / 2];
                 worst = if excess > worst { excess } else { worst };
             }
             *fallen = (worst / 3.0) as f32;

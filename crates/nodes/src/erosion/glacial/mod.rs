@@ -131,6 +131,8 @@ inputs! {
     precipitation: Scalar(MetresPerYear) = 1.5, -10.0..=50.0, soft 0.0..=5.0;
     /// Factor on abrasion and plucking: the softness of the rock.
     erodibility: Scalar(One) = 1.0, 0.0..=1e4, soft 0.0..=4.0;
+    /// Rock in depth, from `Stratify`: ice wears hard layers more slowly, and their own slopes replace `walls`.
+    strata: Option<Strata>;
 }
 
 outputs! {

@@ -15,6 +15,7 @@ use super::{
     slip::Slip,
     transport,
 };
+use crate::numerics::beds::Ground;
 
 /// Steps of one sweep, each some rows behind the one before: the result of one step is still in the cache for the
 /// next.
@@ -38,6 +39,8 @@ pub(super) struct Scene<'a> {
     pub land: &'a [f32],
     pub rain: Lane<'a>,
     pub erodibility: Lane<'a>,
+    /// Layers of rock, where there are any.
+    pub ground: Option<Ground<'a>>,
     pub physics: Physics,
 }
 
@@ -164,6 +167,8 @@ pub(super) struct Band {
     rings: Vec<Rings>,
     rain: Vec<f32>,
     pub mobile: Vec<f32>,
+    /// One over the hardness of the rock of a row.
+    weakness: Vec<f32>,
     /// Sink for the unused flow in the halo.
     elsewhere: Vec<f32>,
     pub left: Vec<Left>,
@@ -184,6 +189,7 @@ impl Band {
             rings: (0..STEPS_PER_SWEEP).map(|step| Rings::new(nx, step)).collect(),
             rain: vec![0.0; nx],
             mobile: vec![0.0; nx],
+            weakness: vec![1.0; nx],
             elsewhere: vec![0.0; nx],
             left: vec![Left::default(); rows.len()],
             deepest_m: 0.0,
@@ -415,6 +421,13 @@ impl Band {
         }
         let [north, south] = north.pair_mut(at(y));
         let (west, depth) = (west.faces_mut(at(y)), depth.cells_mut(at(y)));
+        let loose = loose.cells_mut(at(y));
+        if let Some(ground) = &scene.ground {
+            // the rock begins below the loose ground
+            for (i, (weakness, bed)) in self.weakness.iter_mut().zip(bed.cells(y)).enumerate() {
+                *weakness = ground.weakness(world_row * nx + i, f64::from(bed - loose[i])) as f32;
+            }
+        }
         let row = bed::Row {
             north: &*north,
             shares: [share.whole(y), share.cells(y + 1)],
@@ -422,9 +435,10 @@ impl Band {
             beds: [y - 1, y, y + 1].map(|row| bed.whole(row)),
             sediment: sediment.cells(at(y)),
             mobile: mobility(&mut self.mobile, scene, world_row),
+            weakness: &self.weakness,
         };
         let flow = if own { &mut self.flow[y as usize * nx..][..nx] } else { &mut self.elsewhere[..] };
-        let (change, loose, taken) = (change.cells_mut(at(y)), loose.cells_mut(at(y)), taken.cells_mut(at(y)));
+        let (change, taken) = (change.cells_mut(at(y)), taken.cells_mut(at(y)));
         let (load_row, part_row) = (load.cells_mut(y), part.cells_mut(y));
         let deepest = bed::exchange(west, south, depth, flow, change, loose, taken, load_row, part_row, &row, pace);
         load.close(y, joined[0]);

@@ -58,6 +58,8 @@ pub(super) struct Row<'a> {
     pub sediment: &'a [f32],
     /// Factor on the rate of entrainment, negative where the bed is fixed.
     pub mobile: &'a [f32],
+    /// One over the hardness of the rock below the loose ground.
+    pub weakness: &'a [f32],
 }
 
 simd! {
@@ -100,6 +102,7 @@ fn exchange_by<const LAW: u8>(
     let (west, below, flow, change) = (&mut west[..=n], &mut below[..n], &mut flow[..n], &mut change[..n]);
     let (loose, total, load, part) = (&mut loose[..n], &mut taken[..n], &mut load[..n], &mut part[..n]);
     let (north, sediment, mobile) = (&row.north[..n], &row.sediment[..n], &row.mobile[..n]);
+    let weakness = &row.weakness[..n];
     let (share_west, share, share_east) = (&row.shares[0][..n], &row.shares[0][1..=n], &row.shares[0][2..n + 2]);
     let share_south = &row.shares[1][..n];
     let [
@@ -172,7 +175,7 @@ fn exchange_by<const LAW: u8>(
         };
         // below the loose ground, only at the rate of rock
         let beyond = taken - loose[i];
-        let taken = if beyond > 0.0 { loose[i] + beyond * pace.rock } else { taken };
+        let taken = if beyond > 0.0 { loose[i] + beyond * least(pace.rock * weakness[i], 1.0) } else { taken };
         // at most the load of the water
         let taken = most(taken, -sediment[i] * pace.acceleration);
         let taken = if mobile[i] >= 0.0 { taken } else { 0.0 };

@@ -95,6 +95,8 @@ inputs! {
     erodibility: Scalar(One) = 1.0, 0.0..=1e6, soft 0.0..=4.0;
     /// Initial thickness of loose ground on the rock, per cell if wired.
     regolith: Scalar(Metres) = 10.0, 0.0..=1e9, soft 0.0..=50.0;
+    /// Rock in depth, from `Stratify`: water erodes hard layers below the loose ground more slowly.
+    strata: Option<Strata>;
     /// Drainage of the terrain, for a warm start: lakes are full and rivers flow from the first second.
     flow: Option<Flow>;
 }

@@ -4,7 +4,10 @@ use orograph_graph::{Stroke, Tool};
 
 use super::{Inputs, Params, band::Scene, budget, physics::Physics};
 use crate::{
-    numerics::strokes::{Path, act},
+    numerics::{
+        beds::{Beds, Ground},
+        strokes::{Path, act},
+    },
     prelude::*,
 };
 
@@ -18,11 +21,14 @@ pub(super) struct Painted {
     drops: Option<Vec<f32>>,
     /// All of that together.
     rain: Option<Vec<f32>>,
+    /// Layers of rock, where there are any.
+    beds: Option<Beds>,
 }
 
 impl Painted {
-    pub fn new(job: &Job<'_>, rain: Lane<'_>, params: &Params) -> Self {
-        Self { spring: spring(job, rain, params), ..Self::default() }
+    pub fn new(job: &Job<'_>, inputs: &Inputs<'_>, params: &Params) -> Self {
+        let beds = inputs.strata.map(|strata| Beds::of_rock(strata.column()));
+        Self { spring: spring(job, inputs.rain, params), beds, ..Self::default() }
     }
 
     /// Terrain height.
@@ -35,12 +41,14 @@ impl Painted {
     pub fn scene<'s>(&'s self, job: &'s Job<'_>, physics: Physics) -> Result<Scene<'s>, NodeError> {
         let (window, inputs) = (job.window(), Inputs::read(job)?);
         let rain = self.rain.as_deref().or(self.spring.as_deref());
+        let strata = self.beds.as_ref().zip(inputs.strata);
         Ok(Scene {
             cells: [window.nx(), window.ny()],
             boundary: job.world().boundary,
             land: self.land(job)?,
             rain: rain.map_or(inputs.rain, Lane::Samples),
             erodibility: inputs.erodibility,
+            ground: strata.map(|(beds, strata)| Ground { beds, offset: strata.offset().samples() }),
             physics,
         })
     }

@@ -73,7 +73,7 @@ impl Storm {
             }
         }
         let inputs = Inputs::read(job)?;
-        let painted = Painted::new(job, inputs.rain, &params);
+        let painted = Painted::new(job, &inputs, &params);
         let physics = Physics::new(&params, job.cell_m());
         warn_of_width(job, physics.width_m);
         let scene = painted.scene(job, physics)?;

@@ -153,6 +153,7 @@ fn lake<'a>(land: &'a Field, changes: &str, surface: impl Fn(f64, f64) -> f64) -
         land: land.samples(),
         rain: Lane::Constant(0.0),
         erodibility: Lane::Constant(1.0),
+        ground: None,
         physics: Physics::new(&params, window.cell_m()),
     };
     let mut run = Run::new(&scene, Lane::Constant(10.0));

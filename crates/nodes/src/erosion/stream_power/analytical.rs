@@ -42,6 +42,9 @@ fn check(inputs: &Inputs<'_>, params: &Params, sea_level: Option<f64>) -> Result
             "leave `uplift_course` at its default",
         );
     }
+    if inputs.strata.is_some() {
+        return refuse("does not support rock in depth".to_owned(), "leave `strata` unwired");
+    }
     let under = |level: f64| inputs.height.samples().iter().any(|&height| f64::from(height) < level);
     if sea_level.is_some_and(under) {
         return refuse(

@@ -75,6 +75,9 @@ impl Inland {
                 let incline = if input.name == "height" { INCLINE } else { 0.0 };
                 InputValue::Value(Value::Field(self.reflect(field, incline)))
             }
+            InputValue::Value(Value::Strata(strata)) => {
+                InputValue::Value(strata.on(self.continued(strata.offset())).into())
+            }
             other => other.clone(),
         });
         Job {
@@ -124,11 +127,31 @@ impl Inland {
         Field::new(self.outer, reflected)
     }
 
+    /// A field that goes on in the margin with the slope that it has inside: reflected in the nearest cell and inverted.
+    fn continued(&self, field: &Field) -> Field {
+        let (nx, samples) = (self.inner.nx(), field.samples());
+        let place = |at: usize, before: usize, count: usize| -> [usize; 2] {
+            let (at, last) = (at as isize - before as isize, count as isize - 1);
+            let nearest = at.clamp(0, last);
+            [nearest, (2 * nearest - at).clamp(0, last)].map(|at| at as usize)
+        };
+        let mut continued = vec![0.0; self.outer.len()];
+        continued.par_chunks_mut(self.outer.nx()).enumerate().for_each(|(y, row)| {
+            let [near_y, mirrored_y] = place(y, self.before[1], self.inner.ny());
+            for (x, sample) in row.iter_mut().enumerate() {
+                let [near_x, mirrored_x] = place(x, self.before[0], nx);
+                *sample = 2.0 * samples[near_y * nx + near_x] - samples[mirrored_y * nx + mirrored_x];
+            }
+        });
+        Field::new(self.outer, continued)
+    }
+
     /// Results without the margin.
     #[must_use]
     pub fn cut(&self, outputs: Outputs) -> Outputs {
         outputs.into_iter_named().fold(Outputs::default(), |cut, (name, value)| match value {
             Value::Field(field) => cut.with(name, self.inside(&field)),
+            Value::Strata(strata) => cut.with(name, strata.on(self.inside(strata.offset()))),
             other => cut.with(name, other),
         })
     }
@@ -213,6 +236,16 @@ mod tests {
         let inclined = inland.reflect(&field, 0.02);
         assert_eq!(inclined.samples()[20 * 48], plain.samples()[20 * 48] - 4.0);
         assert_eq!(inland.inside(&inclined), field);
+    }
+
+    #[test]
+    fn tilted_layers_keep_their_tilt_in_the_margin() {
+        let window = Window::whole(world(40, 50, Boundary::all(Edge::Inland)));
+        let field = testing::field(window.world, |x, y| x + 100.0 * y);
+        let inland = Inland::around(window).expect("a margin");
+        let continued = inland.continued(&field);
+        let expected = testing::field(inland.outer.world, |x, y| (x - 200.0) + 100.0 * (y - 200.0));
+        assert_eq!(continued.samples(), expected.samples());
     }
 
     /// Rivers leave through a few gates that keep their height; the rest of the rim rises with the land.

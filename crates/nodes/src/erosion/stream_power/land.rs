@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use super::{
     Inputs, Params, Receivers, Wants,
     area::{Area, Heads, Scheme},
+    bedrock::Bedrock,
     deposition::Transport,
     incision::Law,
     inland,
@@ -49,6 +50,8 @@ pub struct Land<'a> {
     /// Years that have passed.
     time_yr: f64,
     rock: Rock<'a>,
+    /// Layers of rock, where there are any.
+    bedrock: Option<Bedrock<'a>>,
     steepest: Steepest,
     hillslope: Hillslope<'a>,
     /// The drainage area at which a river carries off what creeps into it; infinite without such rivers.
@@ -156,15 +159,21 @@ impl<'a> Land<'a> {
         };
         let (rock, varied) = Rock::new(job, &inputs, params, &law, shortest_m)?;
         let heads = Heads { critical_m2: params.critical_area, headwater_m2: params.headwater_area, m: params.m };
-        // creep that keeps pace with the headwaters over some cells, whatever the cells are
-        let headwater_yr = rock.mean(cells) * heads.power();
-        let least_diffusivity = params.rounding * headwater_yr * cell_m;
         let tangent = |degrees: f32| {
             let degrees = f64::from(degrees).clamp(0.0, 90.0);
             if degrees < 90.0 { math::tan(degrees.to_radians()) } else { f64::INFINITY }
         };
+        let (bedrock, varied) = match inputs.strata {
+            Some(strata) => (Some(Bedrock::new(strata, inputs.uplift, inputs.repose, varied)?), None),
+            None => (None, varied),
+        };
+        // creep that keeps pace with the headwaters over some cells, whatever the cells are
+        let weakness = bedrock.as_ref().map_or(1.0, Bedrock::mean_weakness);
+        let least_diffusivity = params.rounding * rock.mean(cells) * weakness * heads.power() * cell_m;
         let steepest = match (varied, inputs.repose) {
             (Some(tangents), _) => Steepest::Each(tangents),
+            // looked up at each step
+            (None, _) if bedrock.is_some() => Steepest::Each(zeroed(cells)?),
             (None, Lane::Constant(degrees)) => Steepest::Everywhere(tangent(degrees)),
             (None, Lane::Samples(degrees)) => {
                 Steepest::Each(degrees.par_iter().map(|&degrees| tangent(degrees) as f32).collect())
@@ -181,6 +190,7 @@ impl<'a> Land<'a> {
             tectonics: Tectonics::new(&inputs, params),
             time_yr: 0.0,
             rock,
+            bedrock,
             steepest,
             hillslope: Hillslope::new(&job.window(), inputs.diffusivity, params.critical_slope)
                 .at_least(least_diffusivity)
@@ -222,6 +232,7 @@ impl<'a> Land<'a> {
         let until_yr = self.time_yr + step_yr;
         self.tectonics.raise(job, &self.grid, &mut self.heights, [self.time_yr, until_yr])?;
         self.time_yr = until_yr;
+        self.look_up();
         self.route(job, Some(step))?;
         self.area.spread();
         self.widen(job, self.valley_width_m)?;
@@ -262,6 +273,13 @@ impl<'a> Land<'a> {
         }
         self.sediment = Some(sediment);
         Ok(Work { lowered: lowered.filter(|_| asked.lowered), flux: asked.flux.then_some(flux) })
+    }
+
+    /// Looks up the layers at the surface.
+    fn look_up(&mut self) {
+        if let (Some(bedrock), Steepest::Each(steepest)) = (&mut self.bedrock, &mut self.steepest) {
+            bedrock.look_up(self.tectonics.risen_yr(self.time_yr), &self.heights, steepest);
+        }
     }
 
     /// Lets slopes give way that are steeper than repose.
@@ -318,13 +336,15 @@ impl<'a> Land<'a> {
     }
 
     fn links(&self, step_yr: f64) -> Links<'_> {
-        Links::new(&self.law, &self.rock, &self.area, &self.tangents, self.cell_m, step_yr, self.n)
+        let links = Links::new(&self.law, &self.rock, &self.area, &self.tangents, self.cell_m, step_yr, self.n);
+        links.in_layers(self.bedrock.as_ref().map(|bedrock| &bedrock.weakness[..]))
     }
 
     /// Solves the law over a step, receivers first.
     fn erode(&mut self, job: &Job<'_>, step_yr: f64) -> Result<(), NodeError> {
         let mut heights = std::mem::take(&mut self.heights);
-        let (links, sea_level_m) = (self.links(step_yr), self.sea_level_m);
+        // layers are cut one after the other
+        let (links, sea_level_m) = (self.links(step_yr).in_layers(None), self.sea_level_m);
         let solve = |cell: usize, code: u8, height: f64, below: f64| {
             let below = if below < sea_level_m { sea_level_m } else { below };
             let drop = height - below;
@@ -333,7 +353,10 @@ impl<'a> Land<'a> {
                 return height;
             }
             let (coefficient, length_m) = links.of(cell, code);
-            let left = self.law.left(coefficient, drop);
+            let left = match &self.bedrock {
+                Some(bedrock) => bedrock.left(&self.law, self.n, cell, coefficient, [height, below]),
+                None => self.law.left(coefficient, drop),
+            };
             let steepest = self.steepest.at(cell) * length_m;
             below + if left > steepest { steepest } else { left }
         };

@@ -18,6 +18,8 @@ pub struct Links<'a> {
     bases: [[f64; 256]; 2],
     /// K Δt / dⁿ as a coefficient, where K is the same everywhere.
     everywhere: Option<[[f64; 256]; 2]>,
+    /// One over the hardness of the layer at the surface, where rock is layered.
+    weakness: Option<&'a [f32]>,
 }
 
 impl<'a> Links<'a> {
@@ -38,7 +40,13 @@ impl<'a> Links<'a> {
         });
         let bases = lengths_m.map(|row| row.map(|length_m| step_yr / math::pow(length_m, n)));
         let everywhere = rock.everywhere().map(|k| bases.map(|row| row.map(|base| law.coefficient(k * base))));
-        Self { law, rock, area, tangents, lengths_m, bases, everywhere }
+        Self { law, rock, area, tangents, lengths_m, bases, everywhere, weakness: None }
+    }
+
+    /// The same links in layers of rock.
+    #[must_use]
+    pub fn in_layers(self, weakness: Option<&'a [f32]>) -> Self {
+        Self { weakness, ..self }
     }
 
     /// The coefficient C = K Aᵐ Δt / dⁿ of a cell's link, as [`Law::left`] takes it, and the link's length d in metres.
@@ -55,6 +63,10 @@ impl<'a> Links<'a> {
             None => self.law.coefficient(self.rock.erodibility(cell) * self.bases[diagonal][along]),
         };
         let coefficient = self.law.times(without_area, self.area.power(self.law, cell));
+        let coefficient = match self.weakness {
+            Some(weakness) => self.law.times(coefficient, self.law.coefficient(f64::from(weakness[cell]))),
+            None => coefficient,
+        };
         (self.rock.vary(self.law, cell, coefficient), self.lengths_m[diagonal][along])
     }
 }

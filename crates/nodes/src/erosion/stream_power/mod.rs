@@ -10,6 +10,9 @@
 
 mod analytical;
 mod area;
+mod bedrock;
+#[cfg(test)]
+mod bedrock_tests;
 mod coarse;
 mod course;
 mod deposition;
@@ -29,10 +32,13 @@ mod tectonics;
 #[cfg(test)]
 mod tests;
 
-use orograph_graph::Glimpses;
+use std::sync::Arc;
+
+use orograph_graph::{Column, Glimpses, Layer, Strata};
 use rayon::prelude::*;
 
 use self::{
+    bedrock::Bedrock,
     inland::Inland,
     land::{Asked, Footing, Land, Work},
     rock::DEFAULT_ERODIBILITY,
@@ -143,11 +149,13 @@ inputs! {
     rain: Scalar(One) = 1.0, 0.0..=1e6, soft 0.0..=4.0;
     /// Coefficient G of deposition: how readily sediment settles. With 0, rivers carry all of it out of the world.
     deposition: Scalar(One) = 0.0, 0.0..=1e3, soft 0.0..=4.0;
-    /// Steepest stable slope; 90° removes the limit.
+    /// Steepest stable slope; 90° removes the limit. With `strata`, the layers have their own.
     repose: Scalar(Degrees) = 38.0, 0.0..=90.0, soft 20.0..=60.0;
     /// Diffusion coefficient D of soil creep: 0.001 in dry to 0.1 in wet climates, 0 for none.
     /// Negative values count as 0.
     diffusivity: Scalar(SquareMetresPerYear) = 0.0, 0.0..=1e3, soft 0.0..=0.1;
+    /// Rock in depth, from `Stratify`: rivers cut hard layers more slowly, and each layer has its steepest slope.
+    strata: Option<Strata>;
 }
 
 outputs! {
@@ -164,6 +172,8 @@ outputs! {
     sediment: Scalar(Metres);
     /// Sediment that rivers carried out of each cell during the last time step.
     sediment_flux: Scalar(CubicMetresPerYear);
+    /// The rock in depth at the end: the layers of `strata`, raised by the uplift. Without that input a single layer.
+    strata: Strata;
 }
 
 /// The declaration.
@@ -304,8 +314,19 @@ fn results(job: &Job<'_>, land: &mut Land<'_>, start: &Field, step_yr: f64, work
         erosion_rate: wants.erosion_rate.then(|| work.lowered.map_or_else(nothing, rate)),
         sediment: wants.sediment.then(|| land.sediment_m().map_or_else(nothing, |metres| field(metres.to_vec()))),
         sediment_flux: wants.sediment_flux.then(|| work.flux.map_or_else(nothing, flux)),
+        strata: wants.strata.then(|| strata(job, land)).transpose()?,
     }
     .into())
+}
+
+/// The rock in depth at the end.
+fn strata(job: &Job<'_>, land: &Land<'_>) -> Result<Strata, NodeError> {
+    let inputs = Inputs::read(job)?;
+    let Some(strata) = inputs.strata else {
+        let column = Column { layers: vec![Layer::USUAL], top_m: 0.0, repeats: false, cosine: 1.0 };
+        return Ok(Strata::new(Arc::new(column), Field::constant(job.window(), 0.0)));
+    };
+    Ok(Bedrock::moved(strata, inputs.uplift, land.tectonics.risen_yr(land.time_yr())))
 }
 
 /// Makes the steps of a run. Gives how long they are and what the last one did, as far as it is asked.

@@ -43,6 +43,12 @@ impl<'a> Tectonics<'a> {
         self.base_level_fall * time_yr
     }
 
+    /// How far a cell has risen after a part of the run, for an uplift of 1 m/yr.
+    #[must_use]
+    pub fn risen_yr(&self, time_yr: f64) -> f64 {
+        if time_yr > 0.0 { self.course.mean(0.0, time_yr / self.duration_yr) * time_yr } else { 0.0 }
+    }
+
     /// How fast a cell rises in the mean of the run, in m/yr.
     #[must_use]
     pub fn rate(&self, cell: usize, is_base: bool) -> f64 {

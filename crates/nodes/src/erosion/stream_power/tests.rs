@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// Rivers alone: without debris flows, floors, rounding and long waves of rock.
-const RIVERS: &str = "schedule=full,headwater_area=0,critical_area=2e4,valley_width=0,rounding=0,variation=0.3,variation_size=0,\
+pub const RIVERS: &str = "schedule=full,headwater_area=0,critical_area=2e4,valley_width=0,rounding=0,variation=0.3,variation_size=0,\
                       repose_variation=0";
 /// The law alone, but for the limit of slopes.
 pub const PLAIN: &str = "schedule=full,critical_area=0,variation=0,receivers=d8";

@@ -6,11 +6,14 @@
 //! in Dijkstra's order, here by fast sweeping of blocks in alternating directions, as in H. Zhao, 2005, Math. Comp.
 //! 74). Blocks that changed are swept again, and so are their neighbours. A cell depends only on lower ones, so the
 //! result does not depend on the order.
+//!
+//! In layers of rock the surface climbs from the neighbours of a cell through one layer after the other, at the slope of
+//! each.
 
 use orograph_graph::NodeError;
 
 use super::{Land, pace::beside};
-use crate::numerics::par;
+use crate::numerics::{beds::Ground, par};
 use crate::prelude::Job;
 
 /// Cells per side of a block.
@@ -20,11 +23,11 @@ const BLOCK: usize = 64;
 const RINGED: usize = BLOCK + 2;
 
 /// Returns the highest surface that rises by at most `rise` between neighbours (m) where that is finite, and is the
-/// terrain elsewhere. Closed cells neither limit others nor are lowered.
+/// terrain elsewhere. Closed cells neither limit others nor are lowered. In layers of rock, `rise` is for a slope of 45°.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
-pub fn capped(land: &Land<'_>, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
+pub fn capped(land: &Land<'_>, layers: Option<&Ground<'_>>, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
     let [nx, ny] = land.cells;
     let blocks = [nx.div_ceil(BLOCK), ny.div_ceil(BLOCK)];
     let mut surface: Vec<f32> =
@@ -33,7 +36,7 @@ pub fn capped(land: &Land<'_>, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
     while awake.contains(&true) {
         let lowered = par::collect((0..awake.len()).filter(|&block| awake[block]), |_, block| {
             job.check()?;
-            let cells = relaxed(land, &surface, [block % blocks[0], block / blocks[0]]);
+            let cells = relaxed(land, layers, &surface, [block % blocks[0], block / blocks[0]]);
             Ok::<_, NodeError>(cells.map(|cells| (block, cells)))
         })?;
         awake.fill(false);
@@ -59,7 +62,7 @@ pub fn capped(land: &Land<'_>, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
 }
 
 /// Lowers a block as far as its fixed halo allows. Returns None if no cell was lowered.
-fn relaxed(land: &Land<'_>, surface: &[f32], [bi, bj]: [usize; 2]) -> Option<Vec<f32>> {
+fn relaxed(land: &Land<'_>, layers: Option<&Ground<'_>>, surface: &[f32], [bi, bj]: [usize; 2]) -> Option<Vec<f32>> {
     let [nx, ny] = land.cells;
     let (wide, high) = (BLOCK.min(nx - bi * BLOCK), BLOCK.min(ny - bj * BLOCK));
     let mut cells = vec![f32::INFINITY; RINGED * RINGED];
@@ -89,7 +92,12 @@ fn relaxed(land: &Land<'_>, surface: &[f32], [bi, bj]: [usize; 2]) -> Option<Vec
                 let i = if sweep & 1 == 0 { i } else { wide - 1 - i };
                 let at = (j + 1) * RINGED + i + 1;
                 if rises[i].is_finite() {
-                    let most = allowed(&cells, at, rises[i]);
+                    let most = match layers {
+                        Some(layers) => {
+                            allowed_in(layers, &cells, at, rises[i], (bj * BLOCK + j) * nx + bi * BLOCK + i)
+                        }
+                        None => allowed(&cells, at, rises[i]),
+                    };
                     if most < cells[at] {
                         cells[at] = most;
                         again = true;
@@ -103,6 +111,28 @@ fn relaxed(land: &Land<'_>, surface: &[f32], [bi, bj]: [usize; 2]) -> Option<Vec
         lowered = true;
     }
     lowered.then_some(cells)
+}
+
+/// Returns the greatest height of a cell in layers of rock, whose number in the terrain is `cell`, that its neighbours
+/// allow: the surface climbs from the lowest of them through one layer after the other, at the slope of each.
+fn allowed_in(layers: &Ground<'_>, cells: &[f32], at: usize, rise: f32, cell: usize) -> f32 {
+    let height = cells[at];
+    let row = |k: usize| cells[k - 1].min(cells[k]).min(cells[k + 1]);
+    let lowest = row(at - RINGED).min(cells[at - 1].min(cells[at + 1])).min(row(at + RINGED));
+    if lowest >= height {
+        return height;
+    }
+    let (mut from, mut rest) = (lowest, 1.0);
+    let mut bed = layers.at(cell, f64::from(lowest));
+    loop {
+        let climb = allowed(cells, at, layers.beds.tangents[bed.layer] as f32 * rise) - lowest;
+        let (to, top) = (from + rest * climb, layers.top_m(cell, bed) as f32);
+        if to <= top || top >= height {
+            return to.min(height);
+        }
+        rest -= (top - from) / climb;
+        (from, bed) = (from.max(top), layers.beds.above(bed));
+    }
 }
 
 /// Returns the greatest height of a cell that its neighbours allow.

@@ -101,7 +101,8 @@ impl Land<'_> {
                 let place = places.of(x, y);
                 let plain = places.around(place);
                 let drowned = own < self.sea_level_m && plain.cubic(after) < self.sea_level_m;
-                let left = if drowned { 1.0 } else { math::exp(-self.rock.erodibility(cell) * per_k) };
+                let weakness = self.bedrock.as_ref().map_or(1.0, |bedrock| bedrock.weakness_at_start(cell, own));
+                let left = if drowned { 1.0 } else { math::exp(-self.rock.erodibility(cell) * weakness * per_k) };
                 let amount = furthest * (1.0 - left) * (places.side_distance(place) / SIDE_CELLS).clamp(0.0, 1.0);
                 let around = if amount > 0.0 {
                     let [dx, dy] = [0, 1].map(|axis| amount * displaced[axis].at(place.map(|at| at * coarse_m)));

@@ -31,6 +31,7 @@ pub fn means(job: &Job<'_>, params: &Params, world: World) -> Result<Outputs, No
             given.with(name, resample::largest(&field, asked))
         }
         Value::Field(field) => given.with(name, resample::resampled(&field, asked, false)),
+        Value::Strata(strata) => given.with(name, strata.on(resample::resampled(strata.offset(), asked, false))),
         other => given.with(name, other),
     }))
 }
@@ -42,6 +43,10 @@ fn on_cells<'a>(job: &'a Job<'_>, world: World, wanted: Wanted, gives_state: boo
         InputValue::Value(Value::Field(field)) => {
             let field = resample::resampled(field, window, input.name == "height");
             InputValue::Value(Value::Field(field))
+        }
+        InputValue::Value(Value::Strata(strata)) => {
+            let offset = resample::resampled(strata.offset(), window, false);
+            InputValue::Value(strata.on(offset).into())
         }
         other => other.clone(),
     });
