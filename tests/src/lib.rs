@@ -8,6 +8,7 @@ mod pictures;
 mod resolution;
 mod run;
 mod scratch;
+mod valleys;
 
 pub use bless::{blessing, golden_folder, write_golden};
 pub use counting::Counting;
@@ -20,3 +21,4 @@ pub use run::{
     reaching, set, wired,
 };
 pub use scratch::{Scratch, scratch, scratches};
+pub use valleys::Valleys;

@@ -5,7 +5,7 @@ use std::{num::NonZero, path::PathBuf};
 
 use orograph_graph::{Document, Evaluator, EvaluatorOptions, Field, Port, Value, Window, World, format_source};
 use orograph_nodes::registry;
-use orograph_tests::Look;
+use orograph_tests::{Look, Valleys};
 
 /// Graphs with mountains, and the minimum cells along the world's longer side that resolve their slopes. The Alps have
 /// their own test.
@@ -114,5 +114,18 @@ fn the_alps_are_alpine() {
         ("ratio of the two", steep / half, 1.4..1.8),
     ] {
         assert!(range.contains(&value), "{name}: {value} is not in {range:?}");
+    }
+}
+
+/// Glaciers leave troughs and rivers in layered rock narrow valleys. Windows are those of elevation models of British
+/// glaciers and, for the canyon, of rivers.
+#[test]
+fn valleys_have_the_form_of_what_cut_them() {
+    for (graph, cells, indices, exponents) in
+        [("glen", 400.0, 0.06..=0.25, 1.35..=2.3), ("canyon", 600.0, -1.0..=1.0, 1.0..=1.5)]
+    {
+        let valleys = Valleys::of(&land(graph, cells)).expect("sections");
+        println!("{graph}: {valleys:.3?}");
+        assert!(indices.contains(&valleys.v_index) && exponents.contains(&valleys.exponent), "{graph}: {valleys:?}");
     }
 }

@@ -20,6 +20,8 @@ pub struct Beds {
     top_m: f64,
     repeats: bool,
     cosine: f64,
+    /// The mean hardness by thickness.
+    pub mean_hardness: f64,
     /// One over the hardness of each layer.
     pub weakness: Vec<f64>,
     /// Tangent of the steepest slope of each layer; infinite for 90°.
@@ -86,6 +88,7 @@ impl Beds {
             top_m: column.top_m,
             repeats,
             cosine: column.cosine,
+            mean_hardness: layers.iter().map(|layer| layer.thickness * layer.hardness).sum::<f64>() / depth,
             weakness: layers.iter().map(|layer| 1.0 / layer.hardness).collect(),
             tangents: layers.iter().map(tangent).collect(),
             bases,

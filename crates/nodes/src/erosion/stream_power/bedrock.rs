@@ -14,6 +14,9 @@ use crate::{
     prelude::*,
 };
 
+/// The most layers that a step cuts one after the other; what is left of the step is taken at the mean hardness.
+const MOST_CUTS: u32 = 8;
+
 /// The rock under every cell.
 #[derive(Debug)]
 pub struct Bedrock<'a> {
@@ -96,7 +99,7 @@ impl<'a> Bedrock<'a> {
         let ground = self.ground();
         let mut bed = ground.at(cell, height - risen_m);
         let (mut height, mut rest) = (height, 1.0);
-        loop {
+        for _ in 0..MOST_CUTS {
             let own = law.times(coefficient, law.coefficient(self.beds.weakness[bed.layer]));
             let drop = height - below;
             let left = law.left(law.times(own, law.coefficient(rest)), drop);
@@ -112,6 +115,9 @@ impl<'a> Bedrock<'a> {
             }
             (height, bed) = (base, self.beds.below(bed));
         }
+        // layers that are thin against the step: time adds up over them, and so does hardness
+        let mean = law.times(coefficient, law.coefficient(rest / self.beds.mean_hardness));
+        law.left(mean, height - below)
     }
 
     /// The rock where it is after a run in which it has risen for `risen_yr` times the uplift.

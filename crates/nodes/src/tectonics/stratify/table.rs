@@ -11,7 +11,7 @@ const SPREAD: f64 = 0.5;
 const REPOSES: [f64; 2] = [33.0, 62.0];
 const REPOSE_SPREAD: f64 = 6.0;
 /// Colours of soft layers, such as shale and marl, and of hard ones, such as sandstone and limestone.
-const SOFT: [u32; 4] = [0x8c_6a_52, 0x9a_7f_64, 0x7f_75_66, 0xa0_6a_4e];
+const SOFT: [u32; 4] = [0x8c_6a_52, 0x9a_7f_65, 0x7f_75_66, 0xa0_6a_4e];
 const HARD: [u32; 4] = [0xd2_b8_92, 0xc9_9a_6a, 0xb9_a9_8e, 0xdc_c9_a8];
 
 /// The layers of a node without a table.

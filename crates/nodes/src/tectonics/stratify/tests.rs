@@ -1,7 +1,7 @@
 use orograph_graph::{Layer, ParamValue, Value};
 
 use super::NODE;
-use crate::{prelude::*, testing};
+use crate::{numerics::math, prelude::*, testing};
 
 /// A table of layers of 100 m each, with the numbers 1 to `count`.
 fn table(count: usize) -> ParamValue {
@@ -38,7 +38,7 @@ fn tilted_layers_crop_out_along_analytic_lines() {
     for dip in [10.0_f64, 45.0, 90.0, -30.0] {
         // the strike is north, so that layers descend to the east
         let found = layers(&flat(0.0), &format!("{PLAIN},strike=0,dip={dip},top=0"), table(40));
-        let sine = dip.to_radians().sin();
+        let sine = math::sin(dip.to_radians());
         for (cell, layer) in found.iter().enumerate() {
             let x = 10.0 * ((cell % 200) as f64 + 0.5) - 1000.0;
             let expected = (-x * sine / 100.0).floor().clamp(0.0, 39.0) + 1.0;
@@ -47,11 +47,11 @@ fn tilted_layers_crop_out_along_analytic_lines() {
     }
     // a slope of 5° against layers that dip by 10° in the same direction
     let (slope, dip) = (5.0_f64.to_radians(), 10.0_f64.to_radians());
-    let height = testing::field(testing::world(3000, 1, 1.0), |x, _| -(x - 1500.0) * slope.tan());
+    let height = testing::field(testing::world(3000, 1, 1.0), |x, _| -(x - 1500.0) * math::tan(slope));
     let found = layers(&height, &format!("{PLAIN},strike=0,dip=10,top=0,beyond=repeat"), table(30));
     let contacts: Vec<usize> = (1..3000).filter(|&cell| found[cell] != found[cell - 1]).collect();
     // along the ground a layer is t / sin(dip − slope) long
-    let spacing = 100.0 / (dip - slope).sin() * slope.cos();
+    let spacing = 100.0 / math::sin(dip - slope) * math::cos(slope);
     for pair in contacts.windows(2) {
         assert!(((pair[1] - pair[0]) as f64 - spacing).abs() <= 1.0, "{pair:?}, expected {spacing}");
     }

@@ -1,0 +1,263 @@
+//! The form of valley sections, which distinguishes troughs of glaciers from valleys of rivers.
+//!
+//! Sections of 5 km cross the largest valleys at right angles, one every 700 m or more. Each is cut at nine tenths of
+//! the height of its lower ridge. The V-index is the area below that line over that of a V, less one (Zimmer and Gabet
+//! 2018): 0 for a V, 0.33 for a parabola. The exponent is that of height over distance from the floor (Svensson 1959):
+//! 1 for a V, 2 for a parabola. The valleys of British glaciers have 0.09 to 0.23 and 1.5 to 2.1, those of rivers -0.01
+//! to 0.03 and 1.1 to 1.2.
+
+use std::{cmp::Reverse, collections::BinaryHeap};
+
+use orograph_graph::Field;
+use orograph_nodes::numerics::math;
+
+/// Drainage area of a valley, and of one where no area is four times as large, in m².
+const AREAS_M2: [f64; 2] = [1e7, 2e6];
+/// Half of a section in metres.
+const HALF_M: f64 = 2500.0;
+/// Distance between sections in metres.
+const APART_M: f64 = 700.0;
+/// Length of a valley that gives its direction, up and down from the section, in metres.
+const ALONG_M: f64 = 1000.0;
+/// The least height of a section in metres.
+const LEAST_M: f64 = 150.0;
+
+/// The medians of valley sections.
+#[derive(Clone, Copy, Debug)]
+pub struct Valleys {
+    /// Number of sections.
+    pub count: usize,
+    /// Area of a section over that of a V, less one.
+    pub v_index: f64,
+    /// Exponent of height over distance from the floor.
+    pub exponent: f64,
+}
+
+impl Valleys {
+    /// Measures heights. Returns None when there are fewer than five sections.
+    #[must_use]
+    pub fn of(land: &Field) -> Option<Self> {
+        let drainage = Drainage::of(land);
+        let [mut indices, mut exponents] = [Vec::new(), Vec::new()];
+        for places in drainage.sections(land) {
+            let heights: Vec<f64> = places.into_iter().map(|[x, y]| bilinear(land, x, y)).collect();
+            if let Some([index, exponent]) = section(&heights, land.window().cell_m()) {
+                indices.push(index);
+                exponents.push(exponent);
+            }
+        }
+        let count = indices.len();
+        let median = |mut values: Vec<f64>| {
+            values.sort_unstable_by(f64::total_cmp);
+            values[values.len() / 2]
+        };
+        (count >= 5).then(|| Self { count, v_index: median(indices), exponent: median(exponents) })
+    }
+}
+
+/// The way of water over filled terrain, by steepest descent of the flood.
+struct Drainage {
+    nx: usize,
+    /// The next cell downstream, and the cell upstream with the largest area; itself where there is none.
+    down: Vec<usize>,
+    up: Vec<usize>,
+    /// Drainage area in cells.
+    area: Vec<f64>,
+}
+
+impl Drainage {
+    /// Floods the terrain from its sides: each cell drains to the one that the flood came from.
+    fn of(land: &Field) -> Self {
+        let (nx, ny, heights) = (land.window().nx(), land.window().ny(), land.samples());
+        let mut heap = BinaryHeap::new();
+        let mut level = vec![f32::INFINITY; nx * ny];
+        let mut down: Vec<usize> = (0..nx * ny).collect();
+        let key = |height: f32| {
+            let bits = height.to_bits() as i32;
+            bits ^ ((bits >> 31) as u32 >> 1) as i32
+        };
+        for cell in
+            (0..nx * ny).filter(|cell| cell % nx == 0 || cell % nx == nx - 1 || cell / nx == 0 || cell / nx == ny - 1)
+        {
+            level[cell] = heights[cell];
+            heap.push(Reverse((key(heights[cell]), cell)));
+        }
+        let mut order = Vec::with_capacity(nx * ny);
+        let mut done = vec![false; nx * ny];
+        while let Some(Reverse((_, cell))) = heap.pop() {
+            if std::mem::replace(&mut done[cell], true) {
+                continue;
+            }
+            order.push(cell);
+            let (x, y) = (cell % nx, cell / nx);
+            for (dx, dy) in [(0, 1), (1, 0), (1, 2), (2, 1), (0, 0), (0, 2), (2, 0), (2, 2)] {
+                let (to_x, to_y) = ((x + dx).wrapping_sub(1), (y + dy).wrapping_sub(1));
+                if to_x >= nx || to_y >= ny {
+                    continue;
+                }
+                let to = to_y * nx + to_x;
+                let flooded = heights[to].max(level[cell]);
+                if !done[to] && flooded < level[to] {
+                    level[to] = flooded;
+                    heap.push(Reverse((key(flooded), to)));
+                }
+            }
+            // steepest descent among the cells that the flood has reached before
+            let mut steepest = 0.0;
+            for (dx, dy) in [(0, 1), (1, 0), (1, 2), (2, 1), (0, 0), (0, 2), (2, 0), (2, 2)] {
+                let (to_x, to_y) = ((x + dx).wrapping_sub(1), (y + dy).wrapping_sub(1));
+                if to_x >= nx || to_y >= ny || !done[to_y * nx + to_x] || to_y * nx + to_x == cell {
+                    continue;
+                }
+                let distance = if dx == 1 || dy == 1 { 1.0 } else { 2.0_f32.sqrt() };
+                // on a flat the earlier cell is nearer to the way out
+                let slope = (level[cell] - level[to_y * nx + to_x]).max(1e-6) / distance;
+                let is_side = x == 0 || y == 0 || x == nx - 1 || y == ny - 1;
+                if slope > steepest && !is_side {
+                    steepest = slope;
+                    down[cell] = to_y * nx + to_x;
+                }
+            }
+        }
+        let mut area = vec![1.0; nx * ny];
+        for &cell in order.iter().rev().filter(|&&cell| down[cell] != cell) {
+            let gained = area[cell];
+            area[down[cell]] += gained;
+        }
+        let mut up: Vec<usize> = (0..nx * ny).collect();
+        for &cell in order.iter().filter(|&&cell| down[cell] != cell) {
+            let below = down[cell];
+            if up[below] == below || area[cell] > area[up[below]] {
+                up[below] = cell;
+            }
+        }
+        Self { nx, down, up, area }
+    }
+
+    /// The places of sections in cells, from the largest valley down.
+    fn sections(&self, land: &Field) -> Vec<Vec<[f64; 2]>> {
+        let (nx, ny, cell_m) = (self.nx, land.window().ny(), land.window().cell_m());
+        let largest = self.area.iter().copied().fold(0.0, f64::max) * cell_m * cell_m;
+        let least = if largest < 4.0 * AREAS_M2[0] { AREAS_M2[1] } else { AREAS_M2[0] } / (cell_m * cell_m);
+        let mut cells: Vec<usize> = (0..nx * ny).filter(|&cell| self.area[cell] >= least).collect();
+        cells.sort_unstable_by(|&a, &b| self.area[b].total_cmp(&self.area[a]).then(a.cmp(&b)));
+        let steps = ((ALONG_M / cell_m).round() as usize).max(5);
+        let (half, apart) = ((HALF_M / cell_m) as i64, (APART_M / cell_m) as usize);
+        let mut used = vec![false; nx * ny];
+        let mut sections = Vec::new();
+        for cell in cells {
+            if used[cell] {
+                continue;
+            }
+            let walk = |next: &[usize]| (0..steps).fold(cell, |at, _| next[at]);
+            let (below, above) = (walk(&self.down), walk(&self.up));
+            let along = [0, 1].map(|axis| {
+                let place = |cell: usize| if axis == 0 { (cell % nx) as f64 } else { (cell / nx) as f64 };
+                place(below) - place(above)
+            });
+            let length = math::hypot(along[0], along[1]);
+            if length < steps as f64 {
+                continue;
+            }
+            let across = [-along[1] / length, along[0] / length];
+            let centre = [(cell % nx) as f64, (cell / nx) as f64];
+            let places: Vec<[f64; 2]> =
+                (-half..=half).map(|t| [0, 1].map(|axis| centre[axis] + across[axis] * t as f64)).collect();
+            let limits = [(nx - 1) as f64, (ny - 1) as f64];
+            if places.iter().any(|place| (0..2).any(|axis| place[axis] < 0.0 || place[axis] > limits[axis])) {
+                continue;
+            }
+            let (x, y) = (cell % nx, cell / nx);
+            for y in y.saturating_sub(apart)..=(y + apart).min(ny - 1) {
+                used[y * nx + x.saturating_sub(apart)..=y * nx + (x + apart).min(nx - 1)].fill(true);
+            }
+            sections.push(places);
+        }
+        sections
+    }
+}
+
+fn bilinear(land: &Field, x: f64, y: f64) -> f64 {
+    let nx = land.window().nx();
+    let (i, j) = ((x as usize).min(nx - 2), (y as usize).min(land.window().ny() - 2));
+    let (u, v) = (x - i as f64, y - j as f64);
+    let at = |i: usize, j: usize| f64::from(land.samples()[j * nx + i]);
+    (at(i, j) * (1.0 - u) + at(i + 1, j) * u) * (1.0 - v) + (at(i, j + 1) * (1.0 - u) + at(i + 1, j + 1) * u) * v
+}
+
+/// V-index and exponent of a section. Returns None where it is no valley.
+fn section(heights: &[f64], cell_m: f64) -> Option<[f64; 2]> {
+    let middle = heights.len() / 2;
+    let floor = (middle.checked_sub(2)?..=middle + 2).min_by(|&a, &b| heights[a].total_cmp(&heights[b]))?;
+    let above = |place: usize| heights[place] - heights[floor];
+    let sides: [Vec<f64>; 2] = [(0..=floor).rev().map(above).collect(), (floor..heights.len()).map(above).collect()];
+    let ridges = [ridge(&sides[0]), ridge(&sides[1])];
+    let height = 0.9 * ridges[0].1.min(ridges[1].1);
+    if height < LEAST_M || ridges.iter().any(|(cells, _)| *cells < 4) {
+        return None;
+    }
+    let (mut width, mut area, mut exponents) = (0.0, 0.0, Vec::new());
+    for side in &sides {
+        let after = side.iter().position(|&above| above >= height)?;
+        let end = after as f64 - (side[after] - height) / (side[after] - side[after - 1]);
+        // trapezoids of what lies between the line and the ground
+        let free = |place: usize| height - side[place].min(height);
+        area += (1..after).map(|place| 0.5 * (free(place - 1) + free(place))).sum::<f64>();
+        area += 0.5 * free(after - 1) * (end - (after - 1) as f64);
+        width += end;
+        let points: Vec<[f64; 2]> = (1..=end as usize)
+            .filter(|&place| side[place] > 0.0)
+            .map(|place| [math::ln(place as f64 * cell_m), math::ln(side[place])])
+            .collect();
+        if points.len() >= 4 {
+            let mean = [0, 1].map(|axis| points.iter().map(|point| point[axis]).sum::<f64>() / points.len() as f64);
+            let along: f64 = points.iter().map(|point| (point[0] - mean[0]) * (point[1] - mean[1])).sum();
+            let square: f64 = points.iter().map(|point| (point[0] - mean[0]) * (point[0] - mean[0])).sum();
+            exponents.push(along / square);
+        }
+    }
+    let exponent = exponents.iter().sum::<f64>() / exponents.len() as f64;
+    exponent.is_finite().then_some([area / (0.5 * width * height) - 1.0, exponent])
+}
+
+/// The cells to a ridge and its height: the highest place before the ground falls by a quarter of its height, or 30 m.
+fn ridge(side: &[f64]) -> (usize, f64) {
+    let mut highest = (0, 0.0);
+    for (cells, &above) in side.iter().enumerate().skip(1) {
+        if above > highest.1 {
+            highest = (cells, above);
+        } else if highest.1 - above > (0.25 * highest.1).max(30.0) {
+            break;
+        }
+    }
+    highest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use orograph_graph::{Window, World};
+
+    /// A valley that falls to the south between ridges 2 km apart, with sections of a power.
+    fn valley(power: f64) -> Field {
+        let world = World { size: [12e3, 24e3], cells: [240, 480], ..World::default() };
+        let window = Window::whole(world);
+        let heights = (0..window.len()).map(|cell| {
+            let [x, y] = window.centre_m(cell % 240, cell / 240);
+            let across = ((x - 6000.0).abs() / 2000.0).min(1.0);
+            let beyond = ((x - 6000.0).abs() - 2000.0).max(0.0);
+            (500.0 * math::pow(across, power) - 0.4 * beyond - 0.01 * y) as f32
+        });
+        Field::new(window, heights.collect())
+    }
+
+    #[test]
+    fn a_v_has_index_0_and_a_parabola_a_third() {
+        for (power, index) in [(1.0, 0.0), (2.0, 1.0 / 3.0), (1.5, 0.2)] {
+            let found = Valleys::of(&valley(power)).expect("sections");
+            assert!((found.exponent - power).abs() < 0.03, "{power}: {found:?}");
+            // sections are cut at nine tenths, where a power is still one
+            assert!((found.v_index - index).abs() < 0.02, "{power}: {found:?}");
+        }
+    }
+}
