@@ -51,6 +51,7 @@ const EXAMPLES: &[Example] = examples! {
     "belts" "Vegetation belts" output "colour";
     "painted" "Painted for an engine" output "colour";
     "glen" "A Highland glen";
+    "canyon" "A canyon in layered rock" output "map";
     "two_ranges" "Two ranges from one graph";
     "ridge" "A reusable range";
     "carve_dem" "A real landscape, eroded further" output "after";
@@ -133,7 +134,10 @@ fn card(ui: &mut Ui, example: &Example, picture: Option<&egui::TextureHandle>) -
         let sized = egui::vec2(SIDE, SIDE);
         let response = match picture {
             Some(picture) => {
-                let image = egui::Image::from_texture((picture.id(), sized)).corner_radius(4.0);
+                // the central square
+                let shown = picture.size_vec2().min_elem() / picture.size_vec2();
+                let centre = egui::Rect::from_center_size(egui::pos2(0.5, 0.5), shown);
+                let image = egui::Image::from_texture((picture.id(), sized)).uv(centre).corner_radius(4.0);
                 ui.add(image.fit_to_exact_size(sized).sense(Sense::click()).alt_text(example.title))
             }
             None => ui.allocate_response(sized, Sense::click()),

@@ -58,6 +58,9 @@ pub(super) fn show(ui: &mut Ui, form: &mut FormState, place: Place<'_>, layers: 
     change
 }
 
+/// A number of a layer.
+type Part = fn(&mut Layer) -> &mut f64;
+
 /// The fields of a layer. Returns the changed layer and whether it is being dragged, or why a text is wrong.
 fn fields(
     ui: &mut Ui,
@@ -72,7 +75,7 @@ fn fields(
         changed = Some(Ok((Layer { colour: Srgb(colour), ..*layer }, true)));
     }
     let width = ((ui.available_width() - 2.0 * ui.spacing().item_spacing.x) / 3.0).clamp(36.0, 90.0);
-    let columns: [(&str, Unit, fn(&mut Layer) -> &mut f64); 3] = [
+    let columns: [(&str, Unit, Part); 3] = [
         ("Thickness", Unit::Metres, |layer| &mut layer.thickness),
         ("Hardness", Unit::One, |layer| &mut layer.hardness),
         ("Repose", Unit::Degrees, |layer| &mut layer.repose),
