@@ -135,7 +135,7 @@ fn card(ui: &mut Ui, example: &Example, picture: Option<&egui::TextureHandle>) -
         let response = match picture {
             Some(picture) => {
                 // the central square
-                let shown = picture.size_vec2().min_elem() / picture.size_vec2();
+                let shown = egui::Vec2::splat(picture.size_vec2().min_elem()) / picture.size_vec2();
                 let centre = egui::Rect::from_center_size(egui::pos2(0.5, 0.5), shown);
                 let image = egui::Image::from_texture((picture.id(), sized)).uv(centre).corner_radius(4.0);
                 ui.add(image.fit_to_exact_size(sized).sense(Sense::click()).alt_text(example.title))
