@@ -27,4 +27,5 @@ pub mod routing;
 pub mod simd;
 pub(crate) mod strokes;
 pub mod tints;
+pub(crate) mod voids;
 pub(crate) mod waves;
