@@ -47,7 +47,7 @@ pub use eval::{
 pub use field::Field;
 pub use graph::{Graph, GraphError, Instance, Port, Wire};
 pub use job::{Cancel, Coarser, Glimpses, InputValue, Job, Lane, LevelJob, NodeError, Outputs, Wanted, Warnings, mix};
-pub use lines::{Line, Lines, Vertex};
+pub use lines::{Area, Line, Lines, Vertex};
 pub use migrate::{Migration, Step};
 pub use node::{
     Begin, Below, Exactness, Fallback, Input, Kernel, Levels, Node, Output, OutputType, Reach, Resolution, Scratch,

@@ -1,11 +1,12 @@
-//! Lines as GeoJSON (RFC 7946), which geographic information systems read.
+//! Lines as GeoJSON (RFC 7946), which geographic information systems read: line strings, or polygons if they are the
+//! rings of areas.
 //!
 //! Coordinates are not degrees but metres of the world: east of its west side, north of its south side, and elevation,
 //! as in the GeoTIFFs of rasters. Lengths are rounded to millimetres, areas to square metres.
 
 use std::io::{self, Write};
 
-use orograph_graph::{Line, Lines, Vertex, World};
+use orograph_graph::{Area, Line, Lines, Vertex, World};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -17,17 +18,38 @@ struct Collection<F> {
 }
 
 #[derive(Serialize)]
-struct Feature {
+struct Feature<C, P> {
     r#type: &'static str,
     id: usize,
-    geometry: Geometry,
-    properties: Properties,
+    geometry: Geometry<C>,
+    properties: P,
 }
 
 #[derive(Serialize)]
-struct Geometry {
+struct Geometry<C> {
     r#type: &'static str,
-    coordinates: Vec<[f64; 3]>,
+    coordinates: C,
+}
+
+type Ring = Vec<[f64; 3]>;
+
+/// The coordinates of an area.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Parts {
+    One(Vec<Ring>),
+    Several(Vec<Vec<Ring>>),
+}
+
+#[derive(Serialize)]
+struct AreaProperties {
+    level_m: f64,
+    /// The largest depth.
+    depth_m: f64,
+    area_m2: f64,
+    volume_m3: f64,
+    /// East of the world's west side, north of its south side.
+    spill_m: [f64; 2],
 }
 
 #[derive(Serialize)]
@@ -52,19 +74,55 @@ struct Properties {
 /// # Errors
 /// When `to` cannot be written to.
 pub fn write(to: &mut dyn Write, lines: &Lines, world: &World) -> io::Result<()> {
-    let features: Vec<Feature> = lines.lines.iter().enumerate().map(|(id, line)| feature(id, line, world)).collect();
-    let collection = Collection { r#type: "FeatureCollection", world_size_m: world.size, features };
-    serde_json::to_writer(&mut *to, &collection)?;
+    let (r#type, world_size_m) = ("FeatureCollection", world.size);
+    if lines.areas.is_empty() {
+        let features: Vec<_> = lines.lines.iter().enumerate().map(|(id, line)| feature(id, line, world)).collect();
+        serde_json::to_writer(&mut *to, &Collection { r#type, world_size_m, features })?;
+    } else {
+        let areas = lines.rings().enumerate();
+        let features: Vec<_> = areas.map(|(id, (area, rings))| area_feature(id, area, rings, world)).collect();
+        serde_json::to_writer(&mut *to, &Collection { r#type, world_size_m, features })?;
+    }
     to.write_all(b"\n")
 }
 
-fn feature(id: usize, line: &Line, world: &World) -> Feature {
-    let vertices = line.vertices.as_slice();
-    let all = |number: fn(&Vertex) -> f64| vertices.iter().map(number).map(millimetres).collect::<Vec<_>>();
-    let coordinates = vertices.iter().map(|vertex| {
+fn coordinates(line: &Line, world: &World) -> Vec<[f64; 3]> {
+    let coordinate = |vertex: &Vertex| {
         let [east, south] = vertex.position_m;
         [east, world.size[1] - south, vertex.elevation_m].map(millimetres)
-    });
+    };
+    line.vertices.iter().map(coordinate).collect()
+}
+
+/// A polygon, or several if the area has more than one outer ring; those run counter-clockwise.
+fn area_feature(id: usize, area: &Area, rings: &[Line], world: &World) -> Feature<Parts, AreaProperties> {
+    let mut parts: Vec<Vec<Ring>> = Vec::new();
+    for line in rings {
+        let ring = coordinates(line, world);
+        let doubled: f64 = ring.windows(2).map(|pair| pair[0][0] * pair[1][1] - pair[1][0] * pair[0][1]).sum();
+        match parts.last_mut().filter(|_| doubled < 0.0) {
+            Some(part) => part.push(ring),
+            None => parts.push(vec![ring]),
+        }
+    }
+    let geometry = if parts.len() == 1 {
+        Geometry { r#type: "Polygon", coordinates: Parts::One(parts.remove(0)) }
+    } else {
+        Geometry { r#type: "MultiPolygon", coordinates: Parts::Several(parts) }
+    };
+    let properties = AreaProperties {
+        level_m: millimetres(area.level_m),
+        depth_m: millimetres(area.depth_m),
+        area_m2: area.area_m2.round(),
+        volume_m3: area.volume_m3.round(),
+        spill_m: [area.spill_m[0], world.size[1] - area.spill_m[1]].map(millimetres),
+    };
+    Feature { r#type: "Feature", id, geometry, properties }
+}
+
+fn feature(id: usize, line: &Line, world: &World) -> Feature<Vec<[f64; 3]>, Properties> {
+    let vertices = line.vertices.as_slice();
+    let all = |number: fn(&Vertex) -> f64| vertices.iter().map(number).map(millimetres).collect::<Vec<_>>();
     let step = |pair: &[Vertex]| {
         let [x, y] = [0, 1].map(|axis| pair[1].position_m[axis] - pair[0].position_m[axis]);
         (x * x + y * y).sqrt()
@@ -73,7 +131,7 @@ fn feature(id: usize, line: &Line, world: &World) -> Feature {
     Feature {
         r#type: "Feature",
         id,
-        geometry: Geometry { r#type: "LineString", coordinates: coordinates.collect() },
+        geometry: Geometry { r#type: "LineString", coordinates: coordinates(line, world) },
         properties: Properties {
             order: line.order,
             downstream: line.downstream,
@@ -107,7 +165,7 @@ mod tests {
         };
         let line =
             |downstream| Line { order: 2, downstream, vertices: vec![vertex(0.0, 0.0, 9.0), vertex(3.0, 4.0, 8.5)] };
-        let lines = Lines { lines: vec![line(Some(1)), line(None)] };
+        let lines = Lines::open(vec![line(Some(1)), line(None)]);
         let world = World { size: [100.0, 50.0], cells: [20, 10], ..World::default() };
         let mut text = Vec::new();
         write(&mut text, &lines, &world).expect("memory");
@@ -120,5 +178,41 @@ mod tests {
         assert_eq!((&properties["downstream"], &properties["length_m"]), (&1.into(), &5.0.into()));
         assert_eq!((&properties["widths_m"][0], &properties["order"]), (&2.0.into(), &2.into()));
         assert!(json["features"][1]["properties"]["downstream"].is_null());
+    }
+
+    #[test]
+    fn areas_become_polygons_with_holes() {
+        let ring = |corners: &[[f64; 2]]| {
+            let vertex = |&position_m: &[f64; 2]| Vertex { position_m, elevation_m: 5.0, ..Vertex::default() };
+            Line { order: 1, downstream: None, vertices: corners.iter().chain(corners.first()).map(vertex).collect() }
+        };
+        let outer = ring(&[[10.0, 10.0], [10.0, 40.0], [40.0, 40.0], [40.0, 10.0]]);
+        let hole = ring(&[[20.0, 20.0], [30.0, 20.0], [30.0, 30.0], [20.0, 30.0]]);
+        let part = ring(&[[40.0, 40.0], [40.0, 45.0], [60.0, 45.0], [60.0, 40.0]]);
+        let area = |rings| Area {
+            rings,
+            level_m: 5.0,
+            depth_m: 2.5,
+            area_m2: 800.0,
+            volume_m3: 1234.4,
+            spill_m: [45.0, 15.0],
+        };
+        let lines = Lines { lines: vec![outer.clone(), hole, part, outer], areas: vec![area(3), area(1)] };
+        let world = World { size: [100.0, 50.0], cells: [20, 10], ..World::default() };
+        let mut text = Vec::new();
+        write(&mut text, &lines, &world).expect("memory");
+        let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+        let [first, second] = [0, 1].map(|at| &json["features"][at]);
+        assert_eq!(
+            (&first["geometry"]["type"], &second["geometry"]["type"]),
+            (&"MultiPolygon".into(), &"Polygon".into())
+        );
+        let parts = first["geometry"]["coordinates"].as_array().expect("parts");
+        let rings: Vec<usize> = parts.iter().map(|part| part.as_array().expect("rings").len()).collect();
+        assert_eq!(rings, [2, 1]);
+        assert_eq!(parts[0][0][0], serde_json::json!([10.0, 40.0, 5.0]), "north up");
+        let expected = serde_json::json!(
+            {"level_m": 5.0, "depth_m": 2.5, "area_m2": 800.0, "volume_m3": 1234.0, "spill_m": [45.0, 35.0]});
+        assert_eq!((&first["properties"], json["features"].as_array().map(Vec::len)), (&expected, Some(2)));
     }
 }

@@ -41,7 +41,7 @@ impl MeshFormat {
 }
 
 /// A triangle mesh of a world.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// x, y and z of each vertex in metres.
     pub positions: Vec<[f32; 3]>,

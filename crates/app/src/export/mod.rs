@@ -6,4 +6,5 @@ pub mod mesh;
 pub mod outputs;
 pub mod picture;
 pub mod piece;
+pub(crate) mod surface;
 pub(crate) mod vertices;

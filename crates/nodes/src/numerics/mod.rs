@@ -27,5 +27,7 @@ pub(crate) mod repose;
 pub mod routing;
 pub mod simd;
 pub(crate) mod strokes;
+pub mod sunlight;
 pub mod tints;
+pub(crate) mod voids;
 pub(crate) mod waves;

@@ -8,6 +8,7 @@ use crate::{
         horizon::{Horizon, Rays},
         par,
         simd::simd,
+        sunlight::{around, growth},
     },
     prelude::*,
 };
@@ -57,16 +58,6 @@ pub static NODE: Node = Node {
     example: "height: \"base\", distance: 3000, exaggeration: 2",
     ..Node::DEFAULT
 };
-
-/// Growth of the sampling steps along a direction: slightly finer than the spacing of the directions.
-pub(super) fn growth(azimuths: i64) -> f64 {
-    2.5 / azimuths as f64
-}
-
-/// Returns that many azimuths in degrees, evenly spaced.
-pub(super) fn around(azimuths: i64) -> impl Iterator<Item = f64> {
-    (0..azimuths).map(move |k| 360.0 * k as f64 / azimuths as f64)
-}
 
 impl Params {
     fn rays(&self, world: &World) -> Rays {

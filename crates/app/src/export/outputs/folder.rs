@@ -7,16 +7,16 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use orograph_graph::{Cancel, OutputDecl, Value, Window, World, memory::Leftover};
+use orograph_graph::{Cancel, Lines, OutputDecl, Value, Window, World, memory::Leftover};
 use orograph_nodes::raster::{self, Problem, RasterError};
 use tempfile::TempDir;
 
 use super::{
     OutputOptions, OutputWriter, Written,
-    names::{check_name, names, quantity},
+    names::{check_name, names, quantity, views},
 };
 use crate::{
-    export::{engine::sheet, geojson},
+    export::{engine::sheet, geojson, surface::mesh_of_areas},
     report::failure::{Failure, reason},
 };
 
@@ -128,7 +128,10 @@ impl OutputFolder {
                 writer.rows(field, cancel)?;
                 writer.finish(key, cancel)
             }
-            Value::Lines(lines) => self.write_text(output, |to| geojson::write(to, lines, world)),
+            Value::Lines(lines) => {
+                self.write_text(output, |to| geojson::write(to, lines, world))?;
+                self.write_surface(output, lines, world)
+            }
             Value::Report(report) => self.write_text(output, |to| {
                 serde_json::to_writer_pretty(&mut *to, report.as_ref())?;
                 to.write_all(b"\n")
@@ -147,6 +150,18 @@ impl OutputFolder {
         let Some(name) = names(output, &self.options).into_iter().next() else { return Ok(()) };
         raster::replace(&self.place(&name), fill).map_err(|error| self.failure(&name, error))?;
         let file = self.staged(output, &name, quantity(output.ty), None)?;
+        self.add(output, vec![file]);
+        Ok(())
+    }
+
+    /// Writes the areas that an output's lines bound as a mesh, if one is requested and there are any.
+    fn write_surface(&self, output: &OutputDecl, lines: &Lines, world: &World) -> Result<(), Failure> {
+        let Some(format) = self.options.mesh else { return Ok(()) };
+        let (Some(name), Some(mesh)) = (views(output, &self.options).pop(), mesh_of_areas(lines, world)) else {
+            return Ok(());
+        };
+        raster::replace(&self.place(&name), |to| mesh.write(format, to)).map_err(|error| self.failure(&name, error))?;
+        let file = self.staged(output, &name, "mesh", None)?;
         self.add(output, vec![file]);
         Ok(())
     }

@@ -8,7 +8,7 @@
 //! | any of these for an engine | its own files ([`Engine::ends`]), each with a JSON file, and a text of import settings |
 //! | lines | `NAME.geojson` |
 //! | report | `NAME.json` |
-//! | height as a mesh, if requested | `NAME.glb` or `NAME.obj` |
+//! | height, or areas that lines bound, as a mesh, if requested | `NAME.glb` or `NAME.obj` |
 //! | preview of a height | `NAME.preview.png`: shaded relief, tinted over its range, at most 2048 pixels per side |
 
 mod folder;

@@ -46,13 +46,12 @@ pub(super) fn is_described(output: &OutputDecl, options: &OutputOptions, window:
     !picture || !options.ends(output.ty).is_empty() || !window.is_whole()
 }
 
-/// The names of the preview and the mesh of an output's heights.
+/// The names of the preview of an output's heights, and of the mesh of its heights or of the areas that its lines bound.
 pub(super) fn views(output: &OutputDecl, options: &OutputOptions) -> Vec<String> {
-    if output.ty != PortType::Height {
-        return Vec::new();
-    }
-    let preview = (!options.no_preview).then(|| format!("{}{PREVIEW}", output.name));
-    let mesh = options.mesh.map(|mesh| format!("{}.{}", output.name, mesh.extension()));
+    let preview = output.ty == PortType::Height && !options.no_preview;
+    let preview = preview.then(|| format!("{}{PREVIEW}", output.name));
+    let mesh = options.mesh.filter(|_| matches!(output.ty, PortType::Height | PortType::Lines));
+    let mesh = mesh.map(|mesh| format!("{}.{}", output.name, mesh.extension()));
     preview.into_iter().chain(mesh).collect()
 }
 
@@ -60,7 +59,7 @@ pub(super) fn views(output: &OutputDecl, options: &OutputOptions) -> Vec<String>
 pub(super) fn names(output: &OutputDecl, options: &OutputOptions) -> Vec<String> {
     let name = &output.name;
     match output.ty {
-        PortType::Lines => vec![format!("{name}.geojson")],
+        PortType::Lines => [vec![format!("{name}.geojson")], views(output, options)].concat(),
         PortType::Report => vec![format!("{name}.json")],
         _ => {
             let rasters = rasters(output, options);

@@ -3,7 +3,7 @@
 use std::io;
 
 use crate::{
-    lines::{Line, Lines, Vertex},
+    lines::{Area, Line, Lines, Vertex},
     report::{Axis, Measure, Report, Series},
 };
 
@@ -15,6 +15,8 @@ type StoredReport = (Vec<(String, Bits, String)>, Vec<(String, StoredAxis, Store
 
 /// Order, index of the line downstream, and the numbers of the vertices.
 type StoredLine = (u32, Option<u32>, Vec<[Bits; 6]>);
+/// Lines, then the number of rings and the numbers of each area.
+type StoredLines = (Vec<StoredLine>, Vec<(u32, [Bits; 6])>);
 
 pub(super) fn encode_report(report: &Report) -> io::Result<Vec<u8>> {
     let axis = |axis: &Axis| -> StoredAxis {
@@ -43,15 +45,18 @@ pub(super) fn encode_lines(lines: &Lines) -> io::Result<Vec<u8>> {
         let vertices = line.vertices.iter().map(|vertex| vertex.numbers().map(f64::to_bits));
         (line.order, line.downstream, vertices.collect())
     });
-    Ok(serde_json::to_vec(&stored.collect::<Vec<_>>())?)
+    let areas = lines.areas.iter().map(|area| (area.rings, area.numbers().map(f64::to_bits)));
+    let stored: StoredLines = (stored.collect(), areas.collect());
+    Ok(serde_json::to_vec(&stored)?)
 }
 
 pub(super) fn decode_lines(json: &[u8]) -> io::Result<Lines> {
-    let stored: Vec<StoredLine> = serde_json::from_slice(json)?;
-    let lines = stored.into_iter().map(|(order, downstream, vertices)| Line {
+    let (lines, areas): StoredLines = serde_json::from_slice(json)?;
+    let lines = lines.into_iter().map(|(order, downstream, vertices)| Line {
         order,
         downstream,
         vertices: vertices.into_iter().map(|bits| Vertex::from_numbers(bits.map(f64::from_bits))).collect(),
     });
-    Ok(Lines { lines: lines.collect() })
+    let areas = areas.into_iter().map(|(rings, bits)| Area::from_numbers(rings, bits.map(f64::from_bits)));
+    Ok(Lines { lines: lines.collect(), areas: areas.collect() })
 }

@@ -16,7 +16,7 @@ static GIVES_LINES: Node = Node {
     outputs: &[Output::gives("height", PortType::Lines, "L.")],
     ..faulty("GivesLines", |_| {
         let line = Line { order: 1, downstream: Some(1), vertices: vec![Vertex::default(); 2] };
-        Ok(Outputs::one("height", Lines { lines: vec![line] }))
+        Ok(Outputs::one("height", Lines::open(vec![line])))
     })
 };
 static GIVES_PLANES: Node = faulty("GivesPlanes", |job| {

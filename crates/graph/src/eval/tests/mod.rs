@@ -114,7 +114,7 @@ static ANOMALY: Node = Node {
         let nx = job.window().nx();
         let vertex = |x| Vertex { position_m: [x, 0.1], width_m: mean, area_m2: 1.0 / 3.0, ..Vertex::default() };
         let line = |downstream| Line { order: 3, downstream, vertices: vec![vertex(0.0), vertex(mean / 3.0)] };
-        let lines = Lines { lines: vec![line(Some(1)), line(None)] };
+        let lines = Lines::open(vec![line(Some(1)), line(None)]);
         let heights = height(job, |i, j| (f64::from(samples[j * nx + i]) - mean) as f32)?;
         Ok(heights.with("report", report).with("lines", lines))
     },

@@ -106,7 +106,7 @@ fn lines_are_carved_as_they_are() {
         ..Vertex::default()
     };
     let line = |vertices: Vec<Vertex>| Line { order: 1, downstream: None, vertices };
-    let lines = Lines { lines: vec![line(vec![vertex(400.0, 100.0), vertex(700.0, 85.0)])] };
+    let lines = Lines::open(vec![line(vec![vertex(400.0, 100.0), vertex(700.0, 85.0)])]);
     let params = with_params(&NODE, "profile=flat,width=20,depth=5,bank=20");
     let job = Job {
         node: &NODE,

@@ -45,7 +45,7 @@ pub fn trace(
         let downstream = starts.binary_search(&end).ok().map(|at| at as u32);
         Ok::<_, NodeError>(Line { order: u32::from(network.orders[start as usize]), downstream, vertices })
     })?;
-    Ok(Lines { lines })
+    Ok(Lines::open(lines))
 }
 
 struct Links<'a> {

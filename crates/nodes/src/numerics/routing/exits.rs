@@ -14,6 +14,11 @@ pub struct Exit {
 }
 
 impl<T: Elevation> Depressions<T> {
+    /// Returns the bottom and the exit of each basin, without the outside.
+    pub fn basins(&self, grid: &Grid) -> impl Iterator<Item = (u32, Exit)> {
+        self.pits.iter().copied().zip(self.exits(grid))
+    }
+
     /// Returns the exit of each basin, without the outside.
     pub(super) fn exits(&self, grid: &Grid) -> Vec<Exit> {
         let exit = |(basin, link)| {

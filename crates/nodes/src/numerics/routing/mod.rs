@@ -30,5 +30,6 @@ pub use basins::Depressions;
 pub use breach::Limits;
 pub use drainage::Drainage;
 pub use elevation::Elevation;
+pub use exits::Exit;
 pub use grid::{Grid, Outlet};
 pub use spread::Spread;

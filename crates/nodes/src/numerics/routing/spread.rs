@@ -10,7 +10,10 @@
 //! Fractions are computed row by row in SIMD lanes (module `shares`) and stored with the receiving cell; then each cell
 //! sums its inflow (module `gather`).
 
-use orograph_graph::{Job, NodeError, memory::zeroed};
+use orograph_graph::{
+    Job, NodeError,
+    memory::{copied, zeroed},
+};
 
 mod gather;
 mod shares;
@@ -53,7 +56,53 @@ pub fn accumulate(
     amounts: &mut [f64],
 ) -> Result<(), NodeError> {
     let mut links = links(job, grid, heights, codes, spread)?;
-    gather::accumulate(job, grid, codes, &mut links, amounts)
+    gather::accumulate(job, grid, codes, &mut links, amounts, &|_, amount| amount)
+}
+
+/// Moves `amounts` downstream: what a cell has and gets beyond `most(cell)` moves on. Afterwards each is what stays.
+/// Returns the amounts that leave at outlets, by rows. Sums are conserved to the rounding of double precision.
+///
+/// # Errors
+/// [`NodeError::Cancelled`], or not enough memory.
+pub fn overflow(
+    job: &Job<'_>,
+    grid: &Grid,
+    heights: &[f32],
+    codes: &[u8],
+    spread: Spread,
+    most: impl Fn(usize) -> f64 + Sync,
+    amounts: &mut [f64],
+) -> Result<Vec<f64>, NodeError> {
+    let mut links = links(job, grid, heights, codes, spread)?;
+    let mut passed = copied(amounts)?;
+    gather::accumulate(job, grid, codes, &mut links, &mut passed, &|cell, amount| (amount - most(cell)).max(0.0))?;
+    let Links { incoming, gives, .. } = links;
+    par::collect(amounts.chunks_mut(grid.nx), |y, amounts| {
+        job.check()?;
+        let mut left = 0.0;
+        for (x, amount) in amounts.iter_mut().enumerate() {
+            let cell = y * grid.nx + x;
+            let (mut inflow, mut share) = (0.0, 0.0);
+            for way in 0..STEPS.len() {
+                if incoming[cell][way] == 0.0 && gives[cell] >> way & 1 == 0 {
+                    continue;
+                }
+                let Some(other) = grid.neighbour(cell as u32, way) else { continue };
+                inflow += f64::from(incoming[cell][way]) * passed[other as usize];
+                // what the receivers get: fractions in single precision do not quite add up to 1
+                share += f64::from(incoming[other as usize][opposite(way)]);
+            }
+            let whole = *amount + inflow;
+            if codes[cell] & OUTLET != 0 {
+                *amount = whole.min(most(cell));
+                left += whole - *amount;
+            } else {
+                // below 0 only by rounding
+                *amount = (whole - share * passed[cell]).max(0.0);
+            }
+        }
+        Ok::<_, NodeError>(left)
+    })
 }
 
 /// Computes the fractions of all cells.

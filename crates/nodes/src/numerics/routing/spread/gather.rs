@@ -1,4 +1,5 @@
-//! Accumulates dispersed flow, each cell after all its donors.
+//! Accumulates dispersed flow, each cell after all its donors. What a cell passes on is a function of what it has and
+//! gets.
 //!
 //! The raster is divided into strips of rows. In each strip, walks start at cells that wait for no donor and continue
 //! at cells whose last donor has been visited. Flow across strips is sent as messages. Strips are walked in parallel,
@@ -37,8 +38,9 @@ struct Message {
 }
 
 /// A strip and the state of its walk.
-struct Strip<'a> {
+struct Strip<'a, P> {
     grid: &'a Grid,
+    pass: &'a P,
     codes: &'a [u8],
     incoming: &'a [[f32; 8]],
     gives: &'a [u8],
@@ -57,22 +59,24 @@ struct Strip<'a> {
     started: bool,
 }
 
-/// Accumulates `amounts` along the links: afterwards each is the cell's own amount plus its inflow from all donors.
+/// Accumulates `amounts` along the links: afterwards each is `pass(cell, amount)` of the cell's own amount plus its inflow
+/// from all donors, which is what the cell distributes to its receivers.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
-pub fn accumulate(
+pub fn accumulate<P: Fn(usize, f64) -> f64 + Sync>(
     job: &Job<'_>,
     grid: &Grid,
     codes: &[u8],
     links: &mut Links,
     amounts: &mut [f64],
+    pass: &P,
 ) -> Result<(), NodeError> {
     let threads = rayon::current_num_threads();
     let strips = if threads > 1 { STRIPS_PER_THREAD * threads } else { 1 };
     let rows = grid.ny.div_ceil(strips).max(MIN_ROWS);
     let size = rows * grid.nx;
-    let mut strips: Vec<Strip<'_>> = (links.missing.chunks_mut(size))
+    let mut strips: Vec<Strip<'_, P>> = (links.missing.chunks_mut(size))
         .zip(amounts.chunks_mut(size))
         .zip(links.incoming.chunks(size).zip(links.gives.chunks(size)).zip(codes.chunks(size)))
         .enumerate()
@@ -82,6 +86,7 @@ pub fn accumulate(
                 .map(|y| y.filter(|y| !(top..=bottom).contains(y)).map(|y| (y, vec![0.0; grid.nx])));
             Strip {
                 grid,
+                pass,
                 codes,
                 incoming,
                 gives,
@@ -115,7 +120,7 @@ pub fn accumulate(
     }
 }
 
-impl Strip<'_> {
+impl<P: Fn(usize, f64) -> f64> Strip<'_, P> {
     /// Processes received messages and visits all cells that become ready.
     fn walk(&mut self, job: &Job<'_>, inbox: &mut Vec<Message>) -> Result<(), NodeError> {
         let nx = self.grid.nx;
@@ -165,7 +170,8 @@ impl Strip<'_> {
             }
             let around = self.steps.map(|step| at.wrapping_add_signed(step));
             let (shares, amounts) = (&self.incoming[at], &mut *self.amounts);
-            amounts[at] += sum(std::array::from_fn(|way| f64::from(shares[way]) * amounts[around[way]]));
+            let inflow = sum(std::array::from_fn(|way| f64::from(shares[way]) * amounts[around[way]]));
+            amounts[at] = (self.pass)(self.first + at, amounts[at] + inflow);
             if self.ready.len() < self.waiting + 8 {
                 self.ready.resize(2 * self.waiting + 8, 0);
             }
@@ -218,7 +224,7 @@ impl Strip<'_> {
             let share = f64::from(self.incoming[at][way]);
             around[way].and_then(amount).map_or(0.0, |amount| share * amount)
         });
-        self.amounts[at] += sum(given);
+        self.amounts[at] = (self.pass)(cell as usize, self.amounts[at] + sum(given));
         for (way, to) in around.into_iter().enumerate() {
             let Some(to) = to.filter(|_| self.gives[at] >> way & 1 == 1) else { continue };
             let local = (to as usize).wrapping_sub(self.first);
