@@ -239,7 +239,7 @@ fn pass(
     run.pass(params.duration, times.longest_yr(level), asked, &progress)?;
     warn_of_short_runs(job, params.duration, times.response_yr);
     let (step_yr, work) = run.last;
-    let outputs = results(on, &mut run.land, start, step_yr, work)?;
+    let outputs = results(on, run.land, start, step_yr, work)?;
     let outputs = match inland {
         Some(inland) => inland.cut(outputs),
         None => outputs,
