@@ -7,8 +7,25 @@ use super::{
 };
 use crate::prelude::*;
 
-/// The scratch of the node.
+/// The scratch of the node. Outputs on the cells of the coarsest level are made on those of the next one, with inputs and
+/// outputs there.
 pub fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let params = Params::read(sizing.params);
+    let above = Ladder::new(sizing.window, &params).above_coarsest().filter(|_| has_levels(&params));
+    match above.map(Window::whole) {
+        Some(window) if Wants::among(sizing.wanted).count() > 0 => {
+            let wired = sizing.wired.iter().filter(|wired| **wired).count();
+            let above = Sizing { params: sizing.params, window, wired: sizing.wired, wanted: sizing.wanted };
+            let given = 4 * Wants::among(sizing.wanted).count();
+            let beside = above.cells(4.0 * wired as f64 + given as f64) + state(sizing);
+            (on_its_cells(&above) + beside).saturating_sub(sizing.cells(given as f64))
+        }
+        _ => on_its_cells(sizing),
+    }
+}
+
+/// What a run on the cells of a level or between two of them holds.
+fn on_its_cells(sizing: &Sizing<'_>) -> u64 {
     let (params, wants) = (Params::read(sizing.params), Wants::among(sizing.wanted));
     let if_wired = |input: &str, bytes: f64| if sizing.is_wired(Inputs::PORTS, input) { bytes } else { 0.0 };
     let when = |is: bool, bytes: f64| if is { bytes } else { 0.0 };
