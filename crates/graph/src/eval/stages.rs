@@ -62,6 +62,9 @@ impl Evaluator {
         deliver: &(dyn Fn(usize, Delivery) + Sync),
     ) {
         let mut plan = Plan::new(evaluation.graph, evaluation.requests, &[]);
+        if !self.store.keeps() {
+            plan.drop_kept_states();
+        }
         let origins = self.origins(&mut plan, evaluation.folder, cancel);
         let sound = |target: &Target| plan.steps[target.step].fault.is_none();
         if !plan.targets.iter().all(|target| target.as_ref().is_ok_and(sound)) {

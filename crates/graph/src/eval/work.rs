@@ -65,6 +65,9 @@ impl Work<'_> {
         let Evaluation { graph, folder, requests, byproducts } = self.evaluation;
         let requests: Vec<Request> = numbers.iter().map(|number| requests[*number]).collect();
         let mut plan = Plan::new(graph, &requests, byproducts);
+        if !(self.keeps && evaluator.store.keeps()) {
+            plan.drop_kept_states();
+        }
         let mut origins = evaluator.origins(&mut plan, folder, self.cancel);
         let (needs, peak) = loop {
             let needs = Needs::new(&evaluator.store, self.pinned, &plan, &origins);

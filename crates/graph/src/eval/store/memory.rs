@@ -37,8 +37,14 @@ impl MemoryCache {
         Self { budget, inner: Mutex::default() }
     }
 
-    /// The value on a window, possibly cropped from one that was kept for a wider window. Strata, lines, reports and states cannot
-    /// be cropped: they are found on their own window only. A crop for which there is no memory counts as not found.
+    /// Whether anything fits.
+    pub(super) const fn keeps(&self) -> bool {
+        self.budget > 0
+    }
+
+    /// The value on a window, possibly cropped from one that was kept for a wider window. Strata, lines, reports and
+    /// states cannot be cropped: they are found on their own window only. A crop for which there is no memory counts as
+    /// not found.
     pub(super) fn get(&self, slot: Slot, window: &Window) -> Option<Value> {
         let found = lock(&self.inner).touch(slot, window)?;
         Some(match found {

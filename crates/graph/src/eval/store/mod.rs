@@ -61,6 +61,12 @@ impl Store {
         self.memory.bytes()
     }
 
+    /// Whether it keeps anything, in memory or in a folder.
+    #[must_use]
+    pub fn keeps(&self) -> bool {
+        self.disk.is_some() || self.memory.keeps()
+    }
+
     /// The folder of the disk cache. Returns None when there is none.
     #[must_use]
     pub fn folder(&self) -> Option<&StoreFolder> {

@@ -274,7 +274,8 @@ fn a_build_in_stages_passes_the_levels_too() {
         let rows = rows.into_inner().expect("no panic");
         let samples = rows.iter().flat_map(|rows| rows.as_field().expect("rows").samples()).copied().collect();
         assert_eq!(Value::Field(Field::new(window, samples)), expected[0]);
-        assert_eq!(calls(6).len(), 4);
+        // a state that only a later run may read is not made for a store that keeps nothing
+        assert_eq!(calls(6), [(8, false, true), (16, false, true), (32, false, true), (64, true, budget > 0)]);
         let events = all.into_inner().expect("no panic");
         let levels =
             events.iter().filter(|event| matches!(event, Event::NodeStarted { name, .. } if &**name == "levels"));

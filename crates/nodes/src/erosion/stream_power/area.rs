@@ -113,6 +113,12 @@ impl<'a> Area<'a> {
         }
     }
 
+    /// Keeps the areas alone, and nothing that only another step would need.
+    #[must_use]
+    pub fn end(self) -> Self {
+        Self { widened: Vec::new(), spread: Vec::new(), ..self }
+    }
+
     /// Takes the areas of a step into the mean of the last ones.
     pub fn spread(&mut self) {
         if self.spread_below < 1.0 {

@@ -79,6 +79,31 @@ struct Sediment<'a> {
     thickness: Option<Vec<f32>>,
 }
 
+/// What is left of a land when its time has passed.
+pub struct Ended<'a> {
+    grid: Grid,
+    /// Heights in metres.
+    pub heights: Vec<f64>,
+    /// Drainage areas of the last routing.
+    pub area: Area<'a>,
+    /// What has moved the land.
+    pub tectonics: Tectonics<'a>,
+    /// Thickness of the sediment on the rock in metres; None where there is none or it was not followed.
+    pub sediment_m: Option<Vec<f32>>,
+}
+
+impl Ended<'_> {
+    /// Whether a cell has kept its height.
+    #[must_use]
+    pub fn is_base(&self, cell: usize) -> bool {
+        is_base(&self.grid, cell)
+    }
+}
+
+fn is_base(grid: &Grid, cell: usize) -> bool {
+    grid.outlet(cell % grid.nx, cell / grid.nx) == Outlet::Base
+}
+
 /// What is asked of a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Asked {
@@ -212,16 +237,18 @@ impl<'a> Land<'a> {
         })
     }
 
-    /// Thickness of the sediment on the rock in metres. Returns None when there is none anywhere.
+    /// Drops what only a further step would need.
     #[must_use]
-    pub fn sediment_m(&self) -> Option<&[f32]> {
-        self.sediment.as_ref()?.thickness.as_deref()
+    pub fn end(self) -> Ended<'a> {
+        let sediment_m = self.sediment.and_then(|sediment| sediment.thickness);
+        let (grid, heights, tectonics) = (self.grid, self.heights, self.tectonics);
+        Ended { grid, heights, area: self.area.end(), tectonics, sediment_m }
     }
 
     /// Whether a cell keeps its height.
     #[must_use]
     pub fn is_base(&self, cell: usize) -> bool {
-        self.grid.outlet(cell % self.grid.nx, cell / self.grid.nx) == Outlet::Base
+        is_base(&self.grid, cell)
     }
 
     /// Raises the land for the time of a step, then erodes it. Says what it did as far as it is asked.
@@ -330,8 +357,16 @@ impl<'a> Land<'a> {
             }
             _ => receivers::d8(job, grid, heights, codes)?,
         }
+        // only the surface of the water, which deposition needs, is found from the basins later
+        let shares_room = self.sediment.is_none();
+        if shares_room {
+            self.drainage.exchange_room(&mut self.depressions);
+        }
         self.depressions.find(job, grid, heights, codes)?;
         self.depressions.carve(job, grid, codes)?;
+        if shares_room {
+            self.drainage.exchange_room(&mut self.depressions);
+        }
         self.area.accumulate(job, grid, codes, &mut self.drainage)
     }
 

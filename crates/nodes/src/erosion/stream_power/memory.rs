@@ -1,4 +1,4 @@
-//! What a run holds beside its inputs and outputs, in bytes per cell, at the largest of its stages.
+//! What a run holds beside its inputs and outputs, in bytes per cell: during its last step, or while its outputs are made.
 
 use super::{
     Inputs, Method, NODE, Params, Receivers, Wants,
@@ -7,8 +7,25 @@ use super::{
 };
 use crate::prelude::*;
 
-/// The scratch of the node.
+/// The scratch of the node. Outputs on the cells of the coarsest level are made on those of the next one, with inputs and
+/// outputs there.
 pub fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let params = Params::read(sizing.params);
+    let above = Ladder::new(sizing.window, &params).above_coarsest().filter(|_| has_levels(&params));
+    match above.map(Window::whole) {
+        Some(window) if Wants::among(sizing.wanted).count() > 0 => {
+            let wired = sizing.wired.iter().filter(|wired| **wired).count();
+            let above = Sizing { params: sizing.params, window, wired: sizing.wired, wanted: sizing.wanted };
+            let given = 4 * Wants::among(sizing.wanted).count();
+            let beside = above.cells(4.0 * wired as f64 + given as f64) + state(sizing);
+            (on_its_cells(&above) + beside).saturating_sub(sizing.cells(given as f64))
+        }
+        _ => on_its_cells(sizing),
+    }
+}
+
+/// What a run on the cells of a level or between two of them holds.
+fn on_its_cells(sizing: &Sizing<'_>) -> u64 {
     let (params, wants) = (Params::read(sizing.params), Wants::among(sizing.wanted));
     let if_wired = |input: &str, bytes: f64| if sizing.is_wired(Inputs::PORTS, input) { bytes } else { 0.0 };
     let when = |is: bool, bytes: f64| if is { bytes } else { 0.0 };
@@ -18,41 +35,50 @@ pub fn scratch(sizing: &Sizing<'_>) -> u64 {
     let keeps = has_levels(&params) && sizing.wanted.contains(NODE.outputs.len());
     let thickness = wants.sediment || wants.erosion || keeps;
     let given = 4.0 * wants.count() as f64;
-    let (lowered, flux) = (when(wants.erosion_rate, 8.0), when(wants.sediment_flux, 8.0));
+    let has_steps = params.duration > 0.0 || params.method == Method::Analytical;
+    let (lowered, flux) = (when(has_steps && wants.erosion_rate, 8.0), when(has_steps && wants.sediment_flux, 8.0));
 
-    // heights, codes, basins with donors, the order of the drainage, areas
-    let land = 8.0
+    // heights, areas and sediment, which outputs are made of
+    let left = 8.0 + 4.0 + if_wired("rain", 4.0) + when(settles && thickness, 4.0);
+    // codes, the order of the drainage, whose room basins and donors have first where no sediment settles
+    let land = left
         + 1.0
         + 5.0
-        + 5.0
-        + 4.0
-        + if_wired("rain", 4.0)
+        + when(settles, 5.0)
         + if_wired("repose", 4.0)
         // the layer at the surface: its weakness and the steepest slope
         + if_wired("strata", 8.0)
         + when(params.receivers == Receivers::RhoInfinity, 1.0)
-        + when(settles, 8.0 + when(thickness, 4.0))
+        + when(settles, 8.0)
         // the mean area of the headwaters, areas that cut floors, the factor of the rock and the slope it stands at
         + when(params.headwater_area > 0.0, 4.0)
         + when(params.valley_width > 0.0, 4.0)
         + when(params.variation_size > 0.0 && (params.variation > 0.0 || params.repose_variation > 0.0), 4.0)
         + when(params.variation_size > 0.0 && params.repose_variation > 0.0, 4.0);
-    let step = if params.method == Method::Analytical {
+    let step = if !has_steps {
+        0.0
+    } else if params.method == Method::Analytical {
         // the way of each cell and its ancestor
         40.0
     } else if settles {
         // heights before, the water's surface, what arrives, which water fills, beds and flux; for powers what was found and tangents
         when(wants.erosion_rate || wants.sediment || keeps, 8.0) + 57.0 + when(params.n != 1.0, 24.0)
     } else {
-        lowered + flux + when(wants.erosion_rate, 8.0)
+        2.0 * lowered + flux
     };
-    let wired = sizing.wired.iter().filter(|wired| **wired).count() as f64;
     // outputs are made one after another, and each change is dropped when it has become one
     let before_rate = [wants.height, wants.area, wants.erosion, wants.erosion_rate];
     let before_rate = 4.0 * before_rate.iter().filter(|wanted| **wanted).count() as f64;
     let end = (flux + given).max(when(wants.erosion_rate, lowered + flux + before_rate));
-    let bytes_per_cell = land + step.max(end);
-    sizing.cells(bytes_per_cell - given) + margin(sizing, bytes_per_cell + 4.0 * wired)
+    let inside = sizing.window.len() as f64;
+    let (cells, copies, cut) = match Inland::around(sizing.window) {
+        // all inputs with the margin, and one output after another without it
+        Some(inland) => (inland.cells() as f64, 4.0 * sizing.wired.iter().filter(|wired| **wired).count() as f64, 4.0),
+        None => (inside, 0.0, 0.0),
+    };
+    let during_a_step = cells * (land + step + copies);
+    let at_the_end = cells * (left + end + copies) + cut * inside;
+    (during_a_step.max(at_the_end) - given * inside).max(0.0) as u64
 }
 
 /// The state for a finer level: heights and sediment with the margin, gates and times.
@@ -64,13 +90,4 @@ pub fn state(sizing: &Sizing<'_>) -> u64 {
     let cells = Inland::around(sizing.window).map_or(sizing.window.len(), |inland| inland.cells());
     let rasters = if sizing.is_wired(Inputs::PORTS, "deposition") { 4 } else { 2 };
     (4 * rasters * cells + 1024) as u64
-}
-
-/// What the margin of `inland` sides takes, with its part of inputs and outputs and those inside beside it.
-fn margin(sizing: &Sizing<'_>, bytes_per_cell: f64) -> u64 {
-    let Some(inland) = Inland::around(sizing.window) else { return 0 };
-    let wired = sizing.wired.iter().filter(|wired| **wired).count() as f64;
-    let wanted = Wants::among(sizing.wanted).count() as f64;
-    let outside = (inland.cells() - sizing.window.len()) as f64;
-    (outside * bytes_per_cell) as u64 + sizing.cells(4.0 * (wired + wanted))
 }

@@ -282,15 +282,16 @@ fn erode(job: &Job<'_>, params: &Params) -> Result<Outputs, NodeError> {
         Method::Implicit => implicit(job, params, &mut land, asked)?,
         Method::Analytical => (1.0, analytical::grow(job, params, &mut land, asked)?),
     };
-    results(job, &mut land, start, step_yr, work)
+    results(job, land, start, step_yr, work)
 }
 
 /// The outputs of a land at the end; `work` is that of the last step, which took `step_yr`.
-fn results(job: &Job<'_>, land: &mut Land<'_>, start: &Field, step_yr: f64, work: Work) -> Result<Outputs, NodeError> {
+fn results(job: &Job<'_>, mut land: Land<'_>, start: &Field, step_yr: f64, work: Work) -> Result<Outputs, NodeError> {
     let wants = Wants::of(job);
     if wants.area {
         land.route(job, None)?;
     }
+    let land = land.end();
 
     let cell_m2 = job.cell_m() * job.cell_m();
     let cells = || (0..land.heights.len()).into_par_iter();
@@ -299,7 +300,7 @@ fn results(job: &Job<'_>, land: &mut Land<'_>, start: &Field, step_yr: f64, work
     // The heights of many steps add up to rounding errors of the order of 1e-12 m where nothing was eroded.
     let eroded = |cell: usize| {
         let risen_m = land.tectonics.risen_m(cell, land.is_base(cell));
-        let buried_m = land.sediment_m().map_or(0.0, |sediment| f64::from(sediment[cell]));
+        let buried_m = land.sediment_m.as_ref().map_or(0.0, |sediment| f64::from(sediment[cell]));
         (f64::from(start.samples()[cell]) + risen_m - land.heights[cell] + buried_m).max(0.0) as f32
     };
     let per_yr = |metres: f64| metres / step_yr.max(SHORTEST_YR);
@@ -312,7 +313,7 @@ fn results(job: &Job<'_>, land: &mut Land<'_>, start: &Field, step_yr: f64, work
         area: wants.area.then(|| field(cells().map(|cell| land.area.m2(cell) as f32).collect())),
         erosion: wants.erosion.then(|| field(cells().map(eroded).collect())),
         erosion_rate: wants.erosion_rate.then(|| work.lowered.map_or_else(nothing, rate)),
-        sediment: wants.sediment.then(|| land.sediment_m().map_or_else(nothing, |metres| field(metres.to_vec()))),
+        sediment: wants.sediment.then(|| land.sediment_m.map_or_else(nothing, &field)),
         sediment_flux: wants.sediment_flux.then(|| work.flux.map_or_else(nothing, flux)),
         strata: wants.strata.then(|| strata(job, land)).transpose()?,
     }

@@ -32,7 +32,7 @@ pub struct Depressions<T: Elevation> {
     /// The basin of each cell: the index of its pit, from 1, or [`OUTSIDE`]. Undefined if there are no pits.
     pub(super) labels: Vec<u32>,
     /// The donors of each cell, as a set of directions.
-    donors: Vec<u8>,
+    pub(super) donors: Vec<u8>,
     /// The pit of each basin, without the outside.
     pub(super) pits: Vec<u32>,
     pub(super) spills: Vec<Spill<T>>,

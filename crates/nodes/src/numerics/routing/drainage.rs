@@ -8,7 +8,7 @@
 
 use orograph_graph::{Job, NodeError};
 
-use super::{Grid, code::has_receiver, donors};
+use super::{Depressions, Elevation, Grid, code::has_receiver, donors};
 use crate::numerics::par;
 
 /// Rows of a strip. The order of weighted sums depends on it, and with it their last bits.
@@ -56,6 +56,13 @@ impl Amount for [f64; 2] {
 }
 
 impl Drainage {
+    /// Exchanges room with depressions: who needs their labels no more when the receivers lead out of them can order the
+    /// cells where the labels were, and gives the room back before the next search.
+    pub fn exchange_room<T: Elevation>(&mut self, depressions: &mut Depressions<T>) {
+        std::mem::swap(&mut self.local, &mut depressions.labels);
+        std::mem::swap(&mut self.missing, &mut depressions.donors);
+    }
+
     /// Orders the cells and accumulates `amounts` downstream: afterwards each is the sum over the cell's catchment.
     /// With 1 everywhere, the result is the number of cells.
     ///

@@ -1,8 +1,11 @@
-//! Other cells than those of a job: levels that the caller has not run, and results on fewer cells than the coarsest has.
+//! Other cells than those of a job: levels that the caller has not run, and results on the cells of the coarsest level and
+//! on fewer.
+
+use std::sync::Arc;
 
 use orograph_graph::{Coarser, InputValue, LevelJob, State, Value, Wanted, Warnings, Window, World};
 
-use super::{resample, run};
+use super::{Ladder, pass, resample, run};
 use crate::{
     erosion::stream_power::{Params, inland::Inland},
     prelude::*,
@@ -10,7 +13,7 @@ use crate::{
 
 /// The state of the level on the cells of a world, of a job that came without: from resampled inputs.
 pub fn state(job: &Job<'_>, params: &Params, world: World) -> Result<State, NodeError> {
-    let below = on_cells(job, world, Wanted::NONE, true);
+    let below = on_cells(job, world, Wanted::NONE, LevelJob { below: Coarser::Nothing, gives_state: true });
     run(&below, params)?.take_state().ok_or_else(|| NodeError::failed("the level below gave no state"))
 }
 
@@ -19,25 +22,38 @@ pub fn means(job: &Job<'_>, params: &Params, world: World) -> Result<Outputs, No
     let outputs = match &job.level.below {
         Coarser::Results(outputs) => outputs.clone(),
         Coarser::Nothing | Coarser::State(_) => {
-            let finer = on_cells(job, world, job.wanted, false);
+            let finer = on_cells(job, world, job.wanted, LevelJob::default());
             let outputs = run(&finer, params)?;
             Inland::tell(&finer, job);
             outputs
         }
     };
-    let asked = job.window();
-    Ok(outputs.into_iter_named().fold(Outputs::default(), |given, (name, value)| match value {
+    Ok(averaged(outputs, job.window()))
+}
+
+/// The outputs on the cells of the coarsest level from its state: the means of the level above, on the cells of `world`.
+pub fn refined(job: &Job<'_>, params: &Params, world: World, state: &Arc<State>) -> Result<Outputs, NodeError> {
+    let level = LevelJob { below: Coarser::State(Arc::clone(state)), gives_state: false };
+    let finer = on_cells(job, world, job.wanted, level);
+    let outputs = pass(&finer, params, &Ladder::new(finer.window(), params), Some(state), true)?;
+    Inland::tell(&finer, job);
+    Ok(averaged(outputs, job.window()))
+}
+
+/// Outputs on larger cells: their means, and of rivers the largest in each cell.
+fn averaged(outputs: Outputs, asked: Window) -> Outputs {
+    outputs.into_iter_named().fold(Outputs::default(), |given, (name, value)| match value {
         Value::Field(field) if matches!(name, "area" | "sediment_flux") => {
             given.with(name, resample::largest(&field, asked))
         }
         Value::Field(field) => given.with(name, resample::resampled(&field, asked, false)),
         Value::Strata(strata) => given.with(name, strata.on(resample::resampled(strata.offset(), asked, false))),
         other => given.with(name, other),
-    }))
+    })
 }
 
 /// The same job on other cells, with resampled inputs. Its progress is not reported.
-fn on_cells<'a>(job: &'a Job<'_>, world: World, wanted: Wanted, gives_state: bool) -> Job<'a> {
+fn on_cells<'a>(job: &'a Job<'_>, world: World, wanted: Wanted, level: LevelJob) -> Job<'a> {
     let window = Window::whole(world);
     let inputs = job.node.inputs.iter().zip(&job.inputs).map(|(input, value)| match value {
         InputValue::Value(Value::Field(field)) => {
@@ -54,7 +70,7 @@ fn on_cells<'a>(job: &'a Job<'_>, world: World, wanted: Wanted, gives_state: boo
         node: job.node,
         params: job.params,
         inputs: inputs.collect(),
-        level: LevelJob { below: Coarser::Nothing, gives_state },
+        level,
         window,
         wanted,
         folder: job.folder.clone(),

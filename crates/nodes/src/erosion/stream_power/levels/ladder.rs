@@ -72,6 +72,13 @@ impl Ladder {
         self.finest.checked_sub(1).map(|below| Below::State(self.rung(below).inner.world))
     }
 
+    /// The level above the coarsest, of which the results on the cells of the coarsest are means; None on other cells.
+    #[must_use]
+    pub fn above_coarsest(&self) -> Option<World> {
+        let doubled = self.coarsest.map(|cells| 2 * cells);
+        (self.asked.cells == self.coarsest).then(|| self.own(doubled).world)
+    }
+
     /// Whether the asked cells are those of a level, and not between two of them.
     #[must_use]
     pub fn is_level(&self) -> bool {

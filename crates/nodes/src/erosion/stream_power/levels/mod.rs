@@ -9,6 +9,10 @@
 //!
 //! A level that would begin before τ is known, in the first half of the time, begins at the start instead.
 //!
+//! The coarsest level has passed all of its time on its cells and no coarser level has ended on them, so that its land is
+//! further from that of the others than they are from each other. Results on its cells are means of the next level
+//! instead, which goes on from its state, with interpolated inputs.
+//!
 //! A job is one level: the evaluator has the level below run first, with inputs that are made for its own cells, and
 //! stores its [`Checkpoint`].
 
@@ -208,7 +212,9 @@ fn pass(
         return Ok(Outputs::default().with_state(Some(Checkpoint::of_start(gates, times.response_yr))));
     }
 
-    let footing = Footing { gates, level: Some((rung.number, rung.coarsest_m)), keeps_sediment: job.level.gives_state };
+    let above = ladder.above_coarsest().filter(|_| wants_outputs);
+    let keeps_sediment = job.level.gives_state || above.is_some();
+    let footing = Footing { gates, level: Some((rung.number, rung.coarsest_m)), keeps_sediment };
     let mut land = Land::new(on, params, start, footing)?;
     if let (Some(below), Some(places)) = (below, places)
         && !times.is_whole(level)
@@ -227,6 +233,12 @@ fn pass(
     if let Some(until_yr) = handover_yr {
         run.pass(until_yr, times.longest_yr(level), Asked::default(), &progress)?;
     }
+    if let (Some(_), Some(world)) = (handover_yr, above) {
+        let state = Arc::new(run.land.state(start.samples(), times.response_yr)?);
+        drop(run);
+        let outputs = alone::refined(job, params, world, &state)?;
+        return Ok(outputs.with_state(Arc::into_inner(state).filter(|_| job.level.gives_state)));
+    }
     let state = job.level.gives_state.then(|| match handover_yr {
         Some(_) => run.land.state(start.samples(), times.response_yr),
         None => Ok(Checkpoint::of_start(run.land.gates(), times.response_yr)),
@@ -239,7 +251,7 @@ fn pass(
     run.pass(params.duration, times.longest_yr(level), asked, &progress)?;
     warn_of_short_runs(job, params.duration, times.response_yr);
     let (step_yr, work) = run.last;
-    let outputs = results(on, &mut run.land, start, step_yr, work)?;
+    let outputs = results(on, run.land, start, step_yr, work)?;
     let outputs = match inland {
         Some(inland) => inland.cut(outputs),
         None => outputs,
