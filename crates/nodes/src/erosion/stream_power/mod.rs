@@ -42,6 +42,7 @@ use self::{
     inland::Inland,
     land::{Asked, Footing, Land, Work},
     rock::DEFAULT_ERODIBILITY,
+    tectonics::Tectonics,
 };
 use crate::prelude::*;
 
@@ -315,19 +316,19 @@ fn results(job: &Job<'_>, mut land: Land<'_>, start: &Field, step_yr: f64, work:
         erosion_rate: wants.erosion_rate.then(|| work.lowered.map_or_else(nothing, rate)),
         sediment: wants.sediment.then(|| land.sediment_m.map_or_else(nothing, &field)),
         sediment_flux: wants.sediment_flux.then(|| work.flux.map_or_else(nothing, flux)),
-        strata: wants.strata.then(|| strata(job, land)).transpose()?,
+        strata: wants.strata.then(|| strata(job, &land.tectonics)).transpose()?,
     }
     .into())
 }
 
 /// The rock in depth at the end.
-fn strata(job: &Job<'_>, land: &Land<'_>) -> Result<Strata, NodeError> {
+fn strata(job: &Job<'_>, tectonics: &Tectonics<'_>) -> Result<Strata, NodeError> {
     let inputs = Inputs::read(job)?;
     let Some(strata) = inputs.strata else {
         let column = Column { layers: vec![Layer::USUAL], top_m: 0.0, repeats: false, cosine: 1.0 };
         return Ok(Strata::new(Arc::new(column), Field::constant(job.window(), 0.0)));
     };
-    Ok(Bedrock::moved(strata, inputs.uplift, land.tectonics.risen_yr(land.time_yr())))
+    Ok(Bedrock::moved(strata, inputs.uplift, tectonics.risen_at_end_yr()))
 }
 
 /// Makes the steps of a run. Gives how long they are and what the last one did, as far as it is asked.

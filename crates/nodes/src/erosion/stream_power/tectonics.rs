@@ -49,6 +49,12 @@ impl<'a> Tectonics<'a> {
         if time_yr > 0.0 { self.course.mean(0.0, time_yr / self.duration_yr) * time_yr } else { 0.0 }
     }
 
+    /// [`Self::risen_yr`] after the whole run.
+    #[must_use]
+    pub fn risen_at_end_yr(&self) -> f64 {
+        self.risen_yr(self.duration_yr)
+    }
+
     /// How fast a cell rises in the mean of the run, in m/yr.
     #[must_use]
     pub fn rate(&self, cell: usize, is_base: bool) -> f64 {
