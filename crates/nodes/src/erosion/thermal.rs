@@ -43,8 +43,9 @@ inputs! {
     debris: Option<Scalar(Metres)>;
     /// Steepest stable angle of rock, per cell if wired; used only if `debris` is wired.
     rock: Scalar(Degrees) = 60.0, 20.0..=85.0, soft 45.0..=75.0;
-    /// Rock in depth, from `Stratify`: its layers have their own angles in place of `rock`; used only if `debris` is
-    /// wired.
+    /// Rock in depth, from `Stratify`: its layers have their own angles.
+    ///
+    /// They replace `rock`, and are used only if `debris` is wired.
     strata: Option<Strata>;
 }
 

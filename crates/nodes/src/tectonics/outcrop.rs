@@ -32,6 +32,7 @@ pub static NODE: Node = Node {
 
     reach: Reach::Point,
     cpu: run,
+    resolution: Resolution::Cells("contacts between layers are as sharp as cells"),
     example: "height: \"base\", strata: \"strata.strata\"",
     ..Node::DEFAULT
 };

@@ -45,8 +45,9 @@ outputs! {
     /// Number of the lake, 0 on land.
     /// Lakes are numbered from 1 by their first cells, row by row from the north-west.
     lake: Scalar(Count);
-    /// Direction in which water moves, of length 1: towards the spill point on lakes, along `Flow.direction` on land. 0 where
-    /// water leaves the world.
+    /// Direction in which water moves, of length 1.
+    ///
+    /// Towards the spill point on lakes, along `Flow.direction` on land; 0 where water leaves the world.
     flow: Vector(One);
     /// The shores as polygons with level, depth, area, volume and spill point.
     outlines: Lines;

@@ -160,10 +160,10 @@ fn melt_follows_temperature_and_sun() {
     let melted = found.measure("melted") / 144e4;
     assert!((melted / expected - 1.0).abs() < 0.01, "{melted} m of {expected} m, {} W/m²", sun.samples()[70]);
     let roof = testing::field(testing::world(12, 40, 50.0), |_, y| 2000.0 - 0.4 * (y - 1000.0).abs());
-    let mild = everywhere(&roof, 14.0);
-    let found = snow("slides=0,wind=0,day=150,duration=0.8", &[("height", &roof), ("temperature", &mild)]);
-    let [north, south] = [10, 29].map(|row| found.depth[row * 12 + 6]);
-    assert!(north > 1.1 * south, "the north side keeps more: {north} m and {south} m");
+    let mild = everywhere(&roof, 10.0);
+    let found = snow("slides=0,wind=0,day=140,duration=0.8", &[("height", &roof), ("temperature", &mild)]);
+    let [north, south] = [10, 29].map(|row| found.melt[row * 12 + 6]);
+    assert!(north < 0.9 * south && south > 0.0, "less melts on the north side: {north} m and {south} m");
 }
 
 #[test]

@@ -1,3 +1,5 @@
+//! Layers of rock: outcrops, folds and faults against closed forms, generated tables, sizes.
+
 use orograph_graph::{Layer, ParamValue, Value};
 
 use super::NODE;
