@@ -7,7 +7,7 @@ use std::{
 };
 
 use orograph_graph::{
-    Boundary, Document, Edge, Evaluator, EvaluatorOptions, Registry, Store, StoreFolder, Value, World,
+    Boundary, Document, Edge, Evaluator, EvaluatorOptions, Registry, Store, StoreFolder, Strata, Value, World,
 };
 
 use crate::{
@@ -97,8 +97,8 @@ fn any_world_gives_heights() {
                 let mut found =
                     testing::outputs(&NODE, &testing::with_params(&NODE, &changes), &fields).expect("a result");
                 for output in NODE.outputs {
-                    let field = found.take(output.name).expect("an output");
-                    let field = field.as_field().expect("a field");
+                    let value = found.take(output.name).expect("an output");
+                    let field = value.as_strata().map(Strata::offset).or(value.as_field()).expect("a raster");
                     assert_eq!(field.window(), height.window());
                     assert!(field.samples().iter().all(|v| v.is_finite()), "{nx} {ny} {changes}: {}", output.name);
                 }
