@@ -53,8 +53,8 @@ const EXAMPLES: &[Example] = examples! {
     "glen" "A Highland glen";
     "canyon" "A canyon in layered rock" output "map";
     "two_ranges" "Two ranges from one graph";
-    "ridge" "A reusable range";
     "carve_dem" "A real landscape, eroded further" output "after";
+    "ridge" "A reusable range";
     "amplify" "A coarse model with rills" output "after";
     "talus_dem" "Real mountains with talus" output "after";
     "rivers_dem" "Rivers of a real landscape" output "map";
