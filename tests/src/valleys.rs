@@ -238,14 +238,14 @@ mod tests {
     use super::*;
     use orograph_graph::{Window, World};
 
-    /// A valley that falls to the south between ridges 2 km apart, with sections of a power.
+    /// A valley that falls to the south along a column of cells, between ridges 4 km apart, with sections of a power.
     fn valley(power: f64) -> Field {
         let world = World { size: [12e3, 24e3], cells: [240, 480], ..World::default() };
         let window = Window::whole(world);
         let heights = (0..window.len()).map(|cell| {
             let [x, y] = window.centre_m(cell % 240, cell / 240);
-            let across = ((x - 6000.0).abs() / 2000.0).min(1.0);
-            let beyond = ((x - 6000.0).abs() - 2000.0).max(0.0);
+            let across = ((x - 6025.0).abs() / 2000.0).min(1.0);
+            let beyond = ((x - 6025.0).abs() - 2000.0).max(0.0);
             (500.0 * math::pow(across, power) - 0.4 * beyond - 0.01 * y) as f32
         });
         Field::new(window, heights.collect())

@@ -4,7 +4,8 @@
 //! cargo run -p orograph --example screenshots
 //! ```
 //!
-//! writes `docs/pictures/editor.png`, `editor_light.png` and `editor_map.png`; another folder can be named.
+//! writes `docs/pictures/editor.png`, `editor_light.png`, `editor_map.png` and `editor_layers.png`; another folder can be
+//! named.
 
 use std::{path::PathBuf, thread, time::Duration};
 
@@ -29,6 +30,11 @@ fn main() {
     window.ctx.set_theme(ThemePreference::from(Theme::Light));
     window.state_mut().session_mut().select_only("flood");
     save(&mut window, &folder.join("editor_light.png"));
+    drop(window);
+
+    let mut window = self::window("canyon.ron", 400);
+    window.state_mut().session_mut().select_only("rock");
+    save(&mut window, &folder.join("editor_layers.png"));
 }
 
 /// A window on a graph of the project, once it is fully built with this many cells per side.
