@@ -18,7 +18,12 @@ const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
 fn main() {
     let folder = std::env::args().nth(1).map_or_else(|| PathBuf::from(ROOT).join("docs/pictures"), PathBuf::from);
-    let mut window = window("alps.ron", 400);
+    let mut window = window("canyon.ron", 400);
+    window.state_mut().session_mut().select_only("rock");
+    save(&mut window, &folder.join("editor_layers.png"));
+    drop(window);
+
+    let mut window = self::window("alps.ron", 400);
     window.state_mut().session_mut().select_only("rivers");
     save(&mut window, &folder.join("editor.png"));
     window.get_by_label("Map").click();
@@ -30,11 +35,6 @@ fn main() {
     window.ctx.set_theme(ThemePreference::from(Theme::Light));
     window.state_mut().session_mut().select_only("flood");
     save(&mut window, &folder.join("editor_light.png"));
-    drop(window);
-
-    let mut window = self::window("canyon.ron", 400);
-    window.state_mut().session_mut().select_only("rock");
-    save(&mut window, &folder.join("editor_layers.png"));
 }
 
 /// A window on a graph of the project, once it is fully built with this many cells per side.
