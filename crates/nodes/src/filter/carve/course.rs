@@ -7,12 +7,12 @@ use super::{Params, way::length};
 use crate::numerics::noise::place::{self, along};
 
 /// Wavelength of the largest bends, in widths of bed and banks, and their reach.
-const BEND: [f64; 2] = [7.0, 1.1];
+const BEND: [f64; 2] = [7.0, 2.0];
 /// Octaves of bends, each half as long as the one before, and the ratio of their reaches.
-const OCTAVES: i32 = 5;
-const GAIN: f64 = 0.42;
+const OCTAVES: i32 = 4;
+const GAIN: f64 = 0.4;
 /// Points over the largest bend, and maximum number of points.
-const POINTS: f64 = 64.0;
+const POINTS: f64 = 128.0;
 const MOST: f64 = 50_000.0;
 
 /// Returns points along the course; those of the path itself if it neither curves nor winds.

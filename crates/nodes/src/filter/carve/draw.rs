@@ -151,12 +151,12 @@ impl Ragged {
     /// Returns the most by which it and the factors of the banks lengthen the distance over which a bed blends into the
     /// terrain.
     fn most(&self) -> f64 {
-        (1.0 + 0.8 * self.amount) / (1.0 - 0.4 * self.amount)
+        (1.0 + 0.8 * self.amount) / (1.0 - 0.5 * self.amount)
     }
 
     /// Returns the factor by which a place beyond the bed is farther from it than its distance.
     fn factor(&self, at_m: [f64; 2]) -> f64 {
-        if self.amount == 0.0 { 1.0 } else { 1.0 + self.amount * (0.55 * self.octaves.at(at_m)).clamp(-0.4, 0.7) }
+        if self.amount == 0.0 { 1.0 } else { 1.0 + self.amount * (1.3 * self.octaves.at(at_m)).clamp(-0.5, 1.5) }
     }
 }
 

@@ -66,7 +66,9 @@ params! {
     easing: f64 = 500.0, Metres, 0.0..=1e6, soft 0..=5000, when course = "land" | "downhill";
     /// How round the path is at its points: 0 for straight stretches with corners; not used if `lines` is wired.
     curve: f64 = 1.0, One, 0.0..=1.0;
-    /// How far the path winds: 1 for bends as wide as bed and bank together; not used if `lines` is wired.
+    /// How far the path winds; not used if `lines` is wired.
+    ///
+    /// At 1 the largest bends reach two widths of bed and bank to either side.
     wander: f64 = 0.5, One, 0.0..=1.0;
     /// How much narrower and shallower the start of the path is than its end; not used if `lines` is wired.
     widening: f64 = 0.6, One, 0.0..=1.0;
