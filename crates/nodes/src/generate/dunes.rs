@@ -63,7 +63,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
-    example: "wavelength: 3500, height: 210, waviness: 0.4",
+    example: "version: 2, wavelength: 3500, height: 210, waviness: 0.4",
     ..Node::DEFAULT
 };
 

@@ -72,7 +72,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
-    example: "faults: 60, throw: 500, width: 300, spread: 60",
+    example: "version: 2, faults: 60, throw: 500, width: 300, spread: 60",
     ..Node::DEFAULT
 };
 

@@ -125,7 +125,7 @@ pub static NODE: Node = Node {
     reach: Reach::World,
     scratch: Scratch::Bytes(|sizing| draw::bytes(&sizing.window)),
     cpu: run,
-    example: "height: \"base\", width: 900, depth: 200, bank: 1200",
+    example: "version: 2, height: \"base\", width: 900, depth: 200, bank: 1200",
     ..Node::DEFAULT
 };
 

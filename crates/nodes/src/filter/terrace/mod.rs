@@ -32,8 +32,9 @@ params! {
     sharpness: f64 = 3.0, One, 1.0..=32.0, soft 1..=12, when steps = "even";
     /// Height of each tread above `base`, in ascending order, and the sharpness of the riser that begins there.
     layers: StepPoints = StepPoints(vec![[0.0, 2.0], [200.0, 8.0], [350.0, 4.0], [800.0, 12.0], [950.0, 3.0], [1400.0, 1.0]]), One, .., when steps = "layers";
-    /// How much steps differ in sharpness, those of `even` also in height, and how often they are absent: 0 for a
-    /// staircase.
+    /// How much steps differ from each other and from place to place: 0 for a staircase.
+    ///
+    /// They differ in sharpness, even ones also in height, and are absent in places.
     variation: f64 = 0.6, One, 0.0..=1.0;
     /// How far edges are broken into headlands and alcoves: 0 for edges that follow contour lines.
     edges: f64 = 0.6, One, 0.0..=1.0;
@@ -82,7 +83,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
-    example: "height: \"base\", step: 400, sharpness: 6",
+    example: "version: 2, height: \"base\", step: 400, sharpness: 6",
     ..Node::DEFAULT
 };
 

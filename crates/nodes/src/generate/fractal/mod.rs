@@ -84,7 +84,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
-    example: "kind: eroded, wavelength: 6000, gain: 0.5, amplitude: 1500, seed: 2",
+    example: "version: 2, kind: eroded, wavelength: 6000, gain: 0.5, amplitude: 1500, seed: 2",
     ..Node::DEFAULT
 };
 

@@ -41,8 +41,7 @@ params! {
     wavelength: f64 = 5000.0, Metres, 1.0..=1e6, soft 500..=20000;
     /// How far the outline departs from the form, as a fraction of its radius.
     irregularity: f64 = 0.5, One, 0.0..=1.0, when form = "edges" | "disc";
-    /// How much the coast differs from place to place: ragged and steep where it is exposed, smooth and flat where it is
-    /// sheltered.
+    /// How much the coast differs from place to place: ragged where exposed, smooth and flat where sheltered.
     variety: f64 = 0.7, One, 0.0..=1.0;
     /// Height of cliffs on exposed coasts.
     cliffs: f64 = 50.0, Metres, 0.0..=5000.0, soft 0..=300;
@@ -84,7 +83,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
-    example: "height: \"base\", slope: 2500, seed: 3",
+    example: "version: 2, height: \"base\", slope: 2500, seed: 3",
     ..Node::DEFAULT
 };
 
