@@ -85,7 +85,7 @@ fn benches(land: &Field) -> Vec<f64> {
     let mut bins = vec![0_u32; 400];
     for at in (0..land.samples().len() - nx).filter(|at| at % nx + 1 < nx) {
         let h = land.samples();
-        let slope = f64::from((h[at + 1] - h[at]).hypot(h[at + nx] - h[at])) / cell_m;
+        let slope = f64::from(math::f32::hypot(h[at + 1] - h[at], h[at + nx] - h[at])) / cell_m;
         if slope < 0.03 && h[at] >= 0.0 {
             bins[(h[at] / 2.0) as usize] += 1;
         }
@@ -124,7 +124,7 @@ fn steps_are_absent_in_places_and_their_edges_are_broken() {
     let steep = |changes: &str| {
         let land = stepped(512, changes);
         let h = land.samples();
-        let is_steep = |at: usize| ((h[at + 1] - h[at]).hypot(h[at + 512] - h[at]) / 16.0) > 0.12;
+        let is_steep = |at: usize| (math::f32::hypot(h[at + 1] - h[at], h[at + 512] - h[at]) / 16.0) > 0.12;
         let shares: Vec<f64> = (0..49)
             .map(|tile| {
                 let (x, y) = (tile % 7 * 72, tile / 7 * 72);
