@@ -29,7 +29,7 @@ pub fn draw(
         amount: params.raggedness,
         octaves: Octaves {
             wavelength_m: 1.6 * (bank_m + 0.5 * params.width),
-            count: 5,
+            count: 4,
             gain: 0.6,
             cell_m: window.cell_m(),
             seed: orograph_graph::mix(seed ^ 0x6a09_e667),
@@ -151,12 +151,17 @@ impl Ragged {
     /// Returns the most by which it and the factors of the banks lengthen the distance over which a bed blends into the
     /// terrain.
     fn most(&self) -> f64 {
-        (1.0 + 0.8 * self.amount) / (1.0 - 0.5 * self.amount)
+        (1.0 + 0.8 * self.amount) / self.least()
+    }
+
+    /// Returns the least factor.
+    fn least(&self) -> f64 {
+        1.0 - 0.4 * self.amount
     }
 
     /// Returns the factor by which a place beyond the bed is farther from it than its distance.
     fn factor(&self, at_m: [f64; 2]) -> f64 {
-        if self.amount == 0.0 { 1.0 } else { 1.0 + self.amount * (1.3 * self.octaves.at(at_m)).clamp(-0.5, 1.5) }
+        if self.amount == 0.0 { 1.0 } else { 1.0 + self.amount * (1.3 * self.octaves.at(at_m)).clamp(-0.4, 1.5) }
     }
 }
 
@@ -201,6 +206,9 @@ impl Strip<'_> {
         let Nearest { square_m2, elevation_m, half_m, depth_m, bank } = *nearest;
         let distance_m = square_m2.sqrt();
         let beyond_m = distance_m - half_m;
+        if beyond_m * self.ragged.least() >= self.bank_m * bank {
+            return;
+        }
         let factor = if beyond_m > 0.0 { self.ragged.factor(at_m) / bank } else { 1.0 };
         let away = math::smoothstep(beyond_m * factor / self.bank_m);
         if away >= 1.0 {

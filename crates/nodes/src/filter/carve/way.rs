@@ -32,6 +32,8 @@ pub struct Way {
 const MOST: f64 = 200_000.0;
 /// Maximum number of points of a path over the width of the bed and its banks.
 const FINE: f64 = 64.0;
+/// The same for a path that winds: its finest bends are longer.
+const WINDING: f64 = 24.0;
 
 impl Way {
     /// Creates the way of a line with elevations.
@@ -49,15 +51,16 @@ impl Way {
         Self { places: places.collect() }.on_course(params.course)
     }
 
-    /// Creates the way of the path on the terrain. Points are a cell apart or, for wide beds, a [`FINE`]th of the width
-    /// that the bed changes.
+    /// Creates the way of the path on the terrain. Points are a cell apart or, for wide beds, a [`FINE`]th or a
+    /// [`WINDING`]th of the width that the bed changes.
     pub fn of_path(params: &Params, land: &Field, seed: u32) -> Self {
         let path = course(params, seed);
         let stretches: Vec<([f64; 2], [f64; 2], f64)> =
             path.windows(2).map(|pair| (pair[0], pair[1], length(pair[0], pair[1]))).collect();
         let whole: f64 = stretches.iter().map(|(_, _, length)| length).sum();
         let wide_m = params.width + 2.0 * params.bank;
-        let step = land.window().cell_m().max(whole / MOST).max(wide_m / FINE);
+        let step =
+            land.window().cell_m().max(whole / MOST).max(wide_m / if path == params.path.0 { FINE } else { WINDING });
         let count = (whole / step).ceil().max(1.0) as usize;
         let mut places = Vec::with_capacity(count + 1);
         let (mut at, mut before) = (0, 0.0);

@@ -75,21 +75,28 @@ impl Form {
         let inverse = 1.0 / radii.max(1e-9);
         let (east, south) = (x * inverse, y * inverse);
         let around = |waves: f64, salt: u32| place::at([waves * east, waves * south], own.key ^ salt);
+        // unevenness of the rim fades towards the centre, where directions meet, and outwards
         let amount = seen * irregularity;
-        let wide = around(1.4, 1);
-        // fades towards the centre, where directions meet
-        let bend = amount * smoothstep(1.6 * radii) * (0.13 * wide + 0.05 * around(4.5, 2));
+        let bends = amount * smoothstep(1.6 * radii) * smoothstep((2.0 - radii) / 0.6);
+        let wide = if bends > 0.0 { around(1.4, 1) } else { 0.0 };
+        let bend = if bends > 0.0 { bends * (0.13 * wide + 0.05 * around(4.5, 2)) } else { 0.0 };
         let out = radii * (1.0 + bend);
         let value = if out > 1.25 { self.even(out) } else { self.uneven(out, amount, [x, y], own) };
-        let mut value = value * (1.0 - 0.5 * amount * wide * smoothstep(2.0 * out - 1.0));
+        let mut value = value * (1.0 - 0.5 * bends * wide * smoothstep(2.0 * out - 1.0));
         if ejecta > 0.0 && out > 0.85 && out < EJECTA[1] {
-            let coarse = around(5.0, 5) + 0.5 * place::at([7.0 * east + 0.6 * x, 7.0 * south + 0.6 * y], own.key ^ 7);
-            let hummocks =
-                place::at([3.2 * x, 3.2 * y], own.key ^ 6) + 0.5 * place::at([7.3 * x, 7.3 * y], own.key ^ 8);
             // hummocks give way to radial ridges
-            let radial = smoothstep((out - 1.1) / 0.6);
+            let radial = smoothstep((out - 1.1) / 0.7);
+            let mut rough = 0.0;
+            if radial > 0.0 {
+                let fine = place::at([7.0 * east + 0.6 * x, 7.0 * south + 0.6 * y], own.key ^ 7);
+                rough += radial * (around(5.0, 5) + 0.5 * fine);
+            }
+            if radial < 1.0 {
+                let fine = place::at([7.3 * x, 7.3 * y], own.key ^ 8);
+                rough += 0.8 * (1.0 - radial) * (place::at([3.2 * x, 3.2 * y], own.key ^ 6) + 0.5 * fine);
+            }
             let thick = smoothstep((out - 0.85) / 0.25) * smoothstep((EJECTA[1] - out) / 1.6) / (out * out);
-            value += seen * ejecta * self.simple.rim * thick * (hummocks * (0.8 - 0.5 * radial) + coarse * radial);
+            value += seen * ejecta * self.simple.rim * thick * rough;
         }
         value * own.fresh
     }

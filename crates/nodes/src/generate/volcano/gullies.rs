@@ -19,8 +19,8 @@ const EVEN: f64 = 0.3;
 const DEPTH: f64 = 0.46;
 /// Spacing of side gullies as a fraction of that of gullies.
 const SIDE: f64 = 0.3;
-/// Farthest that a gully's middle and its edge lie from the even place, in spacings.
-const STRAY: f64 = 0.25 + 0.3 + 0.64;
+/// Farthest that a gully winds to either side, in spacings.
+const STRAY: f64 = 0.3;
 
 /// The gullies of a volcano.
 #[derive(Clone, Debug)]
@@ -91,7 +91,7 @@ impl Gullies {
                 let gully = &gullies[index.rem_euclid(count) as usize % gullies.len()];
                 // from the even middle, across the seam of the circle
                 let even = turn - gully.middle - count * ((turn - gully.middle) / count).round();
-                if even.abs() > STRAY || share < gully.head {
+                if even.abs() > STRAY + wide * gully.half || share < gully.head {
                     continue;
                 }
                 let wander = 0.22 * along(distance_m / (2.5 * self.spacing_m), gully.key)
