@@ -2,7 +2,8 @@
 //! level, a window equals that part of the whole world, and another resolution gives the same terrain.
 
 use orograph_graph::{
-    EvalError, Exactness, Field, InputValue, Node, ParamSpec, ParamValue, Resolution, Strata, Value, Window, World,
+    EvalError, Exactness, Field, InputValue, Node, OutputType, ParamSpec, ParamValue, ParamValues, PortType,
+    Resolution, Strata, Value, Window, World,
 };
 use orograph_nodes::{numerics::simd, registry};
 use orograph_tests::{
@@ -41,6 +42,30 @@ fn every_node_runs_at_its_extremes_or_refuses_with_a_remedy() {
             }
         }
         Ok(())
+    });
+}
+
+#[test]
+fn every_input_that_takes_numbers_can_be_fed() {
+    let remap = registry().get("Remap").expect("a node");
+    let specs = remap.specs();
+    let quantity = specs.iter().find(|spec| spec.name == "quantity").expect("a parameter");
+    let OutputType::Chosen(choose) = remap.outputs[0].ty else { panic!("its quantity is a parameter") };
+    let given: Vec<PortType> = options(&quantity.kind)
+        .into_iter()
+        .map(|option| {
+            let mut params = ParamValues::defaults(&specs);
+            params.set("quantity", option);
+            choose(&params)
+        })
+        .collect();
+    for_every_node(|node| {
+        let takes_numbers = |ty: PortType| matches!(ty, PortType::Height | PortType::Mask | PortType::Scalar(_));
+        let mut inputs = node.inputs.iter().filter(|input| takes_numbers(input.ty));
+        match inputs.find(|input| !given.iter().any(|given| input.ty.accepts(*given))) {
+            Some(input) => Err(format!("`Remap` cannot give {} for `{}`", input.ty, input.name)),
+            None => Ok(()),
+        }
     });
 }
 

@@ -75,12 +75,17 @@ fn read_lock(text: &str) -> Lock {
     lock
 }
 
-/// Returns true if a declaration has everything that was locked, and beyond it only optional inputs and outputs: without
-/// wires to them, files mean what they meant.
+/// Returns true if a declaration has everything that was locked, and beyond it only optional inputs, outputs, and more
+/// options at the end of a choice: without wires to them and values for them, files mean what they meant.
 fn only_grows(locked: &[String], now: &[String]) -> bool {
     let is_new_port =
         |line: &String| line.starts_with("output ") || line.starts_with("input ") && line.ends_with(", optional");
-    locked.iter().all(|line| now.contains(line)) && now.iter().all(|line| locked.contains(line) || is_new_port(line))
+    let grows = |before: &String, line: &String| {
+        let more = line.strip_prefix(before.as_str());
+        more.is_some_and(|more| more.is_empty() || before.contains(" of ") && more.starts_with('|'))
+    };
+    locked.iter().all(|before| now.iter().any(|line| grows(before, line)))
+        && now.iter().all(|line| locked.iter().any(|before| grows(before, line)) || is_new_port(line))
 }
 
 #[test]

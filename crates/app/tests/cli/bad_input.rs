@@ -65,6 +65,11 @@ fn invalid_graphs() {
         ("cycle", cycle.as_str(), "cycle"),
         ("newer", &SMALL.replace("format: 1", "format: 99"), "99"),
         ("type", &SMALL.replace("Slope(height: \"plain\")", "Slope(height: \"relief.colour\")"), "colour"),
+        (
+            "quantity",
+            &SMALL.replace("Slope(height: \"plain\")", "Creep(height: \"plain\", diffusivity: \"plain\")"),
+            "put a `Remap` with `quantity: diffusivity` between them",
+        ),
         ("port", &SMALL.replace("relief.colour", "relief.color"), "colour"),
         ("deep", &deep, "deep"),
         ("nothing", &SMALL.replace("cells: (32, 16)", "cells: (0, 0)"), "is empty"),

@@ -26,6 +26,12 @@ choice! {
         Rate = "rate",
         /// The coefficient of the stream-power law, in m^(1−2m)/yr.
         Erodibility = "erodibility",
+        /// A diffusivity of soil in m²/yr.
+        Diffusivity = "diffusivity",
+        /// A temperature in °C.
+        Temperature = "temperature",
+        /// A rate of rain or infiltration in a storm, in mm/h.
+        Rainfall = "rainfall",
     }
 }
 
@@ -85,6 +91,9 @@ fn port_type(params: &ParamValues) -> PortType {
         Quantity::Angle => PortType::Scalar(Unit::Degrees),
         Quantity::Rate => PortType::Scalar(Unit::MetresPerYear),
         Quantity::Erodibility => PortType::Scalar(Unit::Erodibility),
+        Quantity::Diffusivity => PortType::Scalar(Unit::SquareMetresPerYear),
+        Quantity::Temperature => PortType::Scalar(Unit::Celsius),
+        Quantity::Rainfall => PortType::Scalar(Unit::MillimetresPerHour),
     }
 }
 

@@ -205,8 +205,8 @@ impl Checker<'_> {
             self.out.nodes.iter().map(|entry| (entry.name.clone(), entry.index)).collect();
         let wired: BTreeSet<(NodeIndex, usize)> = pending.iter().map(|wire| (wire.node, wire.input)).collect();
         self.out.loose = wires::loose(&self.out.graph, &pending, &entries);
-        let types =
-            wires::connect(Arc::make_mut(&mut self.out.graph), pending, &entries, &self.bad, &mut self.problems);
+        let graph = Arc::make_mut(&mut self.out.graph);
+        let types = wires::connect(graph, pending, &entries, &self.bad, self.registry, &mut self.problems);
         self.out.graph.find_types();
         let named = self.exposed(root, &entries, &types);
         self.unwired(&wired, &named);

@@ -13,6 +13,8 @@ use crate::{
     diagnostic::Diagnostic,
     graph::{Graph, GraphError, Port},
     node::OutputType,
+    param::{Kind, ParamValue, ParamValues},
+    registry::Registry,
     value::PortType,
 };
 
@@ -111,6 +113,7 @@ pub(crate) fn connect(
     pending: Vec<Pending>,
     entries: &BTreeMap<String, Option<NodeIndex>>,
     bad: &BTreeSet<NodeIndex>,
+    registry: &Registry,
     problems: &mut Problems,
 ) -> BTreeMap<Port, PortType> {
     // Inputs whose wire could not be connected: types that follow from them are unknown.
@@ -146,7 +149,7 @@ pub(crate) fn connect(
                 }
                 Some(gives) => {
                     broken.insert((node, wire.input));
-                    problems.push(refused(graph, wire, *gives, &types));
+                    problems.push(refused(graph, wire, *gives, &types, registry));
                 }
                 None => {
                     broken.insert((node, wire.input));
@@ -171,8 +174,14 @@ pub(crate) fn connect(
     types
 }
 
-/// Reports a wire whose type does not fit, and suggests outputs of the same node that do.
-fn refused(graph: &Graph, wire: &Found, gives: PortType, types: &BTreeMap<Port, PortType>) -> Diagnostic {
+/// Reports a wire whose type does not fit, and suggests outputs of the same node that do, or a node that converts it.
+fn refused(
+    graph: &Graph,
+    wire: &Found,
+    gives: PortType,
+    types: &BTreeMap<Port, PortType>,
+    registry: &Registry,
+) -> Diagnostic {
     let target = graph.instance(wire.to);
     let input = &target.node.inputs[wire.input];
     let takes = input.ty;
@@ -185,11 +194,35 @@ fn refused(graph: &Graph, wire: &Found, gives: PortType, types: &BTreeMap<Port, 
         .filter(|port| types.get(port).is_some_and(|ty| takes.accepts(*ty)))
         .map(|port| format!("`{}`", graph.port_name(port)))
         .collect();
-    if fitting.is_empty() {
-        problem.hint(format!("wire something that gives a {takes}"))
-    } else {
-        problem.hint(format!("{} would fit", fitting.join(" or ")))
+    if !fitting.is_empty() {
+        return problem.hint(format!("{} would fit", fitting.join(" or ")));
     }
+    problem.hint(match converter(registry, gives, takes) {
+        Some((node, param, option)) => format!("put a `{node}` with `{param}: {option}` between them"),
+        None => format!("wire something that gives a {takes}"),
+    })
+}
+
+/// A node that reads one raster and gives the wanted type with an option of one of its parameters.
+fn converter(
+    registry: &Registry,
+    gives: PortType,
+    takes: PortType,
+) -> Option<(&'static str, &'static str, &'static str)> {
+    registry.nodes().iter().find_map(|node| {
+        let (OutputType::Chosen(choose), [input]) = (node.outputs.first()?.ty, node.inputs) else { return None };
+        let mut options = node.specs().into_iter().flat_map(|spec| match spec.kind {
+            Kind::Choice { options, .. } => options.iter().map(|(option, _)| (spec.name, *option)).collect(),
+            _ => Vec::new(),
+        });
+        let fits = |(param, option): &(&'static str, &'static str)| {
+            let mut params = ParamValues::defaults(&node.specs());
+            params.set(param, ParamValue::Choice(option));
+            takes.accepts(choose(&params))
+        };
+        let (param, option) = options.find(fits).filter(|_| input.ty.accepts(gives))?;
+        Some((node.id, param, option))
+    })
 }
 
 /// The nodes, sources first. Wires that close a cycle are reported and marked.
