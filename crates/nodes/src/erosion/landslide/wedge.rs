@@ -1,0 +1,198 @@
+//! Wedges of rock that fail on a plane.
+//!
+//! C. Culmann (1875): a slope of the angle β, in rock with the cohesion c, the unit weight γ and the angle of friction φ,
+//! fails on a plane of the dip (β + φ) / 2 when it is higher than H꜀ = (4 c / γ) sin β cos φ / (1 − cos(β − φ)).
+//! A. L. Densmore, M. A. Ellis and R. S. Anderson (1998) draw failures from H / H꜀.
+
+use orograph_graph::Lane;
+
+use super::{
+    Params,
+    draw::{Draw, Test},
+    land::{Land, Room},
+};
+use crate::numerics::{beds::Ground, math, routing::code::STEPS};
+
+/// Acceleration of gravity in m/s².
+pub(super) const GRAVITY: f64 = 9.81;
+/// Directions in which the slope around a place is measured.
+const DIRECTIONS: usize = 24;
+/// Parts of the length over which the height of a slope is measured.
+const REACHES: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+/// Power of H / H꜀ in the probability of a failure.
+const CHANCE_POWER: f64 = 3.0;
+/// Tangent of the walls of a scar, relative to its plane.
+const WALL: f64 = 1.73;
+/// Smallest depth of a scar.
+const LEAST_M: f64 = 0.1;
+/// Smallest angle between a slope and the plane on which it fails, in radians.
+const LEAST_ANGLE: f64 = 0.02;
+
+/// Returns Culmann's critical height in metres, for angles in radians, a cohesion in Pa and a unit weight in N/m³. It is
+/// infinite for slopes that friction alone holds.
+pub(super) fn critical_m(cohesion: f64, unit_weight: f64, slope: f64, friction: f64) -> f64 {
+    if slope <= friction {
+        return f64::INFINITY;
+    }
+    // 1 − cos x without cancellation
+    let half = math::sin(0.5 * (slope - friction));
+    4.0 * cohesion / unit_weight * math::sin(slope) * math::cos(friction) / (2.0 * half * half)
+}
+
+/// The strength of the rock under every cell.
+pub(super) struct Strength<'a> {
+    /// Tangent of the steepest slope of a cell; relative to that of its layer with layers.
+    pub steepest: Lane<'a>,
+    pub layers: Option<Ground<'a>>,
+    /// Angle by which shaking lowers the angle of friction, in radians.
+    pub shaken: f64,
+    pub cohesion: f64,
+    pub unit_weight: f64,
+}
+
+impl Strength<'_> {
+    /// Returns the angle of friction in radians and the cohesion of a cell at an elevation.
+    fn at(&self, cell: usize, elevation_m: f64) -> [f64; 2] {
+        let steepest = f64::from(self.steepest.at(cell));
+        let (tangent, hardness) = match &self.layers {
+            Some(layers) => {
+                (steepest * layers.tangent(cell, elevation_m), 1.0 / layers.weakness(cell, elevation_m).max(1e-6))
+            }
+            None => (steepest, 1.0),
+        };
+        [(math::atan(tangent) - self.shaken).max(0.0), self.cohesion * hardness]
+    }
+}
+
+/// The surface on which a wedge fails.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scar {
+    pub toe_m: [f64; 2],
+    pub toe_height_m: f64,
+    /// Unit vector up the plane.
+    pub up: [f64; 2],
+    /// Tangent of the dip.
+    pub dip: f64,
+    pub length_m: f64,
+    pub width_m: f64,
+    pub roughness: f64,
+    pub outline: u32,
+}
+
+/// Returns the scar of a test. Returns None when the slope holds.
+pub(super) fn fails(land: &Land, strength: &Strength<'_>, test: &Test, params: &Params) -> Option<Scar> {
+    let (toe_m, length_m) = (test.place_m(), test.length_m(params));
+    let z = land.height_m(toe_m);
+    // the direction of the land that is higher, at the scale of the scar
+    let mut towards = [0.0; 2];
+    for k in 0..DIRECTIONS {
+        let angle = k as f64 * (std::f64::consts::TAU / DIRECTIONS as f64);
+        let ray = [math::cos(angle), math::sin(angle)];
+        let place = [0, 1].map(|axis| toe_m[axis] + length_m * ray[axis]);
+        let rise = if land.holds(place) { (land.height_m(place) - z).max(0.0) } else { 0.0 };
+        towards = [0, 1].map(|axis| towards[axis] + rise * rise * ray[axis]);
+    }
+    if towards[0] * towards[0] + towards[1] * towards[1] <= 0.0 {
+        return None;
+    }
+    let scatter = params.scatter.to_radians();
+    let turned = |draw: Draw| scatter * (2.0 * test.unit(draw) - 1.0);
+    let azimuth = math::atan2(towards[1], towards[0]) + turned(Draw::Strike);
+    let up = [math::cos(azimuth), math::sin(azimuth)];
+    let [friction, cohesion] = strength.at(land.cell_at(toe_m), z);
+    let (mut most, mut slope) = (0.0, 0.0);
+    for part in REACHES {
+        let run = part * length_m;
+        let place = [0, 1].map(|axis| toe_m[axis] + run * up[axis]);
+        let high = if land.holds(place) { land.height_m(place) - z } else { 0.0 };
+        let angle = math::atan(high / run);
+        let ratio = high / critical_m(cohesion, strength.unit_weight, angle, friction);
+        if ratio > most {
+            (most, slope) = (ratio, angle);
+        }
+    }
+    if math::pow(most, CHANCE_POWER) <= test.unit(Draw::Chance) {
+        return None;
+    }
+    let dip = (0.5 * (slope + friction) + turned(Draw::Dip)).clamp(0.0, (slope - LEAST_ANGLE).max(0.0));
+    Some(Scar {
+        toe_m,
+        toe_height_m: z,
+        up,
+        dip: math::tan(dip),
+        length_m,
+        width_m: length_m * (0.4 + 0.6 * test.unit(Draw::Width)),
+        roughness: params.roughness,
+        outline: test.hash(Draw::Outline),
+    })
+}
+
+impl Scar {
+    /// Returns the height of the failure surface in a cell; infinite far from the scar.
+    fn height_m(&self, land: &Land, cell: usize) -> f64 {
+        let [x, y] = land.offset_m(self.toe_m, cell);
+        let along = x * self.up[0] + y * self.up[1];
+        let across = y * self.up[0] - x * self.up[1];
+        if along < -0.25 * self.length_m || along > 2.5 * self.length_m || across.abs() > 2.0 * self.width_m {
+            return f64::INFINITY;
+        }
+        let (half, length) = (0.5 * self.width_m, self.length_m);
+        let place = [along, across].map(|at| at / length);
+        let rough = |scale: f64, salt: u32| noise(place.map(|at| scale * at), self.outline ^ salt);
+        let round = math::hypot((along / (0.5 * length) - 1.0).max(0.0), across / half);
+        let radius = round * (1.0 + self.roughness * (rough(4.0, 1) + 0.5 * rough(9.0, 2)));
+        // from the floor to the walls over 0.6 half widths
+        let wall = if radius < 0.7 {
+            0.0
+        } else if radius < 1.3 {
+            (radius - 0.7) * (radius - 0.7) / 1.2
+        } else {
+            radius - 1.0
+        };
+        let floor = 0.04 * self.roughness * length * (rough(6.0, 3) + 0.5 * rough(14.0, 4));
+        self.toe_height_m + self.dip * along + WALL * half * wall + floor
+    }
+
+    /// Returns the cells that slide, with their depths: those above the failure surface that are connected with the foot
+    /// of the scar.
+    pub fn cells(&self, land: &Land, room: &mut Room) -> Vec<(u32, f64)> {
+        let depth = |cell: usize| land.ground[cell] - self.height_m(land, cell);
+        let steps = (2.0 * self.length_m / land.cell_m).ceil() as usize;
+        let places = (0..=steps).map(|k| 0.5 * land.cell_m * k as f64);
+        let along = places.map(|s| [0, 1].map(|axis| self.toe_m[axis] + s * self.up[axis]));
+        let Some(first) = along
+            .filter(|place| land.holds(*place))
+            .map(|place| land.cell_at(place))
+            .find(|&cell| depth(cell) > LEAST_M)
+        else {
+            return Vec::new();
+        };
+        room.seen[first] = true;
+        let mut cells = vec![(first as u32, depth(first))];
+        let mut at = 0;
+        while let Some(&(cell, _)) = cells.get(at) {
+            for way in 0..STEPS.len() {
+                let Some(next) = land.neighbour(cell as usize, way).filter(|next| !room.seen[*next]) else { continue };
+                let depth = depth(next);
+                if depth > LEAST_M {
+                    room.seen[next] = true;
+                    cells.push((next as u32, depth));
+                }
+            }
+            at += 1;
+        }
+        cells.iter().for_each(|(cell, _)| room.seen[*cell as usize] = false);
+        cells
+    }
+}
+
+/// Returns smooth noise between −1 and 1 with a wavelength of 2.
+pub(super) fn noise(place: [f64; 2], seed: u32) -> f64 {
+    let first = place.map(f64::floor);
+    let [u, v] = [0, 1].map(|axis| math::smoothstep(place[axis] - first[axis]));
+    let at = |dx: f64, dy: f64| {
+        let row = orograph_graph::mix((first[1] + dy) as i32 as u32 ^ orograph_graph::mix(seed));
+        2.0 * super::draw::unit(orograph_graph::mix((first[0] + dx) as i32 as u32 ^ row)) - 1.0
+    };
+    (1.0 - v) * ((1.0 - u) * at(0.0, 0.0) + u * at(1.0, 0.0)) + v * ((1.0 - u) * at(0.0, 1.0) + u * at(1.0, 1.0))
+}
