@@ -51,9 +51,15 @@ impl Bodies {
         let own = (1.0 - HARD_IS_STEEP * HARD_IS_STEEP).sqrt();
         steepest.par_iter_mut().zip(softness).enumerate().for_each(|(cell, (steepest, softness))| {
             let waves = (own * *steepest - HARD_IS_STEEP * softness).clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS);
-            let mean = f64::from(repose.at(cell)).clamp(0.0, 90.0);
-            let degrees = (mean + deviation_deg * f64::from(waves)).clamp(0.3 * mean, 89.0);
-            *steepest = if mean < 90.0 { math::tan(degrees.to_radians()) as f32 } else { f32::INFINITY };
+            let mean = f64::from(repose.at(cell));
+            *steepest = if mean < 90.0 {
+                let mean = mean.max(0.0);
+                let degrees = (mean + deviation_deg * f64::from(waves)).clamp(0.3 * mean, 89.0);
+                math::tan(degrees.to_radians()) as f32
+            } else {
+                // and where `repose` is void
+                f32::INFINITY
+            };
         });
         Ok(steepest)
     }
@@ -66,7 +72,7 @@ impl Bodies {
     }
 }
 
-/// Returns the tangent of a steepest slope in degrees; infinite for 90°.
+/// Returns the tangent of a steepest slope in degrees; infinite for 90° and for a void.
 pub(crate) fn tangent(degrees: f32) -> f64 {
     let degrees = f64::from(degrees).clamp(0.0, 90.0);
     if degrees < 90.0 { math::tan(degrees.to_radians()) } else { f64::INFINITY }

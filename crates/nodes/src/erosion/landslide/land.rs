@@ -197,6 +197,14 @@ impl Land {
         (loose + bulking * rock) * self.cell_m2()
     }
 
+    /// Moves debris from a cell to another.
+    pub fn shift(&mut self, from: usize, to: usize, depth_m: f64) {
+        self.ground[from] -= depth_m;
+        self.debris[from] -= depth_m;
+        self.ground[to] += depth_m;
+        self.debris[to] += depth_m;
+    }
+
     /// Adds debris to a cell.
     pub fn settle(&mut self, cell: usize, depth_m: f64) {
         self.ground[cell] += depth_m;
@@ -211,16 +219,18 @@ pub(super) struct Room {
     pub seen: Vec<bool>,
     /// Thickness of moving debris in each cell.
     pub moving: Vec<f64>,
-    /// The lowest surface from which debris has come to a cell.
-    pub under: Vec<f64>,
+    /// The highest surface from which debris has come to a cell: it does not rise above it.
+    pub from_m: Vec<f64>,
+    /// Thickness that has settled in a cell.
+    pub laid: Vec<f64>,
 }
 
 impl Room {
     /// # Errors
     /// [`OutOfMemory`].
     pub fn new(cells: usize) -> Result<Self, OutOfMemory> {
-        let mut under: Vec<f64> = zeroed(cells)?;
-        under.fill(f64::INFINITY);
-        Ok(Self { seen: zeroed(cells)?, moving: zeroed(cells)?, under })
+        let mut from_m: Vec<f64> = zeroed(cells)?;
+        from_m.fill(f64::NEG_INFINITY);
+        Ok(Self { seen: zeroed(cells)?, moving: zeroed(cells)?, from_m, laid: zeroed(cells)? })
     }
 }

@@ -27,9 +27,11 @@ params! {
     /// Length of the largest zones of weak rock or soil: no scar is much longer.
     largest: f64 = 1200.0, Metres, 1.0..=1e5, soft 100..=5000;
     /// Exponent α of the areas of these zones, whose density is A^(−α).
-    size_exponent: f64 = 2.4, One, 1.1..=6.0, soft 1.5..=3;
+    size_exponent: f64 = 2.2, One, 1.1..=6.0, soft 1.5..=3;
+    /// Thickness of zones of weak rock that are 100 m long; that of others goes with their length to the power of 0.7.
+    thickness: f64 = 10.0, Metres, 0.1..=1e4, soft 1..=50;
     /// Cohesion of rock masses. Layers multiply it by their hardness.
-    cohesion: f64 = 50e3, Pascals, 0.0..=1e8, soft 0..=500e3;
+    cohesion: f64 = 15e3, Pascals, 0.0..=1e8, soft 0..=200e3;
     /// Density of rock in kg/m³.
     density: f64 = 2500.0, One, 500.0..=5000.0, soft 2000..=3000;
     /// Horizontal acceleration by earthquakes, as a part of gravity. It lowers the angle of friction.
@@ -135,7 +137,7 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     // what moves and where it comes from, and the steepest slopes
     let varies = params.variation_size > 0.0 && params.repose_variation > 0.0;
     let steepest = when(varies, 8.0).max(when(varies || sizing.is_wired(Inputs::PORTS, "repose"), 4.0));
-    let step = 17.0 + steepest;
+    let step = 25.0 + steepest;
     let given = 4.0 * (wants.count() - usize::from(wants.report)) as f64;
     let world = &sizing.window.world;
     let soil_rate = if sizing.is_wired(Inputs::PORTS, "soil") { params.soil_rate } else { 0.0 };

@@ -18,6 +18,12 @@ const FILL_SLOPE: f64 = 0.05;
 const SLOPING_FILLS: usize = 64;
 /// Debris thinner than this part of the sheet stays where it is.
 const FILM: f64 = 0.02;
+/// How sharply a deposit ends: how fast debris that is as thick as its sheet settles.
+const SETTLING: f64 = 2.0;
+/// Times that the edges of a deposit sink, the part of their excess that moves at once, and the least thickness that does.
+const SWEEPS: usize = 12;
+const RELAXED: f64 = 0.2;
+const LEAST_MOVE_M: f64 = 0.01;
 /// Thickness in metres from which a cell belongs to a deposit.
 const SHOWN_M: f64 = 0.05;
 
@@ -76,13 +82,14 @@ pub(super) fn run_out(
     while let Some((_, Reverse(cell))) = flow.open.pop() {
         flow.pass(cell as usize);
     }
+    flow.relax();
     let Flow { land, room, touched, .. } = flow;
     let mut reach = Reach::default();
     for cell in touched {
         let cell = cell as usize;
-        let arrived = room.under[cell] < f64::INFINITY;
-        room.under[cell] = f64::INFINITY;
-        if arrived && land.debris[cell] > SHOWN_M {
+        room.from_m[cell] = f64::NEG_INFINITY;
+        let laid = std::mem::take(&mut room.laid[cell]);
+        if laid > SHOWN_M {
             let runout_m = land.distance_m(crown, cell);
             if runout_m > reach.runout_m {
                 reach = Reach { runout_m, drop_m: crown_m - land.ground[cell] };
@@ -101,7 +108,7 @@ impl Flow<'_> {
             self.touched.push(cell as u32);
         }
         *moving += depth_m;
-        self.room.under[cell] = self.room.under[cell].min(from_m);
+        self.room.from_m[cell] = self.room.from_m[cell].max(from_m);
     }
 
     /// Lets a part of the debris of a cell settle, and sends the rest down.
@@ -124,11 +131,15 @@ impl Flow<'_> {
         let slope = (0..STEPS.len()).map(|way| fall(self.land, z, way)).fold(0.0, f64::max);
         let bump = noise(self.land.centre_m(cell).map(|at| at / self.law.bump_m), self.law.seed);
         let sheet = self.law.sheet_m * (1.0 - slope / self.law.steepest).max(0.0) * (1.0 + 0.6 * bump);
+        // what the sheet still lacks; thin debris stops earlier
+        let lacks = (sheet - self.room.laid[cell]).max(0.0);
         let stays = if moving <= FILM * self.law.sheet_m {
             moving
         } else {
-            (moving * (1.0 - math::exp(-sheet / moving))).min((self.room.under[cell] - z).max(0.0))
+            let stays = (moving * (1.0 - math::exp(-SETTLING * lacks / moving))).min(lacks);
+            stays.min((self.room.from_m[cell] - z).max(0.0))
         };
+        self.room.laid[cell] += stays;
         self.land.settle(cell, stays);
         let rest = moving - stays;
         if rest <= 0.0 {
@@ -150,6 +161,37 @@ impl Flow<'_> {
             self.land.ledger.left += rest * self.land.cell_m2();
         } else {
             self.fill(cell, rest);
+        }
+    }
+
+    /// Lets the edges of the deposit sink to the slope from which debris stays.
+    fn relax(&mut self) {
+        self.touched.sort_unstable();
+        self.touched.dedup();
+        let law = self.law;
+        let mut edge: Vec<u32> = self.touched.clone();
+        for _ in 0..SWEEPS {
+            let mut reached = Vec::new();
+            for &cell in &edge {
+                let cell = cell as usize;
+                for way in 0..STEPS.len() {
+                    let Some(to) = self.land.neighbour(cell, way) else { continue };
+                    let excess = self.land.ground[cell] - self.land.ground[to] - law.steepest * self.land.length_m(way);
+                    // only what this event has laid
+                    let laid = self.room.laid[cell].min(self.land.debris[cell]);
+                    let moves = (RELAXED * excess).min(laid);
+                    if moves > LEAST_MOVE_M {
+                        self.land.shift(cell, to, moves);
+                        self.room.laid[cell] -= moves;
+                        if self.room.laid[to] == 0.0 {
+                            reached.push(to as u32);
+                        }
+                        self.room.laid[to] += moves;
+                    }
+                }
+            }
+            self.touched.extend(&reached);
+            edge.extend(reached);
         }
     }
 
@@ -213,12 +255,12 @@ impl Flow<'_> {
             let depth = level - lower - self.land.ground[cell];
             if depth > 0.0 {
                 self.land.settle(cell, depth);
-                self.room.under[cell] = self.room.under[cell].min(f64::MAX);
+                self.room.laid[cell] += depth;
                 self.touched.push(cell as u32);
             }
         }
         if let Some(next) = spills {
-            self.send(next, rest, f64::MAX);
+            self.send(next, rest, f64::INFINITY);
         }
     }
 }

@@ -93,6 +93,7 @@ fn a_wedge_has_the_volume_of_the_closed_form() {
             toe_height_m: 0.0,
             up: [1.0, 0.0],
             dip,
+            thickness_m: f64::INFINITY,
             length_m: 1000.0,
             width_m: 1e6,
             roughness: 0.0,
@@ -133,8 +134,7 @@ fn fits_find_the_exponents_of_drawn_numbers() {
 fn areas_and_volumes_have_the_published_exponents() {
     let land = mountains([600, 600], 15.0, OPEN);
     for seed in [0, 1] {
-        let found =
-            slide(&format!("rate=4,duration=2e4,seed={seed},variation_size=0,cohesion=30e3"), &[("height", &land)]);
+        let found = slide(&format!("rate=4,duration=2e4,seed={seed},variation_size=0"), &[("height", &land)]);
         let [count, area, scaling, volume] =
             ["rock_slides", "area_exponent", "volume_area_exponent", "volume_exponent"].map(|name| found.measure(name));
         println!(
@@ -168,14 +168,14 @@ fn the_factor_of_safety_is_the_closed_form() {
     assert_eq!(soil.safety(1.0, 0.0, 1.0), f64::INFINITY);
 }
 
-/// Soil of 30° with an angle of friction of 33° slides when it is wet, down to the rock, and only there.
+/// Soil of 30° with an angle of friction of 37° slides when it is wet, down to the rock, and only there.
 #[test]
 fn wet_soil_slides_to_the_rock_below_it() {
     let world = World { boundary: OPEN, ..testing::world(150, 100, 10.0) };
     let ramp = testing::field(world, |_, y| 0.577 * (1000.0 - y).max(300.0));
     let [thick, dry] = [1.5, 0.0].map(|value| everywhere(&ramp, value));
     let half = testing::field(world, |x, _| if x < 750.0 { 0.0 } else { 1.0 });
-    let changes = "rate=0,soil_rate=300,soil_cohesion=500,smallest=40,largest=200";
+    let changes = "rate=0,soil_rate=300,soil_cohesion=500,soil_friction=37,smallest=40,largest=200";
     let still = slide(changes, &[("height", &ramp), ("soil", &thick), ("wetness", &dry)]);
     assert_eq!(still.slides(), 0.0);
     assert!(still.height == ramp.samples() && still.soil.iter().all(|soil| *soil == 1.5));
@@ -220,7 +220,7 @@ fn events_have_the_rate_and_begin_alike() {
 /// The same events at cells of 10 and of 20 m: their number agrees to 6 %, their volume to 10 %.
 #[test]
 fn events_are_the_same_at_two_cell_sizes() {
-    let changes = "rate=3,smallest=100,variation_size=0,cohesion=30e3";
+    let changes = "rate=3,smallest=100,variation_size=0";
     let [fine, coarse] = [(480, 10.0), (240, 20.0)].map(|(cells, cell_m)| {
         let land = mountains([cells; 2], cell_m, OPEN);
         slide(changes, &[("height", &land)])
@@ -274,7 +274,7 @@ fn deposits_cover_the_published_area() {
         println!("{count} of {volume:.0} m³: {covered:.0} m² of {expected:.0} m², {most} m of {sheet:.1} m");
         assert!(count > 0.0 && (0.5..2.0).contains(&(covered / expected)), "{covered} of {expected}");
         assert!(f64::from(most) < 6.0 * sheet, "{most} m of {sheet} m");
-        assert!(found.column("runouts", false).iter().all(|runout| *runout > 100.0));
+        assert!(found.column("runouts", false).iter().any(|runout| *runout > 1000.0));
     }
 }
 
@@ -288,7 +288,7 @@ fn slopes_of_rivers_hold_in_the_same_rock() {
     let fields = [("height", &base), ("uplift", &uplift)];
     let land = testing::run(&crate::erosion::stream_power::NODE, &params, &fields, "height");
     let count = |changes: &str| {
-        let common = "rate=100,duration=1e4,cohesion=200,scatter=0,largest=2000";
+        let common = "rate=100,duration=1e4,cohesion=20e3,scatter=0,largest=2000";
         slide(&format!("{common},{changes}"), &[("height", &land)]).measure("rock_slides")
     };
     let [same, other, shaken] = ["seed=5,shaking=0", "seed=6,shaking=0", "seed=5,shaking=0.3"].map(count);

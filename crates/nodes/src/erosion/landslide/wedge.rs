@@ -19,10 +19,15 @@ pub(super) const GRAVITY: f64 = 9.81;
 const DIRECTIONS: usize = 24;
 /// Parts of the length over which the height of a slope is measured.
 const REACHES: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+/// Length in metres of the weak zones whose thickness is given, and how the thickness goes with the length.
+const THICKNESS_LENGTH_M: f64 = 100.0;
+const THICKNESS_POWER: f64 = 0.7;
 /// Power of H / H꜀ in the probability of a failure.
 const CHANCE_POWER: f64 = 3.0;
 /// Tangent of the walls of a scar, relative to its plane.
 const WALL: f64 = 1.73;
+/// Tangent of the rise of the failure surface in front of the toe.
+const FRONT: f64 = 0.5;
 /// Smallest depth of a scar.
 const LEAST_M: f64 = 0.1;
 /// Smallest angle between a slope and the plane on which it fails, in radians.
@@ -73,6 +78,8 @@ pub(super) struct Scar {
     pub up: [f64; 2],
     /// Tangent of the dip.
     pub dip: f64,
+    /// Thickness of the weak zone in metres, which no depth exceeds.
+    pub thickness_m: f64,
     pub length_m: f64,
     pub width_m: f64,
     pub roughness: f64,
@@ -120,6 +127,7 @@ pub(super) fn fails(land: &Land, strength: &Strength<'_>, test: &Test, params: &
         toe_height_m: z,
         up,
         dip: math::tan(dip),
+        thickness_m: params.thickness * math::pow(length_m / THICKNESS_LENGTH_M, THICKNESS_POWER),
         length_m,
         width_m: length_m * (0.4 + 0.6 * test.unit(Draw::Width)),
         roughness: params.roughness,
@@ -150,13 +158,19 @@ impl Scar {
             radius - 1.0
         };
         let floor = 0.04 * self.roughness * length * (rough(6.0, 3) + 0.5 * rough(14.0, 4));
-        self.toe_height_m + self.dip * along + WALL * half * wall + floor
+        let up = along.max(0.0);
+        let plane = self.dip * up + FRONT * (up - along);
+        self.toe_height_m + plane + WALL * half * wall + floor
     }
 
     /// Returns the cells that slide, with their depths: those above the failure surface that are connected with the foot
     /// of the scar.
     pub fn cells(&self, land: &Land, room: &mut Room) -> Vec<(u32, f64)> {
-        let depth = |cell: usize| land.ground[cell] - self.height_m(land, cell);
+        let depth = |cell: usize| {
+            let depth = land.ground[cell] - self.height_m(land, cell);
+            let ratio = depth / self.thickness_m;
+            if depth > 0.0 { depth / (1.0 + ratio * ratio).sqrt() } else { depth }
+        };
         let steps = (2.0 * self.length_m / land.cell_m).ceil() as usize;
         let places = (0..=steps).map(|k| 0.5 * land.cell_m * k as f64);
         let along = places.map(|s| [0, 1].map(|axis| self.toe_m[axis] + s * self.up[axis]));
