@@ -6,10 +6,15 @@
 //! 1 for a V, 2 for a parabola. The valleys of British glaciers have 0.09 to 0.23 and 1.5 to 2.1, those of rivers -0.01
 //! to 0.03 and 1.1 to 1.2.
 
-use std::{cmp::Reverse, collections::BinaryHeap};
+use std::path::PathBuf;
 
-use orograph_graph::Field;
-use orograph_nodes::numerics::math;
+use orograph_graph::{
+    Boundary, Cancel, Edge, Field, Job, LevelJob, Node, NodeError, ParamValues, Wanted, Warnings, Window, World,
+};
+use orograph_nodes::numerics::{
+    math,
+    routing::{Depressions, Drainage, Grid, code::has_receiver, receivers},
+};
 
 /// Drainage area of a valley, and of one where no area is four times as large, in m².
 const AREAS_M2: [f64; 2] = [1e7, 2e6];
@@ -37,9 +42,9 @@ impl Valleys {
     /// Measures heights. Returns None when there are fewer than five sections.
     #[must_use]
     pub fn of(land: &Field) -> Option<Self> {
-        let drainage = Drainage::of(land);
+        let network = Network::of(land).ok()?;
         let [mut indices, mut exponents] = [Vec::new(), Vec::new()];
-        for places in drainage.sections(land) {
+        for places in network.sections(land) {
             let heights: Vec<f64> = places.into_iter().map(|[x, y]| bilinear(land, x, y)).collect();
             if let Some([index, exponent]) = section(&heights, land.window().cell_m()) {
                 indices.push(index);
@@ -55,8 +60,8 @@ impl Valleys {
     }
 }
 
-/// The way of water over filled terrain, by steepest descent of the flood.
-struct Drainage {
+/// The way of water, by steepest descent and through the lowest passes of depressions.
+struct Network {
     nx: usize,
     /// The next cell downstream, and the cell upstream with the largest area; itself where there is none.
     down: Vec<usize>,
@@ -65,73 +70,44 @@ struct Drainage {
     area: Vec<f64>,
 }
 
-impl Drainage {
-    /// Floods the terrain from its sides: each cell drains to the one that the flood came from.
-    fn of(land: &Field) -> Self {
-        let (nx, ny, heights) = (land.window().nx(), land.window().ny(), land.samples());
-        let mut heap = BinaryHeap::new();
-        let mut level = vec![f32::INFINITY; nx * ny];
-        let mut down: Vec<usize> = (0..nx * ny).collect();
-        let key = |height: f32| {
-            let bits = height.to_bits() as i32;
-            bits ^ ((bits >> 31) as u32 >> 1) as i32
+impl Network {
+    /// Water leaves at all sides, whatever the boundary of the world.
+    fn of(land: &Field) -> Result<Self, NodeError> {
+        let world = World { boundary: Boundary::all(Edge::Base), ..land.window().world };
+        let (window, params) = (Window::whole(world), ParamValues::defaults(&[]));
+        let job = Job {
+            node: &Node::DEFAULT,
+            params: &params,
+            inputs: Vec::new(),
+            window,
+            wanted: Wanted::NONE,
+            folder: PathBuf::new(),
+            cancel: Cancel::default(),
+            progress: &|_| {},
+            level: LevelJob::default(),
+            warnings: Warnings::default(),
+            glimpses: None,
         };
-        for cell in
-            (0..nx * ny).filter(|cell| cell % nx == 0 || cell % nx == nx - 1 || cell / nx == 0 || cell / nx == ny - 1)
-        {
-            level[cell] = heights[cell];
-            heap.push(Reverse((key(heights[cell]), cell)));
-        }
-        let mut order = Vec::with_capacity(nx * ny);
-        let mut done = vec![false; nx * ny];
-        while let Some(Reverse((_, cell))) = heap.pop() {
-            if std::mem::replace(&mut done[cell], true) {
-                continue;
-            }
-            order.push(cell);
-            let (x, y) = (cell % nx, cell / nx);
-            for (dx, dy) in [(0, 1), (1, 0), (1, 2), (2, 1), (0, 0), (0, 2), (2, 0), (2, 2)] {
-                let (to_x, to_y) = ((x + dx).wrapping_sub(1), (y + dy).wrapping_sub(1));
-                if to_x >= nx || to_y >= ny {
-                    continue;
-                }
-                let to = to_y * nx + to_x;
-                let flooded = heights[to].max(level[cell]);
-                if !done[to] && flooded < level[to] {
-                    level[to] = flooded;
-                    heap.push(Reverse((key(flooded), to)));
-                }
-            }
-            // steepest descent among the cells that the flood has reached before
-            let mut steepest = 0.0;
-            for (dx, dy) in [(0, 1), (1, 0), (1, 2), (2, 1), (0, 0), (0, 2), (2, 0), (2, 2)] {
-                let (to_x, to_y) = ((x + dx).wrapping_sub(1), (y + dy).wrapping_sub(1));
-                if to_x >= nx || to_y >= ny || !done[to_y * nx + to_x] || to_y * nx + to_x == cell {
-                    continue;
-                }
-                let distance = if dx == 1 || dy == 1 { 1.0 } else { 2.0_f32.sqrt() };
-                // on a flat the earlier cell is nearer to the way out
-                let slope = (level[cell] - level[to_y * nx + to_x]).max(1e-6) / distance;
-                let is_side = x == 0 || y == 0 || x == nx - 1 || y == ny - 1;
-                if slope > steepest && !is_side {
-                    steepest = slope;
-                    down[cell] = to_y * nx + to_x;
-                }
-            }
-        }
-        let mut area = vec![1.0; nx * ny];
-        for &cell in order.iter().rev().filter(|&&cell| down[cell] != cell) {
-            let gained = area[cell];
-            area[down[cell]] += gained;
-        }
-        let mut up: Vec<usize> = (0..nx * ny).collect();
-        for &cell in order.iter().filter(|&&cell| down[cell] != cell) {
-            let below = down[cell];
+        let grid = Grid::new(&window)?;
+        let mut codes = vec![0; grid.cells()];
+        receivers::d8(&job, &grid, land.samples(), &mut codes)?;
+        let mut depressions = Depressions::default();
+        depressions.find(&job, &grid, land.samples(), &codes)?;
+        depressions.carve(&job, &grid, &mut codes)?;
+        let mut area = vec![1.0; grid.cells()];
+        Drainage::default().accumulate(&job, &grid, &codes, &mut area)?;
+
+        let below = |(cell, code): (usize, &u8)| {
+            if has_receiver(*code) { grid.receiver(cell as u32, *code) as usize } else { cell }
+        };
+        let down: Vec<usize> = codes.iter().enumerate().map(below).collect();
+        let mut up: Vec<usize> = (0..grid.cells()).collect();
+        for (cell, &below) in down.iter().enumerate().filter(|(cell, below)| cell != *below) {
             if up[below] == below || area[cell] > area[up[below]] {
                 up[below] = cell;
             }
         }
-        Self { nx, down, up, area }
+        Ok(Self { nx: grid.nx, down, up, area })
     }
 
     /// The places of sections in cells, from the largest valley down.
@@ -236,7 +212,6 @@ fn ridge(side: &[f64]) -> (usize, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use orograph_graph::{Window, World};
 
     /// A valley that falls to the south along a column of cells, between ridges 4 km apart, with sections of a power.
     fn valley(power: f64) -> Field {

@@ -19,7 +19,7 @@ const CHAINS: u32 = 8;
 const SIDES: [f64; 3] = [4_000.0, 16_384.0, 60_000.0];
 
 /// Random numbers from a seed.
-struct Draw(u32);
+pub(super) struct Draw(pub(super) u32);
 
 impl Draw {
     fn next(&mut self) -> u32 {
@@ -28,22 +28,22 @@ impl Draw {
     }
 
     /// A random number below another.
-    fn below(&mut self, end: usize) -> usize {
+    pub(super) fn below(&mut self, end: usize) -> usize {
         self.next() as usize % end
     }
 
     /// A random number from 0 to 1.
-    fn share(&mut self) -> f64 {
+    pub(super) fn share(&mut self) -> f64 {
         f64::from(self.next()) / f64::from(u32::MAX)
     }
 
-    fn one<T: Clone>(&mut self, of: &[T]) -> T {
+    pub(super) fn one<T: Clone>(&mut self, of: &[T]) -> T {
         of[self.below(of.len())].clone()
     }
 
     /// A random parameter value: from the range of its slider, sometimes an end of the hard range. Returns None to
     /// leave the default.
-    fn value(&mut self, kind: &Kind) -> Option<ParamValue> {
+    pub(super) fn value(&mut self, kind: &Kind) -> Option<ParamValue> {
         let (kept, extreme) = (self.share() < 0.4, self.share() < 0.15);
         let share = self.share();
         match kind {

@@ -4,6 +4,7 @@ mod chains;
 mod conformance;
 mod golden;
 mod graphs;
+mod ledger;
 mod manual;
 mod phrases;
 mod spec_lock;

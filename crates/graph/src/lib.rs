@@ -61,7 +61,7 @@ pub use petgraph::stable_graph::NodeIndex;
 pub use ports::{Carried, InputReader, ends};
 pub use process::{Moment, Process};
 pub use registry::Registry;
-pub use report::{Axis, Measure, Report, Series};
+pub use report::{Amount, Axis, Balance, Measure, Report, Series};
 pub use state::State;
 pub use strata::{Column, Strata};
 pub use suggest::closest;

@@ -9,6 +9,9 @@ pub struct Report {
     pub measures: Vec<Measure>,
     /// Curves and histograms.
     pub series: Vec<Series>,
+    /// What a process moved, one balance per material.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ledger: Vec<Balance>,
     /// Notes on the measurement, such as "hillslopes are not resolved at this cell size".
     pub notes: Vec<String>,
 }
@@ -22,6 +25,32 @@ pub struct Measure {
     pub value: f64,
     /// Symbol of the unit, empty for pure numbers.
     pub unit: String,
+}
+
+/// The volumes of a material in a process, in m³: what was there, came, went and remained.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Balance {
+    /// The material: `rock`, `soil`, `debris`, `till`, `sediment`, `ice`, `snow` or `water`.
+    pub material: String,
+    /// What was there at the start.
+    pub start: f64,
+    /// What came.
+    pub gained: Vec<Amount>,
+    /// What went.
+    pub lost: Vec<Amount>,
+    /// What is there at the end.
+    pub end: f64,
+    /// What is unaccounted for, as a fraction of what moved; of the start where nothing moved.
+    pub error: f64,
+}
+
+/// A named volume of a balance.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Amount {
+    /// Name in snake case, such as `left_the_world`.
+    pub name: String,
+    /// The volume in m³; negative where it is the opposite of its name.
+    pub volume: f64,
 }
 
 /// A curve: y over x.
@@ -52,6 +81,17 @@ impl Report {
         self.measures.push(Measure { name: name.to_owned(), value, unit: unit.to_owned() });
     }
 
+    /// Adds the balance of a material.
+    pub fn balance(&mut self, balance: Balance) {
+        self.ledger.push(balance);
+    }
+
+    /// Looks the balance of a material up.
+    #[must_use]
+    pub fn balance_of(&self, material: &str) -> Option<&Balance> {
+        self.ledger.iter().find(|balance| balance.material == material)
+    }
+
     /// Looks a number up by name.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<f64> {
@@ -62,6 +102,53 @@ impl Report {
     #[must_use]
     pub fn bytes(&self) -> usize {
         let series: usize = self.series.iter().map(|s| 64 + 8 * (s.x.values.len() + s.y.values.len())).sum();
-        64 * self.measures.len() + series + self.notes.iter().map(String::len).sum::<usize>()
+        let amounts: usize = self.ledger.iter().map(|b| 64 * (1 + b.gained.len() + b.lost.len())).sum();
+        64 * self.measures.len() + amounts + series + self.notes.iter().map(String::len).sum::<usize>()
+    }
+}
+
+impl Balance {
+    /// Closes the balance of a material. What moved is the larger of what came and what went.
+    #[must_use]
+    pub fn new(material: &str, start: f64, gained: &[(&str, f64)], lost: &[(&str, f64)], end: f64) -> Self {
+        let total = |amounts: &[(&str, f64)]| amounts.iter().map(|(_, volume)| volume).sum::<f64>();
+        let size = |amounts: &[(&str, f64)]| amounts.iter().map(|(_, volume)| volume.abs()).sum::<f64>();
+        let missing = start + total(gained) - total(lost) - end;
+        let moved = size(gained).max(size(lost));
+        let whole = if moved > 0.0 { moved } else { start.abs() };
+        let named = |amounts: &[(&str, f64)]| {
+            amounts.iter().map(|&(name, volume)| Amount { name: name.to_owned(), volume }).collect()
+        };
+        Self {
+            material: material.to_owned(),
+            start,
+            gained: named(gained),
+            lost: named(lost),
+            end,
+            error: if whole > 0.0 { missing / whole } else { missing },
+        }
+    }
+
+    /// Looks a volume that came or went up by name.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<f64> {
+        self.gained.iter().chain(&self.lost).find(|amount| amount.name == name).map(|amount| amount.volume)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Balance;
+
+    #[test]
+    fn a_balance_states_what_is_missing_as_a_fraction_of_what_moved() {
+        let water =
+            |out: f64, end: f64| Balance::new("water", 10.0, &[("rain", 90.0)], &[("left_the_world", out)], end);
+        assert_eq!(water(75.0, 25.0).error, 0.0);
+        assert_eq!(water(30.0, 61.0).error, 0.1);
+        assert_eq!(water(30.0, 61.0).get("rain"), Some(90.0));
+        assert_eq!(Balance::new("ice", 0.0, &[], &[], 0.0).error, 0.0);
+        assert_eq!(Balance::new("ice", 8.0, &[], &[], 6.0).error, 0.25);
+        assert_eq!(Balance::new("ice", 0.0, &[], &[], 6.0).error, -6.0);
     }
 }

@@ -1,6 +1,6 @@
 //! `orograph run`: builds every output of a graph file.
 
-use orograph_graph::{Document, Origin, Unit, bytes, plain};
+use orograph_graph::{Document, Origin, Unit, bytes};
 
 use crate::{
     build::{Builder, Built, Timing, request::Request},
@@ -15,6 +15,7 @@ use crate::{
         failure::Failure,
         problems,
         progress::{self, JsonLines, Progress, Quiet, seconds},
+        reading,
         terminal::{self, Align, Page, Table, counted},
     },
     stop,
@@ -134,7 +135,7 @@ pub(super) fn summary(request: &Request, built: &Built, page: Page) -> String {
         if window.is_whole() { world.size.map(|v| Unit::Metres.display(v)) } else { window.cells.map(extent) };
     let [x, y] = window.origin.map(extent);
     let place = if window.is_whole() { String::new() } else { format!(" from ({x}, {y})") };
-    let cell = significant(world.cell_m());
+    let cell = reading::significant(world.cell_m());
     let mut table = Table::new(&[("", Align::Left), ("", Align::Left), ("", Align::Right), ("", Align::Left)]);
     for file in &built.files {
         table.row([
@@ -154,13 +155,19 @@ pub(super) fn summary(request: &Request, built: &Built, page: Page) -> String {
         }
         imports += &settings.render(page, 2);
     }
+    let mut reports = String::new();
+    for file in &built.files {
+        if let Some(report) = &file.report {
+            reports += &format!("\n{}\n{}\n", page.name(&file.output), reading::text(report, page));
+        }
+    }
     let computed = built.timings.iter().filter(|timing| timing.origin == Origin::Computed).count();
     let nodes = match built.timings.len() - computed {
         0 => counted(computed, "node"),
         kept => format!("{}, {kept} from the cache", counted(computed, "node")),
     };
     format!(
-        "{}{imports}{} {} in {} {}\n",
+        "{}{imports}{reports}{} {} in {} {}\n",
         table.render(page, 0),
         page.good("built"),
         counted(built.files.len(), "file"),
@@ -174,14 +181,11 @@ pub(super) fn summary(request: &Request, built: &Built, page: Page) -> String {
 
 fn range(file: &Written) -> String {
     match file.range {
-        Some([lo, hi]) => format!("{} to {} {}", significant(lo), significant(hi), file.unit).trim_end().to_owned(),
+        Some([lo, hi]) => {
+            format!("{} to {} {}", reading::significant(lo), reading::significant(hi), file.unit).trim_end().to_owned()
+        }
         None => String::new(),
     }
-}
-
-/// A number with four significant digits.
-fn significant(value: f64) -> String {
-    plain(format!("{value:.3e}").parse().unwrap_or(value))
 }
 
 /// Time, memory and origin of each node's result, and in all.

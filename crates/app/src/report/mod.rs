@@ -4,4 +4,5 @@ pub(crate) mod failure;
 pub mod measure;
 pub mod problems;
 pub mod progress;
+pub mod reading;
 pub mod terminal;

@@ -1,7 +1,8 @@
 //! Soil creep: diffusion of hillslopes.
 
-use crate::numerics::hillslope::Hillslope;
+use crate::numerics::{hillslope::Hillslope, ledger};
 use crate::prelude::*;
+use orograph_graph::memory::zeroed;
 
 params! {
     /// Simulated time.
@@ -22,6 +23,8 @@ outputs! {
     height: Height;
     /// Change in height of each cell; negative where it has lost material.
     moved: Scalar(Metres);
+    /// The soil that was eroded, settled and left the world, with the error of the balance.
+    report: Report;
 }
 
 /// The declaration.
@@ -41,13 +44,18 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
-    scratch: Scratch::PerCell(8.0),
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     // creep depends on curvature, which coarser cells underestimate
     resolution: Resolution::Within(0.08),
     example: "height: \"base\", diffusivity: 0.02, duration: 2e6",
     ..Node::DEFAULT
 };
+
+/// Memory that the kernel needs in addition to its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    sizing.cells(if Wants::among(sizing.wanted).report { 16.0 } else { 8.0 })
+}
 
 /// Maximum number of steps of a run.
 const MAX_STEPS: f64 = 64.0;
@@ -60,15 +68,32 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     // D Δt / d² is at most 1/3, where steps are fourth-order in space, unless that takes more than `MAX_STEPS`
     let steps = (3.0 * slope.mobility(params.duration)).ceil().min(MAX_STEPS) as u32;
     let mut heights: Vec<f64> = start.samples().iter().map(|&height| f64::from(height)).collect();
+    let wants = Wants::of(job);
+    let mut left = zeroed(if wants.report { heights.len() } else { 0 })?;
     for step in 0..steps {
         job.advance(step as f32 / steps as f32)?;
-        slope.creep(job, &mut heights, params.duration / f64::from(steps), step, &|_| false, None)?;
+        let left = wants.report.then_some(&mut left[..]);
+        slope.creep(job, &mut heights, params.duration / f64::from(steps), step, &|_| false, left)?;
     }
-    let wants = Wants::of(job);
     let moved = |(height, &before): (&f64, &f32)| {
         if before.is_finite() { (height - f64::from(before)) as f32 } else { 0.0 }
     };
+    let report = || {
+        let changes = heights.iter().zip(start.samples()).map(|(height, &before)| height - f64::from(before));
+        let [settled, eroded] = ledger::gains_and_losses(changes);
+        let volume = |metres: f64| job.cell_m() * job.cell_m() * metres;
+        let mut report = Report::default();
+        report.balance(Balance::new(
+            "soil",
+            0.0,
+            &[("eroded", volume(eroded))],
+            &[("settled", volume(settled)), ("left_the_world", volume(left.iter().sum()))],
+            0.0,
+        ));
+        report
+    };
     Ok(Given {
+        report: wants.report.then(report),
         height: wants.height.then(|| Field::new(window, heights.iter().map(|&height| height as f32).collect())),
         moved: wants.moved.then(|| Field::new(window, heights.iter().zip(start.samples()).map(moved).collect())),
     }

@@ -3,7 +3,7 @@
 use crate::{
     numerics::{
         beds::{Beds, Ground},
-        math, par,
+        ledger, math, par,
         repose::{Land, SWEEPS, Slump, capped, relaxed, rises, wraps},
     },
     prelude::*,
@@ -58,6 +58,8 @@ outputs! {
     debris: Scalar(Metres);
     /// Thickness of rock that has become debris.
     crumbled: Scalar(Metres);
+    /// The debris that was there, came from rock, was shed and settled, with the error of the balance.
+    report: Report;
 }
 
 /// The declaration.
@@ -85,7 +87,8 @@ pub static NODE: Node = Node {
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    let given = 4.0 * Wants::among(sizing.wanted).count() as f64;
+    let wants = Wants::among(sizing.wanted);
+    let given = 4.0 * (wants.count() - usize::from(wants.report)) as f64;
     let params = Params::read(sizing.params);
     if params.until == Until::Duration && params.relaxation * params.duration == 0.0 {
         return 0;
@@ -111,12 +114,15 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let wants = Wants::of(job);
     let field = |samples| Field::new(window, samples);
     let still = |wanted: bool| wanted.then(|| Field::constant(window, 0.0));
+    let thickness: Option<Vec<f32>> =
+        inputs.debris.map(|debris| debris.samples().iter().map(|thickness| thickness.max(0.0)).collect());
     if left == 1.0 {
-        let thickness = |debris: &Field| field(debris.samples().iter().map(|thickness| thickness.max(0.0)).collect());
+        let lying = thickness.as_deref().unwrap_or_default();
         return Ok(Given {
+            report: wants.report.then(|| report(job, params.bulking, [lying, &[], &[]], ledger::total(lying))),
             height: wants.height.then(|| inputs.height.clone()),
             moved: still(wants.moved),
-            debris: inputs.debris.filter(|_| wants.debris).map(thickness).or_else(|| still(wants.debris)),
+            debris: wants.debris.then(|| thickness.map(field).unwrap_or_else(|| Field::constant(window, 0.0))),
             crumbled: still(wants.crumbled),
         }
         .into());
@@ -124,7 +130,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let rise = rises(job, height, inputs.talus, inputs.mask)?;
     let wraps = if window.is_whole() { wraps(&job.world().boundary) } else { [false; 2] };
     let land = Land { cells: [window.nx(), window.ny()], wraps, height, rise: &rise, loose: None };
-    let Some(debris) = inputs.debris else {
+    let Some(thickness) = thickness else {
         if inputs.strata.is_some() {
             job.warn(
                 "all of the terrain is loose, so that `strata` has no effect; wire `debris`, such as a `Constant` of 0",
@@ -132,6 +138,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         }
         let moved = slide(&land, left, &params, job)?;
         return Ok(Given {
+            report: wants.report.then(|| report(job, params.bulking, [&[], &[], &moved], 0.0)),
             height: wants.height.then(|| field(sum(height, &moved))),
             debris: wants.debris.then(|| field(moved.iter().map(|moved| moved.max(0.0)).collect())),
             moved: wants.moved.then(|| field(moved)),
@@ -139,22 +146,40 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         }
         .into());
     };
-    let thickness: Vec<f32> = debris.samples().iter().map(|thickness| thickness.max(0.0)).collect();
     let crumbled = crumble(&land, &inputs, &thickness, left, job)?;
     let bulking = params.bulking as f32;
     let swelled: Vec<f32> = crumbled.iter().map(|crumbled| (bulking - 1.0) * crumbled).collect();
     let loose: Vec<f32> = thickness.iter().zip(&crumbled).map(|(r, crumbled)| r + bulking * crumbled).collect();
     let ground = sum(height, &swelled);
     let slid = slide(&Land { height: &ground, loose: Some(&loose), ..land }, left, &params, job)?;
-    let debris = || loose.iter().zip(&slid).map(|(loose, slid)| (loose + slid).max(0.0)).collect();
+    let debris = || loose.iter().zip(&slid).map(|(loose, slid)| (loose + slid).max(0.0));
+    let lying_m = || debris().filter(|thickness| thickness.is_finite()).map(f64::from).sum();
     let moved = || swelled.iter().zip(&slid).map(|(swelled, slid)| swelled + slid).collect();
     Ok(Given {
+        report: wants.report.then(|| report(job, params.bulking, [&thickness, &crumbled, &slid], lying_m())),
         height: wants.height.then(|| field(sum(&ground, &slid))),
         moved: wants.moved.then(|| field(moved())),
-        debris: wants.debris.then(|| field(debris())),
+        debris: wants.debris.then(|| field(debris().collect())),
         crumbled: wants.crumbled.then(|| field(crumbled)),
     }
     .into())
+}
+
+/// The balance of debris, from its thickness, the rock that has become debris and what slid, to its sum at the end.
+fn report(job: &Job<'_>, bulking: f64, [thickness, crumbled, slid]: [&[f32]; 3], end_m: f64) -> Report {
+    let volume = |metres: f64| job.cell_m() * job.cell_m() * metres;
+    let [settled, shed] = ledger::gains_and_losses(slid.iter().map(|&slid| f64::from(slid))).map(volume);
+    let crumbled = volume(ledger::total(crumbled));
+    let mut report = Report::default();
+    report.measure("crumbled_rock", crumbled, "m³");
+    report.balance(Balance::new(
+        "debris",
+        volume(ledger::total(thickness)),
+        &[("crumbled_rock_and_pores", bulking * crumbled), ("settled", settled)],
+        &[("shed", shed)],
+        volume(end_m),
+    ));
+    report
 }
 
 /// Adds gains to heights; bit for bit the same where the gain is 0.

@@ -2,7 +2,7 @@
 
 use crate::numerics::{
     beds::{Beds, Ground},
-    par,
+    ledger, par,
     repose::{Land, SWEEPS, Slump, rises, wraps},
 };
 use crate::{numerics::math, prelude::*};
@@ -48,6 +48,8 @@ outputs! {
     debris: Scalar(Metres);
     /// Thickness of rock that has become debris.
     weathered: Scalar(Metres);
+    /// The debris that was there, came from rock and remains, with the error of the balance.
+    report: Report;
 }
 
 /// The declaration.
@@ -81,9 +83,15 @@ const ROUNDS: f64 = 16.0;
 /// Maximum sweeps over a grid in all rounds but the last: material that still moves continues in the next round.
 const PASSING: usize = 64;
 
+/// The number of wanted outputs with a value per cell.
+fn rasters(sizing: &Sizing<'_>) -> f64 {
+    let wants = Wants::among(sizing.wanted);
+    (wants.count() - usize::from(wants.report)) as f64
+}
+
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    let given = 4.0 * Wants::among(sizing.wanted).count() as f64;
+    let given = 4.0 * rasters(sizing);
     if Params::read(sizing.params).duration == 0.0 {
         // without rounds: rise, rate, thickness, rock, debris, weathered rock and surface
         return sizing.cells(28.0 - given);
@@ -177,7 +185,22 @@ fn weather(
         job.warn("some debris still slides; raise `tolerance`, or give the world larger cells");
     }
     let wants = Wants::of(job);
+    let report = || {
+        let volume = |metres: f64| job.cell_m() * job.cell_m() * metres;
+        let rock = volume(ledger::total(&weathered));
+        let mut report = Report::default();
+        report.measure("weathered_rock", rock, "m³");
+        report.balance(Balance::new(
+            "debris",
+            volume(ledger::total(&thickness)),
+            &[("weathered_rock_and_pores", params.bulking * rock)],
+            &[],
+            volume(ledger::total(&debris)),
+        ));
+        report
+    };
     Ok(Given {
+        report: wants.report.then(report),
         height: wants.height.then(|| Field::new(window, surface)),
         debris: wants.debris.then(|| Field::new(window, debris)),
         weathered: wants.weathered.then(|| Field::new(window, weathered)),

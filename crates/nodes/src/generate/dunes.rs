@@ -7,7 +7,7 @@
 
 use orograph_graph::mix;
 
-use crate::numerics::noise::{Basis, Fractal, sum};
+use crate::numerics::noise::{Basis, Fractal, place, sum};
 use crate::{
     numerics::{math, par},
     prelude::*,
@@ -36,6 +36,8 @@ params! {
     repose: f64 = 33.0, Degrees, 10.0..=45.0, soft 30..=35;
     /// How much ridges wind and vary in height: 0 for straight, even ridges.
     waviness: f64 = 0.5, One, 0.0..=1.0, when form = "transverse";
+    /// How much crescents differ: in size, in the length of their horns, in direction, and in number from place to place.
+    variety: f64 = 0.7, One, 0.0..=1.0, when form = "barchan";
     /// Random seed of the dunes.
     seed: Seed = Seed(0), Count, ..;
 }
@@ -48,6 +50,8 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Dunes",
+    version: 2,
+    migrations: &[Migration { from: 1, steps: &[Step::Keep { name: "variety", value: "0" }] }],
     category: "generate",
     summary: "Sand dunes: transverse ridges or barchans with slip faces.",
     doc: include_str!("dunes.md"),
@@ -59,7 +63,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
-    example: "wavelength: 3500, height: 210, waviness: 0.4",
+    example: "version: 2, wavelength: 3500, height: 210, waviness: 0.4",
     ..Node::DEFAULT
 };
 
@@ -167,46 +171,81 @@ impl Params {
         let [wind_x, wind_y] = self.wind();
         let mut heights = vec![0.0; window.len()];
         par::rows(job, &mut heights, |j, row| {
-            let line = square(window.centre_m(0, j)[1], self.wavelength);
-            let mut known: Option<(i64, Vec<Crescent>)> = None;
-            for (i, height) in row.iter_mut().enumerate() {
-                let [x, y] = window.centre_m(i, j);
-                let column = square(x, self.wavelength);
-                // all samples of a square have the same neighbours
-                let around = match known.take() {
-                    Some((of, around)) if of == column => around,
-                    _ => self.around(column, line, seed),
-                };
-                let tallest = around.iter().map(|crescent| {
-                    let (dx, dy) = (x - crescent.centre[0], y - crescent.centre[1]);
-                    crescent.height(dx * wind_x + dy * wind_y, dx * wind_y - dy * wind_x, slip)
-                });
-                *height = tallest.fold(0.0, f64::max) as f32;
-                known = Some((column, around));
+            // small crescents lie on lattices of their own
+            for octave in 0..if self.variety > 0.0 { OCTAVES } else { 1 } {
+                let lattice = Lattice { octave, wide_m: self.wavelength / f64::from(1 << octave), seed };
+                let line = square(window.centre_m(0, j)[1], lattice.wide_m);
+                let mut known: Option<(i64, Vec<Crescent>)> = None;
+                for (i, height) in row.iter_mut().enumerate() {
+                    let [x, y] = window.centre_m(i, j);
+                    let column = square(x, lattice.wide_m);
+                    // all samples of a square have the same neighbours
+                    let around = match known.take() {
+                        Some((of, around)) if of == column => around,
+                        _ => self.around(&lattice, column, line),
+                    };
+                    let tallest = around.iter().map(|crescent| {
+                        let (dx, dy) = (x - crescent.centre[0], y - crescent.centre[1]);
+                        let (along_m, across_m) = (dx * wind_x + dy * wind_y, dx * wind_y - dy * wind_x);
+                        let [cos, sin] = crescent.turn;
+                        crescent.height(along_m * cos - across_m * sin, across_m * cos + along_m * sin, slip)
+                    });
+                    *height = tallest.fold(f64::from(*height), f64::max) as f32;
+                    known = Some((column, around));
+                }
             }
         })?;
         Ok(heights)
     }
 
     /// Returns the barchans of a lattice square and its neighbours.
-    fn around(&self, column: i64, line: i64, seed: u32) -> Vec<Crescent> {
+    fn around(&self, lattice: &Lattice, column: i64, line: i64) -> Vec<Crescent> {
         let squares =
-            (line - 1..=line + 1).flat_map(|line| (column - 1..=column + 1).map(move |column| (column, line)));
-        let crescent = |(column, line): (i64, i64)| {
-            let row = mix((line as u32).wrapping_mul(0xd816_3841).wrapping_add(seed));
-            let key = mix((column as u32).wrapping_mul(0x8da6_b343).wrapping_add(row));
-            let unit = |salt: u32| f64::from(mix(key ^ salt) >> 8) / f64::from(1 << 24);
-            (unit(0x9e37_79b9) < 0.7).then(|| Crescent {
-                centre: [
-                    (column as f64 + unit(0x3c6e_f372)) * self.wavelength,
-                    (line as f64 + unit(0xdaa6_6d2b)) * self.wavelength,
-                ],
-                height_m: self.height * (0.5 + 0.5 * unit(0x78dd_e6e4)),
-            })
-        };
-        squares.filter_map(crescent).collect()
+            (line - 1..=line + 1).flat_map(|line| (column - 1..=column + 1).map(move |column| [column, line]));
+        squares.filter_map(|square| self.crescent(lattice, square)).collect()
+    }
+
+    /// Returns the barchan of a lattice square.
+    fn crescent(&self, lattice: &Lattice, square: [i64; 2]) -> Option<Crescent> {
+        let Lattice { octave, wide_m, seed } = *lattice;
+        let key = place::key_at(seed.wrapping_add(octave), square);
+        let unit = |salt: u32| f64::from(mix(key ^ salt) >> 8) / f64::from(1 << 24);
+        let centre = [(square[0] as f64 + unit(0x3c6e_f372)) * wide_m, (square[1] as f64 + unit(0xdaa6_6d2b)) * wide_m];
+        let even = 0.5 + 0.5 * unit(0x78dd_e6e4);
+        if self.variety == 0.0 {
+            let height_m = self.height * even;
+            return (unit(0x9e37_79b9) < 0.7).then_some(Crescent { centre, height_m, turn: [1.0, 0.0], skew: 0.0 });
+        }
+        // swarms and bare ground between them, the same for all sizes
+        let swarm = place::at(centre.map(|metres| metres / (3.5 * self.wavelength)), seed ^ SALTS[1]);
+        let small = f64::from(octave) / f64::from(OCTAVES);
+        let chance = (0.7 - 0.45 * small) * (1.0 + 2.2 * self.variety * swarm).max(0.0);
+        let chance = if octave == 0 { chance } else { self.variety * chance };
+        // many small ones and few large ones
+        let size = even * (1.0 - self.variety * (0.7 - 0.7 * unit(0x1715_609d) * unit(0x2f0b_4dd1)));
+        let height_m = self.height / f64::from(1 << octave) * size.max(0.12);
+        let turn = 0.3 * self.variety * (unit(0x5be0_cd19) + unit(0x510e_527f) - 1.0);
+        // horns reach no farther than the neighbouring squares
+        let room = ((wide_m / height_m - REACH) / 2.5).clamp(0.0, 1.0);
+        let skew = 0.75 * self.variety * room * (unit(0xa54f_f53a) + unit(0x3c6e_f371) - 1.0);
+        (unit(0x9e37_79b9) < chance).then(|| Crescent {
+            centre,
+            height_m,
+            turn: [math::cos(turn), math::sin(turn)],
+            skew,
+        })
     }
 }
+
+/// A lattice of squares with at most one barchan each.
+struct Lattice {
+    octave: u32,
+    wide_m: f64,
+    seed: u32,
+}
+
+/// Lattices of barchans, each with squares and heights half as large as the one before.
+const OCTAVES: u32 = 3;
 
 /// Returns the index of the lattice square of a position.
 fn square(at_m: f64, width_m: f64) -> i64 {
@@ -228,6 +267,10 @@ struct Crescent {
     /// Position of its highest point.
     centre: [f64; 2],
     height_m: f64,
+    /// Cosine and sine of the angle between its own wind and that of the field.
+    turn: [f64; 2],
+    /// How much longer one horn is than the other.
+    skew: f64,
 }
 
 impl Crescent {
@@ -242,7 +285,7 @@ impl Crescent {
             return 0.0;
         }
         // the crest becomes lower and recedes downwind towards the horns
-        let (top, crest) = (body * body, HORNS * v * v);
+        let (top, crest) = (body * body, HORNS * v * v * (1.0 + self.skew * v));
         let windward = WINDWARD * body;
         let share = (u - (crest - windward)) / windward;
         if share <= 0.0 {
@@ -251,7 +294,7 @@ impl Crescent {
             self.height_m * top * (0.5 - 0.5 * math::cos(std::f64::consts::PI * share))
         } else {
             // gentler along the wind where the crest is oblique, so that the slip face is at repose down its slope
-            let skew = 2.0 * HORNS * v / HALF_WIDTH;
+            let skew = HORNS * v * (2.0 + 3.0 * self.skew * v) / HALF_WIDTH;
             self.height_m * (top - (u - crest) * slip / (1.0 + skew * skew).sqrt()).max(0.0)
         }
     }
@@ -303,7 +346,7 @@ mod tests {
     #[test]
     fn a_barchan_is_a_crescent_nowhere_steeper_than_repose() {
         let slip = math::tan(33.0_f64.to_radians());
-        let crescent = Crescent { centre: [0.0; 2], height_m: 10.0 };
+        let crescent = Crescent { centre: [0.0; 2], height_m: 10.0, turn: [1.0, 0.0], skew: 0.0 };
         assert!((crescent.height(0.0, 0.0, slip) - 10.0).abs() < 1e-9);
         assert!((crescent.height(5.0, 0.0, slip) - (10.0 - 5.0 * slip)).abs() < 1e-9);
         assert_eq!(crescent.height(-60.0, 0.0, slip), 0.0);
@@ -315,6 +358,43 @@ mod tests {
             assert!(steep < slip * 1.02, "({a}, {b}): {}", math::atan(steep).to_degrees());
             assert!(h(a, b) == 0.0 || math::hypot(a, b) < REACH * 10.0);
         }
+    }
+
+    /// Field data: barchans are about a tenth as high as their horns are apart (P. Hersen, 2004), also the skewed ones;
+    /// their sizes spread over a factor of ten, most are small, and swarms alternate with bare ground.
+    #[test]
+    fn barchans_differ_and_keep_their_proportions() {
+        let params = Params::read(&with_params(&NODE, "form=barchan,wavelength=600,height=36"));
+        let slip = math::tan(33.0_f64.to_radians());
+        let crescents = |octave: u32| -> Vec<Crescent> {
+            let lattice = Lattice { octave, wide_m: 600.0 / f64::from(1 << octave), seed: 9 };
+            let squares = (0..40).flat_map(|line| (0..40).map(move |column| [column, line]));
+            squares.filter_map(|square| params.crescent(&lattice, square)).collect()
+        };
+        let all: Vec<Crescent> = (0..OCTAVES).flat_map(crescents).collect();
+        let mut heights: Vec<f64> = all.iter().map(|crescent| crescent.height_m).collect();
+        heights.sort_by(f64::total_cmp);
+        let at = |share: f64| heights[(share * (heights.len() - 1) as f64) as usize];
+        assert!(at(1.0) <= 36.0 && at(0.99) > 6.0 * at(0.05) && at(0.5) < 0.45 * at(0.99), "{} {}", at(0.05), at(0.99));
+        for crescent in all.iter().take(200) {
+            let h = crescent.height_m;
+            // where it ends across the wind
+            let wide = (0..200)
+                .map(|k| 0.1 * f64::from(k))
+                .filter(|v| (-100..200).any(|u| crescent.height(0.1 * f64::from(u) * h, v * h, slip) > 0.02 * h));
+            let half = wide.fold(0.0, f64::max);
+            assert!((0.085..0.125).contains(&(1.0 / (2.0 * half))), "{half}");
+        }
+        // counts in blocks of five squares vary more than those of independent draws
+        let first = crescents(0);
+        let mut counts = [0.0_f64; 64];
+        for crescent in &first {
+            let [x, y] = crescent.centre.map(|metres| ((metres / 3000.0) as usize).min(7));
+            counts[y * 8 + x] += 1.0;
+        }
+        let mean = counts.iter().sum::<f64>() / 64.0;
+        let variance = counts.iter().map(|count| (count - mean) * (count - mean)).sum::<f64>() / 64.0;
+        assert!(variance > 1.4 * mean * (1.0 - mean / 25.0), "{variance} {mean}");
     }
 
     #[test]

@@ -14,6 +14,7 @@ pub mod gradient;
 pub(crate) mod hillslope;
 pub mod horizon;
 pub(crate) mod lakes;
+pub mod ledger;
 pub mod light;
 pub mod lines;
 pub mod math;

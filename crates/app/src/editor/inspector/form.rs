@@ -8,6 +8,7 @@ use egui::{
 };
 
 use crate::editor::Session;
+pub(super) use crate::report::reading::words;
 
 /// The text being typed, the drag and the refusal in the inspector.
 #[derive(Debug, Default)]
@@ -181,11 +182,6 @@ fn select_all(ui: &Ui, id: Id, text: &str) {
         state.cursor.set_char_range(Some(CCursorRange::two(CCursor::default(), end)));
         state.store(ui.ctx(), id);
     }
-}
-
-/// A name as text: `uplift_course` is "uplift course".
-pub(super) fn words(name: &str) -> String {
-    name.replace('_', " ")
 }
 
 /// In an inspector narrower than this, a value is below its name.

@@ -7,7 +7,10 @@ use egui_plot::{Line, Plot, PlotPoints};
 use orograph_graph::{Field, Lines, PortType, Report, Unit, Value, plain};
 
 use super::form::{section, words};
-use crate::{editor::Session, report::terminal::counted};
+use crate::{
+    editor::Session,
+    report::{reading, terminal::counted},
+};
 
 /// Bars of a histogram.
 const BARS: usize = 64;
@@ -170,18 +173,21 @@ fn report(ui: &mut Ui, report: &Report) {
     Grid::new("measures").num_columns(2).spacing([12.0, 2.0]).striped(true).show(ui, |ui| {
         for measure in &report.measures {
             ui.weak(words(&measure.name));
-            let value = match measure.value.is_finite() {
-                true => format!(
-                    "{} {}",
-                    plain(format!("{:.3e}", measure.value).parse().unwrap_or(measure.value)),
-                    measure.unit
-                ),
-                false => "undefined".to_owned(),
-            };
-            ui.label(value.trim_end());
+            ui.label(reading::value(measure));
             ui.end_row();
         }
     });
+    for balance in &report.ledger {
+        ui.add_space(4.0);
+        ui.strong(words(&balance.material));
+        Grid::new(("balance", &balance.material)).num_columns(2).spacing([12.0, 2.0]).striped(true).show(ui, |ui| {
+            for [name, value] in reading::rows(balance) {
+                ui.weak(name);
+                ui.label(value);
+                ui.end_row();
+            }
+        });
+    }
     for series in &report.series {
         ui.add_space(4.0);
         ui.strong(words(&series.name));

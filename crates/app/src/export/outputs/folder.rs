@@ -4,10 +4,10 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     fs, io,
     path::{Path, PathBuf},
-    sync::{Mutex, PoisonError},
+    sync::{Arc, Mutex, PoisonError},
 };
 
-use orograph_graph::{Cancel, Lines, OutputDecl, Value, Window, World, memory::Leftover};
+use orograph_graph::{Cancel, Lines, OutputDecl, Report, Value, Window, World, memory::Leftover};
 use orograph_nodes::raster::{self, Problem, RasterError};
 use tempfile::TempDir;
 
@@ -129,10 +129,10 @@ impl OutputFolder {
                 writer.finish(key, cancel)
             }
             Value::Lines(lines) => {
-                self.write_text(output, |to| geojson::write(to, lines, world))?;
+                self.write_text(output, None, |to| geojson::write(to, lines, world))?;
                 self.write_surface(output, lines, world)
             }
-            Value::Report(report) => self.write_text(output, |to| {
+            Value::Report(report) => self.write_text(output, Some(report), |to| {
                 serde_json::to_writer_pretty(&mut *to, report.as_ref())?;
                 to.write_all(b"\n")
             }),
@@ -145,11 +145,13 @@ impl OutputFolder {
     fn write_text(
         &self,
         output: &OutputDecl,
+        report: Option<&Arc<Report>>,
         fill: impl FnOnce(&mut dyn io::Write) -> io::Result<()>,
     ) -> Result<(), Failure> {
         let Some(name) = names(output, &self.options).into_iter().next() else { return Ok(()) };
         raster::replace(&self.place(&name), fill).map_err(|error| self.failure(&name, error))?;
-        let file = self.staged(output, &name, quantity(output.ty), None)?;
+        let mut file = self.staged(output, &name, quantity(output.ty), None)?;
+        file.written.iter_mut().for_each(|written| written.report = report.cloned());
         self.add(output, vec![file]);
         Ok(())
     }
@@ -183,6 +185,7 @@ impl OutputFolder {
             range: None,
             unit: "",
             import: None,
+            report: None,
         };
         Ok(Some(Staged { name: name.to_owned(), written: Some(written) }))
     }
@@ -219,7 +222,8 @@ impl OutputFolder {
         let bytes = fs::metadata(self.place(name)).map_err(|error| self.unwritable(name, &error))?.len();
         let path = self.folder.join(name);
         let unit = if range.is_some() { output.ty.unit().symbol() } else { "" };
-        let written = Written { output: output.name.clone(), path, what, bytes, range, unit, import: None };
+        let written =
+            Written { output: output.name.clone(), path, what, bytes, range, unit, import: None, report: None };
         Ok(Staged { name: name.to_owned(), written: Some(written) })
     }
 

@@ -18,8 +18,9 @@ mod options;
 mod tests;
 mod writer;
 
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::Arc};
 
+use orograph_graph::Report;
 use serde_json::Map;
 
 pub use self::{folder::OutputFolder, options::OutputOptions, writer::OutputWriter};
@@ -42,6 +43,8 @@ pub struct Written {
     pub unit: &'static str,
     /// The import settings for an engine.
     pub import: Option<Import>,
+    /// The report in the file.
+    pub report: Option<Arc<Report>>,
 }
 
 /// The import settings of a file.

@@ -4,14 +4,18 @@ use std::io;
 
 use crate::{
     lines::{Area, Line, Lines, Vertex},
-    report::{Axis, Measure, Report, Series},
+    report::{Amount, Axis, Balance, Measure, Report, Series},
 };
 
 /// Numbers in JSON are written as their bits: JSON has no infinities, and the round-trip must be exact.
 type Bits = u64;
 type StoredAxis = (String, String, Vec<Bits>);
-/// Measures, series and notes.
-type StoredReport = (Vec<(String, Bits, String)>, Vec<(String, StoredAxis, StoredAxis)>, Vec<String>);
+type StoredAmounts = Vec<(String, Bits)>;
+/// Material, start, gained, lost, end and error.
+type StoredBalance = (String, Bits, StoredAmounts, StoredAmounts, Bits, Bits);
+/// Measures, series, ledger and notes.
+type StoredReport =
+    (Vec<(String, Bits, String)>, Vec<(String, StoredAxis, StoredAxis)>, Vec<StoredBalance>, Vec<String>);
 
 /// Order, index of the line downstream, and the numbers of the vertices.
 type StoredLine = (u32, Option<u32>, Vec<[Bits; 6]>);
@@ -24,12 +28,17 @@ pub(super) fn encode_report(report: &Report) -> io::Result<Vec<u8>> {
     };
     let measures = report.measures.iter().map(|m| (m.name.clone(), m.value.to_bits(), m.unit.clone()));
     let series = report.series.iter().map(|s| (s.name.clone(), axis(&s.x), axis(&s.y)));
-    let stored: StoredReport = (measures.collect(), series.collect(), report.notes.clone());
+    let amounts = |amounts: &[Amount]| amounts.iter().map(|a| (a.name.clone(), a.volume.to_bits())).collect();
+    let ledger = report.ledger.iter().map(|b| {
+        let [start, end, error] = [b.start, b.end, b.error].map(f64::to_bits);
+        (b.material.clone(), start, amounts(&b.gained), amounts(&b.lost), end, error)
+    });
+    let stored: StoredReport = (measures.collect(), series.collect(), ledger.collect(), report.notes.clone());
     Ok(serde_json::to_vec(&stored)?)
 }
 
 pub(super) fn decode_report(json: &[u8]) -> io::Result<Report> {
-    let (measures, series, notes): StoredReport = serde_json::from_slice(json)?;
+    let (measures, series, ledger, notes): StoredReport = serde_json::from_slice(json)?;
     let axis = |(label, unit, values): StoredAxis| Axis {
         label,
         unit,
@@ -37,7 +46,14 @@ pub(super) fn decode_report(json: &[u8]) -> io::Result<Report> {
     };
     let measures = measures.into_iter().map(|(name, bits, unit)| Measure { name, value: f64::from_bits(bits), unit });
     let series = series.into_iter().map(|(name, x, y)| Series { name, x: axis(x), y: axis(y) });
-    Ok(Report { measures: measures.collect(), series: series.collect(), notes })
+    let amounts = |amounts: StoredAmounts| {
+        amounts.into_iter().map(|(name, bits)| Amount { name, volume: f64::from_bits(bits) }).collect()
+    };
+    let ledger = ledger.into_iter().map(|(material, start, gained, lost, end, error)| {
+        let [start, end, error] = [start, end, error].map(f64::from_bits);
+        Balance { material, start, gained: amounts(gained), lost: amounts(lost), end, error }
+    });
+    Ok(Report { measures: measures.collect(), series: series.collect(), ledger: ledger.collect(), notes })
 }
 
 pub(super) fn encode_lines(lines: &Lines) -> io::Result<Vec<u8>> {

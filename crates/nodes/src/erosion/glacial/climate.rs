@@ -6,13 +6,10 @@
 //! precipitation that falls below 1 °C is snow; melt is the degree-day factor times the integral of the temperatures above
 //! 0 °C (R. J. Braithwaite 1984; R. Calov and R. Greve 2005, equation 6), 365.25 (σ φ(T/σ) + T Φ(T/σ)) days and kelvins.
 
-use orograph_graph::{Job, Lane, NodeError, memory::copied};
+use orograph_graph::{Job, Lane, NodeError};
 
 use super::{Climate as Kind, Params, grid::Grid};
-use crate::{
-    numerics::{coarse::Coarse, math},
-    raster::fill_voids,
-};
+use crate::numerics::{coarse::Coarse, math, voids};
 
 /// Density of ice over that of water.
 const ICE_TO_WATER: f64 = 0.91;
@@ -35,17 +32,7 @@ impl Layer {
             Lane::Constant(value) => return Ok(Self::Constant(f64::from(value))),
             Lane::Samples(samples) => samples,
         };
-        let window = job.window();
-        let mut means = if samples.iter().all(|sample| sample.is_finite()) {
-            coarse.means(job, samples)?
-        } else {
-            let mut filled = copied(samples)?;
-            filled.iter_mut().filter(|sample| !sample.is_finite()).for_each(|sample| *sample = f32::NAN);
-            fill_voids(window.nx(), window.ny(), &mut filled, &|| job.check())?;
-            coarse.means(job, &filled)?
-        };
-        means.iter_mut().filter(|mean| !mean.is_finite()).for_each(|mean| *mean = 0.0);
-        Ok(Self::Cells(means))
+        Ok(Self::Cells(coarse.means(job, &voids::filled(job, samples)?)?))
     }
 
     #[inline(always)]

@@ -18,10 +18,9 @@ use super::{
 use crate::{
     numerics::{
         beds::{Beds, Ground},
-        math, par,
+        math, par, voids,
     },
     prelude::*,
-    raster::fill_voids,
 };
 
 /// A step lowers the bed by at most this much.
@@ -85,16 +84,6 @@ enum Flow {
     Fast(Plastic),
 }
 
-/// Heights of a job without voids. Cells without a number get heights from around them; a map without one is at 0.
-pub(super) fn filled(job: &Job<'_>, height: &[f32]) -> Result<Vec<f32>, NodeError> {
-    let window = job.window();
-    let mut filled = copied(height)?;
-    filled.iter_mut().filter(|height| !height.is_finite()).for_each(|height| *height = f32::NAN);
-    fill_voids(window.nx(), window.ny(), &mut filled, &|| job.check())?;
-    filled.iter_mut().filter(|height| height.is_nan()).for_each(|height| *height = 0.0);
-    Ok(filled)
-}
-
 impl Glacier {
     pub fn new(job: &Job<'_>) -> Result<Self, NodeError> {
         let (inputs, params) = (Inputs::read(job)?, Params::read(job.params));
@@ -107,7 +96,7 @@ impl Glacier {
         if climate.is_negative(&grid) {
             job.warn("`precipitation` is negative in some places, where it counts as 0");
         }
-        let means = transfer.coarse.means(job, &filled(job, inputs.height.samples())?)?;
+        let means = transfer.coarse.means(job, &voids::filled(job, inputs.height.samples())?)?;
         let start: Vec<f64> = means.iter().map(|&mean| f64::from(mean)).collect();
         let strata = match inputs.strata {
             Some(strata) => {
@@ -284,11 +273,10 @@ impl Glacier {
         super::result::outputs(self, job, wants).unwrap_or_default()
     }
 
-    /// What is missing of the balance of ice, over what snow has added; 0 without snow.
-    pub fn ice_error(&self) -> f64 {
-        let Flow::Full { sheet, .. } = &self.flow else { return 0.0 };
-        let Ledger { gained_m, melted_m, left_m, .. } = self.ledger;
-        if gained_m > 0.0 { (gained_m - melted_m - left_m - sheet.total_m()) / gained_m } else { 0.0 }
+    /// The ice of all cells, in metres over an ice cell; the fast mode does not follow it in time.
+    pub fn ice_total_m(&self) -> Option<f64> {
+        let Flow::Full { sheet, .. } = &self.flow else { return None };
+        Some(sheet.total_m())
     }
 
     /// Warns of what a user would not expect.

@@ -2,12 +2,9 @@
 
 use orograph_graph::memory::zeroed;
 
-use super::{
-    Given, Inputs, Wants,
-    glacier::{Glacier, filled},
-};
+use super::{Given, Inputs, Wants, glacier::Glacier, march::Ledger};
 use crate::{
-    numerics::{math, par},
+    numerics::{math, par, voids},
     prelude::*,
 };
 
@@ -50,7 +47,8 @@ pub(super) fn outputs(glacier: &Glacier, job: &Job<'_>, wants: Wants) -> Result<
     let positive =
         |value: &(dyn Fn(usize) -> f32 + Sync)| glacier.transfer.spread_positive(job, progress, &cells(value)?);
 
-    let before = if wants.height || wants.erosion || wants.ice { Some(filled(job, height.samples())?) } else { None };
+    let before =
+        if wants.height || wants.erosion || wants.ice { Some(voids::filled(job, height.samples())?) } else { None };
     let eroded = match &before {
         Some(before) => Some(erosion(glacier, job, before)?),
         None => None,
@@ -163,12 +161,23 @@ fn report(glacier: &Glacier) -> Report {
     report.measure("ice_area", area_m2 * covered, "m²");
     report.measure("ice_thickest", glacier.deepest_m, "m");
     report.measure("ice_steps", glacier.ledger.steps as f64, "");
-    report.measure("ice_error", glacier.ice_error(), "");
-    report.measure("eroded", volumes.eroded, "m³");
-    report.measure("till", till, "m³");
-    report.measure("rock_flour", volumes.flour, "m³");
-    report.measure("debris_left", volumes.left, "m³");
-    let error = volumes.eroded - till - volumes.flour - volumes.left;
-    report.measure("debris_error", if volumes.eroded > 0.0 { error / volumes.eroded } else { 0.0 }, "");
+    if let Some(ice_m) = glacier.ice_total_m() {
+        let Ledger { gained_m, melted_m, left_m, .. } = glacier.ledger;
+        let volume = |metres: f64| area_m2 * metres;
+        report.balance(Balance::new(
+            "ice",
+            0.0,
+            &[("snow", volume(gained_m))],
+            &[("melted", volume(melted_m)), ("left_the_world", volume(left_m))],
+            volume(ice_m),
+        ));
+    }
+    report.balance(Balance::new(
+        "till",
+        0.0,
+        &[("eroded_rock", volumes.eroded)],
+        &[("rock_flour", volumes.flour), ("left_the_world", volumes.left)],
+        till,
+    ));
     report
 }

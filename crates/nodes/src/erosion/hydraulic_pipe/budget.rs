@@ -51,25 +51,19 @@ pub(super) fn report(run: &Run, scene: &Scene<'_>, pacing: &Pacing, water_start:
     report.measure("steps", pacing.steps as f64, "");
     report.measure("time_step_mean", pacing.time_s / pacing.steps.max(1) as f64, "s");
     report.measure("time_step_least", pacing.shortest_s, "s");
-    report.measure("water_start", water_start, "m³");
-    report.measure("water_in", water_in, "m³");
-    report.measure("water_out", water_out, "m³");
-    report.measure("water_lost", water_lost, "m³");
-    report.measure("water_stored", water_stored, "m³");
-    report.measure(
-        "water_error",
-        share(water_start + water_in - water_out - water_lost - water_stored, water_start + water_in),
-        "",
-    );
-    report.measure("eroded", eroded, "m³");
-    report.measure("deposited", deposited, "m³");
-    report.measure("suspended", suspended, "m³");
-    report.measure("solid_out", solid_out, "m³");
-    report.measure("solid_error", share(eroded - deposited - suspended - solid_out, eroded), "");
+    report.balance(Balance::new(
+        "water",
+        water_start,
+        &[("rain", water_in)],
+        &[("left_the_world", water_out), ("seeped_or_evaporated", water_lost)],
+        water_stored,
+    ));
+    report.balance(Balance::new(
+        "sediment",
+        0.0,
+        &[("eroded", eroded)],
+        &[("deposited", deposited), ("left_the_world", solid_out)],
+        suspended,
+    ));
     report
-}
-
-/// Returns a fraction of a whole; 0 if the whole is 0.
-fn share(part: f64, whole: f64) -> f64 {
-    if whole > 0.0 { part / whole } else { 0.0 }
 }

@@ -331,11 +331,9 @@ mod tests {
         let water_in = |strokes: &[Stroke]| {
             let found = outputs(&NODE, &params("duration=300, courant=0.1", strokes), &[("height", &land)]);
             let report = found.expect("runs").take("report").expect("declared");
-            let measure = |name: &str| report.as_report().expect("a report").get(name).expect("measured");
-            for error in ["water_error", "solid_error"] {
-                assert!(measure(error).abs() < 1e-5, "{error}: {report:?}");
-            }
-            measure("water_in")
+            let balance = |of: &str| report.as_report().and_then(|report| report.balance_of(of)).expect("a balance");
+            assert!(balance("water").error.abs() < 1e-5 && balance("sediment").error.abs() < 1e-5, "{report:?}");
+            balance("water").get("rain").expect("a volume")
         };
         let [none, whole, dried] = [1, 2, 3].map(|count| water_in(&strokes[..count]));
         // the weight of a disc of radius R whose inner half is hard has the integral 0.575 π R²; the first sweep

@@ -48,11 +48,11 @@ fn water_and_ground_are_conserved() {
         let (_, report) = outcome(changes, &[("height", &land)]);
         println!("{edge:?} {report:?}");
         assert!(report.get("steps").expect("a measure") > 2000.0);
-        assert!(report.get("eroded").expect("a measure") > 100.0);
-        for error in ["water_error", "solid_error"] {
-            assert!(report.get(error).expect("a measure").abs() < 1e-5, "{edge:?} {error}");
-        }
-        assert_eq!(report.get("water_out").expect("a measure") > 0.0, edge == Edge::Base || edge == Edge::Open);
+        let [water, sediment] = ["water", "sediment"].map(|material| report.balance_of(material).expect("a balance"));
+        assert!(sediment.get("eroded").expect("a volume") > 100.0);
+        assert!(water.error.abs() < 1e-5 && sediment.error.abs() < 1e-5, "{edge:?}: {report:?}");
+        let leaves = edge == Edge::Base || edge == Edge::Open;
+        assert_eq!(water.get("left_the_world").expect("a volume") > 0.0, leaves);
     }
 }
 
@@ -296,7 +296,7 @@ fn a_spring_gives_its_discharge() {
         let dry = Field::constant(*land.window(), 0.0);
         let mut outputs = outputs(&NODE, &values, &[("height", &land), ("rain", &dry)]).expect("a result");
         let report = outputs.take("report").expect("a declared output");
-        let stored = report.as_report().expect("a report").get("water_stored").expect("a result");
+        let stored = report.as_report().and_then(|report| report.balance_of("water")).expect("a balance").end;
         assert!((stored / 700.0 - 1.0).abs() < 1e-4, "{n} {radius}: {stored}");
     }
 }
@@ -332,7 +332,8 @@ fn ground_gives_way_above_the_critical_shear() {
     let land = rough(world(80, 64, 10.0));
     let eroded = |critical: f64| {
         let changes = format!("duration=900, talus=89, law=excess_shear, critical_shear={critical}");
-        outcome(&changes, &[("height", &land)]).1.get("eroded").expect("a result")
+        let (_, report) = outcome(&changes, &[("height", &land)]);
+        report.balance_of("sediment").and_then(|sediment| sediment.get("eroded")).expect("a volume")
     };
     let taken = [1e5, 20.0, 1.0].map(eroded);
     assert!(taken[0] == 0.0 && taken[1] > 1.0 && taken[2] > 1.1 * taken[1], "{taken:?}");
@@ -343,10 +344,8 @@ fn ground_gives_way_above_the_critical_shear() {
 fn tracing_tells_what_it_loses() {
     let land = field(sides(world(96, 96, 10.0), Edge::Wall), |x, y| 60.0 * libm::sin(x / 150.0) * libm::cos(y / 130.0));
     let error = |transport: &str| {
-        outcome(&format!("duration=1800, transport={transport}"), &[("height", &land)])
-            .1
-            .get("solid_error")
-            .expect("a result")
+        let (_, report) = outcome(&format!("duration=1800, transport={transport}"), &[("height", &land)]);
+        report.balance_of("sediment").expect("a balance").error
     };
     let errors = ["upwind", "semi_lagrangian", "maccormack"].map(error);
     assert!(errors[0].abs() < 1e-5 && errors[1..].iter().all(|error| error.abs() > 1e-3), "{errors:?}");

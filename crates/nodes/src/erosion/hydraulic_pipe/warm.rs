@@ -64,7 +64,7 @@ mod tests {
         fields.extend(flow.map(|flow| ("flow", flow)));
         let mut found = outputs(&NODE, &with_params(&NODE, changes), &fields).expect("runs");
         let report = found.take("report").expect("declared");
-        let error = report.as_report().expect("a report").get("water_error").expect("measured");
+        let error = report.as_report().and_then(|report| report.balance_of("water")).expect("a balance").error;
         (found.take("water").expect("declared").as_field().expect("a field").clone(), error)
     }
 

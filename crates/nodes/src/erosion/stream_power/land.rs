@@ -1,6 +1,7 @@
 //! The land during a run: its heights and what the law needs to know of it.
 
 mod age;
+mod budget;
 mod floors;
 mod levels;
 
@@ -10,6 +11,7 @@ use orograph_graph::{
 };
 use rayon::prelude::*;
 
+use self::budget::Budget;
 use super::{
     Inputs, Params, Receivers, Wants,
     area::{Area, Heads, Scheme},
@@ -68,6 +70,10 @@ pub struct Land<'a> {
     sea_level_m: f64,
     /// What is carried and settles; without it, all that is eroded leaves the world.
     sediment: Option<Sediment<'a>>,
+    /// True if the balance of rock is followed.
+    is_followed: bool,
+    /// The balance since the first step.
+    budget: Option<Budget>,
 }
 
 /// The loose material of the land.
@@ -229,6 +235,8 @@ impl<'a> Land<'a> {
                 cells,
                 wants.sediment || wants.erosion || footing.keeps_sediment,
             )?,
+            is_followed: wants.report,
+            budget: None,
             grid,
         })
     }
@@ -252,9 +260,30 @@ impl<'a> Land<'a> {
     /// # Errors
     /// [`NodeError::Cancelled`].
     pub fn step(&mut self, job: &Job<'_>, step_yr: f64, step: u32, asked: Asked) -> Result<Work, NodeError> {
+        if !self.is_followed {
+            self.raise(job, step_yr)?;
+            return self.cut(job, step_yr, step, asked);
+        }
+        let before_m = self.total_m();
+        let mut budget = self.budget.unwrap_or_else(|| Budget::new(self.time_yr, before_m));
+        self.raise(job, step_yr)?;
+        budget.rise(self.total_m() - before_m);
+        let work = self.cut(job, step_yr, step, Asked { flux: true, ..asked })?;
+        budget.leave(&self.codes, work.flux.as_deref().unwrap_or_default());
+        self.budget = Some(budget);
+        Ok(Work { flux: work.flux.filter(|_| asked.flux), ..work })
+    }
+
+    /// Raises the land for the time of a step.
+    fn raise(&mut self, job: &Job<'_>, step_yr: f64) -> Result<(), NodeError> {
         let until_yr = self.time_yr + step_yr;
         self.tectonics.raise(job, &self.grid, &mut self.heights, [self.time_yr, until_yr])?;
         self.time_yr = until_yr;
+        Ok(())
+    }
+
+    /// Erodes the land for the time of a step.
+    fn cut(&mut self, job: &Job<'_>, step_yr: f64, step: u32, asked: Asked) -> Result<Work, NodeError> {
         self.look_up();
         self.route(job, Some(step))?;
         self.area.spread();

@@ -16,12 +16,17 @@ pub fn scratch(sizing: &Sizing<'_>) -> u64 {
         Some(window) if Wants::among(sizing.wanted).count() > 0 => {
             let wired = sizing.wired.iter().filter(|wired| **wired).count();
             let above = Sizing { params: sizing.params, window, wired: sizing.wired, wanted: sizing.wanted };
-            let given = 4 * Wants::among(sizing.wanted).count();
+            let given = 4 * rasters(Wants::among(sizing.wanted));
             let beside = above.cells(4.0 * wired as f64 + given as f64) + state(sizing);
             (on_its_cells(&above) + beside).saturating_sub(sizing.cells(given as f64))
         }
         _ => on_its_cells(sizing),
     }
+}
+
+/// The number of outputs with a value per cell.
+fn rasters(wants: Wants) -> usize {
+    wants.count() - usize::from(wants.report)
 }
 
 /// What a run on the cells of a level or between two of them holds.
@@ -34,9 +39,10 @@ fn on_its_cells(sizing: &Sizing<'_>) -> u64 {
     // a level that keeps its state follows the sediment
     let keeps = has_levels(&params) && sizing.wanted.contains(NODE.outputs.len());
     let thickness = wants.sediment || wants.erosion || keeps;
-    let given = 4.0 * wants.count() as f64;
+    let given = 4.0 * rasters(wants) as f64;
     let has_steps = params.duration > 0.0 || params.method == Method::Analytical;
-    let (lowered, flux) = (when(has_steps && wants.erosion_rate, 8.0), when(has_steps && wants.sediment_flux, 8.0));
+    let (lowered, flux) =
+        (when(has_steps && wants.erosion_rate, 8.0), when(has_steps && (wants.sediment_flux || wants.report), 8.0));
 
     // heights, areas and sediment, which outputs are made of
     let left = 8.0 + 4.0 + if_wired("rain", 4.0) + when(settles && thickness, 4.0);

@@ -175,6 +175,8 @@ outputs! {
     sediment_flux: Scalar(CubicMetresPerYear);
     /// The rock in depth at the end: the layers of `strata`, raised by the uplift. Without that input a single layer.
     strata: Strata;
+    /// The rock that rose, left the world and remains, with the error of the balance; with the margin of `inland` sides.
+    report: Report;
 }
 
 /// The declaration.
@@ -257,6 +259,10 @@ const SHORTEST_YR: f64 = 1e-30;
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
+    // a job that only averages a finer level has no inputs
+    if let Ok(inputs) = Inputs::read(job) {
+        warn_of_unused_repose(job, &inputs);
+    }
     if levels::has_levels(&params) {
         return levels::run(job, &params);
     }
@@ -292,9 +298,10 @@ fn results(job: &Job<'_>, mut land: Land<'_>, start: &Field, step_yr: f64, work:
     if wants.area {
         land.route(job, None)?;
     }
+    let cell_m2 = job.cell_m() * job.cell_m();
+    let report = wants.report.then(|| land.report(cell_m2));
     let land = land.end();
 
-    let cell_m2 = job.cell_m() * job.cell_m();
     let cells = || (0..land.heights.len()).into_par_iter();
     let field = |samples| Field::new(job.window(), samples);
     let nothing = || Field::constant(job.window(), 0.0);
@@ -317,6 +324,7 @@ fn results(job: &Job<'_>, mut land: Land<'_>, start: &Field, step_yr: f64, work:
         sediment: wants.sediment.then(|| land.sediment_m.map_or_else(nothing, &field)),
         sediment_flux: wants.sediment_flux.then(|| work.flux.map_or_else(nothing, flux)),
         strata: wants.strata.then(|| strata(job, &land.tectonics)).transpose()?,
+        report,
     }
     .into())
 }
@@ -372,6 +380,15 @@ fn warn_of_short_runs(job: &Job<'_>, duration_yr: f64, response_yr: f64) {
             myr(response_yr),
             myr(duration_yr)
         ));
+    }
+}
+
+/// Tells that a map of `repose` has no effect where the layers have their own steepest slopes.
+fn warn_of_unused_repose(job: &Job<'_>, inputs: &Inputs<'_>) {
+    if inputs.strata.is_some() && inputs.repose.constant().is_none() {
+        job.warn(
+            "`repose` is wired, but the layers of `strata` have their own steepest slopes; disconnect one of them",
+        );
     }
 }
 

@@ -6,7 +6,7 @@ use super::{
     Mode, Params, Profile,
     way::{Place, Way},
 };
-use crate::numerics::{lines::Ends, math, par};
+use crate::numerics::{lines::Ends, math, noise::place::Octaves, par};
 
 /// Rows of a strip.
 const ROWS: usize = 32;
@@ -20,11 +20,23 @@ pub fn draw(
     land: &[f32],
     ways: &[Way],
     params: &Params,
+    seed: u32,
     wanted: [bool; 2],
 ) -> Result<[Option<Vec<f32>>; 2], NodeError> {
     let window = job.window();
     let bank_m = params.bank.max(window.cell_m());
-    let pieces: Vec<Vec<Piece>> = ways.iter().map(|way| pieces(&window, way, bank_m)).collect();
+    let ragged = Ragged {
+        amount: params.raggedness,
+        octaves: Octaves {
+            wavelength_m: 1.6 * (bank_m + 0.5 * params.width),
+            count: 4,
+            gain: 0.6,
+            cell_m: window.cell_m(),
+            seed: orograph_graph::mix(seed ^ 0x6a09_e667),
+        },
+    };
+    let reach_m = bank_m * ragged.most();
+    let pieces: Vec<Vec<Piece>> = ways.iter().map(|way| pieces(&window, way, reach_m)).collect();
     let nx = window.nx();
     let strips = |raster| strips(raster, nx * ROWS, land.len());
     let mut height = wanted[0].then(|| land.to_vec());
@@ -35,7 +47,7 @@ pub fn draw(
         let rows = [k * ROWS, k * ROWS + land.len() / nx];
         nearest.clear();
         nearest.resize(land.len(), Nearest::NOTHING);
-        let strip = Strip { window: &window, land, rows, bank_m, params };
+        let strip = Strip { window: &window, land, rows, bank_m, ragged: &ragged, params };
         for pieces in &pieces {
             job.check()?;
             strip.draw(pieces, nearest, height.as_deref_mut(), bed.as_deref_mut());
@@ -75,10 +87,12 @@ struct Nearest {
     elevation_m: f64,
     half_m: f64,
     depth_m: f64,
+    /// Factor of the bank's width.
+    bank: f64,
 }
 
 impl Nearest {
-    const NOTHING: Self = Self { square_m2: f64::INFINITY, elevation_m: 0.0, half_m: 0.0, depth_m: 0.0 };
+    const NOTHING: Self = Self { square_m2: f64::INFINITY, elevation_m: 0.0, half_m: 0.0, depth_m: 0.0, bank: 1.0 };
 }
 
 /// Returns the segments of a way that affect the world, repeated across periodic sides.
@@ -122,7 +136,33 @@ struct Strip<'a> {
     land: &'a [f32],
     rows: [usize; 2],
     bank_m: f64,
+    ragged: &'a Ragged,
     params: &'a Params,
+}
+
+/// How spurs and gullies make the banks uneven.
+struct Ragged {
+    /// 0 to 1.
+    amount: f64,
+    octaves: Octaves,
+}
+
+impl Ragged {
+    /// Returns the most by which it and the factors of the banks lengthen the distance over which a bed blends into the
+    /// terrain.
+    fn most(&self) -> f64 {
+        (1.0 + 0.8 * self.amount) / self.least()
+    }
+
+    /// Returns the least factor.
+    fn least(&self) -> f64 {
+        1.0 - 0.4 * self.amount
+    }
+
+    /// Returns the factor by which a place beyond the bed is farther from it than its distance.
+    fn factor(&self, at_m: [f64; 2]) -> f64 {
+        if self.amount == 0.0 { 1.0 } else { 1.0 + self.amount * (1.3 * self.octaves.at(at_m)).clamp(-0.4, 1.5) }
+    }
 }
 
 impl Strip<'_> {
@@ -147,12 +187,14 @@ impl Strip<'_> {
             }
         }
         for row in 0..self.land.len() / nx {
-            for at in (first..end).map(|i| row * nx + i) {
+            for i in first..end {
+                let at = row * nx + i;
                 if nearest[at].square_m2 < f64::INFINITY {
                     let (mut spare, mut share) = (0.0, 0.0);
                     let height = height.as_mut().map_or(&mut spare, |height| &mut height[at]);
                     let bed = bed.as_mut().map_or(&mut share, |bed| &mut bed[at]);
-                    self.change(&nearest[at], self.land[at], height, bed);
+                    let at_m = self.window.centre_m(i, self.rows[0] + row);
+                    self.change(&nearest[at], at_m, self.land[at], height, bed);
                     nearest[at] = Nearest::NOTHING;
                 }
             }
@@ -160,10 +202,15 @@ impl Strip<'_> {
     }
 
     /// Applies the nearest bed point to a cell.
-    fn change(&self, nearest: &Nearest, land: f32, height: &mut f32, bed: &mut f32) {
-        let Nearest { square_m2, elevation_m, half_m, depth_m } = *nearest;
+    fn change(&self, nearest: &Nearest, at_m: [f64; 2], land: f32, height: &mut f32, bed: &mut f32) {
+        let Nearest { square_m2, elevation_m, half_m, depth_m, bank } = *nearest;
         let distance_m = square_m2.sqrt();
-        let away = math::smoothstep((distance_m - half_m) / self.bank_m);
+        let beyond_m = distance_m - half_m;
+        if beyond_m * self.ragged.least() >= self.bank_m * bank {
+            return;
+        }
+        let factor = if beyond_m > 0.0 { self.ragged.factor(at_m) / bank } else { 1.0 };
+        let away = math::smoothstep(beyond_m * factor / self.bank_m);
         if away >= 1.0 {
             return;
         }
@@ -199,6 +246,11 @@ fn approach(nearest: &mut Nearest, from: &Place, to: &Place, at_m: [f64; 2]) {
             elevation_m: between(from.elevation_m, to.elevation_m),
             half_m: between(from.half_m, to.half_m),
             depth_m: between(from.depth_m, to.depth_m),
+            bank: if x * along[1] > y * along[0] {
+                between(from.banks[1], to.banks[1])
+            } else {
+                between(from.banks[0], to.banks[0])
+            },
         };
     }
 }

@@ -1,7 +1,9 @@
 //! Carves beds along lines: rivers, ditches, roads and dams.
 //!
-//! `way` computes the bed's elevation along each line; `draw` applies it to the cells around it.
+//! `course` bends a path, `way` computes the bed's width and elevation along each line, and `draw` applies them to the
+//! cells around it.
 
+mod course;
 mod draw;
 mod way;
 
@@ -62,6 +64,18 @@ params! {
     course: Course = Course::Downhill, One, ..;
     /// Length along the path over which the elevation of the terrain is averaged.
     easing: f64 = 500.0, Metres, 0.0..=1e6, soft 0..=5000, when course = "land" | "downhill";
+    /// How round the path is at its points: 0 for straight stretches with corners; not used if `lines` is wired.
+    curve: f64 = 1.0, One, 0.0..=1.0;
+    /// How far the path winds; not used if `lines` is wired.
+    ///
+    /// At 1 the largest bends reach two widths of bed and bank to either side.
+    wander: f64 = 0.5, One, 0.0..=1.0;
+    /// How much narrower and shallower the start of the path is than its end; not used if `lines` is wired.
+    widening: f64 = 0.6, One, 0.0..=1.0;
+    /// How uneven banks are: 0 for banks parallel to the line.
+    raggedness: f64 = 0.6, One, 0.0..=1.0;
+    /// Random seed of bends and banks.
+    seed: Seed = Seed(0), Count, ..;
 }
 
 inputs! {
@@ -83,6 +97,16 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Carve",
+    version: 2,
+    migrations: &[Migration {
+        from: 1,
+        steps: &[
+            Step::Keep { name: "curve", value: "0" },
+            Step::Keep { name: "wander", value: "0" },
+            Step::Keep { name: "widening", value: "0" },
+            Step::Keep { name: "raggedness", value: "0" },
+        ],
+    }],
     category: "filter",
     summary: "Carves or fills a bed along a path or along rivers: valleys, ditches, roads, dams.",
     doc: include_str!("page.md"),
@@ -91,6 +115,9 @@ pub static NODE: Node = Node {
          (2), 429-438",
         "J.-D. Génevaux, É. Galin, É. Guérin, A. Peytavie and B. Benes (2013), Terrain generation using procedural models based \
          on hydrology, ACM Transactions on Graphics 32 (4)",
+        "L. B. Leopold and T. Maddock (1953), The hydraulic geometry of stream channels and some physiographic \
+         implications, US Geological Survey Professional Paper 252",
+        "L. B. Leopold and M. G. Wolman (1960), River meanders, GSA Bulletin 71, 769-794",
     ],
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
@@ -98,17 +125,18 @@ pub static NODE: Node = Node {
     reach: Reach::World,
     scratch: Scratch::Bytes(|sizing| draw::bytes(&sizing.window)),
     cpu: run,
-    example: "height: \"base\", width: 900, depth: 200, bank: 1200",
+    example: "version: 2, height: \"base\", width: 900, depth: 200, bank: 1200",
     ..Node::DEFAULT
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let (Inputs { height, lines, mask }, wants) = (Inputs::read(job)?, Wants::of(job));
     let params = Params::read(job.params);
+    let seed = orograph_graph::mix(job.seed());
     let ways: Vec<Way> = match lines {
         Some(lines) => lines.lines.iter().map(|line| Way::of_line(line, &params)).collect(),
         None if params.width == 0.0 => Vec::new(),
-        None => vec![Way::of_path(&params, height)],
+        None => vec![Way::of_path(&params, height, seed)],
     };
     if ways.is_empty() {
         return Ok(Given {
@@ -117,7 +145,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         }
         .into());
     }
-    let [mut out, bed] = draw(job, height.samples(), &ways, &params, [wants.height, wants.bed])?;
+    let [mut out, bed] = draw(job, height.samples(), &ways, &params, seed, [wants.height, wants.bed])?;
     if let Some(out) = &mut out {
         mix(job, height.samples(), out, mask)?;
     }

@@ -5,8 +5,11 @@ use orograph_graph::{Boundary, Cancel, Edge, InputValue, Line, Lines, ParamValue
 use super::*;
 use crate::testing::{field, run as result, run_in, with_params, world};
 
+/// Changes that keep a bed straight and its banks parallel.
+const EVEN: &str = "curve=0,wander=0,widening=0,raggedness=0";
+
 fn along(points: &[[f64; 2]], changes: &str) -> ParamValues {
-    let mut params = with_params(&NODE, changes);
+    let mut params = with_params(&NODE, &format!("{EVEN},{changes}"));
     params.set("path", ParamValue::Path(points.to_vec()));
     params
 }
@@ -50,7 +53,7 @@ fn a_bed_runs_downhill() {
     let path = [[100.0, 300.0], [600.0, 320.0], [1150.0, 250.0]];
     let found = bed(&land, &path, "width=60,depth=15,bank=80,easing=100");
     let params = Params::read(&along(&path, "width=60,depth=15,bank=80,easing=100"));
-    let places = Way::of_path(&params, &land).places;
+    let places = Way::of_path(&params, &land, 0).places;
     assert!(places.windows(2).all(|pair| pair[1].elevation_m <= pair[0].elevation_m));
     assert!(found.samples().iter().zip(land.samples()).all(|(after, before)| after <= before));
     for place in &places[5..places.len() - 5] {
@@ -107,7 +110,7 @@ fn lines_are_carved_as_they_are() {
     };
     let line = |vertices: Vec<Vertex>| Line { order: 1, downstream: None, vertices };
     let lines = Lines::open(vec![line(vec![vertex(400.0, 100.0), vertex(700.0, 85.0)])]);
-    let params = with_params(&NODE, "profile=flat,width=20,depth=5,bank=20");
+    let params = with_params(&NODE, "profile=flat,width=20,depth=5,bank=20,raggedness=0");
     let job = Job {
         node: &NODE,
         params: &params,
@@ -138,4 +141,55 @@ fn lines_are_carved_as_they_are() {
         assert_eq!(at(i, 26), 100.0);
     }
     assert_eq!(at(25, 20), 100.0);
+}
+
+/// A winding path keeps its ends, has no corners, is longer than its points are apart, and stays within its bound.
+#[test]
+fn a_course_winds_without_corners() {
+    let points = [[0.0, 0.0], [4000.0, 3000.0], [8000.0, 0.0]];
+    let params = Params::read(&along(&points, "curve=1,wander=0.6,width=100,bank=200"));
+    let line = course::course(&params, 5);
+    assert_eq!((line[0], line[line.len() - 1]), (points[0], points[2]));
+    let long: f64 = line.windows(2).map(|pair| way::length(pair[0], pair[1])).sum();
+    // real rivers: 1.2 to 1.4 with their bends of all sizes
+    assert!((1.03..1.6).contains(&(long / 10_000.0)), "{long}");
+    let turn = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
+        let heading = |a: [f64; 2], b: [f64; 2]| libm::atan2(b[1] - a[1], b[0] - a[0]);
+        libm::remainder(heading(b, c) - heading(a, b), std::f64::consts::TAU).abs().to_degrees()
+    };
+    let sharpest = line.windows(3).map(|p| turn(p[0], p[1], p[2])).fold(0.0, f64::max);
+    assert!(sharpest < 35.0, "{sharpest}");
+    assert_ne!(line, course::course(&params, 6));
+    let straight = Params::read(&along(&points, ""));
+    assert_eq!(course::course(&straight, 5), points);
+    let doubled = Params::read(&along(&[[0.0, 0.0], [0.0, 0.0], [50.0, 0.0], [50.0, 0.0]], "curve=1,wander=1"));
+    assert!(course::course(&doubled, 1).iter().flatten().all(|part| part.is_finite()));
+    let nowhere = field(world(40, 30, 5.0), |x, _| x);
+    assert!(bed(&nowhere, &[[9.0, 9.0], [9.0, 9.0]], "curve=1,wander=1").samples().iter().all(|h| h.is_finite()));
+}
+
+/// The bed of a stream is five times as wide at its end as at its start if 0.8 of its width is gained on the way, and
+/// its banks are not parallel: their width varies along each side by at least a tenth.
+#[test]
+fn a_bed_widens_and_its_banks_vary() {
+    let land = field(world(400, 100, 20.0), |_, _| 500.0);
+    let path = [[100.0, 1000.0], [7900.0, 1000.0]];
+    let changes = "profile=flat,width=400,depth=50,bank=200,widening=0.8,raggedness=0";
+    let mask = |changes: &str| result(&NODE, &along(&path, changes), &[("height", &land)], "bed");
+    let widths = |mask: &Field, least: f32| -> Vec<f64> {
+        let wide = |i: usize| (0..100).filter(|j| mask.samples()[j * 400 + i] >= least).count();
+        (0..400).map(|i| 20.0 * wide(i) as f64).collect()
+    };
+    let even = widths(&mask(changes), 1.0);
+    for (i, share) in [(50, 0.118_f64), (200, 0.503), (380, 0.964)] {
+        let expected = 400.0 * (0.2 + 0.8 * libm::pow(share, 0.85));
+        assert!((even[i] - expected).abs() <= 40.0, "{i}: {} {expected}", even[i]);
+    }
+    let ragged = widths(&mask("profile=flat,width=400,depth=50,bank=200,raggedness=0.6"), 0.5);
+    let middle = &ragged[50..350];
+    let mean = middle.iter().sum::<f64>() / 300.0;
+    let spread = (middle.iter().map(|w| (w - mean) * (w - mean)).sum::<f64>() / 300.0).sqrt();
+    // 400 m of bed and 100 m of each bank, up to where it is half
+    assert!((mean - 600.0).abs() < 80.0 && spread > 20.0, "{mean} {spread}");
+    crate::testing::at_every_level(|| mask("wander=1,curve=1,widening=0.5,raggedness=1"));
 }

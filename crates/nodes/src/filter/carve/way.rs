@@ -2,8 +2,12 @@
 
 use orograph_graph::{Field, Line};
 
-use super::{Course, Params};
-use crate::numerics::lines::Ends;
+use super::{Course, Params, course::course};
+use crate::numerics::{
+    lines::Ends,
+    math,
+    noise::place::{self, along},
+};
 
 /// A point on the centre line of the bed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,6 +18,8 @@ pub struct Place {
     pub half_m: f64,
     /// Height of the bed's edges above its centre line, unless the profile is flat.
     pub depth_m: f64,
+    /// Widths of the banks to the right and to the left, as a factor.
+    pub banks: [f64; 2],
 }
 
 /// A polyline of such points.
@@ -26,6 +32,8 @@ pub struct Way {
 const MOST: f64 = 200_000.0;
 /// Maximum number of points of a path over the width of the bed and its banks.
 const FINE: f64 = 64.0;
+/// The same for a path that winds: its finest bends are longer.
+const WINDING: f64 = 24.0;
 
 impl Way {
     /// Creates the way of a line with elevations.
@@ -37,19 +45,22 @@ impl Way {
                 elevation_m: vertex.elevation_m - depth_m,
                 half_m: 0.5 * vertex.width_m.max(params.width),
                 depth_m: depth_m.max(0.0),
+                banks: [1.0; 2],
             }
         });
         Self { places: places.collect() }.on_course(params.course)
     }
 
-    /// Creates the way of the path on the terrain. Points are a cell apart or, for wide beds, a [`FINE`]th of the width
-    /// that the bed changes.
-    pub fn of_path(params: &Params, land: &Field) -> Self {
+    /// Creates the way of the path on the terrain. Points are a cell apart or, for wide beds, a [`FINE`]th or a
+    /// [`WINDING`]th of the width that the bed changes.
+    pub fn of_path(params: &Params, land: &Field, seed: u32) -> Self {
+        let path = course(params, seed);
         let stretches: Vec<([f64; 2], [f64; 2], f64)> =
-            params.path.0.windows(2).map(|pair| (pair[0], pair[1], length(pair[0], pair[1]))).collect();
+            path.windows(2).map(|pair| (pair[0], pair[1], length(pair[0], pair[1]))).collect();
         let whole: f64 = stretches.iter().map(|(_, _, length)| length).sum();
         let wide_m = params.width + 2.0 * params.bank;
-        let step = land.window().cell_m().max(whole / MOST).max(wide_m / FINE);
+        let step =
+            land.window().cell_m().max(whole / MOST).max(wide_m / if path == params.path.0 { FINE } else { WINDING });
         let count = (whole / step).ceil().max(1.0) as usize;
         let mut places = Vec::with_capacity(count + 1);
         let (mut at, mut before) = (0, 0.0);
@@ -60,17 +71,19 @@ impl Way {
                 at += 1;
             }
             let (start, end, length) = stretches[at];
-            let t = ((way - before) / length).clamp(0.0, 1.0);
+            let t = if length > 0.0 { ((way - before) / length).clamp(0.0, 1.0) } else { 0.0 };
             let at_m = [0, 1].map(|axis| start[axis] + (end[axis] - start[axis]) * t);
+            let [wide, deep] = params.grown(k as f64 / count as f64);
             places.push(Place {
                 at_m,
-                elevation_m: elevation(land, at_m),
-                half_m: 0.5 * params.width,
-                depth_m: params.depth.max(0.0),
+                elevation_m: elevation(land, at_m) + (1.0 - deep) * params.depth,
+                half_m: 0.5 * params.width * wide,
+                depth_m: params.depth.max(0.0) * deep,
+                banks: params.banks([way, whole], wide, seed),
             });
         }
         // two box filters in sequence form a triangular kernel as long as the easing
-        let side = (0.25 * params.easing * count as f64 / whole).round() as usize;
+        let side = (0.25 * params.easing * count as f64 / whole.max(1e-9)).round() as usize;
         let mut elevations: Vec<f64> = places.iter().map(|place| place.elevation_m).collect();
         for _ in 0..2 {
             elevations = averaged(&elevations, side);
@@ -105,6 +118,31 @@ impl Way {
             }
         }
         self
+    }
+}
+
+/// How the widths of a stream and its depths grow with the way along it: its discharge is in proportion to its area,
+/// which grows as its length to the power of 1.7 (J. T. Hack, 1957), width as its square root and depth as its power of
+/// 0.4 (L. B. Leopold and T. Maddock, 1953).
+const GROWTH: [f64; 2] = [0.85, 0.68];
+
+impl Params {
+    /// Returns width and depth at a fraction of the way, as fractions of those at the end.
+    fn grown(&self, share: f64) -> [f64; 2] {
+        GROWTH.map(|power| 1.0 - self.widening + self.widening * math::pow(share, power))
+    }
+
+    /// Returns the factors of the banks' widths on either side.
+    fn banks(&self, [way_m, whole_m]: [f64; 2], wide: f64, seed: u32) -> [f64; 2] {
+        let bank_m = (0.5 * self.width + self.bank).max(1e-3 * whole_m);
+        let ends = math::smoothstep(way_m.min(whole_m - way_m) / bank_m);
+        // banks of a narrow start are narrower, but no less than half
+        let grown = 0.5 + 0.5 * wide;
+        [101, 102].map(|side| {
+            let key = place::key(seed, side);
+            let uneven = 0.5 * along(way_m / (1.9 * bank_m), key) + 0.3 * along(way_m / (0.7 * bank_m), key ^ 1);
+            grown * (1.0 + self.raggedness * ends * uneven)
+        })
     }
 }
 

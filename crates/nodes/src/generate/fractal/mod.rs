@@ -49,6 +49,8 @@ fractal_params! {
     amplitude: f64 = 1000.0, Metres, 0.0..=1e6, soft 0..=4000;
     /// Added to the noise before octaves are multiplied: lower values make low ground smoother.
     offset: f64 = 0.7, One, 0.0..=2.0, soft 0.4..=1.2, when kind = "hybrid" | "heterogeneous";
+    /// How much detail rough ground has: 0 as published, where details of a low `gain` vanish.
+    detail: f64 = 1.0, One, 0.0..=1.0, when kind = "hybrid";
     /// How strongly slopes damp finer octaves, 1 as published.
     damping: f64 = 1.0, One, 0.0..=4.0, when kind = "eroded" | "jordan";
     /// How far octaves are displaced by those before them, 1 as published.
@@ -67,6 +69,8 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Fractal",
+    version: 2,
+    migrations: &[Migration { from: 1, steps: &[Step::Keep { name: "detail", value: "0" }] }],
     category: "generate",
     summary: "Billows, multifractals and turbulence: noise whose octaves depend on each other.",
     doc: include_str!("page.md"),
@@ -80,7 +84,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
-    example: "kind: eroded, wavelength: 6000, gain: 0.5, amplitude: 1500, seed: 2",
+    example: "version: 2, kind: eroded, wavelength: 6000, gain: 0.5, amplitude: 1500, seed: 2",
     ..Node::DEFAULT
 };
 
@@ -172,6 +176,11 @@ impl Params {
                     fold: fold::Fold::new(wavelength_cells, 1.0),
                     means: means.map(|mean| (1.0 - fade as f32) * mean),
                     steepness: (unit_m * amplitude * ratio / self.wavelength) as f32,
+                    lift: if amplitude > 0.0 {
+                        crate::numerics::math::pow(amplitude, -self.detail) as f32
+                    } else {
+                        1.0
+                    },
                     first: if k < broad { 1.0 } else { 0.0 },
                     offset: self.offset as f32,
                     damping: match (self.kind, k) {

@@ -19,6 +19,8 @@ pub(super) struct Layer {
     pub means: [f32; 3],
     /// Factor from slopes per wavelength to slopes of the terrain in m/m.
     pub steepness: f32,
+    /// Factor of the weight that a hybrid passes to the next octave.
+    pub lift: f32,
     /// 1 for the first octave, in a blend also for the second, and 0 for all others.
     pub first: f32,
     /// See [`super::Params`].
@@ -97,7 +99,7 @@ impl Rule<1> for Billow {
     }
 }
 
-/// h += s, s = w gainᵏ (n + o), w ← s, limited to 1. State: h, w.
+/// h += s, s = w gainᵏ (n + o), w ← s gain^(−k detail), limited to 1. State: h, w.
 pub(super) struct Hybrid;
 
 impl Hybrid {
@@ -120,7 +122,7 @@ impl Rule<2> for Hybrid {
     fn step(layer: &Layer, noise: f32, _: [f32; 2], [height, weight]: &mut [f32; 2]) {
         let signal = *weight * (layer.gain * (layer.fade * noise + layer.offset));
         *height += signal;
-        *weight = Self::held(signal);
+        *weight = Self::held(signal * layer.lift);
     }
 }
 

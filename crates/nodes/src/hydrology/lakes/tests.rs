@@ -1,7 +1,7 @@
 //! Tests of lakes: levels against the priority flood, rings against closed forms, directions against distances, edge
 //! cases.
 
-use orograph_graph::{Boundary, Cancel, Edge, Lines, Value, Vertex, World};
+use orograph_graph::{Area, Boundary, Cancel, Edge, Lines, Value, Vertex, World};
 
 use super::{super::flow, NODE};
 use crate::{
@@ -21,6 +21,11 @@ struct Found {
     flow: Vec<f32>,
     outlines: Lines,
     report: Report,
+}
+
+/// The areas of the outlines, as many as there must be.
+fn areas<const N: usize>(found: &Found) -> [Area; N] {
+    <[Area; N]>::try_from(&found.outlines.areas[..]).expect("as many lakes")
 }
 
 fn lakes(height: &Field, changes: &str) -> Found {
@@ -130,7 +135,7 @@ fn an_island_is_a_hole_that_runs_clockwise() {
         ALL,
     );
     check_rings(&found, 10.0);
-    let [lake, pond] = found.outlines.areas[..] else { panic!("two lakes") };
+    let [lake, pond] = areas(&found);
     assert_eq!((lake.rings, lake.level_m, lake.depth_m, lake.area_m2), (2, 5.0, 5.0, 3900.0));
     assert_eq!((lake.volume_m3, lake.spill_m), (19_500.0, [45.0, 75.0]));
     assert_eq!((pond.rings, pond.level_m, pond.area_m2, pond.volume_m3), (1, 8.0, 100.0, 200.0));
@@ -159,7 +164,7 @@ fn parts_that_touch_at_corners_are_polygons_of_one_lake() {
         ALL,
     );
     check_rings(&found, 10.0);
-    let [lake] = found.outlines.areas[..] else { panic!("one lake") };
+    let [lake] = areas(&found);
     let signs: Vec<bool> = found.outlines.lines.iter().map(|ring| checked_ring(&ring.vertices) > 0.0).collect();
     assert_eq!((lake.rings, signs.iter().filter(|outer| **outer).count()), (5, 2));
     assert_eq!(signs, [true, true, false, false, false]);
@@ -281,7 +286,7 @@ fn flat_land_slopes_single_rows_and_seas_have_no_lakes() {
     let dip = testing::field(row, |x, _| if (100.0..200.0).contains(&x) { 0.0 } else { x });
     let found = lakes(&dip, ALL);
     check_rings(&found, 10.0);
-    let [lake] = found.outlines.areas[..] else { panic!("one lake") };
+    let [lake] = areas(&found);
     assert_eq!((lake.area_m2, lake.level_m, lake.spill_m), (1000.0, 95.0, [95.0, 5.0]));
     assert!(found.flow[10..20].iter().all(|east| *east == -1.0));
 }
@@ -310,7 +315,7 @@ fn lakes_across_periodic_sides_are_cut_there() {
     let world = World { boundary: sides, ..window.world };
     let land = Field::new(Window { world, ..window }, land.into_samples());
     let found = lakes(&land, ALL);
-    let [lake] = found.outlines.areas[..] else { panic!("one lake") };
+    let [lake] = areas(&found);
     assert_eq!((lake.rings, lake.area_m2, lake.level_m), (2, 800.0, 9.0));
     check_rings(&found, 10.0);
 }

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use orograph_graph::{Field, Job, NodeError, Report, memory::zeroed};
+use orograph_graph::{Balance, Field, Job, NodeError, Report, memory::zeroed};
 
 use super::{
     Inputs, Params,
@@ -214,18 +214,20 @@ impl<'a> Pack<'a> {
         Ok(())
     }
 
-    /// Volumes of water, and the error of their balance.
+    /// The balance of the snow as volumes of water, and its extent.
     pub fn report(&self, params: &Params, cell_m2: f64) -> Report {
         let remains: f64 = self.snow.iter().sum();
-        let error = self.fell - self.melt - self.left - remains;
         let to_depth = 1000.0 / params.density;
         let covered = self.snow.iter().filter(|snow| **snow * to_depth > 0.05).count() as f64;
         let mut report = Report::default();
-        report.measure("fell", cell_m2 * self.fell, "m³");
-        report.measure("melted", cell_m2 * self.melt, "m³");
-        report.measure("slid_off_the_world", cell_m2 * self.left, "m³");
-        report.measure("remains", cell_m2 * remains, "m³");
-        report.measure("closure_error", if self.fell > 0.0 { error / self.fell } else { 0.0 }, "");
+        let volume = |metres: f64| cell_m2 * metres;
+        report.balance(Balance::new(
+            "snow",
+            0.0,
+            &[("fell", volume(self.fell))],
+            &[("melted", volume(self.melt)), ("slid_off_the_world", volume(self.left))],
+            volume(remains),
+        ));
         report.measure("covered_area", cell_m2 * covered, "m²");
         report.measure("coverage", covered / self.snow.len().max(1) as f64, "");
         report.measure("greatest_depth", to_depth * self.snow.iter().copied().fold(0.0, f64::max), "m");

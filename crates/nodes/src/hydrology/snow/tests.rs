@@ -18,7 +18,12 @@ struct Found {
 
 impl Found {
     fn measure(&self, name: &str) -> f64 {
-        self.report.get(name).expect("a measure")
+        let snow = self.report.balance_of("snow").expect("a balance");
+        match name {
+            "remains" => snow.end,
+            "closure_error" => snow.error,
+            name => snow.get(name).or(self.report.get(name)).expect("a measure"),
+        }
     }
 }
 

@@ -16,6 +16,7 @@ pub(crate) mod cells;
 pub(crate) mod fold;
 mod fractal;
 pub(crate) mod lattice;
+pub(crate) mod place;
 pub(crate) mod raster;
 #[cfg(test)]
 pub(crate) mod reference;

@@ -115,7 +115,7 @@ fn capped_land_is_round_and_exact() {
     let pit = field(world(n, n, 1.0), |x, y| if libm::hypot(x - 100.5, y - 100.5) < 0.5 { 0.0 } else { 90.0 });
     let rise = vec![1.5; pit.samples().len()];
     let land = Land { cells: [201; 2], wraps: [false; 2], height: pit.samples(), rise: &rise, loose: None };
-    let held = with_job([n, n], |job| capped(&land, None, job)).unwrap();
+    let held = with_job([n, n], |job| capped(&land, None, job)).expect("not cancelled");
     for (at, held) in held.iter().enumerate() {
         let distance = libm::hypot((at % 201) as f64 - 100.0, (at / 201) as f64 - 100.0);
         let expected = (1.5 * distance).min(90.0);
@@ -124,7 +124,7 @@ fn capped_land_is_round_and_exact() {
     // a scarp along 3 : 1
     let scarp = field(world(n, n, 1.0), |x, y| if 3.0 * x + y < 300.0 { 60.0 } else { -60.0 });
     let land = Land { height: scarp.samples(), ..land };
-    let held = with_job([n, n], |job| capped(&land, None, job)).unwrap();
+    let held = with_job([n, n], |job| capped(&land, None, job)).expect("not cancelled");
     let slope = libm::hypot(
         f64::from(held[100 * 201 + 60] - held[100 * 201 + 50]) / 10.0,
         f64::from(held[105 * 201 + 55] - held[95 * 201 + 55]) / 10.0,

@@ -32,7 +32,7 @@ params! {
     layers: LayerTable = LayerTable(Vec::new()), One, ..;
     /// What lies above the first and below the last layer.
     beyond: Beyond = Beyond::Repeat, One, ..;
-    /// Elevation of the top of the first layer at the centre of the world.
+    /// Elevation of the top of the first layer at the centre of the world, before folds and other bends.
     top: f64 = 0.0, Metres, -1e5..=1e5, soft -1000.0..=4000.0;
     /// Number of generated layers, if `layers` is empty. They alternate between hard and soft.
     count: i64 = 8, Count, 1..=10_000, soft 2..=30;

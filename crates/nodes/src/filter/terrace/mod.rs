@@ -1,5 +1,9 @@
 //! Cuts terrain into steps, as left by layers of rock or by river terraces.
 
+mod steps;
+
+use self::steps::Uneven;
+use crate::numerics::noise::{Basis, Fractal, sum};
 use crate::{
     numerics::{
         cells::{BLOCK, blocks, masked, samples},
@@ -28,6 +32,18 @@ params! {
     sharpness: f64 = 3.0, One, 1.0..=32.0, soft 1..=12, when steps = "even";
     /// Height of each tread above `base`, in ascending order, and the sharpness of the riser that begins there.
     layers: StepPoints = StepPoints(vec![[0.0, 2.0], [200.0, 8.0], [350.0, 4.0], [800.0, 12.0], [950.0, 3.0], [1400.0, 1.0]]), One, .., when steps = "layers";
+    /// How much steps differ from each other and from place to place: 0 for a staircase.
+    ///
+    /// They differ in sharpness, even ones also in height, and are absent in places.
+    variation: f64 = 0.6, One, 0.0..=1.0;
+    /// How far edges are broken into headlands and alcoves: 0 for edges that follow contour lines.
+    edges: f64 = 0.6, One, 0.0..=1.0;
+    /// Size of the largest alcoves; steps are absent over some multiples of it.
+    edge_size: f64 = 600.0, Metres, 0.01..=1e6, soft 50..=3000;
+    /// How much gentler the foot of a riser is than its top: 0 for equal halves.
+    talus: f64 = 0.5, One, 0.0..=1.0;
+    /// Random seed of the variation.
+    seed: Seed = Seed(0), Count, ..;
 }
 
 inputs! {
@@ -47,19 +63,40 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Terrace",
+    version: 2,
+    migrations: &[Migration {
+        from: 1,
+        steps: &[
+            Step::Keep { name: "variation", value: "0" },
+            Step::Keep { name: "edges", value: "0" },
+            Step::Keep { name: "talus", value: "0" },
+        ],
+    }],
     category: "filter",
     summary: "Cuts terrain into steps with a height in metres.",
-    doc: include_str!("terrace.md"),
+    doc: include_str!("page.md"),
     sources: &[
         "F. K. Musgrave, C. E. Kolb and R. S. Mace, 1989, The synthesis and rendering of eroded fractal terrains",
     ],
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
     params: Params::specs,
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
-    example: "height: \"base\", step: 400, sharpness: 6",
+    example: "version: 2, height: \"base\", step: 400, sharpness: 6",
     ..Node::DEFAULT
 };
+
+/// Wavelength of the noise by which steps are absent and dip, in sizes of alcoves.
+const WIDE: f64 = 5.0;
+/// Salts of the noises: two wide ones and that of the edges.
+const SALTS: [u32; 3] = [0x510e_527f, 0x9b05_688c, 0x1f83_d9ab];
+
+/// Memory that the kernel needs in addition to its inputs and outputs: the noises.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let params = Params::read(sizing.params);
+    if params.uneven(0).none() { 0 } else { sizing.cells(12.0) }
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { height, base, mask } = Inputs::read(job)?;
@@ -74,17 +111,44 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         return Ok(Given { height: Some(height.clone()) }.into());
     }
     let mut out = height.samples().to_vec();
+    let uneven = params.uneven(orograph_graph::mix(job.seed()));
+    let noises = if uneven.none() { None } else { Some(params.noises(job)?) };
     blocks(job, [0.0, 1.0], &mut out, |cells, first| {
         let (mut spare_base, mut spare_mask) = ([0.0; BLOCK], [0.0; BLOCK]);
         let base = samples(base, first, cells.len(), &mut spare_base);
         let mask = samples(mask, first, cells.len(), &mut spare_mask);
-        if layers.is_empty() {
-            cut(cells, base, mask, params.step as f32, params.sharpness as f32);
-        } else {
-            cut_layers(cells, base, mask, &layers);
+        let noises = noises.as_ref().map(|noises| noises.each_ref().map(|noise| &noise[first..first + cells.len()]));
+        match (noises, layers.is_empty()) {
+            (None, true) => cut(cells, base, mask, params.step as f32, params.sharpness as f32),
+            (None, false) => cut_layers(cells, base, mask, &layers),
+            (Some(noises), true) => {
+                cut_uneven(cells, base, mask, noises, uneven, params.step as f32, params.sharpness as f32);
+            }
+            (Some(noises), false) => cut_uneven_layers(cells, base, mask, noises, uneven, &layers),
         }
     })?;
     Ok(Given { height: Some(Field::new(job.window(), out)) }.into())
+}
+
+impl Params {
+    fn uneven(&self, seed: u32) -> Uneven {
+        Uneven { variation: self.variation as f32, edges: self.edges as f32, talus: self.talus as f32, seed }
+    }
+
+    /// Returns the noises of the cells, each within ±1.
+    fn noises(&self, job: &Job<'_>) -> Result<[Vec<f32>; 3], NodeError> {
+        let noise = |salt: u32, wavelength_m: f64, octaves: i64, gain: f64| {
+            let seed = orograph_graph::mix(job.seed() ^ salt);
+            let fractal = Fractal { wavelength_m, octaves, lacunarity: 2.0, gain, tileable: false, seed };
+            sum::lattices(job, &fractal.octaves(job.world()), Basis::Bell, 1.0)
+        };
+        let wide_m = WIDE * self.edge_size;
+        Ok([
+            noise(SALTS[0], wide_m, 2, 0.5)?,
+            noise(SALTS[1], wide_m, 2, 0.5)?,
+            noise(SALTS[2], self.edge_size, 6, 0.6)?,
+        ])
+    }
 }
 
 /// A step between two treads of a table.
@@ -149,72 +213,52 @@ simd! {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use orograph_graph::ParamValue;
-
-    use super::*;
-    use crate::testing::{at_every_level, field, outputs, run as result, run_in, with_params, world};
-
-    #[test]
-    fn treads_and_middles_of_risers_stay_and_order_is_kept() {
-        let slope = field(world(801, 1, 1.0), |x, _| (x - 0.5) * 0.5 - 100.0); // −100 to 300 m
-        let cut = result(&NODE, &with_params(&NODE, "step=50,sharpness=4"), &[("height", &slope)], "height");
-        assert!(cut.samples().is_sorted());
-        for (before, after) in slope.samples().iter().zip(cut.samples()) {
-            if (before / 25.0).fract() == 0.0 {
-                assert!((before - after).abs() < 1e-3, "{before} {after}"); // rounding of the power
-            }
-            assert!((before - after).abs() < 25.0);
+simd! {
+    fn cut_uneven(
+        heights: &mut [f32],
+        base: &[f32],
+        mask: &[f32],
+        noises: [&[f32]; 3],
+        uneven: Uneven,
+        step: f32,
+        sharpness: f32,
+    ) {
+        let [wide, other, edges] = noises;
+        let noises = wide.iter().zip(other).zip(edges);
+        for (((height, &base), &mask), ((&a, &b), &c)) in heights.iter_mut().zip(base).zip(mask).zip(noises) {
+            let stepped = uneven.even((*height - base) / step, sharpness, [a, b, c]);
+            *height = masked(*height, base + step * stepped, mask);
         }
-        // a quarter of a step up: ½ (½)⁴ of it
-        assert!((cut.samples()[225] - 50.0 / 32.0).abs() < 1e-3, "{}", cut.samples()[225]);
-    }
-
-    #[test]
-    fn nothing_changes_at_sharpness_one_or_without_a_mask() {
-        let land = field(world(70, 9, 5.0), |x, y| 900.0 * libm::sin(x * y));
-        assert_eq!(result(&NODE, &with_params(&NODE, "sharpness=1"), &[("height", &land)], "height"), land);
-        let nowhere = field(world(70, 9, 5.0), |_, _| 0.0);
-        assert_eq!(result(&NODE, &with_params(&NODE, ""), &[("height", &land), ("mask", &nowhere)], "height"), land);
-    }
-
-    /// Treads of a table are unchanged, as are the middle of each riser and all terrain beyond the table.
-    #[test]
-    fn layers_lie_where_the_table_says() {
-        let slope = field(world(1601, 1, 1.0), |x, _| (x - 0.5) - 200.0); // −200 to 1400 m
-        let table = [[0.0, 4.0], [100.0, 1.0], [300.0, 12.0], [700.0, 2.0], [800.0, 1.0]];
-        let through = |table: &[[f64; 2]]| {
-            let mut params = with_params(&NODE, "steps=layers");
-            params.set("layers", ParamValue::Curve(table.to_vec()));
-            params
-        };
-        let cut = result(&NODE, &through(&table), &[("height", &slope)], "height");
-        assert!(cut.samples().is_sorted());
-        for (before, after) in slope.samples().iter().zip(cut.samples()) {
-            if !(0.0..800.0).contains(before) || (100.0..300.0).contains(before) {
-                assert_eq!(before, after);
-            } else if [0.0, 50.0, 300.0, 500.0, 700.0, 750.0].contains(before) {
-                assert!((before - after).abs() < 1e-3, "{before} {after}");
-            }
-        }
-        assert!((cut.samples()[200 + 400] - 300.0 - 200.0 / 4096.0).abs() < 1e-3, "{}", cut.samples()[600]);
-        at_every_level(|| result(&NODE, &through(&table), &[("height", &slope)], "height"));
-        let even = [[-10.0, 1.0], [2000.0, 1.0]];
-        assert_eq!(result(&NODE, &through(&even), &[("height", &slope)], "height"), slope);
-        let wrong = outputs(&NODE, &through(&[[0.0, 0.5], [9.0, 1.0]]), &[("height", &slope)]);
-        assert!(wrong.expect_err("too soft").to_string().contains("sharpness of 0.5"));
-    }
-
-    #[test]
-    fn a_wired_base_is_a_base() {
-        let land = field(world(300, 5, 5.0), |x, y| x + 3.0 * y);
-        let level = field(world(300, 5, 5.0), |_, _| 30.0);
-        let fixed = field(world(300, 5, 5.0), |x, y| x + 3.0 * y - 30.0);
-        let params = with_params(&NODE, "step=64");
-        let wired = result(&NODE, &params, &[("height", &land), ("base", &level)], "height");
-        let moved = result(&NODE, &params, &[("height", &fixed)], "height");
-        assert!(wired.samples().iter().zip(moved.samples()).all(|(a, b)| (a - b - 30.0).abs() < 1e-3));
-        at_every_level(|| run_in(2, &NODE, &params, &[("height", &land), ("base", &level)]));
     }
 }
+
+simd! {
+    fn cut_uneven_layers(
+        heights: &mut [f32],
+        base: &[f32],
+        mask: &[f32],
+        noises: [&[f32]; 3],
+        uneven: Uneven,
+        layers: &[Layer],
+    ) {
+        let last = layers[layers.len() - 1];
+        let [wide, other, edges] = noises;
+        let noises = wide.iter().zip(other).zip(edges);
+        for (((height, &base), &mask), ((&a, &b), &c)) in heights.iter_mut().zip(base).zip(mask).zip(noises) {
+            let above = *height - base;
+            let (mut here, mut index) = (layers[0], 0.0);
+            for (layer, k) in layers.iter().zip(0_u16..) {
+                let reached = above >= layer.tread;
+                here = if reached { *layer } else { here };
+                index = if reached { f32::from(k) } else { index };
+            }
+            let rest = ((above - here.tread) / here.step).clamp(0.0, 1.0);
+            let stepped = base + here.tread + here.step * uneven.riser(rest, here.sharpness, index, [a, b, c]);
+            let outside = (above < here.tread) | (above >= last.tread + last.step) | (here.sharpness == 1.0);
+            *height = masked(*height, if outside { *height } else { stepped }, mask);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
