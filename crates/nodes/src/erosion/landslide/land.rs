@@ -7,6 +7,9 @@ use orograph_graph::{
 
 use crate::numerics::{math, routing::code::STEPS};
 
+/// Thicknesses of rock below this are rounding errors of heights.
+pub(super) const ROUNDING_M: f64 = 1e-9;
+
 /// The ground of a world.
 pub(super) struct Land {
     pub nx: usize,
@@ -32,9 +35,10 @@ pub(super) struct Land {
 pub(super) struct Ledger {
     /// Rock that has been broken, as rock.
     pub rock: f64,
-    /// Soil and debris that have moved.
-    pub loose: f64,
-    pub settled: f64,
+    /// Soil that has become debris.
+    pub soil: f64,
+    /// Debris of earlier slides that has moved again.
+    pub again: f64,
     /// Debris that has left the world.
     pub left: f64,
 }
@@ -183,18 +187,19 @@ impl Land {
     pub fn remove(&mut self, cell: usize, depth_m: f64, bulking: f64) -> f64 {
         let debris = depth_m.min(self.debris[cell]);
         self.debris[cell] -= debris;
-        let mut loose = debris;
-        if let Some(soil) = self.soil.get_mut(cell) {
-            let part = (depth_m - debris).min(*soil);
-            *soil -= part;
-            loose += part;
+        let mut soil = 0.0;
+        if let Some(lies) = self.soil.get_mut(cell) {
+            soil = (depth_m - debris).min(*lies);
+            *lies -= soil;
         }
-        let rock = (depth_m - loose).max(0.0);
+        let rock = depth_m - debris - soil;
+        let rock = if rock > ROUNDING_M { rock } else { 0.0 };
         self.ground[cell] -= depth_m;
         self.scars[cell] += depth_m;
-        self.ledger.loose += loose * self.cell_m2();
+        self.ledger.again += debris * self.cell_m2();
+        self.ledger.soil += soil * self.cell_m2();
         self.ledger.rock += rock * self.cell_m2();
-        (loose + bulking * rock) * self.cell_m2()
+        (debris + soil + bulking * rock) * self.cell_m2()
     }
 
     /// Moves debris from a cell to another.
@@ -209,7 +214,6 @@ impl Land {
     pub fn settle(&mut self, cell: usize, depth_m: f64) {
         self.ground[cell] += depth_m;
         self.debris[cell] += depth_m;
-        self.ledger.settled += depth_m * self.cell_m2();
     }
 }
 
@@ -221,6 +225,8 @@ pub(super) struct Room {
     pub moving: Vec<f64>,
     /// The highest surface from which debris has come to a cell: it does not rise above it.
     pub from_m: Vec<f64>,
+    /// Thickness of moving debris times the elevation of its energy line.
+    pub energy: Vec<f64>,
     /// Thickness that has settled in a cell.
     pub laid: Vec<f64>,
 }
@@ -231,6 +237,6 @@ impl Room {
     pub fn new(cells: usize) -> Result<Self, OutOfMemory> {
         let mut from_m: Vec<f64> = zeroed(cells)?;
         from_m.fill(f64::NEG_INFINITY);
-        Ok(Self { seen: zeroed(cells)?, moving: zeroed(cells)?, from_m, laid: zeroed(cells)? })
+        Ok(Self { seen: zeroed(cells)?, moving: zeroed(cells)?, from_m, energy: zeroed(cells)?, laid: zeroed(cells)? })
     }
 }

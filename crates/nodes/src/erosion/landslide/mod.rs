@@ -4,11 +4,14 @@
 //! Dietrich (1994) for soil, R. M. Iverson et al. (1998) for deposits. The node's manual page has the equations and lists
 //! the differences.
 
+mod deposit;
 mod draw;
 mod land;
+mod noise;
 mod record;
 mod run;
 mod runout;
+mod scar;
 mod soil;
 #[cfg(test)]
 mod tests;
@@ -48,6 +51,9 @@ params! {
     bulking: f64 = 1.25, One, 1.0..=2.0, soft 1..=1.5;
     /// Area of a deposit over its volume to the power of 2/3.
     spread: f64 = 20.0, One, 1.0..=1e3, soft 5..=200;
+    /// Fall over runout of a slide of 1 m³, from the crown of its scar to its farthest debris; larger slides run farther. With
+    /// 0, debris runs until its sheet is complete.
+    reach: f64 = 0.9, One, 0.0..=10.0, soft 0.5..=1.5;
     /// Slope from which no debris stays.
     deposit_slope: f64 = 25.0, Degrees, 1.0..=80.0, soft 10..=40;
     /// Number of places per km² and 1000 years at which soil is tested; used only if `soil` is wired.
@@ -84,7 +90,7 @@ outputs! {
     deposit: Scalar(Metres);
     /// Thickness of soil and debris.
     soil: Scalar(Metres);
-    /// Number, sizes and exponents of slides, volumes with the error of their balance, and a table of all events.
+    /// Number, sizes and exponents of slides, the balances of rock, soil and debris, and a table of events.
     report: Report;
 }
 
@@ -107,6 +113,8 @@ pub static NODE: Node = Node {
          Geological Society of America Bulletin 110, 972-984",
         "J. P. Griswold and R. M. Iverson (2008), Mobility statistics and automated hazard mapping for debris flows and rock \
          avalanches, U.S. Geological Survey Scientific Investigations Report 2007-5276",
+        "J. Corominas (1996), The angle of reach as a mobility index for small and large landslides, Canadian Geotechnical \
+         Journal 33, 260-271",
         "B. D. Malamud, D. L. Turcotte, F. Guzzetti and P. Reichenbach (2004), Landslide inventories and their statistical \
          properties, Earth Surface Processes and Landforms 29, 687-711",
         "I. J. Larsen, D. R. Montgomery and O. Korup (2010), Landslide erosion controlled by hillslope material, Nature \
@@ -137,7 +145,7 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     // what moves and where it comes from, and the steepest slopes
     let varies = params.variation_size > 0.0 && params.repose_variation > 0.0;
     let steepest = when(varies, 8.0).max(when(varies || sizing.is_wired(Inputs::PORTS, "repose"), 4.0));
-    let step = 25.0 + steepest;
+    let step = 33.0 + steepest;
     let given = 4.0 * (wants.count() - usize::from(wants.report)) as f64;
     let world = &sizing.window.world;
     let soil_rate = if sizing.is_wired(Inputs::PORTS, "soil") { params.soil_rate } else { 0.0 };
@@ -165,7 +173,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         scars: wants.scars.then(|| cells(&|cell| land.scars[cell] as f32)).transpose()?,
         deposit: wants.deposit.then(|| cells(&|cell| land.debris[cell] as f32)).transpose()?,
         soil: wants.soil.then(|| cells(&soil)).transpose()?,
-        report: wants.report.then(|| slides.record(&params).report()),
+        report: wants.report.then(|| slides.record(&params, &inputs).report()),
     }
     .into())
 }

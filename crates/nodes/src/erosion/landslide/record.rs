@@ -1,6 +1,6 @@
 //! The record of events, and the exponents of their sizes.
 
-use orograph_graph::{Axis, Report, Series};
+use orograph_graph::{Axis, Balance, Report, Series};
 
 use super::{draw::Kind, land::Ledger};
 use crate::numerics::math;
@@ -84,36 +84,40 @@ pub(super) struct Record {
     pub unresolved: usize,
     pub ledger: Ledger,
     pub bulking: f64,
-    /// Sum of the changes in height times area, in m³.
-    pub change_m3: f64,
+    /// Rock that cells have lost, and soil if there is any, in m³.
+    pub rock_m3: f64,
+    pub soil_m3: Option<f64>,
+    /// Debris that lies on the land at the end.
+    pub debris_m3: f64,
 }
 
 impl Record {
-    /// The difference between what moved and where it is, as a part of what moved.
-    fn closure_error(&self) -> f64 {
-        let Ledger { rock, loose, settled, left } = self.ledger;
-        let moved = self.bulking * rock + loose;
-        if moved <= 0.0 {
-            return 0.0;
+    /// The balances of rock and soil compare what cells have lost with what slides have broken; that of debris begins with
+    /// none.
+    fn balances(&self, report: &mut Report) {
+        let Ledger { rock, soil, left, .. } = self.ledger;
+        report.balance(Balance::new("rock", 0.0, &[("broken", self.rock_m3)], &[("became_debris", rock)], 0.0));
+        if let Some(stripped) = self.soil_m3 {
+            report.balance(Balance::new("soil", 0.0, &[("stripped", stripped)], &[("became_debris", soil)], 0.0));
         }
-        let debris = moved - settled - left;
-        let heights = self.change_m3 - (settled - rock - loose);
-        (debris.abs() + heights.abs()) / moved
+        report.balance(Balance::new(
+            "debris",
+            0.0,
+            &[("broken_rock_and_pores", self.bulking * rock), ("stripped_soil", soil)],
+            &[("left_the_world", left)],
+            self.debris_m3,
+        ));
     }
 
     pub fn report(&self) -> Report {
         let mut report = Report::default();
         let of = |kind: Kind| self.events.iter().filter(move |event| event.kind == kind);
-        let Ledger { rock, loose, settled, left } = self.ledger;
+        self.balances(&mut report);
         report.measure("tested_places", self.tested as f64, "");
         report.measure("unresolved_places", self.unresolved as f64, "");
         report.measure("rock_slides", of(Kind::Rock).count() as f64, "");
         report.measure("soil_slides", of(Kind::Soil).count() as f64, "");
-        report.measure("rock_broken", rock, "m³");
-        report.measure("loose_moved", loose, "m³");
-        report.measure("settled", settled, "m³");
-        report.measure("left_the_world", left, "m³");
-        report.measure("closure_error", self.closure_error(), "");
+        report.measure("debris_moved_again", self.ledger.again, "m³");
         let most = |value: &dyn Fn(&Event) -> f64| self.events.iter().map(value).fold(0.0, f64::max);
         report.measure("scar_area", self.events.iter().map(|event| event.area_m2).sum(), "m²");
         report.measure("largest_area", most(&|event| event.area_m2), "m²");

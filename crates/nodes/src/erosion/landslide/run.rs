@@ -7,9 +7,9 @@ use orograph_graph::{Job, Lane, NodeError, memory::zeroed};
 use super::{
     Inputs, Params,
     draw::{self, Draw, Kind, Test},
-    land::{Land, Room},
+    land::{Land, ROUNDING_M, Room},
     record::{Event, Record},
-    runout::{Law, run_out},
+    runout::{Law, reach, run_out},
     soil::{self, Soil},
     wedge::{self, GRAVITY, Strength},
 };
@@ -62,6 +62,11 @@ fn steepest(job: &Job<'_>, params: &Params, inputs: &Inputs<'_>) -> Result<Vec<f
     Ok(steepest)
 }
 
+/// The thickness of soil: 0 in voids and where it is negative.
+fn metres(soil: f32) -> f64 {
+    if soil.is_finite() { f64::from(soil).max(0.0) } else { 0.0 }
+}
+
 impl<'a> Slides<'a> {
     /// Runs the whole time.
     ///
@@ -76,8 +81,6 @@ impl<'a> Slides<'a> {
             if soil.samples().iter().any(|soil| is_negative(*soil)) {
                 job.warn("`soil` is negative in some places, where it counts as 0");
             }
-            // voids count as 0 too
-            let metres = |soil: f32| if soil.is_finite() { f64::from(soil).max(0.0) } else { 0.0 };
             thickness.iter_mut().zip(soil.samples()).for_each(|(thickness, soil)| *thickness = metres(*soil));
         }
         let tests = draw::tests(job, params, inputs.soil.is_some())?;
@@ -141,32 +144,42 @@ impl<'a> Slides<'a> {
         let law = Law {
             sheet_m: size_m / params.spread,
             steepest: math::tan(params.deposit_slope.to_radians()),
-            bump_m: size_m.max(2.0 * land.cell_m),
+            reach: reach(params.reach, moved_m3),
+            bump_m: size_m.max(4.0 * land.cell_m),
             seed: test.hash(Draw::Outline) ^ 0x00FF_00FF,
         };
-        let reach = run_out(land, room, law, &sources, (crown, crown_m));
+        let came = run_out(land, room, law, &sources, (crown, crown_m));
         self.events.push(Event {
             kind: test.kind,
             place_m: test.place_m(),
             time_yr: test.time_yr,
             area_m2: cells.len() as f64 * cell_m2,
             volume_m3,
-            runout_m: reach.runout_m,
-            drop_m: reach.drop_m,
+            runout_m: came.runout_m,
+            drop_m: came.drop_m,
         });
     }
 
     /// Returns the record of the run.
-    pub fn record(&self, params: &Params) -> Record {
-        let change =
-            self.land.ground.iter().zip(self.start.iter()).map(|(now, then)| now - f64::from(*then)).sum::<f64>();
+    pub fn record(&self, params: &Params, inputs: &Inputs<'_>) -> Record {
+        let (land, start) = (&self.land, &self.start);
+        let lost = |now: &dyn Fn(usize) -> f64, then: &dyn Fn(usize) -> f64| {
+            let lost = (0..start.len()).map(|cell| then(cell) - now(cell)).filter(|lost| lost.abs() > ROUNDING_M);
+            land.cell_m2() * lost.sum::<f64>()
+        };
+        let soil = |cell: usize| land.soil.get(cell).copied().unwrap_or(0.0);
+        let soil_before = |cell: usize| inputs.soil.map_or(0.0, |soil| metres(soil.samples()[cell]));
         Record {
             events: self.events.clone(),
             tested: self.tested,
             unresolved: self.unresolved,
-            ledger: self.land.ledger,
+            ledger: land.ledger,
             bulking: params.bulking,
-            change_m3: change * self.land.cell_m2(),
+            rock_m3: lost(&|cell| land.ground[cell] - land.debris[cell] - soil(cell), &|cell| {
+                f64::from(start[cell]) - soil_before(cell)
+            }),
+            soil_m3: inputs.soil.map(|_| lost(&soil, &soil_before)),
+            debris_m3: land.cell_m2() * land.debris.iter().sum::<f64>(),
         }
     }
 }

@@ -6,7 +6,8 @@ use super::{
     Params,
     draw::{Draw, Test},
     land::{Land, Room},
-    wedge::{GRAVITY, noise},
+    noise::noise,
+    wedge::GRAVITY,
 };
 use crate::numerics::{math, routing::code::STEPS};
 

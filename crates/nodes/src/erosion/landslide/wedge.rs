@@ -9,9 +9,10 @@ use orograph_graph::Lane;
 use super::{
     Params,
     draw::{Draw, Test},
-    land::{Land, Room},
+    land::Land,
+    scar::Scar,
 };
-use crate::numerics::{beds::Ground, math, routing::code::STEPS};
+use crate::numerics::{beds::Ground, math};
 
 /// Acceleration of gravity in m/s².
 pub(super) const GRAVITY: f64 = 9.81;
@@ -24,12 +25,6 @@ const THICKNESS_LENGTH_M: f64 = 100.0;
 const THICKNESS_POWER: f64 = 0.7;
 /// Power of H / H꜀ in the probability of a failure.
 const CHANCE_POWER: f64 = 3.0;
-/// Tangent of the walls of a scar, relative to its plane.
-const WALL: f64 = 1.73;
-/// Tangent of the rise of the failure surface in front of the toe.
-const FRONT: f64 = 0.5;
-/// Smallest depth of a scar.
-const LEAST_M: f64 = 0.1;
 /// Smallest angle between a slope and the plane on which it fails, in radians.
 const LEAST_ANGLE: f64 = 0.02;
 
@@ -67,23 +62,6 @@ impl Strength<'_> {
         };
         [(math::atan(tangent) - self.shaken).max(0.0), self.cohesion * hardness]
     }
-}
-
-/// The surface on which a wedge fails.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Scar {
-    pub toe_m: [f64; 2],
-    pub toe_height_m: f64,
-    /// Unit vector up the plane.
-    pub up: [f64; 2],
-    /// Tangent of the dip.
-    pub dip: f64,
-    /// Thickness of the weak zone in metres, which no depth exceeds.
-    pub thickness_m: f64,
-    pub length_m: f64,
-    pub width_m: f64,
-    pub roughness: f64,
-    pub outline: u32,
 }
 
 /// Returns the scar of a test. Returns None when the slope holds.
@@ -133,80 +111,4 @@ pub(super) fn fails(land: &Land, strength: &Strength<'_>, test: &Test, params: &
         roughness: params.roughness,
         outline: test.hash(Draw::Outline),
     })
-}
-
-impl Scar {
-    /// Returns the height of the failure surface in a cell; infinite far from the scar.
-    fn height_m(&self, land: &Land, cell: usize) -> f64 {
-        let [x, y] = land.offset_m(self.toe_m, cell);
-        let along = x * self.up[0] + y * self.up[1];
-        let across = y * self.up[0] - x * self.up[1];
-        if along < -0.25 * self.length_m || along > 2.5 * self.length_m || across.abs() > 2.0 * self.width_m {
-            return f64::INFINITY;
-        }
-        let (half, length) = (0.5 * self.width_m, self.length_m);
-        let place = [along, across].map(|at| at / length);
-        let rough = |scale: f64, salt: u32| noise(place.map(|at| scale * at), self.outline ^ salt);
-        let round = math::hypot((along / (0.5 * length) - 1.0).max(0.0), across / half);
-        let radius = round * (1.0 + self.roughness * (rough(4.0, 1) + 0.5 * rough(9.0, 2)));
-        // from the floor to the walls over 0.6 half widths
-        let wall = if radius < 0.7 {
-            0.0
-        } else if radius < 1.3 {
-            (radius - 0.7) * (radius - 0.7) / 1.2
-        } else {
-            radius - 1.0
-        };
-        let floor = 0.04 * self.roughness * length * (rough(6.0, 3) + 0.5 * rough(14.0, 4));
-        let up = along.max(0.0);
-        let plane = self.dip * up + FRONT * (up - along);
-        self.toe_height_m + plane + WALL * half * wall + floor
-    }
-
-    /// Returns the cells that slide, with their depths: those above the failure surface that are connected with the foot
-    /// of the scar.
-    pub fn cells(&self, land: &Land, room: &mut Room) -> Vec<(u32, f64)> {
-        let depth = |cell: usize| {
-            let depth = land.ground[cell] - self.height_m(land, cell);
-            let ratio = depth / self.thickness_m;
-            if depth > 0.0 { depth / (1.0 + ratio * ratio).sqrt() } else { depth }
-        };
-        let steps = (2.0 * self.length_m / land.cell_m).ceil() as usize;
-        let places = (0..=steps).map(|k| 0.5 * land.cell_m * k as f64);
-        let along = places.map(|s| [0, 1].map(|axis| self.toe_m[axis] + s * self.up[axis]));
-        let Some(first) = along
-            .filter(|place| land.holds(*place))
-            .map(|place| land.cell_at(place))
-            .find(|&cell| depth(cell) > LEAST_M)
-        else {
-            return Vec::new();
-        };
-        room.seen[first] = true;
-        let mut cells = vec![(first as u32, depth(first))];
-        let mut at = 0;
-        while let Some(&(cell, _)) = cells.get(at) {
-            for way in 0..STEPS.len() {
-                let Some(next) = land.neighbour(cell as usize, way).filter(|next| !room.seen[*next]) else { continue };
-                let depth = depth(next);
-                if depth > LEAST_M {
-                    room.seen[next] = true;
-                    cells.push((next as u32, depth));
-                }
-            }
-            at += 1;
-        }
-        cells.iter().for_each(|(cell, _)| room.seen[*cell as usize] = false);
-        cells
-    }
-}
-
-/// Returns smooth noise between −1 and 1 with a wavelength of 2.
-pub(super) fn noise(place: [f64; 2], seed: u32) -> f64 {
-    let first = place.map(f64::floor);
-    let [u, v] = [0, 1].map(|axis| math::smoothstep(place[axis] - first[axis]));
-    let at = |dx: f64, dy: f64| {
-        let row = orograph_graph::mix((first[1] + dy) as i32 as u32 ^ orograph_graph::mix(seed));
-        2.0 * super::draw::unit(orograph_graph::mix((first[0] + dx) as i32 as u32 ^ row)) - 1.0
-    };
-    (1.0 - v) * ((1.0 - u) * at(0.0, 0.0) + u * at(1.0, 0.0)) + v * ((1.0 - u) * at(0.0, 1.0) + u * at(1.0, 1.0))
 }
