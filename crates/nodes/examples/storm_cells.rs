@@ -80,7 +80,8 @@ fn row(name: &str, storm: &Storm, next: Option<&Storm>, coarsest: usize) {
     let deepest = |changes: &[f64]| -changes.iter().copied().fold(0.0, f64::min);
     let fine: Vec<f64> = storm.changes.iter().map(|change| f64::from(*change)).collect();
     let area_m2 = (storm.cells as f64 * storm.cell_m) * (storm.cells as f64 * storm.cell_m);
-    let mean = |volume: &str| storm.report.get(volume).unwrap_or(f64::NAN) / area_m2;
+    let sediment = storm.report.balance_of("sediment");
+    let mean = |volume: &str| sediment.and_then(|balance| balance.get(volume)).unwrap_or(f64::NAN) / area_m2;
     let apart = next.map_or_else(String::new, |next| {
         let next = means(&next.changes, next.cells, coarsest);
         let square = |values: &mut dyn Iterator<Item = f64>| values.map(|value| value * value).sum::<f64>();

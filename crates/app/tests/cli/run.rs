@@ -43,6 +43,30 @@ fn command_line_options_change_the_build() {
 }
 
 #[test]
+fn reports_are_printed_and_written_with_their_ledger() {
+    let place = Place::new();
+    place.write(
+        "g.ron",
+        r#"(
+            format: 1,
+            world: (size: (3200, 1600), cells: (32, 16), seed: 7),
+            nodes: { "hills": Perlin(), "soft": Creep(height: "hills") },
+            outputs: { "height": "soft", "soil": "soft.report" },
+        )"#,
+    );
+    let ran = place.run(&["run", "g.ron"]).done();
+    for line in ["+ eroded", "− settled", "− left the world", "unaccounted for"] {
+        assert!(ran.out.contains(line), "{line}: {}", ran.out);
+    }
+    let report: serde_json::Value = serde_json::from_str(&place.read("out/soil.json")).expect("JSON");
+    let soil = &report["ledger"][0];
+    assert_eq!((&soil["material"], &soil["gained"][0]["name"]), (&"soil".into(), &"eroded".into()));
+    let volume = soil["gained"][0]["volume"].as_f64().expect("a volume");
+    assert!(volume > 0.0 && soil["error"].as_f64().expect("a fraction").abs() < 1e-9, "{soil}");
+    assert!(!place.run(&["run", "g.ron", "-q"]).done().out.contains("eroded"), "quiet runs print no report");
+}
+
+#[test]
 fn every_format_is_read_back() {
     let place = Place::new();
     place.write("g.ron", &SMALL.replace("Constant(value: 700)", "Constant(value: 250.5)"));

@@ -31,7 +31,7 @@ pub enum Event {
         /// Nodes whose results come from a cache.
         cached: usize,
     },
-    /// A kernel starts.
+    /// A kernel starts, or the evaluation begins to wait for another one that runs this kernel for it.
     NodeStarted {
         /// The node.
         node: NodeIndex,
@@ -44,7 +44,7 @@ pub enum Event {
         node: NodeIndex,
         /// Its name.
         name: Arc<str>,
-        /// The finished part, from 0 to 1, never decreasing.
+        /// The finished part, from 0 to 1, never decreasing after a start.
         fraction: f32,
     },
     /// Intermediate results of a node while its kernel runs ([`Job::glimpse`](crate::Job::glimpse)), if the evaluator

@@ -55,8 +55,8 @@ pub(super) struct Run<'r> {
     cancel: &'r Cancel,
     /// True after a failed write to disk; no other write is tried in this run.
     disk_failed: AtomicBool,
-    /// A step was left out because another evaluation is computing it.
-    elsewhere: Mutex<Option<Elsewhere>>,
+    /// A step that was left out because another evaluation is computing it.
+    elsewhere: Mutex<Option<(usize, Elsewhere)>>,
     state: Mutex<State>,
 }
 
@@ -64,8 +64,8 @@ pub(super) struct Run<'r> {
 pub(super) struct Left {
     /// The unanswered requests of the plan: a stored result could not be read, or something is computed elsewhere.
     pub(super) requests: Vec<usize>,
-    /// Where to wait, if something is computed elsewhere.
-    pub(super) elsewhere: Option<Elsewhere>,
+    /// The step of the plan to wait for, if something is computed elsewhere.
+    pub(super) elsewhere: Option<(usize, Elsewhere)>,
 }
 
 impl<'r> Run<'r> {
@@ -123,7 +123,11 @@ impl<'r> Run<'r> {
         let step = &self.plan.steps[at];
         let start = now();
         let claim = self.claim(at, step);
-        match if claim.is_some() { self.compute(at, step) } else { self.leave(at) } {
+        let outcome = match &claim {
+            Some(claim) => self.compute(at, step, claim.as_ref()),
+            None => self.leave(at),
+        };
+        match outcome {
             Ok(values) => {
                 self.publish(at, &values);
                 drop(claim);
@@ -144,7 +148,13 @@ impl<'r> Run<'r> {
         let Some(origins) = self.origins[at].as_ref().filter(|_| self.keeps) else { return Some(None) };
         let wanted = lock(&self.state).wanted[at];
         let claimed = self.evaluator.store.in_flight().claim(origins.key, step.wanted, wanted);
-        claimed.map(Some).map_err(|elsewhere| lock(&self.elsewhere).get_or_insert(elsewhere).to_owned()).ok()
+        match claimed {
+            Ok(claim) => Some(Some(claim)),
+            Err(elsewhere) => {
+                lock(&self.elsewhere).get_or_insert((at, elsewhere));
+                None
+            }
+        }
     }
 
     /// Leaves a step to another evaluation, and releases its inputs.

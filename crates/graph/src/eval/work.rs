@@ -4,14 +4,14 @@ use std::collections::HashMap;
 
 use super::{
     Delivery, Evaluation, Evaluator, Request,
-    event::{Event, Origin},
+    event::{Event, Origin, Throttle},
     key::Origins,
     levels::LevelEvents,
     memory,
     needs::{Needs, Slot},
-    plan::Plan,
+    plan::{Plan, Step},
     run::{Left, Run},
-    store,
+    store::{self, Elsewhere},
 };
 use crate::{job::Cancel, value::Value, world::World};
 
@@ -50,18 +50,16 @@ impl Work<'_> {
         // If a stored result cannot be read, plan again without it; if it is computed elsewhere, when it is there.
         while !numbers.is_empty() && !self.cancel.is_cancelled() {
             let left = self.attempt(evaluator, &numbers);
-            numbers = left.requests.into_iter().map(|request| numbers[request]).collect();
-            if let Some(elsewhere) = left.elsewhere {
-                evaluator.store.in_flight().wait(elsewhere, self.cancel);
-            }
+            numbers = left.into_iter().map(|request| numbers[request]).collect();
         }
         for number in numbers {
             (self.deliver)(number, Err(super::EvalError::Cancelled));
         }
     }
 
-    /// Plans and runs once; returns the requests that remain unanswered, by their indices in `numbers`.
-    fn attempt(&self, evaluator: &Evaluator, numbers: &[usize]) -> Left {
+    /// Plans and runs once, and waits for what is computed elsewhere; returns the requests that remain unanswered, by
+    /// their indices in `numbers`.
+    fn attempt(&self, evaluator: &Evaluator, numbers: &[usize]) -> Vec<usize> {
         let Evaluation { graph, folder, requests, byproducts } = self.evaluation;
         let requests: Vec<Request> = numbers.iter().map(|number| requests[*number]).collect();
         let mut plan = Plan::new(graph, &requests, byproducts);
@@ -82,7 +80,7 @@ impl Work<'_> {
             }
         };
         if self.cancel.is_cancelled() {
-            return Left { requests: (0..numbers.len()).collect(), elsewhere: None };
+            return (0..numbers.len()).collect();
         }
         let merged = match self.listener {
             Listener::Whole(events) => Some(LevelEvents::new(&plan, &needs, events)),
@@ -102,7 +100,29 @@ impl Work<'_> {
         }
         let run = Run::new(evaluator, self, &events, &plan, &origins, needs, numbers, peak.max(SIDE_BY_SIDE));
         evaluator.pool.scope(|scope| run.pump(scope));
-        run.finish()
+        let Left { requests, elsewhere } = run.finish();
+        if let Some((at, elsewhere)) = elsewhere {
+            self.wait(evaluator, &plan.steps[at], &elsewhere, &events);
+        }
+        requests
+    }
+
+    /// Waits for a step that another evaluation computes, and reports its progress as that of its own run.
+    fn wait(
+        &self,
+        evaluator: &Evaluator,
+        step: &Step<'_>,
+        elsewhere: &Elsewhere,
+        events: &dyn Fn(Option<&World>, Event),
+    ) {
+        let (node, name, world) = (step.index, || step.name.clone(), Some(&step.wanted.world));
+        events(world, Event::NodeStarted { node, name: name() });
+        let throttle = Throttle::new();
+        evaluator.store.in_flight().wait(elsewhere, self.cancel, |fraction| {
+            if throttle.admits(fraction) {
+                events(world, Event::NodeProgress { node, name: name(), fraction });
+            }
+        });
     }
 
     /// Reports what was found and what will be computed, with the stored warnings of kernels that ran before.

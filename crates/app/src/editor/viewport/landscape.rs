@@ -80,15 +80,6 @@ struct Drawn {
     scene: Scene,
 }
 
-/// The finer part of the terrain near the camera.
-#[derive(Default)]
-pub(super) struct Finer {
-    /// Its terrain.
-    pub(super) surface: Option<Surface>,
-    /// Its samples of the shown output.
-    pub(super) shown: Option<Shown>,
-}
-
 /// A render texture that is registered with egui.
 struct Target {
     size: [u32; 2],
@@ -174,14 +165,15 @@ impl Landscape {
         };
     }
 
-    /// Draws the terrain of one output, or of two side by side; the first has the finer part. `tool` is true if the
-    /// primary button belongs to a tool and not to the camera.
+    /// Draws the terrain of one output, or of two side by side, each with its finer part. `tool` is true if the primary
+    /// button belongs to a tool and not to the camera.
     pub(super) fn ui(
         &mut self,
         ui: &mut egui::Ui,
         shown: [&Shown; 2],
         surfaces: [Option<Surface>; 2],
-        finer: Finer,
+        finer: [Option<Surface>; 2],
+        near: Option<&Shown>,
         (look, contours, sea_level, tool): (&Look, bool, Option<f64>, bool),
         marks: Marks,
     ) -> Pointer {
@@ -195,7 +187,9 @@ impl Landscape {
                 side.want(ui.ctx(), surface);
             }
         }
-        self.sides[0].want_finer(ui.ctx(), finer.surface);
+        for (side, surface) in self.sides.iter_mut().zip(finer) {
+            side.want_finer(ui.ctx(), surface);
+        }
         let Some(terrain) = self.sides[0].renderer.terrain().cloned() else {
             let text = self.sides[0].trouble.as_ref().map_or_else(|| "…".to_owned(), ToString::to_string);
             painter.text(
@@ -277,7 +271,7 @@ impl Landscape {
             painter.line(points, Stroke::new(1.5, Color32::WHITE));
         }
         if let Some(place) = place {
-            let near = finer.shown.as_ref().filter(|near| inset.is_some() && cell(near, place).is_some());
+            let near = near.filter(|near| inset.is_some() && cell(near, place).is_some());
             let text = readout(near.unwrap_or(shown[0]), place);
             label(&painter, pane.right_bottom() - vec2(10.0, 10.0), Align2::RIGHT_BOTTOM, &text);
         }

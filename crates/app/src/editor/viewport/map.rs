@@ -72,8 +72,8 @@ pub(super) struct Map {
     view: Option<View>,
 }
 
-/// The finer part of the shown output.
-#[derive(Clone, Copy)]
+/// The finer part of an output.
+#[derive(Clone, Copy, Default)]
 pub(super) struct Finer<'a> {
     /// Its samples, once they are built.
     pub(super) shown: Option<&'a Shown>,
@@ -92,14 +92,14 @@ impl Map {
         self.camera = None;
     }
 
-    /// Draws the map: the first picture with its finer part, and right of the divider the second picture, if there are
-    /// two. `tool` is true if the primary button belongs to a tool.
+    /// Draws the map: the first picture, and right of the divider the second, if there are two, each with its finer
+    /// part. `tool` is true if the primary button belongs to a tool.
     pub(super) fn ui(
         &mut self,
         ui: &mut egui::Ui,
         shown: [&Shown; 2],
         pictures: [Option<&TextureHandle>; 2],
-        finer: Finer<'_>,
+        finer: [Finer<'_>; 2],
         (tool, marks): (bool, Marks),
     ) -> Pointer {
         let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
@@ -143,7 +143,7 @@ impl Map {
             let clip = split::half(pane, edge, side);
             let unit = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
             painter.with_clip_rect(clip).image(picture.id(), world, unit, Color32::WHITE);
-            if let Some((picture, window)) = finer.picture.filter(|_| side == 0) {
+            if let Some((picture, window)) = finer[side].picture {
                 let place = camera.window(pane, window);
                 painter.with_clip_rect(clip).image(picture.id(), place, unit, Color32::WHITE);
             }
@@ -170,7 +170,7 @@ impl Map {
         if let Some(at) = response.hover_pos() {
             let side = usize::from(edge.is_some_and(|x| at.x > x));
             let place = camera.to_world(pane, at);
-            let finer = finer.shown.filter(|finer| side == 0 && cell(finer, place).is_some());
+            let finer = finer[side].shown.filter(|finer| cell(finer, place).is_some());
             let text = readout(finer.unwrap_or(shown[side]), place);
             label(&painter, pane.right_bottom() - vec2(10.0, 10.0), Align2::RIGHT_BOTTOM, &text);
         }

@@ -68,8 +68,8 @@ pub(super) struct Viewport {
     map: Map,
     other: Painter,
     painter: Painter,
-    /// The picture of the finer part.
-    finer: Painter,
+    /// The pictures of the finer parts, of each side.
+    finer: [Painter; 2],
     profile: Profile,
     brush: Brush,
     live: live::Bar,
@@ -102,7 +102,7 @@ impl Viewport {
             map: Map::default(),
             other: Painter::default(),
             painter: Painter::default(),
-            finer: Painter::default(),
+            finer: <[Painter; 2]>::default(),
             profile: Profile::default(),
             brush: Brush::default(),
             live: live::Bar::default(),
@@ -123,7 +123,7 @@ impl Viewport {
         if let (Mode::Terrain, Ok(landscape)) = (self.mode, &self.landscape) {
             return landscape.finer(session.revision());
         }
-        self.finer.part(&session.shown()?, session.revision()).map(|(_, window)| *window)
+        self.finer[0].part(&session.shown()?, session.revision()).map(|(_, window)| *window)
     }
 
     pub(super) fn ui(&mut self, ui: &mut egui::Ui, session: &mut Session) {
@@ -133,7 +133,7 @@ impl Viewport {
             (Mode::Terrain, Ok(landscape)) => landscape.view(),
             _ => self.map.view(),
         };
-        if let Some(wait) = session.look_at(view, drawn) {
+        if let Some(wait) = session.look_at(view, &drawn) {
             ui.ctx().request_repaint_after(wait);
         }
         if session.detail().is_some() != was_close {
@@ -141,8 +141,8 @@ impl Viewport {
         }
     }
 
-    /// Draws the shown output. Returns the drawn outputs that can have a finer part.
-    fn terrain(&mut self, ui: &mut egui::Ui, session: &mut Session) -> Vec<String> {
+    /// Draws the shown output. Returns the drawn outputs that can have a finer part, of each side.
+    fn terrain(&mut self, ui: &mut egui::Ui, session: &mut Session) -> Vec<Vec<String>> {
         self.bar(ui, session);
         let port = session.shown();
         let compared = session.compared().map(str::to_owned);
@@ -179,25 +179,31 @@ impl Viewport {
                 let [first, second] = &parts;
                 let other = compared.as_ref().and_then(|_| Surface::of(session, second));
                 let surface = Surface::of(session, first);
-                let near = surface.as_ref().and_then(|surface| surface.finer(session, first));
-                let finer = landscape::Finer { surface: near, shown: finer(session, &shown) };
+                let near = |surface: &Option<Surface>, parts| surface.as_ref()?.finer(session, parts);
+                let parts = [near(&surface, first), near(&other, second)];
+                let near = finer(session, &shown);
                 let sea_level = session.document().world().sea_level;
                 let how = (&self.look, self.contours, sea_level, tool);
-                (landscape.ui(ui, sides, [surface, other], finer, how, marks), first.drawn())
+                let pointer = landscape.ui(ui, sides, [surface, other], parts, near.as_ref(), how, marks);
+                (pointer, vec![first.drawn(), second.drawn()])
             }
             _ => {
                 self.painter.want(ui.ctx(), &shown, self.contours);
                 if let Some(compared) = &compared {
                     self.other.want(ui.ctx(), compared, self.contours);
                 }
-                let finer = finer(session, &shown);
-                if let Some(finer) = finer.as_ref().filter(|finer| finer.fresh) {
-                    self.finer.want_part(ui.ctx(), finer, &shown, self.contours);
+                let shown: Vec<&Shown> = std::iter::once(&shown).chain(&compared).collect();
+                let near: Vec<Option<Shown>> = shown.iter().map(|shown| finer(session, shown)).collect();
+                let mut finer = [map::Finer::default(); 2];
+                for (((finer, painter), near), shown) in finer.iter_mut().zip(&mut self.finer).zip(&near).zip(&shown) {
+                    if let Some(near) = near.as_ref().filter(|near| near.fresh) {
+                        painter.want_part(ui.ctx(), near, shown, self.contours);
+                    }
+                    *finer = map::Finer { shown: near.as_ref(), picture: painter.part(&shown.port, shown.revision) };
                 }
-                let picture = self.finer.part(&shown.port, shown.revision);
-                let finer = map::Finer { shown: finer.as_ref(), picture };
                 let pictures = [self.painter.texture(), compared.as_ref().and_then(|_| self.other.texture())];
-                (self.map.ui(ui, sides, pictures, finer, (tool, marks)), vec![shown.port.clone()])
+                let drawn = shown.iter().map(|shown| vec![shown.port.clone()]).collect();
+                (self.map.ui(ui, sides, pictures, finer, (tool, marks)), drawn)
             }
         };
         match self.tool {

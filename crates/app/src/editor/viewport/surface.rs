@@ -7,7 +7,7 @@ use super::{
     look::{Look, Over, Water},
     shown,
 };
-use crate::editor::{Detail, Session};
+use crate::editor::Session;
 
 /// The fields of a drawn terrain.
 #[derive(Clone)]
@@ -145,9 +145,8 @@ impl Surface {
     /// The finer part near the camera. Returns None when the view is not close, or the part is of another state of the
     /// document.
     pub(super) fn finer(&self, session: &Session, parts: &Parts) -> Option<Self> {
-        let close = matches!(session.detail(), Some(Detail::Building | Detail::Built { .. }));
         let now = [session.revision(), 0];
-        let same = close && self.key.parts.iter().all(|(_, age, _)| *age == now);
+        let same = self.key.parts.iter().all(|(_, age, _)| *age == now);
         let part = |name: &Option<String>| {
             let built = session.finer(name.as_deref()?).filter(|built| same && built.revision == now[0])?;
             built.value.as_field().cloned()

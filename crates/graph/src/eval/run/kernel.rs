@@ -10,6 +10,7 @@ use crate::{
         event::{Event, Origin, Throttle, Ticker, lock, now},
         key::backend_of,
         plan::{Coarser, Step},
+        store::Claim,
     },
     graph::Instance,
     job::{Cancel, Glimpses, Job, NodeError, Outputs, Warnings},
@@ -19,8 +20,13 @@ use crate::{
 
 impl Run<'_> {
     /// Runs a step's kernel; returns its wanted outputs. An error of `None` means that the evaluation is being stopped,
-    /// or that a stored input could not be read.
-    pub(super) fn compute(&self, at: usize, step: &Step<'_>) -> Result<Vec<Option<Value>>, Option<EvalError>> {
+    /// or that a stored input could not be read. Those who wait for the claim see the progress.
+    pub(super) fn compute(
+        &self,
+        at: usize,
+        step: &Step<'_>,
+        claim: Option<&Claim<'_>>,
+    ) -> Result<Vec<Option<Value>>, Option<EvalError>> {
         let node = step.instance.node;
         if self.cancel.is_cancelled() {
             return Err(None);
@@ -33,6 +39,7 @@ impl Run<'_> {
         let throttle = Throttle::new();
         let progress = |fraction: f32| {
             if throttle.admits(fraction) {
+                claim.into_iter().for_each(|claim| claim.progress(fraction));
                 self.report(step, Event::NodeProgress { node: step.index, name: step.name.clone(), fraction });
             }
         };

@@ -5,7 +5,10 @@
 //! claim for anything but the kernel, so evaluations cannot wait for each other in a circle.
 
 use std::{
-    sync::{Condvar, Mutex, PoisonError},
+    sync::{
+        Arc, Condvar, Mutex, PoisonError,
+        atomic::{AtomicU32, Ordering},
+    },
     time::Duration,
 };
 
@@ -15,7 +18,7 @@ use crate::{
     world::Window,
 };
 
-/// How often a waiting evaluation looks whether it has been cancelled.
+/// How often a waiting evaluation looks at the progress, and whether it has been cancelled.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// The claims of a store.
@@ -27,21 +30,35 @@ pub(in crate::eval) struct InFlight {
 
 #[derive(Default)]
 struct State {
-    claims: Vec<(u64, Key, Window, Wanted)>,
+    claims: Vec<Claimed>,
     /// Number of claims so far.
     made: u64,
-    /// Number of claims that have ended.
-    ended: u64,
 }
 
-/// A result that somebody else is computing: how many claims had ended when that was found out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::eval) struct Elsewhere(u64);
+struct Claimed {
+    number: u64,
+    key: Key,
+    window: Window,
+    wanted: Wanted,
+    progress: Progress,
+}
+
+/// The finished part of a kernel, the bits of a fraction from 0 to 1.
+#[derive(Clone, Debug, Default)]
+struct Progress(Arc<AtomicU32>);
+
+/// A result that somebody else is computing.
+#[derive(Clone, Debug)]
+pub(in crate::eval) struct Elsewhere {
+    number: u64,
+    progress: Progress,
+}
 
 /// A claim, which ends when it is dropped.
 pub(in crate::eval) struct Claim<'a> {
     of: &'a InFlight,
     number: u64,
+    progress: Progress,
 }
 
 impl InFlight {
@@ -51,32 +68,42 @@ impl InFlight {
     /// When a kernel that has been claimed computes all of them.
     pub(in crate::eval) fn claim(&self, key: Key, window: Window, wanted: Wanted) -> Result<Claim<'_>, Elsewhere> {
         let mut state = lock(&self.state);
-        let covers = |claim: &&(u64, Key, Window, Wanted)| {
-            claim.1 == key && claim.2.contains(&window) && claim.3.includes(wanted)
-        };
-        if state.claims.iter().find(covers).is_some() {
-            return Err(Elsewhere(state.ended));
+        let covers =
+            |claim: &&Claimed| claim.key == key && claim.window.contains(&window) && claim.wanted.includes(wanted);
+        if let Some(claim) = state.claims.iter().find(covers) {
+            return Err(Elsewhere { number: claim.number, progress: claim.progress.clone() });
         }
-        let number = state.made;
+        let (number, progress) = (state.made, Progress::default());
         state.made += 1;
-        state.claims.push((number, key, window, wanted));
-        Ok(Claim { of: self, number })
+        state.claims.push(Claimed { number, key, window, wanted, progress: progress.clone() });
+        Ok(Claim { of: self, number, progress })
     }
 
-    /// Waits until a claim has ended since then, or the evaluation is cancelled.
-    pub(in crate::eval) fn wait(&self, since: Elsewhere, cancel: &Cancel) {
+    /// Waits until a claim has ended, or the evaluation is cancelled; reports the claim's progress meanwhile.
+    pub(in crate::eval) fn wait(&self, elsewhere: &Elsewhere, cancel: &Cancel, report: impl Fn(f32)) {
         let mut state = lock(&self.state);
-        while state.ended == since.0 && !cancel.is_cancelled() {
-            state = self.ended.wait_timeout(state, LOOK).unwrap_or_else(PoisonError::into_inner).0;
+        while state.claims.iter().any(|claim| claim.number == elsewhere.number) && !cancel.is_cancelled() {
+            drop(state);
+            report(f32::from_bits(elsewhere.progress.0.load(Ordering::Relaxed)));
+            state = lock(&self.state);
+            if state.claims.iter().any(|claim| claim.number == elsewhere.number) {
+                state = self.ended.wait_timeout(state, LOOK).unwrap_or_else(PoisonError::into_inner).0;
+            }
         }
+    }
+}
+
+impl Claim<'_> {
+    /// Tells those who wait for the kernel what part of it is finished.
+    pub(in crate::eval) fn progress(&self, fraction: f32) {
+        self.progress.0.store(fraction.to_bits(), Ordering::Relaxed);
     }
 }
 
 impl Drop for Claim<'_> {
     fn drop(&mut self) {
         let mut state = lock(&self.of.state);
-        state.claims.retain(|claim| claim.0 != self.number);
-        state.ended += 1;
+        state.claims.retain(|claim| claim.number != self.number);
         self.of.ended.notify_all();
     }
 }
@@ -101,8 +128,12 @@ mod tests {
         assert!(all.claim(key, window(9), two).is_ok() && all.claim(key, window(8), two.with(2)).is_ok());
         assert!(all.claim(Key::from_bytes([2; 16]), window(8), two).is_ok());
         let elsewhere = all.claim(key, window(8), two).err().expect("claimed");
+        claim.progress(0.5);
+        all.wait(&elsewhere, &Cancel::default(), |fraction| {
+            assert_eq!(fraction.to_bits(), 0.5_f32.to_bits());
+            lock(&all.state).claims.clear();
+        });
         drop(claim);
-        all.wait(elsewhere, &Cancel::default());
         assert!(all.claim(key, window(8), two).is_ok());
     }
 
@@ -113,7 +144,7 @@ mod tests {
         let elsewhere = all.claim(Key::from_bytes([1; 16]), window(8), Wanted::ALL).err().expect("claimed");
         let cancel = Cancel::default();
         cancel.cancel();
-        all.wait(elsewhere, &cancel);
+        all.wait(&elsewhere, &cancel, |_| {});
         drop(claim);
     }
 }

@@ -42,6 +42,23 @@ static ENDLESS: Node = Node {
     ..Node::DEFAULT
 };
 
+static HALF_DONE_RUNS: AtomicUsize = AtomicUsize::new(0);
+
+/// Counts its runs and is half done until it is cancelled, for at most a minute.
+static HALF_DONE: Node = Node {
+    id: "HalfDone",
+    outputs: HEIGHT,
+    cpu: |job| {
+        HALF_DONE_RUNS.fetch_add(1, Ordering::SeqCst);
+        for _ in 0..30_000 {
+            job.advance(0.5)?;
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        Err(NodeError::failed("nobody cancelled it"))
+    },
+    ..Node::DEFAULT
+};
+
 static TIMES: AtomicUsize = AtomicUsize::new(0);
 
 /// Counts its runs and takes a while.
@@ -298,39 +315,44 @@ fn evaluations_at_the_same_time_run_a_kernel_once() {
     });
     assert_eq!((TIMES.load(Ordering::SeqCst), &values[0]), (1, &values[1]));
 
-    let graph = Build::default().node("endless", &ENDLESS, &[]).0;
+    let graph = Build::default().node("half", &HALF_DONE, &[]).0;
     let [first, second] = both();
-    let (cancel, kernels) = (Cancel::default(), AtomicUsize::new(0));
-    let run = |evaluator: Evaluator, cancel: Cancel| {
-        let port = graph.port("endless").expect("exists");
-        let started = |event: Event| {
-            if matches!(event, Event::NodeStarted { .. }) {
-                kernels.fetch_add(1, Ordering::SeqCst);
-            }
+    let cancel = Cancel::default();
+    // what each evaluation reports of the kernel: starts, then progress in tenths
+    let reports = [0; 2].map(|_| [const { AtomicUsize::new(0) }; 2]);
+    let run = |evaluator: Evaluator, number: usize, cancel: Cancel| {
+        let port = graph.port("half").expect("exists");
+        let [starts, tenths]: &[AtomicUsize; 2] = &reports[number];
+        let heard = |event: Event| match event {
+            Event::NodeStarted { .. } => _ = starts.fetch_add(1, Ordering::SeqCst),
+            Event::NodeProgress { fraction, .. } => tenths.store((10.0 * fraction) as usize, Ordering::SeqCst),
+            _ => {}
         };
-        evaluate(&evaluator, &graph, &[(port, window)], &cancel, &started).expect_err("cancelled")
+        evaluate(&evaluator, &graph, &[(port, window)], &cancel, &heard).expect_err("cancelled")
     };
     let run = &run;
+    let wait_for = |number: usize, wanted: [usize; 2]| {
+        while [0, 1].map(|what| reports[number][what].load(Ordering::SeqCst)) != wanted {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    };
     std::thread::scope(|scope| {
-        let started = |count: usize| {
-            while kernels.load(Ordering::SeqCst) < count {
-                std::thread::sleep(Duration::from_millis(5));
-            }
-        };
         let first = scope.spawn({
             let cancel = cancel.clone();
-            move || run(first, cancel)
+            move || run(first, 0, cancel)
         });
-        started(1);
+        wait_for(0, [1, 5]);
         let later = Cancel::default();
         let second = scope.spawn({
             let later = later.clone();
-            move || run(second, later)
+            move || run(second, 1, later)
         });
-        std::thread::sleep(Duration::from_millis(100));
-        assert_eq!(kernels.load(Ordering::SeqCst), 1, "the second waits");
+        // the second waits, and reports the progress of the first
+        wait_for(1, [1, 5]);
+        assert_eq!(HALF_DONE_RUNS.load(Ordering::SeqCst), 1);
         cancel.cancel();
-        started(2);
+        wait_for(1, [2, 5]);
+        assert_eq!(HALF_DONE_RUNS.load(Ordering::SeqCst), 2);
         later.cancel();
         for thread in [first, second] {
             assert_eq!(thread.join().expect("no panic"), EvalError::Cancelled);

@@ -57,7 +57,7 @@ struct Target {
 /// Outputs by name.
 type Values = BTreeMap<String, Built>;
 
-/// Whether a node rules out a part, cached.
+/// Whether a node rules out a part of some outputs, cached.
 #[derive(Debug)]
 struct RuledOut {
     /// The state of the document, the outputs, and the cells of the world that it applies to.
@@ -76,7 +76,7 @@ pub(super) struct Close {
     /// Outputs of the requested part that are built while others are not.
     come: Values,
     answer: Option<(Target, Result<Values, String>)>,
-    whole: Option<RuledOut>,
+    whole: Vec<RuledOut>,
 }
 
 impl Session {
@@ -86,17 +86,18 @@ impl Session {
         self.close.detail.as_ref()
     }
 
-    /// The newest finer part of an output (`node.port`).
+    /// The newest finer part of an output (`node.port`) that the view needs finer cells of.
     #[must_use]
     pub fn finer(&self, port: &str) -> Option<&Built> {
+        self.close.wanted.as_ref().filter(|(target, _)| target.ports.iter().any(|wanted| wanted == port))?;
         let (_, values) = self.close.answer.as_ref()?;
         values.as_ref().ok()?.get(port)
     }
 
-    /// Sets the visible part of the world and the drawn outputs (`node.port`). Returns the delay after which to call
-    /// [`Self::poll`], which then requests a finer part.
-    pub fn look_at(&mut self, view: Option<View>, ports: Vec<String>) -> Option<Duration> {
-        let found = view.and_then(|view| self.served(&view, ports));
+    /// Sets the visible part of the world and the drawn outputs (`node.port`), of each side of a comparison. Returns the
+    /// delay after which to call [`Self::poll`], which then requests a finer part.
+    pub fn look_at(&mut self, view: Option<View>, sides: &[Vec<String>]) -> Option<Duration> {
+        let found = view.and_then(|view| self.served(&view, sides));
         let (target, detail) = found.unzip();
         self.close.detail = detail;
         let Some(target) = target.flatten() else {
@@ -112,11 +113,14 @@ impl Session {
         (!ordered && !self.is_busy()).then(|| REST.saturating_sub(since.elapsed()))
     }
 
-    /// The part that a view needs, and its state. Returns None when the preview is fine enough.
-    fn served(&mut self, view: &View, ports: Vec<String>) -> Option<(Option<Target>, Detail)> {
+    /// The part that a view needs, and the state of its first side that can have one. Returns None when the preview is
+    /// fine enough.
+    fn served(&mut self, view: &View, sides: &[Vec<String>]) -> Option<(Option<Target>, Detail)> {
         let graph = self.document.graph();
         let has_picture = |port: &String| graph.port(port).is_ok_and(|port| graph.output_type(port).planes().is_some());
-        if self.simulation.is_some() || ports.is_empty() || !ports.iter().all(has_picture) {
+        let can = |side: &&Vec<String>| !side.is_empty() && side.iter().all(has_picture);
+        let sides: Vec<&Vec<String>> = sides.iter().filter(can).collect();
+        if self.simulation.is_some() || sides.is_empty() {
             return None;
         }
         let document = self.document.world();
@@ -126,33 +130,40 @@ impl Session {
             return None;
         }
         let mut window = finer(document, preview, view)?;
-        if let Some(node) = self.whole(&ports, &window.world) {
-            return Some((None, Detail::OfBuild { node }));
+        let ruled_out: Vec<Option<String>> = sides.iter().map(|side| self.whole(side, &window.world)).collect();
+        let of_build = ruled_out[0].clone().map(|node| Detail::OfBuild { node });
+        let left = sides.into_iter().zip(&ruled_out).filter(|(_, by)| by.is_none());
+        let mut ports: Vec<String> = left.flat_map(|(side, _)| side.iter().cloned()).collect();
+        ports.sort();
+        ports.dedup();
+        if let Some(of_build) = of_build.clone().filter(|_| ports.is_empty()) {
+            return Some((None, of_build));
         }
         let ordered = self.close.ordered.as_ref().map(|ordered| ordered.window);
         if let Some(before) = ordered.filter(|before| before.world == window.world && covers(before, view)) {
             window = before;
         }
         let target = Target { revision: self.revision, ports, window };
-        let detail = match &self.close.answer {
+        let built = match &self.close.answer {
             Some((of, Ok(_))) if *of == target => Detail::Built { cells: longer(window.world.cells) },
             Some((of, Err(message))) if *of == target => Detail::Failed { message: message.clone() },
             _ => Detail::Building,
         };
-        Some((Some(target), detail))
+        Some((Some(target), of_build.unwrap_or(built)))
     }
 
     /// The node of the document that needs the whole world to compute these outputs. Returns None when there is none.
     fn whole(&mut self, ports: &[String], world: &World) -> Option<String> {
         let of = (self.revision, ports.to_vec(), world.cells);
-        if let Some(known) = self.close.whole.as_ref().filter(|known| known.of == of) {
+        self.close.whole.retain(|known| (known.of.0, known.of.2) == (of.0, of.2));
+        if let Some(known) = self.close.whole.iter().find(|known| known.of == of) {
             return known.by.clone();
         }
         let expanded = self.document.expand();
         let placed = ports.iter().filter_map(|port| expanded.port(self.document.graph().port(port).ok()?));
         let node = placed.filter_map(|port| expanded.graph.needs_whole_world(port.node, world)).next();
         let by = node.map(|node| worker::outer(&expanded.graph.instance(node).name).to_owned());
-        self.close.whole = Some(RuledOut { of, by: by.clone() });
+        self.close.whole.push(RuledOut { of, by: by.clone() });
         by
     }
 
