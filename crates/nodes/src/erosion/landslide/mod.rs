@@ -51,8 +51,9 @@ params! {
     bulking: f64 = 1.25, One, 1.0..=2.0, soft 1..=1.5;
     /// Area of a deposit over its volume to the power of 2/3.
     spread: f64 = 20.0, One, 1.0..=1e3, soft 5..=200;
-    /// Fall over runout of a slide of 1 m³, from the crown of its scar to its farthest debris; larger slides run farther. With
-    /// 0, debris runs until its sheet is complete.
+    /// Fall over runout of a slide of 1 m³; 0 lets debris run until its sheet is complete.
+    ///
+    /// Both are measured from the crown of the scar to the farthest debris. Larger slides run farther.
     reach: f64 = 0.9, One, 0.0..=10.0, soft 0.5..=1.5;
     /// Slope from which no debris stays.
     deposit_slope: f64 = 25.0, Degrees, 1.0..=80.0, soft 10..=40;
@@ -142,16 +143,17 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     let when = |is: bool, bytes: f64| if is { bytes } else { 0.0 };
     // ground, debris, scars and soil
     let held = 24.0 + if_wired("soil", 8.0);
-    // what moves and where it comes from, and the steepest slopes
-    let varies = params.variation_size > 0.0 && params.repose_variation > 0.0;
-    let steepest = when(varies, 8.0).max(when(varies || sizing.is_wired(Inputs::PORTS, "repose"), 4.0));
-    let step = 33.0 + steepest;
-    let given = 4.0 * (wants.count() - usize::from(wants.report)) as f64;
     let world = &sizing.window.world;
     let soil_rate = if sizing.is_wired(Inputs::PORTS, "soil") { params.soil_rate } else { 0.0 };
     let tests = (params.rate + soil_rate) * 1e-9 * params.duration * world.size[0] * world.size[1];
+    // what moves and where it comes from, and the steepest slopes
+    let varies = params.variation_size > 0.0 && params.repose_variation > 0.0;
+    let steepest = when(varies, 8.0).max(when(varies || sizing.is_wired(Inputs::PORTS, "repose"), 4.0));
+    let step = when(tests > 0.0, 33.0 + steepest);
+    let given = 4.0 * (wants.count() - usize::from(wants.report)) as f64;
     let events = (200.0 * tests.min(draw::MOST_TESTS)) as u64;
-    (sizing.cells(held + step) + events).saturating_sub(sizing.cells(given))
+    // outputs are made when nothing moves any more
+    sizing.cells(held + (step - given).max(0.0)) + events
 }
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {

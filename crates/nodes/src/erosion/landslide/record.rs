@@ -126,12 +126,17 @@ impl Record {
         let areas = tail(of(Kind::Rock).map(|event| event.area_m2));
         let volumes = tail(of(Kind::Rock).map(|event| event.volume_m3));
         let scaling = scaling(of(Kind::Rock).map(|event| (event.area_m2, event.volume_m3)));
-        let number = |tail: Option<Tail>, value: fn(Tail) -> f64| tail.map_or(f64::NAN, value);
-        report.measure("area_exponent", number(areas, |tail| tail.exponent), "");
-        report.measure("area_cut_off", number(areas, |tail| tail.least), "m²");
-        report.measure("area_tail_count", number(areas, |tail| tail.count as f64), "");
-        report.measure("volume_exponent", number(volumes, |tail| tail.exponent), "");
-        report.measure("volume_area_exponent", scaling.unwrap_or(f64::NAN), "");
+        if let Some(Tail { exponent, least, count }) = areas {
+            report.measure("area_exponent", exponent, "");
+            report.measure("area_cut_off", least, "m²");
+            report.measure("area_tail_count", count as f64, "");
+        }
+        if let Some(volumes) = volumes {
+            report.measure("volume_exponent", volumes.exponent, "");
+        }
+        if let Some(scaling) = scaling {
+            report.measure("volume_area_exponent", scaling, "");
+        }
         self.tell(&mut report);
         if self.unresolved > 0 {
             report.notes.push(format!(
