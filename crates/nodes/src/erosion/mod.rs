@@ -3,6 +3,7 @@
 pub mod creep;
 pub mod glacial;
 pub mod hydraulic_pipe;
+pub mod landslide;
 pub mod rills;
 #[cfg(test)]
 mod strata_tests;
@@ -17,6 +18,7 @@ pub static NODES: &[&Node] = &[
     &stream_power::NODE,
     &hydraulic_pipe::NODE,
     &glacial::NODE,
+    &landslide::NODE,
     &thermal::NODE,
     &weathering::NODE,
     &creep::NODE,

@@ -25,6 +25,7 @@ pub mod par;
 pub(crate) mod range;
 pub mod rank;
 pub(crate) mod repose;
+pub(crate) mod rock;
 pub mod routing;
 pub mod simd;
 pub(crate) mod strokes;

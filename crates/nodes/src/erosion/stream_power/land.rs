@@ -27,7 +27,7 @@ use super::{
 use crate::{
     numerics::{
         hillslope::Hillslope,
-        math,
+        rock::tangent,
         routing::{Depressions, Drainage, Grid, Outlet, receivers},
         waves::SHORTEST_CELLS,
     },
@@ -190,10 +190,6 @@ impl<'a> Land<'a> {
         };
         let (rock, varied) = Rock::new(job, &inputs, params, &law, shortest_m)?;
         let heads = Heads { critical_m2: params.critical_area, headwater_m2: params.headwater_area, m: params.m };
-        let tangent = |degrees: f32| {
-            let degrees = f64::from(degrees).clamp(0.0, 90.0);
-            if degrees < 90.0 { math::tan(degrees.to_radians()) } else { f64::INFINITY }
-        };
         let (bedrock, varied) = match inputs.strata {
             Some(strata) => (Some(Bedrock::new(strata, inputs.uplift, inputs.repose, varied)?), None),
             None => (None, varied),

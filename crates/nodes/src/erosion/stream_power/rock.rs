@@ -5,7 +5,10 @@ use rayon::prelude::*;
 
 use super::{Inputs, Params, area::REFERENCE_M2, incision::Law};
 use crate::{
-    numerics::{math, waves::Waves},
+    numerics::{
+        math,
+        rock::{Bodies, MOST_DEVIATIONS},
+    },
     prelude::*,
 };
 
@@ -33,15 +36,6 @@ enum Variation {
     /// A factor for each cell.
     Waves(Vec<f32>),
 }
-
-/// Spectral slopes of the erodibility and of the slope at which rock gives way.
-const SPECTRAL_SLOPES: [f64; 2] = [2.5, 2.4];
-/// How much longer rock is along its strike than across it.
-const STRETCH: f64 = 2.5;
-/// Waves are cut off at so many standard deviations.
-const MOST_DEVIATIONS: f32 = 2.5;
-/// By how much the slope at which rock gives way goes with its hardness: their correlation.
-const HARD_IS_STEEP: f32 = 0.5;
 
 impl<'a> Rock<'a> {
     /// Reads `erodibility`, `reference_rate` and what varies, in waves of `shortest_m` metres and more. Gives the tangent of the steepest slope of each cell too,
@@ -74,30 +68,10 @@ impl<'a> Rock<'a> {
                 if deviation > 0.0 { Variation::Cells(Box::new(variation(law, deviation))) } else { Variation::None };
             return Ok((Self { given, per_given, variation, seed }, None));
         }
-        let waves = |which: usize, stretch: f64| {
-            let seed = mix(seed ^ mix(0x5EED_0001 + which as u32));
-            let grain = f64::from(mix(job.seed())) * (std::f64::consts::PI / 4_294_967_296.0);
-            let longest_m = params.variation_size;
-            Waves { longest_m, spectral_slope: SPECTRAL_SLOPES[which], stretch, grain, seed }.field(
-                job,
-                &job.window(),
-                shortest_m,
-            )
-        };
-        let mut rock = if deviation > 0.0 || params.repose_variation > 0.0 { waves(0, STRETCH)? } else { Vec::new() };
-        let stands = if params.repose_variation > 0.0 {
-            let mut stands = waves(1, 1.0)?;
-            let own = (1.0 - HARD_IS_STEEP * HARD_IS_STEEP).sqrt();
-            stands.par_iter_mut().zip(&rock).enumerate().for_each(|(cell, (stands, rock))| {
-                let waves = (own * *stands - HARD_IS_STEEP * rock).clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS);
-                let mean = f64::from(inputs.repose.at(cell)).clamp(0.0, 90.0);
-                let degrees = (mean + params.repose_variation * f64::from(waves)).clamp(0.3 * mean, 89.0);
-                *stands = if mean < 90.0 { math::tan(degrees.to_radians()) as f32 } else { f32::INFINITY };
-            });
-            Some(stands)
-        } else {
-            None
-        };
+        let bodies = Bodies { longest_m: params.variation_size, shortest_m };
+        let stands = params.repose_variation;
+        let mut rock = if deviation > 0.0 || stands > 0.0 { bodies.softness(job)? } else { Vec::new() };
+        let stands = (stands > 0.0).then(|| bodies.steepest(job, inputs.repose, stands, &rock)).transpose()?;
         let variation = if deviation > 0.0 {
             rock.par_iter_mut().for_each(|rock| {
                 *rock = math::exp(deviation * f64::from(rock.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS))) as f32;

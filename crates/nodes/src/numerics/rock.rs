@@ -1,0 +1,79 @@
+//! How hard rock is and how steeply it stands from place to place: the fields that processes share.
+//!
+//! Both are sums of waves as functions of position. Nodes with the same seed, size and deviation therefore see the same
+//! rock, whatever their cells.
+
+use orograph_graph::{Job, Lane, NodeError, mix};
+use rayon::prelude::*;
+
+use super::{math, waves::Waves};
+
+/// Spectral slopes of the hardness and of the slope at which rock gives way.
+const SPECTRAL_SLOPES: [f64; 2] = [2.5, 2.4];
+/// How much longer rock is along its strike than across it.
+const STRETCH: f64 = 2.5;
+/// Waves are cut off at so many standard deviations.
+pub(crate) const MOST_DEVIATIONS: f32 = 2.5;
+/// Correlation of the slope at which rock gives way with its hardness.
+const HARD_IS_STEEP: f32 = 0.5;
+
+/// Bodies of rock in a world.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bodies {
+    /// Size of the largest bodies in metres.
+    pub longest_m: f64,
+    /// The shortest waves in metres.
+    pub shortest_m: f64,
+}
+
+impl Bodies {
+    /// Returns how soft the rock of each cell is, in standard deviations from the mean.
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub(crate) fn softness(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
+        self.waves(job, 0, STRETCH)
+    }
+
+    /// Returns the tangent of the steepest slope of each cell, for rock of which `repose` is the mean and `deviation_deg` the
+    /// standard deviation. `softness` is that of [`Self::softness`].
+    ///
+    /// # Errors
+    /// [`NodeError::Cancelled`].
+    pub(crate) fn steepest(
+        &self,
+        job: &Job<'_>,
+        repose: Lane<'_>,
+        deviation_deg: f64,
+        softness: &[f32],
+    ) -> Result<Vec<f32>, NodeError> {
+        let mut steepest = self.waves(job, 1, 1.0)?;
+        let own = (1.0 - HARD_IS_STEEP * HARD_IS_STEEP).sqrt();
+        steepest.par_iter_mut().zip(softness).enumerate().for_each(|(cell, (steepest, softness))| {
+            let waves = (own * *steepest - HARD_IS_STEEP * softness).clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS);
+            let mean = f64::from(repose.at(cell));
+            *steepest = if mean < 90.0 {
+                let mean = mean.max(0.0);
+                let degrees = (mean + deviation_deg * f64::from(waves)).clamp(0.3 * mean, 89.0);
+                math::tan(degrees.to_radians()) as f32
+            } else {
+                // and where `repose` is void
+                f32::INFINITY
+            };
+        });
+        Ok(steepest)
+    }
+
+    fn waves(&self, job: &Job<'_>, which: usize, stretch: f64) -> Result<Vec<f32>, NodeError> {
+        let seed = mix(job.seed() ^ mix(0x5EED_0001 + which as u32));
+        let grain = f64::from(mix(job.seed())) * (std::f64::consts::PI / 4_294_967_296.0);
+        let waves = Waves { longest_m: self.longest_m, spectral_slope: SPECTRAL_SLOPES[which], stretch, grain, seed };
+        waves.field(job, &job.window(), self.shortest_m)
+    }
+}
+
+/// Returns the tangent of a steepest slope in degrees; infinite for 90° and for a void.
+pub(crate) fn tangent(degrees: f32) -> f64 {
+    let degrees = f64::from(degrees).clamp(0.0, 90.0);
+    if degrees < 90.0 { math::tan(degrees.to_radians()) } else { f64::INFINITY }
+}
