@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use orograph_graph::{
-    Boundary, Edge, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, Instance, Kind, Node, ParamValue, Port,
-    Window, World,
+    Boundary, Edge, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, Instance, Node, ParamValue, Port, Window,
+    World,
 };
 use orograph_nodes::registry;
 use orograph_tests::{LAND, data_folder};
