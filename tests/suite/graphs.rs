@@ -117,13 +117,24 @@ fn the_alps_are_alpine() {
     }
 }
 
+/// A very high range: relief and slopes are those of tiles of the Himalaya, 20 to 40 km across with cells of 80 to 100 m.
+#[test]
+fn the_himalaya_is_high_and_steep() {
+    let land = land("himalaya", 300.0);
+    assert_eq!(Look::of(&land).expect("slopes").faults(), None);
+    let (low, high) = land.range(0).expect("heights");
+    assert!((3600.0..6000.0).contains(&(high - low)), "{low} to {high}");
+}
+
 /// Glaciers leave troughs and rivers in layered rock narrow valleys. Windows are those of elevation models of British
-/// glaciers and, for the canyon, of rivers.
+/// glaciers and, for the canyon, of rivers; that of fjords is the range of exponents of glacial valleys.
 #[test]
 fn valleys_have_the_form_of_what_cut_them() {
-    for (graph, cells, indices, exponents) in
-        [("glen", 400.0, 0.06..=0.25, 1.35..=2.3), ("canyon", 600.0, -1.0..=1.0, 1.0..=1.5)]
-    {
+    for (graph, cells, indices, exponents) in [
+        ("glen", 400.0, 0.06..=0.25, 1.35..=2.3),
+        ("fjords", 300.0, 0.06..=0.4, 1.5..=2.2),
+        ("canyon", 600.0, -1.0..=1.0, 1.0..=1.5),
+    ] {
         let valleys = Valleys::of(&land(graph, cells)).expect("sections");
         println!("{graph}: {valleys:.3?}");
         assert!(indices.contains(&valleys.v_index) && exponents.contains(&valleys.exponent), "{graph}: {valleys:?}");

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use orograph_graph::{
-    Boundary, Edge, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, Instance, Kind, Node, ParamValue, Port,
-    Window, World,
+    Boundary, Edge, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, Instance, Node, ParamValue, Port, Window,
+    World,
 };
 use orograph_nodes::registry;
 use orograph_tests::{LAND, data_folder};
@@ -45,12 +45,7 @@ fn add(graph: &mut Graph, node: &'static Node, land: Port, draw: &mut Draw) -> P
     for spec in node.specs() {
         // methods that trace water back do not conserve what it carries, and say so
         let value = if spec.name == "transport" { None } else { draw.value(&spec.kind) };
-        // the ends of hard ranges are for the tests of windows
-        let is_end = |value: &ParamValue| match (&spec.kind, value) {
-            (Kind::Float { hard, .. }, ParamValue::Float(value)) => hard.contains(value),
-            _ => false,
-        };
-        if let Some(value) = value.filter(|value| !is_end(value)) {
+        if let Some(value) = value {
             instance.params.set(spec.name, value);
         }
     }
@@ -60,8 +55,21 @@ fn add(graph: &mut Graph, node: &'static Node, land: Port, draw: &mut Draw) -> P
             instance.params.set(name, ParamValue::Int(steps.min(most)));
         }
     }
-    if node.id == "HydraulicPipe" {
-        instance.params.set("duration", ParamValue::Float(600.0));
+    match node.id {
+        "HydraulicPipe" => instance.params.set("duration", ParamValue::Float(600.0)),
+        // years for which ice flows in each step
+        "Glacial" => instance.params.set("relaxation", ParamValue::Float(5.0)),
+        // thirty steps instead of up to ten thousand
+        "StreamPower" => {
+            let number = |name: &str| match instance.params.get(name) {
+                Some(ParamValue::Float(value)) => Some(*value),
+                _ => None,
+            };
+            let least = number("duration").unwrap_or(2e6) / 30.0;
+            let step = number("time_step").unwrap_or(0.0).max(least);
+            instance.params.set("time_step", ParamValue::Float(step));
+        }
+        _ => {}
     }
     let at = graph.add(instance).expect("a new name");
     for input in node.inputs.iter().filter(|input| input.fallback == Fallback::Required) {

@@ -54,6 +54,8 @@ const EXAMPLES: &[Example] = examples! {
     "canyon" "A canyon in layered rock" output "map";
     "two_ranges" "Two ranges from one graph";
     "carve_dem" "A real landscape, eroded further" output "after";
+    "fjords" "A fjord coast";
+    "himalaya" "A very high range";
     "ridge" "A reusable range";
     "amplify" "A coarse model with rills" output "after";
     "talus_dem" "Real mountains with talus" output "after";

@@ -12,8 +12,10 @@ use crate::numerics::par;
 pub(super) struct Settled {
     /// Volume that came to rest.
     pub volume: Vec<f64>,
-    /// Volume that left the world.
+    /// Volume that left the world with ice.
     pub left_m3: f64,
+    /// Volume that meltwater took away, because there was no room for it.
+    pub washed_m3: f64,
 }
 
 /// Thickness of ice below which what melts out on it slides off.
@@ -31,8 +33,14 @@ pub(super) fn dropped(melt: f64, flow: f64, depth_m: f64) -> f64 {
     melt / (melt + flow) * (1.0 - depth_m / THIN_M).max(LODGED)
 }
 
+/// The part of what is dropped that comes to rest: all of it where there is much `room`, never more than there is.
+#[inline]
+pub(super) fn fitting(dropped: f64, room: f64) -> f64 {
+    if dropped > 0.0 && room > 0.0 { dropped * room / (dropped + room) } else { 0.0 }
+}
+
 /// Carries `volume` with the fluxes of a sheet down its surface. Of the debris that reaches a cell the part [`dropped`] comes
-/// to rest. `melt` is in m/yr.
+/// to rest, as far as there is `room` for it, in m³. `melt` is in m/yr.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -40,11 +48,12 @@ pub(super) fn carry(
     job: &Job<'_>,
     sheet: &Sheet,
     melt: impl Fn(usize) -> f64 + Sync,
+    room: impl Fn(usize) -> f64 + Sync,
     mut volume: Vec<f64>,
 ) -> Result<Settled, NodeError> {
     let grid = sheet.grid;
     let order = downward(sheet, |cell| volume[cell] > 0.0);
-    let mut settled = Settled { volume: zeroed(grid.len())?, left_m3: 0.0 };
+    let mut settled = Settled { volume: zeroed(grid.len())?, left_m3: 0.0, washed_m3: 0.0 };
     for chunk in order.chunks(1 << 15) {
         job.check()?;
         for &(rank, cell) in chunk {
@@ -56,9 +65,13 @@ pub(super) fn carry(
             volume[cell] = 0.0;
             let (goes, beside) = outflow(sheet, (rank, cell));
             let flow: f64 = goes.iter().sum();
-            let stays = has * dropped(grid.area_m2() * melt(cell).max(0.0), flow, sheet.depth(cell));
+            let drops = dropped(grid.area_m2() * melt(cell).max(0.0), flow, sheet.depth(cell));
+            let stays = fitting(has * drops, room(cell));
             settled.volume[cell] += stays;
             let rest = has - stays;
+            if flow <= 0.0 {
+                settled.washed_m3 += rest;
+            }
             for (way, goes) in goes.into_iter().enumerate() {
                 if goes > 0.0 {
                     match beside[way] {
@@ -70,8 +83,10 @@ pub(super) fn carry(
         }
     }
     // what has reached cells without ice that are not in the order
-    for (settled, volume) in settled.volume.iter_mut().zip(&volume) {
-        *settled += volume;
+    for (cell, volume) in volume.iter().enumerate().filter(|(_, volume)| **volume > 0.0) {
+        let stays = fitting(*volume, room(cell));
+        settled.volume[cell] += stays;
+        settled.washed_m3 += volume - stays;
     }
     Ok(settled)
 }

@@ -12,7 +12,7 @@ use orograph_graph::{Job, NodeError, Window, World, memory::filled, memory::zero
 use super::{
     blur::blurred,
     climate::Climate,
-    debris::{Settled, dropped},
+    debris::{Settled, dropped, fitting},
     grid::Grid,
     ice::{Ice, THIN_M},
     kernels::Rheology,
@@ -199,21 +199,24 @@ impl Plastic {
         job: &Job<'_>,
         melt_m3: impl Fn(usize) -> f64 + Sync,
         depth: &[f32],
+        room: impl Fn(usize) -> f64 + Sync,
         mut volume: Vec<f64>,
     ) -> Result<Settled, NodeError> {
-        let drops = |cell: usize| dropped(melt_m3(cell).max(0.0), self.discharge[cell], f64::from(depth[cell]));
-        self.drainage
-            .downstream(job, &self.routes, &self.codes, &mut volume, |cell, _, own| own * (1.0 - drops(cell)))?;
+        let stays = |cell: usize, has: f64| {
+            let drops = dropped(melt_m3(cell).max(0.0), self.discharge[cell], f64::from(depth[cell]));
+            fitting(has * drops, room(cell))
+        };
+        self.drainage.downstream(job, &self.routes, &self.codes, &mut volume, |cell, _, own| own - stays(cell, own))?;
         let mut left_m3 = 0.0;
         for (cell, volume) in volume.iter_mut().enumerate() {
             if *volume > 0.0 {
-                let stays = *volume * drops(cell);
+                let stays = stays(cell, *volume);
                 if !code::has_receiver(self.codes[cell]) {
                     left_m3 += *volume - stays;
                 }
                 *volume = stays;
             }
         }
-        Ok(Settled { volume, left_m3 })
+        Ok(Settled { volume, left_m3, washed_m3: 0.0 })
     }
 }

@@ -31,6 +31,8 @@ const SOFT: f64 = 5.0;
 const MARGIN_M: f64 = 25.0;
 /// Standard deviation over which a margin that comes and goes spreads its debris.
 const SMEAR_M: f64 = 90.0;
+/// As till approaches this thickness, less and less comes to rest on it: ice and meltwater take it on.
+const THICKEST_M: f64 = 60.0;
 /// The thinnest fall of a wall that counts.
 const LEAST_FALL_M: f32 = 0.02;
 /// Sweeps in which till slides, per step.
@@ -50,6 +52,8 @@ pub(super) struct Volumes {
     pub flour: f64,
     /// Debris that ice carried out of the world.
     pub left: f64,
+    /// Debris that meltwater took away where till was thick.
+    pub washed: f64,
 }
 
 /// Glaciers in progress.
@@ -199,15 +203,17 @@ impl Glacier {
         let ground = self.strata.as_ref().map(|(beds, offset)| Ground { beds, offset });
         let (rock, till) = (&self.rock, &self.till);
         let rates = law::rates(&grid, params, &self.ice, &|cell| rock[cell] + till[cell], area.as_deref())?;
-        for (cell, rate) in rates.into_iter().enumerate() {
+        for (cell, law::Rate { base, section, most }) in rates.into_iter().enumerate() {
             self.active[cell] |= f64::from(self.ice.depth[cell]) > THIN_M;
             let weakness = ground.map_or(1.0, |ground| ground.weakness(cell, self.rock[cell]));
-            let lowered = f64::from(rate) * years * self.erodibility.at(cell).max(0.0) * weakness;
+            let lowered = f64::from(base) * years * self.erodibility.at(cell).max(0.0) * weakness;
             if lowered <= 0.0 {
                 continue;
             }
-            self.limited |= lowered > DEEPEST_M;
-            let lowered = lowered.min(DEEPEST_M);
+            // limited before the section's factor, which keeps the bed even
+            let most = f64::from(most).min(DEEPEST_M);
+            self.limited |= lowered > most;
+            let lowered = (lowered.min(most) * f64::from(section)).min(DEEPEST_M);
             let loose = self.till[cell].min(SOFT * lowered);
             let hard = lowered - loose / SOFT;
             self.till[cell] -= loose;
@@ -239,16 +245,19 @@ impl Glacier {
     /// Carries debris with the ice and lets it come to rest.
     fn deposit(&mut self, job: &Job<'_>, debris: Vec<f64>, shift_m: f64) -> Result<(), NodeError> {
         let (grid, area_m2, climate) = (self.grid, self.grid.area_m2(), &self.climate);
+        let till = &self.till;
+        let room = |cell: usize| area_m2 * (THICKEST_M - till[cell]);
         let settled = match &self.flow {
             Flow::Full { sheet, .. } => {
-                debris::carry(job, sheet, |cell| -climate.balance(cell, sheet.level(cell), shift_m), debris)?
+                debris::carry(job, sheet, |cell| -climate.balance(cell, sheet.level(cell), shift_m), room, debris)?
             }
             Flow::Fast(plastic) => {
                 let melt = |cell: usize| -area_m2 * climate.balance(cell, plastic.level[cell], shift_m);
-                plastic.carry(job, melt, &self.ice.depth, debris)?
+                plastic.carry(job, melt, &self.ice.depth, room, debris)?
             }
         };
         self.volumes.left += settled.left_m3;
+        self.volumes.washed += settled.washed_m3;
         let mut thickness: Vec<f32> = zeroed(grid.len())?;
         thickness.iter_mut().zip(&settled.volume).for_each(|(out, volume)| *out = (volume / area_m2) as f32);
         let thickness = super::blur::blurred(&grid, &thickness, &|_| SMEAR_M, SMEAR_M)?;

@@ -25,7 +25,19 @@ const THINNEST_M: f64 = 150.0;
 /// Thickness from which ice erodes fully: thinner ice is cold, or parts from its bed.
 const FULL_M: f64 = 60.0;
 
-/// Lowering of the bed in m/yr, if it were all rock of erodibility 1. `area` is the ice drainage area in m², for the law
+/// How the bed of a cell wears down.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Rate {
+    /// Lowering in m/yr, if it were all rock of erodibility 1 and the section a trough.
+    pub base: f32,
+    /// The factor of the cross-section law.
+    pub section: f32,
+    /// The most that `base` may lower it in a step, in metres: with more, the section's factor would overshoot, and neighbours
+    /// would take turns at being deep.
+    pub most: f32,
+}
+
+/// How the bed wears down. `area` is the ice drainage area in m², for the law
 /// that reads it; `bed` and `surface` are levels of each cell.
 pub(super) fn rates(
     grid: &Grid,
@@ -33,7 +45,7 @@ pub(super) fn rates(
     ice: &Ice,
     bed: &(dyn Fn(usize) -> f64 + Sync),
     area: Option<&[f64]>,
-) -> Result<Vec<f32>, OutOfMemory> {
+) -> Result<Vec<Rate>, OutOfMemory> {
     let nx = grid.nx;
     // thickness of the glacier around each cell
     let mut whole = orograph_graph::memory::copied(&ice.depth)?;
@@ -62,12 +74,18 @@ pub(super) fn rates(
     // ice bridges shorter steps: the fall of the bed that it feels is that over its thickness
     let broad = blurred(grid, &level, &wide, WIDEST_M)?;
 
-    let mut rates = level;
+    // it flows as evenly
+    let mut flow = [zeroed(0)?, zeroed(0)?];
+    for (flow, velocity) in flow.iter_mut().zip(&ice.velocity) {
+        *flow = blurred(grid, velocity, &near, 0.5 * WIDEST_M)?;
+    }
+
+    drop(level);
+    let mut rates = orograph_graph::memory::filled(grid.len(), Rate::default())?;
     par::all(rates.chunks_mut(nx), |j, rates| {
         for (i, rate) in rates.iter_mut().enumerate() {
             let cell = j * nx + i;
             if !has(cell) {
-                *rate = 0.0;
                 continue;
             }
             let depth = f64::from(thickness[cell]);
@@ -78,7 +96,7 @@ pub(super) fn rates(
             .clamp(LEAST, MOST);
             let thin = (depth / thickest).sqrt() * (depth / FULL_M).min(1.0);
             // how the bed falls along the flow: positive downwards
-            let flow = [f64::from(ice.velocity[0][cell]), f64::from(ice.velocity[1][cell])];
+            let flow = [f64::from(flow[0][cell]), f64::from(flow[1][cell])];
             let fast = math::hypot(flow[0], flow[1]);
             let [west, east, north, south] = grid.beside(i, j).map(|at| f64::from(broad[at.unwrap_or(cell)]));
             let fall = if fast > 0.0 {
@@ -94,7 +112,12 @@ pub(super) fn rates(
             };
             let abrasion = params.abrasion * power(sliding, params.exponent) * area;
             let plucking = params.plucking * sliding * fall.clamp(0.0, 1.0);
-            *rate = ((abrasion + plucking) * thin * section * adverse) as f32;
+            let most = thickest.max(THINNEST_M) / params.cross_section.max(1e-3);
+            *rate = Rate {
+                base: ((abrasion + plucking) * thin * adverse) as f32,
+                section: section as f32,
+                most: most as f32,
+            };
         }
     });
     Ok(rates)

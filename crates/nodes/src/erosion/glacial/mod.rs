@@ -196,9 +196,9 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     let step = if params.duration <= 0.0 {
         0.0
     } else if params.method == Method::Full {
-        40.0
-    } else {
         60.0
+    } else {
+        80.0
     };
     let finer = if transfer.is_same { 4.0 } else { 8.5 };
     let wants = Wants::among(sizing.wanted);

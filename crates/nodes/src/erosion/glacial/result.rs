@@ -176,7 +176,7 @@ fn report(glacier: &Glacier) -> Report {
         "till",
         0.0,
         &[("eroded_rock", volumes.eroded)],
-        &[("rock_flour", volumes.flour), ("left_the_world", volumes.left)],
+        &[("rock_flour", volumes.flour), ("meltwater", volumes.washed), ("left_the_world", volumes.left)],
         till,
     ));
     report

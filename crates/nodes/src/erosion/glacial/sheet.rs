@@ -40,6 +40,12 @@ const fn either(a: [u32; 2], b: [u32; 2]) -> [u32; 2] {
     [if a[0] < b[0] { a[0] } else { b[0] }, if a[1] > b[1] { a[1] } else { b[1] }]
 }
 
+/// The derivatives of the flux through an open side: what lies beyond it rises and falls with the border, so that only the part
+/// that follows from thickness stays.
+fn moved(gain: f64, loss: f64) -> (f64, f64) {
+    ((gain - loss).max(0.0), (loss - gain).max(0.0))
+}
+
 /// Ice on a bed.
 pub(super) struct Sheet {
     pub grid: Grid,
@@ -184,6 +190,7 @@ impl Sheet {
         self.rows(dt_yr);
         self.columns(dt_yr);
         self.correct();
+        self.seal();
         let mut change = self.apply(dt_yr, balance);
         for round in 1..=ROUNDS {
             if change.created_m <= 0.0 {
@@ -234,6 +241,12 @@ impl Sheet {
                 let across = [&tilted[0][..count], &tilted[1][..count]];
                 let out = [&mut south[first..end], &mut gain[first..end], &mut loss[first..end]];
                 faces(rheology, depths, levels, across, 1.0 / dy, out);
+                let edge = if j == 0 { grid.edges[2] } else { grid.edges[3] };
+                if (j == 0 || j == grid.ny as isize) && matches!(edge, Edge::Open | Edge::Inland) {
+                    for (gain, loss) in gain[first..end].iter_mut().zip(&mut loss[first..end]) {
+                        (*gain, *loss) = moved(*gain, *loss);
+                    }
+                }
             }
         });
         // two cells that are joined twice have no tridiagonal system
@@ -275,8 +288,10 @@ impl Sheet {
                 let out = [&mut east[first..=end], &mut gain[first..=end], &mut loss[first..=end]];
                 faces(rheology, depths, levels, across, 1.0 / dx, out);
                 for (edge, face) in [(grid.edges[0], 0), (grid.edges[1], nx)] {
-                    if edge == Edge::Wall {
-                        (east[face], gain[face], loss[face]) = (0.0, 0.0, 0.0);
+                    match edge {
+                        Edge::Wall => (east[face], gain[face], loss[face]) = (0.0, 0.0, 0.0),
+                        Edge::Open | Edge::Inland => (gain[face], loss[face]) = moved(gain[face], loss[face]),
+                        _ => {}
                     }
                 }
                 if grid.wraps(0) && nx < 3 {
@@ -404,6 +419,22 @@ impl Sheet {
                 }
             })
         });
+    }
+
+    /// Stops what would come in through sides: where a cell at a side thins much in a step, the linear flux outwards passes
+    /// zero, and beyond the side there is no cell that would have to give the ice.
+    fn seal(&mut self) {
+        let Grid { nx, ny, .. } = self.grid;
+        if !self.grid.wraps(0) {
+            for east in self.east.chunks_mut(nx + 1) {
+                east[0] = east[0].min(0.0);
+                east[nx] = east[nx].max(0.0);
+            }
+        }
+        if !self.grid.wraps(1) {
+            self.south[..nx].iter_mut().for_each(|flux| *flux = flux.min(0.0));
+            self.south[nx * ny..].iter_mut().for_each(|flux| *flux = flux.max(0.0));
+        }
     }
 
     /// The thickness that the fluxes and the balance give.
