@@ -97,20 +97,20 @@ impl Cover {
         // a forest covers the share of the patches that the parameter asks for, and more where it is moist
         let share = (self.forest * (1.0 - 0.7 * self.dryness) + 0.35 * wet - 0.3 * ground.exposed).clamp(0.0, 1.0);
         // woods keep to slopes, meadows to level ground
-        let place = patch + 0.04 * (ground.slope - 18.0).clamp(-18.0, 18.0);
-        let wooded = if share <= 0.0 { 0.0 } else { rise((place - threshold(share)) * 1.2 + 0.5) };
+        let place = patch + 0.13 * (ground.slope - 18.0).clamp(-18.0, 18.0);
+        let wooded = if share <= 0.0 { 0.0 } else { rise((place - threshold(share)) * 0.8 + 0.5) };
         let trees = wooded * timber * soil_left;
         let dense = (1.0 - 0.75 * self.dryness * (1.0 - wet) - 0.25 * ground.exposed).clamp(0.0, 1.0);
-        let grass = (soil_left * grows * dense * rise(0.75 + 0.35 * tone)).min(1.0 - trees);
+        let grass = (soil_left * grows * dense * rise(0.85 + 0.2 * tone)).min(1.0 - trees);
         let plants = trees + grass * (1.0 - trees);
 
         let withered = self.dryness * (1.0 - 0.8 * wet) + 0.2 * ground.exposed + 0.08 * tone;
         let straw = withered.max(0.0) * withered.clamp(0.0, 1.0).sqrt();
         // conifers in the upper half of the forest belt
         let conifers = rise((height - self.tree_line) / 900.0 + 1.0 + 0.3 * tone);
-        let soil = mix(DRY_SOIL, DARK_SOIL, (0.6 + 0.4 * wet - 0.5 * self.dryness + 0.1 * tone).clamp(0.0, 1.0));
+        let soil = mix(DRY_SOIL, DARK_SOIL, (0.75 + 0.25 * wet - 0.65 * self.dryness + 0.1 * tone).clamp(0.0, 1.0));
         let scree = ground.rock.map(|part| (part * FRESH).min(1.0));
-        let earth = mix(mix(soil, scree, 0.45), scree, loose.max(1.0 - grows));
+        let earth = mix(mix(soil, scree, 0.2), scree, loose.max(1.0 - grows));
         let shade = 1.0 + 0.10 * tone;
         let rock = ground.rock.map(|part| part * shade);
         let mut colour = mix(earth, mix(GRASS, DRY_GRASS, straw), grass);

@@ -33,7 +33,7 @@ params! {
     /// From green grass and dense plants at 0 to straw, bare soil and single bushes at 1.
     dryness: f64 = 0.2, One, 0.0..=1.0;
     /// Size of the patches of forest, grass and lichen.
-    patch_size: f64 = 600.0, Metres, 1.0..=1e6, soft 50.0..=5000.0;
+    patch_size: f64 = 250.0, Metres, 1.0..=1e6, soft 50.0..=5000.0;
     /// Thickness that erosion must remove for the rock to be bare in two thirds of it.
     wear_depth: f64 = 2.0, Metres, 1e-3..=1e5, soft 0.1..=500.0;
     /// Thickness of debris that covers two thirds of the ground.
