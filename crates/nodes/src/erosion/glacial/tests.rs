@@ -403,3 +403,22 @@ fn ice_out_of_all_proportion_is_conserved() {
     let ice = report.as_report().expect("a report").balance_of("ice").expect("a balance").clone();
     assert!(ice.error.abs() < 1e-9, "{ice:?}");
 }
+
+/// Ice that cuts kilometres into broad flat ground leaves even beds: till is no thicker than some tens of metres, and neighbours
+/// do not take turns at being high.
+#[test]
+fn broad_beds_stay_even() {
+    const N: u32 = 96;
+    let land = field(world(N, N, 75.0), |x, y| 300.0 + 0.05 * x + 25.0 * (x / 610.0).sin() * (y / 470.0).cos());
+    let land = with_edges(&land, Boundary::all(Edge::Open));
+    let changes = "warming=1200,duration=600000,steps=80,abrasion=8e-6";
+    let (mut found, _) = at_ela(&land, 0.0, changes);
+    let (height, till) = (samples(&mut found, "height"), samples(&mut found, "till"));
+    let (thickest, lowest) = (till.range(0).expect("numbers").1, height.range(0).expect("numbers").0);
+    let z = |i: usize, j: usize| f64::from(height.samples()[j * N as usize + i]);
+    let turns = |i: usize, j: usize| 0.25 * (z(i, j) - z(i + 1, j) - z(i, j + 1) + z(i + 1, j + 1));
+    let inside = || (4..90).flat_map(|j| (4..90).map(move |i| (i, j)));
+    let mean = (inside().map(|(i, j)| turns(i, j).powi(2)).sum::<f64>() / inside().count() as f64).sqrt();
+    println!("till {thickest:.0} m, lowest {lowest:.0} m, turns {mean:.2} m");
+    assert!(lowest < -200.0 && thickest < 120.0 && mean < 2.0, "{lowest} {thickest} {mean}");
+}
