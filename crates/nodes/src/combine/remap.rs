@@ -32,6 +32,8 @@ choice! {
         Temperature = "temperature",
         /// A rate of rain or infiltration in a storm, in mm/h.
         Rainfall = "rainfall",
+        /// A drainage area in m².
+        Area = "area",
     }
 }
 
@@ -94,6 +96,7 @@ fn port_type(params: &ParamValues) -> PortType {
         Quantity::Diffusivity => PortType::Scalar(Unit::SquareMetresPerYear),
         Quantity::Temperature => PortType::Scalar(Unit::Celsius),
         Quantity::Rainfall => PortType::Scalar(Unit::MillimetresPerHour),
+        Quantity::Area => PortType::Scalar(Unit::SquareMetres),
     }
 }
 
