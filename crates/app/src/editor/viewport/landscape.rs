@@ -80,6 +80,18 @@ struct Drawn {
     scene: Scene,
 }
 
+/// What the view draws: one output, or two side by side.
+pub(super) struct Drawables<'a> {
+    /// The samples of the outputs.
+    pub(super) shown: [&'a Shown; 2],
+    /// Their terrains.
+    pub(super) surfaces: [Option<Surface>; 2],
+    /// The finer parts near the camera.
+    pub(super) finer: [Option<Surface>; 2],
+    /// The finer samples of the first output.
+    pub(super) near: Option<&'a Shown>,
+}
+
 /// A render texture that is registered with egui.
 struct Target {
     size: [u32; 2],
@@ -170,10 +182,7 @@ impl Landscape {
     pub(super) fn ui(
         &mut self,
         ui: &mut egui::Ui,
-        shown: [&Shown; 2],
-        surfaces: [Option<Surface>; 2],
-        finer: [Option<Surface>; 2],
-        near: Option<&Shown>,
+        Drawables { shown, surfaces, finer, near }: Drawables<'_>,
         (look, contours, sea_level, tool): (&Look, bool, Option<f64>, bool),
         marks: Marks,
     ) -> Pointer {

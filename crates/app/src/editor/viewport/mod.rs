@@ -182,9 +182,15 @@ impl Viewport {
                 let near = |surface: &Option<Surface>, parts| surface.as_ref()?.finer(session, parts);
                 let parts = [near(&surface, first), near(&other, second)];
                 let near = finer(session, &shown);
+                let drawables = landscape::Drawables {
+                    shown: sides,
+                    surfaces: [surface, other],
+                    finer: parts,
+                    near: near.as_ref(),
+                };
                 let sea_level = session.document().world().sea_level;
                 let how = (&self.look, self.contours, sea_level, tool);
-                let pointer = landscape.ui(ui, sides, [surface, other], parts, near.as_ref(), how, marks);
+                let pointer = landscape.ui(ui, drawables, how, marks);
                 (pointer, vec![first.drawn(), second.drawn()])
             }
             _ => {
