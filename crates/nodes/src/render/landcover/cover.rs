@@ -101,7 +101,7 @@ impl Cover {
         let wooded = if share <= 0.0 { 0.0 } else { rise((place - threshold(share)) * 0.8 + 0.5) };
         let trees = wooded * timber * soil_left;
         let dense = (1.0 - 0.75 * self.dryness * (1.0 - wet) - 0.25 * ground.exposed).clamp(0.0, 1.0);
-        let grass = (soil_left * grows * dense * rise(0.85 + 0.2 * tone)).min(1.0 - trees);
+        let grass = soil_left * grows * dense * rise(0.85 + 0.2 * tone);
         let plants = trees + grass * (1.0 - trees);
 
         let withered = self.dryness * (1.0 - 0.8 * wet) + 0.2 * ground.exposed + 0.08 * tone;

@@ -89,7 +89,7 @@ fn forest_covers_the_fraction_that_is_asked_for() {
     }
     // no trees above their line, no plants above the line of grass
     assert!(mean(&cover("forest=1"), &Ground { height: 3500.0, ..LOW })[5] < 0.01);
-    assert!(mean(&cover("forest=1"), &LOW)[5] > 0.9);
+    assert!(mean(&cover("forest=1"), &slope)[5] > 0.9);
 }
 
 #[test]
