@@ -200,12 +200,11 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     } else {
         80.0
     };
-    let finer = if transfer.is_same { 4.0 } else { 8.5 };
     let wants = Wants::among(sizing.wanted);
     let given = 4.0 * (wants.count() + usize::from(wants.velocity) - usize::from(wants.report)) as f64;
     let on_ice = |bytes: f64| (bytes * (nx * ny) as f64) as u64;
     // outputs are made after the last step
-    on_ice(held + step).saturating_sub(sizing.cells(given)).max(on_ice(held) + sizing.cells(finer))
+    on_ice(held + step).saturating_sub(sizing.cells(given)).max(on_ice(held) + sizing.cells(4.0))
 }
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {

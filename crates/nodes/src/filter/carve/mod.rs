@@ -123,7 +123,10 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     reach: Reach::World,
-    scratch: Scratch::Bytes(|sizing| draw::bytes(&sizing.window)),
+    scratch: Scratch::Bytes(|sizing| {
+        let is_drawn = sizing.is_wired(Inputs::PORTS, "lines") || Params::read(sizing.params).width > 0.0;
+        if is_drawn { draw::bytes(&sizing.window) } else { 0 }
+    }),
     cpu: run,
     example: "version: 2, height: \"base\", width: 900, depth: 200, bank: 1200",
     ..Node::DEFAULT
