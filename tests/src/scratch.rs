@@ -1,6 +1,6 @@
 //! The memory that kernels use besides inputs and outputs: measured and declared.
 
-use orograph_graph::{InputValue, Sizing, Value, Wanted, Window};
+use orograph_graph::{InputValue, Sizing, Value, Wanted, Window, World};
 use orograph_nodes::registry;
 
 use crate::{Case, Counting, cases, inputs, world};
@@ -18,6 +18,8 @@ pub struct Scratch {
     pub measured: u64,
     /// Bytes declared by its node.
     pub declared: u64,
+    /// Bytes of its outputs.
+    pub given: u64,
 }
 
 /// Largest difference between declaration and measurement, as a fraction of the larger.
@@ -48,7 +50,16 @@ impl Scratch {
 /// When the inputs cannot be computed.
 #[must_use]
 pub fn scratch(memory: &Counting, case: &Case, side: u32, threads: usize) -> Option<Scratch> {
-    let window = Window::whole(world(side));
+    scratch_in(memory, case, world(side), threads)
+}
+
+/// Measures a case in a world. Returns None when its kernel refuses the case.
+///
+/// # Panics
+/// When the inputs cannot be computed.
+#[must_use]
+pub fn scratch_in(memory: &Counting, case: &Case, world: World, threads: usize) -> Option<Scratch> {
+    let window = Window::whole(world);
     let values = inputs(case, window);
     let wired: Vec<bool> = values.iter().map(|value| matches!(value, InputValue::Value(_))).collect();
     let node = case.kind();
@@ -59,9 +70,10 @@ pub fn scratch(memory: &Counting, case: &Case, side: u32, threads: usize) -> Opt
     let (outputs, peak) = memory.peak_of(|| pool.install(|| (node.cpu)(&job)));
     let given: u64 = outputs.ok()?.into_iter_named().map(|(_, value)| new_bytes(&value, &job.inputs)).sum();
     let params = job.params;
-    let declared = node.scratch.bytes(&Sizing { params, window, wired: &wired, wanted: Wanted::ALL });
+    let sizing = Sizing { params, window, wired: &wired, wanted: Wanted::ALL, folder: &job.folder };
+    let declared = node.scratch.bytes(&sizing);
     let measured = (peak as u64).saturating_sub(given);
-    Some(Scratch { id: node.id, case: case.name.clone(), cells: window.len(), measured, declared })
+    Some(Scratch { id: node.id, case: case.name.clone(), cells: window.len(), measured, declared, given })
 }
 
 /// Size of an output; 0 for an input that is passed on.

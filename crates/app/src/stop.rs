@@ -1,5 +1,5 @@
-//! Ctrl-C: the first press cancels the work, which removes unfinished files; the second ends the program at once, which
-//! may leave the hidden folder of unfinished files.
+//! Signals. Ctrl-C: the first press cancels the work, which removes unfinished files; the second ends the program at once, which
+//! may leave the hidden folder of unfinished files, which the next run removes.
 
 use orograph_graph::{Cancel, memory::REMEDY};
 
@@ -27,4 +27,15 @@ pub fn on_interrupt() -> Result<Cancel, Failure> {
     };
     ctrlc::set_handler(handler).map_err(|error| unable(&error.to_string()))?;
     Ok(cancel)
+}
+
+/// Makes a write beyond the limit on the size of files fail, so that it is reported; otherwise the system ends the
+/// program.
+#[cfg_attr(target_os = "linux", expect(unsafe_code, reason = "a call of the system"))]
+pub fn survive_file_limits() {
+    #[cfg(target_os = "linux")]
+    // SAFETY: no code runs for a signal that is ignored.
+    unsafe {
+        libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
+    }
 }

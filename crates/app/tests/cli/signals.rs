@@ -153,6 +153,45 @@ fn watching_follows_the_files_that_a_graph_uses() {
     assert_eq!(running.interrupt().0, Some(0));
 }
 
+/// A link to a link to a file in another folder, for the graph and for what it reads.
+#[test]
+fn watching_follows_links() {
+    let place = Place::new();
+    for folder in ["real", "middle", "work"] {
+        fs::create_dir(place.path(folder)).expect("made");
+    }
+    let graph = r#"(nodes: { "dem": Import(file: "land.tif") }, outputs: { "height": "dem" }, world: (cells: 16))"#;
+    place.write("real/graph.ron", graph);
+    fs::copy(repository("tests/data/glencoe_128.tif"), place.path("real/data.tif")).expect("copied");
+    for (target, link) in [
+        ("../real/graph.ron", "middle/g.ron"),
+        ("../middle/g.ron", "work/g.ron"),
+        ("../real/data.tif", "work/land.tif"),
+    ] {
+        std::os::unix::fs::symlink(target, place.path(link)).expect("linked");
+    }
+    let running = Running::start(&place, &["watch", "work/g.ron"]);
+    running.wait_for("watching work/g.ron");
+    fs::copy(repository("tests/data/bigtujunga_i32.tif"), place.path("real/data.tif")).expect("copied");
+    running.wait_for("land.tif changed");
+    running.wait_for("watching work/g.ron");
+    place.write("real/graph.ron", &graph.replace("16", "8"));
+    running.wait_for("g.ron changed");
+    running.wait_for("watching work/g.ron");
+    assert_eq!(running.interrupt().0, Some(0));
+}
+
+#[test]
+fn watching_a_graph_that_names_a_pipe_ends_with_ctrl_c() {
+    let place = Place::new();
+    assert!(Command::new("mkfifo").arg(place.path("pipe.ron")).status().expect("mkfifo").success());
+    place.write("g.ron", r#"(nodes: { "a": Subgraph(file: "pipe.ron") }, outputs: { "height": "a" })"#);
+    let running = Running::start(&place, &["watch", "g.ron"]);
+    running.wait_for("watching g.ron");
+    let (code, time) = running.interrupt();
+    assert_eq!((code, time < Duration::from_secs(1)), (Some(0), true), "{time:?}");
+}
+
 #[test]
 fn a_save_restarts_an_outdated_build() {
     let place = Place::new();

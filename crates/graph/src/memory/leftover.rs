@@ -8,6 +8,10 @@ use super::{Note, Notes};
 const MOST: usize = 16;
 const LONGEST: usize = 4096;
 
+/// The byte before a path that is removed with its contents, and that before a folder that is removed if it is empty.
+const TEMPORARY: u8 = b'-';
+const AROUND: u8 = b'+';
+
 static LEFTOVERS: Notes<MOST, LONGEST> = Notes::new();
 
 /// Paths that are removed if the program ends for lack of memory before this is dropped.
@@ -16,13 +20,17 @@ static LEFTOVERS: Notes<MOST, LONGEST> = Notes::new();
 pub struct Leftover(#[expect(dead_code, reason = "it is dropped")] Note<MOST, LONGEST>);
 
 impl Leftover {
-    /// Registers a file or a folder with its contents, and the folders that were created for it, innermost first; these
-    /// are removed if they are empty. If a path is too long to be registered, neither it nor the others are removed.
-    pub fn note(temporary: &Path, around: &[&Path]) -> Self {
+    /// Registers files, or folders with their contents, and the folders that were created for them, innermost first;
+    /// these are removed if they are empty. If a path is too long to be registered, neither it nor the others are
+    /// removed.
+    pub fn note(temporary: &[&Path], around: &[&Path]) -> Self {
         let mut text = Vec::new();
-        for path in [temporary].iter().chain(around) {
-            text.extend_from_slice(path.as_os_str().as_encoded_bytes());
-            text.push(0);
+        for (paths, mark) in [(temporary, TEMPORARY), (around, AROUND)] {
+            for path in paths {
+                text.push(mark);
+                text.extend_from_slice(path.as_os_str().as_encoded_bytes());
+                text.push(0);
+            }
         }
         Self(LEFTOVERS.add(&text))
     }
@@ -41,10 +49,10 @@ pub enum Left {
 /// terminated by a zero byte. Does not allocate.
 pub fn each_leftover(mut read: impl FnMut(&[u8], Left)) {
     LEFTOVERS.each(|paths| {
-        let mut left = Left::Temporary;
         for path in paths.split_inclusive(|byte| *byte == 0) {
-            read(path, left);
-            left = Left::Around;
+            if let [mark, path @ ..] = path {
+                read(path, if *mark == TEMPORARY { Left::Temporary } else { Left::Around });
+            }
         }
     });
 }
@@ -62,12 +70,16 @@ mod tests {
             paths.retain(|(path, _)| path.starts_with("/this test"));
             paths
         };
-        let note = Leftover::note("/this test/out/.part".as_ref(), &["/this test/out".as_ref(), "/this test".as_ref()]);
-        let names = ["/this test/out/.part\0", "/this test/out\0", "/this test\0"].map(str::to_owned);
-        let kinds = [Left::Temporary, Left::Around, Left::Around];
+        let note = Leftover::note(
+            &["/this test/out/.part".as_ref(), "/this test/out/.lock".as_ref()],
+            &["/this test/out".as_ref(), "/this test".as_ref()],
+        );
+        let names = ["/this test/out/.part\0", "/this test/out/.lock\0", "/this test/out\0", "/this test\0"];
+        let names = names.map(str::to_owned);
+        let kinds = [Left::Temporary, Left::Temporary, Left::Around, Left::Around];
         assert_eq!(paths(), names.into_iter().zip(kinds).collect::<Vec<_>>());
         drop(note);
-        let long = Leftover::note(format!("/this test/{}", "a".repeat(5000)).as_ref(), &[]);
+        let long = Leftover::note(&[format!("/this test/{}", "a".repeat(5000)).as_ref()], &[]);
         assert!(paths().is_empty(), "half a path is another path");
         drop(long);
     }

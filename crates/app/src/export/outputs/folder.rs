@@ -1,4 +1,4 @@
-//! The folder of a build: its files appear all together or not at all.
+//! The folder of a build: its files appear all together or not at all, even if the program is killed or the power fails.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -7,9 +7,11 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-use orograph_graph::{Cancel, Lines, OutputDecl, Report, Value, Window, World, memory::Leftover};
+use orograph_graph::{
+    Cancel, Lines, OutputDecl, Report, Value, Window, World,
+    files::{self, Change, CommitError, Staging},
+};
 use orograph_nodes::raster::{self, Problem, RasterError};
-use tempfile::TempDir;
 
 use super::{
     OutputOptions, OutputWriter, Written,
@@ -17,7 +19,7 @@ use super::{
 };
 use crate::{
     export::{engine::sheet, geojson, surface::mesh_of_areas},
-    report::failure::{Failure, reason},
+    report::failure::{Failure, reason, remedy},
 };
 
 /// The output folder, and the hidden folder in it where files are written first.
@@ -29,9 +31,7 @@ pub struct OutputFolder {
     folder: PathBuf,
     /// Folders that did not exist before, outermost first.
     made: Vec<PathBuf>,
-    staging: Option<TempDir>,
-    /// Removes the new files and folders when the program ends for lack of memory.
-    leftover: Option<Leftover>,
+    staging: Option<Staging>,
     pub(super) options: OutputOptions,
     /// The names of the outputs in their order.
     outputs: Vec<String>,
@@ -44,6 +44,8 @@ pub struct OutputFolder {
 pub(super) struct Staged {
     /// Its final name.
     pub(super) name: String,
+    /// False if there is no such file, and an earlier one is removed.
+    pub(super) is_new: bool,
     /// Its entry in the report; None for a side file.
     pub(super) written: Option<Written>,
 }
@@ -55,14 +57,16 @@ impl OutputFolder {
     /// When an output's name is not a valid file name, two outputs would write the same file, or the folder is not
     /// writable.
     pub fn prepare(folder: &Path, outputs: &[OutputDecl], options: &OutputOptions) -> Result<Self, Failure> {
-        let mut taken = BTreeSet::new();
+        let (mut taken, mut folded) = (BTreeSet::new(), BTreeSet::new());
         for output in outputs {
             check_name(&output.name)?;
             for name in names(output, options) {
-                if !taken.insert(name.clone()) {
+                // some systems do not tell cases apart
+                if !folded.insert(name.to_lowercase()) {
                     return Err(Failure::wrong(format!("two outputs would both be written to `{name}`"))
                         .hint("rename one of them, or choose another `--format`"));
                 }
+                taken.insert(name);
             }
         }
         // output files never end in `.txt`
@@ -78,24 +82,46 @@ impl OutputFolder {
             folder: folder.to_owned(),
             made: missing(folder),
             staging: None,
-            leftover: None,
             options: options.clone(),
             outputs: outputs.iter().map(|output| output.name.clone()).collect(),
             complete: Mutex::default(),
         };
         let refused = |error: io::Error| {
             Failure::unable(format!("cannot write to the folder `{}`: {}", folder.display(), reason(&error)))
-                .hint("choose another folder with `-o`")
+                .hint(format!("{}, or choose another folder with `-o`", remedy(&error)))
         };
         if folder.exists() && !folder.is_dir() {
             return Err(refused(io::ErrorKind::NotADirectory.into()));
         }
-        fs::create_dir_all(folder).map_err(refused)?;
-        let staging = tempfile::Builder::new().prefix(".orograph-").tempdir_in(folder).map_err(refused)?;
+        files::create_folders(folder, files::Access::Usual).map_err(refused)?;
         let around: Vec<&Path> = prepared.made.iter().rev().map(PathBuf::as_path).collect();
-        prepared.leftover = Some(Leftover::note(staging.path(), &around));
+        let staging = Staging::begin(folder, &around).map_err(refused)?;
         prepared.staging = Some(staging);
         Ok(prepared)
+    }
+
+    /// Refuses to replace a file that the graph reads, whatever links lead to it.
+    ///
+    /// # Errors
+    /// When one of the outputs would be written over one of these files.
+    pub fn protect(
+        folder: &Path,
+        outputs: &[OutputDecl],
+        options: &OutputOptions,
+        read: impl IntoIterator<Item = PathBuf>,
+    ) -> Result<(), Failure> {
+        let places: BTreeSet<PathBuf> = read.into_iter().filter_map(|file| fs::canonicalize(file).ok()).collect();
+        let targets = outputs.iter().flat_map(|output| names(output, options)).map(|name| folder.join(name));
+        for target in targets {
+            if fs::canonicalize(&target).is_ok_and(|place| places.contains(&place)) {
+                return Err(Failure::wrong(format!(
+                    "`{}` would be written over, but the graph reads it",
+                    target.display()
+                ))
+                .hint("choose another folder with `-o`, or rename the output"));
+            }
+        }
+        Ok(())
     }
 
     /// A writer of an output's raster over a window, which accepts its rows as they are ready. The first rows open the
@@ -187,20 +213,24 @@ impl OutputFolder {
             import: None,
             report: None,
         };
-        Ok(Some(Staged { name: name.to_owned(), written: Some(written) }))
+        Ok(Some(Staged { name: name.to_owned(), is_new: true, written: Some(written) }))
     }
 
-    /// Renames everything into place; returns the files in the order of the outputs, whatever the order in which they
-    /// were written.
+    /// Puts everything in place; returns the files in the order of the outputs, whatever the order in which they were
+    /// written.
     ///
     /// # Errors
-    /// When a file cannot be renamed; the files before it are then in place.
+    /// When a file cannot be put in place; earlier files are then unchanged, or the hint says where they are.
     pub fn commit(mut self) -> Result<Vec<Written>, Failure> {
         let complete = std::mem::take(self.complete.get_mut().unwrap_or_else(PoisonError::into_inner));
         let mut files: Vec<Staged> = complete.into_values().flatten().collect();
         files.extend(self.write_sheet(&files)?);
-        for Staged { name, .. } in &files {
-            fs::rename(self.place(name), self.folder.join(name)).map_err(|error| self.unwritable(name, &error))?;
+        if let Some(staging) = self.staging.take() {
+            staging.commit(&changes(&files)).map_err(|error| self.uncommitted(&error))?;
+        }
+        for above in self.made.iter().filter_map(|folder| folder.parent()) {
+            // a folder that is lost with the power is no mixture
+            let _ = files::flush_folder(above);
         }
         self.made.clear();
         Ok(files.into_iter().filter_map(|file| file.written).collect())
@@ -208,7 +238,7 @@ impl OutputFolder {
 
     /// The path of a file before it is renamed.
     pub(super) fn place(&self, name: &str) -> PathBuf {
-        self.staging.as_ref().map_or(self.folder.as_path(), TempDir::path).join(name)
+        self.staging.as_ref().map_or_else(|| self.folder.clone(), Staging::files).join(name)
     }
 
     /// A complete file of an output.
@@ -224,7 +254,7 @@ impl OutputFolder {
         let unit = if range.is_some() { output.ty.unit().symbol() } else { "" };
         let written =
             Written { output: output.name.clone(), path, what, bytes, range, unit, import: None, report: None };
-        Ok(Staged { name: name.to_owned(), written: Some(written) })
+        Ok(Staged { name: name.to_owned(), is_new: true, written: Some(written) })
     }
 
     /// Adds the files of a complete output.
@@ -246,7 +276,14 @@ impl OutputFolder {
 
     fn unwritable(&self, name: &str, error: &io::Error) -> Failure {
         Failure::unable(format!("cannot write `{}`: {}", self.folder.join(name).display(), reason(error)))
-            .hint("earlier files are unchanged; free some space, or choose another folder with `-o`")
+            .hint(format!("earlier files are unchanged; {}, or choose another folder with `-o`", remedy(error)))
+    }
+
+    fn uncommitted(&self, error: &CommitError) -> Failure {
+        let failure = self.unwritable(&error.name, &error.error);
+        let Some(left) = &error.left else { return failure };
+        let (left, remedy) = (left.display(), remedy(&error.error));
+        failure.hint(format!("earlier files are in `{left}`, and the next run puts them back; {remedy}"))
     }
 }
 
@@ -254,11 +291,18 @@ impl Drop for OutputFolder {
     /// Removes the temporary files and the folders created for them. Those that cannot be removed are harmless.
     fn drop(&mut self) {
         drop(self.staging.take());
-        drop(self.leftover.take());
         for folder in self.made.iter().rev() {
-            let _ = fs::remove_dir(folder);
+            let _ = files::remove_folder(folder);
         }
     }
+}
+
+/// The changes of a commit, side files first. Since the earlier files leave in the opposite order, a raster is never
+/// there without its side file.
+fn changes(files: &[Staged]) -> Vec<Change> {
+    let (side, others): (Vec<_>, Vec<_>) = files.iter().partition(|file| file.written.is_none());
+    let change = |file: &Staged| Change { name: file.name.clone(), is_new: file.is_new };
+    side.into_iter().chain(others).map(change).collect()
 }
 
 fn check_type(output: &OutputDecl) -> Result<(), Failure> {

@@ -3,7 +3,7 @@
 use orograph_graph::{OutputDecl, PortType, Window};
 
 use super::OutputOptions;
-use crate::report::failure::Failure;
+use crate::{files::is_device, report::failure::Failure};
 
 /// The ending of the name of a preview of heights.
 pub(super) const PREVIEW: &str = ".preview.png";
@@ -76,6 +76,10 @@ pub(super) fn sidecar(name: &str) -> String {
 
 /// Refuses names that are not valid file names on every system.
 pub(super) fn check_name(name: &str) -> Result<(), Failure> {
+    if is_device(name) {
+        return Err(Failure::wrong(format!("the output `{name}` cannot be the name of a file on Windows"))
+            .hint("rename it in `outputs`"));
+    }
     let odd = |c: char| c.is_control() || matches!(c, '/' | '\\' | ':' | '*' | '?' | '"' | '<' | '>' | '|');
     if name.is_empty() || name.starts_with('.') || name.contains(odd) || name.len() > 200 {
         return Err(Failure::wrong(format!("the output `{}` cannot be the name of a file", name.escape_debug()))
@@ -110,6 +114,11 @@ mod tests {
         for name in ["", "../up", "a/b", ".hidden", "a:b", "a\nb", "c:\\d"] {
             assert_eq!(check_name(name).expect_err(name).exit, crate::Exit::Wrong);
         }
-        assert_eq!(check_name("flow-accumulation_2.x"), Ok(()));
+        for name in ["con", "NUL", "Aux.height", "com1", "LPT9"] {
+            assert!(check_name(name).expect_err(name).message.contains("Windows"), "{name}");
+        }
+        for name in ["flow-accumulation_2.x", "contours", "com", "lpt10"] {
+            assert_eq!(check_name(name), Ok(()));
+        }
     }
 }

@@ -212,3 +212,33 @@ fn a_failed_build_leaves_nothing() {
         assert_eq!(failure.exit, crate::Exit::Unable, "{failure}");
     }
 }
+
+/// A rename that fails, here because a folder is in the way, takes back those before it.
+#[test]
+fn a_failed_rename_leaves_earlier_files() {
+    let place = tempfile::tempdir().expect("a folder");
+    let (outputs, options) = (outputs(), OutputOptions { no_preview: true, ..OutputOptions::default() });
+    let write = |staging: &OutputFolder, output: &OutputDecl| {
+        let field = value(output.ty);
+        let world = field.window().world;
+        staging.write(output, &Value::Field(field), &world, "key", &Cancel::default()).expect("written");
+    };
+    let first = &outputs[..1];
+    let staging = OutputFolder::prepare(place.path(), first, &options).expect("a folder");
+    write(&staging, &first[0]);
+    let written = staging.commit().expect("in place");
+    fs::write(&written[0].path, "earlier").expect("written");
+
+    let staging = OutputFolder::prepare(place.path(), &outputs, &options).expect("a folder");
+    outputs.iter().for_each(|output| write(&staging, output));
+    let last = outputs.last().expect("outputs");
+    let way = place.path().join(super::names::names(last, &options).remove(0));
+    fs::create_dir_all(way.join("in the way")).expect("made");
+    let failure = staging.commit().expect_err("a folder is there");
+    assert!(failure.hint.is_some_and(|hint| hint.contains("unchanged")), "{}", failure.message);
+    assert_eq!(fs::read_to_string(&written[0].path).expect("there"), "earlier");
+    let files = fs::read_dir(place.path())
+        .expect("a folder")
+        .filter(|entry| entry.as_ref().is_ok_and(|entry| entry.path().is_file()));
+    assert_eq!(files.count(), 2, "the earlier raster and its side file");
+}

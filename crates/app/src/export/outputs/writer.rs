@@ -193,9 +193,8 @@ impl<'a> OutputWriter<'a> {
         };
         let finished = writer.finish(is_described.then_some(&meta), go_on);
         let finished = finished.map_err(|error| folder.failure(&name, error))?;
-        if is_described {
-            files.push(Staged { name: sidecar(&name), written: None });
-        }
+        // an earlier side file would describe this raster
+        files.push(Staged { name: sidecar(&name), is_new: is_described, written: None });
         let mut staged = folder.staged(output, &name, quantity(output.ty), finished.range)?;
         if let Some(written) = &mut staged.written {
             written.import = folder.options.engine.zip(import).map(|(engine, settings)| Import { engine, settings });
