@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::{
     memory::{OutOfMemory, with_capacity},
     world::Window,
@@ -89,6 +91,23 @@ impl Field {
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.samples.len() * size_of::<f32>()
+    }
+
+    /// A message on the first sample that is NaN or infinite, with its cell in the world. Returns None when there is none.
+    pub(crate) fn fault(&self) -> Option<String> {
+        const CHUNK: usize = 1 << 16;
+        let samples = self.samples();
+        // Without an early exit inside a chunk the loop is vectorised.
+        let chunk = samples
+            .par_chunks(CHUNK)
+            .position_first(|chunk| chunk.iter().fold(false, |bad, v| bad | !v.is_finite()))?;
+        let at = chunk * CHUNK + samples[chunk * CHUNK..].iter().position(|v| !v.is_finite())?;
+        let window = self.window();
+        let (plane, cell) = (at / window.len(), at % window.len());
+        let i = window.origin[0] as usize + cell % window.nx();
+        let j = window.origin[1] as usize + cell / window.nx();
+        let of_plane = if self.planes() > 1 { format!(" of plane {plane}") } else { String::new() };
+        Some(format!("returned {} at cell ({i}, {j}){of_plane}", samples[at]))
     }
 
     /// Smallest and largest sample of a plane. Returns None when it has no finite sample.

@@ -5,6 +5,7 @@
 //! - [`Graph`]: node instances and wires, checked as they are connected.
 //! - [`Document`]: the graph as a file; all its problems as [`Diagnostic`]s.
 //! - [`Evaluator`]: builds outputs of a graph and caches results.
+//! - [`files`]: files that appear whole, and sets of files that appear together; [`input`]: opening files to read.
 //! - [`memory`]: allocation of rasters; [`machine`]: how much memory there is.
 
 mod backend;
@@ -13,7 +14,9 @@ mod diagnostic;
 mod document;
 mod eval;
 mod field;
+pub mod files;
 mod graph;
+pub mod input;
 mod job;
 mod lines;
 pub mod machine;
@@ -36,13 +39,13 @@ pub use backend::{Backend, Cpu};
 pub use colour::{NoColour, Srgb, Stop};
 pub use diagnostic::{Diagnostic, Severity, line_column};
 pub use document::{
-    Document, Edit, EditError, Expanded, Frame, FrameEntry, History, JournalEntry, JournalError, JournalWriter,
-    LoadError, LooseWire, NamedInput, NamedParameter, NodeEntry, OutputDecl, Place, Recovered, Reroute, SUBGRAPH,
-    Splice, Statistics, UsedGraph, diff, format_source, recover,
+    Document, Edit, EditError, Expanded, Expectation, Expectations, Frame, FrameEntry, History, JournalEntry,
+    JournalError, JournalWriter, LoadError, LooseWire, NamedInput, NamedParameter, NodeEntry, OutputDecl, Place,
+    Recovered, Reroute, SUBGRAPH, Splice, Statistics, UsedGraph, diff, format_source, recover,
 };
 pub use eval::{
     Delivered, Delivery, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Key, Live, Origin, Request, Store,
-    StoreFolder, Usage,
+    StoreFolder, Trust, Usage,
 };
 pub use field::Field;
 pub use graph::{Graph, GraphError, Instance, Port, Wire};
@@ -50,8 +53,8 @@ pub use job::{Cancel, Coarser, Glimpses, InputValue, Job, Lane, LevelJob, NodeEr
 pub use lines::{Area, Line, Lines, Vertex};
 pub use migrate::{Migration, Step};
 pub use node::{
-    Begin, Below, Exactness, Fallback, Input, Kernel, Levels, Node, Output, OutputType, Reach, Resolution, Scratch,
-    Sizing,
+    Begin, Below, Exactness, Fallback, Input, Kernel, Levels, MeasureSpec, Node, Output, OutputType, Reach, Resolution,
+    Scratch, Sizing,
 };
 pub use param::{
     ColourStops, CurvePoints, FileName, Kind, Layer, LayerTable, ParamSpec, ParamType, ParamValue, ParamValues,

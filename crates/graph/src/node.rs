@@ -1,5 +1,9 @@
 //! The declaration of a kind of node, as plain data.
 
+use std::path::Path;
+
+use serde::Serialize;
+
 use crate::{
     job::{Job, NodeError, Outputs, Wanted},
     migrate::Migration,
@@ -37,6 +41,8 @@ pub struct Node {
     pub inputs: &'static [Input],
     /// Its outputs; a wire that names no port refers to the first.
     pub outputs: &'static [Output],
+    /// The measures in its reports. Declared by nodes of the category `measure`; none by others.
+    pub measures: &'static [MeasureSpec],
     /// Its parameters, usually `Params::specs`.
     pub params: fn() -> Vec<ParamSpec>,
     /// Parameters that replace [`Self::params`]: those of a use of [`SUBGRAPH`](crate::SUBGRAPH), declared by its file.
@@ -109,6 +115,7 @@ impl Node {
         sources: &[],
         inputs: &[],
         outputs: &[],
+        measures: &[],
         params: Vec::new,
         declared: &[],
         reach: Reach::Point,
@@ -132,6 +139,14 @@ impl Node {
     #[must_use]
     pub fn output_index(&self, name: &str) -> Option<usize> {
         self.outputs.iter().position(|output| output.name == name)
+    }
+
+    /// Returns true if it measures a height: its category is `measure`, and the only wire that it requires is a height.
+    #[must_use]
+    pub fn measures_height(&self) -> bool {
+        let mut required = self.inputs.iter().filter(|input| input.fallback == Fallback::Required);
+        let is_height = |input: &Input| matches!(input.ty, PortType::Height | PortType::AnyScalar);
+        self.category == "measure" && required.next().is_some_and(is_height) && required.next().is_none()
     }
 
     /// The specifications of its parameters.
@@ -270,6 +285,17 @@ impl Output {
     }
 }
 
+/// A measure of a terrain, as a report names it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct MeasureSpec {
+    /// Name in a report and in the `expect` of a file: words in snake case, with dots between parts.
+    pub name: &'static str,
+    /// Symbol of the unit, empty for pure numbers.
+    pub unit: &'static str,
+    /// Documentation; the first line is a sentence.
+    pub doc: &'static str,
+}
+
 /// How far around a cell a kernel reads; the halos of windows follow from it.
 #[derive(Clone, Copy, Debug)]
 pub enum Reach {
@@ -304,6 +330,8 @@ pub struct Sizing<'a> {
     pub wired: &'a [bool],
     /// The outputs that are read.
     pub wanted: Wanted,
+    /// The folder that file parameters are relative to.
+    pub folder: &'a Path,
 }
 
 impl Sizing<'_> {

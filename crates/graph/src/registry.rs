@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::{
-    document::SUBGRAPH,
-    node::{Fallback, Input, Node, OutputType},
+    document::{EXPECT_FIELDS, SUBGRAPH},
+    node::{Fallback, Input, MeasureSpec, Node, OutputType},
     param::{Kind, ParamSpec, check_value},
     suggest::closest,
 };
@@ -48,6 +48,11 @@ impl Registry {
         self.nodes.iter().copied().chain([&SUBGRAPH])
     }
 
+    /// The measures of a height, in palette order: the names of expectations.
+    pub fn measures(&self) -> impl Iterator<Item = &'static MeasureSpec> {
+        self.nodes.iter().filter(|node| node.measures_height()).flat_map(|node| node.measures)
+    }
+
     /// The id closest to a misspelt one.
     #[must_use]
     pub fn suggest(&self, id: &str) -> Option<&'static str> {
@@ -61,7 +66,11 @@ impl Registry {
     pub fn faults(&self) -> Vec<String> {
         let mut faults = Vec::new();
         let mut ids = BTreeSet::new();
+        let mut measures = BTreeSet::new();
         for node in &self.nodes {
+            for measure in node.measures.iter().filter(|measure| !measures.insert(measure.name)) {
+                faults.push(format!("{}: the measure `{}` is declared twice", node.id, measure.name));
+            }
             for id in node.aliases.iter().chain([&node.id]) {
                 if !ids.insert(*id) {
                     faults.push(format!("{id}: the id is used twice"));
@@ -111,6 +120,9 @@ fn check_node(node: &'static Node, faults: &mut Vec<String>) {
             faults.push(format!("output `{}` is typed by `{input}`, which is not an input", output.name));
         }
     }
+    for measure in node.measures {
+        check_measure(measure, faults);
+    }
     for (step, from) in node.migrations.iter().zip(1..) {
         if step.from != from {
             faults.push(format!("migration {} starts from version {}", from, step.from));
@@ -139,6 +151,14 @@ fn check_name(name: &'static str, doc: &str, names: &mut BTreeSet<&'static str>,
         faults.push("`version` is the name of a node's version in a file".into());
     }
     check_sentence(&format!("documentation of `{name}`"), doc, faults);
+}
+
+/// A measure has a name that is not a field of `expect`.
+fn check_measure(measure: &MeasureSpec, faults: &mut Vec<String>) {
+    if EXPECT_FIELDS.contains(&measure.name) || !measure.name.split('.').all(is_snake_case) {
+        faults.push(format!("the measure `{}` is not in snake case, or it is a field of `expect`", measure.name));
+    }
+    check_sentence(&format!("documentation of the measure `{}`", measure.name), measure.doc, faults);
 }
 
 fn check_fallback(input: &Input, faults: &mut Vec<String>) {
@@ -283,6 +303,30 @@ mod tests {
         let found = faults(&ODD);
         assert_eq!(found.matches("which is not a setting of the node").count(), 4, "{found}");
         assert!(!found.contains("`fine`"), "{found}");
+    }
+
+    #[test]
+    fn measures_have_distinct_names_and_sentences() {
+        const RELIEF: MeasureSpec = MeasureSpec { name: "peaks.max", unit: "m", doc: "A sentence." };
+        static RULER: Node = Node { category: "measure", inputs: &[HEIGHT], measures: &[RELIEF], id: "Ruler", ..SOUND };
+        static OTHER: Node = Node {
+            measures: &[
+                RELIEF,
+                MeasureSpec { name: "cell", ..RELIEF },
+                MeasureSpec { doc: "none", name: "a.B", unit: "" },
+            ],
+            ..SOUND
+        };
+        const HEIGHT: Input = Input::needs("height", PortType::Height, "A sentence.");
+        let registry = Registry::new([&RULER, &FINE]);
+        assert_eq!(registry.faults(), Vec::<String>::new());
+        assert_eq!(registry.measures().collect::<Vec<_>>(), [&RELIEF]);
+        let found = Registry::new([&RULER, &OTHER]).faults().join("\n");
+        for part in
+            ["`peaks.max` is declared twice", "`cell` is not in", "`a.B` is not in", "of the measure `a.B` is not"]
+        {
+            assert!(found.contains(part), "{part} is not in:\n{found}");
+        }
     }
 
     #[test]

@@ -16,8 +16,8 @@ pub struct Report {
     pub notes: Vec<String>,
 }
 
-/// A named number.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// A named number. Two undefined values are equal.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Measure {
     /// Name in snake case, such as `hypsometric_integral`.
     pub name: String,
@@ -25,6 +25,13 @@ pub struct Measure {
     pub value: f64,
     /// Symbol of the unit, empty for pure numbers.
     pub unit: String,
+}
+
+impl PartialEq for Measure {
+    fn eq(&self, other: &Self) -> bool {
+        let same = self.value == other.value || self.value.is_nan() && other.value.is_nan();
+        same && self.name == other.name && self.unit == other.unit
+    }
 }
 
 /// The volumes of a material in a process, in m³: what was there, came, went and remained.
@@ -73,9 +80,33 @@ pub struct Axis {
     pub unit: String,
     /// The values.
     pub values: Vec<f64>,
+    /// True if it is drawn with a logarithmic scale.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub log: bool,
+}
+
+impl Axis {
+    /// A linear axis.
+    #[must_use]
+    pub fn new(label: &str, unit: &str, values: Vec<f64>) -> Self {
+        Self { label: label.to_owned(), unit: unit.to_owned(), values, log: false }
+    }
+
+    /// A logarithmic axis.
+    #[must_use]
+    pub fn logarithmic(label: &str, unit: &str, values: Vec<f64>) -> Self {
+        Self { log: true, ..Self::new(label, unit, values) }
+    }
 }
 
 impl Report {
+    /// A message on a curve whose axes differ in length. Returns None when there is none.
+    pub(crate) fn fault(&self) -> Option<String> {
+        let odd = self.series.iter().find(|series| series.x.values.len() != series.y.values.len())?;
+        let [x, y] = [&odd.x, &odd.y].map(|axis| axis.values.len());
+        Some(format!("returned the curve `{}` with {x} abscissas and {y} ordinates", odd.name))
+    }
+
     /// Adds a number.
     pub fn measure(&mut self, name: &str, value: f64, unit: &str) {
         self.measures.push(Measure { name: name.to_owned(), value, unit: unit.to_owned() });

@@ -17,6 +17,25 @@ pub struct Column {
     pub cosine: f64,
 }
 
+impl Column {
+    /// A message on what is not rock: no layers, or a number outside of its range. Returns None when there is nothing.
+    pub(crate) fn fault(&self) -> Option<String> {
+        let Self { layers, top_m, cosine, .. } = self;
+        if layers.is_empty() || !top_m.is_finite() || !(0.0..=1.0).contains(cosine) {
+            return Some("returned strata without layers or with a number that is not finite".to_owned());
+        }
+        let within = |value: f64, [low, high]: [f64; 2]| value >= low && value <= high;
+        let is_rock = |layer: &Layer| {
+            layer.thickness > 0.0
+                && layer.thickness.is_finite()
+                && within(layer.hardness, Layer::HARDNESSES)
+                && within(layer.repose, Layer::REPOSES)
+        };
+        let odd = layers.iter().position(|layer| !is_rock(layer))?;
+        Some(format!("returned strata whose layer {} is outside of the range of layers", odd + 1))
+    }
+}
+
 /// Rock in depth: what lies at any elevation of every cell.
 ///
 /// The rock at the elevation z of a cell is that of the column at the stratigraphic height ζ = z cos(dip) − offset,

@@ -3,10 +3,12 @@
 /// The most similar known name, if it is close enough to be a slip: a distance of at most a third of the letters of
 /// `word`.
 pub fn closest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let most = (word.chars().count() / 3).max(1);
+    let length = word.chars().count();
+    let (most, word) = ((length / 3).max(1), word.to_lowercase());
     known
         .into_iter()
-        .map(|name| (distance(&word.to_lowercase(), &name.to_lowercase()), name))
+        .filter(|name| name.chars().take(length + most + 1).count().abs_diff(length) <= most)
+        .map(|name| (distance(&word, &name.to_lowercase()), name))
         .filter(|(d, _)| *d <= most)
         .min_by_key(|(d, _)| *d)
         .map(|(_, name)| name)

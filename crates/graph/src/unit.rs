@@ -116,6 +116,12 @@ impl Unit {
         }
     }
 
+    /// The unit of that symbol; a plain number if it is empty.
+    #[must_use]
+    pub fn of_symbol(symbol: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|unit| unit.symbol() == symbol)
+    }
+
     /// The unit with its quantity, for messages: "a length in m".
     #[must_use]
     pub const fn describe(self) -> &'static str {

@@ -159,6 +159,17 @@ impl Value {
         }
     }
 
+    /// A message on what no node may return, such as a number that is not finite. Returns None when there is nothing.
+    pub(crate) fn fault(&self) -> Option<String> {
+        match self {
+            Self::Field(field) => field.fault(),
+            Self::Strata(strata) => strata.column().fault().or_else(|| strata.offset().fault()),
+            Self::Lines(lines) => lines.fault(),
+            Self::Report(report) => report.fault(),
+            Self::State(state) => (!state.is_valid()).then(|| "has a number that is not finite".to_owned()),
+        }
+    }
+
     /// Size of its contents in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {

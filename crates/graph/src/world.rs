@@ -95,6 +95,12 @@ pub enum WorldError {
     /// A size that is not positive and finite.
     #[error("a world of {0} x {1} m has no extent; both must be above zero and finite")]
     NoExtent(f64, f64),
+    /// Cells that are too small.
+    #[error("cells of {0:e} m are too small; the smallest are {least} m, a micrometre", least = World::LEAST_CELL_M)]
+    TooFine(f64),
+    /// A side that is too long.
+    #[error("a world of {0:e} m a side is too large; the longest is {most} m", most = World::MOST_SIDE_M)]
+    TooWide(f64),
     /// Cells that are not square.
     #[error("cells would be {0} x {1} m; they must be square, so choose cells in the ratio of the size")]
     NotSquare(f64, f64),
@@ -141,6 +147,12 @@ impl World {
     /// The lowest and the highest sea level in metres: beyond the depths and heights of the Earth.
     pub const SEA_LEVELS: [f64; 2] = [-12_000.0, 12_000.0];
 
+    /// The smallest side of a cell in metres: a micrometre. Neither a length divided by a cell nor the fourth power of
+    /// a cell is then near the limits of numbers.
+    pub const LEAST_CELL_M: f64 = 1e-6;
+    /// The longest side of a world in metres: 100 000 km, beyond any planet with ground.
+    pub const MOST_SIDE_M: f64 = 1e8;
+
     /// Returns true if both worlds differ at most in sea level, so that a raster of one fits the other.
     #[must_use]
     pub fn has_cells_of(&self, other: &Self) -> bool {
@@ -167,7 +179,7 @@ impl World {
         Self { cells: [nx, ((f64::from(nx) * ratio).round() as u32).max(1)], ..self }
     }
 
-    /// Checks size, cell count, squareness of cells and sea level.
+    /// Checks size, cell count, size and squareness of cells, and sea level.
     ///
     /// # Errors
     /// [`WorldError`], with the values that are wrong.
@@ -184,6 +196,13 @@ impl World {
             return Err(WorldError::NoExtent(w, h));
         }
         let (dx, dy) = (w / f64::from(nx), h / f64::from(ny));
+        // the smallest cells may have been rounded
+        if dx.min(dy) < Self::LEAST_CELL_M * (1.0 - 1e-9) {
+            return Err(WorldError::TooFine(dx.min(dy)));
+        }
+        if w.max(h) > Self::MOST_SIDE_M {
+            return Err(WorldError::TooWide(w.max(h)));
+        }
         if (dx - dy).abs() > 1e-6 * dx {
             return Err(WorldError::NotSquare(dx, dy));
         }
@@ -314,6 +333,15 @@ mod tests {
         assert_eq!(World { size: [2.0, 1.0], cells: [32_768, 16_384], ..world }.check(), Ok(()));
         assert!(matches!(World { size: [f64::NAN, 1.0], ..world }.check(), Err(WorldError::NoExtent(..))));
         assert!(matches!(World { cells: [1024, 512], ..world }.check(), Err(WorldError::NotSquare(..))));
+        // 16 cells of a micrometre, and a world of 100 000 km, are the limits
+        let sized = |side: f64| World { size: [side; 2], cells: [16; 2], ..world };
+        assert_eq!((sized(16.0 * 1e-6).check(), sized(1e8).check()), (Ok(()), Ok(())));
+        for side in [1.5e-5, 1e-30, f64::MIN_POSITIVE] {
+            assert!(matches!(sized(side).check(), Err(WorldError::TooFine(_))), "{side}");
+        }
+        for side in [1.001e8, 1e300] {
+            assert!(matches!(sized(side).check(), Err(WorldError::TooWide(_))), "{side}");
+        }
         for level in [f64::NAN, f64::INFINITY, -12_000.1, 12_000.1] {
             let world = World { sea_level: Some(level), ..world };
             assert!(matches!(world.check(), Err(WorldError::SeaLevel(..))), "{level}");

@@ -1,7 +1,5 @@
 //! Verifies the outputs of a kernel against its declaration.
 
-use rayon::prelude::*;
-
 use super::{error::EvalError, plan::Step};
 use crate::{
     field::Field,
@@ -21,7 +19,8 @@ pub(super) fn take(step: &Step<'_>, wanted: Wanted, mut outputs: Outputs) -> Res
         let wrong =
             |message: &str| EvalError::Output { node: node.clone(), id, output: "state", message: message.to_owned() };
         let state = outputs.take_state().ok_or_else(|| wrong("was not returned"))?;
-        if state.is_valid() { Ok(Some(state.into())) } else { Err(wrong("has a number that is not finite")) }
+        let state = Value::from(state);
+        state.fault().map_or(Ok(Some(state)), |fault| Err(wrong(&fault)))
     });
     let declared = step.instance.node.outputs.iter().zip(&step.types).enumerate();
     declared
@@ -32,6 +31,7 @@ pub(super) fn take(step: &Step<'_>, wanted: Wanted, mut outputs: Outputs) -> Res
             let (node, id) = (step.instance.name.clone(), step.instance.node.id);
             let value = outputs.take(output.name).ok_or_else(|| "was not returned".to_owned().into());
             let value = value.and_then(|value| fitting(value, *ty, &step.window, &step.wanted));
+            let value = value.and_then(|value| value.fault().map_or(Ok(value), |fault| Err(fault.into())));
             value.map(Some).map_err(|fault| match fault {
                 Fault::Wrong(message) => EvalError::Output { node, id, output: output.name, message },
                 Fault::Memory(refused) => EvalError::OutOfMemory { node, id, refused },
@@ -61,10 +61,7 @@ fn fitting(value: Value, ty: PortType, window: &Window, wanted: &Window) -> Resu
             let offset = on_window(strata.offset(), window, wanted)?;
             Ok(strata.on(offset).into())
         }
-        (Value::Lines(lines), None) if ty == PortType::Lines => match lines.fault() {
-            Some(fault) => Err(fault.into()),
-            None => Ok(Value::Lines(lines)),
-        },
+        (Value::Lines(lines), None) if ty == PortType::Lines => Ok(Value::Lines(lines)),
         (Value::Report(report), None) if ty == PortType::Report => Ok(Value::Report(report)),
         (Value::Strata(_), _) => Err(format!("returned strata instead of a {ty}").into()),
         (Value::Lines(_), _) => Err(format!("returned lines instead of a {ty}").into()),
@@ -80,36 +77,16 @@ fn fitting(value: Value, ty: PortType, window: &Window, wanted: &Window) -> Resu
     }
 }
 
-/// The wanted part of a raster that must cover the window and be finite.
+/// The wanted part of a raster that must cover the window.
 fn on_window(field: &Field, window: &Window, wanted: &Window) -> Result<Field, Fault> {
     if field.window() != window {
         let [given, asked] = [field.window(), window].map(describe);
         return Err(format!("returned the window {given} instead of the requested {asked}").into());
     }
-    let field = field.try_crop(wanted).map_err(Fault::Memory)?;
-    match first_not_finite(&field) {
-        Some(place) => Err(place.into()),
-        None => Ok(field),
-    }
+    field.try_crop(wanted).map_err(Fault::Memory)
 }
 
 fn describe(window: &Window) -> String {
     let ([x, y], [nx, ny]) = (window.origin, window.cells);
     format!("{nx} x {ny} cells from ({x}, {y})")
-}
-
-/// A message on the first sample that is NaN or infinite, with its cell in the world.
-fn first_not_finite(field: &Field) -> Option<String> {
-    const CHUNK: usize = 1 << 16;
-    let samples = field.samples();
-    // Without an early exit inside a chunk the loop is vectorised.
-    let chunk =
-        samples.par_chunks(CHUNK).position_first(|chunk| chunk.iter().fold(false, |bad, v| bad | !v.is_finite()))?;
-    let at = chunk * CHUNK + samples[chunk * CHUNK..].iter().position(|v| !v.is_finite())?;
-    let window = field.window();
-    let (plane, cell) = (at / window.len(), at % window.len());
-    let i = window.origin[0] as usize + cell % window.nx();
-    let j = window.origin[1] as usize + cell / window.nx();
-    let of_plane = if field.planes() > 1 { format!(" of plane {plane}") } else { String::new() };
-    Some(format!("returned {} at cell ({i}, {j}){of_plane}", samples[at]))
 }

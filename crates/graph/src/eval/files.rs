@@ -5,7 +5,7 @@
 
 use std::{
     collections::BTreeMap,
-    fs::{self, File},
+    fs,
     io::{self, Read as _},
     path::{Path, PathBuf},
     sync::Mutex,
@@ -13,7 +13,7 @@ use std::{
 };
 
 use super::{error::EvalError, event::lock, plan::Step};
-use crate::{job::Cancel, param::ParamValue};
+use crate::{input, job::Cancel, param::ParamValue};
 
 /// Metadata that shows that a file has changed, without reading it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,7 +146,7 @@ fn is_settled(stamp: &Stamp) -> bool {
 }
 
 fn hash_content(path: &Path, cancel: &Cancel) -> io::Result<Content> {
-    let mut file = File::open(path)?;
+    let (mut file, _) = input::open(path)?;
     let mut hash = blake3::Hasher::new();
     let mut buffer = vec![0; 1 << 20];
     loop {

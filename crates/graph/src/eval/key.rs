@@ -9,7 +9,11 @@
 //! nodes therefore do not include the window, and a node keeps its key when another reader needs a wider window of its
 //! input.
 
-use std::{fmt, path::Path, sync::LazyLock};
+use std::{
+    fmt,
+    path::Path,
+    sync::{Arc, LazyLock},
+};
 
 use super::{
     files::{Files, Stamped},
@@ -75,10 +79,12 @@ pub(super) fn origins(
     cancel: &Cancel,
 ) -> Vec<Option<Origins>> {
     let mut all: Vec<Option<Origins>> = Vec::with_capacity(plan.steps.len());
+    let place: Arc<Path> = folder.into();
     for at in 0..plan.steps.len() {
         let inherited = plan.steps[at].sources().find_map(|source| plan.steps[source].fault.clone());
         let step = &mut plan.steps[at];
         step.fault = inherited.or(step.fault.take());
+        step.folder = Arc::clone(&place);
         let read = match &step.fault {
             Some(_) => None,
             None => files.of_step(step, folder, cancel).map_err(|error| step.fault = Some(error)).ok(),

@@ -30,7 +30,7 @@ pub use error::EvalError;
 pub use event::{Event, Origin};
 pub use key::Key;
 pub use live::Live;
-pub use store::{Store, StoreFolder, Usage};
+pub use store::{Store, StoreFolder, Trust, Usage};
 
 use self::{
     files::Files,

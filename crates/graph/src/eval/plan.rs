@@ -2,6 +2,7 @@
 
 use std::{
     collections::{HashMap, HashSet},
+    path::Path,
     sync::Arc,
 };
 
@@ -58,6 +59,8 @@ pub(super) struct Step<'g> {
     pub(super) window: Window,
     /// Outputs that are stored if the kernel runs anyway.
     pub(super) byproducts: Wanted,
+    /// The folder that file parameters are relative to; known once files have been hashed for the keys.
+    pub(super) folder: Arc<Path>,
     /// Why it cannot run: a fault of the step or of one that it reads.
     pub(super) fault: Option<EvalError>,
 }
@@ -148,6 +151,7 @@ impl<'g> Plan<'g> {
             })
             .collect();
 
+        let nowhere: Arc<Path> = Path::new("").into();
         let windows = windows(graph, &order, &worlds, &wired, &below, &targets);
         let mut steps: Vec<Step<'g>> = order
             .iter()
@@ -170,6 +174,7 @@ impl<'g> Plan<'g> {
                     wanted,
                     window,
                     byproducts,
+                    folder: Arc::clone(&nowhere),
                     fault,
                 }
             })
@@ -313,7 +318,8 @@ impl Step<'_> {
 
     fn size(&self, wanted: Wanted, window: &Window, bytes: impl Fn(&Sizing<'_>) -> u64) -> u64 {
         let wired: Vec<bool> = self.inputs.iter().map(|source| matches!(source, Source::Wire { .. })).collect();
-        bytes(&Sizing { params: &self.instance.params, window: *window, wired: &wired, wanted })
+        let folder = &self.folder;
+        bytes(&Sizing { params: &self.instance.params, window: *window, wired: &wired, wanted, folder })
     }
 }
 
