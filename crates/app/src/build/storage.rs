@@ -3,7 +3,7 @@
 use std::{path::PathBuf, sync::Arc, time::Duration};
 
 use directories::ProjectDirs;
-use orograph_graph::{Store, StoreFolder, machine};
+use orograph_graph::{Store, StoreFolder, Trust, machine};
 
 use crate::report::failure::Failure;
 
@@ -26,6 +26,11 @@ pub struct Storage {
     /// Store nothing, and compute everything
     #[arg(long)]
     pub no_cache: bool,
+    /// Also read results that other users stored, and use a folder into which everyone may write
+    ///
+    /// Whoever can write to the folder can then change your results.
+    #[arg(long, conflicts_with = "no_cache")]
+    pub cache_trust: bool,
 }
 
 impl Storage {
@@ -44,7 +49,8 @@ impl Storage {
         };
         // A folder that was requested stores everything.
         let worth = if self.cache.is_some() { Duration::ZERO } else { WORTH };
-        Ok(folder.map(|folder| StoreFolder { folder, budget: DISK_BUDGET, worth }))
+        let trust = if self.cache_trust { Trust::Anyone } else { Trust::Own };
+        Ok(folder.map(|folder| StoreFolder { folder, budget: DISK_BUDGET, worth, trust }))
     }
 
     /// A store that keeps this many bytes in memory.

@@ -31,7 +31,7 @@ enum Action {
 
 impl Args {
     pub(super) fn run(self) -> Result<(), Failure> {
-        let storage = Storage { cache: self.cache, no_cache: false };
+        let storage = Storage { cache: self.cache, ..Storage::default() };
         let Some(place) = storage.folder()? else {
             return terminal::print(&format!("results are not stored: {} is empty\n", storage::VARIABLE));
         };
@@ -42,8 +42,9 @@ impl Args {
         match self.action {
             None => {
                 let usage = place.usage().map_err(unable)?;
+                let refusal = place.refusal().map(|why| format!("unused  {why}\n")).unwrap_or_default();
                 let text = format!(
-                    "folder  {}\nsize    {} in {}\nlimit   {}\n",
+                    "folder  {}\nsize    {} in {}\nlimit   {}\n{refusal}",
                     place.folder.display(),
                     bytes(usage.bytes),
                     counted(usage.files as usize, "result"),

@@ -193,7 +193,8 @@ fn an_archive_builds_like_its_graph() {
 "#;
     place.write("work/g.ron", graph);
     place.run(&["run", "work/g.ron", "-o", "plain", "-q"]).done();
-    let ran = place.run(&["pack", "work/g.ron"]).done();
+    place.run(&["pack", "work/g.ron"]).ended(1, &["`dem` in `g.ron` reads it", "not in the folder", "add `--outside`"]);
+    let ran = place.run(&["pack", "work/g.ron", "--outside"]).done();
     assert!(ran.out.contains("`outside/outer.ron` in it") && ran.out.contains("5 files"), "{}", ran.out);
     place.run(&["run", "work/g.orograph", "-o", "packed", "-q"]).done();
     for name in place.names("plain").iter().filter(|name| !name.ends_with(".json")) {

@@ -2,8 +2,9 @@
 //!
 //! A result is the file `FF/HASH.X.Y.WxH.orovalue`: the hash identifies program, key and output, `FF` are its first two
 //! digits, and the numbers are the window, so that a wider result is found by its name. Files are written under a
-//! temporary name and renamed into place, are verified when they are read ([`entry`]), and are deleted when they are
-//! invalid. The modification time is the time of last use.
+//! temporary name and renamed into place, are verified when they are read ([`entry`]) like what a kernel returns, and are
+//! deleted when they are invalid. Files of other users are ignored ([`trust`]). The modification time is the time of last
+//! use.
 
 use std::{
     collections::HashSet,
@@ -17,9 +18,11 @@ use std::{
 use super::{
     entry::{self, Form, Name},
     memory::Slot,
+    trust::{self, Guard, Trust},
 };
 use crate::{
     eval::{event::lock, key::Key},
+    files::{self, Access, Part},
     job::Cancel,
     value::Value,
     world::Window,
@@ -27,7 +30,6 @@ use crate::{
 
 const ENDING: &str = "orovalue";
 const NOTES: &str = "oronotes";
-const UNFINISHED: &str = ".orovalue.part";
 
 /// A folder of stored results.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,6 +43,8 @@ pub struct StoreFolder {
     ///
     /// [`Evaluator::persist`]: crate::Evaluator::persist
     pub worth: Duration,
+    /// The users whose results are read.
+    pub trust: Trust,
 }
 
 /// The contents of a folder of results.
@@ -62,6 +66,12 @@ impl StoreFolder {
         Ok(Usage { files: files.len() as u64, bytes: files.iter().map(|file| file.bytes).sum() })
     }
 
+    /// Why results in it are neither read nor written. Returns None when they are.
+    #[must_use]
+    pub fn refusal(&self) -> Option<String> {
+        trust::refusal(&self.folder, self.trust).map(|error| error.to_string())
+    }
+
     /// Deletes all results, including those of other versions of the program; returns what they used.
     ///
     /// # Errors
@@ -69,7 +79,7 @@ impl StoreFolder {
     pub fn clear(&self) -> io::Result<Usage> {
         let mut cleared = Usage::default();
         for file in files(&self.folder)? {
-            match fs::remove_file(&file.path) {
+            match files::remove_file(&file.path) {
                 Ok(()) => cleared = Usage { files: cleared.files + 1, bytes: cleared.bytes + file.bytes },
                 // another program was faster
                 Err(error) if error.kind() == io::ErrorKind::NotFound => {}
@@ -79,7 +89,7 @@ impl StoreFolder {
         for shard in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
             if shard.file_name().to_str().is_some_and(is_shard) {
                 // Keep one that contains other files.
-                let _ = fs::remove_dir(shard.path());
+                let _ = files::remove_folder(&shard.path());
             }
         }
         Ok(cleared)
@@ -99,6 +109,7 @@ pub(super) struct Disk {
     place: StoreFolder,
     /// Size of its files when they were last counted, and bytes written since.
     held: Mutex<Option<[u64; 2]>>,
+    guard: Guard,
     /// Files that could not be read, and perhaps not be deleted either; they are not tried again.
     unreadable: Mutex<HashSet<PathBuf>>,
 }
@@ -109,7 +120,8 @@ impl Disk {
     const RECOUNT: u64 = 16;
 
     pub(super) fn new(place: StoreFolder) -> Self {
-        Self { place, held: Mutex::default(), unreadable: Mutex::default() }
+        let guard = Guard::new(place.trust);
+        Self { place, held: Mutex::default(), guard, unreadable: Mutex::default() }
     }
 
     pub(super) const fn place(&self) -> &StoreFolder {
@@ -118,6 +130,9 @@ impl Disk {
 
     /// A result that covers the window, if there is one. Its file is not opened.
     pub(super) fn find(&self, slot: Slot, form: Form, window: &Window) -> Option<Ticket> {
+        if trust::refusal(&self.place.folder, self.place.trust).is_some() {
+            return None;
+        }
         let name = name(slot);
         let ticket = |stored: Window| Ticket { path: self.path(&name, &stored), name, stored };
         let is_there = |ticket: &Ticket| ticket.path.is_file() && !lock(&self.unreadable).contains(&ticket.path);
@@ -155,11 +170,12 @@ impl Disk {
         cancel: &Cancel,
     ) -> Result<Value, Option<String>> {
         let Ticket { path, name, stored } = ticket;
-        let file = File::open(path).map_err(|_| {
+        let file = self.guard.open(path).inspect_err(|_| {
             lock(&self.unreadable).insert(path.clone());
-            None
         })?;
-        match entry::read(&file, name, form, stored, window, cancel) {
+        let read = entry::read(&file, name, form, stored, window, cancel);
+        let read = read.and_then(|value| value.fault().map_or(Ok(value), |fault| Err(entry::damaged(&fault))));
+        match read {
             Ok(value) => {
                 touch(path);
                 Ok(value)
@@ -167,7 +183,7 @@ impl Disk {
             Err(_) if cancel.is_cancelled() => Err(None),
             Err(error) => {
                 // A file that cannot be deleted is replaced by the new result, or ignored.
-                let _ = fs::remove_file(path);
+                let _ = files::remove_file(path);
                 lock(&self.unreadable).insert(path.clone());
                 Err(Some(format!("{} {error}", path.display())))
             }
@@ -179,6 +195,9 @@ impl Disk {
     /// # Errors
     /// When the folder cannot be written to, the disk is full, or the evaluation was cancelled meanwhile.
     pub(super) fn store(&self, slot: Slot, value: &Value, window: &Window, cancel: &Cancel) -> io::Result<()> {
+        if let Some(refusal) = trust::refusal(&self.place.folder, self.place.trust) {
+            return Err(refusal);
+        }
         let name = name(slot);
         let path = self.path(&name, window);
         let avoided = lock(&self.unreadable).contains(&path);
@@ -192,9 +211,14 @@ impl Disk {
 
     /// The stored warnings of a node's results.
     pub(super) fn notes(&self, key: Key) -> Vec<String> {
-        let text = fs::read_to_string(self.notes_path(key)).unwrap_or_default();
+        if trust::refusal(&self.place.folder, self.place.trust).is_some() {
+            return Vec::new();
+        }
         // Damaged warnings count as none: no result depends on them.
-        serde_json::from_str(&text).unwrap_or_default()
+        let file = self.guard.open(&self.notes_path(key)).ok();
+        file.and_then(|file| io::read_to_string(file).ok())
+            .and_then(|text| serde_json::from_str(&text).ok())
+            .unwrap_or_default()
     }
 
     /// Stores the warnings of a node's results.
@@ -206,17 +230,17 @@ impl Disk {
         self.put(&self.notes_path(key), |file| io::Write::write_all(file, &text))
     }
 
-    fn put(&self, path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
+    fn put(&self, path: &Path, write: impl FnOnce(&mut Part) -> io::Result<()>) -> io::Result<()> {
         let shard = path.parent().unwrap_or(&self.place.folder);
         let begin = || {
-            fs::create_dir_all(shard)?;
-            tempfile::Builder::new().prefix(".").suffix(UNFINISHED).tempfile_in(shard)
+            files::create_folders(shard, Access::Private)?;
+            Part::begin_beside(path, Access::Private)
         };
         // Another program may delete an empty shard between the two calls.
-        let mut file = begin().or_else(|_| begin())?;
-        write(file.as_file_mut())?;
-        let bytes = file.as_file().metadata()?.len();
-        file.persist(path)?;
+        let mut part = begin().or_else(|_| begin())?;
+        write(&mut part)?;
+        // A result that a failure of power damages is computed again.
+        let bytes = part.persist_unflushed()?;
         self.trim(bytes)
     }
 
@@ -251,7 +275,7 @@ impl Disk {
             if bytes <= budget {
                 break;
             }
-            if fs::remove_file(&file.path).is_ok() {
+            if files::remove_file(&file.path).is_ok() {
                 bytes -= file.bytes;
             }
         }
@@ -294,16 +318,13 @@ fn files(folder: &Path) -> io::Result<Vec<Stored>> {
             if is_name(file) {
                 let used = if used > now { SystemTime::UNIX_EPOCH } else { used };
                 found.push(Stored { used, path: entry.path(), bytes: meta.len() });
-            } else if file.ends_with(UNFINISHED) && now.duration_since(used).is_ok_and(|age| age > ABANDONED) {
-                let _ = fs::remove_file(entry.path());
+            } else {
+                files::remove_if_dead(&entry.path());
             }
         }
     }
     Ok(found)
 }
-
-/// Age at which an unfinished file counts as abandoned.
-const ABANDONED: Duration = Duration::from_secs(24 * 3600);
 
 fn is_shard(name: &str) -> bool {
     name.len() == 2 && is_hex(name)

@@ -16,7 +16,7 @@
 
 use std::{
     fs::File,
-    io::{self, Write},
+    io::{self, Seek, Write},
 };
 
 use rayon::prelude::*;
@@ -31,7 +31,7 @@ use crate::{
 };
 
 const MAGIC: &[u8; 8] = b"OROVALUE";
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const HASH: usize = 32;
 /// Fields before the hash of the header.
 const FIELDS: usize = 8 + 4 + 16 + 4 + 4 + 16 + 8 + 4;
@@ -137,7 +137,7 @@ pub(super) fn bytes(value: &Value, window: &Window) -> u64 {
 ///
 /// # Errors
 /// When it cannot be written, or the evaluation is cancelled.
-pub(super) fn write(file: &mut File, name: &Name, value: &Value, cancel: &Cancel) -> io::Result<()> {
+pub(super) fn write<W: Write + Seek>(file: &mut W, name: &Name, value: &Value, cancel: &Cancel) -> io::Result<()> {
     match value {
         Value::Field(field) => write_field(file, name, field, cancel),
         Value::Strata(kept) => write_one_band(file, name, b"STRA", &state::encode(&strata::encode(kept))?),
@@ -147,7 +147,7 @@ pub(super) fn write(file: &mut File, name: &Name, value: &Value, cancel: &Cancel
     }
 }
 
-fn write_one_band(file: &mut File, name: &Name, kind: &'static [u8; 4], payload: &[u8]) -> io::Result<()> {
+fn write_one_band(file: &mut impl Write, name: &Name, kind: &'static [u8; 4], payload: &[u8]) -> io::Result<()> {
     // What has no planes is found by the window in their file name; the one inside is not read.
     let window = Window { world: crate::World::default(), origin: [0; 2], cells: [0; 2] };
     let layout = Layout::of_one_band(kind, &window, payload.len() as u64);
@@ -155,7 +155,7 @@ fn write_one_band(file: &mut File, name: &Name, kind: &'static [u8; 4], payload:
     file.write_all(payload)
 }
 
-fn write_field(file: &mut File, name: &Name, field: &Field, cancel: &Cancel) -> io::Result<()> {
+fn write_field<W: Write + Seek>(file: &mut W, name: &Name, field: &Field, cancel: &Cancel) -> io::Result<()> {
     let layout = Layout::of_field(field.planes(), field.window());
     let band = layout.band_rows * field.window().nx();
     let bands: Vec<&[f32]> = (0..field.planes()).flat_map(|plane| field.plane(plane).chunks(band)).collect();
@@ -179,7 +179,7 @@ fn write_field(file: &mut File, name: &Name, field: &Field, cancel: &Cancel) -> 
             table.extend(hash.as_bytes());
         }
     }
-    io::Seek::rewind(file)?;
+    file.rewind()?;
     file.write_all(&header(&fields, &table))
 }
 

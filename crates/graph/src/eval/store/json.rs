@@ -9,7 +9,8 @@ use crate::{
 
 /// Numbers in JSON are written as their bits: JSON has no infinities, and the round-trip must be exact.
 type Bits = u64;
-type StoredAxis = (String, String, Vec<Bits>);
+/// Label, unit, values, and whether the axis is logarithmic.
+type StoredAxis = (String, String, Vec<Bits>, bool);
 type StoredAmounts = Vec<(String, Bits)>;
 /// Material, start, gained, lost, end and error.
 type StoredBalance = (String, Bits, StoredAmounts, StoredAmounts, Bits, Bits);
@@ -24,7 +25,7 @@ type StoredLines = (Vec<StoredLine>, Vec<(u32, [Bits; 6])>);
 
 pub(super) fn encode_report(report: &Report) -> io::Result<Vec<u8>> {
     let axis = |axis: &Axis| -> StoredAxis {
-        (axis.label.clone(), axis.unit.clone(), axis.values.iter().map(|v| v.to_bits()).collect())
+        (axis.label.clone(), axis.unit.clone(), axis.values.iter().map(|v| v.to_bits()).collect(), axis.log)
     };
     let measures = report.measures.iter().map(|m| (m.name.clone(), m.value.to_bits(), m.unit.clone()));
     let series = report.series.iter().map(|s| (s.name.clone(), axis(&s.x), axis(&s.y)));
@@ -39,10 +40,11 @@ pub(super) fn encode_report(report: &Report) -> io::Result<Vec<u8>> {
 
 pub(super) fn decode_report(json: &[u8]) -> io::Result<Report> {
     let (measures, series, ledger, notes): StoredReport = serde_json::from_slice(json)?;
-    let axis = |(label, unit, values): StoredAxis| Axis {
+    let axis = |(label, unit, values, log): StoredAxis| Axis {
         label,
         unit,
         values: values.into_iter().map(f64::from_bits).collect(),
+        log,
     };
     let measures = measures.into_iter().map(|(name, bits, unit)| Measure { name, value: f64::from_bits(bits), unit });
     let series = series.into_iter().map(|(name, x, y)| Series { name, x: axis(x), y: axis(y) });

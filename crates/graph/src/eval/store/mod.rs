@@ -7,6 +7,7 @@ mod json;
 mod memory;
 mod state;
 mod strata;
+mod trust;
 
 use std::{
     collections::HashMap,
@@ -21,6 +22,7 @@ pub(super) use entry::Form;
 pub(super) use in_flight::{Claim, Elsewhere, InFlight};
 use memory::MemoryCache;
 pub(super) use memory::Slot;
+pub use trust::Trust;
 
 use super::{event::lock, key::Key};
 use crate::{job::Cancel, value::Value, world::Window};

@@ -16,7 +16,7 @@ const ENDS: &[&str] = &["stats.height", "stats.report", "stats.lines"];
 
 /// An evaluator with a disk cache only.
 fn on_disk(folder: &Path, budget: u64) -> Evaluator {
-    with(keeping(0, Some(StoreFolder { folder: folder.to_owned(), budget, worth: Duration::ZERO })))
+    with(keeping(0, Some(StoreFolder { folder: folder.to_owned(), budget, worth: Duration::ZERO, trust: Trust::Own })))
 }
 
 /// The files of a store.

@@ -195,7 +195,8 @@ fn states_are_read_from_disk_and_damaged_ones_are_made_again() {
     // nothing, one byte, half of the file
     for damage in 0..4 {
         let folder = tempfile::tempdir().expect("a folder");
-        let place = StoreFolder { folder: folder.path().to_owned(), budget: 1 << 30, worth: Duration::ZERO };
+        let place =
+            StoreFolder { folder: folder.path().to_owned(), budget: 1 << 30, worth: Duration::ZERO, trust: Trust::Own };
         let fresh = || with(keeping(0, Some(place.clone())));
         run(&fresh(), &graph, &["levels"], on(16)).expect("runs");
         assert_eq!(calls(4).len(), 2);

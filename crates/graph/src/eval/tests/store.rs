@@ -11,7 +11,7 @@ use super::*;
 use crate::mix;
 
 fn folder_of(folder: &Path, budget: u64) -> StoreFolder {
-    StoreFolder { folder: folder.to_owned(), budget, worth: Duration::ZERO }
+    StoreFolder { folder: folder.to_owned(), budget, worth: Duration::ZERO, trust: Trust::Own }
 }
 
 fn on_disk(folder: &Path, budget: u64) -> Evaluator {
@@ -59,6 +59,48 @@ fn a_window_is_read_out_of_a_wider_stored_raster() {
     let got = run(&on_disk(folder.path(), 1 << 30), &graph(0.0), &["soft"], corner).expect("runs");
     assert!(got.computed().contains(&"soft") && !got.warnings.is_empty());
     assert_eq!(got.values[0].as_field(), Some(&all.crop(&corner)));
+}
+
+/// An entry with correct hashes and numbers that no kernel may return.
+#[test]
+fn forged_results_are_checked_like_those_of_kernels() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let window = Window::whole(world(16));
+    let expected = run(&on_disk(folder.path(), 1 << 20), &graph(0.0), &["soft"], window).expect("runs").values;
+    for path in files(folder.path()) {
+        let mut bytes = fs::read(&path).expect("read");
+        // fields, their hash, the hash of the only band, and the samples
+        let (fields, table) = (64, 96);
+        bytes[table + 32..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
+        let band = blake3::hash(&bytes[table + 32..]);
+        bytes[table..][..32].copy_from_slice(band.as_bytes());
+        let head = blake3::Hasher::new().update(&bytes[..fields]).update(band.as_bytes()).finalize();
+        bytes[fields..table].copy_from_slice(head.as_bytes());
+        fs::write(&path, bytes).expect("written");
+    }
+    let got = run(&on_disk(folder.path(), 1 << 20), &graph(0.0), &["soft"], window).expect("runs");
+    assert_eq!(got.values, expected);
+    assert!(got.warnings.iter().any(|warning| warning.contains("NaN at cell (0, 0)")), "{:?}", got.warnings);
+}
+
+/// A folder into which everyone may write is neither read nor written, with one warning.
+#[cfg(unix)]
+#[test]
+fn a_folder_open_to_all_is_left_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let window = Window::whole(world(16));
+    let again = |trust: Trust| {
+        let place = StoreFolder { trust, ..folder_of(folder.path(), 1 << 20) };
+        run(&with(keeping(0, Some(place))), &graph(0.0), &["soft"], window).expect("runs")
+    };
+    assert_eq!(again(Trust::Own).computed().len(), 2);
+    fs::set_permissions(folder.path(), std::os::unix::fs::PermissionsExt::from_mode(0o777)).expect("set");
+    let stored = files(folder.path());
+    let got = again(Trust::Own);
+    assert_eq!((got.computed().len(), got.warnings.len()), (2, 1), "{:?}", got.warnings);
+    assert!(got.warnings[0].contains("everyone may write"), "{:?}", got.warnings);
+    assert_eq!(files(folder.path()), stored);
+    assert_eq!(again(Trust::Anyone).from(Origin::Disk), ["soft"]);
 }
 
 #[test]
