@@ -1,13 +1,17 @@
 //! A document on disk: read whole, written to a temporary file and renamed into place.
 
 use std::{
-    fs::File,
     io::{self, Read as _, Write as _},
     path::{Path, PathBuf},
 };
 
 use super::Document;
-use crate::{registry::Registry, world::bytes};
+use crate::{
+    files::{Access, Part},
+    input,
+    registry::Registry,
+    world::bytes,
+};
 
 /// The largest file that is read, in bytes. A graph of ten thousand nodes takes about 3 MB.
 const MAX_BYTES: u64 = 16 << 20;
@@ -21,6 +25,9 @@ pub enum LoadError {
     /// The path is a folder.
     #[error("`{}` is a folder; name a graph file in it", .0.display())]
     Folder(PathBuf),
+    /// The path is a pipe, a device or a socket.
+    #[error("`{}` is not a regular file but a pipe, a device or a socket; copy its contents into a file", .0.display())]
+    Irregular(PathBuf),
     /// The file is too large to be a graph file.
     #[error("`{}` has more than {most}; a graph file is a short text that refers to its rasters by name", .0.display(), most = bytes(MAX_BYTES))]
     TooLarge(PathBuf),
@@ -60,41 +67,21 @@ impl Document {
         // Follow a link, so that it remains a link.
         let path = path.as_ref();
         let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-        let folder = match target.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".orograph-").suffix(".tmp");
-        #[cfg(unix)]
-        {
-            // A temporary file is private by default; the saved one gets the permissions of the earlier file, or the
-            // usual ones.
-            use std::os::unix::fs::PermissionsExt as _;
-            builder.permissions(std::fs::Permissions::from_mode(0o666));
-        }
-        let mut file = builder.tempfile_in(folder)?;
-        file.write_all(self.source().as_bytes())?;
+        let mut part = Part::begin(&target, Access::Usual)?;
+        part.write_all(self.source().as_bytes())?;
         if let Ok(earlier) = std::fs::metadata(&target) {
-            file.as_file().set_permissions(earlier.permissions())?;
+            part.file().set_permissions(earlier.permissions())?;
         }
-        file.as_file().sync_all()?;
-        file.persist(&target).map_err(|error| error.error)?;
-        // The new name is durable once the folder is on disk. Not all systems can flush a folder; the file is complete
-        // either way.
-        #[cfg(unix)]
-        let _ = File::open(folder).and_then(|folder| folder.sync_all());
-        Ok(())
+        part.persist().map(drop)
     }
 }
 
 pub(super) fn read(path: &Path) -> Result<String, LoadError> {
     let unreadable = |source| LoadError::Unreadable { path: path.to_owned(), source };
-    if path.is_dir() {
-        return Err(LoadError::Folder(path.to_owned()));
-    }
-    let file = File::open(path).map_err(|error| match error.kind() {
+    let (file, _) = input::open(path).map_err(|error| match error.kind() {
         io::ErrorKind::NotFound => LoadError::Missing(path.to_owned()),
+        io::ErrorKind::IsADirectory => LoadError::Folder(path.to_owned()),
+        _ if input::is_irregular(&error) => LoadError::Irregular(path.to_owned()),
         _ => unreadable(error),
     })?;
     let mut text = Vec::new();

@@ -19,6 +19,7 @@ mod subgraph;
 mod syntax;
 
 pub use self::check::canvas::Reroute;
+pub use self::check::expect::{Expectation, Expectations};
 pub use self::check::exposed::{NamedInput, NamedParameter, Place};
 pub use self::check::frames::{Frame, FrameEntry};
 pub use self::check::wires::LooseWire;
@@ -27,6 +28,7 @@ pub use self::edit::history::History;
 pub use self::edit::journal::{JournalEntry, JournalError, JournalWriter, Recovered, recover};
 pub use self::syntax::format::format_source;
 pub use self::syntax::splice::Splice;
+pub(crate) use check::expect::FIELDS as EXPECT_FIELDS;
 pub use check::{NodeEntry, OutputDecl};
 pub use edit::{Edit, EditError};
 pub use expand::Expanded;
@@ -147,6 +149,12 @@ impl Document {
         &self.read.checked.outputs
     }
 
+    /// What must hold of the terrain. Returns None when the file states nothing.
+    #[must_use]
+    pub fn expectations(&self) -> Option<&Arc<Expectations>> {
+        self.read.checked.expectations.as_ref()
+    }
+
     /// The parameters that the file exposes, in file order.
     #[must_use]
     pub fn parameters(&self) -> &[NamedParameter] {
@@ -212,9 +220,17 @@ impl Document {
     #[must_use]
     pub fn files(&self) -> BTreeSet<PathBuf> {
         let mut files = BTreeSet::new();
+        self.add_files(&mut files, &mut BTreeSet::new());
+        files
+    }
+
+    /// Adds the files that it reads. `seen` holds the graph files whose files were added, because many may use the same.
+    fn add_files(&self, files: &mut BTreeSet<PathBuf>, seen: &mut BTreeSet<*const Self>) {
         for used in self.uses() {
             files.insert(used.path.clone());
-            files.extend(used.document.iter().flat_map(|document| document.files()));
+            if let Some(document) = used.document.as_ref().filter(|document| seen.insert(Arc::as_ptr(document))) {
+                document.add_files(files, seen);
+            }
         }
         for index in self.graph().indices() {
             let instance = self.graph().instance(index);
@@ -227,7 +243,6 @@ impl Document {
                 }
             }
         }
-        files
     }
 
     /// The file's description: the comments before its opening bracket, without comment markers.

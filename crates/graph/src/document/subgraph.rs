@@ -16,7 +16,7 @@ use super::{
     check::args,
     file::read,
     read::{Parsed, Read},
-    syntax::{Group, literal::Literal},
+    syntax::{Expr, FIELDS, Group, literal::Literal},
 };
 use crate::{
     diagnostic::Diagnostic,
@@ -38,8 +38,38 @@ pub(super) const RESERVED: [&str; 3] = [FILE, "seed", "version"];
 /// Graph files nested deeper than this are refused.
 const MAX_DEPTH: usize = 16;
 
-/// The largest number of nodes of a file including all that it uses, counted once per use.
-pub(super) const MAX_NODES: usize = 100_000;
+/// The ending of graph files. Others are not read as a part of a graph.
+const ENDING: &str = "ron";
+
+/// The largest number of inputs, parameters and outputs of a graph file that others use.
+const MAX_DECLARED: usize = 1000;
+
+/// The largest size of a file including all that it uses, counted once per use.
+pub(super) const MAX_SIZE: Size = Size { nodes: 100_000, text: 256 << 20 };
+
+/// A size of graphs, to bound that of the expanded one before it is expanded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Size {
+    /// Number of nodes.
+    pub(super) nodes: usize,
+    /// Bytes of text, which bound the memory of parameters such as strokes.
+    pub(super) text: usize,
+}
+
+impl Size {
+    /// A node, whose text belongs to its file.
+    pub(super) const NODE: Self = Self { nodes: 1, text: 0 };
+
+    /// Both together.
+    pub(super) const fn with(self, other: Self) -> Self {
+        Self { nodes: self.nodes.saturating_add(other.nodes), text: self.text.saturating_add(other.text) }
+    }
+
+    /// Returns true if it is larger in nodes or in text.
+    pub(super) const fn is_beyond(self, most: Self) -> bool {
+        self.nodes > most.nodes || self.text > most.text
+    }
+}
 
 /// The node of a graph file. It has no kernel: [`Document::expand`] replaces it with the nodes of the file.
 pub static SUBGRAPH: Node = DECLARATION;
@@ -169,11 +199,20 @@ impl Loader {
             let hint = Some("a file cannot be a part of itself; move what both need into a third".to_owned());
             return Err(Unusable { hint, ..unusable(message) });
         }
+        let too_deep = || unusable(format!("graph files are nested more than {MAX_DEPTH} deep"));
         if self.open.len() > MAX_DEPTH {
-            return Err(unusable(format!("graph files are nested more than {MAX_DEPTH} deep")));
+            return Err(too_deep());
         }
         if let Some(done) = self.done.get(&place) {
-            return done.clone();
+            let document = done.as_ref().map_or_else(|unusable| unusable.document.as_ref(), Some);
+            let depth = self.open.len() + document.map_or(0, |document| document.depth());
+            return if depth > MAX_DEPTH { Err(too_deep()) } else { done.clone() };
+        }
+        let is_graph = place.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(ENDING));
+        if !is_graph && !place.is_dir() {
+            let message = format!("`{}` is not a graph file: the name does not end with `.{ENDING}`", place.display());
+            let hint = Some(format!("name a graph file, or give this one a name that ends with `.{ENDING}`"));
+            return Err(Unusable { hint, ..unusable(message) });
         }
         let source = read(path).map_err(|error| unusable(error.to_string()))?;
         self.open.push((place.clone(), path.to_owned()));
@@ -185,7 +224,18 @@ impl Loader {
             }
         };
         self.open.pop();
-        let done = if document.has_errors() {
+        let declared = document.inputs().len() + document.parameters().len() + document.outputs().len();
+        let done = if !document.is_graph() {
+            let message = format!("`{}` is not a graph file", path.display());
+            let hint = Some(format!("`orograph check {}` lists its problems", path.display()));
+            Err(Unusable { hint, ..unusable(message) })
+        } else if declared > MAX_DECLARED {
+            let message = format!(
+                "`{}` has {declared} inputs, parameters and outputs; a file that others use can have {MAX_DECLARED}",
+                path.display()
+            );
+            Err(Unusable { hint: Some("remove those that no file uses".to_owned()), ..unusable(message) })
+        } else if document.has_errors() {
             let message = format!("`{}` has errors, which must be fixed first", path.display());
             Err(Unusable { message, hint: None, document: Some(document) })
         } else if document.outputs().is_empty() {
@@ -255,9 +305,21 @@ impl Document {
         Self { registry: registry.clone(), home, read: Arc::new(read), before: None, history, parsed: 1 }
     }
 
-    /// Number of nodes including those of all files that it uses, counted once per use.
-    pub(super) fn size(&self) -> usize {
+    /// Its size including that of all files that it uses, counted once per use.
+    pub(super) fn size(&self) -> Size {
         self.read.checked.size
+    }
+
+    /// How deep the graph files that it uses are nested; 0 without any.
+    pub(super) fn depth(&self) -> usize {
+        self.read.checked.depth
+    }
+
+    /// Returns true if the text has at least one field of a graph file. The text of another file, which a shared graph
+    /// may name on purpose, is not quoted in messages.
+    fn is_graph(&self) -> bool {
+        let group = self.read.parsed.tree.root.as_ref().and_then(Expr::as_group);
+        group.is_some_and(|group| group.name.is_none() && FIELDS.iter().any(|field| group.get(field).is_some()))
     }
 }
 

@@ -1,12 +1,16 @@
 //! Tests of the document, with a few nodes that resemble real ones.
 
 use super::*;
-use crate::{CurvePoints, FileName, Input, Migration, Node, Output, PathPoints, PortType, Seed, Step, Unit};
+use crate::{
+    CurvePoints, FileName, Input, MeasureSpec, Migration, Node, Output, PathPoints, PortType, Seed, Step, Unit,
+};
 
 mod costs;
 mod edits;
+mod expect;
 mod form;
 mod fuzz;
+mod hostile;
 mod reuse;
 mod sea;
 mod work;
@@ -147,6 +151,13 @@ mod nodes {
 
     pub(super) static METRICS: Node = Node {
         id: "Metrics",
+        category: "measure",
+        measures: &[
+            MeasureSpec { name: "relief", unit: "m", doc: "R." },
+            MeasureSpec { name: "hypsometric_integral", unit: "", doc: "H." },
+            MeasureSpec { name: "slope.p50", unit: "°", doc: "S." },
+            MeasureSpec { name: "drainage_density", unit: "km/km²", doc: "D." },
+        ],
         inputs: &[Input::needs("height", PortType::AnyScalar, "H."), Input::takes("mask", PortType::Mask, "M.")],
         outputs: &[Output::gives("report", PortType::Report, "R.")],
         ..Node::DEFAULT
@@ -188,6 +199,8 @@ pub(super) const ALPS: &str = r#"// An alpine range: ridges, carved by rivers.
         "report": Metrics(height: "scree"),
     },
     outputs: { "height": "scree", "flow": "rivers.area", "metrics": "report" },
+    // as high as the Alps, and as steep
+    expect: { "cell": "90 m", "relief": ("2 km", inf), "slope.p50": (23, 32) },
     layout: { "base": (0, 0), "rivers": (240, 80), "scree": (480, 80), "report": (720, 80) },
 )
 "#;
@@ -416,6 +429,8 @@ fn problems_outside_nodes_are_found() {
     assert!(world("(cells: 99999999999)").contains("GiB"));
     assert!(world("(cells: (1024, 512))").contains("must be square"));
     assert!(world("(size: (1, -3))").contains("has no extent"));
+    assert!(world("(size: 1e-30)").contains("are too small; the smallest are 0.000001 m"));
+    assert!(world("(size: \"200000 km\")").contains("is too large; the longest is 100000000 m"));
     assert!(world("(size: \"16 yr\")").contains("is not a unit of a length"));
     assert!(world("(boundary: bse)").contains("`wall`"));
     assert!(world("(boundary: (west: periodic))").contains("opposite side"));

@@ -1,7 +1,7 @@
 //! The arguments of one node in a file: its version and its named values, migrated to the version that this program
 //! supports.
 
-use std::ops::Range;
+use std::{collections::BTreeSet, ops::Range};
 
 use crate::document::syntax::{
     Expr, ExprKind, Group,
@@ -37,18 +37,18 @@ pub(crate) struct Moved {
 pub(crate) fn kind_of(value: &Expr) -> Option<(Range<usize>, Option<&Group>)> {
     match &value.kind {
         ExprKind::Word => Some((value.span.clone(), None)),
-        ExprKind::Group(group) => group.name.clone().map(|name| (name, Some(group))),
+        ExprKind::Group(group) => group.name.clone().map(|name| (name, Some(&**group))),
         _ => None,
     }
 }
 
 /// The named values in a node's brackets, without its version.
 pub(crate) fn args(group: &Group, source: &str) -> Vec<Arg> {
-    let mut out: Vec<Arg> = Vec::new();
+    let (mut out, mut seen): (Vec<Arg>, BTreeSet<&str>) = (Vec::new(), BTreeSet::new());
     for (position, item) in group.items.iter().enumerate() {
         if let Some(key) = &item.key
             && key.text != "version"
-            && group.position(&key.text) == Some(position)
+            && seen.insert(&key.text)
         {
             out.push(Arg {
                 name: key.text.clone(),

@@ -9,7 +9,7 @@ use crate::document::syntax::{
     Group, Item,
     literal::{Literal, pair},
 };
-use crate::{closest, diagnostic::Diagnostic, graph::Graph, unit::Unit};
+use crate::{diagnostic::Diagnostic, graph::Graph, unit::Unit};
 
 /// The route of a wire that is not straight.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,7 +43,8 @@ fn of_nodes<'i>(
             None => {
                 let message = format!("`{field}` {does} `{name}`, but there is no such node");
                 let problem = Diagnostic::warning("unknown-layout", place_of(item), message);
-                problems.push(problem.suggest(closest(name, nodes.iter().map(|entry| entry.name.as_str()))));
+                let near = problems.meant(name, nodes.iter().map(|entry| entry.name.as_str()));
+                problems.push(problem.suggest(near));
             }
         }
     }

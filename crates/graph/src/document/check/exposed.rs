@@ -290,7 +290,8 @@ impl Reader<'_> {
             None => {
                 let message = format!("`{name}` {verb} `{text}`, but there is no node `{node}`");
                 let problem = Diagnostic::error("unknown-place", span.clone(), message);
-                self.problems.push(problem.suggest(closest(node, self.entries.keys().map(String::as_str))));
+                let near = self.problems.meant(node, self.entries.keys().map(String::as_str));
+                self.problems.push(problem.suggest(near));
                 None
             }
         }

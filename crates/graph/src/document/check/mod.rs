@@ -2,6 +2,7 @@
 
 pub(crate) mod args;
 pub(crate) mod canvas;
+pub(crate) mod expect;
 pub(crate) mod exposed;
 pub(crate) mod frames;
 pub(crate) mod muted;
@@ -22,6 +23,7 @@ use petgraph::stable_graph::NodeIndex;
 
 use self::{
     canvas::Reroute,
+    expect::Expectations,
     exposed::{NamedInput, NamedParameter, Reader, Section},
     frames::FrameEntry,
     muted::Muted,
@@ -29,7 +31,7 @@ use self::{
     wires::LooseWire,
 };
 use super::{
-    subgraph::{Home, Loader, UsedGraph},
+    subgraph::{Home, Loader, Size, UsedGraph},
     syntax::{Expr, FIELDS, Group, Tree, literal::Literal},
 };
 use crate::{
@@ -91,6 +93,8 @@ pub(super) struct Checked {
     /// Positions in `nodes`.
     pub(super) by_name: HashMap<String, usize>,
     pub(super) outputs: Vec<OutputDecl>,
+    /// What must hold of the terrain, if the file states it.
+    pub(super) expectations: Option<Arc<Expectations>>,
     pub(super) parameters: Vec<NamedParameter>,
     pub(super) inputs: Vec<NamedInput>,
     pub(super) uses: Vec<UsedGraph>,
@@ -99,8 +103,10 @@ pub(super) struct Checked {
     pub(super) reroutes: Vec<Reroute>,
     pub(super) loose: Vec<LooseWire>,
     pub(super) subgraphs: BTreeMap<NodeIndex, Arc<Document>>,
-    /// Number of nodes including those of all files that it uses, counted once per use.
-    pub(super) size: usize,
+    /// Its size including that of all files that it uses, counted once per use.
+    pub(super) size: Size,
+    /// How deep the graph files that it uses are nested; 0 without any.
+    pub(super) depth: usize,
     pub(super) problems: Vec<Diagnostic>,
 }
 
@@ -117,7 +123,7 @@ pub(super) fn check(
     let mut checked = match root(source, tree, &mut problems) {
         Some(root) => {
             let (out, bad, seas) = (Checked::default(), BTreeSet::new(), Vec::new());
-            let mut checker = Checker { source, registry, home, loader, problems, out, bad, seas };
+            let mut checker = Checker { source, registry, home, loader, problems, out, bad, seas, beyond: None };
             checker.file(root);
             problems = checker.problems;
             checker.out
@@ -177,6 +183,8 @@ struct Checker<'a> {
     bad: BTreeSet<NodeIndex>,
     /// The sea levels that nodes were written for.
     seas: Vec<sea::Own>,
+    /// The first use of a file with which the graph is too large.
+    beyond: Option<Range<usize>>,
 }
 
 impl Checker<'_> {
@@ -211,6 +219,11 @@ impl Checker<'_> {
         let named = self.exposed(root, &entries, &types);
         self.unwired(&wired, &named);
         self.outputs(root, &entries, &types);
+        if let Some(item) = root.get("expect")
+            && let Some(group) = self.map(&item.value, "expect", "`{ \"measure\": (0.4, 0.6), … }`")
+        {
+            self.expect(group, root);
+        }
         if let Some(item) = root.get("muted") {
             let (muted, names) = muted::read(&item.value, self.source, &entries, &mut self.problems);
             for entry in &mut self.out.nodes {

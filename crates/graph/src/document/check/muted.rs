@@ -16,7 +16,6 @@ use crate::document::{
     syntax::{Expr, lex::Bracket, literal::Literal},
 };
 use crate::{
-    closest,
     diagnostic::Diagnostic,
     graph::{Graph, Port},
     node::{Fallback, OutputType},
@@ -94,7 +93,8 @@ pub(crate) fn read(
             None => {
                 let message = format!("`muted` names `{name}`, but there is no such node");
                 let problem = Diagnostic::warning("unknown-muted", span, message);
-                problems.push(problem.suggest(closest(&name, entries.keys().map(String::as_str))));
+                let near = problems.meant(&name, entries.keys().map(String::as_str));
+                problems.push(problem.suggest(near));
             }
             Some(_) if names.contains(&name) => {
                 let message = format!("`{name}` appears twice in `muted`");

@@ -2,6 +2,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
+    path::Path,
     sync::Arc,
 };
 
@@ -18,7 +19,7 @@ use crate::{
     closest,
     diagnostic::Diagnostic,
     document::{
-        subgraph::{self, UsedGraph},
+        subgraph::{self, Size, UsedGraph},
         syntax::{
             Group, Item,
             literal::{Misfit, constant, is_name, param},
@@ -26,13 +27,26 @@ use crate::{
     },
     graph::Instance,
     node::Node,
-    param::{Kind, ParamValue},
+    param::{Kind, ParamSpec, ParamValue},
+    world::bytes,
 };
+
+/// The longest name of a node in bytes. A use of a file puts its own name before those of all nodes of the file.
+const MAX_NAME: usize = 200;
 
 impl Checker<'_> {
     pub(super) fn nodes(&mut self, group: &Group) -> Vec<Pending> {
         let mut pending = Vec::new();
-        for (name, item) in self.problems.duplicates(group, "in `nodes`") {
+        self.out.size.text = self.source.len();
+        let mut nodes = self.problems.duplicates(group, "in `nodes`");
+        let most = subgraph::MAX_SIZE.nodes;
+        if nodes.len() > most {
+            let place = group.open..group.open + 1;
+            let message = format!("the file has {} nodes, but a graph can have at most {most}", nodes.len());
+            self.problems.push(Diagnostic::error("too-large", place, message));
+            nodes.truncate(most);
+        }
+        for (name, item) in nodes {
             self.check_name(name, item, "a node");
             let (kind_span, body) = args::kind_of(&item.value).unwrap_or((item.value.span.clone(), None));
             let is_node = args::kind_of(&item.value).is_some();
@@ -49,6 +63,11 @@ impl Checker<'_> {
             };
             if !is_node {
                 self.problems.misplaced(&item.value, name, "a node such as `Perlin(…)`", self.source);
+            } else if name.len() > MAX_NAME {
+                let message =
+                    format!("the name of a node has {} bytes, but it can have at most {MAX_NAME}", name.len());
+                let place = item.key.as_ref().map_or_else(|| item.span(), |key| key.span.clone());
+                self.problems.push(Diagnostic::error("name", place, message).hint("give it a shorter name"));
             } else if let Some(node) = self.known_kind(&entry)
                 && let Some(version) = self.known_version(node, &entry, body)
             {
@@ -57,12 +76,47 @@ impl Checker<'_> {
                 } else {
                     self.node(node, version, &entry, body, &mut pending)
                 };
-                self.out.size += usize::from(entry.index.is_some());
+                if entry.index.is_some() {
+                    self.out.size = self.out.size.with(Size::NODE);
+                }
             }
             self.out.by_name.insert(entry.name.clone(), self.out.nodes.len());
             self.out.nodes.push(entry);
         }
+        self.check_size();
         pending
+    }
+
+    /// Reports that the graph is too large with the files that it uses, which were only counted.
+    fn check_size(&mut self) {
+        let Some(place) = self.beyond.take() else { return };
+        let Size { nodes, text } = self.out.size;
+        let too_many = nodes > subgraph::MAX_SIZE.nodes;
+        let shown = |size: Size| match too_many {
+            true => format!("{} nodes", size.nodes),
+            false => format!("{} of text", bytes(size.text as u64)),
+        };
+        let message = format!(
+            "with the files that it uses, the graph has {}, but a graph can have at most {}",
+            shown(Size { nodes, text }),
+            shown(subgraph::MAX_SIZE)
+        );
+        let problem = Diagnostic::error("too-large", place, message);
+        let mut uses: BTreeMap<&Path, (usize, Size)> = BTreeMap::new();
+        for used in &self.out.uses {
+            if let Some(inner) = used.document.as_deref().filter(|inner| !inner.has_errors()) {
+                uses.entry(&used.path).or_insert((0, inner.size())).0 += 1;
+            }
+        }
+        let weight = |size: Size| if too_many { size.nodes } else { size.text };
+        let largest = uses.into_iter().max_by_key(|(_, (times, size))| times.saturating_mul(weight(*size)));
+        self.problems.push(match largest.map(|(path, (times, size))| (path.display(), times, shown(size))) {
+            Some((path, 1, of)) => problem.hint(format!("`{path}` has {of}; use less of it")),
+            Some((path, times, of)) => {
+                problem.hint(format!("`{path}` has {of} and is used {times} times; use it less often"))
+            }
+            None => problem,
+        });
     }
 
     pub(super) fn check_name(&mut self, name: &str, item: &Item, what: &str) {
@@ -81,6 +135,10 @@ impl Checker<'_> {
         if node.is_none() {
             let message = format!("unknown node `{}`", entry.kind);
             let problem = Diagnostic::error("unknown-node", entry.kind_span.clone(), message);
+            if self.problems.has_enough() {
+                self.problems.push(problem);
+                return None;
+            }
             self.problems.push(match self.registry.suggest(&entry.kind) {
                 Some(near) => problem.hint(format!("did you mean `{near}`?")),
                 None => problem.hint("`orograph nodes` lists all nodes"),
@@ -135,19 +193,20 @@ impl Checker<'_> {
         };
         let path = self.home.folder.join(file);
         match self.loader.load(&path, self.registry) {
-            Ok(inner) if self.out.size.saturating_add(inner.size()) > subgraph::MAX_NODES => {
-                let most = subgraph::MAX_NODES;
-                let message = format!("with `{}` the graph has more than {most} nodes", path.display());
-                self.problems.push(Diagnostic::error("subgraph", span, message));
+            Ok(inner) if self.out.size.with(inner.size()).with(Size::NODE).is_beyond(subgraph::MAX_SIZE) => {
+                self.out.size = self.out.size.with(inner.size()).with(Size::NODE);
+                self.out.uses.push(UsedGraph { path, document: Some(inner) });
+                self.beyond.get_or_insert(span);
                 None
             }
             Ok(inner) => {
+                self.out.depth = self.out.depth.max(inner.depth() + 1);
                 self.out.uses.push(UsedGraph { path, document: Some(Arc::clone(&inner)) });
                 let index = self.node(subgraph::interface(&inner), version, entry, body, pending)?;
                 if let Some(level) = inner.read.checked.sea {
                     self.seas.push(sea::Own { node: entry.name.clone(), span, level });
                 }
-                self.out.size += inner.size();
+                self.out.size = self.out.size.with(inner.size());
                 self.out.subgraphs.insert(index, inner);
                 Some(index)
             }
@@ -155,6 +214,7 @@ impl Checker<'_> {
                 let mut problem = Diagnostic::error("subgraph", span, unusable.message);
                 problem.hint = unusable.hint;
                 self.problems.push(problem);
+                self.out.depth = self.out.depth.max(unusable.document.as_ref().map_or(0, |inner| inner.depth() + 1));
                 self.out.uses.push(UsedGraph { path, document: unusable.document });
                 None
             }
@@ -170,8 +230,12 @@ impl Checker<'_> {
             && !self.home.folder.join(file).is_file()
         {
             let path = self.home.folder.join(file);
-            let message =
-                format!("`{}.{}` names `{}`, but there is no such file", entry.name, arg.name, path.display());
+            let what = match path.metadata().map(|metadata| metadata.is_dir()) {
+                Ok(true) => "but that is a folder",
+                Ok(false) => "but that is a pipe, a device or a socket, not a regular file",
+                Err(_) => "but there is no such file",
+            };
+            let message = format!("`{}.{}` names `{}`, {what}", entry.name, arg.name, path.display());
             let problem = Diagnostic::error("missing-file", arg.span.clone(), message);
             self.problems.push(problem.hint("file names are relative to the folder of the graph file"));
         }
@@ -224,7 +288,7 @@ impl Checker<'_> {
                 }
                 let params = &mut instance.params;
                 sound &= self.problems.take(value, &arg.literal, &arg.span, |value| params.set(spec.name, value));
-            } else if let Some(meant) = self.unknown_arg(node, entry, arg) {
+            } else if let Some(meant) = self.unknown_arg(node, &specs, entry, arg) {
                 // The input that was probably meant is not missing either.
                 wires.push((meant, None, arg.span.clone()));
             }
@@ -239,13 +303,16 @@ impl Checker<'_> {
     }
 
     /// Reports a name that the node does not have; returns the input that was probably meant.
-    fn unknown_arg(&mut self, node: &Node, entry: &NodeEntry, arg: &Arg) -> Option<usize> {
-        let specs = node.specs();
+    fn unknown_arg(&mut self, node: &Node, specs: &[ParamSpec], entry: &NodeEntry, arg: &Arg) -> Option<usize> {
         let names = || node.inputs.iter().map(|input| input.name).chain(specs.iter().map(|spec| spec.name));
         let message = format!("`{}` ({}) has no input or parameter `{}`", entry.name, node.id, arg.name);
         let problem = Diagnostic::error("unknown-parameter", arg.name_span.clone(), message);
         if let Some(hint) = sea::moved_hint(node, &arg.name) {
             self.problems.push(problem.hint(hint));
+            return None;
+        }
+        if self.problems.has_enough() {
+            self.problems.push(problem);
             return None;
         }
         let near = closest(&arg.name, names());

@@ -6,17 +6,36 @@ use crate::document::syntax::{
     Expr, Group, Item,
     literal::{Literal, Misfit},
 };
-use crate::{closest, diagnostic::Diagnostic};
+use crate::{
+    closest,
+    diagnostic::{Diagnostic, Severity},
+};
 
-/// The largest number of problems that are kept.
-const MAX_PROBLEMS: usize = 500;
+/// The largest number of errors that are kept, and of warnings; the others are only counted.
+const MOST_KEPT: usize = 100;
+
+/// The code of the problem that counts those that are not kept.
+pub(crate) const MORE: &str = "more";
+
+/// The largest number of names of a file that are compared to find those that were meant, so that the time of a check
+/// grows with the size of the file and not with its square.
+const MOST_COMPARED: usize = 50_000;
 
 /// The problems found so far.
 pub(crate) struct Problems {
     found: Vec<Diagnostic>,
     /// Offsets of syntax errors, ascending: items around one may be incomplete only because of it.
     syntax: Vec<usize>,
-    /// Number of problems beyond the limit.
+    errors: Tally,
+    warnings: Tally,
+    /// Number of names that were compared.
+    compared: usize,
+}
+
+/// Numbers of problems of one severity.
+#[derive(Default)]
+struct Tally {
+    kept: usize,
     dropped: usize,
 }
 
@@ -24,29 +43,61 @@ impl Problems {
     pub(crate) fn new(syntax: Vec<Diagnostic>) -> Self {
         let mut starts: Vec<usize> = syntax.iter().map(|problem| problem.span.start).collect();
         starts.sort_unstable();
-        Self { found: syntax, syntax: starts, dropped: 0 }
+        Self { found: syntax, syntax: starts, errors: Tally::default(), warnings: Tally::default(), compared: 0 }
     }
 
     pub(crate) fn push(&mut self, problem: Diagnostic) {
-        if self.found.len() < MAX_PROBLEMS {
+        let tally = match problem.severity {
+            Severity::Error => &mut self.errors,
+            Severity::Warning => &mut self.warnings,
+        };
+        if tally.kept < MOST_KEPT {
+            tally.kept += 1;
             self.found.push(problem);
         } else {
-            self.dropped += 1;
+            tally.dropped += 1;
         }
+    }
+
+    /// Returns true if further errors are only counted, so that their hints need not be found.
+    pub(crate) const fn has_enough(&self) -> bool {
+        self.errors.kept >= MOST_KEPT
+    }
+
+    /// The name of the file that was probably meant, as [`closest`]. Returns None also after many comparisons.
+    pub(crate) fn meant<'a>(&mut self, word: &str, known: impl ExactSizeIterator<Item = &'a str>) -> Option<&'a str> {
+        if self.has_enough() || self.compared >= MOST_COMPARED {
+            return None;
+        }
+        self.compared += known.len();
+        closest(word, known)
     }
 
     /// All problems, sorted by position.
     pub(crate) fn finish(mut self, source: &str) -> Vec<Diagnostic> {
         self.found.sort_by_key(|problem| (problem.span.start, problem.span.end));
-        if self.dropped > 0 {
-            let message = format!("{} more problems are not listed", self.dropped);
-            self.found.push(Diagnostic::error("more", source.len()..source.len(), message));
+        let dropped = self.errors.dropped + self.warnings.dropped;
+        if dropped > 0 {
+            let message = match dropped {
+                1 => "one more problem is not listed".to_owned(),
+                more => format!("{more} more problems are not listed"),
+            };
+            let place = source.len()..source.len();
+            self.found.push(match self.errors.dropped {
+                0 => Diagnostic::warning(MORE, place, message),
+                _ => Diagnostic::error(MORE, place, message),
+            });
         }
         self.found
     }
 
     pub(crate) fn is_empty(&self) -> bool {
         self.found.is_empty()
+    }
+
+    /// Returns true if a problem begins in a range.
+    pub(crate) fn has_any_in(&self, span: &Range<usize>) -> bool {
+        self.found.iter().any(|problem| span.contains(&problem.span.start))
     }
 
     /// Returns true if a syntax error lies in a range.

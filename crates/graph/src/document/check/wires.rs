@@ -9,7 +9,6 @@ use petgraph::stable_graph::NodeIndex;
 
 use super::problems::Problems;
 use crate::{
-    closest,
     diagnostic::Diagnostic,
     graph::{Graph, GraphError, Port},
     node::OutputType,
@@ -95,7 +94,8 @@ pub(crate) fn resolve(
         None => {
             let message = format!("{what} is wired to `{end}`, but there is no node `{name}`");
             let problem = Diagnostic::error("unknown-wire", span.clone(), message);
-            problems.push(match closest(name, entries.keys().map(String::as_str)) {
+            let near = problems.meant(name, entries.keys().map(String::as_str));
+            problems.push(match near {
                 Some(near) => problem.hint(format!("did you mean `{near}`?")),
                 None => problem.hint("write the name of a node of this file"),
             });

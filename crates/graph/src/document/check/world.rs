@@ -76,6 +76,10 @@ fn impossible(error: &WorldError, group: &Group, value: &Expr) -> Diagnostic {
         WorldError::Empty(..) => (place("cells"), "for example `cells: (1024, 1024)`"),
         WorldError::TooLarge(..) => (place("cells"), "choose fewer cells; a larger terrain needs larger cells"),
         WorldError::NoExtent(..) => (place("size"), "for example `size: (\"16 km\", \"16 km\")`"),
+        WorldError::TooFine(_) => {
+            (place("size").or_else(|| place("cells")), "a size without a unit is in metres; choose a larger one")
+        }
+        WorldError::TooWide(_) => (place("size"), "a size without a unit is in metres; choose a smaller one"),
         WorldError::NotSquare(..) => (
             place("cells").or_else(|| place("size")),
             "with one number, `cells: 1024`, the other side follows from the size",

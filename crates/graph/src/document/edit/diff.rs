@@ -40,6 +40,7 @@ pub fn diff(a: &Document, b: &Document) -> Vec<String> {
     }
     muted(a, b, &now, &mut lines);
     outputs(a, b, &now, &mut lines);
+    expectations(a, b, &mut lines);
     named(a, b, &now, &mut lines);
     lines
 }
@@ -263,6 +264,32 @@ fn outputs(a: &Document, b: &Document, now: &dyn Fn(&str) -> String, lines: &mut
     }
     for (name, end) in new.iter().filter(|(name, _)| !old.contains_key(*name)) {
         lines.push(format!("output {name} ({end}) added"));
+    }
+}
+
+/// What the files expect, in the order of the names.
+fn expectations(a: &Document, b: &Document, lines: &mut Vec<String>) {
+    let metres = |value: f64| Unit::Metres.display(value);
+    let list = |document: &Document| -> BTreeMap<&str, (String, String)> {
+        let Some(all) = document.expectations() else { return BTreeMap::new() };
+        let exact = |value: &dyn std::fmt::Debug| format!("{value:?}");
+        let measures = all.list.iter().map(|one| (one.measure.name, (one.bounds_text(), exact(&one.bounds))));
+        let part = all.part_m.map(|part| ("in", (format!("({})", part.map(metres).join(", ")), exact(&part))));
+        let cell = all.cell_m.map(|cell| ("cell", (metres(cell), exact(&cell))));
+        measures.chain(part).chain(cell).collect()
+    };
+    let (old, new) = (list(a), list(b));
+    for (name, (shown, value)) in &old {
+        match new.get(name) {
+            Some((_, other)) if other == value => {}
+            // bounds that look the same are written with all their digits
+            Some((same, other)) if same == shown => lines.push(format!("expect.{name} {value} → {other}")),
+            Some((other, _)) => lines.push(format!("expect.{name} {shown} → {other}")),
+            None => lines.push(format!("expect.{name} ({shown}) removed")),
+        }
+    }
+    for (name, (shown, _)) in new.iter().filter(|(name, _)| !old.contains_key(*name)) {
+        lines.push(format!("expect.{name} ({shown}) added"));
     }
 }
 

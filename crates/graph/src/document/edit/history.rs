@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::{Edit, EditError, editor::Editor};
 use crate::document::{
     Document,
+    check::problems::MORE,
     read::{Parsed, Read},
     subgraph::{FILE, Loader},
     syntax::{
@@ -309,8 +310,12 @@ type Made = (Arc<Read>, Vec<Splice>);
 /// Problems that an edit may add, because a graph is built up edit by edit: a missing wire, a missing file name.
 const UNFINISHED: [&str; 2] = ["unwired", "no-file"];
 
-/// An error that an edit would add, other than an unfinished node.
+/// An error that an edit would add, other than an unfinished node. Returns None also when there were more errors than
+/// are listed, because one of those is not new.
 pub(crate) fn added<'a>(before: &[Diagnostic], after: &'a [Diagnostic], renames: bool) -> Option<&'a Diagnostic> {
+    if before.iter().any(|problem| problem.severity == Severity::Error && problem.code == MORE) {
+        return None;
+    }
     let is_error = |problem: &&Diagnostic| problem.severity == Severity::Error && !UNFINISHED.contains(&problem.code);
     let key = |problem: &Diagnostic| (problem.code, if renames { String::new() } else { problem.message.clone() });
     let mut known: BTreeMap<(&str, String), usize> = BTreeMap::new();

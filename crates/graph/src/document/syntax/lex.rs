@@ -53,7 +53,23 @@ impl Bracket {
 #[derive(Clone, Debug)]
 pub(crate) struct Token {
     pub(crate) kind: TokenKind,
-    pub(crate) span: Range<usize>,
+    /// Offsets of its first byte and of the byte after it, in four bytes each: a text has many tokens.
+    start: u32,
+    end: u32,
+}
+
+impl Token {
+    pub(super) const fn start(&self) -> usize {
+        self.start as usize
+    }
+
+    pub(super) const fn end(&self) -> usize {
+        self.end as usize
+    }
+
+    pub(crate) const fn span(&self) -> Range<usize> {
+        self.start()..self.end()
+    }
 }
 
 /// A comment.
@@ -69,14 +85,46 @@ pub(crate) struct Comment {
 pub(crate) struct Lexed {
     pub(crate) tokens: Vec<Token>,
     pub(crate) comments: Vec<Comment>,
-    pub(crate) problems: Vec<Diagnostic>,
+    pub(crate) mistakes: Mistakes,
+}
+
+/// The largest number of syntax errors that are listed.
+pub(super) const MAX_PROBLEMS: usize = 100;
+
+/// A text with more syntax errors is not read to its end: it is not a graph file.
+const MAX_MISTAKES: usize = 10_000;
+
+/// Syntax errors: the first of them, and the offsets of all.
+#[derive(Debug, Default)]
+pub(crate) struct Mistakes {
+    /// At most one more than are listed, which shows that there are more.
+    pub(crate) first: Vec<Diagnostic>,
+    pub(crate) places: Vec<usize>,
+}
+
+impl Mistakes {
+    pub(super) fn push(&mut self, problem: Diagnostic) {
+        self.places.push(problem.span.start);
+        if self.first.len() <= MAX_PROBLEMS {
+            self.first.push(problem);
+        }
+    }
+
+    /// Returns true if the rest of the text is not worth reading.
+    pub(super) const fn is_hopeless(&self) -> bool {
+        self.places.len() > MAX_MISTAKES
+    }
 }
 
 /// Splits a source. Every byte belongs to a token, a comment, white space or a problem.
 pub(crate) fn lex(source: &str) -> Lexed {
     let mut out = Lexed::default();
     let mut at = if source.starts_with('\u{feff}') { 3 } else { 0 };
-    while let Some(c) = source[at..].chars().next() {
+    if u32::try_from(source.len()).is_err() {
+        out.mistakes.push(Diagnostic::error("syntax", 0..0, "the text has more than 4 GiB"));
+        return out;
+    }
+    while let Some(c) = source[at..].chars().next().filter(|_| !out.mistakes.is_hopeless()) {
         let start = at;
         let rest = &source[at..];
         let single = match c {
@@ -103,18 +151,18 @@ pub(crate) fn lex(source: &str) -> Lexed {
             out.comments.push(Comment { span: start..end, line: true });
             continue;
         } else if rest.starts_with("/*") {
-            at = block_comment(source, start, &mut out.problems);
+            at = block_comment(source, start, &mut out.mistakes);
             out.comments.push(Comment { span: start..at, line: false });
             continue;
         } else if c == '"' {
-            text(source, start, &mut at, &mut out.problems)
+            text(source, start, &mut at, &mut out.mistakes)
         } else if let Some(len) = single_quoted(rest) {
             at += len;
             let problem = Diagnostic::error("syntax", start..at, "text needs double quotes");
-            out.problems.push(problem.hint(format!("write \"{}\"", &source[start + 1..at - 1])));
+            out.mistakes.push(problem.hint(format!("write \"{}\"", &source[start + 1..at - 1])));
             TokenKind::Text
         } else if let Some(hashes) = raw_text_hashes(rest) {
-            raw_text(source, start, hashes, &mut at, &mut out.problems)
+            raw_text(source, start, hashes, &mut at, &mut out.mistakes)
         } else if c.is_ascii_digit() || matches!(c, '+' | '-' | '.') {
             at += rest.find(|c: char| !is_number_char(c)).unwrap_or(rest.len());
             TokenKind::Number
@@ -123,10 +171,10 @@ pub(crate) fn lex(source: &str) -> Lexed {
             TokenKind::Word
         } else {
             at += rest.find(|c: char| !is_stray(c)).unwrap_or(rest.len()).max(c.len_utf8());
-            out.problems.push(stray(source, start..at));
+            out.mistakes.push(stray(source, start..at));
             continue;
         };
-        out.tokens.push(Token { kind, span: start..at });
+        out.tokens.push(Token { kind, start: start as u32, end: at as u32 });
     }
     out
 }
@@ -169,7 +217,7 @@ fn stray(source: &str, span: Range<usize>) -> Diagnostic {
 }
 
 /// The end of a block comment, which may contain others.
-fn block_comment(source: &str, start: usize, problems: &mut Vec<Diagnostic>) -> usize {
+fn block_comment(source: &str, start: usize, problems: &mut Mistakes) -> usize {
     let bytes = source.as_bytes();
     let (mut depth, mut at) = (0_usize, start);
     while at < bytes.len() {
@@ -195,7 +243,7 @@ fn block_comment(source: &str, start: usize, problems: &mut Vec<Diagnostic>) -> 
 
 /// Finds the end of a string in quotes. A string ends on its line, so that a missing quote spoils one line, not the
 /// file.
-fn text(source: &str, start: usize, at: &mut usize, problems: &mut Vec<Diagnostic>) -> TokenKind {
+fn text(source: &str, start: usize, at: &mut usize, problems: &mut Mistakes) -> TokenKind {
     let mut chars = source[start + 1..].char_indices();
     while let Some((i, c)) = chars.next() {
         match c {
@@ -215,7 +263,7 @@ fn text(source: &str, start: usize, at: &mut usize, problems: &mut Vec<Diagnosti
 }
 
 /// Ends an unclosed string before the brackets and commas at the end of its line, which probably do not belong to it.
-fn unclosed_text(source: &str, start: usize, at: &mut usize, problems: &mut Vec<Diagnostic>) -> TokenKind {
+fn unclosed_text(source: &str, start: usize, at: &mut usize, problems: &mut Mistakes) -> TokenKind {
     let line = source[start..].split('\n').next().unwrap_or("");
     let text = line.trim_end_matches(|c: char| c.is_whitespace() || matches!(c, ',' | ')' | ']' | '}'));
     *at = start + text.len().max(1);
@@ -231,7 +279,7 @@ fn raw_text_hashes(rest: &str) -> Option<usize> {
     rest[hashes..].starts_with('"').then_some(hashes)
 }
 
-fn raw_text(source: &str, start: usize, hashes: usize, at: &mut usize, problems: &mut Vec<Diagnostic>) -> TokenKind {
+fn raw_text(source: &str, start: usize, hashes: usize, at: &mut usize, problems: &mut Mistakes) -> TokenKind {
     let body = start + 2 + hashes;
     let line = source[body..].split('\n').next().unwrap_or("");
     let closing = format!("\"{}", "#".repeat(hashes));
@@ -335,7 +383,7 @@ mod tests {
     #[test]
     fn mistakes_spoil_their_line_only() {
         let lexed = lex("a: \"open\nb: 'x', /* /* c */ */ é = ; // end\r\n/* open");
-        let messages: Vec<&str> = lexed.problems.iter().map(|p| p.message.as_str()).collect();
+        let messages: Vec<&str> = lexed.mistakes.first.iter().map(|p| p.message.as_str()).collect();
         assert_eq!(
             messages,
             [

@@ -7,18 +7,27 @@ pub(crate) mod splice;
 
 use std::ops::Range;
 
-use self::lex::{Bracket, Comment, Token, TokenKind, decode_text, lex};
+use self::lex::{Bracket, Comment, MAX_PROBLEMS, Mistakes, Token, TokenKind, decode_text, lex};
 use crate::diagnostic::Diagnostic;
 
 /// Brackets nested deeper than this are refused; a graph file needs six.
 const MAX_DEPTH: usize = 64;
 
 /// The fields of a graph file.
-pub(super) const FIELDS: [&str; 11] =
-    ["format", "world", "inputs", "parameters", "nodes", "muted", "outputs", "layout", "reroutes", "notes", "frames"];
-
-/// The largest number of syntax errors that are listed.
-const MAX_PROBLEMS: usize = 100;
+pub(super) const FIELDS: [&str; 12] = [
+    "format",
+    "world",
+    "inputs",
+    "parameters",
+    "nodes",
+    "muted",
+    "outputs",
+    "expect",
+    "layout",
+    "reroutes",
+    "notes",
+    "frames",
+];
 
 /// A file as a tree. Spans are byte offsets into the source it was parsed from.
 #[derive(Clone, Debug, Default)]
@@ -46,7 +55,7 @@ pub(super) enum ExprKind {
     /// A string in quotes, decoded.
     Text(String),
     /// Items in brackets.
-    Group(Group),
+    Group(Box<Group>),
     /// Nothing, or something that could not be read; already reported.
     Bad,
 }
@@ -67,7 +76,7 @@ pub(super) struct Group {
 /// One item in brackets.
 #[derive(Clone, Debug)]
 pub(super) struct Item {
-    pub(super) key: Option<Key>,
+    pub(super) key: Option<Box<Key>>,
     pub(super) value: Expr,
     /// Offset of the comma after it.
     pub(super) comma: Option<usize>,
@@ -82,7 +91,7 @@ pub(super) struct Key {
 
 impl Expr {
     /// The brackets. Returns None when the value is something else.
-    pub(super) const fn as_group(&self) -> Option<&Group> {
+    pub(super) fn as_group(&self) -> Option<&Group> {
         match &self.kind {
             ExprKind::Group(group) => Some(group),
             _ => None,
@@ -115,10 +124,10 @@ pub(super) fn parse(source: &str) -> (Tree, Vec<Diagnostic>) {
     let mut parser = Parser {
         source,
         tokens: &lexed.tokens,
-        strays: lexed.problems.iter().map(|problem| problem.span.start).collect(),
+        strays: &lexed.mistakes.places,
         next: 0,
         open: Vec::new(),
-        problems: Vec::new(),
+        problems: Mistakes::default(),
         unclosed: false,
         too_deep: false,
     };
@@ -134,10 +143,11 @@ pub(super) fn parse(source: &str) -> (Tree, Vec<Diagnostic>) {
                 "a graph file is `( format: 1, nodes: { … }, outputs: { … } )`",
             ),
         };
-        parser.problems.push(Diagnostic::error("syntax", token.span.clone(), message).hint(hint));
+        parser.problems.push(Diagnostic::error("syntax", token.span(), message).hint(hint));
     }
-    let mut problems = lexed.problems;
-    problems.append(&mut parser.problems);
+    let found = parser.problems.first;
+    let mut problems = lexed.mistakes.first;
+    problems.extend(found);
     problems.sort_by_key(|problem| problem.span.start);
     if problems.len() > MAX_PROBLEMS {
         problems.truncate(MAX_PROBLEMS);
@@ -157,11 +167,11 @@ struct Parser<'a> {
     source: &'a str,
     tokens: &'a [Token],
     /// Offsets of characters in the source that are not tokens, ascending.
-    strays: Vec<usize>,
+    strays: &'a [usize],
     next: usize,
     /// Open brackets, from the outermost.
     open: Vec<Bracket>,
-    problems: Vec<Diagnostic>,
+    problems: Mistakes,
     /// True if a missing closing bracket was reported at the end of the file.
     unclosed: bool,
     /// True if too deep nesting was reported.
@@ -183,14 +193,14 @@ impl<'a> Parser<'a> {
 
     /// Returns true if something that is not a token, and was already reported, precedes the next token.
     fn after_stray(&self) -> bool {
-        let next = self.peek().map_or(self.source.len(), |token| token.span.start);
+        let next = self.peek().map_or(self.source.len(), |token| token.start());
         let first = self.strays.partition_point(|at| *at < self.last_end());
         self.strays.get(first).is_some_and(|at| *at < next)
     }
 
     /// The end of the previous token.
     fn last_end(&self) -> usize {
-        self.next.checked_sub(1).map_or(0, |at| self.tokens[at].span.end)
+        self.next.checked_sub(1).map_or(0, |at| self.tokens[at].end())
     }
 
     /// A value; [`ExprKind::Bad`], without consuming a token, if none begins here.
@@ -199,7 +209,7 @@ impl<'a> Parser<'a> {
             let end = self.last_end();
             return Expr { span: end..end, kind: ExprKind::Bad };
         };
-        let span = token.span.clone();
+        let span = token.span();
         match token.kind {
             TokenKind::Number => {
                 self.next += 1;
@@ -234,10 +244,10 @@ impl<'a> Parser<'a> {
     fn number(&mut self, span: Range<usize>) -> Expr {
         if let Some(token) = self.peek()
             && token.kind == TokenKind::Word
-            && self.source[span.end..token.span.start].chars().all(|c| c == ' ')
+            && self.source[span.end..token.start()].chars().all(|c| c == ' ')
             && !matches!(self.peek_kind(1), Some(TokenKind::Colon | TokenKind::Open(_)))
         {
-            let place = span.start..token.span.end;
+            let place = span.start..token.end();
             let hint = format!("write \"{}\"", &self.source[place.clone()]);
             self.problem(place.clone(), "a number with a unit needs quotes", &hint);
             self.next += 1;
@@ -259,7 +269,7 @@ impl<'a> Parser<'a> {
 
     /// Items in brackets, from the opening one.
     fn group(&mut self, bracket: Bracket, name: Option<Range<usize>>) -> Expr {
-        let open = self.tokens[self.next].span.start;
+        let open = self.tokens[self.next].start();
         let start = name.as_ref().map_or(open, |name| name.start);
         if self.open.len() >= MAX_DEPTH {
             return self.skip_nested(start);
@@ -270,7 +280,7 @@ impl<'a> Parser<'a> {
         loop {
             match self.peek().map(|token| token.kind) {
                 Some(TokenKind::Close(close)) if close == bracket => {
-                    group.close = Some(self.tokens[self.next].span.start);
+                    group.close = Some(self.tokens[self.next].start());
                     self.next += 1;
                     break;
                 }
@@ -285,14 +295,15 @@ impl<'a> Parser<'a> {
                     }
                     break;
                 }
+                _ if self.problems.is_hopeless() => break,
                 _ if self.belongs_outside(bracket) => {
                     self.not_closed(open, bracket);
                     break;
                 }
                 Some(TokenKind::Close(_) | TokenKind::Comma | TokenKind::Colon) => {
                     let token = &self.tokens[self.next];
-                    let text = &self.source[token.span.clone()];
-                    self.problem(token.span.clone(), format!("expected a value, found `{text}`"), "remove it");
+                    let text = &self.source[token.span()];
+                    self.problem(token.span(), format!("expected a value, found `{text}`"), "remove it");
                     self.next += 1;
                 }
                 Some(_) => {
@@ -302,7 +313,7 @@ impl<'a> Parser<'a> {
             }
         }
         self.open.pop();
-        Expr { span: start..self.last_end(), kind: ExprKind::Group(group) }
+        Expr { span: start..self.last_end(), kind: ExprKind::Group(Box::new(group)) }
     }
 
     /// Returns true if the next token can only belong to the surrounding brackets, so that these were not closed.
@@ -317,7 +328,7 @@ impl<'a> Parser<'a> {
                     Bracket::Square => true,
                     // A name in curly brackets may just lack its quotes.
                     Bracket::Curly => {
-                        let word = &self.source[self.tokens[self.next].span.clone()];
+                        let word = &self.source[self.tokens[self.next].span()];
                         self.open.len() == 2 && FIELDS.contains(&word)
                     }
                 },
@@ -334,7 +345,7 @@ impl<'a> Parser<'a> {
     fn skip_nested(&mut self, start: usize) -> Expr {
         if !self.too_deep {
             self.too_deep = true;
-            let place = self.tokens[self.next].span.clone();
+            let place = self.tokens[self.next].span();
             let message = format!("brackets are nested deeper than {MAX_DEPTH}");
             self.problem(place, message, "a graph file needs about six levels; was a bracket repeated?");
         }
@@ -372,7 +383,7 @@ impl<'a> Parser<'a> {
             }
             _ => {}
         }
-        let comma = (self.peek_kind(0) == Some(TokenKind::Comma)).then(|| self.tokens[self.next].span.start);
+        let comma = (self.peek_kind(0) == Some(TokenKind::Comma)).then(|| self.tokens[self.next].start());
         if comma.is_some() {
             self.next += 1;
         } else if self.begins_item() && !unclosed && !self.belongs_outside(bracket) && !self.after_stray() {
@@ -390,9 +401,9 @@ impl<'a> Parser<'a> {
     }
 
     /// A name with its colon.
-    fn key(&mut self, bracket: Bracket) -> Option<Key> {
+    fn key(&mut self, bracket: Bracket) -> Option<Box<Key>> {
         let token = &self.tokens[self.next];
-        let span = token.span.clone();
+        let span = token.span();
         let text = match token.kind {
             TokenKind::Word => self.source[span.clone()].to_owned(),
             // A name with an invalid escape sequence, already reported, is used as written.
@@ -414,7 +425,7 @@ impl<'a> Parser<'a> {
             _ => {}
         }
         self.next += 2;
-        Some(Key { span, text })
+        Some(Box::new(Key { span, text }))
     }
 }
 

@@ -111,6 +111,17 @@ fn differences_are_named_with_units() {
         changed("Metrics", "Volcano"),
         ["node report Metrics → Volcano", "output metrics (report.report) removed"]
     );
+    assert_eq!(changed("(23, 32)", "(\"23 deg\", 32.0)"), [""; 0]);
+    assert_eq!(changed("(23, 32)", "(23, inf)"), ["expect.slope.p50 23° to 32° → at least 23°"]);
+    assert_eq!(changed("(23, 32)", "(23, 32.0000001)"), ["expect.slope.p50 [23.0, 32.0] → [23.0, 32.0000001]"]);
+    assert_eq!(
+        changed("\"cell\": \"90 m\", \"relief\": (\"2 km\", inf)", "\"in\": (0, 0, \"8 km\", \"8 km\")"),
+        [
+            "expect.cell (90 m) removed",
+            "expect.relief (at least 2 km) removed",
+            "expect.in ((0 m, 0 m, 8 km, 8 km)) added"
+        ]
+    );
     let x = parse("(nodes: { \"a\": Volcano(x: 1.0) })");
     assert_eq!(diff(&x, &parse("(nodes: { \"a\": Volcano( x: 1 ), })")), [""; 0]);
     assert_eq!(diff(&x, &parse("(nodes: { \"a\": Volcano(x: 2) })")), ["node a (Volcano, unknown here) changed"]);

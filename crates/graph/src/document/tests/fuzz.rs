@@ -6,7 +6,7 @@ use super::*;
 use crate::Severity;
 
 /// Tokens of the notation.
-const PIECES: [&str; 42] = [
+const PIECES: [&str; 46] = [
     "(",
     ")",
     "[",
@@ -39,6 +39,10 @@ const PIECES: [&str; 42] = [
     "nodes",
     "outputs",
     "world",
+    "expect",
+    "\"relief\"",
+    "\"in\"",
+    "(0, inf)",
     "layout",
     "format",
     "cells: 99999999999",
@@ -89,9 +93,9 @@ fn disguised() -> impl Strategy<Value = String> {
         let lexed = crate::document::syntax::lex::lex(ALPS);
         let mut out = String::new();
         for (i, token) in lexed.tokens.iter().enumerate() {
-            let text = &ALPS[token.span.clone()];
+            let text = &ALPS[token.span()];
             let closes = matches!(text, ")" | "}");
-            let before = i.checked_sub(1).map_or("", |i| &ALPS[lexed.tokens[i].span.clone()]);
+            let before = i.checked_sub(1).map_or("", |i| &ALPS[lexed.tokens[i].span()]);
             // The brackets of a position and the file's last one, with a comma before, are valid as well.
             if commas && closes && !matches!(before, "," | "(" | "{") {
                 out.push(',');
@@ -173,9 +177,9 @@ fn large_and_hostile_files_are_read_without_delay() {
     let circle = parse(&many(&|i| format!("\"n{i}\": StreamPower(height: \"n{}\"),\n", (i + 1) % n)));
     assert_eq!(circle.problems().len(), 1);
     let pairs = parse(&many(&|i| format!("\"n{i}\": StreamPower(height: \"n{}\"),\n", i ^ 1)));
-    assert_eq!(pairs.problems().len(), 501, "only so many problems are listed");
+    assert_eq!(pairs.problems().len(), 101, "only so many problems are listed");
     let wrong = parse(&many(&|i| format!("\"n{i}\": Rigded(x: 1),\n")));
-    assert_eq!(wrong.problems().len(), 501);
+    assert_eq!(wrong.problems().len(), 101);
     for text in ["(", "[", "{", "a(", "(a:", "({\"a\":", "/*", "\"", "//\n", ",", ":", "-", "é"] {
         let source = text.repeat(100_000);
         assert!(parse(&source).has_errors(), "{text}");
