@@ -4,10 +4,12 @@
 //! without a reference system. Degrees are converted to metres at the latitude of the raster's centre, and coordinates
 //! determine only the size of cells, not their position.
 
+use std::path::Path;
+
 use crate::{
     prelude::*,
     quantity::{self, Quantity},
-    raster::{self, GridAxis, Problem, Raster, fill_voids, resample},
+    raster::{self, GridAxis, Head, Problem, Raster, Reader, Resampler, fill_voids, resample},
 };
 
 choice! {
@@ -84,32 +86,42 @@ pub static NODE: Node = Node {
     ],
     outputs: Given::PORTS,
     params: Params::specs,
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     example: "file: \"glencoe_128.tif\", placement: stretch",
     ..Node::DEFAULT
 };
 
+/// Memory that the kernel needs in addition to its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let params = Params::read(sizing.params);
+    // a file that cannot be read fails when it is imported
+    let Ok(reader) = Reader::open(&sizing.folder.join(&params.file.0)) else { return 0 };
+    let Head { columns, rows, .. } = reader.head;
+    let narrowed = |rows: usize| 4 * (rows * sizing.window.nx()) as u64;
+    let streamed = reader.bytes() + narrowed(reader.block_rows());
+    if params.voids == Voids::Level || !reader.may_have_voids() {
+        return streamed;
+    }
+    // the whole raster with the pyramid that fills its voids
+    let cells = 4 * (columns * rows) as u64;
+    streamed.max(cells + reader.bytes().max(2 * cells / 3).max(narrowed(rows)))
+}
+
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let path = job.file("file")?;
     job.advance(0.0)?;
-    let raster = raster::read_while(&path, &|| job.check().is_ok());
-    job.check()?;
-    let raster = raster?;
-    job.advance(0.5)?;
-    let axes = axes(&params, &raster, job.window()).map_err(|problem| problem.of(&path))?;
-    let range = if params.quantity == Quantity::Mask { [0.0, 1.0] } else { params.range };
-    let Raster { columns, rows, mut samples, .. } = raster.decoded(range);
-    let level = params.level as f32;
-    let check = || job.check();
-    match params.voids {
-        Voids::Fill => fill_voids(columns, rows, &mut samples, &check)?,
-        Voids::Level => samples.iter_mut().filter(|v| v.is_nan()).for_each(|v| *v = level),
-    }
-    job.advance(0.75)?;
-    let beyond = (params.beyond == Beyond::Level).then_some(level);
-    let Window { origin, cells, .. } = job.window();
-    let mut out = resample(&samples, axes, origin, cells, beyond, &check)?;
+    let reader = Reader::open(&path)?;
+    let axes = axes(&params, &reader.head, job.window()).map_err(|problem| problem.of(&path))?;
+    let mut out = match streamed(job, &params, reader, axes) {
+        Ok(Some(out)) => out,
+        Ok(None) => filled(job, &params, &path, axes)?,
+        Err(problem) => {
+            job.check()?;
+            return Err(problem.of(&path).into());
+        }
+    };
     if params.quantity == Quantity::Mask {
         out.iter_mut().for_each(|v| *v = v.clamp(0.0, 1.0));
     }
@@ -117,10 +129,68 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value: Some(Field::new(job.window(), out)) }.into())
 }
 
+/// Values of the lowest and the highest code, if the file gives none.
+fn range(params: &Params) -> [f64; 2] {
+    if params.quantity == Quantity::Mask { [0.0, 1.0] } else { params.range }
+}
+
+/// Value beyond the raster, unless its edge continues.
+fn beyond(params: &Params) -> Option<f32> {
+    (params.beyond == Beyond::Level).then_some(params.level as f32)
+}
+
+/// Resamples the rows of a file as they are read. Returns None if it finds voids that have to be filled.
+fn streamed(
+    job: &Job<'_>,
+    params: &Params,
+    reader: Reader<'_>,
+    axes: [GridAxis; 2],
+) -> Result<Option<Vec<f32>>, Problem> {
+    let Window { origin, cells, .. } = job.window();
+    let (coding, rows, columns) = (reader.head.coding, reader.head.rows, reader.head.columns);
+    let (range, level) = (range(params), params.level as f32);
+    let mut resampler = Resampler::new(axes, origin, cells, beyond(params))?;
+    let mut has_voids = false;
+    let read = reader.read(&|| job.check().is_ok(), &mut |first, samples| {
+        if let Some(coding) = coding {
+            coding.decode(range, samples);
+        }
+        match params.voids {
+            Voids::Fill => has_voids = resampler.needed(first, samples).flatten().any(|v| v.is_nan()),
+            Voids::Level => samples.iter_mut().filter(|v| v.is_nan()).for_each(|v| *v = level),
+        }
+        if has_voids {
+            return Err(Problem::Stopped);
+        }
+        let failed = |error| match error {
+            NodeError::OutOfMemory(refused) => Problem::OutOfMemory(refused),
+            _ => Problem::Stopped,
+        };
+        resampler.take(first, samples, &|| job.check()).map_err(failed)?;
+        let done = (first + samples.len() / columns) as f32 / rows as f32;
+        job.advance(0.9 * done).map_err(failed)
+    });
+    match read {
+        Err(_) if has_voids => Ok(None),
+        read => read.map(|()| Some(resampler.into_samples())),
+    }
+}
+
+/// Reads a whole file, fills its voids and resamples it.
+fn filled(job: &Job<'_>, params: &Params, path: &Path, axes: [GridAxis; 2]) -> Result<Vec<f32>, NodeError> {
+    let raster = raster::read_while(path, &|| job.check().is_ok());
+    job.check()?;
+    let Raster { head: Head { columns, rows, .. }, mut samples } = raster?.decoded(range(params));
+    let check = || job.check();
+    fill_voids(columns, rows, &mut samples, &check)?;
+    let Window { origin, cells, .. } = job.window();
+    resample(&samples, axes, origin, cells, beyond(params), &check)
+}
+
 /// Returns the mapping of the world's cells to those of the raster.
-fn axes(params: &Params, raster: &Raster, window: Window) -> Result<[GridAxis; 2], Problem> {
-    let source = [raster.columns, raster.rows];
-    let size = if params.cell > 0.0 { Some([params.cell; 2]) } else { raster.cell_m()? };
+fn axes(params: &Params, head: &Head, window: Window) -> Result<[GridAxis; 2], Problem> {
+    let source = [head.columns, head.rows];
+    let size = if params.cell > 0.0 { Some([params.cell; 2]) } else { head.cell_m()? };
     let axis = |axis: usize| {
         let (source, target) = (source[axis], f64::from(window.world.cells[axis]));
         let (step, offset) = match (params.placement, size) {
@@ -138,7 +208,7 @@ fn axes(params: &Params, raster: &Raster, window: Window) -> Result<[GridAxis; 2
 
 #[cfg(test)]
 mod tests {
-    use std::path::{Path, PathBuf};
+    use std::path::PathBuf;
 
     use orograph_graph::{Cancel, ParamValue, Warnings, World};
 
@@ -289,6 +359,27 @@ mod tests {
             let part = Window { origin: [13, 9], cells: [30, 22], ..whole };
             let all = outputs(&params, whole, Cancel::default()).unwrap();
             assert_eq!(outputs(&params, part, Cancel::default()).unwrap(), all.crop(&part), "{file}");
+        }
+    }
+
+    /// Rows that are resampled as they are read give the bits of the whole raster.
+    #[test]
+    fn every_file_gives_the_bits_of_the_whole_raster() {
+        let files = std::fs::read_dir(folder()).unwrap().map(|entry| entry.unwrap().path());
+        let files: Vec<_> = files.filter(|path| Reader::open(path).is_ok()).collect();
+        assert!(files.len() >= 20);
+        for path in files {
+            for (cells, cell_m) in [(5, 900.0), (97, 31.7)] {
+                let world = world(cells, cells, cell_m);
+                let name = path.to_str().unwrap();
+                let found = import(name, world, &[("placement", choice("stretch"))]);
+                let Raster { head, mut samples } = raster::read(&path).unwrap().decoded([0.0, 1000.0]);
+                fill_voids(head.columns, head.rows, &mut samples, &|| Ok(())).unwrap();
+                let axes = [head.columns, head.rows]
+                    .map(|source| GridAxis { source, offset: 0.0, step: source as f64 / f64::from(cells) }.snapped());
+                let whole = resample(&samples, axes, [0, 0], [cells; 2], None, &|| Ok(())).unwrap();
+                assert!(found.samples() == whole, "{name} on {cells} cells");
+            }
         }
     }
 

@@ -48,7 +48,7 @@ pub enum Problem {
         rows: u64,
     },
     /// It has more cells than this program reads.
-    #[error("a raster of {columns} x {rows} cells is more than can be read; the most is {most} cells", most = super::MAX_CELLS)]
+    #[error("a raster of {columns} x {rows} cells is more than can be read; the most is {cells} cells and {wide} columns", cells = super::MAX_CELLS, wide = super::MAX_COLUMNS)]
     TooLarge {
         /// Columns it claims.
         columns: u64,

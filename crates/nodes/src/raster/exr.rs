@@ -4,7 +4,7 @@
 //! `height` or `R`, else the first; 16-bit and 32-bit floats and integers. Written: one channel of 32-bit floats, `Y`
 //! or `R`.
 
-use std::io::{self, Cursor};
+use std::io::{self, Seek};
 
 use ::exr::{
     compression::Compression,
@@ -20,15 +20,17 @@ use ::exr::{
 
 use orograph_graph::memory::collected;
 
-use super::{MAX_RATIO, Problem, Raster, Sidecar, claimed_cells};
+use super::{
+    GoOn, MAX_RATIO, Problem, Sidecar, claimed_cells,
+    reader::{Each, Head, Reader, Rows, Source},
+};
 
 /// Names of a height channel, best first.
 const CHANNELS: [&str; 4] = ["Y", "Z", "height", "R"];
 
-/// Decodes the first layer, on the calling thread: the crate's own thread pool would ignore the requested number of
-/// threads.
-pub(super) fn read(bytes: &[u8], sidecar: Option<&Sidecar>) -> Result<Raster, Problem> {
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(fault)?;
+/// Opens the first layer.
+pub(super) fn open<'a>(mut source: Source<'a>, sidecar: Option<&Sidecar>) -> Result<Reader<'a>, Problem> {
+    let meta = MetaData::read_from_buffered(&mut source.bytes, false).map_err(fault)?;
     for header in &meta.headers {
         if header.deep {
             return Err(Problem::Unsupported {
@@ -37,38 +39,67 @@ pub(super) fn read(bytes: &[u8], sidecar: Option<&Sidecar>) -> Result<Raster, Pr
             });
         }
         let [columns, rows] = [header.layer_size.0 as u64, header.layer_size.1 as u64];
-        claimed_cells(columns, rows, header.channels.bytes_per_pixel as u64, bytes.len() as u64, MAX_RATIO)?;
+        claimed_cells(columns, rows, header.channels.bytes_per_pixel as u64, source.length, MAX_RATIO)?;
     }
-    let image = reader()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(fault)?;
-    let layer = image.layer_data;
-    let (columns, rows) = (layer.size.0, layer.size.1);
-    let channels = layer.channel_data.list;
-    let found = CHANNELS.iter().find_map(|name| channels.iter().position(|c| c.name.eq_case_insensitive(name)));
-    let Some(channel) = channels.into_iter().nth(found.unwrap_or(0)) else {
-        return Err(Problem::damaged("it has no channels"));
+    let Some(first) = meta.headers.first() else {
+        return Err(Problem::damaged("it has no layers"));
     };
-    let samples = match channel.sample_data {
-        FlatSamples::F32(samples) => samples,
-        FlatSamples::F16(samples) => collected(samples.iter().map(|v| v.to_f32()))?,
-        FlatSamples::U32(samples) => collected(samples.iter().map(|v| *v as f32))?,
-    };
-    if samples.len() != columns * rows {
-        return Err(Problem::Unsupported {
-            what: format!("the subsampled channel `{}`", channel.name),
-            remedy: "export the height channel at full resolution",
-        });
+    source.bytes.rewind().map_err(Problem::Unreadable)?;
+    let mut head = Head::new(first.layer_size.0, first.layer_size.1);
+    head.cell = sidecar.and_then(Sidecar::cell);
+    let cell_bytes = first.channels.bytes_per_pixel;
+    Ok(Reader { head: head.clone(), rows: Box::new(Layer { source, head, cell_bytes }) })
+}
+
+/// A layer, which is unpacked whole.
+struct Layer<'a> {
+    source: Source<'a>,
+    head: Head,
+    cell_bytes: usize,
+}
+
+impl Rows for Layer<'_> {
+    /// Works on the calling thread: the crate's own thread pool would ignore the requested number of threads.
+    fn read(self: Box<Self>, _: GoOn<'_>, each: &mut Each<'_>) -> Result<(), Problem> {
+        let image = reader()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .non_parallel()
+            .from_buffered(self.source.bytes)
+            .map_err(fault)?;
+        let layer = image.layer_data;
+        if (layer.size.0, layer.size.1) != (self.head.columns, self.head.rows) {
+            return Err(Problem::damaged("its first layer cannot be read"));
+        }
+        let channels = layer.channel_data.list;
+        let found = CHANNELS.iter().find_map(|name| channels.iter().position(|c| c.name.eq_case_insensitive(name)));
+        let Some(channel) = channels.into_iter().nth(found.unwrap_or(0)) else {
+            return Err(Problem::damaged("it has no channels"));
+        };
+        let mut samples = match channel.sample_data {
+            FlatSamples::F32(samples) => samples,
+            FlatSamples::F16(samples) => collected(samples.iter().map(|v| v.to_f32()))?,
+            FlatSamples::U32(samples) => collected(samples.iter().map(|v| *v as f32))?,
+        };
+        if samples.len() != self.head.columns * self.head.rows {
+            return Err(Problem::Unsupported {
+                what: format!("the subsampled channel `{}`", channel.name),
+                remedy: "export the height channel at full resolution",
+            });
+        }
+        each(0, &mut samples)
     }
-    let mut raster = Raster::new(columns, rows, samples);
-    raster.cell = sidecar.and_then(Sidecar::cell);
-    Ok(raster)
+
+    fn bytes(&self) -> u64 {
+        (self.head.columns * self.head.rows * (self.cell_bytes + size_of::<f32>())) as u64
+    }
+
+    fn block_rows(&self, head: &Head) -> usize {
+        head.rows
+    }
 }
 
 fn fault(error: Error) -> Problem {

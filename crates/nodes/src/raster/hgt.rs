@@ -4,32 +4,39 @@
 //! degree lines: the samples are posts, so a cell is 1/(side - 1) degree and extends half a cell beyond the tile. The
 //! name gives the position of the south-west post.
 
-use orograph_graph::memory::collected;
-
-use super::{Cell, Problem, Raster};
+use super::{
+    Cell, Problem, claimed_cells,
+    raw::Numbers,
+    reader::{Head, Reader, Source},
+};
 
 const VOID: i16 = -32768;
 
-/// Decodes a tile; `stem` is its name without extension.
-pub(super) fn read(bytes: &[u8], stem: &str) -> Result<Raster, Problem> {
-    let posts = bytes.len() / 2;
-    let side = posts.isqrt();
-    if side < 2 || side * side * 2 != bytes.len() {
-        return Err(Problem::truncated(format!(
-            "{} bytes are not a square of 2-byte posts (1201 x 1201 and 3601 x 3601 are common)",
-            bytes.len()
-        )));
-    }
-    let samples = collected(bytes.chunks_exact(2).map(|b| match i16::from_be_bytes([b[0], b[1]]) {
+/// Opens a tile; `stem` is its name without extension.
+pub(super) fn open<'a>(source: Source<'a>, stem: &str) -> Result<Reader<'a>, Problem> {
+    let side = side(source.length)?;
+    let side = claimed_cells(side, side, 2, source.length, 1)?.isqrt();
+    let cell = 1.0 / (side - 1) as f64;
+    let mut head = Head::new(side, side);
+    head.cell = Some(Cell::Degrees([cell, cell]));
+    head.origin = south_west(stem).map(|[lon, lat]| [lon - 0.5 * cell, lat + 1.0 + 0.5 * cell]);
+    head.epsg = Some(4326);
+    let number = |bytes| match i16::from_be_bytes(bytes) {
         VOID => f32::NAN,
         v => f32::from(v),
-    }))?;
-    let cell = 1.0 / (side - 1) as f64;
-    let mut raster = Raster::new(side, side, samples);
-    raster.cell = Some(Cell::Degrees([cell, cell]));
-    raster.origin = south_west(stem).map(|[lon, lat]| [lon - 0.5 * cell, lat + 1.0 + 0.5 * cell]);
-    raster.epsg = Some(4326);
-    Ok(raster)
+    };
+    Ok(Reader { head: head.clone(), rows: Box::new(Numbers { source, head, number }) })
+}
+
+/// Returns the posts per side of a file of `held` bytes.
+pub(super) fn side(held: u64) -> Result<u64, Problem> {
+    let side = (held / 2).isqrt();
+    if side < 2 || side * side * 2 != held {
+        return Err(Problem::truncated(format!(
+            "{held} bytes are not a square of 2-byte posts (1201 x 1201 and 3601 x 3601 are common)"
+        )));
+    }
+    Ok(side)
 }
 
 /// Returns longitude and latitude from a name such as `N40W106` or `s12e044`. Returns None for other names.
@@ -51,18 +58,23 @@ fn south_west(stem: &str) -> Option<[f64; 2]> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::memory;
     use super::*;
+
+    fn read(bytes: &[u8], stem: &str) -> Result<super::super::Raster, Problem> {
+        open(memory(bytes), stem)?.raster(&|| true)
+    }
 
     #[test]
     fn posts_lie_on_the_degree_lines() {
         let posts: [i16; 9] = [1, 2, 3, VOID, 5, 6, -7, 8, 4320];
         let bytes: Vec<u8> = posts.iter().flat_map(|v| v.to_be_bytes()).collect();
         let raster = read(&bytes, "N40W106").unwrap();
-        assert_eq!((raster.columns, raster.rows, raster.voids()), (3, 3, 1));
+        assert_eq!((raster.head.columns, raster.head.rows, raster.voids()), (3, 3, 1));
         assert_eq!((raster.samples[0], raster.samples[6], raster.samples[8]), (1.0, -7.0, 4320.0));
-        assert_eq!(raster.cell, Some(Cell::Degrees([0.5, 0.5])));
-        assert_eq!(raster.origin, Some([-106.25, 41.25]));
-        assert_eq!(read(&bytes, "tile").unwrap().origin, None);
+        assert_eq!(raster.head.cell, Some(Cell::Degrees([0.5, 0.5])));
+        assert_eq!(raster.head.origin, Some([-106.25, 41.25]));
+        assert_eq!(read(&bytes, "tile").unwrap().head.origin, None);
         assert_eq!(south_west("s12e044_v3"), Some([44.0, -12.0]));
         assert_eq!(south_west("N4éW106"), None);
     }

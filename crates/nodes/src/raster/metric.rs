@@ -8,7 +8,7 @@
 
 use orograph_graph::{Field, NodeError, Window, World};
 
-use super::{Cell, MAX_CELLS, Problem, Raster, fill_voids, resample, resample::GridAxis};
+use super::{Cell, Head, MAX_CELLS, Problem, Raster, fill_voids, resample, resample::GridAxis};
 use crate::numerics::math;
 
 /// Semi-major axis of WGS84 in metres.
@@ -26,7 +26,7 @@ fn metres_per_degree(latitude_deg: f64) -> [f64; 2] {
     [across * radian, along * radian]
 }
 
-impl Raster {
+impl Head {
     /// Returns the width and height of a cell in metres. Returns None if the file has none.
     ///
     /// # Errors
@@ -60,13 +60,13 @@ impl Raster {
 /// square, such as those in degrees, are resampled along x to their north-south size.
 ///
 /// # Errors
-/// [`Problem::NoCellSize`] if neither the file nor the caller gives it, and the problems of [`Raster::cell_m`].
+/// [`Problem::NoCellSize`] if neither the file nor the caller gives it, and the problems of [`Head::cell_m`].
 pub fn height_field(raster: Raster, range: [f64; 2], cell_m: Option<f64>) -> Result<Field, Problem> {
     let [dx, dy] = match cell_m {
         Some(d) => [d, d],
-        None => raster.cell_m()?.ok_or(Problem::NoCellSize)?,
+        None => raster.head.cell_m()?.ok_or(Problem::NoCellSize)?,
     };
-    let Raster { columns, rows, mut samples, .. } = raster.decoded(range);
+    let Raster { head: Head { columns, rows, .. }, mut samples } = raster.decoded(range);
     let failed = |error| match error {
         NodeError::OutOfMemory(refused) => Problem::OutOfMemory(refused),
         never => Problem::Damaged(never.to_string()),
@@ -112,10 +112,10 @@ mod tests {
 
     #[test]
     fn cells_in_degrees_become_square() {
-        let mut raster = Raster::new(20, 10, (0..200).map(|v| v as f32).collect());
-        raster.cell = Some(Cell::Degrees([0.01, 0.01]));
-        assert!(matches!(raster.cell_m(), Err(Problem::NoLatitude)));
-        raster.origin = Some([8.0, 60.05]);
+        let mut raster = Raster { head: Head::new(20, 10), samples: (0..200).map(|v| v as f32).collect() };
+        raster.head.cell = Some(Cell::Degrees([0.01, 0.01]));
+        assert!(matches!(raster.head.cell_m(), Err(Problem::NoLatitude)));
+        raster.head.origin = Some([8.0, 60.05]);
         let field = height_field(raster.clone(), [0.0, 1.0], None).unwrap();
         let window = field.window();
         // at 60 degrees a degree of longitude is 55.8 km, one of latitude 111.4 km
@@ -128,9 +128,9 @@ mod tests {
 
     #[test]
     fn a_raster_without_a_cell_size_says_so() {
-        let mut raster = Raster::new(2, 2, vec![1.0; 4]);
+        let mut raster = Raster { head: Head::new(2, 2), samples: vec![1.0; 4] };
         assert!(matches!(height_field(raster.clone(), [0.0, 1.0], None), Err(Problem::NoCellSize)));
-        raster.cell = Some(Cell::Metres([1e-300, 1e300]));
+        raster.head.cell = Some(Cell::Metres([1e-300, 1e300]));
         assert!(matches!(height_field(raster, [0.0, 1.0], None), Err(Problem::Damaged(_))));
     }
 }

@@ -5,9 +5,10 @@
 //! as they arrive, always under a temporary name that is renamed at the end, with a JSON [`Sidecar`] for metadata that
 //! a format cannot store.
 //!
-//! Files are untrusted input. The memory that a reader allocates is bounded by the length of the file: the number of
-//! cells in a header is compared with the available bytes and the strongest compression of the format (`claimed_cells`)
-//! before anything of that size is allocated. Every offset is checked against the length of the file.
+//! Files are untrusted input. A [`Reader`] unpacks them row by row, so that the memory does not grow with the raster;
+//! what has to be unpacked whole is limited or counted ([`Reader::bytes`]). The number of cells in a header is compared
+//! with the available bytes and the strongest compression of the format (`claimed_cells`) before anything of that size is
+//! allocated. Every offset is checked against the length of the file.
 
 mod ascii;
 mod cells;
@@ -23,6 +24,8 @@ mod metric;
 mod part;
 mod png;
 mod raw;
+mod reader;
+mod recognise;
 mod resample;
 mod sidecar;
 mod srgb;
@@ -30,16 +33,16 @@ mod texture;
 mod whole;
 mod writer;
 
-use std::{fs, io, io::Read, path::Path};
-
-use orograph_graph::memory::with_capacity;
+use std::path::Path;
 
 pub use error::{Problem, RasterError};
 pub use fill::fill_voids;
 pub use format::{Content, Format, Meta, Writing};
 pub use metric::height_field;
 pub use part::replace;
-pub use resample::{GridAxis, resample};
+pub use reader::{Each, Head, Reader};
+pub use recognise::recognise;
+pub use resample::{GridAxis, Resampler, resample};
 pub use sidecar::{Sidecar, sea_level, sidecar_path};
 pub use srgb::srgb_bytes;
 pub use texture::apportioned;
@@ -48,6 +51,9 @@ pub use writer::{Finished, Writer};
 
 /// Maximum number of cells of a file: 4 GiB of samples, 32768 cells per side.
 pub const MAX_CELLS: u64 = 1 << 30;
+
+/// Maximum number of columns of a file: some rows are in memory at a time.
+pub const MAX_COLUMNS: u64 = 1 << 20;
 
 /// Maximum number of bytes that one compressed byte can represent. Deflate reaches 1032 (a 258-byte match in two bits),
 /// 12-bit LZW 1302 (codes that each grow by one byte until the table is full); twice that leaves room for OpenEXR's own
@@ -60,20 +66,10 @@ const VOID_FROM: f32 = 1e30;
 /// A raster as stored in a file: row-major from the north-west corner, voids as NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Raster {
-    /// Number of columns.
-    pub columns: usize,
-    /// Number of rows.
-    pub rows: usize,
-    /// `rows * columns` samples, row by row, north first; NaN where there is no data.
+    /// What the file's header says.
+    pub head: Head,
+    /// Samples row by row, north first; NaN where there is no data.
     pub samples: Vec<f32>,
-    /// Conversion of codes to numbers; `None` if the samples are numbers.
-    pub coding: Option<Coding>,
-    /// Size of a cell, if the file gives it.
-    pub cell: Option<Cell>,
-    /// Easting or longitude, and northing or latitude, of the outer north-west corner, if the file gives them.
-    pub origin: Option<[f64; 2]>,
-    /// EPSG code of the coordinate reference system, if the file gives it.
-    pub epsg: Option<u32>,
 }
 
 /// Size of a raster's cell.
@@ -95,17 +91,6 @@ pub struct Coding {
 }
 
 impl Raster {
-    /// Creates a raster from samples; samples that are not finite or too large become voids.
-    fn new(columns: usize, rows: usize, mut samples: Vec<f32>) -> Self {
-        debug_assert_eq!(samples.len(), columns * rows);
-        for v in &mut samples {
-            if v.is_nan() || v.abs() >= VOID_FROM {
-                *v = f32::NAN;
-            }
-        }
-        Self { columns, rows, samples, coding: None, cell: None, origin: None, epsg: None }
-    }
-
     /// Returns the number of voids.
     #[must_use]
     pub fn voids(&self) -> usize {
@@ -115,16 +100,23 @@ impl Raster {
     /// Converts codes to numbers by the range of the file, or else by `range`. Numbers are unchanged.
     #[must_use]
     pub fn decoded(mut self, range: [f64; 2]) -> Self {
-        if let Some(Coding { full, range: own }) = self.coding.take() {
-            let [lo, hi] = own.unwrap_or(range);
-            let full = f64::from(full);
-            for v in &mut self.samples {
-                // the ends are exact: a weighted mean, not a multiple of a step
-                let t = f64::from(*v) / full;
-                *v = (lo * (1.0 - t) + hi * t) as f32;
-            }
+        if let Some(coding) = self.head.coding.take() {
+            coding.decode(range, &mut self.samples);
         }
         self
+    }
+}
+
+impl Coding {
+    /// Converts codes to numbers by the range of the file, or else by `range`.
+    pub fn decode(&self, range: [f64; 2], codes: &mut [f32]) {
+        let [lo, hi] = self.range.unwrap_or(range);
+        let full = f64::from(self.full);
+        for v in codes {
+            // the ends are exact: a weighted mean, not a multiple of a step
+            let t = f64::from(*v) / full;
+            *v = (lo * (1.0 - t) + hi * t) as f32;
+        }
     }
 }
 
@@ -144,67 +136,14 @@ pub fn read(path: &Path) -> Result<Raster, RasterError> {
 /// # Errors
 /// As [`read`]; [`Problem::Stopped`] if it was cancelled.
 pub fn read_while(path: &Path, go_on: GoOn<'_>) -> Result<Raster, RasterError> {
-    let sidecar = Sidecar::beside(path)?;
-    let bytes = load(path, go_on).map_err(|problem| problem.of(path))?;
-    decode(&bytes, path, sidecar.as_ref(), go_on).map_err(|problem| problem.of(path))
+    Reader::open(path)?.raster(go_on).map_err(|problem| problem.of(path))
 }
 
 /// Called repeatedly; returns true to continue.
 pub type GoOn<'a> = &'a (dyn Fn() -> bool + Sync);
 
-fn load(path: &Path, go_on: GoOn<'_>) -> Result<Vec<u8>, Problem> {
-    let unreadable = |error: io::Error| match error.kind() {
-        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => Problem::Missing,
-        _ => Problem::Unreadable(error),
-    };
-    let meta = fs::metadata(path).map_err(unreadable)?;
-    if meta.is_dir() {
-        return Err(Problem::Folder);
-    }
-    // reading a pipe would block forever, and a device has no end
-    if !meta.is_file() {
-        return Err(Problem::NotRegular);
-    }
-    if meta.len() / 16 > MAX_CELLS {
-        return Err(Problem::Unsupported {
-            what: format!("a file of {}", orograph_graph::bytes(meta.len())),
-            remedy: "cut out the part that is needed, or average it to larger cells",
-        });
-    }
-    let mut file = fs::File::open(path).map_err(unreadable)?.take(meta.len());
-    let mut bytes = with_capacity(usize::try_from(meta.len()).unwrap_or(usize::MAX))?;
-    while file.by_ref().take(1 << 23).read_to_end(&mut bytes).map_err(unreadable)? > 0 {
-        if !go_on() {
-            return Err(Problem::Stopped);
-        }
-    }
-    Ok(bytes)
-}
-
-/// Decodes the bytes of a file; `path` is used only for its extension and its name.
-fn decode(bytes: &[u8], path: &Path, sidecar: Option<&Sidecar>, go_on: GoOn<'_>) -> Result<Raster, Problem> {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let raster = match (bytes, extension.as_str()) {
-        ([b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..], _) => geotiff::read(bytes, go_on)?,
-        ([0x89, b'P', b'N', b'G', ..], _) => png::read(bytes, sidecar, go_on)?,
-        ([0x76, 0x2f, 0x31, 0x01, ..], _) => exr::read(bytes, sidecar)?,
-        (_, "asc") => ascii::read(bytes, go_on)?,
-        (_, "hgt") => hgt::read(bytes, path.file_stem().and_then(|s| s.to_str()).unwrap_or_default())?,
-        (_, "r16" | "raw") => raw::read_r16(bytes, sidecar)?,
-        (_, "r32") => raw::read_r32(bytes, sidecar)?,
-        (_, "tif" | "tiff" | "png" | "exr") => {
-            return Err(Problem::damaged(format!("it does not begin like a .{extension} file")));
-        }
-        _ => return Err(Problem::UnknownFormat),
-    };
-    if raster.samples.iter().all(|v| v.is_nan()) {
-        return Err(Problem::AllVoid);
-    }
-    Ok(raster)
-}
-
-/// Checks the size in a header before anything of that size is allocated: not empty, not beyond [`MAX_CELLS`], and not
-/// more than `held` bytes can represent if one byte represents at most `ratio`. Returns the number of cells.
+/// Checks the size in a header before anything of that size is allocated: not empty, not beyond [`MAX_CELLS`] and
+/// [`MAX_COLUMNS`], and not more than `held` bytes can represent if one byte represents at most `ratio`. Returns the number of cells.
 fn claimed_cells(columns: u64, rows: u64, bytes_per_cell: u64, held: u64, ratio: u64) -> Result<usize, Problem> {
     if columns == 0 || rows == 0 {
         return Err(Problem::Empty { columns, rows });
@@ -214,7 +153,7 @@ fn claimed_cells(columns: u64, rows: u64, bytes_per_cell: u64, held: u64, ratio:
         return Err(Problem::Lying { columns, rows, held });
     }
     match usize::try_from(cells) {
-        Ok(count) if cells <= u128::from(MAX_CELLS) => Ok(count),
+        Ok(count) if cells <= u128::from(MAX_CELLS) && columns <= MAX_COLUMNS => Ok(count),
         _ => Err(Problem::TooLarge { columns, rows }),
     }
 }

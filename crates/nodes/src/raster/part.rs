@@ -7,36 +7,18 @@ use std::{
     path::Path,
 };
 
-use orograph_graph::memory::Leftover;
-use tempfile::NamedTempFile;
+use orograph_graph::files::{self, Access};
 
 use super::{GoOn, Problem, RasterError};
 
 /// A file that is being written. If it is dropped, the temporary file is removed.
-pub(super) struct Part {
-    to: BufWriter<NamedTempFile>,
-    /// Removes the temporary file if the program ends for lack of memory.
-    leftover: Leftover,
-}
+pub(super) struct Part(BufWriter<files::Part>);
 
 impl Part {
     /// Begins the temporary file for a path.
     pub(super) fn begin(path: &Path) -> Result<Self, RasterError> {
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".orograph-").suffix(".part");
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            // temporary files are private by default; results get the permissions of ordinary files under the umask
-            builder.permissions(std::fs::Permissions::from_mode(0o666));
-        }
-        let file = builder.tempfile_in(folder).map_err(|error| Problem::Unwritable(error).of(path))?;
-        let leftover = Leftover::note(file.path(), &[]);
-        Ok(Self { to: BufWriter::with_capacity(1 << 18, file), leftover })
+        let part = files::Part::begin(path, Access::Usual).map_err(|error| Problem::Unwritable(error).of(path))?;
+        Ok(Self(BufWriter::with_capacity(1 << 18, part)))
     }
 
     /// Returns the reason of a failure: an operating system error, or cancellation.
@@ -46,50 +28,44 @@ impl Part {
 
     /// Returns a reader of the bytes written so far.
     pub(super) fn reader(&mut self) -> io::Result<impl BufRead + Seek> {
-        self.to.seek(SeekFrom::Start(0))?;
-        Ok(BufReader::with_capacity(1 << 16, self.to.get_ref().as_file()))
+        self.0.seek(SeekFrom::Start(0))?;
+        Ok(BufReader::with_capacity(1 << 16, self.0.get_ref().file()))
     }
 
     /// Writes all buffered bytes; afterwards only the rename can fail.
     pub(super) fn complete(self, path: &Path) -> Result<Complete, RasterError> {
-        let file = self.to.into_inner().map_err(|error| Problem::Unwritable(error.into_error()).of(path))?;
-        Ok(Complete { file, _leftover: self.leftover })
+        let part = self.0.into_inner().map_err(|error| Problem::Unwritable(error.into_error()).of(path))?;
+        Ok(Complete(part))
     }
 }
 
 impl Write for Part {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.to.write(bytes)
+        self.0.write(bytes)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.to.flush()
+        self.0.flush()
     }
 }
 
 impl Seek for Part {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.to.seek(to)
+        self.0.seek(to)
     }
 
     fn stream_position(&mut self) -> io::Result<u64> {
-        self.to.stream_position()
+        self.0.stream_position()
     }
 }
 
 /// A complete file under its temporary name.
-pub(super) struct Complete {
-    file: NamedTempFile,
-    _leftover: Leftover,
-}
+pub(super) struct Complete(files::Part);
 
 impl Complete {
     /// Renames it to its final name.
     pub(super) fn persist(self, path: &Path) -> Result<(), RasterError> {
-        match self.file.persist(path) {
-            Ok(_) => Ok(()),
-            Err(error) => Err(Problem::Unwritable(error.error).of(path)),
-        }
+        self.0.persist().map(drop).map_err(|error| Problem::Unwritable(error).of(path))
     }
 }
 

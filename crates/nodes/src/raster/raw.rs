@@ -2,31 +2,32 @@
 //!
 //! The sidecar gives the shape; without one, the file must be a square.
 
-use orograph_graph::memory::collected;
+use std::io::Read;
 
-use super::{Coding, Problem, Raster, Sidecar, claimed_cells};
+use orograph_graph::memory::zeroed;
 
-/// Decodes 16-bit codes.
-pub(super) fn read_r16(bytes: &[u8], sidecar: Option<&Sidecar>) -> Result<Raster, Problem> {
-    let (columns, rows) = shape(bytes, 2, sidecar)?;
-    let samples = collected(bytes.chunks_exact(2).map(|b| f32::from(u16::from_le_bytes([b[0], b[1]]))))?;
-    let mut raster = Raster::new(columns, rows, samples);
-    raster.coding = Some(Coding { full: 65_535, range: sidecar.and_then(|s| s.range) });
-    raster.cell = sidecar.and_then(Sidecar::cell);
-    Ok(raster)
+use super::{
+    Coding, GoOn, Problem, Sidecar, claimed_cells,
+    reader::{Each, Head, Reader, Rows, Source},
+};
+
+/// Opens 16-bit codes.
+pub(super) fn open_r16<'a>(source: Source<'a>, sidecar: Option<&Sidecar>) -> Result<Reader<'a>, Problem> {
+    let mut head = head(source.length, 2, sidecar)?;
+    head.coding = Some(Coding { full: 65_535, range: sidecar.and_then(|s| s.range) });
+    let numbers = Numbers { source, head: head.clone(), number: |b: [u8; 2]| f32::from(u16::from_le_bytes(b)) };
+    Ok(Reader { head, rows: Box::new(numbers) })
 }
 
-/// Decodes 32-bit numbers.
-pub(super) fn read_r32(bytes: &[u8], sidecar: Option<&Sidecar>) -> Result<Raster, Problem> {
-    let (columns, rows) = shape(bytes, 4, sidecar)?;
-    let samples = collected(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])))?;
-    let mut raster = Raster::new(columns, rows, samples);
-    raster.cell = sidecar.and_then(Sidecar::cell);
-    Ok(raster)
+/// Opens 32-bit numbers.
+pub(super) fn open_r32<'a>(source: Source<'a>, sidecar: Option<&Sidecar>) -> Result<Reader<'a>, Problem> {
+    let head = head(source.length, 4, sidecar)?;
+    let numbers = Numbers { source, head: head.clone(), number: f32::from_le_bytes };
+    Ok(Reader { head, rows: Box::new(numbers) })
 }
 
-fn shape(bytes: &[u8], per_cell: u64, sidecar: Option<&Sidecar>) -> Result<(usize, usize), Problem> {
-    let held = bytes.len() as u64;
+/// Returns the head of a file of `held` bytes.
+pub(super) fn head(held: u64, per_cell: u64, sidecar: Option<&Sidecar>) -> Result<Head, Problem> {
     let (columns, rows) = match sidecar.and_then(|s| s.columns.zip(s.rows)) {
         Some(shape) => shape,
         None => {
@@ -43,18 +44,55 @@ fn shape(bytes: &[u8], per_cell: u64, sidecar: Option<&Sidecar>) -> Result<(usiz
             "its sidecar says {columns} x {rows} cells of {per_cell} bytes, but it has {held} bytes"
         )));
     }
-    Ok((columns as usize, rows as usize))
+    Ok(Head { cell: sidecar.and_then(Sidecar::cell), ..Head::new(columns as usize, rows as usize) })
+}
+
+/// Numbers of `N` bytes each, row by row.
+pub(super) struct Numbers<'a, const N: usize> {
+    pub(super) source: Source<'a>,
+    pub(super) head: Head,
+    pub(super) number: fn([u8; N]) -> f32,
+}
+
+impl<const N: usize> Rows for Numbers<'_, N> {
+    fn read(mut self: Box<Self>, _: GoOn<'_>, each: &mut Each<'_>) -> Result<(), Problem> {
+        let Head { columns, rows, .. } = self.head;
+        let most = self.head.block_rows();
+        let (mut bytes, mut samples) = (zeroed(most * columns * N)?, zeroed(most * columns)?);
+        for first in (0..rows).step_by(most) {
+            let count = most.min(rows - first) * columns;
+            let bytes = &mut bytes[..count * N];
+            self.source.bytes.read_exact(bytes).map_err(|error| Problem::truncated(error.to_string()))?;
+            for (sample, bytes) in samples.iter_mut().zip(bytes.as_chunks::<N>().0) {
+                *sample = (self.number)(*bytes);
+            }
+            each(first, &mut samples[..count])?;
+        }
+        Ok(())
+    }
+
+    fn bytes(&self) -> u64 {
+        (self.head.block_rows() * self.head.columns * (N + size_of::<f32>())) as u64
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::memory;
     use super::*;
 
+    fn read_r16(bytes: &[u8], sidecar: Option<&Sidecar>) -> Result<super::super::Raster, Problem> {
+        open_r16(memory(bytes), sidecar)?.raster(&|| true)
+    }
+
+    fn read_r32(bytes: &[u8], sidecar: Option<&Sidecar>) -> Result<super::super::Raster, Problem> {
+        open_r32(memory(bytes), sidecar)?.raster(&|| true)
+    }
     #[test]
     fn a_square_needs_no_sidecar() {
         let bytes: Vec<u8> = [0_u16, 1, 256, 65_535].iter().flat_map(|v| v.to_le_bytes()).collect();
         let raster = read_r16(&bytes, None).unwrap();
-        assert_eq!((raster.columns, raster.rows), (2, 2));
+        assert_eq!((raster.head.columns, raster.head.rows), (2, 2));
         assert_eq!(raster.samples, [0.0, 1.0, 256.0, 65_535.0]);
         assert_eq!(raster.decoded([-100.0, 500.0]).samples[3], 500.0);
         assert!(matches!(read_r16(&bytes[..6], None), Err(Problem::NoShape { bytes: 6, per_cell: 2 })));
@@ -66,7 +104,7 @@ mod tests {
         let bytes: Vec<u8> = [1.5_f32, f32::NAN, -2.0].iter().flat_map(|v| v.to_le_bytes()).collect();
         let sidecar = |columns, rows| Sidecar { columns: Some(columns), rows: Some(rows), ..Sidecar::default() };
         let raster = read_r32(&bytes, Some(&sidecar(3, 1))).unwrap();
-        assert_eq!((raster.columns, raster.rows, raster.voids()), (3, 1, 1));
+        assert_eq!((raster.head.columns, raster.head.rows, raster.voids()), (3, 1, 1));
         assert!(matches!(read_r32(&bytes, Some(&sidecar(2, 1))), Err(Problem::Damaged(_))));
         assert!(matches!(read_r32(&bytes, Some(&sidecar(30_000, 30_000))), Err(Problem::Lying { .. })));
         assert!(matches!(read_r32(&bytes, Some(&sidecar(0, 1))), Err(Problem::Empty { .. })));

@@ -5,7 +5,12 @@
 //! Rom, 1974, "A class of local interpolating splines"), clamped to the two neighbouring samples, so that no new
 //! summits or pits appear. Where the grids coincide, samples are copied bit for bit.
 
-use orograph_graph::{NodeError, memory::zeroed};
+use std::ops::Range;
+
+use orograph_graph::{
+    NodeError,
+    memory::{OutOfMemory, zeroed},
+};
 
 use crate::numerics::par;
 
@@ -113,57 +118,193 @@ pub fn resample(
     beyond: Option<f32>,
     check: &(dyn Fn() -> Result<(), NodeError> + Sync),
 ) -> Result<Vec<f32>, NodeError> {
-    let columns = axes[0].source;
-    assert!(!samples.is_empty() && samples.len() == columns * axes[1].source, "samples do not fill the raster");
-    let taps = |axis: usize| -> Vec<Taps> {
-        let first = origin[axis] as usize;
-        (first..first + cells[axis] as usize).map(|target| axes[axis].taps(target)).collect()
-    };
-    let (across, down) = (taps(0), taps(1));
-    let nx = across.len();
-    // source rows are resampled along x first, only those that are needed
-    let top = down.iter().map(|t| t.first).min().unwrap_or(0);
-    let bottom = down.iter().map(|t| t.first + t.weights.len()).max().unwrap_or(0);
-    let mut narrowed = zeroed::<f32>(nx * (bottom - top))?;
-    par::each(narrowed.chunks_mut(nx).zip(samples[top * columns..].chunks(columns)), |_, (out, row)| {
-        for (out, taps) in out.iter_mut().zip(&across) {
-            let reach = &row[taps.first..taps.first + taps.weights.len()];
-            let sum: f64 = reach.iter().zip(&taps.weights).map(|(v, w)| f64::from(*v) * w).sum();
-            *out = taps.between.map_or(sum as f32, |[a, b]| between(sum as f32, row[a], row[b]));
+    let count = axes[0].source * axes[1].source;
+    assert!(!samples.is_empty() && samples.len() == count, "samples do not fill the raster");
+    let mut resampler = Resampler::new(axes, origin, cells, beyond)?;
+    resampler.take(0, samples, check)?;
+    Ok(resampler.into_samples())
+}
+
+/// Resamples a raster whose rows come one after another; the same as [`resample`], bit for bit.
+///
+/// In memory are the result and, narrowed to its columns, the rows that were given last.
+pub struct Resampler {
+    across: Vec<Taps>,
+    down: Vec<Taps>,
+    /// True if target cells are larger than source cells along y.
+    is_mean: bool,
+    beyond: Option<f32>,
+    /// The source's columns and rows that are needed.
+    needed: [Range<usize>; 2],
+    columns: usize,
+    /// Rows from `first` on, resampled along x.
+    narrowed: Vec<f32>,
+    first: usize,
+    /// For the next target row, the sum over the source rows before `first`.
+    sums: Vec<f64>,
+    out: Vec<f32>,
+    /// The number of target rows that are complete.
+    done: usize,
+}
+
+impl Resampler {
+    /// Begins a raster of `cells` target cells from `origin`. For `beyond` see [`resample`].
+    ///
+    /// # Errors
+    /// [`OutOfMemory`].
+    pub fn new(
+        axes: [GridAxis; 2],
+        origin: [u32; 2],
+        cells: [u32; 2],
+        beyond: Option<f32>,
+    ) -> Result<Self, OutOfMemory> {
+        let taps = |axis: usize| -> Vec<Taps> {
+            let first = origin[axis] as usize;
+            (first..first + cells[axis] as usize).map(|target| axes[axis].taps(target)).collect()
+        };
+        let (across, down) = (taps(0), taps(1));
+        let needed = [&across, &down].map(|taps| {
+            let first = taps.iter().map(|t| t.first).min().unwrap_or(0);
+            first..taps.iter().map(|t| t.first + t.weights.len()).max().unwrap_or(0)
+        });
+        Ok(Self {
+            is_mean: axes[1].step > 1.0,
+            beyond,
+            columns: axes[0].source,
+            narrowed: Vec::new(),
+            first: needed[1].start,
+            needed,
+            sums: zeroed(across.len())?,
+            out: zeroed(across.len() * down.len())?,
+            done: 0,
+            across,
+            down,
+        })
+    }
+
+    /// Returns the needed part of the given rows: of each, the columns that are read.
+    pub fn needed<'s>(&self, first: usize, samples: &'s [f32]) -> impl Iterator<Item = &'s [f32]> {
+        let [columns, rows] = self.needed.clone();
+        let rows_given = samples.chunks(self.columns).zip(first..);
+        rows_given.filter(move |(_, at)| rows.contains(at)).map(move |(row, _)| &row[columns.clone()])
+    }
+
+    /// Takes the next rows of the source. `check` is called once per row, and its error stops the work.
+    ///
+    /// # Errors
+    /// The error of `check`, or [`OutOfMemory`].
+    ///
+    /// # Panics
+    /// If rows are missing before them.
+    pub fn take(
+        &mut self,
+        first: usize,
+        samples: &[f32],
+        check: &(dyn Fn() -> Result<(), NodeError> + Sync),
+    ) -> Result<(), NodeError> {
+        let (nx, rows) = (self.across.len(), &self.needed[1]);
+        let (from, end) = (first.max(rows.start), (first + samples.len() / self.columns).min(rows.end));
+        if from >= end {
+            return Ok(());
         }
-        check()
-    })?;
-    let mut out = zeroed::<f32>(nx * down.len())?;
-    par::each_with(
-        out.chunks_mut(nx).zip(&down),
-        || vec![0.0_f64; nx],
-        |sums, _, (out, taps)| {
-            let row = |at: usize| &narrowed[(at - top) * nx..(at - top + 1) * nx];
-            sums.fill(0.0);
-            for (at, weight) in (taps.first..).zip(&taps.weights) {
-                for (sum, v) in sums.iter_mut().zip(row(at)) {
-                    *sum += f64::from(*v) * weight;
-                }
-            }
-            match taps.between {
-                None => out.iter_mut().zip(sums.iter()).for_each(|(out, sum)| *out = *sum as f32),
-                Some([a, b]) => {
-                    for (((out, sum), a), b) in out.iter_mut().zip(sums.iter()).zip(row(a)).zip(row(b)) {
-                        *out = between(*sum as f32, *a, *b);
-                    }
-                }
-            }
-            if let Some(level) = beyond {
-                for (out, across) in out.iter_mut().zip(&across) {
-                    if !(across.inside && taps.inside) {
-                        *out = level;
-                    }
-                }
+        let known = self.narrowed.len();
+        assert_eq!(self.first + known / nx, from, "rows come in order");
+        // source rows are resampled along x first, only those that are needed
+        let mut narrowed = zeroed::<f32>(known + nx * (end - from))?;
+        narrowed[..known].copy_from_slice(&self.narrowed);
+        let across = &self.across;
+        let given = samples[(from - first) * self.columns..].chunks(self.columns);
+        par::each(narrowed[known..].chunks_mut(nx).zip(given), |_, (out, row)| {
+            for (out, taps) in out.iter_mut().zip(across) {
+                let reach = &row[taps.first..taps.first + taps.weights.len()];
+                let sum: f64 = reach.iter().zip(&taps.weights).map(|(v, w)| f64::from(*v) * w).sum();
+                *out = taps.between.map_or(sum as f32, |[a, b]| between(sum as f32, row[a], row[b]));
             }
             check()
-        },
-    )?;
-    Ok(out)
+        })?;
+        self.narrowed = narrowed;
+        self.complete(end, check)?;
+        self.forget(end);
+        Ok(())
+    }
+
+    /// Makes the target rows that need no source rows from `end` on.
+    fn complete(&mut self, end: usize, check: &(dyn Fn() -> Result<(), NodeError> + Sync)) -> Result<(), NodeError> {
+        let Self { across, down, beyond, narrowed, first, sums: before, out, done, .. } = self;
+        let (nx, first) = (across.len(), *first);
+        let ready = down[*done..].iter().take_while(|taps| taps.first + taps.weights.len() <= end).count();
+        let rows = out[*done * nx..(*done + ready) * nx].chunks_mut(nx).zip(&down[*done..]);
+        par::each_with(
+            rows,
+            || vec![0.0_f64; nx],
+            |sums, k, (out, taps)| {
+                let row = |at: usize| &narrowed[(at - first) * nx..(at - first + 1) * nx];
+                if k == 0 {
+                    sums.copy_from_slice(before)
+                } else {
+                    sums.fill(0.0)
+                }
+                add(sums, taps, first..end, row);
+                match taps.between {
+                    None => out.iter_mut().zip(sums.iter()).for_each(|(out, sum)| *out = *sum as f32),
+                    Some([a, b]) => {
+                        for (((out, sum), a), b) in out.iter_mut().zip(sums.iter()).zip(row(a)).zip(row(b)) {
+                            *out = between(*sum as f32, *a, *b);
+                        }
+                    }
+                }
+                if let Some(level) = *beyond {
+                    for (out, across) in out.iter_mut().zip(&*across) {
+                        if !(across.inside && taps.inside) {
+                            *out = level;
+                        }
+                    }
+                }
+                check()
+            },
+        )?;
+        if ready > 0 {
+            before.fill(0.0);
+        }
+        *done += ready;
+        Ok(())
+    }
+
+    /// Drops the rows before `end` that no later target row needs.
+    fn forget(&mut self, end: usize) {
+        let Self { across, down, narrowed, first, sums, done, .. } = self;
+        let nx = across.len();
+        let kept = match down.get(*done) {
+            None => end,
+            Some(taps) if self.is_mean => {
+                add(sums, taps, *first..end, |at| &narrowed[(at - *first) * nx..(at - *first + 1) * nx]);
+                end
+            }
+            // a position on a cell needs that cell only, and the position after it also the cell before
+            Some(taps) => taps.first.saturating_sub(1).clamp(*first, end),
+        };
+        narrowed.drain(..(kept - *first) * nx);
+        *first = kept;
+    }
+
+    /// Returns the result.
+    ///
+    /// # Panics
+    /// If rows are missing.
+    #[must_use]
+    pub fn into_samples(self) -> Vec<f32> {
+        assert_eq!(self.done, self.down.len(), "all rows were given");
+        self.out
+    }
+}
+
+/// Adds the weighted source rows of a target row that are among the given ones.
+fn add<'r>(sums: &mut [f64], taps: &Taps, given: Range<usize>, row: impl Fn(usize) -> &'r [f32]) {
+    for (at, weight) in (taps.first..).zip(&taps.weights).filter(|(at, _)| given.contains(at)) {
+        for (sum, v) in sums.iter_mut().zip(row(at)) {
+            *sum += f64::from(*v) * weight;
+        }
+    }
 }
 
 fn between(v: f32, a: f32, b: f32) -> f32 {
@@ -217,6 +358,28 @@ mod tests {
         }
         let step = line(&[0.0, 0.0, 0.0, 10.0, 10.0, 10.0], 0.0, 0.125, 48, None);
         assert!(step.windows(2).all(|w| w[0] <= w[1]) && step[0] == 0.0 && step[47] == 10.0, "{step:?}");
+    }
+
+    /// In blocks of any number of rows, for means, copies and interpolation, partly beyond the raster.
+    #[test]
+    fn rows_that_come_in_blocks_give_the_same_bits() {
+        let (columns, rows) = (31, 97);
+        let source: Vec<f32> = (0..columns * rows).map(|v| ((v * 7919) % 1009) as f32 * 0.37).collect();
+        for (step, offset) in [(0.13, -2.0), (0.5, 0.25), (0.5, 0.0), (1.0, 3.0), (1.0, 0.4), (2.6, -9.0), (40.0, -1.0)]
+        {
+            let axes = [columns, rows].map(|source| GridAxis { source, offset, step });
+            let cells = [9, (110.0 / step) as u32];
+            for beyond in [None, Some(-1.0)] {
+                let whole = resample(&source, axes, [1, 0], cells, beyond, &|| Ok(())).unwrap();
+                for block in [1, 2, 5, 96] {
+                    let mut resampler = Resampler::new(axes, [1, 0], cells, beyond).unwrap();
+                    for (k, part) in source.chunks(block * columns).enumerate() {
+                        resampler.take(k * block, part, &|| Ok(())).unwrap();
+                    }
+                    assert_eq!(resampler.into_samples(), whole, "{step} {offset} {block}");
+                }
+            }
+        }
     }
 
     #[test]

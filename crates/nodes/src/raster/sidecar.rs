@@ -2,11 +2,11 @@
 
 use std::{
     ffi::OsString,
-    fs, io,
+    io::{self, Read as _},
     path::{Path, PathBuf},
 };
 
-use orograph_graph::{Window, World};
+use orograph_graph::{Window, World, input};
 use serde::{Deserialize, Serialize};
 
 use super::{Cell, Meta, Problem, RasterError};
@@ -120,13 +120,14 @@ impl Sidecar {
         }
         let beside = sidecar_path(path);
         let wrong = |what: String| Problem::Sidecar { path: beside.clone(), what }.of(path);
-        match fs::metadata(&beside) {
-            Ok(meta) if meta.is_file() && meta.len() <= MOST_BYTES => {}
-            Ok(_) => return Err(wrong("it is no small file".into())),
+        let file = match input::open(&beside) {
+            Ok((file, meta)) if meta.len() <= MOST_BYTES => file,
+            Ok(_) => return Err(wrong(format!("it has more than {}", orograph_graph::bytes(MOST_BYTES)))),
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(wrong(error.to_string())),
-        }
-        let text = fs::read(&beside).map_err(|error| wrong(error.to_string()))?;
+        };
+        let mut text = Vec::new();
+        file.take(MOST_BYTES).read_to_end(&mut text).map_err(|error| wrong(error.to_string()))?;
         Self::parse(&text).map(Some).map_err(wrong)
     }
 

@@ -1,6 +1,6 @@
 //! Tests over all raster formats.
 
-use std::{fs, path::PathBuf};
+use std::{fs, io, path::PathBuf};
 
 use orograph_graph::{Field, Window, World};
 use proptest::prelude::*;
@@ -9,8 +9,17 @@ use serde::Deserialize;
 
 use super::*;
 
+/// Bytes in memory as those of a file.
+pub(super) fn memory(bytes: &[u8]) -> reader::Source<'_> {
+    reader::Source { bytes: Box::new(io::Cursor::new(bytes)), length: bytes.len() as u64 }
+}
+
+fn decode_while(bytes: &[u8], path: &Path, sidecar: Option<&Sidecar>, go_on: GoOn<'_>) -> Result<Raster, Problem> {
+    reader::open(memory(bytes), path, sidecar)?.raster(go_on)
+}
+
 fn decode(bytes: &[u8], path: &Path, sidecar: Option<&Sidecar>) -> Result<Raster, Problem> {
-    super::decode(bytes, path, sidecar, &|| true)
+    decode_while(bytes, path, sidecar, &|| true)
 }
 
 fn data(name: &str) -> PathBuf {
@@ -45,7 +54,7 @@ fn every_variant_reads_as_other_programs_read_it() {
     assert!(all.len() >= 20);
     for (name, expected) in all {
         let raster = read(&data(&name)).unwrap();
-        assert_eq!((raster.columns, raster.rows), (expected.columns, expected.rows), "{name}");
+        assert_eq!((raster.head.columns, raster.head.rows), (expected.columns, expected.rows), "{name}");
         assert_eq!(raster.voids(), expected.voids, "{name}");
         let known = || raster.samples.iter().filter(|v| !v.is_nan()).map(|v| f64::from(*v));
         // samples are small multiples of a power of two or single precision, so these values are exact
@@ -54,14 +63,14 @@ fn every_variant_reads_as_other_programs_read_it() {
         let sum: f64 = known().sum();
         // only the order of summation differs
         assert!((sum - expected.sum).abs() <= 1e-9 * expected.sum.abs(), "{name}: {sum}");
-        let (last_row, last) = ((raster.rows - 1) * raster.columns, raster.samples.len() - 1);
-        for (at, corner) in [0, raster.columns - 1, last_row, last].into_iter().zip(expected.corners) {
+        let (last_row, last) = ((raster.head.rows - 1) * raster.head.columns, raster.samples.len() - 1);
+        for (at, corner) in [0, raster.head.columns - 1, last_row, last].into_iter().zip(expected.corners) {
             assert_eq!(Some(raster.samples[at]).filter(|v| !v.is_nan()), corner, "{name} at {at}");
         }
         let cell = expected.cell.map(|d| if expected.degrees { Cell::Degrees(d) } else { Cell::Metres(d) });
-        assert_eq!(raster.cell, cell, "{name}");
-        assert_eq!(raster.epsg, expected.epsg, "{name}");
-        match (raster.origin, expected.origin) {
+        assert_eq!(raster.head.cell, cell, "{name}");
+        assert_eq!(raster.head.epsg, expected.epsg, "{name}");
+        match (raster.head.origin, expected.origin) {
             // a corner computed from the opposite corner or from a centre differs by the rounding of the sum
             (Some(found), Some(told)) => {
                 for (f, t) in found.into_iter().zip(told) {
@@ -78,14 +87,14 @@ fn reading_stops_when_told() {
     for name in ["mandakini_f32_lzw_predictor2_tiled.tif", "glencoe_48x64_u16.png", "frontrange_3arcsec.asc"] {
         assert!(matches!(read_while(&data(name), &|| false).unwrap_err().problem, Problem::Stopped), "{name}");
         let bytes = fs::read(data(name)).unwrap();
-        assert!(matches!(super::decode(&bytes, Path::new(name), None, &|| false), Err(Problem::Stopped)), "{name}");
+        assert!(matches!(decode_while(&bytes, Path::new(name), None, &|| false), Err(Problem::Stopped)), "{name}");
     }
 }
 
 #[test]
 fn codes_become_metres_by_the_sidecar() {
     let raster = read(&data("glencoe_48x64_u16.png")).unwrap();
-    let range = raster.coding.unwrap().range.unwrap();
+    let range = raster.head.coding.unwrap().range.unwrap();
     let metres = raster.clone().decoded([0.0, 1.0]);
     let original = read(&data("glencoe_128.tif")).unwrap();
     for j in 0..64 {
@@ -174,8 +183,8 @@ fn a_tile_of_a_world_knows_its_place() {
     write(&path, Format::Tiff, &part, Writing::default(), &Meta::default(), &|| true).unwrap();
     let raster = read(&path).unwrap();
     // 8 cells of 12.5 m east and 10 cells of 12.5 m north of the world's south-west corner
-    assert_eq!(raster.origin, Some([100.0, 125.0]));
-    assert_eq!((raster.cell, raster.epsg), (Some(Cell::Metres([12.5, 12.5])), None));
+    assert_eq!(raster.head.origin, Some([100.0, 125.0]));
+    assert_eq!((raster.head.cell, raster.head.epsg), (Some(Cell::Metres([12.5, 12.5])), None));
 }
 
 #[test]
@@ -274,10 +283,10 @@ fn survives(name: &str, bytes: &[u8]) -> Result<(), TestCaseError> {
     let sidecar = Sidecar { columns: Some(9), rows: Some(7), ..Sidecar::default() };
     let raw = name.ends_with(".r16") || name.ends_with(".r32");
     if let Ok(raster) = decode(bytes, Path::new(name), raw.then_some(&sidecar)) {
-        prop_assert_eq!(raster.samples.len(), raster.columns * raster.rows);
+        prop_assert_eq!(raster.samples.len(), raster.head.columns * raster.head.rows);
         // a byte before compression holds at most eight grey cells of one bit
         prop_assert!(raster.samples.len() as u64 <= bytes.len() as u64 * MAX_RATIO * 8);
-        let _ = raster.cell_m();
+        let _ = raster.head.cell_m();
     }
     Ok(())
 }

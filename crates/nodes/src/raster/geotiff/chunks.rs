@@ -1,22 +1,28 @@
 //! Strips and tiles: their location, decompression and sample types.
 
-use std::{borrow::Cow, io::Read};
-
 use orograph_graph::memory::{filled, zeroed};
-use weezl::{BitOrder, LzwStatus};
 
-use super::directory::{Directory, tag};
-use crate::numerics::par;
-use crate::raster::{GoOn, MAX_RATIO, Problem};
+use super::{
+    directory::{Directory, tag},
+    unpack::{Compression, Unpacked},
+};
+use crate::{
+    numerics::par,
+    raster::{
+        GoOn, MAX_RATIO, Problem, claimed_cells,
+        reader::{BLOCK, Each, Head, Rows, Shared},
+    },
+};
 
 const CONVERT: &str = "convert it: `gdal_translate -co COMPRESS=DEFLATE in.tif out.tif`";
+const TILE: &str = "convert it: `gdal_translate -co TILED=YES -co BLOCKYSIZE=256 in.tif out.tif`";
 
-#[derive(Clone, Copy, PartialEq)]
-enum Compression {
-    None,
-    Lzw,
-    Deflate,
-}
+/// Cells that are unpacked at a time, by several threads: 16 MiB.
+const GROUP: usize = 1 << 22;
+/// Maximum number of cells that are unpacked at a time where they cannot be fewer: 64 MiB.
+const MOST_CELLS: usize = 1 << 24;
+/// Maximum number of bytes of a row of a chunk.
+const MOST_BYTES: u128 = 1 << 24;
 
 #[derive(Clone, Copy)]
 enum Predictor {
@@ -49,6 +55,8 @@ pub(super) struct Layout {
     /// Samples per cell in a chunk; the first of them is read.
     bands: u64,
     compression: Compression,
+    /// Maximum number of bytes that one byte of a chunk represents.
+    ratio: u64,
     predictor: Predictor,
     sample: Sample,
     big_endian: bool,
@@ -116,7 +124,7 @@ impl Sample {
 
 impl Layout {
     /// Reads the layout from the tags and checks that it is one we can decode.
-    pub(super) fn new(directory: &Directory<'_>, columns: u64, rows: u64) -> Result<Self, Problem> {
+    pub(super) fn new(directory: &Directory<'_, '_>, columns: u64, rows: u64, held: u64) -> Result<Self, Problem> {
         if columns == 0 || rows == 0 {
             return Err(Problem::Empty { columns, rows });
         }
@@ -129,24 +137,31 @@ impl Layout {
         }
         let all_bands = number(tag::SAMPLES_PER_PIXEL, 1)?.max(1);
         let bands = if number(tag::PLANAR_CONFIGURATION, 1)? == 2 { 1 } else { all_bands };
-        let offsets = directory.numbers(tag::TILE_OFFSETS)?;
-        let tiled = !offsets.is_empty();
-        let (offsets, counts, chunk) = if tiled {
-            let chunk = [number(tag::TILE_WIDTH, 0)?, number(tag::TILE_LENGTH, 0)?];
-            (offsets, directory.numbers(tag::TILE_BYTE_COUNTS)?, chunk)
-        } else {
-            let chunk = [columns, number(tag::ROWS_PER_STRIP, rows)?.min(rows)];
-            (directory.numbers(tag::STRIP_OFFSETS)?, directory.numbers(tag::STRIP_BYTE_COUNTS)?, chunk)
+        let sample = sample(directory)?;
+        let compression = compression(number(tag::COMPRESSION, 1)?)?;
+        let ratio = if compression == Compression::None { 1 } else { MAX_RATIO };
+        let tiled = directory.has(tag::TILE_OFFSETS);
+        let chunk = match tiled {
+            true => [number(tag::TILE_WIDTH, 0)?, number(tag::TILE_LENGTH, 0)?],
+            false => [columns, number(tag::ROWS_PER_STRIP, rows)?.min(rows)],
         };
         if chunk.contains(&0) {
             return Err(Problem::damaged(format!("its tiles or strips are {} x {} cells", chunk[0], chunk[1])));
         }
-        let wanted = u128::from(columns.div_ceil(chunk[0])) * u128::from(rows.div_ceil(chunk[1]));
-        let listed = offsets.len().min(counts.len());
-        if (listed as u128) < wanted {
+        claimed_cells(columns, rows, sample.bytes() as u64, held, ratio)?;
+        let wanted = columns.div_ceil(chunk[0]) * rows.div_ceil(chunk[1]);
+        let [offsets, counts] = match tiled {
+            true => [tag::TILE_OFFSETS, tag::TILE_BYTE_COUNTS],
+            false => [tag::STRIP_OFFSETS, tag::STRIP_BYTE_COUNTS],
+        };
+        let (offsets, counts) =
+            (directory.first_numbers(offsets, wanted as usize)?, directory.first_numbers(counts, wanted as usize)?);
+        let listed = offsets.len().min(counts.len()) as u64;
+        if listed < wanted {
             return Err(Problem::damaged(format!("it lists {listed} of the {wanted} tiles or strips it needs")));
         }
-        let sample = sample(directory)?;
+        let predictor = predictor(number(tag::PREDICTOR, 1)?, sample)?;
+        let big_endian = directory.big_endian();
         Ok(Self {
             columns,
             rows,
@@ -155,101 +170,231 @@ impl Layout {
             offsets,
             counts,
             bands,
-            compression: compression(number(tag::COMPRESSION, 1)?)?,
-            predictor: predictor(number(tag::PREDICTOR, 1)?, sample)?,
+            compression,
+            ratio,
+            predictor,
             sample,
-            big_endian: directory.big_endian(),
+            big_endian,
         })
     }
 
-    /// Returns true if the chunks are compressed.
-    pub(super) fn is_compressed(&self) -> bool {
-        self.compression != Compression::None
+    /// Returns the rows of a chunk. A tile may be higher than the image, and then there is a single row of tiles.
+    fn band_rows(&self) -> usize {
+        self.chunk[1].min(self.rows) as usize
     }
 
-    /// Returns the number of bytes of a sample.
-    pub(super) const fn sample_bytes(&self) -> usize {
-        self.sample.bytes()
-    }
-
-    /// Decodes the first band of the image, whose shape has been checked against the file's length.
-    pub(super) fn decode(&self, file: &[u8], nodata: Option<f64>, go_on: GoOn<'_>) -> Result<Vec<f32>, Problem> {
-        let columns = self.columns as usize;
-        let across = self.columns.div_ceil(self.chunk[0]) as usize;
-        let mut samples = filled(columns * self.rows as usize, f32::NAN)?;
-        // a chunk is at most as high as the image here; a tile may be higher, and then there is a single row of tiles
-        let band_rows = self.chunk[1].min(self.rows) as usize;
-        par::each(samples.chunks_mut(columns * band_rows), |down, band| {
-            for along in 0..across {
-                if !go_on() {
-                    return Err(Problem::Stopped);
-                }
-                let index = down * across + along;
-                let chunk_rows = if self.tiled { self.chunk[1] } else { (band.len() / columns) as u64 };
-                let Some(chunk) = self.unpack(file, index, chunk_rows)? else { continue };
-                let x0 = along * self.chunk[0] as usize;
-                let width = (columns - x0).min(self.chunk[0] as usize);
-                let stride = self.sample.bytes() * self.bands as usize;
-                let row_bytes = self.chunk[0] as usize * stride;
-                for (row, bytes) in band.chunks_exact_mut(columns).zip(chunk.chunks_exact(row_bytes)) {
-                    self.sample.convert(&bytes[..width * stride], stride, nodata, &mut row[x0..x0 + width]);
-                }
-            }
-            Ok(())
-        })?;
-        Ok(samples)
-    }
-
-    /// Returns the bytes of a chunk, decompressed and in little-endian order. Returns None when the chunk was never
-    /// written.
-    fn unpack<'a>(&self, file: &'a [u8], index: usize, rows: u64) -> Result<Option<Cow<'a, [u8]>>, Problem> {
+    /// Begins to unpack a chunk of that many rows. Returns None when the chunk was never written.
+    fn unpack<'f, 'a>(
+        &self,
+        file: &'f Shared<'a>,
+        index: usize,
+        rows: u64,
+    ) -> Result<Option<Chunk<'_, 'f, 'a>>, Problem> {
         let (offset, count) = (self.offsets[index], self.counts[index]);
         if count == 0 {
             return Ok(None);
         }
-        let end = offset.checked_add(count).and_then(|end| usize::try_from(end).ok());
-        let packed = end.and_then(|end| file.get(offset as usize..end)).ok_or_else(|| {
+        let section = file.section(offset, count).ok_or_else(|| {
             Problem::truncated(format!(
                 "chunk {index} of {count} bytes at {offset} is beyond its end at {}",
-                file.len()
+                file.length()
             ))
         })?;
-        let stride = self.bands as u128 * self.sample.bytes() as u128;
-        let size = u128::from(self.chunk[0]) * u128::from(rows) * stride;
-        let ratio = if self.is_compressed() { MAX_RATIO } else { 1 };
-        if size > packed.len() as u128 * u128::from(ratio) {
+        let row = u128::from(self.chunk[0]) * u128::from(self.bands) * self.sample.bytes() as u128;
+        let size = row * u128::from(rows);
+        if size > u128::from(count) * u128::from(self.ratio) {
             return Err(Problem::truncated(format!("chunk {index} has {count} bytes for {size}")));
         }
-        let size = size as usize;
-        let mut bytes = match self.compression {
-            Compression::None => Cow::Borrowed(&packed[..size]),
-            Compression::Deflate => Cow::Owned(inflate(packed, size, index)?),
-            Compression::Lzw => Cow::Owned(unpack_lzw(packed, size, index)?),
-        };
-        let row_samples = self.chunk[0] as usize * self.bands as usize;
-        let width = self.sample.bytes();
-        let needs_swap = self.big_endian && width > 1;
-        match self.predictor {
-            Predictor::None if !needs_swap => {}
-            Predictor::None => swap(bytes.to_mut(), width),
-            Predictor::Horizontal => {
-                let bytes = bytes.to_mut();
-                if needs_swap {
-                    swap(bytes, width);
-                }
-                bytes.chunks_exact_mut(row_samples * width).for_each(|row| self.accumulate(row));
-            }
-            Predictor::Float => {
-                let mut row_copy = zeroed(row_samples * width)?;
-                for row in bytes.to_mut().chunks_exact_mut(row_samples * width) {
-                    row_copy.copy_from_slice(row);
-                    gather_float(&mut row_copy, row, width, self.bands as usize);
-                }
-            }
+        if row > MOST_BYTES {
+            return Err(Problem::Unsupported { what: format!("rows of {row} bytes"), remedy: CONVERT });
         }
-        Ok(Some(bytes))
+        let row = row as usize;
+        let copy = if matches!(self.predictor, Predictor::Float) { row } else { 0 };
+        Ok(Some(Chunk {
+            layout: self,
+            unpacked: Unpacked::new(section, count, self.compression, index),
+            size: size as u64,
+            row: zeroed(row)?,
+            copy: zeroed(copy)?,
+        }))
     }
 
+    /// Unpacks rows of the image, all of the chunks at number `down`.
+    fn band(
+        &self,
+        file: &Shared<'_>,
+        nodata: Option<f64>,
+        down: usize,
+        band: &mut [f32],
+        go_on: GoOn<'_>,
+    ) -> Result<(), Problem> {
+        let columns = self.columns as usize;
+        let across = self.columns.div_ceil(self.chunk[0]) as usize;
+        band.fill(f32::NAN);
+        for along in 0..across {
+            if !go_on() {
+                return Err(Problem::Stopped);
+            }
+            let chunk_rows = if self.tiled { self.chunk[1] } else { (band.len() / columns) as u64 };
+            let Some(mut chunk) = self.unpack(file, down * across + along, chunk_rows)? else { continue };
+            let x0 = along * self.chunk[0] as usize;
+            let width = (columns - x0).min(self.chunk[0] as usize);
+            for row in band.chunks_exact_mut(columns) {
+                chunk.next(nodata, &mut row[x0..x0 + width])?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A chunk that is being unpacked row by row.
+struct Chunk<'l, 'f, 'a> {
+    layout: &'l Layout,
+    unpacked: Unpacked<'f, 'a>,
+    /// Its bytes when unpacked.
+    size: u64,
+    row: Vec<u8>,
+    copy: Vec<u8>,
+}
+
+impl Chunk<'_, '_, '_> {
+    /// Unpacks the first cells of the next row.
+    fn next(&mut self, nodata: Option<f64>, out: &mut [f32]) -> Result<(), Problem> {
+        let Self { layout, unpacked, size, row, copy } = self;
+        unpacked.read(row, *size)?;
+        let width = layout.sample.bytes();
+        let needs_swap = layout.big_endian && width > 1;
+        match layout.predictor {
+            Predictor::None if !needs_swap => {}
+            Predictor::None => swap(row, width),
+            Predictor::Horizontal => {
+                if needs_swap {
+                    swap(row, width);
+                }
+                layout.accumulate(row);
+            }
+            Predictor::Float => {
+                copy.copy_from_slice(row);
+                gather_float(copy, row, width, layout.bands as usize);
+            }
+        }
+        layout.sample.convert(row, width * layout.bands as usize, nodata, out);
+        Ok(())
+    }
+}
+
+/// The rows of an image.
+pub(super) struct Tiff<'a> {
+    file: Shared<'a>,
+    layout: Layout,
+    nodata: Option<f64>,
+    /// True if the first row is the southernmost.
+    is_south_up: bool,
+}
+
+impl<'a> Tiff<'a> {
+    /// Checks that the image can be read in parts.
+    pub(super) fn new(
+        file: Shared<'a>,
+        layout: Layout,
+        nodata: Option<f64>,
+        is_south_up: bool,
+    ) -> Result<Self, Problem> {
+        let tiff = Self { file, layout, nodata, is_south_up };
+        let (rows, columns) = (tiff.layout.band_rows(), tiff.layout.columns);
+        if !tiff.is_streamed() && rows * columns as usize > MOST_CELLS {
+            return Err(Problem::Unsupported {
+                what: match is_south_up {
+                    true => format!("a raster from south to north in parts of {columns} x {rows} cells"),
+                    false => format!("a raster of {columns} columns in tiles of {rows} rows"),
+                },
+                remedy: TILE,
+            });
+        }
+        Ok(tiff)
+    }
+
+    /// Returns true if chunks are large and each is as wide as the image, so that its rows can be passed on one by one.
+    fn is_streamed(&self) -> bool {
+        let Layout { columns, chunk, .. } = &self.layout;
+        chunk[0] >= *columns && !self.is_south_up && *columns as usize * self.layout.band_rows() > GROUP
+    }
+
+    /// Returns the rows that are unpacked at a time.
+    fn rows_at_a_time(&self) -> usize {
+        let (columns, rows) = (self.layout.columns as usize, self.layout.rows as usize);
+        let band = self.layout.band_rows();
+        if self.is_streamed() { (BLOCK / columns).clamp(1, band) } else { (GROUP / (columns * band)).max(1) * band }
+            .min(rows)
+    }
+
+    /// Passes on the rows of large chunks.
+    fn stream(&self, go_on: GoOn<'_>, each: &mut Each<'_>) -> Result<(), Problem> {
+        let Self { file, layout, nodata, .. } = self;
+        let (columns, rows, band) = (layout.columns as usize, layout.rows as usize, layout.band_rows());
+        let most = self.rows_at_a_time();
+        let mut samples = zeroed(most * columns)?;
+        for (down, start) in (0..rows).step_by(band).enumerate() {
+            let end = (start + band).min(rows);
+            let chunk_rows = if layout.tiled { layout.chunk[1] } else { (end - start) as u64 };
+            let mut chunk = layout.unpack(file, down, chunk_rows)?;
+            for first in (start..end).step_by(most) {
+                let samples = &mut samples[..most.min(end - first) * columns];
+                samples.fill(f32::NAN);
+                if let Some(chunk) = &mut chunk {
+                    for row in samples.chunks_exact_mut(columns) {
+                        if !go_on() {
+                            return Err(Problem::Stopped);
+                        }
+                        chunk.next(*nodata, row)?;
+                    }
+                }
+                each(first, samples)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Rows for Tiff<'_> {
+    fn read(self: Box<Self>, go_on: GoOn<'_>, each: &mut Each<'_>) -> Result<(), Problem> {
+        if self.is_streamed() {
+            return self.stream(go_on, each);
+        }
+        let Self { file, layout, nodata, is_south_up } = &*self;
+        let (columns, rows, band) = (layout.columns as usize, layout.rows as usize, layout.band_rows());
+        let most = self.rows_at_a_time();
+        let mut samples = filled(most * columns, 0.0)?;
+        let mut pass = |start: usize| {
+            let count = most.min(rows - start);
+            let samples = &mut samples[..count * columns];
+            par::each(samples.chunks_mut(columns * band), |k, samples| {
+                layout.band(file, *nodata, start / band + k, samples, go_on)
+            })?;
+            if !is_south_up {
+                return each(start, samples);
+            }
+            for row in 0..count / 2 {
+                let (north, south) = samples.split_at_mut((count - 1 - row) * columns);
+                north[row * columns..(row + 1) * columns].swap_with_slice(&mut south[..columns]);
+            }
+            each(rows - start - count, samples)
+        };
+        let mut starts = (0..rows).step_by(most);
+        if *is_south_up { starts.rev().try_for_each(pass) } else { starts.try_for_each(&mut pass) }
+    }
+
+    fn bytes(&self) -> u64 {
+        let lists = 16 * self.layout.offsets.len();
+        (self.rows_at_a_time() * self.layout.columns as usize * size_of::<f32>() + lists) as u64
+    }
+
+    fn block_rows(&self, _: &Head) -> usize {
+        self.rows_at_a_time()
+    }
+}
+
+impl Layout {
     /// Undoes predictor 2: each sample is stored as its difference from the previous one of the same band, modulo its
     /// width.
     fn accumulate(&self, row: &mut [u8]) {
@@ -294,35 +439,6 @@ fn swap(bytes: &mut [u8], width: usize) {
     bytes.chunks_exact_mut(width).for_each(<[u8]>::reverse);
 }
 
-fn inflate(packed: &[u8], size: usize, index: usize) -> Result<Vec<u8>, Problem> {
-    let mut bytes = zeroed(size)?;
-    flate2::read::ZlibDecoder::new(packed)
-        .read_exact(&mut bytes)
-        .map_err(|error| Problem::damaged(format!("chunk {index} does not inflate: {error}")))?;
-    Ok(bytes)
-}
-
-/// Decodes until the chunk is full: some writers omit the end code or pad it away.
-fn unpack_lzw(packed: &[u8], size: usize, index: usize) -> Result<Vec<u8>, Problem> {
-    let mut bytes = zeroed(size)?;
-    let mut decoder = weezl::decode::Decoder::with_tiff_size_switch(BitOrder::Msb, 8);
-    let (mut read, mut written) = (0, 0);
-    while written < size {
-        let step = decoder.decode_bytes(&packed[read..], &mut bytes[written..]);
-        read += step.consumed_in;
-        written += step.consumed_out;
-        match step.status {
-            Ok(LzwStatus::Ok) => {}
-            _ if written == size => {}
-            Ok(LzwStatus::NoProgress | LzwStatus::Done) => {
-                return Err(Problem::truncated(format!("chunk {index} unpacks to {written} of {size} bytes")));
-            }
-            Err(error) => return Err(Problem::damaged(format!("chunk {index} does not unpack: {error}"))),
-        }
-    }
-    Ok(bytes)
-}
-
 fn compression(code: u64) -> Result<Compression, Problem> {
     let name = match code {
         1 => return Ok(Compression::None),
@@ -349,7 +465,7 @@ fn predictor(code: u64, sample: Sample) -> Result<Predictor, Problem> {
     }
 }
 
-fn sample(directory: &Directory<'_>) -> Result<Sample, Problem> {
+fn sample(directory: &Directory<'_, '_>) -> Result<Sample, Problem> {
     let bits = directory.numbers(tag::BITS_PER_SAMPLE)?;
     let formats = directory.numbers(tag::SAMPLE_FORMAT)?;
     let (bits_of, format) = (bits.first().copied().unwrap_or(1), formats.first().copied().unwrap_or(1));

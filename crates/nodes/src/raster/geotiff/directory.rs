@@ -1,8 +1,10 @@
-//! The first image file directory of a TIFF: its tags as slices of the file, each checked against the file's length.
+//! The first image file directory of a TIFF: where its tags have their values, each checked against the file's length.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, io::Read};
 
-use crate::raster::Problem;
+use orograph_graph::memory::zeroed;
+
+use crate::raster::{Problem, reader::Shared};
 
 /// The tags that are read.
 pub(super) mod tag {
@@ -30,15 +32,24 @@ pub(super) mod tag {
 }
 
 /// The tags of one image.
-pub(super) struct Directory<'a> {
+pub(super) struct Directory<'f, 'a> {
+    file: &'f Shared<'a>,
     big_endian: bool,
-    entries: BTreeMap<u16, Entry<'a>>,
+    entries: BTreeMap<u16, Entry>,
 }
 
-struct Entry<'a> {
+struct Entry {
     kind: u16,
-    data: &'a [u8],
+    /// Where its values begin, unless they are beyond the end of the file.
+    at: Option<u64>,
+    /// The number of its values.
+    count: u64,
 }
+
+/// Maximum number of tags, which a classic TIFF cannot exceed.
+const MOST_TAGS: u64 = 0xffff;
+/// Maximum number of values of a tag that has one per band, or few.
+const FEW: usize = 1 << 16;
 
 /// Returns the bytes of a value of a field type. Returns None for types that are not used by the tags we read.
 const fn width(kind: u16) -> Option<usize> {
@@ -51,22 +62,13 @@ const fn width(kind: u16) -> Option<usize> {
     }
 }
 
-/// A cursor over the file in its byte order.
-struct Bytes<'a> {
-    all: &'a [u8],
-    big_endian: bool,
-}
-
-impl<'a> Bytes<'a> {
-    fn slice(&self, at: u64, len: u64) -> Result<&'a [u8], Problem> {
-        let part = usize::try_from(at).ok().zip(at.checked_add(len).and_then(|end| usize::try_from(end).ok()));
-        part.and_then(|(at, end)| self.all.get(at..end))
-            .ok_or_else(|| Problem::truncated(format!("{len} bytes at {at} are beyond its end at {}", self.all.len())))
-    }
-
-    fn number(&self, at: u64, len: u64) -> Result<u64, Problem> {
-        Ok(unsigned(self.slice(at, len)?, self.big_endian))
-    }
+/// Returns bytes of the file.
+fn slice(file: &Shared<'_>, at: u64, length: u64) -> Result<Vec<u8>, Problem> {
+    let beyond = || Problem::truncated(format!("{length} bytes at {at} are beyond its end at {}", file.length()));
+    let mut section = file.section(at, length).ok_or_else(beyond)?;
+    let mut bytes = zeroed(usize::try_from(length).map_err(|_| beyond())?)?;
+    section.read_exact(&mut bytes).map_err(Problem::Unreadable)?;
+    Ok(bytes)
 }
 
 fn unsigned(bytes: &[u8], big_endian: bool) -> u64 {
@@ -74,33 +76,36 @@ fn unsigned(bytes: &[u8], big_endian: bool) -> u64 {
     if big_endian { bytes.iter().fold(0, push) } else { bytes.iter().rev().fold(0, push) }
 }
 
-impl<'a> Directory<'a> {
+impl<'f, 'a> Directory<'f, 'a> {
     /// Reads the first directory of a file.
-    pub(super) fn parse(all: &'a [u8]) -> Result<Self, Problem> {
-        let big_endian = all.first() == Some(&b'M');
-        let bytes = Bytes { all, big_endian };
-        let big = bytes.number(2, 2)? == 43;
+    pub(super) fn parse(file: &'f Shared<'a>) -> Result<Self, Problem> {
+        let big_endian = slice(file, 0, 1)? == b"M";
+        let number = |at: u64, len: u64| Ok::<_, Problem>(unsigned(&slice(file, at, len)?, big_endian));
+        let big = number(2, 2)? == 43;
         // position of the first directory; lengths of its count, of a tag's count and of an offset
-        let (at, count_len, word) = if big { (bytes.number(8, 8)?, 8, 8) } else { (bytes.number(4, 4)?, 2, 4) };
-        let count = bytes.number(at, count_len)?;
+        let (at, count_len, word) = if big { (number(8, 8)?, 8, 8) } else { (number(4, 4)?, 2, 4) };
+        let count = number(at, count_len)?;
+        if count > MOST_TAGS {
+            return Err(Problem::damaged(format!("it claims {count} tags")));
+        }
         let entry_len = 4 + 2 * word;
-        let table = bytes.slice(
-            at + count_len,
-            count.checked_mul(entry_len).ok_or_else(|| Problem::damaged(format!("it claims {count} tags")))?,
-        )?;
+        let table_at = at.saturating_add(count_len);
+        let table = slice(file, table_at, count * entry_len)?;
         let mut entries = BTreeMap::new();
         for (index, entry) in (0_u64..).zip(table.chunks_exact(entry_len as usize)) {
             let name = unsigned(&entry[..2], big_endian) as u16;
             let kind = unsigned(&entry[2..4], big_endian) as u16;
             let count = unsigned(&entry[4..4 + word as usize], big_endian);
             let Some(len) = width(kind).and_then(|width| count.checked_mul(width as u64)) else { continue };
-            let value_at = at + count_len + index * entry_len + 4 + word;
-            let value_at = if len <= word { value_at } else { bytes.number(value_at, word)? };
+            let value_at = match len <= word {
+                true => table_at + index * entry_len + 4 + word,
+                false => unsigned(&entry[4 + word as usize..], big_endian),
+            };
             // the first of duplicate tags counts; one beyond the end of the file is an error only if it is requested
-            let data = bytes.slice(value_at, len).unwrap_or_default();
-            entries.entry(name).or_insert(Entry { kind, data });
+            let at = file.section(value_at, len).map(|_| value_at);
+            entries.entry(name).or_insert(Entry { kind, at, count });
         }
-        Ok(Self { big_endian, entries })
+        Ok(Self { file, big_endian, entries })
     }
 
     /// Returns true if numbers are big-endian.
@@ -108,36 +113,51 @@ impl<'a> Directory<'a> {
         self.big_endian
     }
 
-    /// Returns the integers of a tag, empty if it is missing.
-    pub(super) fn numbers(&self, name: u16) -> Result<Vec<u64>, Problem> {
+    /// Returns true if there is such a tag.
+    pub(super) fn has(&self, name: u16) -> bool {
+        self.entries.contains_key(&name)
+    }
+
+    /// Returns the bytes of the first values of a tag. Returns None if they are beyond the end of the file.
+    fn values(&self, entry: &Entry, most: usize) -> Result<Option<Vec<u8>>, Problem> {
+        let Some((at, width)) = entry.at.zip(width(entry.kind)) else { return Ok(None) };
+        slice(self.file, at, entry.count.min(most as u64) * width as u64).map(Some)
+    }
+
+    /// Returns the integers of a tag, at most that many, empty if it is missing.
+    pub(super) fn first_numbers(&self, name: u16, most: usize) -> Result<Vec<u64>, Problem> {
         let Some(entry) = self.entries.get(&name) else { return Ok(Vec::new()) };
-        match (entry.kind, width(entry.kind)) {
-            (1 | 3 | 4 | 13 | 16 | 18, Some(width)) if !entry.data.is_empty() => {
-                Ok(entry.data.chunks_exact(width).map(|value| unsigned(value, self.big_endian)).collect())
+        let values = self.values(entry, most)?.filter(|values| !values.is_empty());
+        match (entry.kind, width(entry.kind), values) {
+            (1 | 3 | 4 | 13 | 16 | 18, Some(width), Some(values)) => {
+                Ok(values.chunks_exact(width).map(|value| unsigned(value, self.big_endian)).collect())
             }
             _ => Err(Problem::damaged(format!("tag {name} holds no whole numbers"))),
         }
     }
 
+    /// Returns the integers of a tag of few values, empty if it is missing.
+    pub(super) fn numbers(&self, name: u16) -> Result<Vec<u64>, Problem> {
+        self.first_numbers(name, FEW)
+    }
+
     /// Returns the integer of a tag. Returns None if it is missing.
     pub(super) fn number(&self, name: u16) -> Result<Option<u64>, Problem> {
-        Ok(self.numbers(name)?.first().copied())
+        Ok(self.first_numbers(name, 1)?.first().copied())
     }
 
     /// Returns the floating-point numbers of a tag, empty if it is missing or of another type.
-    pub(super) fn reals(&self, name: u16) -> Vec<f64> {
-        match self.entries.get(&name) {
-            Some(Entry { kind: 12, data }) => {
-                data.chunks_exact(8).map(|value| f64::from_bits(unsigned(value, self.big_endian))).collect()
-            }
-            _ => Vec::new(),
-        }
+    pub(super) fn reals(&self, name: u16) -> Result<Vec<f64>, Problem> {
+        let Some(entry) = self.entries.get(&name).filter(|entry| entry.kind == 12) else { return Ok(Vec::new()) };
+        let values = self.values(entry, FEW)?.unwrap_or_default();
+        Ok(values.chunks_exact(8).map(|value| f64::from_bits(unsigned(value, self.big_endian))).collect())
     }
 
     /// Returns the text of a tag, up to its terminating zero. Returns None if it is missing.
-    pub(super) fn text(&self, name: u16) -> Option<&'a str> {
-        let entry = self.entries.get(&name)?;
-        let end = entry.data.iter().position(|byte| *byte == 0).unwrap_or(entry.data.len());
-        std::str::from_utf8(&entry.data[..end]).ok()
+    pub(super) fn text(&self, name: u16) -> Result<Option<String>, Problem> {
+        let Some(entry) = self.entries.get(&name) else { return Ok(None) };
+        let values = self.values(entry, FEW)?.unwrap_or_default();
+        let end = values.iter().position(|byte| *byte == 0).unwrap_or(values.len());
+        Ok(std::str::from_utf8(&values[..end]).ok().map(str::to_owned))
     }
 }

@@ -1,7 +1,7 @@
 //! Position and cell size of a GeoTIFF.
 
 use super::directory::{Directory, tag};
-use crate::raster::{Cell, Problem, Raster, looks_geographic};
+use crate::raster::{Cell, Head, Problem, looks_geographic};
 
 /// The keys of the GeoKey directory that are read.
 mod key {
@@ -15,9 +15,9 @@ mod key {
 /// Code for "given by other keys".
 const USER_DEFINED: u64 = 32_767;
 
-/// Reads cell size, north-west corner and reference system from the tags. A raster stored south-up is flipped to
-/// north-up; the rotation of a raster that is not aligned with the axes is ignored.
-pub(super) fn read(directory: &Directory<'_>, raster: &mut Raster) -> Result<(), Problem> {
+/// Reads cell size, north-west corner and reference system from the tags. Returns true if the first row is the
+/// southernmost; the rotation of a raster that is not aligned with the axes is ignored.
+pub(super) fn read(directory: &Directory<'_, '_>, head: &mut Head) -> Result<bool, Problem> {
     let keys = directory.numbers(tag::GEO_KEY_DIRECTORY)?;
     // four shorts of header, then four per key: name, location of its value (0 = here), count, value
     let find = |name: u64| {
@@ -26,8 +26,8 @@ pub(super) fn read(directory: &Directory<'_>, raster: &mut Raster) -> Result<(),
     let model = find(key::MODEL_TYPE);
     let geographic = find(key::GEOGRAPHIC_TYPE);
     let projected = find(key::PROJECTED_TYPE);
-    raster.epsg = projected.or(geographic).and_then(|code| u32::try_from(code).ok()).filter(|code| *code > 0);
-    let Some(transform) = transform(directory) else { return Ok(()) };
+    head.epsg = projected.or(geographic).and_then(|code| u32::try_from(code).ok()).filter(|code| *code > 0);
+    let Some(transform) = transform(directory)? else { return Ok(false) };
     let [a, b, c, d, e, f] = transform;
     let cell = [(a * a + d * d).sqrt(), (b * b + e * e).sqrt()];
     if !(cell.iter().all(|side| side.is_finite() && *side > 0.0) && c.is_finite() && f.is_finite()) {
@@ -39,42 +39,36 @@ pub(super) fn read(directory: &Directory<'_>, raster: &mut Raster) -> Result<(),
         origin = [c - 0.5 * (a + b), f - 0.5 * (d + e)];
     }
     if e > 0.0 {
-        let rows = raster.rows as f64;
+        let rows = head.rows as f64;
         origin = [origin[0] + b * rows, origin[1] + e * rows];
-        let columns = raster.columns;
-        let (samples, rows) = (&mut raster.samples, raster.rows);
-        for row in 0..rows / 2 {
-            let (north, south) = samples.split_at_mut((rows - 1 - row) * columns);
-            north[row * columns..(row + 1) * columns].swap_with_slice(&mut south[..columns]);
-        }
     }
     let in_degrees = match model {
         Some(2) => true,
         Some(_) => false,
-        None => geographic.is_some() || looks_geographic(origin, cell, raster.columns, raster.rows),
+        None => geographic.is_some() || looks_geographic(origin, cell, head.columns, head.rows),
     };
-    raster.origin = Some(origin);
-    raster.cell = Some(if in_degrees {
+    head.origin = Some(origin);
+    head.cell = Some(if in_degrees {
         Cell::Degrees(cell)
     } else {
         let metres = metres_per_unit(find(key::LINEAR_UNITS))?;
         Cell::Metres(cell.map(|side| side * metres))
     });
-    Ok(())
+    Ok(e > 0.0)
 }
 
 /// Returns the map from (column, row) to (x, y): `x = a column + b row + c`, `y = d column + e row + f`. Returns None
 /// if the tags have none.
-fn transform(directory: &Directory<'_>) -> Option<[f64; 6]> {
-    if let [a, b, _, c, d, e, _, f, ..] = directory.reals(tag::MODEL_TRANSFORMATION)[..] {
-        return Some([a, b, c, d, e, f]);
+fn transform(directory: &Directory<'_, '_>) -> Result<Option<[f64; 6]>, Problem> {
+    if let [a, b, _, c, d, e, _, f, ..] = directory.reals(tag::MODEL_TRANSFORMATION)?[..] {
+        return Ok(Some([a, b, c, d, e, f]));
     }
-    let [sx, sy, ..] = directory.reals(tag::MODEL_PIXEL_SCALE)[..] else { return None };
-    let (i, j, x, y) = match directory.reals(tag::MODEL_TIEPOINT)[..] {
+    let [sx, sy, ..] = directory.reals(tag::MODEL_PIXEL_SCALE)?[..] else { return Ok(None) };
+    let (i, j, x, y) = match directory.reals(tag::MODEL_TIEPOINT)?[..] {
         [i, j, _, x, y, ..] => (i, j, x, y),
         _ => (0.0, 0.0, 0.0, 0.0),
     };
-    Some([sx, 0.0, x - i * sx, 0.0, -sy, y + j * sy])
+    Ok(Some([sx, 0.0, x - i * sx, 0.0, -sy, y + j * sy]))
 }
 
 fn metres_per_unit(code: Option<u64>) -> Result<f64, Problem> {

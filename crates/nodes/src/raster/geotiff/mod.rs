@@ -14,27 +14,30 @@
 mod chunks;
 mod directory;
 mod georeference;
+mod unpack;
 mod write;
 
-use chunks::Layout;
+use chunks::{Layout, Tiff};
 use directory::{Directory, tag};
 pub(super) use write::Frame;
 
-use super::{GoOn, MAX_RATIO, Problem, Raster, claimed_cells};
+use super::{
+    Problem,
+    reader::{Head, Reader, Shared, Source},
+};
 
-/// Decodes the first image of a file.
-pub(super) fn read(bytes: &[u8], go_on: GoOn<'_>) -> Result<Raster, Problem> {
-    let directory = Directory::parse(bytes)?;
+/// Opens the first image of a file.
+pub(super) fn open(source: Source<'_>) -> Result<Reader<'_>, Problem> {
+    let file = Shared::new(source);
+    let directory = Directory::parse(&file)?;
     let columns = directory.number(tag::IMAGE_WIDTH)?.unwrap_or(0);
     let rows = directory.number(tag::IMAGE_LENGTH)?.unwrap_or(0);
-    let layout = Layout::new(&directory, columns, rows)?;
-    let ratio = if layout.is_compressed() { MAX_RATIO } else { 1 };
-    claimed_cells(columns, rows, layout.sample_bytes() as u64, bytes.len() as u64, ratio)?;
-    let nodata = directory.text(tag::GDAL_NODATA).and_then(|text| text.trim().parse::<f64>().ok());
-    let samples = layout.decode(bytes, nodata, go_on)?;
-    let mut raster = Raster::new(columns as usize, rows as usize, samples);
-    georeference::read(&directory, &mut raster)?;
-    Ok(raster)
+    let layout = Layout::new(&directory, columns, rows, file.length())?;
+    let nodata = directory.text(tag::GDAL_NODATA)?.and_then(|text| text.trim().parse::<f64>().ok());
+    let mut head = Head::new(columns as usize, rows as usize);
+    let is_south_up = georeference::read(&directory, &mut head)?;
+    let tiff = Tiff::new(file, layout, nodata, is_south_up)?;
+    Ok(Reader { head, rows: Box::new(tiff) })
 }
 
 #[cfg(test)]

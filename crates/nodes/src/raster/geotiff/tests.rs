@@ -1,10 +1,10 @@
 //! Tests of the GeoTIFF reader and writer.
 
 use super::{directory::tag, *};
-use crate::raster::Cell;
+use crate::raster::{Cell, Raster, tests::memory};
 
 fn read(bytes: &[u8]) -> Result<Raster, Problem> {
-    super::read(bytes, &|| true)
+    open(memory(bytes))?.raster(&|| true)
 }
 
 /// Builds a little-endian classic TIFF of 16-bit samples in one strip, with additional tags (tag, type, values).
@@ -64,8 +64,65 @@ fn a_raster_stored_south_up_is_turned() {
     let file = tiff(2, 3, &[1, 2, 3, 4, 5, 6], &[(tag::MODEL_TRANSFORMATION, 12, transform)]);
     let raster = read(&file).unwrap();
     assert_eq!(raster.samples, [5.0, 6.0, 3.0, 4.0, 1.0, 2.0]);
-    assert_eq!(raster.origin, Some([500.0, 930.0]));
-    assert_eq!(raster.cell, Some(Cell::Metres([10.0, 10.0])));
+    assert_eq!(raster.head.origin, Some([500.0, 930.0]));
+    assert_eq!(raster.head.cell, Some(Cell::Metres([10.0, 10.0])));
+}
+
+/// One strip or tile of more cells than are unpacked at a time, as wide as the image, is read row by row.
+#[test]
+fn a_large_chunk_is_read_row_by_row() {
+    use std::io::Write;
+    let side = 2100_u32;
+    let sample = |at: usize| (at * 7919 % 65_521) as u16;
+    let samples: Vec<u16> = (0..(side * side) as usize).map(sample).collect();
+    let mut packed = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+    samples.iter().for_each(|v| packed.write_all(&v.to_le_bytes()).expect("memory"));
+    let mut packed = packed.finish().expect("memory");
+    let count = packed.len() as u32;
+    packed.resize(packed.len().next_multiple_of(2), 0);
+    let packed: Vec<u16> = packed.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect();
+    let long = |v: u32| v.to_le_bytes().to_vec();
+    let deflate = (tag::COMPRESSION, 3, shorts(&[8]));
+    let strip = [deflate.clone(), (tag::STRIP_BYTE_COUNTS, 4, long(count))];
+    let tile = [
+        deflate,
+        (tag::TILE_WIDTH, 4, long(side)),
+        (tag::TILE_LENGTH, 4, long(side)),
+        (tag::TILE_OFFSETS, 4, long(8)),
+        (tag::TILE_BYTE_COUNTS, 4, long(count)),
+    ];
+    for extra in [&strip[..], &tile[..]] {
+        let file = tiff(side, side, &packed, extra);
+        let reader = open(memory(&file)).expect("a raster");
+        assert!(reader.bytes() < 2 << 20, "{}", reader.bytes());
+        let raster = reader.raster(&|| true).expect("readable");
+        assert!(raster.samples.iter().enumerate().all(|(at, v)| *v == f32::from(sample(at))));
+    }
+}
+
+/// What cannot be read row by row is refused where it is large, with the remedy.
+#[test]
+fn large_parts_are_refused() {
+    let side = 5000_u32;
+    let samples = vec![0_u16; 40_000];
+    let long = |v: u32| v.to_le_bytes().to_vec();
+    let deflate = (tag::COMPRESSION, 3, shorts(&[8]));
+    let transform = reals(&[10.0, 0.0, 0.0, 500.0, 0.0, 10.0, 0.0, 900.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    let south_up = [deflate.clone(), (tag::MODEL_TRANSFORMATION, 12, transform)];
+    let lists = |of: [u32; 2]| of.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
+    let tiles = [
+        deflate,
+        (tag::TILE_WIDTH, 4, long(2512)),
+        (tag::TILE_LENGTH, 4, long(side)),
+        (tag::TILE_OFFSETS, 4, lists([8, 40_008])),
+        (tag::TILE_BYTE_COUNTS, 4, lists([40_000, 40_000])),
+    ];
+    for extra in [&south_up[..], &tiles[..]] {
+        match open(memory(&tiff(side, side, &samples, extra))).err() {
+            Some(Problem::Unsupported { remedy, .. }) => assert!(remedy.contains("BLOCKYSIZE")),
+            other => panic!("{other:?}"),
+        }
+    }
 }
 
 #[test]
@@ -75,7 +132,7 @@ fn feet_become_metres_and_unknown_units_are_refused() {
         let scale = reals(&[100.0, 100.0, 0.0]);
         read(&tiff(1, 1, &[7], &[(tag::MODEL_PIXEL_SCALE, 12, scale), (tag::GEO_KEY_DIRECTORY, 3, keys)]))
     };
-    let Some(Cell::Metres([feet, _])) = with_units(9002).unwrap().cell else { panic!("metres") };
+    let Some(Cell::Metres([feet, _])) = with_units(9002).unwrap().head.cell else { panic!("metres") };
     assert!((feet - 30.48).abs() < 1e-12);
     assert!(matches!(with_units(9014), Err(Problem::Unsupported { .. })));
 }
