@@ -1,0 +1,219 @@
+//! The way of water over the measured land.
+//!
+//! Depressions are filled by a priority flood whose surface rises by a small step from cell to cell (R. Barnes,
+//! C. Lehman, D. Mulla, 2014, "Priority-flood", Computers & Geosciences 62), so that water crosses flats and lakes on the
+//! shortest way to their outlet. Each cell then drains to the neighbour of steepest descent (O'Callaghan and Mark 1984).
+//! Water leaves at all borders, at voids and in the sea, whatever the boundary of the world. The flood visits cells from
+//! the outlets upwards, which is the order in which everything else is computed.
+
+use std::{cmp::Reverse, collections::BinaryHeap};
+
+use super::Land;
+use crate::{
+    numerics::{par, routing::code::STEPS},
+    prelude::*,
+};
+
+/// Largest step of the flooded surface in metres, and the largest as a fraction of the relief.
+const STEP: [f64; 2] = [1e-4, 1e-7];
+/// Marks cells that no water reaches.
+const NOWHERE: u32 = u32::MAX;
+
+/// The receivers of all cells with a height, and their drainage areas.
+pub(super) struct Network {
+    pub nx: usize,
+    pub ny: usize,
+    pub cell_m: f64,
+    /// The flooded surface, which falls along every link; NaN in voids.
+    pub level: Vec<f64>,
+    /// The cell that a cell drains to; itself where water leaves.
+    pub receiver: Vec<u32>,
+    /// Cells with a height from the outlets upwards.
+    pub order: Vec<u32>,
+    /// Drainage area in cells, with the cell itself.
+    pub area: Vec<u32>,
+    /// Cells below the surface of still water, and those more than a metre below.
+    pub flooded: [usize; 2],
+}
+
+impl Network {
+    pub fn of(land: &Land<'_>, check: &(dyn Fn() -> Result<(), NodeError> + Sync)) -> Result<Self, NodeError> {
+        let (nx, ny) = (land.nx(), land.ny());
+        let heights = land.height.plane(0);
+        let is_sea = |cell: usize| land.sea_m.is_some_and(|sea_m| f64::from(heights[cell]) < sea_m);
+        let mut flood = Flood::new(land);
+        // where water leaves: the border, cells beside voids, the sea
+        let leaves = par::map(nx * ny, |cell| {
+            let (x, y) = (cell % nx, cell / nx);
+            let border = x == 0 || y == 0 || x + 1 == nx || y + 1 == ny;
+            heights[cell].is_finite()
+                && (border || is_sea(cell) || around(nx, ny, cell).any(|(_, next)| heights[next].is_nan()))
+        });
+        (0..nx * ny).filter(|&cell| leaves[cell]).for_each(|cell| flood.begin(cell));
+        flood.run(check)?;
+        let Flood { level, order, flooded, .. } = flood;
+        let receiver = par::map(nx * ny, |cell| {
+            if leaves[cell] || level[cell].is_nan() { cell as u32 } else { steepest(&level, nx, cell) }
+        });
+        check()?;
+        let mut area = vec![1_u32; nx * ny];
+        for &cell in order.iter().rev() {
+            let below = receiver[cell as usize];
+            if below != cell {
+                area[below as usize] += area[cell as usize];
+            }
+        }
+        Ok(Self { nx, ny, cell_m: land.cell_m(), level, receiver, order, area, flooded })
+    }
+
+    /// The cell downstream. Returns None where water leaves.
+    pub fn below(&self, cell: usize) -> Option<usize> {
+        let below = self.receiver[cell] as usize;
+        (below != cell).then_some(below)
+    }
+
+    /// Drainage area in m².
+    pub fn area_m2(&self, cell: usize) -> f64 {
+        f64::from(self.area[cell]) * self.cell_m * self.cell_m
+    }
+
+    /// Column and row of a cell.
+    pub fn place(&self, cell: usize) -> [f64; 2] {
+        [(cell % self.nx) as f64, (cell / self.nx) as f64]
+    }
+
+    /// Length of the link to the receiver in metres; 0 where water leaves.
+    pub fn length_m(&self, cell: usize) -> f64 {
+        let Some(below) = self.below(cell) else { return 0.0 };
+        let [dx, dy] = self.step(cell, below);
+        self.cell_m * if dx != 0 && dy != 0 { std::f64::consts::SQRT_2 } else { 1.0 }
+    }
+
+    /// Columns and rows from a cell to another.
+    pub fn step(&self, from: usize, to: usize) -> [i64; 2] {
+        let nx = self.nx;
+        [(to % nx) as i64 - (from % nx) as i64, (to / nx) as i64 - (from / nx) as i64]
+    }
+
+    /// The cell that is `steps` downstream. Returns None when water leaves before.
+    pub fn after(&self, cell: usize, steps: usize) -> Option<usize> {
+        (0..steps).try_fold(cell, |cell, _| self.below(cell))
+    }
+
+    /// The donor with the largest area of each cell; the cell itself where there is none.
+    pub fn trunks(&self) -> Vec<u32> {
+        let mut up: Vec<u32> = (0..self.receiver.len() as u32).collect();
+        for cell in 0..self.receiver.len() {
+            let Some(below) = self.below(cell) else { continue };
+            let now = up[below] as usize;
+            if now == below || self.area[cell] > self.area[now] {
+                up[below] = cell as u32;
+            }
+        }
+        up
+    }
+}
+
+/// The neighbours of a cell with their directions, in the order E, NE, N, NW, W, SW, S, SE.
+pub(super) fn around(nx: usize, ny: usize, cell: usize) -> impl Iterator<Item = (usize, usize)> {
+    let (x, y) = ((cell % nx) as i32, (cell / nx) as i32);
+    STEPS.iter().enumerate().filter_map(move |(direction, (dx, dy))| {
+        let (x, y) = (x + dx, y + dy);
+        (x >= 0 && y >= 0 && x < nx as i32 && y < ny as i32).then(|| (direction, y as usize * nx + x as usize))
+    })
+}
+
+/// The neighbour of steepest descent of a cell that is not on the border; the cell itself if none is lower.
+fn steepest(level: &[f64], nx: usize, cell: usize) -> u32 {
+    let (mut best, mut receiver) = (0.0, cell);
+    for (direction, (dx, dy)) in STEPS.iter().enumerate() {
+        let next = (cell as isize + *dx as isize + *dy as isize * nx as isize) as usize;
+        let drop = level[cell] - level[next];
+        let slope = if direction % 2 == 1 { drop * std::f64::consts::FRAC_1_SQRT_2 } else { drop };
+        if slope > best {
+            (best, receiver) = (slope, next);
+        }
+    }
+    receiver as u32
+}
+
+/// The state of a priority flood.
+struct Flood<'a> {
+    heights: &'a [f32],
+    nx: usize,
+    ny: usize,
+    step: f64,
+    level: Vec<f64>,
+    /// The surface of still water, without steps.
+    still: Vec<f32>,
+    order: Vec<u32>,
+    flooded: [usize; 2],
+    /// Cells by level, then by number.
+    open: BinaryHeap<Reverse<(u64, u32)>>,
+}
+
+/// The order-preserving number of a level.
+fn ordered(level: f64) -> u64 {
+    let bits = level.to_bits();
+    if bits >> 63 == 0 { bits | 1 << 63 } else { !bits }
+}
+
+impl<'a> Flood<'a> {
+    fn new(land: &Land<'a>) -> Self {
+        let (nx, ny) = (land.nx(), land.ny());
+        let relief = land.height.range(0).map_or(0.0, |(low, high)| f64::from(high) - f64::from(low));
+        let step = if relief > 0.0 { STEP[0].min(STEP[1] * relief) } else { STEP[0] };
+        Self {
+            heights: land.height.plane(0),
+            nx,
+            ny,
+            step,
+            level: vec![f64::NAN; nx * ny],
+            still: vec![f32::NAN; nx * ny],
+            order: Vec::with_capacity(nx * ny),
+            flooded: [0; 2],
+            open: BinaryHeap::new(),
+        }
+    }
+
+    fn begin(&mut self, cell: usize) {
+        self.level[cell] = f64::from(self.heights[cell]);
+        self.still[cell] = self.heights[cell];
+        self.open.push(Reverse((ordered(self.level[cell]), cell as u32)));
+    }
+
+    fn run(&mut self, check: &(dyn Fn() -> Result<(), NodeError> + Sync)) -> Result<(), NodeError> {
+        let (nx, ny) = (self.nx, self.ny);
+        while let Some(Reverse((_, cell))) = self.open.pop() {
+            if self.order.len().is_multiple_of(1 << 16) {
+                check()?;
+            }
+            self.order.push(cell);
+            let (level, still) = (self.level[cell as usize] + self.step, self.still[cell as usize]);
+            for (_, next) in around(nx, ny, cell as usize) {
+                let height = self.heights[next];
+                if !self.level[next].is_nan() || height.is_nan() {
+                    continue;
+                }
+                self.level[next] = level.max(f64::from(height));
+                self.still[next] = still.max(height);
+                self.flooded[0] += usize::from(still > height);
+                self.flooded[1] += usize::from(still - height > 1.0);
+                self.open.push(Reverse((ordered(self.level[next]), next as u32)));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Network {
+    /// The outlet of each cell; [`NOWHERE`] in voids.
+    pub fn outlets(&self) -> Vec<u32> {
+        let mut outlet = vec![NOWHERE; self.receiver.len()];
+        for &cell in &self.order {
+            let below = self.receiver[cell as usize];
+            outlet[cell as usize] = if below == cell { cell } else { outlet[below as usize] };
+        }
+        outlet
+    }
+}
