@@ -60,6 +60,9 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
 /// Maximum number of steps of a run.
 const MAX_STEPS: f64 = 64.0;
 
+/// Number of steps between two reports of progress.
+const TOGETHER: usize = 8;
+
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { height: start, diffusivity } = Inputs::read(job)?;
     let params = Params::read(job.params);
@@ -70,10 +73,11 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let mut heights: Vec<f64> = start.samples().iter().map(|&height| f64::from(height)).collect();
     let wants = Wants::of(job);
     let mut left = zeroed(if wants.report { heights.len() } else { 0 })?;
-    for step in 0..steps {
-        job.advance(step as f32 / steps as f32)?;
+    for first in (0..steps).step_by(TOGETHER) {
+        job.advance(first as f32 / steps as f32)?;
         let left = wants.report.then_some(&mut left[..]);
-        slope.creep(job, &mut heights, params.duration / f64::from(steps), step, &|_| false, left)?;
+        let turns = first..steps.min(first + TOGETHER as u32);
+        slope.creep(job, &mut heights, params.duration / f64::from(steps), turns, &|_| false, left)?;
     }
     let moved = |(height, &before): (&f64, &f32)| {
         if before.is_finite() { (height - f64::from(before)) as f32 } else { 0.0 }

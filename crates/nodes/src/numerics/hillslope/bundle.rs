@@ -22,14 +22,16 @@ const STEEPEST: f64 = 0.95;
 const ITERATIONS: usize = 4;
 /// Times that sinks which give are turned into land, the last time with all others of their lines.
 const ROUNDS: u32 = 8;
+/// The largest D Δt / d² that is distinguished from larger ones.
+pub const MOST_MOBILE: f64 = 1e12;
+/// Heights from here on, in metres, are holes in the data, as what is no number.
+const HIGHEST_M: f64 = 1e15;
 /// What a sink gives away, in metres, before it counts as land.
 const GIVEN_M: f64 = 1e-9;
 
-/// What a cell does with what arrives.
+/// What a cell that does not rise does with what arrives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hold {
-    /// It rises.
-    Free,
     /// It passes it on to somewhere else, and keeps its height; as long as more arrives than leaves.
     Sink,
     /// It keeps its height.
@@ -39,28 +41,39 @@ pub enum Hold {
 const FREE: f64 = 0.0;
 const SINK: f64 = 1.0;
 const FIXED: f64 = 2.0;
+/// No ground: nothing crosses its faces. So are cells of lanes without a line.
+const HOLE: f64 = 3.0;
 
 impl Hold {
     const fn code(self) -> f64 {
         match self {
-            Self::Free => FREE,
             Self::Sink => SINK,
             Self::Fixed => FIXED,
         }
     }
 }
 
-/// A cell of a line before a step.
+/// The direction of lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Along {
+    Rows,
+    Columns,
+}
+
+/// What is known of the cells of a bundle before a step.
 #[derive(Clone, Copy, Debug)]
-pub struct Cell {
-    /// Height in metres.
-    pub height_m: f64,
-    /// D Δt / d².
-    pub mobility: f64,
-    /// What it does with what arrives.
-    pub hold: Hold,
-    /// The rise of the land across the line, in metres per cell.
-    pub across_m: f64,
+pub struct Ground<'a> {
+    /// Number of lines.
+    pub lines: usize,
+    pub along: Along,
+    /// D in m²/yr, if it differs from cell to cell.
+    pub diffusivity: Option<&'a [&'a [f32]]>,
+    /// The smallest D, or the only one.
+    pub least: f64,
+    /// Mobility per D.
+    pub per_diffusivity: f64,
+    /// Heights of the lines before the first and after the last; empty where there is none.
+    pub outer: Option<&'a [Vec<f64>; 2]>,
 }
 
 /// Lines side by side: all by cell, then by line. A face i is that between the cells i − 1 and i; the first is that
@@ -70,8 +83,11 @@ pub struct Bundle {
     wraps: bool,
     /// Whether the land has risen before the step, except cells that keep their height.
     risen: bool,
-    /// Whether there are sinks.
+    /// Whether there are sinks, and whether there are holes in the data.
     sinks: bool,
+    holes: bool,
+    /// Lines and cells that were told to keep their heights.
+    kept: Vec<[usize; 2]>,
     /// The rise between two cells at the critical slope in metres; infinite for linear diffusion.
     critical_m: f64,
     /// Heights before the step.
@@ -109,6 +125,8 @@ impl Bundle {
             wraps,
             risen,
             sinks: false,
+            holes: false,
+            kept: Vec::new(),
             critical_m,
             start: lanes(true),
             mobility: lanes(true),
@@ -124,28 +142,26 @@ impl Bundle {
         }
     }
 
-    /// Reads the first `lines` lines, from `cell(line, i)`.
-    #[inline(always)]
-    pub fn load(&mut self, lines: usize, cell: impl Fn(usize, usize) -> Cell) {
-        // A few cells of each line at a time, which stay in the first cache.
-        let cells = self.start.len();
-        self.sinks = false;
-        for first in (0..cells).step_by(LANES) {
-            for line in 0..lines {
-                for i in first..(first + LANES).min(cells) {
-                    let Cell { height_m, mobility, hold, across_m } = cell(line, i);
-                    self.start[i][line] = height_m;
-                    self.mobility[i][line] = mobility;
-                    self.hold[i][line] = hold.code();
-                    self.sinks |= hold == Hold::Sink;
-                    if let Some(across) = self.across.get_mut(i) {
-                        across[line] = across_m;
-                    }
-                }
-            }
+    /// Reads heights, as slices of rows of the raster, and makes holes in the data walls.
+    pub fn load(&mut self, heights: &[&mut [f64]], ground: &Ground<'_>) {
+        (self.sinks, self.holes) = (false, false);
+        self.kept.clear();
+        load(self, heights, ground);
+        if let Some(outer) = ground.outer {
+            across(self, outer, ground.lines);
         }
-        for mobility in &mut self.mobility {
-            mobility[lines..].fill(0.0);
+    }
+
+    /// Sets what a cell that is no hole does with what arrives.
+    #[inline(always)]
+    pub fn hold(&mut self, line: usize, i: usize, hold: Hold) {
+        if self.hold[i][line] != HOLE {
+            // a river at a side of the world is held twice
+            if self.hold[i][line] == FREE {
+                self.kept.push([line, i]);
+            }
+            self.hold[i][line] = hold.code();
+            self.sinks |= hold == Hold::Sink;
         }
     }
 
@@ -175,11 +191,29 @@ impl Bundle {
         }
     }
 
-    /// The height of cell `i` of a line after the step, if it may have changed.
-    #[must_use]
+    /// Writes the heights after the step; holes keep what they have.
+    pub fn store(&self, heights: &mut [&mut [f64]], along: Along) {
+        store(self, heights, along);
+    }
+
+    /// Adds what cells that keep their heights get in the step, in metres over a cell.
     #[inline(always)]
-    pub fn height_m(&self, line: usize, i: usize) -> Option<f64> {
-        (self.hold[i][line] == FREE).then(|| self.end[i][line])
+    pub fn add_arriving(&self, lost: &mut [&mut [f64]], along: Along) {
+        for &[line, i] in &self.kept {
+            if self.hold[i][line] != FREE {
+                let lost = if along == Along::Rows { &mut lost[line][i] } else { &mut lost[i][line] };
+                *lost += self.arriving(line, i);
+            }
+        }
+    }
+
+    /// Begins another step where the last one ended, with all ground free again.
+    pub fn go_on(&mut self) {
+        (self.sinks, self.kept) = (false, Vec::new());
+        for ((start, end), hold) in self.start.iter_mut().zip(&self.end).zip(&mut self.hold) {
+            *start = *end;
+            hold.iter_mut().for_each(|hold| *hold = if *hold == HOLE { HOLE } else { FREE });
+        }
     }
 
     /// What cell `i` of a line gets, in metres over a cell.
@@ -197,6 +231,155 @@ impl Bundle {
             return 0.0;
         }
         self.given[i][line] + self.implicit[i][line] * (self.end[before][line] - self.end[after][line])
+    }
+}
+
+/// A diffusivity in m²/yr from what is given.
+#[inline(always)]
+pub fn diffusivity(given: f32) -> f64 {
+    if given > 0.0 { f64::from(given).min(1e6) } else { 0.0 }
+}
+
+/// D Δt / d² for a D.
+#[inline(always)]
+fn mobility(diffusivity: f64, ground: &Ground<'_>) -> f64 {
+    (diffusivity * ground.per_diffusivity).min(MOST_MOBILE)
+}
+
+simd! {
+    /// Reads heights and mobilities.
+    fn load(bundle: &mut Bundle, heights: &[&mut [f64]], ground: &Ground<'_>) {
+        let even = [mobility(ground.least, ground); LANES];
+        match ground.along {
+            Along::Columns => {
+                for (i, row) in heights.iter().enumerate() {
+                    let mut given = [f64::NAN; LANES];
+                    given.iter_mut().zip(&**row).for_each(|(given, height)| *given = *height);
+                    let mut mobile = even;
+                    if let Some(diffusivities) = ground.diffusivity {
+                        mobile.iter_mut().zip(diffusivities[i]).for_each(|(mobile, &given)| {
+                            *mobile = mobility(diffusivity(given).max(ground.least), ground);
+                        });
+                    }
+                    set(bundle, i, &given, &mobile);
+                }
+            }
+            Along::Rows => {
+                // a few cells of each line at a time, which stay in the first cache
+                for first in (0..bundle.start.len()).step_by(LANES) {
+                    let mut given = [[f64::NAN; LANES]; LANES];
+                    for (given, row) in given.iter_mut().zip(heights) {
+                        given.iter_mut().zip(&row[first..]).for_each(|(given, height)| *given = *height);
+                    }
+                    let given = transposed(&given);
+                    let mut mobile = [even; LANES];
+                    if let Some(diffusivities) = ground.diffusivity {
+                        for (mobile, row) in mobile.iter_mut().zip(diffusivities) {
+                            mobile.iter_mut().zip(&row[first..]).for_each(|(mobile, &given)| {
+                                *mobile = mobility(diffusivity(given).max(ground.least), ground);
+                            });
+                        }
+                        mobile = transposed(&mobile);
+                    }
+                    let cells = LANES.min(bundle.start.len() - first);
+                    for (i, (given, mobile)) in given.iter().zip(&mobile).take(cells).enumerate() {
+                        set(bundle, first + i, given, mobile);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Returns the columns of a square as rows: in blocks of four by four, which vectors transpose in their registers.
+#[inline(always)]
+fn transposed(from: &[Lanes; LANES]) -> [Lanes; LANES] {
+    let mut to = [[0.0; LANES]; LANES];
+    for i in (0..LANES).step_by(4) {
+        for j in (0..LANES).step_by(4) {
+            for k in 0..4 {
+                to[j + k][i] = from[i][j + k];
+                to[j + k][i + 1] = from[i + 1][j + k];
+                to[j + k][i + 2] = from[i + 2][j + k];
+                to[j + k][i + 3] = from[i + 3][j + k];
+            }
+        }
+    }
+    to
+}
+
+/// Returns a square of cells from one on, all lines of them; past the last cell it is empty.
+#[inline(always)]
+fn square(lanes: &[Lanes], first: usize) -> [Lanes; LANES] {
+    if let Some(square) = lanes[first..].first_chunk() {
+        return *square;
+    }
+    let mut square = [[0.0; LANES]; LANES];
+    square.iter_mut().zip(&lanes[first..]).for_each(|(to, from)| *to = *from);
+    square
+}
+
+simd! {
+    /// Writes heights.
+    fn store(bundle: &Bundle, heights: &mut [&mut [f64]], along: Along) {
+        let write = |to: &mut [f64], ends: &[f64], holds: &[f64]| {
+            for ((height, &end), &hold) in to.iter_mut().zip(ends).zip(holds) {
+                *height = if hold == HOLE { *height } else { end };
+            }
+        };
+        match along {
+            Along::Columns => {
+                for ((row, end), hold) in heights.iter_mut().zip(&bundle.end).zip(&bundle.hold) {
+                    write(row, end, hold);
+                }
+            }
+            Along::Rows => {
+                for first in (0..bundle.end.len()).step_by(LANES) {
+                    let ends = transposed(&square(&bundle.end, first));
+                    let holds = if bundle.holes { transposed(&square(&bundle.hold, first)) } else { [[FREE; LANES]; LANES] };
+                    for (line, row) in heights.iter_mut().enumerate() {
+                        write(&mut row[first..], &ends[line], &holds[line]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Sets a cell of all lines: free, or a hole where there is no height.
+#[inline(always)]
+fn set(bundle: &mut Bundle, i: usize, given: &Lanes, mobile: &Lanes) {
+    let (start, mobility, hold) = (&mut bundle.start[i], &mut bundle.mobility[i], &mut bundle.hold[i]);
+    let mut holes = 0.0;
+    for lane in 0..LANES {
+        let ground = given[lane].abs() < HIGHEST_M;
+        start[lane] = if ground { given[lane] } else { 0.0 };
+        mobility[lane] = if ground { mobile[lane] } else { 0.0 };
+        hold[lane] = if ground { FREE } else { HOLE };
+        holes += hold[lane];
+    }
+    bundle.holes |= holes > 0.0;
+}
+
+simd! {
+    /// Computes rises per cell across the lines, from what is before a line to what is behind it, where there is land.
+    fn across(bundle: &mut Bundle, outer: &[Vec<f64>; 2], lines: usize) {
+        let [before, behind] = outer;
+        for (i, across) in bundle.across.iter_mut().enumerate() {
+            let mut heights = [f64::NAN; LANES + 2];
+            heights[0] = before.get(i).copied().unwrap_or(f64::NAN);
+            for (lane, (start, hold)) in bundle.start[i].iter().zip(bundle.hold[i]).enumerate() {
+                heights[lane + 1] = if hold == FREE { *start } else { f64::NAN };
+            }
+            heights[lines + 1] = behind.get(i).copied().unwrap_or(f64::NAN);
+            for lane in 0..LANES {
+                let [before, here, behind] = [heights[lane], heights[lane + 1], heights[lane + 2]];
+                let (is_before, is_behind) = (before.abs() < HIGHEST_M, behind.abs() < HIGHEST_M);
+                let (low, high) = (if is_before { before } else { here }, if is_behind { behind } else { here });
+                let share = if is_before && is_behind { 0.5 } else { 1.0 };
+                across[lane] = if here.abs() < HIGHEST_M { share * (high - low) } else { 0.0 };
+            }
+        }
     }
 }
 

@@ -15,16 +15,13 @@ mod reference;
 #[cfg(test)]
 mod tests;
 
+use std::ops::Range;
+
 use orograph_graph::{Boundary, Edge};
 
-use self::bundle::{Bundle, Cell, Hold, LANES};
+use self::bundle::{Along, Bundle, Ground, Hold, LANES, MOST_MOBILE, diffusivity};
 use super::{par, repose::wraps};
 use crate::prelude::*;
-
-/// The largest D Δt / d² that is distinguished from larger ones.
-const MOST_MOBILE: f64 = 1e12;
-/// Heights from here on, in metres, are holes in the data, as what is no number.
-const HIGHEST_M: f64 = 1e15;
 
 /// What creeps, and how.
 #[derive(Debug)]
@@ -39,13 +36,6 @@ pub struct Hillslope<'a> {
     critical_slope: f64,
     /// Whether the land has risen before each step, except cells that keep their height.
     risen: bool,
-}
-
-/// The direction of lines.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Along {
-    Rows,
-    Columns,
 }
 
 /// Some lines side by side: slices of rows, from the north.
@@ -96,7 +86,7 @@ impl<'a> Hillslope<'a> {
         (given.max(self.least) * step_yr / (self.cell_m * self.cell_m)).min(MOST_MOBILE)
     }
 
-    /// Lets heights creep for `step_yr`, columns before rows in every other `turn`.
+    /// Lets heights creep for a step of `step_yr` for each of `turns`, columns before rows in every other turn.
     ///
     /// Cells at `base` sides keep their height. So do those at `open` sides and `channel`s that get more than they give:
     /// it leaves the world, or joins the river. What such cells got, in metres over a cell, is added to `lost`. Heights
@@ -109,27 +99,32 @@ impl<'a> Hillslope<'a> {
         job: &Job<'_>,
         heights: &mut [f64],
         step_yr: f64,
-        turn: u32,
+        turns: Range<u32>,
         channel: &(impl Fn(usize) -> bool + Sync),
         mut lost: Option<&mut [f64]>,
     ) -> Result<(), NodeError> {
         if self.diffusivity.constant().is_some_and(|given| diffusivity(given).max(self.least) <= 0.0) {
             return Ok(());
         }
-        let directions =
-            if turn.is_multiple_of(2) { [Along::Rows, Along::Columns] } else { [Along::Columns, Along::Rows] };
-        for along in directions {
-            self.sweep(job, heights, step_yr, along, channel, lost.as_deref_mut())?;
+        let directions = |turn: u32| {
+            if turn.is_multiple_of(2) { [Along::Rows, Along::Columns] } else { [Along::Columns, Along::Rows] }
+        };
+        let sweeps: Vec<Along> = turns.flat_map(directions).collect();
+        // a turn ends along the lines with which the next one begins, which are read once for both; not where mobility
+        // depends on the slope across the lines too
+        let together = |a: &Along, b: &Along| a == b && self.critical_slope == f64::INFINITY;
+        for sweeps in sweeps.chunk_by(together) {
+            self.sweep(job, heights, (step_yr, sweeps.len()), sweeps[0], channel, lost.as_deref_mut())?;
         }
         Ok(())
     }
 
-    /// The part of a step that is along lines of one direction.
+    /// The parts of steps that are along lines of one direction: the length of a step in years, and how many.
     fn sweep(
         &self,
         job: &Job<'_>,
         heights: &mut [f64],
-        step_yr: f64,
+        (step_yr, steps): (f64, usize),
         along: Along,
         channel: &(impl Fn(usize) -> bool + Sync),
         lost: Option<&mut [f64]>,
@@ -139,8 +134,6 @@ impl<'a> Hillslope<'a> {
             Along::Columns => (self.ny, wraps(&self.boundary)[1]),
         };
         let per_diffusivity = step_yr / (self.cell_m * self.cell_m);
-        let even =
-            self.diffusivity.constant().map(|d| (diffusivity(d).max(self.least) * per_diffusivity).min(MOST_MOBILE));
         let critical_m = self.critical_slope * self.cell_m;
         let steepens = critical_m < f64::INFINITY;
         let outer = if steepens { self.outer(heights, along) } else { Vec::new() };
@@ -151,49 +144,66 @@ impl<'a> Hillslope<'a> {
         par::each_with(bundles.into_iter().zip(lost), new, |bundle, k, (mut heights, mut lost)| {
             job.check()?;
             let first = k * LANES;
-            let place = |line: usize, i: usize| match along {
-                Along::Rows => (i, first + line),
-                Along::Columns => (first + line, i),
-            };
             let lines = match along {
                 Along::Rows => heights.len(),
                 Along::Columns => heights.first().map_or(0, |row| row.len()),
             };
-            bundle.load(lines, |line, i| {
-                let height_m = *at(&heights, along, line, i);
-                let (x, y) = place(line, i);
-                let cell = y * self.nx + x;
-                if is_hole(height_m) {
-                    return Cell { height_m: 0.0, mobility: 0.0, hold: Hold::Fixed, across_m: 0.0 };
+            let (given, least) = match self.diffusivity {
+                Lane::Constant(given) => (None, diffusivity(given).max(self.least)),
+                Lane::Samples(given) => (Some(self.part(given, along, first, lines)), self.least),
+            };
+            let ground =
+                Ground { lines, along, diffusivity: given.as_deref(), least, per_diffusivity, outer: outer.get(k) };
+            bundle.load(&heights, &ground);
+            // row by row of the raster
+            let [rows, columns] = if along == Along::Rows { [lines, cells] } else { [cells, lines] };
+            for step in 0..steps {
+                if step > 0 {
+                    bundle.go_on();
                 }
-                let across_m = if steepens {
-                    let beside = |side: usize, line: Option<usize>| match line {
-                        Some(line) if line < lines => Some(*at(&heights, along, line, i)),
-                        _ => outer[k][side].get(i).copied(),
-                    };
-                    rise_m(beside(0, line.checked_sub(1)), height_m, beside(1, Some(line + 1)))
-                } else {
-                    0.0
-                };
-                let mobile =
-                    || (diffusivity(self.diffusivity.at(cell)).max(self.least) * per_diffusivity).min(MOST_MOBILE);
-                let mobility = even.unwrap_or_else(mobile);
-                let hold =
-                    self.side(x, y, along).unwrap_or_else(|| if channel(cell) { Hold::Sink } else { Hold::Free });
-                Cell { height_m, mobility, hold, across_m }
-            });
-            bundle.step();
-            for i in 0..cells {
-                for line in 0..lines {
-                    match bundle.height_m(line, i) {
-                        Some(height_m) => *at_mut(&mut heights, along, line, i) = height_m,
-                        None if lost.is_empty() => {}
-                        None => *at_mut(&mut lost, along, line, i) += bundle.arriving(line, i),
+                for row in 0..rows {
+                    for column in 0..columns {
+                        let (line, i, cell) = match along {
+                            Along::Rows => (row, column, (first + row) * self.nx + column),
+                            Along::Columns => (column, row, row * self.nx + first + column),
+                        };
+                        if channel(cell) {
+                            bundle.hold(line, i, Hold::Sink);
+                        }
                     }
                 }
+                self.hold_sides(bundle, along, first, [lines, cells]);
+                bundle.step();
+                if !lost.is_empty() {
+                    bundle.add_arriving(&mut lost, along);
+                }
             }
+            bundle.store(&mut heights, along);
             Ok(())
         })
+    }
+
+    /// The rows of a raster in a bundle of lines.
+    fn part<'h>(&self, samples: &'h [f32], along: Along, first: usize, lines: usize) -> Vec<&'h [f32]> {
+        match along {
+            Along::Rows => samples[first * self.nx..][..lines * self.nx].chunks(self.nx).collect(),
+            Along::Columns => samples.chunks(self.nx).map(|row| &row[first..][..lines]).collect(),
+        }
+    }
+
+    /// Lets cells at sides of the world do what these ask.
+    fn hold_sides(&self, bundle: &mut Bundle, along: Along, first: usize, [lines, cells]: [usize; 2]) {
+        let all = if along == Along::Rows { self.ny } else { self.nx };
+        for line in 0..lines {
+            let outermost = [0, all - 1].contains(&(first + line));
+            let step = if outermost { 1 } else { (cells - 1).max(1) };
+            for i in (0..cells).step_by(step) {
+                let (x, y) = if along == Along::Rows { (i, first + line) } else { (first + line, i) };
+                if let Some(hold) = self.side(x, y, along) {
+                    bundle.hold(line, i, hold);
+                }
+            }
+        }
     }
 
     /// What a cell does because it is at a side of the world; nothing for others.
@@ -246,44 +256,5 @@ impl<'a> Hillslope<'a> {
             let behind = if first + LANES < lines { Some(first + LANES) } else { joined.then_some(0) };
             [copy(before), copy(behind)]
         })
-    }
-}
-
-/// Cell `i` of a line.
-#[inline(always)]
-fn at<'h>(lines: &'h [&mut [f64]], along: Along, line: usize, i: usize) -> &'h f64 {
-    match along {
-        Along::Rows => &lines[line][i],
-        Along::Columns => &lines[i][line],
-    }
-}
-
-#[inline(always)]
-fn at_mut<'h>(lines: &'h mut [&mut [f64]], along: Along, line: usize, i: usize) -> &'h mut f64 {
-    match along {
-        Along::Rows => &mut lines[line][i],
-        Along::Columns => &mut lines[i][line],
-    }
-}
-
-/// A diffusivity in m²/yr from what is given.
-#[inline(always)]
-fn diffusivity(given: f32) -> f64 {
-    if given > 0.0 { f64::from(given).min(1e6) } else { 0.0 }
-}
-
-#[inline(always)]
-fn is_hole(height_m: f64) -> bool {
-    height_m.is_nan() || height_m.abs() >= HIGHEST_M
-}
-
-/// Rise per cell between what is before a cell and what is behind it, where there is land.
-#[inline(always)]
-fn rise_m(before: Option<f64>, here: f64, behind: Option<f64>) -> f64 {
-    match (before.filter(|&h| !is_hole(h)), behind.filter(|&h| !is_hole(h))) {
-        (Some(before), Some(behind)) => 0.5 * (behind - before),
-        (Some(before), None) => here - before,
-        (None, Some(behind)) => behind - here,
-        (None, None) => 0.0,
     }
 }

@@ -49,7 +49,7 @@ fn step(height: &Field, channel: &Field, diffusivity: f64, critical: f64, durati
             let mut heights: Vec<f64> = height.samples().iter().map(|&h| f64::from(h)).collect();
             let mut lost = vec![0.0; heights.len()];
             let is_channel = |cell: usize| channel.at(cell) > 0.5;
-            slope.creep(job, &mut heights, job.params.read("duration"), 0, &is_channel, Some(&mut lost))?;
+            slope.creep(job, &mut heights, job.params.read("duration"), 0..1, &is_channel, Some(&mut lost))?;
             // Samples are single precision: the rest of each beside it.
             let parts = |values: Vec<f64>| {
                 let high: Vec<f32> = values.iter().map(|&v| v as f32).collect();

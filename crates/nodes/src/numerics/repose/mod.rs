@@ -33,9 +33,9 @@ use orograph_graph::{
 };
 
 pub use cap::capped;
-pub use pace::relaxed;
+pub use pace::{beside, relaxed};
 use pyramid::{prolong, restrict};
-use sweep::{Ground, Sweep, TILE};
+use sweep::{Ground, Sweep, TILE, WIDE};
 
 use super::{math, par};
 use crate::prelude::Lane;
@@ -57,7 +57,7 @@ pub const SWEEPS: usize = 2000;
 /// Maximum number of cycles through the pyramid.
 const CYCLES: usize = 8;
 
-/// One grid of the pyramid. Rasters have a halo of one cell, closed or wrapped.
+/// One grid of the pyramid. Rasters have a halo of one cell, closed or wrapped, and end with room for a tile's row.
 struct Level {
     nx: usize,
     ny: usize,
@@ -115,29 +115,53 @@ impl Slump {
         }
         // closed cells extend the sides to a multiple of the coarsest cells
         let [nx, ny] = cells.map(|n| n.next_multiple_of(1 << coarser));
-        let mut finest = Level::new(nx, ny, wraps, land.loose.is_some())?;
-        for j in 0..cells[1] {
+        let mut levels = vec![Level::new([nx, ny], wraps, land.loose.is_some())?];
+        for level in 0..coarser {
+            let finer = &levels[level];
+            levels.push(Level::new([finer.nx / 2, finer.ny / 2], wraps, land.loose.is_some())?);
+        }
+        let finest = &mut levels[0];
+        for (j, row) in land.rise.chunks_exact(cells[0]).enumerate() {
             let to = finest.at(0, j);
-            let (from, to) = (j * cells[0]..(j + 1) * cells[0], to..to + cells[0]);
-            let open = |of: &[f32]| -> Vec<f32> {
-                let row = of[from.clone()].iter().zip(&land.rise[from.clone()]);
-                row.map(|(&value, rise)| if rise.is_finite() { value } else { 0.0 }).collect()
-            };
-            finest.rise[to.clone()].copy_from_slice(&land.rise[from.clone()]);
-            finest.height[to.clone()].copy_from_slice(&open(land.height));
-            if let Some(loose) = land.loose {
-                finest.loose[to].copy_from_slice(&open(loose));
-            }
+            finest.rise[to..][..cells[0]].copy_from_slice(row);
         }
         let least = land.rise.iter().copied().fold(f32::MAX, f32::min).max(f32::MIN_POSITIVE * 1e9);
         // a power of two, so that its multiples scale and add exactly
         finest.quantum = f32::from_bits(least.to_bits() & 0xff80_0000) * QUANTUM;
-        finest.wrap_ground();
-        let mut levels = vec![finest];
+        wrap(&mut finest.rise, nx, ny, wraps);
         for level in 0..coarser {
-            levels.push(levels[level].coarser()?);
+            let (fine, coarse) = levels.split_at_mut(level + 1);
+            coarse[0].coarsen_rise(&fine[level]);
         }
-        Ok(Self { levels, cells, tolerance })
+        let mut slump = Self { levels, cells, tolerance };
+        slump.load(land.height, land.loose);
+        Ok(slump)
+    }
+
+    /// Starts again on the same cells with other heights and another loose layer.
+    pub fn load(&mut self, height: &[f32], loose: Option<&[f32]>) {
+        let columns = self.cells[0];
+        let finest = &mut self.levels[0];
+        finest.moved.fill(0.0);
+        let stride = finest.nx + 2;
+        let rises = finest.rise[stride..].chunks_exact(stride);
+        let copy = |from: &[f32], to: &mut [f32]| {
+            let rows = from.chunks_exact(columns).zip(to[stride..].chunks_exact_mut(stride)).zip(rises.clone());
+            par::all(rows, |_, ((from, to), rise)| {
+                for i in 0..columns {
+                    to[i + 1] = if rise[i + 1] < f32::INFINITY { from[i] } else { 0.0 };
+                }
+            });
+        };
+        copy(height, &mut finest.height);
+        if let Some(loose) = loose {
+            copy(loose, &mut finest.loose);
+        }
+        finest.wrap_ground();
+        for level in 1..self.levels.len() {
+            let (fine, coarse) = self.levels.split_at_mut(level);
+            coarse[0].coarsen_ground(&fine[level - 1]);
+        }
     }
 
     /// Sweeps, coarse grids first, until no slope exceeds repose. Returns true if that state was reached. `sweeps` is
@@ -201,11 +225,16 @@ impl Slump {
         let (level, [nx, ny]) = (&self.levels[0], self.cells);
         let mut moved = with_capacity(nx * ny)?;
         (0..ny).for_each(|j| moved.extend_from_slice(&level.moved[level.at(0, j)..][..nx]));
-        // sequential, so that the sums do not depend on threads
-        let [gained, lost] = moved.iter().fold([0.0, 0.0], |[gained, lost], &moved: &f32| {
-            let moved = f64::from(moved);
-            if moved > 0.0 { [gained + moved, lost] } else { [gained, lost - moved] }
-        });
+        // in lanes, whose sums do not depend on threads
+        let (mut gains, mut losses) = ([0.0; 8], [0.0; 8]);
+        for part in moved.chunks(8) {
+            for ((gained, lost), &moved) in gains.iter_mut().zip(&mut losses).zip(part) {
+                let moved = f64::from(moved);
+                *gained += moved.max(0.0);
+                *lost -= moved.min(0.0);
+            }
+        }
+        let [gained, lost]: [f64; 2] = [gains.iter().sum(), losses.iter().sum()];
         if gained > 0.0 && gained != lost {
             let share = lost / gained;
             par::change(&mut moved, |moved| {
@@ -224,8 +253,9 @@ pub fn wraps(boundary: &orograph_graph::Boundary) -> [bool; 2] {
 }
 
 impl Level {
-    fn new(nx: usize, ny: usize, wraps: [bool; 2], layered: bool) -> Result<Self, OutOfMemory> {
-        let len = (nx + 2) * (ny + 2);
+    fn new([nx, ny]: [usize; 2], wraps: [bool; 2], layered: bool) -> Result<Self, OutOfMemory> {
+        // rows of tiles are read whole, also where the last tile is narrower
+        let len = (nx + 2) * (ny + 2) + WIDE;
         Ok(Self {
             nx,
             ny,
@@ -245,26 +275,28 @@ impl Level {
         (j + 1) * (self.nx + 2) + i + 1
     }
 
-    /// Returns the grid of half the resolution: means of 2 x 2 cells, with the rise over twice the distance.
-    fn coarser(&self) -> Result<Self, OutOfMemory> {
-        let layered = !self.loose.is_empty();
-        let mut coarse = Self::new(self.nx / 2, self.ny / 2, self.wraps, layered)?;
-        restrict(&self.height, self.nx, self.ny, &mut coarse.height);
-        restrict(&self.rise, self.nx, self.ny, &mut coarse.rise);
-        if layered {
-            restrict(&self.loose, self.nx, self.ny, &mut coarse.loose);
-        }
-        for rise in &mut coarse.rise {
+    /// Sets the rise at repose to that of a grid of twice the resolution, over twice the distance.
+    fn coarsen_rise(&mut self, fine: &Self) {
+        restrict(&fine.rise, fine.nx, fine.ny, &mut self.rise);
+        for rise in &mut self.rise {
             *rise *= 2.0;
         }
-        coarse.quantum = 2.0 * self.quantum;
-        coarse.wrap_ground();
-        Ok(coarse)
+        self.quantum = 2.0 * fine.quantum;
+        wrap(&mut self.rise, self.nx, self.ny, self.wraps);
+    }
+
+    /// Sets heights and loose layer to the means of 2 x 2 cells of a grid of twice the resolution.
+    fn coarsen_ground(&mut self, fine: &Self) {
+        self.moved.fill(0.0);
+        restrict(&fine.height, fine.nx, fine.ny, &mut self.height);
+        if !self.loose.is_empty() {
+            restrict(&fine.loose, fine.nx, fine.ny, &mut self.loose);
+        }
+        self.wrap_ground();
     }
 
     fn wrap_ground(&mut self) {
         wrap(&mut self.height, self.nx, self.ny, self.wraps);
-        wrap(&mut self.rise, self.nx, self.ny, self.wraps);
         if !self.loose.is_empty() {
             wrap(&mut self.loose, self.nx, self.ny, self.wraps);
         }

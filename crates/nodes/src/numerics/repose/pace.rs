@@ -27,23 +27,6 @@ pub fn relaxed(land: &Land<'_>, left: f32, job: &Job<'_>) -> Result<Vec<f32>, No
     Ok(out)
 }
 
-impl Land<'_> {
-    /// Returns how far `level`, at a cell, is above its neighbours down the steepest direction, in metres per cell: the
-    /// upwind gradient. With it a wall retreats into its plateau, and the plateau does not grow outwards.
-    pub fn drop_from(&self, level: f32, at: usize) -> f32 {
-        let [nx, ny] = self.cells;
-        let (i, j) = (at % nx, at / nx);
-        let [[west, _, east], [north, _, south]] = [beside(i, nx, self.wraps[0]), beside(j, ny, self.wraps[1])];
-        let below = |i: usize, j: usize| {
-            let near = j * nx + i;
-            if self.rise[near].is_finite() { level - self.height[near] } else { 0.0 }
-        };
-        let x = below(west, j).max(below(east, j)).max(0.0);
-        let y = below(i, north).max(below(i, south)).max(0.0);
-        (x * x + y * y).sqrt()
-    }
-}
-
 /// Returns a position on an axis with those before and after it; clamped at a side that is not joined.
 pub fn beside(at: usize, n: usize, wraps: bool) -> [usize; 3] {
     if wraps { [(at + n - 1) % n, at, (at + 1) % n] } else { [at.saturating_sub(1), at, (at + 1).min(n - 1)] }

@@ -2,8 +2,9 @@
 
 use crate::numerics::simd::simd;
 
-/// Rows and columns of the tiles, which are skipped while they and their neighbours are at rest.
-pub const TILE: [usize; 2] = [256, 16];
+/// Columns and rows of the tiles, which are skipped while they and their neighbours are at rest. The corners of a row of
+/// cells, one more than the columns, fill vectors of any width.
+pub const TILE: [usize; 2] = [127, 8];
 
 /// Maximum fraction of its loose layer that a cell gives in a sweep along the slope at a corner, and over a face. The
 /// flows of four corners, each at most √½ of the limit, and of four faces take less than the whole layer.
@@ -13,7 +14,7 @@ const GIVEN: [f32; 2] = [0.25, 0.0625];
 /// cells of 10 m. Thinner films keep flowing, but the iteration does not continue for them.
 const FILM: f32 = 1.5e-3;
 
-/// Inputs of a sweep. Rasters have a halo of one cell.
+/// Inputs of a sweep. Rasters have a halo of one cell, and room for [`WIDE`] cells after the last row.
 pub struct Ground<'a> {
     pub height: &'a [f32],
     /// Rise at repose between neighbours, in metres; infinite where closed.
@@ -70,36 +71,50 @@ simd! {
     }
 }
 
-/// Width of the widest row of a tile, including its halo.
-const WIDE: usize = TILE[0] + 2;
+/// Width of a tile's row, including its halo.
+pub const WIDE: usize = TILE[0] + 2;
+
+/// Number of corners along a row. Loops run over so many lanes; those beyond the cells of a tile are ignored.
+const LANES: usize = TILE[0] + 1;
 
 /// A row of cells and the values derived along it.
 struct Row<'a> {
-    height: &'a [f32],
-    rise: &'a [f32],
-    moved: &'a [f32],
+    height: &'a [f32; WIDE],
+    rise: &'a [f32; WIDE],
+    moved: &'a [f32; WIDE],
     /// Rise from each cell to the next.
-    east: [f32; WIDE],
+    east: [f32; LANES],
     /// Thickness of the loose layer.
     layer: [f32; WIDE],
 }
 
 impl<'a> Row<'a> {
+    const NONE: Self =
+        Self { height: &[0.0; WIDE], rise: &[0.0; WIDE], moved: &[0.0; WIDE], east: [0.0; LANES], layer: [0.0; WIDE] };
+
+    /// Reads the row that begins at the cell `at`.
     #[inline(always)]
-    fn new<const LAYERED: bool>(ground: &Ground<'a>, at: usize, wide: usize) -> Self {
-        let part = |of: &'a [f32]| &of[at..][..wide];
-        let (height, rise, moved) = (part(ground.height), part(ground.rise), part(ground.moved));
-        let (mut east, mut layer) = ([0.0; WIDE], [0.0; WIDE]);
-        for (i, east) in east[..wide - 1].iter_mut().enumerate() {
-            *east = (height[i + 1] - height[i]) + (moved[i + 1] - moved[i]);
+    fn read<const LAYERED: bool>(&mut self, ground: &Ground<'a>, at: usize) {
+        self.height = wide(ground.height, at);
+        self.rise = wide(ground.rise, at);
+        self.moved = wide(ground.moved, at);
+        let (height, moved) = (self.height, self.moved);
+        for i in 0..LANES {
+            self.east[i] = (height[i + 1] - height[i]) + (moved[i + 1] - moved[i]);
         }
         if LAYERED {
-            for ((layer, loose), moved) in layer[..wide].iter_mut().zip(part(ground.loose)).zip(moved) {
-                *layer = (loose + moved).max(0.0);
+            let loose = wide(ground.loose, at);
+            for i in 0..WIDE {
+                self.layer[i] = (loose[i] + moved[i]).max(0.0);
             }
         }
-        Self { height, rise, moved, east, layer }
     }
+}
+
+/// Returns the row of a tile that begins at a cell.
+#[inline(always)]
+fn wide(raster: &[f32], at: usize) -> &[f32; WIDE] {
+    raster[at..].first_chunk().expect("there is room for a row after the last one")
 }
 
 /// Flows between two rows, positive to the north and, across corners, from east to west.
@@ -164,75 +179,58 @@ impl Diagonal {
 impl Between {
     const NONE: Self = Self { south: [0.0; WIDE], falling: [0.0; WIDE], rising: [0.0; WIDE], lean: [[0.0; WIDE]; 2] };
 
-    /// Computes the flows between two rows. Returns a nonzero number if a slope is too steep.
+    /// Computes the flows between two rows, and marks lanes where a slope is too steep: corners and faces.
     #[inline(always)]
-    fn fill<const LAYERED: bool>(&mut self, north: &Row<'_>, south: &Row<'_>, ground: &Ground<'_>, wide: usize) -> u32 {
-        let corners = wide - 1;
+    fn fill<const LAYERED: bool>(&mut self, [north, south]: [&Row<'_>; 2], ground: &Ground<'_>, marks: &mut Marks) {
         let given = GIVEN[0] / ground.step;
         let mut rises = [0.0; WIDE];
-        {
-            let rises = &mut rises[..wide];
-            let (h, hs, d, ds) =
-                (&north.height[..wide], &south.height[..wide], &north.moved[..wide], &south.moved[..wide]);
-            for i in 0..wide {
-                rises[i] = (hs[i] - h[i]) + (ds[i] - d[i]);
+        for (i, rise) in rises.iter_mut().enumerate() {
+            *rise = (south.height[i] - north.height[i]) + (south.moved[i] - north.moved[i]);
+        }
+        let (r, rs) = (north.rise, south.rise);
+        let (x, xs) = (&north.east, &south.east);
+        for i in 0..LANES {
+            let repose = 0.25 * ((r[i] + r[i + 1]) + (rs[i] + rs[i + 1]));
+            let (gx, gy) = (0.5 * (x[i] + xs[i]), 0.5 * (rises[i] + rises[i + 1]));
+            let open = repose < f32::INFINITY;
+            self.lean[0][i] = if open { gx } else { 0.0 };
+            self.lean[1][i] = if open { gy } else { 0.0 };
+            let square = gx * gx + gy * gy;
+            let (fall, climb) = (0.5 * (gx + gy), 0.5 * (gx - gy));
+            if LAYERED {
+                let slow = 0.5 * ground.tolerance * repose;
+                let gives = |along: Diagonal, donor: f32| {
+                    let (share, root) = along.share(repose);
+                    let flow = ground.whole(along.flow() * share.min(given * donor * root));
+                    let moves = u32::from((share * along.flow()).abs() > slow) & u32::from(flow.abs() > FILM * repose);
+                    (flow, moves)
+                };
+                let to_northwest = Diagonal { over: 2.0 * fall, sides: [x[i], rises[i]] };
+                let to_southwest = Diagonal { over: 2.0 * climb, sides: [-rises[i], xs[i]] };
+                // all four are read before one is chosen, which vectors do without gathering
+                let [northwest, northeast] = [north.layer[i], north.layer[i + 1]];
+                let [southwest, southeast] = [south.layer[i], south.layer[i + 1]];
+                let (fallen, falls) = gives(to_northwest, if fall > 0.0 { southeast } else { northwest });
+                let (climbed, climbs) = gives(to_southwest, if climb > 0.0 { northeast } else { southwest });
+                (self.falling[i], self.rising[i]) = (fallen, climbed);
+                marks.corners[i] |= falls | climbs;
+            } else {
+                let over = (1.0 - repose * inverse_root(square)).max(0.0);
+                let share = if square > repose * repose { over } else { 0.0 };
+                let limit = repose * (1.0 + ground.tolerance);
+                marks.corners[i] |= u32::from(square > limit * limit);
+                self.falling[i] = share * fall;
+                self.rising[i] = share * climb;
             }
         }
-        let mut steep = 0;
-        {
-            let (r, rs) = (&north.rise[..wide], &south.rise[..wide]);
-            let (above_layer, below_layer) = (&north.layer[..wide], &south.layer[..wide]);
-            let (x, xs, rises) = (&north.east[..corners], &south.east[..corners], &rises[..wide]);
-            let (falling, rising) = (&mut self.falling[..corners], &mut self.rising[..corners]);
-            let [lean_x, lean_y] = &mut self.lean;
-            let (lean_x, lean_y) = (&mut lean_x[..corners], &mut lean_y[..corners]);
-            for i in 0..corners {
-                let repose = 0.25 * ((r[i] + r[i + 1]) + (rs[i] + rs[i + 1]));
-                let (gx, gy) = (0.5 * (x[i] + xs[i]), 0.5 * (rises[i] + rises[i + 1]));
-                let open = repose < f32::INFINITY;
-                lean_x[i] = if open { gx } else { 0.0 };
-                lean_y[i] = if open { gy } else { 0.0 };
-                let square = gx * gx + gy * gy;
-                let (fall, climb) = (0.5 * (gx + gy), 0.5 * (gx - gy));
-                if LAYERED {
-                    let slow = 0.5 * ground.tolerance * repose;
-                    let gives = |along: Diagonal, donor: f32| {
-                        let (share, root) = along.share(repose);
-                        let flow = ground.whole(along.flow() * share.min(given * donor * root));
-                        let moves =
-                            u32::from((share * along.flow()).abs() > slow) & u32::from(flow.abs() > FILM * repose);
-                        (flow, moves)
-                    };
-                    let to_northwest = Diagonal { over: 2.0 * fall, sides: [x[i], rises[i]] };
-                    let to_southwest = Diagonal { over: 2.0 * climb, sides: [-rises[i], xs[i]] };
-                    let (fallen, falls) =
-                        gives(to_northwest, if fall > 0.0 { below_layer[i + 1] } else { above_layer[i] });
-                    let (climbed, climbs) =
-                        gives(to_southwest, if climb > 0.0 { above_layer[i + 1] } else { below_layer[i] });
-                    (falling[i], rising[i]) = (fallen, climbed);
-                    steep |= falls | climbs;
-                } else {
-                    let over = (1.0 - repose * inverse_root(square)).max(0.0);
-                    let share = if square > repose * repose { over } else { 0.0 };
-                    let limit = repose * (1.0 + ground.tolerance);
-                    steep |= u32::from(square > limit * limit);
-                    falling[i] = share * fall;
-                    rising[i] = share * climb;
-                }
-            }
+        for i in 0..LANES {
+            let repose = 0.5 * (r[i + 1] + rs[i + 1]);
+            let layers = [north.layer[i + 1], south.layer[i + 1]];
+            let lean = self.lean[1][i] + self.lean[1][i + 1];
+            let (flow, moves) = face::<LAYERED>(rises[i + 1], repose, ground, layers, lean);
+            self.south[i] = flow;
+            marks.faces[i] |= moves;
         }
-        let cells = wide - 2;
-        let (r, rs, rises) = (&north.rise[1..=cells], &south.rise[1..=cells], &rises[1..=cells]);
-        let (from, to) = (&south.layer[1..=cells], &north.layer[1..=cells]);
-        let lean = &self.lean[1][..=cells];
-        let out = &mut self.south[..cells];
-        for i in 0..cells {
-            let repose = 0.5 * (r[i] + rs[i]);
-            let (flow, moves) = face::<LAYERED>(rises[i], repose, ground, [to[i], from[i]], lean[i] + lean[i + 1]);
-            out[i] = flow;
-            steep |= moves;
-        }
-        steep
     }
 }
 
@@ -259,47 +257,68 @@ fn face<const LAYERED: bool>(
     }
 }
 
+/// What a sweep found, by lane: corners and faces that are too steep, and cells that changed.
+struct Marks {
+    corners: [u32; LANES],
+    faces: [u32; LANES],
+    changed: [u32; LANES],
+}
+
 #[inline(always)]
 fn sweep<const LAYERED: bool>(ground: &Ground<'_>, first: usize, columns: [usize; 2], out: &mut [f32]) -> Sweep {
     let stride = ground.stride;
     let n = columns[1] - columns[0];
-    let wide = n + 2;
     // index of the cell north-west of the strip's first cell
-    let mut at = first * stride + columns[0];
-    let above = Row::new::<LAYERED>(ground, at, wide);
-    at += stride;
-    let mut row = Row::new::<LAYERED>(ground, at, wide);
-    let (mut north, mut south) = (Between::NONE, Between::NONE);
-    let mut steep = north.fill::<LAYERED>(&above, &row, ground, wide);
-    let mut east = [0.0; WIDE];
-    let mut changed = 0;
-    for out in out.chunks_exact_mut(stride) {
-        at += stride;
-        let lower = Row::new::<LAYERED>(ground, at, wide);
-        steep |= south.fill::<LAYERED>(&row, &lower, ground, wide);
-        {
-            let (r, x, layer) = (&row.rise[..wide], &row.east[..n + 1], &row.layer[..wide]);
-            let (a, b, east) = (&north.lean[0][..n + 1], &south.lean[0][..n + 1], &mut east[..n + 1]);
-            for i in 0..=n {
-                let repose = 0.5 * (r[i] + r[i + 1]);
-                let (flow, moves) = face::<LAYERED>(x[i], repose, ground, [layer[i], layer[i + 1]], a[i] + b[i]);
-                east[i] = flow;
-                steep |= moves;
-            }
-        }
-        let moved = &row.moved[1..=n];
-        let out = &mut out[columns[0] + 1..][..n];
-        let (up, down, east) = (&north.south[..n], &south.south[..n], &east[..n + 1]);
-        let (northwest, northeast) = (&north.falling[..n + 1], &north.rising[..n + 1]);
-        let (southeast, southwest) = (&south.falling[..n + 1], &south.rising[..n + 1]);
-        for i in 0..n {
-            let faces = (east[i + 1] - east[i]) + (down[i] - up[i]);
-            let corners = (southeast[i + 1] - northwest[i]) + (northeast[i + 1] - southwest[i]);
-            out[i] = moved[i] + ground.step * (faces + corners);
-            changed |= u32::from(out[i] != moved[i]);
-        }
-        row = lower;
-        std::mem::swap(&mut north, &mut south);
+    let start = first * stride + columns[0];
+    let (mut a, mut b) = (Row::NONE, Row::NONE);
+    let (mut c, mut d) = (Between::NONE, Between::NONE);
+    let mut marks = Marks { corners: [0; LANES], faces: [0; LANES], changed: [0; LANES] };
+    b.read::<LAYERED>(ground, start);
+    a.read::<LAYERED>(ground, start + stride);
+    c.fill::<LAYERED>([&b, &a], ground, &mut marks);
+    for (j, out) in out.chunks_exact_mut(stride).enumerate() {
+        let below = start + (j + 2) * stride;
+        // rows and the flows between them take turns, which copies nothing and tells vectors that they are apart
+        let gains = if j % 2 == 0 {
+            line::<LAYERED>(ground, below, &a, &mut b, &c, &mut d, &mut marks)
+        } else {
+            line::<LAYERED>(ground, below, &b, &mut a, &d, &mut c, &mut marks)
+        };
+        out[columns[0] + 1..][..n].copy_from_slice(&gains[..n]);
     }
-    Sweep { changed: changed > 0, steep: steep > 0 }
+    let any = |lanes: &[u32]| lanes.iter().fold(0, |any, lane| any | lane) > 0;
+    Sweep { changed: any(&marks.changed[..n]), steep: any(&marks.corners[..=n]) | any(&marks.faces[..n]) }
+}
+
+/// Returns the gains of the cells of a row, given the flows to its north, and reads the row below it at `at`.
+#[inline(always)]
+fn line<'a, const LAYERED: bool>(
+    ground: &Ground<'a>,
+    at: usize,
+    row: &Row<'a>,
+    below: &mut Row<'a>,
+    north: &Between,
+    south: &mut Between,
+    marks: &mut Marks,
+) -> [f32; LANES] {
+    below.read::<LAYERED>(ground, at);
+    south.fill::<LAYERED>([row, below], ground, marks);
+    let (mut east, mut gains) = ([0.0; WIDE], [0.0; LANES]);
+    let (rise, moved) = (row.rise, row.moved);
+    for i in 0..LANES {
+        let repose = 0.5 * (rise[i] + rise[i + 1]);
+        let layers = [row.layer[i], row.layer[i + 1]];
+        let lean = north.lean[0][i] + south.lean[0][i];
+        let (flow, moves) = face::<LAYERED>(row.east[i], repose, ground, layers, lean);
+        east[i] = flow;
+        marks.corners[i] |= moves;
+    }
+    for i in 0..LANES {
+        let faces = (east[i + 1] - east[i]) + (south.south[i] - north.south[i]);
+        let corners = (south.falling[i + 1] - north.falling[i]) + (north.rising[i + 1] - south.rising[i]);
+        let before = moved[i + 1];
+        gains[i] = before + ground.step * (faces + corners);
+        marks.changed[i] |= u32::from(gains[i] != before);
+    }
+    gains
 }
