@@ -30,11 +30,11 @@ params! {
     grass_line: f64 = 2600.0, Metres, -12_000.0..=20_000.0, soft 0.0..=5000.0;
     /// Fraction of the fertile ground below the tree line that is forest.
     forest: f64 = 0.5, One, 0.0..=1.0;
-    /// From green grass and dense plants at 0 to straw, bare soil and single bushes at 1.
+    /// From green grass and dense plants at 0 to straw, bare soil and scattered bushes at 1.
     dryness: f64 = 0.2, One, 0.0..=1.0;
     /// Size of the patches of forest, grass and lichen.
     patch_size: f64 = 250.0, Metres, 1.0..=1e6, soft 50.0..=5000.0;
-    /// Thickness that erosion must remove for the rock to be bare in two thirds of it.
+    /// Thickness of erosion that leaves the rock bare on two thirds of the ground.
     wear_depth: f64 = 2.0, Metres, 1e-3..=1e5, soft 0.1..=500.0;
     /// Thickness of debris that covers two thirds of the ground.
     deposit_depth: f64 = 1.0, Metres, 1e-3..=1e4, soft 0.05..=50.0;
@@ -76,7 +76,7 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Landcover",
     category: "render",
-    summary: "Rock, soil, plants, snow and water by what the terrain went through, in their measured colours.",
+    summary: "Rock, soil, plants, snow and water in measured colours, by the processes that shaped the terrain.",
     doc: include_str!("page.md"),
     sources: &[
         "S. K. Meerdink, S. J. Hook, D. A. Roberts and E. A. Abbott, 2019, The ECOSTRESS spectral library version 1.0, Remote \

@@ -1,13 +1,19 @@
 //! Shaded relief, plain and coloured by elevation.
 
-use orograph_graph::ParamValues;
+mod cast;
 
-use crate::numerics::tints::{self, Tints};
+use std::path::PathBuf;
+
+use orograph_graph::{Cancel, InputValue, LevelJob, ParamValues, Wanted, Warnings};
+
+use self::cast::{Cast, rays, reach_m};
 use crate::{
     numerics::{
+        cells::BLOCK,
         gradient::{Method, Surface},
         math, par,
         simd::simd,
+        tints::{self, Tints},
     },
     prelude::*,
 };
@@ -41,6 +47,10 @@ params! {
     high: f64 = 3000.0, Metres, -1e5..=1e5, soft 100.0..=9000.0, when tints = true;
     /// Colours everything below the world's sea level as water.
     water: bool = true, One, .., when tints = true;
+    /// Strength of cast shadows, and of the dimmer light where terrain hides a part of the sky: 0 for neither.
+    shadows: f64 = 0.8, One, 0.0..=1.0;
+    /// Distance over which terrain casts shadows and hides the sky.
+    distance: f64 = 4000.0, Metres, 1.0..=1e6, soft 200.0..=20000.0;
 }
 
 inputs! {
@@ -60,28 +70,36 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Hillshade",
-    version: 2,
-    migrations: &[Migration { from: 1, steps: &[] }],
+    version: 3,
+    migrations: &[
+        Migration { from: 1, steps: &[] },
+        Migration { from: 2, steps: &[Step::Keep { name: "shadows", value: "0" }] },
+    ],
     category: "render",
     summary: "Shaded relief as in cartography, plain and coloured by elevation.",
-    doc: include_str!("hillshade.md"),
+    doc: include_str!("page.md"),
     sources: &[
         "B. K. P. Horn, 1981, Hill shading and the reflectance map, Proceedings of the IEEE 69(1), 14-47",
         "R. K. Mark, 1992, Multidirectional, oblique-weighted, shaded-relief image of the Island of Hawaii, USGS \
          Open-File Report 92-422",
         "E. Imhof, 1965, Kartographische Geländedarstellung, de Gruyter",
+        "K. Zakšek, K. Oštir and Ž. Kokalj, 2011, Sky-view factor as a relief visualization technique, Remote Sensing 3, \
+         398-415",
     ],
     inputs: Inputs::PORTS,
     outputs: Given::PORTS,
     params: Params::specs,
-    reach: Reach::Metres(|_, cell_m| cell_m),
+    reach: Reach::Metres(|params, cell_m| {
+        let params = Params::read(params);
+        if params.shadows > 0.0 { reach_m(params.distance, cell_m) } else { cell_m }
+    }),
     reads_sea: true,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
     resolution: Resolution::Cells(
         "the gradient is measured between neighbouring cells, so slopes are gentler with larger cells",
     ),
-    example: "height: \"base\", light: single, high: 2500",
+    example: "version: 3, height: \"base\", altitude: 30, high: 2500",
     ..Node::DEFAULT
 };
 
@@ -92,8 +110,8 @@ impl Default for Params {
 }
 
 impl Params {
-    /// Returns the defaults with tints over the range of a field, from sea level upwards if its world has a sea, and
-    /// with gentle terrain exaggerated until it is visible.
+    /// Returns the defaults without shadows, with tints over the range of a field, from sea level upwards if its world has
+    /// a sea, and with gentle terrain exaggerated until it is visible.
     #[must_use]
     pub fn fitted(height: &Field) -> Self {
         let (low, high) = height.range(0).map_or((0.0, 1.0), |(low, high)| (f64::from(low), f64::from(high)));
@@ -111,16 +129,43 @@ impl Params {
         let mean = steepness / (nx * ny) as f64;
         let exaggeration = if mean > 0.0 && mean.is_finite() { (0.3 / mean).clamp(1.0, 50.0) } else { 1.0 };
         let low = height.window().world.sea_level.filter(|sea| high > *sea).map_or(low, |sea| low.max(sea));
-        Self { low, high, exaggeration, ..Self::default() }
+        Self { low, high, exaggeration, shadows: 0.0, ..Self::default() }
+    }
+
+    /// Returns the same light from a lower sun, with shadows as long as the relief of a field casts them.
+    #[must_use]
+    pub fn casting(self, height: &Field) -> Self {
+        /// In degrees: shadows begin at slopes of mountains.
+        const LOW_SUN: f64 = 32.0;
+        let relief_m = height.range(0).map_or(0.0, |(low, high)| f64::from(high) - f64::from(low));
+        let longest_m = self.exaggeration * relief_m / math::tan(LOW_SUN.to_radians());
+        let distance = longest_m.clamp(8.0 * height.window().cell_m(), 1e6);
+        Self { altitude: LOW_SUN, shadows: Self::default().shadows, distance, ..self }
     }
 }
 
-/// Computes the shaded relief of a heightfield: `shade`, one plane, and `colour`, three planes of linear RGB.
+/// Computes the shaded relief of a heightfield: `shade`, one plane, and `colour`, three planes of linear RGB. Where
+/// there is no memory for horizons, it has no shadows.
 #[must_use]
 pub fn relief(height: &Field, params: &Params) -> [Field; 2] {
+    let values = ParamValues::defaults(&Params::specs());
+    let job = Job {
+        node: &NODE,
+        params: &values,
+        inputs: Vec::<InputValue>::new(),
+        level: LevelJob::default(),
+        window: *height.window(),
+        wanted: Wanted::ALL,
+        folder: PathBuf::new(),
+        cancel: Cancel::default(),
+        progress: &|_| {},
+        warnings: Warnings::default(),
+        glimpses: None,
+    };
     let window = *height.window();
     let mut colour = vec![0.0; 3 * window.len()];
-    match paint(height, None, params, Some(&mut colour), || Ok::<_, std::convert::Infallible>(())) {
+    let cast = Cast::new(&job, height, params).ok().flatten();
+    match paint(height, None, params, cast.as_ref(), Some(&mut colour), || Ok::<_, std::convert::Infallible>(())) {
         Ok(shade) => [Field::new(window, shade), Field::with_planes(window, 3, colour)],
         Err(never) => match never {},
     }
@@ -128,8 +173,10 @@ pub fn relief(height: &Field, params: &Params) -> [Field; 2] {
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let params = Params::read(sizing.params);
     // the shade, which is computed even if only the colours are wanted
-    if Wants::among(sizing.wanted).shade { 0 } else { sizing.cells(4.0) }
+    let shade = if Wants::among(sizing.wanted).shade { 0 } else { sizing.cells(4.0) };
+    if params.shadows > 0.0 { shade + rays(&params, &sizing.window.world).bytes(&sizing.window) } else { shade }
 }
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
@@ -143,7 +190,8 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     }
     let (window, wants) = (job.window(), Wants::of(job));
     let mut colour = wants.colour.then(|| vec![0.0; 3 * window.len()]);
-    let shade = paint(height, wet, &params, colour.as_deref_mut(), || job.check())?;
+    let cast = Cast::new(job, height, &params)?;
+    let shade = paint(height, wet, &params, cast.as_ref(), colour.as_deref_mut(), || job.check())?;
     Ok(Given {
         shade: wants.shade.then(|| Field::new(window, shade)),
         colour: colour.map(|colour| Field::with_planes(window, 3, colour)),
@@ -156,6 +204,7 @@ fn paint<E: Send>(
     height: &Field,
     wet: Option<&Field>,
     params: &Params,
+    cast: Option<&Cast<'_>>,
     colour: Option<&mut [f32]>,
     check: impl Fn() -> Result<(), E> + Sync,
 ) -> Result<Vec<f32>, E> {
@@ -165,15 +214,24 @@ fn paint<E: Send>(
     let sun = Sun::new(params);
     let sea_m = window.world.sea_level.filter(|_| params.water);
     let land = params.tints.then(|| Tints::new(params.low, params.high, sea_m));
-    let water = sun.lit(tints::open_water(), sun.sin_altitude);
-    let light = |j: usize, shade: &mut [f32]| {
-        surface.row(j, |start, east, south| sun.shade(east, south, &mut shade[start..start + east.len()]));
+    let water = sun.lit(tints::open_water(), sun.sin_altitude, 1.0);
+    // light on a row, and the part of the sky that each of its cells sees
+    let light = |j: usize, shade: &mut [f32], sky: &mut [f32]| {
+        let mut lit = vec![1.0; if cast.is_some() { nx } else { 0 }];
+        if let Some(cast) = cast {
+            cast.row(j, &mut lit, sky);
+        }
+        surface.row(j, |start, east, south| {
+            let cells = start..start + east.len();
+            let given = cast.map(|_| [&lit[cells.clone()], &sky[cells.clone()]]);
+            sun.shade(east, south, given, &mut shade[cells]);
+        });
     };
     let mut shade = vec![0.0; window.len()];
     let Some(colour) = colour else {
         par::each(shade.chunks_mut(nx), |j, shade| {
             check()?;
-            light(j, shade);
+            light(j, shade, &mut vec![1.0; nx]);
             Ok::<_, E>(())
         })?;
         return Ok(shade);
@@ -184,11 +242,12 @@ fn paint<E: Send>(
     let rows = shade.chunks_mut(nx).zip(rgb).zip(height.plane(0).chunks(nx));
     par::each(rows, |j, ((shade, ((red, green), blue)), heights)| {
         check()?;
-        light(j, shade);
+        let mut sky = vec![1.0; nx];
+        light(j, shade, &mut sky);
         let rgb = red.iter_mut().zip(green.iter_mut()).zip(blue.iter_mut());
-        for (((&shade, &height), ((red, green), blue)), _) in shade.iter().zip(heights).zip(rgb).zip(0..nx) {
+        for (((&shade, &sky), &height), ((red, green), blue)) in shade.iter().zip(&sky).zip(heights).zip(rgb) {
             let tint = land.as_ref().map_or([1.0; 3], |tints| tints.of(height));
-            [*red, *green, *blue] = sun.lit(tint, shade);
+            [*red, *green, *blue] = sun.lit(tint, shade, sky);
         }
         if let Some(wet) = wet {
             let wet = &wet.plane(0)[j * nx..(j + 1) * nx];
@@ -233,26 +292,34 @@ impl Sun {
         }
     }
 
-    fn shade(&self, east: &[f32], south: &[f32], out: &mut [f32]) {
-        shade(self, east, south, out);
+    /// Computes the light on a run of cells; `cast` has the part of the sun and the part of the sky that each sees.
+    fn shade(&self, east: &[f32], south: &[f32], cast: Option<[&[f32]; 2]>, out: &mut [f32]) {
+        match cast {
+            Some([lit, sky]) => shade(self, [east, south], [lit, sky], out),
+            None => {
+                const OPEN: [f32; BLOCK] = [1.0; BLOCK];
+                shade(self, [east, south], [&OPEN; 2].map(|open| &open[..east.len()]), out);
+            }
+        }
     }
 
     /// Returns a tint under light. Level ground is a little below full brightness, so that sunlit slopes stand out from
     /// it.
-    fn lit(&self, tint: [f32; 3], shade: f32) -> [f32; 3] {
+    fn lit(&self, tint: [f32; 3], shade: f32, sky: f32) -> [f32; 3] {
         /// Skylight on all slopes and sunlight on level ground: cool shadows, warm light.
         const SKY: [f32; 3] = [0.16, 0.18, 0.23];
         const SUN: [f32; 3] = [0.70, 0.68, 0.63];
         let sunlight = shade / self.sin_altitude;
-        [0, 1, 2].map(|c| (tint[c] * (SKY[c] + SUN[c] * sunlight)).min(1.0))
+        [0, 1, 2].map(|c| (tint[c] * (SKY[c] * sky + SUN[c] * sunlight)).min(1.0))
     }
 }
 
 simd! {
-    fn shade(sun: &Sun, east: &[f32], south: &[f32], out: &mut [f32]) {
+    fn shade(sun: &Sun, slopes: [&[f32]; 2], cast: [&[f32]; 2], out: &mut [f32]) {
         /// Avoids a division of zero by zero on level ground, which has no oblique light.
         const LEVEL: f32 = 1e-12;
-        for ((out, &p), &q) in out.iter_mut().zip(east).zip(south) {
+        let ([east, south], [lit, sky]) = (slopes, cast);
+        for ((((out, &p), &q), &lit), &sky) in out.iter_mut().zip(east).zip(south).zip(lit).zip(sky) {
             let (p, q) = (p * sun.exaggeration, q * sun.exaggeration);
             let steepness = p * p + q * q;
             let length = (1.0 + steepness).sqrt();
@@ -265,130 +332,13 @@ simd! {
                 oblique += if k > 0 { (across * across + LEVEL) * light[k] } else { 0.0 };
             }
             // the four squared sines add up to two for any aspect
-            let oblique = oblique / (2.0 * steepness + 4.0 * LEVEL);
-            let blend = light[0] + (oblique - light[0]) * sun.oblique;
+            let oblique = oblique / (2.0 * steepness + 4.0 * LEVEL) * sky;
+            let single = light[0] * lit;
+            let blend = single + (oblique - single) * sun.oblique;
             *out = if blend < 1.0 { blend } else { 1.0 };
         }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::testing::{self, at_every_level, field, run, run_in, with_params, world};
-
-    fn hills() -> Field {
-        field(world(300, 40, 25.0), |x, y| 900.0 * libm::sin(x / 700.0) * libm::cos(y / 300.0) + 200.0)
-    }
-
-    /// The cosine between normal and sun, on planes of known orientation.
-    #[test]
-    fn planes_reflect_by_lamberts_law() {
-        let params = with_params(&NODE, "light=single, azimuth=315, altitude=30");
-        let shade_of = |east: f64, south: f64| {
-            let height = field(world(6, 6, 10.0), |x, y| east * x + south * y);
-            run(&NODE, &params, &[("height", &height)], "shade").samples()[14]
-        };
-        assert!((shade_of(0.0, 0.0) - 0.5).abs() < 1e-6);
-        // falls to the north-west at 60°: perpendicular to the sun's rays
-        let t = 3.0_f64.sqrt() * 0.5_f64.sqrt();
-        assert!((shade_of(t, t) - 1.0).abs() < 1e-6);
-        // falls to the south-east at 60°: in shade
-        assert_eq!(shade_of(-t, -t), 0.0);
-    }
-
-    #[test]
-    fn level_ground_is_the_sine_of_the_altitude_in_every_light() {
-        let flat = field(world(5, 5, 10.0), |_, _| 120.0);
-        for light in ["single", "oblique", "blend"] {
-            let params = with_params(&NODE, &format!("light={light}, altitude=30"));
-            let shade = run(&NODE, &params, &[("height", &flat)], "shade");
-            assert!(shade.samples().iter().all(|s| (s - 0.5).abs() < 1e-6), "{light}");
-        }
-    }
-
-    /// On a steep slope facing away from the sun, a single sun leaves everything black, and four suns show the gullies.
-    #[test]
-    fn oblique_light_shows_forms_in_the_shade() {
-        // falls to the south-east at 1.4 m/m, with gullies down the slope
-        let slope = field(world(64, 64, 10.0), |x, y| 4.0 * libm::sin((x - y) / 30.0) - x - y);
-        let contrast = |light: &str| {
-            let params = with_params(&NODE, &format!("light={light}"));
-            let (low, high) = run(&NODE, &params, &[("height", &slope)], "shade").range(0).unwrap();
-            high - low
-        };
-        assert_eq!(contrast("single"), 0.0);
-        assert!(contrast("oblique") > 0.02, "{}", contrast("oblique"));
-    }
-
-    #[test]
-    fn wet_cells_are_drawn_as_level_water() {
-        let height = hills();
-        let wet = field(world(300, 40, 25.0), |x, _| if x < 2500.0 { 0.0 } else { f64::from(x > 5000.0) * 0.5 + 0.5 });
-        let params = ParamValues::defaults(&NODE.specs());
-        let dry = run(&NODE, &params, &[("height", &height)], "colour");
-        let drawn = run(&NODE, &params, &[("height", &height), ("wet", &wet)], "colour");
-        let level = field(world(1, 1, 25.0), |_, _| 0.0);
-        let water =
-            run(&NODE, &params, &[("height", &level), ("wet", &Field::constant(*level.window(), 1.0))], "colour");
-        for plane in 0..3 {
-            for ((drawn, dry), wet) in drawn.plane(plane).iter().zip(dry.plane(plane)).zip(wet.samples()) {
-                let expected = dry + (water.plane(plane)[0] - dry) * wet;
-                assert!((drawn - expected).abs() < 1e-6, "{drawn}, not {expected}");
-            }
-        }
-    }
-
-    /// Everything below the world's sea level is blue; nothing is if the world has no sea.
-    #[test]
-    fn only_a_sea_is_drawn_as_water() {
-        let plain = field(world(40, 4, 25.0), |x, _| x - 500.0);
-        let blue = |height: &Field, changes: &str| -> Vec<bool> {
-            let colour = run(&NODE, &with_params(&NODE, changes), &[("height", height)], "colour");
-            colour.plane(2).iter().zip(colour.plane(0)).map(|(blue, red)| blue > red).collect()
-        };
-        assert!(blue(&plain, "").iter().all(|blue| !blue), "no sea");
-        for level in [-200.0, 0.0, 100.0] {
-            let below: Vec<bool> = plain.samples().iter().map(|&height| f64::from(height) < level).collect();
-            assert_eq!(blue(&testing::at_sea(&plain, level), ""), below, "{level}");
-        }
-        assert!(blue(&testing::at_sea(&plain, 0.0), "water=false").iter().all(|blue| !blue));
-        let sea = testing::at_sea(&plain, 0.0);
-        assert_eq!((Params::fitted(&plain).low, Params::fitted(&sea).low), (-487.5, 0.0));
-    }
-
-    #[test]
-    fn windows_threads_and_simd_levels_give_the_same_bits() {
-        let height = hills();
-        let params = ParamValues::defaults(&NODE.specs());
-        let inputs = [("height", &height)];
-        let one = run_in(1, &NODE, &params, &inputs);
-        assert_eq!(one, run_in(4, &NODE, &params, &inputs));
-        at_every_level(|| run_in(2, &NODE, &params, &inputs));
-        let part = Window { origin: [30, 11], cells: [260, 20], ..*height.window() };
-        for output in ["shade", "colour"] {
-            let whole = run(&NODE, &params, &inputs, output);
-            let grown = run(&NODE, &params, &[("height", &height.crop(&part.grown(25.0)))], output);
-            assert_eq!(grown.crop(&part), whole.crop(&part));
-        }
-        assert_eq!(relief(&height, &Params::default())[1], run(&NODE, &params, &inputs, "colour"));
-    }
-
-    #[test]
-    fn colours_stay_within_range_on_any_land() {
-        let cliff = field(world(4, 4, 1e-3), |x, _| if x > 2e-3 { 1e9 } else { -1e9 });
-        for height in [cliff, field(world(1, 7, 1.0), |_, y| y), field(world(3, 1, 1.0), |_, _| 0.0), hills()] {
-            for changes in
-                ["light=oblique, exaggeration=1000, altitude=1", "exaggeration=0", "tints=false, azimuth=360"]
-            {
-                let params = with_params(&NODE, changes);
-                for output in ["shade", "colour"] {
-                    let field = run(&NODE, &params, &[("height", &height)], output);
-                    assert!(field.samples().iter().all(|v| (0.0..=1.0).contains(v)), "{changes}");
-                }
-            }
-            let fitted = Params::fitted(&height);
-            assert!(fitted.low <= fitted.high && fitted.exaggeration >= 1.0);
-        }
-    }
-}
+mod tests;
