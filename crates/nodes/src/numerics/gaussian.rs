@@ -11,8 +11,13 @@
 //! divided at multiples of the box's length, counted from the world's edge. A box is the end of one division and the
 //! beginning of the next, whose partial sums are computed once. A cell thus gets the same bits in every window, and
 //! errors do not accumulate along a line.
+//!
+//! Lines repeat beyond the world: there and back if they are mirrored, in a period if they wrap around. A box that is
+//! longer than twice the world is therefore a number of whole periods and a rest, whose sum is the difference of two
+//! sums from the start of the line. So the table of a box never exceeds the world, however wide the Gaussian is; the
+//! result is that of the whole box, except for rounding.
 
-use super::lines::{LANES, Lanes, LineFilter};
+use super::lines::{Ends, LANES, Lanes, LineFilter};
 use super::simd::simd;
 
 /// A Gaussian filter for lines.
@@ -54,13 +59,16 @@ impl Gaussian {
     #[must_use]
     pub fn bytes(sigma_m: f64, window: &orograph_graph::Window) -> u64 {
         let filter = Self::new(sigma_m / window.cell_m());
-        let boxes = match &filter {
-            Self::Weights(_) => 0,
-            Self::Boxes(extended) => 2 * extended.radius + 1,
+        let cells = |axis: usize| {
+            let n = window.cells[axis] as usize;
+            match &filter {
+                _ if filter.exceeds(window.world.cells[axis] as usize) => 3 * Ends::of(window, axis).period(n) + 1,
+                Self::Weights(_) => n + 2 * filter.reach(),
+                Self::Boxes(extended) => n + 2 * filter.reach() + 2 * extended.radius + 1,
+            }
         };
-        let cells = window.nx().max(window.ny()) + 2 * filter.reach() + boxes;
         let strips = window.nx().div_ceil(LANES) * window.ny() * size_of::<&mut [f32]>();
-        (cells * size_of::<Lanes>() + strips) as u64
+        (cells(0).max(cells(1)) * size_of::<Lanes>() + strips) as u64
     }
 
     /// Returns the distance around a cell in metres that is read, for cells of `cell_m`.
@@ -90,6 +98,19 @@ impl LineFilter for Gaussian {
                     first += extended.radius as i64 + 1;
                 }
             }
+        }
+    }
+
+    fn exceeds(&self, cells: usize) -> bool {
+        match self {
+            Self::Weights(_) => false,
+            Self::Boxes(extended) => extended.radius >= cells,
+        }
+    }
+
+    fn apply_to_period(&self, period: &mut [Lanes], scratch: &mut Vec<Lanes>) {
+        if let Self::Boxes(extended) = self {
+            (0..PASSES).for_each(|_| extended.apply_to_period(period, scratch));
         }
     }
 }
@@ -146,6 +167,36 @@ impl Extended {
 
     fn apply(self, lines: &mut [Lanes], tails: &mut [Lanes], first: i64) {
         boxes(lines, tails, first, self.radius, self.share);
+    }
+
+    /// Applies the box to lines that repeat after the cells of `period`.
+    fn apply_to_period(self, period: &mut [Lanes], scratch: &mut Vec<Lanes>) {
+        let cells = period.len();
+        scratch.clear();
+        scratch.extend_from_slice(period);
+        // sums of the cells before each cell, and of all
+        scratch.push([0.0; LANES]);
+        let mut sum = [0.0; LANES];
+        for cell in &*period {
+            add(&mut sum, cell);
+            scratch.push(sum);
+        }
+        let (before, sums) = scratch.split_at(cells);
+        let length = 2 * self.radius + 1;
+        let (whole, rest) = ((length / cells) as f64, length % cells);
+        let scale = 1.0 / (length as f64 + 2.0 * self.share);
+        // the first cell of the box around the first cell
+        let shift = cells - self.radius % cells;
+        for (at, out) in period.iter_mut().enumerate() {
+            let start = (at + shift) % cells;
+            let end = (start + rest) % cells;
+            let around = if start + rest < cells { &[0.0; LANES] } else { &sum };
+            let (left, right) = (&before[(start + cells - 1) % cells], &before[end]);
+            for lane in 0..LANES {
+                let part = sums[end][lane] - sums[start][lane] + around[lane];
+                out[lane] = (whole * sum[lane] + part + self.share * (left[lane] + right[lane])) * scale;
+            }
+        }
     }
 }
 
@@ -243,6 +294,38 @@ mod tests {
             let worst = error.fold(0.0, f64::max) / top;
             assert!(worst < 0.036, "{sigma}: {worst}");
         }
+    }
+
+    /// Lines whose boxes are longer than the world are what they are when every cell of the box is summed.
+    #[test]
+    fn wide_boxes_are_folded() {
+        for (ends, n) in [(Ends::Mirror, 1), (Ends::Mirror, 7), (Ends::Wrap, 1), (Ends::Wrap, 10)] {
+            for sigma in [4.1, 12.0, 33.3, 700.0] {
+                let filter = Gaussian::new(sigma);
+                if !filter.exceeds(n) {
+                    continue;
+                }
+                let cell = |at: usize| [libm::sin(at as f64 * 1.3) * 100.0 + 5.0; LANES];
+                let reach = filter.reach();
+                let index = |at: usize| ends.index(at as i64 - reach as i64, n);
+                let mut lines: Vec<Lanes> = (0..n + 2 * reach).map(|at| cell(index(at))).collect();
+                filter.apply(&mut lines, &mut Vec::new(), 0);
+                let mut period: Vec<Lanes> = (0..ends.period(n)).map(|at| cell(ends.index(at as i64, n))).collect();
+                filter.apply_to_period(&mut period, &mut Vec::new());
+                for at in 0..n {
+                    assert!((lines[at][3] - period[at][3]).abs() < 1e-10, "{ends:?} {n} {sigma}");
+                }
+            }
+        }
+    }
+
+    /// The mean of everything is what remains far beyond the world, at no cost.
+    #[test]
+    fn the_widest_is_the_mean() {
+        let filter = Gaussian::new(1e12);
+        let mut period: Vec<Lanes> = (0..8).map(|at| [f64::from(at); LANES]).collect();
+        filter.apply_to_period(&mut period, &mut Vec::new());
+        assert!(period.iter().all(|cell| (cell[0] - 3.5).abs() < 1e-9), "{period:?}");
     }
 
     /// Reference: plain sums over every box.

@@ -107,10 +107,11 @@ impl Rays {
         (cells.ceil() + 1.0 + smoothing) * cell_m
     }
 
-    /// Returns the bytes of smoothed terrain that a [`Horizon`] keeps.
+    /// Returns the bytes of smoothed terrain that a [`Horizon`] keeps, and of the samples of all directions.
     #[must_use]
     pub fn bytes(&self, window: &Window) -> u64 {
-        (self.levels() * window.len() * size_of::<f32>()) as u64
+        let looks: usize = self.rays.iter().map(Vec::len).sum();
+        (self.levels() * window.len() * size_of::<f32>() + looks * size_of::<Look>()) as u64
     }
 
     /// Returns the number of smoothing levels.

@@ -49,6 +49,15 @@ impl Ends {
         };
         inside as usize
     }
+
+    /// Returns the number of cells after which a line of `n` cells repeats: there and back if it is mirrored.
+    #[must_use]
+    pub const fn period(self, n: usize) -> usize {
+        match self {
+            Self::Wrap => n,
+            Self::Mirror => 2 * n,
+        }
+    }
 }
 
 /// A filter on lines. `scratch` may be reused between calls.
@@ -59,6 +68,41 @@ pub trait LineFilter: Sync {
     /// Filters lines in place. `lines` has their cells and [`Self::reach`] more at either end; the result is left at
     /// its beginning. `first` is the position in the world of the first of `lines`, negative before the world's edge.
     fn apply(&self, lines: &mut [Lanes], scratch: &mut Vec<Lanes>, first: i64);
+
+    /// Returns true if it is wider than a line of that many cells. Then [`Self::apply_to_period`] is called, and lines
+    /// need no room for the reach, which is without bound.
+    fn exceeds(&self, cells: usize) -> bool;
+
+    /// Filters lines that repeat for ever in place. `period` has their cells before they repeat.
+    fn apply_to_period(&self, period: &mut [Lanes], scratch: &mut Vec<Lanes>);
+}
+
+/// Filters lines of `n` cells in place. `lines` has room for them; `fill` writes them, and the result is left at the
+/// beginning of `lines`. `world` is the number of cells of the world along the lines, and `first` the place of their
+/// first cell in it.
+fn filtered(
+    [lines, scratch]: [&mut Vec<Lanes>; 2],
+    filter: &impl LineFilter,
+    ends: Ends,
+    [n, world, first]: [usize; 3],
+    fill: impl FnOnce(&mut [Lanes]),
+) {
+    lines.clear();
+    if filter.exceeds(world) {
+        // the window is as long as the world here: the filter reads all of it
+        lines.resize(ends.period(n), [0.0; LANES]);
+        fill(lines);
+        for at in n..lines.len() {
+            lines[at] = lines[ends.index(at as i64, n)];
+        }
+        filter.apply_to_period(lines, scratch);
+        return;
+    }
+    let reach = filter.reach();
+    lines.resize(n + 2 * reach, [0.0; LANES]);
+    fill(&mut lines[reach..]);
+    go_on(lines, reach, ends);
+    filter.apply(lines, scratch, first as i64 - reach as i64);
 }
 
 /// Filters the samples of a window along both axes. `share` is the start and end of this part of the job's progress.
@@ -82,17 +126,13 @@ pub fn separable(
 
 fn along_x(job: &Job<'_>, window: &Window, samples: &mut [f32], filter: &impl LineFilter) -> Result<(), NodeError> {
     let nx = window.nx();
-    let (reach, ends, origin) = (filter.reach(), Ends::of(window, 0), i64::from(window.origin[0]));
+    let (ends, place) = (Ends::of(window, 0), [nx, window.world.cells[0] as usize, window.origin[0] as usize]);
     par::each_with(
         samples.chunks_mut(nx * LANES),
         || (Vec::new(), Vec::new()),
         |(lines, scratch), _, rows| {
             job.check()?;
-            lines.clear();
-            lines.resize(nx + 2 * reach, [0.0; LANES]);
-            into_lanes(rows, nx, &mut lines[reach..]);
-            go_on(lines, reach, ends);
-            filter.apply(lines, scratch, origin - reach as i64);
+            filtered([lines, scratch], filter, ends, place, |lines| into_lanes(rows, nx, lines));
             out_of_lanes(lines, rows, nx);
             Ok(())
         },
@@ -128,7 +168,7 @@ fn out_of_lanes(lines: &[Lanes], rows: &mut [f32], nx: usize) {
 
 fn along_y(job: &Job<'_>, window: &Window, samples: &mut [f32], filter: &impl LineFilter) -> Result<(), NodeError> {
     let (nx, ny) = (window.nx(), window.ny());
-    let (reach, ends, origin) = (filter.reach(), Ends::of(window, 1), i64::from(window.origin[1]));
+    let (ends, place) = (Ends::of(window, 1), [ny, window.world.cells[1] as usize, window.origin[1] as usize]);
     // each task has its own columns of every row
     let mut columns: Vec<Vec<&mut [f32]>> = (0..nx.div_ceil(LANES)).map(|_| Vec::with_capacity(ny)).collect();
     for row in samples.chunks_mut(nx) {
@@ -141,15 +181,13 @@ fn along_y(job: &Job<'_>, window: &Window, samples: &mut [f32], filter: &impl Li
         || (Vec::new(), Vec::new()),
         |(lines, scratch), _, strip| {
             job.check()?;
-            lines.clear();
-            lines.resize(ny + 2 * reach, [0.0; LANES]);
-            for (cell, row) in lines[reach..].iter_mut().zip(strip.iter()) {
-                for (value, &sample) in cell.iter_mut().zip(row.iter()) {
-                    *value = f64::from(sample);
+            filtered([lines, scratch], filter, ends, place, |lines| {
+                for (cell, row) in lines.iter_mut().zip(strip.iter()) {
+                    for (value, &sample) in cell.iter_mut().zip(row.iter()) {
+                        *value = f64::from(sample);
+                    }
                 }
-            }
-            go_on(lines, reach, ends);
-            filter.apply(lines, scratch, origin - reach as i64);
+            });
             for (row, cell) in strip.iter_mut().zip(lines.iter()) {
                 for (sample, &value) in row.iter_mut().zip(cell) {
                     *sample = value as f32;

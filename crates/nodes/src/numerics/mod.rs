@@ -27,6 +27,7 @@ pub mod rank;
 pub(crate) mod repose;
 pub(crate) mod rock;
 pub mod routing;
+pub mod segment;
 pub mod simd;
 pub(crate) mod strokes;
 pub mod sunlight;

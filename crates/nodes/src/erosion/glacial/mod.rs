@@ -64,13 +64,13 @@ params! {
     duration: f64 = 2e5, Years, 0.0..=1e7, soft 0..=1e6;
     /// Number of glacial cycles.
     cycles: i64 = 1, Count, 1..=50;
-    /// Rise of the climate's heights between the glacial maximum and the warmest time of a cycle; 0 for a constant climate.
+    /// Rise of the climate's elevations from the glacial maximum to the warmest time; 0 for a constant climate.
     warming: f64 = 1000.0, Metres, 0.0..=6000.0, soft 0..=2000;
-    /// Number of stands in which ice retreats, each with its moraines.
+    /// Number of stages in which ice retreats, each with its moraines.
     stages: i64 = 4, Count, 1..=50, soft 1..=10;
-    /// Number of times that the bed changes.
+    /// Number of steps in which the bed erodes.
     steps: i64 = 60, Count, 1..=1000, soft 20..=400;
-    /// Time for which ice flows between two changes of the bed.
+    /// Time for which ice flows before each step of erosion.
     relaxation: f64 = 20.0, Years, 1.0..=500.0, soft 10..=100, when method = "full";
     /// What the mass balance follows from.
     climate: Climate = Climate::Ela, One, ..;
@@ -80,7 +80,7 @@ params! {
     ablation_gradient: f64 = 0.007, PerYear, 1e-4..=0.1, soft 0.002..=0.02, when climate = "ela";
     /// Largest mass balance, as thickness of ice.
     max_accumulation: f64 = 0.8, MetresPerYear, 0.0..=20.0, soft 0.1..=4, when climate = "ela";
-    /// Rate at which the air cools upwards.
+    /// Lapse rate: cooling of the air with height.
     lapse_rate: f64 = 6.5, KelvinsPerKilometre, 0.0..=15.0, soft 4..=10, when climate = "temperature";
     /// Melt per day and kelvin above 0 °C, in millimetres of water.
     degree_day: f64 = 5.0, One, 0.1..=30.0, soft 2..=10, when climate = "temperature";
@@ -92,9 +92,9 @@ params! {
     sliding: f64 = 2e-14, One, 0.0..=1e-11, soft 0..=1e-13;
     /// Largest stress at the bed.
     yield_stress: f64 = 2e5, Pascals, 1e4..=1e7, soft 5e4..=3e5;
-    /// Largest speed of ice that the laws of erosion see.
+    /// Largest sliding speed in the laws of erosion; faster ice erodes no faster.
     fastest: f64 = 150.0, MetresPerYear, 1.0..=1e5, soft 50..=1000;
-    /// Length of the cells on which ice flows; cells of the world that are longer.
+    /// Side of the cells on which ice flows, or the world's cell size if that is larger.
     ice_cell: f64 = 75.0, Metres, 5.0..=1e5, soft 25..=500;
     /// The law of abrasion.
     law: Law = Law::Sliding, One, ..;
@@ -110,13 +110,13 @@ params! {
     cross_section: f64 = 6.0, One, 0.0..=20.0, soft 0..=8;
     /// Steepest slope against which ice deepens a basin, in metres per metre.
     reverse_slope: f64 = 0.1, One, 0.001..=1.0, soft 0.02..=0.3;
-    /// Steepest angle at which walls above ice stand.
+    /// Steepest stable angle of walls above ice.
     walls: f64 = 50.0, Degrees, 5.0..=85.0, soft 35..=70;
-    /// Part of the eroded rock that becomes debris and till; meltwater takes the rest away.
+    /// Fraction of the eroded rock that becomes debris and till; meltwater carries the rest away.
     debris: f64 = 0.3, One, 0.0..=1.0;
     /// Angle of repose of till.
     repose: f64 = 30.0, Degrees, 1.0..=60.0, soft 15..=40;
-    /// Depth of erosion over which forms finer than ice cells wear down by the factor e.
+    /// Depth of erosion over which landforms finer than ice cells fade by a factor of e.
     smoothing: f64 = 15.0, Metres, 0.0..=1e4, soft 0..=100;
 }
 
@@ -136,7 +136,7 @@ inputs! {
 }
 
 outputs! {
-    /// Ground after the run, without the ice that may be left.
+    /// Ground after the run, without any remaining ice.
     height: Height;
     /// Thickness of the ice at the end.
     ice: Scalar(Metres);

@@ -160,12 +160,9 @@ pub static NODE: Node = Node {
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let params = Params::read(sizing.params);
-    if params.law == Law::WebglErosion || params.width == 0.0 {
-        // the state of the storm
-        return sizing.cells(36.0);
-    }
+    let spreads = params.law != Law::WebglErosion && params.width > 0.0;
     // the state of the storm, and what is spread; rows in progress, for one thread
-    sizing.cells(46.0) + 6600 * sizing.window.nx() as u64
+    sizing.cells(if spreads { 46.0 } else { 36.0 }) + 6600 * sizing.window.nx() as u64
 }
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {

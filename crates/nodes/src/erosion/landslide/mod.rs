@@ -37,7 +37,7 @@ params! {
     cohesion: f64 = 15e3, Pascals, 0.0..=1e8, soft 0..=200e3;
     /// Density of rock in kg/m³.
     density: f64 = 2500.0, One, 500.0..=5000.0, soft 2000..=3000;
-    /// Horizontal acceleration by earthquakes, as a part of gravity. It lowers the angle of friction.
+    /// Horizontal acceleration by earthquakes, as a fraction of gravity. It lowers the angle of friction.
     shaking: f64 = 0.2, One, 0.0..=2.0, soft 0..=0.5;
     /// How much `repose` varies from place to place: its standard deviation. Harder rock is steeper.
     repose_variation: f64 = 7.0, Degrees, 0.0..=45.0, soft 0..=15;
@@ -55,7 +55,7 @@ params! {
     ///
     /// Both are measured from the crown of the scar to the farthest debris. Larger slides run farther.
     reach: f64 = 0.9, One, 0.0..=10.0, soft 0.5..=1.5;
-    /// Slope from which no debris stays.
+    /// Slope from which on no debris comes to rest.
     deposit_slope: f64 = 25.0, Degrees, 1.0..=80.0, soft 10..=40;
     /// Number of places per km² and 1000 years at which soil is tested; used only if `soil` is wired.
     soil_rate: f64 = 20.0, One, 0.0..=1e4, soft 0..=100;
@@ -76,7 +76,7 @@ inputs! {
     repose: Scalar(Degrees) = 38.0, 0.0..=90.0, soft 20.0..=60.0;
     /// Thickness of soil. Shallow slides happen only if it is wired.
     soil: Option<Scalar(Metres)>;
-    /// The part of the soil that is saturated, from its base up; used only if `soil` is wired.
+    /// Saturated fraction of the soil, from its base up; used only if `soil` is wired.
     wetness: Scalar(One) = 0.7, 0.0..=1.0;
     /// Rock in depth, from `Stratify`: its layers have their own angles, and multiply `cohesion` by their hardness.
     strata: Option<Strata>;

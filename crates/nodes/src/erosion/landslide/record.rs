@@ -163,10 +163,8 @@ impl Record {
             rows.sort_unstable();
             report.notes.push(format!("the table has the {MOST_ROWS} largest of {} events", self.events.len()));
         }
-        let axis = |label: &str, unit: &str, value: &dyn Fn(&Event) -> f64| Axis {
-            label: label.to_owned(),
-            unit: unit.to_owned(),
-            values: rows.iter().map(|row| value(&self.events[*row])).collect(),
+        let axis = |label: &str, unit: &str, value: &dyn Fn(&Event) -> f64| {
+            Axis::new(label, unit, rows.iter().map(|row| value(&self.events[*row])).collect())
         };
         let mut series = |name: &str, x: Axis, y: Axis| report.series.push(Series { name: name.to_owned(), x, y });
         series("places", axis("x", "m", &|event| event.place_m[0]), axis("y", "m", &|event| event.place_m[1]));

@@ -78,7 +78,7 @@ pub fn of(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], mask: La
             let drop = height - below;
             if drop > 0.0 { below + drop / (1.0 + law.coefficient(area[cell], code)) } else { height }
         })?;
-        hillslope.creep(job, &mut heights, params.spacing * params.spacing, step, &|_| false, None)?;
+        hillslope.creep(job, &mut heights, params.spacing * params.spacing, step..step + 1, &|_| false, None)?;
         let lost = lost(job, &coarse, model, &heights)?;
         raise(params, model, &lost, &mut heights);
         uplift.par_iter_mut().zip(&lost).for_each(|(uplift, lost)| *uplift += LEARNT * lost);

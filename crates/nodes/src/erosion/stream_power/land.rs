@@ -355,7 +355,7 @@ impl<'a> Land<'a> {
             job,
             &mut self.heights,
             step_yr,
-            step,
+            step..step + 1,
             &is_river,
             lost.as_mut().map(|lost| &mut lost[..]),
         )?;

@@ -15,7 +15,7 @@ pub fn scratch(sizing: &Sizing<'_>) -> u64 {
     match above.map(Window::whole) {
         Some(window) if Wants::among(sizing.wanted).count() > 0 => {
             let wired = sizing.wired.iter().filter(|wired| **wired).count();
-            let above = Sizing { params: sizing.params, window, wired: sizing.wired, wanted: sizing.wanted };
+            let above = Sizing { window, ..*sizing };
             let given = 4 * rasters(Wants::among(sizing.wanted));
             let beside = above.cells(4.0 * wired as f64 + given as f64) + state(sizing);
             (on_its_cells(&above) + beside).saturating_sub(sizing.cells(given as f64))

@@ -50,6 +50,13 @@ pub(super) struct Own {
     pub cell: f64,
 }
 
+impl Own {
+    /// Returns how much of the unevenness shows: none of it if the crater is too small to be more than a bowl.
+    fn seen(&self) -> f64 {
+        smoothstep((0.25 / self.cell - 1.0) / 2.0)
+    }
+}
+
 impl Shape {
     pub fn of(self, diameter_m: f64) -> Form {
         let ratio = (diameter_m / self.transition_m).max(1.0);
@@ -63,15 +70,16 @@ impl Shape {
 }
 
 impl Form {
-    /// Returns the height at a place in radii from the centre, as a fraction of the diameter.
+    /// Returns whether the crater is a body of revolution, because it is to be one or is too small to show more.
+    pub fn is_even(&self, own: &Own) -> bool {
+        own.seen() == 0.0 || self.simple.irregularity == 0.0 && self.simple.ejecta == 0.0
+    }
+
+    /// Returns the height of an uneven crater at a place in radii from the centre, as a fraction of the diameter.
     pub fn height(&self, [x, y]: [f64; 2], own: &Own) -> f64 {
         let radii = (x * x + y * y).sqrt();
         let Shape { irregularity, ejecta, .. } = self.simple;
-        // too small to show more than a bowl
-        let seen = smoothstep((0.25 / own.cell - 1.0) / 2.0);
-        if seen == 0.0 || irregularity == 0.0 && ejecta == 0.0 {
-            return self.even(radii) * own.fresh;
-        }
+        let seen = own.seen();
         let inverse = 1.0 / radii.max(1e-9);
         let (east, south) = (x * inverse, y * inverse);
         let around = |waves: f64, salt: u32| place::at([waves * east, waves * south], own.key ^ salt);

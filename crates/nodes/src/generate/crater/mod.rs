@@ -204,25 +204,35 @@ impl Band {
 
     /// Adds a crater to the rows.
     fn add(&self, rows: &mut [f32], crater: &Crater, shape: Shape) {
+        let radius_m = crater.radius_m;
+        let form = shape.of(2.0 * radius_m);
+        let own = Own { fresh: crater.fresh, key: crater.key, cell: self.window.cell_m() / radius_m };
+        if form.is_even(&own) {
+            self.draw(rows, crater, |[x, y]| form.even((x * x + y * y).sqrt() / radius_m) * own.fresh);
+        } else {
+            self.draw(rows, crater, |[x, y]| form.height([x / radius_m, y / radius_m], &own));
+        }
+    }
+
+    /// Adds a height, given as a fraction of the diameter at a place in metres from the centre, where a crater reaches.
+    fn draw(&self, rows: &mut [f32], crater: &Crater, height: impl Fn([f64; 2]) -> f64) {
         let nx = self.window.nx();
         let cell_m = self.window.cell_m();
         let [x0, y0] = self.window.centre_m(0, self.first);
         let reach_m = EJECTA[1] * crater.radius_m;
-        let form = shape.of(2.0 * crater.radius_m);
-        let own = Own { fresh: crater.fresh, key: crater.key, cell: cell_m / crater.radius_m };
         let span = |from_m: f64, centre_m: f64, count: usize| {
             let first = ((centre_m - reach_m - from_m) / cell_m).ceil().clamp(0.0, count as f64) as usize;
             let end = ((centre_m + reach_m - from_m) / cell_m).floor() + 1.0;
             first..(end.clamp(first as f64, count as f64) as usize)
         };
+        let columns = span(x0, crater.centre[0], nx);
         for j in span(y0, crater.centre[1], rows.len() / nx) {
-            for i in span(x0, crater.centre[0], nx) {
+            for (i, sum) in columns.clone().zip(&mut rows[j * nx..][columns.clone()]) {
                 let [x, y] = self.window.centre_m(i, self.first + j);
                 let (dx, dy) = (x - crater.centre[0], y - crater.centre[1]);
                 let square = dx * dx + dy * dy;
                 if square < reach_m * reach_m {
-                    let height = form.height([dx / crater.radius_m, dy / crater.radius_m], &own);
-                    rows[j * nx + i] += (2.0 * crater.radius_m * height) as f32;
+                    *sum += (2.0 * crater.radius_m * height([dx, dy])) as f32;
                 }
             }
         }

@@ -83,6 +83,7 @@ pub static NODE: Node = Node {
     ],
     outputs: Given::PORTS,
     params: Params::specs,
+    scratch: Scratch::Bytes(scratch),
     cpu: run,
     example: "version: 2, kind: eroded, wavelength: 6000, gain: 0.5, amplitude: 1500, seed: 2",
     ..Node::DEFAULT
@@ -90,6 +91,18 @@ pub static NODE: Node = Node {
 
 /// Samples per side of the area on which moments are measured: about 9000 cells of each octave's lattice.
 const SIDE: usize = 256;
+
+/// Memory that the kernel needs in addition to its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let params = Params::read(sizing.params);
+    // lines of the octaves on the area of the moments, with their slopes if these are used
+    let per_octave = match params.kind {
+        Kind::Swiss | Kind::Jordan => return 128 << 10,
+        Kind::Eroded => 96 << 10,
+        _ => 56 << 10,
+    };
+    per_octave * (1 + params.octaves as u64)
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);

@@ -115,11 +115,14 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         seed,
     };
     volcano.furnish(params.flows, params.cones);
+    let even = volcano.is_even();
     let mut height = vec![0.0; window.len()];
     par::rows(job, &mut height, |j, row| {
         for (i, height) in row.iter_mut().enumerate() {
             let [x, y] = window.centre_m(i, j);
-            *height = volcano.height([x - params.centre[0], y - params.centre[1]]) as f32;
+            let (x, y) = (x - params.centre[0], y - params.centre[1]);
+            let value = if even { volcano.even_height((x * x + y * y).sqrt()) } else { volcano.height([x, y]) };
+            *height = value as f32;
         }
     })?;
     Ok(Given { height: Some(Field::new(window, height)) }.into())

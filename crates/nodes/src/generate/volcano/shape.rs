@@ -71,9 +71,8 @@ impl Volcano {
         if distance_m > 1.6 * self.radius_m {
             return 0.0;
         }
-        let plain = !self.gullies.any() && self.irregularity == 0.0 && self.breach[0] == 0.0;
         // clockwise from north, as an azimuth
-        let angle = if plain && self.flows.is_empty() { 0.0 } else { math::atan2(x, -y) };
+        let angle = math::atan2(x, -y);
         let [bent, away_m] = self.bent(angle, distance_m, [x, y]);
         let cone = self.cone.height(away_m);
         let mut cut = self.gullies.cut(bent, away_m);
@@ -93,6 +92,23 @@ impl Volcano {
             value = scoria.on(value, [x, y]);
         }
         self.crater(value, angle, distance_m, [x, y])
+    }
+
+    /// Returns whether the volcano is a body of revolution.
+    pub fn is_even(&self) -> bool {
+        let smooth = !self.gullies.any() && self.irregularity == 0.0 && self.breach[0] == 0.0;
+        smooth && self.flows.is_empty() && self.scoria.is_empty()
+    }
+
+    /// Returns the height of a body of revolution at a distance from its axis.
+    pub fn even_height(&self, distance_m: f64) -> f64 {
+        let cone = self.cone.height(distance_m);
+        let [rim_m, depth_m] = self.crater_m;
+        if distance_m >= rim_m {
+            return cone;
+        }
+        let rim = self.cone.height(rim_m);
+        cone.min((rim - WALL * (rim_m - distance_m)).max(rim - depth_m))
     }
 
     /// Returns the small unevenness of ash and blocks.

@@ -22,9 +22,9 @@ use crate::{
 };
 
 params! {
-    /// Smallest lake; hollows with less water surface are land.
+    /// Smallest water surface of a lake; smaller lakes count as land.
     smallest: f64 = 1e4, SquareMetres, 0.0..=1e12, soft 0.0..=1e6;
-    /// Least depth at the deepest point of a lake; shallower hollows are land.
+    /// Smallest depth at the deepest point of a lake; shallower lakes count as land.
     shallowest: f64 = 0.5, Metres, 0.0..=1e4, soft 0.0..=20.0;
 }
 

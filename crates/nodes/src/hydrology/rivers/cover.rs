@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use orograph_graph::{Job, Lines, NodeError, Vertex};
 
-use crate::numerics::{par, routing::Grid};
+use crate::numerics::{par, routing::Grid, segment::Cells};
 
 /// Draws lines with their widths. A cell gets the fraction of its own width, across the line, that the river covers;
 /// the maximum over several segments counts.
@@ -31,32 +31,17 @@ pub fn draw(job: &Job<'_>, grid: &Grid, lines: &Lines) -> Result<Vec<f32>, NodeE
 
 /// Calls `cover` with the cells that a segment of a line covers, and the fraction of each.
 fn piece(grid: &Grid, cell_m: f64, from: &Vertex, to: &Vertex, cover: impl Fn(usize, f32)) {
-    let wrap = [grid.column_before(0).is_some(), grid.row_above(0).is_some()];
-    let counts = [grid.nx as i64, grid.ny as i64];
+    let cells = Cells {
+        counts: [grid.nx as i64, grid.ny as i64],
+        wraps: [grid.column_before(0).is_some(), grid.row_above(0).is_some()],
+        cell_m,
+    };
     let reach_m = 0.5 * (cell_m + from.width_m.max(to.width_m));
-    let cells = [0, 1].map(|axis| {
-        let (a, b) = (from.position_m[axis], to.position_m[axis]);
-        let first = ((a.min(b) - reach_m) / cell_m - 0.5).ceil() as i64;
-        let last = ((a.max(b) + reach_m) / cell_m - 0.5).floor() as i64;
-        // in a periodic world, a river wider than the world covers each cell once
-        let last = last.min(first + counts[axis] - 1);
-        if wrap[axis] { first..=last } else { first.max(0)..=last.min(counts[axis] - 1) }
-    });
-    let along = [0, 1].map(|axis| to.position_m[axis] - from.position_m[axis]);
-    let square = along[0] * along[0] + along[1] * along[1];
-    let [columns, rows] = cells;
-    for j in rows {
-        for i in columns.clone() {
-            let off = [(i, 0), (j, 1)].map(|(at, axis)| (at as f64 + 0.5) * cell_m - from.position_m[axis]);
-            let t = if square > 0.0 { ((off[0] * along[0] + off[1] * along[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
-            let [x, y] = [off[0] - t * along[0], off[1] - t * along[1]];
-            let distance_m = (x * x + y * y).sqrt();
-            let half_m = 0.5 * (from.width_m + (to.width_m - from.width_m) * t);
-            let covered_m = (distance_m + 0.5 * cell_m).min(half_m) - (distance_m - 0.5 * cell_m).max(-half_m);
-            if covered_m > 0.0 {
-                let cell = j.rem_euclid(counts[1]) * counts[0] + i.rem_euclid(counts[0]);
-                cover(cell as usize, (covered_m / cell_m).min(1.0) as f32);
-            }
+    cells.near([from.position_m, to.position_m], reach_m, |[i, j], distance_m, t| {
+        let half_m = 0.5 * (from.width_m + (to.width_m - from.width_m) * t);
+        let covered_m = (distance_m + 0.5 * cell_m).min(half_m) - (distance_m - 0.5 * cell_m).max(-half_m);
+        if covered_m > 0.0 {
+            cover((j * cells.counts[0] + i) as usize, (covered_m / cell_m).min(1.0) as f32);
         }
-    }
+    });
 }

@@ -34,11 +34,11 @@ params! {
     duration: f64 = 0.55, Years, 0.0..=5.0, soft 0..=2;
     /// Day of the year at the end: 105 is the middle of April.
     day: i64 = 105, Count, 1..=366;
-    /// Number of steps in time, each with the sun of its day.
+    /// Number of time steps, each with the sun of its middle day.
     steps: i64 = 8, Count, 1..=36, soft 4..=24;
-    /// Rise of the mean temperature from the mean of the year to the warmest day.
+    /// Difference between the mean temperature of the warmest day and the annual mean.
     seasonality: f64 = 8.0, Celsius, 0.0..=40.0, soft 0..=15;
-    /// Rate at which the air cools upwards.
+    /// Lapse rate: cooling of the air with height.
     lapse_rate: f64 = 6.5, KelvinsPerKilometre, 0.0..=15.0, soft 4..=10;
     /// Effect of the wind on where snow falls: at 1 the most exposed places get none and the most sheltered twice the mean.
     wind: f64 = 0.4, One, 0.0..=1.0;
@@ -50,7 +50,7 @@ params! {
     law: Law = Law::Exponential, One, ..;
     /// Depth that stays on the steepest slopes.
     least: f64 = 0.05, Metres, 0.001..=10.0, soft 0.01..=0.5;
-    /// Number of times in each step that snow slides to rest; 0 without slides.
+    /// Number of sliding passes in each step; 0 for no slides.
     slides: i64 = 2, Count, 0..=6;
     /// Density of the snow on the ground in kg/m³.
     density: f64 = 350.0, One, 30.0..=917.0, soft 100..=600;
@@ -64,14 +64,14 @@ params! {
     distance: f64 = 5000.0, Metres, 0.0..=1e6, soft 100..=20_000;
     /// Number of directions in which the horizon is computed.
     azimuths: i64 = 24, Count, 8..=64;
-    /// Fraction of the beam of the sun that passes through the atmosphere from the zenith.
+    /// Fraction of the sun's beam that the atmosphere transmits when the sun is at the zenith.
     transmittance: f64 = 0.7, One, 0.0..=1.0, soft 0.4..=0.8;
 }
 
 inputs! {
     /// Terrain height.
     height: Height;
-    /// Mean temperature of the year at height 0.
+    /// Mean annual temperature at height 0.
     temperature: Scalar(Celsius) = 6.0, -80.0..=60.0, soft -10.0..=20.0;
     /// Precipitation as water, the same all year.
     precipitation: Scalar(MetresPerYear) = 1.5, 0.0..=100.0, soft 0.0..=4.0;

@@ -41,6 +41,12 @@ use super::{
 /// many.
 const MOST: f64 = 128.0;
 
+/// Radius in cells from which neighbourhoods are ranked in blocks.
+const LARGE: f64 = 3.0;
+
+/// Bytes of a block per cell.
+const BLOCK_BYTES: f64 = 30.0;
+
 /// Extension of terrain beyond the sides of a world that is not periodic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Beyond {
@@ -104,7 +110,11 @@ pub fn bytes(window: &Window, radius_m: f64) -> u64 {
     // the raster with its halo; the blocks; and the result assembled from them
     let ranked = 4.0 * (nx + margin) * (ny + margin) + 8.0 * nx * ny;
     let coarse = if coarser > 1.0 { 4.0 * nx * ny } else { 0.0 };
-    (ranked + coarse).max(2.0 * coarse + all) as u64
+    // a block of a large circle with its halo, for one thread: sorted values, twice, with their cells and runs
+    let side = (3.0 * radius / coarser).max(64.0);
+    let [width, height] = [nx, ny].map(|cells| cells / (cells / side).round().max(1.0) + margin);
+    let block = if radius >= LARGE { BLOCK_BYTES * width * height } else { 0.0 };
+    (ranked + coarse + block).max(2.0 * coarse + all) as u64
 }
 
 /// A raster with a halo for the neighbourhoods of its outermost cells.

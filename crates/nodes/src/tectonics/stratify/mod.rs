@@ -20,7 +20,7 @@ use crate::{
 choice! {
     /// What lies above the first and below the last layer.
     pub enum Beyond {
-        /// The same layers again and again.
+        /// The same layers, repeated.
         Repeat = "repeat",
         /// The first and the last layer, without end.
         Extend = "extend",
@@ -48,9 +48,9 @@ params! {
     fold_height: f64 = 0.0, Metres, 0.0..=1e5, soft 0..=2000;
     /// Distance from crest to crest of the folds. An anticline passes through the centre of the world.
     fold_length: f64 = 8e3, Metres, 10.0..=1e6, soft 1000..=30e3;
-    /// How much folds wind, as a fraction of their length.
+    /// How much folds meander, as a fraction of their wavelength.
     winding: f64 = 0.2, One, 0.0..=2.0, soft 0.0..=0.5;
-    /// Standard deviation of the height of gentle swells of the layers; without them contacts are ruled lines.
+    /// Standard deviation of the height of gentle swells of the layers; with 0, contacts are perfectly straight.
     swells: f64 = 10.0, Metres, 0.0..=1e4, soft 0..=100;
     /// How far a fault has lowered the rock to the right of `fault`; 0 for no fault.
     throw: f64 = 0.0, Metres, -1e5..=1e5, soft -1000.0..=1000.0;
@@ -61,9 +61,9 @@ params! {
 }
 
 inputs! {
-    /// Terrain whose surface shows the layers, in all outputs except `strata`.
+    /// Terrain that cuts the layers; used by all outputs except `strata`.
     height: Height;
-    /// Metres by which the layers are raised, for bends of your own.
+    /// Height by which the layers are raised, for other deformations.
     raised: Scalar(Metres) = 0.0, -1e5..=1e5, soft -1000.0..=1000.0;
 }
 
@@ -106,7 +106,10 @@ pub static NODE: Node = Node {
 
 /// The offset, if it is not an output.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    sizing.cells(if Wants::among(sizing.wanted).strata { 0.0 } else { 4.0 })
+    // layers that are made, and their table
+    let params = Params::read(sizing.params);
+    let made = if params.layers.0.is_empty() { 64 * params.count as u64 } else { 0 };
+    made + sizing.cells(if Wants::among(sizing.wanted).strata { 0.0 } else { 4.0 })
 }
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {

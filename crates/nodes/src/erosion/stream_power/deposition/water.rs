@@ -103,9 +103,7 @@ impl Transport<'_> {
         let square = SPREADS_M * SPREADS_M / f64::from(SWEEPS);
         let plume = Hillslope::new(&closed(job.window()), Lane::Constant(square as f32), 0.0);
         for round in 0..ROUNDS {
-            for sweep in 0..SWEEPS {
-                plume.creep(job, &mut loads, 1.0, round + sweep, &|_| false, None)?;
-            }
+            plume.creep(job, &mut loads, 1.0, round..round + SWEEPS, &|_| false, None)?;
             let cells = loads.par_iter_mut().zip(arriving.par_iter_mut()).enumerate();
             cells.for_each(|(cell, (load, arriving))| {
                 if let Some(depth) = depth(cell).filter(|_| !fills[cell]) {

@@ -194,7 +194,13 @@ mod tests {
             let params = testing::with_params(&NODE, changes);
             let levels = NODE.levels.expect("levels");
             let (window, wanted) = (Window::whole(world), orograph_graph::Wanted::ALL);
-            let state = (levels.state)(&orograph_graph::Sizing { params: &params, window, wired: &wired, wanted });
+            let state = (levels.state)(&orograph_graph::Sizing {
+                params: &params,
+                window,
+                wired: &wired,
+                wanted,
+                folder: "".as_ref(),
+            });
             assert_eq!(((levels.below)(&params, &world).is_some(), state > 0), (has_levels, has_levels), "{changes}");
         }
     }

@@ -7,7 +7,7 @@ use std::{
 };
 
 use orograph_graph::{
-    Boundary, Document, Edge, Evaluator, EvaluatorOptions, Registry, Store, StoreFolder, Strata, Value, World,
+    Boundary, Document, Edge, Evaluator, EvaluatorOptions, Registry, Store, StoreFolder, Strata, Trust, Value, World,
 };
 
 use crate::{
@@ -174,7 +174,8 @@ fn finer_cells_pass_the_last_level_only() {
 
     // without room in memory, from disk
     let folder = tempfile::tempdir().expect("a folder");
-    let place = StoreFolder { folder: folder.path().to_owned(), budget: 1 << 30, worth: Duration::ZERO };
+    let place =
+        StoreFolder { folder: folder.path().to_owned(), budget: 1 << 30, worth: Duration::ZERO, trust: Trust::Own };
     on(&with(0, Some(place.clone())), 1, 256);
     runs();
     assert!(on(&with(0, Some(place)), 2, 512) == expected);
