@@ -3,14 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use orograph_graph::{Field, Measure, Report, Unit, plain};
+use orograph_nodes::measure::compare::Kind;
 use serde_json::{Value, json};
 
 use super::sea::Sea;
 use crate::{
+    export::plot::{self, Plot, Theme},
     files::heightfile::{self, Scale},
     report::{
         failure::Failure,
-        measure::{self, Distance},
+        measure::{self, Against, Distance},
         terminal::{self, Align, Page, Table},
     },
     stop,
@@ -20,24 +22,30 @@ use crate::{
 ///
 /// Reads GeoTIFF, grey PNG, OpenEXR, ESRI ASCII, SRTM (.hgt), .r16 and .r32, and fills voids. The manual describes each
 /// measure: see the nodes of the category `measure` (`orograph nodes`), which run with their defaults. Curves and
-/// histograms are in the JSON. With a sea (from the JSON beside the heights, or `--sea`), only the terrain above it is
+/// histograms are in the JSON; `--plots` draws them. With a sea (from the JSON beside the heights, or `--sea`), only the terrain above it is
 /// measured.
 ///
-/// With `--against`, the differences of elevation and slope are Wasserstein distances of their distributions, in
-/// interquartile ranges of the reference; the difference of hypsometry is the mean difference of the curves. 0 is no
-/// difference.
+/// The score tells how realistic the terrain is: 1 is real land. With `--against`, the column `spreads` has the distance
+/// of each measure in units of its natural spread, both averaged to cells of 90 m; see `Compare` in the manual.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Height file
     #[arg(value_name = "HEIGHT")]
     file: PathBuf,
-    /// Height file to compare with: its measures, and its heights if both have the same cells
-    #[arg(long, value_name = "REF")]
+    /// Height file to compare with, or a kind of terrain: fluvial, glaciated, stratified, lowland, alps, himalaya,
+    /// highlands, canyon
+    #[arg(long, value_name = "FILE|KIND")]
     against: Option<PathBuf>,
     #[command(flatten)]
     scale: Scale,
     #[command(flatten)]
     sea: Sea,
+    /// Folder for plots of the curves, each as PNG and SVG, with those of the reference; created if it does not exist
+    #[arg(long, value_name = "DIR")]
+    plots: Option<PathBuf>,
+    /// Colours of the plots
+    #[arg(long, value_enum, default_value_t = Theme::Light, requires = "plots")]
+    theme: Theme,
     /// Print as JSON, with curves and histograms
     #[arg(long)]
     json: bool,
@@ -59,24 +67,71 @@ impl Args {
             Ok(Measured { path, height, report })
         };
         let field = measured(&self.file)?;
-        let reference = self.against.as_deref().map(measured).transpose()?;
-        let compared = reference.as_ref().map(|reference| {
-            let distance = measure::distance((&field.height, &field.report), (&reference.height, &reference.report));
-            (reference, distance)
-        });
+        let kind = self.against.as_deref().map(kind).transpose()?.flatten();
+        let file = self.against.as_deref().filter(|_| kind.is_none());
+        let reference = file.map(measured).transpose()?;
+        let distance = match (&reference, kind) {
+            (Some(reference), _) => {
+                let (own, other) = ((&field.height, &field.report), (&reference.height, &reference.report));
+                Some(measure::distance(own, other, &cancel)?)
+            }
+            (None, Some(kind)) => {
+                let compared = measure::compare(&field.height, Against::Kind(kind), &cancel)?;
+                Some(Distance { compared, ..Distance::default() })
+            }
+            (None, None) => None,
+        };
+        let plots = self.plots.as_deref().map(|folder| self.draw(folder, &field, reference.as_ref())).transpose()?;
         if self.json {
             let mut value = as_json(&field);
-            if let Some((reference, distance)) = &compared {
-                value["against"] = as_json(reference);
+            if let Some(plots) = &plots {
+                value["plots"] = json!(plots.iter().map(|path| path.display().to_string()).collect::<Vec<_>>());
+            }
+            match (&reference, kind) {
+                (Some(reference), _) => value["against"] = as_json(reference),
+                (None, Some(kind)) => value["against"] = json!({ "kind": kind.name() }),
+                (None, None) => {}
+            }
+            if let Some(distance) = &distance {
                 value["difference"] = json!(distance);
             }
             return terminal::print(&format!("{value:#}\n"));
         }
-        terminal::print(&as_text(
-            &field,
-            compared.as_ref().map(|(reference, distance)| (*reference, distance)),
-            Page::stdout(),
-        ))
+        let against = kind.map(|kind| format!("{} (a kind of real terrain)\n", kind.name()));
+        let page = Page::stdout();
+        let against = against.or_else(|| reference.as_ref().map(|reference| heading(reference, page)));
+        let compared = against.zip(distance.as_ref()).map(|(heading, distance)| Compared {
+            heading,
+            report: reference.as_ref().map(|reference| &reference.report),
+            distance,
+        });
+        terminal::print(&as_text(&field, compared.as_ref(), page))?;
+        let Some(plots) = plots else { return Ok(()) };
+        let names: Vec<String> = plots.iter().map(|path| path.display().to_string()).collect();
+        terminal::print(&format!("\n{} {}\n", Page::stdout().good("wrote"), names.join(", ")))
+    }
+
+    /// Writes the plots; returns their files.
+    fn draw(
+        &self,
+        folder: &Path,
+        field: &Measured<'_>,
+        reference: Option<&Measured<'_>>,
+    ) -> Result<Vec<PathBuf>, Failure> {
+        let name =
+            |measured: &Measured<'_>| measured.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let (mut made, mut real) = (name(field), reference.map(name).unwrap_or_default());
+        if made == real {
+            made = field.path.display().to_string();
+            real = reference.map(|reference| reference.path.display().to_string()).unwrap_or_default();
+        }
+        let reference = reference.map(|reference| (real.as_str(), &reference.report));
+        plot::folder(folder)?;
+        let mut files = Vec::new();
+        for plot in Plot::of((&made, &field.report), reference) {
+            files.extend(plot.write(folder, self.theme)?);
+        }
+        Ok(files)
     }
 }
 
@@ -94,34 +149,69 @@ fn as_json(measured: &Measured<'_>) -> Value {
     })
 }
 
-fn as_text(field: &Measured<'_>, compared: Option<(&Measured<'_>, &Distance)>, page: Page) -> String {
+/// What a file is compared with.
+struct Compared<'a> {
+    heading: String,
+    /// Its measures, if it is a file.
+    report: Option<&'a Report>,
+    distance: &'a Distance,
+}
+
+/// The kind of terrain that is named, if there is no file of the name.
+fn kind(name: &Path) -> Result<Option<Kind>, Failure> {
+    let text = name.to_string_lossy();
+    let kinds = || Kind::ALL.iter().filter(|kind| **kind != Kind::None);
+    if name.is_file() || !text.chars().all(|letter| letter.is_ascii_alphabetic()) {
+        return Ok(None);
+    }
+    let names: Vec<&str> = kinds().map(|kind| kind.name()).collect();
+    let found = kinds().find(|kind| kind.name() == text);
+    let remedy = || {
+        let near = orograph_graph::closest(&text, names.iter().copied());
+        near.map_or_else(|| format!("the kinds are {}", names.join(", ")), |near| format!("did you mean `{near}`?"))
+    };
+    found
+        .map(|kind| Some(*kind))
+        .ok_or_else(|| Failure::wrong(format!("`{text}` is neither a file nor a kind of terrain")).hint(remedy()))
+}
+
+fn as_text(field: &Measured<'_>, compared: Option<&Compared<'_>>, page: Page) -> String {
     let mut out = heading(field, page);
     let mut columns = vec![("measure", Align::Left), ("value", Align::Right)];
-    if let Some((reference, _)) = compared {
-        out.push_str(&format!("{} {}", page.dim("against"), heading(reference, page)));
-        columns.extend([("reference", Align::Right), ("difference", Align::Right)]);
+    let reference = compared.and_then(|compared| compared.report);
+    if let Some(compared) = compared {
+        out.push_str(&format!("{} {}", page.dim("against"), compared.heading));
+        if reference.is_some() {
+            columns.extend([("reference", Align::Right), ("difference", Align::Right)]);
+        }
+        columns.push(("spreads", Align::Right));
     }
     columns.push(("", Align::Left));
     let mut table = Table::new(&columns);
     for Measure { name, value, unit } in &field.report.measures {
-        let mut row = vec![name.replace('_', " "), number(*value)];
-        if let Some((reference, distance)) = compared {
-            let difference = distance.measures.iter().find(|measure| measure.name == *name);
-            row.push(reference.report.get(name).map_or_else(String::new, number));
-            row.push(difference.map_or_else(String::new, |measure| page.bold(&signed(measure.value))));
+        let mut row = vec![name.clone(), number(*value)];
+        if let Some(compared) = compared {
+            let distance = compared.distance;
+            if let Some(reference) = reference {
+                let difference = distance.measures.iter().find(|measure| measure.name == *name);
+                row.push(reference.get(name).map_or_else(String::new, number));
+                row.push(difference.map_or_else(String::new, |measure| signed(measure.value)));
+            }
+            let spreads = distance.compared.get(&format!("distance.{name}"));
+            row.push(spreads.map_or_else(String::new, |spreads| page.bold(&signed((1e2 * spreads).round() / 1e2))));
         }
         row.push(page.dim(unit));
         table.row(row);
     }
-    if let Some((_, distance)) = compared {
+    if let Some(compared) = compared.filter(|_| reference.is_some()) {
         let mut differ = |name: &str, value: f64, unit: &str, sign: bool| {
             let value = if sign { signed(value) } else { number(value) };
-            table.row([name.to_owned(), String::new(), String::new(), page.bold(&value), page.dim(unit)]);
+            table.row([name.to_owned(), String::new(), String::new(), value, String::new(), page.dim(unit)]);
         };
-        for Measure { name, value, unit } in &distance.distributions.measures {
-            differ(&name.replace('_', " "), *value, unit, false);
+        for name in ["elevation_distance", "slope_distance", "hypsometry_distance"] {
+            compared.distance.compared.get(name).into_iter().for_each(|value| differ(name, value, "", false));
         }
-        if let Some(heights) = distance.heights {
+        if let Some(heights) = compared.distance.heights {
             differ("heights, mean", heights.mean_m, "m", true);
             differ("heights, root mean square", heights.root_mean_square_m, "m", false);
             differ("heights, largest", heights.largest_m, "m", false);
@@ -131,19 +221,17 @@ fn as_text(field: &Measured<'_>, compared: Option<(&Measured<'_>, &Distance)>, p
         out.push('\n');
         out.push_str(&table.render(page, 0));
     }
-    let notes = compared
-        .iter()
-        .flat_map(|(reference, distance)| reference.report.notes.iter().chain(&distance.distributions.notes));
+    let others = reference.into_iter().chain(compared.map(|compared| &compared.distance.compared));
     let mut said: Vec<&String> = Vec::new();
-    for note in field.report.notes.iter().chain(notes) {
+    for note in field.report.notes.iter().chain(others.flat_map(|report| &report.notes)) {
         if !said.contains(&note) {
             said.push(note);
             out.push_str(&format!("{} {note}\n", page.doubtful("note:")));
         }
     }
     if !field.report.series.is_empty() {
-        let names: Vec<String> = field.report.series.iter().map(|series| series.name.replace('_', " ")).collect();
-        out.push_str(&page.dim(&format!("\nwith --json: {}\n", names.join(", "))));
+        let names: Vec<String> = field.report.series.iter().map(|series| series.name.clone()).collect();
+        out.push_str(&page.dim(&format!("\nwith --json and --plots: {}\n", names.join(", "))));
     }
     out
 }

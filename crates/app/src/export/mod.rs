@@ -6,5 +6,6 @@ pub mod mesh;
 pub mod outputs;
 pub mod picture;
 pub mod piece;
+pub mod plot;
 pub(crate) mod surface;
 pub(crate) mod vertices;

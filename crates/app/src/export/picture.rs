@@ -2,7 +2,10 @@
 
 use clap::ValueEnum;
 use orograph_graph::{Field, PortType, Unit, Window, World};
-use orograph_nodes::{numerics::math::f32 as math, render::hillshade};
+use orograph_nodes::{
+    numerics::{light, math::f32 as math, palettes::Palette},
+    render::hillshade,
+};
 use rayon::prelude::*;
 
 /// How heights are drawn.
@@ -23,22 +26,30 @@ pub fn of_field(field: &Field, ty: PortType, view: View) -> Field {
         PortType::Colour => field.clone(),
         PortType::Normal => of_normals(field),
         PortType::Weights => of_weights(field),
-        PortType::Scalar(Unit::SquareMetres | Unit::CubicMetresPerSecond | Unit::CubicMetresPerYear) => of_sizes(field),
-        _ => of_numbers(field),
+        _ => grey(field, &Scale::of(field, ty)),
     }
 }
 
-/// A picture of heights, with tints over their range; gentle relief is exaggerated until it is visible.
+/// A picture of heights, with tints over their range; gentle relief is exaggerated until it is visible. A map has cast
+/// shadows and the light of the sky, a hillshade has neither.
 #[must_use]
 pub fn of_height(height: &Field, view: View) -> Field {
-    let [shade, colour] = hillshade::relief(height, &hillshade::Params::fitted(height));
+    let light = hillshade::Params::fitted(height);
     match view {
-        View::Map => colour,
-        View::Hillshade => grey(&shade, |light| light),
+        View::Map => {
+            let [_, colour] = hillshade::relief(height, &light.casting(height));
+            colour
+        }
+        View::Hillshade => {
+            let [shade, _] = hillshade::relief(height, &light);
+            grey(&shade, &Scale { range: [0.0, 1.0], logarithmic: false })
+        }
     }
 }
 
-/// A picture of a part of the world, with the tints and greys of [`of_field`] for the `whole`.
+/// A picture of a part of the world as the viewport shows it, in the tints of the `whole`: as [`of_field`], but without
+/// the shadows of terrain, which may be outside the part, and with numbers that have a unit in the colours of
+/// [`NUMBERS`] and not in greys, which light and shadow of a 3D view would change.
 #[must_use]
 pub fn of_part(part: &Field, ty: PortType, whole: &Field) -> Field {
     match ty {
@@ -47,11 +58,97 @@ pub fn of_part(part: &Field, ty: PortType, whole: &Field) -> Field {
             colour
         }
         PortType::Colour | PortType::Normal | PortType::Weights => of_field(part, ty, View::Map),
-        PortType::Scalar(Unit::SquareMetres | Unit::CubicMetresPerSecond | Unit::CubicMetresPerYear) => {
-            sizes(part, whole)
-        }
-        _ => numbers(part, whole),
+        PortType::Scalar(_) => coloured(part, &Scale::of(whole, ty)),
+        _ => grey(part, &Scale::linear(whole)),
     }
+}
+
+/// The palette of numbers in the viewport.
+pub const NUMBERS: Palette = Palette::Viridis;
+
+/// Colours in a table of a palette.
+pub(crate) const TINTS: usize = 256;
+
+/// The colours of a palette from first to last in linear RGB, perceptually even.
+pub(crate) fn tints(palette: Palette) -> Vec<[f32; 3]> {
+    let stops = palette.stops(0.0, 1.0);
+    let oklab = |colour| light::oklab(light::linear(colour));
+    let tint = |step: usize| {
+        let at = step as f64 / (TINTS - 1) as f64;
+        let next = stops.iter().position(|stop| stop.at >= at).unwrap_or(stops.len() - 1).max(1);
+        let (a, b) = (&stops[next - 1], &stops[next]);
+        let t = (at - a.at) / (b.at - a.at);
+        let (from, to) = (oklab(a.colour), oklab(b.colour));
+        light::rgb([0, 1, 2].map(|c| from[c] + (to[c] - from[c]) * t)).map(|v| v.clamp(0.0, 1.0) as f32)
+    };
+    (0..TINTS).map(tint).collect()
+}
+
+/// The positions of numbers between the two ends of a range of greys or colours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// The numbers at both ends.
+    range: [f32; 2],
+    /// True if equal factors have equal distances. Smaller numbers than the first are at the first end.
+    logarithmic: bool,
+}
+
+impl Scale {
+    /// The scale that fits all numbers of a field: areas and discharges on a logarithmic scale from the smallest
+    /// positive one, because rivers have a million times the values of slopes.
+    #[must_use]
+    pub fn of(numbers: &Field, ty: PortType) -> Self {
+        match ty {
+            PortType::Scalar(Unit::SquareMetres | Unit::CubicMetresPerSecond | Unit::CubicMetresPerYear) => {
+                let (_, high) = numbers.range(0).unwrap_or((0.0, 1.0));
+                let least = numbers.plane(0).iter().copied().filter(|v| *v > 0.0).fold(f32::INFINITY, f32::min);
+                Self { range: [least, high], logarithmic: true }
+            }
+            _ => Self::linear(numbers),
+        }
+    }
+
+    fn linear(numbers: &Field) -> Self {
+        let (low, high) = numbers.range(0).unwrap_or((0.0, 1.0));
+        Self { range: [low, high], logarithmic: false }
+    }
+
+    /// The position of a number: 0 at the first end, 1 at the last.
+    fn level(&self, v: f32) -> f32 {
+        let [low, high] = self.range;
+        if self.logarithmic {
+            let decades = if low < high { math::ln(high / low) } else { 1.0 };
+            if v > low { math::ln(v / low) / decades } else { 0.0 }
+        } else {
+            (v - low) / if high > low { high - low } else { 1.0 }
+        }
+    }
+
+    /// The number at a position. Returns None if there are no numbers.
+    #[must_use]
+    pub fn number(&self, level: f32) -> Option<f32> {
+        let [low, high] = self.range;
+        let inside = match self.logarithmic {
+            true => low * math::pow(high / low, level),
+            false => low + (high - low) * level,
+        };
+        let v = if level <= 0.0 {
+            low
+        } else if level >= 1.0 {
+            high
+        } else {
+            inside
+        };
+        v.is_finite().then_some(v)
+    }
+}
+
+fn coloured(field: &Field, scale: &Scale) -> Field {
+    let tints = tints(NUMBERS);
+    let tint = |v: f32| tints[(scale.level(v).clamp(0.0, 1.0) * (TINTS - 1) as f32 + 0.5) as usize];
+    let numbers = field.plane(0);
+    let samples = (0..3).into_par_iter().flat_map(|plane| numbers.par_iter().map(move |v| tint(*v)[plane]));
+    Field::with_planes(*field.window(), 3, samples.collect())
 }
 
 /// Block averages of cells; the blocks are as large as needed for no side to have more than `most` of them. Blocks at
@@ -140,42 +237,15 @@ impl Shrinking {
     }
 }
 
-/// A picture of one plane of numbers: black at the minimum, white at the maximum.
-#[must_use]
-pub fn of_numbers(field: &Field) -> Field {
-    numbers(field, field)
-}
-
-/// A picture of numbers: black at the minimum of the `whole`, white at its maximum.
-fn numbers(field: &Field, whole: &Field) -> Field {
-    let (lo, hi) = whole.range(0).unwrap_or((0.0, 1.0));
-    let span = if hi > lo { hi - lo } else { 1.0 };
-    grey(field, |v| (v - lo) / span)
-}
-
-/// A picture of one plane of positive numbers on a logarithmic scale: black at the minimum, white at the maximum.
-#[must_use]
-pub fn of_sizes(field: &Field) -> Field {
-    sizes(field, field)
-}
-
-/// [`of_sizes`] between the minimum and the maximum of the `whole`.
-fn sizes(field: &Field, whole: &Field) -> Field {
-    let (_, hi) = whole.range(0).unwrap_or((0.0, 1.0));
-    let least = whole.plane(0).iter().copied().filter(|v| *v > 0.0).fold(f32::INFINITY, f32::min);
-    let decades = if least < hi { math::ln(hi / least) } else { 1.0 };
-    grey(field, |v| if v > least { math::ln(v / least) / decades } else { 0.0 })
-}
-
-/// Perceptually uniform grey: `level` is the perceived position of a value between black and white, and the transfer
-/// curve of sRGB (IEC 61966-2-1) converts it to light.
-fn grey(field: &Field, level: impl Fn(f32) -> f32 + Sync) -> Field {
-    let plane: Vec<f32> = field.plane(0).par_iter().map(|v| light(level(*v))).collect();
+/// Perceptually uniform grey: the scale gives the perceived position of a number between black and white, and the
+/// transfer curve of sRGB (IEC 61966-2-1) converts it to light.
+fn grey(field: &Field, scale: &Scale) -> Field {
+    let plane: Vec<f32> = field.plane(0).par_iter().map(|v| light_of(scale.level(*v))).collect();
     Field::with_planes(*field.window(), 3, plane.repeat(3))
 }
 
 /// The light of a level between black and white.
-fn light(level: f32) -> f32 {
+fn light_of(level: f32) -> f32 {
     let v = level.clamp(0.0, 1.0);
     if v <= 0.04045 { v / 12.92 } else { math::pow((v + 0.055) / 1.055, 2.4) }
 }
@@ -183,7 +253,7 @@ fn light(level: f32) -> f32 {
 /// The linear RGB of a picture of sRGB codes, four bytes per pixel.
 #[must_use]
 pub fn of_codes(codes: &[u8], size: [u32; 2]) -> Field {
-    let table: Vec<f32> = (0..=255_u8).map(|code| light(f32::from(code) / 255.0)).collect();
+    let table: Vec<f32> = (0..=255_u8).map(|code| light_of(f32::from(code) / 255.0)).collect();
     let world = World { size: size.map(f64::from), cells: size, ..World::default() };
     let plane = |plane: usize| codes.chunks_exact(4).map(move |pixel| pixel[plane]);
     let samples = (0..3).flat_map(plane).map(|code| table[usize::from(code)]).collect();
@@ -193,7 +263,7 @@ pub fn of_codes(codes: &[u8], size: [u32; 2]) -> Field {
 /// A picture of unit normals as in normal maps: level ground is light blue.
 #[must_use]
 pub fn of_normals(field: &Field) -> Field {
-    let samples = field.samples().par_iter().map(|v| light(v * 0.5 + 0.5)).collect();
+    let samples = field.samples().par_iter().map(|v| light_of(v * 0.5 + 0.5)).collect();
     Field::with_planes(*field.window(), 3, samples)
 }
 
@@ -247,17 +317,41 @@ mod tests {
         let window = Window { origin: [2, 1], cells: [4, 3], ..Window::whole(world) };
         let part = whole.crop(&window);
         for ty in [PortType::Mask, PortType::Scalar(Unit::Metres), PortType::Scalar(Unit::SquareMetres)] {
-            assert_eq!(of_part(&part, ty, &whole), of_field(&whole, ty, View::Map).crop(&window), "{ty:?}");
+            assert_eq!(of_part(&part, ty, &whole), of_part(&whole, ty, &whole).crop(&window), "{ty:?}");
         }
-        assert_eq!(of_part(&whole, PortType::Height, &whole), of_height(&whole, View::Map));
         assert_ne!(of_part(&part, PortType::Height, &whole), of_height(&part, View::Map));
+    }
+
+    /// The numbers at the ends and in the middle of a scale are those that the picture shows there.
+    #[test]
+    fn scales_fit_their_numbers() {
+        let world = World { size: [50.0, 10.0], cells: [5, 1], ..World::default() };
+        let numbers = Field::new(Window::whole(world), vec![0.0, 10.0, 1000.0, 100.0, 40.0]);
+        let metres = Scale::of(&numbers, PortType::Scalar(Unit::Metres));
+        assert_eq!([0.0, 0.5, 1.0].map(|level| metres.number(level)), [Some(0.0), Some(500.0), Some(1000.0)]);
+        assert_eq!([0.0, 500.0, 1000.0].map(|v| metres.level(v)), [0.0, 0.5, 1.0]);
+        let areas = Scale::of(&numbers, PortType::Scalar(Unit::SquareMetres));
+        assert_eq!([0.0, 1.0].map(|level| areas.number(level)), [Some(10.0), Some(1000.0)]);
+        assert!(areas.number(0.5).is_some_and(|v| (v - 100.0).abs() < 1e-3) && areas.level(0.0) == 0.0);
+        assert_eq!(
+            Scale::of(&Field::constant(Window::whole(world), 0.0), PortType::Scalar(Unit::SquareMetres)).number(0.0),
+            None
+        );
+        let picture = of_part(&numbers, PortType::Scalar(Unit::Metres), &numbers);
+        let tints = tints(NUMBERS);
+        let pixel = |at: usize| [0, 1, 2].map(|plane| picture.plane(plane)[at]);
+        assert_eq!((pixel(0), pixel(2)), (tints[0], tints[TINTS - 1]));
     }
 
     #[test]
     fn pictures_have_three_planes_between_black_and_white() {
         let world = World { size: [80.0, 60.0], cells: [8, 6], ..World::default() };
         let height = Field::new(Window::whole(world), (0..48).map(|v| v as f32 * 3.0 - 20.0).collect());
-        for picture in [of_height(&height, View::Map), of_height(&height, View::Hillshade), of_numbers(&height)] {
+        for picture in [
+            of_height(&height, View::Map),
+            of_height(&height, View::Hillshade),
+            of_field(&height, PortType::Mask, View::Map),
+        ] {
             assert_eq!(picture.planes(), 3);
             assert!(picture.samples().iter().all(|v| (0.0..=1.0).contains(v)));
         }
@@ -265,8 +359,8 @@ mod tests {
         assert_eq!(normals.range(0), Some((0.0, 1.0)));
         let shares = of_weights(&Field::with_planes(Window::whole(world), 4, vec![0.25; 192]));
         assert_eq!((shares.planes(), shares.range(2)), (3, Some((0.5, 0.5))));
-        assert_eq!(of_numbers(&height).range(1), Some((0.0, 1.0)));
+        assert_eq!(of_field(&height, PortType::Mask, View::Map).range(1), Some((0.0, 1.0)));
         let level = Field::constant(Window::whole(world), 5.0);
-        assert_eq!(of_numbers(&level).range(0), Some((0.0, 0.0)));
+        assert_eq!(of_field(&level, PortType::Mask, View::Map).range(0), Some((0.0, 0.0)));
     }
 }

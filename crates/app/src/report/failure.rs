@@ -86,3 +86,15 @@ pub fn reason(error: &io::Error) -> String {
         _ => error.to_string(),
     }
 }
+
+/// The remedy when something cannot be written.
+#[must_use]
+pub fn remedy(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "free some space",
+        io::ErrorKind::FileTooLarge => "raise the limit on the size of files (`ulimit -f`)",
+        io::ErrorKind::PermissionDenied => "allow writing to the folder",
+        io::ErrorKind::ReadOnlyFilesystem => "make the disk writable",
+        _ => "check the folder and the disk",
+    }
+}

@@ -1,6 +1,6 @@
 //! Problems of graph files, as text for people and as JSON for programs.
 
-use std::path::Path;
+use std::{collections::BTreeSet, path::Path};
 
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource};
 use orograph_graph::{Diagnostic, Document, LoadError, Registry, Severity};
@@ -11,9 +11,6 @@ use super::{
     terminal::{self, Page, counted},
 };
 use crate::files::archive::Source;
-
-/// Maximum number of problems printed: the first ones must be fixed first.
-const MOST_SHOWN: usize = 100;
 
 /// A problem at a longer line is printed by the plain report, which truncates the line.
 const LONGEST_LINE: usize = 200;
@@ -60,7 +57,8 @@ pub fn report(problems: &[Diagnostic], source: &str, path: &Path, page: Page) ->
         return String::new();
     }
     let mut out = String::new();
-    for problem in problems.iter().take(MOST_SHOWN) {
+    let (more, problems): (Vec<&Diagnostic>, Vec<&Diagnostic>) = problems.iter().partition(|p| p.code == "more");
+    for problem in &problems {
         out.push_str(&excerpt(problem, source, &file, page));
         out.push('\n');
     }
@@ -72,8 +70,8 @@ pub fn report(problems: &[Diagnostic], source: &str, path: &Path, page: Page) ->
             format!("{} and {}", page.bad(&counted(errors, "problem")), page.doubtful(&counted(warnings, "warning")))
         }
     };
-    let first = if problems.len() > MOST_SHOWN { format!("; the first {MOST_SHOWN} are shown") } else { String::new() };
-    out.push_str(&format!("{what} in {file}{first}\n"));
+    let more: String = more.iter().map(|more| format!("; {}", more.message)).collect();
+    out.push_str(&format!("{what} in {file}{more}\n"));
     out
 }
 
@@ -85,18 +83,26 @@ pub fn report_all(document: &Document, path: &Path, page: Page) -> String {
     inner.chain([report(document.problems(), document.source(), path, page)]).collect()
 }
 
-/// The graph files with errors that a document uses, innermost first.
+/// The graph files with errors that a document uses, innermost first, each once, however often it is used.
 fn faulty(document: &Document) -> Vec<(&Path, &Document)> {
-    let mut found: Vec<(&Path, &Document)> = Vec::new();
+    let mut found = Vec::new();
+    add_faulty(document, &mut found, &mut BTreeSet::new());
+    found
+}
+
+/// Adds the graph files with errors that a document uses. `seen` holds those that were looked at.
+fn add_faulty<'a>(
+    document: &'a Document,
+    found: &mut Vec<(&'a Path, &'a Document)>,
+    seen: &mut BTreeSet<*const Document>,
+) {
     for used in document.uses() {
         let Some(inner) = used.document.as_deref().filter(|inner| inner.has_errors()) else { continue };
-        for (path, document) in faulty(inner).into_iter().chain([(used.path.as_path(), inner)]) {
-            if !found.iter().any(|(known, _)| *known == path) {
-                found.push((path, document));
-            }
+        if seen.insert(std::ptr::from_ref(inner)) {
+            add_faulty(inner, found, seen);
+            found.push((&used.path, inner));
         }
     }
-    found
 }
 
 /// The problems as data, one object each, including those of graph files that it uses.
@@ -130,7 +136,10 @@ fn excerpt(problem: &Diagnostic, source: &str, file: &str, page: Page) -> String
     }
     let theme = if page.colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
     let handler = GraphicalReportHandler::new_themed(theme).with_width(page.width).with_links(false);
-    let drawn = Drawn { problem, source: NamedSource::new(file, source.to_owned()) };
+    // The text is copied up to the line after the mark.
+    let after = source.get(problem.span.end..).and_then(|rest| rest.match_indices('\n').nth(1));
+    let end = after.map_or(source.len(), |(at, _)| problem.span.end + at);
+    let drawn = Drawn { problem, source: NamedSource::new(file, source[..end].to_owned()) };
     let mut out = String::new();
     match handler.render_report(&mut out, &drawn) {
         Ok(()) => out.lines().map(|line| line.trim_end().to_owned() + "\n").collect(),
@@ -201,6 +210,17 @@ mod tests {
             report(document.problems(), document.source(), Path::new("g.ron"), Page { terminal: false, ..PAGE });
         assert!(plain.contains("--> g.ron:2:17") && plain.is_ascii(), "{plain}");
         assert_eq!(as_json(&document, Path::new("g.ron"))[0]["line"], 2);
+    }
+
+    /// The first hundred are shown, and all are counted.
+    #[test]
+    fn many_problems_are_counted() {
+        let nodes: String = (0..150).map(|at| format!("\"n{at}\": Wrong(),\n")).collect();
+        let source = format!("(nodes: {{ {nodes} \"a\": Constant }}, outputs: {{ \"o\": \"a\" }})");
+        let document = Document::parse(source, &orograph_nodes::registry());
+        let text = report(document.problems(), document.source(), Path::new("g.ron"), PAGE);
+        assert!(text.ends_with("\n100 problems in g.ron; 50 more problems are not listed\n"), "{text}");
+        assert_eq!(text.matches("unknown node `Wrong`").count(), 100);
     }
 
     #[test]

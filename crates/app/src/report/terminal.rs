@@ -7,7 +7,7 @@ use std::io::{self, Write as _};
 
 use console::{Term, measure_text_width};
 
-use super::failure::{Exit, Failure, reason};
+use super::failure::{Exit, Failure, reason, remedy};
 
 /// Lines longer than this are hard to read, however wide the terminal.
 const WIDEST: usize = 110;
@@ -235,8 +235,14 @@ pub fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|error| match error.kind() {
         io::ErrorKind::BrokenPipe => Failure::silent(Exit::Done),
-        _ => Failure::unable(format!("cannot write to standard output: {}", reason(&error))),
+        _ => unprinted(&error),
     })
+}
+
+/// Why standard output cannot be written.
+pub fn unprinted(error: &io::Error) -> Failure {
+    Failure::unable(format!("cannot write to standard output: {}", reason(error)))
+        .hint(format!("{}, or direct the output to another file with `>`", remedy(error)))
 }
 
 /// Writes a remark to standard error. Errors are ignored: standard error may be closed.

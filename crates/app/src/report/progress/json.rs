@@ -1,6 +1,6 @@
 //! Lines of JSON on standard output, for programs that run this one.
 
-use std::{collections::BTreeMap, path::Path};
+use std::{collections::BTreeMap, path::Path, sync::OnceLock};
 
 use orograph_graph::{Event, Origin};
 use serde_json::{Value, json};
@@ -21,11 +21,13 @@ pub const HELP: &str = r#"With --json, standard output has one JSON object per l
   {"event":"warning","node":NAME,"message":TEXT}
   {"event":"output","name":NAME,"file":PATH,"type":TYPE,"bytes":B,"range":[LO,HI]|null,"unit":U,
    "import":{NAME:VALUE,...}|null}
+  {"event":"expectation","measure":NAME,"value":V|null,"unit":U,"bounds":[LO|null,HI|null],"met":true|false,"reason":TEXT|null}
   {"event":"done","seconds":T,"files":N}
   {"event":"error","exit":CODE,"message":TEXT,"hint":TEXT|null,"problems":[{file,line,column,message,...}]}
 In a sweep a line comes before those of each terrain:
   {"event":"sweep","index":N,"of":N,"values":{NAME:VALUE,...},"folder":FOLDER}
-The last line is "done" or "error"; new kinds of lines and new fields may be added."#;
+The last line is "done" or "error". An "error" after "done" says that all files are written, but do not meet what the
+file expects. New kinds of lines and new fields may be added."#;
 
 /// Writes the lines.
 #[derive(Debug)]
@@ -36,6 +38,14 @@ impl JsonLines {
     pub fn variant(index: usize, of: usize, values: &BTreeMap<String, String>, folder: &Path) {
         let folder = folder.display().to_string();
         say(&json!({"event": "sweep", "index": index, "of": of, "values": values, "folder": folder}));
+    }
+
+    /// Returns an error if lines were lost, unless their reader has closed the pipe.
+    ///
+    /// # Errors
+    /// When a line could not be written.
+    pub fn complete() -> Result<(), Failure> {
+        LOST.get().filter(|failure| !failure.message.is_empty()).map_or(Ok(()), |failure| Err(failure.clone()))
     }
 
     /// Reports that a build failed, with the problems of its file.
@@ -50,10 +60,15 @@ impl JsonLines {
     }
 }
 
-/// Write errors are ignored: without a reader the build continues, because its files were requested too.
+/// Why lines were lost.
+static LOST: OnceLock<Failure> = OnceLock::new();
+
+/// Writes a line. If it cannot be written, the build continues, because its files were requested too.
 fn say(line: &Value) {
     let line = format!("{line}\n");
-    let _ = memory::in_json_line(|| terminal::print(&line));
+    if let Err(failure) = memory::in_json_line(|| terminal::print(&line)) {
+        LOST.get_or_init(|| failure);
+    }
 }
 
 impl Progress for JsonLines {
@@ -104,6 +119,13 @@ impl Progress for JsonLines {
                 "bytes": file.bytes, "range": file.range, "unit": file.unit,
                 "import": file.import.as_ref().map(|import| &import.settings),
             }));
+        }
+        for figure in built.expected.figures() {
+            let mut line = json!({"event": "expectation"});
+            if let (Some(line), Value::Object(figure)) = (line.as_object_mut(), figure.as_json()) {
+                line.extend(figure);
+            }
+            say(&line);
         }
         say(&json!({"event": "done", "seconds": built.time.as_secs_f64(), "files": built.files.len()}));
     }

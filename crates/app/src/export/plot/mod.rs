@@ -1,0 +1,226 @@
+//! Plots of the curves in a report, as PNG and SVG, with those of a reference.
+
+mod draw;
+mod scale;
+
+use std::path::{Path, PathBuf};
+
+use orograph_graph::{Axis, Report, Series};
+use orograph_nodes::raster;
+
+pub use scale::tick;
+
+use crate::report::failure::{Failure, reason};
+
+/// Width and height of a plot in pixels.
+const SIZE: [u32; 2] = [1200, 800];
+/// Samples of a picture for each pixel and side; their mean smooths the lines.
+const SAMPLES: u32 = 2;
+/// The largest number of points of a curve that are drawn: more than the pixels of the width.
+const MOST_POINTS: usize = 4000;
+
+/// The colours of a plot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Theme {
+    /// Dark lines on white
+    #[default]
+    Light,
+    /// Light lines on dark grey
+    Dark,
+}
+
+/// A plot: one curve, or two to compare.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plot {
+    /// The name of the series.
+    pub name: String,
+    x: Label,
+    y: Label,
+    curves: Vec<Curve>,
+}
+
+/// The text of an axis, and whether it is logarithmic.
+#[derive(Clone, Debug, PartialEq)]
+struct Label {
+    text: String,
+    log: bool,
+}
+
+/// A named curve.
+#[derive(Clone, Debug, PartialEq)]
+struct Curve {
+    label: String,
+    points: Vec<[f64; 2]>,
+}
+
+impl Plot {
+    /// The plots of all series in a report that have points. Each has the curve of the same name in the reference, if
+    /// there is one. Reports come with the text of the legend.
+    #[must_use]
+    pub fn of(report: (&str, &Report), reference: Option<(&str, &Report)>) -> Vec<Self> {
+        let plot = |series: &Series| {
+            let other = |(label, report): (&str, &Report)| {
+                Some(Curve::of(label, report.series.iter().find(|other| other.name == series.name)?))
+            };
+            let curves = [Some(Curve::of(report.0, series)), reference.and_then(other)];
+            let curves: Vec<Curve> = curves.into_iter().flatten().collect();
+            let is_drawn = !curves[0].points.is_empty();
+            is_drawn.then(|| Self {
+                name: series.name.clone(),
+                x: Label::of(&series.x),
+                y: Label::of(&series.y),
+                curves,
+            })
+        };
+        report.1.series.iter().filter_map(plot).collect()
+    }
+
+    /// Writes it as `NAME.png` and `NAME.svg` into a folder; earlier files of these names are replaced.
+    ///
+    /// # Errors
+    /// When they cannot be drawn or written.
+    pub fn write(&self, folder: &Path, theme: Theme) -> Result<[PathBuf; 2], Failure> {
+        let wrong = |error: &str| Failure::unable(format!("`{}` cannot be drawn: {error}", self.name));
+        let name = self.name.replace(|c: char| !c.is_alphanumeric() && !matches!(c, '_' | '.' | '-'), "_");
+        let paths = ["png", "svg"].map(|ending| folder.join(format!("{name}.{ending}")));
+        let svg = draw::svg(self, theme).map_err(|error| wrong(&error))?;
+        let pixels = draw::pixels(self, theme).map_err(|error| wrong(&error))?;
+        let [png_path, svg_path] = &paths;
+        let write = |path: &Path, bytes: &[u8]| {
+            let written = raster::replace(path, |file| file.write_all(bytes));
+            written.map_err(|error| {
+                let remedy = error.remedy();
+                Failure::unable(error.to_string()).hint(remedy)
+            })
+        };
+        write(png_path, &encoded(&pixels).map_err(|error| wrong(&error.to_string()))?)?;
+        write(svg_path, svg.as_bytes())?;
+        Ok(paths)
+    }
+}
+
+impl Label {
+    fn of(axis: &Axis) -> Self {
+        let text = match axis.unit.as_str() {
+            "" => axis.label.clone(),
+            unit => format!("{} ({unit})", axis.label),
+        };
+        Self { text, log: axis.log }
+    }
+}
+
+impl Curve {
+    fn of(label: &str, series: &Series) -> Self {
+        let is_shown = |value: f64, axis: &Axis| value.is_finite() && (!axis.log || value > 0.0);
+        let points = series.x.values.iter().zip(&series.y.values).map(|(x, y)| [*x, *y]);
+        let points: Vec<_> = points.filter(|[x, y]| is_shown(*x, &series.x) && is_shown(*y, &series.y)).collect();
+        let step = points.len().div_ceil(MOST_POINTS).max(1);
+        let last = points.last().copied().filter(|_| step > 1);
+        Self { label: label.to_owned(), points: points.into_iter().step_by(step).chain(last).collect() }
+    }
+}
+
+/// Creates the folder for plots.
+///
+/// # Errors
+/// When it cannot be created.
+pub fn folder(path: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(path).map_err(|error| {
+        Failure::unable(format!("the folder `{}` cannot be made: {}", path.display(), reason(&error)))
+            .hint("choose another folder with `--plots`")
+    })
+}
+
+fn encoded(pixels: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, SIZE[0], SIZE[1]);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixels)?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_nodes::numerics::math;
+
+    use super::*;
+
+    fn report(shift: f64) -> Report {
+        let mut report = Report::default();
+        let areas: Vec<f64> = (0..40).map(|at| math::pow(10.0, 4.0 + 0.1 * f64::from(at))).collect();
+        let slopes = areas.iter().map(|area| (1.0 + shift) * math::pow(*area, -0.45)).collect();
+        report.series.push(Series {
+            name: "slope_area".to_owned(),
+            x: Axis { label: "drainage area".to_owned(), unit: "m²".to_owned(), values: areas, log: true },
+            y: Axis { label: "slope".to_owned(), unit: String::new(), values: slopes, log: true },
+        });
+        let heights: Vec<f64> = (0..=100).map(|at| f64::from(at) / 100.0).collect();
+        report.series.push(Series {
+            name: "hypsometric_curve".to_owned(),
+            x: Axis::new(
+                "share of the area at or above",
+                "",
+                heights.iter().map(|z| math::pow(1.0 - z, 1.0 + shift)).collect(),
+            ),
+            y: Axis::new("relative height", "", heights),
+        });
+        report.series.push(Series {
+            name: "none".to_owned(),
+            x: Axis::new("x", "", vec![f64::NAN]),
+            y: Axis::new("y", "", vec![1.0]),
+        });
+        report
+    }
+
+    #[test]
+    fn plots_have_labels_and_both_curves_and_the_same_bytes_again() {
+        let (made, real) = (report(0.0), report(0.6));
+        let plots = Plot::of(("made.exr", &made), Some(("real.tif", &real)));
+        assert_eq!(
+            plots.iter().map(|plot| plot.name.as_str()).collect::<Vec<_>>(),
+            ["slope_area", "hypsometric_curve"]
+        );
+        let place = tempfile::tempdir().expect("a folder");
+        let folder = std::env::var_os("OROGRAPH_PICTURES").map_or_else(|| place.path().to_owned(), PathBuf::from);
+        for (plot, theme) in plots.iter().zip([Theme::Light, Theme::Dark]) {
+            let [png, svg] = plot.write(&folder, theme).expect("written");
+            let text = std::fs::read_to_string(&svg).expect("text");
+            let said =
+                if plot.name == "slope_area" { ["drainage area (m²)", "10⁶"] } else { ["relative height", "0.4"] };
+            for part in said.into_iter().chain(["made.exr", "real.tif", "<svg"]) {
+                assert!(text.contains(part), "{part} is not in {text}");
+            }
+            let strokes = theme.curves().map(|colour| text.matches(&*colour).count());
+            assert!(strokes.iter().all(|count| *count > 0), "{strokes:?}");
+            let picture = image::open(&png).expect("a picture").to_rgb8();
+            assert_eq!(picture.dimensions(), (SIZE[0], SIZE[1]));
+            let bytes = [&png, &svg].map(|path| std::fs::read(path).expect("bytes"));
+            plot.write(&folder, theme).expect("written");
+            assert_eq!([&png, &svg].map(|path| std::fs::read(path).expect("bytes")), bytes);
+        }
+        assert_eq!(Plot::of(("made.exr", &made), None)[0].curves.len(), 1);
+    }
+
+    #[test]
+    fn many_points_are_thinned_and_the_ends_stay() {
+        let values: Vec<f64> = (0..100_000).map(f64::from).collect();
+        let series =
+            Series { name: "n".to_owned(), x: Axis::new("x", "", values.clone()), y: Axis::new("y", "", values) };
+        let points = Curve::of("a", &series).points;
+        assert!(points.len() <= MOST_POINTS + 1);
+        assert_eq!((points[0], points[points.len() - 1]), ([0.0; 2], [99_999.0; 2]));
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_made_is_an_error() {
+        let place = tempfile::tempdir().expect("a folder");
+        let file = place.path().join("file");
+        std::fs::write(&file, "").expect("written");
+        let failure = folder(&file.join("plots")).expect_err("a file is in the way");
+        assert!(failure.message.contains("cannot be made"), "{failure}");
+    }
+}
