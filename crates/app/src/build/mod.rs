@@ -1,5 +1,6 @@
 //! Builds a request: evaluation, then files.
 
+pub mod fit;
 pub mod request;
 pub mod storage;
 
@@ -13,12 +14,14 @@ use std::{
 use orograph_graph::{
     Cancel, Delivered, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Origin, OutputDecl, Port, Value,
 };
+use orograph_nodes::raster;
 
 use self::request::{Means, Request};
 use crate::{
     export::outputs::{OutputFolder, OutputOptions, OutputWriter, Written},
     machine,
     report::{
+        expect::{Expected, Watch},
         failure::{Failure, reason},
         progress::Progress,
     },
@@ -51,6 +54,8 @@ pub struct Built {
     pub timings: Vec<Timing>,
     /// The total time.
     pub time: Duration,
+    /// What became of the expectations of the file.
+    pub expected: Expected,
 }
 
 /// Builds requests.
@@ -163,7 +168,7 @@ impl Builder {
         Ok(timings.into_inner().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Builds the outputs of a request into a folder. Writes all files or none.
+    /// Builds the outputs of a request into a folder. Writes all files or none, then measures what the file expects.
     ///
     /// # Errors
     /// When they cannot be computed or written, or the build is cancelled; earlier files are then unchanged.
@@ -194,6 +199,8 @@ impl Builder {
     ) -> Result<Built, Failure> {
         let start = machine::now();
         options.engine.map_or(Ok(()), |engine| engine.check(request.window().cells))?;
+        let read = request.document.files().into_iter().flat_map(|file| [raster::sidecar_path(&file), file]);
+        OutputFolder::protect(folder, &request.outputs, options, read)?;
         let staging = OutputFolder::prepare(folder, &request.outputs, options)?;
         let ports: Vec<Port> = request.outputs.iter().map(|output| output.port).collect();
         let window = request.window();
@@ -204,6 +211,7 @@ impl Builder {
         }
         let streamed: Vec<bool> =
             writers.iter().map(|writer| writer.as_ref().is_some_and(OutputWriter::is_streamable)).collect();
+        let (mut watch, mut expected) = watch(request)?;
         let mut left = ports.len();
         let timings = self.stream(request, &ports, &streamed, cancel, progress, |at, Delivered { value, key }| {
             let end = window.origin[1] + window.cells[1];
@@ -212,6 +220,9 @@ impl Builder {
             left -= usize::from(is_last);
             if left == 0 {
                 progress.writing();
+            }
+            if let (Some(watch), Some(rows)) = (&mut watch, value.as_field()) {
+                watch.add(&request.outputs[at].name, rows)?;
             }
             match (writers[at].as_mut(), value.as_field()) {
                 (Some(writer), Some(rows)) => writer.rows(rows, cancel)?,
@@ -225,8 +236,25 @@ impl Builder {
         })?;
         drop(writers);
         let files = staging.commit()?;
-        Ok(Built { files, timings, time: start.elapsed() })
+        if let Some(watch) = watch {
+            expected = watch.finish(request.document.registry(), cancel)?;
+        }
+        Ok(Built { files, timings, time: start.elapsed(), expected })
     }
+}
+
+/// Prepares to measure what the file of a request expects. Without that, says why nothing is measured.
+fn watch(request: &Request) -> Result<(Option<Watch<'_>>, Expected), Failure> {
+    let Some(expected) = request.document.expectations() else { return Ok((None, Expected::Nothing)) };
+    let Some(output) = &expected.output else { return Ok((None, Expected::Unknown)) };
+    let skipped = |why: String| Ok((None, Expected::Skipped(why)));
+    if !request.window().is_whole() {
+        return skipped("only a part of the world is built".to_owned());
+    }
+    if !request.outputs.iter().any(|built| built.name == *output) {
+        return skipped(format!("they are about `{output}`, which is not built"));
+    }
+    Ok((Some(Watch::new(expected, output, request.world)?), Expected::Nothing))
 }
 
 /// Converts an evaluation error to the failure of a command.

@@ -1,0 +1,182 @@
+//! What `--vary` names: numbers of nodes and of the file, as declared and as written.
+
+use std::str::FromStr;
+
+use orograph_graph::{Document, Fallback, Instance, Kind, ParamValue, Unit, closest};
+
+use crate::report::failure::Failure;
+
+/// `NODE.PARAM` or the name of a parameter of the file, with an optional range `=LO..HI`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Vary {
+    pub(super) place: String,
+    pub(super) range: Option<String>,
+}
+
+impl FromStr for Vary {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (place, range) = match text.split_once('=') {
+            Some((place, range)) => (place, Some(range.trim().to_owned())),
+            None => (text, None),
+        };
+        let parts: Vec<&str> = place.splitn(2, '.').map(str::trim).collect();
+        if parts.iter().any(|part| part.is_empty()) {
+            return Err("no parameter is named; write `node.param` or `node.param=LO..HI`".to_owned());
+        }
+        if range.as_ref().is_some_and(|range| !range.contains("..")) {
+            return Err("there is no `..` in the range; write `node.param=LO..HI`, such as `=500 m..2 km`".to_owned());
+        }
+        Ok(Self { place: parts.join("."), range })
+    }
+}
+
+impl Vary {
+    /// The name of the parameter.
+    #[must_use]
+    pub fn place(&self) -> &str {
+        &self.place
+    }
+}
+
+/// A number as declared.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Declared {
+    pub(super) unit: Unit,
+    /// The value in the file.
+    pub(super) value: f64,
+    /// The range that a file may use.
+    pub(super) hard: [f64; 2],
+    /// The range of the slider.
+    pub(super) soft: [f64; 2],
+    /// True for integers.
+    pub(super) whole: bool,
+}
+
+/// The node and the parameter that a name refers to; of a parameter of the file, the first place.
+pub(super) fn find(
+    document: &Document,
+    place: &str,
+    wrong: &dyn Fn(&str) -> Failure,
+) -> Result<(String, String, Declared), Failure> {
+    match place.split_once('.') {
+        Some((node, name)) => Ok((node.to_owned(), name.to_owned(), of_node(document, node, name, wrong)?)),
+        None => of_file(document, place, wrong),
+    }
+}
+
+/// A parameter or an input of a node.
+fn of_node(document: &Document, node: &str, name: &str, wrong: &dyn Fn(&str) -> Failure) -> Result<Declared, Failure> {
+    let near =
+        |word: &str, known: &[&str]| closest(word, known.iter().copied()).map(|near| format!("did you mean `{near}`?"));
+    let names: Vec<&str> = document.nodes().iter().map(|entry| entry.name.as_str()).collect();
+    let Some(entry) = document.node(node) else {
+        let hint = near(node, &names).unwrap_or_else(|| format!("the nodes are {}", names.join(", ")));
+        return Err(wrong(&format!("there is no node `{node}`")).hint(hint));
+    };
+    let Some(index) = entry.index else {
+        return Err(wrong(&format!("`{node}` is a node of an unknown kind")).hint("`orograph nodes` lists the kinds"));
+    };
+    let instance = document.graph().instance(index);
+    let specs = instance.node.specs();
+    if let Some(spec) = specs.iter().find(|spec| spec.name == name) {
+        let value = instance.params.get(name);
+        return declared(&spec.kind, value, spec.unit).ok_or_else(|| {
+            wrong(&format!("it is not a number, but {}", spec.kind.describe(spec.unit))).hint(numbers(instance))
+        });
+    }
+    let Some(at) = instance.node.inputs.iter().position(|input| input.name == name) else {
+        let known: Vec<&str> =
+            specs.iter().map(|spec| spec.name).chain(instance.node.inputs.iter().map(|input| input.name)).collect();
+        let hint = near(name, &known).unwrap_or_else(|| numbers(instance));
+        return Err(wrong(&format!("`{node}` ({}) has no input or parameter `{name}`", instance.node.id)).hint(hint));
+    };
+    let input = &instance.node.inputs[at];
+    if document.graph().source(index, at).is_some() {
+        return Err(
+            wrong("it is wired, so it has no number of its own").hint("vary a parameter of the node that it reads")
+        );
+    }
+    match input.fallback {
+        Fallback::Constant { default, hard, soft } => {
+            let value = instance.constants[at].unwrap_or(default);
+            Ok(Declared { unit: input.ty.unit(), value, hard, soft, whole: false })
+        }
+        _ => Err(wrong("it takes a wire and no number").hint(numbers(instance))),
+    }
+}
+
+/// A parameter of the file, with its first place.
+fn of_file(
+    document: &Document,
+    name: &str,
+    wrong: &dyn Fn(&str) -> Failure,
+) -> Result<(String, String, Declared), Failure> {
+    let all = document.parameters();
+    let Some(found) = all.iter().find(|parameter| parameter.name == name) else {
+        let names: Vec<&str> = all.iter().map(|parameter| parameter.name.as_str()).collect();
+        let hint = match closest(name, names.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if names.is_empty() => "write `--vary NODE.PARAM`".to_owned(),
+            None => format!("it has {}; or write `--vary NODE.PARAM`", names.join(", ")),
+        };
+        return Err(wrong(&format!("the file has no parameter `{name}`")).hint(hint));
+    };
+    let place = &found.places[0];
+    let declared = declared(&found.kind, Some(&found.kind.default_value()), found.unit).ok_or_else(|| {
+        wrong(&format!("it is not a number, but {}", found.kind.describe(found.unit)))
+            .hint("vary a parameter that is a number")
+    })?;
+    Ok((document.graph().instance(place.node).name.clone(), place.name.to_owned(), declared))
+}
+
+/// Returns None if the kind is not a number.
+fn declared(kind: &Kind, value: Option<&ParamValue>, unit: Unit) -> Option<Declared> {
+    match (kind, value) {
+        (Kind::Float { hard, soft, .. }, Some(ParamValue::Float(value))) => {
+            Some(Declared { unit, value: *value, hard: *hard, soft: *soft, whole: false })
+        }
+        (Kind::Int { hard, soft, .. }, Some(ParamValue::Int(value))) => {
+            let [hard, soft] = [hard, soft].map(|range| range.map(|end| end as f64));
+            Some(Declared { unit, value: *value as f64, hard, soft, whole: true })
+        }
+        _ => None,
+    }
+}
+
+/// The numbers of a node, as a remedy.
+fn numbers(instance: &Instance) -> String {
+    let specs = instance.node.specs();
+    let is_number = |kind: &Kind| matches!(kind, Kind::Float { .. } | Kind::Int { .. });
+    let params = specs.iter().filter(|spec| is_number(&spec.kind)).map(|spec| spec.name);
+    let inputs = instance.node.inputs.iter().filter(|input| matches!(input.fallback, Fallback::Constant { .. }));
+    let names: Vec<&str> = params.chain(inputs.map(|input| input.name)).collect();
+    format!("the numbers of `{}` are {}", instance.name, names.join(", "))
+}
+
+/// `LO..HI`; a unit after the second number applies to both.
+pub(super) fn typed(text: &str, unit: Unit) -> Result<[f64; 2], String> {
+    let (lo, hi) = text.trim_matches('"').split_once("..").ok_or("there is no `..` in the range")?;
+    let (lo, hi) = (lo.trim(), hi.trim());
+    let shared = match lo.parse::<f64>() {
+        Ok(_) => hi.trim_start_matches(|c: char| c.is_ascii_digit() || matches!(c, '.' | '+' | '-')),
+        Err(_) => "",
+    };
+    // what begins with an exponent is no unit
+    let shared = if hi.parse::<f64>().is_ok() { "" } else { shared };
+    let read = |text: &str| unit.parse(text).map_err(|error| error.to_string());
+    Ok([read(&format!("{lo} {shared}")).or_else(|_| read(lo))?, read(hi)?])
+}
+
+/// The unit in which the file states a value, if it does.
+pub(super) fn written_unit(document: &Document, node: &str, name: &str, unit: Unit) -> Option<(&'static str, f64)> {
+    let entry = document.source().get(document.node(node)?.span.clone())?;
+    let after = entry.match_indices(name).find_map(|(at, _)| {
+        let starts = !entry[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
+        entry[at + name.len()..].trim_start().strip_prefix(':').filter(|_| starts)
+    })?;
+    let quoted = after.trim_start().strip_prefix('"')?.split('"').next()?;
+    let named = |(suffix, _): &&(&str, f64)| !suffix.is_empty() && quoted.trim_end().ends_with(suffix);
+    unit.suffixes().iter().filter(named).max_by_key(|(suffix, _)| suffix.len()).copied()
+}
