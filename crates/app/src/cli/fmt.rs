@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use orograph_graph::{Document, format_source};
 
 use crate::report::{
-    failure::{Exit, Failure, reason},
+    failure::{Exit, Failure, reason, remedy},
     problems,
     terminal::{self, Page, counted},
 };
@@ -60,7 +60,7 @@ impl Args {
         if !self.check {
             Document::parse_at(canonical, file, &registry).save(file).map_err(|error| {
                 Failure::unable(format!("cannot write `{}`: {}", file.display(), reason(&error)))
-                    .hint("the file is unchanged")
+                    .hint(format!("the file is unchanged; {}", remedy(&error)))
             })?;
         }
         Ok(true)

@@ -5,6 +5,7 @@ mod cache;
 mod check;
 mod diff;
 mod edit;
+mod fit;
 mod fmt;
 mod metrics;
 mod nodes;
@@ -13,17 +14,24 @@ mod perspective;
 mod render;
 mod run;
 mod sea;
-mod sweep;
+pub mod sweep;
 mod watch;
 
-use std::{ffi::OsString, process::ExitCode};
+use std::{
+    ffi::OsString,
+    io::{self, Write as _},
+    process::ExitCode,
+};
 
 use clap::{Parser, Subcommand};
 pub use nodes::manual;
 
-use crate::report::{
-    failure::{Exit, Failure},
-    terminal,
+use crate::{
+    report::{
+        failure::{Exit, Failure},
+        terminal,
+    },
+    stop,
 };
 
 /// Builds terrain from a graph of nodes. Without a command the editor opens.
@@ -38,8 +46,8 @@ struct Cli {
 }
 
 const AFTER: &str = "\
-Exit codes: 0 success, 1 the file or the request is wrong, 2 it could not be done (disk, memory), \
-130 stopped with Ctrl-C.\n\
+Exit codes: 0 success, 1 the file or the request is wrong, or an expectation of the file is missed, \
+2 it could not be done (disk, memory), 130 stopped with Ctrl-C.\n\
 `OROGRAPH_CACHE` sets the folder of stored results, `OROGRAPH_SIMD` (`baseline`, `avx2`, `avx512`) the widest \
 instruction set to use; results are the same with each.";
 
@@ -48,6 +56,7 @@ enum Command {
     Edit(edit::Args),
     Run(Box<run::Args>),
     Check(check::Args),
+    Fit(Box<fit::Args>),
     Fmt(fmt::Args),
     Diff(diff::Args),
     Metrics(metrics::Args),
@@ -65,6 +74,7 @@ impl Command {
             Self::Edit(args) => args.run(),
             Self::Run(args) => args.run(),
             Self::Check(args) => args.run(),
+            Self::Fit(args) => args.run(),
             Self::Fmt(args) => args.run(),
             Self::Diff(args) => args.run(),
             Self::Metrics(args) => args.run(),
@@ -80,12 +90,21 @@ impl Command {
 
 /// Runs the program with its arguments; the first one is the name of the program.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    stop::survive_file_limits();
     let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
         Err(error) => {
-            // Ignored: the terminal may be closed.
-            let _ = error.print();
-            return if error.use_stderr() { Exit::Wrong.into() } else { Exit::Done.into() };
+            let printed = error.print().and_then(|()| io::stdout().flush());
+            return match printed {
+                // Ignored: the terminal may be closed.
+                _ if error.use_stderr() => Exit::Wrong.into(),
+                Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+                    let failure = terminal::unprinted(&error);
+                    terminal::complain(&failure);
+                    failure.exit.into()
+                }
+                _ => Exit::Done.into(),
+            };
         }
     };
     let environment = orograph_nodes::numerics::simd::asked().map(|_| ()).map_err(Failure::wrong);

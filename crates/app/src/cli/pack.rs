@@ -15,8 +15,8 @@ use crate::{
 
 /// Packs a graph with the graph files and the imported files that it reads into one archive
 ///
-/// `run`, `check`, `render` and `diff` accept the archive instead of the graph. Files outside the graph's folder get a
-/// new path in the archive, and the packed graph refers to them there. Equal files give equal archives.
+/// `run`, `check`, `render` and `diff` accept the archive instead of the graph. Only graphs and rasters are packed.
+/// Equal files give equal archives.
 #[derive(Debug, clap::Args)]
 pub struct PackArgs {
     /// Graph file
@@ -25,6 +25,12 @@ pub struct PackArgs {
     /// Archive to write; by default beside the graph, with its name
     #[arg(short, long, value_name = "FILE.orograph")]
     out: Option<PathBuf>,
+    /// Also pack files that are not in the graph's folder
+    ///
+    /// They get a new path in the archive, and the packed graph refers to them there. Without this option they are
+    /// refused, because a graph of somebody else can name any file that you may read. Links are followed first.
+    #[arg(long)]
+    outside: bool,
 }
 
 impl PackArgs {
@@ -38,7 +44,7 @@ impl PackArgs {
                 .hint(format!("write `-o {}`", out.with_extension(EXTENSION).display())));
         }
         let document = problems::load_sound(&self.file, &orograph_nodes::registry(), false)?;
-        let packed = archive::pack(&document, &self.file, &out)?;
+        let packed = archive::pack(&document, &self.file, &out, self.outside)?;
         let page = Page::stdout();
         let moved = packed.moved.iter().map(|(from, to)| format!("{} is `{to}` in it\n", from.display()));
         let moved: String = moved.collect();
@@ -54,7 +60,8 @@ impl PackArgs {
 /// Unpacks an archive into a new folder
 ///
 /// Never writes outside the folder. An archive is refused, and nothing is left behind, if it has entries that are not
-/// plain files, paths that lead outside the folder, a duplicate name or more than 4 GiB.
+/// plain files, paths that lead outside the folder, hidden files, a duplicate name, more than 10,000 files or more than
+/// 4 GiB.
 #[derive(Debug, clap::Args)]
 pub struct UnpackArgs {
     /// Archive

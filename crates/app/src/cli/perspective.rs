@@ -42,6 +42,9 @@ pub struct Perspective {
     /// Amount of haze, 0 for none [default: 1]
     #[arg(long, value_name = "AMOUNT", value_parser = number)]
     haze: Option<f64>,
+    /// Unevenness and texture of the ground below the size of a cell, 0 for none [default: 1]
+    #[arg(long, value_name = "AMOUNT", value_parser = number)]
+    texture: Option<f64>,
     /// Exposure in stops: brighter above 0, darker below [default: 0]
     #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = number)]
     exposure: Option<f64>,
@@ -107,6 +110,7 @@ impl Perspective {
             ("--water", self.water.is_some()),
             ("--contours", self.contours.is_some()),
             ("--haze", self.haze.is_some()),
+            ("--texture", self.texture.is_some()),
             ("--exposure", self.exposure.is_some()),
         ];
         options.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
@@ -128,6 +132,7 @@ impl Perspective {
         within("--elevation", self.elevation, 1.0, 89.0)?;
         within("--exaggeration", self.exaggeration, 0.01, 1000.0)?;
         within("--haze", self.haze, 0.0, 100.0)?;
+        within("--texture", self.texture, 0.0, 10.0)?;
         within("--exposure", self.exposure, -10.0, 10.0)?;
         within("--distance", self.distance, 1e-3, 1e9)?;
         within("--contours", self.contours, 1e-3, 1e6)
@@ -145,19 +150,14 @@ impl Perspective {
     pub fn picture(&self, seen: &Seen) -> Result<Field, Failure> {
         use std::sync::Arc;
 
-        use crate::view::{Offscreen, Orbit, Terrain};
+        use crate::view::{Cover, Offscreen, Orbit, Terrain};
 
         let failed = |error: crate::view::ViewError| match error {
             crate::view::ViewError::Terrain(_) => Failure::wrong(error.to_string()).hint(error.remedy()),
             _ => Failure::unable(error.to_string()).hint(error.remedy()),
         };
-        let mut terrain = Terrain::new(&seen.height).map_err(failed)?;
-        if let Some(colour) = &seen.colour {
-            terrain = terrain.with_colour(colour).map_err(failed)?;
-        }
-        if let Some(water) = &seen.water {
-            terrain = terrain.with_water(water).map_err(failed)?;
-        }
+        let cover = Cover { colour: seen.colour.as_ref(), water: seen.water.as_ref(), ..Cover::default() };
+        let terrain = Terrain::new(&seen.height).and_then(|terrain| terrain.covered(cover)).map_err(failed)?;
         let size = self.size.unwrap_or([1280, 720]);
         let exaggeration = self.exaggeration.unwrap_or(1.0);
         let mut orbit = Orbit::framing(&terrain, exaggeration, size);
@@ -193,6 +193,7 @@ impl Perspective {
         // no later frame follows
         scene.detail_px = 1.5;
         scene.haze = self.haze.unwrap_or(scene.haze);
+        scene.texture = self.texture.unwrap_or(scene.texture);
         scene.exposure = self.exposure.map_or(scene.exposure, |stops| stops as f32);
         scene
     }

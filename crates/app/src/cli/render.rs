@@ -21,7 +21,7 @@ use crate::{
         heightfile::{self, Scale},
     },
     report::{
-        failure::{Failure, reason},
+        failure::{Failure, reason, remedy},
         progress::{self, Progress, Quiet},
         terminal::{self, Page},
     },
@@ -93,8 +93,10 @@ impl Args {
         raster::write_colour(&self.out, &picture, &|| !cancel.is_cancelled()).map_err(|error| {
             match &error.problem {
                 Problem::Unwritable(error) => {
-                    Failure::unable(format!("cannot write `{}`: {}", self.out.display(), reason(error)))
-                        .hint("an earlier file is unchanged; free some space, or choose another place with `-o`")
+                    Failure::unable(format!("cannot write `{}`: {}", self.out.display(), reason(error))).hint(format!(
+                        "an earlier file is unchanged; {}, or choose another place with `-o`",
+                        remedy(error)
+                    ))
                 }
                 Problem::Stopped => Failure::stopped(),
                 _ => Failure::unable(error.to_string()).hint(error.remedy()),

@@ -31,6 +31,10 @@ pub(super) const REMEMBERED: usize = 2 << 30;
 /// height also gets a shaded picture, NAME.preview.png, of at most 2048 pixels per side.
 ///
 /// All files are complete before the first appears under its name: a failure or Ctrl-C leaves earlier files unchanged.
+/// If the program is killed while it replaces them, files are missing, but never mixed, until the next run completes it.
+///
+/// If the file states what must hold (`expect`), the terrain is measured after all files are written. Each expectation is
+/// printed with its figure, and a miss exits with 1.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = progress::JSON_HELP)]
 pub struct Args {
@@ -56,9 +60,14 @@ pub struct Args {
 
 impl Args {
     pub(super) fn run(self) -> Result<(), Failure> {
-        if self.json {
-            memory::writes_json_lines();
+        if !self.json {
+            return self.build();
         }
+        memory::writes_json_lines();
+        self.build().and_then(|()| JsonLines::complete())
+    }
+
+    fn build(self) -> Result<(), Failure> {
         let progress: Box<dyn Progress> = match (self.json, self.quiet) {
             (true, _) => Box::new(JsonLines),
             (_, true) => Box::new(Quiet),
@@ -77,7 +86,12 @@ impl Args {
         let begin = || Ok((Builder::new(&self.args.means, 0)?, stop::on_interrupt()?));
         let (builder, cancel) = begin().inspect_err(|failure| progress.failed(failure))?;
         let built = builder.build(&request, &self.args.out, &self.args.options, &cancel, &*progress)?;
-        self.tell(&request, &built)
+        self.tell(&request, &built)?;
+        let missed = built.expected.failure();
+        missed.map_or(Ok(()), |missed| {
+            progress.failed(&missed);
+            Err(missed)
+        })
     }
 
     /// Builds all variants with one store, so that shared results are computed once.
@@ -87,7 +101,7 @@ impl Args {
             Ok((variants, Builder::new(&self.args.means, REMEMBERED)?, stop::on_interrupt()?))
         };
         let (variants, builder, cancel) = begin().inspect_err(|failure| progress.failed(failure))?;
-        let count = variants.len();
+        let (count, mut missed) = (variants.len(), 0);
         for (at, variant) in variants.iter().enumerate() {
             let label = variant.label();
             if self.json {
@@ -105,8 +119,18 @@ impl Args {
                     }
                 })?;
             self.tell(&variant.request, &built)?;
+            if let Some(what) = built.expected.missed() {
+                missed += 1;
+                terminal::remark(&format!("{} {label}: {what}\n", Page::stderr().bad("missed:")));
+            }
         }
-        Ok(())
+        if missed == 0 {
+            return Ok(());
+        }
+        let missed = Failure::wrong(format!("{missed} of {} missed an expectation", counted(count, "terrain")))
+            .hint("all files are written");
+        progress.failed(&missed);
+        Err(missed)
     }
 
     /// Prints the result of a build.
@@ -167,8 +191,9 @@ pub(super) fn summary(request: &Request, built: &Built, page: Page) -> String {
         kept => format!("{}, {kept} from the cache", counted(computed, "node")),
     };
     format!(
-        "{}{imports}{reports}{} {} in {} {}\n",
+        "{}{imports}{reports}{}{} {} in {} {}\n",
         table.render(page, 0),
+        built.expected.render(page),
         page.good("built"),
         counted(built.files.len(), "file"),
         seconds(built.time),

@@ -5,7 +5,7 @@ use std::{
     time::Duration,
 };
 
-use orograph_graph::{Cancel, Document};
+use orograph_graph::{Cancel, Document, input};
 use orograph_nodes::raster;
 
 use crate::{
@@ -38,9 +38,9 @@ pub struct Args {
 
 impl Args {
     pub(super) fn run(self) -> Result<(), Failure> {
-        if !self.args.file.is_file() {
-            return Err(Failure::wrong(format!("there is no file `{}` to watch", self.args.file.display())));
-        }
+        input::open(&self.args.file).map_err(|error| {
+            Failure::wrong(format!("`{}` cannot be watched: {}", self.args.file.display(), reason(&error)))
+        })?;
         let builder = Builder::new(&self.args.means, REMEMBERED)?;
         let cancel = stop::on_interrupt()?;
         let mut watch = Watch::new(|| {})?;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use orograph_graph::{Field, Window, World};
+use orograph_graph::{Field, Window, World, files};
 use orograph_nodes::raster::{self, Problem};
 
 use crate::report::failure::Failure;
@@ -52,6 +52,7 @@ fn range(text: &str) -> Result<[f64; 2], String> {
 /// # Errors
 /// When it is not a height file, or neither the file nor `scale` states its cell size or the heights of its codes.
 pub fn read(path: &Path, scale: &Scale) -> Result<Field, Failure> {
+    files::settle(path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new(".")));
     let raster = raster::read(path).map_err(|error| {
         let remedy = match &error.problem {
             Problem::Missing => "check the name",
@@ -64,7 +65,7 @@ pub fn read(path: &Path, scale: &Scale) -> Result<Field, Failure> {
         failure.hint(remedy)
     })?;
     let wrong = |what: &str, hint: &str| Failure::wrong(format!("`{}` {what}", path.display())).hint(hint);
-    if raster.coding.is_some_and(|coding| coding.range.is_none()) && scale.range.is_none() {
+    if raster.head.coding.is_some_and(|coding| coding.range.is_none()) && scale.range.is_none() {
         return Err(wrong("has integer codes without a height range", "add the range: `--range 0,2500`"));
     }
     let field = raster::height_field(raster, scale.range.unwrap_or([0.0, 1.0]), scale.cell);

@@ -1,7 +1,7 @@
 //! Watches files: reports when they have been saved.
 
 use std::{
-    collections::BTreeSet,
+    collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
     sync::mpsc::{Receiver, RecvTimeoutError, channel},
     time::Duration,
@@ -25,8 +25,12 @@ pub struct Watch {
     watcher: Debouncer<RecommendedWatcher, RecommendedCache>,
     events: Receiver<DebounceEventResult>,
     folders: BTreeSet<PathBuf>,
-    files: BTreeSet<PathBuf>,
+    /// Places where the files may change, with the places of the files: a link changes also where it leads.
+    files: BTreeMap<PathBuf, PathBuf>,
 }
+
+/// Links are followed so far; systems follow about as many.
+const MOST_LINKS: usize = 40;
 
 impl Watch {
     /// Watches nothing yet. Calls `wake` when [`Self::poll`] may have something.
@@ -41,25 +45,35 @@ impl Watch {
             wake();
         };
         let watcher = new_debouncer(SETTLED, None, handler).map_err(|error| refused(&error))?;
-        Ok(Self { watcher, events, folders: BTreeSet::new(), files: BTreeSet::new() })
+        Ok(Self { watcher, events, folders: BTreeSet::new(), files: BTreeMap::new() })
     }
 
     /// Watches a file, through its folder, because many editors save by renaming a new file into place; a folder that
-    /// does not exist is skipped.
+    /// does not exist is skipped. Also watches what a link leads to.
     ///
     /// # Errors
     /// When the system cannot watch the folder.
     pub fn add(&mut self, file: &Path) -> Result<(), Failure> {
-        let Some(place) = place(file) else { return Ok(()) };
-        let folder = place.parent().unwrap_or(Path::new("/")).to_owned();
-        self.files.insert(place);
-        if self.folders.insert(folder.clone()) {
-            self.watcher.watch(&folder, RecursiveMode::NonRecursive).map_err(|error| refused(&error))?;
+        let Some(named) = place(file) else { return Ok(()) };
+        let mut next = Some(named.clone());
+        for _ in 0..MOST_LINKS {
+            let Some(at) = next else { break };
+            let folder = at.parent().unwrap_or(Path::new("/")).to_owned();
+            if self.folders.insert(folder.clone()) {
+                self.watcher.watch(&folder, RecursiveMode::NonRecursive).map_err(|error| refused(&error))?;
+            }
+            next = at.read_link().ok().and_then(|target| place(&folder.join(target)));
+            // A file that is watched by its own name keeps it.
+            if at == named {
+                self.files.insert(at, named.clone());
+            } else {
+                self.files.entry(at).or_insert_with(|| named.clone());
+            }
         }
         Ok(())
     }
 
-    /// Waits this long for files to change; returns the path of the first one that did.
+    /// Waits this long for files to change; returns the path of the first one that did, as [`place`] gives it.
     ///
     /// # Errors
     /// When the system reports a failure.
@@ -67,7 +81,7 @@ impl Watch {
         match self.events.recv_timeout(wait) {
             Ok(Ok(events)) => {
                 let changed = events.iter().filter(|event| is_change(&event.kind)).flat_map(|event| &event.paths);
-                Ok(changed.into_iter().find(|path| self.files.contains(*path)).cloned())
+                Ok(changed.into_iter().find_map(|path| self.files.get(path)).cloned())
             }
             Ok(Err(errors)) => errors.first().map_or(Ok(None), |error| Err(refused(error))),
             Err(RecvTimeoutError::Timeout) => Ok(None),

@@ -189,3 +189,40 @@ fn a_failed_write_leaves_earlier_outputs_unchanged() {
     assert!(fs::read(place.path("out/height.exr")).expect("there") == before);
     assert_eq!(place.names("out"), names);
 }
+
+/// An elevation model that the graph imports is not replaced by the output of its name, nor through a link to its folder.
+#[test]
+fn a_graph_does_not_write_over_what_it_reads() {
+    let place = Place::new();
+    place.write("first.ron", SMALL);
+    place.run(&["run", "first.ron", "--format", "tiff", "-o", "."]).done();
+    let name = place.names(".").into_iter().find(|name| name.ends_with(".tif")).expect("a raster");
+    let model = fs::read(place.path(&name)).expect("readable");
+    let output = name.trim_end_matches(".tif");
+    place.write(
+        "g.ron",
+        &format!(
+            "(world: (size: 3200, cells: 32), nodes: {{ \"dem\": Import(file: \"{name}\") }}, \
+             outputs: {{ \"{output}\": \"dem\" }})"
+        ),
+    );
+    let refused = place.run(&["run", "g.ron", "--format", "tiff", "-o", "."]);
+    refused.ended(1, &["the graph reads it", "choose another folder"]);
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(place.path("."), place.path("link")).expect("a link");
+        place.run(&["run", "g.ron", "--format", "tiff", "-o", "link"]).ended(1, &["the graph reads it"]);
+    }
+    assert!(fs::read(place.path(&name)).expect("readable") == model, "the model is as it was");
+    place.run(&["run", "g.ron", "--format", "tiff", "-o", "out"]).done();
+}
+
+#[test]
+fn names_of_outputs_that_are_one_file_on_some_system() {
+    let place = Place::new();
+    for (names, why) in [(["Height", "height"], "two outputs"), (["con", "b"], "Windows"), (["a", "NUL"], "Windows")] {
+        let [a, b] = names;
+        place.write("g.ron", &format!("(nodes: {{ \"c\": Constant }}, outputs: {{ \"{a}\": \"c\", \"{b}\": \"c\" }})"));
+        place.run(&["run", "g.ron", "--cells", "8"]).ended(1, &[why]);
+    }
+}

@@ -123,10 +123,26 @@ fn metrics_of_a_height_file_and_its_difference_from_another() {
     let dem = repository("tests/data/glencoe_128.tif");
     let dem = dem.to_str().expect("plain name");
     let text = place.run(&["metrics", dem]).done().out;
-    assert!(text.contains("128 x 128 cells") && text.contains("hypsometric integral"), "{text}");
+    assert!(text.contains("128 x 128 cells") && text.contains("hypsometric_integral"), "{text}");
     let text = place.run(&["metrics", dem, "--against", dem, "--json"]).done().out;
     let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     assert_eq!((&value["cells"][0], &value["difference"]["heights"]["largest_m"]), (&128.into(), &0.0.into()));
+    assert_eq!(value["difference"]["compared"]["measures"][0]["name"], "score");
+    let text = place.run(&["metrics", dem, "--against", "highlands"]).done().out;
+    assert!(text.contains("against highlands") && text.contains("spreads") && text.contains("farthest"), "{text}");
+    place.run(&["metrics", dem, "--against", "highland"]).ended(1, &["neither a file nor a kind", "`highlands`"]);
+    place.run(&["metrics", dem, "--against", "moon"]).ended(1, &["neither a file nor a kind", "fluvial"]);
+    let text = place.run(&["metrics", dem, "--against", dem, "--plots", "deep/plots", "--theme", "dark"]).done().out;
+    assert!(text.contains("hypsometric_curve.svg"), "{text}");
+    let names = place.names("deep/plots");
+    assert!(names.len() >= 4 && names.len().is_multiple_of(2), "{names:?}");
+    assert!(
+        names.contains(&"hypsometric_curve.png".to_owned())
+            && place.read("deep/plots/hypsometric_curve.svg").contains(dem)
+    );
+    place.write("file", "");
+    place.run(&["metrics", dem, "--plots", "file/plots"]).ended(2, &["`file/plots` cannot be made", "--plots"]);
+    place.run(&["metrics", dem, "--theme", "dark"]).ended(1, &["--plots"]);
     place.run(&["metrics", "none.tif"]).ended(1, &["none.tif", "check the name"]);
     place.run(&["metrics", dem, "--against", "."]).ended(1, &["folder"]);
     fs::write(place.path("short.tif"), &fs::read(dem).expect("readable")[..2000]).expect("written");

@@ -4,7 +4,11 @@ mod bad_input;
 #[cfg(feature = "editor")]
 #[path = "../common/device.rs"]
 mod device;
+mod expect;
+#[cfg(unix)]
+mod faults;
 mod files;
+mod fit;
 #[cfg(target_os = "linux")]
 mod limits;
 mod manual;
@@ -13,6 +17,10 @@ mod run;
 mod sea;
 #[cfg(unix)]
 mod signals;
+#[cfg(unix)]
+mod strangers;
+#[cfg(unix)]
+mod trust;
 mod window;
 
 use std::{

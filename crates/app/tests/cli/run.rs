@@ -24,7 +24,7 @@ fn every_output_is_written_with_its_side_files() {
     assert!(sidecar["program"].as_str().is_some_and(|program| program.starts_with("orograph ")));
     assert_eq!(sidecar["graph_hash"].as_str().map(str::len), Some(32));
     let land = raster::read(&place.path("deep/out/height.exr")).expect("readable");
-    assert_eq!((land.columns, land.rows), (32, 16));
+    assert_eq!((land.head.columns, land.head.rows), (32, 16));
     assert!(land.samples.iter().all(|v| *v == 700.0));
 }
 

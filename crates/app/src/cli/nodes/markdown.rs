@@ -12,7 +12,8 @@ pub fn render(node: &NodePage) -> String {
 /// The page in Markdown with the node's picture.
 pub fn illustrated(node: &NodePage) -> String {
     let picture = format!(
-        "![{0}: the first output of the example, on a range that rivers have cut](pictures/{0}.png)\n\n",
+        "![{0}: its first output; where it changes terrain, before on the left and after on the right]\
+         (pictures/{0}.png)\n\n",
         node.id
     );
     page(node, if node.pictured { &picture } else { "" })
@@ -29,6 +30,15 @@ fn page(node: &NodePage, picture: &str) -> String {
     section(&mut out, "Inputs", &node.inputs, "input");
     section(&mut out, "Parameters", &node.parameters, "parameter");
     section(&mut out, "Outputs", &node.outputs, "output");
+    if !node.measures.is_empty() {
+        out.push_str(
+            "\n## Measures\n\nThe names are those of `expect` in a [graph file](../graph-files.md#expectations).\n\n",
+        );
+        out.push_str("| measure | unit | meaning |\n|---|---|---|\n");
+        for measure in node.measures {
+            let _ = writeln!(out, "| `{}` | {} | {} |", measure.name, measure.unit, cell(measure.doc));
+        }
+    }
     let _ = write!(out, "\n## Example\n\n```rust\n{}\n```\n", node.example);
     let _ = write!(
         out,

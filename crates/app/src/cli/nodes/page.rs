@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use orograph_graph::{
-    Document, Exactness, Fallback, Input, Kind, Node, OutputType, ParamSpec, ParamValue, ParamValues, PortType, Reach,
-    Resolution, SUBGRAPH, Unit, World,
+    Document, Exactness, Expectation, Expectations, Fallback, Input, Kind, MeasureSpec, Node, OutputType, ParamSpec,
+    ParamValue, ParamValues, PortType, Reach, Resolution, SUBGRAPH, Unit, World,
 };
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -22,6 +22,9 @@ pub struct NodePage {
     pub inputs: Vec<PageEntry>,
     pub parameters: Vec<PageEntry>,
     pub outputs: Vec<PageEntry>,
+    /// The measures in its reports.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    pub measures: &'static [MeasureSpec],
     /// How far around a cell it reads, as text.
     pub reach: String,
     /// How exactly its result is reproduced on other machines, as text.
@@ -102,6 +105,7 @@ impl NodePage {
                     PageEntry { ty, unit, ..PageEntry::blank(output.name, output.doc) }
                 })
                 .collect(),
+            measures: node.measures,
             reach: match node.is_subgraph() {
                 true => "what the nodes of the file read".to_owned(),
                 false => reach(node.reach, &params),
@@ -146,6 +150,9 @@ pub struct GraphPage {
     pub inputs: Vec<PageEntry>,
     pub parameters: Vec<PageEntry>,
     pub outputs: Vec<PageEntry>,
+    /// What must hold when it is run, if it states anything.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub expect: Option<ExpectPage>,
     /// The files that it reads.
     pub uses: Vec<String>,
 }
@@ -166,7 +173,48 @@ impl GraphPage {
             inputs,
             parameters,
             outputs,
+            expect: document.expectations().map(|expected| ExpectPage::of(expected)),
             uses: document.files().iter().map(|file| file.display().to_string()).collect(),
+        }
+    }
+}
+
+/// What a graph file expects of its terrain.
+#[derive(Debug, Serialize)]
+pub struct ExpectPage {
+    /// The output that is measured; null if the file has none.
+    pub output: Option<String>,
+    /// The part of the world that is measured, in metres: x, y, width and height; null for the whole.
+    pub part_m: Option<[f64; 4]>,
+    /// Side of the cells on which it is measured; null for those of the world.
+    pub cell_m: Option<f64>,
+    pub measures: Vec<ExpectEntry>,
+}
+
+/// A measure that must lie within bounds.
+#[derive(Debug, Serialize)]
+pub struct ExpectEntry {
+    #[serde(flatten)]
+    pub measure: &'static MeasureSpec,
+    /// In the unit of the measure; null for an open side.
+    pub bounds: [f64; 2],
+    /// The bounds, as text with their unit.
+    #[serde(skip)]
+    pub bounds_text: String,
+}
+
+impl ExpectPage {
+    fn of(expected: &Expectations) -> Self {
+        let entry = |one: &Expectation| ExpectEntry {
+            measure: one.measure,
+            bounds: one.bounds,
+            bounds_text: one.bounds_text(),
+        };
+        Self {
+            output: expected.output.clone(),
+            part_m: expected.part_m,
+            cell_m: expected.cell_m,
+            measures: expected.list.iter().map(entry).collect(),
         }
     }
 }

@@ -3,8 +3,9 @@
 use std::fmt::Write as _;
 
 use console::measure_text_width;
+use orograph_graph::Unit;
 
-use super::page::{GraphPage, NodePage, PageEntry};
+use super::page::{ExpectPage, GraphPage, NodePage, PageEntry};
 use crate::report::terminal::Page;
 
 /// The page as text.
@@ -25,6 +26,12 @@ pub fn render(node: &NodePage, page: Page) -> String {
     section(&mut out, page, ("Inputs", inputs), &node.inputs);
     section(&mut out, page, ("Parameters", ""), &node.parameters);
     section(&mut out, page, ("Outputs", ""), &node.outputs);
+    if !node.measures.is_empty() {
+        let title = format!("{}  {}", page.bold("Measures"), page.dim("names for `expect` in a graph file"));
+        let _ = writeln!(out, "\n{title}");
+        let lines = node.measures.iter().map(|measure| (measure.name, measure.unit, measure.doc));
+        columns(&mut out, page, lines.collect());
+    }
 
     heading(&mut out, page, "Example");
     let _ = writeln!(out, "  {}", page.name(&node.example));
@@ -50,6 +57,9 @@ pub fn describe(graph: &GraphPage, world: &str, page: Page) -> String {
     section(&mut out, page, ("Inputs", "what a graph that uses this file can wire"), &graph.inputs);
     section(&mut out, page, ("Parameters", "set with --set NAME=VALUE"), &graph.parameters);
     section(&mut out, page, ("Outputs", ""), &graph.outputs);
+    if let Some(expected) = &graph.expect {
+        expectations(&mut out, page, expected);
+    }
     if !graph.uses.is_empty() {
         heading(&mut out, page, "Files");
         for file in &graph.uses {
@@ -57,6 +67,37 @@ pub fn describe(graph: &GraphPage, world: &str, page: Page) -> String {
         }
     }
     out
+}
+
+/// What a file expects.
+fn expectations(out: &mut String, page: Page, expected: &ExpectPage) {
+    let metres = |value: f64| Unit::Metres.display(value);
+    let mut place = match &expected.output {
+        Some(output) => format!("measured in `{output}`"),
+        None => "not measured: no output is a height that is meant".to_owned(),
+    };
+    if let Some([x, y, width, height]) = expected.part_m.map(|part| part.map(metres)) {
+        let _ = write!(place, ", {width} x {height} from ({x}, {y})");
+    }
+    if let Some(cell) = expected.cell_m {
+        let _ = write!(place, ", on cells of {}", metres(cell));
+    }
+    let _ = writeln!(out, "\n{}  {}", page.bold("Expectations"), page.dim(&place));
+    let lines = expected.measures.iter().map(|one| (one.measure.name, one.bounds_text.as_str(), one.measure.doc));
+    columns(out, page, lines.collect());
+}
+
+/// Names with a short fact and a text.
+fn columns(out: &mut String, page: Page, lines: Vec<(&str, &str, &str)>) {
+    let width = |texts: &mut dyn Iterator<Item = &str>| texts.map(measure_text_width).max().unwrap_or(0) + 2;
+    let first = width(&mut lines.iter().map(|line| line.0));
+    let second = width(&mut lines.iter().map(|line| line.1));
+    for (name, fact, doc) in lines {
+        let [after_name, after_fact] =
+            [(first, name), (second, fact)].map(|(width, text)| " ".repeat(width - measure_text_width(text)));
+        let body = page.paragraphs(&one_line(doc), 2 + first + second);
+        let _ = writeln!(out, "  {}{after_name}{}{after_fact}{}", page.name(name), page.dim(fact), body.trim());
+    }
 }
 
 fn heading(out: &mut String, page: Page, text: &str) {

@@ -2,18 +2,21 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fs::{self, File},
-    io::{self, Write as _},
+    fmt, io,
     path::{Component, Path, PathBuf},
     sync::Arc,
 };
 
 use flate2::{Compression, GzBuilder};
-use orograph_graph::{Document, ParamValue};
+use orograph_graph::{
+    Document, ParamValue,
+    files::{Access, Part},
+    input,
+};
 use orograph_nodes::raster;
 
 use super::fault_of;
-use crate::report::failure::{Failure, reason};
+use crate::report::failure::{Failure, reason, remedy};
 
 /// The folder in the archive for files outside the graph's folder.
 const OUTSIDE: &str = "outside";
@@ -39,37 +42,31 @@ enum Content {
 
 /// Packs a document that was read from a file, with everything it reads. The archive appears whole or not at all.
 ///
+/// Only graphs and rasters are packed, because a graph of somebody else can name any file. `outside` also packs those
+/// that are not in the folder of the graph; links are followed before this is judged.
+///
 /// # Errors
-/// When a file cannot be read, its name is not allowed in an archive, or the archive cannot be written.
-pub fn pack(document: &Document, path: &Path, archive: &Path) -> Result<Packed, Failure> {
-    let mut packing = Packing::new(path)?;
-    let graph = packing.add(path, Content::Graph(Arc::new(document.clone())))?;
+/// When a file cannot be read, is not a graph or a raster, or is not in the folder; when its name is not allowed in an
+/// archive, or the archive cannot be written.
+pub fn pack(document: &Document, path: &Path, archive: &Path, outside: bool) -> Result<Packed, Failure> {
+    let mut packing = Packing::new(path, outside)?;
+    let graph = packing.add_outermost(document, path)?;
     packing.follow(document)?;
 
-    let unwritable =
-        |error: &io::Error| Failure::unable(format!("cannot write `{}`: {}", archive.display(), reason(error)));
-    let folder = archive.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".orograph-").suffix(".tmp");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt as _;
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    let file = builder.tempfile_in(folder).map_err(|error| unwritable(&error))?;
+    let unwritable = |error: &io::Error| {
+        Failure::unable(format!("cannot write `{}`: {}", archive.display(), reason(error)))
+            .hint(format!("an earlier file is unchanged; {}, or choose another place with `-o`", remedy(error)))
+    };
+    let part = Part::begin(archive, Access::Usual).map_err(|error| unwritable(&error))?;
     // Without name and time the header is the same for equal contents.
-    let mut tar = tar::Builder::new(GzBuilder::new().write(file, Compression::default()));
+    let mut tar = tar::Builder::new(GzBuilder::new().write(part, Compression::default()));
     let mut names: Vec<&String> = packing.entries.keys().filter(|name| **name != graph).collect();
     names.insert(0, &graph);
     for name in &names {
-        packing.write(&mut tar, name)?;
+        packing.write(&mut tar, name, &unwritable)?;
     }
-    let file = tar.into_inner().and_then(|gz| gz.finish()).and_then(|mut file| {
-        file.flush()?;
-        Ok(file)
-    });
-    let file = file.map_err(|error| unwritable(&error))?.persist(archive).map_err(|error| unwritable(&error.error))?;
-    let bytes = file.metadata().map_err(|error| unwritable(&error))?.len();
+    let written = tar.into_inner().and_then(|gz| gz.finish()).and_then(Part::persist);
+    let bytes = written.map_err(|error| unwritable(&error))?;
     let names = names.into_iter().cloned().collect();
     let moved = packing.entries.iter().filter(|(name, _)| name.starts_with(OUTSIDE));
     let moved = moved.filter(|(_, (path, _))| !path.starts_with(&packing.root));
@@ -79,6 +76,8 @@ pub fn pack(document: &Document, path: &Path, archive: &Path) -> Result<Packed, 
 
 /// The files of an archive that is being packed.
 struct Packing {
+    /// True if files outside the root are packed.
+    outside: bool,
     /// The folder of the graph, which is the root of the archive.
     root: PathBuf,
     /// By name in the archive: the path on disk, and the content to pack.
@@ -90,32 +89,72 @@ struct Packing {
 }
 
 impl Packing {
-    fn new(graph: &Path) -> Result<Self, Failure> {
-        let place = place_of(graph)?;
-        let root = place.parent().map(Path::to_owned).unwrap_or_default();
-        Ok(Self { root, entries: BTreeMap::new(), names: BTreeMap::new(), taken: BTreeSet::new() })
+    fn new(graph: &Path, outside: bool) -> Result<Self, Failure> {
+        // File names in the graph are relative to the folder in which it was named, even if it is a link.
+        let folder = graph.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let root = place_of(folder)?;
+        Ok(Self { outside, root, entries: BTreeMap::new(), names: BTreeMap::new(), taken: BTreeSet::new() })
     }
 
-    /// Adds a file, once; returns its name in the archive.
-    fn add(&mut self, path: &Path, content: Content) -> Result<String, Failure> {
+    /// Adds the graph that is packed; returns its name in the archive.
+    fn add_outermost(&mut self, document: &Document, path: &Path) -> Result<String, Failure> {
+        let name = allowed(path, path.file_name().and_then(|name| name.to_str()).map(str::to_owned))?;
+        self.insert(place_of(path)?, name.clone(), Content::Graph(Arc::new(document.clone())));
+        Ok(name)
+    }
+
+    /// Adds a file that a node reads, once; returns its name in the archive.
+    fn add(&mut self, path: &Path, content: Content, reader: &Reader<'_>) -> Result<String, Failure> {
         let place = place_of(path)?;
         if let Some(name) = self.names.get(&place) {
             return Ok(name.clone());
         }
         let wanted = match place.strip_prefix(&self.root) {
             Ok(inside) => joined(inside),
+            Err(_) if !self.outside => {
+                let message = format!(
+                    "`{}` cannot be packed: {reader} reads it, but it is not in the folder of the graph",
+                    place.display()
+                );
+                return Err(Failure::wrong(message).hint(
+                    "add `--outside` if everybody who gets the archive may have it, or copy it into the folder",
+                ));
+            }
             Err(_) => joined(Path::new(place.file_name().unwrap_or_default())).map(|name| format!("{OUTSIDE}/{name}")),
         };
-        let fault = wanted.as_deref().map_or(Some("is not valid text"), fault_of);
-        if let Some(fault) = fault {
-            return Err(Failure::wrong(format!("`{}` cannot be packed: its name {fault}", path.display()))
-                .hint("give the file a name of letters, digits, `_` and `-`"));
-        }
-        let name = self.free(wanted.unwrap_or_default());
+        let name = allowed(path, Some(self.free(allowed(path, wanted)?)))?;
+        self.insert(place, name.clone(), content);
+        Ok(name)
+    }
+
+    fn insert(&mut self, place: PathBuf, name: String, content: Content) {
         self.taken.insert(name.to_lowercase());
         self.names.insert(place.clone(), name.clone());
-        self.entries.insert(name.clone(), (place, content));
-        Ok(name)
+        self.entries.insert(name, (place, content));
+    }
+
+    /// Adds a raster that a node reads, with its side file.
+    fn add_raster(&mut self, path: &Path, reader: &Reader<'_>) -> Result<(), Failure> {
+        let companion = raster::recognise(path).map_err(|error| {
+            let message = format!("`{}` cannot be packed: {}; {reader} reads it", path.display(), error.problem);
+            Failure::wrong(message).hint(error.remedy())
+        })?;
+        let name = self.add(path, Content::File, reader)?;
+        let Some(companion) = companion else { return Ok(()) };
+        let place = place_of(&companion)?;
+        if !self.outside && !place.starts_with(&self.root) {
+            // Refuses it, with the reason.
+            self.add(&companion, Content::File, reader)?;
+        }
+        // The side file goes with the file, under its name.
+        let name = format!("{name}.json");
+        let known = self.entries.get(&name).map(|(known, _)| known);
+        if known.is_some_and(|known| *known != place) {
+            let message = format!("`{}` and another file would both be `{name}`", companion.display());
+            return Err(Failure::wrong(message).hint("rename one of them"));
+        }
+        self.insert(place, allowed(&companion, Some(name))?, Content::File);
+        Ok(())
     }
 
     /// The name, or a similar one if it or that of its side file is taken.
@@ -133,54 +172,48 @@ impl Packing {
 
     /// Adds the files that a document reads.
     fn follow(&mut self, document: &Document) -> Result<(), Failure> {
-        for used in document.uses() {
-            let Some(inner) = &used.document else { continue };
-            if !self.names.contains_key(&place_of(&used.path)?) {
-                self.add(&used.path, Content::Graph(Arc::clone(inner)))?;
-                self.follow(inner)?;
-            }
-        }
         let graph = document.graph();
-        let values = graph.indices().flat_map(|node| graph.instance(node).params.iter().map(|(_, value)| value));
-        for value in values {
-            let ParamValue::File(file) = value else { continue };
-            if file.is_empty() {
-                continue;
-            }
-            let path = document.folder().join(file);
-            let name = self.add(&path, Content::File)?;
-            // The side file goes with the file, under its name.
-            let companion = raster::sidecar_path(&path);
-            if companion.is_file() {
-                let (place, name) = (place_of(&companion)?, format!("{name}.json"));
-                let known = self.entries.get(&name).map(|(known, _)| known);
-                if known.is_some_and(|known| *known != place) {
-                    let message = format!("`{}` and another file would both be `{name}`", companion.display());
-                    return Err(Failure::wrong(message).hint("rename one of them"));
+        for index in graph.indices() {
+            let instance = graph.instance(index);
+            let reader = Reader { node: &instance.name, document };
+            let used = document.subgraph(index);
+            for (parameter, value) in instance.params.iter() {
+                let ParamValue::File(file) = value else { continue };
+                let path = document.folder().join(file);
+                match used.filter(|_| parameter == "file") {
+                    _ if file.is_empty() => {}
+                    Some(inner) if !self.names.contains_key(&place_of(&path)?) => {
+                        self.add(&path, Content::Graph(Arc::clone(inner)), &reader)?;
+                        self.follow(inner)?;
+                    }
+                    Some(_) => {}
+                    None => self.add_raster(&path, &reader)?,
                 }
-                self.names.insert(place.clone(), name.clone());
-                self.taken.insert(name.to_lowercase());
-                self.entries.insert(name, (place, Content::File));
             }
         }
         Ok(())
     }
 
-    fn write<W: io::Write>(&self, tar: &mut tar::Builder<W>, name: &str) -> Result<(), Failure> {
+    fn write<W: io::Write>(
+        &self,
+        tar: &mut tar::Builder<W>,
+        name: &str,
+        unwritable: &dyn Fn(&io::Error) -> Failure,
+    ) -> Result<(), Failure> {
         let Some((place, content)) = self.entries.get(name) else { return Ok(()) };
         let failed =
             |error: io::Error| Failure::unable(format!("cannot pack `{}`: {}", place.display(), reason(&error)));
-        match content {
+        let written = match content {
             Content::Graph(document) => {
                 let text = self.text(document, name)?;
-                entry(tar, name, text.len() as u64, text.as_bytes()).map_err(failed)
+                entry(tar, name, text.len() as u64, text.as_bytes())
             }
             Content::File => {
-                let file = File::open(place).map_err(failed)?;
-                let bytes = file.metadata().map_err(failed)?.len();
-                entry(tar, name, bytes, file).map_err(failed)
+                let (file, metadata) = input::open(place).map_err(failed)?;
+                entry(tar, name, metadata.len(), file)
             }
-        }
+        };
+        written.map_err(|error| unwritable(&error))?.map_err(failed)
     }
 
     /// The text of a graph file, with its file names changed to those in the archive.
@@ -192,6 +225,32 @@ impl Packing {
             (!same).then(|| relative(folder, target))
         });
         renamed.map_err(|error| Failure::wrong(error.to_string()))
+    }
+}
+
+/// A node that reads a file, for messages.
+struct Reader<'a> {
+    node: &'a str,
+    document: &'a Document,
+}
+
+impl fmt::Display for Reader<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let file = self.document.path().and_then(Path::file_name).unwrap_or_default();
+        write!(f, "`{}` in `{}`", self.node, file.to_string_lossy())
+    }
+}
+
+/// A name in the archive, if archives may have it; `None` is one that is not text.
+fn allowed(path: &Path, name: Option<String>) -> Result<String, Failure> {
+    let refused = |what: String| {
+        Failure::wrong(format!("`{}` cannot be packed: {what}", path.display()))
+            .hint("give it and its folders short names of letters, digits, `_` and `-`, without a dot before them")
+    };
+    let name = name.ok_or_else(|| refused("its name is not valid text".to_owned()))?;
+    match fault_of(&name) {
+        None => Ok(name),
+        Some(fault) => Err(refused(format!("its name in the archive, `{}`, {fault}", name.escape_debug()))),
     }
 }
 
@@ -230,8 +289,16 @@ fn relative(folder: &Path, target: &str) -> String {
     up.chain(to[shared..].iter().copied()).collect::<Vec<_>>().join("/")
 }
 
-/// Writes an entry with only a name and content.
-fn entry<W: io::Write>(tar: &mut tar::Builder<W>, name: &str, bytes: u64, content: impl io::Read) -> io::Result<()> {
+/// Writes an entry with only a name and content. Returns whether the content could be read.
+///
+/// # Errors
+/// When the archive cannot be written.
+fn entry<W: io::Write>(
+    tar: &mut tar::Builder<W>,
+    name: &str,
+    bytes: u64,
+    content: impl io::Read,
+) -> io::Result<io::Result<()>> {
     let mut header = tar::Header::new_ustar();
     header.set_size(bytes);
     header.set_mode(0o644);
@@ -240,21 +307,34 @@ fn entry<W: io::Write>(tar: &mut tar::Builder<W>, name: &str, bytes: u64, conten
     header.set_gid(0);
     header.set_entry_type(tar::EntryType::Regular);
     // A file that has grown since is truncated; one that has shrunk is refused.
-    let mut content = Exact { inner: content, left: bytes };
-    tar.append_data(&mut header, name, &mut content)?;
-    if content.left > 0 { Err(io::Error::other("it changed while it was being packed")) } else { Ok(()) }
+    let mut content = Exact { inner: content, left: bytes, error: None };
+    let written = tar.append_data(&mut header, name, &mut content);
+    if let Some(error) = content.error {
+        return Ok(Err(error));
+    }
+    written?;
+    Ok(if content.left > 0 { Err(io::Error::other("it changed while it was being packed")) } else { Ok(()) })
 }
 
 /// The first bytes of a source, counted down.
 struct Exact<R> {
     inner: R,
     left: u64,
+    /// Why it could not be read.
+    error: Option<io::Error>,
 }
 
 impl<R: io::Read> io::Read for Exact<R> {
     fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
         let most = usize::try_from(self.left).unwrap_or(usize::MAX).min(to.len());
-        let count = self.inner.read(&mut to[..most])?;
+        let count = match self.inner.read(&mut to[..most]) {
+            Err(error) if error.kind() != io::ErrorKind::Interrupted => {
+                let kind = error.kind();
+                self.error = Some(error);
+                return Err(kind.into());
+            }
+            count => count?,
+        };
         self.left -= count as u64;
         Ok(count)
     }

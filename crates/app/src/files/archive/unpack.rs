@@ -2,22 +2,28 @@
 
 use std::{
     collections::BTreeSet,
-    fs::{self, File, OpenOptions},
+    fs,
     io::{self, BufReader, Read as _},
     path::{Path, PathBuf},
 };
 
 use flate2::read::GzDecoder;
-use orograph_graph::memory::Leftover;
+use orograph_graph::{
+    files::{self, Access, Out, Staging},
+    input,
+};
 
 use super::fault_of;
-use crate::report::failure::{Failure, reason};
+use crate::report::failure::{Failure, reason, remedy};
 
 /// Maximum total size of the files of an archive, in bytes.
 const MAX_BYTES: u64 = 4 << 30;
 
 /// Maximum number of files in an archive.
 const MAX_FILES: usize = 10_000;
+
+/// Maximum number of bytes after the last file: the zeros with which programs fill the last block.
+const MAX_REST: u64 = 1 << 20;
 
 /// The result of unpacking.
 #[derive(Debug)]
@@ -33,29 +39,23 @@ pub struct Unpacked {
 /// # Errors
 /// When the folder is not empty, the archive is unsafe, or something cannot be written.
 pub fn unpack(archive: &Path, folder: &Path) -> Result<Unpacked, Failure> {
-    let unwritable =
-        |error: &io::Error| Failure::unable(format!("cannot write `{}`: {}", folder.display(), reason(error)));
+    let unwritable = |error: &io::Error| unwritable(folder, error);
     let empty = fs::read_dir(folder).map(|mut entries| entries.next().is_none());
     if folder.exists() && !empty.unwrap_or(false) {
         return Err(Failure::wrong(format!("`{}` exists already and is not empty", folder.display()))
             .hint("name another folder with `-o`"));
     }
     let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    fs::create_dir_all(parent).map_err(|error| unwritable(&error))?;
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".orograph-");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt as _;
-        builder.permissions(fs::Permissions::from_mode(0o777));
-    }
-    let staging = builder.tempdir_in(parent).map_err(|error| unwritable(&error))?;
-    let _leftover = Leftover::note(staging.path(), &[]);
-    let unpacked = unpack_into(archive, staging.path())?;
+    files::create_folders(parent, files::Access::Usual).map_err(|error| unwritable(&error))?;
+    let staging = Staging::begin(parent, &[]).map_err(|error| unwritable(&error))?;
+    let unpacked = unpack_into(archive, &staging.files())?;
+    files::flush_all(&staging.files()).map_err(|error| unwritable(&error))?;
     if folder.exists() {
-        fs::remove_dir(folder).map_err(|error| unwritable(&error))?;
+        files::remove_folder(folder).map_err(|error| unwritable(&error))?;
     }
-    fs::rename(staging.path(), folder).map_err(|error| unwritable(&error))?;
+    files::rename(&staging.files(), folder).map_err(|error| unwritable(&error))?;
+    // the folder is whole under either name
+    let _ = files::flush_folder(parent);
     Ok(unpacked)
 }
 
@@ -74,23 +74,24 @@ fn unpack_within(archive: &Path, folder: &Path, most: u64) -> Result<Unpacked, F
             .hint("it is damaged, or was not made by `orograph pack`")
     };
     let damaged = |error: io::Error| refused(format!("it is not a valid archive ({error})"));
-    let file =
-        File::open(archive).map_err(|error| Failure::wrong(format!("`{shown}` cannot be read: {}", reason(&error))))?;
+    let (file, _) = input::open(archive)
+        .map_err(|error| Failure::wrong(format!("`{shown}` cannot be read: {}", reason(&error))))?;
     // Headers and padding take at most 1 KiB a file.
     let bound = most + (MAX_FILES as u64 + 2) * 1024;
     let mut tar = tar::Archive::new(GzDecoder::new(BufReader::new(file)).take(bound));
     let (mut graph, mut names, mut folders) = (None, BTreeSet::new(), BTreeSet::new());
     let mut left = most;
-    for entry in tar.entries().map_err(damaged)? {
+    // Raw entries: long names and extended headers, which the library would read whole, are entries of their own kind.
+    for entry in tar.entries().map_err(damaged)?.raw(true) {
         let mut entry = entry.map_err(damaged)?;
         let name = String::from_utf8(entry.path_bytes().into_owned())
             .map_err(|_| refused("it has a file whose name is not valid text".to_owned()))?;
         let quoted = name.escape_debug().to_string();
+        if entry.header().entry_type() != tar::EntryType::Regular {
+            return Err(refused(format!("`{quoted}` is not a plain file but a link, a folder, a device or a header")));
+        }
         if let Some(fault) = fault_of(&name) {
             return Err(refused(format!("the name `{quoted}` {fault}")));
-        }
-        if entry.header().entry_type() != tar::EntryType::Regular {
-            return Err(refused(format!("`{quoted}` is not a plain file but a link, a folder or a device")));
         }
         let lower = name.to_lowercase();
         let above: Vec<String> = lower.match_indices('/').map(|(at, _)| lower[..at].to_owned()).collect();
@@ -106,24 +107,31 @@ fn unpack_within(archive: &Path, folder: &Path, most: u64) -> Result<Unpacked, F
             .checked_sub(size)
             .ok_or_else(|| refused(format!("its files are larger than {} in total", orograph_graph::bytes(most))))?;
         let target = folder.join(&name);
-        let unwritable =
-            |error: io::Error| Failure::unable(format!("cannot write `{}`: {}", target.display(), reason(&error)));
+        let unwritable = |error: io::Error| unwritable(&target, &error);
         if let Some(parent) = target.parent() {
-            fs::create_dir_all(parent).map_err(unwritable)?;
+            files::create_folders(parent, files::Access::Usual).map_err(unwritable)?;
         }
-        let mut to = OpenOptions::new().write(true).create_new(true).open(&target).map_err(unwritable)?;
+        let mut to = Out::create(&target, Access::Usual).map_err(unwritable)?;
         if copy(&mut entry, &mut to, &damaged, &unwritable)? != size {
             return Err(refused(format!("`{quoted}` is cut off")));
         }
         graph.get_or_insert_with(|| PathBuf::from(name));
     }
-    // Data after the last entry is ignored, but the checksum behind it must be right.
-    io::copy(&mut tar.into_inner(), &mut io::sink()).map_err(damaged)?;
+    // Zeros after the last entry are ignored, but the checksum behind them must be right.
+    let mut rest = tar.into_inner().take(MAX_REST + 1);
+    if io::copy(&mut rest, &mut io::sink()).map_err(damaged)? > MAX_REST {
+        return Err(refused("it goes on after its last file".to_owned()));
+    }
     let graph = graph.ok_or_else(|| refused("there is nothing in it".to_owned()))?;
     if graph.extension().is_none_or(|extension| extension != "ron") {
         return Err(refused(format!("its first file, `{}`, is not a graph file", graph.display())));
     }
     Ok(Unpacked { graph, files: names.len() })
+}
+
+fn unwritable(path: &Path, error: &io::Error) -> Failure {
+    Failure::unable(format!("cannot write `{}`: {}", path.display(), reason(error)))
+        .hint(format!("{}, or choose another folder with `-o`", remedy(error)))
 }
 
 /// Copies a file; returns its size.
@@ -201,6 +209,9 @@ mod tests {
             ("C:/evil.ron", "character"),
             ("..\\evil.ron", "character"),
             ("a//b.ron", "empty part"),
+            (".git/config", "begins with a dot"),
+            ("a/.hidden", "begins with a dot"),
+            ("a\u{202e}nor.b", "direction of writing"),
         ] {
             refused(&archive(&[("g.ron", FILE, b"()"), (name, FILE, b"evil")]), said);
         }
