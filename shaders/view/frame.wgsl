@@ -19,7 +19,7 @@ struct Frame {
     exposure: f32,
     overlay: vec4f,    // contour interval and opacity, mask opacity, haze
     air: vec4f,        // haze: metres to its beginning, density per metre, height of its layer; 1 / extent
-    sky: vec4f,        // altitude of the camera in km
+    sky: vec4f,        // altitude of the camera in km; ground texture: amount, metres of its largest forms
     sweep: vec4f,      // shadows: sideways shift per step, metres per step, first line, cells per step
     sweep_lines: vec4i, // steps along 0 x or 1 y; 1 forward; steps; lines
     sweep_fall: vec4f, // fall of the light per metre, for the lower and the upper limb of the sun

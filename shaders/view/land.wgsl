@@ -4,7 +4,7 @@
 @group(1) @binding(1) var water_map: texture_2d<f32>;
 @group(1) @binding(2) var gradient_map: texture_2d<f32>; // of the ground, rise per metre to the east and to the south
 @group(1) @binding(3) var colour_map: texture_2d<f32>;
-@group(1) @binding(4) var mask_map: texture_2d<f32>;
+@group(1) @binding(4) var overlay_map: texture_2d<f32>;  // a mask, coverage by lines
 @group(1) @binding(5) var tint_map: texture_2d<f32>;     // rows: alpine, rock, map
 @group(1) @binding(6) var seen_map: texture_2d<f32>;     // visible fraction of the sun
 @group(1) @binding(7) var open_map: texture_2d<f32>;     // visible fraction of the sky

@@ -8,15 +8,21 @@ fn sky_vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
 
 const PLAIN = vec3f(0.2, 0.202, 0.202);
 
-// The visible fraction of the sun at a point of the plain. Its ray to the sun enters the terrain at some height above
-// the edge; the shadow there, extended to the plain, is the shadow on the point.
-fn plain_sun(place: vec2f) -> f32 {
+// The visible fraction of the sun at a point of the plain, seen along `look` from a distance `far`. Its ray to the sun
+// enters the terrain at some height above the edge; the shadow there, extended to the plain, is the shadow on the point.
+fn plain_sun(point: vec2f, look: vec3f, far: f32) -> f32 {
     let extent = vec2f(frame.cells) * frame.cell_m;
     let level = length(frame.sun.xz);
     if frame.flags.z == 0u || level < 1e-4 || frame.sun.y < 0.003 {
         return 1.0;
     }
     let way = frame.sun.xz / level;
+    // the distance from the sides of the shadow, where the block ends; a point outside of them is moved inside, because
+    // an edge that is soft over some pixels begins outside
+    let aside = vec2f(-way.y, way.x);
+    let across = dot(point - 0.5 * extent, aside);
+    let inside = 0.5 * dot(abs(aside), extent) - abs(across);
+    let place = point - aside * sign(across) * max(1e-3 * length(extent) - inside, 0.0);
     // where the ray enters the terrain
     let safe = select(way, vec2f(1e-9), abs(way) < vec2f(1e-9));
     let a = -place / safe;
@@ -33,7 +39,12 @@ fn plain_sun(place: vec2f) -> f32 {
     // the rays to the lower and the upper limb
     let shade = max(shade_heights(edge), vec2f(top)) - enter * frame.sweep_fall.xy;
     let soft = max(shade.x - shade.y, frame.cell_m);
-    return smoothstep(0.0, 1.0, (frame.heights.w - shade.y) / soft);
+    let seen = smoothstep(0.0, 1.0, (frame.heights.w - shade.y) / soft);
+    // a pixel on the plain, across the side of the shadow
+    let ahead = look.xz / max(length(look.xz), 1e-6);
+    let stretch = abs(dot(aside, ahead)) / max(-look.y, 1e-3) + abs(dot(aside, vec2f(-ahead.y, ahead.x)));
+    let pixel = 2.0 * far * length(frame.up.xyz) / frame.size.y * stretch;
+    return mix(1.0, seen, clamp(0.5 + inside / max(1.5 * pixel, 0.0093 * enter), 0.0, 1.0));
 }
 
 fn plain_light(way: vec3f, far: f32) -> vec3f {
@@ -50,7 +61,7 @@ fn plain_light(way: vec3f, far: f32) -> vec3f {
     let wall = max(frame.heights.y * frame.exaggeration - frame.heights.w, 1e-3);
     let near = exp(-length(off) / (0.5 * wall));
     let sun = sun_light();
-    let light = sun * max(frame.sun.y, 0.0) * plain_sun(place) + ambient_light(vec3f(0.0, 1.0, 0.0)) * (1.0 - 0.5 * near);
+    let light = sun * max(frame.sun.y, 0.0) * plain_sun(place, way, far) + ambient_light(vec3f(0.0, 1.0, 0.0)) * (1.0 - 0.5 * near);
     let clear = exp(-haze_depth(way, far));
     let source = haze_source(dot(way, frame.sun.xyz), sun, 1.0, 1.0);
     let thickness = haze_rayleigh() + haze_mie();

@@ -82,10 +82,11 @@ fn natural(height: f32, slope: f32) -> vec3f {
     return mix(soft, rock, smoothstep(0.55, 0.95, slope));
 }
 
-fn albedo_at(uv: vec2f, height: f32, slope: f32) -> vec3f {
+fn albedo_at(uv: vec2f, height: f32, slope: f32, tone: f32) -> vec3f {
     switch frame.flags.x {
         case 0u: { return textureSample(colour_map, slant_sampler, uv).rgb; }
-        case 1u: { return natural(height, slope); }
+        // rock shows through the grass in patches
+        case 1u: { return natural(height, slope + 0.35 * tone) * (1.0 + 0.5 * tone); }
         case 2u: {
             let at = clamp((height - frame.heights.x) / max(frame.heights.y - frame.heights.x, 1.0), 0.0, 1.0);
             return textureSampleLevel(tint_map, smooth_sampler, vec2f(at, 2.5 / 3.0), 0.0).rgb;
@@ -192,6 +193,30 @@ fn ripples(at: vec2f, spread: f32) -> vec2f {
     return slope;
 }
 
+// Ground below the size of a cell: its slope, and its tone around 0. The terrain's own roughness goes on in octaves of
+// half the length and height, larger on steep ground; lengths are powers of two metres, so that parts with finer cells
+// agree, and turned against each other, so that their lattices do not show. Octaves fade out below a few pixels.
+fn ground_texture(at: vec2f, slope: f32, spread: f32) -> vec3f {
+    var sum = vec3f(0.0);
+    let steep = smoothstep(0.3, 0.9, slope);
+    var size = frame.sky.z;
+    var turn = vec2f(0.8, 0.6);
+    for (var k = 0; k < 7; k++) {
+        let strength = frame.sky.y * smoothstep(0.4, 0.1, spread / size);
+        if strength > 0.0 {
+            let p = vec2f(turn.x * at.x - turn.y * at.y, turn.y * at.x + turn.x * at.y) / size + 17.0 * f32(k);
+            let e = 0.15;
+            let n = noise(p);
+            let rise = vec2f(noise(p + vec2f(e, 0.0)) - n, noise(p + vec2f(0.0, e)) - n) / e;
+            let back = vec2f(turn.x * rise.x + turn.y * rise.y, turn.x * rise.y - turn.y * rise.x);
+            sum += strength * vec3f(back * mix(0.09, 0.3, steep), (n - 0.5) * mix(0.3, 0.45, steep));
+        }
+        size *= 0.5;
+        turn = vec2f(turn.x * 0.36 - turn.y * 0.93, turn.y * 0.36 + turn.x * 0.93);
+    }
+    return sum;
+}
+
 fn top_at(uv: vec2f) -> f32 {
     let land = ground_and_water(uv);
     return land.x + max(land.y, 0.0);
@@ -223,10 +248,14 @@ fn surface(in: Vertex) -> vec4f {
     let uv = clamp(in.uv, vec2f(0.0), vec2f(1.0));
     let land = ground_and_water(uv);
     let gradient = textureSample(gradient_map, slant_sampler, uv).xy * frame.exaggeration;
-    let normal = normalize(vec3f(-gradient.x, 1.0, -gradient.y));
-    var albedo = albedo_at(uv, land.x, length(gradient) / frame.exaggeration);
-    let mask = textureSample(mask_map, smooth_sampler, uv).x * frame.overlay.z;
-    albedo = mix(albedo, vec3f(0.75, 0.16, 0.05), mask);
+    let spread = max(length(dpdx(in.place.xz)), length(dpdy(in.place.xz)));
+    let at = uv * vec2f(frame.cells) * frame.cell_m + frame.corner.xy;
+    let texture = ground_texture(at, length(gradient) / frame.exaggeration, spread);
+    let normal = normalize(vec3f(-gradient.x - texture.x, 1.0, -gradient.y - texture.y));
+    var albedo = albedo_at(uv, land.x, length(gradient) / frame.exaggeration, texture.z);
+    let overlay = textureSample(overlay_map, smooth_sampler, uv).xy;
+    albedo = mix(albedo, vec3f(0.75, 0.16, 0.05), overlay.x * frame.overlay.z);
+    albedo = mix(albedo, vec3f(0.01, 0.12, 0.5), overlay.y);
     if frame.flags.y == 1u {
         albedo = level_colour(in.level);
     }
@@ -236,13 +265,12 @@ fn surface(in: Vertex) -> vec4f {
     let seen = seen_at(uv, (land.x + depth) * frame.exaggeration, gradient * (1.0 - wet));
     let open = pow(textureSample(open_map, smooth_sampler, uv * frame.over.zw + frame.over.xy).x, 1.6);
     var light = lit(albedo, normal, seen, open);
-    let spread = max(length(dpdx(in.place.xz)), length(dpdy(in.place.xz)));
     if wet > 0.0 {
         let step = vec2f(1.0) / vec2f(frame.cells);
         let east = top_at(uv + vec2f(step.x, 0.0)) - top_at(uv - vec2f(step.x, 0.0));
         let south = top_at(uv + vec2f(0.0, step.y)) - top_at(uv - vec2f(0.0, step.y));
         let slope = vec2f(east, south) * frame.exaggeration / (2.0 * frame.cell_m);
-        let waves = ripples(uv * vec2f(frame.cells) * frame.cell_m + frame.corner.xy, spread);
+        let waves = ripples(at, spread);
         let surface = normalize(vec3f(-slope.x - waves.x, 1.0, -slope.y - waves.y));
         let rough = mix(0.06, 0.16, smoothstep(1.0, 20.0, spread));
         light = mix(light, through_water(light, depth, surface, normalize(in.place), seen, open, rough), wet);

@@ -33,7 +33,7 @@ use orograph::{
     export::outputs::OutputOptions,
     report::progress::Quiet,
 };
-use orograph_graph::{Cancel, Edit, Store, StoreFolder};
+use orograph_graph::{Cancel, Edit, Store, StoreFolder, Trust};
 
 const GRAPH: &str = r#"(
     world: (size: "16 km", cells: 1024, seed: 3),
@@ -142,7 +142,12 @@ fn latency(folder: &Path, graph: &str, (node, name, [first, step]): Drag, cells:
 fn export_and_reopen(folder: &Path) {
     let (path, out) = (folder.join("graph.ron"), folder.join("out"));
     fs::write(&path, GRAPH.replace("\"height\": \"base\"", "\"height\": \"rivers\"")).expect("written");
-    let place = StoreFolder { folder: folder.join("store"), budget: 1 << 30, worth: Duration::from_secs(3600) };
+    let place = StoreFolder {
+        folder: folder.join("store"),
+        budget: 1 << 30,
+        worth: Duration::from_secs(3600),
+        trust: Trust::Own,
+    };
     let store = || Arc::new(Store::new(1 << 28, Some(place.clone())));
     let open = || {
         let mut session =

@@ -24,5 +24,5 @@ pub mod view;
 #[cfg(test)]
 extern crate self as orograph;
 
-pub use crate::report::failure::{Exit, Failure};
+pub use crate::report::failure::{Exit, Failure, remedy};
 pub use cli::run;

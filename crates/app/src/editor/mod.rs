@@ -10,6 +10,7 @@
     reason = "what a window shows is not part of the terrain, so it may differ by a bit"
 )]
 
+mod arithmetic;
 mod canvas;
 mod dialogs;
 mod inspector;
@@ -50,7 +51,7 @@ pub fn open(file: Option<PathBuf>) -> Result<(), Failure> {
         Box::new(|context| Ok(Box::new(App::new(context, file, store)?.kept(context, Journals::of_system())))),
     )
     .map_err(|error| {
-        let why = error.to_string();
+        let why = without_place(&error.to_string());
         // A problem of the file is not a failure of the window.
         let inner = match error {
             eframe::Error::AppCreation(inner) => inner.downcast::<Failure>().ok(),
@@ -61,4 +62,21 @@ pub fn open(file: Option<PathBuf>) -> Result<(), Failure> {
                 .hint("the editor needs a display and a graphics driver; `orograph run GRAPH.ron -o DIR` needs neither")
         })
     })
+}
+
+/// The message of a window library without its own name and the place in its source code, as in `winit EventLoopError:
+/// os error at /build/winit/src/linux.rs:765: DISPLAY is not set`.
+fn without_place(message: &str) -> String {
+    let reason = message.split_once("os error at ").and_then(|(_, rest)| rest.split_once(": "));
+    reason.map_or(message, |(_, reason)| reason).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn an_error_of_the_window_has_no_place_in_source_code() {
+        let text = "winit EventLoopError: os error at /root/winit-0.30/src/linux/mod.rs:765: DISPLAY is not set: none";
+        assert_eq!(super::without_place(text), "DISPLAY is not set: none");
+        assert_eq!(super::without_place("no screen: none"), "no screen: none");
+    }
 }

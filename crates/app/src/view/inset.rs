@@ -13,7 +13,7 @@ use super::{
     camera::Ray,
     error::ViewError,
     ray::Hit,
-    terrain::{MOST_CELLS, Terrain},
+    terrain::{Cover, MOST_CELLS, Terrain},
 };
 
 /// Width of the band in coarse cells.
@@ -43,7 +43,7 @@ pub struct Inset {
 }
 
 impl Inset {
-    /// Blends a part with the terrain. Both have the same optional fields: colours, water, a mask.
+    /// Blends a part with the terrain. Both have the same optional fields ([`Cover`]).
     ///
     /// # Errors
     /// When the part has more cells than can be drawn, is not within the terrain, or has other fields.
@@ -77,17 +77,13 @@ impl Inset {
             (None, None) => Ok(None),
             _ => Err(ViewError::Terrain("the finer part and the terrain have different fields".to_owned())),
         };
-        let mut terrain = Terrain::new(&inset.joined(coarse.height(), part.height()))?;
-        if let Some(colour) = joined(coarse.colour(), part.colour())? {
-            terrain = terrain.with_colour(&colour)?;
-        }
-        if let Some(water) = joined(coarse.water(), part.water())? {
-            terrain = terrain.with_water(&water)?;
-        }
-        if let Some(mask) = joined(coarse.mask(), part.mask())? {
-            terrain = terrain.with_mask(&mask)?;
-        }
-        inset.terrain = terrain;
+        let colour = joined(coarse.colour(), part.colour())?;
+        let water = joined(coarse.water(), part.water())?;
+        let mask = joined(coarse.mask(), part.mask())?;
+        let lines = joined(coarse.lines(), part.lines())?;
+        let cover =
+            Cover { colour: colour.as_ref(), water: water.as_ref(), mask: mask.as_ref(), lines: lines.as_ref() };
+        inset.terrain = Terrain::new(&inset.joined(coarse.height(), part.height()))?.covered(cover)?;
         inset.bounds = inset.widened(coarse);
         Ok(inset)
     }
@@ -306,7 +302,7 @@ mod tests {
         assert!(Inset::new(&coarse(), &other).is_err());
         let wet = part([64, 96], [128, 96], slope);
         let depth = wet.height().clone();
-        let wet = wet.with_water(&depth).expect("fits");
+        let wet = wet.covered(Cover { water: Some(&depth), ..Cover::default() }).expect("fits");
         assert!(Inset::new(&coarse(), &wet).is_err());
     }
 }

@@ -1,7 +1,7 @@
 //! The textures of a terrain.
 
-use orograph_graph::{Field, Srgb};
-use orograph_nodes::numerics::{light, math::f32 as math, palettes::Palette};
+use orograph_graph::Field;
+use orograph_nodes::numerics::{math::f32 as math, palettes::Palette};
 use rayon::prelude::*;
 
 use super::{
@@ -11,6 +11,7 @@ use super::{
     terrain::Terrain,
     uniforms::open_texels,
 };
+use crate::export::picture::{TINTS, tints};
 
 /// The textures of a terrain.
 #[derive(Debug)]
@@ -64,9 +65,6 @@ enum What {
     Halved(wgpu::TextureFormat),
 }
 
-/// Colours in a row of the tint map.
-const TINTS: usize = 256;
-
 impl Maps {
     /// Creates the textures of a terrain, or of an inset in the terrain around it.
     pub(super) fn new(gpu: &Gpu, terrain: &Terrain, around: Option<Around<'_>>) -> Self {
@@ -104,17 +102,24 @@ impl Maps {
             }
             None => one(gpu, COLOUR, &[255; 4]),
         };
-        let mask = match terrain.mask() {
-            Some(mask) => {
-                let texture = gpu.texture(cells, wgpu::TextureFormat::R8Unorm, 1, copy);
-                let codes = mask.plane(0).par_iter().map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8);
-                gpu.fill(&texture, &codes.collect::<Vec<u8>>());
+        let overlay = match [terrain.mask(), terrain.lines()] {
+            [None, None] => one(gpu, wgpu::TextureFormat::Rg8Unorm, &[0; 2]),
+            overlays => {
+                let texture = gpu.texture(cells, wgpu::TextureFormat::Rg8Unorm, 1, copy);
+                let planes = overlays.map(|field| field.map(|field| field.plane(0)));
+                let code = |plane: Option<&[f32]>, at: usize| {
+                    plane.map_or(0, |plane| (plane[at].clamp(0.0, 1.0) * 255.0).round() as u8)
+                };
+                let texels = (0..terrain.height().window().len()).into_par_iter();
+                gpu.fill(
+                    &texture,
+                    &texels.flat_map_iter(|at| planes.map(|plane| code(plane, at))).collect::<Vec<u8>>(),
+                );
                 texture
             }
-            None => one(gpu, wgpu::TextureFormat::R8Unorm, &[0]),
         };
-        let tints = gpu.texture([TINTS as u32, 3], COLOUR, 1, copy);
-        gpu.fill(&tints, &[Palette::Alpine, Palette::Rock, Palette::Map].map(row).concat());
+        let rows = gpu.texture([TINTS as u32, 3], COLOUR, 1, copy);
+        gpu.fill(&rows, &[Palette::Alpine, Palette::Rock, Palette::Map].map(row).concat());
 
         let seen = gpu.texture(cells, SEEN, mips, drawn);
         // an inset is too small to compute sky visibility; it uses that of the whole terrain
@@ -126,7 +131,7 @@ impl Maps {
         let shade = whole(&shade);
         let nothing = whole(&one(gpu, SEEN, &[255]));
         let no_shade = whole(&one(gpu, SHADE, &[0; 8]));
-        let of_land = [&height, &water, &gradient, &colour, &mask, &tints].map(whole);
+        let of_land = [&height, &water, &gradient, &colour, &overlay, &rows].map(whole);
         let group = |seen: &wgpu::TextureView, open: &wgpu::TextureView, shade: &wgpu::TextureView| {
             let views: Vec<&wgpu::TextureView> = of_land.iter().chain([seen, open, shade]).collect();
             gpu.group(&gpu.land_layout, &views)
@@ -252,18 +257,7 @@ fn code(light: f32) -> u8 {
     (v * 255.0).round() as u8
 }
 
-/// The colours of a palette from first to last, perceptually even.
+/// The colours of a palette as sRGB bytes.
 fn row(palette: Palette) -> Vec<u8> {
-    let stops = palette.stops(0.0, 1.0);
-    let oklab = |colour: Srgb| light::oklab(light::linear(colour));
-    let colours = (0..TINTS).flat_map(|step| {
-        let at = step as f64 / (TINTS - 1) as f64;
-        let next = stops.iter().position(|stop| stop.at >= at).unwrap_or(stops.len() - 1).max(1);
-        let (a, b) = (&stops[next - 1], &stops[next]);
-        let t = (at - a.at) / (b.at - a.at);
-        let (from, to) = (oklab(a.colour), oklab(b.colour));
-        let [r, g, b] = light::rgb([0, 1, 2].map(|c| from[c] + (to[c] - from[c]) * t));
-        [r, g, b].map(|v| code(v.clamp(0.0, 1.0) as f32)).into_iter().chain([255])
-    });
-    colours.collect()
+    tints(palette).into_iter().flat_map(|[r, g, b]| [code(r), code(g), code(b), 255]).collect()
 }

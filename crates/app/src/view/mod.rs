@@ -2,7 +2,7 @@
 //!
 //! It draws into any texture, so that the editor's window and a picture without a window use the same code:
 //!
-//! - [`Terrain`] is the terrain: heights, and optionally colours, water and a mask.
+//! - [`Terrain`] is the terrain: heights, and optionally a [`Cover`]: colours, water, a mask and lines.
 //! - [`Inset`] is a part of it at finer cells.
 //! - [`Scene`] has camera, sun, haze, exaggeration and contour lines.
 //! - [`Renderer`] owns the resources on the graphics card and records the passes of a picture.
@@ -20,6 +20,7 @@ mod controls;
 mod error;
 mod gpu;
 mod inset;
+mod lines;
 mod lod;
 mod maps;
 mod offscreen;
@@ -36,12 +37,13 @@ pub use camera::{Camera, Ray};
 pub use controls::{Fly, FlyKeys, Orbit};
 pub use error::ViewError;
 pub use inset::Inset;
+pub use lines::coverage;
 pub use offscreen::{Offscreen, drawn};
 pub use ray::Hit;
 pub use renderer::{Drawn, Renderer};
 pub use scene::{Background, Colouring, Contours, Scene};
 pub use sun::Sun;
-pub use terrain::Terrain;
+pub use terrain::{Cover, Terrain};
 
 #[cfg(test)]
 mod tests;

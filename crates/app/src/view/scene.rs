@@ -19,11 +19,13 @@ pub struct Scene {
     pub sea_level: Option<f64>,
     /// Amount of haze: 0 is perfectly clear air, 1 a fine day.
     pub haze: f64,
+    /// Unevenness and texture of the ground below the size of a cell: 0 for none.
+    pub texture: f64,
     /// The background behind the terrain.
     pub background: Background,
     /// True to draw shadows.
     pub shadows: bool,
-    /// Opacity of the mask over the colours, 0 to 1.
+    /// Opacity of a mask over the colours, 0 to 1.
     pub mask_opacity: f32,
     /// Exposure in stops above the default.
     pub exposure: f32,
@@ -47,6 +49,7 @@ impl Scene {
             contours: None,
             sea_level: None,
             haze: 1.0,
+            texture: 1.0,
             background: Background::Sky,
             shadows: true,
             mask_opacity: 0.6,
@@ -63,13 +66,14 @@ impl Scene {
         let level = forward.x * forward.x + forward.z * forward.z;
         let sees = eye.is_finite() && forward.is_finite() && level > 0.0 && (1e-6..3.1).contains(&fov_y);
         let sun = self.sun.azimuth_deg.is_finite() && self.sun.elevation_deg.is_finite();
-        let rest = [self.haze, self.detail_px, self.sea_level.unwrap_or(0.0)].into_iter().all(f64::is_finite);
+        let rest =
+            [self.haze, self.texture, self.detail_px, self.sea_level.unwrap_or(0.0)].into_iter().all(f64::is_finite);
         let refuse = |what: &str| Err(ViewError::Scene(format!("{what} is invalid")));
         match () {
             () if !sees => refuse("the camera position or target"),
             () if !sun => refuse("the position of the sun"),
             () if !(1e-6..=1e6).contains(&self.exaggeration) => refuse("the vertical exaggeration"),
-            () if !rest || !self.exposure.is_finite() => refuse("haze, detail, sea level or exposure"),
+            () if !rest || !self.exposure.is_finite() => refuse("haze, texture, detail, sea level or exposure"),
             () => Ok(()),
         }
     }

@@ -15,19 +15,34 @@ use crate::export::picture;
 /// blocks of cells.
 pub(super) const MOST_CELLS: u32 = 8192;
 
-/// The terrain to draw: heights, and optionally colours, water and a mask of the same window.
+/// The terrain to draw: heights, and optionally what lies on them, of the same window.
 #[derive(Clone, Debug)]
 pub struct Terrain {
     height: Field,
     colour: Option<Field>,
     water: Option<Field>,
     mask: Option<Field>,
+    /// The fraction of each cell that lines cover.
+    lines: Option<Field>,
     ground: Bounds,
     /// Bounds including the water, if there is any.
     surface: Option<Bounds>,
     range: [f64; 2],
     /// The original window, before cells are merged.
     window: Window,
+}
+
+/// What lies on a terrain, each of the window of its heights.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Cover<'a> {
+    /// Colours: linear RGB, three planes.
+    pub colour: Option<&'a Field>,
+    /// Depths of water in metres.
+    pub water: Option<&'a Field>,
+    /// A mask, drawn over the colours.
+    pub mask: Option<&'a Field>,
+    /// The fraction of each cell that lines cover, drawn over the colours.
+    pub lines: Option<&'a Field>,
 }
 
 impl Terrain {
@@ -44,35 +59,20 @@ impl Terrain {
         };
         let ground = bounds(&height, None);
         let range = [low, high].map(f64::from);
-        Ok(Self { height, colour: None, water: None, mask: None, ground, surface: None, range, window })
+        Ok(Self { height, colour: None, water: None, mask: None, lines: None, ground, surface: None, range, window })
     }
 
-    /// Adds colours: linear RGB, three planes.
+    /// Adds what lies on it.
     ///
     /// # Errors
-    /// When they have another window.
-    pub fn with_colour(mut self, colour: &Field) -> Result<Self, ViewError> {
-        self.colour = Some(self.fitted(colour, 3, "colours")?);
-        Ok(self)
-    }
-
-    /// Adds water depths in metres.
-    ///
-    /// # Errors
-    /// When they have another window.
-    pub fn with_water(mut self, depth: &Field) -> Result<Self, ViewError> {
-        let water = self.fitted(depth, 1, "water depths")?;
-        self.surface = Some(bounds(&self.height, Some(&water)));
-        self.water = Some(water);
-        Ok(self)
-    }
-
-    /// Adds a mask, drawn over the colours.
-    ///
-    /// # Errors
-    /// When it has another window.
-    pub fn with_mask(mut self, mask: &Field) -> Result<Self, ViewError> {
-        self.mask = Some(self.fitted(mask, 1, "a mask")?);
+    /// When a field has another window.
+    pub fn covered(mut self, cover: Cover<'_>) -> Result<Self, ViewError> {
+        let Cover { colour, water, mask, lines } = cover;
+        self.colour = colour.map(|colour| self.fitted(colour, 3, "colours")).transpose()?;
+        self.water = water.map(|depth| self.fitted(depth, 1, "water depths")).transpose()?;
+        self.mask = mask.map(|mask| self.fitted(mask, 1, "a mask")).transpose()?;
+        self.lines = lines.map(|lines| self.fitted(lines, 1, "lines")).transpose()?;
+        self.surface = self.water.as_ref().map(|water| bounds(&self.height, Some(water)));
         Ok(self)
     }
 
@@ -188,7 +188,7 @@ impl Terrain {
         &self.height
     }
 
-    pub(super) const fn colour(&self) -> Option<&Field> {
+    pub(crate) const fn colour(&self) -> Option<&Field> {
         self.colour.as_ref()
     }
 
@@ -198,6 +198,10 @@ impl Terrain {
 
     pub(super) const fn mask(&self) -> Option<&Field> {
         self.mask.as_ref()
+    }
+
+    pub(super) const fn lines(&self) -> Option<&Field> {
+        self.lines.as_ref()
     }
 }
 
@@ -240,9 +244,10 @@ mod tests {
     fn what_does_not_fit_is_refused() {
         let height = field([6, 4], 25.0, |x, _| x);
         let terrain = Terrain::new(&height).expect("heights");
-        assert!(terrain.clone().with_water(&field([6, 5], 25.0, |_, _| 0.0)).is_err());
-        assert!(terrain.clone().with_colour(&height).is_err());
-        assert!(terrain.with_mask(&height).is_ok());
+        let with = |cover: Cover<'_>| terrain.clone().covered(cover).is_ok();
+        assert!(!with(Cover { water: Some(&field([6, 5], 25.0, |_, _| 0.0)), ..Cover::default() }));
+        assert!(!with(Cover { colour: Some(&height), ..Cover::default() }));
+        assert!(with(Cover { mask: Some(&height), lines: Some(&height), ..Cover::default() }));
         assert!(Terrain::new(&field([6, 4], 25.0, |x, _| if x > 80.0 { f64::NAN } else { x })).is_err());
     }
 }

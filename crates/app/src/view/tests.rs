@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use orograph_nodes::numerics::math;
 
-use super::{Camera, Offscreen, Orbit, Scene, Sun, Terrain};
+use super::{Camera, Cover, Offscreen, Orbit, Scene, Sun, Terrain};
 use crate::testing::field;
 
 const SIZE: [u32; 2] = [256, 160];
@@ -163,7 +163,11 @@ fn water_and_the_sea_cover_the_land() {
     let Some(device) = device("water_and_the_sea_cover_the_land") else { return };
     let height = field([96, 96], 30.0, |x, _| 0.1 * x);
     let depth = field([96, 96], 30.0, |_, y| if y > 1440.0 { 20.0 } else { 0.0 });
-    let terrain = Arc::new(Terrain::new(&height).and_then(|terrain| terrain.with_water(&depth)).expect("fits"));
+    let terrain = Arc::new(
+        Terrain::new(&height)
+            .and_then(|terrain| terrain.covered(Cover { water: Some(&depth), ..Cover::default() }))
+            .expect("fits"),
+    );
     let camera = Camera::looking_at(DVec3::new(1440.0, 5000.0, 1441.0), DVec3::new(1440.0, 0.0, 1440.0), 0.7);
     let scene = Scene { sea_level: Some(72.0), haze: 0.0, ..Scene::new(camera) };
     let picture = device.picture(&terrain, &scene, SIZE).expect("drawn");
@@ -209,4 +213,60 @@ fn odd_worlds_are_drawn() {
         let middle = &picture[4 * (20 * 64 + 32)..][..3];
         assert!(middle != &picture[..3], "{cells:?}: nothing in the middle");
     }
+}
+
+/// The sides of the block's shadow on the plain are drawn as smooth as other edges: where the light is half that between
+/// shadow and sun, they do not step from pixel to pixel.
+#[test]
+fn the_sides_of_the_shadow_on_the_plain_are_smooth() {
+    let Some(device) = device("the_sides_of_the_shadow_on_the_plain_are_smooth") else { return };
+    let terrain = Arc::new(Terrain::new(&field([64, 64], 200.0, |_, _| 2000.0)).expect("heights"));
+    let sun = Sun { azimuth_deg: 287.0, elevation_deg: 8.0 };
+    let scene = Scene { sun, haze: 0.0, ..scene_of(&terrain) };
+    let picture = device.picture(&terrain, &scene, SIZE).expect("drawn");
+    let away = DVec3::new(-sun.towards().x, 0.0, -sun.towards().z).normalize();
+    // the side of the shadow that begins at the south-west corner
+    let corner = DVec3::new(0.0, terrain.base(1.0), terrain.size_m()[1]);
+    let light = |x: usize, y: usize| {
+        let at = 4 * (y * SIZE[0] as usize + x);
+        picture[at..at + 3].iter().map(|v| f64::from(*v)).sum::<f64>()
+    };
+    let mut off = std::collections::BTreeMap::new();
+    for step in 0..1400 {
+        // away from the wall, whose lower edge is next to the shadow's at first
+        let Some([px, py]) = scene.camera.pixel(corner + away * (1500.0 + f64::from(step)), SIZE) else { continue };
+        let (x, y) = (px.floor() as usize, py.floor() as usize);
+        assert!(x < SIZE[0] as usize && (7..SIZE[1] as usize - 7).contains(&y), "{px} {py}");
+        if (px - x as f64 - 0.5).abs() > 0.03 {
+            continue;
+        }
+        let column: Vec<f64> = (y - 6..=y + 6).map(|y| light(x, y)).collect();
+        let half = 0.5 * (column[3] + column[10]);
+        let at = column.windows(2).position(|pair| (pair[0] < half) != (pair[1] < half)).expect("an edge");
+        let part = (half - column[at]) / (column[at + 1] - column[at]);
+        off.insert(x, (y - 6 + at) as f64 + 0.5 + part - py);
+    }
+    let mean = off.values().sum::<f64>() / off.len() as f64;
+    let spread = (off.values().map(|off| (off - mean) * (off - mean)).sum::<f64>() / off.len() as f64).sqrt();
+    assert!(off.len() > 10 && mean.abs() < 0.5 && spread < 0.12, "{} columns, {mean} {spread}", off.len());
+}
+
+/// From close by, an even slope has texture, brighter and darker by some per cent; from afar not a byte of it.
+#[test]
+fn ground_has_texture_from_close_by() {
+    let Some(device) = device("ground_has_texture_from_close_by") else { return };
+    let height = field([256, 256], 50.0, |x, _| 0.3 * x + 500.0);
+    let terrain = Arc::new(Terrain::new(&height).expect("heights"));
+    let ground = |x: f64| DVec3::new(x, 0.3 * x + 500.0, 6400.0);
+    let near = Camera::looking_at(ground(6400.0) + DVec3::new(0.0, 60.0, 0.1), ground(6400.0), 0.8);
+    let far = scene_of(&terrain).camera;
+    let spread = |camera: Camera, texture: f64| {
+        let picture = device.picture(&terrain, &Scene { texture, ..Scene::new(camera) }, SIZE).expect("drawn");
+        let (low, high) =
+            picture.chunks_exact(4).fold((255, 0), |(low, high), pixel| (pixel[1].min(low), pixel[1].max(high)));
+        (high - low, picture)
+    };
+    let (even, rough) = (spread(near, 0.0).0, spread(near, 1.0).0);
+    assert!(even < 8 && (20..120).contains(&rough), "{even} without texture, {rough} with it");
+    assert!(spread(far, 0.0).1 == spread(far, 1.0).1, "texture is seen from afar");
 }

@@ -39,12 +39,13 @@ pub(super) struct Frame {
     size: [f32; 2],
     seconds: f32,
     exposure: f32,
-    /// Contour interval in metres, opacity of contours, opacity of the mask, amount of haze.
+    /// Contour interval in metres, opacity of contours, opacity of masks, amount of haze.
     overlay: Vec4,
     /// Haze: distance in metres to its beginning, density per metre, height of its layer in metres; 1 / extent of the
     /// terrain.
     air: Vec4,
-    /// Altitude of the camera for the tables of the sky, in kilometres.
+    /// Altitude of the camera for the tables of the sky, in kilometres; amount of texture of the ground, and the
+    /// length of its largest forms in metres.
     sky: Vec4,
     sweep: Vec4,
     sweep_lines: [i32; 4],
@@ -104,7 +105,6 @@ impl Frame {
             (Colouring::Map, _) => 2,
             (Colouring::Clay, _) => 3,
         };
-        let mask = if terrain.mask().is_some() { scene.mask_opacity } else { 0.0 };
         Self {
             projection: camera.projection(size, near),
             right: vector(camera.right() * tx, 0.0),
@@ -121,9 +121,13 @@ impl Frame {
             size: size.map(|n| n as f32),
             seconds: scene.seconds,
             exposure: scene.exposure + EXPOSURE + adapted(scene.sun.elevation_deg),
-            overlay: Vec4::new(contours[0], contours[1], mask, scene.haze as f32),
+            overlay: Vec4::new(contours[0], contours[1], scene.mask_opacity, scene.haze as f32),
             air: haze(terrain, scene, ground.base),
-            sky: Vec4::new(altitude_km(scene, ground.base) as f32, 0.0, 0.0, 0.0),
+            sky: {
+                // an inset has the texture of the terrain around it
+                let largest = math::exp2(math::log2(terrain.cell_m()).floor());
+                Vec4::new(altitude_km(scene, ground.base) as f32, scene.texture.max(0.0) as f32, largest as f32, 0.0)
+            },
             sweep: steps(sweep),
             sweep_lines: lines(sweep),
             sweep_fall: Vec4::new(sweep.fall[0] as f32, sweep.fall[1] as f32, 0.0, 0.0),

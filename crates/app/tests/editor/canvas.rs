@@ -258,6 +258,41 @@ fn the_palette_adds_a_node_at_the_pointer() {
 }
 
 #[test]
+fn a_new_node_is_wired_to_the_selected_one() {
+    let (mut window, _folder) = window_on(ROW);
+    let place = title(&window, "place");
+    click(&mut window, place);
+    let add = |window: &mut Harness<'_, App>, kind: &str| {
+        window.hover_at(ground(window) - vec2(0.0, 20.0));
+        window.run_steps(2);
+        key(window, Modifiers::NONE, Key::Tab);
+        type_text(window, kind);
+        key(window, Modifiers::NONE, Key::Enter);
+    };
+    // The first output of `place` is no height, and neither are the others.
+    add(&mut window, "thermal");
+    assert_eq!(source_of(&window, "thermal", 0), None);
+    let steps = title(&window, "steps");
+    click(&mut window, steps);
+    add(&mut window, "slope");
+    assert_eq!(source_of(&window, "slope", 0).as_deref(), Some("steps.height"));
+    assert_eq!(document(&window).steps(), 2, "one undo removes the node and its wire");
+    // A generator needs no wire.
+    let steps = title(&window, "steps");
+    click(&mut window, steps);
+    add(&mut window, "ridged");
+    assert!(
+        (0..document(&window)
+            .graph()
+            .instance(document(&window).graph().find("ridged").expect("added"))
+            .node
+            .inputs
+            .len())
+            .all(|input| source_of(&window, "ridged", input).is_none())
+    );
+}
+
+#[test]
 fn no_key_is_lost_between_slow_frames() {
     let (mut window, _folder) = window_on(ROW);
     let empty = ground(&window) - vec2(0.0, 20.0);

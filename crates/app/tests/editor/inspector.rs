@@ -433,3 +433,96 @@ fn a_note_of_several_lines_is_one_undo_step() {
     window.run_steps(3);
     assert_eq!(note(&window, "ground"), "");
 }
+
+#[test]
+fn the_planes_of_colours_and_weights_are_named() {
+    let mut window = selected("painted.ron", "painted");
+    for channel in ["red: ", "green: ", "blue: "] {
+        assert!(window.query_by_label_contains(channel).is_some(), "{channel}");
+    }
+    window.state_mut().session_mut().pin(Some("ground.weights".to_owned()));
+    window.state_mut().session_mut().select_only("ground");
+    settle(&mut window);
+    window.run_steps(3);
+    for layer in ["first: ", "fourth: "] {
+        assert!(window.query_by_label_contains(layer).is_some(), "{layer}");
+    }
+}
+
+#[test]
+fn a_single_stroke_is_counted_as_one() {
+    let text = "(\n  world: (size: 1000, cells: 32),\n  nodes: {\n    \"a\": Constant(value: 1),\n    \"paint\": Paint(height: \"a\", \
+                strokes: [(tool: raise, radius: 80, points: [(100, 100), (200, 200)])]),\n  },\n  outputs: { \"h\": \"paint\" },\n)\n";
+    let file = scratch(text);
+    let mut window = window(Some(file.path().join("graph.ron")));
+    window.state_mut().session_mut().select_only("paint");
+    settle(&mut window);
+    window.run_steps(4);
+    assert!(window.query_by_label("1 stroke").is_some() && window.query_by_label("1 strokes").is_none());
+}
+
+#[test]
+fn number_fields_calculate_with_units() {
+    let mut window = selected("hello.ron", "ground");
+    fill(&mut window, "wavelength", "6 km / 4");
+    assert_eq!(param(&window, "ground", "wavelength"), ParamValue::Float(1500.0));
+    assert!(window.state().session().document().source().contains("wavelength: \"1.5 km\""));
+    fill(&mut window, "wavelength", "(2 km + 500) / 3");
+    assert_eq!(param(&window, "ground", "wavelength"), ParamValue::Float(833.333333333));
+    fill(&mut window, "octaves", "2 * 3");
+    assert_eq!(param(&window, "ground", "octaves"), ParamValue::Int(6));
+    fill(&mut window, "wavelength", "2 km / 3 km");
+    fill(&mut window, "octaves", "7 / 2");
+    assert_eq!(param(&window, "ground", "octaves"), ParamValue::Int(6), "not an integer");
+    fill(&mut window, "wavelength", "2 km * 3 km");
+    assert!(window.query_by_label_contains("is not a unit of a length").is_some(), "a refused text shows the reason");
+    // the fields of the file
+    window.state_mut().session_mut().select([]);
+    window.run_steps(3);
+    fill(&mut window, "cells", "128 * 3");
+    assert_eq!(window.state().session().document().world().cells, [384, 384]);
+}
+
+#[test]
+fn colours_are_typed_in_hexadecimal() {
+    let mut window = selected("mesas.ron", "sand");
+    let colours = |window: &Harness<'_, App>| {
+        let ParamValue::Stops(stops) = param(window, "sand", "stops") else { return Vec::new() };
+        stops.iter().map(|stop| stop.colour.to_string()).collect::<Vec<_>>()
+    };
+    let before = colours(&window);
+    let mut fill = |old: &str, new: &str| {
+        let fields = window.query_all_by_role(Role::TextInput);
+        fields.into_iter().find(|field| field.value().as_deref() == Some(old)).expect("a field").focus();
+        window.run_steps(2);
+        // The field has the focus, with all of its text selected.
+        window.event(egui::Event::Text(new.to_owned()));
+        window.run_steps(2);
+        window.key_press(Key::Enter);
+        window.run_steps(3);
+        colours(&window)
+    };
+    assert_eq!(fill(&before[0], "#1a2B3c")[0], "#1a2b3c");
+    assert_eq!(fill("#1a2b3c", "ff8000")[0], "#ff8000");
+    assert_eq!(fill("#ff8000", "orange")[0], "#ff8000");
+    assert!(window.query_by_label_contains("six hexadecimal digits").is_some());
+}
+
+#[test]
+fn the_colour_of_a_layer_of_rock_is_typed() {
+    let mut window = selected("canyon.ron", "rock");
+    let colour = |window: &Harness<'_, App>| {
+        let ParamValue::Layers(layers) = param(window, "rock", "layers") else { return String::new() };
+        layers[0].colour.to_string()
+    };
+    let before = colour(&window);
+    let fields = window.query_all_by_role(Role::TextInput);
+    fields.into_iter().find(|field| field.value() == Some(before.clone())).expect("a field").focus();
+    window.run_steps(2);
+    window.event(egui::Event::Text("#102030".to_owned()));
+    window.run_steps(2);
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+    assert_eq!(colour(&window), "#102030");
+    picture(&mut window, "layers_of_rock");
+}

@@ -273,3 +273,62 @@ fn views_are_switched_by_the_menu() {
     panes(&mut window, "Reset panes");
     assert!((window.get_by_label("graph").rect().width() - width).abs() < 0.5);
 }
+
+#[test]
+fn a_key_maximises_the_pane_under_the_pointer() {
+    let (mut window, _folder) = window_on(ROW);
+    settle(&mut window);
+    let width = |window: &Harness<'_, App>| window.query_by_label("graph").map(|node| node.rect().width());
+    let usual = width(&window).expect("the graph is seen");
+    let over_graph = window.get_by_label("graph").rect().center_bottom() - egui::vec2(0.0, 20.0);
+    window.hover_at(over_graph);
+    window.run_steps(3);
+    press(&mut window, Modifiers::COMMAND, Key::Space);
+    assert!(width(&window).is_some_and(|wide| wide > 1200.0), "{:?}", width(&window));
+    assert!(window.query_by_label("Fit view").is_none() && window.query_by_label("Look").is_none());
+    picture(&mut window, "maximised_graph");
+    // The keys of the graph work; an action of the viewport shows the other panes.
+    press(&mut window, Modifiers::COMMAND, Key::A);
+    assert_eq!(window.state().session().selection().count(), 4);
+    graph_menu(&mut window, "View", "Contours");
+    assert_eq!(width(&window), Some(usual));
+    window.hover_at(egui::pos2(500.0, 250.0));
+    window.run_steps(3);
+    press(&mut window, Modifiers::COMMAND, Key::Space);
+    assert!(width(&window).is_none() && window.query_by_label("Fit view").is_some());
+    press(&mut window, Modifiers::COMMAND, Key::Space);
+    assert_eq!(width(&window), Some(usual));
+}
+
+/// A file that is dropped into the window.
+#[derive(Debug)]
+struct Dropped(std::path::PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &std::path::Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|error| error.to_string())
+    }
+}
+
+#[test]
+fn a_dropped_file_is_opened_or_refused_with_the_reason() {
+    let folder = scratch(GRAPH);
+    let drop = |window: &mut Harness<'_, App>, name: &str| {
+        window.input_mut().dropped_files.push(std::sync::Arc::new(Dropped(folder.path().join(name))));
+        window.run_steps(4);
+    };
+    let mut window = window(None);
+    drop(&mut window, "photo.png");
+    assert_eq!(window.state().session().path(), None);
+    assert!(window.query_by_label_contains("it is not a graph").is_some());
+    drop(&mut window, "graph.ron");
+    assert_eq!(window.state().session().path(), Some(folder.path().join("graph.ron").as_path()));
+    // Unsaved work is asked about first, as with File > Open.
+    change(&mut window);
+    drop(&mut window, "graph.ron");
+    assert!(matches!(window.state().session().question(), Some(Question::Unsaved(_))));
+}

@@ -11,7 +11,7 @@ use orograph::{
     export::outputs::OutputOptions,
     report::progress::Quiet,
 };
-use orograph_graph::{Cancel, Edit, Origin, Store, StoreFolder};
+use orograph_graph::{Cancel, Edit, Origin, Store, StoreFolder, Trust};
 
 use crate::{scratch, wait};
 
@@ -26,7 +26,8 @@ const LAND: &str = r#"(
 )"#;
 
 fn store(folder: &Path) -> Arc<Store> {
-    let place = StoreFolder { folder: folder.to_owned(), budget: 1 << 30, worth: Duration::from_secs(3600) };
+    let place =
+        StoreFolder { folder: folder.to_owned(), budget: 1 << 30, worth: Duration::from_secs(3600), trust: Trust::Own };
     Arc::new(Store::new(1 << 28, Some(place)))
 }
 

@@ -1,13 +1,14 @@
 //! Tests of the viewport.
 
-use egui::{Event, pos2};
+use egui::{Event, Key, Modifiers, pos2};
 use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
 use orograph_graph::Edit;
 
 use crate::{
+    canvas::{ROW, ground, window_on},
     graph,
-    hand::{drag, wheel},
+    hand::{at, click, click_with, drag, key, title, wheel},
     picture, settle, until, window,
 };
 
@@ -130,4 +131,95 @@ fn fewer_cells_that_are_asked_for_while_land_grows_are_the_ones_shown() {
     window.state_mut().session_mut().set_cells(192);
     settle(&mut window);
     assert_eq!(shown(&window), Some((192, 0)));
+}
+
+#[test]
+fn the_look_chooses_colours_and_water_with_the_mouse() {
+    let mut window = hello();
+    let choose = |window: &mut Harness<'_, App>, row: &str, item: &str| {
+        if window.query_by_label("Reset look").is_none() {
+            let look = at(window, "Look");
+            click(window, look);
+        }
+        let list = window.query_all_by_label_contains(row).next().expect("a row of the menu").rect().center();
+        click(window, list);
+        // The list is right of the menu, which can have the same text elsewhere.
+        let items = window.query_all_by_label(item).map(|node| node.rect());
+        let item = items.max_by(|a, b| a.left().total_cmp(&b.left())).expect("a line of the list").center();
+        click(window, item);
+        assert!(window.query_by_label("Reset look").is_some(), "the menu stays open");
+    };
+    let Some(natural) = picture(&mut window, "look_natural") else { return };
+    choose(&mut window, "by slope and height", "clay");
+    choose(&mut window, "From the shown node", "none");
+    picture(&mut window, "look_menu");
+    // A click elsewhere closes it.
+    click(&mut window, pos2(400.0, 430.0));
+    assert!(window.query_by_label("Reset look").is_none());
+    let look = at(&window, "Look");
+    click(&mut window, look);
+    let count = |window: &Harness<'_, App>, text: &str| window.query_all_by_label_contains(text).count();
+    let counts = ["clay", "From the shown node", "by slope and height"].map(|text| count(&window, text));
+    assert_eq!(counts, [1, 0, 0], "the menu names the choices");
+    click(&mut window, pos2(400.0, 430.0));
+    let clay = picture(&mut window, "look_clay").expect("a device");
+    let middle = |picture: &image::RgbaImage| picture.get_pixel(475, 280).0;
+    let [r, g, b, _] = middle(&clay);
+    assert!(middle(&natural) != middle(&clay) && r.abs_diff(g) < 24 && g.abs_diff(b) < 40, "{:?}", middle(&clay));
+}
+
+#[test]
+fn an_empty_click_keeps_the_shown_output() {
+    let text = ROW.replace("outputs: { \"height\": \"steps\" },\n", "");
+    let (mut window, _folder) = window_on(&text);
+    settle(&mut window);
+    let shown = |window: &Harness<'_, App>| window.state().session().shown();
+    assert!(shown(&window).is_some(), "a file without outputs shows one of its nodes");
+    assert!(window.query_by_label_contains("Add a node to see").is_none());
+    let steps = title(&window, "steps");
+    click(&mut window, steps);
+    assert_eq!(shown(&window).as_deref(), Some("steps.height"));
+    let empty = ground(&window);
+    click(&mut window, empty);
+    assert_eq!((window.state().session().selected(), shown(&window).as_deref()), (None, Some("steps.height")));
+    // Several selected nodes do not change it either, and neither does the removal of another node.
+    key(&mut window, Modifiers::COMMAND, Key::A);
+    assert_eq!(shown(&window).as_deref(), Some("steps.height"));
+    click(&mut window, empty);
+    let place = title(&window, "place");
+    click_with(&mut window, place, Modifiers::COMMAND);
+    key(&mut window, Modifiers::NONE, Key::Delete);
+    assert!(shown(&window).is_some());
+    assert!(window.query_by_label_contains("Add a node to see").is_none());
+}
+
+#[test]
+fn the_status_bar_is_ready_only_when_the_picture_is_final() {
+    let mut window = hello();
+    if picture(&mut window, "ready").is_none() {
+        return;
+    }
+    for value in ["700 m", "800 m", "900 m"] {
+        let edit = Edit::SetText { node: "ground".into(), name: "amplitude".into(), text: value.into() };
+        assert!(window.state_mut().session_mut().apply(&edit));
+        let mut early = 0;
+        until(&mut window, "it is ready", |window| {
+            let app = window.state();
+            let ready = window.query_by_label("Ready").is_some();
+            let drawn = app.seen().is_some_and(|seen| seen == (app.session().revision(), 128));
+            early += usize::from(ready && !drawn && !app.session().is_busy());
+            ready && drawn
+        });
+        assert_eq!(early, 0, "frames in which the bar was ahead of the picture");
+    }
+}
+
+#[test]
+fn without_a_3d_driver_the_viewport_says_why() {
+    let mut window = Harness::builder().with_size([1280.0, 800.0]).with_max_steps(64).build_eframe(|context| {
+        App::new(context, Some(graph("hello.ron")), orograph::build::storage::in_memory()).expect("opened")
+    });
+    window.state_mut().session_mut().set_cells(64);
+    settle(&mut window);
+    assert!(window.query_by_label_contains("no graphics driver was found").is_some());
 }

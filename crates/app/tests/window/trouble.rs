@@ -1,6 +1,6 @@
 //! Tests of failures at the start of the editor.
 
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 
 use crate::{EMPTY, EditorProcess, screen::until};
 
@@ -31,4 +31,17 @@ fn without_vulkan_the_editor_shows_maps_or_reports_what_it_needs() {
         assert_eq!(status.code(), Some(2), "{message}");
         assert!(message.contains("the editor needs a display and a graphics driver"), "{message}");
     }
+}
+
+#[test]
+fn without_a_display_the_message_names_no_source_file() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_orograph"));
+    for variable in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+        command.env_remove(variable);
+    }
+    let output = command.arg("edit").stdin(Stdio::null()).output().expect("it runs");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("DISPLAY") && message.contains("the editor needs a display"), "{message}");
+    assert!(!message.contains(".rs") && !message.contains(".cargo"), "{message}");
 }

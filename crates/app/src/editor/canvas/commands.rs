@@ -124,6 +124,16 @@ pub(super) fn input_for(node: &Node, ty: PortType) -> Option<&'static str> {
     fitting.min_by_key(|input| (input.ty != ty, input.fallback != Fallback::Required)).map(|input| input.name)
 }
 
+/// The wire from a node to a new one of a type: from the first output that a required input of the type accepts.
+pub(super) fn follow(card: &Card, kind: &Node, name: &str) -> Option<Edit> {
+    let required = || kind.inputs.iter().filter(|input| input.fallback == Fallback::Required);
+    card.outputs.iter().find_map(|output| {
+        let input = required().find(|input| input.ty.accepts(output.ty))?;
+        let from = format!("{}.{}", card.name, output.name);
+        Some(Edit::Connect { from, to: name.to_owned(), input: input.name.to_owned() })
+    })
+}
+
 /// The output of a node type that fits an input of this type; `wired` is the wired input of the new node and its type.
 pub(super) fn output_for(node: &Node, takes: PortType, wired: Option<(&str, PortType)>) -> Option<&'static str> {
     let ty = |output: usize| match (node.outputs[output].ty, wired) {

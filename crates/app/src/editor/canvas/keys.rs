@@ -19,10 +19,10 @@ use crate::editor::window::actions::{self, Action, Status};
 const PATIENCE: u8 = 4;
 
 impl Canvas {
-    /// Handles keys while the canvas has the keyboard: the pointer is over it, and no other widget has the focus.
+    /// Handles keys while the canvas has the keyboard: the pointer is over it, and no text field has the focus.
     pub(super) fn keys(&mut self, ui: &Ui, response: &Response, session: &mut Session) {
         let id = response.id;
-        let free = ui.memory(|memory| memory.focused().is_none());
+        let free = !ui.ctx().text_edit_focused();
         if free && response.contains_pointer() && self.palette.is_none() {
             response.request_focus();
         }

@@ -10,7 +10,7 @@ use super::{
     super::session::NodeState,
     Canvas, Gesture, Session,
     hit::Hit,
-    look::MEANINGS,
+    look::{Look, MEANINGS},
     model::{Side, Spot, TITLE},
     paint::{Brush, legend, span},
 };
@@ -32,19 +32,28 @@ pub(super) struct Find {
 }
 
 /// A node or a frame that is being renamed.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Rename {
     from: String,
     to: String,
     note: String,
     /// True for a frame.
     frame: bool,
+    /// Why the last attempt was refused.
+    refused: Option<String>,
     frames: u32,
 }
 
 impl Rename {
     pub(super) fn of_node(name: &str, note: &str) -> Self {
-        Self { from: name.to_owned(), to: name.to_owned(), note: note.to_owned(), frame: false, frames: 0 }
+        Self {
+            from: name.to_owned(),
+            to: name.to_owned(),
+            note: note.to_owned(),
+            frame: false,
+            refused: None,
+            frames: 0,
+        }
     }
 
     pub(super) fn of_frame(name: &str, note: &str) -> Self {
@@ -231,28 +240,11 @@ impl Canvas {
         let edge = if response.hovered() { look.text } else { look.weak };
         brush.painter.circle(rect.center(), 10.0, look.well, Stroke::new(1.0, edge));
         brush.painter.text(rect.center(), Align2::CENTER_CENTER, "?", FontId::proportional(13.0), edge);
-        response.on_hover_ui(|ui| {
-            ui.horizontal_top(|ui| {
-                ui.vertical(|ui| {
-                    ui.label(RichText::new("Wires").strong());
-                    legend(ui, look, &MEANINGS);
-                });
-                ui.add_space(12.0);
-                ui.vertical(|ui| {
-                    ui.label(RichText::new("Keys").strong());
-                    egui::Grid::new("keys").num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
-                        for action in actions::with_keys(Part::Graph) {
-                            ui.label(RichText::new(action.keys(ui.ctx())).weak());
-                            ui.label(action.what());
-                            ui.end_row();
-                        }
-                        ui.label(RichText::new("Wheel, middle drag").weak());
-                        ui.label("Zoom, pan");
-                        ui.end_row();
-                    });
-                });
-            });
-        });
+        // A click keeps it open until the next click.
+        let opened = egui::Popup::from_toggle_button_response(&response).show(|ui| colours_and_keys(ui, look));
+        if opened.is_none() {
+            response.on_hover_ui(|ui| colours_and_keys(ui, look));
+        }
     }
 
     /// The search for a node by name or type.
@@ -367,16 +359,20 @@ impl Canvas {
         rename.frames += 1;
         let lost = rename.frames > 2 && !focused;
         if (enter || lost) && !escape {
-            self.finish_rename(ui, session, rename);
+            self.rename = self.finish_rename(session, rename);
         } else if !escape {
             self.rename = Some(rename);
+        }
+        if self.rename.is_some() {
             return;
         }
         ui.memory_mut(|memory| memory.request_focus(Id::new("canvas")));
     }
 
-    fn finish_rename(&mut self, ui: &Ui, session: &mut Session, rename: Rename) {
-        let Rename { from, to, note, frame, .. } = rename;
+    /// Applies the name and the note. If they are refused, returns them with the reason, so that nothing that was typed
+    /// is lost.
+    fn finish_rename(&mut self, session: &mut Session, rename: Rename) -> Option<Rename> {
+        let Rename { from, to, note, frame, .. } = rename.clone();
         let renamed = from != to;
         let mut edits = Vec::new();
         if frame && let Some(area) = self.model.area(&from) {
@@ -393,6 +389,14 @@ impl Canvas {
         }
         if renamed && !frame {
             edits.push(Edit::RenameNode { from: from.clone(), to: to.clone() });
+        }
+        if edits.is_empty() {
+            return None;
+        }
+        if let Err(reason) = session.attempt(&Edit::All(edits)) {
+            return Some(Rename { refused: Some(reason), frames: 0, ..rename });
+        }
+        if renamed && !frame {
             if let Some(at) = self.places.get(&from).copied() {
                 self.places.insert(to.clone(), at);
             }
@@ -400,16 +404,40 @@ impl Canvas {
                 self.collapsed.insert(to.clone());
             }
         }
-        if edits.is_empty() || !self.apply(ui, session, &Edit::All(edits)) {
-            return;
-        }
         if frame {
             self.read(session);
             self.area = Some(to);
         } else {
             session.select_only(&to);
         }
+        None
     }
+}
+
+/// The meanings of the colours of wires, and the keys of the graph.
+fn colours_and_keys(ui: &mut Ui, look: &Look) {
+    // A tooltip with text that can be selected stays open under the pointer, and would cover the graph.
+    ui.style_mut().interaction.selectable_labels = false;
+    ui.horizontal_top(|ui| {
+        ui.vertical(|ui| {
+            ui.label(RichText::new("Wires").strong());
+            legend(ui, look, &MEANINGS);
+        });
+        ui.add_space(12.0);
+        ui.vertical(|ui| {
+            ui.label(RichText::new("Keys").strong());
+            egui::Grid::new("keys").num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
+                for action in actions::with_keys(Part::Graph) {
+                    ui.label(RichText::new(action.keys(ui.ctx())).weak());
+                    ui.label(action.what());
+                    ui.end_row();
+                }
+                ui.label(RichText::new("Wheel, middle drag").weak());
+                ui.label("Zoom, pan");
+                ui.end_row();
+            });
+        });
+    });
 }
 
 impl Rename {
@@ -429,6 +457,10 @@ impl Rename {
         let mut focused = output.response.has_focus();
         let note = egui::TextEdit::singleline(&mut self.note).id(Id::new("note field"));
         focused |= ui.add(note.hint_text("A note").desired_width(width)).has_focus();
+        if let Some(reason) = &self.refused {
+            ui.set_max_width(width.max(260.0));
+            ui.label(RichText::new(reason).color(ui.visuals().error_fg_color));
+        }
         focused
     }
 }

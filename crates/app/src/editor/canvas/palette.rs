@@ -181,7 +181,11 @@ impl Canvas {
         let name = commands::fresh_name(&kind.id.to_lowercase(), |name| model.find(name).is_some());
         let first_pin = TITLE + PICTURE + 2.0 * PAD + ROW / 2.0;
         let (wires, corner) = match &palette.purpose {
-            Purpose::Add => (Vec::new(), vec2(WIDTH / 2.0, TITLE / 2.0)),
+            Purpose::Add => {
+                let selected = session.selected().and_then(|node| model.find(node));
+                let wire = selected.and_then(|card| commands::follow(&model.cards[card], kind, &name));
+                (wire.into_iter().collect::<Vec<_>>(), vec2(WIDTH / 2.0, TITLE / 2.0))
+            }
             Purpose::Wire { end, side } => {
                 let Some(ty) = pin_type(model, end, *side) else { return };
                 let connect =

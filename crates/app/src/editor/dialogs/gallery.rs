@@ -7,9 +7,10 @@
 //! The pictures in `graphs/pictures` are made by `orograph render graphs/NAME.ron --cells 240 -o
 //! graphs/pictures/NAME.png`, with `--output` where [`EXAMPLES`] has one.
 
-use std::{fs, path::PathBuf};
+use std::{fs, io::Write as _, path::Path};
 
 use egui::{Align, Context, Id, Label, Layout, RichText, ScrollArea, Sense, Ui, vec2};
+use orograph_graph::files::{self, Access, Part};
 
 use crate::editor::{
     FileCommand,
@@ -56,6 +57,9 @@ const EXAMPLES: &[Example] = examples! {
     "carve_dem" "A real landscape, eroded further" output "after";
     "fjords" "A fjord coast";
     "himalaya" "A very high range";
+    "highlands" "Moors and glens";
+    "badlands" "Badlands" output "colour";
+    "basin_and_range" "Basins and ranges" output "colour";
     "ridge" "A reusable range";
     "amplify" "A coarse model with rills" output "after";
     "talus_dem" "Real mountains with talus" output "after";
@@ -187,19 +191,19 @@ fn copy(example: &Example) -> Result<FileCommand, String> {
 }
 
 /// Writes the files that examples read into a folder, unless they exist.
-fn place(folder: &PathBuf) -> std::io::Result<()> {
+fn place(folder: &Path) -> std::io::Result<()> {
     for (name, bytes) in READ {
         let path = folder.join(name);
         if fs::read(&path).is_ok_and(|there| there == *bytes) {
             continue;
         }
         if let Some(parent) = path.parent() {
-            fs::create_dir_all(parent)?;
+            files::create_folders(parent, files::Access::Usual)?;
         }
         // Another window may do the same, so the file must appear whole.
-        let file = tempfile::NamedTempFile::new_in(folder)?;
-        fs::write(file.path(), bytes)?;
-        file.persist(&path).map_err(|error| error.error)?;
+        let mut part = Part::begin(&path, Access::Usual)?;
+        part.write_all(bytes)?;
+        part.persist()?;
     }
     Ok(())
 }

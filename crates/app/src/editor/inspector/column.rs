@@ -6,7 +6,7 @@ use orograph_nodes::numerics::math;
 
 use super::{
     form::{FormState, TextField},
-    number,
+    gradient, number,
     value::{Place, ValueChange},
 };
 
@@ -74,6 +74,9 @@ fn fields(
     if ui.color_edit_button_srgb(&mut colour).changed() {
         changed = Some(Ok((Layer { colour: Srgb(colour), ..*layer }, true)));
     }
+    if let Some(typed) = gradient::hex(ui, form, place, at, layer.colour) {
+        changed = Some(typed.map(|colour| (Layer { colour, ..*layer }, false)));
+    }
     let width = ((ui.available_width() - 2.0 * ui.spacing().item_spacing.x) / 3.0).clamp(36.0, 90.0);
     let columns: [(&str, Unit, Part); 3] = [
         ("Thickness", Unit::Metres, |layer| &mut layer.thickness),
@@ -85,7 +88,7 @@ fn fields(
         let (text, salt) = (unit.display(*field(&mut now)), format!("{name}{at}"));
         let hover = format!("{name} of layer {}. {}", at + 1, number::hint(unit));
         let entry = TextField { salt: &salt, text: &text, hint: name, hover: &hover, width, label: Some(place.label) };
-        if let Some(text) = form.quantity(ui, place.line, entry) {
+        if let Some(text) = form.quantity(ui, place.line, unit, entry) {
             let parsed = unit.parse(&text).map_err(|error| error.to_string());
             changed = Some(parsed.map(|value| {
                 *field(&mut now) = value;

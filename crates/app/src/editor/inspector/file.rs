@@ -42,7 +42,7 @@ fn world(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
         let text = now.cells[axis].to_string();
         let hover = "Cells along the longer side; the other side follows because cells are square";
         let entry = TextField { salt: "n", text: &text, hint: "", hover, width: 70.0, label: Some(label.id) };
-        let mut typed = form.entry(ui, cells, entry);
+        let mut typed = form.quantity(ui, cells, Unit::Count, entry);
         ui.menu_button("⏷", |ui| {
             for choice in [256, 512, 1024, 2048, 4096, 8192] {
                 if ui.button(choice.to_string()).clicked() {
@@ -69,7 +69,7 @@ fn world(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
     let (typed, label) = line(ui, "seed", false, |ui, label| {
         let text = now.seed.to_string();
         let entry = TextField { salt: "n", text: &text, hint: "", hover: "", width: 70.0, label: Some(label.id) };
-        let typed = form.entry(ui, seed, entry);
+        let typed = form.quantity(ui, seed, Unit::Count, entry);
         let dice = ui.button("🎲").on_hover_text("New random seed");
         if dice.clicked() { Some(thrown(now.seed).to_string()) } else { typed }
     });
@@ -92,7 +92,7 @@ fn sea_level(ui: &mut Ui, form: &mut FormState, session: &mut Session, now: Worl
         let hover = number::hint(Unit::Metres);
         let entry =
             TextField { salt: "level", text: &text, hint: "none", hover: &hover, width: 90.0, label: Some(label.id) };
-        let typed = form.quantity(ui, id, entry);
+        let typed = form.quantity(ui, id, Unit::Metres, entry);
         let remove = Button::new("✖").small().frame(false);
         let removed = now.sea_level.is_some() && ui.add(remove).on_hover_text("No sea").clicked();
         if removed { Some(String::new()) } else { typed }
@@ -122,7 +122,7 @@ fn size(ui: &mut Ui, form: &mut FormState, session: &mut Session, now: World) {
             let text = Unit::Metres.display(now.size[axis]);
             let salt = ["width", "height"][axis];
             let entry = TextField { salt, text: &text, hint: salt, hover: &hover, width, label: Some(label.id) };
-            if let Some(text) = form.quantity(ui, id, entry) {
+            if let Some(text) = form.quantity(ui, id, Unit::Metres, entry) {
                 typed = Some((axis, text));
             }
             if axis == 0 {

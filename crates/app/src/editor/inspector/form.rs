@@ -7,7 +7,9 @@ use egui::{
     vec2,
 };
 
-use crate::editor::Session;
+use orograph_graph::Unit;
+
+use crate::editor::{Session, arithmetic::calculated};
 pub(super) use crate::report::reading::words;
 
 /// The text being typed, the drag and the refusal in the inspector.
@@ -66,9 +68,13 @@ impl FormState {
         }
     }
 
-    /// A field for a quantity, as [`Self::entry`]. When it has no focus it shows the whole number and cuts the unit if
-    /// there is no room; the tooltip has all of it.
-    pub(super) fn quantity(&mut self, ui: &mut Ui, line: Id, field: TextField<'_>) -> Option<String> {
+    /// A field for a quantity, as [`Self::entry`]; it also takes a calculation and returns its result. When it has no
+    /// focus it shows the whole number and cuts the unit if there is no room; the tooltip has all of it.
+    pub(super) fn quantity(&mut self, ui: &mut Ui, line: Id, unit: Unit, field: TextField<'_>) -> Option<String> {
+        self.number(ui, line, field).map(|text| calculated(unit, &text))
+    }
+
+    fn number(&mut self, ui: &mut Ui, line: Id, field: TextField<'_>) -> Option<String> {
         let id = line.with(field.salt);
         let shown = match ui.memory(|memory| memory.has_focus(id))
             || self.typing.as_ref().is_some_and(|typing| typing.field == id)

@@ -39,7 +39,7 @@ pub(super) fn show(
             let salt = format!("at{at}");
             let entry =
                 TextField { salt: &salt, text: &text, hint: "", hover: &hover, width: 84.0, label: Some(place.label) };
-            if let Some(text) = form.entry(ui, place.line, entry) {
+            if let Some(text) = form.quantity(ui, place.line, unit, entry) {
                 asked = Some(match unit.parse(&text) {
                     Ok(value) => {
                         changed[at].at = value;
@@ -49,10 +49,34 @@ pub(super) fn show(
                     Err(error) => ValueChange::Wrong(error.to_string()),
                 });
             }
-            ui.weak(stop.colour.to_string());
+            if let Some(typed) = hex(ui, form, place, at, stop.colour) {
+                asked = Some(match typed {
+                    Ok(colour) => {
+                        changed[at].colour = colour;
+                        ValueChange::Set(ParamValue::Stops(changed.clone()))
+                    }
+                    Err(reason) => ValueChange::Wrong(reason),
+                });
+            }
         });
     }
     asked
+}
+
+/// A field for a colour as six hexadecimal digits; returns the new colour, or why the text is none.
+pub(super) fn hex(
+    ui: &mut Ui,
+    form: &mut FormState,
+    place: Place<'_>,
+    at: usize,
+    now: Srgb,
+) -> Option<Result<Srgb, String>> {
+    let (text, salt) = (now.to_string(), format!("colour{at}"));
+    let hover = "The colour as six hexadecimal digits: red, green, blue";
+    let entry = TextField { salt: &salt, text: &text, hint: "", hover, width: 64.0, label: Some(place.label) };
+    let typed = form.entry(ui, place.line, entry)?;
+    let digits = typed.trim_start_matches('#');
+    Some(format!("#{digits}").parse().map_err(|error: orograph_graph::NoColour| error.to_string()))
 }
 
 /// The bar with its handles; returns the change that was made.

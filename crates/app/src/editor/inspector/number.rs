@@ -90,7 +90,7 @@ pub(super) fn show(
     }
     let hover = hint(unit);
     let entry = TextField { salt: "number", text: &text, hint: "", hover: &hover, width, label: Some(place.label) };
-    form.quantity(ui, place.line, entry).map(ValueChange::Text).or(asked)
+    form.quantity(ui, place.line, unit, entry).map(ValueChange::Text).or(asked)
 }
 
 /// The slider; returns the new number.

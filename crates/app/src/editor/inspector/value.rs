@@ -123,7 +123,7 @@ fn seed(ui: &mut Ui, form: &mut FormState, place: Place<'_>, now: u32) -> Option
     let text = now.to_string();
     let width = (ui.available_width() - 34.0).max(40.0);
     let entry = TextField { salt: "seed", text: &text, hint: "", hover: "Integer", width, label: Some(place.label) };
-    let typed = form.entry(ui, place.line, entry).map(ValueChange::Text);
+    let typed = form.quantity(ui, place.line, Unit::Count, entry).map(ValueChange::Text);
     let dice = ui.button("🎲").on_hover_text("Randomise seed");
     if dice.clicked() { Some(ValueChange::Set(ParamValue::Seed(thrown(now)))) } else { typed }
 }
@@ -157,7 +157,7 @@ pub(super) fn point(
             width,
             label: Some(place.label),
         };
-        if let Some(text) = form.quantity(ui, place.line, entry) {
+        if let Some(text) = form.quantity(ui, place.line, unit, entry) {
             typed = Some(unit.parse(&text).map_err(|error| error.to_string()).map(|part| {
                 let mut point = now;
                 point[axis] = part;

@@ -7,7 +7,7 @@
 //! two windows on one file detect each other.
 
 use std::{
-    fs::{self, File, OpenOptions, TryLockError},
+    fs::{File, OpenOptions, TryLockError},
     io::{self, Read as _, Seek as _, SeekFrom, Write as _},
     path::{Path, PathBuf},
     sync::{
@@ -18,7 +18,11 @@ use std::{
     time::{Duration, Instant, SystemTime},
 };
 
-use orograph_graph::{JournalEntry, JournalError, JournalWriter, Recovered, recover};
+use orograph_graph::{
+    JournalEntry, JournalError, JournalWriter, Recovered,
+    files::{self, Access, Out},
+    recover,
+};
 
 use crate::{editor::window::state, report::failure::reason};
 
@@ -101,19 +105,12 @@ impl Journals {
         let mut refused = io::Error::other("there is no folder for the journal");
         for path in self.names(file) {
             if let Some(folder) = path.parent().filter(|folder| Some(*folder) == self.state.as_deref()) {
-                fs::create_dir_all(folder)?;
+                files::create_folders(folder, files::Access::Usual)?;
             }
-            let mut options = OpenOptions::new();
-            options.read(true).write(true).create_new(true);
-            #[cfg(unix)]
-            {
-                use std::os::unix::fs::OpenOptionsExt as _;
-                options.mode(0o600);
-            }
-            match options.open(&path) {
+            match Out::create(&path, Access::Private) {
                 Ok(file) => {
                     // Without file locks, windows cannot detect each other; the check at each save remains.
-                    let _ = file.try_lock();
+                    let _ = file.file().try_lock();
                     return Journal::start(path, file, JournalWriter::default(), 0, Some(start), trouble);
                 }
                 // It belongs to another window, or waits to be recovered.
@@ -148,7 +145,8 @@ impl Found {
     /// Continues this journal.
     pub(super) fn recover(self, trouble: Trouble) -> io::Result<Journal> {
         let Recovered { writer, read, .. } = self.recovered;
-        Journal::start(self.path, self.file, writer, read as u64, None, trouble)
+        let file = Out::opened(self.file, &self.path);
+        Journal::start(self.path, file, writer, read as u64, None, trouble)
     }
 
     /// Deletes the journal and its work.
@@ -170,7 +168,7 @@ fn read(file: &mut File) -> Result<Recovered, JournalError> {
 
 fn remove(path: &Path) {
     // If it cannot be removed, the next start finds it without unsaved work.
-    let _ = fs::remove_file(path);
+    let _ = files::remove_file(path);
 }
 
 /// Why the journal cannot be written at present; the session reports it.
@@ -192,7 +190,7 @@ pub(super) struct Journal {
 impl Journal {
     fn start(
         path: PathBuf,
-        file: File,
+        file: Out,
         writer: JournalWriter,
         length: u64,
         first: Option<JournalEntry>,
@@ -233,7 +231,7 @@ impl Drop for Journal {
 
 struct Writer {
     path: PathBuf,
-    file: File,
+    file: Out,
     writer: JournalWriter,
     /// The number of bytes in complete lines.
     length: u64,
@@ -300,14 +298,73 @@ impl Writer {
         self.file.set_len(self.length)?;
         self.file.seek(SeekFrom::Start(self.length))?;
         self.file.write_all(lines)?;
-        self.file.sync_data()?;
-        #[cfg(unix)]
+        self.file.flush_to_disk()?;
         if self.length == 0
             && let Some(folder) = self.path.parent()
         {
             // The name is durable once the folder is flushed; not all systems can flush a folder.
-            let _ = File::open(folder).and_then(|folder| folder.sync_all());
+            let _ = files::flush_folder(folder);
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use orograph_graph::{
+        Document,
+        files::faults::{Fault, Plan},
+    };
+
+    use super::*;
+
+    /// The texts of a document, each an edit further.
+    fn texts() -> [String; 4] {
+        [1, 2, 3, 4].map(|seed| format!("(nodes: {{ \"land\": Perlin(seed: {seed}) }})"))
+    }
+
+    /// Writes a journal of three edits; returns how many were on the disk for certain.
+    fn write(journals: &Journals, trouble: &Trouble) -> usize {
+        let mut document = Document::parse(texts()[0].clone(), &orograph_nodes::registry());
+        let [path, ..] = &*journals.names(None) else { return 0 };
+        let begun = files::create_folders(path.parent().expect("a folder"), files::Access::Usual);
+        let Ok(file) = begun.and_then(|()| Out::create(path, Access::Private)) else { return 0 };
+        let waiting = vec![document.start_entry(None)];
+        let (path, trouble, length) = (path.clone(), Arc::clone(trouble), 0);
+        let mut writer = Writer { path, file, writer: JournalWriter::default(), length, waiting, trouble };
+        let mut safe = 0;
+        for text in &texts()[1..] {
+            assert!(document.replace(text));
+            writer.gather(JournalEntry::Made(document.last_edit().expect("an edit")));
+            safe = if writer.flush().is_ok() { document.steps() } else { safe };
+        }
+        safe
+    }
+
+    #[test]
+    fn a_failure_at_any_step_loses_no_flushed_edit() {
+        for fault in Fault::ALL {
+            for at in 0.. {
+                let place = tempfile::tempdir().expect("a folder");
+                let journals = Journals::with_state(&place.path().join("state"));
+                let plan = Plan::new(place.path(), fault, at);
+                let trouble = Trouble::default();
+                let safe = write(&journals, &trouble);
+                let has_struck = plan.has_struck();
+                drop(plan);
+                let what = format!("{fault:?} at {at}");
+                let found = journals.look(None).found;
+                let text = found.first().map(|found| found.recovered.text.clone());
+                let step = text.as_ref().map(|text| texts().iter().position(|made| made == text).expect("an edit"));
+                assert!(step.unwrap_or(0) >= safe, "{what}: {step:?} of {safe}");
+                if fault == Fault::Denied && step.is_some() {
+                    assert!(step >= Some(2), "{what}: the next flush writes what one could not");
+                }
+                if !has_struck || fault == Fault::Slow {
+                    assert_eq!((step, safe), (Some(3), 3), "{what}");
+                    break;
+                }
+            }
+        }
     }
 }

@@ -4,6 +4,7 @@ mod detail;
 mod files;
 mod journal;
 pub(crate) mod live;
+mod measuring;
 mod outside;
 mod recovery;
 mod results;
@@ -18,7 +19,7 @@ use std::{
     sync::Arc,
 };
 
-use orograph_graph::{Document, Edit, Evaluator, JournalEntry, PortType, Registry, Store};
+use orograph_graph::{Document, Edit, Evaluator, Expectations, JournalEntry, Port, PortType, Registry, Store};
 
 pub use detail::{Detail, View};
 use files::Opened;
@@ -26,7 +27,7 @@ pub use files::{Answer, FileCommand, Question};
 pub use journal::Journals;
 pub use recovery::Lost;
 pub use simulation::Simulation;
-pub use state::{Built, NodeInfo, NodeState, Note};
+pub use state::{Built, Measured, NodeInfo, NodeState, Note};
 
 use self::{
     detail::Close,
@@ -54,6 +55,8 @@ pub struct Session {
     selection: BTreeSet<String>,
     /// The pinned output of the viewport, as `node.port`, instead of the selected one.
     pinned: Option<String>,
+    /// The output in the viewport before the last change of the selection, as `node.port`.
+    last: Option<String>,
     /// The output to compare with, as `node.port`.
     compared: Option<String>,
     /// Other outputs that the viewport needs, as `node.port`.
@@ -73,6 +76,10 @@ pub struct Session {
     nodes: BTreeMap<String, NodeInfo>,
     /// By `node.port`: with few cells, with the requested cells, and intermediate results with those.
     built: BTreeMap<String, [Option<Built>; 3]>,
+    /// What the file expects at the current state.
+    expected: Option<Arc<Expectations>>,
+    /// The figures that were measured last.
+    checked: Option<Measured>,
     notes: Vec<Note>,
     /// A running gesture, such as the drag of a slider: true if it has made an edit.
     gesture: Option<bool>,
@@ -130,6 +137,7 @@ impl Session {
             example: None,
             selection: BTreeSet::new(),
             pinned: None,
+            last: None,
             compared: None,
             also: Vec::new(),
             cells: 512,
@@ -141,6 +149,8 @@ impl Session {
             close: Close::default(),
             nodes: BTreeMap::new(),
             built: BTreeMap::new(),
+            expected: None,
+            checked: None,
             notes: Vec::new(),
             gesture: None,
             question: None,
@@ -282,9 +292,12 @@ impl Session {
 
     /// Selects exactly these nodes.
     pub fn select(&mut self, nodes: impl IntoIterator<Item = String>) {
-        let before = std::mem::take(&mut self.selection);
-        self.selection = nodes.into_iter().filter(|name| self.has_node(name)).collect();
-        self.stale |= self.selection != before;
+        let selection = nodes.into_iter().filter(|name| self.has_node(name)).collect();
+        if self.selection != selection {
+            self.last = self.shown();
+            self.selection = selection;
+            self.stale = true;
+        }
     }
 
     /// Selects only this node.
@@ -297,7 +310,8 @@ impl Session {
     }
 
     /// The output in the viewport, as `node.port`: the pinned one, otherwise the first output of the selected node,
-    /// otherwise the document's first output.
+    /// otherwise the document's first output. A document without outputs keeps the last shown one; at first it shows
+    /// the last node in the order of the wires. Returns None when no node has an output.
     #[must_use]
     pub fn shown(&self) -> Option<String> {
         let graph = self.document.graph();
@@ -309,7 +323,16 @@ impl Session {
             return name(port);
         }
         let height = self.document.outputs().iter().find(|output| output.ty == PortType::Height);
-        height.or_else(|| self.document.outputs().first()).and_then(|output| name(output.port))
+        if let Some(output) = height.or_else(|| self.document.outputs().first()) {
+            return name(output.port);
+        }
+        if let Some(port) = self.last.as_deref().and_then(|last| graph.port(last).ok()) {
+            return name(port);
+        }
+        let has_field = |port: &Port| graph.output_type(*port).planes().is_some();
+        let ends = graph.topological().into_iter().rev();
+        let ports = ends.filter(|node| !graph.instance(*node).node.outputs.is_empty());
+        ports.map(|node| Port { node, output: 0 }).find(has_field).and_then(name)
     }
 
     /// Pins an output to the viewport; None unpins it, so that the viewport follows the selection.
@@ -395,6 +418,12 @@ impl Session {
         self.built.get(port)?[0].as_ref()
     }
 
+    /// The figures of what the file expects, measured last. Returns None when nothing was measured.
+    #[must_use]
+    pub const fn checked(&self) -> Option<&Measured> {
+        self.checked.as_ref()
+    }
+
     /// Returns true while the current state is still being built.
     #[must_use]
     pub const fn is_busy(&self) -> bool {
@@ -416,6 +445,12 @@ impl Session {
         self.edits += 1;
         let document = &self.document;
         self.selection.retain(|name| document.node(name).is_some());
+        if self.expected.as_ref() != document.expectations() {
+            self.expected = document.expectations().cloned();
+            self.checked = None;
+            // the heights are built, so that this order only measures
+            self.stale = true;
+        }
         if std::mem::replace(&mut self.build, document.build()) == self.build {
             // The built graph is the same, so the results and the running work of the worker stay valid.
             return;

@@ -1,10 +1,12 @@
 //! Orders to the worker, and the results that it reports.
 
+use std::sync::Arc;
+
 use orograph_graph::EvalError;
 
 use super::{
     Built, NodeState, Session,
-    worker::{News, Order, QUICK_CELLS, Wanted},
+    worker::{Expected, News, Order, QUICK_CELLS, Wanted},
 };
 
 impl Session {
@@ -57,6 +59,15 @@ impl Session {
             let inputs = 0..graph.instance(node).node.inputs.len();
             inputs.filter_map(move |input| graph.source(node, input))
         });
+        let expected = self.document.expectations().and_then(|expectations| {
+            let output = expanded.outputs.iter().find(|output| Some(&output.name) == expectations.output.as_ref())?;
+            let is_shown = shown.iter().any(|shown| shown.port == output.port);
+            is_shown.then(|| Expected {
+                port: output.port,
+                output: output.name.clone(),
+                expectations: Arc::clone(expectations),
+            })
+        });
         let byproducts =
             read.filter_map(|port| expanded.port(port)).chain(expanded.outputs.iter().map(|output| output.port));
         Order {
@@ -69,6 +80,7 @@ impl Session {
             small,
             cells: self.cells,
             part: None,
+            expected,
             graph: expanded.graph,
         }
     }
@@ -125,12 +137,16 @@ impl Session {
             News::Part { revision, name, window, value } => self.hear_detail(revision, name, window, value),
             News::Live { moment, held, cells, values, .. } => self.hear_simulation(moment, held, cells, values),
             News::LiveFailed { error, .. } => self.hear_trouble(&error),
+            News::Measured { revision, checked } if revision == self.revision => {
+                self.checked = Some(super::Measured { revision, checked });
+            }
             News::Done { revision } if revision == self.revision => self.busy = false,
             News::Running { .. }
             | News::Glimpsed { .. }
             | News::Finished { .. }
             | News::Warned { .. }
             | News::Failed { .. }
+            | News::Measured { .. }
             | News::Done { .. } => {}
         }
     }

@@ -1,8 +1,10 @@
 //! The state of nodes and outputs in a session.
 
-use std::time::Duration;
+use std::{sync::Arc, time::Duration};
 
 use orograph_graph::Value;
+
+use crate::report::expect::Checked;
 
 /// The state of a node.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -80,4 +82,13 @@ pub struct Note {
     pub message: String,
     /// True if something failed.
     pub error: bool,
+}
+
+/// The figures of what the file expects.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// The revision that they belong to.
+    pub revision: u64,
+    /// The figures, or why there are none.
+    pub checked: Result<Arc<Checked>, String>,
 }

@@ -4,7 +4,7 @@
 //! stay in the store, so that a node that an edit does not affect is not run again. Each order builds the shown node
 //! with few cells first, then the thumbnails of the other nodes, then the shown node at the preview resolution. All of
 //! this is one evaluation, in which a failing node does not affect unrelated nodes. The finer part of a close view
-//! comes last. When an order is finished and no other follows, its results are written to the store's folder, where the
+//! comes then, and last the measures of a shown height that the file states expectations about. When an order is finished and no other follows, its results are written to the store's folder, where the
 //! next run of the program finds them.
 
 use std::{
@@ -18,13 +18,14 @@ use std::{
 };
 
 use orograph_graph::{
-    Cancel, Delivered, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Graph, Moment, Origin, Port, Request,
-    Store, Value, Window, World,
+    Cancel, Delivered, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Expectations, Graph, Moment, Origin,
+    Port, Request, Store, Value, Window, World,
 };
 
 use super::live::LiveRun;
 pub use super::live::{Ask, Subject};
-use crate::report::failure::Failure;
+use super::measuring::Measuring;
+use crate::report::{expect::Checked, failure::Failure};
 
 /// Cells along the longer side of the first, quick preview.
 pub const QUICK_CELLS: u32 = 128;
@@ -57,6 +58,19 @@ pub struct Order {
     pub cells: u32,
     /// The finer part to show, if any.
     pub part: Option<Part>,
+    /// What to measure when everything is built, if anything.
+    pub expected: Option<Expected>,
+}
+
+/// What the file expects of one of the shown outputs.
+#[derive(Clone, Debug)]
+pub struct Expected {
+    /// The output in the order's graph.
+    pub port: Port,
+    /// Its name among the outputs of the file.
+    pub output: String,
+    /// What is expected.
+    pub expectations: Arc<Expectations>,
 }
 
 /// A finer part: a part of the world with its own cells.
@@ -182,6 +196,13 @@ pub enum News {
         /// The state of the document of the order.
         revision: u64,
     },
+    /// What the file expects has been measured, or cannot be measured.
+    Measured {
+        /// The state of the document of the order.
+        revision: u64,
+        /// The figures, or why there are none.
+        checked: Result<Arc<Checked>, String>,
+    },
 }
 
 /// The handle of the worker, used by the session.
@@ -267,14 +288,14 @@ struct WorkerThread {
 impl WorkerThread {
     fn work(&self, inbox: &Receiver<Order>) {
         let mut settled: Option<Order> = None;
-        let mut done = None;
+        let (mut done, mut measuring) = (None, Measuring::default());
         loop {
             let received = match &settled {
                 Some(_) => inbox.recv_timeout(REST),
                 None => inbox.recv().map_err(|_| RecvTimeoutError::Disconnected),
             };
             match received {
-                Ok(order) => settled = self.carry_out_newest(order, inbox, &mut done),
+                Ok(order) => settled = self.carry_out_newest(order, inbox, &mut done, &mut measuring),
                 Err(RecvTimeoutError::Timeout) => {
                     let running = self.running.lock().unwrap_or_else(PoisonError::into_inner).clone();
                     settled.take().iter().for_each(|order| self.keep(order, &running));
@@ -289,7 +310,13 @@ impl WorkerThread {
 
     /// Carries out an order, or the newest order after it, as far as it is not done yet. `done` is the number of the
     /// last order that was carried out. Returns None when it was cancelled.
-    fn carry_out_newest(&self, mut order: Order, inbox: &Receiver<Order>, done: &mut Option<u64>) -> Option<Order> {
+    fn carry_out_newest(
+        &self,
+        mut order: Order,
+        inbox: &Receiver<Order>,
+        done: &mut Option<u64>,
+        measuring: &mut Measuring,
+    ) -> Option<Order> {
         let cancel = {
             // No order can be submitted while this lock is held, so the switch belongs to the newest order.
             let running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
@@ -299,7 +326,8 @@ impl WorkerThread {
             running.clone()
         };
         if *done != Some(order.number) {
-            self.carry_out(&order, &cancel);
+            measuring.forget();
+            self.carry_out(&order, &cancel, measuring);
             if cancel.is_cancelled() {
                 return None;
             }
@@ -308,6 +336,9 @@ impl WorkerThread {
         }
         if let Some(part) = &order.part {
             self.build_part(&order, part, &cancel);
+        }
+        if let Some(checked) = measuring.measure(&order, &cancel) {
+            self.tell(News::Measured { revision: order.revision, checked });
         }
         (!cancel.is_cancelled()).then_some(order)
     }
@@ -318,7 +349,7 @@ impl WorkerThread {
         (self.wake)();
     }
 
-    fn carry_out(&self, order: &Order, cancel: &Cancel) {
+    fn carry_out(&self, order: &Order, cancel: &Cancel, measuring: &Measuring) {
         let (wanted, requests) = order.requests();
         let byproducts = order.byproducts();
         let evaluation = order.evaluation(&requests, &byproducts);
@@ -326,7 +357,8 @@ impl WorkerThread {
         self.evaluator.deliver(&evaluation, cancel, &events, &|request, delivery| {
             let (Wanted { node, name, .. }, revision) = (wanted[request], order.revision);
             match delivery {
-                Ok(Delivered { value, .. }) => {
+                Ok(Delivered { value, key }) => {
+                    measuring.keep(order, &requests[request], &value, key);
                     let cells = longer(requests[request].window.world.cells);
                     self.tell(News::Built { revision, name: name.clone(), cells, value });
                 }
@@ -391,7 +423,8 @@ impl Order {
         coarser(self.world, QUICK_CELLS.min(self.cells))
     }
 
-    fn full(&self) -> World {
+    /// The world at the preview resolution.
+    pub(super) fn full(&self) -> World {
         coarser(self.world, self.cells)
     }
 

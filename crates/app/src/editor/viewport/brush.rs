@@ -7,7 +7,7 @@ use egui::Key;
 use orograph_graph::{Edit, Kind, ParamValue, Port, PortType, Stroke, Tool, Unit};
 
 use super::{look::Over, map::Pointer};
-use crate::editor::Session;
+use crate::editor::{Session, arithmetic::calculated};
 
 /// The name of a tool, and its tooltip.
 const fn describe(tool: Tool, timed: bool) -> (&'static str, &'static str) {
@@ -167,7 +167,7 @@ impl Brush {
             let speed = radius * 0.01;
             let value = egui::DragValue::new(&mut radius).range(least..=most).speed(speed);
             if ui
-                .add(value.custom_formatter(|metres, _| Unit::Metres.display(metres)))
+                .add(typed(value, Unit::Metres).custom_formatter(|metres, _| Unit::Metres.display(metres)))
                 .on_hover_text("Shortcuts: [ and ]")
                 .changed()
             {
@@ -178,19 +178,20 @@ impl Brush {
                 Unit::Metres => {
                     let mut metres = self.metres(session);
                     let value = egui::DragValue::new(&mut metres).range(0.0..=10_000.0).speed(1.0).suffix(" m");
-                    let response = ui.add(value);
+                    let response = ui.add(typed(value, Unit::Metres));
                     if response.changed() {
                         self.metres = Some(metres);
                     }
                     response
                 }
                 Unit::MillimetresPerHour => {
-                    ui.add(egui::DragValue::new(&mut self.rain).range(0.0..=100_000.0).speed(5.0).suffix(" mm/h"))
+                    let value = egui::DragValue::new(&mut self.rain).range(0.0..=100_000.0).speed(5.0).suffix(" mm/h");
+                    ui.add(typed(value, Unit::MillimetresPerHour))
                 }
-                _ => ui.add(egui::DragValue::new(&mut self.part).range(0.0..=1.0).speed(0.01)),
+                _ => ui.add(typed(egui::DragValue::new(&mut self.part).range(0.0..=1.0).speed(0.01), Unit::One)),
             };
             ui.label("Hardness");
-            ui.add(egui::DragValue::new(&mut self.hardness).range(0.0..=1.0).speed(0.01));
+            ui.add(typed(egui::DragValue::new(&mut self.hardness).range(0.0..=1.0).speed(0.01), Unit::One));
             if ui.button("Clear").on_hover_text("Remove all strokes").clicked() {
                 session.apply(&Edit::Reset { node: canvas.node, name: canvas.param.to_owned() });
             }
@@ -250,6 +251,11 @@ impl Brush {
         session.gesture(&Edit::SetParam { node, param, value: ParamValue::Strokes(strokes) });
         *laid = true;
     }
+}
+
+/// A number that you can also type with its unit, or as a calculation.
+fn typed(value: egui::DragValue<'_>, unit: Unit) -> egui::DragValue<'_> {
+    value.custom_parser(move |text| unit.parse(&calculated(unit, text)).ok())
 }
 
 /// Inserts a paintable node after an output: it reads the output, and the readers of the output read it.

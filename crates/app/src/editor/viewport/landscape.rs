@@ -21,7 +21,7 @@ use super::{
 use crate::{
     editor::session::View,
     export::picture,
-    view::{self, Camera, Fly, FlyKeys, Orbit, Ray, Renderer, Scene, Terrain, ViewError},
+    view::{self, Camera, Cover, Fly, FlyKeys, Orbit, Ray, Renderer, Scene, Terrain, ViewError},
 };
 
 /// The texture holds sRGB codes in a linear format, as egui expects.
@@ -134,6 +134,12 @@ impl Landscape {
         self.sides[0].drawn.as_ref().and_then(|drawn| drawn.terrain.age())
     }
 
+    /// Returns true if a side does not draw this terrain, and can draw it.
+    pub(super) fn lacks(&self, side: usize, key: &Key) -> bool {
+        let Side { drawn, trouble, .. } = &self.sides[side];
+        trouble.is_none() && drawn.as_ref().is_none_or(|drawn| drawn.terrain != *key)
+    }
+
     /// The window of the finer part, if the drawn terrain has this state of the document.
     pub(super) fn finer(&self, revision: u64) -> Option<Window> {
         let drawn = self.sides[0].drawn.as_ref()?;
@@ -225,8 +231,9 @@ impl Landscape {
         self.eye = Some(eye).filter(|eye| self.moved || camera != before || matches!(eye, Navigation::Fly(_)));
         self.moved = self.eye.is_some();
 
-        let scene = look.scene(camera, contours, terrain.range(), sea_level);
         for side in 0..if both { 2 } else { 1 } {
+            let Some(drawn) = self.sides[side].renderer.terrain() else { continue };
+            let scene = look.scene(camera, drawn, contours, sea_level);
             self.sides[side].draw(&self.state, size, &scene);
             let Some(target) = &self.sides[side].target else { continue };
             let clip = super::split::half(pane, edge, side);
@@ -234,7 +241,7 @@ impl Landscape {
             painter.with_clip_rect(clip).image(target.id, pane, unit, Color32::WHITE);
         }
         if let Some(x) = edge {
-            super::split::draw(&painter, pane, x, shown.map(|shown| shown.port.as_str()));
+            super::split::draw(&painter, pane, x, shown.map(Shown::name));
         }
         if let Some(trouble) = self.sides.iter().find_map(|side| side.trouble.as_ref()) {
             label(
@@ -471,15 +478,13 @@ impl Target {
 
 /// Prepares a terrain for drawing.
 pub(super) fn terrain(surface: &Surface) -> Result<Terrain, ViewError> {
-    let mut terrain = Terrain::new(&surface.height)?;
-    if let Some(Colour { field, ty, whole }) = &surface.colour {
-        terrain = terrain.with_colour(&picture::of_part(field, *ty, whole))?;
-    }
-    if let Some(water) = &surface.water {
-        terrain = terrain.with_water(water)?;
-    }
-    if let Some(mask) = &surface.mask {
-        terrain = terrain.with_mask(mask)?;
-    }
-    Ok(terrain)
+    let colour = surface.colour.as_ref().map(|Colour { field, ty, whole }| picture::of_part(field, *ty, whole));
+    let lines = surface.lines.as_ref().map(|lines| view::coverage(lines, surface.height.window()));
+    let cover = Cover {
+        colour: colour.as_ref(),
+        water: surface.water.as_ref(),
+        mask: surface.mask.as_ref(),
+        lines: lines.as_ref(),
+    };
+    Terrain::new(&surface.height)?.covered(cover)
 }

@@ -4,7 +4,7 @@ use orograph_graph::{PortType, Unit};
 
 use crate::{
     editor::{Session, window::actions::Action},
-    view::{Background, Camera, Colouring, Contours, Scene, Sun},
+    view::{Background, Camera, Colouring, Contours, Scene, Sun, Terrain},
 };
 
 /// The colours of the terrain.
@@ -40,6 +40,7 @@ pub(super) struct Look {
     pub(super) water: Water,
     exaggeration: f64,
     haze: f64,
+    texture: f64,
     /// Solar time, 12 is noon.
     hour: f64,
     latitude_deg: f64,
@@ -58,6 +59,7 @@ impl Default for Look {
             water: Water::Own,
             exaggeration: 1.0,
             haze: 1.0,
+            texture: 1.0,
             hour: 16.2,
             latitude_deg: 46.0,
             day: 172.0,
@@ -98,20 +100,23 @@ impl Look {
         }
     }
 
-    /// The scene for a camera; `range` is that of the heights, `sea_level` that of the world.
-    pub(super) fn scene(&self, camera: Camera, contours: bool, range: [f64; 2], sea_level: Option<f64>) -> Scene {
+    /// The scene for a camera and a terrain; `sea_level` is that of the world.
+    pub(super) fn scene(&self, camera: Camera, terrain: &Terrain, contours: bool, sea_level: Option<f64>) -> Scene {
+        let [low, high] = terrain.range();
         Scene {
             sun: Sun::at(self.hour, self.latitude_deg, self.day),
             exaggeration: self.exaggeration,
             colouring: match self.over {
-                Over::Natural => Colouring::Natural,
+                // the shown output has colours or numbers
+                _ if terrain.colour().is_some() => Colouring::Own,
+                Over::Natural | Over::Output(_) => Colouring::Natural,
                 Over::Map => Colouring::Map,
                 Over::Clay => Colouring::Clay,
-                Over::Output(_) => Colouring::Own,
             },
-            contours: contours.then(|| Contours::over(range[1] - range[0])),
+            contours: contours.then(|| Contours::over(high - low)),
             sea_level: sea_level.filter(|_| self.sea),
             haze: self.haze,
+            texture: self.texture,
             background: if self.sky { Background::Sky } else { Background::Plain([0.018; 3]) },
             shadows: self.shadows,
             exposure: self.exposure,
@@ -129,11 +134,12 @@ impl Look {
                 Over::Clay => "clay",
                 Over::Output(port) => port,
             };
-            egui::ComboBox::from_id_salt("over").selected_text(name.to_owned()).width(170.0).show_ui(ui, |ui| {
+            choice(ui, name.to_owned(), |ui| {
                 ui.selectable_value(&mut self.over, Over::Natural, "by slope and height");
                 ui.selectable_value(&mut self.over, Over::Map, "map");
                 ui.selectable_value(&mut self.over, Over::Clay, "clay");
-                for (port, _) in super::ports(session).into_iter().filter(|(_, ty)| *ty != PortType::Height) {
+                let drapes = |ty: PortType| ty != PortType::Height && ty.planes().is_some();
+                for (port, _) in super::ports(session).into_iter().filter(|(_, ty)| drapes(*ty)) {
                     ui.selectable_value(&mut self.over, Over::Output(port.clone()), port);
                 }
             });
@@ -144,7 +150,7 @@ impl Look {
                 Water::None => "none",
                 Water::Output(port) => port,
             };
-            egui::ComboBox::from_id_salt("water").selected_text(name.to_owned()).width(170.0).show_ui(ui, |ui| {
+            choice(ui, name.to_owned(), |ui| {
                 ui.selectable_value(&mut self.water, Water::Own, "From the shown node");
                 ui.selectable_value(&mut self.water, Water::None, "none");
                 let depths = super::ports(session).into_iter().filter(|(_, ty)| *ty == PortType::Scalar(Unit::Metres));
@@ -174,6 +180,9 @@ impl Look {
             ui.label("Haze");
             ui.add(egui::Slider::new(&mut self.haze, 0.0..=4.0).max_decimals(2));
             ui.end_row();
+            ui.label("Ground texture").on_hover_text("Unevenness below the size of a cell, seen from close by");
+            ui.add(egui::Slider::new(&mut self.texture, 0.0..=2.0).max_decimals(2));
+            ui.end_row();
             ui.label("Exposure");
             ui.add(egui::Slider::new(&mut self.exposure, -3.0..=3.0).max_decimals(1));
             ui.end_row();
@@ -185,4 +194,16 @@ impl Look {
             *self = Self::default();
         }
     }
+}
+
+/// A list of choices beside the menu. It is a submenu, because a combo box would close the menu around it.
+fn choice(ui: &mut egui::Ui, chosen: String, choices: impl FnOnce(&mut egui::Ui)) {
+    ui.with_layout(egui::Layout::top_down_justified(egui::Align::Min), |ui| {
+        // All are equally wide, so that the list of one does not cover another.
+        ui.set_min_width(170.0);
+        ui.menu_button(chosen, |ui| {
+            let room = (ui.ctx().content_rect().height() - 60.0).max(80.0);
+            egui::ScrollArea::vertical().max_height(room).show(ui, choices);
+        });
+    });
 }

@@ -8,7 +8,7 @@ use orograph_graph::{PortType, Unit, Window};
 use super::{
     Shown,
     camera::Camera,
-    scale,
+    lines, scale,
     split::{self, Split},
 };
 use crate::editor::session::View;
@@ -147,12 +147,15 @@ impl Map {
                 let place = camera.window(pane, window);
                 painter.with_clip_rect(clip).image(picture.id(), place, unit, Color32::WHITE);
             }
+            if let Some((_, lines)) = &shown[side].lines {
+                lines::draw(&painter.with_clip_rect(clip.intersect(world)), camera, pane, lines);
+            }
         }
         let pixel_m = camera.metres / f64::from(ui.ctx().pixels_per_point());
         let part = [pane.min, pane.max].map(|corner| camera.to_world(pane, corner));
         self.view = Some(View { part, pixel_m });
         if let Some(x) = edge {
-            split::draw(&painter, pane, x, shown.map(|shown| shown.port.as_str()));
+            split::draw(&painter, pane, x, shown.map(Shown::name));
         }
         if let Some([a, b]) = marks.line {
             let ends = [camera.to_screen(pane, a), camera.to_screen(pane, b)];

@@ -3,6 +3,8 @@
 mod brush;
 mod camera;
 mod landscape;
+mod legend;
+mod lines;
 mod live;
 mod look;
 mod map;
@@ -13,14 +15,19 @@ mod scale;
 mod split;
 mod surface;
 
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
-use orograph_graph::{Field, PortType, Value, Window};
+use egui::{
+    PopupCloseBehavior,
+    containers::menu::{MenuButton, MenuConfig},
+};
+use orograph_graph::{Field, Lines, PortType, Value, Window};
 use orograph_nodes::raster;
 
 use self::{
     brush::Brush,
     landscape::Landscape,
+    legend::Legend,
     look::Look,
     map::{Map, Marks},
     painter::Painter,
@@ -70,6 +77,7 @@ pub(super) struct Viewport {
     painter: Painter,
     /// The pictures of the finer parts, of each side.
     finer: [Painter; 2],
+    legends: [Legend; 2],
     profile: Profile,
     brush: Brush,
     live: live::Bar,
@@ -77,16 +85,25 @@ pub(super) struct Viewport {
 
 /// The current value of an output.
 struct Shown {
-    /// The output, as `node.port`.
+    /// The output with the samples, as `node.port`.
     port: String,
     ty: PortType,
     field: Field,
+    /// The shown output, as `node.port`, if it is lines, which lie on the samples.
+    lines: Option<(String, Arc<Lines>)>,
     /// The state of the document that it was built from.
     revision: u64,
     /// Increases with each intermediate result; 0 for the final result.
     step: u64,
     /// True if it is up to date and final, with all requested cells.
     fresh: bool,
+}
+
+impl Shown {
+    /// The shown output, as `node.port`.
+    fn name(&self) -> &str {
+        self.lines.as_ref().map_or(&self.port, |(name, _)| name)
+    }
 }
 
 impl Viewport {
@@ -103,6 +120,7 @@ impl Viewport {
             other: Painter::default(),
             painter: Painter::default(),
             finer: <[Painter; 2]>::default(),
+            legends: <[Legend; 2]>::default(),
             profile: Profile::default(),
             brush: Brush::default(),
             live: live::Bar::default(),
@@ -126,6 +144,22 @@ impl Viewport {
         self.finer[0].part(&session.shown()?, session.revision()).map(|(_, window)| *window)
     }
 
+    /// Returns true while the newest result of a shown output is not drawn yet.
+    pub(super) fn is_drawing(&self, session: &Session) -> bool {
+        let shown_port = session.shown();
+        let sides = [shown_port.as_deref(), session.compared()].into_iter().zip([&self.painter, &self.other]);
+        sides.enumerate().any(|(side, (port, painter))| {
+            let Some((port, shown)) = port.and_then(|port| Some((port, shown(session, port)?))) else { return false };
+            match (self.mode, &self.landscape) {
+                (Mode::Terrain, Ok(landscape)) => {
+                    let surface = Surface::of(session, &Parts::of(session, port, &self.look));
+                    surface.is_some_and(|surface| landscape.lacks(side, &surface.key))
+                }
+                _ => painter.lacks(&shown, self.contours),
+            }
+        })
+    }
+
     pub(super) fn ui(&mut self, ui: &mut egui::Ui, session: &mut Session) {
         let was_close = session.detail().is_some();
         let drawn = self.terrain(ui, session);
@@ -147,8 +181,11 @@ impl Viewport {
         let port = session.shown();
         let compared = session.compared().map(str::to_owned);
         let parts = [&port, &compared].map(|port| {
-            let terrain = port.as_deref().filter(|_| self.mode == Mode::Terrain);
-            terrain.map(|port| Parts::of(session, port, &self.look)).unwrap_or_default()
+            let parts = port.as_deref().map(|port| match self.mode {
+                Mode::Terrain => Parts::of(session, port, &self.look),
+                Mode::Map => Parts::of_map(session, port),
+            });
+            parts.unwrap_or_default()
         });
         session.also_show(parts.iter().flat_map(Parts::names).collect());
         let Some(shown) = port.as_deref().and_then(|port| shown(session, port)) else {
@@ -158,10 +195,8 @@ impl Viewport {
                 _ if lacks.is_some() => lacks.unwrap_or_default(),
                 (None, _) => "Add a node to see its terrain here: press Space over the graph.".to_owned(),
                 (Some(port), true) => format!("building {port} …"),
-                (Some(port), false) => match session.document().graph().port(&port) {
-                    Ok(found) if session.document().graph().output_type(found) == PortType::Lines => {
-                        "Lines cannot be previewed".to_owned()
-                    }
+                (Some(port), false) => match session.built(&port).map(|built| &built.value) {
+                    Some(Value::Lines(_)) => format!("{port} needs a terrain to lie on, and the graph has none"),
                     _ => format!("{port} cannot be previewed"),
                 },
             };
@@ -174,6 +209,7 @@ impl Viewport {
         let ring = (self.tool == Tool::Brush).then(|| self.brush.radius(session));
         let marks = Marks { line: self.profile.line(), ring };
         let sides = [&shown, compared.as_ref().unwrap_or(&shown)];
+        let mut pane = ui.available_rect_before_wrap();
         let (pointer, drawn) = match (self.mode, &mut self.landscape) {
             (Mode::Terrain, Ok(landscape)) => {
                 let [first, second] = &parts;
@@ -212,6 +248,9 @@ impl Viewport {
                 (self.map.ui(ui, sides, pictures, finer, (tool, marks)), drawn)
             }
         };
+        for (legend, shown) in self.legends.iter_mut().zip(std::iter::once(&shown).chain(&compared)) {
+            pane.min.y = legend.ui(ui, pane, shown);
+        }
         match self.tool {
             Tool::Look => {}
             Tool::Measure => self.profile.drag(&pointer),
@@ -304,11 +343,7 @@ impl Viewport {
     /// The tool bar above the terrain.
     fn bar(&mut self, ui: &mut egui::Ui, session: &mut Session) {
         ui.horizontal_wrapped(|ui| {
-            let terrain = self.landscape.as_ref();
-            let why = terrain.err().map(|trouble| format!("{trouble}: {}", trouble.remedy())).unwrap_or_default();
-            ui.add_enabled_ui(terrain.is_ok(), |ui| ui.selectable_value(&mut self.mode, Mode::Terrain, "3D"))
-                .response
-                .on_disabled_hover_text(why);
+            ui.add_enabled_ui(self.landscape.is_ok(), |ui| ui.selectable_value(&mut self.mode, Mode::Terrain, "3D"));
             ui.selectable_value(&mut self.mode, Mode::Map, "Map");
             ui.separator();
             outputs(ui, session);
@@ -324,9 +359,14 @@ impl Viewport {
             }
             if self.mode == Mode::Terrain && self.landscape.is_ok() {
                 self.toggle(ui, session, Action::Fly, Action::Fly.name());
-                ui.menu_button("Look", |ui| self.look.menu(ui, session));
+                let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+                MenuButton::new("Look").config(stays).ui(ui, |ui| self.look.menu(ui, session));
             }
         });
+        if let Err(trouble) = &self.landscape {
+            let why = egui::RichText::new(format!("No 3D view: {}", landscape::explain(trouble)));
+            ui.add(egui::Label::new(why.small().color(ui.visuals().warn_fg_color)).wrap());
+        }
         self.live.bar(ui, session);
         if self.tool == Tool::Brush {
             self.brush.bar(ui, session);
@@ -386,7 +426,7 @@ fn ports(session: &Session) -> Vec<(String, PortType)> {
         for output in 0..instance.node.outputs.len() {
             let port = orograph_graph::Port { node: index, output };
             let ty = graph.output_type(port);
-            if ty.planes().is_some() {
+            if ty.planes().is_some() || ty == PortType::Lines {
                 ports.push((!session.is_selected(&instance.name), (graph.port_name(port), ty)));
             }
         }
@@ -398,14 +438,24 @@ fn ports(session: &Session) -> Vec<(String, PortType)> {
 /// The current value of an output. Returns None when it is not built or is not a field.
 fn shown(session: &Session, port: &str) -> Option<Shown> {
     let built = session.built(port)?;
-    let Value::Field(field) = &built.value else { return None };
     let graph = session.document().graph();
-    let ty = graph.output_type(graph.port(port).ok()?);
+    let index = graph.port(port).ok()?;
+    let field = match &built.value {
+        Value::Field(field) => field.clone(),
+        Value::Lines(lines) => {
+            let ground = shown(session, &graph.port_name(surface::ground(session, index)?))?;
+            let fresh = ground.fresh && built.revision == session.revision();
+            return Some(Shown { lines: Some((port.to_owned(), Arc::clone(lines))), fresh, ..ground });
+        }
+        _ => return None,
+    };
+    let ty = graph.output_type(index);
     let live = session
         .simulation()
         .is_some_and(|simulation| port.split_once('.').is_some_and(|(node, _)| node == simulation.node()));
     let fresh = live || built.revision == session.revision() && built.step == 0 && !session.is_busy();
-    Some(Shown { port: port.to_owned(), ty, field: field.clone(), revision: built.revision, step: built.step, fresh })
+    let (revision, step) = (built.revision, built.step);
+    Some(Shown { port: port.to_owned(), ty, field, lines: None, revision, step, fresh })
 }
 
 /// The finer part of an output. Returns None when it is of another state of the document.
@@ -413,5 +463,5 @@ fn finer(session: &Session, shown: &Shown) -> Option<Shown> {
     let built = session.finer(&shown.port)?;
     let Value::Field(field) = &built.value else { return None };
     let same = built.revision == shown.revision && shown.step == 0;
-    same.then(|| Shown { port: shown.port.clone(), ty: shown.ty, field: field.clone(), ..*shown })
+    same.then(|| Shown { port: shown.port.clone(), field: field.clone(), lines: shown.lines.clone(), ..*shown })
 }

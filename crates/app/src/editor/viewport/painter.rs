@@ -21,6 +21,19 @@ struct Key {
     whole: [u32; 2],
 }
 
+impl Key {
+    fn of(shown: &Shown, whole: Option<&Field>, contours: bool) -> Self {
+        Self {
+            port: shown.port.clone(),
+            revision: shown.revision,
+            step: shown.step,
+            window: *shown.field.window(),
+            contours: contours && shown.ty == PortType::Height,
+            whole: whole.unwrap_or(&shown.field).window().cells,
+        }
+    }
+}
+
 /// Makes the picture of one output and keeps it.
 #[derive(Default)]
 pub(super) struct Painter {
@@ -34,20 +47,18 @@ impl Painter {
         self.want_in_tints(context, shown, None, contours);
     }
 
+    /// Returns true if the picture of an output is not made yet.
+    pub(super) fn lacks(&self, shown: &Shown, contours: bool) -> bool {
+        self.texture.as_ref().is_none_or(|(made, _)| *made != Key::of(shown, None, contours))
+    }
+
     /// Requests the picture of a part of an output, with the tints of the whole output.
     pub(super) fn want_part(&mut self, context: &Context, part: &Shown, whole: &Shown, contours: bool) {
         self.want_in_tints(context, part, Some(&whole.field), contours);
     }
 
     fn want_in_tints(&mut self, context: &Context, shown: &Shown, whole: Option<&Field>, contours: bool) {
-        let key = Key {
-            port: shown.port.clone(),
-            revision: shown.revision,
-            step: shown.step,
-            window: *shown.field.window(),
-            contours: contours && shown.ty == PortType::Height,
-            whole: whole.unwrap_or(&shown.field).window().cells,
-        };
+        let key = Key::of(shown, whole, contours);
         if let Some((made, image)) = self.work.take() {
             match image.try_recv() {
                 Ok(image) => {

@@ -1,6 +1,8 @@
-//! The fields that the 3D view draws for an output: heights, colours, water and mask.
+//! The fields that the 3D view draws for an output: heights, colours, water, mask and lines.
 
-use orograph_graph::{Field, Port, PortType, Unit};
+use std::sync::Arc;
+
+use orograph_graph::{Field, Lines, Port, PortType, Unit, Value};
 
 use super::{
     Shown,
@@ -18,6 +20,7 @@ pub(super) struct Surface {
     pub(super) colour: Option<Colour>,
     pub(super) water: Option<Field>,
     pub(super) mask: Option<Field>,
+    pub(super) lines: Option<Arc<Lines>>,
 }
 
 /// An output drawn as colours.
@@ -58,19 +61,30 @@ pub(super) struct Parts {
     pub(super) over: Option<String>,
     /// Depths of water.
     pub(super) water: Option<String>,
+    pub(super) lines: Option<String>,
 }
 
 impl Parts {
-    /// The outputs to draw with these settings.
+    /// The outputs to draw on a map: lines lie on heights.
+    pub(super) fn of_map(session: &Session, port: &str) -> Self {
+        let graph = session.document().graph();
+        let lines = graph.port(port).ok().filter(|shown| graph.output_type(*shown) == PortType::Lines);
+        let ground = lines.and_then(|shown| ground(session, shown)).map(|ground| graph.port_name(ground));
+        Self { lines: ground.as_ref().map(|_| port.to_owned()), ground, ..Self::default() }
+    }
+
+    /// The outputs to draw in 3D with these settings.
     pub(super) fn of(session: &Session, port: &str, look: &Look) -> Self {
         let graph = session.document().graph();
         let Ok(shown) = graph.port(port) else { return Self::default() };
         let ground = ground(session, shown);
-        let over = match (&look.over, graph.output_type(shown)) {
-            (Over::Output(over), PortType::Height) => Some(over.clone()),
-            (_, PortType::Height) => None,
+        let ty = graph.output_type(shown);
+        let over = match (&look.over, ty) {
+            (Over::Output(over), PortType::Height | PortType::Lines) => Some(over.clone()),
+            (_, PortType::Height | PortType::Lines) => None,
             _ => Some(port.to_owned()),
         };
+        let lines = (ty == PortType::Lines).then(|| port.to_owned());
         let water = match &look.water {
             Water::None => None,
             Water::Output(water) => Some(water.clone()),
@@ -84,12 +98,13 @@ impl Parts {
                 outputs.into_iter().find(is_water).map(|port| graph.port_name(port))
             }),
         };
-        Self { ground: ground.map(|port| graph.port_name(port)), over, water }
+        Self { ground: ground.map(|port| graph.port_name(port)), over, water, lines }
     }
 
-    /// Their names, without duplicates; empty if there are no heights to draw.
+    /// The names of those that can have a finer part, without duplicates; empty if there are no heights to draw.
     pub(super) fn drawn(&self) -> Vec<String> {
-        let mut names: Vec<String> = self.names().filter(|_| self.ground.is_some()).collect();
+        let fields = self.names().filter(|name| self.lines.as_ref() != Some(name));
+        let mut names: Vec<String> = fields.filter(|_| self.ground.is_some()).collect();
         names.sort();
         names.dedup();
         names
@@ -97,12 +112,12 @@ impl Parts {
 
     /// Their names.
     pub(super) fn names(&self) -> impl Iterator<Item = String> {
-        [&self.ground, &self.over, &self.water].into_iter().flatten().cloned()
+        [&self.ground, &self.over, &self.water, &self.lines].into_iter().flatten().cloned()
     }
 }
 
 /// The heights under an output: the output itself, else one of the same node, of the node's inputs, or of the file.
-fn ground(session: &Session, port: Port) -> Option<Port> {
+pub(super) fn ground(session: &Session, port: Port) -> Option<Port> {
     let graph = session.document().graph();
     let is_height = |port: &Port| graph.output_type(*port) == PortType::Height;
     if is_height(&port) {
@@ -129,9 +144,15 @@ impl Surface {
             (part.field.window().cells == cells).then_some(part)
         };
         let (over, water) = (part(&parts.over), part(&parts.water));
+        let lines = parts.lines.as_deref().and_then(|name| session.built(name).map(|built| (name, built)));
         let all = [Some(&ground), over.as_ref(), water.as_ref()];
         let name = |part: &Shown| (part.port.clone(), [part.revision, part.step], part.field.window().cells);
-        let parts = all.into_iter().flatten().map(name).collect();
+        let of_lines = lines.map(|(name, built)| (name.to_owned(), [built.revision, built.step], [built.cells; 2]));
+        let parts = all.into_iter().flatten().map(name).chain(of_lines).collect();
+        let lines = lines.and_then(|(_, built)| match &built.value {
+            Value::Lines(lines) => Some(Arc::clone(lines)),
+            _ => None,
+        });
         let (mut colour, mut mask) = (None, None);
         if let Some(over) = over {
             match over.ty {
@@ -139,7 +160,8 @@ impl Surface {
                 ty => colour = Some(Colour { whole: over.field.clone(), field: over.field, ty }),
             }
         }
-        Some(Self { key: Key { parts }, height: ground.field, colour, water: water.map(|water| water.field), mask })
+        let water = water.map(|water| water.field);
+        Some(Self { key: Key { parts }, height: ground.field, colour, water, mask, lines })
     }
 
     /// The finer part near the camera. Returns None when the view is not close, or the part is of another state of the
@@ -153,7 +175,8 @@ impl Surface {
         };
         let height = part(&parts.ground)?;
         let fits = |field: &Field| field.window() == height.window();
-        let mut finer = Self { key: self.key.clone(), height: height.clone(), colour: None, water: None, mask: None };
+        let (key, lines) = (self.key.clone(), self.lines.clone());
+        let mut finer = Self { key, height: height.clone(), colour: None, water: None, mask: None, lines };
         if let Some(colour) = &self.colour {
             finer.colour = Some(Colour { field: part(&parts.over).filter(fits)?, ..colour.clone() });
         }

@@ -54,6 +54,7 @@ pub(crate) enum Action {
     Brush,
     Compare,
     Pane(Pane),
+    Maximise,
     ResetPanes,
     Keys,
 }
@@ -141,6 +142,11 @@ impl Action {
             Self::Brush => viewport("Brush", "Paint heights and masks; the strokes are stored in a node"),
             Self::Compare => viewport("Compare", "Compare with another output"),
             Self::Pane(pane) => window(pane.name(), "Show or hide a pane", &[]),
+            Self::Maximise => window(
+                "Maximise pane",
+                "Maximise the pane under the pointer, or restore the others",
+                &[(CTRL, Key::Space)],
+            ),
             Self::ResetPanes => window("Reset panes", "Restore the default pane layout", &[]),
             Self::Keys => window("Keys and mouse", "This list", &[(NONE, Key::F1)]),
         }
@@ -247,6 +253,7 @@ pub(crate) const VIEW: Lines = &[
                 Action::Pane(Pane::Canvas),
                 Action::Pane(Pane::Inspector),
                 Action::Pane(Pane::Problems),
+                Action::Maximise,
                 Action::ResetPanes,
             ],
         ),
@@ -275,15 +282,27 @@ pub(crate) fn with_keys(part: Part) -> impl Iterator<Item = Action> {
     all().filter(move |action| action.part() == part && !action.info().keys.is_empty())
 }
 
-/// The action of the window whose keys were pressed. Returns None when none were.
-pub(crate) fn pressed(context: &Context, allowed: impl Fn(Action) -> bool) -> Option<Action> {
+/// The actions of the window whose keys were pressed, in their order.
+pub(crate) fn pressed(context: &Context, allowed: impl Fn(Action) -> bool) -> Vec<Action> {
     let actions = with_keys(Part::Window).filter(|action| allowed(*action));
     let mut keys: Vec<(Action, KeyboardShortcut)> =
         actions.flat_map(|action| action.shortcuts().map(move |keys| (action, keys))).collect();
     // Shortcuts with more modifiers come first, because they include the others.
     keys.sort_by_key(|(_, keys)| !keys.modifiers.shift);
-    let consumed = |(_, keys): &(Action, KeyboardShortcut)| context.input_mut(|input| input.consume_shortcut(keys));
-    keys.into_iter().find(consumed).map(|(action, _)| action)
+    let action_of = |event: &Event| {
+        let Event::Key { key, pressed: true, modifiers, .. } = event else { return None };
+        let is = |own: &KeyboardShortcut| own.logical_key == *key && modifiers.matches_logically(own.modifiers);
+        keys.iter().find(|(_, keys)| is(keys)).map(|(action, _)| *action)
+    };
+    let mut actions = Vec::new();
+    context.input_mut(|input| {
+        input.events.retain(|event| {
+            let action = action_of(event);
+            actions.extend(action);
+            action.is_none()
+        });
+    });
+    actions
 }
 
 /// The action of the graph for an event. Returns None when there is none.

@@ -7,6 +7,7 @@ use orograph_graph::{Registry, Store, Window};
 
 use super::{
     actions::{Action, Part, Status},
+    input,
     menu::{self, Menu, MenuRequest},
     problems::Problems,
     theme,
@@ -16,7 +17,7 @@ use crate::editor::{
     FileCommand, Journals, Session, canvas::Canvas, dialogs::questions::Questions, inspector::Inspector,
     viewport::Viewport,
 };
-use crate::report::failure::Failure;
+use crate::{files::archive::is_archive, report::failure::Failure};
 
 /// A pane of the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +44,8 @@ impl Pane {
 pub struct App {
     panes: Panes,
     trees: [Tree<Pane>; 3],
+    /// The only pane that is shown, if one is maximised.
+    maximised: Option<Pane>,
     toasts: Toasts,
     questions: Questions,
     menu: Menu,
@@ -69,6 +72,7 @@ impl App {
     ) -> Result<Self, Failure> {
         let registry: Registry = orograph_nodes::registry();
         theme::install(&context.egui_ctx);
+        input::install(&context.egui_ctx);
         let wake = context.egui_ctx.clone();
         let session = Session::open(file, registry, store, move || wake.request_repaint())?;
         let panes = Panes {
@@ -80,7 +84,7 @@ impl App {
         };
         let menu = Menu::new(&context.egui_ctx);
         let (toasts, questions) = (Toasts::default(), Questions::default());
-        Ok(Self { panes, trees: Room::ALL.map(arrangement), toasts, questions, menu })
+        Ok(Self { panes, trees: Room::ALL.map(arrangement), maximised: None, toasts, questions, menu })
     }
 
     /// Also keeps journals, so that a crash loses nothing, and follows changes of files by other programs.
@@ -186,19 +190,28 @@ impl eframe::App for App {
 
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
         let room = Room::of(ui.ctx().content_rect().size());
-        let (panes, tree) = (&self.panes, &self.trees[room as usize]);
-        let status = |action| panes.status(action, tree);
+        let (panes, tree, maximised) = (&self.panes, &self.trees[room as usize], self.maximised);
+        let status = |action| match action {
+            Action::Maximise => Status::switch(true, maximised.is_some()),
+            action => panes.status(action, tree),
+        };
         let asked = egui::Panel::top("menu").show(ui, |ui| self.menu.bar(ui, &panes.session, &status)).inner;
-        match asked {
-            Some(MenuRequest::Do(action)) => self.carry_out(action, room),
-            Some(MenuRequest::Open(path)) => self.panes.session.request(FileCommand::Open(path)),
-            Some(MenuRequest::Cells(cells)) => self.panes.session.set_cells(cells),
-            None => {}
+        for request in asked {
+            match request {
+                MenuRequest::Do(action) => self.carry_out(action, room, ui.ctx().pointer_latest_pos()),
+                MenuRequest::Open(path) => self.panes.session.request(FileCommand::Open(path)),
+                MenuRequest::Cells(cells) => self.panes.session.set_cells(cells),
+            }
         }
-        egui::Panel::bottom("status").show(ui, |ui| menu::status(ui, &mut self.panes.session));
-        egui::CentralPanel::default().show(ui, |ui| {
-            self.trees[room as usize].ui(&mut self.panes, ui);
+        let tree = &self.trees[room as usize];
+        let visible = self.maximised.map_or_else(|| is_seen(tree, Pane::Viewport), |pane| pane == Pane::Viewport);
+        let drawing = visible && self.panes.viewport.is_drawing(&self.panes.session);
+        egui::Panel::bottom("status").show(ui, |ui| menu::status(ui, &mut self.panes.session, drawing));
+        egui::CentralPanel::default().show(ui, |ui| match self.maximised {
+            Some(pane) => self.panes.show(ui, pane),
+            None => self.trees[room as usize].ui(&mut self.panes, ui),
         });
+        self.take_dropped(ui.ctx());
         self.menu.above(ui.ctx(), &mut self.panes.session);
         if let Some(path) = self.menu.take_picture() {
             self.panes.viewport.save_picture(&mut self.panes.session, &path);
@@ -209,8 +222,26 @@ impl eframe::App for App {
 }
 
 impl App {
-    /// Carries out an action of a menu or a key of the window.
-    fn carry_out(&mut self, action: Action, room: Room) {
+    /// Opens a file that was dropped into the window.
+    fn take_dropped(&mut self, context: &egui::Context) {
+        let dropped = context.input(|input| input.raw.dropped_files.first().cloned());
+        let Some(path) = dropped.map(|file| file.path().to_owned()) else { return };
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ron")) || is_archive(&path) {
+            self.panes.session.request(FileCommand::Open(path));
+        } else {
+            let reason = "it is not a graph; drop a file that ends with .ron or .orograph";
+            self.panes.session.note(format!("cannot open `{}`: {reason}", path.display()), true);
+        }
+    }
+
+    /// Carries out an action of a menu or a key of the window, with the pointer at a position.
+    fn carry_out(&mut self, action: Action, room: Room, pointer: Option<egui::Pos2>) {
+        // An action of another pane shows that pane.
+        self.maximised = self.maximised.filter(|pane| match (action.part(), action) {
+            (Part::Graph, _) => *pane == Pane::Canvas,
+            (Part::Viewport, _) => *pane == Pane::Viewport,
+            (Part::Window, action) => !matches!(action, Action::Pane(_) | Action::ResetPanes),
+        });
         let tree = &mut self.trees[room as usize];
         match (action.part(), action) {
             (Part::Graph, _) => {
@@ -227,6 +258,10 @@ impl App {
                 }
             }
             (Part::Window, Action::Pane(pane)) => bring(tree, pane),
+            (Part::Window, Action::Maximise) => {
+                let under = pointer.and_then(|at| pane_at(tree, at)).unwrap_or(Pane::Viewport);
+                self.maximised = if self.maximised.is_some() { None } else { Some(under) };
+            }
             (Part::Window, Action::ResetPanes) => self.trees = Room::ALL.map(arrangement),
             (Part::Window, _) => self.menu.carry_out(action, &mut self.panes.session),
         }
@@ -239,6 +274,13 @@ fn bring(tree: &mut Tree<Pane>, pane: Pane) {
         tree.set_visible(tile, true);
         tree.make_active(|other, _| other == tile);
     }
+}
+
+/// The visible pane at a position. Returns None when there is none.
+fn pane_at(tree: &Tree<Pane>, at: egui::Pos2) -> Option<Pane> {
+    let visible = tree.active_tiles();
+    let mut panes = visible.into_iter().filter(|tile| tree.tiles.rect(*tile).is_some_and(|rect| rect.contains(at)));
+    panes.find_map(|tile| tree.tiles.get_pane(&tile).copied())
 }
 
 /// Returns true if a pane is visible and not behind another tab.
@@ -268,14 +310,20 @@ impl Panes {
     }
 }
 
-impl Behavior<Pane> for Panes {
-    fn pane_ui(&mut self, ui: &mut egui::Ui, _: TileId, pane: &mut Pane) -> UiResponse {
+impl Panes {
+    fn show(&mut self, ui: &mut egui::Ui, pane: Pane) {
         match pane {
             Pane::Viewport => self.viewport.ui(ui, &mut self.session),
             Pane::Canvas => self.canvas.ui(ui, &mut self.session),
             Pane::Inspector => self.inspector.ui(ui, &mut self.session),
             Pane::Problems => self.problems.ui(ui, &mut self.session),
         }
+    }
+}
+
+impl Behavior<Pane> for Panes {
+    fn pane_ui(&mut self, ui: &mut egui::Ui, _: TileId, pane: &mut Pane) -> UiResponse {
+        self.show(ui, *pane);
         UiResponse::None
     }
 

@@ -61,12 +61,13 @@ impl Menu {
         }
     }
 
-    /// The menu bar; returns the request of a menu or a key. `status` returns the status of each item.
-    pub(crate) fn bar(&self, ui: &mut Ui, session: &Session, status: &dyn Fn(Action) -> Status) -> Option<MenuRequest> {
+    /// The menu bar; returns the requests of keys and of a menu. `status` returns the status of each item.
+    pub(crate) fn bar(&self, ui: &mut Ui, session: &Session, status: &dyn Fn(Action) -> Status) -> Vec<MenuRequest> {
         let typing = ui.ctx().text_edit_focused();
         // A text field has its own undo.
         let held = |action| matches!(action, Action::Undo | Action::Redo) && (typing || session.question().is_some());
-        let mut asked = actions::pressed(ui.ctx(), |action| !held(action)).map(MenuRequest::Do);
+        let pressed = actions::pressed(ui.ctx(), |action| !held(action)).into_iter().map(MenuRequest::Do);
+        let mut asked: Vec<MenuRequest> = pressed.collect();
         egui::MenuBar::new().ui(ui, |ui| {
             let menus = [("File", actions::FILE), ("Edit", actions::EDIT), ("View", actions::VIEW)];
             for (name, lines) in menus.into_iter().chain([("Help", actions::HELP)]) {
@@ -75,7 +76,7 @@ impl Menu {
                     let room = (ui.ctx().content_rect().height() - 60.0).max(80.0);
                     ui.set_max_height(room);
                     egui::ScrollArea::vertical().show(ui, |ui| {
-                        asked = self.lines(ui, lines, session, status).or_else(|| asked.take());
+                        asked.extend(self.lines(ui, lines, session, status));
                     });
                 });
             }
@@ -235,7 +236,8 @@ fn themes(ui: &mut Ui) {
 const PREVIEWS: [u32; 6] = [128, 256, 512, 1024, 2048, 4096];
 
 /// The status bar: the running node, the shown output, and the preview resolution.
-pub(crate) fn status(ui: &mut Ui, session: &mut Session) {
+/// `drawing` is true while the viewport does not show the newest result yet.
+pub(crate) fn status(ui: &mut Ui, session: &mut Session, drawing: bool) {
     ui.horizontal(|ui| {
         let names = session.document().nodes().iter().map(|node| node.name.as_str());
         let states = names.map(|name| (name, session.info(name)));
@@ -256,6 +258,10 @@ pub(crate) fn status(ui: &mut Ui, session: &mut Session) {
             (None, true) => {
                 ui.add(egui::Spinner::new().size(12.0));
                 ui.label("Building");
+            }
+            _ if drawing => {
+                ui.add(egui::Spinner::new().size(12.0));
+                ui.label("Drawing");
             }
             _ => drop(ui.weak("Ready")),
         }
@@ -345,9 +351,10 @@ const VIEWPORT: [(&str, &str); 3] = [
     ("Wheel", "Zoom in at the pointer"),
     ("W A S D, E Q", "Fly, if Fly is on; Shift is faster"),
 ];
-const VALUES: [(&str, &str); 4] = [
+const VALUES: [(&str, &str); 5] = [
     ("Drag a slider", "One undo step"),
     ("2 km, 35 deg, 1 mm/yr", "Type a value with its unit; Enter applies, Escape cancels"),
+    ("2 km / 3, (1 km + 500) * 2", "Calculate with units"),
     ("… or right-click on a name", "Reset, expose as parameter, wire"),
     ("Double-click, right-click", "In curves: add a point, remove a point"),
 ];

@@ -1,7 +1,8 @@
-//! The window: menus, actions, pane layout, and the stored state.
+//! The window: menus, actions, input, pane layout, and the stored state.
 
 pub(crate) mod actions;
 pub(crate) mod app;
+mod input;
 pub(crate) mod menu;
 pub(crate) mod problems;
 pub(crate) mod state;

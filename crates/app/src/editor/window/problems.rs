@@ -1,7 +1,7 @@
 //! The Problems pane: all problems of the file and of the results, each with a link to its node.
 
 use egui::{Label, RichText, ScrollArea, Sense, Ui};
-use orograph_graph::Severity;
+use orograph_graph::{Diagnostic, Severity};
 
 use crate::editor::{NodeState, Session};
 
@@ -27,7 +27,7 @@ impl Problems {
             .nodes()
             .iter()
             .filter(|node| matches!(session.info(&node.name).state, NodeState::Failed { at: None, .. }));
-        match session.document().problems().len() + failed.count() {
+        match problems(session).count() + failed.count() + missed(session).len() {
             0 => "Problems".to_owned(),
             count => format!("Problems ({count})"),
         }
@@ -35,14 +35,17 @@ impl Problems {
 
     pub(crate) fn ui(&mut self, ui: &mut Ui, session: &mut Session) {
         let (file, built, unknown) = (of_file(session), of_nodes(session), placeholders(session));
+        let missed = missed(session);
         let mut chosen = None;
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             egui::Frame::new().inner_margin(egui::Margin::symmetric(10, 8)).show(ui, |ui| {
                 ui.set_max_width(ui.available_width());
-                if file.is_empty() && built.is_empty() {
+                if file.is_empty() && built.is_empty() && missed.is_empty() {
                     ui.weak("No problems.");
                 }
-                for (title, lines) in [("In the file", &file), ("In the results", &built)] {
+                for (title, lines) in
+                    [("In the file", &file), ("In the results", &built), ("Missed expectations", &missed)]
+                {
                     if lines.is_empty() {
                         continue;
                     }
@@ -54,6 +57,7 @@ impl Problems {
                     }
                     ui.add_space(6.0);
                 }
+                expectations(ui, session);
                 if !unknown.is_empty() {
                     ui.strong("Nodes that cannot be used");
                     ui.add(Label::new(RichText::new("They are kept in the file unchanged.").weak()).wrap());
@@ -99,10 +103,16 @@ fn show(ui: &mut Ui, line: &Line) -> bool {
     clicked
 }
 
+/// The problems of the document. The missing outputs of an empty graph are none, because there is nothing to write yet.
+fn problems(session: &Session) -> impl Iterator<Item = &Diagnostic> {
+    let empty = session.document().nodes().is_empty();
+    session.document().problems().iter().filter(move |problem| !empty || problem.code != "no-outputs")
+}
+
 /// The problems of the file.
 fn of_file(session: &Session) -> Vec<Line> {
     let document = session.document();
-    let lines = document.problems().iter().map(|problem| {
+    let lines = problems(session).map(|problem| {
         let (line, _) = problem.line_column(document.source());
         let at = problem.span.start;
         let node = document.nodes().iter().find(|node| node.span.contains(&at)).map(|node| node.name.clone());
@@ -140,6 +150,61 @@ fn of_nodes(session: &Session) -> Vec<Line> {
         lines.extend(info.warnings.iter().map(|warning| line(Severity::Warning, warning.clone(), None)));
     }
     lines
+}
+
+/// The expectations that the terrain does not meet.
+fn missed(session: &Session) -> Vec<Line> {
+    let node = expected_node(session);
+    let line = |message: String| Line {
+        severity: Severity::Warning,
+        place: "expectation".to_owned(),
+        message,
+        hint: None,
+        node: node.clone(),
+    };
+    match session.checked().map(|measured| &measured.checked) {
+        Some(Ok(checked)) => checked.missed().map(|figure| line(figure.text())).collect(),
+        Some(Err(why)) => vec![line(format!("expectations cannot be measured: {why}"))],
+        None => Vec::new(),
+    }
+}
+
+/// The node whose output is measured.
+fn expected_node(session: &Session) -> Option<String> {
+    let document = session.document();
+    let name = document.expectations()?.output.as_ref()?;
+    let output = document.outputs().iter().find(|output| output.name == *name)?;
+    Some(document.graph().instance(output.port.node).name.clone())
+}
+
+/// Lists what the file expects and does not miss, and says what the figures belong to.
+fn expectations(ui: &mut Ui, session: &Session) {
+    let Some(expected) = session.document().expectations() else { return };
+    let Some(output) = &expected.output else { return };
+    let measured = session.checked();
+    let figures = measured.and_then(|measured| measured.checked.as_ref().ok());
+    ui.strong("Expectations");
+    let is_old = measured.is_none_or(|measured| measured.revision < session.revision());
+    let state = match figures {
+        _ if is_old && session.is_busy() => "Measured when everything is built.".to_owned(),
+        _ if is_old => format!("Show {output} to measure it."),
+        Some(checked) => format!("Measured in {output}, {}.", checked.place),
+        None => String::new(),
+    };
+    ui.add(Label::new(RichText::new(state).small().weak()).wrap());
+    for note in figures.iter().flat_map(|checked| &checked.notes) {
+        ui.add(Label::new(RichText::new(note).small().weak()).wrap());
+    }
+    for one in &expected.list {
+        let figure = figures.and_then(|checked| checked.figures.iter().find(|figure| figure.expectation == *one));
+        let text = match figure {
+            Some(figure) if !figure.is_met() => continue,
+            Some(figure) => format!("{}: {} ({})", one.measure.name, one.display(figure.value), one.bounds_text()),
+            None => format!("{}: {}", one.measure.name, one.bounds_text()),
+        };
+        ui.add(Label::new(text).wrap());
+    }
+    ui.add_space(6.0);
 }
 
 /// The nodes of unknown types.

@@ -63,7 +63,7 @@ fn packed(folder: &Path) -> PathBuf {
     fs::write(&path, text).expect("written");
     let document = Document::load(&path, &orograph_nodes::registry()).expect("readable");
     let archive = folder.join("packed.orograph");
-    archive::pack(&document, &path, &archive).expect("packed");
+    archive::pack(&document, &path, &archive, false).expect("packed");
     archive
 }
 

@@ -306,6 +306,9 @@ fn done(ui: &mut Ui, built: &Built, folder: &str) {
             open_folder(Path::new(folder.trim()));
         }
     });
+    if let Some(missed) = built.expected.missed() {
+        ui.add(Label::new(RichText::new(missed).color(ui.visuals().warn_fg_color)).wrap());
+    }
     egui::Grid::new("files").num_columns(3).spacing([12.0, 2.0]).show(ui, |ui| {
         for file in &built.files {
             let name = file.path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();

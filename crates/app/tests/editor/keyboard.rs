@@ -1,0 +1,113 @@
+//! Tests of the keyboard: its focus follows the pointer to the graph, and a refused name is not lost.
+
+use egui::{Event, Key, Modifiers, Pos2, vec2};
+use egui_kittest::{Harness, kittest::Queryable as _};
+use orograph::editor::App;
+
+use crate::{
+    canvas::{ROW, document, ground, window_on},
+    hand::{click, key, title, type_text},
+};
+
+fn names(window: &Harness<'_, App>) -> Vec<String> {
+    document(window).nodes().iter().map(|node| node.name.clone()).collect()
+}
+
+fn point(window: &mut Harness<'_, App>, at: Pos2) {
+    window.hover_at(at);
+    window.run_steps(3);
+}
+
+#[test]
+fn the_graph_has_the_keys_again_after_tab_elsewhere() {
+    let (mut window, _folder) = window_on(ROW);
+    let lonely = title(&window, "lonely");
+    click(&mut window, lonely);
+    // Over the viewport, Tab moves the focus through the buttons, as everywhere.
+    point(&mut window, egui::pos2(500.0, 250.0));
+    for _ in 0..3 {
+        key(&mut window, Modifiers::NONE, Key::Tab);
+    }
+    assert!(window.ctx.memory(|memory| memory.focused().is_some()), "a button has the focus");
+    let empty = ground(&window) - vec2(0.0, 20.0);
+    point(&mut window, empty);
+    key(&mut window, Modifiers::NONE, Key::M);
+    assert!(document(&window).nodes().iter().any(|node| node.name == "lonely" && node.muted));
+    key(&mut window, Modifiers::NONE, Key::Delete);
+    assert_eq!(names(&window), ["ground", "steps", "place"]);
+    key(&mut window, Modifiers::NONE, Key::Tab);
+    type_text(&mut window, "ridg");
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    assert!(names(&window).contains(&"ridged".to_owned()), "{:?}", names(&window));
+}
+
+#[test]
+fn a_text_field_keeps_the_keys_while_the_pointer_is_over_the_graph() {
+    let (mut window, _folder) = window_on(ROW);
+    let lonely = title(&window, "lonely");
+    click(&mut window, lonely);
+    let field = window.query_all_by_role(egui::accesskit::Role::TextInput).next().expect("a value");
+    let field = field.rect().center();
+    click(&mut window, field);
+    let empty = ground(&window) - vec2(0.0, 20.0);
+    point(&mut window, empty);
+    key(&mut window, Modifiers::NONE, Key::M);
+    key(&mut window, Modifiers::NONE, Key::Delete);
+    assert_eq!(document(&window).source(), ROW, "the keys go to the field");
+}
+
+#[test]
+fn a_refused_name_stays_in_its_field_with_its_note() {
+    let (mut window, _folder) = window_on(ROW);
+    let lonely = title(&window, "lonely");
+    click(&mut window, lonely);
+    key(&mut window, Modifiers::NONE, Key::F2);
+    type_text(&mut window, "high steps");
+    key(&mut window, Modifiers::NONE, Key::Tab);
+    type_text(&mut window, "for later");
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    assert!(names(&window).contains(&"lonely".to_owned()));
+    assert!(window.query_all_by_label_contains("`high steps`").next().is_some(), "the reason is shown");
+    let fields = |window: &Harness<'_, App>| -> Vec<String> {
+        window.query_all_by_role(egui::accesskit::Role::TextInput).filter_map(|field| field.value()).collect()
+    };
+    let typed = fields(&window);
+    assert!(["high steps", "for later"].iter().all(|text| typed.contains(&(*text).to_owned())), "{typed:?}");
+    // The name field has the focus again, with all of its text selected.
+    window.run_steps(3);
+    type_text(&mut window, "high_steps");
+    key(&mut window, Modifiers::NONE, Key::Enter);
+    assert!(names(&window).contains(&"high_steps".to_owned()), "{:?}", names(&window));
+    assert!(document(&window).source().contains("for later"));
+    // A click elsewhere loses nothing either; Escape discards both.
+    key(&mut window, Modifiers::NONE, Key::F2);
+    type_text(&mut window, "two words");
+    let empty = ground(&window);
+    click(&mut window, empty);
+    assert!(fields(&window).contains(&"two words".to_owned()), "{:?}", fields(&window));
+    window.event(Event::Key {
+        key: Key::Escape,
+        physical_key: None,
+        pressed: true,
+        repeat: false,
+        modifiers: Modifiers::NONE,
+    });
+    window.run_steps(3);
+    assert!(!fields(&window).contains(&"two words".to_owned()));
+    assert!(names(&window).contains(&"high_steps".to_owned()));
+}
+
+#[test]
+fn a_click_on_the_help_button_opens_the_legend() {
+    let (mut window, _folder) = window_on(ROW);
+    let help = crate::hand::at(&window, "colours and keys");
+    point(&mut window, egui::pos2(500.0, 250.0));
+    assert!(window.query_by_label("Wires").is_none());
+    click(&mut window, help);
+    // It stays while the pointer is elsewhere.
+    point(&mut window, egui::pos2(500.0, 250.0));
+    window.run_steps(60);
+    assert!(window.query_by_label("Wires").is_some() && window.query_by_label("Zoom, pan").is_some());
+    click(&mut window, egui::pos2(500.0, 250.0));
+    assert!(window.query_by_label("Wires").is_none(), "a click elsewhere closes it");
+}
