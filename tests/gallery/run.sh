@@ -14,7 +14,10 @@ graphs=(
     "himalaya|A very high range|-|2048|.40 .30"
     "fjords|A fjord coast|-|2048|.20 .25"
     "glen|A Highland glen|-|2048|.35 .35"
+    "highlands|Moors and glens|-|2048|.35 .35"
     "canyon|A canyon in layered rock|map|2048|.35 .35"
+    "badlands|Badlands|colour|2048|.35 .45"
+    "basin_and_range|Basins and ranges|colour|2048|.30 .30"
     "hello|A first range|-|2048|.35 .30"
     "ridges|Ridges and rivers|-|2048|.30 .30"
     "fault|A fault and its escarpment|map|2048|.35 .35"
@@ -26,7 +29,7 @@ graphs=(
     "scree|Cliffs and scree|-|1024|.35 .35"
     "rivers|Rivers and lakes|map|2048|.35 .35"
     "carve_dem|A real landscape, eroded further|after|1024|.35 .35"
-    "gullies|Gullies after a storm|after|250|.30 .30"
+    "gullies|Gullies after a storm|after|320|.20 .35"
 )
 
 program=${OROGRAPH:-target/release/orograph}

@@ -1,0 +1,6 @@
+#!/bin/sh
+# Writes docs/validation.md: elevation models against their reference, presets against the windows of real places.
+set -eu
+cd "$(dirname "$0")/../.."
+cargo build --release -p orograph -p orograph-tests --bin orograph --example validation
+"${CARGO_TARGET_DIR:-target}/release/examples/validation"
