@@ -8,7 +8,7 @@ mod pictures;
 mod resolution;
 mod run;
 mod scratch;
-mod valleys;
+mod validation;
 
 pub use bless::{blessing, golden_folder, write_golden};
 pub use counting::Counting;
@@ -17,8 +17,8 @@ pub use look::Look;
 pub use pictures::{picture, pictures_folder};
 pub use resolution::{Difference, differences};
 pub use run::{
-    Case, REACHING, cases, data_folder, evaluate, evaluate_window, example, inputs, options, others, pictured, plain,
-    reaching, set, wired,
+    Case, REACHING, STEPPED, cases, data_folder, evaluate, evaluate_window, example, extreme_worlds, inputs, lengths,
+    options, others, pictured, plain, reaching, set, wired,
 };
-pub use scratch::{Scratch, scratch, scratches};
-pub use valleys::Valleys;
+pub use scratch::{Scratch, scratch, scratch_in, scratches};
+pub use validation::{MODELS, PRESETS, root, validation_hash};

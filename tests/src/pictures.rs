@@ -1,13 +1,17 @@
-//! The small picture of each node in the manual: the first output of its example on a range cut by rivers.
+//! The small picture of each node in the manual: the first output of its example on a range cut by rivers, or on
+//! terrain that suits it. A node that changes terrain has the terrain before it on the left.
 
 use std::{io::Cursor, path::PathBuf};
 
 use image::{ImageFormat, Rgb, RgbImage};
 use orograph::export::picture::{self, View};
-use orograph_graph::{Field, Node, Port, PortType, Value, World};
-use orograph_nodes::numerics::{light, math, palettes::Palette};
+use orograph_graph::{Field, Node, Port, PortType, Value, Window, World};
+use orograph_nodes::{
+    numerics::{light, math, palettes::Palette},
+    render::hillshade,
+};
 
-use crate::{evaluate, pictured, world};
+use crate::{Case, evaluate, pictured, world};
 
 /// Cells and pixels per side.
 const SIDE: u32 = 112;
@@ -21,8 +25,12 @@ pub fn pictures_folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/nodes/pictures")
 }
 
+/// Pixels between two pictures.
+const GAP: usize = 4;
+
 /// The picture of a node as a PNG: heights as a map, masks in grey, colours unchanged, other numbers in false colours.
-/// Returns None when the node's first output is not a raster.
+/// A node that makes terrain from terrain shows both, in the colours of the result. Returns None when the node's first
+/// output is not a raster.
 ///
 /// # Panics
 /// When the example fails.
@@ -31,15 +39,20 @@ pub fn picture(node: &'static Node) -> Option<Vec<u8>> {
     if node.is_subgraph() {
         return None;
     }
-    let case = pictured(node);
+    let (case, side_m) = pictured(node);
     let ty = case.graph.output_type(Port { node: case.node, output: 0 });
     ty.planes()?;
     // A node that makes a coast is drawn with its sea.
     let instance = case.graph.instance(case.node);
     let sea_level = instance.params.get("sea").map(|_| instance.params.read::<f64>("sea"));
-    let values =
-        evaluate(&case, World { sea_level, ..world(SIDE) }, 2).unwrap_or_else(|error| panic!("{}: {error}", node.id));
+    let world = World { sea_level, size: [side_m; 2], ..world(SIDE) };
+    let values_of = |case: &Case| evaluate(case, world, 2).expect("an example evaluates");
+    let values = values_of(&case);
     let field = values.first().and_then(Value::as_field)?;
+    let before = case
+        .graph
+        .source(case.node, 0)
+        .filter(|port| ty == PortType::Height && case.graph.output_type(*port) == PortType::Height);
     let seen = match ty {
         // from black at 0 to white at 1 in perceived brightness
         PortType::Mask => {
@@ -47,9 +60,41 @@ pub fn picture(node: &'static Node) -> Option<Vec<u8>> {
             Field::with_planes(*field.window(), 3, level.repeat(3))
         }
         PortType::Scalar(_) | PortType::Flow | PortType::Vector(_) => false_colours(field),
+        PortType::Height => {
+            let light = hillshade::Params::fitted(field).casting(field);
+            let map = |height: &Field| {
+                let [_, colour] = hillshade::relief(height, &light);
+                colour
+            };
+            match before {
+                Some(port) => {
+                    let before = Case { name: case.name.clone(), graph: case.graph.clone(), node: port.node };
+                    let values = values_of(&before);
+                    beside(&map(values.get(port.output).and_then(Value::as_field)?), &map(field))
+                }
+                None => map(field),
+            }
+        }
         _ => picture::of_field(field, ty, View::Map),
     };
     Some(png(&seen))
+}
+
+/// Two pictures of the same size, with a white gap between them.
+fn beside(left: &Field, right: &Field) -> Field {
+    let (nx, ny) = (left.window().nx(), left.window().ny());
+    let cells = [2 * nx + GAP, ny];
+    let mut samples = Vec::with_capacity(3 * cells[0] * cells[1]);
+    for plane in 0..3 {
+        for (left, right) in left.plane(plane).chunks(nx).zip(right.plane(plane).chunks(nx)) {
+            samples.extend_from_slice(left);
+            samples.extend([1.0; GAP]);
+            samples.extend_from_slice(right);
+        }
+    }
+    let cells = cells.map(|count| count as u32);
+    let world = World { size: cells.map(f64::from), cells, ..World::default() };
+    Field::with_planes(Window::whole(world), 3, samples)
 }
 
 /// Numbers in the colours of viridis: from the 1st to the 99th percentile, by order of magnitude if these span more

@@ -4,10 +4,10 @@ use std::{num::NonZero, path::PathBuf, sync::Arc};
 
 use orograph_graph::{
     Cancel, Document, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, InputValue, Job, Kind, Layer, Node,
-    NodeIndex, ParamValue, Port, Registry, Stop, Store, Value, Warnings, Window, World,
+    NodeIndex, ParamValue, Port, Registry, Stop, Store, Unit, Value, Warnings, Window, World,
 };
 
-use crate::land::{LAND, SELECTION};
+use crate::land::{LAND, SELECTION, world};
 
 /// A node wired to test terrain, with certain parameters.
 #[derive(Clone)]
@@ -84,14 +84,88 @@ pub fn example(node: &'static Node) -> Case {
     example_on(TEST_LAND, node, node.example)
 }
 
-/// The same on realistic terrain.
+/// The same on realistic terrain, or with other arguments on terrain that suits the node, and the side of its world in
+/// metres.
 ///
 /// # Panics
 /// When the example has a problem.
 #[must_use]
-pub fn pictured(node: &'static Node) -> Case {
-    example_on(PICTURE_LAND, node, node.example)
+pub fn pictured(node: &'static Node) -> (Case, f64) {
+    let own = SUBJECTS.iter().find(|subject| subject.nodes.iter().any(|(id, _)| *id == node.id));
+    let Some(subject) = own else { return (example_on(PICTURE_LAND, node, node.example), crate::world(1).size[0]) };
+    let arguments =
+        subject.nodes.iter().find(|(id, _)| *id == node.id).map_or(node.example, |(_, arguments)| arguments);
+    (example_on(subject.land, node, arguments), subject.side_m)
 }
+
+/// Terrain on which some nodes show what they do.
+struct Subject {
+    /// Nodes and their arguments.
+    nodes: &'static [(&'static str, &'static str)],
+    side_m: f64,
+    land: &'static str,
+}
+
+/// Nodes that do not show on a range of 16 km.
+const SUBJECTS: [Subject; 4] = [
+    // cliffs above a valley
+    Subject {
+        nodes: &[
+            ("Weathering", r#"height: "base", temperature: -4, duration: 60000"#),
+            ("Thermal", r#"height: "base", talus: 33"#),
+            ("Landslide", r#"height: "base", repose: 24, rate: 12"#),
+        ],
+        side_m: 1800.0,
+        land: r#"
+            "hills": Ridged(wavelength: "1.6 km", octaves: 9, amplitude: "900 m", seed: 5),
+            "bare":  Constant(value: 0),
+            "base":  Thermal(height: "hills", debris: "bare", rock: 62, tolerance: 0.05),
+        "#,
+    },
+    // a hill of soft ground
+    Subject {
+        nodes: &[
+            (
+                "HydraulicPipe",
+                r#"version: 2, height: "base", rain: 40, duration: 3600, regolith: 30, entrainment: 0.05, width: 40"#,
+            ),
+            ("Creep", r#"height: "base", diffusivity: 0.02, duration: 30000"#),
+        ],
+        side_m: 1000.0,
+        land: r#"
+            "round": Shape(centre: (480, 520), size: (520, 520), softness: 560),
+            "dome":  Remap(value: "round.mask", from: (0, 1), to: (400, 500), quantity: height),
+            "noise": Perlin(wavelength: 260, octaves: 7, gain: 0.5, amplitude: 26),
+            "base":  Combine(a: "dome", b: "noise"),
+        "#,
+    },
+    // a scan with wrong values
+    Subject {
+        nodes: &[
+            ("Despike", r#"height: "base", radius: 300, threshold: 3"#),
+            ("Median", r#"value: "base", radius: 350"#),
+        ],
+        side_m: 8000.0,
+        land: r#"
+            "broad":  Perlin(wavelength: "5 km", octaves: 4, amplitude: "500 m", seed: 9),
+            "sparse": Noise(kind: value, wavelength: 300, octaves: 1, amplitude: "1 m", seed: 2),
+            "wrong":  Select(value: "sparse", from: 0.7, falloff: 0.02),
+            "spikes": Remap(value: "wrong", from: (0, 1), to: (0, 160), quantity: height),
+            "base":   Combine(a: "broad", b: "spikes"),
+        "#,
+    },
+    // a range without its finest forms
+    Subject {
+        nodes: &[("Sharpen", r#"height: "base", radius: 700, amount: 1.5"#)],
+        side_m: 16_384.0,
+        land: r#"
+            "hills": Ridged(wavelength: "6 km", octaves: 10, amplitude: "450 m"),
+            "rise":  Uplift(radius: "9 km", rate: "1.2 mm/yr"),
+            "range": StreamPower(height: "hills", uplift: "rise", duration: "2.5 Myr", repose: 38),
+            "base":  Blur(value: "range", radius: 450),
+        "#,
+    },
+];
 
 /// Filters with a radius: their title, the node, and all arguments but the last, which is the radius.
 pub const REACHING: [(&str, &str, &str); 7] = [
@@ -183,6 +257,29 @@ pub fn cases(node: &'static Node) -> Vec<Case> {
         cases.push(case);
     }
     cases
+}
+
+/// The example with each of its lengths and areas at either end of its range.
+#[must_use]
+pub fn lengths(node: &'static Node) -> Vec<Case> {
+    let mut cases = vec![example(node)];
+    for spec in node.specs().iter().filter(|spec| matches!(spec.unit, Unit::Metres | Unit::SquareMetres)) {
+        let Kind::Float { hard, .. } = spec.kind else { continue };
+        for end in hard {
+            cases.push(changed(node, format!("{}={end:e}", spec.name), &[(spec.name, ParamValue::Float(end))]));
+        }
+    }
+    cases
+}
+
+/// Nodes whose steps, in time or in depth, are as short as their cells, so that their work has no bound: they must stop
+/// when told.
+pub const STEPPED: [&str; 2] = ["HydraulicPipe", "Weathering"];
+
+/// Worlds of 16 x 16 cells: of 1 m, the smallest and the largest that a file may have.
+#[must_use]
+pub fn extreme_worlds() -> [World; 3] {
+    [16.0, 16.0 * World::LEAST_CELL_M, World::MOST_SIDE_M].map(|side| World { size: [side; 2], ..world(16) })
 }
 
 fn changed(node: &'static Node, name: String, values: &[(&'static str, ParamValue)]) -> Case {

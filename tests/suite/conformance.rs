@@ -1,14 +1,21 @@
 //! Tests of every node: its declaration is valid, it runs at its extremes, its bytes do not depend on threads or SIMD
 //! level, a window equals that part of the whole world, and another resolution gives the same terrain.
 
+use std::{
+    num::NonZero,
+    sync::{Arc, mpsc},
+    thread,
+    time::{Duration, Instant},
+};
+
 use orograph_graph::{
-    EvalError, Exactness, Field, InputValue, Node, OutputType, ParamSpec, ParamValue, ParamValues, PortType,
-    Resolution, Strata, Value, Window, World,
+    Cancel, EvalError, Evaluation, Evaluator, EvaluatorOptions, Exactness, Field, InputValue, Measure, Node,
+    OutputType, ParamSpec, ParamValue, ParamValues, PortType, Request, Resolution, Store, Strata, Value, Window, World,
 };
 use orograph_nodes::{numerics::simd, registry};
 use orograph_tests::{
-    Case, Difference, cases, differences, evaluate, evaluate_window, example, inputs, options, others, plain, set,
-    wired, world,
+    Case, Difference, STEPPED, cases, data_folder, differences, evaluate, evaluate_window, example, extreme_worlds,
+    inputs, lengths, options, others, plain, set, wired, world,
 };
 
 /// Runs a check for every node and collects all failures, so that one faulty node does not hide another.
@@ -35,7 +42,10 @@ fn every_node_runs_at_its_extremes_or_refuses_with_a_remedy() {
     for_every_node(|node| {
         for case in cases(node) {
             match evaluate(&case, world(48), 2) {
-                Ok(values) => assert_eq!(values.len(), node.outputs.len()),
+                Ok(values) => {
+                    assert_eq!(values.len(), node.outputs.len());
+                    values.iter().try_for_each(|value| declared(node, value))?;
+                }
                 // a combination that makes no sense may be refused, but only with a remedy
                 Err(EvalError::Node { hint: Some(_), .. }) if case.name != "example" => {}
                 Err(error) => return Err(format!("{}: {error}", case.name)),
@@ -43,6 +53,78 @@ fn every_node_runs_at_its_extremes_or_refuses_with_a_remedy() {
         }
         Ok(())
     });
+}
+
+/// The work depends on the number of cells, not on lengths in cells, up to the limits of lengths and of worlds.
+#[test]
+fn lengths_far_beyond_the_world_and_below_its_cells_cost_no_time() {
+    let evaluator = Evaluator::new(EvaluatorOptions {
+        store: Arc::new(Store::new(0, None)),
+        threads: NonZero::new(1),
+        ..EvaluatorOptions::default()
+    })
+    .expect("an evaluator");
+    for_every_node(|node| {
+        let cases = lengths(node);
+        let found: Vec<String> = cases
+            .iter()
+            .flat_map(|case| extreme_worlds().map(|world| far_beyond(&evaluator, case, world)))
+            .filter_map(Result::err)
+            .collect();
+        if found.is_empty() { Ok(()) } else { Err(found.join("\n    ")) }
+    });
+}
+
+/// Checks that a case ends within a second, or stops when told if that is all that is asked of it.
+#[expect(clippy::disallowed_methods, reason = "it tests how long a kernel takes, not its result")]
+fn far_beyond(evaluator: &Evaluator, case: &Case, world: World) -> Result<(), String> {
+    let is_stepped = STEPPED.contains(&case.kind().id);
+    let patience = Duration::from_millis(if is_stepped { 30 } else { 1000 });
+    let requests: Vec<Request> =
+        case.outputs().into_iter().map(|port| Request { port, window: Window::whole(world) }).collect();
+    let folder = data_folder();
+    let evaluation = Evaluation { graph: &case.graph, folder: &folder, requests: &requests, byproducts: &[] };
+    let (start, cancel) = (Instant::now(), Cancel::default());
+    let (ended, end) = mpsc::channel::<()>();
+    let answers = thread::scope(|scope| {
+        let cancel = &cancel;
+        scope.spawn(move || {
+            if end.recv_timeout(patience).is_err() {
+                cancel.cancel();
+            }
+        });
+        let answers = evaluator.evaluate(&evaluation, cancel, &|_| {});
+        // the receiver is gone if the time was over
+        let _ = ended.send(());
+        answers
+    });
+    let place = format!("{} in a world of {} m", case.name, world.size[0]);
+    let spent = start.elapsed();
+    if spent > patience + Duration::from_millis(500) {
+        return Err(format!("{place} does not stop within {spent:?}"));
+    }
+    let wrong = |error: &EvalError| match error {
+        EvalError::Cancelled => !is_stepped,
+        EvalError::Node { hint, .. } => hint.is_none(),
+        _ => true,
+    };
+    match answers.iter().filter_map(|answer| answer.as_ref().err()).find(|error| wrong(error)) {
+        Some(error) => Err(format!("{place}: {error}")),
+        None => Ok(()),
+    }
+}
+
+/// Checks that a node that declares its measures reports no others.
+fn declared(node: &Node, value: &Value) -> Result<(), String> {
+    let Value::Report(report) = value else { return Ok(()) };
+    let is_declared =
+        |measure: &Measure| node.measures.iter().any(|spec| spec.name == measure.name && spec.unit == measure.unit);
+    match report.measures.iter().find(|measure| !is_declared(measure)) {
+        Some(Measure { name, unit, .. }) if !node.measures.is_empty() || node.category == "measure" => {
+            Err(format!("the measure `{name}` in \"{unit}\" is not declared"))
+        }
+        _ => Ok(()),
+    }
 }
 
 #[test]

@@ -3,9 +3,10 @@
 
 use std::{num::NonZero, path::PathBuf};
 
-use orograph_graph::{Document, Evaluator, EvaluatorOptions, Field, Port, Value, Window, World, format_source};
+use orograph::report::measure::measure;
+use orograph_graph::{Cancel, Document, Evaluator, EvaluatorOptions, Field, Port, Value, Window, World, format_source};
 use orograph_nodes::registry;
-use orograph_tests::{Look, Valleys};
+use orograph_tests::{Look, root, validation_hash};
 
 /// Graphs with mountains, and the minimum cells along the world's longer side that resolve their slopes. The Alps have
 /// their own test.
@@ -135,8 +136,19 @@ fn valleys_have_the_form_of_what_cut_them() {
         ("fjords", 300.0, 0.06..=0.4, 1.5..=2.2),
         ("canyon", 600.0, -1.0..=1.0, 1.0..=1.5),
     ] {
-        let valleys = Valleys::of(&land(graph, cells)).expect("sections");
-        println!("{graph}: {valleys:.3?}");
-        assert!(indices.contains(&valleys.v_index) && exponents.contains(&valleys.exponent), "{graph}: {valleys:?}");
+        let report = measure(&land(graph, cells), &registry(), &Cancel::default()).expect("measures");
+        let [index, exponent] =
+            ["valleys.v_index", "valleys.exponent"].map(|name| report.get(name).expect("a measure"));
+        println!("{graph}: index {index:.3}, exponent {exponent:.3}");
+        assert!(indices.contains(&index) && exponents.contains(&exponent), "{graph}: {index} {exponent}");
     }
+}
+
+/// `docs/validation.md` is of the present models, measures, presets and kernels.
+#[test]
+fn the_page_of_validation_is_current() {
+    let page = std::fs::read_to_string(root().join("docs/validation.md")).expect("the page of validation");
+    let hash = validation_hash();
+    assert!(page.contains(&hash), "run `tests/validation/run.sh`: the inputs are now {hash}");
+    assert!(!page.contains("**no**"), "a preset misses a window");
 }

@@ -6,7 +6,7 @@ use orograph_nodes::registry;
 use orograph_tests::{blessing, picture, pictures_folder};
 
 /// The maximum total size of the pictures.
-const MOST_BYTES: u64 = 1_500_000;
+const MOST_BYTES: u64 = 2_500_000;
 
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/nodes")

@@ -8,8 +8,8 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Source files below a folder, sorted.
-fn sources(folder: &Path) -> Vec<PathBuf> {
+/// Files with an extension below a folder, sorted.
+fn files(folder: &Path, of: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut folders = vec![folder.to_owned()];
     while let Some(folder) = folders.pop() {
@@ -17,7 +17,7 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
             let path = entry.expect("an entry").path();
             if path.is_dir() {
                 folders.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
+            } else if path.extension().is_some_and(|extension| extension == of) {
                 found.push(path);
             }
         }
@@ -29,7 +29,7 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
 fn all_sources() -> Vec<PathBuf> {
     ["crates/graph", "crates/nodes", "crates/app", "tests"]
         .iter()
-        .flat_map(|folder| sources(&root().join(folder)))
+        .flat_map(|folder| files(&root().join(folder), "rs"))
         .collect()
 }
 
@@ -51,7 +51,7 @@ fn every_file_begins_with_its_documentation() {
 
 #[test]
 fn every_declaration_is_registered() {
-    let declared: usize = sources(&root().join("crates/nodes/src"))
+    let declared: usize = files(&root().join("crates/nodes/src"), "rs")
         .iter()
         .map(|path| std::fs::read_to_string(path).expect("a source file").matches("pub static NODE: Node").count())
         .sum();
@@ -67,6 +67,16 @@ fn nothing_is_left_for_later() {
         for mark in &marks {
             assert!(!text.contains(mark.as_str()), "{} has a {mark}", path.display());
         }
+    }
+}
+
+#[test]
+fn no_merge_is_left_half_done() {
+    let documents = files(&root().join("docs"), "md").into_iter().chain(files(&root().join("graphs"), "ron"));
+    for path in all_sources().into_iter().chain(documents) {
+        let text = std::fs::read_to_string(&path).expect("a text file");
+        let marked = |line: &str| ["<<<<<<< ", ">>>>>>> "].iter().any(|marker| line.starts_with(marker));
+        assert!(!text.lines().any(marked), "{} has markers of a conflict", path.display());
     }
 }
 
