@@ -1,5 +1,5 @@
-//! Writes `docs/validation.md`: real elevation models against their reference, and the presets against the windows of the
-//! real places. `tests/validation/run.sh` builds the program and runs this.
+//! Writes `docs/validation.md`: real elevation models against their reference, and the presets against the windows of
+//! the real places. `tests/validation/run.sh` builds the program and runs this.
 
 use std::{error::Error, fmt::Write as _, path::Path, process::Command};
 

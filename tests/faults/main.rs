@@ -1,4 +1,5 @@
-//! Commands whose files fail at each step: a full, read-only, slow or refusing disk, a killed process, a failure of power.
+//! Commands whose files fail at each step: a full, read-only, slow or refusing disk, a killed process, a failure of
+//! power.
 //!
 //! A test runs a command once for each step that it takes, with a fault at that step. Then it looks at the folder as
 //! another program would, and again after the next process has worked there. The journal of the editor is tested beside

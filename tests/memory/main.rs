@@ -1,10 +1,10 @@
 //! Compares the memory that every kernel declares with its use; a separate program because of its allocator.
 //!
 //! Each case of each node runs on one thread, with all outputs requested. The declaration must be within 20 % of the
-//! measurement, or within a byte per cell: small tables, rows and columns per thread, and lists of a few per cent of the
-//! cells are not declared. In a small world tables and rows may exceed that, so a case that differs is measured again
-//! in worlds of twice the side, in which tables per cell are a quarter and rows per cell half as large. Tables of more
-//! than 384 KiB are declared, which is measured in a world of 64 x 64 cells.
+//! measurement, or within a byte per cell: small tables, rows and columns per thread, and lists of a few per cent of
+//! the cells are not declared. In a small world tables and rows may exceed that, so a case that differs is measured
+//! again in worlds of twice the side, in which tables per cell are a quarter and rows per cell half as large. Tables of
+//! more than 384 KiB are declared, which is measured in a world of 64 x 64 cells.
 
 use std::sync::Mutex;
 

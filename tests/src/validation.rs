@@ -17,8 +17,8 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// The hash of everything that the page of validation depends on: models, references, presets, the kernels that these use,
-/// and the code of measures.
+/// The hash of everything that the page of validation depends on: models, references, presets, the kernels that these
+/// use, and the code of measures.
 ///
 /// # Panics
 /// If a file cannot be read.

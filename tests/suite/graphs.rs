@@ -118,7 +118,8 @@ fn the_alps_are_alpine() {
     }
 }
 
-/// A very high range: relief and slopes are those of tiles of the Himalaya, 20 to 40 km across with cells of 80 to 100 m.
+/// A very high range: relief and slopes are those of tiles of the Himalaya, 20 to 40 km across with cells of 80 to 100
+/// m.
 #[test]
 fn the_himalaya_is_high_and_steep() {
     let land = land("himalaya", 300.0);

@@ -16,8 +16,8 @@ const CHAINS: u32 = 24;
 /// Processes of a chain.
 const LINKS: usize = 3;
 
-/// The largest error of a balance, as a fraction of what moved. Most processes count in double precision; the others state
-/// what single precision leaves.
+/// The largest error of a balance, as a fraction of what moved. Most processes count in double precision; the others
+/// state what single precision leaves.
 fn bound(node: &Node, material: &str) -> f64 {
     match (node.id, material) {
         ("HydraulicPipe", _) => 1e-5,

@@ -27,7 +27,7 @@ fn files(folder: &Path, of: &str) -> Vec<PathBuf> {
 }
 
 fn all_sources() -> Vec<PathBuf> {
-    ["crates/graph", "crates/nodes", "crates/app", "tests"]
+    ["crates/graph", "crates/nodes", "crates/app", "tests", "fuzz"]
         .iter()
         .flat_map(|folder| files(&root().join(folder), "rs"))
         .collect()
@@ -46,6 +46,18 @@ fn every_file_begins_with_its_documentation() {
     for path in all_sources() {
         let text = std::fs::read_to_string(&path).expect("a source file");
         assert!(text.starts_with("//!"), "{} does not begin with `//!`", path.display());
+    }
+}
+
+/// rustfmt wraps code, and leaves comments as they are.
+#[test]
+fn comments_fit_in_120_columns() {
+    for path in all_sources() {
+        let text = std::fs::read_to_string(&path).expect("a source file");
+        for (row, line) in text.lines().enumerate() {
+            let is_long = line.trim_start().starts_with("//") && line.chars().count() > 120;
+            assert!(!is_long, "{}:{}: wrap this comment at 120 columns", path.display(), row + 1);
+        }
     }
 }
 

@@ -4,8 +4,8 @@
 //! cargo run -p orograph --example screenshots
 //! ```
 //!
-//! writes `docs/pictures/editor.png`, `editor_light.png`, `editor_map.png` and `editor_layers.png`; another folder can be
-//! named.
+//! writes `docs/pictures/editor.png`, `editor_light.png`, `editor_map.png` and `editor_layers.png`; another folder can
+//! be named.
 
 use std::{path::PathBuf, thread, time::Duration};
 

@@ -1,5 +1,5 @@
-//! Signals. Ctrl-C: the first press cancels the work, which removes unfinished files; the second ends the program at once, which
-//! may leave the hidden folder of unfinished files, which the next run removes.
+//! Signals. Ctrl-C: the first press cancels the work, which removes unfinished files; the second ends the program at
+//! once, which may leave the hidden folder of unfinished files, which the next run removes.
 
 use orograph_graph::{Cancel, memory::REMEDY};
 

@@ -93,7 +93,8 @@ impl Field {
         self.samples.len() * size_of::<f32>()
     }
 
-    /// A message on the first sample that is NaN or infinite, with its cell in the world. Returns None when there is none.
+    /// A message on the first sample that is NaN or infinite, with its cell in the world. Returns None when there is
+    /// none.
     pub(crate) fn fault(&self) -> Option<String> {
         const CHUNK: usize = 1 << 16;
         let samples = self.samples();

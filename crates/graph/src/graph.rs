@@ -322,7 +322,8 @@ impl Graph {
         types
     }
 
-    /// Returns true if the other graph has the same nodes, with the same names, parameters and indices, and the same wires.
+    /// Returns true if the other graph has the same nodes, with the same names, parameters and indices, and the same
+    /// wires.
     pub(crate) fn same(&self, other: &Self) -> bool {
         let instance = |a: &Instance, b: &Instance| {
             a.name == b.name && std::ptr::eq(a.node, b.node) && a.params == b.params && a.constants == b.constants

@@ -189,8 +189,8 @@ macro_rules! inputs {
 /// `Given`, which a kernel fills with exactly these.
 ///
 /// A row is `name: Type;` with a [`PortType`](crate::PortType), `SameAs(input)` for the type of the wire into that
-/// input of [`inputs!`](crate::inputs), or `Chosen(function)` for a type that the parameters choose. A value is `Lines`,
-/// `Strata` or a `Report` if the type says so, and a `Field` otherwise.
+/// input of [`inputs!`](crate::inputs), or `Chosen(function)` for a type that the parameters choose. A value is
+/// `Lines`, `Strata` or a `Report` if the type says so, and a `Field` otherwise.
 ///
 /// ```
 /// use orograph_graph::{Field, Job, NodeError, Outputs, inputs, outputs};

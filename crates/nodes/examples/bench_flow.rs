@@ -1,9 +1,10 @@
 //! Times flow routing and river incision on a raw terrain, and writes what they found, for comparison with other
 //! programs: see `tests/peers/README.md`.
 //!
-//! `bench_flow TERRAIN SIDE REPEATS OUT [KERNEL ...]`: TERRAIN is a square of SIDE x SIDE little-endian f32, cells of 30 m. Prints
-//! one line per kernel, of all or of those named: its name, the shortest time and the median processor time in seconds, and the most bytes that it
-//! held at once. Threads are those of `RAYON_NUM_THREADS`. Processor time comes from `/proc`, so Linux is needed.
+//! `bench_flow TERRAIN SIDE REPEATS OUT [KERNEL ...]`: TERRAIN is a square of SIDE x SIDE little-endian f32, cells of
+//! 30 m. Prints one line per kernel, of all or of those named: its name, the shortest time and the median processor
+//! time in seconds, and the most bytes that it held at once. Threads are those of `RAYON_NUM_THREADS`. Processor time
+//! comes from `/proc`, so Linux is needed.
 
 mod clock;
 

@@ -1,7 +1,7 @@
 //! Times the noise generators on one thread, for comparison with other programs: see `tests/peers/README.md`.
 //!
-//! `bench_noise [SIDE] [REPEATS]`, 4096 and 9 by default. Prints one line per kernel: its name, octaves, and the median time in
-//! nanoseconds of processor per cell, where the system tells it, else elapsed.
+//! `bench_noise [SIDE] [REPEATS]`, 4096 and 9 by default. Prints one line per kernel: its name, octaves, and the median
+//! time in nanoseconds of processor per cell, where the system tells it, else elapsed.
 
 use std::{
     alloc::{GlobalAlloc, Layout, System},
@@ -74,8 +74,9 @@ fn thread_ns(begun: Instant) -> f64 {
     processor.unwrap_or_else(|| begun.elapsed().as_secs_f64() * 1e9)
 }
 
-/// The system's allocator, but for a large block that is given back: it is zeroed, outside of what is timed, and kept for the next.
-/// Other libraries write into memory that they are given, so the system's work on fresh memory is not to be timed.
+/// The system's allocator, but for a large block that is given back: it is zeroed, outside of what is timed, and kept
+/// for the next. Other libraries write into memory that they are given, so the system's work on fresh memory is not to
+/// be timed.
 struct Keeping;
 
 #[global_allocator]
@@ -97,8 +98,8 @@ fn is_large(layout: Layout) -> bool {
 }
 
 #[expect(unsafe_code, reason = "an allocator is a promise to the compiler")]
-// SAFETY: blocks come from the system with the layout that they are given back with; one that is kept is zero, has been given
-// back by its owner, and goes to one other of the same size.
+// SAFETY: blocks come from the system with the layout that they are given back with; one that is kept is zero, has been
+// given back by its owner, and goes to one other of the same size.
 unsafe impl GlobalAlloc for Keeping {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // SAFETY: see above.

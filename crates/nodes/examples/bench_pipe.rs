@@ -1,9 +1,10 @@
 //! Times steps of shallow water on a raw terrain, and writes what they made of it, for comparison with other programs:
 //! see `tests/peers/README.md`.
 //!
-//! `bench_pipe TERRAIN SIDE SECONDS REPEATS OUT [PARAMETER=VALUE ...]`: TERRAIN is a square of SIDE x SIDE little-endian
-//! f32, cells of 30 m; or `-`, for waves. Prints the number of steps, the shortest time and the mean processor time in
-//! seconds. Threads are those of `RAYON_NUM_THREADS`. Processor time comes from `/proc`, so Linux is needed.
+//! `bench_pipe TERRAIN SIDE SECONDS REPEATS OUT [PARAMETER=VALUE ...]`: TERRAIN is a square of SIDE x SIDE
+//! little-endian f32, cells of 30 m; or `-`, for waves. Prints the number of steps, the shortest time and the mean
+//! processor time in seconds. Threads are those of `RAYON_NUM_THREADS`. Processor time comes from `/proc`, so Linux is
+//! needed.
 
 mod clock;
 

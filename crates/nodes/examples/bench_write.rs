@@ -1,8 +1,9 @@
 //! Times the writing of a raw terrain in each format, for comparison with other programs: see `tests/peers/README.md`.
 //!
-//! `bench_write TERRAIN SIDE REPEATS OUT [FORMAT ...]`: TERRAIN is a square of SIDE x SIDE little-endian f32; files go to the
-//! folder OUT. Prints for each format its name, the shortest elapsed and the median processor time in seconds, and the
-//! bytes of the file. Threads are those of `RAYON_NUM_THREADS`. Processor time comes from `/proc`, so Linux is needed.
+//! `bench_write TERRAIN SIDE REPEATS OUT [FORMAT ...]`: TERRAIN is a square of SIDE x SIDE little-endian f32; files go
+//! to the folder OUT. Prints for each format its name, the shortest elapsed and the median processor time in seconds,
+//! and the bytes of the file. Threads are those of `RAYON_NUM_THREADS`. Processor time comes from `/proc`, so Linux is
+//! needed.
 
 mod clock;
 

@@ -6,9 +6,9 @@
 //! bumps of the dome. With the name of a graph, that graph runs with 128, 256 and 512 cells. `--keep FOLDER` writes
 //! heights and changes as raw little-endian f32.
 //!
-//! A row has the deepest cut, as the mean over the largest of the cells and of any one cell; the means over the world of
-//! what was eroded and deposited; the root mean square difference of the change from that in the next row over
-//! its standard deviation, both as means over the largest cells; the share of gradients of the change within 10° of an
+//! A row has the deepest cut, as the mean over the largest of the cells and of any one cell; the means over the world
+//! of what was eroded and deposited; the root mean square difference of the change from that in the next row over its
+//! standard deviation, both as means over the largest cells; the share of gradients of the change within 10° of an
 //! axis, weighted by their steepness, 22 % if isotropic; and the processor time.
 
 mod clock;

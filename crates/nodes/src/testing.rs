@@ -120,8 +120,8 @@ pub(crate) fn outputs_in_rock(
     run_with(Wanted::ALL, &Cancel::default(), *fields[0].1.window(), node, params, &value).0
 }
 
-/// Layers that follow a surface, of `(thickness in metres, hardness, steepest slope in degrees)`, from `top_m` down; the
-/// first and the last one continue.
+/// Layers that follow a surface, of `(thickness in metres, hardness, steepest slope in degrees)`, from `top_m` down;
+/// the first and the last one continue.
 pub(crate) fn strata(offset: Field, top_m: f64, layers: &[(f64, f64, f64)]) -> Strata {
     let layer =
         |&(thickness, hardness, repose): &(f64, f64, f64)| Layer { thickness, hardness, repose, ..Layer::USUAL };

@@ -1,5 +1,5 @@
-//! Stored results, with and without correct hashes, all of a graph at once. Damage must never change a result; a forged result is one that a
-//! node may return, or is ignored.
+//! Stored results, with and without correct hashes, all of a graph at once. Damage must never change a result; a forged
+//! result is one that a node may return, or is ignored.
 
 use std::{fs, num::NonZero, path::PathBuf, sync::Arc, time::Duration};
 

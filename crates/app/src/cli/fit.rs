@@ -32,14 +32,14 @@ use crate::{
 /// starting from the values of the file, and writes the graph with the best ones. The target may be another place of
 /// another size: measures are compared, not heights cell by cell.
 ///
-/// The loss is the root mean square of the distances of `Compare` (see the manual): measures at cells of 90 m, less those of
-/// the target, in units of the spread among the target's quarters. Each distance is limited to 5, so that one measure
-/// cannot rule the loss; a measure that is undefined for the terrain counts as 5. A loss of 0 means equal measures; below 1,
-/// the terrain differs from the target less than the target's quarters from each other.
+/// The loss is the root mean square of the distances of `Compare` (see the manual): measures at cells of 90 m, less
+/// those of the target, in units of the spread among the target's quarters. Each distance is limited to 5, so that one
+/// measure cannot rule the loss; a measure that is undefined for the terrain counts as 5. A loss of 0 means equal
+/// measures; below 1, the terrain differs from the target less than the target's quarters from each other.
 ///
 /// The search (Nelder-Mead) finds the least loss near the start, not everywhere: start from plausible values. The same
-/// command gives the same file on any number of threads. Ctrl-C stops the search, writes the best values so far and exits
-/// with 130.
+/// command gives the same file on any number of threads. Ctrl-C stops the search, writes the best values so far and
+/// exits with 130.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Graph file

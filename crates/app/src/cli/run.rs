@@ -31,10 +31,11 @@ pub(super) const REMEMBERED: usize = 2 << 30;
 /// height also gets a shaded picture, NAME.preview.png, of at most 2048 pixels per side.
 ///
 /// All files are complete before the first appears under its name: a failure or Ctrl-C leaves earlier files unchanged.
-/// If the program is killed while it replaces them, files are missing, but never mixed, until the next run completes it.
+/// If the program is killed while it replaces them, files are missing, but never mixed, until the next run completes
+/// it.
 ///
-/// If the file states what must hold (`expect`), the terrain is measured after all files are written. Each expectation is
-/// printed with its figure, and a miss exits with 1.
+/// If the file states what must hold (`expect`), the terrain is measured after all files are written. Each expectation
+/// is printed with its figure, and a miss exits with 1.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = progress::JSON_HELP)]
 pub struct Args {

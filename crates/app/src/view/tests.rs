@@ -215,8 +215,8 @@ fn odd_worlds_are_drawn() {
     }
 }
 
-/// The sides of the block's shadow on the plain are drawn as smooth as other edges: where the light is half that between
-/// shadow and sun, they do not step from pixel to pixel.
+/// The sides of the block's shadow on the plain are drawn as smooth as other edges: where the light is half that
+/// between shadow and sun, they do not step from pixel to pixel.
 #[test]
 fn the_sides_of_the_shadow_on_the_plain_are_smooth() {
     let Some(device) = device("the_sides_of_the_shadow_on_the_plain_are_smooth") else { return };

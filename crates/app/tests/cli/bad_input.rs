@@ -190,7 +190,8 @@ fn a_failed_write_leaves_earlier_outputs_unchanged() {
     assert_eq!(place.names("out"), names);
 }
 
-/// An elevation model that the graph imports is not replaced by the output of its name, nor through a link to its folder.
+/// An elevation model that the graph imports is not replaced by the output of its name, nor through a link to its
+/// folder.
 #[test]
 fn a_graph_does_not_write_over_what_it_reads() {
     let place = Place::new();

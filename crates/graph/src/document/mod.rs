@@ -224,7 +224,8 @@ impl Document {
         files
     }
 
-    /// Adds the files that it reads. `seen` holds the graph files whose files were added, because many may use the same.
+    /// Adds the files that it reads. `seen` holds the graph files whose files were added, because many may use the
+    /// same.
     fn add_files(&self, files: &mut BTreeSet<PathBuf>, seen: &mut BTreeSet<*const Self>) {
         for used in self.uses() {
             files.insert(used.path.clone());

@@ -4,8 +4,8 @@
 //! reaches; [`key`] names each result by a hash of everything that can change it; [`needs`] looks these names up in the
 //! [`store`], in memory or on disk; [`memory`] checks whether there is room for the rest; [`run`] computes it,
 //! independent nodes in parallel, and delivers each requested value as soon as it is available; [`check`] verifies each
-//! result against its declaration; [`levels`] reports the runs of a node on several levels as one. [`live`] runs one node
-//! step by step.
+//! result against its declaration; [`levels`] reports the runs of a node on several levels as one. [`live`] runs one
+//! node step by step.
 
 mod check;
 mod error;
@@ -127,8 +127,8 @@ impl fmt::Debug for EvaluatorOptions {
 ///
 /// ```
 /// use orograph_graph::{
-///     Cancel, Evaluation, Evaluator, EvaluatorOptions, Field, Graph, Instance, Node, Output, Outputs, PortType, Request,
-///     Window, World,
+///     Cancel, Evaluation, Evaluator, EvaluatorOptions, Field, Graph, Instance, Node, Output, Outputs, PortType,
+///     Request, Window, World,
 /// };
 ///
 /// static PLAIN: Node = Node {

@@ -360,9 +360,9 @@ fn contains(whole: &Window, part: &Window) -> bool {
     (0..2).all(|axis| part.origin[axis].checked_add(part.cells[axis]).is_some()) && whole.contains(part)
 }
 
-/// The needed nodes, each after those that it reads: depth first along the level below and the inputs, without recursion,
-/// since a chain may be long. Levels come before inputs: of a level only its state is alive when the inputs of the next
-/// one are made.
+/// The needed nodes, each after those that it reads: depth first along the level below and the inputs, without
+/// recursion, since a chain may be long. Levels come before inputs: of a level only its state is alive when the inputs
+/// of the next one are made.
 fn order(graph: &Graph, worlds: &mut Worlds, wanted: impl Iterator<Item = Place>) -> Vec<Place> {
     let mut order = Vec::new();
     let mut seen = HashSet::new();

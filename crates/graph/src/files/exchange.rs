@@ -1,8 +1,8 @@
 //! The exchange of new files for earlier ones, which another process can complete or undo at any point.
 //!
-//! A temporary folder has the new files in `new`, room for the earlier ones in `old`, and a plan. While the plan is named
-//! `commit.json`, the exchange goes on, and is completed by whoever finds it; named `undo.json`, it goes back. Each step
-//! is a rename and shows by itself whether it has been done, so that nothing else has to be recorded.
+//! A temporary folder has the new files in `new`, room for the earlier ones in `old`, and a plan. While the plan is
+//! named `commit.json`, the exchange goes on, and is completed by whoever finds it; named `undo.json`, it goes back.
+//! Each step is a rename and shows by itself whether it has been done, so that nothing else has to be recorded.
 
 use std::{
     fs, io,
@@ -41,8 +41,8 @@ pub struct CommitError {
     pub name: String,
     /// The error of the system.
     pub error: io::Error,
-    /// The folder of the earlier files, if they could not be put back; the next process that writes to the folder around
-    /// it does that.
+    /// The folder of the earlier files, if they could not be put back; the next process that writes to the folder
+    /// around it does that.
     pub left: Option<PathBuf>,
 }
 

@@ -3,8 +3,8 @@
 //! All changes that the program makes to documents, outputs, archives, journals and stored results go through here:
 //!
 //! - [`Part`] is a file under a temporary name, which is renamed when it is complete.
-//! - [`Staging`] is a temporary folder; [`Staging::commit`] exchanges its files for those of the folder around it, all of
-//!   them or none, even if the process is killed or the power fails meanwhile.
+//! - [`Staging`] is a temporary folder; [`Staging::commit`] exchanges its files for those of the folder around it, all
+//!   of them or none, even if the process is killed or the power fails meanwhile.
 //! - [`Out`] and the functions of this module are the single calls of the system.
 //! - [`faults`] makes any of these calls fail, for tests.
 //!

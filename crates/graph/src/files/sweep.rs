@@ -12,8 +12,8 @@ use super::{
     hold::{LOCK, PART, ending, take},
 };
 
-/// Completes the exchanges of dead processes in a folder, and removes their temporary files and folders. `own` is a file
-/// that this process has created: what others have made is left alone.
+/// Completes the exchanges of dead processes in a folder, and removes their temporary files and folders. `own` is a
+/// file that this process has created: what others have made is left alone.
 ///
 /// # Errors
 /// When an exchange can be neither completed nor undone. Other errors are ignored: what is left does no harm.

@@ -187,7 +187,8 @@ fn sum(height: &[f32], gained: &[f32]) -> Vec<f32> {
     height.iter().zip(gained).map(|(h, d)| if *d == 0.0 { *h } else { h + d }).collect()
 }
 
-/// Returns the thickness of rock below the debris that fails because it is too steep. `thickness` is that of the debris.
+/// Returns the thickness of rock below the debris that fails because it is too steep. `thickness` is that of the
+/// debris.
 fn crumble(
     land: &Land<'_>,
     inputs: &Inputs<'_>,

@@ -4,8 +4,8 @@
 //! write; measured, this cost 1.8 ns per cell, more than noise of eight octaves. Most Linux distributions offer pages
 //! of 2 MiB on request, with which it was 0.65 ns.
 //!
-//! The C library keeps what smaller rasters have freed, up to some ten megabytes per thread, which rasters too large for
-//! it would never use. So it gives that back first.
+//! The C library keeps what smaller rasters have freed, up to some ten megabytes per thread, which rasters too large
+//! for it would never use. So it gives that back first.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 

@@ -35,8 +35,8 @@ impl Bodies {
         self.waves(job, 0, STRETCH)
     }
 
-    /// Returns the tangent of the steepest slope of each cell, for rock of which `repose` is the mean and `deviation_deg` the
-    /// standard deviation. `softness` is that of [`Self::softness`].
+    /// Returns the tangent of the steepest slope of each cell, for rock of which `repose` is the mean and
+    /// `deviation_deg` the standard deviation. `softness` is that of [`Self::softness`].
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].

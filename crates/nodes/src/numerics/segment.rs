@@ -13,8 +13,8 @@ pub struct Cells {
 
 impl Cells {
     /// Calls `visit` with the column and row of each cell whose centre may be within `reach_m` of a segment in metres
-    /// from the north-west corner, with its distance from the segment in metres, and with the place of the nearest point
-    /// on it from 0 to 1. In a periodic world a cell is visited once by a segment wider than the world.
+    /// from the north-west corner, with its distance from the segment in metres, and with the place of the nearest
+    /// point on it from 0 to 1. In a periodic world a cell is visited once by a segment wider than the world.
     #[inline]
     pub fn near(&self, [from, to]: [[f64; 2]; 2], reach_m: f64, mut visit: impl FnMut([i64; 2], f64, f64)) {
         let Self { counts, wraps, cell_m } = *self;

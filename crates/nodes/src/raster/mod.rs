@@ -7,8 +7,8 @@
 //!
 //! Files are untrusted input. A [`Reader`] unpacks them row by row, so that the memory does not grow with the raster;
 //! what has to be unpacked whole is limited or counted ([`Reader::bytes`]). The number of cells in a header is compared
-//! with the available bytes and the strongest compression of the format (`claimed_cells`) before anything of that size is
-//! allocated. Every offset is checked against the length of the file.
+//! with the available bytes and the strongest compression of the format (`claimed_cells`) before anything of that size
+//! is allocated. Every offset is checked against the length of the file.
 
 mod ascii;
 mod cells;
@@ -143,7 +143,8 @@ pub fn read_while(path: &Path, go_on: GoOn<'_>) -> Result<Raster, RasterError> {
 pub type GoOn<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// Checks the size in a header before anything of that size is allocated: not empty, not beyond [`MAX_CELLS`] and
-/// [`MAX_COLUMNS`], and not more than `held` bytes can represent if one byte represents at most `ratio`. Returns the number of cells.
+/// [`MAX_COLUMNS`], and not more than `held` bytes can represent if one byte represents at most `ratio`. Returns the
+/// number of cells.
 fn claimed_cells(columns: u64, rows: u64, bytes_per_cell: u64, held: u64, ratio: u64) -> Result<usize, Problem> {
     if columns == 0 || rows == 0 {
         return Err(Problem::Empty { columns, rows });

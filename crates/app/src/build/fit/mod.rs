@@ -101,8 +101,8 @@ impl<'a> Fit<'a> {
         self.target.measures().count()
     }
 
-    /// Searches with at most this many evaluations; `tell` receives each evaluation with its number. The loss around the
-    /// result takes four more per parameter.
+    /// Searches with at most this many evaluations; `tell` receives each evaluation with its number. The loss around
+    /// the result takes four more per parameter.
     ///
     /// When it is cancelled, the result is the best so far.
     ///

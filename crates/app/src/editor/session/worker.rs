@@ -4,8 +4,9 @@
 //! stay in the store, so that a node that an edit does not affect is not run again. Each order builds the shown node
 //! with few cells first, then the thumbnails of the other nodes, then the shown node at the preview resolution. All of
 //! this is one evaluation, in which a failing node does not affect unrelated nodes. The finer part of a close view
-//! comes then, and last the measures of a shown height that the file states expectations about. When an order is finished and no other follows, its results are written to the store's folder, where the
-//! next run of the program finds them.
+//! comes then, and last the measures of a shown height that the file states expectations about. When an order is
+//! finished and no other follows, its results are written to the store's folder, where the next run of the program
+//! finds them.
 
 use std::{
     path::PathBuf,

@@ -18,8 +18,8 @@ pub(super) struct Legend {
 }
 
 impl Legend {
-    /// Draws the legend in the upper left corner of the rest of the pane, if the output has numbers with a unit. Returns
-    /// the top of what is left of the pane.
+    /// Draws the legend in the upper left corner of the rest of the pane, if the output has numbers with a unit.
+    /// Returns the top of what is left of the pane.
     pub(super) fn ui(&mut self, ui: &Ui, pane: Rect, shown: &Shown) -> f32 {
         let room = pane.width() > SIZE.x + 2.0 * MARGIN && pane.height() > 120.0;
         let PortType::Scalar(unit) = shown.ty else { return pane.top() };

@@ -76,8 +76,8 @@ impl Pressed {
     }
 }
 
-/// The number of events that one frame handles in their order: up to the press of a button, or to the first click; up to
-/// the end of a drag, without the release; and up to a different shortcut. `held` is true while a button is pressed.
+/// The number of events that one frame handles in their order: up to the press of a button, or to the first click; up
+/// to the end of a drag, without the release; and up to a different shortcut. `held` is true while a button is pressed.
 fn first<'a>(events: impl Iterator<Item = &'a Event>, held: &mut bool) -> usize {
     let (mut down, mut clicked, mut dragged) = (false, false, false);
     let mut key: Option<Pressed> = None;

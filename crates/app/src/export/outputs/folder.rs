@@ -1,4 +1,5 @@
-//! The folder of a build: its files appear all together or not at all, even if the program is killed or the power fails.
+//! The folder of a build: its files appear all together or not at all, even if the program is killed or the power
+//! fails.
 
 use std::{
     collections::{BTreeMap, BTreeSet},

@@ -5,7 +5,7 @@
 //! | height, mask, other scalar | `NAME.exr` or another format, with `NAME.exr.json` beside it |
 //! | vector | the same twice: `NAME.x.exr` (east) and `NAME.y.exr` (south) |
 //! | colour, normal, weights | `NAME.png` |
-//! | any of these for an engine | its own files ([`Engine::ends`]), each with a JSON file, and a text of import settings |
+//! | any of these for an engine | its own files ([`Engine::ends`]) with a JSON file each, and import settings |
 //! | lines | `NAME.geojson` |
 //! | report | `NAME.json` |
 //! | height, or areas that lines bound, as a mesh, if requested | `NAME.glb` or `NAME.obj` |

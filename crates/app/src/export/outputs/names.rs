@@ -46,7 +46,8 @@ pub(super) fn is_described(output: &OutputDecl, options: &OutputOptions, window:
     !picture || !options.ends(output.ty).is_empty() || !window.is_whole()
 }
 
-/// The names of the preview of an output's heights, and of the mesh of its heights or of the areas that its lines bound.
+/// The names of the preview of an output's heights, and of the mesh of its heights or of the areas that its lines
+/// bound.
 pub(super) fn views(output: &OutputDecl, options: &OutputOptions) -> Vec<String> {
     let preview = output.ty == PortType::Height && !options.no_preview;
     let preview = preview.then(|| format!("{}{PREVIEW}", output.name));

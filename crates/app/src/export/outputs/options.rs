@@ -26,7 +26,8 @@ pub struct OutputOptions {
     /// Dither to avoid banding: round at random to one of the two nearest codes
     #[arg(long)]
     pub dither: bool,
-    /// Also write each height, and the lakes of `Lakes.outlines`, as a mesh (`NAME.glb` or `NAME.obj`), in metres with y up
+    /// Also write each height, and the lakes of `Lakes.outlines`, as a mesh (`NAME.glb` or `NAME.obj`), in metres with
+    /// y up
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub mesh: Option<MeshFormat>,
     /// Maximum number of triangles of a mesh

@@ -6,7 +6,8 @@
 //! equal archives.
 //!
 //! Archives are not trusted: [`unpack()`] refuses everything else before it writes, and limits what it writes. Neither
-//! are graphs of others: [`pack()`] takes only graphs and rasters, and files outside the graph's folder only on request.
+//! are graphs of others: [`pack()`] takes only graphs and rasters, and files outside the graph's folder only on
+//! request.
 
 #[cfg(test)]
 mod hostile;

@@ -163,7 +163,8 @@ fn average(
 ) -> Result<(), OutOfMemory> {
     let window = height.window();
     let columns = to.cells[0] as usize;
-    // The cells that a row or a column of the raster shares something with, at most two, with the fraction of their side.
+    // The cells that a row or a column of the raster shares something with, at most two, with the fraction of their
+    // side.
     let shares = |axis: usize, cell: usize| {
         let place = |cell: f64| (cell * window.cell_m() - corner_m[axis]) / to.cell_m();
         let first = f64::from(window.origin[axis]) + cell as f64;

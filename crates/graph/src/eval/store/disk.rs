@@ -2,9 +2,9 @@
 //!
 //! A result is the file `FF/HASH.X.Y.WxH.orovalue`: the hash identifies program, key and output, `FF` are its first two
 //! digits, and the numbers are the window, so that a wider result is found by its name. Files are written under a
-//! temporary name and renamed into place, are verified when they are read ([`entry`]) like what a kernel returns, and are
-//! deleted when they are invalid. Files of other users are ignored ([`trust`]). The modification time is the time of last
-//! use.
+//! temporary name and renamed into place, are verified when they are read ([`entry`]) like what a kernel returns, and
+//! are deleted when they are invalid. Files of other users are ignored ([`trust`]). The modification time is the time
+//! of last use.
 
 use std::{
     collections::HashSet,

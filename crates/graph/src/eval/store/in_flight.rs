@@ -1,8 +1,8 @@
 //! Results that are being computed, so that evaluations at the same time do not compute them twice.
 //!
-//! A kernel claims what it computes. An evaluation that needs the same leaves this step out, and plans it again when the
-//! claim has ended: then the result is in the store, or the evaluation computes it itself. Nobody waits while holding a
-//! claim for anything but the kernel, so evaluations cannot wait for each other in a circle.
+//! A kernel claims what it computes. An evaluation that needs the same leaves this step out, and plans it again when
+//! the claim has ended: then the result is in the store, or the evaluation computes it itself. Nobody waits while
+//! holding a claim for anything but the kernel, so evaluations cannot wait for each other in a circle.
 
 use std::{
     sync::{

@@ -1,5 +1,5 @@
-//! The encoding of a state on disk: the number of numbers and of rasters, the lengths of the rasters, and the numbers, all
-//! little-endian.
+//! The encoding of a state on disk: the number of numbers and of rasters, the lengths of the rasters, and the numbers,
+//! all little-endian.
 
 use std::io;
 

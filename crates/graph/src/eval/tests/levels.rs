@@ -8,7 +8,8 @@ use crate::{Below, Coarser, Levels, State};
 /// Cells a side of the coarsest level.
 const COARSEST: u32 = 8;
 
-/// What a kernel was asked for: its seed, which differs between the tests, its cells and whether it gave outputs and a state.
+/// What a kernel was asked for: its seed, which differs between the tests, its cells and whether it gave outputs and a
+/// state.
 type Call = (u32, u32, bool, bool);
 
 static CALLS: Mutex<Vec<Call>> = Mutex::new(Vec::new());

@@ -298,8 +298,8 @@ fn evaluations_of_several_threads_share_an_evaluator() {
     assert!(values.windows(2).all(|pair| pair[0] == pair[1]));
 }
 
-/// Evaluators on one store, as of a viewport and of an export: the second waits for the kernel of the first, and goes on
-/// by itself when the first is cancelled.
+/// Evaluators on one store, as of a viewport and of an export: the second waits for the kernel of the first, and goes
+/// on by itself when the first is cancelled.
 #[test]
 fn evaluations_at_the_same_time_run_a_kernel_once() {
     let store = Arc::new(Store::new(1 << 20, None));

@@ -3,8 +3,9 @@
 //! Of an equilibrium line altitude: a linear balance with two gradients and a largest accumulation.
 //!
 //! Of a climate: the temperature T = T₀ − γ z is the mean of a normal distribution over the year. The part of the
-//! precipitation that falls below 1 °C is snow; melt is the degree-day factor times the integral of the temperatures above
-//! 0 °C (R. J. Braithwaite 1984; R. Calov and R. Greve 2005, equation 6), 365.25 (σ φ(T/σ) + T Φ(T/σ)) days and kelvins.
+//! precipitation that falls below 1 °C is snow; melt is the degree-day factor times the integral of the temperatures
+//! above 0 °C (R. J. Braithwaite 1984; R. Calov and R. Greve 2005, equation 6), 365.25 (σ φ(T/σ) + T Φ(T/σ)) days and
+//! kelvins.
 
 use orograph_graph::{Job, Lane, NodeError};
 

@@ -23,8 +23,8 @@ const THIN_M: f64 = 50.0;
 /// The part of what melts out that is lodged at the bed of thick ice; the rest is carried on the ice to its margin.
 const LODGED: f64 = 0.05;
 
-/// The part of the debris that a cell drops: ice that melts drops what is in it, ice that flows on takes it along. Thick
-/// ice drops little of it at its bed.
+/// The part of the debris that a cell drops: ice that melts drops what is in it, ice that flows on takes it along.
+/// Thick ice drops little of it at its bed.
 #[inline]
 pub(super) fn dropped(melt: f64, flow: f64, depth_m: f64) -> f64 {
     if flow <= 0.0 {
@@ -39,8 +39,8 @@ pub(super) fn fitting(dropped: f64, room: f64) -> f64 {
     if dropped > 0.0 && room > 0.0 { dropped * room / (dropped + room) } else { 0.0 }
 }
 
-/// Carries `volume` with the fluxes of a sheet down its surface. Of the debris that reaches a cell the part [`dropped`] comes
-/// to rest, as far as there is `room` for it, in m³. `melt` is in m/yr.
+/// Carries `volume` with the fluxes of a sheet down its surface. Of the debris that reaches a cell the part [`dropped`]
+/// comes to rest, as far as there is `room` for it, in m³. `melt` is in m/yr.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
@@ -99,8 +99,8 @@ fn downward(sheet: &Sheet, counts: impl Fn(usize) -> bool) -> Vec<(u64, u32)> {
     order
 }
 
-/// What flows from a cell to its four neighbours, in m³/yr, and which they are. Nothing goes back to cells that are earlier
-/// in the order.
+/// What flows from a cell to its four neighbours, in m³/yr, and which they are. Nothing goes back to cells that are
+/// earlier in the order.
 fn outflow(sheet: &Sheet, (rank, cell): (u64, usize)) -> ([f64; 4], [Option<usize>; 4]) {
     let grid = sheet.grid;
     let (nx, [dx, dy]) = (grid.nx, grid.cell_m);

@@ -1,11 +1,11 @@
 //! Perfectly plastic glaciers along the paths of steepest descent: O(N), without steps of time.
 //!
-//! The balance is accumulated down the smoothed surface of the step before; where the sum is above zero there is ice. Up
-//! those paths the surface rises as Nye's (1951) plastic ice does, (s − b) ds/dx = τ / (ρ g), solved for each link from its
-//! receiver: s = (sᵣ + b)/2 + √(((sᵣ − b)/2)² + τ d / (ρ g)). τ is the stress at which ice on the slope of the surface carries the
-//! discharge, at most the yield stress. Ground beside a glacier that is below its surface is filled to it. The mean
-//! velocity is the discharge over the section, whose width is 0.4 Q^0.45 m (Q in m³/yr), in the way of the scaling of valley
-//! glaciers (Bahr 1997).
+//! The balance is accumulated down the smoothed surface of the step before; where the sum is above zero there is ice.
+//! Up those paths the surface rises as Nye's (1951) plastic ice does, (s − b) ds/dx = τ / (ρ g), solved for each link
+//! from its receiver: s = (sᵣ + b)/2 + √(((sᵣ − b)/2)² + τ d / (ρ g)). τ is the stress at which ice on the slope of the
+//! surface carries the discharge, at most the yield stress. Ground beside a glacier that is below its surface is filled
+//! to it. The mean velocity is the discharge over the section, whose width is 0.4 Q^0.45 m (Q in m³/yr), in the way of
+//! the scaling of valley glaciers (Bahr 1997).
 
 use orograph_graph::{Job, NodeError, Window, World, memory::filled, memory::zeroed};
 

@@ -60,8 +60,8 @@ fn fill(sheet: &mut Sheet, depth: impl Fn(f64, f64) -> f64) {
     sheet.resurface();
 }
 
-/// Bueler et al. (2005), equations 9 and 10: H = H₀ τ^(−α) (1 − (τ^(−β) r / R₀)^(4/3))^(3/7) with τ = t / t₀. `lambda` 0 is Halfar's
-/// dome, 5 their test C.
+/// Bueler et al. (2005), equations 9 and 10: H = H₀ τ^(−α) (1 − (τ^(−β) r / R₀)^(4/3))^(3/7) with τ = t / t₀. `lambda`
+/// 0 is Halfar's dome, 5 their test C.
 struct Similar {
     lambda: f64,
     height: f64,
@@ -186,9 +186,9 @@ fn a_growing_dome_has_buelers_margin() {
     assert_similar(&ice, &exact, end);
 }
 
-/// Ice with a balance m = 0.3 m/yr that ends at the side of the world, L = 1500 km from its divide, has Vialov's profile
-/// (1958): m x = Γ s⁵ |s'|³, so s^(8/3) = 2 (m / Γ)^(1/3) (L^(4/3) − x^(4/3)). To 1 % but for the six cells at the margin, where the
-/// profile is vertical.
+/// Ice with a balance m = 0.3 m/yr that ends at the side of the world, L = 1500 km from its divide, has Vialov's
+/// profile (1958): m x = Γ s⁵ |s'|³, so s^(8/3) = 2 (m / Γ)^(1/3) (L^(4/3) − x^(4/3)). To 1 % but for the six cells at
+/// the margin, where the profile is vertical.
 #[test]
 fn a_steady_sheet_has_vialovs_profile() {
     let (n, d) = (60, 25e3);
@@ -213,12 +213,13 @@ fn a_steady_sheet_has_vialovs_profile() {
     assert!(worst < 0.01, "{worst}");
 }
 
-/// The steady ice of Jarosch, Schoof and Anslow (2013) over a step of 500 m in the bed at 7 km: the volume converges to the
-/// exact one with the first power of the cells, as the paper's own schemes do, and does not miss the step's.
+/// The steady ice of Jarosch, Schoof and Anslow (2013) over a step of 500 m in the bed at 7 km: the volume converges to
+/// the exact one with the first power of the cells, as the paper's own schemes do, and does not miss the step's.
 #[test]
 fn ice_over_a_step_conserves_mass() {
     let (b0, xs, xm, m0) = (500.0_f64, 7_000.0_f64, 20_000.0_f64, 2.0_f64);
-    // m(x) = (n m₀ / x_m^(2n−1)) x^(n−1) |x_m − x|^(n−1) (x_m − 2 x), whose integral is q = m₀ x^n |x_m − x|^n / x_m^(2n−1)
+    // m(x) = (n m₀ / x_m^(2n−1)) x^(n−1) |x_m − x|^(n−1) (x_m − 2 x), whose integral is q = m₀ x^n |x_m − x|^n /
+    // x_m^(2n−1)
     let balance = |x: f64| 3.0 * m0 / xm.powi(5) * x * x * (xm - x) * (xm - x) * (xm - 2.0 * x);
     // Γ s⁵ |s'|³ = q gives s^(8/3) = (8/3) k (P(x_m) − P(x)) below the step, with P = x_m x² / 2 − x³ / 3
     let k = (m0 / (GAMMA * xm.powi(5))).powf(1.0 / 3.0);

@@ -27,8 +27,8 @@ impl Ice {
         })
     }
 
-    /// Reads a sheet. The velocity is the mean of the fluxes through opposite faces over the thickness of the cells that
-    /// give them, at most `fastest` m/yr.
+    /// Reads a sheet. The velocity is the mean of the fluxes through opposite faces over the thickness of the cells
+    /// that give them, at most `fastest` m/yr.
     pub fn read(&mut self, sheet: &Sheet, fastest: f64) {
         let grid = sheet.grid;
         let nx = grid.nx;

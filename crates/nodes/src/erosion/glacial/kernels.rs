@@ -50,9 +50,9 @@ simd! {
 }
 
 simd! {
-    /// Fluxes through faces, and their derivatives by the thickness before and (negative) after the face. `depths`
-    /// are those of two cells before and two after it, `levels` and `across`, the slope along the face, of one before and one
-    /// after.
+    /// Fluxes through faces, and their derivatives by the thickness before and (negative) after the face. `depths` are
+    /// those of two cells before and two after it, `levels` and `across`, the slope along the face, of one before and
+    /// one after.
     pub(super) fn faces(
         rheology: &Rheology,
         depths: [&[f64]; 4],
@@ -119,8 +119,8 @@ impl Lines {
         Self { right: zeros(), diagonal: zeros(), other: zeros() }
     }
 
-    /// Solves (1 + r (gₖ₊₁ + lₖ)) δₖ − r gₖ δₖ₋₁ − r lₖ₊₁ δₖ₊₁ = `right`ₖ with r the `scale`, cyclically if the line `wraps`. A line
-    /// that wraps must have three cells, or gains and losses of 0.
+    /// Solves (1 + r (gₖ₊₁ + lₖ)) δₖ − r gₖ δₖ₋₁ − r lₖ₊₁ δₖ₊₁ = `right`ₖ with r the `scale`, cyclically if the line
+    /// `wraps`. A line that wraps must have three cells, or gains and losses of 0.
     pub fn solve(&mut self, faces: [&[[f64; LANES]]; 2], scale: f64, wraps: bool) {
         if wraps && self.right.len() >= 3 {
             cyclic(&mut self.right, &mut self.diagonal, &mut self.other, faces, scale);

@@ -32,8 +32,8 @@ pub(super) struct Rate {
     pub base: f32,
     /// The factor of the cross-section law.
     pub section: f32,
-    /// The most that `base` may lower it in a step, in metres: with more, the section's factor would overshoot, and neighbours
-    /// would take turns at being deep.
+    /// The most that `base` may lower it in a step, in metres: with more, the section's factor would overshoot, and
+    /// neighbours would take turns at being deep.
     pub most: f32,
 }
 
@@ -135,8 +135,8 @@ fn power(x: f64, l: f64) -> f64 {
     }
 }
 
-/// How far each cell fails in a step: a third of what is steeper than the `tangent` of the cell above a neighbour for which `active` is
-/// true, spread along the wall, because a wall does not fail in ribs as wide as a cell.
+/// How far each cell fails in a step: a third of what is steeper than the `tangent` of the cell above a neighbour for
+/// which `active` is true, spread along the wall, because a wall does not fail in ribs as wide as a cell.
 pub(super) fn failures(
     grid: &Grid,
     tangent: &(dyn Fn(usize) -> f64 + Sync),

@@ -1,8 +1,8 @@
 //! Glaciers: shallow ice with sliding, what it erodes, and what it leaves.
 //!
 //! A. H. Jarosch, C. G. Schoof and F. S. Anslow (2013) for ice over steep ground; J. Harbor (1992) for the form of
-//! cross-sections; F. Herman et al. (2015) for the rate of abrasion; S. V. Ugelvig, D. L. Egholm and N. R. Iverson (2016)
-//! for plucking. The node's manual page has the equations and lists the differences.
+//! cross-sections; F. Herman et al. (2015) for the rate of abrasion; S. V. Ugelvig, D. L. Egholm and N. R. Iverson
+//! (2016) for plucking. The node's manual page has the equations and lists the differences.
 
 mod blur;
 mod climate;

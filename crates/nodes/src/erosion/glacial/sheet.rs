@@ -8,11 +8,11 @@
 //! (Jarosch, Schoof and Anslow 2013). The slope along the face is the mean of the cells on either side, from
 //! differences that are at most the thickness of the higher cell: walls above the ice count for nothing.
 //!
-//! **Steps** are linearly implicit and factored by direction: (1 − Δt Jₓ)(1 − Δt Jᵧ) δ = Δt R, a tridiagonal system per row and
-//! then per column. J is the derivative of the fluxes with the upwind part of the thickness, an M-matrix. What is added to
-//! the cells are the divergences of the fluxes qₓ + Jₓ δ*, qᵧ + Jᵧ δ, where δ* solves the first factor: these add up to δ, so that
-//! ice is conserved to rounding. A cell that would give more than it has and gets gives less. A steady state does not
-//! depend on the step.
+//! **Steps** are linearly implicit and factored by direction: (1 − Δt Jₓ)(1 − Δt Jᵧ) δ = Δt R, a tridiagonal system per
+//! row and then per column. J is the derivative of the fluxes with the upwind part of the thickness, an M-matrix. What
+//! is added to the cells are the divergences of the fluxes qₓ + Jₓ δ*, qᵧ + Jᵧ δ, where δ* solves the first factor:
+//! these add up to δ, so that ice is conserved to rounding. A cell that would give more than it has and gets gives
+//! less. A steady state does not depend on the step.
 
 use std::convert::Infallible;
 
@@ -40,8 +40,8 @@ const fn either(a: [u32; 2], b: [u32; 2]) -> [u32; 2] {
     [if a[0] < b[0] { a[0] } else { b[0] }, if a[1] > b[1] { a[1] } else { b[1] }]
 }
 
-/// The derivatives of the flux through an open side: what lies beyond it rises and falls with the border, so that only the part
-/// that follows from thickness stays.
+/// The derivatives of the flux through an open side: what lies beyond it rises and falls with the border, so that only
+/// the part that follows from thickness stays.
 fn moved(gain: f64, loss: f64) -> (f64, f64) {
     ((gain - loss).max(0.0), (loss - gain).max(0.0))
 }
@@ -421,8 +421,8 @@ impl Sheet {
         });
     }
 
-    /// Stops what would come in through sides: where a cell at a side thins much in a step, the linear flux outwards passes
-    /// zero, and beyond the side there is no cell that would have to give the ice.
+    /// Stops what would come in through sides: where a cell at a side thins much in a step, the linear flux outwards
+    /// passes zero, and beyond the side there is no cell that would have to give the ice.
     fn seal(&mut self) {
         let Grid { nx, ny, .. } = self.grid;
         if !self.grid.wraps(0) {
@@ -486,8 +486,8 @@ impl Sheet {
         rows + last.iter().zip(first).map(|(last, first)| (last - first) / dy).sum::<f64>()
     }
 
-    /// Reduces what overdrawn cells give, in proportion, to what they have and get; for the `last` time all cells, to what
-    /// they have, so that none is overdrawn because another gives less.
+    /// Reduces what overdrawn cells give, in proportion, to what they have and get; for the `last` time all cells, to
+    /// what they have, so that none is overdrawn because another gives less.
     fn limit(&mut self, dt_yr: f64, balance: &[f64], last: bool) {
         let grid = self.grid;
         let nx = grid.nx;

@@ -47,8 +47,8 @@ fn at_ela(height: &Field, ela_m: f64, changes: &str) -> (Outputs, Vec<String>) {
     (found.expect("runs"), warnings)
 }
 
-/// The exponent p of a valley's section, h = a |x|^p: the slope of the regression of ln h on ln |x|, between 10 and 120 m
-/// above the floor.
+/// The exponent p of a valley's section, h = a |x|^p: the slope of the regression of ln h on ln |x|, between 10 and 120
+/// m above the floor.
 fn exponent(section: &[f64], cell_m: f64) -> f64 {
     let (low, floor) =
         section.iter().enumerate().fold((0, f64::MAX), |best, (i, &z)| if z < best.1 { (i, z) } else { best });
@@ -64,8 +64,9 @@ fn exponent(section: &[f64], cell_m: f64) -> f64 {
     up / points.iter().map(|p| (p.0 - mx) * (p.0 - mx)).sum::<f64>()
 }
 
-/// A V-shaped valley, of exponent 1, becomes a trough with a section near a parabola: found are 1.64, 1.69 and 1.74 on ice
-/// cells of 100, 75 and 50 m, where glacial valleys have 1.5 to 2.1. Without the cross-section law it stays nearer to a V.
+/// A V-shaped valley, of exponent 1, becomes a trough with a section near a parabola: found are 1.64, 1.69 and 1.74 on
+/// ice cells of 100, 75 and 50 m, where glacial valleys have 1.5 to 2.1. Without the cross-section law it stays nearer
+/// to a V.
 #[test]
 fn a_v_becomes_a_u_at_three_cell_sizes() {
     let edges = Boundary { west: Edge::Wall, east: Edge::Wall, north: Edge::Wall, south: Edge::Open };
@@ -90,8 +91,8 @@ fn a_v_becomes_a_u_at_three_cell_sizes() {
     assert!(without < found[2] - 0.2, "{without}");
 }
 
-/// A hollow in a mountain side above the equilibrium line, open below, becomes a cirque: it is cut deeper than the slope beside
-/// it, and a closed basin lies below a headwall as steep as before.
+/// A hollow in a mountain side above the equilibrium line, open below, becomes a cirque: it is cut deeper than the
+/// slope beside it, and a closed basin lies below a headwall as steep as before.
 #[test]
 fn a_niche_becomes_a_cirque() {
     let niche = |x: f64, y: f64| {
@@ -132,8 +133,8 @@ fn a_niche_becomes_a_cirque() {
     assert!(basin > 10.0, "{basin}");
 }
 
-/// Ice and debris are conserved to rounding on the ice grid, and till between the grids; erosion to 0.1 %, because forms finer
-/// than ice cells wear down too.
+/// Ice and debris are conserved to rounding on the ice grid, and till between the grids; erosion to 0.1 %, because
+/// forms finer than ice cells wear down too.
 #[test]
 fn ice_and_till_are_conserved() {
     let land = mountains(128, 9600.0);
@@ -228,8 +229,8 @@ fn unusual_worlds_and_maps_run() {
     assert!(measure(&mut found, "ice_thickest") > 5.0);
 }
 
-/// Land that is moved by half a periodic world gives the same moved: joined sides are like any other place. The systems of
-/// lines are solved from another beginning, so thickness differs by rounding, which grows over the steps to 1 mm.
+/// Land that is moved by half a periodic world gives the same moved: joined sides are like any other place. The systems
+/// of lines are solved from another beginning, so thickness differs by rounding, which grows over the steps to 1 mm.
 #[test]
 fn joined_sides_are_like_any_other_place() {
     let (n, d) = (48, 150.0);
@@ -270,7 +271,8 @@ fn with_an_exponent_of_zero_the_second_law_is_the_first() {
     }
 }
 
-/// The fast mode has ice where the full one has, within a fifth of its area, and half to twice its volume: it is a preview.
+/// The fast mode has ice where the full one has, within a fifth of its area, and half to twice its volume: it is a
+/// preview.
 #[test]
 fn the_fast_mode_has_ice_where_the_full_one_has() {
     let land = mountains(96, 14_400.0);
@@ -289,8 +291,8 @@ fn the_fast_mode_has_ice_where_the_full_one_has() {
     assert!((0.5..2.0).contains(&volume), "{volume}");
 }
 
-/// Calov and Greve (2005): at a mean of 0 °C the melt is the degree-day factor times 365.25 σ / √(2π) days and kelvins, far
-/// above 0 °C it is that of the mean, and all precipitation is snow far below.
+/// Calov and Greve (2005): at a mean of 0 °C the melt is the degree-day factor times 365.25 σ / √(2π) days and kelvins,
+/// far above 0 °C it is that of the mean, and all precipitation is snow far below.
 #[test]
 fn melt_and_snow_have_their_closed_forms() {
     let window = *mountains(8, 800.0).window();
@@ -383,8 +385,8 @@ fn a_cancelled_run_stops() {
     assert!(matches!(stopped, Err(NodeError::Cancelled)));
 }
 
-/// Ice of kilometres that shoots over rough ground in a small world, on a bed where it slides a hundred times as fast as usual: the
-/// fluxes of neighbours differ by more than the digits of a number.
+/// Ice of kilometres that shoots over rough ground in a small world, on a bed where it slides a hundred times as fast
+/// as usual: the fluxes of neighbours differ by more than the digits of a number.
 #[test]
 fn ice_out_of_all_proportion_is_conserved() {
     let land = field(world(48, 48, 4000.0 / 48.0), |x, y| {
@@ -404,8 +406,8 @@ fn ice_out_of_all_proportion_is_conserved() {
     assert!(ice.error.abs() < 1e-9, "{ice:?}");
 }
 
-/// Ice that cuts kilometres into broad flat ground leaves even beds: till is no thicker than some tens of metres, and neighbours
-/// do not take turns at being high.
+/// Ice that cuts kilometres into broad flat ground leaves even beds: till is no thicker than some tens of metres, and
+/// neighbours do not take turns at being high.
 #[test]
 fn broad_beds_stay_even() {
     const N: u32 = 96;

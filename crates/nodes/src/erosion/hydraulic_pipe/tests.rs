@@ -459,9 +459,10 @@ fn smaller_cells_make_the_same_gullies() {
     assert!(found[2][0] > 3.0, "{found:?}");
 }
 
-/// A gully that runs out at an open side has an even bed there. The change of each cell at the side differs by less than
-/// 15 % of the deepest cut at a side from that of the cell inside it, where a notch one cell long would have 100 %, and
-/// from the mean of its neighbours along the side, where a bell of the width has 11 % and cells cut by turns 200 %.
+/// A gully that runs out at an open side has an even bed there. The change of each cell at the side differs by less
+/// than 15 % of the deepest cut at a side from that of the cell inside it, where a notch one cell long would have 100
+/// %, and from the mean of its neighbours along the side, where a bell of the width has 11 % and cells cut by turns 200
+/// %.
 #[test]
 fn open_sides_are_not_notched() {
     let (changes, _) = cut_dome(8.0);

@@ -16,18 +16,20 @@ use crate::numerics::{math, routing::code::STEPS};
 const FILL_SLOPE: f64 = 0.05;
 /// Fills of an event after which their surfaces are level: those cannot hand debris back and forth.
 const SLOPING_FILLS: usize = 64;
-/// Times that the edges of a deposit sink, the part of their excess that moves at once, and the least thickness that does.
+/// Times that the edges of a deposit sink, the part of their excess that moves at once, and the least thickness that
+/// does.
 const SWEEPS: usize = 12;
 const RELAXED: f64 = 0.2;
 const LEAST_MOVE_M: f64 = 0.01;
 
-/// Times that the surface of a deposit is smoothed, and the part of a difference in roughness that moves to a neighbour.
+/// Times that the surface of a deposit is smoothed, and the part of a difference in roughness that moves to a
+/// neighbour.
 const SMOOTHINGS: usize = 6;
 const SMOOTHED: f64 = 1.0 / 16.0;
 
 impl Flow<'_> {
-    /// Smooths the surface of what this event has laid. Planes stay as they are: debris moves from cells that stand out from
-    /// the mean of those around them to cells that lie below it.
+    /// Smooths the surface of what this event has laid. Planes stay as they are: debris moves from cells that stand out
+    /// from the mean of those around them to cells that lie below it.
     pub(super) fn smooth(&mut self) {
         self.touched.sort_unstable();
         self.touched.dedup();
@@ -102,7 +104,8 @@ impl Flow<'_> {
         }
     }
 
-    /// Fills the hollow around a cell with a depth of debris of one cell, until it is used up or spills. `line_m` is its energy line.
+    /// Fills the hollow around a cell with a depth of debris of one cell, until it is used up or spills. `line_m` is
+    /// its energy line.
     pub(super) fn fill(&mut self, cell: usize, mut rest: f64, line_m: f64) {
         self.fills += 1;
         let slope = if self.fills > SLOPING_FILLS { 0.0 } else { FILL_SLOPE };

@@ -1,8 +1,8 @@
 //! When and where slopes are tested: a Poisson process in space and time.
 //!
-//! Every square of 1 km in the world has its own process, whose waiting times, places and sizes are hashes of the square,
-//! the number of the event and the seed. Events therefore do not depend on the cells, and a longer run begins with the
-//! events of a shorter one.
+//! Every square of 1 km in the world has its own process, whose waiting times, places and sizes are hashes of the
+//! square, the number of the event and the seed. Events therefore do not depend on the cells, and a longer run begins
+//! with the events of a shorter one.
 
 use orograph_graph::{Job, NodeError, mix};
 
@@ -70,8 +70,8 @@ impl Test {
         [SQUARE_M * (f64::from(self.square[0]) + x), SQUARE_M * (f64::from(self.square[1]) + y)]
     }
 
-    /// Returns the length of the weak zone in metres: a power law between `smallest` and `largest`, such that areas have the
-    /// density A^(−`size_exponent`).
+    /// Returns the length of the weak zone in metres: a power law between `smallest` and `largest`, such that areas
+    /// have the density A^(−`size_exponent`).
     pub fn length_m(&self, params: &Params) -> f64 {
         let (smallest, largest) = (params.smallest, params.largest.max(params.smallest));
         // the exponent of the number of lengths that are exceeded

@@ -182,8 +182,8 @@ impl Land {
             .all(|&axis| self.wraps[axis] || (0.0..=counts[axis] as f64 * self.cell_m).contains(&place_m[axis]))
     }
 
-    /// Removes a depth from a cell: debris first, then soil, then rock. Returns the volume that moves, in which rock has
-    /// become `bulking` times as much.
+    /// Removes a depth from a cell: debris first, then soil, then rock. Returns the volume that moves, in which rock
+    /// has become `bulking` times as much.
     pub fn remove(&mut self, cell: usize, depth_m: f64, bulking: f64) -> f64 {
         let debris = depth_m.min(self.debris[cell]);
         self.debris[cell] -= debris;

@@ -1,8 +1,8 @@
 //! Landslides: single failures of rock and soil, with scars, deposits and a record of every event.
 //!
-//! A. L. Densmore, M. A. Ellis and R. S. Anderson (1998) and B. Campforts et al. (2020) for rock, D. R. Montgomery and W. E.
-//! Dietrich (1994) for soil, R. M. Iverson et al. (1998) for deposits. The node's manual page has the equations and lists
-//! the differences.
+//! A. L. Densmore, M. A. Ellis and R. S. Anderson (1998) and B. Campforts et al. (2020) for rock, D. R. Montgomery and
+//! W. E. Dietrich (1994) for soil, R. M. Iverson et al. (1998) for deposits. The node's manual page has the equations
+//! and lists the differences.
 
 mod deposit;
 mod draw;

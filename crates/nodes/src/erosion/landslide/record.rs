@@ -34,8 +34,9 @@ pub(super) struct Tail {
     pub count: usize,
 }
 
-/// Fits the tail of a distribution by maximum likelihood, with the cut-off at which the distribution above it is nearest to
-/// its fit: A. Clauset, C. R. Shalizi and M. E. J. Newman (2009). Returns None when there are too few values.
+/// Fits the tail of a distribution by maximum likelihood, with the cut-off at which the distribution above it is
+/// nearest to its fit: A. Clauset, C. R. Shalizi and M. E. J. Newman (2009). Returns None when there are too few
+/// values.
 pub(super) fn tail(values: impl Iterator<Item = f64>) -> Option<Tail> {
     let mut logs: Vec<f64> = values.filter(|value| *value > 0.0).map(math::ln).collect();
     logs.sort_unstable_by(f64::total_cmp);
@@ -63,8 +64,8 @@ pub(super) fn tail(values: impl Iterator<Item = f64>) -> Option<Tail> {
     best.map(|(_, tail)| tail)
 }
 
-/// Fits V = k A^γ: the most likely line through the logarithms if those of V scatter normally. Returns γ, or None when there
-/// are too few events, or all of one area.
+/// Fits V = k A^γ: the most likely line through the logarithms if those of V scatter normally. Returns γ, or None when
+/// there are too few events, or all of one area.
 pub(super) fn scaling(pairs: impl Iterator<Item = (f64, f64)>) -> Option<f64> {
     let logs: Vec<[f64; 2]> = pairs.map(|(area, volume)| [math::ln(area), math::ln(volume)]).collect();
     if logs.len() < FEWEST {
@@ -92,8 +93,8 @@ pub(super) struct Record {
 }
 
 impl Record {
-    /// The balances of rock and soil compare what cells have lost with what slides have broken; that of debris begins with
-    /// none.
+    /// The balances of rock and soil compare what cells have lost with what slides have broken; that of debris begins
+    /// with none.
     fn balances(&self, report: &mut Report) {
         let Ledger { rock, soil, left, .. } = self.ledger;
         report.balance(Balance::new("rock", 0.0, &[("broken", self.rock_m3)], &[("became_debris", rock)], 0.0));

@@ -34,8 +34,8 @@ pub(super) struct Slides<'a> {
     unresolved: usize,
 }
 
-/// Returns the tangents of the steepest slopes of `StreamPower` for the same parameters; relative to those of layers, where
-/// there are some.
+/// Returns the tangents of the steepest slopes of `StreamPower` for the same parameters; relative to those of layers,
+/// where there are some.
 fn steepest(job: &Job<'_>, params: &Params, inputs: &Inputs<'_>) -> Result<Vec<f32>, NodeError> {
     let varies = params.variation_size > 0.0 && params.repose_variation > 0.0;
     let has_layers = inputs.strata.is_some();

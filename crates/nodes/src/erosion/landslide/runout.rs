@@ -1,11 +1,12 @@
 //! Runout: debris runs down, leaves a sheet where the ground is gentle, and fills hollows.
 //!
-//! The thickness of the sheet is V^(1/3) / `spread`, so that a deposit of the volume V covers `spread` V^(2/3) (R. M. Iverson,
-//! S. P. Schilling and J. W. Vallance 1998; J. P. Griswold and R. M. Iverson 2008). Cells are visited from high to low; what
-//! a cell does not keep is distributed to its lower neighbours. In a hollow the debris rises until it spills.
+//! The thickness of the sheet is V^(1/3) / `spread`, so that a deposit of the volume V covers `spread` V^(2/3) (R. M.
+//! Iverson, S. P. Schilling and J. W. Vallance 1998; J. P. Griswold and R. M. Iverson 2008). Cells are visited from
+//! high to low; what a cell does not keep is distributed to its lower neighbours. In a hollow the debris rises until it
+//! spills.
 //!
-//! An energy line sinks from the crown of the scar along the path of the debris, by the tangent of the angle of reach per
-//! metre (A. Heim 1932; J. Corominas 1996). Where it meets the ground, debris has no energy left and piles up.
+//! An energy line sinks from the crown of the scar along the path of the debris, by the tangent of the angle of reach
+//! per metre (A. Heim 1932; J. Corominas 1996). Where it meets the ground, debris has no energy left and piles up.
 
 use std::collections::BinaryHeap;
 
@@ -76,15 +77,15 @@ pub(super) struct Flow<'a> {
     pub land: &'a mut Land,
     pub room: &'a mut Room,
     pub law: Law,
-    /// Cells with moving debris, the highest first. Equal ones follow in the order of a hash: another order would turn the
-    /// debris on planes to one side.
+    /// Cells with moving debris, the highest first. Equal ones follow in the order of a hash: another order would turn
+    /// the debris on planes to one side.
     open: BinaryHeap<(u64, u32, u32)>,
     pub touched: Vec<u32>,
     pub fills: usize,
 }
 
-/// Moves volumes in m³ from their cells to rest. `crown` is the cell that distances are measured from, and `crown_m` its
-/// height before the event.
+/// Moves volumes in m³ from their cells to rest. `crown` is the cell that distances are measured from, and `crown_m`
+/// its height before the event.
 pub(super) fn run_out(
     land: &mut Land,
     room: &mut Room,

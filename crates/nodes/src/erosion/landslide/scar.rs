@@ -64,8 +64,8 @@ impl Scar {
         if depth > 0.0 { depth / (1.0 + ratio * ratio).sqrt() } else { depth }
     }
 
-    /// Returns the cells that slide, with their depths: those above the failure surface that are connected with the foot
-    /// of the scar.
+    /// Returns the cells that slide, with their depths: those above the failure surface that are connected with the
+    /// foot of the scar.
     pub fn cells(&self, land: &Land, room: &mut Room) -> Vec<(u32, f64)> {
         let steps = (2.0 * self.length_m / land.cell_m).ceil() as usize;
         let places = (0..=steps).map(|k| 0.5 * land.cell_m * k as f64);

@@ -40,7 +40,8 @@ impl Soil {
         }
     }
 
-    /// Returns the factor of safety of soil of a thickness on a slope, of which the fraction `wet` from the base up is saturated.
+    /// Returns the factor of safety of soil of a thickness on a slope, of which the fraction `wet` from the base up is
+    /// saturated.
     ///
     /// FS = (c + (γ − m γ_w) z cos² β tan φ) / (γ z sin β cos β); infinite on level ground and without soil.
     pub fn safety(&self, thickness_m: f64, tangent: f64, wet: f64) -> f64 {

@@ -1,8 +1,8 @@
 //! Wedges of rock that fail on a plane.
 //!
-//! C. Culmann (1875): a slope of the angle β, in rock with the cohesion c, the unit weight γ and the angle of friction φ,
-//! fails on a plane of the dip (β + φ) / 2 when it is higher than H꜀ = (4 c / γ) sin β cos φ / (1 − cos(β − φ)).
-//! A. L. Densmore, M. A. Ellis and R. S. Anderson (1998) draw failures from H / H꜀.
+//! C. Culmann (1875): a slope of the angle β, in rock with the cohesion c, the unit weight γ and the angle of friction
+//! φ, fails on a plane of the dip (β + φ) / 2 when it is higher than H꜀ = (4 c / γ) sin β cos φ / (1 − cos(β − φ)). A.
+//! L. Densmore, M. A. Ellis and R. S. Anderson (1998) draw failures from H / H꜀.
 
 use orograph_graph::Lane;
 
@@ -28,8 +28,8 @@ const CHANCE_POWER: f64 = 3.0;
 /// Smallest angle between a slope and the plane on which it fails, in radians.
 const LEAST_ANGLE: f64 = 0.02;
 
-/// Returns Culmann's critical height in metres, for angles in radians, a cohesion in Pa and a unit weight in N/m³. It is
-/// infinite for slopes that friction alone holds.
+/// Returns Culmann's critical height in metres, for angles in radians, a cohesion in Pa and a unit weight in N/m³. It
+/// is infinite for slopes that friction alone holds.
 pub(super) fn critical_m(cohesion: f64, unit_weight: f64, slope: f64, friction: f64) -> f64 {
     if slope <= friction {
         return f64::INFINITY;

@@ -1,7 +1,7 @@
 //! The land at an age as a fixed point of its own drainage network, found on coarse cells first.
 //!
-//! Rivers that compete for land take many rounds to settle, but the outlines of the network can be found on large cells,
-//! where a round costs little (Tzathas, Gailleton, Steer and Cordonnier 2024).
+//! Rivers that compete for land take many rounds to settle, but the outlines of the network can be found on large
+//! cells, where a round costs little (Tzathas, Gailleton, Steer and Cordonnier 2024).
 
 use super::{
     Inputs, Params,

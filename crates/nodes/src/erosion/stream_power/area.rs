@@ -40,7 +40,8 @@ pub struct Area<'a> {
     /// Steps in the mean.
     spread_steps: u32,
     scheme: Scheme,
-    /// Aᵐ + A₀ᵐ by number of cells where rain is even. Nearly all cells drain few others: theirs are computed beforehand.
+    /// Aᵐ + A₀ᵐ by number of cells where rain is even. Nearly all cells drain few others: theirs are computed
+    /// beforehand.
     powers: Vec<f64>,
 }
 

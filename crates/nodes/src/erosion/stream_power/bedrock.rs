@@ -32,8 +32,8 @@ pub struct Bedrock<'a> {
 }
 
 impl<'a> Bedrock<'a> {
-    /// The rock at the start. `stands` are the tangents of the steepest slopes that rock of `repose` has where they vary
-    /// from place to place.
+    /// The rock at the start. `stands` are the tangents of the steepest slopes that rock of `repose` has where they
+    /// vary from place to place.
     ///
     /// # Errors
     /// [`OutOfMemory`].
@@ -90,9 +90,9 @@ impl<'a> Bedrock<'a> {
     /// What is left of the drop from a cell to `below` after a step, layer by layer. `coefficient` is that of rock of
     /// hardness 1 for the whole step.
     ///
-    /// In a layer a drop b becomes x in the share s of the step for which x + s C xⁿ = b. Where it is cut through before
-    /// the step ends, x is what is left at its base, and the next layer has the rest of the step. So the result hardly
-    /// depends on the length of the step.
+    /// In a layer a drop b becomes x in the share s of the step for which x + s C xⁿ = b. Where it is cut through
+    /// before the step ends, x is what is left at its base, and the next layer has the rest of the step. So the result
+    /// hardly depends on the length of the step.
     #[must_use]
     pub fn left(&self, law: &Law, n: f64, cell: usize, coefficient: f64, [height, below]: [f64; 2]) -> f64 {
         let risen_m = f64::from(self.uplift.at(cell)) * self.risen_yr;

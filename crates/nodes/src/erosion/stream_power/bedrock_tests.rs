@@ -99,7 +99,8 @@ fn layers_rise_with_the_land() {
     let offset = testing::field(height.window().world, |x, _| 0.1 * x);
     let rock = testing::strata(offset, 300.0, &[(50.0, 1.0, 89.0); 6]);
     let fields = [("height", &height), ("uplift", &uplift), ("erodibility", &erodibility)];
-    // the levels of a world that has none are on other cells, where sides are clamped: within a cell of the slope of 0.1
+    // the levels of a world that has none are on other cells, where sides are clamped: within a cell of the slope of
+    // 0.1
     for (schedule, tolerance) in [("full", 1e-2), ("coarse_to_fine", 5.0)] {
         let changes = format!("schedule={schedule},duration=1e6,rounding=0,repose_variation=0");
         let params = testing::with_params(&NODE, &changes);

@@ -72,7 +72,8 @@ impl Coarse {
         }
     }
 
-    /// Fine land from what it was and the coarse land before and after. Cells at base level move with their coarse cell.
+    /// Fine land from what it was and the coarse land before and after. Cells at base level move with their coarse
+    /// cell.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].

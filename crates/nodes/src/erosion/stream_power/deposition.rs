@@ -1,10 +1,10 @@
 //! Rivers that carry what they erode, and drop it where they are too weak for it.
 //!
-//! The shared stream-power law (Hergarten 2020): E / K_d + Q / (K_t A) = Aᵐ S, with the rate of erosion E, below 0 where
-//! sediment settles, and the flux of sediment Q. With G = K_d / K_t it is E = K_d Aᵐ S − G Q / A, the law of Davy and
-//! Lague (2009) and Yuan et al. (2019). Their iteration is not needed: what leaves a cell is linear in the new height of
-//! its receiver, so that one sweep downstream and one upstream solve a step of any length exactly, and what is eroded is
-//! what arrives.
+//! The shared stream-power law (Hergarten 2020): E / K_d + Q / (K_t A) = Aᵐ S, with the rate of erosion E, below 0
+//! where sediment settles, and the flux of sediment Q. With G = K_d / K_t it is E = K_d Aᵐ S − G Q / A, the law of Davy
+//! and Lague (2009) and Yuan et al. (2019). Their iteration is not needed: what leaves a cell is linear in the new
+//! height of its receiver, so that one sweep downstream and one upstream solve a step of any length exactly, and what
+//! is eroded is what arrives.
 //!
 //! All amounts are metres over the area a of a cell and a step. Where the donors of a cell pass on P + R y, with y the
 //! change of its height and D = 1 − R,
@@ -13,15 +13,15 @@
 //!
 //! hᵣ being the new height of its receiver.
 //!
-//! Where the exponent n of the slope is not 1, the law's erosion C xⁿ of the drop x = h − hᵣ is replaced by its tangent at
-//! a drop x₀, C x₀ⁿ⁻¹ (n x − (n − 1) x₀), which is linear again; the drops of the solution are the next x₀ (Newton's
+//! Where the exponent n of the slope is not 1, the law's erosion C xⁿ of the drop x = h − hᵣ is replaced by its tangent
+//! at a drop x₀, C x₀ⁿ⁻¹ (n x − (n − 1) x₀), which is linear again; the drops of the solution are the next x₀ (Newton's
 //! method for all cells at once). Whatever the tangents are, no mass is lost.
 //!
 //! What differs from the paper: heights are taken relative to those before the step, which keeps the sums over large
 //! basins precise; and standing water. Where a cell is under water, its donors run down to the water's surface, and
-//! what they bring spreads under water, see the module `water`: deltas grow from the shores. Where
-//! the pass is cut so deep that the water is gone at the end of the step, its bed and what drains to it are cut as well;
-//! this material joins the rivers at the next step. No mass is lost.
+//! what they bring spreads under water, see the module `water`: deltas grow from the shores. Where the pass is cut so
+//! deep that the water is gone at the end of the step, its bed and what drains to it are cut as well; this material
+//! joins the rivers at the next step. No mass is lost.
 
 mod water;
 

@@ -1,10 +1,10 @@
 //! Sides beyond which the land goes on.
 //!
-//! Rivers run on a margin of a tenth of the world's shorter side that is cut off in the end. Its land, and whatever else
-//! varies from place to place, is the reflection of what is inside, inclined outwards so that water leaves. It leaves
-//! through gates: the lowest cell of each stretch of the rim, at a level that stays, as it varies from valley to valley;
-//! between the gates the rim rises with the land. So rivers gather in valleys before they leave, and what is seen of them
-//! has no side to run straight at.
+//! Rivers run on a margin of a tenth of the world's shorter side that is cut off in the end. Its land, and whatever
+//! else varies from place to place, is the reflection of what is inside, inclined outwards so that water leaves. It
+//! leaves through gates: the lowest cell of each stretch of the rim, at a level that stays, as it varies from valley to
+//! valley; between the gates the rim rises with the land. So rivers gather in valleys before they leave, and what is
+//! seen of them has no side to run straight at.
 
 use orograph_graph::{Boundary, Edge, Field, Glimpses, InputValue, Job, Outputs, Value, Warnings, Window, World, mix};
 use rayon::prelude::*;
@@ -127,7 +127,8 @@ impl Inland {
         Field::new(self.outer, reflected)
     }
 
-    /// A field that goes on in the margin with the slope that it has inside: reflected in the nearest cell and inverted.
+    /// A field that goes on in the margin with the slope that it has inside: reflected in the nearest cell and
+    /// inverted.
     fn continued(&self, field: &Field) -> Field {
         let (nx, samples) = (self.inner.nx(), field.samples());
         let place = |at: usize, before: usize, count: usize| -> [usize; 2] {

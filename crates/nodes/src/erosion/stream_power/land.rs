@@ -473,8 +473,8 @@ mod tests {
     use super::*;
     use crate::{erosion::stream_power::NODE, numerics::routing::code, testing};
 
-    /// Twenty steps over rough, rising land with lakes, a sea, slides and creep: what left and what is on its way is what the
-    /// land lost.
+    /// Twenty steps over rough, rising land with lakes, a sea, slides and creep: what left and what is on its way is
+    /// what the land lost.
     fn balance(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let (params, start) = (Params::read(job.params), Inputs::read(job)?.height);
         let mut land = Land::new(job, &params, start, Footing::default())?;

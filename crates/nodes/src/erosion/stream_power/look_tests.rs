@@ -1,6 +1,6 @@
-//! Measures of the look of the land at small sizes: how slopes are spread, how much of the land is plane, how wide floors
-//! are. Real mountains at cells of 80 m have a ratio of the 95 % slope to the median of 1.6 to 2.4, at most a quarter of
-//! their area in one bin of 5 degrees, and no planes of five by five cells.
+//! Measures of the look of the land at small sizes: how slopes are spread, how much of the land is plane, how wide
+//! floors are. Real mountains at cells of 80 m have a ratio of the 95 % slope to the median of 1.6 to 2.4, at most a
+//! quarter of their area in one bin of 5 degrees, and no planes of five by five cells.
 
 use orograph_graph::{Boundary, Edge, World};
 

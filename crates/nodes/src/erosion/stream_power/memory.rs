@@ -1,4 +1,5 @@
-//! What a run holds beside its inputs and outputs, in bytes per cell: during its last step, or while its outputs are made.
+//! What a run holds beside its inputs and outputs, in bytes per cell: during its last step, or while its outputs are
+//! made.
 
 use super::{
     Inputs, Method, NODE, Params, Receivers, Wants,
@@ -7,8 +8,8 @@ use super::{
 };
 use crate::prelude::*;
 
-/// The scratch of the node. Outputs on the cells of the coarsest level are made on those of the next one, with inputs and
-/// outputs there.
+/// The scratch of the node. Outputs on the cells of the coarsest level are made on those of the next one, with inputs
+/// and outputs there.
 pub fn scratch(sizing: &Sizing<'_>) -> u64 {
     let params = Params::read(sizing.params);
     let above = Ladder::new(sizing.window, &params).above_coarsest().filter(|_| has_levels(&params));
@@ -67,7 +68,8 @@ fn on_its_cells(sizing: &Sizing<'_>) -> u64 {
         // the way of each cell and its ancestor
         40.0
     } else if settles {
-        // heights before, the water's surface, what arrives, which water fills, beds and flux; for powers what was found and tangents
+        // heights before, the water's surface, what arrives, which water fills, beds and flux; for powers what was
+        // found and tangents
         when(wants.erosion_rate || wants.sediment || keeps, 8.0) + 57.0 + when(params.n != 1.0, 24.0)
     } else {
         2.0 * lowered + flux

@@ -38,8 +38,8 @@ enum Variation {
 }
 
 impl<'a> Rock<'a> {
-    /// Reads `erodibility`, `reference_rate` and what varies, in waves of `shortest_m` metres and more. Gives the tangent of the steepest slope of each cell too,
-    /// where that varies.
+    /// Reads `erodibility`, `reference_rate` and what varies, in waves of `shortest_m` metres and more. Gives the
+    /// tangent of the steepest slope of each cell too, where that varies.
     ///
     /// # Errors
     /// When both the erodibility and the reference rate are given, or [`NodeError::Cancelled`].

@@ -1,10 +1,10 @@
 //! Slopes that give way where a river undercuts land that drains elsewhere.
 //!
-//! A cell gives way to the height h at which the upwind gradient of its lower neighbours a (west or east) and b (north or
-//! south) is the steepest that stands: max(h − a, 0)² + max(h − b, 0)² = (S d)², the first-order scheme of the eikonal
-//! equation |∇h| = S (Rouy and Tourin 1992). It is the same in every direction. One sweep with rows and columns rising
-//! and one with both falling carry a slide across a strip of rows; strips are independent of each other, and what is
-//! left for the next strip moves at the next step.
+//! A cell gives way to the height h at which the upwind gradient of its lower neighbours a (west or east) and b (north
+//! or south) is the steepest that stands: max(h − a, 0)² + max(h − b, 0)² = (S d)², the first-order scheme of the
+//! eikonal equation |∇h| = S (Rouy and Tourin 1992). It is the same in every direction. One sweep with rows and columns
+//! rising and one with both falling carry a slide across a strip of rows; strips are independent of each other, and
+//! what is left for the next strip moves at the next step.
 
 use orograph_graph::{Job, NodeError};
 use rayon::prelude::*;

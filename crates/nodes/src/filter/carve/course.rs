@@ -1,7 +1,7 @@
 //! The course of a path: a smooth curve through its points that winds about them.
 //!
-//! L. B. Leopold and M. G. Wolman (1960), "River meanders": a meander is about eleven widths of its channel long. Here a
-//! valley winds over seven widths with its banks, and smaller bends have the same proportions.
+//! L. B. Leopold and M. G. Wolman (1960), "River meanders": a meander is about eleven widths of its channel long. Here
+//! a valley winds over seven widths with its banks, and smaller bends have the same proportions.
 
 use super::{Params, way::length};
 use crate::numerics::noise::place::{self, along};

@@ -211,8 +211,8 @@ impl Params {
         smoothstep(0.5 + 1.5 * f64::from(noise))
     }
 
-    /// Returns the height of the cliff at a distance inland, and the distance by which the land behind it rises: less on
-    /// sheltered coasts, which begin flat.
+    /// Returns the height of the cliff at a distance inland, and the distance by which the land behind it rises: less
+    /// on sheltered coasts, which begin flat.
     fn shore(&self, inland_m: f64, exposed: f64) -> [f64; 2] {
         let cliff_m = self.cliffs * smoothstep((exposed - 0.45) / 0.35);
         // cliffs are about 55° steep

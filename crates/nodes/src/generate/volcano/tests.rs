@@ -67,8 +67,8 @@ fn deviation(values: &[f64]) -> f64 {
     (values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-/// Around a circle an even volcano is level; a gullied one is not, most of all half-way down, where gullies are deepest:
-/// tens of metres, less than the deepest gully.
+/// Around a circle an even volcano is level; a gullied one is not, most of all half-way down, where gullies are
+/// deepest: tens of metres, less than the deepest gully.
 #[test]
 fn gullies_deepen_downslope_and_end_at_the_foot() {
     let window = Window::whole(world(512, 512, 32.0));

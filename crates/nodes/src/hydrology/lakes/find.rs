@@ -33,8 +33,8 @@ pub(super) struct Lakes {
 
 impl Lakes {
     /// Finds the lakes between `land` and the filled surface `level`. Adjacent wet cells, diagonals included, belong to
-    /// one lake: they always have the same level. Lakes of fewer cells or less depth than `least` are dropped, and `level` is
-    /// lowered to the land there.
+    /// one lake: they always have the same level. Lakes of fewer cells or less depth than `least` are dropped, and
+    /// `level` is lowered to the land there.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`], or not enough memory.

@@ -1,7 +1,7 @@
 //! Lakes: their level, depth, shores, outlets, and the direction in which their water moves.
 //!
-//! Levels by Cordonnier, Bovy and Braun (2019) as in `Flow`, which equal those of the priority flood (Barnes, Lehman and
-//! Mulla 2014); directions by the eikonal equation (Sethian 1996).
+//! Levels by Cordonnier, Bovy and Braun (2019) as in `Flow`, which equal those of the priority flood (Barnes, Lehman
+//! and Mulla 2014); directions by the eikonal equation (Sethian 1996).
 
 mod find;
 mod shores;

@@ -1,10 +1,10 @@
 //! The shores of lakes as rings along the edges of cells.
 //!
-//! A walk along a shore has the water on its left and turns left at a corner where two wet cells touch, so that it stays
-//! with the cells that share edges. A walk that passes a corner twice is cut there into rings that pass every point once.
-//! Each part of a lake whose cells share edges then has one outer ring, counter-clockwise with north up, and a clockwise
-//! ring around each island: the polygons of the Simple Features and GeoJSON standards. Lakes across a periodic side are
-//! cut at that side.
+//! A walk along a shore has the water on its left and turns left at a corner where two wet cells touch, so that it
+//! stays with the cells that share edges. A walk that passes a corner twice is cut there into rings that pass every
+//! point once. Each part of a lake whose cells share edges then has one outer ring, counter-clockwise with north up,
+//! and a clockwise ring around each island: the polygons of the Simple Features and GeoJSON standards. Lakes across a
+//! periodic side are cut at that side.
 
 use std::collections::HashMap;
 
@@ -51,8 +51,8 @@ pub(super) fn outlines(job: &Job<'_>, grid: &Grid, lakes: &Lakes) -> Result<Line
         }
     }
 
-    // the part of its lake that each walk belongs to, as the number of the walk with the outer ring: that of a shore around
-    // an island is found to the west of it, so walks are taken from west to east
+    // the part of its lake that each walk belongs to, as the number of the walk with the outer ring: that of a shore
+    // around an island is found to the west of it, so walks are taken from west to east
     let has_outer = |walk: &Walk| walk.rings.iter().any(|ring| doubled_area(ring) > 0);
     let mut parts: Vec<usize> = (0..walks.len()).collect();
     let mut inner: Vec<usize> = (0..walks.len()).filter(|&walk| !has_outer(&walks[walk])).collect();
@@ -92,8 +92,8 @@ pub(super) fn outlines(job: &Job<'_>, grid: &Grid, lakes: &Lakes) -> Result<Line
     Ok(Lines { areas: areas.collect(), lines: of_lakes.into_iter().flatten().collect() })
 }
 
-/// Walks along a shore from the west edge of a cell, southwards. `pass` is called with each cell whose west edge is part
-/// of it.
+/// Walks along a shore from the west edge of a cell, southwards. `pass` is called with each cell whose west edge is
+/// part of it.
 fn walk(start: [i64; 2], is_wet: &impl Fn([i64; 2]) -> bool, pass: &mut impl FnMut([i64; 2])) -> Walk {
     let mut walk = Walk { first: start, rings: Vec::new(), west: None };
     let (mut at, mut heading) = (start, SOUTH);

@@ -1,8 +1,9 @@
 //! The direction in which water moves: on lakes along the shortest way over the water to the spill point.
 //!
 //! The length T of that way solves the eikonal equation |∇T| = 1 from the sill inwards. Cells are ordered by their
-//! chamfer distance (Borgefors 1986) in bucket queues, and updated twice in that order with the upwind scheme of Sethian
-//! (1996), or across a corner, where only that leads on. Both are O(N). The direction is −∇T, by the same differences.
+//! chamfer distance (Borgefors 1986) in bucket queues, and updated twice in that order with the upwind scheme of
+//! Sethian (1996), or across a corner, where only that leads on. Both are O(N). The direction is −∇T, by the same
+//! differences.
 
 use orograph_graph::{
     Job, NodeError,

@@ -1,12 +1,12 @@
 //! Slides: snow beyond what a slope holds moves down to where it is held.
 //!
-//! M. Bernhardt and K. Schulz (2010): cells are visited from high to low, and what exceeds the holding depth of a cell is
-//! distributed to its lower neighbours, here in proportion to slope^1.1 (Freeman 1991). One pass carries snow from a crest
-//! to the foot of its face.
+//! M. Bernhardt and K. Schulz (2010): cells are visited from high to low, and what exceeds the holding depth of a cell
+//! is distributed to its lower neighbours, here in proportion to slope^1.1 (Freeman 1991). One pass carries snow from a
+//! crest to the foot of its face.
 //!
-//! The slope that counts grows with the snow that comes to rest: a cell holds the depth h for which h is the holding depth
-//! of the slope from its own surface, at h, to its lowest neighbour. Without that a single cell at the foot of a face
-//! would keep what a whole face sheds. Hollows fill up and overflow as lakes do in `Flow`.
+//! The slope that counts grows with the snow that comes to rest: a cell holds the depth h for which h is the holding
+//! depth of the slope from its own surface, at h, to its lowest neighbour. Without that a single cell at the foot of a
+//! face would keep what a whole face sheds. Hollows fill up and overflow as lakes do in `Flow`.
 
 use std::{f32::consts::SQRT_2, f64::consts::PI};
 
@@ -64,8 +64,8 @@ impl Holding {
         one + (place - at as f32) * (other - one)
     }
 
-    /// Returns the depth that a cell holds: `most_m`, or less if its surface would then fall too steeply to a neighbour at
-    /// the distance `length_m` whose surface is `above_m` higher than the ground of the cell.
+    /// Returns the depth that a cell holds: `most_m`, or less if its surface would then fall too steeply to a neighbour
+    /// at the distance `length_m` whose surface is `above_m` higher than the ground of the cell.
     fn stable(&self, most_m: f32, above_m: f32, length_m: f32) -> f32 {
         let held = |depth_m: f32| self.at(((depth_m - above_m) / length_m).max(0.0));
         // on a plane both are equal but for the rounding of heights
@@ -86,8 +86,8 @@ impl Holding {
     }
 }
 
-/// Lets snow, in metres of water, slide once. `to_depth` is the depth of snow per depth of water. Returns what leaves the
-/// world, in metres of water on a cell.
+/// Lets snow, in metres of water, slide once. `to_depth` is the depth of snow per depth of water. Returns what leaves
+/// the world, in metres of water on a cell.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`], or not enough memory.

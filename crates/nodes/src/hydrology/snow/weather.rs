@@ -46,8 +46,8 @@ pub(super) fn snow_share(temperature_c: f64) -> f64 {
     ((RAIN_C - temperature_c) / RAIN_C).clamp(0.0, 1.0)
 }
 
-/// Returns the relative amounts of snow that fall on each cell in the wind: 1 on level ground, less where wind is fast, on
-/// windward slopes and crests, and more in its lee and in hollows.
+/// Returns the relative amounts of snow that fall on each cell in the wind: 1 on level ground, less where wind is fast,
+/// on windward slopes and crests, and more in its lee and in hollows.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`], or not enough memory.

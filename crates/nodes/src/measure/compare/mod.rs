@@ -69,8 +69,8 @@ pub static NODE: Node = Node {
 const CELL_M: f64 = 90.0;
 const LEFT_M: [f64; 2] = [75.0, 105.0];
 
-/// Memory that the kernel needs in addition to its inputs and outputs: both terrains at the cells of the comparison, the
-/// measures of one of them, and the rows that averaging has narrowed.
+/// Memory that the kernel needs in addition to its inputs and outputs: both terrains at the cells of the comparison,
+/// the measures of one of them, and the rows that averaging has narrowed.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
     let cell_m = sizing.window.cell_m();
     if cell_m >= LEFT_M[0] {

@@ -1,10 +1,10 @@
 //! The way of water over the measured land.
 //!
-//! Depressions are filled by a priority flood whose surface rises by a small step from cell to cell (R. Barnes,
-//! C. Lehman, D. Mulla, 2014, "Priority-flood", Computers & Geosciences 62), so that water crosses flats and lakes on the
-//! shortest way to their outlet. Each cell then drains to the neighbour of steepest descent (O'Callaghan and Mark 1984).
-//! Water leaves at all borders, at voids and in the sea, whatever the boundary of the world. The flood visits cells from
-//! the outlets upwards, which is the order in which everything else is computed.
+//! Depressions are filled by a priority flood whose surface rises by a small step from cell to cell (R. Barnes, C.
+//! Lehman, D. Mulla, 2014, "Priority-flood", Computers & Geosciences 62), so that water crosses flats and lakes on the
+//! shortest way to their outlet. Each cell then drains to the neighbour of steepest descent (O'Callaghan and Mark
+//! 1984). Water leaves at all borders, at voids and in the sea, whatever the boundary of the world. The flood visits
+//! cells from the outlets upwards, which is the order in which everything else is computed.
 
 use std::{cmp::Reverse, collections::BinaryHeap};
 

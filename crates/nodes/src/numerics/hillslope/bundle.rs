@@ -1,11 +1,12 @@
 //! Diffusion along a bundle of lines of cells, all of them at once.
 //!
-//! A line is a row or a column. Between neighbours i − 1 and i passes, in the course of a step, e (hᵢ₋₁ − hᵢ) of the old heights
-//! and c − e of the new ones, where c = D Δt / d². The explicit share e is c / 2 + 1 / 12, which makes the step second-order in
-//! time and fourth-order in space (Crandall 1955), but at most c, and at most a quarter, so that old heights are only
-//! averaged: nothing overshoots at any step. Where land has risen before the step, e is 0 beside cells that keep their height: the
-//! old rise there includes the uplift of one cell and not that of the other. Tridiagonal systems are solved by elimination without subtractions (Grassmann, Taksar and Heyman 1985), which stays exact where c
-//! is so large that 1 + c equals c.
+//! A line is a row or a column. Between neighbours i − 1 and i passes, in the course of a step, e (hᵢ₋₁ − hᵢ) of the
+//! old heights and c − e of the new ones, where c = D Δt / d². The explicit share e is c / 2 + 1 / 12, which makes the
+//! step second-order in time and fourth-order in space (Crandall 1955), but at most c, and at most a quarter, so that
+//! old heights are only averaged: nothing overshoots at any step. Where land has risen before the step, e is 0 beside
+//! cells that keep their height: the old rise there includes the uplift of one cell and not that of the other.
+//! Tridiagonal systems are solved by elimination without subtractions (Grassmann, Taksar and Heyman 1985), which stays
+//! exact where c is so large that 1 + c equals c.
 
 use crate::numerics::simd::simd;
 

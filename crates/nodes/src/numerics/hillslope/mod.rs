@@ -4,10 +4,10 @@
 //! closer its slope |∇h| is to a critical one S: D / (1 − (|∇h| / S)²), with (|∇h| / S)² at most 0.95.
 //!
 //! A step is made along all rows and then along all columns, or the other way round (locally one-dimensional splitting;
-//! Yanenko 1971), each by an implicit solution, see the module `bundle`. What leaves a cell enters another, and no height leaves
-//! the range of those around it, whatever the step is. With even diffusivity the two directions commute, so that a
-//! point spreads in circles as soon as c = D Δt / d² of a step is not large. Stabilised explicit steps (Meyer, Balsara
-//! and Aslam 2014) overshoot beside cells that keep their height; multigrid costs ten times as much.
+//! Yanenko 1971), each by an implicit solution, see the module `bundle`. What leaves a cell enters another, and no
+//! height leaves the range of those around it, whatever the step is. With even diffusivity the two directions commute,
+//! so that a point spreads in circles as soon as c = D Δt / d² of a step is not large. Stabilised explicit steps
+//! (Meyer, Balsara and Aslam 2014) overshoot beside cells that keep their height; multigrid costs ten times as much.
 
 mod bundle;
 #[cfg(test)]
@@ -88,9 +88,9 @@ impl<'a> Hillslope<'a> {
 
     /// Lets heights creep for a step of `step_yr` for each of `turns`, columns before rows in every other turn.
     ///
-    /// Cells at `base` sides keep their height. So do those at `open` sides and `channel`s that get more than they give:
-    /// it leaves the world, or joins the river. What such cells got, in metres over a cell, is added to `lost`. Heights
-    /// that are no numbers, or too high for any land, are walls.
+    /// Cells at `base` sides keep their height. So do those at `open` sides and `channel`s that get more than they
+    /// give: it leaves the world, or joins the river. What such cells got, in metres over a cell, is added to `lost`.
+    /// Heights that are no numbers, or too high for any land, are walls.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].

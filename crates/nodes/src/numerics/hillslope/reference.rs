@@ -1,7 +1,7 @@
 //! Creep by small explicit steps, one cell after the other.
 
-/// Heights of a row-major raster of `nx` columns with walls after `duration` yr, `d` being the diffusivity of a cell and
-/// `critical` the critical slope. Cells where `fixed` keep their height.
+/// Heights of a row-major raster of `nx` columns with walls after `duration` yr, `d` being the diffusivity of a cell
+/// and `critical` the critical slope. Cells where `fixed` keep their height.
 pub fn creep(
     nx: usize,
     cell_m: f64,

@@ -205,7 +205,8 @@ fn steep_land_becomes_straight() {
     assert!(bends <= 1, "{slopes:?}");
 }
 
-/// Between two rivers a hill that rises is a parabola, at every size of the cells: rivers take what comes without rising.
+/// Between two rivers a hill that rises is a parabola, at every size of the cells: rivers take what comes without
+/// rising.
 #[test]
 fn rivers_take_what_creeps_into_them() {
     for cells in [33, 65, 129] {

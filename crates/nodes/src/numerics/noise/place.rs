@@ -1,7 +1,7 @@
 //! Noise at single places in double precision, for features in coordinates of their own, such as polar ones.
 //!
-//! Gradient noise after K. Perlin (1985), "An image synthesizer". The rasters of [`super::sheet`] are many times as fast
-//! per cell, but lie on the rows and columns of the world. Here every call draws its own lattice points, so that a
+//! Gradient noise after K. Perlin (1985), "An image synthesizer". The rasters of [`super::sheet`] are many times as
+//! fast per cell, but lie on the rows and columns of the world. Here every call draws its own lattice points, so that a
 //! place can be bent before it is looked up.
 
 use orograph_graph::mix;

@@ -7,8 +7,8 @@
 //! 74). Blocks that changed are swept again, and so are their neighbours. A cell depends only on lower ones, so the
 //! result does not depend on the order.
 //!
-//! In layers of rock the surface climbs from the neighbours of a cell through one layer after the other, at the slope of
-//! each.
+//! In layers of rock the surface climbs from the neighbours of a cell through one layer after the other, at the slope
+//! of each.
 
 use orograph_graph::NodeError;
 
@@ -23,7 +23,8 @@ const BLOCK: usize = 64;
 const RINGED: usize = BLOCK + 2;
 
 /// Returns the highest surface that rises by at most `rise` between neighbours (m) where that is finite, and is the
-/// terrain elsewhere. Closed cells neither limit others nor are lowered. In layers of rock, `rise` is for a slope of 45°.
+/// terrain elsewhere. Closed cells neither limit others nor are lowered. In layers of rock, `rise` is for a slope of
+/// 45°.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].

@@ -2,8 +2,8 @@
 
 use crate::numerics::simd::simd;
 
-/// Columns and rows of the tiles, which are skipped while they and their neighbours are at rest. The corners of a row of
-/// cells, one more than the columns, fill vectors of any width.
+/// Columns and rows of the tiles, which are skipped while they and their neighbours are at rest. The corners of a row
+/// of cells, one more than the columns, fill vectors of any width.
 pub const TILE: [usize; 2] = [127, 8];
 
 /// Maximum fraction of its loose layer that a cell gives in a sweep along the slope at a corner, and over a face. The

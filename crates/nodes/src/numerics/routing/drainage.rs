@@ -56,8 +56,8 @@ impl Amount for [f64; 2] {
 }
 
 impl Drainage {
-    /// Exchanges room with depressions: who needs their labels no more when the receivers lead out of them can order the
-    /// cells where the labels were, and gives the room back before the next search.
+    /// Exchanges room with depressions: who needs their labels no more when the receivers lead out of them can order
+    /// the cells where the labels were, and gives the room back before the next search.
     pub fn exchange_room<T: Elevation>(&mut self, depressions: &mut Depressions<T>) {
         std::mem::swap(&mut self.local, &mut depressions.labels);
         std::mem::swap(&mut self.missing, &mut depressions.donors);

@@ -110,8 +110,8 @@ impl Default for Params {
 }
 
 impl Params {
-    /// Returns the defaults without shadows, with tints over the range of a field, from sea level upwards if its world has
-    /// a sea, and with gentle terrain exaggerated until it is visible.
+    /// Returns the defaults without shadows, with tints over the range of a field, from sea level upwards if its world
+    /// has a sea, and with gentle terrain exaggerated until it is visible.
     #[must_use]
     pub fn fitted(height: &Field) -> Self {
         let (low, high) = height.range(0).map_or((0.0, 1.0), |(low, high)| (f64::from(low), f64::from(high)));

@@ -138,8 +138,8 @@ fn a_cliff_casts_a_shadow_of_its_height_over_the_tangent_of_the_sun() {
     }
 }
 
-/// At the bottom of a long V-shaped valley with sides of 45°, the part of an even sky that is seen is that of the closed
-/// form: the mean of cos² of the horizon's elevation, whose tangent is |sin| of the direction across the valley.
+/// At the bottom of a long V-shaped valley with sides of 45°, the part of an even sky that is seen is that of the
+/// closed form: the mean of cos² of the horizon's elevation, whose tangent is |sin| of the direction across the valley.
 #[test]
 fn a_valley_is_dimmer_by_the_sky_that_its_sides_hide() {
     let valley = field(world(401, 401, 5.0), |x, _| (x - 1002.5).abs());

@@ -1,9 +1,9 @@
 //! Reflectances of rock, soil, plants, snow and water in red, green and blue light.
 //!
-//! Linear sRGB under daylight (D65), computed with the colour matching functions of C. Wyman, P.-P. Sloan and P. Shirley
-//! (2013) from spectra of the ECOSTRESS library: S. K. Meerdink, S. J. Hook, D. A. Roberts and E. A. Abbott, 2019, The
-//! ECOSTRESS spectral library version 1.0, Remote Sensing of Environment 230, 111196. Rocks are medians of 3 to 26
-//! samples of a kind; the others are single samples. Water absorbs as measured by R. M. Pope and E. S. Fry, 1997,
+//! Linear sRGB under daylight (D65), computed with the colour matching functions of C. Wyman, P.-P. Sloan and P.
+//! Shirley (2013) from spectra of the ECOSTRESS library: S. K. Meerdink, S. J. Hook, D. A. Roberts and E. A. Abbott,
+//! 2019, The ECOSTRESS spectral library version 1.0, Remote Sensing of Environment 230, 111196. Rocks are medians of 3
+//! to 26 samples of a kind; the others are single samples. Water absorbs as measured by R. M. Pope and E. S. Fry, 1997,
 //! Absorption spectrum of pure water, Applied Optics 36, 8710-8723.
 
 use orograph_graph::choice;

@@ -94,8 +94,8 @@ impl Session {
         values.as_ref().ok()?.get(port)
     }
 
-    /// Sets the visible part of the world and the drawn outputs (`node.port`), of each side of a comparison. Returns the
-    /// delay after which to call [`Self::poll`], which then requests a finer part.
+    /// Sets the visible part of the world and the drawn outputs (`node.port`), of each side of a comparison. Returns
+    /// the delay after which to call [`Self::poll`], which then requests a finer part.
     pub fn look_at(&mut self, view: Option<View>, sides: &[Vec<String>]) -> Option<Duration> {
         let found = view.and_then(|view| self.served(&view, sides));
         let (target, detail) = found.unzip();

@@ -24,8 +24,9 @@ fn fits_find_the_exponents_of_drawn_numbers() {
     assert_eq!(tail((0..50).map(|_| 7.0)), None);
 }
 
-/// Malamud et al. (2004) find an exponent of 2.4 for the areas of three inventories, and others lie between 1.9 and 2.9;
-/// Larsen et al. (2010) 1.3 to 1.6 for the volumes of slides in rock, Guzzetti et al. (2009) 1.45, the specification 1.2 to 1.5.
+/// Malamud et al. (2004) find an exponent of 2.4 for the areas of three inventories, and others lie between 1.9 and
+/// 2.9; Larsen et al. (2010) 1.3 to 1.6 for the volumes of slides in rock, Guzzetti et al. (2009) 1.45, the
+/// specification 1.2 to 1.5.
 #[test]
 fn areas_and_volumes_have_the_published_exponents() {
     let land = mountains([600, 600], 15.0, OPEN);
@@ -40,8 +41,8 @@ fn areas_and_volumes_have_the_published_exponents() {
     }
 }
 
-/// Without cohesion every place of a steep slope fails, so that events follow from the rate. A longer run begins with those of
-/// a shorter one.
+/// Without cohesion every place of a steep slope fails, so that events follow from the rate. A longer run begins with
+/// those of a shorter one.
 #[test]
 fn events_have_the_rate_and_begin_alike() {
     let world = World { boundary: OPEN, ..testing::world(300, 300, 20.0) };

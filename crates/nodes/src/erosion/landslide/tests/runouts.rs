@@ -49,8 +49,8 @@ fn slides_stop_at_the_angle_of_reach() {
     }
 }
 
-/// Debris in a valley has a smooth surface: heights along its middle differ from their neighbours' mean by little. It stops
-/// where it has no energy left.
+/// Debris in a valley has a smooth surface: heights along its middle differ from their neighbours' mean by little. It
+/// stops where it has no energy left.
 #[test]
 fn debris_in_valleys_is_smooth_and_stops() {
     let world = World { boundary: OPEN, ..testing::world(400, 60, 20.0) };

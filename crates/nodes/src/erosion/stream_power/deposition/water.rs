@@ -1,10 +1,10 @@
 //! What rivers bring into standing water spreads there.
 //!
-//! A body of water whose room is smaller than what arrives fills up and passes on the rest; the sums of both are carried
-//! along its receivers to where it overflows. In any other body all settles: the load at each mouth spreads by the
-//! equation of a plume that settles as it mixes, q − ℓ² ∇²q = load, in a few rounds that leave what no longer fits below
-//! the water's surface to the next. So mouths fill first, and rivers build deltas that advance on all sides. What fits
-//! nowhere near waits for the next step, and what comes to an outlet leaves the world.
+//! A body of water whose room is smaller than what arrives fills up and passes on the rest; the sums of both are
+//! carried along its receivers to where it overflows. In any other body all settles: the load at each mouth spreads by
+//! the equation of a plume that settles as it mixes, q − ℓ² ∇²q = load, in a few rounds that leave what no longer fits
+//! below the water's surface to the next. So mouths fill first, and rivers build deltas that advance on all sides. What
+//! fits nowhere near waits for the next step, and what comes to an outlet leaves the world.
 //!
 //! Yuan et al. (2019) let sediment diffuse over the floor of the sea in the same way; here only what settles moves, so
 //! that drowned land keeps its form.
@@ -56,8 +56,8 @@ impl Transport<'_> {
         if self.onwards(cell, heights).is_some() { [load, room] } else { [(load - room).max(0.0), 0.0] }
     }
 
-    /// Spreads what arrives in water that has room for it: there `arriving` becomes what settles and what waits. Returns
-    /// true for cells under water that fills up, whose `arriving` stays.
+    /// Spreads what arrives in water that has room for it: there `arriving` becomes what settles and what waits.
+    /// Returns true for cells under water that fills up, whose `arriving` stays.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].

@@ -6,11 +6,11 @@
 //!
 //! > h = z(t − τ) + u where τ ≤ t, with z the level of the outlet, and h = h₀(x\*) + u − u(x\*) elsewhere,
 //!
-//! x\* being the place downstream whose travel time is τ − t (Steer 2021; Tzathas, Gailleton, Steer and Cordonnier 2024).
-//! The network of the result is not the given one, so network and heights are found again in a few rounds.
+//! x\* being the place downstream whose travel time is τ − t (Steer 2021; Tzathas, Gailleton, Steer and Cordonnier
+//! 2024). The network of the result is not the given one, so network and heights are found again in a few rounds.
 //!
-//! What differs from the papers: x\* is found by jump pointers (Myers 1983), one for each cell, in a logarithmic number of
-//! steps; the land is never higher than uplift alone would have it, which leaves the floors of lakes where they are.
+//! What differs from the papers: x\* is found by jump pointers (Myers 1983), one for each cell, in a logarithmic number
+//! of steps; the land is never higher than uplift alone would have it, which leaves the floors of lakes where they are.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 

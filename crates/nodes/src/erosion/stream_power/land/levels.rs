@@ -19,9 +19,9 @@ const DISPLACEMENT_SLOPE: f64 = 3.17;
 const SIDE_CELLS: f64 = 3.0;
 
 impl Land<'_> {
-    /// The time in which the land answers a change: how long a wave of erosion, which travels at n K Aᵐ Sⁿ⁻¹, takes from
-    /// the outlets to the nearest 95 % of the cells, on the network of the last step. In years; infinite where rock does
-    /// not erode.
+    /// The time in which the land answers a change: how long a wave of erosion, which travels at n K Aᵐ Sⁿ⁻¹, takes
+    /// from the outlets to the nearest 95 % of the cells, on the network of the last step. In years; infinite where
+    /// rock does not erode.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].
@@ -63,9 +63,9 @@ impl Land<'_> {
         Some((&sediment.debris, sediment.thickness.as_deref()?))
     }
 
-    /// Goes on from a coarser level: its land, interpolated at slightly displaced places, and of the detail of the start
-    /// what the law has left of bumps as small as a cell. Where all of it is left nothing is displaced. Cells at base
-    /// level have moved with it.
+    /// Goes on from a coarser level: its land, interpolated at slightly displaced places, and of the detail of the
+    /// start what the law has left of bumps as small as a cell. Where all of it is left nothing is displaced. Cells at
+    /// base level have moved with it.
     ///
     /// # Errors
     /// [`NodeError::Cancelled`].

@@ -1,5 +1,5 @@
-//! Other cells than those of a job: levels that the caller has not run, and results on the cells of the coarsest level and
-//! on fewer.
+//! Other cells than those of a job: levels that the caller has not run, and results on the cells of the coarsest level
+//! and on fewer.
 
 use std::sync::Arc;
 
@@ -31,7 +31,8 @@ pub fn means(job: &Job<'_>, params: &Params, world: World) -> Result<Outputs, No
     Ok(averaged(outputs, job.window()))
 }
 
-/// The outputs on the cells of the coarsest level from its state: the means of the level above, on the cells of `world`.
+/// The outputs on the cells of the coarsest level from its state: the means of the level above, on the cells of
+/// `world`.
 pub fn refined(job: &Job<'_>, params: &Params, world: World, state: &Arc<State>) -> Result<Outputs, NodeError> {
     let level = LevelJob { below: Coarser::State(Arc::clone(state)), gives_state: false };
     let finer = on_cells(job, world, job.wanted, level);

@@ -4,13 +4,13 @@
 //! follow from the world and the parameters, each half as large as those before. The coarsest passes all of the time T.
 //! The next begins at T − s₁ with the land that the coarsest had then, the one after it at T − s₂ with that of the
 //! second, and so on; each has less time, sₗ = 0.15 τ / 2^(l−1) with τ the time in which the land answers a change. So
-//! every level ends at T, the finest with the cells that are asked for; it keeps the rivers of the coarser ones, and adds
-//! what its own cells can resolve. How many levels follow changes none of those before.
+//! every level ends at T, the finest with the cells that are asked for; it keeps the rivers of the coarser ones, and
+//! adds what its own cells can resolve. How many levels follow changes none of those before.
 //!
 //! A level that would begin before τ is known, in the first half of the time, begins at the start instead.
 //!
-//! The coarsest level has passed all of its time on its cells and no coarser level has ended on them, so that its land is
-//! further from that of the others than they are from each other. Results on its cells are means of the next level
+//! The coarsest level has passed all of its time on its cells and no coarser level has ended on them, so that its land
+//! is further from that of the others than they are from each other. Results on its cells are means of the next level
 //! instead, which goes on from its state, with interpolated inputs.
 //!
 //! A job is one level: the evaluator has the level below run first, with inputs that are made for its own cells, and

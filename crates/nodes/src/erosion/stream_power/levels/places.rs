@@ -115,8 +115,8 @@ impl Places {
 }
 
 impl Around {
-    /// A cubic (Catmull and Rom 1974) through the samples of a coarse raster, kept between the four nearest: an overshoot
-    /// at the foot of a mountain front would be a row of pits.
+    /// A cubic (Catmull and Rom 1974) through the samples of a coarse raster, kept between the four nearest: an
+    /// overshoot at the foot of a mountain front would be a row of pits.
     #[inline(always)]
     pub fn cubic(&self, sample: impl Fn(usize) -> f64) -> f64 {
         let mut sum = 0.0;

@@ -59,8 +59,8 @@ struct Strip<'a, P> {
     started: bool,
 }
 
-/// Accumulates `amounts` along the links: afterwards each is `pass(cell, amount)` of the cell's own amount plus its inflow
-/// from all donors, which is what the cell distributes to its receivers.
+/// Accumulates `amounts` along the links: afterwards each is `pass(cell, amount)` of the cell's own amount plus its
+/// inflow from all donors, which is what the cell distributes to its receivers.
 ///
 /// # Errors
 /// [`NodeError::Cancelled`].
