@@ -173,6 +173,7 @@ impl Extended {
     fn apply_to_period(self, period: &mut [Lanes], scratch: &mut Vec<Lanes>) {
         let cells = period.len();
         scratch.clear();
+        scratch.reserve_exact(2 * cells + 1);
         scratch.extend_from_slice(period);
         // sums of the cells before each cell, and of all
         scratch.push([0.0; LANES]);

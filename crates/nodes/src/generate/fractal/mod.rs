@@ -98,7 +98,7 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     // lines of the octaves on the area of the moments, with their slopes if these are used
     let per_octave = match params.kind {
         Kind::Swiss | Kind::Jordan => return 128 << 10,
-        Kind::Eroded => 96 << 10,
+        Kind::Eroded => 78 << 10,
         _ => 56 << 10,
     };
     per_octave * (1 + params.octaves as u64)

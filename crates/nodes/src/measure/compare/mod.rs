@@ -69,15 +69,18 @@ pub static NODE: Node = Node {
 const CELL_M: f64 = 90.0;
 const LEFT_M: [f64; 2] = [75.0, 105.0];
 
-/// Memory that the kernel needs in addition to its inputs and outputs: both terrains at the cells of the comparison,
-/// the measures of one of them, and the rows that averaging has narrowed.
+/// Memory that the kernel needs in addition to its inputs and outputs: a terrain at the cells of the comparison, and the
+/// rows that averaging has narrowed or the measures.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    let cell_m = sizing.window.cell_m();
+    let (cell_m, has_sea) = (sizing.window.cell_m(), sizing.window.world.sea_level.is_some());
+    let params = metrics::Params::read(&defaults());
+    let measured = |cells: usize, cell_m: f64| metrics::bytes(cells, cell_m, &params, has_sea);
     if cell_m >= LEFT_M[0] {
-        return sizing.cells(58.0) + metrics::TABLES;
+        return measured(sizing.window.len(), cell_m);
     }
     let share = cell_m / CELL_M;
-    sizing.cells(85.0 * share * share + 4.0 * share) + metrics::TABLES
+    let averaged = (sizing.window.len() as f64 * share * share) as usize;
+    4 * averaged as u64 + measured(averaged, CELL_M).max(sizing.cells(4.0 * share))
 }
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
@@ -123,9 +126,14 @@ fn distances(measured: &Report, report: &mut Report, natural: impl Fn(&str) -> O
     }
 }
 
-/// All measures of a field, with the default parameters of Metrics.
+/// The default parameters of Metrics.
+fn defaults() -> ParamValues {
+    ParamValues::defaults(&metrics::NODE.specs())
+}
+
+/// All measures of a field.
 fn measures(field: &Field, cancel: &Cancel) -> Result<Report, NodeError> {
-    let params = ParamValues::defaults(&metrics::NODE.specs());
+    let params = defaults();
     let part = Job {
         node: &metrics::NODE,
         params: &params,

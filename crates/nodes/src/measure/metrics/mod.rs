@@ -82,12 +82,22 @@ pub static NODE: Node = Node {
 /// Rivers begin at this many times `channel_area`, and at this many cells.
 const RIVERS: [f64; 2] = [10.0, 30.0];
 
-/// Bytes of tables that do not depend on the terrain.
-pub(super) const TABLES: u64 = 1_450_000;
-
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
-    sizing.cells(53.0) + TABLES
+    let is_cut = sizing.wired[1] || sizing.window.world.sea_level.is_some();
+    bytes(sizing.window.len(), sizing.window.cell_m(), &Params::read(sizing.params), is_cut)
+}
+
+/// Bytes for the measures of that many cells; `is_cut` is true if some of them may be left out.
+pub(super) fn bytes(cells: usize, cell_m: f64, params: &Params, is_cut: bool) -> u64 {
+    // tables that do not depend on the terrain
+    const TABLES: f64 = 1_450_000.0;
+    // the routing of all cells, and their heights if some are left out
+    let all = if is_cut { 32.0 } else { 28.0 };
+    // the trees of rivers: the smaller the area at which rivers begin, the more cells belong to them
+    let least = (RIVERS[0] * params.channel_area / (cell_m * cell_m)).max(RIVERS[1]);
+    let rivers = 54.0 * RIVERS[1] / least;
+    (TABLES + cells as f64 * (all + rivers)) as u64
 }
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {

@@ -107,14 +107,14 @@ pub fn bytes(window: &Window, radius_m: f64) -> u64 {
     let coarser = (radius / MOST).max(1.0);
     let margin = 2.0 * radius / coarser;
     let [nx, ny] = cells.map(|cells| (cells / coarser).ceil());
-    // the raster with its halo; the blocks; and the result assembled from them
-    let ranked = 4.0 * (nx + margin) * (ny + margin) + 8.0 * nx * ny;
     let coarse = if coarser > 1.0 { 4.0 * nx * ny } else { 0.0 };
     // a block of a large circle with its halo, for one thread: sorted values, twice, with their cells and runs
     let side = (3.0 * radius / coarser).max(64.0);
     let [width, height] = [nx, ny].map(|cells| cells / (cells / side).round().max(1.0) + margin);
     let block = if radius >= LARGE { BLOCK_BYTES * width * height } else { 0.0 };
-    (ranked + coarse + block).max(2.0 * coarse + all) as u64
+    // the raster with its halo; the blocks; then the result that is assembled from them
+    let ranked = 4.0 * (nx + margin) * (ny + margin) + 4.0 * nx * ny + (4.0 * nx * ny).max(block);
+    (ranked + coarse).max(2.0 * coarse + all) as u64
 }
 
 /// A raster with a halo for the neighbourhoods of its outermost cells.
