@@ -49,14 +49,16 @@ fn every_file_begins_with_its_documentation() {
     }
 }
 
-/// rustfmt wraps code, and leaves comments as they are.
+/// rustfmt wraps code, and leaves comments as they are. Indentation does not count: the first line of documentation may
+/// have 120 characters, wherever it is.
 #[test]
-fn comments_fit_in_120_columns() {
+fn comments_fit_in_120_characters() {
     for path in all_sources() {
         let text = std::fs::read_to_string(&path).expect("a source file");
         for (row, line) in text.lines().enumerate() {
-            let is_long = line.trim_start().starts_with("//") && line.chars().count() > 120;
-            assert!(!is_long, "{}:{}: wrap this comment at 120 columns", path.display(), row + 1);
+            let comment = line.trim_start();
+            let is_long = comment.starts_with("//") && comment.chars().count() > "/// ".len() + 120;
+            assert!(!is_long, "{}:{}: wrap this comment at 120 characters", path.display(), row + 1);
         }
     }
 }

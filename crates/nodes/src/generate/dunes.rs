@@ -36,8 +36,7 @@ params! {
     repose: f64 = 33.0, Degrees, 10.0..=45.0, soft 30..=35;
     /// How much ridges wind and vary in height: 0 for straight, even ridges.
     waviness: f64 = 0.5, One, 0.0..=1.0, when form = "transverse";
-    /// How much crescents differ: in size, in the length of their horns, in direction, and in number from place to
-    /// place.
+    /// How much crescents differ: in size, in the length of their horns, in direction, and in number from place to place.
     variety: f64 = 0.7, One, 0.0..=1.0, when form = "barchan";
     /// Random seed of the dunes.
     seed: Seed = Seed(0), Count, ..;

@@ -33,8 +33,7 @@ params! {
     size: f64 = 8e3, Metres, 1.0..=1e7, soft 500..=50e3;
     /// How much faster broken rock on faults and joints erodes: the natural logarithm of the factor.
     broken: f64 = 0.8, One, 0.0..=5.0, soft 0..=2;
-    /// Distance between faults that cross the strike; those along it are twice as far apart, joints four times as
-    /// close.
+    /// Distance between faults that cross the strike; those along it are twice as far apart, joints four times as close.
     spacing: f64 = 5e3, Metres, 10.0..=1e6, soft 500..=50e3;
     /// Erosion rate of mean rock, for the `reference_rate` of `StreamPower`.
     rate: f64 = 4e-4, MetresPerYear, 0.0..=1.0, soft 0.0..=0.005;

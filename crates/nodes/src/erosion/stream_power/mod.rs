@@ -175,8 +175,7 @@ outputs! {
     sediment_flux: Scalar(CubicMetresPerYear);
     /// The rock in depth at the end: the layers of `strata`, raised by the uplift. Without that input a single layer.
     strata: Strata;
-    /// The rock that rose, left the world and remains, with the error of the balance; with the margin of `inland`
-    /// sides.
+    /// The rock that rose, left the world and remains, with the error of the balance; with the margin of `inland` sides.
     report: Report;
 }
 

@@ -40,8 +40,7 @@ params! {
     seasonality: f64 = 8.0, Celsius, 0.0..=40.0, soft 0..=15;
     /// Lapse rate: cooling of the air with height.
     lapse_rate: f64 = 6.5, KelvinsPerKilometre, 0.0..=15.0, soft 4..=10;
-    /// Effect of the wind on where snow falls: at 1 the most exposed places get none and the most sheltered twice the
-    /// mean.
+    /// Effect of the wind on where snow falls: at 1 the most exposed places get none and the most sheltered twice the mean.
     wind: f64 = 0.4, One, 0.0..=1.0;
     /// Azimuth from which the wind blows, clockwise from north.
     wind_azimuth: f64 = 270.0, Degrees, 0.0..=360.0;
