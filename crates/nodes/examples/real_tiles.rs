@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn read(path: &Path) -> Result<Field, Box<dyn Error>> {
-    Ok(raster::height_field(raster::read(path)?, [0.0, 1.0], None).map_err(|problem| problem.to_string())?)
+    Ok(raster::height_field(raster::read(path)?, [0.0, 1.0], None).map_err(|problem| problem.to_string())?.field)
 }
 
 fn report(height: &Field) -> Result<Report, Box<dyn Error>> {

@@ -17,7 +17,7 @@ use crate::{
     },
     files::{
         archive,
-        heightfile::{self, Scale},
+        heightfile::{self, FILLED, Scale},
     },
     report::{
         failure::{Exit, Failure, reason},
@@ -80,7 +80,7 @@ impl Args {
         let request = Request::new(&self.file, &changes, &orograph_nodes::registry(), true)?;
         let parameters = self.vary.iter().map(|vary| Parameter::of(&request.document, vary));
         let parameters = parameters.collect::<Result<Vec<_>, _>>()?;
-        let target = heightfile::read(&self.target, &self.scale)?;
+        let target = heightfile::read(&self.target, &self.scale, FILLED)?.field;
         let (builder, cancel) = (Builder::new(&self.means, REMEMBERED)?, stop::on_interrupt()?);
         let fit = Fit::new(&request, &builder, &target, parameters, &cancel)?;
         let tell = |number: usize, trial: &Trial| {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use orograph_graph::{Field, Measure, Report, Unit, plain};
-use orograph_nodes::measure::compare::Kind;
+use orograph_nodes::{measure::compare::Kind, raster::Heights};
 use serde_json::{Value, json};
 
 use super::sea::Sea;
@@ -20,8 +20,8 @@ use crate::{
 
 /// Measures a height file and compares it with a reference
 ///
-/// Reads GeoTIFF, grey PNG, OpenEXR, ESRI ASCII, SRTM (.hgt), .r16 and .r32, and fills voids. The manual describes each
-/// measure: see the nodes of the category `measure` (`orograph nodes`), which run with their defaults. Curves and
+/// Reads GeoTIFF, grey PNG, OpenEXR, ESRI ASCII, SRTM (.hgt), .r16 and .r32. Cells without data are not measured; for
+/// the score they are filled. The manual describes each measure: see the nodes of the category `measure` (`orograph nodes`), which run with their defaults. Curves and
 /// histograms are in the JSON; `--plots` draws them. With a sea (from the JSON beside the heights, or `--sea`), only
 /// the terrain above it is measured.
 ///
@@ -56,6 +56,8 @@ pub struct Args {
 struct Measured<'a> {
     path: &'a Path,
     height: Field,
+    /// Where the file has data, if it has voids.
+    data: Option<Field>,
     report: Report,
 }
 
@@ -63,9 +65,10 @@ impl Args {
     pub(super) fn run(self) -> Result<(), Failure> {
         let (registry, cancel) = (orograph_nodes::registry(), stop::on_interrupt()?);
         let measured = |path| -> Result<Measured<'_>, Failure> {
-            let height = self.sea.around(heightfile::read(path, &self.scale)?);
-            let report = measure::measure(&height, &registry, &cancel)?;
-            Ok(Measured { path, height, report })
+            let Heights { field, data } = heightfile::read(path, &self.scale, "are left out")?;
+            let height = self.sea.around(field);
+            let report = measure::measure(&height, data.as_ref(), &registry, &cancel)?;
+            Ok(Measured { path, height, data, report })
         };
         let field = measured(&self.file)?;
         let kind = self.against.as_deref().map(kind).transpose()?.flatten();
@@ -73,8 +76,9 @@ impl Args {
         let reference = file.map(measured).transpose()?;
         let distance = match (&reference, kind) {
             (Some(reference), _) => {
+                let known: Vec<&Field> = field.data.iter().chain(&reference.data).collect();
                 let (own, other) = ((&field.height, &field.report), (&reference.height, &reference.report));
-                Some(measure::distance(own, other, &cancel)?)
+                Some(measure::distance(own, other, &known, &cancel)?)
             }
             (None, Some(kind)) => {
                 let compared = measure::compare(&field.height, Against::Kind(kind), &cancel)?;

@@ -18,7 +18,7 @@ use crate::{
     export::picture,
     files::{
         archive::is_archive,
-        heightfile::{self, Scale},
+        heightfile::{self, FILLED, Scale},
     },
     report::{
         failure::{Failure, reason, remedy},
@@ -130,7 +130,7 @@ impl Args {
             )));
         }
         self.means.backend.check()?;
-        let height = self.sea.around(heightfile::read(&self.file, &self.scale)?);
+        let height = self.sea.around(heightfile::read(&self.file, &self.scale, FILLED)?.field);
         match self.view {
             View::Map => Ok(picture::of_height(&height, picture::View::Map)),
             View::Hillshade => Ok(picture::of_height(&height, picture::View::Hillshade)),

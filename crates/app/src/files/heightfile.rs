@@ -2,10 +2,16 @@
 
 use std::path::Path;
 
-use orograph_graph::{Field, Window, World, files};
-use orograph_nodes::raster::{self, Problem};
+use orograph_graph::{Window, World, files};
+use orograph_nodes::raster::{self, Heights, Problem};
 
-use crate::report::failure::Failure;
+use crate::report::{
+    failure::Failure,
+    terminal::{self, Page},
+};
+
+/// What becomes of voids, unless they are left out.
+pub const FILLED: &str = "are filled from those around";
 
 /// Properties that a height file may not state itself.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -48,10 +54,11 @@ fn range(text: &str) -> Result<[f64; 2], String> {
 }
 
 /// Reads a height file of any known format, with voids filled, over its own world, with the sea level of its side file.
+/// Prints what is assumed about it; `done` says what becomes of voids, such as `are filled`.
 ///
 /// # Errors
 /// When it is not a height file, or neither the file nor `scale` states its cell size or the heights of its codes.
-pub fn read(path: &Path, scale: &Scale) -> Result<Field, Failure> {
+pub fn read(path: &Path, scale: &Scale, done: &str) -> Result<Heights, Failure> {
     files::settle(path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new(".")));
     let raster = raster::read(path).map_err(|error| {
         let remedy = match &error.problem {
@@ -68,18 +75,25 @@ pub fn read(path: &Path, scale: &Scale) -> Result<Field, Failure> {
     if raster.head.coding.is_some_and(|coding| coding.range.is_none()) && scale.range.is_none() {
         return Err(wrong("has integer codes without a height range", "add the range: `--range 0,2500`"));
     }
-    let field = raster::height_field(raster, scale.range.unwrap_or([0.0, 1.0]), scale.cell);
-    let field = field.map_err(|problem| match problem {
+    let (head, voids) = (raster.head.clone(), raster.voids);
+    let heights = raster::height_field(raster, scale.range.unwrap_or([0.0, 1.0]), scale.cell);
+    let Heights { field, data } = heights.map_err(|problem| match problem {
         Problem::NoCellSize => wrong("does not state its cell size", "add it in metres: `--cell 30`"),
         problem @ Problem::OutOfMemory(_) => {
             Failure::unable(format!("`{}`: {problem}", path.display())).hint(problem.remedy())
         }
         problem => Failure::wrong(format!("`{}`: {problem}", path.display())).hint(problem.remedy()),
     })?;
+    let of_scale = if scale.cell.is_none() { head.scale_remarks() } else { Vec::new() };
+    for remark in head.notes.iter().cloned().chain(of_scale).chain(voids.remarks(&head, done)) {
+        let warning = Page::stderr().doubtful("warning:");
+        terminal::remark(&format!("{warning} `{}`: {remark}\n", path.display()));
+    }
     let sea_level = raster::sea_level(path).map_err(|error| {
         let remedy = error.remedy();
         Failure::wrong(error.to_string()).hint(remedy)
     })?;
     let window = *field.window();
-    Ok(field.crop(&Window { world: World { sea_level, ..window.world }, ..window }))
+    let window = Window { world: World { sea_level, ..window.world }, ..window };
+    Ok(Heights { field: field.crop(&window), data: data.map(|data| data.crop(&window)) })
 }

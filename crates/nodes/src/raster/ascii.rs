@@ -8,7 +8,7 @@
 use orograph_graph::memory::zeroed;
 
 use super::{
-    Cell, GoOn, Problem, claimed_cells, looks_geographic,
+    ASSUMED_DEGREES, Cell, GoOn, Problem, claimed_cells, looks_geographic,
     reader::{Bytes, Each, Head, Reader, Rows, Source},
 };
 
@@ -54,6 +54,7 @@ pub(super) fn open(source: Source<'_>) -> Result<Reader<'_>, Problem> {
     // a cell needs at least a digit and a blank
     claimed_cells(columns, rows, 2, source.length + 1, 1)?;
     let mut head = Head::new(columns as usize, rows as usize);
+    head.assumes_voids = header.nodata.is_none();
     header.place(&mut head);
     let grid = Grid { words, head: head.clone(), nodata: header.nodata };
     Ok(Reader { head, rows: Box::new(grid) })
@@ -218,6 +219,7 @@ impl Header {
         head.origin = Some(origin);
         if looks_geographic(origin, [dx, dy], head.columns, head.rows) {
             head.cell = Some(Cell::Degrees([dx, dy]));
+            head.notes.push(ASSUMED_DEGREES.to_owned());
         }
     }
 }
@@ -236,7 +238,7 @@ mod tests {
         let text = b"NCOLS 3\r\nnrows 2\nXLLCENTER 500015\nyllCenter 4000015\nCellSize 30\nnodata_VALUE -9999\n\
                      1 2.5 -9999\n4e1 nan -6\n";
         let raster = read(text).unwrap();
-        assert_eq!((raster.head.columns, raster.head.rows, raster.voids()), (3, 2, 2));
+        assert_eq!((raster.head.columns, raster.head.rows, raster.voids.cells), (3, 2, 2));
         assert_eq!((raster.samples[1], raster.samples[3], raster.samples[5]), (2.5, 40.0, -6.0));
         assert_eq!(raster.head.cell, Some(Cell::Metres([30.0, 30.0])));
         assert_eq!(raster.head.origin, Some([500_000.0, 4_000_060.0]));

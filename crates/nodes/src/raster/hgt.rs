@@ -70,7 +70,7 @@ mod tests {
         let posts: [i16; 9] = [1, 2, 3, VOID, 5, 6, -7, 8, 4320];
         let bytes: Vec<u8> = posts.iter().flat_map(|v| v.to_be_bytes()).collect();
         let raster = read(&bytes, "N40W106").unwrap();
-        assert_eq!((raster.head.columns, raster.head.rows, raster.voids()), (3, 3, 1));
+        assert_eq!((raster.head.columns, raster.head.rows, raster.voids.cells), (3, 3, 1));
         assert_eq!((raster.samples[0], raster.samples[6], raster.samples[8]), (1.0, -7.0, 4320.0));
         assert_eq!(raster.head.cell, Some(Cell::Degrees([0.5, 0.5])));
         assert_eq!(raster.head.origin, Some([-106.25, 41.25]));

@@ -26,6 +26,7 @@ mod png;
 mod raw;
 mod reader;
 mod recognise;
+mod remarks;
 mod resample;
 mod sidecar;
 mod srgb;
@@ -38,10 +39,11 @@ use std::path::Path;
 pub use error::{Problem, RasterError};
 pub use fill::fill_voids;
 pub use format::{Content, Format, Meta, Writing};
-pub use metric::height_field;
+pub use metric::{Heights, height_field};
 pub use part::replace;
 pub use reader::{Each, Head, Reader};
 pub use recognise::recognise;
+pub use remarks::{Voids, presence};
 pub use resample::{GridAxis, Resampler, resample};
 pub use sidecar::{Sidecar, sea_level, sidecar_path};
 pub use srgb::srgb_bytes;
@@ -70,6 +72,8 @@ pub struct Raster {
     pub head: Head,
     /// Samples row by row, north first; NaN where there is no data.
     pub samples: Vec<f32>,
+    /// The cells without data.
+    pub voids: Voids,
 }
 
 /// Size of a raster's cell.
@@ -79,6 +83,8 @@ pub enum Cell {
     Metres([f64; 2]),
     /// Width in degrees of longitude and height in degrees of latitude.
     Degrees([f64; 2]),
+    /// Width and height in metres of Web Mercator (EPSG:3857), which are longer than metres on the ground.
+    Mercator([f64; 2]),
 }
 
 /// Integer codes over a range: 0 for its low end, `full` for its high end.
@@ -90,13 +96,24 @@ pub struct Coding {
     pub range: Option<[f64; 2]>,
 }
 
-impl Raster {
-    /// Returns the number of voids.
-    #[must_use]
-    pub fn voids(&self) -> usize {
-        self.samples.iter().filter(|v| v.is_nan()).count()
-    }
+/// Conversion of stored samples to values: `value = scale * sample + offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scaling {
+    /// Value of a step of the samples.
+    pub scale: f64,
+    /// Value of the sample 0.
+    pub offset: f64,
+}
 
+impl Scaling {
+    fn apply(self, samples: &mut [f32]) {
+        for v in samples {
+            *v = (self.scale * f64::from(*v) + self.offset) as f32;
+        }
+    }
+}
+
+impl Raster {
     /// Converts codes to numbers by the range of the file, or else by `range`. Numbers are unchanged.
     #[must_use]
     pub fn decoded(mut self, range: [f64; 2]) -> Self {
@@ -158,6 +175,10 @@ fn claimed_cells(columns: u64, rows: u64, bytes_per_cell: u64, held: u64, ratio:
         _ => Err(Problem::TooLarge { columns, rows }),
     }
 }
+
+/// The note on a file of [`looks_geographic`].
+const ASSUMED_DEGREES: &str =
+    "the file names no coordinate system; its coordinates are taken as longitude and latitude in degrees";
 
 /// Returns true if a grid of unknown reference system appears to be in longitude and latitude: its cells are at most a
 /// tenth of a degree, and all of it lies on the globe. A survey in metres with its origin at zero and a width of a few

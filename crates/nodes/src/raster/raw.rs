@@ -21,7 +21,8 @@ pub(super) fn open_r16<'a>(source: Source<'a>, sidecar: Option<&Sidecar>) -> Res
 
 /// Opens 32-bit numbers.
 pub(super) fn open_r32<'a>(source: Source<'a>, sidecar: Option<&Sidecar>) -> Result<Reader<'a>, Problem> {
-    let head = head(source.length, 4, sidecar)?;
+    let mut head = head(source.length, 4, sidecar)?;
+    head.assumes_voids = sidecar.is_none();
     let numbers = Numbers { source, head: head.clone(), number: f32::from_le_bytes };
     Ok(Reader { head, rows: Box::new(numbers) })
 }
@@ -104,7 +105,7 @@ mod tests {
         let bytes: Vec<u8> = [1.5_f32, f32::NAN, -2.0].iter().flat_map(|v| v.to_le_bytes()).collect();
         let sidecar = |columns, rows| Sidecar { columns: Some(columns), rows: Some(rows), ..Sidecar::default() };
         let raster = read_r32(&bytes, Some(&sidecar(3, 1))).unwrap();
-        assert_eq!((raster.head.columns, raster.head.rows, raster.voids()), (3, 1, 1));
+        assert_eq!((raster.head.columns, raster.head.rows, raster.voids.cells), (3, 1, 1));
         assert!(matches!(read_r32(&bytes, Some(&sidecar(2, 1))), Err(Problem::Damaged(_))));
         assert!(matches!(read_r32(&bytes, Some(&sidecar(30_000, 30_000))), Err(Problem::Lying { .. })));
         assert!(matches!(read_r32(&bytes, Some(&sidecar(0, 1))), Err(Problem::Empty { .. })));

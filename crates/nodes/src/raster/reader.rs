@@ -12,7 +12,8 @@ use std::{
 use orograph_graph::{input, memory::zeroed};
 
 use super::{
-    Cell, Coding, GoOn, MAX_CELLS, Problem, Raster, RasterError, Sidecar, VOID_FROM, ascii, exr, geotiff, hgt, png, raw,
+    Cell, Coding, GoOn, MAX_CELLS, Problem, Raster, RasterError, Scaling, Sidecar, VOID_FROM, Voids, ascii, exr,
+    geotiff, hgt, png, raw,
 };
 
 /// Samples of a block, of at least one row: a megabyte.
@@ -35,12 +36,28 @@ pub struct Head {
     pub origin: Option<[f64; 2]>,
     /// EPSG code of the coordinate reference system, if the file gives it.
     pub epsg: Option<u32>,
+    /// Conversion of stored samples to values, if the file gives one.
+    pub scaling: Option<Scaling>,
+    /// True if values that are customary for "no data" are voids: the file declares none of its own.
+    pub assumes_voids: bool,
+    /// What is assumed about the file, each a sentence without a full stop.
+    pub notes: Vec<String>,
 }
 
 impl Head {
     /// Creates the head of a raster of numbers without a place.
     pub(super) const fn new(columns: usize, rows: usize) -> Self {
-        Self { columns, rows, coding: None, cell: None, origin: None, epsg: None }
+        Self {
+            columns,
+            rows,
+            coding: None,
+            cell: None,
+            origin: None,
+            epsg: None,
+            scaling: None,
+            assumes_voids: false,
+            notes: Vec::new(),
+        }
     }
 
     /// Returns the rows of a block.
@@ -123,37 +140,43 @@ impl Reader<'_> {
         self.rows.may_have_voids()
     }
 
-    /// Passes on all rows in blocks, from north to south; voids are NaN.
+    /// Passes on all rows in blocks, from north to south; voids are NaN. Returns the voids.
     ///
     /// # Errors
     /// The [`Problem`] of the file, [`Problem::Stopped`] soon after `go_on` returned false, or the error of `each`.
-    pub fn read(self, go_on: GoOn<'_>, each: &mut Each<'_>) -> Result<(), Problem> {
-        let mut has_numbers = false;
-        self.rows.read(go_on, &mut |first, samples| {
+    pub fn read(self, go_on: GoOn<'_>, each: &mut Each<'_>) -> Result<Voids, Problem> {
+        let Self { head: Head { columns, rows, scaling, assumes_voids, .. }, rows: source } = self;
+        let mut voids = Voids::default();
+        source.read(go_on, &mut |first, samples| {
             if !go_on() {
                 return Err(Problem::Stopped);
+            }
+            if assumes_voids {
+                voids.assume(samples);
             }
             for v in samples.iter_mut() {
                 if v.is_nan() || v.abs() >= VOID_FROM {
                     *v = f32::NAN;
-                } else {
-                    has_numbers = true;
+                    voids.cells += 1;
                 }
+            }
+            if let Some(scaling) = scaling {
+                scaling.apply(samples);
             }
             each(first, samples)
         })?;
-        if has_numbers { Ok(()) } else { Err(Problem::AllVoid) }
+        if voids.cells < columns * rows { Ok(voids) } else { Err(Problem::AllVoid) }
     }
 
     /// Reads the whole raster.
     pub(super) fn raster(self, go_on: GoOn<'_>) -> Result<Raster, Problem> {
         let head = self.head.clone();
         let mut samples = zeroed(head.columns * head.rows)?;
-        self.read(go_on, &mut |first, block| {
+        let voids = self.read(go_on, &mut |first, block| {
             samples[first * head.columns..][..block.len()].copy_from_slice(block);
             Ok(())
         })?;
-        Ok(Raster { head, samples })
+        Ok(Raster { head, samples, voids })
     }
 }
 

@@ -110,7 +110,7 @@ impl Checked {
             let cell = metres(cell_m);
             notes.push(format!("expected on cells of {}, but those of the world are {cell}", metres(asked)));
         }
-        let report = measure(&gathered.finish(), registry, cancel)?;
+        let report = measure(&gathered.finish(), None, registry, cancel)?;
         let figure = |expectation: &Expectation| {
             let value = report.get(expectation.measure.name).unwrap_or(f64::NAN);
             let name = expectation.measure.name;

@@ -11,7 +11,7 @@ use crate::{
 fn model(name: &str) -> Field {
     let path = format!("{}/../../tests/data/dems/{name}.tif", env!("CARGO_MANIFEST_DIR"));
     let read = raster::read(path.as_ref()).expect("the test's data");
-    raster::height_field(read, [0.0, 1.0], None).expect("a field")
+    raster::height_field(read, [0.0, 1.0], None).expect("a field").field
 }
 
 fn compared(kind: &'static str, inputs: &[(&str, &Field)]) -> Report {

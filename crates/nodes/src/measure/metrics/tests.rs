@@ -160,7 +160,7 @@ fn seven_elevation_models_measure_as_expected() {
     let expected: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     for (model, expected) in expected.as_object().expect("models") {
         let raster = crate::raster::read(format!("{folder}/{model}.tif").as_ref()).expect("the test's data");
-        let height = crate::raster::height_field(raster, [0.0, 1.0], None).expect("a field");
+        let height = crate::raster::height_field(raster, [0.0, 1.0], None).expect("a field").field;
         let found = report(&height);
         for (name, value) in expected["measures"].as_object().expect("measures") {
             let value = value.as_f64().expect("a number");

@@ -28,6 +28,8 @@ pub(super) mod tag {
     pub const MODEL_TIEPOINT: u16 = 33922;
     pub const MODEL_TRANSFORMATION: u16 = 34264;
     pub const GEO_KEY_DIRECTORY: u16 = 34735;
+    pub const GEO_ASCII_PARAMS: u16 = 34737;
+    pub const GDAL_METADATA: u16 = 42112;
     pub const GDAL_NODATA: u16 = 42113;
 }
 
@@ -50,6 +52,8 @@ struct Entry {
 const MOST_TAGS: u64 = 0xffff;
 /// Maximum number of values of a tag that has one per band, or few.
 const FEW: usize = 1 << 16;
+/// Maximum number of bytes of a text; the rest is not read.
+const LONGEST: usize = 1 << 20;
 
 /// Returns the bytes of a value of a field type. Returns None for types that are not used by the tags we read.
 const fn width(kind: u16) -> Option<usize> {
@@ -156,7 +160,7 @@ impl<'f, 'a> Directory<'f, 'a> {
     /// Returns the text of a tag, up to its terminating zero. Returns None if it is missing.
     pub(super) fn text(&self, name: u16) -> Result<Option<String>, Problem> {
         let Some(entry) = self.entries.get(&name) else { return Ok(None) };
-        let values = self.values(entry, FEW)?.unwrap_or_default();
+        let values = self.values(entry, LONGEST)?.unwrap_or_default();
         let end = values.iter().position(|byte| *byte == 0).unwrap_or(values.len());
         Ok(std::str::from_utf8(&values[..end]).ok().map(str::to_owned))
     }

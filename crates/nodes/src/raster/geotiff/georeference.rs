@@ -1,7 +1,10 @@
-//! Position and cell size of a GeoTIFF.
+//! Position and cell size of a GeoTIFF, and the unit of its values.
 
-use super::directory::{Directory, tag};
-use crate::raster::{Cell, Head, Problem, looks_geographic};
+use super::{
+    directory::{Directory, tag},
+    metadata::Items,
+};
+use crate::raster::{ASSUMED_DEGREES, Cell, Head, Problem, Scaling, looks_geographic};
 
 /// The keys of the GeoKey directory that are read.
 mod key {
@@ -9,15 +12,24 @@ mod key {
     pub const RASTER_TYPE: u64 = 1025;
     pub const GEOGRAPHIC_TYPE: u64 = 2048;
     pub const PROJECTED_TYPE: u64 = 3072;
+    pub const PROJECTION: u64 = 3075;
     pub const LINEAR_UNITS: u64 = 3076;
+    pub const VERTICAL_UNITS: u64 = 4099;
 }
+
+/// EPSG codes of Web Mercator, among them withdrawn ones and those of Esri and of early web maps.
+const WEB_MERCATOR: [u32; 5] = [3857, 3785, 900_913, 102_100, 102_113];
+/// Codes of other cylindrical projections of the whole world, whose metres are not metres on the ground.
+const CYLINDRICAL: [u32; 7] = [3395, 3832, 3994, 4087, 6933, 54_001, 54_004];
+/// Values of the key of the projection for the same: Mercator, equirectangular, cylindrical of equal area.
+const CYLINDRICAL_METHODS: [u64; 3] = [7, 17, 28];
 
 /// Code for "given by other keys".
 const USER_DEFINED: u64 = 32_767;
 
-/// Reads cell size, north-west corner and reference system from the tags. Returns true if the first row is the
-/// southernmost; the rotation of a raster that is not aligned with the axes is ignored.
-pub(super) fn read(directory: &Directory<'_, '_>, head: &mut Head) -> Result<bool, Problem> {
+/// Reads cell size, north-west corner, reference system and the conversion of samples to metres from the tags. Returns
+/// true if the first row is the southernmost.
+pub(super) fn read(directory: &Directory<'_, '_>, items: &Items, head: &mut Head) -> Result<bool, Problem> {
     let keys = directory.numbers(tag::GEO_KEY_DIRECTORY)?;
     // four shorts of header, then four per key: name, location of its value (0 = here), count, value
     let find = |name: u64| {
@@ -27,34 +39,87 @@ pub(super) fn read(directory: &Directory<'_, '_>, head: &mut Head) -> Result<boo
     let geographic = find(key::GEOGRAPHIC_TYPE);
     let projected = find(key::PROJECTED_TYPE);
     head.epsg = projected.or(geographic).and_then(|code| u32::try_from(code).ok()).filter(|code| *code > 0);
-    let Some(transform) = transform(directory)? else { return Ok(false) };
-    let [a, b, c, d, e, f] = transform;
-    let cell = [(a * a + d * d).sqrt(), (b * b + e * e).sqrt()];
-    if !(cell.iter().all(|side| side.is_finite() && *side > 0.0) && c.is_finite() && f.is_finite()) {
+    head.scaling = scaling(items, find(key::VERTICAL_UNITS), &mut head.notes)?;
+    let Some([a, b, c, d, e, f]) = transform(directory)? else {
+        if directory.has(tag::MODEL_TIEPOINT) {
+            head.notes.push("the file is placed by ground control points, which are not read".to_owned());
+        }
+        return Ok(false);
+    };
+    let cell = [a.abs(), e.abs()];
+    if ![a, b, c, d, e, f].iter().all(|number| number.is_finite()) {
+        return Err(Problem::damaged("its cells have no size"));
+    }
+    // by more than a hundredth of a cell from one side to the other
+    if a < 0.0 || b.abs() * head.rows as f64 > 0.01 * cell[0] || d.abs() * head.columns as f64 > 0.01 * cell[1] {
+        return Err(Problem::Unsupported {
+            what: "a raster that is rotated or mirrored".into(),
+            remedy: "turn it to the north: `gdalwarp in.tif out.tif`",
+        });
+    }
+    if cell.contains(&0.0) {
         return Err(Problem::damaged("its cells have no size"));
     }
     let mut origin = [c, f];
     if find(key::RASTER_TYPE) == Some(2) {
         // the given position is that of a cell's centre, not of its corner
-        origin = [c - 0.5 * (a + b), f - 0.5 * (d + e)];
+        origin = [c - 0.5 * a, f - 0.5 * e];
     }
     if e > 0.0 {
-        let rows = head.rows as f64;
-        origin = [origin[0] + b * rows, origin[1] + e * rows];
+        origin[1] += e * head.rows as f64;
     }
-    let in_degrees = match model {
-        Some(2) => true,
-        Some(_) => false,
-        None => geographic.is_some() || looks_geographic(origin, cell, head.columns, head.rows),
-    };
     head.origin = Some(origin);
-    head.cell = Some(if in_degrees {
-        Cell::Degrees(cell)
-    } else {
-        let metres = metres_per_unit(find(key::LINEAR_UNITS))?;
-        Cell::Metres(cell.map(|side| side * metres))
+    head.cell = Some(match model {
+        Some(2) => Cell::Degrees(cell),
+        None if geographic.is_some() => Cell::Degrees(cell),
+        None if projected.is_none() && looks_geographic(origin, cell, head.columns, head.rows) => {
+            head.notes.push(ASSUMED_DEGREES.to_owned());
+            Cell::Degrees(cell)
+        }
+        _ => {
+            let names = directory.text(tag::GEO_ASCII_PARAMS)?.unwrap_or_default();
+            let metres = metres_per_unit(find(key::LINEAR_UNITS))?;
+            let cell = cell.map(|side| side * metres);
+            projected_cell(cell, head.epsg, find(key::PROJECTION), &names)?
+        }
     });
     Ok(e > 0.0)
+}
+
+/// Returns the size of a cell of a projected reference system: its code, its projection, and the names in the file.
+fn projected_cell(cell: [f64; 2], epsg: Option<u32>, method: Option<u64>, names: &str) -> Result<Cell, Problem> {
+    let names = names.to_ascii_lowercase();
+    let is_named = ["web_mercator", "pseudo-mercator", "popular visualisation"].iter().any(|name| names.contains(name));
+    if epsg.map_or(is_named, |code| WEB_MERCATOR.contains(&code)) {
+        return Ok(Cell::Mercator(cell));
+    }
+    let is_cylindrical = epsg.is_some_and(|code| CYLINDRICAL.contains(&code));
+    if is_cylindrical || method.is_some_and(|method| CYLINDRICAL_METHODS.contains(&method)) {
+        return Err(Problem::Unsupported {
+            what: "a map projection of the whole world, whose metres are not those on the ground,".into(),
+            remedy: REPROJECT,
+        });
+    }
+    Ok(Cell::Metres(cell))
+}
+
+/// Returns the conversion of samples to metres by scale, offset and unit. Returns None if they are metres.
+fn scaling(items: &Items, key: Option<u64>, notes: &mut Vec<String>) -> Result<Option<Scaling>, Problem> {
+    let metres = match items.unit.as_deref().map(str::to_ascii_lowercase).as_deref() {
+        None => metres_per_unit(key)?,
+        Some("m" | "metre" | "metres" | "meter" | "meters") => 1.0,
+        Some("ft" | "foot" | "feet" | "international foot") => FOOT,
+        Some("us-ft" | "ftus" | "ussurveyfoot" | "us survey foot" | "foot_us") => SURVEY_FOOT,
+        Some(other) => {
+            notes.push(format!(
+                "the unit `{}` of its values is not known; they are taken as metres",
+                other.escape_debug()
+            ));
+            1.0
+        }
+    };
+    let scaling = Scaling { scale: metres * items.scale.unwrap_or(1.0), offset: metres * items.offset.unwrap_or(0.0) };
+    Ok(Some(scaling).filter(|scaling| *scaling != Scaling { scale: 1.0, offset: 0.0 }))
 }
 
 /// Returns the map from (column, row) to (x, y): `x = a column + b row + c`, `y = d column + e row + f`. Returns None
@@ -71,15 +136,20 @@ fn transform(directory: &Directory<'_, '_>) -> Result<Option<[f64; 6]>, Problem>
     Ok(Some([sx, 0.0, x - i * sx, 0.0, -sy, y + j * sy]))
 }
 
+/// Metres in an international foot and in a foot of the United States' survey.
+const FOOT: f64 = 0.3048;
+const SURVEY_FOOT: f64 = 1200.0 / 3937.0;
+const REPROJECT: &str = "reproject it to metres: `gdalwarp -t_srs EPSG:32632 in.tif out.tif`, with the zone it lies in";
+
 fn metres_per_unit(code: Option<u64>) -> Result<f64, Problem> {
     match code {
         None | Some(0 | 9001) => Ok(1.0),
-        Some(9002) => Ok(0.3048),
-        Some(9003) => Ok(1200.0 / 3937.0),
+        Some(9002) => Ok(FOOT),
+        Some(9003) => Ok(SURVEY_FOOT),
         Some(9036) => Ok(1000.0),
         Some(other) => Err(Problem::Unsupported {
             what: format!("a reference system in units of EPSG code {other}"),
-            remedy: "reproject it to metres: `gdalwarp -t_srs EPSG:32632 in.tif out.tif`, with the zone it lies in",
+            remedy: REPROJECT,
         }),
     }
 }

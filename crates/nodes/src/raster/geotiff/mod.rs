@@ -14,11 +14,13 @@
 mod chunks;
 mod directory;
 mod georeference;
+mod metadata;
 mod unpack;
 mod write;
 
 use chunks::{Layout, Tiff};
 use directory::{Directory, tag};
+use metadata::Items;
 pub(super) use write::Frame;
 
 use super::{
@@ -35,7 +37,13 @@ pub(super) fn open(source: Source<'_>) -> Result<Reader<'_>, Problem> {
     let layout = Layout::new(&directory, columns, rows, file.length())?;
     let nodata = directory.text(tag::GDAL_NODATA)?.and_then(|text| text.trim().parse::<f64>().ok());
     let mut head = Head::new(columns as usize, rows as usize);
-    let is_south_up = georeference::read(&directory, &mut head)?;
+    head.assumes_voids = nodata.is_none();
+    let bands = directory.number(tag::SAMPLES_PER_PIXEL)?.unwrap_or(1);
+    if bands > 1 {
+        head.notes.push(format!("the file has {bands} bands; the first is read"));
+    }
+    let items = directory.text(tag::GDAL_METADATA)?.map(|xml| Items::parse(&xml)).transpose()?.unwrap_or_default();
+    let is_south_up = georeference::read(&directory, &items, &mut head)?;
     let tiff = Tiff::new(file, layout, nodata, is_south_up)?;
     Ok(Reader { head, rows: Box::new(tiff) })
 }

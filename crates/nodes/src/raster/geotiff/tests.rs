@@ -1,7 +1,7 @@
 //! Tests of the GeoTIFF reader and writer.
 
 use super::{directory::tag, *};
-use crate::raster::{Cell, Raster, tests::memory};
+use crate::raster::{Cell, Raster, Voids, tests::memory};
 
 fn read(bytes: &[u8]) -> Result<Raster, Problem> {
     open(memory(bytes))?.raster(&|| true)
@@ -137,6 +137,98 @@ fn feet_become_metres_and_unknown_units_are_refused() {
     assert!(matches!(with_units(9014), Err(Problem::Unsupported { .. })));
 }
 
+/// Reads a raster of one cell with GeoKeys (name, value) and other tags.
+fn keyed(keys: &[[u16; 2]], scale: f64, extra: &[(u16, u16, Vec<u8>)]) -> Result<Raster, Problem> {
+    let mut directory = vec![1, 1, 0, keys.len() as u16];
+    directory.extend(keys.iter().flat_map(|[name, value]| [*name, 0, 1, *value]));
+    let mut tags = vec![
+        (tag::MODEL_PIXEL_SCALE, 12, reals(&[scale, scale, 0.0])),
+        (tag::MODEL_TIEPOINT, 12, reals(&[0.0, 0.0, 0.0, -11_169_055.58, 2_800_000.0, 0.0])),
+        (tag::GEO_KEY_DIRECTORY, 3, shorts(&directory)),
+    ];
+    tags.extend(extra.iter().cloned());
+    read(&tiff(1, 1, &[7], &tags))
+}
+
+#[test]
+fn web_mercator_is_recognised_and_other_world_maps_are_refused() {
+    let cell =
+        |keys: &[[u16; 2]], extra: &[_]| keyed(keys, 30.0, extra).map(|raster| raster.head.cell.expect("a cell"));
+    let named = |name: &str| [(tag::GEO_ASCII_PARAMS, 2, format!("{name}|\0").into_bytes())];
+    for epsg in [3857, 3785] {
+        assert_eq!(cell(&[[1024, 1], [3072, epsg]], &[]).expect("readable"), Cell::Mercator([30.0; 2]));
+    }
+    // as Esri's programs write it
+    let esri = cell(&[[1024, 1], [3072, 32_767], [3075, 7]], &named("WGS_1984_Web_Mercator_Auxiliary_Sphere"));
+    assert_eq!(esri.expect("readable"), Cell::Mercator([30.0; 2]));
+    assert_eq!(cell(&[[1024, 1], [3072, 32_632]], &[]).expect("readable"), Cell::Metres([30.0; 2]));
+    for keys in [[[1024, 1], [3072, 3395]], [[1024, 1], [3072, 4087]], [[1024, 1], [3075, 7]]] {
+        match cell(&keys, &[]) {
+            Err(Problem::Unsupported { remedy, .. }) => assert!(remedy.contains("gdalwarp"), "{remedy}"),
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn samples_become_metres_by_scale_offset_and_unit() {
+    let item = |role: &str, text: &str| format!("<Item name=\"X\" sample=\"0\" role=\"{role}\">{text}</Item>");
+    let value = |items: &[String], unit: Option<u16>| {
+        let xml = format!("<GDALMetadata>{}</GDALMetadata>\0", items.concat());
+        let keys: Vec<[u16; 2]> = [[1024, 1]].into_iter().chain(unit.map(|unit| [4099, unit])).collect();
+        keyed(&keys, 30.0, &[(tag::GDAL_METADATA, 2, xml.into_bytes())])
+    };
+    let known = |items: &[String], unit| value(items, unit).expect("readable").samples[0];
+    assert_eq!(known(&[], None), 7.0);
+    assert_eq!(known(&[item("scale", "0.1"), item("offset", "-100")], None), -99.3);
+    assert_eq!(known(&[], Some(9002)), (7.0_f64 * 0.3048) as f32);
+    assert_eq!(known(&[item("unittype", "US survey foot")], Some(9001)), (7.0 * 1200.0 / 3937.0) as f32);
+    assert_eq!(known(&[item("scale", "0.5"), item("unittype", "ft")], None), (3.5_f64 * 0.3048) as f32);
+    assert!(matches!(value(&[], Some(9014)), Err(Problem::Unsupported { .. })));
+    let odd = value(&[item("unittype", "fathom")], None).expect("readable");
+    assert!(odd.samples == [7.0] && odd.head.notes[0].contains("`fathom`"), "{:?}", odd.head.notes);
+}
+
+#[test]
+fn rotated_and_mirrored_rasters_are_refused() {
+    let read = |a: f64, b: f64, d: f64, e: f64| {
+        let transform = reals(&[a, b, 0.0, 500.0, d, e, 0.0, 900.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        read(&tiff(2, 3, &[1, 2, 3, 4, 5, 6], &[(tag::MODEL_TRANSFORMATION, 12, transform)]))
+    };
+    // 30 degrees; a quarter turn; from east to west
+    for [a, b, d, e] in [[8.66, 5.0, 5.0, -8.66], [0.0, 10.0, 10.0, 0.0], [-10.0, 0.0, 0.0, -10.0]] {
+        match read(a, b, d, e) {
+            Err(Problem::Unsupported { remedy, .. }) => assert!(remedy.contains("gdalwarp"), "{remedy}"),
+            other => panic!("{other:?}"),
+        }
+    }
+    assert_eq!(read(10.0, 1e-9, 1e-9, -10.0).expect("rounding").head.cell, Some(Cell::Metres([10.0; 2])));
+    assert!(matches!(read(10.0, 0.0, 0.0, 0.0), Err(Problem::Damaged(_))));
+    assert!(matches!(read(f64::NAN, 0.0, 0.0, -10.0), Err(Problem::Damaged(_))));
+}
+
+#[test]
+fn customary_values_are_voids_unless_the_file_declares_its_own() {
+    let signed = (tag::SAMPLE_FORMAT, 3, shorts(&[2]));
+    let samples = [-9999_i16, 12, -32_768, -32_767].map(|v| v as u16);
+    let raster = read(&tiff(4, 1, &samples, std::slice::from_ref(&signed))).expect("readable");
+    assert_eq!((raster.samples[1], raster.voids), (12.0, Voids { cells: 3, assumed: 3 }));
+    let remarks = raster.voids.remarks(&raster.head, "are filled");
+    assert!(remarks.len() == 2 && remarks[0].contains("-9999") && remarks[1].contains("3 of 4"), "{remarks:?}");
+    let declared = (tag::GDAL_NODATA, 2, b"-32768\0".to_vec());
+    let raster = read(&tiff(4, 1, &samples, &[signed, declared])).expect("readable");
+    assert_eq!(raster.samples[0], -9999.0);
+    assert_eq!(raster.voids, Voids { cells: 1, assumed: 0 });
+}
+
+#[test]
+fn the_first_of_several_bands_is_read_and_the_user_told() {
+    let bands = [(tag::SAMPLES_PER_PIXEL, 3, shorts(&[2])), (tag::BITS_PER_SAMPLE, 3, shorts(&[16, 16]))];
+    let raster = read(&tiff(2, 1, &[1, 90, 2, 91], &bands)).expect("readable");
+    assert_eq!(raster.samples, [1.0, 2.0]);
+    assert!(raster.head.notes[0].contains("2 bands"), "{:?}", raster.head.notes);
+}
+
 #[test]
 fn a_header_that_claims_gigabytes_is_refused() {
     let small = [0_u16; 400];
@@ -176,5 +268,5 @@ fn a_chunk_that_was_never_written_is_void() {
     let extra =
         [(tag::ROWS_PER_STRIP, 3, shorts(&[1])), (tag::STRIP_OFFSETS, 4, offsets), (tag::STRIP_BYTE_COUNTS, 4, counts)];
     let raster = read(&tiff(2, 2, &[11, 12], &extra)).unwrap();
-    assert_eq!((raster.samples[1], raster.voids()), (12.0, 2));
+    assert_eq!((raster.samples[1], raster.voids.cells), (12.0, 2));
 }

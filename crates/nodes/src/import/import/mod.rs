@@ -1,0 +1,258 @@
+//! Imports a raster file: places it, resamples it and fills its voids.
+//!
+//! The formats are read by [`crate::raster`]. Unlike in a geographic information system, the world is a plane in metres
+//! without a reference system. Degrees and Web Mercator are converted to metres at the latitude of the raster's centre,
+//! and coordinates determine only the size of cells, not their position. Whatever is assumed is a warning.
+
+use std::path::Path;
+
+use crate::{
+    prelude::*,
+    quantity::{self, Quantity},
+    raster::{self, GridAxis, Head, Problem, Raster, Reader, Resampler, Voids, fill_voids, presence, resample},
+};
+
+choice! {
+    /// Placement of the raster in the world.
+    pub enum Placement {
+        /// At true scale, its centre on the world's centre. If its cells are as large as the world's, it is moved by up
+        /// to half a cell, so that samples are copied exactly.
+        Centre = "centre",
+        /// At true scale, its north-west corner on the world's.
+        Corner = "corner",
+        /// Stretched over the whole world; its own cell size is ignored.
+        Stretch = "stretch",
+    }
+}
+
+choice! {
+    /// Values beyond the raster.
+    pub enum Beyond {
+        /// The raster's edge continues.
+        Extend = "extend",
+        /// A plain at `level`.
+        Level = "level",
+    }
+}
+
+choice! {
+    /// Values of cells without data.
+    pub enum Voiding {
+        /// Filled smoothly from the surroundings.
+        Fill = "fill",
+        /// Set to `level`.
+        Level = "level",
+    }
+}
+
+params! {
+    /// The file, relative to the graph's folder.
+    file: FileName = FileName::default(), One, ..;
+    /// Quantity of the values, which decides what they can be wired to; a mask is clamped to 0..1.
+    quantity: Quantity = Quantity::Height, One, ..;
+    /// Values of the lowest and the highest code of PNG and r16.
+    ///
+    /// A range in a JSON file beside the raster takes precedence; without one, the range of a mask is always 0 to 1.
+    range: [f64; 2] = [0.0, 1000.0], Metres, -1e6..=1e6;
+    /// Cell size of the file; 0 reads it from the file.
+    ///
+    /// A file without a cell size is stretched over the world.
+    cell: f64 = 0.0, Metres, 0.0..=1e6, soft 0.0..=100.0, when placement = "centre" | "corner";
+    /// Placement in the world.
+    placement: Placement = Placement::Centre, One, ..;
+    /// Values beyond the raster.
+    beyond: Beyond = Beyond::Extend, One, .., when placement = "centre" | "corner";
+    /// Values of cells without data.
+    voids: Voiding = Voiding::Fill, One, ..;
+    /// Value for `beyond: level` and `voids: level`.
+    level: f64 = 0.0, Metres, -1e6..=1e6, soft -500.0..=5000.0;
+}
+
+outputs! {
+    /// Contents of the file: a height, unless `quantity` is `mask` or `scalar`.
+    value: Chosen(quantity::port_type);
+    /// Where the file has data: 0 in voids and beyond the file, a fraction in larger cells at their edges.
+    data: Mask;
+}
+
+/// The declaration.
+pub static NODE: Node = Node {
+    id: "Import",
+    category: "import",
+    summary: "Imports a raster file as terrain, placed and resampled into the world.",
+    doc: include_str!("page.md"),
+    sources: &[
+        "E. Catmull, R. Rom, 1974, A class of local interpolating splines",
+        "S. J. Gortler, R. Grzeszczuk, R. Szeliski, M. F. Cohen, 1996, The Lumigraph",
+        "J. P. Snyder, 1987, Map Projections: A Working Manual, USGS Professional Paper 1395",
+    ],
+    outputs: Given::PORTS,
+    params: Params::specs,
+    scratch: Scratch::Bytes(scratch),
+    cpu: run,
+    example: "file: \"glencoe_128.tif\", placement: stretch",
+    ..Node::DEFAULT
+};
+
+/// Memory that the kernel needs in addition to its inputs and outputs.
+fn scratch(sizing: &Sizing<'_>) -> u64 {
+    let params = Params::read(sizing.params);
+    // a file that cannot be read fails when it is imported
+    let Ok(reader) = Reader::open(&sizing.folder.join(&params.file.0)) else { return 0 };
+    let Head { columns, rows, .. } = reader.head;
+    let narrowed = |rows: usize| 4 * (rows * sizing.window.nx()) as u64;
+    let wants = Wants::among(sizing.wanted);
+    // the value is resampled even if only the data is wanted
+    let value = if wants.value { 0 } else { sizing.cells(4.0) };
+    let block = 4 * (reader.block_rows() * columns) as u64;
+    let marked = if wants.data { block + narrowed(reader.block_rows()) } else { 0 };
+    let streamed = value + reader.bytes() + narrowed(reader.block_rows()) + marked;
+    if params.voids == Voiding::Level || !reader.may_have_voids() {
+        return streamed;
+    }
+    // the whole raster with the pyramid that fills its voids, or with the marks of its data
+    let cells = 4 * (columns * rows) as u64;
+    let marked = if wants.data { cells + narrowed(rows) } else { 0 };
+    streamed.max(value + cells + reader.bytes().max(2 * cells / 3).max(narrowed(rows)).max(marked))
+}
+
+fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
+    let params = Params::read(job.params);
+    let path = job.file("file")?;
+    job.advance(0.0)?;
+    let reader = Reader::open(&path)?;
+    let head = reader.head.clone();
+    let axes = axes(&params, &head, job.window()).map_err(|problem| problem.of(&path))?;
+    let (mut read, done) = match streamed(job, &params, reader, axes) {
+        Ok(Some(read)) => (read, "are set to `level`"),
+        Ok(None) => (filled(job, &params, &path, axes)?, "are filled from those around"),
+        Err(problem) => {
+            job.check()?;
+            return Err(problem.of(&path).into());
+        }
+    };
+    for remark in scale_remarks(&params, &head).into_iter().chain(read.voids.remarks(&head, done)) {
+        job.warn(remark);
+    }
+    if params.quantity == Quantity::Mask {
+        read.value.iter_mut().for_each(|v| *v = v.clamp(0.0, 1.0));
+    }
+    job.advance(1.0)?;
+    let value = Wants::of(job).value.then(|| Field::new(job.window(), read.value));
+    Ok(Given { value, data: read.data.map(|data| Field::new(job.window(), data)) }.into())
+}
+
+/// A file on the cells of the world.
+struct Resampled {
+    value: Vec<f32>,
+    /// Where the file has data, if that is wanted.
+    data: Option<Vec<f32>>,
+    /// The voids that were filled or set to a level.
+    voids: Voids,
+}
+
+/// What is assumed about the file and its place in the world.
+fn scale_remarks(params: &Params, head: &Head) -> Vec<String> {
+    let mut remarks = head.notes.clone();
+    if params.placement != Placement::Stretch && params.cell == 0.0 {
+        match head.cell {
+            Some(_) => remarks.extend(head.scale_remarks()),
+            None => remarks.push("the file has no cell size and is stretched over the world; set `cell`".to_owned()),
+        }
+    }
+    remarks
+}
+
+/// Values of the lowest and the highest code, if the file gives none.
+fn range(params: &Params) -> [f64; 2] {
+    if params.quantity == Quantity::Mask { [0.0, 1.0] } else { params.range }
+}
+
+/// Value beyond the raster, unless its edge continues.
+fn beyond(params: &Params) -> Option<f32> {
+    (params.beyond == Beyond::Level).then_some(params.level as f32)
+}
+
+/// Resamples the rows of a file as they are read. Returns None if it finds voids that have to be filled.
+fn streamed(
+    job: &Job<'_>,
+    params: &Params,
+    reader: Reader<'_>,
+    axes: [GridAxis; 2],
+) -> Result<Option<Resampled>, Problem> {
+    let Window { origin, cells, .. } = job.window();
+    let (coding, rows, columns) = (reader.head.coding, reader.head.rows, reader.head.columns);
+    let (range, level) = (range(params), params.level as f32);
+    let mut resampler = Resampler::new(axes, origin, cells, beyond(params))?;
+    let mut known = Wants::of(job).data.then(|| Resampler::new(axes, origin, cells, Some(0.0))).transpose()?;
+    let mut has_voids = false;
+    let failed = |error| match error {
+        NodeError::OutOfMemory(refused) => Problem::OutOfMemory(refused),
+        _ => Problem::Stopped,
+    };
+    let read = reader.read(&|| job.check().is_ok(), &mut |first, samples| {
+        if let Some(coding) = coding {
+            coding.decode(range, samples);
+        }
+        if let Some(known) = &mut known {
+            known.take(first, &presence(samples)?, &|| job.check()).map_err(failed)?;
+        }
+        match params.voids {
+            Voiding::Fill => has_voids = resampler.needed(first, samples).flatten().any(|v| v.is_nan()),
+            Voiding::Level => samples.iter_mut().filter(|v| v.is_nan()).for_each(|v| *v = level),
+        }
+        if has_voids {
+            return Err(Problem::Stopped);
+        }
+        resampler.take(first, samples, &|| job.check()).map_err(failed)?;
+        let done = (first + samples.len() / columns) as f32 / rows as f32;
+        job.advance(0.9 * done).map_err(failed)
+    });
+    match read {
+        Err(_) if has_voids => Ok(None),
+        read => {
+            // those to be filled are beyond the world here
+            let voids = read.map(|voids| if params.voids == Voiding::Level { voids } else { Voids::default() })?;
+            let data = known.map(Resampler::into_samples);
+            Ok(Some(Resampled { value: resampler.into_samples(), data, voids }))
+        }
+    }
+}
+
+/// Reads a whole file, fills its voids and resamples it.
+fn filled(job: &Job<'_>, params: &Params, path: &Path, axes: [GridAxis; 2]) -> Result<Resampled, NodeError> {
+    let raster = raster::read_while(path, &|| job.check().is_ok());
+    job.check()?;
+    let Raster { head: Head { columns, rows, .. }, mut samples, voids } = raster?.decoded(range(params));
+    let check = || job.check();
+    let Window { origin, cells, .. } = job.window();
+    let data = match Wants::of(job).data {
+        true => Some(resample(&presence(&samples)?, axes, origin, cells, Some(0.0), &check)?),
+        false => None,
+    };
+    fill_voids(columns, rows, &mut samples, &check)?;
+    let value = resample(&samples, axes, origin, cells, beyond(params), &check)?;
+    Ok(Resampled { value, data, voids })
+}
+
+/// Returns the mapping of the world's cells to those of the raster.
+fn axes(params: &Params, head: &Head, window: Window) -> Result<[GridAxis; 2], Problem> {
+    let source = [head.columns, head.rows];
+    let size = if params.cell > 0.0 { Some([params.cell; 2]) } else { head.cell_m()? };
+    let axis = |axis: usize| {
+        let (source, target) = (source[axis], f64::from(window.world.cells[axis]));
+        let (step, offset) = match (params.placement, size) {
+            (Placement::Stretch, _) | (_, None) => (source as f64 / target, 0.0),
+            (Placement::Corner, Some(size)) => (window.cell_m() / size[axis], 0.0),
+            (Placement::Centre, Some(size)) => {
+                let step = window.cell_m() / size[axis];
+                (step, 0.5 * (source as f64 - target * step))
+            }
+        };
+        GridAxis { source, offset, step }.snapped()
+    };
+    Ok([axis(0), axis(1)])
+}
+
+#[cfg(test)]
+mod tests;
