@@ -14,6 +14,7 @@ mod perspective;
 mod render;
 mod run;
 mod sea;
+mod shell;
 pub mod sweep;
 mod watch;
 
@@ -23,7 +24,7 @@ use std::{
     process::ExitCode,
 };
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 pub use nodes::manual;
 
 use crate::{
@@ -66,6 +67,8 @@ enum Command {
     Unpack(pack::UnpackArgs),
     Nodes(nodes::Args),
     Cache(cache::Args),
+    Completions(shell::CompletionsArgs),
+    Man(shell::ManArgs),
 }
 
 impl Command {
@@ -84,8 +87,15 @@ impl Command {
             Self::Unpack(args) => args.run(),
             Self::Nodes(args) => args.run(),
             Self::Cache(args) => args.run(),
+            Self::Completions(args) => args.run(),
+            Self::Man(args) => args.run(),
         }
     }
+}
+
+/// The declaration of all commands and options.
+fn declaration() -> clap::Command {
+    Cli::command()
 }
 
 /// Runs the program with its arguments; the first one is the name of the program.

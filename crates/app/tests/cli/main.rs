@@ -15,6 +15,7 @@ mod manual;
 mod reuse;
 mod run;
 mod sea;
+mod shell;
 #[cfg(unix)]
 mod signals;
 #[cfg(unix)]
