@@ -68,7 +68,7 @@ enum Command {
     Nodes(nodes::Args),
     Cache(cache::Args),
     Completions(shell::CompletionsArgs),
-    Man(shell::ManArgs),
+    Man(Box<shell::ManArgs>),
 }
 
 impl Command {
