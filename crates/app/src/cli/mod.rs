@@ -8,6 +8,7 @@ mod edit;
 mod fit;
 mod fmt;
 mod metrics;
+mod new;
 mod nodes;
 mod pack;
 mod perspective;
@@ -61,6 +62,7 @@ enum Command {
     Fmt(fmt::Args),
     Diff(diff::Args),
     Metrics(metrics::Args),
+    New(new::Args),
     Render(Box<render::Args>),
     Watch(Box<watch::Args>),
     Pack(pack::PackArgs),
@@ -81,6 +83,7 @@ impl Command {
             Self::Fmt(args) => args.run(),
             Self::Diff(args) => args.run(),
             Self::Metrics(args) => args.run(),
+            Self::New(args) => args.run(),
             Self::Render(args) => args.run(),
             Self::Watch(args) => args.run(),
             Self::Pack(args) => args.run(),

@@ -12,6 +12,7 @@ mod fit;
 #[cfg(target_os = "linux")]
 mod limits;
 mod manual;
+mod new;
 mod reuse;
 mod run;
 mod sea;
