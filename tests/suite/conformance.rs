@@ -9,7 +9,7 @@ use std::{
 };
 
 use orograph_graph::{
-    Cancel, EvalError, Evaluation, Evaluator, EvaluatorOptions, Exactness, Field, InputValue, Measure, Node,
+    Cancel, EvalError, Evaluation, Evaluator, EvaluatorOptions, Exactness, Field, GeoPlace, InputValue, Measure, Node,
     OutputType, ParamSpec, ParamValue, ParamValues, PortType, Request, Resolution, Store, Strata, Value, Window, World,
 };
 use orograph_nodes::{numerics::simd, registry};
@@ -173,13 +173,17 @@ fn parameters_without_effect_change_nothing() {
     });
 }
 
+/// Where the elevation model lies that the example of `Import` reads.
+const GLENCOE: GeoPlace = GeoPlace { epsg: 27_700, corner_m: [212000.0, 773600.0] };
+
 /// Checks that a parameter has no effect with a setting, for which at least one of the cases must run.
 fn rests(node: &'static Node, spec: &ParamSpec, setting: (&'static str, ParamValue)) -> Result<(), String> {
     let (governs, value) = &setting;
     let mut runs = false;
     for case in [example(node), wired(node), plain(node)] {
         let case = set(case, std::slice::from_ref(&setting));
-        let outputs = |case: &Case| evaluate(case, world(48), 2).map_err(|error| error.to_string());
+        let place = Some(GLENCOE).filter(|_| node.reads_place);
+        let outputs = |case: &Case| evaluate(case, World { place, ..world(48) }, 2).map_err(|error| error.to_string());
         let before = outputs(&case);
         runs |= before.is_ok();
         for other in others(&spec.kind) {

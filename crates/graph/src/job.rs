@@ -14,7 +14,7 @@ use crate::{
     param::{FileName, ParamValues, Seed},
     state::State,
     value::Value,
-    world::{Window, World},
+    world::{GeoPlace, Window, World},
 };
 
 /// A switch that stops a running evaluation. Copies share it.
@@ -265,6 +265,17 @@ impl Job<'_> {
     pub fn sea_level(&self) -> Option<f64> {
         assert!(self.node.reads_sea, "`{}` does not declare that it reads the sea level", self.node.id);
         self.world().sea_level
+    }
+
+    /// Where on Earth the world lies. Returns None for a world that is nowhere.
+    ///
+    /// # Panics
+    /// When the node does not declare that it [reads](Node::reads_place) the place: its results would be reused after a
+    /// change of it.
+    #[must_use]
+    pub fn place(&self) -> Option<GeoPlace> {
+        assert!(self.node.reads_place, "`{}` does not declare that it reads the place", self.node.id);
+        self.world().place
     }
 
     /// Side of a cell in metres.

@@ -70,4 +70,4 @@ pub use strata::{Column, Strata};
 pub use suggest::closest;
 pub use unit::{Unit, UnitError, plain};
 pub use value::{PortType, Value};
-pub use world::{Boundary, Edge, Window, World, WorldError, bytes};
+pub use world::{Boundary, Edge, GeoPlace, Window, World, WorldError, bytes};

@@ -52,6 +52,9 @@ pub struct Node {
     /// True if its result may depend on the world's sea level. Results of other nodes stay valid when the level
     /// changes.
     pub reads_sea: bool,
+    /// True if its result may depend on where on Earth the world lies. Results of other nodes stay valid when that
+    /// changes.
+    pub reads_place: bool,
     /// The levels of cells on which it runs, if it does not run on those of the world alone. Only for nodes that read
     /// the whole world.
     pub levels: Option<Levels>,
@@ -120,6 +123,7 @@ impl Node {
         declared: &[],
         reach: Reach::Point,
         reads_sea: false,
+        reads_place: false,
         levels: None,
         scratch: Scratch::None,
         cpu: |_| Err(NodeError::failed("this node has no kernel")),

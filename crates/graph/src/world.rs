@@ -64,6 +64,35 @@ impl Boundary {
     }
 }
 
+/// Where on Earth a world lies.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct GeoPlace {
+    /// EPSG code of a projected coordinate system whose unit is the metre.
+    pub epsg: u32,
+    /// Easting and northing of the world's north-west corner, in metres.
+    pub corner_m: [f64; 2],
+}
+
+impl GeoPlace {
+    /// The lowest and the highest code that a GeoTIFF can hold.
+    pub const CODES: [u32; 2] = [1024, 32_766];
+    /// The largest easting or northing in metres: more than around the Earth.
+    pub const MOST_M: f64 = 1e8;
+    /// Systems that are not in metres on the ground, but common: geographic ones, and Web Mercator.
+    pub const NOT_METRIC: [u32; 11] = [4326, 4258, 4267, 4269, 4283, 4617, 4979, 7844, 3857, 3785, 3395];
+
+    fn check(&self) -> Result<(), WorldError> {
+        let [low, high] = Self::CODES;
+        if !(low..=high).contains(&self.epsg) || Self::NOT_METRIC.contains(&self.epsg) {
+            return Err(WorldError::System(self.epsg));
+        }
+        match self.corner_m.into_iter().find(|metres| metres.is_nan() || metres.abs() > Self::MOST_M) {
+            Some(metres) => Err(WorldError::Corner(metres)),
+            None => Ok(()),
+        }
+    }
+}
+
 /// Size, resolution and seed: all properties of the terrain that do not belong to a node.
 ///
 /// The value of cell (i, j) is taken at its centre, `((i + 0.5) d, (j + 0.5) d)` metres from the world's north-west
@@ -80,6 +109,8 @@ pub struct World {
     pub boundary: Boundary,
     /// Elevation of the sea in metres; lower terrain is under water. `None` for a world without a sea.
     pub sea_level: Option<f64>,
+    /// Where it lies. `None` for a world that is nowhere on Earth.
+    pub place: Option<GeoPlace>,
 }
 
 /// Why a world cannot be evaluated.
@@ -107,6 +138,12 @@ pub enum WorldError {
     /// A sea level outside the range of heights and depths on Earth.
     #[error("a sea at {0} m is not within {low} to {high} m", low = World::SEA_LEVELS[0], high = World::SEA_LEVELS[1])]
     SeaLevel(f64),
+    /// A coordinate system that is not in metres on the ground.
+    #[error("EPSG:{0} is not a projected coordinate system in metres")]
+    System(u32),
+    /// Coordinates beyond the Earth.
+    #[error("{0} m is not an easting or a northing on Earth; the largest are {most} m", most = GeoPlace::MOST_M)]
+    Corner(f64),
 }
 
 /// A number of bytes as text: `1.5 GiB`.
@@ -128,10 +165,10 @@ fn scaled(count: f64) -> String {
 }
 
 impl Default for World {
-    /// 16.384 km per side, 1024 cells per side, seed 0, base level on all sides, no sea.
+    /// 16.384 km per side, 1024 cells per side, seed 0, base level on all sides, no sea, nowhere on Earth.
     fn default() -> Self {
         let boundary = Boundary::default();
-        Self { size: [16384.0, 16384.0], cells: [1024, 1024], seed: 0, boundary, sea_level: None }
+        Self { size: [16384.0, 16384.0], cells: [1024, 1024], seed: 0, boundary, sea_level: None, place: None }
     }
 }
 
@@ -153,10 +190,10 @@ impl World {
     /// The longest side of a world in metres: 100 000 km, beyond any planet with ground.
     pub const MOST_SIDE_M: f64 = 1e8;
 
-    /// Returns true if both worlds differ at most in sea level, so that a raster of one fits the other.
+    /// Returns true if both worlds differ at most in sea level and place, so that a raster of one fits the other.
     #[must_use]
     pub fn has_cells_of(&self, other: &Self) -> bool {
-        *self == Self { sea_level: self.sea_level, ..*other }
+        *self == Self { sea_level: self.sea_level, place: self.place, ..*other }
     }
 
     /// Side of a cell in metres.
@@ -179,7 +216,7 @@ impl World {
         Self { cells: [nx, ((f64::from(nx) * ratio).round() as u32).max(1)], ..self }
     }
 
-    /// Checks size, cell count, size and squareness of cells, and sea level.
+    /// Checks size, cell count, size and squareness of cells, sea level and place.
     ///
     /// # Errors
     /// [`WorldError`], with the values that are wrong.
@@ -209,7 +246,7 @@ impl World {
         let [low, high] = Self::SEA_LEVELS;
         match self.sea_level {
             Some(level) if !(low..=high).contains(&level) => Err(WorldError::SeaLevel(level)),
-            _ => Ok(()),
+            _ => self.place.map_or(Ok(()), |place| place.check()),
         }
     }
 }
@@ -267,6 +304,13 @@ impl Window {
     pub fn centre_m(&self, i: usize, j: usize) -> [f64; 2] {
         let d = self.cell_m();
         [(f64::from(self.origin[0]) + i as f64 + 0.5) * d, (f64::from(self.origin[1]) + j as f64 + 0.5) * d]
+    }
+
+    /// The place of the window's own north-west corner, in a world with a place.
+    #[must_use]
+    pub fn place(&self) -> Option<GeoPlace> {
+        let [east, south] = self.origin.map(|cells| f64::from(cells) * self.cell_m());
+        self.world.place.map(|GeoPlace { epsg, corner_m: [x, y] }| GeoPlace { epsg, corner_m: [x + east, y - south] })
     }
 
     /// Returns true if it is the whole world.

@@ -1,4 +1,5 @@
-//! `orograph completions` and `orograph man`: what shells and `man` read about the commands, made from their declarations.
+//! `orograph completions` and `orograph man`: what shells and `man` read about the commands, made from their
+//! declarations.
 
 use clap_complete::Shell;
 use clap_mangen::Man;

@@ -2,19 +2,42 @@
 //! rings of areas.
 //!
 //! Coordinates are not degrees but metres of the world: east of its west side, north of its south side, and elevation,
-//! as in the GeoTIFFs of rasters. Lengths are rounded to millimetres, areas to square metres.
+//! as in the GeoTIFFs of rasters. In a world with a place they are eastings and northings of its coordinate system,
+//! which the member `crs` names; RFC 7946 has dropped it, but geographic information systems read it. Lengths are
+//! rounded to millimetres, areas to square metres.
 
 use std::io::{self, Write};
 
-use orograph_graph::{Area, Line, Lines, Vertex, World};
+use orograph_graph::{Area, GeoPlace, Line, Lines, Vertex, World};
 use serde::Serialize;
 
 #[derive(Serialize)]
 struct Collection<F> {
     r#type: &'static str,
+    /// The coordinate system, in a world with a place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    crs: Option<System>,
     /// Extent of the world in metres, a foreign member.
     world_size_m: [f64; 2],
     features: F,
+}
+
+/// A coordinate system by its name.
+#[derive(Serialize)]
+struct System {
+    r#type: &'static str,
+    properties: SystemName,
+}
+
+#[derive(Serialize)]
+struct SystemName {
+    name: String,
+}
+
+impl System {
+    fn of(place: GeoPlace) -> Self {
+        Self { r#type: "name", properties: SystemName { name: format!("urn:ogc:def:crs:EPSG::{}", place.epsg) } }
+    }
 }
 
 #[derive(Serialize)]
@@ -48,7 +71,7 @@ struct AreaProperties {
     depth_m: f64,
     area_m2: f64,
     volume_m3: f64,
-    /// East of the world's west side, north of its south side.
+    /// In the coordinates of the geometry.
     spill_m: [f64; 2],
 }
 
@@ -75,21 +98,28 @@ struct Properties {
 /// When `to` cannot be written to.
 pub fn write(to: &mut dyn Write, lines: &Lines, world: &World) -> io::Result<()> {
     let (r#type, world_size_m) = ("FeatureCollection", world.size);
+    let crs = world.place.map(System::of);
     if lines.areas.is_empty() {
         let features: Vec<_> = lines.lines.iter().enumerate().map(|(id, line)| feature(id, line, world)).collect();
-        serde_json::to_writer(&mut *to, &Collection { r#type, world_size_m, features })?;
+        serde_json::to_writer(&mut *to, &Collection { r#type, crs, world_size_m, features })?;
     } else {
         let areas = lines.rings().enumerate();
         let features: Vec<_> = areas.map(|(id, (area, rings))| area_feature(id, area, rings, world)).collect();
-        serde_json::to_writer(&mut *to, &Collection { r#type, world_size_m, features })?;
+        serde_json::to_writer(&mut *to, &Collection { r#type, crs, world_size_m, features })?;
     }
     to.write_all(b"\n")
 }
 
+/// Easting and northing of a position in the world.
+fn on_earth([east, south]: [f64; 2], world: &World) -> [f64; 2] {
+    let [x, y] = world.place.map_or([0.0, world.size[1]], |place| place.corner_m);
+    [x + east, y - south].map(millimetres)
+}
+
 fn coordinates(line: &Line, world: &World) -> Vec<[f64; 3]> {
     let coordinate = |vertex: &Vertex| {
-        let [east, south] = vertex.position_m;
-        [east, world.size[1] - south, vertex.elevation_m].map(millimetres)
+        let [x, y] = on_earth(vertex.position_m, world);
+        [x, y, millimetres(vertex.elevation_m)]
     };
     line.vertices.iter().map(coordinate).collect()
 }
@@ -115,7 +145,7 @@ fn area_feature(id: usize, area: &Area, rings: &[Line], world: &World) -> Featur
         depth_m: millimetres(area.depth_m),
         area_m2: area.area_m2.round(),
         volume_m3: area.volume_m3.round(),
-        spill_m: [area.spill_m[0], world.size[1] - area.spill_m[1]].map(millimetres),
+        spill_m: on_earth(area.spill_m, world),
     };
     Feature { r#type: "Feature", id, geometry, properties }
 }
@@ -178,6 +208,15 @@ mod tests {
         assert_eq!((&properties["downstream"], &properties["length_m"]), (&1.into(), &5.0.into()));
         assert_eq!((&properties["widths_m"][0], &properties["order"]), (&2.0.into(), &2.into()));
         assert!(json["features"][1]["properties"]["downstream"].is_null());
+        assert!(json["crs"].is_null());
+        // eastings and northings in a world with a place
+        let place = Some(GeoPlace { epsg: 32_611, corner_m: [378_000.0, 3_812_000.0] });
+        let mut text = Vec::new();
+        write(&mut text, &lines, &World { place, ..world }).expect("memory");
+        let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+        assert_eq!(json["crs"]["properties"]["name"], "urn:ogc:def:crs:EPSG::32611");
+        let coordinates = &json["features"][0]["geometry"]["coordinates"];
+        assert_eq!(*coordinates, serde_json::json!([[378_000.0, 3_812_000.0, 9.0], [378_003.0, 3_811_996.0, 8.5]]));
     }
 
     #[test]

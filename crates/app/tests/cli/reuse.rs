@@ -184,7 +184,7 @@ fn an_archive_builds_like_its_graph() {
 (
     world: (size: (3200, 1600), cells: (32, 16), seed: 7),
     nodes: {
-        "dem": Import(file: "../dem.png"), // outside
+        "dem": Import(version: 2, file: "../dem.png"), // outside
         "one": Subgraph(file: "parts/step.ron", land: "dem"),
         "two": Subgraph(file: "../outer.ron", land: "one", rise: 30),
     },

@@ -11,6 +11,7 @@ mod expect;
 mod form;
 mod fuzz;
 mod hostile;
+mod place;
 mod reuse;
 mod sea;
 mod work;

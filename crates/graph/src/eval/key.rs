@@ -140,6 +140,11 @@ impl Hash {
             hash.bytes(b"~");
             hash.f64(level);
         }
+        if let Some(place) = step.wanted.world.place.filter(|_| node.reads_place) {
+            hash.bytes(b"@");
+            hash.u32(place.epsg);
+            place.corner_m.iter().for_each(|v| hash.f64(*v));
+        }
         for content in files.iter().flat_map(Stamped::contents) {
             match content {
                 Some(content) => {

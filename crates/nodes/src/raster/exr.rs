@@ -46,7 +46,7 @@ pub(super) fn open<'a>(mut source: Source<'a>, sidecar: Option<&Sidecar>) -> Res
     };
     source.bytes.rewind().map_err(Problem::Unreadable)?;
     let mut head = Head::new(first.layer_size.0, first.layer_size.1);
-    head.cell = sidecar.and_then(Sidecar::cell);
+    sidecar.into_iter().for_each(|sidecar| sidecar.locate(&mut head));
     head.assumes_voids = sidecar.is_none();
     let cell_bytes = first.channels.bytes_per_pixel;
     Ok(Reader { head: head.clone(), rows: Box::new(Layer { source, head, cell_bytes }) })

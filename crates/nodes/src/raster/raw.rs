@@ -45,7 +45,9 @@ pub(super) fn head(held: u64, per_cell: u64, sidecar: Option<&Sidecar>) -> Resul
             "its sidecar says {columns} x {rows} cells of {per_cell} bytes, but it has {held} bytes"
         )));
     }
-    Ok(Head { cell: sidecar.and_then(Sidecar::cell), ..Head::new(columns as usize, rows as usize) })
+    let mut head = Head::new(columns as usize, rows as usize);
+    sidecar.into_iter().for_each(|sidecar| sidecar.locate(&mut head));
+    Ok(head)
 }
 
 /// Numbers of `N` bytes each, row by row.

@@ -57,6 +57,13 @@ impl GridAxis {
         self
     }
 
+    /// As [`Self::snapped`], but never moves the raster by half a cell.
+    #[must_use]
+    pub fn snapped_to_cells(self) -> Self {
+        let whole = (self.offset + SNAP).floor();
+        if (self.offset - whole).abs() <= SNAP { self.snapped() } else { self }
+    }
+
     fn taps(&self, target: usize) -> Taps {
         let last = self.source - 1;
         let cell = |at: f64| (at.max(0.0) as usize).min(last);

@@ -9,7 +9,7 @@ use std::{
 use orograph_graph::{Window, World, input};
 use serde::{Deserialize, Serialize};
 
-use super::{Cell, Meta, Problem, RasterError};
+use super::{Cell, Head, Meta, Problem, RasterError};
 
 /// Description of a raster file. Written with every height file; read with PNG, OpenEXR and raw files.
 ///
@@ -35,6 +35,12 @@ pub struct Sidecar {
     /// Cells of the whole world, if the raster shows a part of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub world_cells: Option<[u32; 2]>,
+    /// EPSG code of the coordinate system, if the world has a place on Earth.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub epsg: Option<u32>,
+    /// Easting and northing of the north-west corner of the raster in that system.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub corner_m: Option<[f64; 2]>,
     /// Smallest and largest value, in `unit`; in a format of codes, the values of the lowest and the largest code.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
@@ -98,6 +104,8 @@ impl Sidecar {
             origin_m: part.map(|part| part.origin.map(|cells| f64::from(cells) * part.cell_m())),
             origin_cells: part.map(|part| part.origin),
             world_cells: part.map(|part| part.world.cells),
+            epsg: shown.place().map(|place| place.epsg),
+            corner_m: shown.place().map(|place| place.corner_m),
             unit: Some(meta.unit.clone()),
             quantity: Some(meta.quantity.clone()),
             import: meta.import.clone(),
@@ -145,6 +153,9 @@ impl Sidecar {
         {
             return Err(format!("a cell of {cell} m has no extent"));
         }
+        if sidecar.corner_m.is_some_and(|corner| !corner.iter().all(|metres| metres.is_finite())) {
+            return Err("its corner is not finite".to_owned());
+        }
         let [lowest, highest] = World::SEA_LEVELS;
         if let Some(level) = sidecar.sea_level_m
             && !(lowest..=highest).contains(&level)
@@ -154,9 +165,10 @@ impl Sidecar {
         Ok(sidecar)
     }
 
-    /// Returns the cell size. Returns None if it is not known.
-    pub(super) fn cell(&self) -> Option<Cell> {
-        self.cell_m.map(|d| Cell::Metres([d, d]))
+    /// Sets the cell size and the place of a raster, as far as they are known.
+    pub(super) fn locate(&self, head: &mut Head) {
+        head.cell = self.cell_m.map(|d| Cell::Metres([d, d]));
+        (head.origin, head.epsg) = (self.corner_m, self.epsg);
     }
 }
 

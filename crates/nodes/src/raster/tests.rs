@@ -2,7 +2,7 @@
 
 use std::{fs, io, path::PathBuf};
 
-use orograph_graph::{Field, Window, World};
+use orograph_graph::{Field, GeoPlace, Window, World};
 use proptest::prelude::*;
 use rayon::prelude::*;
 use serde::Deserialize;
@@ -145,6 +145,24 @@ fn what_is_written_reads_back() {
     }
     let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left.len(), 2 * Format::ALL.len(), "no temporary file is left: {left:?}");
+}
+
+/// A part of a world with a place leaves with the coordinates of its own corner, in every format.
+#[test]
+fn rasters_know_where_on_earth_they_are() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let field = terrain(70, 45);
+    let place = Some(GeoPlace { epsg: 32_611, corner_m: [378_000.5, 3_812_000.0] });
+    let world = World { place, ..field.window().world };
+    let part = field.crop(&Window { world, origin: [8, 16], cells: [40, 20] });
+    for format in Format::ALL {
+        let path = folder.path().join(format!("{}.{}", format.name(), format.extension()));
+        write(&path, format, &part, Writing::default(), &Meta::default(), &|| true).expect("written");
+        let head = read(&path).expect("readable").head;
+        assert_eq!(head.epsg, Some(32_611), "{}", format.name());
+        assert_eq!(head.origin, Some([378_100.5, 3_811_800.0]), "{}", format.name());
+        assert_eq!(head.cell, Some(Cell::Metres([12.5; 2])), "{}", format.name());
+    }
 }
 
 /// Noise, which compression would lengthen, and terrain: other readers decode every code, and the number of threads

@@ -12,16 +12,19 @@ use crate::{
     diagnostic::Diagnostic,
     param::range_text,
     unit::Unit,
-    world::{Boundary, Edge, World, WorldError, bytes},
+    world::{Boundary, Edge, GeoPlace, World, WorldError, bytes},
 };
 
-const FIELDS: [&str; 5] = ["size", "cells", "seed", "boundary", "sea_level"];
+const FIELDS: [&str; 6] = ["size", "cells", "seed", "boundary", "sea_level", "place"];
 /// The field of the sea level.
 pub(crate) const SEA_LEVEL: &str = "sea_level";
+/// The field of the place on Earth, and its own fields.
+pub(crate) const PLACE: &str = "place";
+const PLACE_FIELDS: [&str; 2] = ["epsg", "corner"];
 const SIDES: [&str; 4] = ["west", "east", "north", "south"];
 
-/// Reads `(size: .., cells: .., seed: .., boundary: .., sea_level: ..)`; fields that are missing or invalid get
-/// defaults.
+/// Reads `(size: .., cells: .., seed: .., boundary: .., sea_level: .., place: ..)`; fields that are missing or invalid
+/// get defaults.
 ///
 /// A single number of cells is the number along x; the number along y follows from the size, so that cells are square.
 pub(crate) fn read(value: &Expr, source: &str, problems: &mut Problems) -> World {
@@ -60,9 +63,12 @@ pub(crate) fn read(value: &Expr, source: &str, problems: &mut Problems) -> World
     if let Some((literal, span)) = field(SEA_LEVEL) {
         problems.take(sea_level(&literal), &literal, &span, |level| world.sea_level = Some(level));
     }
+    if let Some(item) = group.get(PLACE) {
+        world.place = place(&item.value, source, problems);
+    }
     if sound && let Err(error) = world.check() {
         problems.push(impossible(&error, group, value));
-        (world.size, world.cells) = (default.size, default.cells);
+        (world.size, world.cells, world.place) = (default.size, default.cells, None);
     } else if !sound {
         (world.size, world.cells) = (default.size, default.cells);
     }
@@ -85,6 +91,8 @@ fn impossible(error: &WorldError, group: &Group, value: &Expr) -> Diagnostic {
             "with one number, `cells: 1024`, the other side follows from the size",
         ),
         WorldError::SeaLevel(_) => (place(SEA_LEVEL), "for example `sea_level: \"0 m\"`"),
+        WorldError::System(_) => (place(PLACE), "choose the zone of UTM in which it lies, such as `epsg: 32632`"),
+        WorldError::Corner(_) => (place(PLACE), "for example `corner: (\"378 km\", \"3812 km\")`"),
     };
     Diagnostic::error("world", span.unwrap_or_else(|| value.span.clone()), error.to_string()).hint(hint)
 }
@@ -149,6 +157,47 @@ pub(crate) fn sea_level(literal: &Literal) -> Result<f64, Misfit> {
     let (level, allowed) = (Unit::Metres.display(level), range_text(World::SEA_LEVELS, Unit::Metres));
     Err(Misfit::new("range", format!("`{SEA_LEVEL}` is {level}, but must be a length{allowed}"))
         .hint("leave it out for a world without a sea"))
+}
+
+/// Reads `(epsg: .., corner: (.., ..))`. Returns None after a problem.
+fn place(value: &Expr, source: &str, problems: &mut Problems) -> Option<GeoPlace> {
+    const EXAMPLE: &str = "brackets such as `(epsg: 32611, corner: (\"378 km\", \"3812 km\"))`";
+    let Some(group) = value.as_group().filter(|group| group.name.is_none()) else {
+        problems.misplaced(value, PLACE, EXAMPLE, source);
+        return None;
+    };
+    problems.names(group, "`place`", &PLACE_FIELDS);
+    let (mut epsg, mut corner_m) = (None, None);
+    for item in PLACE_FIELDS.iter().filter_map(|name| group.get(name)) {
+        let literal = Literal::read(&item.value, source);
+        if item.key.as_ref().is_some_and(|key| key.text == PLACE_FIELDS[0]) {
+            problems.take(code(&literal), &literal, &item.value.span, |code| epsg = Some(code));
+        } else {
+            problems.take(corner(&literal), &literal, &item.value.span, |corner| corner_m = Some(corner));
+        }
+    }
+    for name in PLACE_FIELDS.iter().filter(|name| group.get(name).is_none()) {
+        let problem = Diagnostic::error("world", value.span.clone(), format!("`place` needs `{name}`"));
+        problems.push(problem.hint("its EPSG code, and the easting and the northing of the north-west corner"));
+    }
+    Some(GeoPlace { epsg: epsg?, corner_m: corner_m? })
+}
+
+fn code(literal: &Literal) -> Result<u32, Misfit> {
+    match literal {
+        Literal::Number(_, Some(code)) => {
+            u32::try_from(*code).map_err(|_| Misfit::new("range", format!("`epsg` is {code}, which is no EPSG code")))
+        }
+        other => Err(Misfit::new("type", format!("`epsg` is {}, but takes an EPSG code", other.describe()))
+            .hint("write `epsg: 32611`")),
+    }
+}
+
+fn corner(literal: &Literal) -> Result<[f64; 2], Misfit> {
+    pair("corner", Unit::Metres, literal).unwrap_or_else(|| {
+        Err(Misfit::new("type", format!("`corner` is {}, but takes a pair of lengths", literal.describe()))
+            .hint("write the easting and the northing: `corner: (\"378 km\", \"3812 km\")`"))
+    })
 }
 
 fn boundary(value: &Expr, source: &str, problems: &mut Problems) -> Boundary {

@@ -12,7 +12,7 @@ use crate::{
     node::{Fallback, Input},
     param::{ParamSpec, ParamValue},
     unit::Unit,
-    world::{Boundary, World},
+    world::{Boundary, GeoPlace, World},
 };
 
 /// The changes from one document to another, one line per change, such as `rivers.duration 1 Myr → 2 Myr`.
@@ -351,6 +351,15 @@ fn worlds(a: &World, b: &World, lines: &mut Vec<String>) {
     if a.sea_level != b.sea_level {
         let [x, y] = [a, b].map(|w| w.sea_level.map_or_else(|| "none".to_owned(), |level| Unit::Metres.display(level)));
         lines.push(format!("world.sea_level {x} → {y}"));
+    }
+    if a.place != b.place {
+        let show = |w: &World| {
+            w.place.map_or_else(
+                || "none".to_owned(),
+                |GeoPlace { epsg, corner_m: [x, y] }| format!("EPSG:{epsg} at {x} m, {y} m"),
+            )
+        };
+        lines.push(format!("world.place {} → {}", show(a), show(b)));
     }
     let sides = |w: &Boundary| [("west", w.west), ("east", w.east), ("north", w.north), ("south", w.south)];
     for ((side, x), (_, y)) in sides(&a.boundary).into_iter().zip(sides(&b.boundary)) {

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::{Boundary, Edge, ParamValue};
+use crate::{Boundary, Edge, GeoPlace, ParamValue};
 
 /// The example with a comment in every possible place.
 const COMMENTED: &str = r#"// start
@@ -284,12 +284,13 @@ fn any_edit() -> impl Strategy<Value = Edit> {
         (node(), wire).prop_map(|(name, from)| Edit::SetOutput { name, from }),
         node().prop_map(|name| Edit::RemoveOutput { name }),
         (node(), node()).prop_map(|(from, to)| Edit::RenameOutput { from, to }),
-        (1..4_u32, 1..4_u32, 0..3_u32, 0..4_usize, prop::option::of(-9.0..9.0_f64)).prop_map(
-            |(x, y, seed, edge, sea_level)| {
+        (1..4_u32, 1..4_u32, 0..3_u32, 0..4_usize, prop::option::of(-9.0..9.0_f64), prop::option::of(1..4_u32))
+            .prop_map(|(x, y, seed, edge, sea_level, zone)| {
                 let (size, cells) = ([f64::from(x) * 1000.0, f64::from(y) * 1000.0], [x * 64, y * 64]);
-                Edit::SetWorld(World { size, cells, seed, boundary: Boundary::all(Edge::NAMES[edge].1), sea_level })
-            }
-        ),
+                let boundary = Boundary::all(Edge::NAMES[edge].1);
+                let place = zone.map(|zone| GeoPlace { epsg: 32_600 + zone, corner_m: [f64::from(zone), -7.5] });
+                Edit::SetWorld(World { size, cells, seed, boundary, sea_level, place })
+            }),
         (node(), at).prop_map(|(node, at)| Edit::SetLayout { node, at }),
     ];
     prop_oneof![9 => leaf.clone(), 1 => prop::collection::vec(leaf, 0..4).prop_map(Edit::All)]

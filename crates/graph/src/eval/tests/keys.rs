@@ -3,7 +3,7 @@
 use std::fs;
 
 use super::*;
-use crate::{Backend, Boundary, Edge, Exactness};
+use crate::{Backend, Boundary, Edge, Exactness, GeoPlace};
 
 static INEXACT: Node = Node {
     id: "Waves",
@@ -101,6 +101,28 @@ fn whatever_can_change_the_result_is_included() {
     keys.sort();
     keys.dedup();
     assert_eq!(keys.len(), count);
+}
+
+/// The place is part of the keys of nodes that read it and of those they feed, and of no others.
+#[test]
+fn the_place_is_included_where_it_is_read() {
+    static MAP: Node = Node {
+        id: "Map",
+        outputs: HEIGHT,
+        reads_place: true,
+        cpu: |job| height(job, |_, _| job.place().map_or(-1.0, |place| place.corner_m[0]) as f32),
+        ..Node::DEFAULT
+    };
+    let graph = Build::default().node("a", &WAVES, &[]).node("map", &MAP, &[]).node("b", &ADD, &[("height", "map")]).0;
+    let place = |epsg, corner_m| Window::whole(World { place: Some(GeoPlace { epsg, corner_m }), ..world(16) });
+    let places =
+        [Window::whole(world(16)), place(32_611, [0.0, 5.0]), place(32_612, [0.0, 5.0]), place(32_611, [0.0, 6.0])];
+    for (port, reads) in [("a", false), ("map", true), ("b", true)] {
+        let mut keys = places.map(|window| key(&graph, port, window)).to_vec();
+        keys.sort();
+        keys.dedup();
+        assert_eq!(keys.len(), if reads { 4 } else { 1 }, "{port}");
+    }
 }
 
 /// The sea level is part of the keys of nodes that read it and of those they feed, and of no others.

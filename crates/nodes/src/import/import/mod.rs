@@ -9,7 +9,7 @@ use std::path::Path;
 use crate::{
     prelude::*,
     quantity::{self, Quantity},
-    raster::{self, GridAxis, Head, Problem, Raster, Reader, Resampler, Voids, fill_voids, presence, resample},
+    raster::{self, Cell, GridAxis, Head, Problem, Raster, Reader, Resampler, Voids, fill_voids, presence, resample},
 };
 
 choice! {
@@ -22,6 +22,8 @@ choice! {
         Corner = "corner",
         /// Stretched over the whole world; its own cell size is ignored.
         Stretch = "stretch",
+        /// At its coordinates. The world has a `place` in the coordinate system of the file.
+        Place = "place",
     }
 }
 
@@ -61,7 +63,7 @@ params! {
     /// Placement in the world.
     placement: Placement = Placement::Centre, One, ..;
     /// Values beyond the raster.
-    beyond: Beyond = Beyond::Extend, One, .., when placement = "centre" | "corner";
+    beyond: Beyond = Beyond::Extend, One, .., when placement = "centre" | "corner" | "place";
     /// Values of cells without data.
     voids: Voiding = Voiding::Fill, One, ..;
     /// Value for `beyond: level` and `voids: level`.
@@ -78,6 +80,8 @@ outputs! {
 /// The declaration.
 pub static NODE: Node = Node {
     id: "Import",
+    version: 2,
+    migrations: &[Migration { from: 1, steps: &[] }],
     category: "import",
     summary: "Imports a raster file as terrain, placed and resampled into the world.",
     doc: include_str!("page.md"),
@@ -88,6 +92,7 @@ pub static NODE: Node = Node {
     ],
     outputs: Given::PORTS,
     params: Params::specs,
+    reads_place: true,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
     example: "file: \"glencoe_128.tif\", placement: stretch",
@@ -122,7 +127,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     job.advance(0.0)?;
     let reader = Reader::open(&path)?;
     let head = reader.head.clone();
-    let axes = axes(&params, &head, job.window()).map_err(|problem| problem.of(&path))?;
+    let axes = axes(job, &params, &path, &head)?;
     let (mut read, done) = match streamed(job, &params, reader, axes) {
         Ok(Some(read)) => (read, "are set to `level`"),
         Ok(None) => (filled(job, &params, &path, axes)?, "are filled from those around"),
@@ -236,22 +241,57 @@ fn filled(job: &Job<'_>, params: &Params, path: &Path, axes: [GridAxis; 2]) -> R
 }
 
 /// Returns the mapping of the world's cells to those of the raster.
-fn axes(params: &Params, head: &Head, window: Window) -> Result<[GridAxis; 2], Problem> {
-    let source = [head.columns, head.rows];
-    let size = if params.cell > 0.0 { Some([params.cell; 2]) } else { head.cell_m()? };
+fn axes(job: &Job<'_>, params: &Params, path: &Path, head: &Head) -> Result<[GridAxis; 2], NodeError> {
+    if params.placement == Placement::Place {
+        return placed(job, path, head);
+    }
+    let of_file = || head.cell_m().map_err(|problem| problem.of(path));
+    let size = if params.cell > 0.0 { Some([params.cell; 2]) } else { of_file()? };
     let axis = |axis: usize| {
-        let (source, target) = (source[axis], f64::from(window.world.cells[axis]));
+        let (source, target) = ([head.columns, head.rows][axis], f64::from(job.world().cells[axis]));
         let (step, offset) = match (params.placement, size) {
             (Placement::Stretch, _) | (_, None) => (source as f64 / target, 0.0),
-            (Placement::Corner, Some(size)) => (window.cell_m() / size[axis], 0.0),
-            (Placement::Centre, Some(size)) => {
-                let step = window.cell_m() / size[axis];
+            (Placement::Corner, Some(size)) => (job.cell_m() / size[axis], 0.0),
+            (_, Some(size)) => {
+                let step = job.cell_m() / size[axis];
                 (step, 0.5 * (source as f64 - target * step))
             }
         };
         GridAxis { source, offset, step }.snapped()
     };
     Ok([axis(0), axis(1)])
+}
+
+/// Returns the mapping of the world's cells to those of a raster at its coordinates.
+fn placed(job: &Job<'_>, path: &Path, head: &Head) -> Result<[GridAxis; 2], NodeError> {
+    let Some(place) = job.place() else {
+        let what = "the world has no place on Earth, but `placement: place` needs one";
+        return Err(NodeError::failed_with_hint(what, "add `place` to `world`, as `orograph new` does"));
+    };
+    let reproject = || format!("reproject it: `gdalwarp -t_srs EPSG:{} in.tif out.tif`", place.epsg);
+    let wrong = |what: String| NodeError::failed_with_hint(format!("`{}` {what}", path.display()), reproject());
+    let size = head.cell_m().map_err(|problem| problem.of(path))?;
+    let (Some(corner), Some(size), Some(Cell::Metres(_)), Some(epsg)) = (head.origin, size, head.cell, head.epsg)
+    else {
+        return Err(wrong("is not in a projected coordinate system".to_owned()));
+    };
+    if epsg != place.epsg {
+        return Err(wrong(format!("is in EPSG:{epsg}, but the world in EPSG:{}", place.epsg)));
+    }
+    let offset = [place.corner_m[0] - corner[0], corner[1] - place.corner_m[1]];
+    let axes = [0, 1].map(|axis| {
+        let (source, offset) = ([head.columns, head.rows][axis], offset[axis] / size[axis]);
+        GridAxis { source, offset, step: job.cell_m() / size[axis] }.snapped_to_cells()
+    });
+    let meets = |axis: usize| {
+        let GridAxis { source, offset, step } = axes[axis];
+        offset < source as f64 && offset + step * f64::from(job.world().cells[axis]) > 0.0
+    };
+    if !(meets(0) && meets(1)) {
+        let what = format!("`{}` lies outside of the world", path.display());
+        return Err(NodeError::failed_with_hint(what, "compare its corner with that of the world's `place`"));
+    }
+    Ok(axes)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use orograph_graph::{Cancel, ParamValue, Warnings, World};
+use orograph_graph::{Cancel, GeoPlace, ParamValue, Warnings, World};
 
 use super::*;
 use crate::testing::world;
@@ -137,6 +137,43 @@ fn voids_are_filled_or_levelled() {
         } else {
             assert!(filled == before && levelled == before);
         }
+    }
+}
+
+/// At its coordinates, a raster fills the world that has its place; a world moved by whole cells shows other cells of
+/// it, and a part equals that part of the whole.
+#[test]
+fn a_raster_is_placed_by_its_coordinates() {
+    let file = "bigtujunga_i16_tiled.tif";
+    let source = raster::read(&folder().join(file)).unwrap();
+    let (epsg, [x, y]) = (source.head.epsg.unwrap(), source.head.origin.unwrap());
+    let place = |corner_m| Some(GeoPlace { epsg, corner_m });
+    let place_at = |world: World, place| World { place, ..world };
+    let params = params(file, &[("placement", choice("place"))]);
+    let import = |world: World| outputs(&params, Window::whole(world), Cancel::default());
+    let same = import(place_at(world(90, 70, 30.0), place([x, y]))).unwrap();
+    assert_eq!(same.samples(), source.samples);
+    let moved = place_at(world(40, 30, 30.0), place([x + 300.0, y - 600.0]));
+    let found = import(moved).unwrap();
+    for (j, row) in found.samples().chunks_exact(40).enumerate() {
+        assert_eq!(row, &source.samples[(j + 20) * 90 + 10..][..40]);
+    }
+    // by a third of a cell: neither moved to whole cells nor different in a part
+    let between = place_at(world(40, 30, 30.0), place([x + 310.0, y - 600.0]));
+    let whole = import(between).unwrap();
+    assert_ne!(whole.samples(), found.samples());
+    let part = Window { origin: [7, 5], cells: [20, 11], ..Window::whole(between) };
+    assert_eq!(outputs(&params, part, Cancel::default()).unwrap(), whole.crop(&part));
+    for (world, told) in [
+        (world(40, 30, 30.0), "no place on Earth"),
+        (place_at(world(40, 30, 30.0), place([x + 1e5, y])), "outside of the world"),
+        (
+            place_at(world(40, 30, 30.0), Some(GeoPlace { epsg: 32_632, corner_m: [x, y] })),
+            "gdalwarp -t_srs EPSG:32632",
+        ),
+    ] {
+        let error = format!("{:?}", import(world).unwrap_err());
+        assert!(error.contains(told), "{error}");
     }
 }
 

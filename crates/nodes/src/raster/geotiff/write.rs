@@ -28,8 +28,8 @@ pub(in crate::raster) struct Frame {
 
 impl Frame {
     /// Returns the frame of a raster of a window; `has_voids` is true if any of its samples is NaN, and changes only
-    /// the tail. The reference system is a local one in metres, x east and y north from the world's south-west corner,
-    /// so that tiles of a world match.
+    /// the tail. In a world without a place, the reference system is a local one in metres, x east and y north from the
+    /// world's south-west corner, so that tiles of a world match.
     pub(in crate::raster) fn of(window: &Window, has_voids: bool) -> io::Result<Self> {
         let bytes = 4 * window.len() as u64;
         let head = encode(window, has_voids, None)?.0;
@@ -55,6 +55,31 @@ fn encode(window: &Window, has_voids: bool, samples: Option<Range<u64>>) -> io::
     }
 }
 
+/// The name of the local reference system.
+const CITATION: &str = "Orograph world|";
+
+/// Version 1.1.0 and four keys: a local system, cells are areas, its name in the text tag, metres.
+#[rustfmt::skip]
+const LOCAL: [u16; 20] = [
+    1, 1, 0, 4,
+    1024, 0, 1, 32_767,
+    1025, 0, 1, 1,
+    1026, 34_737, CITATION.len() as u16, 0,
+    3076, 0, 1, 9001,
+];
+
+/// Version 1.1.0 and four keys: a projected system, cells are areas, its EPSG code, metres.
+#[rustfmt::skip]
+const fn projected(epsg: u32) -> [u16; 20] {
+    [
+        1, 1, 0, 4,
+        1024, 0, 1, 1,
+        1025, 0, 1, 1,
+        3072, 0, 1, epsg as u16,
+        3076, 0, 1, 9001,
+    ]
+}
+
 fn image<W: Write + Seek, K: TiffKind>(
     mut encoder: TiffEncoder<W, K>,
     window: &Window,
@@ -62,38 +87,25 @@ fn image<W: Write + Seek, K: TiffKind>(
     zeros: bool,
 ) -> TiffResult<u64> {
     let d = window.cell_m();
-    let west = f64::from(window.origin[0]) * d;
-    let north = (f64::from(window.world.cells[1]) - f64::from(window.origin[1])) * d;
+    let place = window.place();
+    let [west, north] = place.map_or_else(
+        || {
+            let [column, row] = window.origin.map(f64::from);
+            [column * d, (f64::from(window.world.cells[1]) - row) * d]
+        },
+        |place| place.corner_m,
+    );
     let mut image = encoder.new_image::<Gray32Float>(window.cells[0], window.cells[1])?;
     let tags = image.encoder();
     tags.write_tag(Tag::ModelPixelScaleTag, [d, d, 0.0].as_slice())?;
     tags.write_tag(Tag::ModelTiepointTag, [0.0, 0.0, 0.0, west, north, 0.0].as_slice())?;
-    // version 1.1.0 and four keys: a local system, cells are areas, its name, metres
-    let citation = "Orograph world|";
-    let keys: [u16; 20] = [
-        1,
-        1,
-        0,
-        4, // header
-        1024,
-        0,
-        1,
-        32_767, // GTModelType: user-defined
-        1025,
-        0,
-        1,
-        1, // GTRasterType: pixel is area
-        1026,
-        34_737,
-        citation.len() as u16,
-        0, // GTCitation: in the text tag
-        3076,
-        0,
-        1,
-        9001, // ProjLinearUnits: metre
-    ];
-    tags.write_tag(Tag::GeoKeyDirectoryTag, keys.as_slice())?;
-    tags.write_tag(Tag::GeoAsciiParamsTag, citation)?;
+    match place {
+        Some(place) => tags.write_tag(Tag::GeoKeyDirectoryTag, projected(place.epsg).as_slice())?,
+        None => {
+            tags.write_tag(Tag::GeoKeyDirectoryTag, LOCAL.as_slice())?;
+            tags.write_tag(Tag::GeoAsciiParamsTag, CITATION)?;
+        }
+    }
     if has_voids {
         tags.write_tag(Tag::GdalNodata, "nan")?;
     }

@@ -55,7 +55,7 @@ pub(super) fn open<'a>(source: Source<'a>, sidecar: Option<&Sidecar>) -> Result<
     let mut head = Head::new(columns as usize, rows as usize);
     let full = if depth == BitDepth::Sixteen { 65_535 } else { 255 };
     head.coding = Some(Coding { full, range: sidecar.and_then(|s| s.range) });
-    head.cell = sidecar.and_then(Sidecar::cell);
+    sidecar.into_iter().for_each(|sidecar| sidecar.locate(&mut head));
     let step = match reader.output_color_type() {
         (ColorType::Grayscale, BitDepth::Eight) => 1,
         (ColorType::GrayscaleAlpha, BitDepth::Eight) | (ColorType::Grayscale, BitDepth::Sixteen) => 2,

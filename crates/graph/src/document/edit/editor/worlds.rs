@@ -7,12 +7,12 @@ use crate::{
             args::{args, migrate, version},
             problems::Problems,
             sea::{self, Own},
-            world::{self, SEA_LEVEL},
+            world::{self, PLACE, SEA_LEVEL},
         },
         edit::EditError,
         syntax::{Item, lex::quote, literal::number_text},
     },
-    world::{Boundary, Edge, World},
+    world::{Boundary, Edge, GeoPlace, World},
 };
 
 impl Editor<'_> {
@@ -30,6 +30,12 @@ impl Editor<'_> {
         if now.is_none_or(|now| now.size != world.size) {
             let text = (world.size != default.size).then(|| pair(world.size.map(number_text)));
             self.set_world_field("size", text);
+        }
+        if now.is_none_or(|now| now.place != world.place) {
+            let text = world.place.map(|GeoPlace { epsg, corner_m }| {
+                format!("(epsg: {epsg}, corner: {})", pair(corner_m.map(number_text)))
+            });
+            self.set_world_field(PLACE, text);
         }
         let differs = |now: World| now.size != world.size || now.cells != world.cells;
         if self.world().is_none_or(differs) {
