@@ -91,7 +91,7 @@ fn saving_under_a_new_name_asks_nothing_and_updates_file_paths() {
     fs::create_dir(folder.path().join("maps")).expect("made");
     fs::write(folder.path().join("maps/a.png"), "").expect("written");
     fs::create_dir(folder.path().join("copies")).expect("made");
-    let source = HILLS.replace("\"a\": Perlin,", "\"a\": Import(file: \"maps/a.png\"),");
+    let source = HILLS.replace("\"a\": Perlin,", "\"a\": Import(version: 2, file: \"maps/a.png\"),");
     fs::write(&file, &source).expect("written");
     let mut session = session(Some(&file));
     session.apply(&octaves("5"));

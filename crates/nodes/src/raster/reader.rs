@@ -121,7 +121,7 @@ impl Reader<'_> {
     }
 
     /// Returns about the number of bytes that [`Self::read`] allocates: a few megabytes, except for the rows of tiles
-    /// of a GeoTIFF, for interlaced PNG and for OpenEXR, which are unpacked whole.
+    /// of a GeoTIFF or OpenEXR file and for interlaced PNG, which are unpacked whole.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         // the buffers of the file and of one of its parts
