@@ -2,9 +2,12 @@
 
 use std::{
     fs::{self, File, Metadata, OpenOptions},
-    io,
+    io::{self, BufRead, BufReader},
     path::Path,
 };
+
+/// Bytes of a file that are compared at a time.
+const PIECE: usize = 64 << 10;
 
 /// The path is a pipe, a device or a socket.
 #[derive(Debug, thiserror::Error)]
@@ -38,6 +41,31 @@ pub fn is_irregular(error: &io::Error) -> bool {
     error.get_ref().is_some_and(|error| error.is::<Irregular>())
 }
 
+/// Returns true if two regular files have the same contents. Reads them piece by piece, up to the first difference.
+///
+/// # Errors
+/// When one of them cannot be opened, as for [`open`], or read.
+pub fn has_same_contents(one: &Path, other: &Path) -> io::Result<bool> {
+    let [(one, metadata), (other, others)] = [open(one)?, open(other)?];
+    if metadata.len() != others.len() {
+        return Ok(false);
+    }
+    let [mut one, mut other] = [BufReader::with_capacity(PIECE, one), BufReader::with_capacity(PIECE, other)];
+    loop {
+        let (left, right) = (one.fill_buf()?, other.fill_buf()?);
+        let count = left.len().min(right.len());
+        if left[..count] != right[..count] {
+            return Ok(false);
+        }
+        if count == 0 {
+            // a file may have grown meanwhile
+            return Ok(left.is_empty() && right.is_empty());
+        }
+        one.consume(count);
+        other.consume(count);
+    }
+}
+
 /// The metadata of a regular file.
 fn regular(metadata: Metadata) -> io::Result<Metadata> {
     match metadata.file_type() {
@@ -65,6 +93,26 @@ mod tests {
         let kind = |path: &Path| open(path).expect_err("not a regular file").kind();
         assert_eq!(kind(folder.path()), io::ErrorKind::IsADirectory);
         assert_eq!(kind(&folder.path().join("none")), io::ErrorKind::NotFound);
+    }
+
+    #[test]
+    fn files_are_compared_by_their_contents() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = |name: &str, bytes: &[u8]| {
+            let path = folder.path().join(name);
+            fs::write(&path, bytes).expect("written");
+            path
+        };
+        let mut bytes = vec![7; 3 * PIECE + 5];
+        let [one, same] = ["one", "same"].map(|name| file(name, &bytes));
+        let shorter = file("shorter", &bytes[1..]);
+        *bytes.last_mut().expect("a byte") = 8;
+        let other = file("other", &bytes);
+        let [none, empty] = [file("none", &[]), file("empty", &[])];
+        let is_same = |left, right| has_same_contents(left, right).expect("readable");
+        assert!(is_same(&one, &same) && is_same(&none, &empty));
+        assert!(!is_same(&one, &shorter) && !is_same(&one, &other) && !is_same(&one, &none));
+        assert!(has_same_contents(&one, &folder.path().join("missing")).is_err());
     }
 
     #[cfg(unix)]

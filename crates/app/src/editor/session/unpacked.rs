@@ -11,7 +11,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use orograph_graph::{Document, Registry};
+use orograph_graph::{Document, Registry, input};
 
 use crate::{
     editor::window::state,
@@ -139,8 +139,7 @@ pub(super) fn take_along(document: &Document, to: &Path) -> io::Result<Option<Ta
     for folder in [beside.clone()].into_iter().chain(others) {
         let free = |name: &PathBuf| {
             let there = folder.join(name);
-            !there.exists()
-                || fs::read(&there).is_ok_and(|bytes| fs::read(from.join(name)).is_ok_and(|own| own == bytes))
+            !there.exists() || input::has_same_contents(&there, &from.join(name)).is_ok_and(|same| same)
         };
         if names.iter().all(free) {
             taken.folder = folder;

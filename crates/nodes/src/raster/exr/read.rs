@@ -22,10 +22,8 @@ use crate::raster::{
 /// Names of a height channel, best first.
 const CHANNELS: [&str; 4] = ["Y", "Z", "height", "R"];
 
-/// Maximum number of bytes of a block when unpacked: 16 MiB.
-const MOST_BYTES: u64 = 1 << 24;
-/// Maximum number of cells of a row of tiles: 64 MiB.
-const MOST_CELLS: u64 = 1 << 24;
+/// Maximum number of bytes in memory: blocks of 16 MiB, or 32 MiB in a row of tiles.
+const MOST_BYTES: u64 = 60 << 20;
 const EXPORT_SCAN_LINES: &str = "export it again without compression or with ZIP, as scan lines";
 
 /// Opens the first layer.
@@ -53,22 +51,16 @@ pub(in crate::raster) fn open<'a>(mut source: Source<'a>, sidecar: Option<&Sidec
         BlockDescription::ScanLines => [head.columns, first.compression.scan_lines_per_block()],
         BlockDescription::Tiles(tiles) => [tiles.tile_size.0, tiles.tile_size.1],
     };
-    let [wide, high] = block.map(|side| side as u64);
-    let cell_bytes = first.channels.bytes_per_pixel as u64;
-    if wide.saturating_mul(high).saturating_mul(cell_bytes) > MOST_BYTES {
-        return Err(Problem::Unsupported {
-            what: format!("blocks of {wide} x {high} cells of {cell_bytes} bytes"),
-            remedy: EXPORT_SCAN_LINES,
-        });
-    }
-    if high.min(head.rows as u64) * head.columns as u64 > MOST_CELLS {
-        return Err(Problem::Unsupported {
-            what: format!("tiles of {high} rows and {} columns of cells", head.columns),
-            remedy: EXPORT_SCAN_LINES,
-        });
-    }
     let offsets = offsets(&mut source, head.columns.div_ceil(block[0]), head.rows.div_ceil(block[1]))?;
-    Ok(Reader { head: head.clone(), rows: Box::new(Layer { source, meta, head, channel, block, offsets }) })
+    let layer = Layer { source, meta, head, channel, block, offsets };
+    if layer.bytes() > MOST_BYTES {
+        let [wide, high] = layer.block;
+        return Err(Problem::Unsupported {
+            what: format!("blocks of {wide} x {high} cells in rows of {} columns", layer.head.columns),
+            remedy: EXPORT_SCAN_LINES,
+        });
+    }
+    Ok(Reader { head: layer.head.clone(), rows: Box::new(layer) })
 }
 
 /// Chooses the channel of the heights.
@@ -187,9 +179,10 @@ impl Rows for Layer<'_> {
     fn bytes(&self) -> u64 {
         let cell_bytes = self.meta.headers.first().map_or(0, |header| header.channels.bytes_per_pixel);
         // a block as it is in the file, unpacked, and in between
-        let blocks = 3 * cell_bytes * self.block[0] * self.block[1];
+        let block_cells = self.block[0].min(self.head.columns) * self.block[1].min(self.head.rows);
+        let blocks = cell_bytes.saturating_mul(3 * block_cells);
         let rows = size_of::<f32>() * self.head.columns * self.block_rows(&self.head);
-        (8 * self.offsets.len() + blocks + rows) as u64
+        blocks.saturating_add(8 * self.offsets.len() + rows) as u64
     }
 
     fn block_rows(&self, head: &Head) -> usize {
