@@ -26,7 +26,7 @@ const LONGEST: Duration = Duration::from_secs(1);
 /// Time after which the process ends itself.
 const DEADLINE: Duration = Duration::from_secs(30);
 /// Memory that any case may use, in bytes.
-const MOST: usize = 64 << 20;
+pub const MOST: usize = 64 << 20;
 /// Bytes for each cell of the world that a case builds.
 const PER_CELL: usize = 16;
 /// Number of failures that are noted in full.

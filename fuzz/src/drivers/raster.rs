@@ -6,7 +6,7 @@ use orograph_graph::{Document, Evaluator, EvaluatorOptions, Store, Window};
 use tempfile::TempDir;
 
 use super::{Attack, Taken, files};
-use crate::dice::Dice;
+use crate::{child::MOST, dice::Dice};
 
 const CELLS: u32 = 16;
 
@@ -70,7 +70,8 @@ pub(super) fn prepare() -> Box<dyn Attack> {
     let options = EvaluatorOptions {
         store: Arc::new(Store::new(0, None)),
         threads: NonZero::new(1),
-        memory_limit: Some(1 << 30),
+        // A file whose voids may have to be filled is unpacked whole; if that takes more, its estimate must say so.
+        memory_limit: Some(MOST as u64),
         ..EvaluatorOptions::default()
     };
     let evaluator = Evaluator::new(options).expect("a thread");
