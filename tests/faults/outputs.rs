@@ -6,7 +6,8 @@ use orograph::{
     Failure,
     build::{
         Builder,
-        request::{BackendName, Changes, Means, Request},
+        backend::BackendName,
+        request::{Changes, Means, Request},
         storage::Storage,
     },
     export::outputs::OutputOptions,

@@ -2,6 +2,7 @@
 
 mod bless;
 mod counting;
+pub mod gpu;
 mod land;
 mod look;
 mod pictures;

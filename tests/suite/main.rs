@@ -3,6 +3,7 @@
 mod chains;
 mod conformance;
 mod golden;
+mod gpu;
 mod graphs;
 mod ledger;
 mod manual;

@@ -5,11 +5,14 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::{
+    device::{DeviceError, DeviceSamples, Samples, WeakSamples},
     memory::{OutOfMemory, with_capacity},
     world::Window,
 };
 
 /// A row-major raster of `f32` with the window of the world that it covers. Copies share the samples.
+///
+/// The samples may be on a device that computed them; they come to the host when [`Self::fetch`] asks for them.
 ///
 /// Shape: `planes` x `ny` x `nx`, plane after plane; one plane for heights, masks and scalars, two for vectors (x east,
 /// y south), three for linear RGB colour.
@@ -17,7 +20,7 @@ use crate::{
 pub struct Field {
     window: Window,
     planes: usize,
-    samples: Arc<Vec<f32>>,
+    samples: Arc<Samples>,
 }
 
 impl PartialEq for Field {
@@ -25,7 +28,7 @@ impl PartialEq for Field {
     fn eq(&self, other: &Self) -> bool {
         self.window == other.window
             && self.planes == other.planes
-            && self.samples.iter().zip(other.samples.iter()).all(|(a, b)| a.to_bits() == b.to_bits())
+            && self.samples().iter().zip(other.samples()).all(|(a, b)| a.to_bits() == b.to_bits())
     }
 }
 
@@ -46,7 +49,44 @@ impl Field {
     #[must_use]
     pub fn with_planes(window: Window, planes: usize, samples: Vec<f32>) -> Self {
         assert_eq!(samples.len(), planes * window.len(), "samples do not fill the window");
-        Self { window, planes, samples: Arc::new(samples) }
+        Self { window, planes, samples: Arc::new(Samples::on_host(samples)) }
+    }
+
+    /// A raster whose samples are on a device.
+    #[must_use]
+    pub fn on_device(window: Window, planes: usize, samples: Arc<dyn DeviceSamples>) -> Self {
+        Self { window, planes, samples: Arc::new(Samples::on_device(planes * window.len(), samples)) }
+    }
+
+    /// Brings the samples to the host, if they are not there.
+    ///
+    /// # Errors
+    /// When the device does not give them back.
+    pub fn fetch(&self) -> Result<(), DeviceError> {
+        self.samples.fetch()
+    }
+
+    /// The samples on the host. Returns None when they are only on a device.
+    #[must_use]
+    pub fn host(&self) -> Option<&[f32]> {
+        self.samples.host()
+    }
+
+    /// The copy of the samples on a device. Returns None when there is none.
+    #[must_use]
+    pub fn device(&self) -> Option<Arc<dyn DeviceSamples>> {
+        self.samples.device()
+    }
+
+    /// Keeps a copy of the samples on a device, so that they are uploaded once.
+    pub fn keep_on_device(&self, samples: Arc<dyn DeviceSamples>) {
+        self.samples.keep_on_device(samples);
+    }
+
+    /// A handle of the samples that does not keep them alive.
+    #[must_use]
+    pub fn shared(&self) -> WeakSamples {
+        WeakSamples::new(&self.samples)
     }
 
     /// A raster with the same value everywhere, for tests and examples; a kernel allocates with
@@ -69,25 +109,29 @@ impl Field {
     }
 
     /// All samples, plane after plane, row after row.
+    ///
+    /// # Panics
+    /// When the samples are only on a device that does not give them back. The evaluator [fetches](Self::fetch) what
+    /// kernels and readers on the host receive.
     #[must_use]
     pub fn samples(&self) -> &[f32] {
-        &self.samples
+        self.samples.read()
     }
 
     /// The samples of one plane.
     #[must_use]
     pub fn plane(&self, plane: usize) -> &[f32] {
         let len = self.window.len();
-        &self.samples[plane * len..(plane + 1) * len]
+        &self.samples()[plane * len..(plane + 1) * len]
     }
 
     /// Returns the samples, without a copy if nothing else shares them.
     #[must_use]
     pub fn into_samples(self) -> Vec<f32> {
-        Arc::try_unwrap(self.samples).unwrap_or_else(|shared| shared.as_ref().clone())
+        Arc::try_unwrap(self.samples).map_or_else(|shared| shared.read().to_vec(), Samples::into_host)
     }
 
-    /// Size of its samples in bytes.
+    /// Size of its samples in bytes, wherever they are.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.samples.len() * size_of::<f32>()

@@ -9,8 +9,9 @@ use std::{
 };
 
 use crate::{
+    device::DeviceError,
     memory::OutOfMemory,
-    node::Node,
+    node::{Node, OutputType},
     param::{FileName, ParamValues, Seed},
     state::State,
     value::Value,
@@ -133,6 +134,14 @@ impl Outputs {
     pub fn take(&mut self, name: &str) -> Option<Value> {
         let at = self.values.iter().position(|(n, _)| *n == name)?;
         Some(self.values.swap_remove(at).1)
+    }
+
+    /// Brings all results to the host.
+    ///
+    /// # Errors
+    /// When a device does not give one back.
+    pub(crate) fn fetch(&self) -> Result<(), DeviceError> {
+        self.values.iter().try_for_each(|(_, value)| value.fetch())
     }
 
     /// Adds the state for the next finer level.
@@ -276,6 +285,22 @@ impl Job<'_> {
     pub fn place(&self) -> Option<GeoPlace> {
         assert!(self.node.reads_place, "`{}` does not declare that it reads the place", self.node.id);
         self.world().place
+    }
+
+    /// Number of planes of an output on this run; 0 for one that is no raster.
+    #[must_use]
+    pub fn planes(&self, output: usize) -> usize {
+        match self.node.outputs[output].ty {
+            OutputType::Fixed(ty) => ty.planes().unwrap_or(0),
+            OutputType::Chosen(of) => of(self.params).planes().unwrap_or(0),
+            OutputType::SameAs(name) => {
+                let at = self.node.inputs.iter().position(|input| input.name == name);
+                match at.and_then(|at| self.inputs.get(at)) {
+                    Some(InputValue::Value(Value::Field(field))) => field.planes(),
+                    _ => 1,
+                }
+            }
+        }
     }
 
     /// Side of a cell in metres.

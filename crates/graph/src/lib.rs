@@ -5,16 +5,19 @@
 //! - [`Graph`]: node instances and wires, checked as they are connected.
 //! - [`Document`]: the graph as a file; all its problems as [`Diagnostic`]s.
 //! - [`Evaluator`]: builds outputs of a graph and caches results.
+//! - [`gpu`]: kernels for a GPU as plain data; an executor for them is a [`Backend`].
 //! - [`files`]: files that appear whole, and sets of files that appear together; [`input`]: opening files to read.
 //! - [`memory`]: allocation of rasters; [`machine`]: how much memory there is.
 
 mod backend;
 mod colour;
+mod device;
 mod diagnostic;
 mod document;
 mod eval;
 mod field;
 pub mod files;
+pub mod gpu;
 mod graph;
 pub mod input;
 mod job;
@@ -37,6 +40,7 @@ mod world;
 
 pub use backend::{Backend, Cpu};
 pub use colour::{NoColour, Srgb, Stop};
+pub use device::{DeviceError, DeviceSamples, WeakSamples};
 pub use diagnostic::{Diagnostic, Severity, line_column};
 pub use document::{
     Document, Edit, EditError, Expanded, Expectation, Expectations, Frame, FrameEntry, History, JournalEntry,

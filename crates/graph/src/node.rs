@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::{
+    gpu::GpuKernel,
     job::{Job, NodeError, Outputs, Wanted},
     migrate::Migration,
     param::{ParamSpec, ParamValues},
@@ -62,6 +63,8 @@ pub struct Node {
     pub scratch: Scratch,
     /// The kernel that defines its result.
     pub cpu: Kernel,
+    /// The kernel for a GPU; `None` if there is none.
+    pub gpu: Option<&'static GpuKernel>,
     /// Starts its process, for callers that run it incrementally; `None` if it cannot be run step by step.
     pub process: Option<Begin>,
     /// Whether the result is bit-identical on every machine and for any number of threads.
@@ -127,6 +130,7 @@ impl Node {
         levels: None,
         scratch: Scratch::None,
         cpu: |_| Err(NodeError::failed("this node has no kernel")),
+        gpu: None,
         process: None,
         exactness: Exactness::Exact,
         resolution: Resolution::Within(0.05),

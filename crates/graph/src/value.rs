@@ -2,7 +2,9 @@
 
 use std::{fmt, sync::Arc};
 
-use crate::{field::Field, lines::Lines, report::Report, state::State, strata::Strata, unit::Unit};
+use crate::{
+    device::DeviceError, field::Field, lines::Lines, report::Report, state::State, strata::Strata, unit::Unit,
+};
 
 /// The meaning of a value; ports are typed by it, so that a slope cannot be wired to an input for a height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -159,10 +161,19 @@ impl Value {
         }
     }
 
+    /// Brings the samples of a raster to the host, if they are on a device.
+    ///
+    /// # Errors
+    /// When the device does not give them back.
+    pub fn fetch(&self) -> Result<(), DeviceError> {
+        self.as_field().map_or(Ok(()), Field::fetch)
+    }
+
     /// A message on what no node may return, such as a number that is not finite. Returns None when there is nothing.
+    /// A raster on a device is not read: the device has checked its samples, and brought those with a fault back.
     pub(crate) fn fault(&self) -> Option<String> {
         match self {
-            Self::Field(field) => field.fault(),
+            Self::Field(field) => field.host().and_then(|_| field.fault()),
             Self::Strata(strata) => strata.column().fault().or_else(|| strata.offset().fault()),
             Self::Lines(lines) => lines.fault(),
             Self::Report(report) => report.fault(),

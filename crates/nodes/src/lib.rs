@@ -4,6 +4,8 @@ pub mod combine;
 pub mod erosion;
 pub mod filter;
 pub mod generate;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod hydrology;
 pub mod import;
 pub mod measure;
@@ -18,6 +20,7 @@ pub mod select;
 pub mod tectonics;
 #[cfg(test)]
 mod testing;
+mod wgsl;
 
 use orograph_graph::{Node, Registry};
 

@@ -3,5 +3,9 @@
 pub(crate) use orograph_graph::{
     Balance, ColourStops, CurvePoints, Field, FileName, Job, Lane, Migration, Node, NodeError, Outputs, ParamValues,
     PathPoints, PortType, Reach, Report, Resolution, Scratch, Seed, Sizing, Step, StepPoints, TimedStrokes, Unit,
-    Window, choice, inputs, outputs, params,
+    Window, choice,
+    gpu::{Bind, GpuKernel, Number, Over, Pass, Passes, Recorder, Rows, Scalar, Shader, Slot, Tolerance},
+    inputs, outputs, params,
 };
+
+pub(crate) use crate::wgsl::wgsl;

@@ -129,6 +129,24 @@ pub(crate) fn strata(offset: Field, top_m: f64, layers: &[(f64, f64, f64)]) -> S
     Strata::new(Arc::new(Column { layers, top_m, repeats: false, cosine: 1.0 }), offset)
 }
 
+/// A job without inputs.
+#[cfg(feature = "gpu")]
+pub(crate) fn job_on<'a>(node: &'a Node, params: &'a ParamValues, window: Window) -> Job<'a> {
+    Job {
+        node,
+        params,
+        inputs: Vec::new(),
+        level: orograph_graph::LevelJob::default(),
+        window,
+        wanted: Wanted::ALL,
+        folder: std::path::PathBuf::new(),
+        cancel: Cancel::default(),
+        progress: &|_| {},
+        warnings: Warnings::default(),
+        glimpses: None,
+    }
+}
+
 fn run_with(
     wanted: Wanted,
     cancel: &Cancel,

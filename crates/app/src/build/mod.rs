@@ -1,5 +1,6 @@
 //! Builds a request: evaluation, then files.
 
+pub mod backend;
 pub mod fit;
 pub mod request;
 pub mod storage;
@@ -24,6 +25,7 @@ use crate::{
         expect::{Expected, Watch},
         failure::{Failure, reason},
         progress::Progress,
+        terminal,
     },
 };
 
@@ -43,6 +45,8 @@ pub struct Timing {
     pub bytes: usize,
     /// Whether its results were computed or read from a cache.
     pub origin: Origin,
+    /// What computed them, or would compute them.
+    pub backend: &'static str,
 }
 
 /// The result of a build.
@@ -68,11 +72,13 @@ impl Builder {
     /// A builder whose store keeps this many bytes of results in memory.
     ///
     /// # Errors
-    /// When the requested backend or folder does not exist.
+    /// When the requested folder does not exist. Without the requested backend it says so and takes the processor.
     pub fn new(means: &Means, memory: usize) -> Result<Self, Failure> {
-        means.backend.check()?;
         machine::start_threads(means.threads)?;
+        let (backend, said) = means.backend.open();
+        said.iter().for_each(|said| terminal::remark(&format!("{said}\n")));
         let options = EvaluatorOptions {
+            backend,
             store: means.storage.store(memory)?,
             threads: means.threads,
             ..EvaluatorOptions::default()
@@ -128,8 +134,9 @@ impl Builder {
                 | Event::NodeGlimpse { node, .. }
                 | Event::Warning { node, .. } => graph.instance(*node).node.id,
             };
-            if let Event::NodeFinished { name, time, bytes, origin, .. } = &event {
-                let timing = Timing { name: name.to_string(), kind, time: *time, bytes: *bytes, origin: *origin };
+            if let Event::NodeFinished { name, time, bytes, origin, backend, .. } = &event {
+                let (name, time, bytes) = (name.to_string(), *time, *bytes);
+                let timing = Timing { name, kind, time, bytes, origin: *origin, backend };
                 timings.lock().unwrap_or_else(PoisonError::into_inner).push(timing);
             }
             progress.event(kind, &event);

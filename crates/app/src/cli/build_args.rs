@@ -34,7 +34,6 @@ impl BuildArgs {
     /// # Errors
     /// As [`Request::new`], and when there is nothing to build.
     pub fn request(&self, warnings: bool) -> Result<Request, Failure> {
-        self.means.backend.check()?;
         let request = Request::new(&self.file, &self.changes, &orograph_nodes::registry(), warnings)?;
         let request = request.only(&self.only)?;
         if request.outputs.is_empty() {

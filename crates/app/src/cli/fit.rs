@@ -74,7 +74,6 @@ pub struct Args {
 
 impl Args {
     pub(super) fn run(self) -> Result<(), Failure> {
-        self.means.backend.check()?;
         self.check()?;
         let changes = Changes { cells: self.cells, ..Changes::default() };
         let request = Request::new(&self.file, &changes, &orograph_nodes::registry(), true)?;

@@ -3,6 +3,7 @@
 mod build_args;
 mod cache;
 mod check;
+mod devices;
 mod diff;
 mod edit;
 mod fit;
@@ -69,6 +70,7 @@ enum Command {
     Unpack(pack::UnpackArgs),
     Nodes(nodes::Args),
     Cache(cache::Args),
+    Devices(devices::Args),
     Completions(shell::CompletionsArgs),
     Man(Box<shell::ManArgs>),
 }
@@ -90,6 +92,7 @@ impl Command {
             Self::Unpack(args) => args.run(),
             Self::Nodes(args) => args.run(),
             Self::Cache(args) => args.run(),
+            Self::Devices(args) => args.run(),
             Self::Completions(args) => args.run(),
             Self::Man(args) => args.run(),
         }

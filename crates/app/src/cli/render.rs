@@ -13,6 +13,7 @@ use super::{
 use crate::{
     build::{
         Builder,
+        backend::BackendName,
         request::{Changes, Means, Request},
     },
     export::picture,
@@ -120,6 +121,7 @@ impl Args {
             ("--cache", self.means.storage.cache.is_some()),
             ("--no-cache", self.means.storage.no_cache),
             ("--threads", self.means.threads.is_some()),
+            ("--backend", self.means.backend != BackendName::Auto),
             ("--colour", self.perspective.colour.is_some()),
             ("--water", self.perspective.water.is_some()),
         ];
@@ -129,7 +131,6 @@ impl Args {
                 self.file.display()
             )));
         }
-        self.means.backend.check()?;
         let height = self.sea.around(heightfile::read(&self.file, &self.scale, FILLED)?.field);
         match self.view {
             View::Map => Ok(picture::of_height(&height, picture::View::Map)),

@@ -221,11 +221,11 @@ fn timings(built: &Built, page: Page) -> String {
         ("kind", Align::Left),
         ("time", Align::Right),
         ("memory", Align::Right),
-        ("result", Align::Left),
+        ("from", Align::Left),
     ]);
-    for Timing { name, kind, time, bytes: size, origin } in &built.timings {
+    for Timing { name, kind, time, bytes: size, origin, backend } in &built.timings {
         let origin = match origin {
-            Origin::Computed => "computed",
+            Origin::Computed => *backend,
             Origin::Memory => "in memory",
             Origin::Disk => "on disk",
         };

@@ -102,7 +102,7 @@ fn invalid_requests() {
         (vec!["--set", "plian.value=3"], "did you mean `plain`?"),
         (vec!["--set", "plain.valeu=3"], "did you mean `value`?"),
         (vec!["--set", "plain.value=2 yr"], "yr"),
-        (vec!["--backend", "gpu"], "no GPU backend"),
+        (vec!["--backend", "cuda"], "possible values: auto, cpu, gpu"),
         (vec!["--colour"], "--colour"),
     ] {
         place.run(&[&["run", "g.ron"], &args[..]].concat()).ended(1, &[said]);

@@ -72,6 +72,8 @@ pub enum Event {
         bytes: usize,
         /// Their origin.
         origin: Origin,
+        /// The name of the backend that runs, or would run, the node.
+        backend: &'static str,
     },
     /// A result is available, but may not be what the user intended ([`Job::warn`](crate::Job::warn)); or something
     /// failed that does not affect results, such as writing to the cache.
@@ -140,6 +142,6 @@ impl Ticker {
 
 /// Locks a mutex, even after a panic elsewhere: data behind the evaluator's locks is consistent between any two
 /// statements.
-pub(super) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

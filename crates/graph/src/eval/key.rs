@@ -2,8 +2,9 @@
 //!
 //! Provenance, not content: hashing the rasters after each edit would cost more than many nodes. A key includes
 //! everything that can change the result, and nothing else: the kind and version of the node, its parameters, the
-//! world, its inputs, the content of the files that it reads, and the backend if the node is not exact. Names of nodes,
-//! the rest of the graph, thread counts and the order of evaluation are not included.
+//! world, its inputs, the content of the files that it reads, and the backend unless it is the CPU and the node exact: no
+//! other backend gives the bytes of the CPU, and through the keys of the inputs none of their results is mixed with those
+//! of the CPU further down. Names of nodes, the rest of the graph, thread counts and the order of evaluation are not included.
 //!
 //! A result does not depend on the window in which it was computed, as a node's reach guarantees. Keys of downstream
 //! nodes therefore do not include the window, and a node keeps its key when another reader needs a wider window of its
@@ -21,8 +22,9 @@ use super::{
 };
 use crate::{
     backend::{Backend, Cpu},
+    graph::Instance,
     job::Cancel,
-    node::{Exactness, Node},
+    node::Exactness,
     param::{ParamValue, ParamValues},
     world::{Window, World},
 };
@@ -95,18 +97,18 @@ pub(super) fn origins(
     all
 }
 
-/// The backend that runs a kind of node: the chosen one, or the CPU, which runs all.
-pub(super) fn backend_of<'a>(chosen: &'a dyn Backend, node: &Node) -> &'a dyn Backend {
-    if chosen.supports(node) { chosen } else { &Cpu }
+/// The backend that runs an instance: the chosen one, or the CPU, which runs all.
+pub(super) fn backend_of<'a>(chosen: &'a dyn Backend, instance: &Instance) -> &'a dyn Backend {
+    if chosen.supports(instance.node, &instance.params) { chosen } else { &Cpu }
 }
 
 fn key(step: &Step<'_>, backend: &dyn Backend, files: &[Stamped], earlier: &[Option<Origins>]) -> Key {
     let mut hash = Hash::new(b'n');
     hash.origin(step, files, earlier);
     hash.params(&step.instance.params);
-    let node = step.instance.node;
-    if node.exactness != Exactness::Exact {
-        hash.text(backend_of(backend, node).name());
+    let backend = backend_of(backend, step.instance);
+    if !backend.is_cpu() || step.instance.node.exactness != Exactness::Exact {
+        hash.text(backend.identity());
     }
     hash.finish()
 }

@@ -129,8 +129,8 @@ impl<'a> LevelEvents<'a> {
                 run.reported = run.reported.max(fraction);
                 is_more.then_some(Event::NodeProgress { node, name, fraction })
             }
-            Event::NodeFinished { node, name, cells, time, bytes, origin } => {
-                run.finish(place.part, time, bytes, origin, (node, name, cells))
+            Event::NodeFinished { node, name, cells, time, bytes, origin, backend } => {
+                run.finish(place.part, time, bytes, (origin, backend), (node, name, cells))
             }
             // a remark on the cells of a level is none on those that are asked for
             warning @ Event::Warning { .. } => run.parts[place.part].is_asked.then_some(warning),
@@ -154,7 +154,7 @@ impl Run {
         part: usize,
         time: Duration,
         bytes: usize,
-        origin: Origin,
+        (origin, backend): (Origin, &'static str),
         (node, name, cells): (NodeIndex, Arc<str>, [u32; 2]),
     ) -> Option<Event> {
         let is_asked = self.parts[part].is_asked;
@@ -164,7 +164,7 @@ impl Run {
         }
         if !self.is_going {
             // found in the store; of levels only the requested one is reported
-            return is_asked.then_some(Event::NodeFinished { node, name, cells, time, bytes, origin });
+            return is_asked.then_some(Event::NodeFinished { node, name, cells, time, bytes, origin, backend });
         }
         self.time += time;
         if self.parts.iter().any(|part| part.counts && !part.is_over) {
@@ -172,6 +172,7 @@ impl Run {
         }
         (self.is_going, self.reported) = (false, 0.0);
         let (time, cells) = (std::mem::take(&mut self.time), self.asked.cells);
-        Some(Event::NodeFinished { node, name, cells, time, bytes: self.bytes, origin: Origin::Computed })
+        let (bytes, origin) = (self.bytes, Origin::Computed);
+        Some(Event::NodeFinished { node, name, cells, time, bytes, origin, backend })
     }
 }

@@ -26,6 +26,7 @@ mod work;
 
 use std::{fmt, io, num::NonZero, path::Path, sync::Arc, sync::Mutex, time::Duration};
 
+pub(crate) use self::event::lock;
 pub use error::EvalError;
 pub use event::{Event, Origin};
 pub use key::Key;
@@ -268,6 +269,7 @@ impl Evaluator {
             let (Some(origins), step) = (&origins[target.step], &plan.steps[target.step]) else { continue };
             let slot = (origins.key, target.output);
             if let Some(value) = self.store.in_memory(slot, &step.wanted) {
+                value.fetch().map_err(|error| self.unkept(&io::Error::other(error)))?;
                 let written = self.pool.install(|| self.store.persist(slot, &step.wanted, &value, cancel));
                 written.map_err(|error| self.unkept(&error))?;
             }

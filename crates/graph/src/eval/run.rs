@@ -24,7 +24,7 @@ use super::{
     Delivered, Delivery, Evaluator, Work,
     error::EvalError,
     event::{Event, Origin, lock, now},
-    key::Origins,
+    key::{Origins, backend_of},
     needs::{Needs, Slot},
     plan::{Coarser, Plan, Source, Step},
     store::{Claim, Elsewhere},
@@ -164,10 +164,11 @@ impl<'r> Run<'r> {
         self.inputs(at).and(Err(None))
     }
 
-    /// Delivers an available result.
+    /// Delivers an available result, on the host.
     fn hand_over<'s>(&'s self, at: usize, request: usize, scope: &Scope<'s>) {
         let answer = self.plan.targets[request].as_ref().ok().and_then(|target| {
             let value = self.take(at, target.output)?;
+            value.fetch().ok()?;
             let key = self.origins[at].as_ref()?.key.output(target.output, &target.window);
             let value = cut(value, &target.window).map_err(|refused| self.out_of_memory(at, refused));
             Some(value.map(|value| Delivered { value, key }))
@@ -189,6 +190,9 @@ impl<'r> Run<'r> {
         let input = |source: &Source| match *source {
             Source::Wire { step: source, output } => {
                 let value = self.take(source, output).ok_or(None)?;
+                if value.as_field().is_some_and(|field| field.window().cells != step.window.cells) {
+                    value.fetch().map_err(|_| None)?;
+                }
                 let value = cut(value, &step.window).map_err(|refused| self.out_of_memory(at, refused))?;
                 Ok(InputValue::Value(value))
             }
@@ -240,7 +244,8 @@ impl<'r> Run<'r> {
                 let (node, name, bytes) = (step.index, step.name.clone(), value.bytes());
                 if lock(&self.state).hold(at, output, &value) {
                     let (time, origin, cells) = (start.elapsed(), Origin::Disk, step.wanted.world.cells);
-                    self.report(step, Event::NodeFinished { node, name, cells, time, bytes, origin });
+                    let backend = backend_of(&*self.evaluator.backend, step.instance).name();
+                    self.report(step, Event::NodeFinished { node, name, cells, time, bytes, origin, backend });
                 }
                 Some(value)
             }
@@ -284,6 +289,9 @@ impl<'r> Run<'r> {
                 return;
             }
             let Some(value) = value else { continue };
+            if value.fetch().is_err() {
+                continue; // whoever reads it finds out
+            }
             let written = self.evaluator.store.persist((origins.key, output), &step.wanted, value, self.cancel);
             if let Err(error) = written
                 && !self.cancel.is_cancelled()

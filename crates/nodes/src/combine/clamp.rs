@@ -7,6 +7,7 @@ use crate::{
         simd::simd,
     },
     prelude::*,
+    wgsl,
 };
 
 params! {
@@ -41,8 +42,28 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
+    gpu: Some(&GPU),
     example: "value: \"base\", low: 500, high: 2200, knee: 200",
     ..Node::DEFAULT
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&Shader {
+        name: "combine/clamp",
+        source: wgsl!("combine/clamp"),
+        library: &[wgsl::MATH],
+        values: &[],
+        slots: &[
+            Slot::input("value"),
+            Slot::input("low"),
+            Slot::input("high"),
+            Slot::input("mask"),
+            Slot::output("value"),
+        ],
+    }],
+    passes: Passes::POINT,
+    tolerance: &[Tolerance::ROUNDING],
+    ..GpuKernel::DEFAULT
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {

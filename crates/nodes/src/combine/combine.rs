@@ -11,6 +11,7 @@ use crate::{
         simd::simd,
     },
     prelude::*,
+    wgsl,
 };
 
 choice! {
@@ -85,8 +86,22 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
+    gpu: Some(&GPU),
     example: "a: \"base\", b: 900, mode: smooth_max, radius: 200",
     ..Node::DEFAULT
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&Shader {
+        name: "combine/combine",
+        source: wgsl!("combine/combine"),
+        library: &[wgsl::MATH],
+        values: &[],
+        slots: &[Slot::input("a"), Slot::input("b"), Slot::input("mask"), Slot::input("keep"), Slot::output("value")],
+    }],
+    passes: Passes::POINT,
+    tolerance: &[Tolerance::relative(2e-5)],
+    ..GpuKernel::DEFAULT
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {

@@ -13,6 +13,7 @@ use crate::{
         simd::simd,
     },
     prelude::*,
+    wgsl,
 };
 use spline::Spline;
 pub use spline::slopes;
@@ -90,18 +91,53 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
+    gpu: Some(&GPU),
     example: "value: \"base\", points: [(0, 0), (1500, 300), (1900, 1600), (4000, 3000)]",
     ..Node::DEFAULT
 };
 
+static SHADER: Shader = Shader {
+    name: "combine/curve",
+    source: wgsl!("combine/curve"),
+    library: &[wgsl::MATH],
+    values: &[("count", Number::U32), ("per_range", Number::F32), ("bent", Number::F32)],
+    slots: &[Slot::words("pieces", "Piece"), Slot::input("value"), Slot::input("mask"), Slot::output("value")],
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&SHADER],
+    passes: Passes::Recorded(record),
+    // a curve that changes nothing keeps the bits of its input
+    covers: |params| {
+        let curve = Curve::of(&Params::read(params));
+        curve.is_ok_and(|curve| !matches!(curve, Curve::Identity { .. }))
+    },
+    tolerance: &[Tolerance::relative(1e-5)],
+};
+
+fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
+    let (words, per_range, bent) = match Curve::of(&Params::read(job.params))? {
+        Curve::Points(spline) => (spline.words(), 0.0, 0.0),
+        Curve::Levels(Levels { per_range, power, .. }) => (vec![0; spline::WORDS], per_range, power),
+        Curve::Identity { .. } => return Err(NodeError::failed("this curve changes nothing")),
+    };
+    let pieces = recorder.table(&words)?;
+    recorder.pass(&Pass {
+        shader: &SHADER,
+        entry: "main",
+        bind: &[("pieces", Bind::Scratch(pieces))],
+        values: &[
+            ("count", Scalar::U32((words.len() / spline::WORDS) as u32)),
+            ("per_range", Scalar::F32(per_range)),
+            ("bent", Scalar::F32(bent)),
+        ],
+        over: Over::Cells(Rows::Around(0)),
+    })
+}
+
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { value, mask } = Inputs::read(job)?;
-    let params = Params::read(job.params);
-    let clamp = params.beyond == Beyond::Clamp;
-    let curve = match params.shape {
-        Shape::Points => Curve::points(&params.points.0, clamp),
-        _ => Curve::levels(&params, clamp)?,
-    };
+    let curve = Curve::of(&Params::read(job.params))?;
     if matches!(curve, Curve::Identity { ends: None }) {
         return Ok(Given { value: Some(value.clone()) }.into());
     }
@@ -130,6 +166,14 @@ enum Curve {
 }
 
 impl Curve {
+    fn of(params: &Params) -> Result<Self, NodeError> {
+        let clamp = params.beyond == Beyond::Clamp;
+        match params.shape {
+            Shape::Points => Ok(Self::points(&params.points.0, clamp)),
+            _ => Self::levels(params, clamp),
+        }
+    }
+
     fn points(points: &[[f64; 2]], clamp: bool) -> Self {
         if points.iter().all(|[x, y]| x == y) {
             let [first, .., last] = points else { return Self::Identity { ends: None } };

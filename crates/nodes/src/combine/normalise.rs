@@ -51,9 +51,41 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::World,
     cpu: run,
+    gpu: Some(&GPU),
     example: "value: \"base\", measure: percentiles, to: (200, 1500)",
     ..Node::DEFAULT
 };
+
+static SHADER: Shader = Shader {
+    name: "combine/normalise",
+    source: wgsl!("combine/normalise"),
+    library: &[],
+    values: &[],
+    slots: &[Slot::words("ends", "atomic<u32>").updated(), Slot::input("value"), Slot::output("value")],
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&SHADER],
+    passes: Passes::Recorded(record),
+    // percentiles and deviations need sums in double precision
+    covers: |params| Params::read(params).measure == Measure::Range,
+    tolerance: &[Tolerance::relative(1e-6)],
+};
+
+fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
+    let ends = recorder.table(&[0, 0])?;
+    for entry in ["measure", "main"] {
+        recorder.pass(&Pass {
+            shader: &SHADER,
+            entry,
+            bind: &[("ends", Bind::Scratch(ends))],
+            values: &[],
+            over: Over::Cells(Rows::Around(0)),
+        })?;
+        job.advance(0.5)?;
+    }
+    Ok(())
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);

@@ -7,6 +7,7 @@ use crate::{
         simd::simd,
     },
     prelude::*,
+    wgsl,
 };
 
 choice! {
@@ -80,6 +81,7 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
+    gpu: Some(&GPU),
     example: "value: \"base\", from: (0, 2000), to: (1e-6, 1e-5), quantity: erodibility, spacing: logarithmic",
     ..Node::DEFAULT
 };
@@ -100,6 +102,51 @@ fn port_type(params: &ParamValues) -> PortType {
     }
 }
 
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&Shader {
+        name: "combine/remap",
+        source: wgsl!("combine/remap"),
+        library: &[wgsl::MATH],
+        values: &[("octaves", Number::F32), ("least", Number::F32), ("most", Number::F32)],
+        slots: &[Slot::input("value"), Slot::output("value")],
+    }],
+    passes: Passes::One {
+        rows: Rows::Around(0),
+        values: |job| {
+            let params = Params::read(job.params);
+            let octaves = if params.spacing == Spacing::Logarithmic { params.octaves() } else { 0.0 };
+            let [least, most] = params.limits();
+            [("octaves", octaves), ("least", least), ("most", most)]
+                .map(|(name, value)| (name, Scalar::F32(value as f32)))
+                .to_vec()
+        },
+    },
+    covers: |params| {
+        let params = Params::read(params);
+        let [from0, from1] = params.from.map(|v| v as f32);
+        // in single precision both ends and what lies between them are distinct
+        let apart = (from1 - from0).abs() > 1e-3 * from0.abs().max(from1.abs());
+        apart && (params.spacing == Spacing::Linear || (params.to.iter().all(|v| *v > 1e-30)))
+    },
+    tolerance: &[Tolerance::relative(2e-5)],
+};
+
+impl Params {
+    /// log₂ of the ratio of the two ends of `to`.
+    fn octaves(&self) -> f64 {
+        math::log2(self.to[1] / self.to[0])
+    }
+
+    /// Limits of results.
+    fn limits(&self) -> [f64; 2] {
+        let ([to0, to1], most) = (self.to, f64::from(f32::MAX));
+        let (low, high) = if self.clamp { (to0.min(to1), to0.max(to1)) } else { (-most, most) };
+        let is_mask = self.quantity == Quantity::Mask;
+        let (low, high) = if is_mask { (low.clamp(0.0, 1.0), high.clamp(0.0, 1.0)) } else { (low, high) };
+        [low.max(-most), high.min(most)]
+    }
+}
+
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let ([from0, from1], [to0, to1]) = (params.from, params.to);
@@ -116,17 +163,13 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             "make both values of `to` greater than 0, or choose `spacing: linear`",
         ));
     }
-    let is_mask = params.quantity == Quantity::Mask;
-    let most = f64::from(f32::MAX);
-    let (low, high) = if params.clamp { (to0.min(to1), to0.max(to1)) } else { (-most, most) };
-    let (low, high) = if is_mask { (low.clamp(0.0, 1.0), high.clamp(0.0, 1.0)) } else { (low, high) };
     let map = Map {
         from0,
         from1,
         shares: if params.clamp { [0.0, 1.0] } else { [f64::MIN, f64::MAX] },
         to: [to0, to1],
-        octaves: if logarithmic { math::log2(to1 / to0) } else { 0.0 },
-        ends: [low.max(-most), high.min(most)],
+        octaves: if logarithmic { params.octaves() } else { 0.0 },
+        ends: params.limits(),
     };
     let mut out = Inputs::read(job)?.value.samples().to_vec();
     blocks(job, [0.0, 1.0], &mut out, |cells, _| {

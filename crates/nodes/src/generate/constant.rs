@@ -27,8 +27,25 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
+    gpu: Some(&GPU),
     example: "value: 250",
     ..Node::DEFAULT
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&Shader {
+        name: "generate/constant",
+        source: wgsl!("generate/constant"),
+        library: &[],
+        values: &[],
+        slots: &[Slot::output("value")],
+    }],
+    passes: Passes::POINT,
+    covers: |params| {
+        let params = Params::read(params);
+        quantity::check(params.quantity, &[params.value]).is_ok()
+    },
+    tolerance: &[Tolerance::EXACT],
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {

@@ -4,6 +4,7 @@ use crate::{
     numerics::{math, par},
     prelude::*,
     quantity::{self, Quantity},
+    wgsl,
 };
 
 choice! {
@@ -63,9 +64,53 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
+    gpu: Some(&GPU),
     example: "form: radial, from: 900, to: 0, length: 7000",
     ..Node::DEFAULT
 };
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&Shader {
+        name: "generate/gradient",
+        source: wgsl!("generate/gradient"),
+        library: &[wgsl::MATH],
+        values: &[
+            ("from_centre_x", Number::F32),
+            ("from_centre_y", Number::F32),
+            ("sine", Number::F32),
+            ("cosine", Number::F32),
+            ("start", Number::F32),
+            ("change", Number::F32),
+        ],
+        slots: &[Slot::output("value")],
+    }],
+    passes: Passes::One { rows: Rows::Around(0), values },
+    // positions in single precision: not for ramps of a few cells far from their centre
+    covers: |params| {
+        let params = Params::read(params);
+        let near = params.centre.iter().all(|v| v.abs() <= 1e5);
+        near && params.length >= 100.0 && quantity::check(params.quantity, &[params.from, params.to]).is_ok()
+    },
+    // a repeated ramp and the seam of a turn jump
+    tolerance: &[Tolerance::relative(5e-5).except(0.01)],
+};
+
+/// The centre of the first cell from that of the ramp, the direction, and the values.
+fn values(job: &Job<'_>) -> Vec<(&'static str, Scalar)> {
+    let params = Params::read(job.params);
+    let azimuth = params.azimuth.to_radians();
+    let [x, y] = job.window().centre_m(0, 0);
+    [
+        ("from_centre_x", x - params.centre[0]),
+        ("from_centre_y", y - params.centre[1]),
+        ("sine", math::sin(azimuth)),
+        ("cosine", math::cos(azimuth)),
+        ("start", params.from),
+        ("change", params.to - params.from),
+    ]
+    .map(|(name, value)| (name, Scalar::F32(value as f32)))
+    .to_vec()
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);

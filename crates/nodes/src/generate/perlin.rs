@@ -4,8 +4,8 @@
 //! Mace (1989), "The synthesis and rendering of eroded fractal terrains". Differences are described in
 //! [`crate::numerics::noise`].
 
-use crate::numerics::noise::{Gradients, fractal_params, sum};
-use crate::prelude::*;
+use crate::numerics::noise::{Gradients, fractal_params, sum, table};
+use crate::{prelude::*, wgsl};
 
 fractal_params! {
     wavelength: 4000.0, lacunarity: 2.0, gain: 0.5;
@@ -33,9 +33,41 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
+    gpu: Some(&GPU),
     example: "wavelength: 5000, octaves: 10, gain: 0.45, amplitude: 800, seed: 3",
     ..Node::DEFAULT
 };
+
+static SHADER: Shader = Shader {
+    name: "generate/perlin",
+    source: wgsl!("generate/perlin"),
+    library: &[wgsl::LATTICE],
+    values: &[("count", Number::U32), ("basis", Number::U32)],
+    slots: &[Slot::words("octaves_of", "Octave"), Slot::output("height")],
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&SHADER],
+    passes: Passes::Recorded(record),
+    tolerance: &[Tolerance::relative(4e-6)],
+    ..GpuKernel::DEFAULT
+};
+
+fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
+    let params = Params::read(job.params);
+    let octaves = params.fractal(job.seed()).octaves(job.world());
+    let basis = params.gradients.basis();
+    let words = table::table(&octaves, basis, |octave| sum::scale(octave, params.amplitude) * basis.scale());
+    let octaves_of = recorder.table(&words)?;
+    let values = [("count", Scalar::U32(octaves.len() as u32)), ("basis", Scalar::U32(table::number(basis)))];
+    recorder.pass(&Pass {
+        shader: &SHADER,
+        entry: "main",
+        bind: &[("octaves_of", Bind::Scratch(octaves_of))],
+        values: &values,
+        over: Over::Cells(Rows::Around(0)),
+    })
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);

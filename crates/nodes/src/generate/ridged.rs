@@ -11,8 +11,9 @@ use crate::numerics::noise::{
     fractal_params,
     raster::{self, Lanes, Noise},
     sheet::Sheets,
+    table,
 };
-use crate::{numerics::math, prelude::*};
+use crate::{numerics::math, prelude::*, wgsl};
 
 mod crest;
 
@@ -51,14 +52,71 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
+    gpu: Some(&GPU),
     example: "wavelength: 6000, octaves: 12, lacunarity: 2.3, gain: 0.48, amplitude: 2400",
     ..Node::DEFAULT
 };
 
+static SHADER: Shader = Shader {
+    name: "generate/ridged",
+    source: wgsl!("generate/ridged"),
+    library: &[wgsl::MATH, wgsl::LATTICE],
+    values: &[
+        ("count", Number::U32),
+        ("basis", Number::U32),
+        ("squared", Number::U32),
+        ("linear", Number::F32),
+        ("square", Number::F32),
+    ],
+    slots: &[Slot::words("octaves_of", "Octave"), Slot::words("layers", "Layer"), Slot::output("height")],
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&SHADER],
+    passes: Passes::Recorded(record),
+    // the weights of octaves multiply their differences
+    tolerance: &[Tolerance::relative(2e-5)],
+    ..GpuKernel::DEFAULT
+};
+
+fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
+    let params = Params::read(job.params);
+    let octaves = params.fractal(job.seed()).octaves(job.world());
+    let ridges = Ridges::<false>::new(&params, &octaves);
+    let octaves_of = recorder.table(&table::table(&octaves, ridges.basis, |_| ridges.scale))?;
+    let words = ridges.layers.iter().flat_map(|layer| {
+        let ([round, half_per_round, top], crest) = (layer.fold.parts(), layer.crest);
+        let rest = [layer.height_m, layer.fade, layer.rest, crest.exponent, crest.weight_gain];
+        [round, half_per_round, top].into_iter().chain(rest).map(f32::to_bits)
+    });
+    let layers = recorder.table(&words.collect::<Vec<u32>>())?;
+    let [linear, square] = ridges.tail.factors();
+    recorder.pass(&Pass {
+        shader: &SHADER,
+        entry: "main",
+        bind: &[("octaves_of", Bind::Scratch(octaves_of)), ("layers", Bind::Scratch(layers))],
+        values: &[
+            ("count", Scalar::U32(octaves.len() as u32)),
+            ("basis", Scalar::U32(table::number(ridges.basis))),
+            ("squared", Scalar::U32(u32::from(params.is_squared()))),
+            ("linear", Scalar::F32(linear)),
+            ("square", Scalar::F32(square)),
+        ],
+        over: Over::Cells(Rows::Around(0)),
+    })
+}
+
+impl Params {
+    /// Returns true if every octave's crest is a square.
+    fn is_squared(&self) -> bool {
+        self.exponent == 2.0 && self.sharpening == 0.0
+    }
+}
+
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let octaves = params.fractal(job.seed()).octaves(job.world());
-    let samples = if params.exponent == 2.0 && params.sharpening == 0.0 {
+    let samples = if params.is_squared() {
         Ridges::<true>::new(&params, &octaves).raster(job, &octaves)?
     } else {
         Ridges::<false>::new(&params, &octaves).raster(job, &octaves)?

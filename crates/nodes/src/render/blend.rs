@@ -11,6 +11,9 @@ use crate::{
     prelude::*,
 };
 
+/// Planes of a colour.
+const PLANES: usize = 3;
+
 choice! {
     /// How the colour above is blended with the one below.
     pub enum Mode {
@@ -63,10 +66,42 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
+    gpu: Some(&GPU),
     resolution: Resolution::Cells("shading below depends on the cells of its terrain"),
     example: "below: \"tint\", above: \"relief.colour\", mask: \"mask\", mode: multiply",
     ..Node::DEFAULT
 };
+
+static SHADER: Shader = Shader {
+    name: "render/blend",
+    source: wgsl!("render/blend"),
+    library: &[],
+    values: &[],
+    slots: &[Slot::input("below"), Slot::input("above"), Slot::input("mask"), Slot::output("colour")],
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&SHADER],
+    passes: Passes::Recorded(record),
+    tolerance: &[Tolerance::ROUNDING],
+    ..GpuKernel::DEFAULT
+};
+
+fn record(_: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
+    (0..PLANES).try_for_each(|plane| {
+        recorder.pass(&Pass {
+            shader: &SHADER,
+            entry: "main",
+            bind: &[
+                ("below", Bind::Input("below", plane)),
+                ("above", Bind::Input("above", plane)),
+                ("out_colour", Bind::Output("colour", plane)),
+            ],
+            values: &[],
+            over: Over::Cells(Rows::Around(0)),
+        })
+    })
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let Inputs { below, above, mask } = Inputs::read(job)?;
@@ -80,7 +115,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             blend(cells, &above[first..][..mask.len()], mask, mode);
         })?;
     }
-    Ok(Given { colour: Some(Field::with_planes(job.window(), 3, out)) }.into())
+    Ok(Given { colour: Some(Field::with_planes(job.window(), PLANES, out)) }.into())
 }
 
 #[inline(always)]

@@ -6,6 +6,7 @@ use crate::{
         math, par,
     },
     prelude::*,
+    wgsl,
 };
 
 params! {
@@ -43,11 +44,29 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::Metres(|_, cell_m| cell_m),
     cpu: run,
+    gpu: Some(&GPU),
     resolution: Resolution::Cells(
         "the gradient is that between neighbouring cells, and directions jump from 360° to 0°",
     ),
     example: "height: \"base\", azimuth: 180",
     ..Node::DEFAULT
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&Shader {
+        name: "select/aspect",
+        source: wgsl!("select/aspect"),
+        library: &[wgsl::MATH, wgsl::GRADIENT],
+        values: &[("steep", Number::F32)],
+        slots: &[Slot::input("height"), Slot::output("aspect"), Slot::output("mask")],
+    }],
+    passes: Passes::One {
+        rows: Rows::Around(1),
+        values: |job| vec![("steep", Scalar::F32(math::tan(Params::read(job.params).level.to_radians()) as f32))],
+    },
+    // degrees, which jump from 360 to 0
+    tolerance: &[Tolerance::absolute(0.01).except(0.005), Tolerance::absolute(1e-3).except(0.005)],
+    ..GpuKernel::DEFAULT
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {

@@ -4,6 +4,7 @@ use super::within;
 use crate::{
     numerics::{math, par},
     prelude::*,
+    wgsl,
 };
 
 choice! {
@@ -52,9 +53,41 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
+    gpu: Some(&GPU),
     example: "value: \"base\", from: 800, to: 1400, falloff: 150",
     ..Node::DEFAULT
 };
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&Shader {
+        name: "select/select",
+        source: wgsl!("select/select"),
+        library: &[wgsl::MATH, wgsl::WITHIN],
+        values: &[("low", Number::F32), ("high", Number::F32)],
+        slots: &[Slot::input("value"), Slot::output("mask")],
+    }],
+    passes: Passes::One {
+        rows: Rows::Around(0),
+        values: |job| {
+            let [low, high] = Params::read(job.params).range();
+            vec![("low", Scalar::F32(low)), ("high", Scalar::F32(high))]
+        },
+    },
+    covers: |params| {
+        let params = Params::read(params);
+        params.from <= params.to
+    },
+    // on a logarithmic scale a sharp edge lies between two numbers
+    tolerance: &[Tolerance::absolute(1e-4).except(0.005)],
+};
+
+impl Params {
+    /// Returns the range on its scale.
+    fn range(&self) -> [f32; 2] {
+        let end = |value: f64| if self.scale == Scale::Logarithmic { order(value as f32) } else { value as f32 };
+        [end(self.from), end(self.to)]
+    }
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
@@ -65,8 +98,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         ));
     }
     let logarithmic = params.scale == Scale::Logarithmic;
-    let end = |value: f64| if logarithmic { order(value as f32) } else { value as f32 };
-    let range = [end(params.from), end(params.to)];
+    let range = params.range();
     let (values, nx) = (Inputs::read(job)?.value.samples(), job.window().nx());
     let mut mask = vec![0.0; values.len()];
     par::rows(job, &mut mask, |j, row| {

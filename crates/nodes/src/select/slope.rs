@@ -7,6 +7,7 @@ use crate::{
         par,
     },
     prelude::*,
+    wgsl,
 };
 
 params! {
@@ -44,11 +45,29 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::Metres(|_, cell_m| cell_m),
     cpu: run,
+    gpu: Some(&GPU),
     resolution: Resolution::Cells(
         "the gradient is measured between neighbouring cells, so slopes are gentler with larger cells",
     ),
     example: "height: \"base\", from: 30, to: 50",
     ..Node::DEFAULT
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&Shader {
+        name: "select/slope",
+        source: wgsl!("select/slope"),
+        library: &[wgsl::MATH, wgsl::WITHIN, wgsl::GRADIENT],
+        values: &[],
+        slots: &[Slot::input("height"), Slot::output("slope"), Slot::output("mask")],
+    }],
+    passes: Passes::around(1),
+    covers: |params| {
+        let params = Params::read(params);
+        params.from <= params.to
+    },
+    // degrees; a sharp edge of the mask lies between two numbers
+    tolerance: &[Tolerance::absolute(2e-4), Tolerance::absolute(1e-3).except(0.005)],
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {

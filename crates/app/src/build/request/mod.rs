@@ -11,12 +11,11 @@ use std::{
     thread::available_parallelism,
 };
 
-use clap::ValueEnum;
 use orograph_graph::{Document, Edit, Graph, OutputDecl, Registry, Window, World, WorldError, closest, files};
 
 pub use part::Part;
 
-use super::storage::Storage;
+use super::{backend::BackendName, storage::Storage};
 use crate::{
     files::archive::Source,
     report::{failure::Failure, problems},
@@ -49,7 +48,7 @@ pub struct Changes {
 /// How to build it.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Means {
-    /// The backend; this build has no GPU backend, so `auto` is the CPU
+    /// What computes the nodes; the results of a graphics card are within a stated tolerance of those of the processor
     #[arg(long, value_enum, default_value_t = BackendName::Auto)]
     pub backend: BackendName,
     /// Number of threads, at most 256 or one per core; one per core by default. The result is the same for any number
@@ -68,31 +67,6 @@ fn threads(text: &str) -> Result<NonZero<usize>, String> {
     let most = available_parallelism().map_or(MAX_THREADS, |cores| cores.get().max(MAX_THREADS));
     let number = text.parse::<NonZero<usize>>().ok().filter(|number| number.get() <= most);
     number.ok_or_else(|| format!("it is not a whole number from 1 to {most}"))
-}
-
-/// The backend.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum BackendName {
-    /// The best available
-    Auto,
-    /// The processor
-    Cpu,
-    /// The graphics card
-    Gpu,
-}
-
-impl BackendName {
-    /// Refuses a backend that this build does not have.
-    ///
-    /// # Errors
-    /// For `gpu`.
-    pub fn check(self) -> Result<(), Failure> {
-        match self {
-            Self::Auto | Self::Cpu => Ok(()),
-            Self::Gpu => Err(Failure::wrong("this build has no GPU backend")
-                .hint("leave `--backend` out, or say `--backend cpu`; the result is the same")),
-        }
-    }
 }
 
 /// A typed number of cells.

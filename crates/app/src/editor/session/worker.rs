@@ -26,7 +26,10 @@ use orograph_graph::{
 use super::live::LiveRun;
 pub use super::live::{Ask, Subject};
 use super::measuring::Measuring;
-use crate::report::{expect::Checked, failure::Failure};
+use crate::{
+    build::backend::BackendName,
+    report::{expect::Checked, failure::Failure},
+};
 
 /// Cells along the longer side of the first, quick preview.
 pub const QUICK_CELLS: u32 = 128;
@@ -223,7 +226,8 @@ impl Worker {
     /// # Errors
     /// When the system cannot start a thread.
     pub fn start(store: Arc<Store>, wake: impl Fn() + Send + Sync + 'static) -> Result<Self, Failure> {
-        let options = EvaluatorOptions { store, glimpses: Some(GLIMPSES), ..EvaluatorOptions::default() };
+        let (backend, _) = BackendName::Auto.open();
+        let options = EvaluatorOptions { backend, store, glimpses: Some(GLIMPSES), ..EvaluatorOptions::default() };
         let evaluator = Arc::new(Evaluator::new(options).map_err(|error| Failure::unable(error.to_string()))?);
         let wake: Arc<dyn Fn() + Send + Sync> = Arc::new(wake);
         let (orders, inbox) = channel();

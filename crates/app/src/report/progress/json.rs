@@ -95,7 +95,7 @@ impl Progress for JsonLines {
             }
             // Only the editor shows progressive previews.
             Event::NodeGlimpse { .. } => {}
-            Event::NodeFinished { name, time, bytes, origin, .. } => {
+            Event::NodeFinished { name, time, bytes, origin, backend, .. } => {
                 let origin = match origin {
                     Origin::Computed => "computed",
                     Origin::Memory => "memory",
@@ -103,7 +103,7 @@ impl Progress for JsonLines {
                 };
                 say(&json!({
                     "event": "node", "node": &**name, "kind": kind, "origin": origin, "seconds": time.as_secs_f64(),
-                    "bytes": bytes,
+                    "bytes": bytes, "backend": backend,
                 }));
             }
             Event::Warning { name, message, .. } => {

@@ -51,10 +51,11 @@ impl Progress for Lines {
             }
             // Only the editor shows progressive previews.
             Event::NodeGlimpse { .. } => {}
-            Event::NodeFinished { node, name, time, bytes: size, origin, .. } => {
+            Event::NodeFinished { node, name, time, bytes: size, origin, backend, .. } => {
                 heard.remove(node);
                 let how = match origin {
-                    Origin::Computed => format!("computed in {}", seconds(*time)),
+                    Origin::Computed if *backend == "cpu" => format!("computed in {}", seconds(*time)),
+                    Origin::Computed => format!("computed on the {} in {}", backend.to_uppercase(), seconds(*time)),
                     Origin::Memory => "from memory".to_owned(),
                     Origin::Disk => format!("from the cache in {}", seconds(*time)),
                 };

@@ -4,6 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::Run;
 use crate::{
+    backend::Cpu,
     eval::{
         check,
         error::EvalError,
@@ -13,7 +14,7 @@ use crate::{
         store::Claim,
     },
     graph::Instance,
-    job::{Cancel, Glimpses, Job, NodeError, Outputs, Warnings},
+    job::{Cancel, Glimpses, InputValue, Job, NodeError, Outputs, Warnings},
     memory::running,
     value::Value,
 };
@@ -63,13 +64,27 @@ impl Run<'_> {
             warnings: Warnings::default(),
             glimpses: ticker.is_some().then_some(Glimpses { due: &due, take: &take }),
         };
-        let backend = backend_of(&*self.evaluator.backend, node);
+        let mut backend = backend_of(&*self.evaluator.backend, step.instance);
         let named = running(&step.name);
-        let outcome = attempt(step.instance, self.cancel, || backend.run(node, &job));
+        let mut outcome = if backend.is_cpu() { Ok(None) } else { self.attempt(step, || backend.run(node, &job)) };
+        if let Ok(None) = outcome {
+            // the device that has the inputs is gone: plan again without it
+            let inputs = job.inputs.iter().try_for_each(|input| match input {
+                InputValue::Value(value) => value.fetch(),
+                InputValue::Constant(_) | InputValue::Absent => Ok(()),
+            });
+            inputs.map_err(|_| None)?;
+            backend = &Cpu;
+            outcome = self.attempt(step, || backend.run(node, &job));
+        }
         drop(named);
         let mut warnings = job.warnings.take();
         drop(job);
         let outputs = outcome.map_err(|error| Some(error).filter(|error| *error != EvalError::Cancelled))?;
+        let outputs = outputs.unwrap_or_default();
+        if step.wanted.cells != step.window.cells {
+            outputs.fetch().map_err(|_| None)?;
+        }
         let values = check::take(step, wanted, outputs)?;
         if let Some(origins) = &self.origins[at] {
             for file in &origins.files {
@@ -97,9 +112,14 @@ impl Run<'_> {
                 time: start.elapsed(),
                 bytes: values[..step.types.len()].iter().flatten().map(Value::bytes).sum(),
                 origin: Origin::Computed,
+                backend: backend.name(),
             },
         );
         Ok(values)
+    }
+
+    fn attempt<T>(&self, step: &Step<'_>, code: impl FnOnce() -> Result<T, NodeError>) -> Result<T, EvalError> {
+        attempt(step.instance, self.cancel, code)
     }
 }
 

@@ -130,6 +130,7 @@ struct Node {
     time: Duration,
     bytes: usize,
     origin: Option<Origin>,
+    backend: &'static str,
 }
 
 impl<'a> BandReporter<'a> {
@@ -142,18 +143,24 @@ impl<'a> BandReporter<'a> {
             let mut told = lock(&self.state);
             match event {
                 Event::NodeStarted { node, name } => {
-                    let blank =
-                        |name: Arc<str>| Node { name, cells: [0; 2], time: Duration::ZERO, bytes: 0, origin: None };
+                    let blank = |name: Arc<str>| Node {
+                        name,
+                        cells: [0; 2],
+                        time: Duration::ZERO,
+                        bytes: 0,
+                        origin: None,
+                        backend: "",
+                    };
                     let is_new = !told.nodes.contains_key(&node);
                     told.nodes.entry(node).or_insert_with(|| blank(name.clone()));
                     is_new.then_some(Event::NodeStarted { node, name })
                 }
-                Event::NodeFinished { node, cells, time, bytes, origin, .. } => {
+                Event::NodeFinished { node, cells, time, bytes, origin, backend, .. } => {
                     // Pinned and stored results are read for every band.
                     if let Some(known) = told.nodes.get_mut(&node).filter(|_| origin == Origin::Computed) {
                         known.time += time;
                         known.bytes += bytes;
-                        (known.cells, known.origin) = (cells, Some(origin));
+                        (known.cells, known.origin, known.backend) = (cells, Some(origin), backend);
                     }
                     None
                 }
@@ -177,9 +184,9 @@ impl<'a> BandReporter<'a> {
 
     fn end(self) {
         let told = self.state.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-        for (node, Node { name, cells, time, bytes, origin }) in told.nodes {
+        for (node, Node { name, cells, time, bytes, origin, backend }) in told.nodes {
             if let Some(origin) = origin {
-                (self.events)(Event::NodeFinished { node, name, cells, time, bytes, origin });
+                (self.events)(Event::NodeFinished { node, name, cells, time, bytes, origin, backend });
             }
         }
     }

@@ -43,12 +43,17 @@ impl MemoryCache {
     }
 
     /// The value on a window, possibly cropped from one that was kept for a wider window. Strata, lines, reports and
-    /// states cannot be cropped: they are found on their own window only. A crop for which there is no memory counts as
-    /// not found.
+    /// states cannot be cropped: they are found on their own window only. A crop for which there is no memory, or whose
+    /// samples a device does not give back, counts as not found.
     pub(super) fn get(&self, slot: Slot, window: &Window) -> Option<Value> {
         let found = lock(&self.inner).touch(slot, window)?;
         Some(match found {
-            Value::Field(field) => Value::Field(field.try_crop(window).ok()?),
+            Value::Field(field) => {
+                if field.window().cells != window.cells {
+                    field.fetch().ok()?;
+                }
+                Value::Field(field.try_crop(window).ok()?)
+            }
             whole @ (Value::Strata(_) | Value::Lines(_) | Value::Report(_) | Value::State(_)) => whole,
         })
     }

@@ -23,12 +23,12 @@ impl Backend for Elsewhere {
         "elsewhere"
     }
 
-    fn supports(&self, _: &Node) -> bool {
+    fn supports(&self, _: &Node, _: &ParamValues) -> bool {
         true
     }
 
-    fn run(&self, node: &Node, job: &Job<'_>) -> Result<Outputs, NodeError> {
-        (node.cpu)(job)
+    fn run(&self, node: &Node, job: &Job<'_>) -> Result<Option<Outputs>, NodeError> {
+        (node.cpu)(job).map(Some)
     }
 }
 

@@ -24,7 +24,16 @@ pub(super) struct Spline {
     pieces: Vec<Piece>,
 }
 
+/// Words of a piece in a table for shaders.
+pub(super) const WORDS: usize = 5;
+
 impl Spline {
+    /// Returns the pieces as a table for shaders, from left to right: the one before the first point first.
+    pub fn words(&self) -> Vec<u32> {
+        let pieces = std::iter::once(&self.before).chain(&self.pieces);
+        pieces.flat_map(|Piece { x, y, a, b, c }| [x, y, a, b, c].map(|v| v.to_bits())).collect()
+    }
+
     /// Creates the curve through at least two points with ascending x.
     pub fn new(points: &[[f64; 2]], clamp: bool) -> Self {
         let slopes = slopes(points);

@@ -67,6 +67,11 @@ impl Tail {
         Self { linear: (4.0 * half - whole) as f32, square: (2.0 * whole - 4.0 * half) as f32 }
     }
 
+    /// Returns the factors of the weight and of its square.
+    pub const fn factors(&self) -> [f32; 2] {
+        [self.linear, self.square]
+    }
+
     /// Returns the mean contribution at a weight, in metres.
     #[inline(always)]
     pub fn at(&self, weight: f32) -> f32 {

@@ -158,6 +158,11 @@ impl Draws {
         }
     }
 
+    /// Returns the step and the least of the values at lattice points.
+    pub const fn values(&self) -> [f32; 2] {
+        [self.value_step, self.value_least]
+    }
+
     /// Returns the draw at a lattice point: the class from the six highest bits of its hash, the value from the 24
     /// lowest.
     #[inline(always)]

@@ -46,6 +46,11 @@ impl Fold {
         Self { round, half_per_round: 0.5 / round, top: 1.0 - 0.5 * round }
     }
 
+    /// Returns the half-width of the rounding, 1 over twice it, and the crest, for shaders.
+    pub const fn parts(&self) -> [f32; 3] {
+        [self.round, self.half_per_round, self.top]
+    }
+
     /// Returns 1 − |n|, rounded.
     #[inline(always)]
     pub fn crest(&self, noise: f32) -> f32 {

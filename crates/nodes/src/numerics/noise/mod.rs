@@ -26,6 +26,7 @@ pub(crate) mod simplex;
 #[cfg(test)]
 pub(crate) mod spectrum;
 pub(crate) mod sum;
+pub(crate) mod table;
 
 use orograph_graph::choice;
 

@@ -1,0 +1,107 @@
+//! Counts what a kernel runs, without a device.
+
+use super::{
+    record::{Bind, Over, Pass, Recorder, ScratchId, Size},
+    shader::{Access, Role, Slot},
+};
+use crate::{
+    job::{InputValue, Job, NodeError},
+    value::Value,
+};
+
+/// What a kernel has run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Passes: dispatches, if the window fits a binding and the device is not busy for long.
+    pub passes: u64,
+    /// Bytes per cell that the passes read and write, each raster once in each pass.
+    pub bytes: u64,
+    /// The least number of bytes per cell that any kernel must move: each raster that is wired to an input and each wanted
+    /// output, once.
+    pub least: u64,
+    /// Bytes per cell of scratch buffers.
+    pub scratch: u64,
+    /// How often it waited for something that it read back.
+    pub reads: u64,
+}
+
+/// A recorder that counts.
+pub struct Count<'a> {
+    job: &'a Job<'a>,
+    work: Work,
+    sizes: Vec<Size>,
+    answer: u32,
+}
+
+impl<'a> Count<'a> {
+    /// A recorder for a job. All words that are read back are `answer`.
+    #[must_use]
+    pub fn new(job: &'a Job<'a>, answer: u32) -> Self {
+        let read = job.inputs.iter().map(|input| match input {
+            InputValue::Value(Value::Field(field)) => field.planes(),
+            InputValue::Value(_) | InputValue::Constant(_) | InputValue::Absent => 0,
+        });
+        let written = (0..job.node.outputs.len()).filter(|output| job.wanted.contains(*output));
+        let planes = read.sum::<usize>() + written.map(|output| job.planes(output)).sum::<usize>();
+        Self { job, work: Work { least: 4 * planes as u64, ..Work::default() }, sizes: Vec::new(), answer }
+    }
+
+    /// What was counted.
+    #[must_use]
+    pub const fn work(&self) -> Work {
+        self.work
+    }
+
+    /// Returns true if a raster is bound to a slot, rather than a number, a table or nothing.
+    fn is_raster(&self, pass: &Pass<'_>, slot: &Slot) -> bool {
+        let node = self.job.node;
+        let is_wired = |name: &str| {
+            let inputs = node.inputs.iter().zip(&self.job.inputs);
+            inputs.into_iter().any(|(input, value)| input.name == name && matches!(value, InputValue::Value(_)))
+        };
+        let is_wanted = |name: &str| node.output_index(name).is_some_and(|output| self.job.wanted.contains(output));
+        match (pass.bound(slot), slot.role) {
+            (Some(Bind::Input(name, _)), _) => is_wired(name),
+            (Some(Bind::Output(name, _)), _) => is_wanted(name),
+            (Some(Bind::Scratch(id)), _) => self.sizes.get(id.0) == Some(&Size::Cells),
+            (None, Role::Input(_)) => is_wired(slot.name),
+            (None, Role::Output(_)) => is_wanted(slot.name),
+            (None, Role::Cells | Role::Words) => false,
+        }
+    }
+}
+
+impl Recorder for Count<'_> {
+    fn scratch(&mut self, size: Size) -> Result<ScratchId, NodeError> {
+        self.sizes.push(size);
+        self.work.scratch += 4 * u64::from(size == Size::Cells);
+        Ok(ScratchId(self.sizes.len() - 1))
+    }
+
+    fn table(&mut self, words: &[u32]) -> Result<ScratchId, NodeError> {
+        self.scratch(Size::Words(words.len()))
+    }
+
+    fn clear(&mut self, scratch: ScratchId) -> Result<(), NodeError> {
+        self.work.bytes += 4 * u64::from(self.sizes.get(scratch.0) == Some(&Size::Cells));
+        Ok(())
+    }
+
+    fn pass(&mut self, pass: &Pass<'_>) -> Result<(), NodeError> {
+        self.work.passes += 1;
+        if let Over::Cells(_) = pass.over {
+            let rasters = pass.shader.slots.iter().filter(|slot| self.is_raster(pass, slot));
+            let bytes = rasters.map(|slot| match slot.access {
+                Access::Read | Access::Write => 4,
+                Access::Update => 8,
+            });
+            self.work.bytes += bytes.sum::<u64>();
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, _: ScratchId, words: usize) -> Result<Vec<u32>, NodeError> {
+        self.work.reads += 1;
+        Ok(vec![self.answer; words])
+    }
+}

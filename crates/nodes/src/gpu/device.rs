@@ -1,0 +1,195 @@
+//! A device: errors, loss, compiled shaders.
+
+use std::{
+    collections::HashSet,
+    sync::{Arc, Mutex},
+};
+
+use orograph_graph::{
+    Node,
+    gpu::{Access, FIRST_SLOT, Shader},
+};
+
+use super::{Adapter, lock};
+
+/// Why a kernel does not run on a device.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Trouble {
+    /// The device or its driver failed; it cannot be used any more.
+    #[error("the graphics device failed: {0}")]
+    Lost(String),
+    /// It refused a command; others may work.
+    #[error("the graphics driver refuses to work: {0}")]
+    Refused(String),
+    /// It has too little memory.
+    #[error("the graphics device has too little memory")]
+    Memory,
+    /// A raster is larger than the device can bind.
+    #[error("a raster of {0} is larger than the graphics device can bind")]
+    TooLarge(String),
+    /// The driver refuses a shader.
+    #[error("the graphics driver refuses a shader: {0}")]
+    Shader(String),
+    /// An input is no raster.
+    #[error("an input is not a raster")]
+    Input,
+}
+
+impl Trouble {
+    /// What you can do about it.
+    #[must_use]
+    pub const fn remedy(&self) -> &'static str {
+        match self {
+            Self::Lost(_) | Self::Refused(_) => "update the graphics driver, or use `--backend cpu`",
+            Self::Memory => "close other programs that use the graphics card, or use fewer cells",
+            Self::TooLarge(_) => "the result is that of `--backend cpu`; fewer cells run on the device",
+            Self::Shader(_) => "update the graphics driver; other nodes still run on the device",
+            Self::Input => "the result is that of `--backend cpu`",
+        }
+    }
+}
+
+impl From<wgpu::Error> for Trouble {
+    fn from(error: wgpu::Error) -> Self {
+        match error {
+            wgpu::Error::OutOfMemory { .. } => Self::Memory,
+            other => Self::Refused(one_line(&other.to_string())),
+        }
+    }
+}
+
+pub(super) fn one_line(text: &str) -> String {
+    let lines: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+    lines.join("; ")
+}
+
+/// A compiled entry point.
+#[derive(Debug)]
+pub(super) struct Pipeline {
+    pub(super) compute: wgpu::ComputePipeline,
+    pub(super) layout: wgpu::BindGroupLayout,
+}
+
+/// A device and its queue.
+#[derive(Debug)]
+pub(super) struct Device {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    pub(super) limits: wgpu::Limits,
+    lost: Arc<Mutex<Option<String>>>,
+}
+
+impl Device {
+    /// Opens an adapter, with all its limits or those that every WebGPU device has.
+    pub(super) fn open(adapter: &Adapter, plain_limits: bool) -> Result<Self, Trouble> {
+        let all = adapter.inner.limits();
+        let limits = if plain_limits { wgpu::Limits::default() } else { all };
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("kernels"),
+            required_limits: limits.clone(),
+            ..wgpu::DeviceDescriptor::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.inner.request_device(&descriptor))
+            .map_err(|error| Trouble::Lost(one_line(&error.to_string())))?;
+        let lost = Arc::new(Mutex::new(None));
+        let (on_error, on_loss) = (Arc::clone(&lost), Arc::clone(&lost));
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            lock(&on_error).get_or_insert_with(|| one_line(&error.to_string()));
+        }));
+        device.set_device_lost_callback(move |_, message| {
+            lock(&on_loss).get_or_insert_with(|| format!("it was lost ({})", one_line(&message)));
+        });
+        Ok(Self { device, queue, limits, lost })
+    }
+
+    /// Returns true if it cannot be used any more.
+    pub(super) fn is_lost(&self) -> bool {
+        lock(&self.lost).is_some()
+    }
+
+    /// Uses it no more.
+    pub(super) fn give_up(&self, trouble: &Trouble) {
+        lock(&self.lost).get_or_insert_with(|| trouble.to_string());
+    }
+
+    /// Destroys it.
+    pub(super) fn lose(&self) {
+        self.device.destroy();
+    }
+
+    /// The error that was reported outside of [`Self::caught`].
+    pub(super) fn check(&self) -> Result<(), Trouble> {
+        lock(&self.lost).clone().map_or(Ok(()), |why| Err(Trouble::Lost(why)))
+    }
+
+    /// Runs calls on the device; returns the first error that it reports.
+    pub(super) fn caught<T>(&self, call: impl FnOnce() -> T) -> Result<T, Trouble> {
+        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let rules = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        // failures of the driver's own shader compiler
+        let inner = self.device.push_error_scope(wgpu::ErrorFilter::Internal);
+        let made = call();
+        let errors = [inner.pop(), rules.pop(), memory.pop()].map(pollster::block_on);
+        match errors.into_iter().flatten().next() {
+            // of a lost device every call is refused
+            Some(error) => self.check().and(Err(error.into())),
+            None => self.check().map(|()| made),
+        }
+    }
+
+    /// Waits until everything submitted is done.
+    pub(super) fn wait(&self) -> Result<(), Trouble> {
+        let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
+        polled.map_err(|error| Trouble::Lost(one_line(&error.to_string())))?;
+        self.check()
+    }
+
+    /// Compiles an entry point of a shader of a node.
+    pub(super) fn pipeline(&self, node: &Node, shader: &Shader, entry: &str) -> Result<Pipeline, Trouble> {
+        let (most, needs) = (self.limits.max_storage_buffers_per_shader_stage, shader.slots.len() as u32 + 1);
+        if needs > most {
+            return Err(Trouble::Shader(format!("`{}` needs {needs} buffers, and the device has {most}", shader.name)));
+        }
+        let variables: HashSet<String> = shader.slots.iter().map(orograph_graph::gpu::Slot::variable).collect();
+        debug_assert_eq!(variables.len(), shader.slots.len(), "`{}` has a slot twice", shader.name);
+        let made = self.caught(|| {
+            let source = wgpu::ShaderSource::Wgsl(shader.text(node).into());
+            let module =
+                self.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(shader.name), source });
+            let layout = self.layout(shader);
+            let layouts = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(shader.name),
+                bind_group_layouts: &[Some(&layout)],
+                immediate_size: 0,
+            });
+            let compute = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(shader.name),
+                layout: Some(&layouts),
+                module: &module,
+                entry_point: Some(entry),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            });
+            Pipeline { compute, layout }
+        });
+        made.map_err(|trouble| match trouble {
+            Trouble::Refused(why) => Trouble::Shader(format!("`{}`, {why}", shader.name)),
+            other => other,
+        })
+    }
+
+    fn layout(&self, shader: &Shader) -> wgpu::BindGroupLayout {
+        let buffer = |binding: u32, ty: wgpu::BufferBindingType| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+            count: None,
+        };
+        let storage = |read_only: bool| wgpu::BufferBindingType::Storage { read_only };
+        let mut entries = vec![buffer(0, wgpu::BufferBindingType::Uniform), buffer(1, storage(false))];
+        let slots = (FIRST_SLOT..).zip(shader.slots);
+        entries.extend(slots.map(|(binding, slot)| buffer(binding, storage(slot.access == Access::Read))));
+        let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some(shader.name), entries: &entries };
+        self.device.create_bind_group_layout(&descriptor)
+    }
+}
