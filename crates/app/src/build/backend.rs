@@ -61,7 +61,10 @@ mod automatic {
 
     impl Automatic {
         fn gpu(&self) -> Option<&Gpu> {
-            let open = || Gpu::new(Adapters::find().best(true)?, &GpuOptions::default()).ok();
+            let open = || {
+                let adapters = Adapters::may_be_real().then(Adapters::find)?;
+                Gpu::new(adapters.best(true)?, &GpuOptions::default()).ok()
+            };
             self.0.get_or_init(open).as_ref()
         }
     }

@@ -4,7 +4,7 @@ use std::fs;
 
 use orograph_nodes::raster;
 
-use super::{Place, SMALL, json_lines};
+use super::{Place, Ran, SMALL, json_lines};
 
 #[test]
 fn every_output_is_written_with_its_side_files() {
@@ -144,10 +144,35 @@ fn timings_name_every_node() {
     let place = Place::new();
     place.write("g.ron", SMALL);
     let ran = place.run(&["run", "g.ron", "--timings"]).done();
-    for name in ["plain", "relief", "steep", "computed", "total"] {
+    for name in ["plain", "relief", "steep", "cpu", "total"] {
         assert!(ran.out.contains(name), "{}", ran.out);
     }
     assert!(place.run(&["run", "g.ron", "--quiet"]).done().err.is_empty());
+}
+
+/// Without a graphics driver `--backend gpu` says so in one line, and the processor does the work.
+#[test]
+fn a_missing_graphics_driver_is_no_error() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    let without = |args: &[&str]| {
+        let mut command = place.command(args);
+        command.env("VK_DRIVER_FILES", "/none").env("VK_ICD_FILENAMES", "/none");
+        Ran::from(command.output().expect("the program starts")).done()
+    };
+    let ran = without(&["run", "g.ron", "--backend", "gpu", "--timings"]);
+    let said: Vec<&str> = ran.err.lines().filter(|line| line.contains("on the CPU")).collect();
+    assert!(said.len() == 1 && said[0].starts_with("computing on the CPU: "), "{}", ran.err);
+    assert!(ran.out.contains("cpu"), "{}", ran.out);
+    let files = |folder: &str| -> Vec<Vec<u8>> {
+        place.names(folder).iter().map(|name| place.bytes(&format!("{folder}/{name}"))).collect()
+    };
+    let gpu = files("out");
+    place.run(&["run", "g.ron", "--backend", "cpu", "-o", "cpu"]).done();
+    assert!(files("cpu") == gpu, "the same files");
+    let devices = without(&["devices"]).out;
+    assert!(devices.contains("no graphics driver") || devices.contains("no GPU backend"), "{devices}");
+    assert_eq!(without(&["devices", "--json"]).out.trim(), "[]");
 }
 
 const RIVERS: &str = r#"(

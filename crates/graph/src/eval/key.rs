@@ -2,9 +2,10 @@
 //!
 //! Provenance, not content: hashing the rasters after each edit would cost more than many nodes. A key includes
 //! everything that can change the result, and nothing else: the kind and version of the node, its parameters, the
-//! world, its inputs, the content of the files that it reads, and the backend unless it is the CPU and the node exact: no
-//! other backend gives the bytes of the CPU, and through the keys of the inputs none of their results is mixed with those
-//! of the CPU further down. Names of nodes, the rest of the graph, thread counts and the order of evaluation are not included.
+//! world, its inputs, the content of the files that it reads, and the backend unless it is the CPU and the node exact:
+//! no other backend gives the bytes of the CPU, and through the keys of the inputs none of their results is mixed with
+//! those of the CPU further down. Names of nodes, the rest of the graph, thread counts and the order of evaluation are
+//! not included.
 //!
 //! A result does not depend on the window in which it was computed, as a node's reach guarantees. Keys of downstream
 //! nodes therefore do not include the window, and a node keeps its key when another reader needs a wider window of its

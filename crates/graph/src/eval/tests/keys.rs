@@ -16,7 +16,8 @@ static INEXACT: Node = Node {
 static NEWER: Node = Node { id: "Waves", version: 2, outputs: HEIGHT, params: Params::specs, ..Node::DEFAULT };
 static OTHER: Node = Node { id: "Ripples", outputs: HEIGHT, params: Params::specs, ..Node::DEFAULT };
 
-struct Elsewhere;
+/// Runs everything, or nothing.
+struct Elsewhere(bool);
 
 impl Backend for Elsewhere {
     fn name(&self) -> &'static str {
@@ -24,7 +25,7 @@ impl Backend for Elsewhere {
     }
 
     fn supports(&self, _: &Node, _: &ParamValues) -> bool {
-        true
+        self.0
     }
 
     fn run(&self, node: &Node, job: &Job<'_>) -> Result<Option<Outputs>, NodeError> {
@@ -175,16 +176,22 @@ fn outputs_of_one_node_have_different_keys() {
     assert_ne!(key(&graph, "stats.height", window), key(&graph, "stats.report", window));
 }
 
+/// No other backend gives the bytes of the CPU, also for exact nodes; nodes that it leaves to the CPU keep their keys.
 #[test]
-fn the_backend_is_included_only_where_it_may_matter() {
+fn the_backend_is_included_unless_it_is_the_cpu() {
     let window = Window::whole(world(16));
-    let elsewhere = with(EvaluatorOptions { backend: Arc::new(Elsewhere), ..EvaluatorOptions::default() });
-    let differs = |node| {
-        let graph = Build::default().node("a", node, &[]).0;
-        let port = graph.port("a").expect("exists");
-        key(&graph, "a", window) != elsewhere.key(&graph, Path::new(""), port, window).expect("a key")
+    let differs = |node, end: &str, supports: bool| {
+        let backend = Arc::new(Elsewhere(supports));
+        let elsewhere = with(EvaluatorOptions { backend, ..EvaluatorOptions::default() });
+        let graph = Build::default().node("a", node, &[]).node("b", &ADD, &[("height", "a")]).0;
+        let port = graph.port(end).expect("exists");
+        key(&graph, end, window) != elsewhere.key(&graph, Path::new(""), port, window).expect("a key")
     };
-    assert!(differs(&INEXACT) && !differs(&WAVES));
+    for node in [&INEXACT, &WAVES] {
+        for end in ["a", "b"] {
+            assert!(differs(node, end, true) && !differs(node, end, false), "{} {end}", node.id);
+        }
+    }
 }
 
 #[test]
