@@ -13,7 +13,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import OpenEXR
+import rasterio
 from PIL import Image
+from rio_cogeo.cogeo import cog_validate
 
 from land import terrain
 
@@ -33,6 +35,25 @@ def timed(repeats, write):
 def exr(path, land, compression):
     header = {"compression": compression, "type": OpenEXR.scanlineimage}
     OpenEXR.File(header, {"Y": OpenEXR.Channel("Y", land)}).write(str(path))
+
+
+def cog(path, land):
+    """As GDAL writes it with the compression, predictor and overviews of ours, on one thread."""
+    profile = {
+        "driver": "COG", "width": land.shape[1], "height": land.shape[0], "count": 1, "dtype": "float32",
+        "crs": "EPSG:32632", "transform": rasterio.transform.from_origin(0, 0, 10, 10),
+        "COMPRESS": "DEFLATE", "LEVEL": 6, "PREDICTOR": "YES", "BLOCKSIZE": 512, "OVERVIEW_RESAMPLING": "AVERAGE",
+    }
+    with rasterio.open(path, "w", **profile) as file:
+        file.write(land, 1)
+
+
+def read_cog(path):
+    """The numbers of a file that is valid as cloud-optimised."""
+    valid, errors, warnings = cog_validate(str(path), strict=True, quiet=True)
+    assert valid, (errors, warnings)
+    with rasterio.open(path) as file:
+        return file.read(1)
 
 
 def main(bench, folder, repeats, side):
@@ -58,7 +79,10 @@ def main(bench, folder, repeats, side):
     assert np.array_equal(cv2.imread(str(folder / "ours_png16.png"), cv2.IMREAD_UNCHANGED), codes)
     assert np.array_equal(OpenEXR.File(str(folder / "ours_exr.exr")).channels()["Y"].pixels, land)
 
+    assert np.array_equal(read_cog(folder / "ours_cog.tif"), land)
+
     peers = [
+        ("cog", f"GDAL {rasterio.__gdal_version__}", "tif", lambda path: cog(path, land)),
         ("png16", f"Pillow {Image.__version__}", "png", lambda path: Image.fromarray(codes).save(path)),
         ("png16", f"OpenCV {cv2.__version__}", "png", lambda path: cv2.imwrite(str(path), codes)),
     ]
@@ -73,6 +97,8 @@ def main(bench, folder, repeats, side):
         rows.append((name, program, "", elapsed, processor, path.stat().st_size))
         if extension == "png":
             assert np.array_equal(cv2.imread(str(path), cv2.IMREAD_UNCHANGED), codes)
+        elif extension == "tif":
+            assert np.array_equal(read_cog(path), land)
         else:
             assert np.array_equal(OpenEXR.File(str(path)).channels()["Y"].pixels, land)
 

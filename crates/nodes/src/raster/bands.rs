@@ -55,7 +55,7 @@ fn everything() -> Vec<(&'static str, Content, Field)> {
     }
     let second = Content::Numbers(Format::Exr, Writing { plane: 1, red: true, ..Writing::default() });
     all.push(("plane", second, land()));
-    for format in [Format::Exr, Format::Tiff, Format::R32] {
+    for format in [Format::Exr, Format::Tiff, Format::Cog, Format::R32] {
         all.push((format.name(), numbers(format, None), with_voids()));
     }
     for content in [Content::Colour, Content::Tint, Content::Normal, Content::Weights, Content::Control] {

@@ -13,6 +13,8 @@ pub enum Format {
     Png8,
     /// GeoTIFF, 32-bit floats, with cell size.
     Tiff,
+    /// The same as cloud-optimised GeoTIFF: compressed tiles and overviews.
+    Cog,
     /// Raw 16-bit codes over a range, little-endian.
     R16,
     /// Raw 32-bit floats, little-endian.
@@ -21,7 +23,7 @@ pub enum Format {
 
 impl Format {
     /// Every format, best first.
-    pub const ALL: [Self; 6] = [Self::Exr, Self::Png16, Self::Png8, Self::Tiff, Self::R16, Self::R32];
+    pub const ALL: [Self; 7] = [Self::Exr, Self::Png16, Self::Png8, Self::Tiff, Self::Cog, Self::R16, Self::R32];
 
     /// Returns the name of the format on a command line.
     #[must_use]
@@ -31,6 +33,7 @@ impl Format {
             Self::Png16 => "png16",
             Self::Png8 => "png8",
             Self::Tiff => "tiff",
+            Self::Cog => "cog",
             Self::R16 => "r16",
             Self::R32 => "r32",
         }
@@ -42,7 +45,7 @@ impl Format {
         match self {
             Self::Exr => "exr",
             Self::Png16 | Self::Png8 => "png",
-            Self::Tiff => "tif",
+            Self::Tiff | Self::Cog => "tif",
             Self::R16 => "r16",
             Self::R32 => "r32",
         }
@@ -60,7 +63,7 @@ impl Format {
         match self {
             Self::Png16 | Self::R16 => Some(u16::MAX),
             Self::Png8 => Some(255),
-            Self::Exr | Self::Tiff | Self::R32 => None,
+            Self::Exr | Self::Tiff | Self::Cog | Self::R32 => None,
         }
     }
 }

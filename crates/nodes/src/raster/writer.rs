@@ -12,7 +12,7 @@ use super::{
     cells::Cells,
     codes::check_finite,
     exr,
-    geotiff::Frame,
+    geotiff::{Cog, Frame},
     part::{Part, staged},
     png::{Picture, Stream, stored},
     sidecar_path,
@@ -24,8 +24,9 @@ const BLOCK: usize = 1 << 20;
 
 /// A raster file that is being written.
 ///
-/// It accepts bands of rows from north to south and buffers about three megabytes of them. The bytes of the file do not
-/// depend on the number of rows per call. If it is dropped before [`Self::finish`], no file is left.
+/// It accepts bands of rows from north to south and buffers about three megabytes of them, or the rows of a few tiles.
+/// The bytes of the file do not depend on the number of rows per call. If it is dropped before [`Self::finish`], no
+/// file is left.
 pub struct Writer {
     path: PathBuf,
     window: Window,
@@ -46,6 +47,7 @@ enum Container {
     Nothing,
     Exr,
     Tiff,
+    Cog(Box<Cog>),
     Png(Picture, Box<Stream>),
 }
 
@@ -71,7 +73,10 @@ impl Writer {
         let cells = Cells::of(content);
         let mut part = Part::begin(path)?;
         let unwritable = |error| Problem::Unwritable(error).of(path);
-        let container = container(&mut part, &window, content, &cells).map_err(unwritable)?;
+        let container = match content {
+            Content::Numbers(Format::Cog, _) => Container::Cog(Box::new(Cog::begin(path, &window)?)),
+            _ => container(&mut part, &window, content, &cells).map_err(unwritable)?,
+        };
         let path = path.to_owned();
         let (done, block, range, has_voids) = (0, Vec::new(), None, false);
         Ok(Self { path, window, content, cells, part, container, done, block, range, has_voids })
@@ -90,7 +95,7 @@ impl Writer {
             let range = band.range(writing.plane);
             self.range = self.range.zip(range).map(|((a, b), (c, d))| (a.min(c), b.max(d))).or(self.range).or(range);
         }
-        if let Container::Tiff = self.container {
+        if matches!(self.container, Container::Tiff | Container::Cog(_)) {
             self.has_voids |= par::any(band.samples(), |v| v.is_nan());
         }
         // a failure below cannot be retried
@@ -130,6 +135,9 @@ impl Writer {
 
     fn encode(&mut self, band: &Field, first: usize, go_on: GoOn<'_>) -> io::Result<()> {
         let Self { cells, part, container, block, .. } = self;
+        if let (Container::Cog(cog), Content::Numbers(_, writing)) = (&mut *container, self.content) {
+            return cog.rows(band.plane(writing.plane), go_on);
+        }
         let (nx, rows) = (band.window().nx(), band.window().ny());
         let mut done = 0;
         while done < rows {
@@ -183,7 +191,11 @@ impl Writer {
                     stored(self.part, picture, &path, go_on)?
                 }
             }
-            _ => self.part,
+            Container::Cog(cog) => {
+                cog.finish(&mut self.part, &self.window, self.has_voids, go_on).map_err(unwritable)?;
+                self.part
+            }
+            Container::Nothing | Container::Exr | Container::Tiff => self.part,
         };
         let raster = part.complete(&path)?;
         if let Some(sidecar) = &sidecar {

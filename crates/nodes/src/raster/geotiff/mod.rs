@@ -5,20 +5,23 @@
 //!
 //! Read: classic and BigTIFF of either byte order; integers of 8, 16 and 32 bits, floats of 32 and 64; no compression,
 //! deflate, LZW; predictors 1, 2 and 3; the first band of several; the first image of the file. Written: f32 in
-//! uncompressed strips.
+//! uncompressed strips, or cloud-optimised in compressed tiles with overviews.
 //!
 //! This module reads the container itself instead of using the `tiff` crate, which fails on some valid LZW tiles
 //! (image-tiff issue 395) and calculates with the sizes in a header before it has checked them. The decompressors are
 //! `weezl` and `flate2`.
 
 mod chunks;
+mod cog;
 mod directory;
 mod georeference;
 mod metadata;
+mod place;
 mod unpack;
 mod write;
 
 use chunks::{Layout, Tiff};
+pub(super) use cog::Cog;
 use directory::{Directory, tag};
 use metadata::Items;
 pub(super) use write::Frame;

@@ -15,8 +15,10 @@ use tiff::{
     tags::Tag,
 };
 
-/// Above this many bytes of samples, offsets need 64 bits.
-const CLASSIC_MOST: u64 = 0xF000_0000;
+use super::place::Place;
+
+/// Above this many bytes, offsets need 64 bits.
+pub(super) const CLASSIC_MOST: u64 = 0xF000_0000;
 
 /// The bytes before and after the samples of a file.
 pub(in crate::raster) struct Frame {
@@ -28,8 +30,7 @@ pub(in crate::raster) struct Frame {
 
 impl Frame {
     /// Returns the frame of a raster of a window; `has_voids` is true if any of its samples is NaN, and changes only
-    /// the tail. In a world without a place, the reference system is a local one in metres, x east and y north from the
-    /// world's south-west corner, so that tiles of a world match.
+    /// the tail.
     pub(in crate::raster) fn of(window: &Window, has_voids: bool) -> io::Result<Self> {
         let bytes = 4 * window.len() as u64;
         let head = encode(window, has_voids, None)?.0;
@@ -55,56 +56,20 @@ fn encode(window: &Window, has_voids: bool, samples: Option<Range<u64>>) -> io::
     }
 }
 
-/// The name of the local reference system.
-const CITATION: &str = "Orograph world|";
-
-/// Version 1.1.0 and four keys: a local system, cells are areas, its name in the text tag, metres.
-#[rustfmt::skip]
-const LOCAL: [u16; 20] = [
-    1, 1, 0, 4,
-    1024, 0, 1, 32_767,
-    1025, 0, 1, 1,
-    1026, 34_737, CITATION.len() as u16, 0,
-    3076, 0, 1, 9001,
-];
-
-/// Version 1.1.0 and four keys: a projected system, cells are areas, its EPSG code, metres.
-#[rustfmt::skip]
-const fn projected(epsg: u32) -> [u16; 20] {
-    [
-        1, 1, 0, 4,
-        1024, 0, 1, 1,
-        1025, 0, 1, 1,
-        3072, 0, 1, epsg as u16,
-        3076, 0, 1, 9001,
-    ]
-}
-
 fn image<W: Write + Seek, K: TiffKind>(
     mut encoder: TiffEncoder<W, K>,
     window: &Window,
     has_voids: bool,
     zeros: bool,
 ) -> TiffResult<u64> {
-    let d = window.cell_m();
-    let place = window.place();
-    let [west, north] = place.map_or_else(
-        || {
-            let [column, row] = window.origin.map(f64::from);
-            [column * d, (f64::from(window.world.cells[1]) - row) * d]
-        },
-        |place| place.corner_m,
-    );
+    let Place { scale, tiepoint, keys, citation } = Place::of(window);
     let mut image = encoder.new_image::<Gray32Float>(window.cells[0], window.cells[1])?;
     let tags = image.encoder();
-    tags.write_tag(Tag::ModelPixelScaleTag, [d, d, 0.0].as_slice())?;
-    tags.write_tag(Tag::ModelTiepointTag, [0.0, 0.0, 0.0, west, north, 0.0].as_slice())?;
-    match place {
-        Some(place) => tags.write_tag(Tag::GeoKeyDirectoryTag, projected(place.epsg).as_slice())?,
-        None => {
-            tags.write_tag(Tag::GeoKeyDirectoryTag, LOCAL.as_slice())?;
-            tags.write_tag(Tag::GeoAsciiParamsTag, CITATION)?;
-        }
+    tags.write_tag(Tag::ModelPixelScaleTag, scale.as_slice())?;
+    tags.write_tag(Tag::ModelTiepointTag, tiepoint.as_slice())?;
+    tags.write_tag(Tag::GeoKeyDirectoryTag, keys.as_slice())?;
+    if let Some(citation) = citation {
+        tags.write_tag(Tag::GeoAsciiParamsTag, citation)?;
     }
     if has_voids {
         tags.write_tag(Tag::GdalNodata, "nan")?;
