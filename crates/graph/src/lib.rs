@@ -67,11 +67,11 @@ pub use param::{
 pub use petgraph::stable_graph::NodeIndex;
 pub use ports::{Carried, InputReader, ends};
 pub use process::{Moment, Process};
-pub use registry::Registry;
+pub use registry::{ExtentOf, Registry};
 pub use report::{Amount, Axis, Balance, Measure, Report, Series};
 pub use state::State;
 pub use strata::{Column, Strata};
 pub use suggest::closest;
 pub use unit::{Unit, UnitError, plain};
 pub use value::{PortType, Value};
-pub use world::{Boundary, Edge, GeoPlace, Window, World, WorldError, bytes};
+pub use world::{Boundary, Edge, Extent, GeoPlace, Window, World, WorldError, bytes};

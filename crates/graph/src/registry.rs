@@ -1,17 +1,26 @@
 //! All kinds of nodes, looked up by id.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+};
 
 use crate::{
     document::{EXPECT_FIELDS, SUBGRAPH},
+    job::NodeError,
     node::{Fallback, Input, MeasureSpec, Node, OutputType},
     param::{Kind, ParamSpec, check_value},
     suggest::closest,
+    world::Extent,
 };
+
+/// Reads the world that a raster file fills.
+pub type ExtentOf = fn(&Path) -> Result<Extent, NodeError>;
 
 /// The kinds of nodes of a program, in palette order.
 #[derive(Clone, Debug, Default)]
 pub struct Registry {
+    extent_of: Option<ExtentOf>,
     nodes: Vec<&'static Node>,
     by_id: BTreeMap<&'static str, &'static Node>,
 }
@@ -28,7 +37,19 @@ impl Registry {
             }
         }
         by_id.extend(nodes.iter().map(|node| (node.id, *node)));
-        Self { nodes, by_id }
+        Self { nodes, by_id, extent_of: None }
+    }
+
+    /// The same registry for files whose world may come from a raster file, read by this function.
+    #[must_use]
+    pub fn with_extent_of(self, extent_of: ExtentOf) -> Self {
+        Self { extent_of: Some(extent_of), ..self }
+    }
+
+    /// Reads the world that a raster file fills. Returns None if the program reads no rasters.
+    #[must_use]
+    pub fn extent_of(&self, file: &Path) -> Option<Result<Extent, NodeError>> {
+        self.extent_of.map(|of| of(file))
     }
 
     /// The node of that id or alias.

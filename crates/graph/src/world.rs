@@ -93,6 +93,27 @@ impl GeoPlace {
     }
 }
 
+/// The world that a raster file fills.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Extent {
+    /// Width and height in metres.
+    pub size: [f64; 2],
+    /// Cells along x and y.
+    pub cells: [u32; 2],
+    /// Where it lies, if the file says it.
+    pub place: Option<GeoPlace>,
+    /// What is assumed about the file, each a sentence without a full stop.
+    pub remarks: Vec<String>,
+}
+
+impl Extent {
+    /// A world of this size, with defaults for the rest.
+    #[must_use]
+    pub fn world(&self) -> World {
+        World { size: self.size, cells: self.cells, place: self.place, ..World::default() }
+    }
+}
+
 /// Size, resolution and seed: all properties of the terrain that do not belong to a node.
 ///
 /// The value of cell (i, j) is taken at its centre, `((i + 0.5) d, (j + 0.5) d)` metres from the world's north-west

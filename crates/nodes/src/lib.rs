@@ -39,7 +39,7 @@ pub fn registry() -> Registry {
         measure::NODES,
         render::NODES,
     ];
-    Registry::new(categories.into_iter().flatten().copied())
+    Registry::new(categories.into_iter().flatten().copied()).with_extent_of(raster::extent_of)
 }
 
 #[cfg(test)]

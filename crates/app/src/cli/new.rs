@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use orograph_graph::{Boundary, Document, Edge, GeoPlace, Unit, World, format_source};
-use orograph_nodes::raster::{Cell, Head, Reader};
+use orograph_nodes::raster::{self, Problem, Reader};
 
 use crate::report::{
     failure::{Exit, Failure, reason, remedy},
@@ -13,8 +13,9 @@ use crate::report::{
 
 /// Writes a graph that imports an elevation model
 ///
-/// The world gets the size, the cells and, if the file is in a projected coordinate system in metres, the place of the
-/// elevation model, with which all outputs leave. The graph has one node, `Import`, and writes its height.
+/// The world gets the size, the cells and the place of the elevation model, with which all outputs leave. If the file
+/// is in degrees, in Web Mercator or in feet, the place is in the zone of UTM that fits. The graph has one node,
+/// `Import`, and writes its height.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Elevation model: GeoTIFF, ESRI ASCII, SRTM (.hgt), or PNG, OpenEXR, .r16 and .r32 with a JSON file beside them
@@ -32,19 +33,20 @@ impl Args {
             Ok(reader) => reader.head,
             Err(error) => return wrong(error.to_string(), error.remedy().to_owned()),
         };
-        let size = match head.cell_m() {
-            Ok(Some(size)) => size,
-            Ok(None) => {
+        let extent = match raster::extent(&head) {
+            Ok(extent) => extent,
+            Err(Problem::NoCellSize) => {
                 let what = format!("`{}` does not state its cell size", self.file.display());
                 return wrong(what, "write the graph by hand, with `cell` in `Import`".to_owned());
             }
             Err(problem) => return wrong(format!("`{}`: {problem}", self.file.display()), problem.remedy().to_owned()),
         };
-        for remark in head.notes.iter().cloned().chain(head.scale_remarks()) {
+        for remark in head.notes.iter().chain(&extent.remarks) {
             let warning = Page::stderr().doubtful("warning:");
             terminal::remark(&format!("{warning} `{}`: {remark}\n", self.file.display()));
         }
-        let world = world(&head, size);
+        // terrain continues beyond the raster
+        let world = World { boundary: Boundary::all(Edge::Inland), ..extent.world() };
         if let Err(error) = world.check() {
             return wrong(format!("`{}`: {error}", self.file.display()), "cut out a part of it first".to_owned());
         }
@@ -90,21 +92,6 @@ impl Args {
         let unsound = || Failure::wrong(format!("the name `{}` cannot be written into a graph", self.file.display()));
         format_source(&text).map_err(|_| unsound().hint("rename the elevation model"))
     }
-}
-
-/// The world of a raster with cells of that size; terrain continues beyond it.
-fn world(head: &Head, [dx, dy]: [f64; 2]) -> World {
-    let side = |count: f64| count.round().clamp(1.0, f64::from(u32::MAX)) as u32;
-    // Cells that are not square, such as those in degrees, take their north-south size.
-    let columns = if (dx - dy).abs() > 1e-6 * dx { head.columns as f64 * dx / dy } else { head.columns as f64 };
-    let cells = [side(columns), side(head.rows as f64)];
-    let place = match (head.cell, head.origin, head.epsg) {
-        (Some(Cell::Metres(_)), Some(corner_m), Some(epsg)) => Some(GeoPlace { epsg, corner_m }),
-        _ => None,
-    };
-    let world = World { boundary: Boundary::all(Edge::Inland), place, ..World::default() };
-    let world = World { size: cells.map(|cells| f64::from(cells) * dy), cells, ..world };
-    if world.check().is_err() { World { place: None, ..world } } else { world }
 }
 
 /// The name of a file as a graph file writes it: relative to the graph's folder if it lies below it.

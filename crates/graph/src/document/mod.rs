@@ -143,6 +143,13 @@ impl Document {
         self.read.checked.world
     }
 
+    /// The raster from which the world has its size, its cells and its place, relative to [`Self::folder`]. Returns
+    /// None when the file states them.
+    #[must_use]
+    pub fn world_raster(&self) -> Option<&str> {
+        self.read.checked.from.as_deref()
+    }
+
     /// The outputs whose wires exist, in file order.
     #[must_use]
     pub fn outputs(&self) -> &[OutputDecl] {
@@ -233,6 +240,7 @@ impl Document {
                 document.add_files(files, seen);
             }
         }
+        files.extend(self.world_raster().map(|file| self.folder().join(file)));
         for index in self.graph().indices() {
             let instance = self.graph().instance(index);
             for (name, value) in instance.params.iter() {

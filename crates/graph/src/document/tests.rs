@@ -9,6 +9,7 @@ mod costs;
 mod edits;
 mod expect;
 mod form;
+mod from;
 mod fuzz;
 mod hostile;
 mod place;

@@ -1,7 +1,7 @@
 //! Hashes of the files that nodes read, reused as long as a file stays unchanged.
 //!
-//! A file is hashed together with its companion, if there is one: `NAME.png.json` next to `NAME.png`, with metadata
-//! that the file format cannot hold.
+//! A file is hashed together with its companion, if there is one: `NAME.png.json` next to `NAME.png`, or `NAME.prj`
+//! next to `NAME.asc`, with metadata that the file format cannot hold.
 
 use std::{
     collections::BTreeMap,
@@ -109,8 +109,11 @@ impl Stamped {
     }
 }
 
-/// The path of a file's companion: the file name followed by `.json`.
+/// The path of a file's companion: the file name followed by `.json`, or `NAME.prj` of `NAME.asc`.
 fn companion(path: &Path) -> PathBuf {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("asc")) {
+        return path.with_extension("prj");
+    }
     let mut name = path.as_os_str().to_owned();
     name.push(".json");
     PathBuf::from(name)

@@ -9,7 +9,7 @@
 
 use orograph_graph::{Field, NodeError, Window, World};
 
-use super::{Cell, Head, MAX_CELLS, Problem, Raster, fill_voids, presence, resample, resample::GridAxis};
+use super::{Cell, Head, MAX_CELLS, Problem, Raster, extent::zone, fill_voids, presence, resample, resample::GridAxis};
 use crate::numerics::math;
 
 /// Semi-major axis of WGS84 in metres.
@@ -97,18 +97,17 @@ impl Head {
     /// Returns the EPSG code of the zone of UTM in which the centre lies.
     fn zone(&self) -> u32 {
         let [west, north] = self.origin.unwrap_or_default();
-        let (longitude, north) = match self.cell {
+        zone(match self.cell {
             Some(Cell::Degrees([dx, dy])) => {
-                (west + 0.5 * dx * self.columns as f64, north - 0.5 * dy * self.rows as f64)
+                [west + 0.5 * dx * self.columns as f64, north - 0.5 * dy * self.rows as f64]
             }
             Some(Cell::Mercator([dx, dy])) => {
                 let east = west + 0.5 * dx * self.columns as f64;
-                (east / WGS84_A_M / RADIAN, north - 0.5 * dy * self.rows as f64)
+                // only the hemisphere counts
+                [east / WGS84_A_M / RADIAN, (north - 0.5 * dy * self.rows as f64).signum()]
             }
-            _ => (0.0, 0.0),
-        };
-        let zone = ((longitude + 180.0).rem_euclid(360.0) / 6.0) as u32 + 1;
-        zone.min(60) + if north < 0.0 { 32_700 } else { 32_600 }
+            _ => [0.0, 0.0],
+        })
     }
 
     /// Returns the width and height of a cell in metres on the ground. Returns None if the file has none.

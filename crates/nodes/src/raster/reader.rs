@@ -13,7 +13,7 @@ use orograph_graph::{input, memory::zeroed};
 
 use super::{
     Cell, Coding, GoOn, MAX_CELLS, Problem, Raster, RasterError, Scaling, Sidecar, VOID_FROM, Voids, ascii, exr,
-    geotiff, hgt, png, raw,
+    geotiff, hgt, png, prj, raw,
 };
 
 /// Samples of a block, of at least one row: a megabyte.
@@ -34,6 +34,8 @@ pub struct Head {
     pub cell: Option<Cell>,
     /// Easting or longitude, and northing or latitude, of the outer north-west corner, if the file gives them.
     pub origin: Option<[f64; 2]>,
+    /// Metres in a unit of the origin, if it is in a projected reference system.
+    pub unit_m: f64,
     /// EPSG code of the coordinate reference system, if the file gives it.
     pub epsg: Option<u32>,
     /// Conversion of stored samples to values, if the file gives one.
@@ -53,6 +55,7 @@ impl Head {
             coding: None,
             cell: None,
             origin: None,
+            unit_m: 1.0,
             epsg: None,
             scaling: None,
             assumes_voids: false,
@@ -109,7 +112,7 @@ pub struct Reader<'a> {
 impl Reader<'_> {
     /// Opens a raster file of any known format, which its first bytes identify, or else its extension.
     ///
-    /// PNG, OpenEXR and raw files are read together with their sidecar, if there is one
+    /// PNG, OpenEXR, raw files and ASCII grids are read together with their sidecar, if there is one
     /// ([`sidecar_path`](super::sidecar_path)).
     ///
     /// # Errors
@@ -117,7 +120,9 @@ impl Reader<'_> {
     pub fn open(path: &Path) -> Result<Self, RasterError> {
         let sidecar = Sidecar::beside(path)?;
         let source = file(path).map_err(|problem| problem.of(path))?;
-        open(source, path, sidecar.as_ref()).map_err(|problem| problem.of(path))
+        let mut reader = open(source, path, sidecar.as_ref()).map_err(|problem| problem.of(path))?;
+        prj::apply(path, &mut reader.head)?;
+        Ok(reader)
     }
 
     /// Returns about the number of bytes that [`Self::read`] allocates: a few megabytes, except for the rows of tiles

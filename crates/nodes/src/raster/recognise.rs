@@ -7,7 +7,7 @@ use std::{
 
 use orograph_graph::input;
 
-use super::{Problem, RasterError, Sidecar, ascii, hgt, raw, reader::unreadable, sidecar_path};
+use super::{Problem, RasterError, Sidecar, ascii, hgt, prj, raw, reader::unreadable, sidecar_path};
 
 /// Number of bytes from the start of a file that are looked at.
 const HEAD: u64 = 4096;
@@ -30,6 +30,9 @@ pub fn recognise(path: &Path) -> Result<Option<PathBuf>, RasterError> {
         return Err(Problem::Sidecar { path: beside.clone(), what }.of(path));
     }
     format(path, sidecar.as_ref()).map_err(|problem| problem.of(path))?;
+    if prj::is_grid(path) {
+        return prj::recognise(path);
+    }
     Ok(beside)
 }
 

@@ -64,6 +64,12 @@ impl GridAxis {
         if (self.offset - whole).abs() <= SNAP { self.snapped() } else { self }
     }
 
+    /// Returns the number of target cells from the beginning that cover the source, if the offset is 0.
+    #[must_use]
+    pub fn cells(&self) -> usize {
+        ((self.source as f64 / self.step).ceil() as usize).max(1)
+    }
+
     fn taps(&self, target: usize) -> Taps {
         let last = self.source - 1;
         let cell = |at: f64| (at.max(0.0) as usize).min(last);

@@ -9,7 +9,7 @@ use std::{
 use orograph_graph::{Window, World, input};
 use serde::{Deserialize, Serialize};
 
-use super::{Cell, Head, Meta, Problem, RasterError};
+use super::{Cell, Head, Meta, Problem, RasterError, prj};
 
 /// Description of a raster file. Written with every height file; read with PNG, OpenEXR and raw files.
 ///
@@ -73,9 +73,13 @@ pub struct Sidecar {
     pub program: Option<String>,
 }
 
-/// Name of the sidecar of a file: the file's name with `.json` after it.
+/// Name of the sidecar of a file: the file's name with `.json` after it; of an ASCII grid, `NAME.prj` with its
+/// coordinate system.
 #[must_use]
 pub fn sidecar_path(path: &Path) -> PathBuf {
+    if prj::is_grid(path) {
+        return path.with_extension("prj");
+    }
     let mut name = OsString::from(path);
     name.push(".json");
     PathBuf::from(name)

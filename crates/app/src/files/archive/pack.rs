@@ -147,7 +147,7 @@ impl Packing {
             self.add(&companion, Content::File, reader)?;
         }
         // The side file goes with the file, under its name.
-        let name = format!("{name}.json");
+        let name = raster::sidecar_path(Path::new(&name)).to_string_lossy().into_owned();
         let known = self.entries.get(&name).map(|(known, _)| known);
         if known.is_some_and(|known| *known != place) {
             let message = format!("`{}` and another file would both be `{name}`", companion.display());
@@ -173,6 +173,9 @@ impl Packing {
     /// Adds the files that a document reads.
     fn follow(&mut self, document: &Document) -> Result<(), Failure> {
         let graph = document.graph();
+        if let Some(file) = document.world_raster() {
+            self.add_raster(&document.folder().join(file), &Reader { node: "world", document })?;
+        }
         for index in graph.indices() {
             let instance = graph.instance(index);
             let reader = Reader { node: &instance.name, document };
@@ -228,7 +231,7 @@ impl Packing {
     }
 }
 
-/// A node that reads a file, for messages.
+/// A node, or `world`, that reads a file, for messages.
 struct Reader<'a> {
     node: &'a str,
     document: &'a Document,

@@ -87,6 +87,8 @@ pub struct OutputDecl {
 pub(super) struct Checked {
     pub(super) graph: Arc<Graph>,
     pub(super) world: World,
+    /// The raster from which the world has its size, if it has it from one, relative to the file's folder.
+    pub(super) from: Option<String>,
     /// The sea level that the file assumes when another file uses it, if any.
     pub(super) sea: Option<Option<f64>>,
     pub(super) nodes: Vec<NodeEntry>,
@@ -191,7 +193,9 @@ impl Checker<'_> {
     fn file(&mut self, root: &Group) {
         self.problems.names(root, "a graph file", &FIELDS);
         if let Some(item) = root.get("world") {
-            self.out.world = world::read(&item.value, self.source, &mut self.problems);
+            let rasters = world::Rasters { registry: self.registry, folder: &self.home.folder };
+            self.out.world = world::read(&item.value, self.source, &rasters, &mut self.problems);
+            self.out.from = world::from_of(&item.value, self.source);
         }
         let mut pending = Vec::new();
         match root.get("nodes") {

@@ -95,6 +95,11 @@ impl Problems {
         self.found.is_empty()
     }
 
+    /// Returns true if there is an error among the problems.
+    pub(crate) fn has_errors(&self) -> bool {
+        self.found.iter().any(|problem| problem.severity == Severity::Error)
+    }
+
     /// Returns true if a problem begins in a range.
     pub(crate) fn has_any_in(&self, span: &Range<usize>) -> bool {
         self.found.iter().any(|problem| span.contains(&problem.span.start))

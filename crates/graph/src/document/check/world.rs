@@ -1,6 +1,6 @@
 //! The `world` of a graph file.
 
-use std::ops::Range;
+use std::{ops::Range, path::Path};
 
 use super::problems::Problems;
 use crate::document::syntax::{
@@ -10,12 +10,16 @@ use crate::document::syntax::{
 use crate::{
     closest,
     diagnostic::Diagnostic,
+    job::NodeError,
     param::range_text,
+    registry::Registry,
     unit::Unit,
-    world::{Boundary, Edge, GeoPlace, World, WorldError, bytes},
+    world::{Boundary, Edge, Extent, GeoPlace, World, WorldError, bytes},
 };
 
-const FIELDS: [&str; 6] = ["size", "cells", "seed", "boundary", "sea_level", "place"];
+const FIELDS: [&str; 7] = ["from", "size", "cells", "seed", "boundary", "sea_level", "place"];
+/// The field of the raster that gives size, cells and place.
+pub(crate) const FROM: &str = "from";
 /// The field of the sea level.
 pub(crate) const SEA_LEVEL: &str = "sea_level";
 /// The field of the place on Earth, and its own fields.
@@ -23,11 +27,27 @@ pub(crate) const PLACE: &str = "place";
 const PLACE_FIELDS: [&str; 2] = ["epsg", "corner"];
 const SIDES: [&str; 4] = ["west", "east", "north", "south"];
 
+/// Where rasters that give a world its size are found, and how they are read.
+pub(crate) struct Rasters<'a> {
+    pub(crate) registry: &'a Registry,
+    /// The folder that names are relative to.
+    pub(crate) folder: &'a Path,
+}
+
+/// The raster that gives the world its size, as the file names it.
+pub(crate) fn from_of(value: &Expr, source: &str) -> Option<String> {
+    match Literal::read(&value.as_group()?.get(FROM)?.value, source) {
+        Literal::Text(file) if !file.is_empty() => Some(file),
+        _ => None,
+    }
+}
+
 /// Reads `(size: .., cells: .., seed: .., boundary: .., sea_level: .., place: ..)`; fields that are missing or invalid
 /// get defaults.
 ///
 /// A single number of cells is the number along x; the number along y follows from the size, so that cells are square.
-pub(crate) fn read(value: &Expr, source: &str, problems: &mut Problems) -> World {
+/// With `from`, size and place are those of a raster, and so are the cells if no others are given.
+pub(crate) fn read(value: &Expr, source: &str, rasters: &Rasters<'_>, problems: &mut Problems) -> World {
     let default = World::default();
     let Some(group) = value.as_group().filter(|group| group.name.is_none()) else {
         problems.misplaced(value, "world", "brackets such as `(size: (16384, 16384), cells: (1024, 1024))`", source);
@@ -38,10 +58,26 @@ pub(crate) fn read(value: &Expr, source: &str, problems: &mut Problems) -> World
     let field = |name: &str| group.get(name).map(|item| (Literal::read(&item.value, source), item.value.span.clone()));
     let mut sound = true;
 
-    if let Some((literal, span)) = field("size") {
+    let from = field(FROM).map(|(literal, span)| {
+        let mut extent = None;
+        let found = extent_of(&literal, rasters);
+        sound &= problems.take(found, &literal, &span, |found| extent = Some(found));
+        for remark in extent.iter().flat_map(|extent| &extent.remarks) {
+            problems.push(Diagnostic::warning("world", span.clone(), remark.clone()));
+        }
+        for name in ["size", PLACE].into_iter().filter(|name| group.get(name).is_some()) {
+            let what = format!("`{FROM}` gives the world its `{name}`, but the file also states one");
+            problems.push(Diagnostic::error("world", span.clone(), what).hint(format!("remove `{FROM}` or `{name}`")));
+        }
+        extent
+    });
+    if let Some(Some(extent)) = &from {
+        (world.size, world.cells, world.place) = (extent.size, extent.cells, extent.place);
+    }
+    if let Some((literal, span)) = field("size").filter(|_| from.is_none()) {
         sound &= problems.take(size(&literal), &literal, &span, |size| world.size = size);
     }
-    let mut along_x = Some(default.cells[0]);
+    let mut along_x = from.is_none().then_some(default.cells[0]);
     if let Some((literal, span)) = field("cells") {
         sound &= problems.take(cells(&literal), &literal, &span, |cells| match cells {
             (nx, None) => along_x = Some(nx),
@@ -63,7 +99,7 @@ pub(crate) fn read(value: &Expr, source: &str, problems: &mut Problems) -> World
     if let Some((literal, span)) = field(SEA_LEVEL) {
         problems.take(sea_level(&literal), &literal, &span, |level| world.sea_level = Some(level));
     }
-    if let Some(item) = group.get(PLACE) {
+    if let Some(item) = group.get(PLACE).filter(|_| from.is_none()) {
         world.place = place(&item.value, source, problems);
     }
     if sound && let Err(error) = world.check() {
@@ -77,7 +113,11 @@ pub(crate) fn read(value: &Expr, source: &str, problems: &mut Problems) -> World
 
 /// A problem with size or cells, at the field that causes it.
 fn impossible(error: &WorldError, group: &Group, value: &Expr) -> Diagnostic {
-    let place = |name: &str| group.get(name).map(|item| item.value.span.clone());
+    let place = |name: &str| {
+        // what a raster gives is at its name
+        let item = group.get(name).or_else(|| group.get(FROM));
+        item.map(|item| item.value.span.clone())
+    };
     let (span, hint) = match error {
         WorldError::Empty(..) => (place("cells"), "for example `cells: (1024, 1024)`"),
         WorldError::TooLarge(..) => (place("cells"), "choose fewer cells; a larger terrain needs larger cells"),
@@ -95,6 +135,23 @@ fn impossible(error: &WorldError, group: &Group, value: &Expr) -> Diagnostic {
         WorldError::Corner(_) => (place(PLACE), "for example `corner: (\"378 km\", \"3812 km\")`"),
     };
     Diagnostic::error("world", span.unwrap_or_else(|| value.span.clone()), error.to_string()).hint(hint)
+}
+
+/// Reads what a raster says about the world.
+fn extent_of(literal: &Literal, rasters: &Rasters<'_>) -> Result<Extent, Misfit> {
+    let Literal::Text(file) = literal else {
+        return Err(Misfit::new("type", format!("`{FROM}` is {}, but takes a file name", literal.describe()))
+            .hint("write the name of a raster in quotes: `from: \"dem.tif\"`"));
+    };
+    match rasters.registry.extent_of(&rasters.folder.join(file)) {
+        Some(Ok(extent)) => Ok(extent),
+        Some(Err(NodeError::Failed { message, hint })) => {
+            let misfit = Misfit::new("file", message);
+            Err(hint.into_iter().fold(misfit, |misfit, hint| misfit.hint(hint)))
+        }
+        Some(Err(error)) => Err(Misfit::new("file", error.to_string())),
+        None => Err(Misfit::new("file", format!("`{file}` cannot be read here: this program reads no rasters"))),
+    }
 }
 
 fn size(literal: &Literal) -> Result<[f64; 2], Misfit> {

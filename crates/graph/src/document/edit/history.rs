@@ -236,6 +236,9 @@ impl Document {
         for (node, param, new) in renames {
             Editor::new(&mut draft, &self.registry, &self.home).set(node, param, &quote(&new))?;
         }
+        if let Some(new) = self.world_raster().and_then(|file| rename("world", "from", file)) {
+            Editor::new(&mut draft, &self.registry, &self.home).set_world_raster(&new);
+        }
         Ok(draft.source)
     }
 

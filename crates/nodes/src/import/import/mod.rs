@@ -1,15 +1,18 @@
 //! Imports a raster file: places it, resamples it and fills its voids.
 //!
-//! The formats are read by [`crate::raster`]. Unlike in a geographic information system, the world is a plane in metres
-//! without a reference system. Degrees and Web Mercator are converted to metres at the latitude of the raster's centre,
-//! and coordinates determine only the size of cells, not their position. Whatever is assumed is a warning.
+//! The formats are read by [`crate::raster`]. Unless the file is placed by its coordinates, the world is a plane in
+//! metres without a reference system: degrees and Web Mercator are converted to metres at the latitude of the raster's
+//! centre, and coordinates determine only the size of cells, not their position. Whatever is assumed is a warning.
+
+mod place;
 
 use std::path::Path;
 
+use self::place::{Grid, Mapping};
 use crate::{
     prelude::*,
     quantity::{self, Quantity},
-    raster::{self, Cell, GridAxis, Head, Problem, Raster, Reader, Resampler, Voids, fill_voids, presence, resample},
+    raster::{self, Head, Problem, Raster, Reader, Resampler, Voids, fill_voids, presence, resample},
 };
 
 choice! {
@@ -22,7 +25,7 @@ choice! {
         Corner = "corner",
         /// Stretched over the whole world; its own cell size is ignored.
         Stretch = "stretch",
-        /// At its coordinates. The world has a `place` in the coordinate system of the file.
+        /// At its coordinates in a world with a `place`, warped if the world is in another coordinate system.
         Place = "place",
     }
 }
@@ -105,10 +108,16 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     // a file that cannot be read fails when it is imported
     let Ok(reader) = Reader::open(&sizing.folder.join(&params.file.0)) else { return 0 };
     let Head { columns, rows, .. } = reader.head;
-    let narrowed = |rows: usize| 4 * (rows * sizing.window.nx()) as u64;
     let wants = Wants::among(sizing.wanted);
+    // a file that cannot be placed fails when it is imported
+    let warp = place::warp(sizing.window.world.place, &params, &reader.head, &sizing.window).ok().flatten();
+    let (nx, warped) = match &warp {
+        Some(warp) => (warp.cells[0] as usize, warp.bytes() * if wants.data { 2 } else { 1 }),
+        None => (sizing.window.nx(), 0),
+    };
+    let narrowed = |rows: usize| 4 * (rows * nx) as u64;
     // the value is resampled even if only the data is wanted
-    let value = if wants.value { 0 } else { sizing.cells(4.0) };
+    let value = warped + if wants.value { 0 } else { sizing.cells(4.0) };
     let block = 4 * (reader.block_rows() * columns) as u64;
     let marked = if wants.data { block + narrowed(reader.block_rows()) } else { 0 };
     let streamed = value + reader.bytes() + narrowed(reader.block_rows()) + marked;
@@ -127,16 +136,19 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     job.advance(0.0)?;
     let reader = Reader::open(&path)?;
     let head = reader.head.clone();
-    let axes = axes(job, &params, &path, &head)?;
-    let (mut read, done) = match streamed(job, &params, reader, axes) {
+    let mapping = Mapping::new(job, &params, &path, &head)?;
+    let grid = mapping.grid(job, &params);
+    let (read, done) = match streamed(job, &params, reader, &grid) {
         Ok(Some(read)) => (read, "are set to `level`"),
-        Ok(None) => (filled(job, &params, &path, axes)?, "are filled from those around"),
+        Ok(None) => (filled(job, &params, &path, &grid)?, "are filled from those around"),
         Err(problem) => {
             job.check()?;
             return Err(problem.of(&path).into());
         }
     };
-    for remark in scale_remarks(&params, &head).into_iter().chain(read.voids.remarks(&head, done)) {
+    let mut read = mapping.onto_cells(job, &params, read)?;
+    let remarks = scale_remarks(&params, &head).into_iter().chain(mapping.remarks());
+    for remark in remarks.chain(read.voids.remarks(&head, done)) {
         job.warn(remark);
     }
     if params.quantity == Quantity::Mask {
@@ -147,7 +159,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     Ok(Given { value, data: read.data.map(|data| Field::new(job.window(), data)) }.into())
 }
 
-/// A file on the cells of the world.
+/// A file on the cells of the world, or of a grid from which they are interpolated.
 struct Resampled {
     value: Vec<f32>,
     /// Where the file has data, if that is wanted.
@@ -159,7 +171,7 @@ struct Resampled {
 /// What is assumed about the file and its place in the world.
 fn scale_remarks(params: &Params, head: &Head) -> Vec<String> {
     let mut remarks = head.notes.clone();
-    if params.placement != Placement::Stretch && params.cell == 0.0 {
+    if matches!(params.placement, Placement::Centre | Placement::Corner) && params.cell == 0.0 {
         match head.cell {
             Some(_) => remarks.extend(head.scale_remarks()),
             None => remarks.push("the file has no cell size and is stretched over the world; set `cell`".to_owned()),
@@ -179,17 +191,12 @@ fn beyond(params: &Params) -> Option<f32> {
 }
 
 /// Resamples the rows of a file as they are read. Returns None if it finds voids that have to be filled.
-fn streamed(
-    job: &Job<'_>,
-    params: &Params,
-    reader: Reader<'_>,
-    axes: [GridAxis; 2],
-) -> Result<Option<Resampled>, Problem> {
-    let Window { origin, cells, .. } = job.window();
+fn streamed(job: &Job<'_>, params: &Params, reader: Reader<'_>, grid: &Grid) -> Result<Option<Resampled>, Problem> {
+    let Grid { axes, origin, cells, beyond, known_beyond } = *grid;
     let (coding, rows, columns) = (reader.head.coding, reader.head.rows, reader.head.columns);
     let (range, level) = (range(params), params.level as f32);
-    let mut resampler = Resampler::new(axes, origin, cells, beyond(params))?;
-    let mut known = Wants::of(job).data.then(|| Resampler::new(axes, origin, cells, Some(0.0))).transpose()?;
+    let mut resampler = Resampler::new(axes, origin, cells, beyond)?;
+    let mut known = Wants::of(job).data.then(|| Resampler::new(axes, origin, cells, known_beyond)).transpose()?;
     let mut has_voids = false;
     let failed = |error| match error {
         NodeError::OutOfMemory(refused) => Problem::OutOfMemory(refused),
@@ -225,74 +232,22 @@ fn streamed(
 }
 
 /// Reads a whole file, fills its voids and resamples it.
-fn filled(job: &Job<'_>, params: &Params, path: &Path, axes: [GridAxis; 2]) -> Result<Resampled, NodeError> {
+fn filled(job: &Job<'_>, params: &Params, path: &Path, grid: &Grid) -> Result<Resampled, NodeError> {
+    let Grid { axes, origin, cells, beyond, known_beyond } = *grid;
     let raster = raster::read_while(path, &|| job.check().is_ok());
     job.check()?;
     let Raster { head: Head { columns, rows, .. }, mut samples, voids } = raster?.decoded(range(params));
     let check = || job.check();
-    let Window { origin, cells, .. } = job.window();
     let data = match Wants::of(job).data {
-        true => Some(resample(&presence(&samples)?, axes, origin, cells, Some(0.0), &check)?),
+        true => Some(resample(&presence(&samples)?, axes, origin, cells, known_beyond, &check)?),
         false => None,
     };
     fill_voids(columns, rows, &mut samples, &check)?;
-    let value = resample(&samples, axes, origin, cells, beyond(params), &check)?;
+    let value = resample(&samples, axes, origin, cells, beyond, &check)?;
     Ok(Resampled { value, data, voids })
-}
-
-/// Returns the mapping of the world's cells to those of the raster.
-fn axes(job: &Job<'_>, params: &Params, path: &Path, head: &Head) -> Result<[GridAxis; 2], NodeError> {
-    if params.placement == Placement::Place {
-        return placed(job, path, head);
-    }
-    let of_file = || head.cell_m().map_err(|problem| problem.of(path));
-    let size = if params.cell > 0.0 { Some([params.cell; 2]) } else { of_file()? };
-    let axis = |axis: usize| {
-        let (source, target) = ([head.columns, head.rows][axis], f64::from(job.world().cells[axis]));
-        let (step, offset) = match (params.placement, size) {
-            (Placement::Stretch, _) | (_, None) => (source as f64 / target, 0.0),
-            (Placement::Corner, Some(size)) => (job.cell_m() / size[axis], 0.0),
-            (_, Some(size)) => {
-                let step = job.cell_m() / size[axis];
-                (step, 0.5 * (source as f64 - target * step))
-            }
-        };
-        GridAxis { source, offset, step }.snapped()
-    };
-    Ok([axis(0), axis(1)])
-}
-
-/// Returns the mapping of the world's cells to those of a raster at its coordinates.
-fn placed(job: &Job<'_>, path: &Path, head: &Head) -> Result<[GridAxis; 2], NodeError> {
-    let Some(place) = job.place() else {
-        let what = "the world has no place on Earth, but `placement: place` needs one";
-        return Err(NodeError::failed_with_hint(what, "add `place` to `world`, as `orograph new` does"));
-    };
-    let reproject = || format!("reproject it: `gdalwarp -t_srs EPSG:{} in.tif out.tif`", place.epsg);
-    let wrong = |what: String| NodeError::failed_with_hint(format!("`{}` {what}", path.display()), reproject());
-    let size = head.cell_m().map_err(|problem| problem.of(path))?;
-    let (Some(corner), Some(size), Some(Cell::Metres(_)), Some(epsg)) = (head.origin, size, head.cell, head.epsg)
-    else {
-        return Err(wrong("is not in a projected coordinate system".to_owned()));
-    };
-    if epsg != place.epsg {
-        return Err(wrong(format!("is in EPSG:{epsg}, but the world in EPSG:{}", place.epsg)));
-    }
-    let offset = [place.corner_m[0] - corner[0], corner[1] - place.corner_m[1]];
-    let axes = [0, 1].map(|axis| {
-        let (source, offset) = ([head.columns, head.rows][axis], offset[axis] / size[axis]);
-        GridAxis { source, offset, step: job.cell_m() / size[axis] }.snapped_to_cells()
-    });
-    let meets = |axis: usize| {
-        let GridAxis { source, offset, step } = axes[axis];
-        offset < source as f64 && offset + step * f64::from(job.world().cells[axis]) > 0.0
-    };
-    if !(meets(0) && meets(1)) {
-        let what = format!("`{}` lies outside of the world", path.display());
-        return Err(NodeError::failed_with_hint(what, "compare its corner with that of the world's `place`"));
-    }
-    Ok(axes)
 }
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod warp_tests;

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use orograph_graph::{Cancel, GeoPlace, ParamValue, Warnings, World};
 
 use super::*;
-use crate::testing::world;
+use crate::{raster::GridAxis, testing::world};
 
-fn folder() -> PathBuf {
+pub(super) fn folder() -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data")).to_owned()
 }
 
-fn params(file: &str, changes: &[(&'static str, ParamValue)]) -> ParamValues {
+pub(super) fn params(file: &str, changes: &[(&'static str, ParamValue)]) -> ParamValues {
     let mut params = ParamValues::defaults(&Params::specs());
     params.set("file", ParamValue::File(file.to_owned()));
     for (name, value) in changes {
@@ -20,7 +20,7 @@ fn params(file: &str, changes: &[(&'static str, ParamValue)]) -> ParamValues {
     params
 }
 
-fn outputs(params: &ParamValues, window: Window, cancel: Cancel) -> Result<Field, NodeError> {
+pub(super) fn outputs(params: &ParamValues, window: Window, cancel: Cancel) -> Result<Field, NodeError> {
     told(params, window, cancel).map(|(field, _)| field)
 }
 
@@ -29,12 +29,12 @@ fn told(params: &ParamValues, window: Window, cancel: Cancel) -> Result<(Field, 
     all(params, window, cancel).map(|(mut outputs, told)| (field(&mut outputs, "value"), told))
 }
 
-fn field(outputs: &mut Outputs, name: &str) -> Field {
+pub(super) fn field(outputs: &mut Outputs, name: &str) -> Field {
     outputs.take(name).unwrap().as_field().unwrap().clone()
 }
 
 /// Runs the node; returns its outputs and its warnings.
-fn all(params: &ParamValues, window: Window, cancel: Cancel) -> Result<(Outputs, Vec<String>), NodeError> {
+pub(super) fn all(params: &ParamValues, window: Window, cancel: Cancel) -> Result<(Outputs, Vec<String>), NodeError> {
     let progress = |fraction: f32| assert!((0.0..=1.0).contains(&fraction));
     let job = Job {
         node: &NODE,
@@ -52,15 +52,15 @@ fn all(params: &ParamValues, window: Window, cancel: Cancel) -> Result<(Outputs,
     (NODE.cpu)(&job).map(|outputs| (outputs, job.warnings.take()))
 }
 
-fn import(file: &str, world: World, changes: &[(&'static str, ParamValue)]) -> Field {
+pub(super) fn import(file: &str, world: World, changes: &[(&'static str, ParamValue)]) -> Field {
     outputs(&params(file, changes), Window::whole(world), Cancel::default()).unwrap()
 }
 
-fn choice(name: &'static str) -> ParamValue {
+pub(super) fn choice(name: &'static str) -> ParamValue {
     ParamValue::Choice(name)
 }
 
-fn mean(samples: &[f32]) -> f64 {
+pub(super) fn mean(samples: &[f32]) -> f64 {
     samples.iter().map(|v| f64::from(*v)).sum::<f64>() / samples.len() as f64
 }
 
@@ -168,8 +168,8 @@ fn a_raster_is_placed_by_its_coordinates() {
         (world(40, 30, 30.0), "no place on Earth"),
         (place_at(world(40, 30, 30.0), place([x + 1e5, y])), "outside of the world"),
         (
-            place_at(world(40, 30, 30.0), Some(GeoPlace { epsg: 32_632, corner_m: [x, y] })),
-            "gdalwarp -t_srs EPSG:32632",
+            place_at(world(40, 30, 30.0), Some(GeoPlace { epsg: 26_711, corner_m: [x, y] })),
+            "gdalwarp -t_srs EPSG:26711",
         ),
     ] {
         let error = format!("{:?}", import(world).unwrap_err());

@@ -14,6 +14,7 @@ mod key {
     pub const PROJECTED_TYPE: u64 = 3072;
     pub const PROJECTION: u64 = 3075;
     pub const LINEAR_UNITS: u64 = 3076;
+    pub const VERTICAL: u64 = 4096;
     pub const VERTICAL_UNITS: u64 = 4099;
 }
 
@@ -23,6 +24,21 @@ const WEB_MERCATOR: [u32; 5] = [3857, 3785, 900_913, 102_100, 102_113];
 const CYLINDRICAL: [u32; 7] = [3395, 3832, 3994, 4087, 6933, 54_001, 54_004];
 /// Values of the key of the projection for the same: Mercator, equirectangular, cylindrical of equal area.
 const CYLINDRICAL_METHODS: [u64; 3] = [7, 17, 28];
+
+/// Vertical reference systems in feet, and the codes of their units: NAVD88 and NGVD29.
+const VERTICAL_IN_FEET: [(u64, u64); 3] = [(6360, 9003), (8228, 9002), (5702, 9003)];
+/// Names of common vertical reference systems.
+const VERTICAL_NAMES: [(u64, &str); 9] = [
+    (3855, "EGM2008"),
+    (5773, "EGM96"),
+    (5798, "EGM84"),
+    (5703, "NAVD88"),
+    (6360, "NAVD88 in feet"),
+    (8228, "NAVD88 in feet"),
+    (5701, "Newlyn"),
+    (5783, "DHHN92"),
+    (7837, "DHHN2016"),
+];
 
 /// Code for "given by other keys".
 const USER_DEFINED: u64 = 32_767;
@@ -39,7 +55,18 @@ pub(super) fn read(directory: &Directory<'_, '_>, items: &Items, head: &mut Head
     let geographic = find(key::GEOGRAPHIC_TYPE);
     let projected = find(key::PROJECTED_TYPE);
     head.epsg = projected.or(geographic).and_then(|code| u32::try_from(code).ok()).filter(|code| *code > 0);
-    head.scaling = scaling(items, find(key::VERTICAL_UNITS), &mut head.notes)?;
+    let vertical = find(key::VERTICAL);
+    let feet = VERTICAL_IN_FEET.iter().find(|(code, _)| Some(*code) == vertical).map(|(_, unit)| *unit);
+    head.scaling = scaling(items, find(key::VERTICAL_UNITS).or(feet), &mut head.notes)?;
+    if let Some(code) = vertical.filter(|code| *code > 0) {
+        head.notes.push(format!(
+            "heights refer to the vertical datum EPSG:{code}{}, and stay as they are",
+            VERTICAL_NAMES
+                .iter()
+                .find(|(known, _)| *known == code)
+                .map_or(String::new(), |(_, name)| format!(" ({name})"))
+        ));
+    }
     let Some([a, b, c, d, e, f]) = transform(directory)? else {
         if directory.has(tag::MODEL_TIEPOINT) {
             head.notes.push("the file is placed by ground control points, which are not read".to_owned());
@@ -80,6 +107,7 @@ pub(super) fn read(directory: &Directory<'_, '_>, items: &Items, head: &mut Head
             let names = directory.text(tag::GEO_ASCII_PARAMS)?.unwrap_or_default();
             let metres = metres_per_unit(find(key::LINEAR_UNITS))?;
             let cell = cell.map(|side| side * metres);
+            head.unit_m = metres;
             projected_cell(cell, head.epsg, find(key::PROJECTION), &names)?
         }
     });

@@ -270,3 +270,53 @@ fn a_chunk_that_was_never_written_is_void() {
     let raster = read(&tiff(2, 2, &[11, 12], &extra)).unwrap();
     assert_eq!((raster.samples[1], raster.voids.cells), (12.0, 2));
 }
+
+/// A BigTIFF whose samples lie beyond the places that 32 bits can state; the file is sparse.
+#[test]
+fn a_file_of_more_than_four_gigabytes_is_read() {
+    use std::io::{Seek as _, SeekFrom, Write as _};
+    let at = 5_000_000_000_u64;
+    let tags: [(u16, u64); 7] = [
+        (tag::IMAGE_WIDTH, 3),
+        (tag::IMAGE_LENGTH, 2),
+        (tag::BITS_PER_SAMPLE, 16),
+        (tag::STRIP_OFFSETS, at),
+        (tag::SAMPLES_PER_PIXEL, 1),
+        (tag::STRIP_BYTE_COUNTS, 12),
+        (tag::SAMPLE_FORMAT, 1),
+    ];
+    let mut head = vec![b'I', b'I', 43, 0, 8, 0, 0, 0, 16, 0, 0, 0, 0, 0, 0, 0];
+    head.extend((tags.len() as u64).to_le_bytes());
+    for (name, value) in tags {
+        head.extend(name.to_le_bytes());
+        head.extend(16_u16.to_le_bytes());
+        head.extend(1_u64.to_le_bytes());
+        head.extend(value.to_le_bytes());
+    }
+    head.extend([0; 8]);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("large.tif");
+    let mut file = std::fs::File::create(&path).expect("created");
+    file.write_all(&head).expect("written");
+    file.seek(SeekFrom::Start(at)).expect("a place");
+    file.write_all(&shorts(&[1, 2, 3, 4, 5, 6])).expect("written");
+    drop(file);
+    let raster = crate::raster::read(&path).expect("a raster");
+    assert_eq!(raster.samples, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+}
+
+#[test]
+fn vertical_datums_are_reported_and_feet_converted() {
+    let keys = |codes: &[(u16, u16)]| {
+        let all = codes.iter().flat_map(|(key, value)| [*key, 0, 1, *value]);
+        let all: Vec<u16> = [1, 1, 0, codes.len() as u16].into_iter().chain(all).collect();
+        (tag::GEO_KEY_DIRECTORY, 3, shorts(&all))
+    };
+    let read = |codes: &[(u16, u16)]| read(&tiff(2, 1, &[100, 200], &[keys(codes)])).expect("a raster");
+    let egm96 = read(&[(4096, 5773)]);
+    assert_eq!(egm96.samples, [100.0, 200.0]);
+    assert!(egm96.head.notes[0].contains("EPSG:5773 (EGM96)"), "{:?}", egm96.head.notes);
+    let navd88 = read(&[(4096, 6360)]);
+    assert!((f64::from(navd88.samples[0]) - 100.0 * 1200.0 / 3937.0).abs() < 1e-5, "{:?}", navd88.samples);
+    assert!(read(&[]).head.notes.is_empty());
+}

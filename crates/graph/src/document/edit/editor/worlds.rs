@@ -7,7 +7,7 @@ use crate::{
             args::{args, migrate, version},
             problems::Problems,
             sea::{self, Own},
-            world::{self, PLACE, SEA_LEVEL},
+            world::{self, FROM, PLACE, Rasters, SEA_LEVEL},
         },
         edit::EditError,
         syntax::{Item, lex::quote, literal::number_text},
@@ -18,7 +18,13 @@ use crate::{
 impl Editor<'_> {
     pub(in crate::document) fn set_world(&mut self, world: &World) -> Result<(), EditError> {
         let default = World::default();
-        let now = self.world();
+        let mut now = self.world();
+        if self.world_field(FROM).is_some() && now.is_none_or(|now| now.size != world.size || now.place != world.place)
+        {
+            // the raster gives neither any more
+            self.set_world_field(FROM, None);
+            now = self.world();
+        }
         let pair = |[x, y]: [String; 2]| format!("({x}, {y})");
         if now.is_none_or(|now| now.seed != world.seed) {
             self.set_world_field("seed", (world.seed != default.seed).then(|| world.seed.to_string()));
@@ -87,8 +93,19 @@ impl Editor<'_> {
     fn world(&self) -> Option<World> {
         let Some(item) = self.draft.root().and_then(|root| root.get("world")) else { return Some(World::default()) };
         let mut problems = Problems::new(Vec::new());
-        let world = world::read(&item.value, &self.draft.source, &mut problems);
-        problems.is_empty().then_some(world)
+        let rasters = Rasters { registry: self.registry, folder: &self.home.folder };
+        let world = world::read(&item.value, &self.draft.source, &rasters, &mut problems);
+        (!problems.has_errors()).then_some(world)
+    }
+
+    /// The value of a field of the world.
+    pub(super) fn world_field(&self, name: &str) -> Option<&Item> {
+        self.draft.root()?.get("world")?.value.as_group()?.get(name)
+    }
+
+    /// Changes the name of the raster that gives the world its size.
+    pub(in crate::document) fn set_world_raster(&mut self, file: &str) {
+        self.set_world_field(FROM, Some(quote(file)));
     }
 
     fn set_world_field(&mut self, name: &str, text: Option<String>) {
