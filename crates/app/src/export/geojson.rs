@@ -1,20 +1,104 @@
 //! Lines as GeoJSON (RFC 7946), which geographic information systems read: line strings, or polygons if they are the
 //! rings of areas.
 //!
-//! Coordinates are not degrees but metres of the world: east of its west side, north of its south side, and elevation,
-//! as in the GeoTIFFs of rasters. In a world with a place they are eastings and northings of its coordinate system,
-//! which the member `crs` names; RFC 7946 has dropped it, but geographic information systems read it. Lengths are
-//! rounded to millimetres, areas to square metres.
+//! In a world with a place, coordinates are longitude and latitude in degrees of WGS84, as the RFC wants it, or, as
+//! [`LinesIn::Metres`], eastings and northings of its coordinate system, which the member `crs` names; RFC 7946 has
+//! dropped it, but geographic information systems read it. In any other world they are metres: east of its west side,
+//! north of its south side, and elevation, as in the GeoTIFFs of rasters. Lengths are rounded to millimetres, degrees
+//! to 1e-8, which is a millimetre, areas to square metres.
 
 use std::io::{self, Write};
 
+use clap::ValueEnum;
 use orograph_graph::{Area, GeoPlace, Line, Lines, Vertex, World};
+use orograph_nodes::raster::Projection;
 use serde::Serialize;
+
+use crate::report::failure::Failure;
+
+/// The coordinates of lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LinesIn {
+    /// Metres of the world, or of its coordinate system
+    Metres,
+    /// Longitude and latitude in degrees of WGS84, for worlds with a `place`
+    Wgs84,
+}
+
+/// Converts positions in a world to the coordinates of its lines.
+pub struct Coordinates {
+    world: World,
+    /// To degrees; None if the coordinates are metres.
+    degrees: Option<Degrees>,
+}
+
+/// Conversion to degrees.
+struct Degrees {
+    system: Projection,
+    /// Longitude of the middle of the world; lines across the antimeridian stay within half a turn of it.
+    middle: f64,
+}
+
+impl Coordinates {
+    /// The coordinates of the lines of a world. Without a choice they are degrees where they can be.
+    ///
+    /// # Errors
+    /// When degrees are requested, but the world has no place, or its coordinate system is not known.
+    pub fn new(choice: Option<LinesIn>, world: &World) -> Result<Self, Failure> {
+        let metres = || Self { world: *world, degrees: None };
+        let refused = |what: String, hint: &str| match choice {
+            Some(LinesIn::Wgs84) => Err(Failure::wrong(format!("`--lines wgs84`: {what}")).hint(hint)),
+            _ => Ok(metres()),
+        };
+        if choice == Some(LinesIn::Metres) {
+            return Ok(metres());
+        }
+        let Some(place) = world.place else {
+            return refused("the world has no place on Earth".to_owned(), "add `place` to `world`");
+        };
+        let system = match Projection::of(place.epsg) {
+            Ok(system) => system,
+            Err(error) => return refused(error.to_string(), "write metres: `--lines metres`"),
+        };
+        let of = |[x, y]: [f64; 2]| {
+            let [width, height] = world.size;
+            system.degrees([place.corner_m[0] + x * width, place.corner_m[1] - y * height])
+        };
+        let corners = [[0.5, 0.5], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(of);
+        let Some([middle, _]) = corners[0].filter(|_| corners.iter().all(Option::is_some)) else {
+            let what = format!("the world lies outside of the domain of EPSG:{}", place.epsg);
+            return refused(what, "write metres: `--lines metres`");
+        };
+        Ok(Self { world: *world, degrees: Some(Degrees { system, middle }) })
+    }
+
+    /// East and north of a position in the world: in its coordinate system, or from its south-west corner.
+    fn metres(&self, [east, south]: [f64; 2]) -> [f64; 2] {
+        let [x, y] = self.world.place.map_or([0.0, self.world.size[1]], |place| place.corner_m);
+        [x + east, y - south]
+    }
+
+    /// The first two coordinates of a position in the world.
+    fn of(&self, position_m: [f64; 2]) -> [f64; 2] {
+        let metres = self.metres(position_m);
+        let degrees = self.degrees.as_ref().and_then(|degrees| {
+            let [longitude, latitude] = degrees.system.degrees(metres)?;
+            let turns = ((longitude - degrees.middle) / 360.0).round();
+            Some([longitude - 360.0 * turns, latitude].map(|degrees| (degrees * 1e8).round() / 1e8))
+        });
+        degrees.unwrap_or_else(|| metres.map(millimetres))
+    }
+
+    /// The coordinate system, unless it is that of the RFC or none on Earth.
+    fn system(&self) -> Option<System> {
+        self.world.place.filter(|_| self.degrees.is_none()).map(System::of)
+    }
+}
 
 #[derive(Serialize)]
 struct Collection<F> {
     r#type: &'static str,
-    /// The coordinate system, in a world with a place.
+    /// The coordinate system, if it is one on Earth in metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     crs: Option<System>,
     /// Extent of the world in metres, a foreign member.
@@ -71,7 +155,7 @@ struct AreaProperties {
     depth_m: f64,
     area_m2: f64,
     volume_m3: f64,
-    /// In the coordinates of the geometry.
+    /// In metres, also if the geometry is in degrees.
     spill_m: [f64; 2],
 }
 
@@ -96,39 +180,33 @@ struct Properties {
 ///
 /// # Errors
 /// When `to` cannot be written to.
-pub fn write(to: &mut dyn Write, lines: &Lines, world: &World) -> io::Result<()> {
-    let (r#type, world_size_m) = ("FeatureCollection", world.size);
-    let crs = world.place.map(System::of);
+pub fn write(to: &mut dyn Write, lines: &Lines, on: &Coordinates) -> io::Result<()> {
+    let (r#type, world_size_m) = ("FeatureCollection", on.world.size);
+    let crs = on.system();
     if lines.areas.is_empty() {
-        let features: Vec<_> = lines.lines.iter().enumerate().map(|(id, line)| feature(id, line, world)).collect();
+        let features: Vec<_> = lines.lines.iter().enumerate().map(|(id, line)| feature(id, line, on)).collect();
         serde_json::to_writer(&mut *to, &Collection { r#type, crs, world_size_m, features })?;
     } else {
         let areas = lines.rings().enumerate();
-        let features: Vec<_> = areas.map(|(id, (area, rings))| area_feature(id, area, rings, world)).collect();
+        let features: Vec<_> = areas.map(|(id, (area, rings))| area_feature(id, area, rings, on)).collect();
         serde_json::to_writer(&mut *to, &Collection { r#type, crs, world_size_m, features })?;
     }
     to.write_all(b"\n")
 }
 
-/// Easting and northing of a position in the world.
-fn on_earth([east, south]: [f64; 2], world: &World) -> [f64; 2] {
-    let [x, y] = world.place.map_or([0.0, world.size[1]], |place| place.corner_m);
-    [x + east, y - south].map(millimetres)
-}
-
-fn coordinates(line: &Line, world: &World) -> Vec<[f64; 3]> {
+fn coordinates(line: &Line, on: &Coordinates) -> Vec<[f64; 3]> {
     let coordinate = |vertex: &Vertex| {
-        let [x, y] = on_earth(vertex.position_m, world);
+        let [x, y] = on.of(vertex.position_m);
         [x, y, millimetres(vertex.elevation_m)]
     };
     line.vertices.iter().map(coordinate).collect()
 }
 
 /// A polygon, or several if the area has more than one outer ring; those run counter-clockwise.
-fn area_feature(id: usize, area: &Area, rings: &[Line], world: &World) -> Feature<Parts, AreaProperties> {
+fn area_feature(id: usize, area: &Area, rings: &[Line], on: &Coordinates) -> Feature<Parts, AreaProperties> {
     let mut parts: Vec<Vec<Ring>> = Vec::new();
     for line in rings {
-        let ring = coordinates(line, world);
+        let ring = coordinates(line, on);
         let doubled: f64 = ring.windows(2).map(|pair| pair[0][0] * pair[1][1] - pair[1][0] * pair[0][1]).sum();
         match parts.last_mut().filter(|_| doubled < 0.0) {
             Some(part) => part.push(ring),
@@ -145,12 +223,12 @@ fn area_feature(id: usize, area: &Area, rings: &[Line], world: &World) -> Featur
         depth_m: millimetres(area.depth_m),
         area_m2: area.area_m2.round(),
         volume_m3: area.volume_m3.round(),
-        spill_m: on_earth(area.spill_m, world),
+        spill_m: on.metres(area.spill_m).map(millimetres),
     };
     Feature { r#type: "Feature", id, geometry, properties }
 }
 
-fn feature(id: usize, line: &Line, world: &World) -> Feature<Vec<[f64; 3]>, Properties> {
+fn feature(id: usize, line: &Line, on: &Coordinates) -> Feature<Vec<[f64; 3]>, Properties> {
     let vertices = line.vertices.as_slice();
     let all = |number: fn(&Vertex) -> f64| vertices.iter().map(number).map(millimetres).collect::<Vec<_>>();
     let step = |pair: &[Vertex]| {
@@ -161,7 +239,7 @@ fn feature(id: usize, line: &Line, world: &World) -> Feature<Vec<[f64; 3]>, Prop
     Feature {
         r#type: "Feature",
         id,
-        geometry: Geometry { r#type: "LineString", coordinates: coordinates(line, world) },
+        geometry: Geometry { r#type: "LineString", coordinates: coordinates(line, on) },
         properties: Properties {
             order: line.order,
             downstream: line.downstream,
@@ -184,6 +262,52 @@ fn millimetres(metres: f64) -> f64 {
 mod tests {
     use super::*;
 
+    fn metres(world: World) -> Coordinates {
+        Coordinates::new(Some(LinesIn::Metres), &world).expect("metres")
+    }
+
+    /// Positions by PROJ 9.5.1, and a line across the antimeridian.
+    #[test]
+    fn coordinates_are_degrees_in_a_world_with_a_place() {
+        let vertex = |x: f64, south: f64| Vertex { position_m: [x, south], elevation_m: 7.0, ..Vertex::default() };
+        let line = Line { order: 1, downstream: None, vertices: vec![vertex(0.0, 0.0), vertex(20_000.0, 10_000.0)] };
+        let world = |epsg, corner_m| World {
+            size: [20_000.0, 10_000.0],
+            cells: [20, 10],
+            place: Some(GeoPlace { epsg, corner_m }),
+            ..World::default()
+        };
+        let written = |choice, world: &World| {
+            let mut text = Vec::new();
+            let on = Coordinates::new(choice, world).expect("coordinates");
+            write(&mut text, &Lines::open(vec![line.clone()]), &on).expect("memory");
+            serde_json::from_slice::<serde_json::Value>(&text).expect("JSON")
+        };
+        for (choice, world, expected) in [
+            (None, world(32_632, [522_765.076_043, 5_216_320.503_846]), [9.3, 47.1]),
+            (Some(LinesIn::Wgs84), world(32_719, [388_024.297_25, 6_336_986.537_844]), [-70.2, -33.1]),
+        ] {
+            let json = written(choice, &world);
+            assert!(json["crs"].is_null(), "RFC 7946 has none");
+            let first = &json["features"][0]["geometry"]["coordinates"][0];
+            for axis in 0..2 {
+                let found = first[axis].as_f64().expect("a number");
+                assert!((found - expected[axis]).abs() < 2e-8, "{first}");
+            }
+            assert_eq!(first[2], 7.0);
+        }
+        // from 179.9 degrees on, through 180
+        let json = written(None, &world(32_601, [290_000.0, 7_220_000.0]));
+        let ends = [0, 1].map(|at| json["features"][0]["geometry"]["coordinates"][at][0].as_f64().expect("a number"));
+        assert!((ends[1] - ends[0]).abs() < 1.0, "{ends:?}");
+        // a datum by a grid of shifts
+        let nad27 = world(26_711, [400_000.0, 3_800_000.0]);
+        assert_eq!(written(None, &nad27)["crs"]["properties"]["name"], "urn:ogc:def:crs:EPSG::26711");
+        let refused = |world: &World| Coordinates::new(Some(LinesIn::Wgs84), world).err().expect("refused").to_string();
+        assert!(refused(&nad27).contains("grid of shifts"));
+        assert!(refused(&World::default()).contains("no place on Earth"));
+    }
+
     #[test]
     fn lines_become_features_with_north_up() {
         let vertex = |x: f64, south: f64, z: f64| Vertex {
@@ -198,7 +322,7 @@ mod tests {
         let lines = Lines::open(vec![line(Some(1)), line(None)]);
         let world = World { size: [100.0, 50.0], cells: [20, 10], ..World::default() };
         let mut text = Vec::new();
-        write(&mut text, &lines, &world).expect("memory");
+        write(&mut text, &lines, &metres(world)).expect("memory");
         let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
         assert_eq!((json["type"].as_str(), &json["world_size_m"][0]), (Some("FeatureCollection"), &100.0.into()));
         let first = &json["features"][0];
@@ -212,7 +336,7 @@ mod tests {
         // eastings and northings in a world with a place
         let place = Some(GeoPlace { epsg: 32_611, corner_m: [378_000.0, 3_812_000.0] });
         let mut text = Vec::new();
-        write(&mut text, &lines, &World { place, ..world }).expect("memory");
+        write(&mut text, &lines, &metres(World { place, ..world })).expect("memory");
         let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
         assert_eq!(json["crs"]["properties"]["name"], "urn:ogc:def:crs:EPSG::32611");
         let coordinates = &json["features"][0]["geometry"]["coordinates"];
@@ -239,7 +363,7 @@ mod tests {
         let lines = Lines { lines: vec![outer.clone(), hole, part, outer], areas: vec![area(3), area(1)] };
         let world = World { size: [100.0, 50.0], cells: [20, 10], ..World::default() };
         let mut text = Vec::new();
-        write(&mut text, &lines, &world).expect("memory");
+        write(&mut text, &lines, &metres(world)).expect("memory");
         let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
         let [first, second] = [0, 1].map(|at| &json["features"][at]);
         assert_eq!(

@@ -19,7 +19,11 @@ use super::{
     names::{check_name, names, quantity, views},
 };
 use crate::{
-    export::{engine::sheet, geojson, surface::mesh_of_areas},
+    export::{
+        engine::sheet,
+        geojson::{self, Coordinates},
+        surface::mesh_of_areas,
+    },
     report::failure::{Failure, reason, remedy},
 };
 
@@ -156,7 +160,8 @@ impl OutputFolder {
                 writer.finish(key, cancel)
             }
             Value::Lines(lines) => {
-                self.write_text(output, None, |to| geojson::write(to, lines, world))?;
+                let on = Coordinates::new(self.options.lines, world)?;
+                self.write_text(output, None, |to| geojson::write(to, lines, &on))?;
                 self.write_surface(output, lines, world)
             }
             Value::Report(report) => self.write_text(output, Some(report), |to| {

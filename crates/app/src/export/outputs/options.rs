@@ -5,6 +5,7 @@ use orograph_nodes::raster::Format;
 
 use crate::export::{
     engine::Engine,
+    geojson::LinesIn,
     mesh::{MOST_TRIANGLES, MeshFormat},
 };
 
@@ -34,6 +35,9 @@ pub struct OutputOptions {
     #[arg(long, value_name = "N", default_value_t = OutputOptions::TRIANGLES, requires = "mesh",
         value_parser = clap::value_parser!(u64).range(2..=MOST_TRIANGLES))]
     pub triangles: u64,
+    /// Coordinates of lines; without it, degrees of WGS84 where the world has a `place`, and metres elsewhere
+    #[arg(long, value_enum, value_name = "COORDINATES")]
+    pub lines: Option<LinesIn>,
     /// Do not write the shaded pictures of heights (`NAME.preview.png`)
     #[arg(long)]
     pub no_preview: bool,
@@ -48,6 +52,7 @@ impl Default for OutputOptions {
             dither: false,
             mesh: None,
             triangles: Self::TRIANGLES,
+            lines: None,
             no_preview: false,
         }
     }

@@ -37,6 +37,9 @@ pub(super) fn line(file: &Path, folder: &Path, only: &[String], options: &Output
         add("mesh", &name_of(mesh));
         add("triangles", &options.triangles.to_string());
     }
+    if let Some(lines) = options.lines {
+        add("lines", &name_of(lines));
+    }
     if options.no_preview {
         add("no-preview", "");
     }
@@ -60,7 +63,7 @@ fn quoted(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::export::{engine::Engine, mesh::MeshFormat};
+    use crate::export::{engine::Engine, geojson::LinesIn, mesh::MeshFormat};
 
     #[test]
     fn the_command_line_lists_only_changed_options() {
@@ -72,12 +75,14 @@ mod tests {
             dither: true,
             mesh: Some(MeshFormat::Glb),
             triangles: 9,
+            lines: Some(LinesIn::Metres),
             no_preview: true,
         };
         let said = line(Path::new("a b.ron"), Path::new("out"), &["height".into()], &options, "64");
         assert!(said.starts_with(if cfg!(windows) { "orograph run \"a b.ron\"" } else { "orograph run 'a b.ron'" }));
         assert!(said.ends_with(
-            "-o out --only height --cells 64 --format png16 --engine unreal --dither --mesh glb --triangles 9 --no-preview"
+            "-o out --only height --cells 64 --format png16 --engine unreal --dither --mesh glb --triangles 9 --lines metres \
+             --no-preview"
         ));
     }
 }
