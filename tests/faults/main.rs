@@ -6,6 +6,7 @@
 //! its code.
 
 mod archives;
+mod cubes;
 mod documents;
 mod outputs;
 mod results;

@@ -13,17 +13,22 @@ use std::{
 };
 
 use orograph_graph::{
-    Cancel, Delivered, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Origin, OutputDecl, Port, Value,
+    Cancel, Delivered, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Origin, OutputDecl, Port, PortType,
+    Value,
 };
 use orograph_nodes::raster;
 
 use self::request::{Means, Request};
 use crate::{
-    export::outputs::{OutputFolder, OutputOptions, OutputWriter, Written},
+    export::{
+        cube::{self, Cube},
+        geojson::Coordinates,
+        outputs::{OutputFolder, OutputOptions, OutputWriter, Written},
+    },
     machine,
     report::{
         expect::{Expected, Watch},
-        failure::{Failure, reason},
+        failure::{Exit, Failure, reason},
         progress::Progress,
         terminal,
     },
@@ -175,6 +180,41 @@ impl Builder {
         Ok(timings.into_inner().unwrap_or_else(PoisonError::into_inner))
     }
 
+    /// Builds a terrain of a cube, then measures what the file expects.
+    ///
+    /// # Errors
+    /// When it cannot be computed or written, or the build is cancelled; what is complete of the cube stays.
+    pub fn build_member(
+        &self,
+        request: &Request,
+        cube: &Cube,
+        member: usize,
+        cancel: &Cancel,
+        progress: &dyn Progress,
+    ) -> Result<Expected, Failure> {
+        let ports: Vec<Port> = request.outputs.iter().map(|output| output.port).collect();
+        let (mut watch, mut expected) = watch(request)?;
+        let mut rows = cube.member(member);
+        let built = self.stream(request, &ports, &vec![true; ports.len()], cancel, progress, |at, delivered| {
+            let Some(field) = delivered.value.as_field() else { return Ok(()) };
+            if let Some(watch) = &mut watch {
+                watch.add(&request.outputs[at].name, field)?;
+            }
+            rows.rows(at, field)?;
+            if cancel.is_cancelled() { Err(cube::stopped()) } else { Ok(()) }
+        });
+        progress.ended();
+        if let Err(failure) = built {
+            let failure = if failure.exit == Exit::Stopped { cube::stopped() } else { failure };
+            progress.failed(&failure);
+            return Err(failure);
+        }
+        if let Some(watch) = watch {
+            expected = watch.finish(request.document.registry(), cancel)?;
+        }
+        Ok(expected)
+    }
+
     /// Builds the outputs of a request into a folder. Writes all files or none, then measures what the file expects.
     ///
     /// # Errors
@@ -206,6 +246,9 @@ impl Builder {
     ) -> Result<Built, Failure> {
         let start = machine::now();
         options.engine.map_or(Ok(()), |engine| engine.check(request.window().cells))?;
+        if request.outputs.iter().any(|output| output.ty == PortType::Lines) {
+            Coordinates::new(options.lines, &request.world)?;
+        }
         let read = request.document.files().into_iter().flat_map(|file| [raster::sidecar_path(&file), file]);
         OutputFolder::protect(folder, &request.outputs, options, read)?;
         let staging = OutputFolder::prepare(folder, &request.outputs, options)?;

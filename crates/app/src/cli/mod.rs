@@ -3,6 +3,7 @@
 mod build_args;
 mod cache;
 mod check;
+mod cube;
 mod devices;
 mod diff;
 mod edit;

@@ -6,6 +6,7 @@ use crate::{
     build::{Builder, Built, Timing, request::Request},
     cli::{
         build_args::BuildArgs,
+        cube::{self, CubeArgs},
         sweep::{self, Sweep},
     },
     export::outputs::Written,
@@ -23,6 +24,9 @@ use crate::{
 
 /// Bytes of results that a sweep keeps in memory, so that only nodes that a value changes are computed again.
 pub(super) const REMEMBERED: usize = 2 << 30;
+
+/// Rasters of the window's size that a cube keeps in memory.
+const KEPT_RASTERS: usize = 16;
 
 /// Builds every output of a graph file
 ///
@@ -48,6 +52,8 @@ pub struct Args {
     /// computed once.
     #[arg(long, value_name = "NAME=VALUES")]
     sweep: Vec<Sweep>,
+    #[command(flatten)]
+    cube: CubeArgs,
     /// Print progress and results as lines of JSON
     #[arg(long)]
     json: bool,
@@ -80,6 +86,9 @@ impl Args {
                 JsonLines::refused(failure, &problems);
             }
         })?;
+        if self.cube.cube {
+            return self.run_cube(&request, &*progress);
+        }
         if !self.sweep.is_empty() {
             return self.run_sweep(&request, &*progress);
         }
@@ -93,6 +102,17 @@ impl Args {
             progress.failed(&missed);
             Err(missed)
         })
+    }
+
+    /// Builds all variants into one Zarr store.
+    fn run_cube(&self, request: &Request, progress: &dyn Progress) -> Result<(), Failure> {
+        // so many rasters of a terrain are kept for the next ones, however many there are
+        let memory = KEPT_RASTERS.saturating_mul(size_of::<f32>() * request.window().len()).min(REMEMBERED);
+        let begin = || Ok((Builder::new(&self.args.means, memory)?, stop::on_interrupt()?));
+        let (builder, cancel) = begin().inspect_err(|failure| progress.failed(failure))?;
+        let BuildArgs { changes, out, .. } = &self.args;
+        let job = cube::Job { request, changes, sweeps: &self.sweep, out, args: &self.cube, is_quiet: self.quiet };
+        job.run(&builder, &cancel, progress)
     }
 
     /// Builds all variants with one store, so that shared results are computed once.

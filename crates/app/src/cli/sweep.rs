@@ -15,7 +15,7 @@ use crate::{
 const MAX_BUILDS: usize = 10_000;
 
 /// The name of the world's seed in a sweep.
-const SEED: &str = "seed";
+pub(super) const SEED: &str = "seed";
 
 /// `name=1..20`, `name=0.5..2/0.5` or `name=a,b,c` as typed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,6 +23,18 @@ pub struct Sweep {
     /// A parameter of the file or of a node, or `seed`.
     place: String,
     values: Vec<String>,
+}
+
+impl Sweep {
+    /// The name of the parameter.
+    pub(super) fn place(&self) -> &str {
+        &self.place
+    }
+
+    /// Its values, as text.
+    pub(super) fn values(&self) -> &[String] {
+        &self.values
+    }
 }
 
 impl FromStr for Sweep {

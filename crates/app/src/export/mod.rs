@@ -1,5 +1,6 @@
 //! Terrain for other programs: files of every output, meshes, vector lines and what game engines import.
 
+pub mod cube;
 pub mod engine;
 pub(crate) mod geojson;
 pub mod mesh;

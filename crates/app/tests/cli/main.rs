@@ -1,6 +1,7 @@
 //! The command line as a user runs it: files, messages, exit codes.
 
 mod bad_input;
+mod cube;
 #[cfg(feature = "editor")]
 #[path = "../common/device.rs"]
 mod device;

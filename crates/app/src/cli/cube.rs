@@ -1,0 +1,169 @@
+//! `orograph run --cube`: all terrains of a sweep in one Zarr store.
+
+use std::path::PathBuf;
+
+use orograph_graph::{Cancel, input};
+use serde_json::{Map, json};
+
+use super::sweep::{SEED, Sweep, Variant, variants};
+use crate::{
+    build::{
+        Builder,
+        request::{Changes, Request},
+    },
+    export::cube::{Axis, Cube, Plan, holds},
+    report::{
+        failure::Failure,
+        progress::Progress,
+        terminal::{self, Page, counted},
+    },
+};
+
+/// The options of a cube.
+#[derive(Debug, clap::Args)]
+pub struct CubeArgs {
+    /// Write heights, masks and other scalars into one Zarr store, `DIR/GRAPH.zarr`, instead of files
+    ///
+    /// Each output is an array with a labelled dimension for each `--sweep`, for y and for x; of the terrains of a
+    /// sweep, mean, quantiles and probabilities are stored for each cell. The same command continues a sweep that was
+    /// stopped.
+    #[arg(long, conflicts_with_all = ["format", "engine", "mesh", "dither", "lines", "json"])]
+    pub cube: bool,
+    /// Quantiles of each cell over the terrains of a cube, from 0 to 1
+    #[arg(long, value_name = "Q,Q", value_delimiter = ',', default_value = "0.05,0.5,0.95", requires = "cube",
+        value_parser = fraction)]
+    pub quantiles: Vec<f64>,
+    /// Store the fraction of terrains in which an output is above a value; can be given several times
+    #[arg(long, value_name = "OUTPUT=VALUE", requires = "cube")]
+    pub above: Vec<String>,
+}
+
+fn fraction(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|number| (0.0..=1.0).contains(number)).ok_or_else(|| "it is not from 0 to 1".to_owned())
+}
+
+/// A cube to build.
+pub struct Job<'a> {
+    pub request: &'a Request,
+    pub changes: &'a Changes,
+    pub sweeps: &'a [Sweep],
+    /// The folder in which the store lies.
+    pub out: &'a std::path::Path,
+    pub args: &'a CubeArgs,
+    pub is_quiet: bool,
+}
+
+impl Job<'_> {
+    /// Builds the terrains that are not yet in the store, then the statistics.
+    ///
+    /// # Errors
+    /// When something cannot be built or written, or a terrain misses an expectation.
+    pub fn run(&self, builder: &Builder, cancel: &Cancel, progress: &dyn Progress) -> Result<(), Failure> {
+        let (axes, variants) = self.variants()?;
+        let cube = Cube::open(&self.folder(), self.plan(axes)?)?;
+        let left: Vec<usize> = (0..variants.len()).filter(|member| !cube.is_complete(*member)).collect();
+        let done = variants.len() - left.len();
+        if done > 0 && !self.is_quiet {
+            terminal::remark(&format!("continuing: {} of {} are complete\n", done, variants.len()));
+        }
+        let mut missed = 0;
+        for (at, member) in left.into_iter().enumerate() {
+            let label = variants[member].label();
+            if !self.is_quiet && variants.len() > 1 {
+                terminal::remark(&format!("{} of {}: {label}\n", done + at + 1, variants.len()));
+            }
+            let expected = builder.build_member(&variants[member].request, &cube, member, cancel, progress)?;
+            if let Some(what) = expected.missed() {
+                missed += 1;
+                terminal::remark(&format!("{} {label}: {what}\n", Page::stderr().bad("missed:")));
+            }
+        }
+        cube.finish(cancel)?;
+        if !self.is_quiet {
+            let (page, count) = (Page::stdout(), counted(variants.len(), "terrain"));
+            let name = page.name(&cube.folder().display().to_string());
+            terminal::print(&format!("{} {name} of {count}\n", page.good("built")))?;
+        }
+        if missed == 0 {
+            return Ok(());
+        }
+        let what = format!("{missed} of {} missed an expectation", counted(variants.len(), "terrain"));
+        Err(Failure::wrong(what).hint("the cube is complete"))
+    }
+
+    /// The swept dimensions, the seed last, and every terrain.
+    fn variants(&self) -> Result<(Vec<Axis>, Vec<Variant>), Failure> {
+        let mut sweeps = self.sweeps.to_vec();
+        sweeps.sort_by_key(|sweep| sweep.place() == SEED);
+        let axes = sweeps.iter().map(|sweep| Axis { name: sweep.place().to_owned(), values: sweep.values().to_vec() });
+        // no folder is made: the names only have to differ
+        let template: PathBuf = sweeps.iter().map(|sweep| format!("{{{}}}", sweep.place())).collect();
+        Ok((axes.collect(), variants(self.request, self.changes, &sweeps, &template)?))
+    }
+
+    fn folder(&self) -> PathBuf {
+        let name = self.request.path.file_stem().unwrap_or_default();
+        self.out.join(name).with_extension("zarr")
+    }
+
+    fn plan(&self, axes: Vec<Axis>) -> Result<Plan, Failure> {
+        let outputs = self.request.outputs.clone();
+        for output in outputs.iter().filter(|output| !holds(output.ty)) {
+            let what = format!("`{}` is a {}, which a cube does not hold; it is left out", output.name, output.ty);
+            terminal::remark(&format!("{} {what}\n", Page::stderr().doubtful("warning:")));
+        }
+        if !outputs.iter().any(|output| holds(output.ty)) {
+            return Err(Failure::wrong("no output is a raster of numbers, so the cube would be empty")
+                .hint("add a height or a mask to `outputs`"));
+        }
+        let mut thresholds = Vec::new();
+        for text in &self.args.above {
+            let wrong = |what: &str| Failure::wrong(format!("`--above {text}`: {what}"));
+            let (name, value) =
+                text.split_once('=').ok_or_else(|| wrong("there is no `=`").hint("write height=1200"))?;
+            let Some(output) = outputs.iter().find(|output| output.name == name.trim() && holds(output.ty)) else {
+                return Err(wrong("the cube has no such output").hint("name one of the graph's `outputs`"));
+            };
+            let value = output.ty.unit().parse(value.trim()).map_err(|error| wrong(&error.to_string()))?;
+            thresholds.push((output.name.clone(), value));
+        }
+        let (window, quantiles) = (self.request.window(), self.args.quantiles.clone());
+        Ok(Plan { axes, outputs, window, attributes: self.attributes()?, quantiles, thresholds })
+    }
+
+    /// What the whole is, and a hash of everything that the terrains depend on.
+    fn attributes(&self) -> Result<Map<String, serde_json::Value>, Failure> {
+        let Request { document, graph, world, .. } = self.request;
+        let mut hash = blake3::Hasher::new();
+        let mut part = |bytes: &[u8]| {
+            hash.update(&(bytes.len() as u64).to_le_bytes());
+            hash.update(bytes);
+        };
+        part(document.source().as_bytes());
+        part(format!("{world:?} {:?}", self.request.window()).as_bytes());
+        for index in graph.indices() {
+            let node = graph.instance(index).node;
+            part(format!("{} {}", node.id, node.version).as_bytes());
+        }
+        for file in document.files() {
+            for path in [orograph_nodes::raster::sidecar_path(&file), file] {
+                let mut content = blake3::Hasher::new();
+                if let Ok((file, _)) = input::open(&path)
+                    && content.update_reader(file).is_err()
+                {
+                    return Err(Failure::unable(format!("cannot read `{}`", path.display())));
+                }
+                part(content.finalize().as_bytes());
+            }
+        }
+        let title = self.request.path.file_stem().unwrap_or_default().to_string_lossy();
+        let mut all = Map::new();
+        all.insert("Conventions".to_owned(), json!("CF-1.11"));
+        all.insert("title".to_owned(), json!(title));
+        all.insert("source".to_owned(), json!(concat!("orograph ", env!("CARGO_PKG_VERSION"))));
+        all.insert("graph".to_owned(), json!(document.source()));
+        all.insert("seed".to_owned(), json!(world.seed));
+        all.insert("graph_hash".to_owned(), json!(hash.finalize().to_hex().as_str()[..32]));
+        Ok(all)
+    }
+}

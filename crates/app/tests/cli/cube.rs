@@ -1,0 +1,101 @@
+//! `run --cube`: a sweep in one Zarr store.
+
+use std::{collections::BTreeMap, fs, path::Path, time::Duration};
+
+use super::Place;
+
+const GRAPH: &str = r#"(
+    world: (size: (1600, 1200), cells: (40, 30), place: (epsg: 32611, corner: ("378 km", "3812 km"))),
+    nodes: { "land": Ridged(amplitude: 300), "hills": Slope(height: "land") },
+    outputs: { "height": "land", "steep": "hills" },
+)"#;
+
+/// The files below a folder.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut all = BTreeMap::new();
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+        if path.is_dir() {
+            all.extend(files(&path).into_iter().map(|(inner, bytes)| (format!("{name}/{inner}"), bytes)));
+        } else {
+            all.insert(name, fs::read(&path).expect("readable"));
+        }
+    }
+    all
+}
+
+const SWEEP: [&str; 11] = [
+    "run",
+    "g.ron",
+    "--cube",
+    "--sweep",
+    "seed=1..3",
+    "--sweep",
+    "land.amplitude=200,400",
+    "--above",
+    "height=100",
+    "-q",
+    "-o",
+];
+
+#[test]
+fn a_sweep_fills_a_cube() {
+    let place = Place::new();
+    place.write("g.ron", GRAPH);
+    place.run(&[&SWEEP[..], &["out"]].concat()).done();
+    let cube = files(&place.path("out/g.zarr"));
+    let json = |name: &str| serde_json::from_slice::<serde_json::Value>(&cube[name]).expect("JSON");
+    let height = json("height/zarr.json");
+    assert_eq!(height["dimension_names"], serde_json::json!(["land_amplitude", "seed", "y", "x"]), "the seed last");
+    assert_eq!(height["shape"], serde_json::json!([2, 3, 30, 40]));
+    assert_eq!(json("zarr.json")["consolidated_metadata"]["metadata"]["height"], height);
+    assert_eq!(json("spatial_ref/zarr.json")["attributes"]["spatial_ref"], "EPSG:32611");
+    let numbers = |name: &str| -> Vec<f32> {
+        cube[name].chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+    };
+    let mut all = Vec::new();
+    for (i, relief) in ["200", "400"].iter().enumerate() {
+        for (j, seed) in ["1", "2", "3"].iter().enumerate() {
+            let set = format!("land.amplitude={relief}");
+            let one = ["run", "g.ron", "--set", &set, "--seed", seed, "--format", "r32", "-q", "-o", "one"];
+            place.run(&one).done();
+            assert!(place.bytes("one/height.r32") == cube[&format!("height/c.{i}.{j}.0.0")], "{relief} {seed}");
+            all.push(numbers(&format!("height/c.{i}.{j}.0.0")));
+        }
+    }
+    let (mean, median, above) =
+        (numbers("height_mean/c.0.0"), numbers("height_quantile/c.1.0.0"), numbers("height_above/c.0.0.0"));
+    for cell in 0..1200 {
+        let mut values: Vec<f32> = all.iter().map(|member| member[cell]).collect();
+        let sum: f64 = values.iter().map(|v| f64::from(*v)).sum();
+        assert_eq!(mean[cell], (sum / 6.0) as f32);
+        assert_eq!(above[cell], (values.iter().filter(|v| **v > 100.0).count() as f64 / 6.0) as f32);
+        values.sort_by(f32::total_cmp);
+        assert_eq!(median[cell], ((f64::from(values[2]) + f64::from(values[3])) / 2.0) as f32);
+    }
+    // another sweep does not continue it
+    let other = ["run", "g.ron", "--cube", "--sweep", "seed=1..4", "-o", "out"];
+    place.run(&other).ended(1, &["is there already, and of another graph or sweep", "-o"]);
+    place.run(&["run", "g.ron", "--cube", "--mesh", "glb"]).ended(1, &["--mesh"]);
+    place.run(&["run", "g.ron", "--cube", "--above", "land=3", "-o", "x"]).ended(1, &["no such output"]);
+}
+
+#[test]
+fn a_killed_sweep_continues_to_the_same_bytes() {
+    let place = Place::new();
+    place.write("g.ron", GRAPH);
+    place.run(&[&SWEEP[..], &["whole"]].concat()).done();
+    let mut child = place.command(&[&SWEEP[..], &["out"]].concat()).spawn().expect("started");
+    let second = place.path("out/g.zarr/steep/c.0.1.0.0");
+    for _ in 0..30_000 {
+        if second.exists() || child.try_wait().expect("a child").is_some() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+    place.run(&[&SWEEP[..], &["out"]].concat()).done();
+    assert!(files(&place.path("out")) == files(&place.path("whole")));
+}
