@@ -2,7 +2,7 @@
 
 use std::{
     collections::{BTreeMap, HashMap, HashSet, VecDeque},
-    sync::OnceLock,
+    sync::{Arc, OnceLock},
 };
 
 use petgraph::{
@@ -12,6 +12,7 @@ use petgraph::{
 };
 
 use crate::{
+    given::Given,
     node::{Fallback, Node, OutputType, Reach},
     param::{ParamSpec, ParamValues},
     suggest::closest,
@@ -30,6 +31,8 @@ pub struct Instance {
     pub params: ParamValues,
     /// Per declared input, the number that the file has instead of a wire.
     pub constants: Vec<Option<f64>>,
+    /// The raster that a program gives as its first input; `None` for every node of a file.
+    pub given: Option<Arc<Given>>,
 }
 
 impl Instance {
@@ -41,11 +44,15 @@ impl Instance {
 
     /// The same, if the specifications of the kind have been made already.
     pub(crate) fn with(name: impl Into<String>, node: &'static Node, specs: &[ParamSpec]) -> Self {
-        Self { name: name.into(), node, params: ParamValues::defaults(specs), constants: vec![None; node.inputs.len()] }
+        let (params, constants) = (ParamValues::defaults(specs), vec![None; node.inputs.len()]);
+        Self { name: name.into(), node, params, constants, given: None }
     }
 
     /// The type of an output; `wired` returns the type of the wire into an input.
     fn output_type(&self, output: usize, wired: impl Fn(usize) -> Option<PortType>) -> PortType {
+        if let Some(given) = &self.given {
+            return given.ty();
+        }
         match self.node.outputs[output].ty {
             OutputType::Fixed(ty) => ty,
             OutputType::Chosen(choose) => choose(&self.params),
@@ -291,6 +298,9 @@ impl Graph {
         let mut port = port;
         loop {
             let instance = &self.inner[port.node];
+            if let Some(given) = &instance.given {
+                return given.ty();
+            }
             let source = match instance.node.outputs[port.output].ty {
                 OutputType::Fixed(ty) => return ty,
                 OutputType::Chosen(choose) => return choose(&instance.params),

@@ -17,6 +17,7 @@ mod document;
 mod eval;
 mod field;
 pub mod files;
+mod given;
 pub mod gpu;
 mod graph;
 pub mod input;
@@ -52,6 +53,7 @@ pub use eval::{
     StoreFolder, Trust, Usage,
 };
 pub use field::Field;
+pub use given::Given;
 pub use graph::{Graph, GraphError, Instance, Port, Wire};
 pub use job::{Cancel, Coarser, Glimpses, InputValue, Job, Lane, LevelJob, NodeError, Outputs, Wanted, Warnings, mix};
 pub use lines::{Area, Line, Lines, Vertex};

@@ -2,10 +2,10 @@
 //!
 //! Provenance, not content: hashing the rasters after each edit would cost more than many nodes. A key includes
 //! everything that can change the result, and nothing else: the kind and version of the node, its parameters, the
-//! world, its inputs, the content of the files that it reads, and the backend unless it is the CPU and the node exact:
-//! no other backend gives the bytes of the CPU, and through the keys of the inputs none of their results is mixed with
-//! those of the CPU further down. Names of nodes, the rest of the graph, thread counts and the order of evaluation are
-//! not included.
+//! world, its inputs, the content of the files that it reads or of the raster that a program gives it, and the backend
+//! unless it is the CPU and the node exact: no other backend gives the bytes of the CPU, and through the keys of the
+//! inputs none of their results is mixed with those of the CPU further down. Names of nodes, the rest of the graph,
+//! thread counts and the order of evaluation are not included.
 //!
 //! A result does not depend on the window in which it was computed, as a node's reach guarantees. Keys of downstream
 //! nodes therefore do not include the window, and a node keeps its key when another reader needs a wider window of its
@@ -147,6 +147,10 @@ impl Hash {
             hash.bytes(b"@");
             hash.u32(place.epsg);
             place.corner_m.iter().for_each(|v| hash.f64(*v));
+        }
+        if let Some(given) = &step.instance.given {
+            hash.bytes(b"=");
+            hash.bytes(given.content());
         }
         for content in files.iter().flat_map(Stamped::contents) {
             match content {

@@ -454,6 +454,9 @@ fn source(
 /// As [`Graph::output_type`], without walking up the same chain once per node.
 fn output_types(instance: &Instance, inputs: &[Source], wired: &[Wired]) -> Vec<PortType> {
     let node = instance.node;
+    if let Some(given) = &instance.given {
+        return vec![given.ty(); node.outputs.len()];
+    }
     let type_at = |name: &str| match node.inputs.iter().position(|input| input.name == name).map(|at| inputs[at]) {
         Some(Source::Wire { step, output }) => wired[step].types[output],
         _ => PortType::Height,

@@ -1,6 +1,7 @@
-//! Terrain from files.
+//! Terrain from files and from other programs.
 
-#[expect(clippy::module_inception, reason = "the category and its only node have one name")]
+pub mod given;
+#[expect(clippy::module_inception, reason = "the category and its node have one name")]
 pub mod import;
 
 use orograph_graph::Node;

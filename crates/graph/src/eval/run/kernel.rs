@@ -33,7 +33,10 @@ impl Run<'_> {
             return Err(None);
         }
         let wanted = lock(&self.state).wanted[at];
-        let inputs = self.inputs(at)?;
+        let mut inputs = self.inputs(at)?;
+        if let (Some(given), Some(input)) = (&step.instance.given, inputs.first_mut()) {
+            *input = InputValue::Value(Value::Field(given.field().clone()));
+        }
         let level = self.level(at, wanted).ok_or(None)?;
         let start = now();
         self.report(step, Event::NodeStarted { node: step.index, name: step.name.clone() });
