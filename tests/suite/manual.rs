@@ -61,3 +61,47 @@ fn every_node_that_gives_a_raster_has_its_picture() {
     assert_eq!(shown, there, "pages and pictures; run `cargo bless`, and delete the picture of a node that is gone");
     assert!(bytes < MOST_BYTES, "the manual's pictures take {bytes} bytes");
 }
+
+/// Codes are for programs, so that each is in the table.
+#[test]
+fn codes_of_problems_are_documented() {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
+    let page = std::fs::read_to_string(root.join("docs/programs.md")).expect("the page for programs");
+    let sources = ["crates/graph/src/document", "crates/graph/src/eval/error.rs", "crates/app/src/report/failure.rs"];
+    let mut codes = BTreeSet::new();
+    for source in sources {
+        for path in rust_files(&root.join(source)) {
+            let text = std::fs::read_to_string(&path).expect("a source file");
+            let before = [
+                "Diagnostic::error(",
+                "Diagnostic::warning(",
+                "Misfit::new(",
+                "=> \"",
+                "Exit::Wrong, ",
+                "Exit::Unable, ",
+            ];
+            for start in before {
+                let is_code = !start.starts_with('=') || path.ends_with("error.rs");
+                for rest in text.split(start).skip(1).filter(|_| is_code) {
+                    let rest = rest.trim_start().trim_start_matches('"');
+                    let code: String = rest.chars().take_while(|c| c.is_ascii_lowercase() || *c == '-').collect();
+                    if rest[code.len()..].starts_with('"') && code.len() > 2 {
+                        codes.insert(code);
+                    }
+                }
+            }
+        }
+    }
+    assert!(codes.contains("unknown-node") && codes.contains("node-failed") && codes.len() > 30, "{codes:?}");
+    for code in codes {
+        assert!(page.contains(&format!("`{code}`")), "docs/programs.md does not describe the code `{code}`");
+    }
+}
+
+fn rust_files(path: &std::path::Path) -> Vec<PathBuf> {
+    let Ok(entries) = std::fs::read_dir(path) else { return vec![path.to_owned()] };
+    entries
+        .flat_map(|entry| rust_files(&entry.expect("an entry").path()))
+        .filter(|path| path.extension().is_some_and(|e| e == "rs"))
+        .collect()
+}

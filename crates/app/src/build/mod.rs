@@ -13,8 +13,8 @@ use std::{
 };
 
 use orograph_graph::{
-    Cancel, Delivered, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Origin, OutputDecl, Port, PortType,
-    Value,
+    Cancel, Delivered, Document, EvalError, Evaluation, Evaluator, EvaluatorOptions, Event, Origin, OutputDecl, Port,
+    PortType, Value,
 };
 use orograph_nodes::raster;
 
@@ -28,7 +28,7 @@ use crate::{
     machine,
     report::{
         expect::{Expected, Watch},
-        failure::{Exit, Failure, reason},
+        failure::{Exit, Failure, Spot, reason},
         progress::Progress,
         terminal,
     },
@@ -88,7 +88,7 @@ impl Builder {
             threads: means.threads,
             ..EvaluatorOptions::default()
         };
-        Ok(Self { evaluator: Arc::new(Evaluator::new(options).map_err(failure)?) })
+        Ok(Self { evaluator: Arc::new(Evaluator::new(options).map_err(|error| failure(error, None))?) })
     }
 
     /// A builder that shares the results of an evaluator.
@@ -168,7 +168,8 @@ impl Builder {
             let mut outcome = Ok(());
             for (at, delivery) in deliveries {
                 if outcome.is_ok() {
-                    outcome = delivery.map_err(failure).and_then(|delivered| take(at, delivered));
+                    let placed = |error| failure(error, Some(&request.document));
+                    outcome = delivery.map_err(placed).and_then(|delivered| take(at, delivered));
                     if outcome.is_err() {
                         stop.cancel();
                     }
@@ -176,7 +177,7 @@ impl Builder {
             }
             outcome
         });
-        outcome.map_err(|failure| Failure { message: request.shown(&failure.message), ..failure })?;
+        outcome.map_err(|failure| request.shown_in(failure))?;
         Ok(timings.into_inner().unwrap_or_else(PoisonError::into_inner))
     }
 
@@ -307,9 +308,10 @@ fn watch(request: &Request) -> Result<(Option<Watch<'_>>, Expected), Failure> {
     Ok((Some(Watch::new(expected, output, request.world)?), Expected::Nothing))
 }
 
-/// Converts an evaluation error to the failure of a command.
-fn failure(error: EvalError) -> Failure {
-    let (message, hint) = (error.to_string(), error.hint());
+/// Converts an evaluation error to the failure of a command, with the place of the node in its file.
+fn failure(error: EvalError, document: Option<&Document>) -> Failure {
+    let (message, hint, code) = (error.to_string(), error.hint(), error.code());
+    let place = document.zip(error.node()).and_then(|(document, node)| Spot::of_node(document, node));
     let failure = match error {
         EvalError::Cancelled => return Failure::stopped(),
         EvalError::World(_)
@@ -325,5 +327,5 @@ fn failure(error: EvalError) -> Failure {
         | EvalError::Output { .. }
         | EvalError::Threads(_) => Failure::unable(message),
     };
-    Failure { hint, ..failure }
+    Failure { hint, code, place: place.map(Box::new), ..failure }
 }

@@ -5,9 +5,11 @@ use std::path::PathBuf;
 use crate::{
     cli::nodes,
     files::archive::Source,
+    memory,
     report::{
         failure::{Exit, Failure},
         problems,
+        progress::JsonLines,
         terminal::{self, Page, counted},
     },
 };
@@ -16,6 +18,7 @@ use crate::{
 ///
 /// Builds nothing. Exits with 1 if a file has an error; warnings alone do not count.
 #[derive(Debug, clap::Args)]
+#[command(after_long_help = HELP)]
 pub struct Args {
     /// Graph files
     #[arg(required = true, value_name = "GRAPH.ron")]
@@ -23,13 +26,28 @@ pub struct Args {
     /// Print what a file without errors declares: its description, world, inputs, outputs and parameters
     #[arg(long)]
     describe: bool,
-    /// Print the problems as JSON, one per line; with `--describe` also what each file declares
+    /// Print events as lines of JSON: each problem, then a summary of the file, then with `--describe` what it declares
     #[arg(long)]
     json: bool,
 }
 
+/// The lines of `--json`.
+const HELP: &str = r#"With --json, standard output has one JSON object per line:
+  {"event":"problem","file":PATH,"line":L,"column":C,"severity":"error"|"warning","code":CODE,"message":TEXT,"help":TEXT|null}
+  {"event":"checked","file":PATH,"nodes":N,"outputs":N,"errors":N,"warnings":N}
+  {"event":"described","file":PATH,...} with `--describe`, for a file without errors
+  {"event":"error","exit":N,"code":CODE,"message":TEXT,"help":TEXT|null} for a file that cannot be read"#;
+
 impl Args {
     pub(super) fn run(self) -> Result<(), Failure> {
+        if !self.json {
+            return self.check();
+        }
+        memory::writes_json_lines();
+        self.check().and_then(|()| JsonLines::complete())
+    }
+
+    fn check(self) -> Result<(), Failure> {
         let registry = orograph_nodes::registry();
         let mut worst = Exit::Done;
         for file in &self.files {
@@ -38,6 +56,9 @@ impl Args {
                 Ok(read) => read,
                 Err(failure) => {
                     worst = if worst == Exit::Unable { worst } else { failure.exit };
+                    if self.json {
+                        JsonLines::refused(&failure, file);
+                    }
                     terminal::complain(&failure);
                     continue;
                 }
@@ -46,9 +67,7 @@ impl Args {
                 worst = Exit::Wrong;
             }
             if self.json {
-                let lines: String =
-                    problems::as_json(&document, &source.path).iter().map(|line| format!("{line}\n")).collect();
-                terminal::print(&source.shown(&lines))?;
+                JsonLines::checked(&document, &source, file);
             } else {
                 terminal::remark(&source.shown(&problems::report_all(&document, &source.path, Page::stderr())));
             }

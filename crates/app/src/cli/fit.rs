@@ -20,7 +20,7 @@ use crate::{
         heightfile::{self, FILLED, Scale},
     },
     report::{
-        failure::{Exit, Failure, reason},
+        failure::{Failure, reason},
         terminal::{self, Align, Page, Table, counted},
     },
     stop,
@@ -99,7 +99,7 @@ impl Args {
         }
         let done = counted(fitted.trials.len(), "evaluation");
         let message = format!("stopped after {done}; the best values so far are in `{}`", self.out.display());
-        Err(Failure { exit: Exit::Stopped, message, hint: None })
+        Err(Failure { message, ..Failure::stopped() })
     }
 
     /// Refuses a request that makes no sense, before anything is read.

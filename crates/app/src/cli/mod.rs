@@ -16,6 +16,7 @@ mod pack;
 mod perspective;
 mod render;
 mod run;
+mod schema;
 mod sea;
 mod shell;
 pub mod sweep;
@@ -28,7 +29,8 @@ use std::{
 };
 
 use clap::{CommandFactory as _, Parser, Subcommand};
-pub use nodes::manual;
+pub use nodes::{described, manual, nodes_json};
+pub use schema::schema;
 
 use crate::{
     report::{
@@ -70,6 +72,7 @@ enum Command {
     Pack(pack::PackArgs),
     Unpack(pack::UnpackArgs),
     Nodes(nodes::Args),
+    Schema(schema::Args),
     Cache(cache::Args),
     Devices(devices::Args),
     Completions(shell::CompletionsArgs),
@@ -92,6 +95,7 @@ impl Command {
             Self::Pack(args) => args.run(),
             Self::Unpack(args) => args.run(),
             Self::Nodes(args) => args.run(),
+            Self::Schema(args) => args.run(),
             Self::Cache(args) => args.run(),
             Self::Devices(args) => args.run(),
             Self::Completions(args) => args.run(),

@@ -1,6 +1,6 @@
 //! `orograph run`: builds every output of a graph file.
 
-use orograph_graph::{Document, Origin, Unit, bytes};
+use orograph_graph::{Origin, Unit, bytes};
 
 use crate::{
     build::{Builder, Built, Timing, request::Request},
@@ -10,11 +10,9 @@ use crate::{
         sweep::{self, Sweep},
     },
     export::outputs::Written,
-    files::archive::Source,
     machine, memory,
     report::{
         failure::Failure,
-        problems,
         progress::{self, JsonLines, Progress, Quiet, seconds},
         reading,
         terminal::{self, Align, Page, Table, counted},
@@ -82,10 +80,12 @@ impl Args {
         };
         let request = self.args.request(!self.quiet).inspect_err(|failure| {
             if self.json {
-                let problems = if failure.message.is_empty() { self.problems() } else { Vec::new() };
-                JsonLines::refused(failure, &problems);
+                JsonLines::refused(failure, &self.args.file);
             }
         })?;
+        if self.json {
+            JsonLines::problems(&request.document, request.source());
+        }
         if self.cube.cube {
             return self.run_cube(&request, &*progress);
         }
@@ -161,13 +161,6 @@ impl Args {
             if self.json { terminal::remark(&text) } else { terminal::print(&text)? }
         }
         if self.json || self.quiet { Ok(()) } else { terminal::print(&summary(request, built, Page::stdout())) }
-    }
-
-    /// The problems of the file as JSON; as text they are already printed.
-    fn problems(&self) -> Vec<serde_json::Value> {
-        let Ok(source) = Source::open(&self.args.file) else { return Vec::new() };
-        let document = Document::load(&source.path, &orograph_nodes::registry());
-        document.map_or_else(|_| Vec::new(), |document| problems::as_json(&document, &source.path))
     }
 }
 

@@ -15,9 +15,10 @@ use crate::{
         run::{REMEMBERED, summary},
     },
     files::watch::Watch,
+    memory,
     report::{
         failure::{Exit, Failure, reason},
-        progress,
+        progress::{self, JsonLines, Progress},
         terminal::{self, Page},
     },
     stop,
@@ -31,13 +32,26 @@ const LOOK: Duration = Duration::from_millis(100);
 /// Results are cached, so that only changed nodes are computed; a save during a build restarts it. Problems are
 /// printed, and watching continues; the files of the last successful build stay. Ctrl-C ends it.
 #[derive(Debug, clap::Args)]
+#[command(after_long_help = progress::JSON_HELP)]
 pub struct Args {
     #[command(flatten)]
     args: BuildArgs,
+    /// Print progress and results as lines of JSON
+    #[arg(long)]
+    json: bool,
 }
 
 impl Args {
     pub(super) fn run(self) -> Result<(), Failure> {
+        if !self.json {
+            return self.watch();
+        }
+        memory::writes_json_lines();
+        let watched = self.watch().inspect_err(|failure| JsonLines::refused(failure, &self.args.file));
+        watched.and_then(|()| JsonLines::complete())
+    }
+
+    fn watch(&self) -> Result<(), Failure> {
         input::open(&self.args.file).map_err(|error| {
             Failure::wrong(format!("`{}` cannot be watched: {}", self.args.file.display(), reason(&error)))
         })?;
@@ -55,12 +69,18 @@ impl Args {
             let changed = match overtaken {
                 Some(changed) => changed,
                 None => {
-                    terminal::print(&page.dim(&format!("watching {}\n", self.args.file.display())))?;
+                    match self.json {
+                        true => JsonLines::watching(&self.args.file),
+                        false => terminal::print(&page.dim(&format!("watching {}\n", self.args.file.display())))?,
+                    }
                     let Some(changed) = next(&watch, &cancel)? else { return Ok(()) };
                     changed
                 }
             };
-            terminal::print(&format!("{} changed\n", page.name(&changed)))?;
+            match self.json {
+                true => JsonLines::changed(&changed),
+                false => terminal::print(&format!("{} changed\n", page.name(&changed)))?,
+            }
         }
     }
 
@@ -92,9 +112,18 @@ impl Args {
     fn build(&self, builder: &Builder, stop: &Cancel) -> Vec<PathBuf> {
         let args = &self.args;
         let read = Document::load(&args.file, &orograph_nodes::registry()).map(|document| files_read(&document));
-        let built = args.request(true).and_then(|request| {
-            let built = builder.build(&request, &args.out, &args.options, stop, &*progress::for_people())?;
-            terminal::print(&summary(&request, &built, Page::stdout()))
+        let progress: Box<dyn Progress> = if self.json { Box::new(JsonLines) } else { progress::for_people() };
+        let request = args.request(true).inspect_err(|failure| {
+            if self.json {
+                JsonLines::refused(failure, &args.file);
+            }
+        });
+        let built = request.and_then(|request| {
+            if self.json {
+                JsonLines::problems(&request.document, request.source());
+            }
+            let built = builder.build(&request, &args.out, &args.options, stop, &*progress)?;
+            if self.json { Ok(()) } else { terminal::print(&summary(&request, &built, Page::stdout())) }
         });
         match built {
             // A build that a save has interrupted prints nothing.

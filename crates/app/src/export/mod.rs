@@ -2,7 +2,7 @@
 
 pub mod cube;
 pub mod engine;
-pub(crate) mod geojson;
+pub mod geojson;
 pub mod mesh;
 pub mod outputs;
 pub mod picture;

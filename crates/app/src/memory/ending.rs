@@ -106,9 +106,9 @@ fn tell_json(line: &mut Text, bytes: usize) {
     let mut what = Text::new();
     tell_what(&mut what, bytes);
     line.push_escaped(what.written());
-    line.push(r#"","hint":""#);
+    line.push(r#"","code":"memory","help":""#);
     line.push_escaped(REMEDY.as_bytes());
-    line.push("\",\"problems\":[]}\n");
+    line.push("\"}\n");
 }
 
 /// Writes how much memory was refused, and which nodes were running.
@@ -220,7 +220,7 @@ mod tests {
         assert_eq!((&value["event"], &value["exit"]), (&"error".into(), &2.into()));
         let message = value["message"].as_str().expect("a message");
         assert!(message.contains("another 3 MiB while `a \"quoted\" name\\\n`, `long "), "{message}");
-        assert_eq!(value["hint"], REMEDY);
+        assert_eq!(value["help"], REMEDY);
     }
 
     #[test]

@@ -2,6 +2,9 @@
 
 use std::{fmt, io, process::ExitCode};
 
+use orograph_graph::{Document, line_column};
+use serde::Serialize;
+
 /// How a command ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
@@ -30,29 +33,69 @@ pub struct Failure {
     pub message: String,
     /// The remedy.
     pub hint: Option<String>,
+    /// The kind of failure in kebab case, such as `node-failed`; for programs that read the output.
+    pub code: &'static str,
+    /// The place in a graph file, if it is known.
+    pub place: Option<Box<Spot>>,
+}
+
+/// A place in a graph file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Spot {
+    /// The node.
+    pub node: String,
+    /// The file.
+    pub file: String,
+    /// The line, from 1.
+    pub line: usize,
+    /// The column in characters, from 1.
+    pub column: usize,
+}
+
+impl Spot {
+    /// The place of a node in its file. For a node of a graph file that the document uses, such as `north/rivers`, it is
+    /// the place of the use. Returns None when the document has no such node.
+    #[must_use]
+    pub fn of_node(document: &Document, node: &str) -> Option<Self> {
+        let entry = document.node(node.split('/').next()?)?;
+        let (line, column) = line_column(document.source(), entry.span.start);
+        let file = document.path().map_or_else(String::new, |path| path.display().to_string());
+        Some(Self { node: node.to_owned(), file, line, column })
+    }
+}
+
+impl fmt::Display for Spot {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { file, line, column, .. } = self;
+        if file.is_empty() { write!(f, "line {line}, column {column}") } else { write!(f, "{file}:{line}:{column}") }
+    }
 }
 
 impl Failure {
+    const fn new(exit: Exit, code: &'static str, message: String) -> Self {
+        Self { exit, message, hint: None, code, place: None }
+    }
+
     /// The file or the request is wrong.
     pub fn wrong(message: impl Into<String>) -> Self {
-        Self { exit: Exit::Wrong, message: message.into(), hint: None }
+        Self::new(Exit::Wrong, "request", message.into())
     }
 
     /// The command could not be carried out.
     pub fn unable(message: impl Into<String>) -> Self {
-        Self { exit: Exit::Unable, message: message.into(), hint: None }
+        Self::new(Exit::Unable, "unable", message.into())
     }
 
     /// The program was stopped.
     #[must_use]
     pub fn stopped() -> Self {
-        Self { exit: Exit::Stopped, message: "stopped; nothing was written".to_owned(), hint: None }
+        Self::new(Exit::Stopped, "stopped", "stopped; nothing was written".to_owned())
     }
 
     /// A failure that has already been reported.
     #[must_use]
     pub const fn silent(exit: Exit) -> Self {
-        Self { exit, message: String::new(), hint: None }
+        Self::new(exit, "problems", String::new())
     }
 
     /// Adds a hint.

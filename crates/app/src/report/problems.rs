@@ -116,13 +116,14 @@ fn of_file(document: &Document, path: &Path) -> Vec<Value> {
     let one = |problem: &Diagnostic| {
         let (line, column) = problem.line_column(document.source());
         json!({
+            "event": "problem",
             "file": path.display().to_string(),
             "line": line,
             "column": column,
             "severity": problem.severity.to_string(),
             "code": problem.code,
             "message": problem.message,
-            "hint": problem.hint,
+            "help": problem.hint,
         })
     };
     document.problems().iter().map(one).collect()

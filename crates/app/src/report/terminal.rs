@@ -252,15 +252,22 @@ pub fn remark(text: &str) {
 
 /// Prints why a command failed.
 pub fn complain(failure: &Failure) {
-    if failure.message.is_empty() {
-        return;
+    if !failure.message.is_empty() {
+        remark(&complaint(failure, Page::stderr()));
     }
-    let page = Page::stderr();
+}
+
+/// Why a command failed, as text: the message, the place and the remedy.
+#[must_use]
+pub fn complaint(failure: &Failure, page: Page) -> String {
     let mut text = format!("{} {}\n", page.bad("error:"), failure.message);
+    if let Some(place) = &failure.place {
+        text.push_str(&format!("{} {place}\n", page.name("   at:")));
+    }
     if let Some(hint) = &failure.hint {
         text.push_str(&format!("{} {hint}\n", page.name(" hint:")));
     }
-    remark(&text);
+    text
 }
 
 /// A count with its noun: `1 problem`, `6 problems`.

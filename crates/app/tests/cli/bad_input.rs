@@ -51,7 +51,7 @@ fn six_errors_are_six_problems() {
         ],
     );
     assert_eq!(ran.err.matches("error:").count(), 6, "{}", ran.err);
-    assert_eq!(super::json_lines(&place.run(&["check", "--json", "six.ron"]).ended(1, &[]).out).len(), 6);
+    assert_eq!(super::json_lines(&place.run(&["check", "--json", "six.ron"]).ended(1, &[]).out).len(), 7);
     place.run(&["run", "six.ron"]).ended(1, &["6 problems in six.ron"]);
     assert!(!place.path("out").exists());
 }

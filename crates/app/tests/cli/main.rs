@@ -5,6 +5,7 @@ mod cube;
 #[cfg(feature = "editor")]
 #[path = "../common/device.rs"]
 mod device;
+mod events;
 mod expect;
 #[cfg(unix)]
 mod faults;

@@ -97,14 +97,6 @@ fn events_are_lines_of_json() {
     );
     assert_eq!(lines.last().map(|line| &line["event"]), Some(&"done".into()));
     assert!(ran.err.contains("total"), "timings go to standard error: {}", ran.err);
-
-    place.write("bad.ron", &SMALL.replace("Slope(", "Slop("));
-    let ran = place.run(&["run", "bad.ron", "--json"]).ended(1, &["did you mean `Slope`?"]);
-    let lines = json_lines(&ran.out);
-    assert_eq!((lines.len(), &lines[0]["event"], &lines[0]["exit"]), (1, &"error".into(), &1.into()));
-    assert_eq!(lines[0]["problems"][0]["line"], 8);
-    let lines = json_lines(&place.run(&["run", "none.ron", "--json"]).ended(1, &["none.ron"]).out);
-    assert!(lines[0]["message"].as_str().is_some_and(|message| message.contains("none.ron")));
 }
 
 #[test]

@@ -131,6 +131,21 @@ fn watching_rebuilds_at_every_save_and_survives_errors() {
 }
 
 #[test]
+fn watching_prints_events_for_programs() {
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    let running = Running::start(&place, &["watch", "g.ron", "--only", "height", "--json"]);
+    running.wait_for(r#""event":"output""#);
+    running.wait_for(r#""event":"watching""#);
+    place.write("g.ron", &SMALL.replace("Slope(", "Slop("));
+    running.wait_for(r#"{"event":"changed","file":"g.ron"}"#);
+    running.wait_for(r#""code":"unknown-node""#);
+    running.wait_for(r#""event":"error""#);
+    running.wait_for(r#""event":"watching""#);
+    assert_eq!(running.interrupt().0, Some(0));
+}
+
+#[test]
 fn watching_follows_the_files_that_a_graph_uses() {
     let place = Place::new();
     let inner = r#"(nodes: { "dem": Import(file: "land.tif") }, outputs: { "height": "dem" })"#;

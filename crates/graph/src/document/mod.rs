@@ -14,6 +14,7 @@ mod check;
 mod edit;
 mod expand;
 mod file;
+mod json;
 mod read;
 mod subgraph;
 mod syntax;

@@ -149,6 +149,24 @@ impl EvalError {
         }
     }
 
+    /// The kind of error in kebab case, such as `node-failed`; for programs that read the output.
+    #[must_use]
+    pub const fn code(&self) -> &'static str {
+        match self {
+            Self::Cancelled => "stopped",
+            Self::World(_) => "world",
+            Self::Request(_) => "request",
+            Self::Unwired { .. } => "unwired",
+            Self::Type { .. } => "type",
+            Self::Constant { .. } => "value",
+            Self::File { .. } => "missing-file",
+            Self::TooLarge { .. } | Self::OutOfMemory { .. } => "memory",
+            Self::Node { .. } => "node-failed",
+            Self::Panicked { .. } | Self::Output { .. } => "internal",
+            Self::Threads(_) => "threads",
+        }
+    }
+
     /// A possible remedy. Returns None when none is known.
     #[must_use]
     pub fn hint(&self) -> Option<String> {

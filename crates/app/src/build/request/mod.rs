@@ -1,5 +1,6 @@
 //! What to build: a graph file, with the changes of the command line.
 
+mod given;
 mod part;
 
 use std::{
@@ -13,6 +14,7 @@ use std::{
 
 use orograph_graph::{Document, Edit, Graph, OutputDecl, Registry, Window, World, WorldError, closest, files};
 
+pub use given::Array;
 pub use part::Part;
 
 use super::{backend::BackendName, storage::Storage};
@@ -226,10 +228,26 @@ impl Request {
         Ok(self)
     }
 
+    /// Where the graph file comes from.
+    #[must_use]
+    pub fn source(&self) -> &Source {
+        &self.source
+    }
+
     /// Replaces temporary paths of an archive's files in a text by the path of the archive.
     #[must_use]
     pub fn shown(&self, text: &str) -> String {
         self.source.shown(text)
+    }
+
+    /// The failure with temporary paths of an archive's files replaced by the path of the archive.
+    #[must_use]
+    pub fn shown_in(&self, mut failure: Failure) -> Failure {
+        failure.message = self.shown(&failure.message);
+        if let Some(place) = &mut failure.place {
+            place.file = self.shown(&place.file);
+        }
+        failure
     }
 
     /// The folder that the graph's files are relative to.

@@ -57,7 +57,7 @@ impl Args {
             None => match self.format {
                 Format::Table => list::table(&registry, Page::stdout()),
                 Format::Md => list::markdown(&registry),
-                Format::Json => json(&registry.listed().map(NodePage::of).collect::<Vec<_>>())?,
+                Format::Json => nodes_json(&registry)?,
             },
         };
         terminal::print(&text)
@@ -71,6 +71,22 @@ pub fn manual(registry: &Registry) -> Vec<(String, String)> {
     let page = |node: &'static Node| (format!("{}.md", node.id), markdown::illustrated(&NodePage::of(node)));
     let list = ("README.md".to_owned(), list::contact_sheet(registry));
     std::iter::once(list).chain(registry.listed().map(page)).collect()
+}
+
+/// The declarations of all nodes, as JSON.
+///
+/// # Errors
+/// When they cannot be written as JSON.
+pub fn nodes_json(registry: &Registry) -> Result<String, Failure> {
+    json(&registry.listed().map(NodePage::of).collect::<Vec<_>>())
+}
+
+/// The declarations of a graph file without errors, as JSON.
+///
+/// # Errors
+/// When they cannot be written as JSON.
+pub fn described(document: &Document, file: &Path) -> Result<String, Failure> {
+    json(&GraphPage::of(document, file))
 }
 
 /// The declarations of a graph file without errors, as a page of text or as one line of JSON.

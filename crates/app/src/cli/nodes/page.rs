@@ -136,9 +136,10 @@ pub fn is_pictured(node: &Node) -> bool {
     }
 }
 
-/// The declarations of a graph file.
+/// The declarations of a graph file, as the event of `check --json --describe`.
 #[derive(Debug, Serialize)]
 pub struct GraphPage {
+    pub event: &'static str,
     pub file: String,
     /// The description of the file.
     pub about: String,
@@ -164,6 +165,7 @@ impl GraphPage {
         parameters.drain(..SUBGRAPH.specs().len());
         let World { size, cells, seed, sea_level, .. } = document.world();
         Self {
+            event: "described",
             file: file.display().to_string(),
             about: document.about(),
             size_m: size,

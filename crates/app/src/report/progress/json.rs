@@ -1,15 +1,16 @@
 //! Lines of JSON on standard output, for programs that run this one.
 
-use std::{collections::BTreeMap, path::Path, sync::OnceLock};
+use std::{collections::BTreeMap, fs::File, path::Path, sync::OnceLock};
 
-use orograph_graph::{Event, Origin};
+use orograph_graph::{Document, Event, Origin, Severity};
 use serde_json::{Value, json};
 
 use super::Progress;
 use crate::{
     build::{Built, request::Request},
+    files::archive::Source,
     memory,
-    report::{failure::Failure, terminal},
+    report::{failure::Failure, problems, terminal},
 };
 
 /// The lines, for `--help`.
@@ -19,14 +20,16 @@ pub const HELP: &str = r#"With --json, standard output has one JSON object per l
   {"event":"progress","node":NAME,"kind":KIND,"fraction":0.25}
   {"event":"node","node":NAME,"kind":KIND,"origin":"computed"|"memory"|"disk","seconds":T,"bytes":B}
   {"event":"warning","node":NAME,"message":TEXT}
-  {"event":"output","name":NAME,"file":PATH,"type":TYPE,"bytes":B,"range":[LO,HI]|null,"unit":U,
+  {"event":"output","name":NAME,"file":PATH,"hash":HASH,"type":TYPE,"bytes":B,"range":[LO,HI]|null,"unit":U,
    "import":{NAME:VALUE,...}|null}
   {"event":"expectation","measure":NAME,"value":V|null,"unit":U,"bounds":[LO|null,HI|null],"met":true|false,"reason":TEXT|null}
   {"event":"done","seconds":T,"files":N}
-  {"event":"error","exit":CODE,"message":TEXT,"hint":TEXT|null,"problems":[{file,line,column,message,...}]}
+  {"event":"problem","file":PATH,"line":L,"column":C,"severity":"error"|"warning","code":CODE,"message":TEXT,"help":TEXT|null}
+  {"event":"error","exit":N,"code":CODE,"message":TEXT,"help":TEXT|null} and, if a node failed, "node","file","line","column"
 In a sweep a line comes before those of each terrain:
   {"event":"sweep","index":N,"of":N,"values":{NAME:VALUE,...},"folder":FOLDER}
-The last line is "done" or "error". An "error" after "done" says that all files are written, but do not meet what the
+`watch` also prints {"event":"watching","file":PATH} when it waits and {"event":"changed","file":NAME} when a file was saved.
+The last line of `run` is "done" or "error". An "error" after "done" says that all files are written, but do not meet what the
 file expects. New kinds of lines and new fields may be added."#;
 
 /// Writes the lines.
@@ -48,23 +51,75 @@ impl JsonLines {
         LOST.get().filter(|failure| !failure.message.is_empty()).map_or(Ok(()), |failure| Err(failure.clone()))
     }
 
-    /// Reports that a build failed, with the problems of its file.
-    pub fn refused(failure: &Failure, problems: &[Value]) {
-        let message = match (&*failure.message, problems.len()) {
-            ("", count) => format!("{} in the graph file", terminal::counted(count, "problem")),
-            (message, _) => message.to_owned(),
+    /// Reports the problems of a file and of the graph files that it uses, one per line.
+    pub fn problems(document: &Document, source: &Source) {
+        problems::as_json(document, &source.path).iter().for_each(|line| say_text(&source.shown(&line.to_string())));
+    }
+
+    /// Reports that a file is not used, with its problems if these are why.
+    pub fn refused(failure: &Failure, file: &Path) {
+        let read = || {
+            let source = Source::open(file).ok()?;
+            Some((Document::load(&source.path, &orograph_nodes::registry()).ok()?, source))
         };
+        let is_about_problems = failure.message.is_empty();
+        if let Some((document, source)) = is_about_problems.then(read).flatten() {
+            Self::problems(&document, &source);
+        }
+        error(failure);
+    }
+
+    /// Reports what a check found.
+    pub fn checked(document: &Document, source: &Source, file: &Path) {
+        Self::problems(document, source);
+        let count = |severity| document.problems().iter().filter(|problem| problem.severity == severity).count();
         say(&json!({
-            "event": "error", "exit": failure.exit as u8, "message": message, "hint": failure.hint, "problems": problems,
+            "event": "checked", "file": file.display().to_string(), "nodes": document.nodes().len(),
+            "outputs": document.outputs().len(), "errors": count(Severity::Error), "warnings": count(Severity::Warning),
         }));
+    }
+
+    /// Reports that the program waits for a change of a file or of those that it reads.
+    pub fn watching(file: &Path) {
+        say(&json!({"event": "watching", "file": file.display().to_string()}));
+    }
+
+    /// Reports that a file was changed.
+    pub fn changed(name: &str) {
+        say(&json!({"event": "changed", "file": name}));
     }
 }
 
 /// Why lines were lost.
 static LOST: OnceLock<Failure> = OnceLock::new();
 
-/// Writes a line. If it cannot be written, the build continues, because its files were requested too.
+/// Reports why a command failed.
+fn error(failure: &Failure) {
+    let message = if failure.message.is_empty() { "the graph file has problems" } else { &failure.message };
+    let mut line = json!({
+        "event": "error", "exit": failure.exit as u8, "code": failure.code, "message": message, "help": failure.hint,
+    });
+    if let Some(place) = &failure.place
+        && let (Some(line), Ok(Value::Object(place))) = (line.as_object_mut(), serde_json::to_value(place))
+    {
+        line.extend(place);
+    }
+    say(&line);
+}
+
+/// The BLAKE3 hash of a file's content; null if the file is gone.
+fn hash(path: &Path) -> Value {
+    let mut hash = blake3::Hasher::new();
+    let read = File::open(path).and_then(|file| hash.update_reader(file).map(|hash| hash.finalize()));
+    read.map_or(Value::Null, |hash| json!(hash.to_string()))
+}
+
 fn say(line: &Value) {
+    say_text(&line.to_string());
+}
+
+/// Writes a line. If it cannot be written, the build continues, because its files were requested too.
+fn say_text(line: &str) {
     let line = format!("{line}\n");
     if let Err(failure) = memory::in_json_line(|| terminal::print(&line)) {
         LOST.get_or_init(|| failure);
@@ -115,8 +170,8 @@ impl Progress for JsonLines {
     fn finished(&self, built: &Built) {
         for file in &built.files {
             say(&json!({
-                "event": "output", "name": file.output, "file": file.path.display().to_string(), "type": file.what,
-                "bytes": file.bytes, "range": file.range, "unit": file.unit,
+                "event": "output", "name": file.output, "file": file.path.display().to_string(),
+                "hash": hash(&file.path), "type": file.what, "bytes": file.bytes, "range": file.range, "unit": file.unit,
                 "import": file.import.as_ref().map(|import| &import.settings),
             }));
         }
@@ -131,6 +186,6 @@ impl Progress for JsonLines {
     }
 
     fn failed(&self, failure: &Failure) {
-        Self::refused(failure, &[]);
+        error(failure);
     }
 }
