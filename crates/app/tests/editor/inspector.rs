@@ -3,7 +3,7 @@
 use egui::{Key, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable as _};
 use orograph::editor::App;
-use orograph_graph::{ParamValue, Port};
+use orograph_graph::{GeoPlace, ParamValue, Port};
 
 use crate::{graph, picture, scratch, settle, until, window};
 
@@ -232,6 +232,22 @@ fn the_world_and_the_outputs_are_edited_while_nothing_is_selected() {
     assert!(window.query_by_label_contains("but must be a length from -12 km to 12 km").is_some());
     fill(&mut window, "sea level", " ");
     assert_eq!(sea(&window), None);
+    let before = window.state().session().document().source().to_owned();
+    let place = |window: &Harness<'_, App>| window.state().session().document().world().place;
+    fill(&mut window, "EPSG code", "32611");
+    fill(&mut window, "easting", "378 km");
+    fill(&mut window, "northing", "3812345.25");
+    let placed = GeoPlace { epsg: 32_611, corner_m: [378_000.0, 3_812_345.25] };
+    assert_eq!(place(&window), Some(placed));
+    fill(&mut window, "EPSG code", "4326");
+    assert_eq!(place(&window), Some(placed), "degrees are refused");
+    assert!(window.query_by_label_contains("EPSG:4326 is not a projected coordinate system").is_some());
+    fill(&mut window, "EPSG code", " ");
+    assert_eq!(place(&window), None);
+    window.state_mut().session_mut().undo();
+    assert_eq!(place(&window), Some(placed));
+    (0..3).for_each(|_| assert!(window.state_mut().session_mut().undo()));
+    assert_eq!(window.state().session().document().source(), before);
     window.get_by_role_and_label(Role::ComboBox, "boundary").click();
     window.run_steps(3);
     window.get_by_label("open").click();

@@ -5,7 +5,7 @@ use orograph_graph::{Boundary, Edge, Edit, ParamSpec, Port, Unit, World};
 
 use super::{
     form::{FormState, TextField, line, section, title},
-    node, number,
+    node, number, place,
     target::Target,
     value::thrown,
 };
@@ -82,6 +82,7 @@ fn world(ui: &mut Ui, form: &mut FormState, session: &mut Session) {
     form.reason(ui, seed);
     boundary(ui, form, session, now);
     sea_level(ui, form, session, now);
+    place::show(ui, form, session, now);
 }
 
 /// The sea level; an empty field is a world without a sea.

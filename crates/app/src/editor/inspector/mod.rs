@@ -12,6 +12,7 @@ mod node;
 mod note;
 mod number;
 mod pad;
+mod place;
 mod shown;
 mod target;
 mod value;
