@@ -27,7 +27,7 @@ fn files(folder: &Path, of: &str) -> Vec<PathBuf> {
 }
 
 fn all_sources() -> Vec<PathBuf> {
-    ["crates/graph", "crates/nodes", "crates/app", "tests", "fuzz"]
+    ["crates/graph", "crates/nodes", "crates/app", "crates/python", "tests", "fuzz"]
         .iter()
         .flat_map(|folder| files(&root().join(folder), "rs"))
         .collect()
