@@ -12,7 +12,7 @@ use std::{
 use orograph_nodes::numerics::par;
 
 /// Bytes of all members that are in memory at a time.
-const BLOCK: usize = 32 << 20;
+const BLOCK: usize = 8 << 20;
 /// Cells that one thread takes at a time.
 const PART: usize = 4096;
 
