@@ -5,5 +5,5 @@ cd "$(dirname "$0")/../.."
 folder=target/peers
 [ -x $folder/venv/bin/python ] || python3 -m venv $folder/venv
 $folder/venv/bin/pip install --quiet --only-binary :all: -r tests/peers/requirements.txt
-cargo build --release --package orograph-nodes --example bench_flow
-$folder/venv/bin/python tests/peers/flow.py target/release/examples/bench_flow $folder "${REPEATS:-5}" "${@:-1024}"
+program=$(tests/peers/built.sh bench_flow)
+$folder/venv/bin/python tests/peers/flow.py "$program" $folder "${REPEATS:-5}" "${@:-1024}"

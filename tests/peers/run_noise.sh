@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 folder=target/peers
-cargo build --release --package orograph-nodes --example bench_noise
+program=$(tests/peers/built.sh bench_noise)
 RUSTFLAGS="-C target-cpu=native" cargo build --release --manifest-path tests/peers/noise/Cargo.toml --target-dir $folder/noise
 peers=("$folder/noise/release/noise-peers")
 if [ -n "${FASTNOISE2:-}" ]; then
@@ -20,4 +20,4 @@ if [ -n "${FASTNOISE2:-}" ]; then
 fi
 pin=()
 command -v taskset > /dev/null && pin=(taskset -c 0)
-"${pin[@]}" python3 tests/peers/noise.py "${1:-4096}" "${REPEATS:-5}" target/release/examples/bench_noise "${peers[@]}"
+"${pin[@]}" python3 tests/peers/noise.py "${1:-4096}" "${REPEATS:-5}" "$program" "${peers[@]}"

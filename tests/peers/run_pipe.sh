@@ -5,5 +5,5 @@ cd "$(dirname "$0")/../.."
 folder=target/peers
 [ -x $folder/taichi/bin/python ] || python3 -m venv $folder/taichi
 $folder/taichi/bin/pip install --quiet --only-binary :all: -r tests/peers/requirements_pipe.txt
-cargo build --release --package orograph-nodes --example bench_pipe
-$folder/taichi/bin/python tests/peers/pipe.py target/release/examples/bench_pipe $folder "${REPEATS:-5}" "${@:-1024}"
+program=$(tests/peers/built.sh bench_pipe)
+$folder/taichi/bin/python tests/peers/pipe.py "$program" $folder "${REPEATS:-5}" "${@:-1024}"

@@ -10,5 +10,5 @@ for peers in venv:requirements.txt:run.sh taichi:requirements_pipe.txt:run_pipe.
         echo "SKIPPED $script: its peers cannot be installed here"
         continue
     fi
-    REPEATS=1 GROWTH=128 "tests/peers/$script" 128
+    QUICK=1 REPEATS=1 GROWTH=128 "tests/peers/$script" 128
 done

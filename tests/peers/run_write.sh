@@ -5,5 +5,5 @@ cd "$(dirname "$0")/../.."
 folder=target/peers
 [ -x $folder/write/bin/python ] || python3 -m venv $folder/write
 $folder/write/bin/pip install --quiet --only-binary :all: -r tests/peers/requirements_write.txt
-cargo build --release --package orograph-nodes --example bench_write
-$folder/write/bin/python tests/peers/write.py target/release/examples/bench_write $folder "${REPEATS:-5}" "${1:-4096}"
+program=$(tests/peers/built.sh bench_write)
+$folder/write/bin/python tests/peers/write.py "$program" $folder "${REPEATS:-5}" "${1:-4096}"

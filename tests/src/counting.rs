@@ -2,15 +2,21 @@
 
 use std::{
     alloc::{GlobalAlloc, Layout, System},
+    cell::Cell,
     sync::atomic::{AtomicUsize, Ordering::Relaxed},
 };
 
-/// The system's allocator with a count of allocated bytes and of their peak since [`Counting::peak_of`] began. Use it
-/// as `#[global_allocator]` of a separate program in which nothing else runs at the same time.
+/// The system's allocator with a count of allocated bytes and of their peak, of the program and of each thread. Use it
+/// as `#[global_allocator]` of a separate program.
 #[derive(Debug, Default)]
 pub struct Counting {
     held: AtomicUsize,
     peak: AtomicUsize,
+}
+
+thread_local! {
+    /// Bytes that this thread allocated and did not free, and their peak. What it frees for another counts as negative.
+    static OWN: Cell<[isize; 2]> = const { Cell::new([0; 2]) };
 }
 
 impl Counting {
@@ -21,7 +27,7 @@ impl Counting {
     }
 
     /// The result of a piece of code, and the peak of the bytes allocated while it ran, not counting those allocated
-    /// before.
+    /// before. Nothing else may run at the same time.
     pub fn peak_of<T>(&self, run: impl FnOnce() -> T) -> (T, usize) {
         let before = self.held.load(Relaxed);
         self.peak.store(before, Relaxed);
@@ -29,9 +35,29 @@ impl Counting {
         (result, self.peak.load(Relaxed).saturating_sub(before))
     }
 
+    /// As [`Self::peak_of`], for what this thread allocates, whatever others do at the same time.
+    pub fn peak_of_thread<T>(&self, run: impl FnOnce() -> T) -> (T, usize) {
+        let [before, _] = OWN.get();
+        OWN.set([before; 2]);
+        let result = run();
+        let [_, peak] = OWN.get();
+        (result, (peak - before).unsigned_abs())
+    }
+
     fn add(&self, bytes: usize) {
         let held = self.held.fetch_add(bytes, Relaxed) + bytes;
         self.peak.fetch_max(held, Relaxed);
+        // a thread that ends has lost its count before its last allocations
+        let _ = OWN.try_with(|own| {
+            let [held, peak] = own.get();
+            let held = held + bytes as isize;
+            own.set([held, peak.max(held)]);
+        });
+    }
+
+    fn remove(&self, bytes: usize) {
+        self.held.fetch_sub(bytes, Relaxed);
+        let _ = OWN.try_with(|own| own.set([own.get()[0] - bytes as isize, own.get()[1]]));
     }
 }
 
@@ -55,12 +81,12 @@ unsafe impl GlobalAlloc for Counting {
         self.add(size);
         // SAFETY: as above.
         let moved = unsafe { System.realloc(block, layout, size) };
-        self.held.fetch_sub(layout.size(), Relaxed);
+        self.remove(layout.size());
         moved
     }
 
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
-        self.held.fetch_sub(layout.size(), Relaxed);
+        self.remove(layout.size());
         // SAFETY: as above.
         unsafe { System.dealloc(block, layout) }
     }

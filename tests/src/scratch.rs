@@ -44,7 +44,8 @@ impl Scratch {
     }
 }
 
-/// Measures a case on a window of `side` cells per side. Returns None when its kernel refuses the case.
+/// Measures a case on a window of `side` cells per side. Returns None when its kernel refuses the case. On one thread
+/// other cases may be measured at the same time.
 ///
 /// # Panics
 /// When the inputs cannot be computed.
@@ -67,7 +68,11 @@ pub fn scratch_in(memory: &Counting, case: &Case, world: World, threads: usize) 
     let job = case.job(values, window);
     // threads allocate their own structures on first use
     pool.broadcast(|_| ());
-    let (outputs, peak) = memory.peak_of(|| pool.install(|| (node.cpu)(&job)));
+    let kernel = || (node.cpu)(&job);
+    let (outputs, peak) = match threads {
+        1 => pool.install(|| memory.peak_of_thread(kernel)),
+        _ => memory.peak_of(|| pool.install(kernel)),
+    };
     let given: u64 = outputs.ok()?.into_iter_named().map(|(_, value)| new_bytes(&value, &job.inputs)).sum();
     let params = job.params;
     let sizing = Sizing { params, window, wired: &wired, wanted: Wanted::ALL, folder: &job.folder };
