@@ -1,7 +1,5 @@
 //! Gives a field the distribution of another field, or a uniform or normal one.
 
-use rayon::prelude::*;
-
 use crate::{
     numerics::{
         cells::{BLOCK, blocks, masked, samples},
@@ -95,7 +93,7 @@ fn order(samples: &[f32]) -> Vec<u64> {
     // adding 0 turns −0 into +0
     let entry = |place: usize| math::ordered(samples[place] + 0.0) << 32 | place as u64;
     let mut order = par::map(samples.len(), entry);
-    order.par_sort_unstable();
+    par::sort_keys(&mut order);
     order
 }
 

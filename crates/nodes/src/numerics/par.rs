@@ -150,6 +150,12 @@ pub fn change_with<A: Send, B: Sync>(cells: &mut [A], with: &[B], change: impl F
     });
 }
 
+/// Calls `change(k, cell)` for each cell and its index.
+pub fn change_at<A: Send>(cells: &mut [A], change: impl Fn(usize, &mut A) + Sync) {
+    let size = cells_of_a_part(cells.len());
+    all(cells.chunks_mut(size), |part, cells| (part * size..).zip(cells).for_each(|(k, cell)| change(k, cell)));
+}
+
 /// Returns the number of cells for which `counts` is true.
 pub fn count<A: Sync>(cells: &[A], counts: impl Fn(&A) -> bool + Sync) -> usize {
     let part = |_, cells: &[A]| cells.iter().map(|cell| usize::from(counts(cell))).sum::<usize>();
@@ -162,9 +168,23 @@ pub fn any<A: Sync>(cells: &[A], is: impl Fn(&A) -> bool + Sync) -> bool {
         .is_err()
 }
 
+/// Returns true if `is` is true for any cell and the cell at the same place in `with`.
+pub fn any_with<A: Sync, B: Sync>(cells: &[A], with: &[B], is: impl Fn(&A, &B) -> bool + Sync) -> bool {
+    let size = cells_of_a_part(cells.len());
+    let part = |_, (cells, with): (&[A], &[B])| {
+        if cells.iter().zip(with).any(|(cell, other)| is(cell, other)) { Err(()) } else { Ok(()) }
+    };
+    each(cells.chunks(size).zip(with.chunks(size)), part).is_err()
+}
+
 /// Sorts floating-point numbers in their total order.
 pub fn sort(samples: &mut [f32]) {
     samples.par_sort_unstable_by(f32::total_cmp);
+}
+
+/// Sorts keys.
+pub fn sort_keys(keys: &mut [u64]) {
+    keys.par_sort_unstable();
 }
 
 /// Calls `row(j, samples)` for each row of `out`, in parallel, checking for cancellation at each row. `share` is the

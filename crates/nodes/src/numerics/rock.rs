@@ -4,9 +4,8 @@
 //! rock, whatever their cells.
 
 use orograph_graph::{Job, Lane, NodeError, mix};
-use rayon::prelude::*;
 
-use super::{math, waves::Waves};
+use super::{math, par, waves::Waves};
 
 /// Spectral slopes of the hardness and of the slope at which rock gives way.
 const SPECTRAL_SLOPES: [f64; 2] = [2.5, 2.4];
@@ -49,8 +48,8 @@ impl Bodies {
     ) -> Result<Vec<f32>, NodeError> {
         let mut steepest = self.waves(job, 1, 1.0)?;
         let own = (1.0 - HARD_IS_STEEP * HARD_IS_STEEP).sqrt();
-        steepest.par_iter_mut().zip(softness).enumerate().for_each(|(cell, (steepest, softness))| {
-            let waves = (own * *steepest - HARD_IS_STEEP * softness).clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS);
+        par::change_at(&mut steepest, |cell, steepest| {
+            let waves = (own * *steepest - HARD_IS_STEEP * softness[cell]).clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS);
             let mean = f64::from(repose.at(cell));
             *steepest = if mean < 90.0 {
                 let mean = mean.max(0.0);

@@ -9,7 +9,6 @@
 //! the uplift of all later steps. Uplift thus converges to the erosion rate, as in a landscape at steady state.
 
 use orograph_graph::{memory::zeroed, mix};
-use rayon::prelude::*;
 
 use super::{Params, drain::Lakes};
 use crate::{
@@ -54,7 +53,7 @@ pub fn of(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], mask: La
         cells: zeroed(window.len())?,
     };
     let mut heights: Vec<f64> = zeroed(window.len())?;
-    heights.par_iter_mut().zip(model).for_each(|(height, &model)| *height = f64::from(model));
+    par::change_with(&mut heights, model, |height, &model| *height = f64::from(model));
     land.route(job, &heights)?;
     let lakes = Lakes::of(&land.depressions, &heights)?;
     begin(job, params, strength.min(1.0), model, &mut heights)?;
@@ -68,12 +67,15 @@ pub fn of(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], mask: La
         land.route(job, &heights)?;
         if area.is_empty() {
             area = zeroed(window.len())?;
-            area.par_iter_mut().zip(&land.cells).for_each(|(mean, &cells)| *mean = cells as f32);
+            par::change_with(&mut area, &land.cells, |mean, &cells| *mean = cells as f32);
         } else {
-            area.par_iter_mut().zip(&land.cells).for_each(|(mean, &cells)| *mean += NEWEST * (cells as f32 - *mean));
+            par::change_with(&mut area, &land.cells, |mean, &cells| *mean += NEWEST * (cells as f32 - *mean));
         }
-        let inside = heights.par_iter_mut().zip(&uplift).zip(&land.codes);
-        inside.filter(|(_, code)| code::has_receiver(**code)).for_each(|((height, up), _)| *height += f64::from(*up));
+        par::change_at(&mut heights, |cell, height| {
+            if code::has_receiver(land.codes[cell]) {
+                *height += f64::from(uplift[cell]);
+            }
+        });
         land.drainage.upstream(job, &land.grid, &land.codes, &mut heights, |cell, code, height, below| {
             let drop = height - below;
             if drop > 0.0 { below + drop / (1.0 + law.coefficient(area[cell], code)) } else { height }
@@ -81,7 +83,7 @@ pub fn of(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], mask: La
         hillslope.creep(job, &mut heights, params.spacing * params.spacing, step..step + 1, &|_| false, None)?;
         let lost = lost(job, &coarse, model, &heights)?;
         raise(params, model, &lost, &mut heights);
-        uplift.par_iter_mut().zip(&lost).for_each(|(uplift, lost)| *uplift += LEARNT * lost);
+        par::change_with(&mut uplift, &lost, |uplift, lost| *uplift += LEARNT * lost);
     }
     drop((uplift, area));
     for _ in 0..ROUNDS {
@@ -89,7 +91,7 @@ pub fn of(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], mask: La
         raise(params, model, &lost, &mut heights);
     }
     if mask.constant() != Some(1.0) {
-        heights.par_iter_mut().enumerate().for_each(|(cell, height)| {
+        par::change_at(&mut heights, |cell, height| {
             let before = f64::from(model[cell]);
             *height = before + f64::from(mask.at(cell)) * (*height - before);
         });
@@ -97,7 +99,7 @@ pub fn of(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], mask: La
     land.route(job, &heights)?;
     lakes.drain(job, &land, &mut heights)?;
     let mut found: Vec<f32> = zeroed(window.len())?;
-    found.par_iter_mut().zip(&heights).for_each(|(found, &height)| *found = height as f32);
+    par::change_with(&mut found, &heights, |found, &height| *found = height as f32);
     Ok(found)
 }
 
@@ -117,7 +119,7 @@ impl Land {
         receivers::d8(job, &self.grid, heights, &mut self.codes)?;
         self.depressions.find(job, &self.grid, heights, &self.codes)?;
         self.depressions.carve(job, &self.grid, &mut self.codes)?;
-        self.cells.par_iter_mut().for_each(|cells| *cells = 1);
+        par::change(&mut self.cells, |cells| *cells = 1);
         self.drainage.accumulate(job, &self.grid, &self.codes, &mut self.cells)
     }
 }
@@ -168,7 +170,7 @@ fn begin(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], heights: 
             *noise *= (amplitude_m * math::hypot(across, down).min(STEEPEST)) as f32;
         }
     })?;
-    heights.par_iter_mut().zip(&noise).for_each(|(height, noise)| *height += f64::from(*noise));
+    par::change_with(heights, &noise, |height, noise| *height += f64::from(*noise));
     Ok(())
 }
 
@@ -176,17 +178,16 @@ fn begin(job: &Job<'_>, params: &Params, strength: f64, model: &[f32], heights: 
 /// would be raised without limit.
 fn raise(params: &Params, model: &[f32], lost: &[f32], heights: &mut [f64]) {
     let most = STEEPEST * params.spacing;
-    heights.par_iter_mut().zip(lost).zip(model).for_each(|((height, &lost), &model)| {
-        let model = f64::from(model);
-        *height = (*height + f64::from(lost)).clamp(model - most, model + most);
+    par::change_at(heights, |cell, height| {
+        let model = f64::from(model[cell]);
+        *height = (*height + f64::from(lost[cell])).clamp(model - most, model + most);
     });
 }
 
 /// Returns how far the means of coarse cells are below those of the model, interpolated linearly between their centres.
 fn lost(job: &Job<'_>, coarse: &Coarse, model: &[f32], heights: &[f64]) -> Result<Vec<f32>, NodeError> {
     let mut lost: Vec<f32> = zeroed(model.len())?;
-    let cells = model.par_iter().zip(heights);
-    lost.par_iter_mut().zip(cells).for_each(|(lost, (&model, height))| *lost = (f64::from(model) - height) as f32);
+    par::change_at(&mut lost, |cell, lost| *lost = (f64::from(model[cell]) - heights[cell]) as f32);
     let means = coarse.means(job, &lost)?;
     drop(lost);
     coarse.spread(job, [0.0, 0.0], &means, Between::Linear)

@@ -4,11 +4,13 @@
 //! flow path from its bottom over its pass (after Lindsay 2016). Lakes of the model remain, at their level or lower.
 
 use orograph_graph::memory::{OutOfMemory, collected, copied, zeroed};
-use rayon::prelude::*;
 
 use super::detail::Land;
 use crate::{
-    numerics::routing::{Depressions, drainage::Amount},
+    numerics::{
+        par,
+        routing::{Depressions, drainage::Amount},
+    },
     prelude::*,
 };
 
@@ -35,8 +37,8 @@ impl Lakes {
         let mut filled = copied(model)?;
         depressions.fill(&mut filled);
         let mut levels: Vec<f32> = zeroed(model.len())?;
-        levels.par_iter_mut().zip(filled).zip(model).for_each(|((level, filled), &model)| {
-            *level = if filled > model { filled as f32 } else { f32::NEG_INFINITY };
+        par::change_at(&mut levels, |cell, level| {
+            *level = if filled[cell] > model[cell] { filled[cell] as f32 } else { f32::NEG_INFINITY };
         });
         Ok(Self { levels })
     }
@@ -50,7 +52,7 @@ impl Lakes {
         land.drainage.downstream(job, &land.grid, &land.codes, &mut lowest, |cell, _, Lowest(own)| {
             Lowest(own.max(f64::from(self.levels[cell])))
         })?;
-        heights.par_iter_mut().zip(lowest).for_each(|(height, Lowest(lowest))| *height = lowest);
+        par::change_with(heights, &lowest, |height, Lowest(lowest)| *height = *lowest);
         Ok(())
     }
 }

@@ -11,9 +11,11 @@ mod drain;
 #[cfg(test)]
 mod tests;
 
-use rayon::prelude::*;
-
-use crate::{numerics::math, prelude::*, raster::fill_voids};
+use crate::{
+    numerics::{math, par},
+    prelude::*,
+    raster::fill_voids,
+};
 
 params! {
     /// Cell size of the model, over which means are kept.
@@ -100,7 +102,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let (params, window, wants) = (Params::read(job.params), job.window(), Wants::of(job));
     let strength = strength(&params, job.cell_m());
     let is_void = |height: &f32| !height.is_finite();
-    if strength <= 0.0 || height.samples().par_iter().all(is_void) {
+    if strength <= 0.0 || !par::any(height.samples(), |height| !is_void(height)) {
         if params.depth > 0.0 && strength <= 0.0 {
             job.warn(format!(
                 "cells of {:.2} m are too coarse for rills {} m apart on a model of {} m, so that nothing changes; use \
@@ -114,23 +116,18 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         return Ok(Given { height: wants.height.then(|| height.clone()), change }.into());
     }
     let mut model = height.clone();
-    if model.samples().par_iter().any(is_void) {
+    if par::any(model.samples(), is_void) {
         let mut samples = model.into_samples();
         samples.iter_mut().filter(|height| is_void(height)).for_each(|height| *height = f32::NAN);
         fill_voids(window.nx(), window.ny(), &mut samples, &|| job.check())?;
         model = Field::new(window, samples);
     }
     let found = detail::of(job, &params, strength, model.samples(), mask)?;
-    let cells = found.par_iter().zip(model.samples()).zip(height.samples());
-    let change = wants.change.then(|| {
-        let cells = cells.clone();
-        Field::new(
-            window,
-            cells.map(|((found, model), before)| if is_void(before) { 0.0 } else { found - model }).collect(),
-        )
-    });
-    let height = wants.height.then(|| {
-        Field::new(window, cells.map(|((found, _), before)| if is_void(before) { *before } else { *found }).collect())
-    });
+    let (model, before) = (model.samples(), height.samples());
+    let field = |of: &(dyn Fn(usize) -> f32 + Sync)| Field::new(window, par::map(found.len(), of));
+    let changed = |cell: usize| if is_void(&before[cell]) { 0.0 } else { found[cell] - model[cell] };
+    let kept = |cell: usize| if is_void(&before[cell]) { before[cell] } else { found[cell] };
+    let change = wants.change.then(|| field(&changed));
+    let height = wants.height.then(|| field(&kept));
     Ok(Given { height, change }.into())
 }

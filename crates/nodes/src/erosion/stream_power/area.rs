@@ -1,11 +1,9 @@
 //! Drainage area, weighted by rain, and its power in the law.
 
-use rayon::prelude::*;
-
 use super::incision::Law;
 use crate::{
     numerics::{
-        math,
+        math, par,
         routing::{Drainage, Grid},
     },
     prelude::*,
@@ -143,11 +141,7 @@ impl<'a> Area<'a> {
         if spread.is_empty() {
             spread.extend((0..cells).map(&now));
         }
-        spread
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(1 << 14)
-            .for_each(|(cell, mean)| *mean += newest * (now(cell) - *mean));
+        par::change_at(spread, |cell, mean| *mean += newest * (now(cell) - *mean));
     }
 
     /// Areas in m² that cut in the place of smaller ones, 0 at first.

@@ -6,10 +6,12 @@
 //! row of pits.
 
 use orograph_graph::{Edge, InputValue, Value, Warnings, World};
-use rayon::prelude::*;
 
 use crate::{
-    numerics::routing::{Grid, Outlet},
+    numerics::{
+        par,
+        routing::{Grid, Outlet},
+    },
     prelude::*,
 };
 
@@ -84,11 +86,11 @@ impl Coarse {
         before: &[f32],
         mut after: Vec<f64>,
     ) -> Result<Vec<f64>, NodeError> {
-        after.par_iter_mut().zip(before).for_each(|(after, before)| *after -= f64::from(*before));
+        par::change_with(&mut after, before, |after, before| *after -= f64::from(*before));
         let change = after;
         let (nx, coarse_nx) = (self.fine.nx, self.grid.nx);
-        let mut heights: Vec<f64> = fine.par_iter().map(|&height| f64::from(height)).collect();
-        let corrected = heights.par_chunks_mut(nx).enumerate().try_for_each(|(y, heights)| {
+        let mut heights: Vec<f64> = par::map_of(fine, |&height| f64::from(height));
+        let corrected = par::each(heights.chunks_mut(nx), |y, heights| {
             job.check()?;
             let (rows, row_weights) = taps(y, self.grid.ny, self.periodic[1]);
             let row = rows.map(|y| &change[y * coarse_nx..(y + 1) * coarse_nx]);
@@ -133,7 +135,6 @@ fn taps(at: usize, count: usize, periodic: bool) -> ([usize; 4], [f64; 4]) {
 /// Means of two by two cells, fewer at the end of odd rows and columns. Where water leaves a coarse cell at base level,
 /// `keep_base` takes only cells that are at base level.
 fn restrict(grid: &Grid, fine: &Grid, samples: &[f32], keep_base: bool) -> Vec<f32> {
-    let cells = (0..grid.cells()).into_par_iter();
     let mean = |cell: usize| {
         let (x, y) = (cell % grid.nx, cell / grid.nx);
         let side = grid.is_border_row(y) || x == 0 || x + 1 == grid.nx;
@@ -149,7 +150,7 @@ fn restrict(grid: &Grid, fine: &Grid, samples: &[f32], keep_base: bool) -> Vec<f
         }
         (sum / count) as f32
     };
-    cells.map(mean).collect()
+    par::map(grid.cells(), mean)
 }
 
 #[cfg(test)]

@@ -25,12 +25,10 @@
 
 mod water;
 
-use rayon::prelude::*;
-
 use super::{area::Area, incision::Law, links::Links};
 use crate::{
     numerics::{
-        math,
+        math, par,
         routing::{Drainage, Grid, code},
     },
     prelude::*,
@@ -51,7 +49,7 @@ const MOST_ROUNDS: u32 = 8;
 const SETTLED_M: f64 = 1e-4;
 
 /// A cell after the step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Bed {
     /// Height of the ground in metres.
     pub height: f64,
@@ -89,7 +87,7 @@ pub struct Transport<'a> {
 }
 
 /// The erosion of a step as a linear function of the drop x to the receiver: `slope` x − `offset`, in metres.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Tangent {
     /// C where n is 1.
     pub slope: f64,
@@ -120,7 +118,7 @@ impl Transport<'_> {
     /// # Errors
     /// [`NodeError::Cancelled`].
     pub fn solve(&self, job: &Job<'_>, heights: &[f64], loose: &[f64]) -> Result<(Vec<Bed>, Vec<f64>), NodeError> {
-        let mut arriving: Vec<Arriving> = loose.par_iter().map(|&loose| [loose, 0.0]).collect();
+        let mut arriving: Vec<Arriving> = par::map_of(loose, |&loose| [loose, 0.0]);
         self.drainage.downstream(job, self.grid, self.codes, &mut arriving, |cell, code, [load, response]| {
             let height = heights[cell];
             if let Some(depth) = self.depth(cell, height) {
@@ -137,7 +135,7 @@ impl Transport<'_> {
         })?;
         let fills = self.spread(job, heights, &mut arriving)?;
         let bed = |&height: &f64| Bed { height, water: height.max(self.sea_level_m), loose: 0.0 };
-        let mut beds: Vec<Bed> = heights.par_iter().map(bed).collect();
+        let mut beds: Vec<Bed> = par::map_of(heights, bed);
         self.drainage.upstream(job, self.grid, self.codes, &mut beds, |cell, code, Bed { height, .. }, below| {
             let [load, response] = arriving[cell];
             let (law, length_m) = self.law(cell, code);
@@ -167,18 +165,19 @@ impl Transport<'_> {
             let height = eroded.min(below.water + (self.steepest)(cell) * length_m);
             Bed { height, water: height.max(below.water), loose: d * (late + eroded - height) }
         })?;
-        let cells = arriving.par_iter().zip(heights).zip(&beds).enumerate();
-        let flux = cells.map(|(cell, (([load, response], &before), bed))| match self.depth(cell, before) {
-            // the sums over the water so far; outlets keep their height, and what comes to them leaves
-            Some(depth) => match (fills[cell], code::has_receiver(self.codes[cell])) {
-                (true, true) => load - response - depth,
-                (true, false) => load - response,
-                (false, true) => 0.0,
-                (false, false) => *load,
-            },
-            None => load - (1.0 - response) * (bed.height - before) - bed.loose,
+        let flux = par::map(heights.len(), |cell| {
+            let ([load, response], before, bed) = (arriving[cell], heights[cell], &beds[cell]);
+            match self.depth(cell, before) {
+                // the sums over the water so far; outlets keep their height, and what comes to them leaves
+                Some(depth) => match (fills[cell], code::has_receiver(self.codes[cell])) {
+                    (true, true) => load - response - depth,
+                    (true, false) => load - response,
+                    (false, true) => 0.0,
+                    (false, false) => load,
+                },
+                None => load - (1.0 - response) * (bed.height - before) - bed.loose,
+            }
         });
-        let flux = flux.collect();
         Ok((beds, flux))
     }
 
@@ -205,7 +204,7 @@ impl Transport<'_> {
             let (coefficient, length_m) = self.links.of(cell, code);
             Tangent::new(law.value(coefficient), n, found[cell] - level, length_m)
         };
-        (0..heights.len()).into_par_iter().map(tangent).collect()
+        par::map(heights.len(), tangent)
     }
 
     /// [`Self::solve`] for any exponent n, round after round from the drops as they are.
@@ -225,12 +224,12 @@ impl Transport<'_> {
         loop {
             let tangents = self.tangents_at(heights, &found, law, n);
             let (beds, flux) = Transport { tangents: Some(&tangents), ..*self }.solve(job, heights, loose)?;
-            let moved = found.par_iter().zip(&beds).map(|(height, bed)| (height - bed.height).abs());
             rounds += 1;
-            if rounds == MOST_ROUNDS || moved.reduce(|| 0.0, f64::max) < SETTLED_M {
+            let moves = |height: &f64, bed: &Bed| (height - bed.height).abs() >= SETTLED_M;
+            if rounds == MOST_ROUNDS || !par::any_with(&found, &beds, moves) {
                 return Ok((beds, flux));
             }
-            found.par_iter_mut().zip(&beds).for_each(|(height, bed)| *height = bed.height);
+            par::change_with(&mut found, &beds, |height, bed| *height = bed.height);
         }
     }
 

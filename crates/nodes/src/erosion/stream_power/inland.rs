@@ -7,9 +7,9 @@
 //! seen of them has no side to run straight at.
 
 use orograph_graph::{Boundary, Edge, Field, Glimpses, InputValue, Job, Outputs, Value, Warnings, Window, World, mix};
-use rayon::prelude::*;
 
 use super::levels::Frame;
+use crate::numerics::par;
 
 /// How much the margin is inclined outwards, in metres per metre.
 const INCLINE: f32 = 0.02;
@@ -117,7 +117,7 @@ impl Inland {
             (mirrored.clamp(0, count - 1) as usize, beyond as usize)
         };
         let mut reflected = vec![0.0; self.outer.len()];
-        reflected.par_chunks_mut(self.outer.nx()).enumerate().for_each(|(y, row)| {
+        par::all(reflected.chunks_mut(self.outer.nx()), |y, row| {
             let (from, below) = place(y, self.before[1], self.inner.ny());
             for (x, sample) in row.iter_mut().enumerate() {
                 let (column, beside) = place(x, self.before[0], nx);
@@ -137,7 +137,7 @@ impl Inland {
             [nearest, (2 * nearest - at).clamp(0, last)].map(|at| at as usize)
         };
         let mut continued = vec![0.0; self.outer.len()];
-        continued.par_chunks_mut(self.outer.nx()).enumerate().for_each(|(y, row)| {
+        par::all(continued.chunks_mut(self.outer.nx()), |y, row| {
             let [near_y, mirrored_y] = place(y, self.before[1], self.inner.ny());
             for (x, sample) in row.iter_mut().enumerate() {
                 let [near_x, mirrored_x] = place(x, self.before[0], nx);
@@ -160,7 +160,7 @@ impl Inland {
     fn inside(&self, field: &Field) -> Field {
         let (nx, outer_nx) = (self.inner.nx(), self.outer.nx());
         let mut samples = vec![0.0; self.inner.len()];
-        samples.par_chunks_mut(nx).enumerate().for_each(|(y, row)| {
+        par::all(samples.chunks_mut(nx), |y, row| {
             let first = (y + self.before[1]) * outer_nx + self.before[0];
             row.copy_from_slice(&field.samples()[first..first + nx]);
         });

@@ -9,7 +9,6 @@ use orograph_graph::{
     memory::{OutOfMemory, copied, zeroed},
     mix,
 };
-use rayon::prelude::*;
 
 use self::budget::Budget;
 use super::{
@@ -27,6 +26,7 @@ use super::{
 use crate::{
     numerics::{
         hillslope::Hillslope,
+        par,
         rock::tangent,
         routing::{Depressions, Drainage, Grid, Outlet, receivers},
         waves::SHORTEST_CELLS,
@@ -202,12 +202,10 @@ impl<'a> Land<'a> {
             // looked up at each step
             (None, _) if bedrock.is_some() => Steepest::Each(zeroed(cells)?),
             (None, Lane::Constant(degrees)) => Steepest::Everywhere(tangent(degrees)),
-            (None, Lane::Samples(degrees)) => {
-                Steepest::Each(degrees.par_iter().map(|&degrees| tangent(degrees) as f32).collect())
-            }
+            (None, Lane::Samples(degrees)) => Steepest::Each(par::map_of(degrees, |&degrees| tangent(degrees) as f32)),
         };
         Ok(Self {
-            heights: start.samples().par_iter().map(|&height| f64::from(height)).collect(),
+            heights: par::map_of(start.samples(), |&height| f64::from(height)),
             codes: zeroed(cells)?,
             tangents: zeroed(if params.receivers == Receivers::RhoInfinity { cells } else { 0 })?,
             depressions: Depressions::default(),
@@ -296,13 +294,13 @@ impl<'a> Land<'a> {
                 self.creep(job, step_yr, step, None)?;
                 return Ok(Work::default());
             };
-            lowered.par_iter_mut().zip(&self.heights).for_each(|(height, after)| *height -= after);
+            par::change_with(&mut lowered, &self.heights, |height, after| *height -= after);
             let (mut lowered, mut flux) = asked.split(lowered);
             let fluvial = asked.lowered.then(|| copied(&self.heights)).transpose()?;
             self.creep(job, step_yr, step, flux.as_mut())?;
             if let (Some(lowered), Some(fluvial)) = (&mut lowered, fluvial) {
-                let crept = fluvial.par_iter().zip(&self.heights).map(|(before, after)| before - after);
-                lowered.par_iter_mut().zip(crept).for_each(|(lowered, crept)| *lowered += crept);
+                let crept = |cell: usize| fluvial[cell] - self.heights[cell];
+                par::change_at(lowered, |cell, lowered| *lowered += crept(cell));
             }
             if let Some(flux) = &mut flux {
                 self.drainage.accumulate(job, &self.grid, &self.codes, flux)?;
@@ -313,15 +311,17 @@ impl<'a> Land<'a> {
         let flux = self.carry(job, step_yr, &mut sediment)?;
         let fluvial = copied(&self.heights)?;
         self.slide(job)?;
-        let slid = self.heights.par_iter().zip(&fluvial).map(|(after, before)| before - after);
-        sediment.debris.par_iter_mut().zip(slid).for_each(|(debris, slid)| *debris += slid);
+        let slid = |cell: usize| fluvial[cell] - self.heights[cell];
+        par::change_at(&mut sediment.debris, |cell, debris| *debris += slid(cell));
         self.creep(job, step_yr, step, Some(&mut sediment.debris))?;
         if let Some(lowered) = &mut lowered {
-            lowered.par_iter_mut().zip(&self.heights).for_each(|(height, after)| *height -= after);
+            par::change_with(lowered, &self.heights, |height, after| *height -= after);
         }
         if let (Some(thickness), Some(lowered)) = (&mut sediment.thickness, &lowered) {
-            let layers = thickness.par_iter_mut().zip(lowered);
-            layers.for_each(|(thickness, lowered)| *thickness = (f64::from(*thickness) - lowered).max(0.0) as f32);
+            let layer = |thickness: &mut f32, lowered: &f64| {
+                *thickness = (f64::from(*thickness) - lowered).max(0.0) as f32;
+            };
+            par::change_with(thickness, lowered, layer);
         }
         self.sediment = Some(sediment);
         Ok(Work { lowered: lowered.filter(|_| asked.lowered), flux: asked.flux.then_some(flux) })
@@ -430,7 +430,7 @@ impl<'a> Land<'a> {
         let mut surface = copied(&self.heights)?;
         self.depressions.fill(&mut surface);
         let sea_level_m = self.sea_level_m;
-        surface.par_iter_mut().for_each(|level| *level = level.max(sea_level_m));
+        par::change(&mut surface, |level| *level = level.max(sea_level_m));
         let links = self.links(step_yr);
         let transport = Transport {
             grid: &self.grid,
@@ -450,8 +450,8 @@ impl<'a> Land<'a> {
         } else {
             transport.solve_power(job, &self.heights, &sediment.debris, &self.law, self.n)?
         };
-        self.heights.par_iter_mut().zip(&beds).for_each(|(height, bed)| *height = bed.height);
-        sediment.debris.par_iter_mut().zip(&beds).for_each(|(debris, bed)| *debris = bed.loose);
+        par::change_with(&mut self.heights, &beds, |height, bed| *height = bed.height);
+        par::change_with(&mut sediment.debris, &beds, |debris, bed| *debris = bed.loose);
         Ok(flux)
     }
 }

@@ -35,7 +35,6 @@ mod tests;
 use std::sync::Arc;
 
 use orograph_graph::{Column, Glimpses, Layer, Strata};
-use rayon::prelude::*;
 
 use self::{
     bedrock::Bedrock,
@@ -44,7 +43,7 @@ use self::{
     rock::DEFAULT_ERODIBILITY,
     tectonics::Tectonics,
 };
-use crate::prelude::*;
+use crate::{numerics::par, prelude::*};
 
 choice! {
     /// How the receiver of a cell is chosen.
@@ -302,7 +301,7 @@ fn results(job: &Job<'_>, mut land: Land<'_>, start: &Field, step_yr: f64, work:
     let report = wants.report.then(|| land.report(cell_m2));
     let land = land.end();
 
-    let cells = || (0..land.heights.len()).into_par_iter();
+    let cells = land.heights.len();
     let field = |samples| Field::new(job.window(), samples);
     let nothing = || Field::constant(job.window(), 0.0);
     // The heights of many steps add up to rounding errors of the order of 1e-12 m where nothing was eroded.
@@ -312,14 +311,13 @@ fn results(job: &Job<'_>, mut land: Land<'_>, start: &Field, step_yr: f64, work:
         (f64::from(start.samples()[cell]) + risen_m - land.heights[cell] + buried_m).max(0.0) as f32
     };
     let per_yr = |metres: f64| metres / step_yr.max(SHORTEST_YR);
-    let rate = |lowered: Vec<f64>| field(lowered.par_iter().map(|&lowered_m| per_yr(lowered_m) as f32).collect());
-    let flux = |carried: Vec<f64>| {
-        field(carried.par_iter().map(|&carried_m| (per_yr(carried_m).max(0.0) * cell_m2) as f32).collect())
-    };
+    let rate = |lowered: Vec<f64>| field(par::map_of(&lowered, |&lowered_m| per_yr(lowered_m) as f32));
+    let flux =
+        |carried: Vec<f64>| field(par::map_of(&carried, |&carried_m| (per_yr(carried_m).max(0.0) * cell_m2) as f32));
     Ok(Given {
-        height: wants.height.then(|| field(cells().map(|cell| land.heights[cell] as f32).collect())),
-        area: wants.area.then(|| field(cells().map(|cell| land.area.m2(cell) as f32).collect())),
-        erosion: wants.erosion.then(|| field(cells().map(eroded).collect())),
+        height: wants.height.then(|| field(par::map_of(&land.heights, |&height| height as f32))),
+        area: wants.area.then(|| field(par::map(cells, |cell| land.area.m2(cell) as f32))),
+        erosion: wants.erosion.then(|| field(par::map(cells, eroded))),
         erosion_rate: wants.erosion_rate.then(|| work.lowered.map_or_else(nothing, rate)),
         sediment: wants.sediment.then(|| land.sediment_m.map_or_else(nothing, &field)),
         sediment_flux: wants.sediment_flux.then(|| work.flux.map_or_else(nothing, flux)),
@@ -365,7 +363,7 @@ fn count_steps(params: &Params) -> (u32, f64) {
 
 /// What is shown of a land on the way.
 fn glimpse(job: &Job<'_>, land: &Land<'_>) -> Outputs {
-    let height = land.heights.par_iter().map(|height| *height as f32).collect();
+    let height = par::map_of(&land.heights, |height| *height as f32);
     Given { height: Some(Field::new(job.window(), height)), ..Given::default() }.into()
 }
 

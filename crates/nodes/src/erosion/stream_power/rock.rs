@@ -1,12 +1,11 @@
 //! How easily rock erodes: its erodibility K, given as such or by the rate at which a reference river cuts it.
 
 use orograph_graph::mix;
-use rayon::prelude::*;
 
 use super::{Inputs, Params, area::REFERENCE_M2, incision::Law};
 use crate::{
     numerics::{
-        math,
+        math, par,
         rock::{Bodies, MOST_DEVIATIONS},
     },
     prelude::*,
@@ -73,7 +72,7 @@ impl<'a> Rock<'a> {
         let mut rock = if deviation > 0.0 || stands > 0.0 { bodies.softness(job)? } else { Vec::new() };
         let stands = (stands > 0.0).then(|| bodies.steepest(job, inputs.repose, stands, &rock)).transpose()?;
         let variation = if deviation > 0.0 {
-            rock.par_iter_mut().for_each(|rock| {
+            par::change(&mut rock, |rock| {
                 *rock = math::exp(deviation * f64::from(rock.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS))) as f32;
             });
             Variation::Waves(rock)

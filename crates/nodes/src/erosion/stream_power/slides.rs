@@ -7,9 +7,11 @@
 //! what is left for the next strip moves at the next step.
 
 use orograph_graph::{Job, NodeError};
-use rayon::prelude::*;
 
-use crate::numerics::routing::{Grid, Outlet};
+use crate::numerics::{
+    par,
+    routing::{Grid, Outlet},
+};
 
 /// Rows of a strip. Part of the definition of the result.
 const STRIP_ROWS: usize = 64;
@@ -37,7 +39,7 @@ pub fn settle(
             [copy(heights, grid.row_above(first)), copy(heights, grid.row_below(last))]
         })
         .collect();
-    heights.par_chunks_mut(STRIP_ROWS * nx).zip(&beside).enumerate().try_for_each(|(strip, (heights, beside))| {
+    par::each(heights.chunks_mut(STRIP_ROWS * nx).zip(&beside), |strip, (heights, beside)| {
         let rows = heights.len() / nx;
         for falling in [false, true] {
             for row in 0..rows {

@@ -1,10 +1,11 @@
 //! What moves the land while rivers cut it: uplift and its course in time, and the fall of the base level.
 
-use rayon::prelude::*;
-
 use super::{Inputs, Params, course::Course};
 use crate::{
-    numerics::routing::{Grid, Outlet},
+    numerics::{
+        par,
+        routing::{Grid, Outlet},
+    },
     prelude::*,
 };
 
@@ -81,7 +82,7 @@ impl<'a> Tectonics<'a> {
         if (self.uplift.constant() == Some(0.0) || rise_yr == 0.0) && fall_m == 0.0 {
             return Ok(());
         }
-        heights.par_chunks_mut(grid.nx).enumerate().try_for_each(|(y, heights)| {
+        par::each(heights.chunks_mut(grid.nx), |y, heights| {
             job.check()?;
             let first = y * grid.nx;
             let border = grid.is_border_row(y);

@@ -10,12 +10,12 @@
 //! that drowned land keeps its form.
 
 use orograph_graph::{Boundary, Edge, World};
-use rayon::prelude::*;
 
 use super::{Arriving, Transport};
 use crate::{
     numerics::{
         hillslope::Hillslope,
+        par,
         routing::code::{has_receiver, opposite},
     },
     prelude::*,
@@ -73,7 +73,7 @@ impl Transport<'_> {
         let is_full = |cell: usize| {
             depth(cell).is_some_and(|depth| is_lake(cell) && arriving[cell][0] >= arriving[cell][1] + depth)
         };
-        let mut fills: Vec<bool> = (0..heights.len()).into_par_iter().map(is_full).collect();
+        let mut fills: Vec<bool> = par::map(heights.len(), is_full);
         self.drainage.upstream(job, self.grid, self.codes, &mut fills, |cell, _, own, below| {
             if depth(cell).is_some() && self.onwards(cell, heights).is_some() { below } else { own }
         })?;
@@ -90,33 +90,35 @@ impl Transport<'_> {
             });
             arriving[cell][0] - joined.sum::<f64>()
         };
-        let mut loads: Vec<f64> = (0..heights.len()).into_par_iter().map(entering).collect();
+        let mut loads: Vec<f64> = par::map(heights.len(), entering);
         let settles = |cell: usize| depth(cell).is_some() && !fills[cell];
-        arriving.par_iter_mut().enumerate().for_each(|(cell, arriving)| {
+        par::change_at(arriving, |cell, arriving| {
             if settles(cell) {
                 *arriving = [0.0; 2];
             }
         });
-        if !loads.par_iter().any(|&load| load.abs() > 0.0) {
+        if !par::any(&loads, |load| load.abs() > 0.0) {
             return Ok(fills);
         }
         let square = SPREADS_M * SPREADS_M / f64::from(SWEEPS);
         let plume = Hillslope::new(&closed(job.window()), Lane::Constant(square as f32), 0.0);
         for round in 0..ROUNDS {
             plume.creep(job, &mut loads, 1.0, round..round + SWEEPS, &|_| false, None)?;
-            let cells = loads.par_iter_mut().zip(arriving.par_iter_mut()).enumerate();
-            cells.for_each(|(cell, (load, arriving))| {
-                if let Some(depth) = depth(cell).filter(|_| !fills[cell]) {
-                    let leaves = !has_receiver(self.codes[cell]);
-                    let fits = if leaves { *load } else { load.min(depth - arriving[0]).max(0.0) };
-                    arriving[0] += fits;
-                    *load -= fits;
+            let nx = self.grid.nx;
+            par::all(loads.chunks_mut(nx).zip(arriving.chunks_mut(nx)), |y, (loads, arriving)| {
+                for (cell, (load, arriving)) in (y * nx..).zip(loads.iter_mut().zip(arriving)) {
+                    if let Some(depth) = depth(cell).filter(|_| !fills[cell]) {
+                        let leaves = !has_receiver(self.codes[cell]);
+                        let fits = if leaves { *load } else { load.min(depth - arriving[0]).max(0.0) };
+                        arriving[0] += fits;
+                        *load -= fits;
+                    }
                 }
             });
         }
-        arriving.par_iter_mut().zip(&loads).enumerate().for_each(|(cell, (arriving, load))| {
+        par::change_at(arriving, |cell, arriving| {
             if settles(cell) {
-                arriving[1] = *load;
+                arriving[1] = loads[cell];
             }
         });
         Ok(fills)

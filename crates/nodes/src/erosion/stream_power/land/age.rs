@@ -15,16 +15,15 @@
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use orograph_graph::{Job, NodeError};
-use rayon::prelude::*;
 
 use super::{Asked, Land, Work};
-use crate::numerics::routing::code;
+use crate::numerics::{par, routing::code};
 
 /// The longest travel time over one link, in ages: rock that does not erode.
 const LONGEST_LINK: f64 = 1e6;
 
 /// The way from a cell to its outlet.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Path {
     travel_yr: f64,
     /// The uplift over the travel time, in metres.
@@ -54,7 +53,7 @@ impl Land<'_> {
     fn heights_at(&self, job: &Job<'_>, start: &[f32], age_yr: f64, heights: &mut [f64]) -> Result<(), NodeError> {
         let nx = self.grid.nx;
         let (paths, ancestors) = self.paths(job, start, age_yr)?;
-        heights.par_chunks_mut(nx).enumerate().try_for_each(|(y, heights)| {
+        par::each(heights.chunks_mut(nx), |y, heights| {
             job.check()?;
             for (cell, height) in (y * nx..).zip(heights) {
                 let path = &paths[cell];
@@ -97,7 +96,7 @@ impl Land<'_> {
             let drop = self.heights[cell] - self.heights[self.grid.receiver(cell as u32, code) as usize];
             links.of(cell, code).0 * drop.max(0.0)
         };
-        let (lowered, mut flux) = asked.split((0..self.heights.len()).into_par_iter().map(wear).collect());
+        let (lowered, mut flux) = asked.split(par::map(self.heights.len(), wear));
         if let Some(flux) = &mut flux {
             self.drainage.accumulate(job, &self.grid, &self.codes, flux)?;
         }
@@ -106,15 +105,15 @@ impl Land<'_> {
 
     /// The way of every cell, and for each its depth in the tree above the number of an ancestor.
     fn paths(&self, job: &Job<'_>, start: &[f32], age_yr: f64) -> Result<(Vec<Path>, Vec<AtomicU64>), NodeError> {
-        let cells = || (0..self.codes.len()).into_par_iter();
-        let ancestors: Vec<AtomicU64> = cells().map(|cell| AtomicU64::new(cell as u64)).collect();
+        let cells = self.codes.len();
+        let ancestors: Vec<AtomicU64> = (0..cells as u64).map(AtomicU64::new).collect();
         let outlet = |cell: usize| Path {
             travel_yr: 0.0,
             risen_m: 0.0,
             outlet_m: f64::from(start[cell]),
             outlet_rate: self.rate(cell),
         };
-        let mut paths: Vec<Path> = cells().map(outlet).collect();
+        let mut paths: Vec<Path> = par::map(cells, outlet);
         let (links, longest_yr) = (self.links(1.0), LONGEST_LINK * age_yr);
         self.drainage.upstream(job, &self.grid, &self.codes, &mut paths, |cell, code, _, below| {
             let receiver = self.grid.receiver(cell as u32, code);

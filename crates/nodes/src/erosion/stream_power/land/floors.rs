@@ -6,12 +6,11 @@
 //! it is.
 
 use orograph_graph::{Job, NodeError};
-use rayon::prelude::*;
 
 use super::Land;
 use crate::{
     erosion::stream_power::area::REFERENCE_M2,
-    numerics::{math, routing::code},
+    numerics::{math, par, routing::code},
 };
 
 /// The power of the drainage area that the width goes with.
@@ -49,14 +48,10 @@ impl Land<'_> {
             let radius = 0.5 * width_m * math::pow(area_m2 / REFERENCE_M2, POWER) * narrowed / cell_m;
             (radius >= 0.5).then_some((cell as u32, radius.min(WIDEST_CELLS) as f32, area_m2))
         };
-        let discs: Vec<Vec<Disc>> = (0..self.grid.ny)
-            .into_par_iter()
-            .with_min_len(8)
-            .map(|y| {
-                job.check()?;
-                Ok((y * nx..(y + 1) * nx).filter_map(disc).collect())
-            })
-            .collect::<Result<_, NodeError>>()?;
+        let discs: Vec<Vec<Disc>> = par::collect((0..self.grid.ny).step_by(8), |_, first| {
+            job.check()?;
+            Ok::<_, NodeError>((first * nx..(first + 8).min(self.grid.ny) * nx).filter_map(disc).collect())
+        })?;
         let ny = self.grid.ny as isize;
         let widened = self.area.widened();
         for (cell, radius, area_m2) in discs.into_iter().flatten() {

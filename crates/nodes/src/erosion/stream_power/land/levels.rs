@@ -1,12 +1,11 @@
 //! Going on with what a coarser level has made.
 
 use orograph_graph::{Job, NodeError, mix};
-use rayon::prelude::*;
 
 use super::Land;
 use crate::{
     erosion::stream_power::levels::{Checkpoint, Places},
-    numerics::{math, waves::Waves},
+    numerics::{math, par, waves::Waves},
 };
 
 /// How far the land is displaced from one level to the next, in coarse cells, and on all levels beyond.
@@ -89,7 +88,7 @@ impl Land<'_> {
         let per_k = below.time_yr * self.area.least_power() / self.cell_m;
         let [before, after] = below.heights.map(|heights| move |cell: usize| f64::from(heights[cell]));
         let mut heights = std::mem::take(&mut self.heights);
-        let taken = heights.par_chunks_mut(nx).enumerate().try_for_each(|(y, heights)| {
+        let taken = par::each(heights.chunks_mut(nx), |y, heights| {
             job.check()?;
             for (x, height) in heights.iter_mut().enumerate() {
                 let cell = y * nx + x;
@@ -118,10 +117,10 @@ impl Land<'_> {
         self.heights = heights;
         taken?;
         if let (Some(own), Some(loose)) = (&mut self.sediment, below.loose) {
-            let under = (0..self.heights.len()).into_par_iter().map(|cell| places.cell(cell % nx, cell / nx));
-            own.debris = under.clone().map(|cell| f64::from(loose.debris[cell])).collect();
+            let (cells, under) = (self.heights.len(), |cell: usize| places.cell(cell % nx, cell / nx));
+            own.debris = par::map(cells, |cell| f64::from(loose.debris[under(cell)]));
             if own.thickness.is_some() {
-                own.thickness = Some(under.map(|cell| loose.thickness[cell]).collect());
+                own.thickness = Some(par::map(cells, |cell| loose.thickness[under(cell)]));
             }
         }
         self.time_yr = below.time_yr;

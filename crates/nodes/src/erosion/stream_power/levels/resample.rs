@@ -1,7 +1,10 @@
 //! Rasters of one world on other cells: area means on larger cells, linear interpolation on smaller ones.
 
+use std::convert::Infallible;
+
 use orograph_graph::{Edge, Field, Window};
-use rayon::prelude::*;
+
+use crate::numerics::par;
 
 /// The samples along one axis that make one of the other cells, and their weights.
 type Taps = Vec<(usize, f64)>;
@@ -20,18 +23,17 @@ pub fn resampled(field: &Field, to: Window, keep_base: bool) -> Field {
     let rows = taps(from.ny(), to.ny(), sides.north == Edge::Periodic, [base(sides.north), base(sides.south)]);
     let (nx, samples) = (from.nx(), field.samples());
     let mut found = vec![0.0_f32; to.len()];
-    found.par_chunks_mut(to.nx()).zip(&rows).for_each_init(
-        || vec![0.0_f64; nx],
-        |along, (found, row)| {
-            along.fill(0.0);
-            for &(y, weight) in row {
-                along.iter_mut().zip(&samples[y * nx..]).for_each(|(sum, sample)| *sum += weight * f64::from(*sample));
-            }
-            for (found, taps) in found.iter_mut().zip(&columns) {
-                *found = taps.iter().map(|&(x, weight)| weight * along[x]).sum::<f64>() as f32;
-            }
-        },
-    );
+    let room = || vec![0.0_f64; nx];
+    let Ok(()) = par::each_with(found.chunks_mut(to.nx()).zip(&rows), room, |along, _, (found, row)| {
+        along.fill(0.0);
+        for &(y, weight) in row {
+            along.iter_mut().zip(&samples[y * nx..]).for_each(|(sum, sample)| *sum += weight * f64::from(*sample));
+        }
+        for (found, taps) in found.iter_mut().zip(&columns) {
+            *found = taps.iter().map(|&(x, weight)| weight * along[x]).sum::<f64>() as f32;
+        }
+        Ok::<_, Infallible>(())
+    });
     Field::new(to, found)
 }
 
@@ -41,7 +43,7 @@ pub fn largest(field: &Field, to: Window) -> Field {
     let from = field.window();
     let under = |at: usize, from: usize, to: usize| (at * from / to)..((at + 1) * from).div_ceil(to);
     let mut found = vec![0.0_f32; to.len()];
-    found.par_chunks_mut(to.nx()).enumerate().for_each(|(y, row)| {
+    par::all(found.chunks_mut(to.nx()), |y, row| {
         for (x, found) in row.iter_mut().enumerate() {
             let rows = under(y, from.ny(), to.ny()).map(|y| &field.samples()[y * from.nx()..]);
             let cells = rows.flat_map(|row| &row[under(x, from.nx(), to.nx())]);
