@@ -1,9 +1,6 @@
 //! `orograph watch`: rebuilds a graph whenever it or a file that it reads is saved.
 
-use std::{
-    path::{Path, PathBuf},
-    time::Duration,
-};
+use std::{collections::BTreeSet, path::PathBuf, time::Duration};
 
 use orograph_graph::{Cancel, Document, input};
 use orograph_nodes::raster;
@@ -60,7 +57,7 @@ impl Args {
         let mut watch = Watch::new(|| {})?;
         watch.add(&self.args.file)?;
         loop {
-            let (read, overtaken) = self.build_watching(&builder, &watch, &cancel)?;
+            let (read, overtaken) = self.build_watching(&builder, &mut watch, &cancel)?;
             if cancel.is_cancelled() {
                 return Ok(());
             }
@@ -73,7 +70,7 @@ impl Args {
                         true => JsonLines::watching(&self.args.file),
                         false => terminal::print(&page.dim(&format!("watching {}\n", self.args.file.display())))?,
                     }
-                    let Some(changed) = next(&watch, &cancel)? else { return Ok(()) };
+                    let Some(changed) = next(&mut watch, &cancel)? else { return Ok(()) };
                     changed
                 }
             };
@@ -85,7 +82,7 @@ impl Args {
     }
 
     /// Builds once, and stops as soon as a file changes, because the result is then out of date.
-    fn build_watching(&self, builder: &Builder, watch: &Watch, cancel: &Cancel) -> Result<Overtaken, Failure> {
+    fn build_watching(&self, builder: &Builder, watch: &mut Watch, cancel: &Cancel) -> Result<Overtaken, Failure> {
         let stop = cancel.child();
         std::thread::scope(|scope| {
             let worker = std::thread::Builder::new()
@@ -95,9 +92,10 @@ impl Args {
             let mut changed = None;
             while !worker.is_finished() {
                 // The scope waits for the worker, on an early return too.
-                if let Some(file) = watch.poll(LOOK).inspect_err(|_| stop.cancel())? {
+                let files = watch.poll(LOOK).inspect_err(|_| stop.cancel())?;
+                if !files.is_empty() {
                     stop.cancel();
-                    changed = Some(name(&file));
+                    changed = Some(names(&files));
                 }
             }
             let read = worker.join().unwrap_or_else(|_| {
@@ -134,7 +132,7 @@ impl Args {
     }
 }
 
-/// The files that a build read, and the file that changed before it ended.
+/// The files that a build read, and the names of those that changed before it ended.
 type Overtaken = (Vec<PathBuf>, Option<String>);
 
 /// The files that the graph reads, with their side files. Includes the files of a graph with problems: they may be the
@@ -143,16 +141,18 @@ fn files_read(document: &Document) -> Vec<PathBuf> {
     document.files().into_iter().flat_map(|file| [raster::sidecar_path(&file), file]).collect()
 }
 
-/// Waits until a file changes, and returns its name. Returns None when the program must end.
-fn next(watch: &Watch, cancel: &Cancel) -> Result<Option<String>, Failure> {
+/// Waits until files change, and returns their names. Returns None when the program must end.
+fn next(watch: &mut Watch, cancel: &Cancel) -> Result<Option<String>, Failure> {
     while !cancel.is_cancelled() {
-        if let Some(changed) = watch.poll(LOOK)? {
-            return Ok(Some(name(&changed)));
+        let changed = watch.poll(LOOK)?;
+        if !changed.is_empty() {
+            return Ok(Some(names(&changed)));
         }
     }
     Ok(None)
 }
 
-fn name(file: &Path) -> String {
-    file.file_name().unwrap_or_default().to_string_lossy().into_owned()
+fn names(files: &BTreeSet<PathBuf>) -> String {
+    let name = |file: &PathBuf| file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    files.iter().map(name).collect::<Vec<_>>().join(", ")
 }

@@ -2,7 +2,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    path::{Path, PathBuf},
+    path::{Component, Path, PathBuf},
     sync::mpsc::{Receiver, RecvTimeoutError, channel},
     time::Duration,
 };
@@ -25,8 +25,9 @@ pub struct Watch {
     watcher: Debouncer<RecommendedWatcher, RecommendedCache>,
     events: Receiver<DebounceEventResult>,
     folders: BTreeSet<PathBuf>,
-    /// Places where the files may change, with the places of the files: a link changes also where it leads.
-    files: BTreeMap<PathBuf, PathBuf>,
+    /// Places where files may change, each with the files that change there, as they were added: a file changes where
+    /// it lies, and at each link on the way to it.
+    files: BTreeMap<PathBuf, BTreeSet<PathBuf>>,
 }
 
 /// Links are followed so far; systems follow about as many.
@@ -49,42 +50,37 @@ impl Watch {
     }
 
     /// Watches a file, through its folder, because many editors save by renaming a new file into place; a folder that
-    /// does not exist is skipped. Also watches what a link leads to.
+    /// does not exist is skipped. Also watches the links on the way to it, of files and of folders.
     ///
     /// # Errors
     /// When the system cannot watch the folder.
     pub fn add(&mut self, file: &Path) -> Result<(), Failure> {
-        let Some(named) = place(file) else { return Ok(()) };
-        let mut next = Some(named.clone());
-        for _ in 0..MOST_LINKS {
-            let Some(at) = next else { break };
-            let folder = at.parent().unwrap_or(Path::new("/")).to_owned();
+        for at in ways(file) {
+            let Some(folder) = at.parent().filter(|folder| folder.is_dir()).map(Path::to_owned) else { continue };
             if self.folders.insert(folder.clone()) {
                 self.watcher.watch(&folder, RecursiveMode::NonRecursive).map_err(|error| refused(&error))?;
             }
-            next = at.read_link().ok().and_then(|target| place(&folder.join(target)));
-            // A file that is watched by its own name keeps it.
-            if at == named {
-                self.files.insert(at, named.clone());
-            } else {
-                self.files.entry(at).or_insert_with(|| named.clone());
-            }
+            self.files.entry(at).or_default().insert(file.to_owned());
         }
         Ok(())
     }
 
-    /// Waits this long for files to change; returns the path of the first one that did, as [`place`] gives it.
+    /// Waits this long for files to change; returns those that did, as they were added. If a link leads elsewhere now,
+    /// its files are watched there.
     ///
     /// # Errors
-    /// When the system reports a failure.
-    pub fn poll(&self, wait: Duration) -> Result<Option<PathBuf>, Failure> {
+    /// When the system reports a failure, or cannot watch a folder.
+    pub fn poll(&mut self, wait: Duration) -> Result<BTreeSet<PathBuf>, Failure> {
         match self.events.recv_timeout(wait) {
             Ok(Ok(events)) => {
-                let changed = events.iter().filter(|event| is_change(&event.kind)).flat_map(|event| &event.paths);
-                Ok(changed.into_iter().find_map(|path| self.files.get(path)).cloned())
+                let places = events.iter().filter(|event| is_change(&event.kind)).flat_map(|event| &event.paths);
+                let changed: BTreeSet<PathBuf> =
+                    places.filter_map(|path| self.files.get(path)).flatten().cloned().collect();
+                changed.iter().try_for_each(|file| self.add(file))?;
+                Ok(changed)
             }
-            Ok(Err(errors)) => errors.first().map_or(Ok(None), |error| Err(refused(error))),
-            Err(RecvTimeoutError::Timeout) => Ok(None),
+            Ok(Err(errors)) => errors.first().map_or_else(|| Ok(BTreeSet::new()), |error| Err(refused(error))),
+            Err(RecvTimeoutError::Timeout) => Ok(BTreeSet::new()),
             Err(RecvTimeoutError::Disconnected) => Err(Failure::unable("the system stopped reporting changed files")),
         }
     }
@@ -96,7 +92,36 @@ impl std::fmt::Debug for Watch {
     }
 }
 
+/// The links on the way to a file, and its place behind them, as the system reports them.
+fn ways(file: &Path) -> Vec<PathBuf> {
+    let parts = |path: &Path| path.components().rev().map(|part| part.as_os_str().to_owned()).collect::<Vec<_>>();
+    let Ok(whole) = std::path::absolute(file) else { return Vec::new() };
+    let (mut at, mut rest, mut links) = (PathBuf::new(), parts(&whole), Vec::new());
+    while let Some(part) = rest.pop() {
+        match Path::new(&part).components().next() {
+            Some(Component::ParentDir) => {
+                at.pop();
+            }
+            Some(Component::Normal(name)) => {
+                let here = at.join(name);
+                match here.read_link() {
+                    Ok(target) if links.len() < MOST_LINKS => {
+                        rest.extend(parts(&target));
+                        links.push(here);
+                    }
+                    _ => at = here,
+                }
+            }
+            Some(Component::CurDir) | None => {}
+            Some(Component::RootDir | Component::Prefix(_)) => at.push(part),
+        }
+    }
+    links.push(at);
+    links
+}
+
 /// The path of a file as the system reports it. Returns None for a path without a folder.
+#[cfg(feature = "editor")]
 #[must_use]
 pub fn place(file: &Path) -> Option<PathBuf> {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));

@@ -196,6 +196,34 @@ fn watching_follows_links() {
     assert_eq!(running.interrupt().0, Some(0));
 }
 
+/// A link to a folder on the way to the graph that is led elsewhere, after which files of the new folder count.
+#[test]
+fn watching_follows_a_folder_link_that_is_led_elsewhere() {
+    let place = Place::new();
+    let graph = |cells: u32| {
+        format!(r#"(nodes: {{ "plain": Constant() }}, outputs: {{ "height": "plain" }}, world: (cells: {cells}))"#)
+    };
+    for (folder, cells) in [("one", 4), ("two", 5)] {
+        fs::create_dir_all(place.path(folder).join("deep")).expect("made");
+        place.write(&format!("{folder}/deep/g.ron"), &graph(cells));
+    }
+    let lead = |to: &str| {
+        std::os::unix::fs::symlink(to, place.path("new")).expect("linked");
+        fs::rename(place.path("new"), place.path("link")).expect("renamed");
+    };
+    lead("one");
+    let running = Running::start(&place, &["watch", "link/deep/g.ron"]);
+    running.wait_for("4 x 4");
+    running.wait_for("watching");
+    lead("two");
+    running.wait_for("g.ron changed");
+    running.wait_for("5 x 5");
+    running.wait_for("watching");
+    place.write("two/deep/g.ron", &graph(6));
+    running.wait_for("6 x 6");
+    assert_eq!(running.interrupt().0, Some(0));
+}
+
 #[test]
 fn watching_a_graph_that_names_a_pipe_ends_with_ctrl_c() {
     let place = Place::new();

@@ -7,7 +7,7 @@ use super::{
     Session,
     files::{Question, read},
 };
-use crate::files::watch::{Watch, place};
+use crate::files::watch::Watch;
 
 impl Session {
     /// Starts to watch the file and the files that the graph reads.
@@ -38,21 +38,19 @@ impl Session {
     /// Handles changes by other programs.
     pub(super) fn look_outside(&mut self) {
         let mut broken = None;
-        if let Some(watch) = &self.safety.watch {
-            let own = self.path().and_then(place);
-            let mut changed = self.safety.changed;
+        let own = self.path().map(Path::to_owned);
+        if let Some(watch) = &mut self.safety.watch {
+            let changed = &mut self.safety.changed;
             loop {
                 match watch.poll(Duration::ZERO) {
-                    Ok(Some(file)) if Some(&file) == own.as_ref() => changed[0] = true,
-                    Ok(Some(_)) => changed[1] = true,
-                    Ok(None) => break,
+                    Ok(files) if files.is_empty() => break,
+                    Ok(files) => files.iter().for_each(|file| changed[usize::from(Some(file) != own.as_ref())] = true),
                     Err(failure) => {
                         broken = Some(failure.message);
                         break;
                     }
                 }
             }
-            self.safety.changed = changed;
         }
         if let Some(why) = broken {
             self.unwatched(&why);
