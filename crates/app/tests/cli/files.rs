@@ -117,6 +117,23 @@ fn without_vulkan_one_line_names_what_to_install() {
     }
 }
 
+/// A driver that finds a device but cannot create it: one line says so, with a remedy, and no picture is written.
+#[cfg(all(feature = "editor", target_os = "linux"))]
+#[test]
+fn a_driver_that_cannot_create_its_device_is_reported() {
+    if crate::device::skips("a_driver_that_cannot_create_its_device_is_reported") {
+        return;
+    }
+    let place = Place::new();
+    place.write("g.ron", SMALL);
+    let mut command = place.command(&["render", "g.ron", "-o", "no.png", "--view", "3d"]);
+    let Some(command) = crate::refusing::make_driver_refuse(&mut command, &place.path(".")) else { return };
+    let ran = super::Ran::from(command.output().expect("the program starts"));
+    let ran = ran.ended(2, &["error: the graphics device failed", "update the graphics driver", "`VK_DRIVER_FILES`"]);
+    assert!(!ran.err.contains("panicked") && !ran.err.contains(".rs"), "{}", ran.err);
+    assert!(!place.path("no.png").exists());
+}
+
 #[test]
 fn metrics_of_a_height_file_and_its_difference_from_another() {
     let place = Place::new();

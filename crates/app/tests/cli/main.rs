@@ -15,6 +15,9 @@ mod fit;
 mod limits;
 mod manual;
 mod new;
+#[cfg(all(feature = "editor", target_os = "linux"))]
+#[path = "../common/refusing.rs"]
+mod refusing;
 mod reuse;
 mod run;
 mod sea;

@@ -9,6 +9,8 @@
 #[path = "../common/device.rs"]
 mod device;
 mod recovery;
+#[path = "../common/refusing.rs"]
+mod refusing;
 mod screen;
 mod trouble;
 mod work;

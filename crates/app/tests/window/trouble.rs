@@ -33,6 +33,19 @@ fn without_vulkan_the_editor_shows_maps_or_reports_what_it_needs() {
     }
 }
 
+/// A driver that finds a device but cannot create it: the editor ends with a message, or shows maps with another driver.
+#[test]
+fn a_driver_that_cannot_create_its_device_is_reported() {
+    let Some(editor) = EditorProcess::new(EMPTY) else { return };
+    let mut command = editor.command(&editor.file());
+    let Some(command) = crate::refusing::make_driver_refuse(&mut command, editor.folder.path()) else { return };
+    let output = command.stderr(Stdio::piped()).spawn().expect("it starts").wait_with_output().expect("is a child");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("the editor needs a display and a graphics driver"), "{message}");
+    assert!(!message.contains("panicked") && !message.contains(".rs"), "{message}");
+}
+
 #[test]
 fn without_a_display_the_message_names_no_source_file() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_orograph"));

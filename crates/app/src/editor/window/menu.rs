@@ -341,7 +341,7 @@ fn cells(ui: &mut Ui, session: &Session, menu: bool) -> Option<u32> {
 
 /// Mouse actions in the graph, in the viewport and on values.
 const GRAPH: [(&str, &str); 4] = [
-    ("Drag from a pin", "Connect a wire; drop it on empty space to add a node that fits"),
+    ("Drag from a port", "Connect a wire; drop it on empty space to add a node that fits"),
     ("Double-click a wire", "Add a point to route it; double-click the point to remove it"),
     ("Wheel, middle drag", "Zoom, pan"),
     ("Double-click a node", "Pin to viewport"),
