@@ -4,7 +4,7 @@ use std::{num::NonZero, path::PathBuf, sync::Arc};
 
 use orograph_graph::{
     Cancel, Document, EvalError, Evaluator, EvaluatorOptions, Fallback, Graph, InputValue, Job, Kind, Layer, Node,
-    NodeIndex, ParamValue, Port, Registry, Stop, Store, Unit, Value, Warnings, Window, World,
+    NodeIndex, ParamValue, Port, Registry, Stop, Store, Unit, Value, Warnings, Waypoint, Window, World,
 };
 
 use crate::land::{LAND, SELECTION, world};
@@ -195,6 +195,7 @@ fn example_on(land: &str, node: &'static Node, arguments: &str) -> Case {
                 {land}
                 "flow": Flow(height: "base"),
                 "strata": Stratify(height: "base", dip: 5),
+                "path": Path(width: 200),
                 "tint": Ramp(value: "base", high: 2000),
                 "relief": Hillshade(height: "base"),
                 "node": {}({}),
@@ -320,6 +321,11 @@ pub fn others(kind: &Kind) -> Vec<ParamValue> {
         }
         Kind::Curve { .. } => vec![ParamValue::Curve(vec![[0.0, 3.0], [300.0, 5.0], [900.0, 4.0]])],
         Kind::Path { .. } => vec![ParamValue::Path(vec![[1000.0, 9000.0], [7000.0, 8000.0], [15000.0, 12000.0]])],
+        Kind::Waypoints { .. } => {
+            let high = Waypoint { height: Some(800.0), width: Some(300.0), ..Waypoint::new([7000.0, 8000.0]) };
+            let ends = [[1000.0, 9000.0], [15000.0, 12000.0]].map(Waypoint::new);
+            vec![ParamValue::Waypoints(ends.to_vec()), ParamValue::Waypoints(vec![ends[0], high, ends[1]])]
+        }
         Kind::Stops { default } => {
             let turned = default.iter().rev().map(|stop| stop.colour);
             let stops = default.iter().zip(turned).map(|(stop, colour)| Stop { at: stop.at + 10.0, colour });
@@ -334,15 +340,17 @@ pub fn others(kind: &Kind) -> Vec<ParamValue> {
     }
 }
 
-/// The example with the defaults of all parameters except files, and wires at required inputs only.
+/// The example with the defaults of all parameters except files, and wires at required inputs only; if no input is
+/// required, with the wires of the example.
 ///
 /// # Panics
 /// When the example has a problem.
 #[must_use]
 pub fn plain(node: &'static Node) -> Case {
     let mut case = example(node);
+    let needs = node.inputs.iter().any(|input| input.fallback == Fallback::Required);
     for (position, input) in node.inputs.iter().enumerate() {
-        if input.fallback != Fallback::Required && case.graph.source(case.node, position).is_some() {
+        if needs && input.fallback != Fallback::Required && case.graph.source(case.node, position).is_some() {
             case.graph.disconnect(case.node, position);
         }
     }
@@ -365,7 +373,7 @@ pub fn wired(node: &'static Node) -> Case {
         if case.graph.source(case.node, position).is_some() {
             continue;
         }
-        let ports = ["other", "mask", "flow.lake_depth", "strata.strata"]
+        let ports = ["other", "mask", "flow.lake_depth", "strata.strata", "path.lines"]
             .map(|port| case.graph.port(port).expect("a test node"));
         if let Some(port) = ports.into_iter().find(|port| input.ty.accepts(case.graph.output_type(*port))) {
             case.graph.connect(port, case.node, input.name).expect("the types fit");

@@ -35,9 +35,13 @@ fn declaration(node: &Node) -> Vec<String> {
                 format!("{default} of {}", names.join("|"))
             }
             Kind::Seed { default } => format!("seed {default}"),
-            Kind::Point { default, hard } => format!("{default:?} in {hard:?}"),
+            Kind::Point { default, hard, .. } => format!("{default:?} in {hard:?}"),
             Kind::Curve { default, .. } => format!("curve {default:?}"),
-            Kind::Path { default, hard } => format!("path {default:?} in {hard:?}"),
+            Kind::Path { default, hard, .. } => format!("path {default:?} in {hard:?}"),
+            Kind::Waypoints { default, hard } => {
+                let points = default.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+                format!("points [{points}] in {hard:?}")
+            }
             Kind::Stops { default } => {
                 format!("stops {}", default.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "))
             }
@@ -76,13 +80,15 @@ fn read_lock(text: &str) -> Lock {
 }
 
 /// Returns true if a declaration has everything that was locked, and beyond it only optional inputs, outputs, and more
-/// options at the end of a choice: without wires to them and values for them, files mean what they meant.
+/// options at the end of a choice: without wires to them and values for them, files mean what they meant. An input that
+/// was required may become optional, because every file has a wire into it.
 fn only_grows(locked: &[String], now: &[String]) -> bool {
     let is_new_port =
         |line: &String| line.starts_with("output ") || line.starts_with("input ") && line.ends_with(", optional");
     let grows = |before: &String, line: &String| {
+        let is_freed = before.strip_suffix("required").is_some_and(|rest| line.strip_suffix("optional") == Some(rest));
         let more = line.strip_prefix(before.as_str());
-        more.is_some_and(|more| more.is_empty() || before.contains(" of ") && more.starts_with('|'))
+        is_freed || more.is_some_and(|more| more.is_empty() || before.contains(" of ") && more.starts_with('|'))
     };
     locked.iter().all(|before| now.iter().any(|line| grows(before, line)))
         && now.iter().all(|line| locked.iter().any(|before| grows(before, line)) || is_new_port(line))

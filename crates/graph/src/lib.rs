@@ -63,8 +63,9 @@ pub use node::{
     Scratch, Sizing,
 };
 pub use param::{
-    ColourStops, CurvePoints, FileName, Kind, Layer, LayerTable, ParamSpec, ParamType, ParamValue, ParamValues,
-    PathPoints, Seed, StepPoints, Stroke, Strokes, TimedStrokes, Tool, When, check_value, range_text,
+    ColourStops, CurvePoints, FileName, Kind, Layer, LayerTable, OutlinePoints, ParamSpec, ParamType, ParamValue,
+    ParamValues, PathPoints, Position, Seed, StepPoints, Stroke, Strokes, TimedStrokes, Tool, Waypoint, Waypoints,
+    When, check_value, range_text,
 };
 pub use petgraph::stable_graph::NodeIndex;
 pub use ports::{Carried, InputReader, ends};

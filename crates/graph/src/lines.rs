@@ -9,6 +9,9 @@ pub struct Lines {
     pub lines: Vec<Line>,
     /// The areas that the lines bound, in the order of the lines; empty if lines are not the rings of areas.
     pub areas: Vec<Area>,
+    /// True if the lines have no elevations of their own: they lie on the terrain that they are used with.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub draped: bool,
 }
 
 /// A water surface that rings bound, such as a lake.
@@ -100,7 +103,7 @@ impl Lines {
     /// Lines that bound no areas.
     #[must_use]
     pub const fn open(lines: Vec<Line>) -> Self {
-        Self { lines, areas: Vec::new() }
+        Self { lines, areas: Vec::new(), draped: false }
     }
 
     /// Returns each area with its rings.
@@ -161,7 +164,7 @@ mod tests {
             Line { order: 1, downstream: None, vertices: corners.map(vertex).to_vec() }
         };
         let area = |rings| Area { rings, ..Area::default() };
-        let lines = Lines { lines: vec![ring(0.0), ring(2.0), ring(4.0)], areas: vec![area(2), area(1)] };
+        let lines = Lines { areas: vec![area(2), area(1)], ..Lines::open(vec![ring(0.0), ring(2.0), ring(4.0)]) };
         assert_eq!(lines.fault(), None);
         let counts: Vec<usize> = lines.rings().map(|(_, rings)| rings.len()).collect();
         assert_eq!(counts, [2, 1]);

@@ -3,12 +3,14 @@
 mod layer;
 mod stroke;
 mod types;
+mod waypoint;
 
 use std::{collections::BTreeMap, fmt};
 
 pub use layer::{Layer, LayerTable};
 pub use stroke::{Stroke, Strokes, TimedStrokes, Tool};
-pub use types::{ColourStops, CurvePoints, FileName, ParamType, PathPoints, Seed, StepPoints};
+pub use types::{ColourStops, CurvePoints, FileName, OutlinePoints, ParamType, PathPoints, Position, Seed, StepPoints};
+pub use waypoint::{Waypoint, Waypoints};
 
 use crate::{
     colour::Stop,
@@ -100,12 +102,14 @@ pub enum Kind {
         /// Default value.
         default: u32,
     },
-    /// A position or a size in the world.
+    /// A pair of numbers: a position in the world, a size, or the ends of a range.
     Point {
         /// Default value.
         default: [f64; 2],
         /// Range that a file may use, for each component.
         hard: [f64; 2],
+        /// True for a position in the world.
+        place: bool,
     },
     /// A curve through points with increasing x.
     Curve {
@@ -119,6 +123,15 @@ pub enum Kind {
         /// Default value.
         default: Vec<[f64; 2]>,
         /// Range that a file may use, for each component.
+        hard: [f64; 2],
+        /// True if it is an outline: the last point is joined to the first.
+        closed: bool,
+    },
+    /// A path through points in the world that can have heights and widths.
+    Waypoints {
+        /// Default value.
+        default: Vec<Waypoint>,
+        /// Range that a file may use, for each component of a position.
         hard: [f64; 2],
     },
     /// A colour gradient: colours at increasing values.
@@ -161,6 +174,8 @@ pub enum ParamValue {
     Curve(Vec<[f64; 2]>),
     /// Of [`Kind::Path`].
     Path(Vec<[f64; 2]>),
+    /// Of [`Kind::Waypoints`].
+    Waypoints(Vec<Waypoint>),
     /// Of [`Kind::Stops`].
     Stops(Vec<Stop>),
     /// Of [`Kind::Layers`].
@@ -186,6 +201,7 @@ impl Kind {
             (Self::Curve { default, .. }, ParamValue::Curve(v)) | (Self::Path { default, .. }, ParamValue::Path(v)) => {
                 default.clone_from(v);
             }
+            (Self::Waypoints { default, .. }, ParamValue::Waypoints(v)) => default.clone_from(v),
             (Self::Stops { default }, ParamValue::Stops(v)) => default.clone_from(v),
             (Self::Layers { default }, ParamValue::Layers(v)) => default.clone_from(v),
             _ => {}
@@ -205,6 +221,7 @@ impl Kind {
             Self::Point { default, .. } => ParamValue::Point(*default),
             Self::Curve { default, .. } => ParamValue::Curve(default.clone()),
             Self::Path { default, .. } => ParamValue::Path(default.clone()),
+            Self::Waypoints { default, .. } => ParamValue::Waypoints(default.clone()),
             Self::Stops { default } => ParamValue::Stops(default.clone()),
             Self::Layers { default } => ParamValue::Layers(default.clone()),
             Self::Strokes { .. } => ParamValue::Strokes(Vec::new()),
@@ -228,6 +245,13 @@ impl Kind {
             Self::Curve { .. } => "a list of points `[(x, y), ...]` with x rising".to_owned(),
             Self::Path { hard, .. } => {
                 format!("a list of places `[(x, y), ...]`, each {}{}", unit.describe(), range_text(*hard, unit))
+            }
+            Self::Waypoints { hard, .. } => {
+                let range = range_text(*hard, unit);
+                format!(
+                    "a list of places `[(x, y), (at: (x, y), height: 120, width: 8), ...]`, each x and y {}{range}",
+                    unit.describe()
+                )
             }
             Self::Stops { .. } => {
                 "a list of values and their colours `[(0, \"#7a9e77\"), ...]`, the values rising".to_owned()
@@ -273,6 +297,9 @@ impl fmt::Display for ParamValue {
                 let points: Vec<String> =
                     points.iter().map(|[x, y]| format!("({}, {})", plain(*x), plain(*y))).collect();
                 write!(f, "[{}]", points.join(", "))
+            }
+            Self::Waypoints(points) => {
+                write!(f, "[{}]", points.iter().map(Waypoint::to_string).collect::<Vec<_>>().join(", "))
             }
             Self::Stops(stops) => {
                 write!(f, "[{}]", stops.iter().map(Stop::to_string).collect::<Vec<_>>().join(", "))
@@ -364,14 +391,12 @@ pub fn check_value(spec: &ParamSpec, value: &ParamValue) -> Result<(), String> {
             }
         }
         (Kind::Path { hard, .. }, ParamValue::Path(points)) => {
-            if points.len() < 2 {
-                return Err(format!("`{}` has {} places, at least 2 are needed", spec.name, points.len()));
-            }
-            if let Some(pair) = points.windows(2).find(|pair| pair[0] == pair[1]) {
-                let [x, y] = pair[0].map(plain);
-                return Err(format!("`{}` has the same place twice in a row: ({x}, {y})", spec.name));
-            }
+            waypoint::check_places(spec.name, points)?;
             points.as_flattened().iter().try_for_each(|v| number(*v, *hard))
+        }
+        (Kind::Waypoints { hard, .. }, ParamValue::Waypoints(points)) => {
+            waypoint::check(spec.name, points)?;
+            points.iter().flat_map(|point| point.at).try_for_each(|v| number(v, *hard))
         }
         (Kind::Stops { .. }, ParamValue::Stops(stops)) => {
             if stops.is_empty() {
@@ -414,8 +439,9 @@ impl Kind {
 ///
 /// A row is `name: type = default, Unit, hard range;`. Before the semicolon it may have `soft lo..=hi`, and then, for a
 /// parameter that has an effect only with some settings, `when other = "name" | "name"`. The type is one of `f64`,
-/// `i64`, `bool`, [`Seed`], `[f64; 2]`, [`CurvePoints`], [`StepPoints`], [`PathPoints`], [`ColourStops`], [`Strokes`],
-/// [`TimedStrokes`], [`FileName`] or a [`choice!`](crate::choice) enum; types without a range write `..`.
+/// `i64`, `bool`, [`Seed`], `[f64; 2]`, [`Position`], [`CurvePoints`], [`StepPoints`], [`PathPoints`], [`OutlinePoints`],
+/// [`Waypoints`], [`ColourStops`], [`Strokes`], [`TimedStrokes`], [`FileName`] or a [`choice!`](crate::choice) enum;
+/// types without a range write `..`.
 ///
 /// ```
 /// use orograph_graph::params;

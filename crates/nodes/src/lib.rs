@@ -20,6 +20,7 @@ pub mod select;
 pub mod tectonics;
 #[cfg(test)]
 mod testing;
+pub mod vector;
 mod wgsl;
 
 use orograph_graph::{Node, Registry};

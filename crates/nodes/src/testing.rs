@@ -147,7 +147,8 @@ pub(crate) fn job_on<'a>(node: &'a Node, params: &'a ParamValues, window: Window
     }
 }
 
-fn run_with(
+/// Runs a node on a window with the values of its inputs; those without one have their default constant.
+pub(crate) fn run_with(
     wanted: Wanted,
     cancel: &Cancel,
     window: Window,

@@ -54,7 +54,7 @@ pub static ALL: [Driver; 6] = [
     Driver { name: "graph", about: "graph files, edits, undo and redo", files: 1, prepare: graph::prepare },
     Driver {
         name: "raster",
-        about: "imports of every raster format and of sidecars",
+        about: "imports of every raster format, of sidecars, GeoJSON and SVG",
         files: 1,
         prepare: raster::prepare,
     },

@@ -1,4 +1,4 @@
-//! Rasters of every format with their sidecars, imported into a small world.
+//! Rasters of every format with their sidecars, GeoJSON and SVG, imported into a small world.
 
 use std::{num::NonZero, path::PathBuf, sync::Arc};
 
@@ -19,8 +19,8 @@ struct Rasters {
     documents: Vec<(String, Document)>,
 }
 
-/// Pieces of headers.
-const PIECES: [&[u8]; 14] = [
+/// Pieces of headers, numbers and tags.
+const PIECES: [&[u8]; 18] = [
     b"IHDR",
     b"IDAT",
     b"IEND",
@@ -35,6 +35,27 @@ const PIECES: [&[u8]; 14] = [
     b"{\"min\": 1e999}",
     b"\xff\xff\xff\xff",
     b"\0\0\0\0",
+    b"1e308,",
+    b"[[[[",
+    b"<g transform='rotate(1e99)'>",
+    b"M0 0A1 1 0 1 0 9 9z",
+];
+
+/// Drawings, which have no rasters: their ending and contents.
+const DRAWINGS: [(&str, &[u8]); 2] = [
+    (
+        "geojson",
+        br#"{"type": "FeatureCollection", "crs": {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32611"}},
+        "features": [{"type": "Feature", "properties": {"widths_m": [4, 6]}, "geometry": {"type": "LineString",
+        "coordinates": [[378010, 3811490, 12], [378900.5, 3811480, 8]]}}, {"type": "Feature", "properties": {"width": 9},
+        "geometry": {"type": "MultiPolygon", "coordinates": [[[[378000, 3811000], [379000, 3811000], [379000, 3810000]]]]}}]}"#,
+    ),
+    (
+        "svg",
+        br#"<svg xmlns="http://www.w3.org/2000/svg"><g transform="translate(100 50) scale(20)"><path d="M 10 10 h 20 v 5
+        z m 100 0 C 120 10 120 30 140 30 A 5 6 0 1 1 99 98 Q 1 2 3 4"/><polyline points="1,2 3,4 5,6"/></g><line x1="1"
+        y1="2" x2="3000" y2="4"/><rect x="5" y="6" width="10" height="20"/><circle cx="50" cy="60" r="10"/></svg>"#,
+    ),
 ];
 
 /// Formats whose files have a sidecar that describes them.
@@ -55,14 +76,20 @@ pub(super) fn prepare() -> Box<dyn Attack> {
         .collect();
     sources.push(("r16".to_owned(), vec![7; 24 * 24 * 2], Some(SIDECAR.to_vec())));
     sources.push(("hgt".to_owned(), vec![1; 1201 * 1201 * 2], None));
+    sources.extend(DRAWINGS.map(|(ending, bytes)| (ending.to_owned(), bytes.to_vec(), None)));
     let folder = tempfile::tempdir().expect("a temporary folder");
     let registry = orograph_nodes::registry();
     let mut documents: Vec<(String, Document)> = Vec::new();
     for (ending, ..) in &sources {
         if documents.iter().all(|(other, _)| other != ending) {
+            let is_drawing = DRAWINGS.iter().any(|(drawing, _)| drawing == ending);
+            let (kind, outputs) = match is_drawing {
+                true => ("Path", "\"lines\": \"in\", \"mask\": \"in.mask\""),
+                false => ("Import", "\"height\": \"in\""),
+            };
             let text = format!(
-                "(format: 1, world: (size: \"16 km\", cells: {CELLS}), nodes: {{ \"in\": Import(file: \"case.{ending}\") }}, \
-                 outputs: {{ \"height\": \"in\" }})"
+                "(format: 1, world: (size: \"16 km\", cells: {CELLS}, place: (epsg: 32611, corner: (378000, 3812000))), nodes: {{ \"in\": \
+                 {kind}(file: \"case.{ending}\") }}, outputs: {{ {outputs} }})"
             );
             documents.push((ending.clone(), Document::parse_in(text, folder.path(), &registry)));
         }

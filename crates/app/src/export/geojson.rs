@@ -138,6 +138,14 @@ struct Geometry<C> {
     coordinates: C,
 }
 
+/// Easting and northing, and the elevation if the line has one.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Coordinate {
+    High([f64; 3]),
+    Flat([f64; 2]),
+}
+
 type Ring = Vec<[f64; 3]>;
 
 /// The coordinates of an area.
@@ -184,7 +192,8 @@ pub fn write(to: &mut dyn Write, lines: &Lines, on: &Coordinates) -> io::Result<
     let (r#type, world_size_m) = ("FeatureCollection", on.world.size);
     let crs = on.system();
     if lines.areas.is_empty() {
-        let features: Vec<_> = lines.lines.iter().enumerate().map(|(id, line)| feature(id, line, on)).collect();
+        let of_line = |(id, line)| feature(id, line, lines.draped, on);
+        let features: Vec<_> = lines.lines.iter().enumerate().map(of_line).collect();
         serde_json::to_writer(&mut *to, &Collection { r#type, crs, world_size_m, features })?;
     } else {
         let areas = lines.rings().enumerate();
@@ -228,7 +237,7 @@ fn area_feature(id: usize, area: &Area, rings: &[Line], on: &Coordinates) -> Fea
     Feature { r#type: "Feature", id, geometry, properties }
 }
 
-fn feature(id: usize, line: &Line, on: &Coordinates) -> Feature<Vec<[f64; 3]>, Properties> {
+fn feature(id: usize, line: &Line, draped: bool, on: &Coordinates) -> Feature<Vec<Coordinate>, Properties> {
     let vertices = line.vertices.as_slice();
     let all = |number: fn(&Vertex) -> f64| vertices.iter().map(number).map(millimetres).collect::<Vec<_>>();
     let step = |pair: &[Vertex]| {
@@ -239,7 +248,13 @@ fn feature(id: usize, line: &Line, on: &Coordinates) -> Feature<Vec<[f64; 3]>, P
     Feature {
         r#type: "Feature",
         id,
-        geometry: Geometry { r#type: "LineString", coordinates: coordinates(line, on) },
+        geometry: Geometry {
+            r#type: "LineString",
+            coordinates: coordinates(line, on)
+                .into_iter()
+                .map(|[x, y, z]| if draped { Coordinate::Flat([x, y]) } else { Coordinate::High([x, y, z]) })
+                .collect(),
+        },
         properties: Properties {
             order: line.order,
             downstream: line.downstream,
@@ -333,6 +348,11 @@ mod tests {
         assert_eq!((&properties["widths_m"][0], &properties["order"]), (&2.0.into(), &2.into()));
         assert!(json["features"][1]["properties"]["downstream"].is_null());
         assert!(json["crs"].is_null());
+        // draped lines have no elevations
+        let mut text = Vec::new();
+        write(&mut text, &Lines { draped: true, ..lines.clone() }, &metres(world)).expect("memory");
+        let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+        assert_eq!(json["features"][0]["geometry"]["coordinates"], serde_json::json!([[0.0, 50.0], [3.0, 46.0]]));
         // eastings and northings in a world with a place
         let place = Some(GeoPlace { epsg: 32_611, corner_m: [378_000.0, 3_812_000.0] });
         let mut text = Vec::new();
@@ -360,7 +380,7 @@ mod tests {
             volume_m3: 1234.4,
             spill_m: [45.0, 15.0],
         };
-        let lines = Lines { lines: vec![outer.clone(), hole, part, outer], areas: vec![area(3), area(1)] };
+        let lines = Lines { areas: vec![area(3), area(1)], ..Lines::open(vec![outer.clone(), hole, part, outer]) };
         let world = World { size: [100.0, 50.0], cells: [20, 10], ..World::default() };
         let mut text = Vec::new();
         write(&mut text, &lines, &metres(world)).expect("memory");

@@ -149,7 +149,10 @@ mod tests {
         let island = [[20.0, 30.0], [30.0, 30.0], [30.0, 50.0], [20.0, 50.0]];
         let slanting = [[80.0, 10.0], [75.0, 40.0], [95.0, 60.0]];
         let area = |rings, level_m| Area { rings, level_m, ..Area::default() };
-        Lines { lines: vec![ring(&outer), ring(&island), ring(&slanting)], areas: vec![area(2, 5.0), area(1, 7.0)] }
+        Lines {
+            areas: vec![area(2, 5.0), area(1, 7.0)],
+            ..Lines::open(vec![ring(&outer), ring(&island), ring(&slanting)])
+        }
     }
 
     #[test]

@@ -247,6 +247,17 @@ impl Hash {
                     self.u64(points.len() as u64);
                     points.as_flattened().iter().for_each(|v| self.f64(*v));
                 }
+                ParamValue::Waypoints(points) => {
+                    self.bytes(b"v");
+                    self.u64(points.len() as u64);
+                    for point in points {
+                        point.at.iter().for_each(|v| self.f64(*v));
+                        for value in [point.height, point.width] {
+                            self.bytes(&[u8::from(value.is_some())]);
+                            self.f64(value.unwrap_or_default());
+                        }
+                    }
+                }
                 ParamValue::Stops(stops) => {
                     self.bytes(b"s");
                     self.u64(stops.len() as u64);

@@ -285,6 +285,7 @@ fn of_spec(spec: &ParamSpec) -> Vec<(String, Number)> {
         Kind::Curve { .. }
         | Kind::Path { .. }
         | Kind::Stops { .. }
+        | Kind::Waypoints { .. }
         | Kind::Layers { .. }
         | Kind::Strokes { .. }
         | Kind::File => Vec::new(),
@@ -306,6 +307,7 @@ fn words_of(spec: &ParamSpec, job: &Job<'_>) -> Vec<u32> {
         ParamValue::Curve(_)
         | ParamValue::Path(_)
         | ParamValue::Stops(_)
+        | ParamValue::Waypoints(_)
         | ParamValue::Layers(_)
         | ParamValue::Strokes(_)
         | ParamValue::File(_) => Vec::new(),

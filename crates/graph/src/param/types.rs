@@ -87,7 +87,7 @@ impl ParamType for [f64; 2] {
     type Range = RangeInclusive<f64>;
 
     fn kind(default: Self, hard: Self::Range) -> Kind {
-        Kind::Point { default, hard: [*hard.start(), *hard.end()] }
+        Kind::Point { default, hard: [*hard.start(), *hard.end()], place: false }
     }
 
     fn from_value(value: &ParamValue) -> Option<Self> {
@@ -95,6 +95,30 @@ impl ParamType for [f64; 2] {
             ParamValue::Point(v) => Some(*v),
             _ => None,
         }
+    }
+}
+
+/// A parameter that is a position in the world: metres to the east and to the south of its north-west corner.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Position(pub [f64; 2]);
+
+impl std::ops::Deref for Position {
+    type Target = [f64; 2];
+
+    fn deref(&self) -> &[f64; 2] {
+        &self.0
+    }
+}
+
+impl ParamType for Position {
+    type Range = RangeInclusive<f64>;
+
+    fn kind(default: Self, hard: Self::Range) -> Kind {
+        Kind::Point { default: default.0, hard: [*hard.start(), *hard.end()], place: true }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        <[f64; 2]>::from_value(value).map(Self)
     }
 }
 
@@ -141,7 +165,7 @@ impl ParamType for PathPoints {
     type Range = RangeInclusive<f64>;
 
     fn kind(default: Self, hard: Self::Range) -> Kind {
-        Kind::Path { default: default.0, hard: [*hard.start(), *hard.end()] }
+        Kind::Path { default: default.0, hard: [*hard.start(), *hard.end()], closed: false }
     }
 
     fn from_value(value: &ParamValue) -> Option<Self> {
@@ -149,6 +173,22 @@ impl ParamType for PathPoints {
             ParamValue::Path(points) => Some(Self(points.clone())),
             _ => None,
         }
+    }
+}
+
+/// A path parameter that is an outline: its last point is joined to the first.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OutlinePoints(pub Vec<[f64; 2]>);
+
+impl ParamType for OutlinePoints {
+    type Range = RangeInclusive<f64>;
+
+    fn kind(default: Self, hard: Self::Range) -> Kind {
+        Kind::Path { default: default.0, hard: [*hard.start(), *hard.end()], closed: true }
+    }
+
+    fn from_value(value: &ParamValue) -> Option<Self> {
+        PathPoints::from_value(value).map(|PathPoints(points)| Self(points))
     }
 }
 

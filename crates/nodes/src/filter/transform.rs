@@ -32,7 +32,7 @@ params! {
     /// Factor by which it is scaled about the pivot.
     stretch: f64 = 1.0, One, 0.01..=100.0, soft 0.25..=4;
     /// Centre of rotation and scaling, before the field is moved; from the world's north-west corner.
-    pivot: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7;
+    pivot: Position = Position([8192.0, 8192.0]), Metres, -1e7..=1e7;
     /// Values beyond the edges of the world.
     outside: Outside = Outside::Mirror, One, ..;
     /// The value beyond the edges, in the unit of the input, for `level`.

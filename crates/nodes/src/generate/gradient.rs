@@ -39,7 +39,7 @@ params! {
     /// Value at the end.
     to: f64 = 1000.0, One, -1e9..=1e9, soft -1000..=2000;
     /// Centre, from the world's north-west corner.
-    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7;
+    centre: Position = Position([8192.0, 8192.0]), Metres, -1e7..=1e7;
     /// Direction of the change, or where the turn begins, clockwise from north.
     azimuth: f64 = 90.0, Degrees, -360.0..=360.0, soft 0..=360, when form = "linear" | "angular";
     /// Distance from the start to the end; not used by `angular`.

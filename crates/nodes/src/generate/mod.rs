@@ -10,6 +10,7 @@ pub mod gradient;
 pub mod island;
 pub mod noise;
 pub mod paint;
+pub mod path;
 pub mod perlin;
 pub mod range;
 pub mod ridged;
@@ -36,5 +37,6 @@ pub static NODES: &[&Node] = &[
     &faults::NODE,
     &island::NODE,
     &shape::NODE,
+    &path::NODE,
     &paint::NODE,
 ];

@@ -26,13 +26,13 @@ params! {
     /// Kind of shape.
     figure: Figure = Figure::Disc, One, ..;
     /// Centre of the shape, from the world's north-west corner; not used by polygons, which lie where their path is.
-    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7, when figure = "disc" | "rectangle" | "ellipse";
+    centre: Position = Position([8192.0, 8192.0]), Metres, -1e7..=1e7, when figure = "disc" | "rectangle" | "ellipse";
     /// Width across `azimuth` and length along it.
     size: [f64; 2] = [8000.0, 8000.0], Metres, 0.01..=1e7, when figure = "disc" | "rectangle" | "ellipse";
     /// Direction of the shape's length, clockwise from north.
     azimuth: f64 = 0.0, Degrees, -360.0..=360.0, soft 0..=180, when figure = "rectangle" | "ellipse";
     /// Corners of a polygon.
-    path: PathPoints = PathPoints(vec![[3000.0, 12000.0], [6000.0, 3000.0], [13000.0, 5000.0], [12000.0, 13000.0]]), Metres, -1e7..=1e7, when figure = "polygon";
+    path: OutlinePoints = OutlinePoints(vec![[3000.0, 12000.0], [6000.0, 3000.0], [13000.0, 5000.0], [12000.0, 13000.0]]), Metres, -1e7..=1e7, when figure = "polygon";
     /// Radius of the corners: a rectangle's corners are cut by it, a polygon grows by it.
     rounding: f64 = 0.0, Metres, 0.0..=1e7, soft 0..=2000, when figure = "rectangle" | "polygon";
     /// Width over which the mask falls from 1 to 0, half of it on each side of the outline; at least one cell.
@@ -70,7 +70,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let xs: Vec<f64> = (0..window.nx()).map(|i| window.centre_m(i, 0)[0]).collect();
     let half = params.size.map(|size_m| 0.5 * size_m);
     let least = half[0].min(half[1]);
-    let turn = Turn::new(params.centre, params.azimuth);
+    let turn = Turn::new(params.centre.0, params.azimuth);
     let rounding_m = params.rounding.min(least);
     let inner = half.map(|half_m| half_m - rounding_m);
     let mut distance = vec![0.0; window.len()];

@@ -4,13 +4,17 @@
 //! from that of one side to that of the other, by a cubic of the sine of the angle from the segment's direction. There
 //! are therefore no seams, however the path winds; along a straight path each segment is the highest next to itself.
 
+use std::borrow::Cow;
+
+use orograph_graph::Lines;
+
 use super::{math::lane, par, simd::simd};
 use crate::prelude::*;
 
-/// Path and widths of the range.
+/// Paths and widths of the range.
 pub(crate) struct Range<'a> {
-    /// Points of the crest, in order.
-    pub path: &'a [[f64; 2]],
+    /// Points of each crest, in order.
+    pub paths: Vec<Cow<'a, [[f64; 2]]>>,
     /// Standard deviations in metres to the right of the path and to its left.
     pub widths_m: [f64; 2],
 }
@@ -46,9 +50,10 @@ impl Range<'_> {
         Ok(heights)
     }
 
-    /// Returns the segments of the path.
+    /// Returns the segments of the paths.
     pub(crate) fn stretches(&self) -> Vec<Stretch> {
-        self.path.windows(2).map(|pair| self.stretch(pair[0], pair[1])).collect()
+        let pairs = self.paths.iter().flat_map(|path| path.windows(2)).filter(|pair| pair[0] != pair[1]);
+        pairs.map(|pair| self.stretch(pair[0], pair[1])).collect()
     }
 
     fn stretch(&self, start: [f64; 2], end: [f64; 2]) -> Stretch {
@@ -59,11 +64,52 @@ impl Range<'_> {
     }
 }
 
+/// Returns the paths of lines, or else one path.
+pub(crate) fn paths<'a>(lines: Option<&Lines>, path: &'a [[f64; 2]]) -> Vec<Cow<'a, [[f64; 2]]>> {
+    let positions = |line: &orograph_graph::Line| line.vertices.iter().map(|vertex| vertex.position_m).collect();
+    match lines {
+        Some(lines) => lines.lines.iter().map(|line| Cow::Owned(positions(line))).collect(),
+        None => vec![Cow::Borrowed(path)],
+    }
+}
+
+/// Number of segments up to which all are computed at every place.
+const FEW: usize = 24;
+/// Places that are computed together.
+const CHUNK: usize = 64;
+
 /// Computes the squared distances of places to the nearest segment, in widths of its side.
 pub(crate) fn squares_at(stretches: &[Stretch], xs: &[f64], ys: &[f64], squares: &mut [f32]) {
     squares.fill(f32::INFINITY);
-    for stretch in stretches {
-        approach(squares, xs, ys, *stretch);
+    if stretches.len() <= FEW {
+        stretches.iter().for_each(|stretch| approach(squares, xs, ys, *stretch));
+        return;
+    }
+    for ((squares, xs), ys) in squares.chunks_mut(CHUNK).zip(xs.chunks(CHUNK)).zip(ys.chunks(CHUNK)) {
+        let ends = |values: &[f64]| {
+            values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(*v), high.max(*v)])
+        };
+        let ([left, right], [top, bottom]) = (ends(xs), ends(ys));
+        let centre = [0.5 * (left + right), 0.5 * (top + bottom)];
+        let radius_m = 0.5 * ((right - left) * (right - left) + (bottom - top) * (bottom - top)).sqrt();
+        // what is farther than the nearest at its farthest is the nearest nowhere; widened for rounding
+        let bound = stretches.iter().map(|stretch| stretch.within(centre, radius_m)[1]).fold(f64::INFINITY, f64::min);
+        for stretch in stretches.iter().filter(|stretch| stretch.within(centre, radius_m)[0] <= 1.000_01 * bound) {
+            approach(squares, xs, ys, *stretch);
+        }
+    }
+}
+
+impl Stretch {
+    /// Returns the least and the largest squared distance, in widths, that a place within a circle can have.
+    fn within(&self, centre: [f64; 2], radius_m: f64) -> [f64; 2] {
+        let off = [0, 1].map(|axis| centre[axis] - self.start[axis]);
+        let ahead = (off[0] * self.along[0] + off[1] * self.along[1]).clamp(0.0, self.length_m);
+        let [x, y] = [0, 1].map(|axis| off[axis] - ahead * self.along[axis]);
+        let distance_m = (x * x + y * y).sqrt();
+        let [least, most] = [(distance_m - radius_m).max(0.0), distance_m + radius_m];
+        let [low, high] = [self.sides[0].min(self.sides[1]), self.sides[0].max(self.sides[1])];
+        [least * least * low, most * most * high]
     }
 }
 

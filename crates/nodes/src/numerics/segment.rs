@@ -22,8 +22,11 @@ impl Cells {
             let (a, b) = (from[axis], to[axis]);
             let first = ((a.min(b) - reach_m) / cell_m - 0.5).ceil() as i64;
             let last = ((a.max(b) + reach_m) / cell_m - 0.5).floor() as i64;
-            let last = last.min(first + counts[axis] - 1);
-            if wraps[axis] { first..=last } else { first.max(0)..=last.min(counts[axis] - 1) }
+            if wraps[axis] {
+                first..=last.min(first.saturating_add(counts[axis] - 1))
+            } else {
+                first.max(0)..=last.min(counts[axis] - 1)
+            }
         });
         let along = [0, 1].map(|axis| to[axis] - from[axis]);
         let square = along[0] * along[0] + along[1] * along[1];

@@ -1,9 +1,10 @@
-//! Distance to the edge of a selection, and a mask that falls off with it; see [`crate::numerics::distance`].
+//! Distance to the edge of a selection or of lines, and a mask that falls off with it; see
+//! [`crate::numerics::distance`] and [`crate::numerics::polylines`].
 
 use crate::{
     numerics::{
         distance::{self, FAR},
-        par,
+        par, polylines,
     },
     prelude::*,
 };
@@ -31,11 +32,13 @@ params! {
 
 inputs! {
     /// Selection mask.
-    selection: Mask;
+    selection: Option<Mask>;
+    /// Lines with widths, such as those of `Path` and `Rivers`; together with a selection, the nearest of both counts.
+    lines: Option<Lines>;
 }
 
 outputs! {
-    /// Distance to the edge of the selection.
+    /// Distance to the edge of the selection or of the lines.
     distance: Scalar(Metres);
     /// 1 near the selection, 0 from `limit` onwards.
     mask: Mask;
@@ -45,7 +48,7 @@ outputs! {
 pub static NODE: Node = Node {
     id: "Distance",
     category: "select",
-    summary: "Distance to a selection, and a mask that falls off with it.",
+    summary: "Distance to a selection or to lines, and a mask that falls off with it.",
     doc: include_str!("distance.md"),
     sources: &[
         "A. Meijster, J. B. T. M. Roerdink and W. H. Hesselink (2000), A general algorithm for computing distance transforms in \
@@ -72,24 +75,26 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    let selection = Inputs::read(job)?.selection.samples();
-    let selected = |at: usize| f64::from(selection[at]) >= params.threshold;
-    let limit_cells = distance::cells(params.limit, job.cell_m()).saturating_add(1);
-    let measure = |share, side: bool| -> Result<Option<Vec<u32>>, NodeError> {
-        distance::squared(job, share, limit_cells, |at| selected(at) == side).map(Some)
+    let mut distance = match Inputs::read(job)? {
+        Inputs { selection: Some(selection), lines } => {
+            let mut distance = of_selection(job, &params, selection.samples())?;
+            if let Some(lines) = lines {
+                polylines::approach(job, lines, &mut distance)?;
+                clamp(&mut distance, &params);
+            }
+            distance
+        }
+        Inputs { lines: Some(lines), .. } => {
+            let mut distance = vec![params.limit as f32; job.window().len()];
+            polylines::approach(job, lines, &mut distance)?;
+            clamp(&mut distance, &params);
+            distance
+        }
+        Inputs { .. } => {
+            let hint = "wire a mask into `selection`, or lines into `lines`";
+            return Err(NodeError::failed_with_hint("there is nothing to measure distances from", hint));
+        }
     };
-    let outwards = if params.side == Side::Inside { None } else { measure([0.0, 0.5], true)? };
-    let inwards = if params.side == Side::Outside { None } else { measure([0.5, 0.9], false)? };
-
-    // subtracts the half cell between the centre of the nearest cell of the other side and the edge
-    let metres = |squared: u32| match squared {
-        0 => 0.0,
-        FAR => params.limit,
-        squared => ((f64::from(squared).sqrt() - 0.5) * job.cell_m()).min(params.limit),
-    };
-    let of = |side: &Option<Vec<u32>>, at: usize| side.as_ref().map_or(0.0, |squared| metres(squared[at]));
-    let mut distance = par::map(selection.len(), |at| (of(&outwards, at) - of(&inwards, at)) as f32);
-    drop((outwards, inwards));
     let wants = Wants::of(job);
     let chosen = |_, row: &mut [f32]| {
         row.iter_mut().for_each(|distance| *distance = mask(f64::from(*distance), params.side, params.limit));
@@ -106,6 +111,37 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     .into())
 }
 
+/// Limits distances to the side and the limit.
+fn clamp(distance: &mut [f32], params: &Params) {
+    let limit = params.limit as f32;
+    let [least, most] = match params.side {
+        Side::Outside => [0.0, limit],
+        Side::Inside => [-limit, 0.0],
+        Side::Both => [-limit, limit],
+    };
+    par::change(distance, |distance| *distance = distance.clamp(least, most));
+}
+
+/// Returns the distances to the edge of a selection.
+fn of_selection(job: &Job<'_>, params: &Params, selection: &[f32]) -> Result<Vec<f32>, NodeError> {
+    let selected = |at: usize| f64::from(selection[at]) >= params.threshold;
+    let limit_cells = distance::cells(params.limit, job.cell_m()).saturating_add(1);
+    let measure = |share, side: bool| -> Result<Option<Vec<u32>>, NodeError> {
+        distance::squared(job, share, limit_cells, |at| selected(at) == side).map(Some)
+    };
+    let outwards = if params.side == Side::Inside { None } else { measure([0.0, 0.5], true)? };
+    let inwards = if params.side == Side::Outside { None } else { measure([0.5, 0.9], false)? };
+
+    // subtracts the half cell between the centre of the nearest cell of the other side and the edge
+    let metres = |squared: u32| match squared {
+        0 => 0.0,
+        FAR => params.limit,
+        squared => ((f64::from(squared).sqrt() - 0.5) * job.cell_m()).min(params.limit),
+    };
+    let of = |side: &Option<Vec<u32>>, at: usize| side.as_ref().map_or(0.0, |squared| metres(squared[at]));
+    Ok(par::map(selection.len(), |at| (of(&outwards, at) - of(&inwards, at)) as f32))
+}
+
 /// Returns the mask value at a distance.
 fn mask(distance_m: f64, side: Side, limit_m: f64) -> f32 {
     let share = match side {
@@ -118,8 +154,10 @@ fn mask(distance_m: f64, side: Side, limit_m: f64) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use orograph_graph::{Line, Lines, Vertex};
+
     use super::*;
-    use crate::testing::{field, run as result, run_in, with_params, world};
+    use crate::testing::{field, outputs_on, run as result, run_in, run_with, with_params, world};
 
     fn disc(cells: u32, cell_m: f64) -> Field {
         field(world(cells, cells, cell_m), |x, y| if libm::hypot(x - 500.0, y - 500.0) < 200.0 { 1.0 } else { 0.0 })
@@ -186,5 +224,62 @@ mod tests {
             run_in(1, &NODE, &params, &[("selection", &disc)]),
             run_in(3, &NODE, &params, &[("selection", &disc)])
         );
+    }
+
+    /// Distances from a bent line with a varying width equal those of a search over all of its segments; a selection
+    /// beside it counts where it is nearer; windows give the same bits.
+    #[test]
+    fn distances_from_lines_are_exact() {
+        let at = |x: f64, y: f64, width_m: f64| Vertex { position_m: [x, y], width_m, ..Vertex::default() };
+        let vertices: Vec<Vertex> = (0..300)
+            .map(|k| {
+                let turn = 0.11 * f64::from(k);
+                at(
+                    500.0 + 1.6 * f64::from(k) * libm::cos(turn),
+                    480.0 + 1.5 * f64::from(k) * libm::sin(turn),
+                    8.0 + 0.1 * f64::from(k),
+                )
+            })
+            .collect();
+        let lines = Lines::open(vec![Line { order: 1, downstream: None, vertices: vertices.clone() }]);
+        let reference = |[x, y]: [f64; 2]| {
+            let piece = |pair: &[Vertex]| {
+                let ([ax, ay], [bx, by]) = (pair[0].position_m, pair[1].position_m);
+                let (dx, dy) = (bx - ax, by - ay);
+                let t = (((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy)).clamp(0.0, 1.0);
+                let half = 0.5 * (pair[0].width_m + (pair[1].width_m - pair[0].width_m) * t);
+                libm::hypot(x - ax - t * dx, y - ay - t * dy) - half
+            };
+            vertices.windows(2).map(piece).fold(f64::INFINITY, f64::min)
+        };
+        let world = world(100, 100, 10.0);
+        let measured = |window: Window, side: &str, selection: Option<&Field>| {
+            let params = with_params(&NODE, &format!("side={side}, limit=150"));
+            let value = |name: &str| match name {
+                "lines" => Some(lines.clone().into()),
+                _ => selection.map(|field| orograph_graph::Value::Field(field.clone())),
+            };
+            let wanted = orograph_graph::Wanted::ALL;
+            let (outputs, _) = run_with(wanted, &orograph_graph::Cancel::default(), window, &NODE, &params, &value);
+            outputs.expect("a result").take("distance").expect("an output").as_field().expect("a field").clone()
+        };
+        let whole = Window::whole(world);
+        for (side, low, high) in [("both", -150.0, 150.0), ("outside", 0.0, 150.0), ("inside", -150.0, 0.0)] {
+            let found = measured(whole, side, None);
+            for (at, found) in found.samples().iter().enumerate() {
+                let expected = reference(whole.centre_m(at % 100, at / 100)).clamp(low, high);
+                assert!((f64::from(*found) - expected).abs() < 1e-4, "{side} {at}: {found} {expected}");
+            }
+        }
+        let part = Window { origin: [17, 30], cells: [55, 41], ..whole };
+        assert_eq!(measured(part, "both", None), measured(whole, "both", None).crop(&part));
+        let disc = disc(100, 10.0);
+        let [both, alone] = [Some(&disc), None].map(|selection| measured(whole, "both", selection));
+        let selection = result(&NODE, &with_params(&NODE, "side=both, limit=150"), &[("selection", &disc)], "distance");
+        for ((both, alone), selection) in both.samples().iter().zip(alone.samples()).zip(selection.samples()) {
+            assert_eq!(*both, alone.min(*selection));
+        }
+        let nothing = outputs_on(whole, &NODE, &with_params(&NODE, ""), &[]);
+        assert!(matches!(nothing, Err(NodeError::Failed { hint: Some(_), .. })));
     }
 }

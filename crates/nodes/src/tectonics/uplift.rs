@@ -12,7 +12,7 @@ use crate::{
         math,
         noise::{Basis, Fractal, sum},
         par,
-        range::Range,
+        range::{Range, paths},
     },
     prelude::*,
 };
@@ -41,10 +41,10 @@ params! {
     /// Duration of the uplift in `displacement`.
     duration: f64 = 1e6, Years, 0.0..=1e9, soft 0..=1e7;
     /// Centre of a dome, or a point on a fault, from the world's north-west corner.
-    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7, when shape = "gaussian" | "fault";
+    centre: Position = Position([8192.0, 8192.0]), Metres, -1e7..=1e7, when shape = "gaussian" | "fault";
     /// Distance from the centre of a dome at which the rate has fallen to 61 % (one standard deviation).
     radius: f64 = 5000.0, Metres, 1.0..=1e7, soft 500..=50000, when shape = "gaussian";
-    /// Points along the crest of a range.
+    /// Points along the crest of a range; not used if `lines` is wired.
     path: PathPoints = PathPoints(vec![[1500.0, 11500.0], [6500.0, 9500.0], [10000.0, 6500.0], [15000.0, 5000.0]]), Metres, -1e7..=1e7, when shape = "range";
     /// Distance to the right of a range's path at which the rate has fallen to 61 %.
     front: f64 = 1500.0, Metres, 1.0..=1e7, soft 500..=50000, when shape = "range";
@@ -73,6 +73,8 @@ params! {
 inputs! {
     /// Factor on the rate, per cell if wired: a painted map of uplift.
     map: Mask = 1.0, 0.0..=1.0;
+    /// Lines along the crests of a range, such as those of `Path`.
+    lines: Option<Lines>;
 }
 
 outputs! {
@@ -139,9 +141,12 @@ impl Params {
     fn shape(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
         match self.shape {
             Shape::Gaussian => self.dome(job),
-            Shape::Range => Range { path: &self.path.0, widths_m: [self.front, self.back] }.gaussian(job, self.rate),
+            Shape::Range => {
+                let paths = paths(Inputs::read(job)?.lines, &self.path.0);
+                Range { paths, widths_m: [self.front, self.back] }.gaussian(job, self.rate)
+            }
             Shape::Fault => Fault {
-                centre: self.centre,
+                centre: self.centre.0,
                 azimuth_deg: self.azimuth,
                 step_m: self.step,
                 decay_m: self.decay,

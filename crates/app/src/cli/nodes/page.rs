@@ -278,7 +278,7 @@ impl PageEntry {
                 entry.choices = options.iter().map(|(name, doc)| Choice { name, doc }).collect();
             }
             Kind::Seed { .. } => entry.ty = "seed".into(),
-            Kind::Point { default, hard } => {
+            Kind::Point { default, hard, .. } => {
                 entry.ty = "point (x, y)".into();
                 entry.default_text = format!("({}, {})", spec.unit.display(default[0]), spec.unit.display(default[1]));
                 entry.ranges(spec.unit, *hard, *hard);
@@ -286,6 +286,10 @@ impl PageEntry {
             Kind::Curve { .. } => entry.ty = "curve".into(),
             Kind::Path { hard, .. } => {
                 entry.ty = "path [(x, y), ...]".into();
+                entry.ranges(spec.unit, *hard, *hard);
+            }
+            Kind::Waypoints { hard, .. } => {
+                entry.ty = "path [(x, y), (at, height, width), ...]".into();
                 entry.ranges(spec.unit, *hard, *hard);
             }
             Kind::Stops { .. } => entry.ty = "colours [(value, \"#rrggbb\"), ...]".into(),
@@ -333,6 +337,12 @@ fn value(value: &ParamValue) -> Value {
         ParamValue::Seed(v) => json!(v),
         ParamValue::Point(v) => json!(v),
         ParamValue::Curve(v) | ParamValue::Path(v) => json!(v),
+        ParamValue::Waypoints(points) => json!(
+            points
+                .iter()
+                .map(|point| json!({ "at": point.at, "height": point.height, "width": point.width }))
+                .collect::<Vec<_>>()
+        ),
         ParamValue::Stops(v) => {
             json!(v.iter().map(|stop| json!([stop.at, stop.colour.to_string()])).collect::<Vec<_>>())
         }

@@ -1,6 +1,6 @@
 //! Schemas of single values: quantities, wires, parameters and inputs.
 
-use orograph_graph::{Fallback, Input, Kind, Layer, ParamSpec, PortType, Stroke, Tool, Unit, range_text};
+use orograph_graph::{Fallback, Input, Kind, Layer, ParamSpec, PortType, Stroke, Tool, Unit, Waypoint, range_text};
 use serde_json::{Map, Value, json};
 
 /// A number as it is typed in a quantity.
@@ -136,7 +136,7 @@ pub fn parameter(spec: &ParamSpec) -> Value {
             schema["default"] = json!(default);
             schema
         }
-        Kind::Point { default, hard } => {
+        Kind::Point { default, hard, .. } => {
             let mut schema = pair(&quantity(unit, *hard));
             schema["default"] = json!(default.map(whole));
             schema
@@ -146,9 +146,15 @@ pub fn parameter(spec: &ParamSpec) -> Value {
             schema["default"] = json!(default);
             schema
         }
-        Kind::Path { default, hard } => {
+        Kind::Path { default, hard, .. } => {
             let mut schema = list(pair(&quantity(unit, *hard)), 2);
             schema["default"] = json!(default);
+            schema
+        }
+        Kind::Waypoints { default, hard } => {
+            let at = pair(&quantity(unit, *hard));
+            let mut schema = list(json!({ "anyOf": [at, waypoint(&at)] }), 2);
+            schema["default"] = default.iter().map(written).collect();
             schema
         }
         Kind::Stops { default } => {
@@ -172,6 +178,28 @@ pub fn parameter(spec: &ParamSpec) -> Value {
     }
     schema["description"] = json!(spec.doc);
     described(schema, unit)
+}
+
+/// A point of a path with numbers.
+fn waypoint(at: &Value) -> Value {
+    json!({
+        "type": "object",
+        "required": ["at"],
+        "additionalProperties": false,
+        "properties": {
+            "at": at,
+            "height": quantity(Unit::Metres, Waypoint::HEIGHTS),
+            "width": quantity(Unit::Metres, Waypoint::WIDTHS),
+        },
+    })
+}
+
+/// A point of a path as it is written: a pair, or an object if it has numbers.
+fn written(point: &Waypoint) -> Value {
+    let numbers = [("height", point.height), ("width", point.width)];
+    let mut object = Map::from_iter([("at".to_owned(), json!(point.at))]);
+    object.extend(numbers.into_iter().filter_map(|(name, value)| Some((name.to_owned(), json!(value?)))));
+    if object.len() == 1 { json!(point.at) } else { Value::Object(object) }
 }
 
 fn layer() -> Value {

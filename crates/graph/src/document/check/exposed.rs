@@ -480,7 +480,8 @@ fn both(a: &Kind, b: &Kind) -> Option<Kind> {
             *soft = soft.map(|v| v.clamp(hard[0], hard[1].max(hard[0])));
         }
         (Kind::Point { hard, .. }, Kind::Point { hard: other, .. })
-        | (Kind::Path { hard, .. }, Kind::Path { hard: other, .. }) => *hard = meet(*hard, *other),
+        | (Kind::Path { hard, .. }, Kind::Path { hard: other, .. })
+        | (Kind::Waypoints { hard, .. }, Kind::Waypoints { hard: other, .. }) => *hard = meet(*hard, *other),
         (Kind::Choice { options, .. }, Kind::Choice { options: other, .. }) if options == other => {}
         (Kind::Bool { .. }, Kind::Bool { .. })
         | (Kind::Seed { .. }, Kind::Seed { .. })

@@ -202,6 +202,23 @@ impl Document {
         self.history.steps()
     }
 
+    /// Number of edits that are done or can be redone.
+    #[must_use]
+    pub fn all_steps(&self) -> usize {
+        self.history.steps() + self.history.undone.len()
+    }
+
+    /// The text after this many of the known edits, whether they are done or undone. Returns None beyond the last.
+    #[must_use]
+    pub fn text_at(&self, steps: usize) -> Option<String> {
+        let mut text = self.source().to_owned();
+        let done = self.history.steps();
+        let back = self.history.done.iter().skip(steps).rev();
+        let forth = self.history.undone.iter().rev().take(steps.saturating_sub(done));
+        let fits = steps <= self.all_steps() && back.into_iter().all(|step| undo(&mut text, step));
+        (fits && forth.into_iter().all(|step| redo(&mut text, step))).then_some(text)
+    }
+
     /// Sets a parameter or an input of a node from typed text, such as `2 km`, `0.3`, `max`, `(1, 2)` or a wire
     /// `base.height`.
     ///

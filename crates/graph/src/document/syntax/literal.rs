@@ -7,7 +7,7 @@ use super::{
 use crate::{
     colour::Stop,
     node::{Fallback, Input},
-    param::{Kind, Layer, ParamSpec, ParamValue, Stroke, Tool, check_value, range_text},
+    param::{Kind, Layer, ParamSpec, ParamValue, Stroke, Tool, Waypoint, check_value, range_text},
     unit::Unit,
     value::PortType,
 };
@@ -199,6 +199,9 @@ pub(crate) fn value_text(value: &ParamValue) -> String {
         ParamValue::Curve(points) | ParamValue::Path(points) => {
             format!("[{}]", points.iter().map(pair).collect::<Vec<_>>().join(", "))
         }
+        ParamValue::Waypoints(points) => {
+            format!("[{}]", points.iter().map(waypoint_text).collect::<Vec<_>>().join(", "))
+        }
         ParamValue::Stops(stops) => {
             let stop = |stop: &Stop| format!("({}, {})", number_text(stop.at), quote(&stop.colour.to_string()));
             format!("[{}]", stops.iter().map(stop).collect::<Vec<_>>().join(", "))
@@ -209,6 +212,15 @@ pub(crate) fn value_text(value: &ParamValue) -> String {
         }
         ParamValue::File(name) => quote(name),
     }
+}
+
+fn waypoint_text(point: &Waypoint) -> String {
+    let [x, y] = point.at.map(number_text);
+    let mut said = vec![format!("at: ({x}, {y})")];
+    for (name, value) in [("height", point.height), ("width", point.width)] {
+        said.extend(value.map(|value| format!("{name}: {}", number_text(value))));
+    }
+    if said.len() == 1 { format!("({x}, {y})") } else { format!("({})", said.join(", ")) }
 }
 
 fn stroke_text(stroke: &Stroke) -> String {
@@ -282,6 +294,22 @@ fn layer(spec: &ParamSpec, literal: &Literal) -> Option<Result<Layer, Misfit>> {
             colour,
         })
     })())
+}
+
+/// Reads a point of a path: a pair, or a record of `at` and optional fields.
+fn waypoint(spec: &ParamSpec, literal: &Literal) -> Option<Result<Waypoint, Misfit>> {
+    let Literal::Record(fields) = literal else {
+        return pair(spec.name, spec.unit, literal).map(|at| at.map(Waypoint::new));
+    };
+    if let Some(misfit) = unknown_field("point", spec, fields, &["at", "height", "width"]) {
+        return Some(Err(misfit));
+    }
+    let field = |name: &str| fields.iter().find(|(field, _)| field == name).map(|(_, value)| value);
+    let number = |name: &str| {
+        field(name).map(|literal| quantity(&format!("{}.{name}", spec.name), Unit::Metres, literal)).transpose()
+    };
+    let at = pair(spec.name, spec.unit, field("at")?)?;
+    Some((|| Ok(Waypoint { at: at?, height: number("height")?, width: number("width")? }))())
 }
 
 /// Reads a stroke: a record of `tool`, `radius`, `points`, and optional fields.
@@ -419,6 +447,10 @@ pub(crate) fn param(spec: &ParamSpec, literal: &Literal) -> Result<ParamValue, M
         (Kind::Path { .. }, Literal::List(items)) => {
             let points = items.iter().map(|item| pair(name, spec.unit, item).ok_or_else(wrong)?);
             ParamValue::Path(points.collect::<Result<_, _>>()?)
+        }
+        (Kind::Waypoints { .. }, Literal::List(items)) => {
+            let points = items.iter().map(|item| waypoint(spec, item).ok_or_else(wrong)?);
+            ParamValue::Waypoints(points.collect::<Result<_, _>>()?)
         }
         (Kind::Stops { .. }, Literal::List(items)) => {
             let stops = items.iter().map(|item| stop(name, spec.unit, item).ok_or_else(wrong)?);

@@ -32,6 +32,23 @@ fn into(document: &Document, node: &str, input: usize) -> Option<String> {
 }
 
 #[test]
+fn the_text_of_every_step_is_known_wherever_the_history_stands() {
+    let mut document = parse(CHAIN);
+    let mut texts = vec![document.source().to_owned()];
+    for count in 4..9 {
+        document.apply(&octaves(count)).expect("an edit");
+        texts.push(document.source().to_owned());
+    }
+    for undone in 0..=5 {
+        let found: Vec<Option<String>> = (0..=6).map(|step| document.text_at(step)).collect();
+        let expected: Vec<Option<String>> = texts.iter().cloned().map(Some).chain([None]).collect();
+        assert_eq!(found, expected, "{undone} steps are undone");
+        assert_eq!((document.steps(), document.all_steps()), (5 - undone, 5));
+        document.undo();
+    }
+}
+
+#[test]
 fn a_muted_node_passes_its_wire_on() {
     let mut document = parse(CHAIN);
     document.apply(&mute("scree", true)).expect("muted");

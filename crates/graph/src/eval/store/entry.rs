@@ -31,7 +31,7 @@ use crate::{
 };
 
 const MAGIC: &[u8; 8] = b"OROVALUE";
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 const HASH: usize = 32;
 /// Fields before the hash of the header.
 const FIELDS: usize = 8 + 4 + 16 + 4 + 4 + 16 + 8 + 4;

@@ -20,8 +20,8 @@ type StoredReport =
 
 /// Order, index of the line downstream, and the numbers of the vertices.
 type StoredLine = (u32, Option<u32>, Vec<[Bits; 6]>);
-/// Lines, then the number of rings and the numbers of each area.
-type StoredLines = (Vec<StoredLine>, Vec<(u32, [Bits; 6])>);
+/// Lines, then the number of rings and the numbers of each area, and whether the lines are draped.
+type StoredLines = (Vec<StoredLine>, Vec<(u32, [Bits; 6])>, bool);
 
 pub(super) fn encode_report(report: &Report) -> io::Result<Vec<u8>> {
     let axis = |axis: &Axis| -> StoredAxis {
@@ -64,17 +64,17 @@ pub(super) fn encode_lines(lines: &Lines) -> io::Result<Vec<u8>> {
         (line.order, line.downstream, vertices.collect())
     });
     let areas = lines.areas.iter().map(|area| (area.rings, area.numbers().map(f64::to_bits)));
-    let stored: StoredLines = (stored.collect(), areas.collect());
+    let stored: StoredLines = (stored.collect(), areas.collect(), lines.draped);
     Ok(serde_json::to_vec(&stored)?)
 }
 
 pub(super) fn decode_lines(json: &[u8]) -> io::Result<Lines> {
-    let (lines, areas): StoredLines = serde_json::from_slice(json)?;
+    let (lines, areas, draped): StoredLines = serde_json::from_slice(json)?;
     let lines = lines.into_iter().map(|(order, downstream, vertices)| Line {
         order,
         downstream,
         vertices: vertices.into_iter().map(|bits| Vertex::from_numbers(bits.map(f64::from_bits))).collect(),
     });
     let areas = areas.into_iter().map(|(rings, bits)| Area::from_numbers(rings, bits.map(f64::from_bits)));
-    Ok(Lines { lines: lines.collect(), areas: areas.collect() })
+    Ok(Lines { lines: lines.collect(), areas: areas.collect(), draped })
 }

@@ -4,7 +4,10 @@
 //! a valley winds over seven widths with its banks, and smaller bends have the same proportions.
 
 use super::{Params, way::length};
-use crate::numerics::noise::place::{self, along};
+use crate::numerics::{
+    noise::place::{self, along},
+    spline::{hermite, tangent},
+};
 
 /// Wavelength of the largest bends, in widths of bed and banks, and their reach.
 const BEND: [f64; 2] = [7.0, 2.0];
@@ -66,29 +69,4 @@ fn bends(way: f64, seed: u32) -> f64 {
 
 fn place_gain(octave: i32) -> f64 {
     (0..octave).fold(1.0, |share, _| share * GAIN)
-}
-
-/// Returns the unit vector from a point to another.
-fn tangent(from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
-    let long = length(from, to);
-    if long > 0.0 { [(to[0] - from[0]) / long, (to[1] - from[1]) / long] } else { [0.0; 2] }
-}
-
-/// Returns the place and the slope of a cubic at `t`, whose slopes at both ends are blended with the straight line.
-fn hermite([a, b]: [[f64; 2]; 2], [at_a, at_b]: [[f64; 2]; 2], t: f64) -> [[f64; 2]; 2] {
-    let (t2, t3) = (t * t, t * t * t);
-    let place = |axis: usize| {
-        (2.0 * t3 - 3.0 * t2 + 1.0) * a[axis]
-            + (t3 - 2.0 * t2 + t) * at_a[axis]
-            + (3.0 * t2 - 2.0 * t3) * b[axis]
-            + (t3 - t2) * at_b[axis]
-    };
-    let slope = |axis: usize| {
-        6.0 * (t - t2) * (b[axis] - a[axis])
-            + (3.0 * t2 - 4.0 * t + 1.0) * at_a[axis]
-            + (3.0 * t2 - 2.0 * t) * at_b[axis]
-            // where straight stretches begin, the cubic stands still
-            + 1e-6 * (b[axis] - a[axis])
-    };
-    [[place(0), place(1)], [slope(0), slope(1)]]
 }

@@ -81,7 +81,9 @@ params! {
 inputs! {
     /// Terrain height.
     height: Height;
-    /// Lines with their own widths, depths and elevations, such as those of `Rivers`.
+    /// Lines with their own widths, depths and elevations, such as those of `Rivers` and `Path`.
+    ///
+    /// Lines without elevations follow the terrain.
     lines: Option<Lines>;
     /// Where the result replaces the terrain: fully at 1, not at all at 0.
     mask: Mask = 1.0, 0.0..=1.0;
@@ -137,6 +139,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let seed = orograph_graph::mix(job.seed());
     let ways: Vec<Way> = match lines {
+        Some(lines) if lines.draped => lines.lines.iter().map(|line| Way::of_draped(line, &params, height)).collect(),
         Some(lines) => lines.lines.iter().map(|line| Way::of_line(line, &params)).collect(),
         None if params.width == 0.0 => Vec::new(),
         None => vec![Way::of_path(&params, height, seed)],

@@ -3,7 +3,7 @@
 use orograph_graph::{Boundary, Cancel, Edge, InputValue, Line, Lines, ParamValue, Value, Vertex, Warnings, World};
 
 use super::*;
-use crate::testing::{field, run as result, run_in, with_params, world};
+use crate::testing::{field, run as result, run_in, run_with, with_params, world};
 
 /// Changes that keep a bed straight and its banks parallel.
 const EVEN: &str = "curve=0,wander=0,widening=0,raggedness=0";
@@ -141,6 +141,33 @@ fn lines_are_carved_as_they_are() {
         assert_eq!(at(i, 26), 100.0);
     }
     assert_eq!(at(25, 20), 100.0);
+}
+
+/// A line without elevations is carved like a path through the same points, whose `path` is not used; a line that is
+/// wider than `width` has its own width.
+#[test]
+fn draped_lines_follow_the_terrain() {
+    let land = field(world(80, 60, 10.0), |x, y| 100.0 + 20.0 * libm::sin(x / 90.0) + y / 15.0);
+    let points = [[50.0, 80.0], [400.0, 300.0], [750.0, 500.0]];
+    let carved = |width_m: f64, changes: &str| {
+        let vertex = |position_m: [f64; 2]| Vertex { position_m, width_m, ..Vertex::default() };
+        let line = Line { order: 1, downstream: None, vertices: points.map(vertex).to_vec() };
+        let lines = Lines { draped: true, ..Lines::open(vec![line]) };
+        let value = |name: &str| match name {
+            "height" => Some(Value::Field(land.clone())),
+            "lines" => Some(lines.clone().into()),
+            _ => None,
+        };
+        let params = with_params(&NODE, changes);
+        let wanted = orograph_graph::Wanted::ALL;
+        let (outputs, _) = run_with(wanted, &Cancel::default(), *land.window(), &NODE, &params, &value);
+        outputs.expect("a result").take("height").expect("heights").as_field().expect("a field").clone()
+    };
+    let even = "curve=0,wander=0,widening=0,raggedness=0,course=land,depth=8,bank=30";
+    let path = bed(&land, &points, &format!("{even},width=60"));
+    assert_eq!(carved(60.0, &format!("{even},width=20")), path);
+    assert_eq!(carved(20.0, &format!("{even},width=60")), path);
+    assert_ne!(path, land);
 }
 
 /// A winding path keeps its ends, has no corners, is longer than its points are apart, and stays within its bound.

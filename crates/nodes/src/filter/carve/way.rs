@@ -28,6 +28,19 @@ pub struct Way {
     pub places: Vec<Place>,
 }
 
+/// A point along a path.
+#[derive(Clone, Copy)]
+struct Step {
+    at_m: [f64; 2],
+    /// The segment of the path, and the place on it from 0 to 1.
+    piece: usize,
+    t: f64,
+    /// Fraction of the whole path, the length up to the point, and that of the path.
+    share: f64,
+    way_m: f64,
+    whole_m: f64,
+}
+
 /// Maximum number of points of a path.
 const MOST: f64 = 200_000.0;
 /// Maximum number of points of a path over the width of the bed and its banks.
@@ -51,16 +64,53 @@ impl Way {
         Self { places: places.collect() }.on_course(params.course)
     }
 
+    /// Creates the way of a line without elevations on the terrain, with points a cell apart or, for wide beds, a
+    /// [`FINE`]th of the width that the bed changes.
+    pub fn of_draped(line: &Line, params: &Params, land: &Field) -> Self {
+        let path: Vec<[f64; 2]> = line.vertices.iter().map(|vertex| vertex.position_m).collect();
+        Self::on_land(params, land, &path, FINE, |step| Place {
+            at_m: step.at_m,
+            elevation_m: elevation(land, step.at_m),
+            half_m: {
+                let [from, to] = [line.vertices[step.piece].width_m, line.vertices[step.piece + 1].width_m];
+                0.5 * (from + (to - from) * step.t).max(params.width)
+            },
+            depth_m: params.depth.max(0.0),
+            banks: [1.0; 2],
+        })
+    }
+
     /// Creates the way of the path on the terrain. Points are a cell apart or, for wide beds, a [`FINE`]th or a
     /// [`WINDING`]th of the width that the bed changes.
     pub fn of_path(params: &Params, land: &Field, seed: u32) -> Self {
         let path = course(params, seed);
+        let fine = if path == params.path.0 { FINE } else { WINDING };
+        Self::on_land(params, land, &path, fine, |Step { at_m, share, way_m, whole_m, .. }| {
+            let [wide, deep] = params.grown(share);
+            Place {
+                at_m,
+                elevation_m: elevation(land, at_m) + (1.0 - deep) * params.depth,
+                half_m: 0.5 * params.width * wide,
+                depth_m: params.depth.max(0.0) * deep,
+                banks: params.banks([way_m, whole_m], wide, seed),
+            }
+        })
+    }
+
+    /// Creates the way along a path, with points that are at most a `fine`th of the width of the bed and its banks
+    /// apart. `place` gives a point with the elevation of the terrain; the way's are eased and lie `depth` below.
+    fn on_land(
+        params: &Params,
+        land: &Field,
+        path: &[[f64; 2]],
+        fine: f64,
+        mut place: impl FnMut(Step) -> Place,
+    ) -> Self {
         let stretches: Vec<([f64; 2], [f64; 2], f64)> =
             path.windows(2).map(|pair| (pair[0], pair[1], length(pair[0], pair[1]))).collect();
         let whole: f64 = stretches.iter().map(|(_, _, length)| length).sum();
         let wide_m = params.width + 2.0 * params.bank;
-        let step =
-            land.window().cell_m().max(whole / MOST).max(wide_m / if path == params.path.0 { FINE } else { WINDING });
+        let step = land.window().cell_m().max(whole / MOST).max(wide_m / fine);
         let count = (whole / step).ceil().max(1.0) as usize;
         let mut places = Vec::with_capacity(count + 1);
         let (mut at, mut before) = (0, 0.0);
@@ -73,14 +123,7 @@ impl Way {
             let (start, end, length) = stretches[at];
             let t = if length > 0.0 { ((way - before) / length).clamp(0.0, 1.0) } else { 0.0 };
             let at_m = [0, 1].map(|axis| start[axis] + (end[axis] - start[axis]) * t);
-            let [wide, deep] = params.grown(k as f64 / count as f64);
-            places.push(Place {
-                at_m,
-                elevation_m: elevation(land, at_m) + (1.0 - deep) * params.depth,
-                half_m: 0.5 * params.width * wide,
-                depth_m: params.depth.max(0.0) * deep,
-                banks: params.banks([way, whole], wide, seed),
-            });
+            places.push(place(Step { at_m, piece: at, t, share: k as f64 / count as f64, way_m: way, whole_m: whole }));
         }
         // two box filters in sequence form a triangular kernel as long as the easing
         let side = (0.25 * params.easing * count as f64 / whole.max(1e-9)).round() as usize;

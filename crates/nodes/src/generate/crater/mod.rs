@@ -25,7 +25,7 @@ params! {
     /// Number of craters.
     pattern: Pattern = Pattern::Field, One, ..;
     /// Centre of the single crater, from the world's north-west corner.
-    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7, when pattern = "one";
+    centre: Position = Position([8192.0, 8192.0]), Metres, -1e7..=1e7, when pattern = "one";
     /// Rim-to-rim diameter of the single crater, or of the largest.
     diameter: f64 = 4000.0, Metres, 0.01..=1e6, soft 100..=20000;
     /// Diameter of the smallest crater of a field.
@@ -102,7 +102,11 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         let band = Band { window, first };
         if params.pattern == Pattern::One {
             let key = mix(job.seed());
-            band.add(rows, &Crater { centre: params.centre, radius_m: 0.5 * params.diameter, fresh: 1.0, key }, shape);
+            band.add(
+                rows,
+                &Crater { centre: params.centre.0, radius_m: 0.5 * params.diameter, fresh: 1.0, key },
+                shape,
+            );
             return job.check();
         }
         for octave in &octaves {

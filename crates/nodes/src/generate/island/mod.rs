@@ -24,7 +24,7 @@ params! {
     /// Distance of the coast from the edges of the world.
     margin: f64 = 2500.0, Metres, 0.0..=1e7, soft 0..=8000, when form = "edges";
     /// Centre of the circle, from the world's north-west corner.
-    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7, when form = "disc";
+    centre: Position = Position([8192.0, 8192.0]), Metres, -1e7..=1e7, when form = "disc";
     /// Radius of the circle.
     radius: f64 = 6000.0, Metres, 0.01..=1e7, soft 500..=20000, when form = "disc";
     /// Distance inland from the coast over which the terrain reaches its full height.

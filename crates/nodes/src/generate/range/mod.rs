@@ -8,7 +8,7 @@ use crate::numerics::noise::{Basis, Fractal, Octave, sum};
 use crate::{
     numerics::{
         par,
-        range::{Range, Stretch, fall_off, squares_at},
+        range::{Range, Stretch, fall_off, paths, squares_at},
     },
     prelude::*,
 };
@@ -26,7 +26,7 @@ choice! {
 }
 
 params! {
-    /// Points along the crest.
+    /// Points along the crest; not used if `lines` is wired.
     path: PathPoints = PathPoints(vec![[1500.0, 12500.0], [5500.0, 9800.0], [8200.0, 9000.0], [11000.0, 5500.0], [15000.0, 4000.0]]), Metres, -1e7..=1e7;
     /// Height of the crest above the surrounding terrain.
     height: f64 = 2200.0, Metres, 0.0..=1e5, soft 100..=5000;
@@ -46,6 +46,11 @@ params! {
     variation: f64 = 0.35, One, 0.0..=1.0;
     /// Random seed of spurs and summits.
     seed: Seed = Seed(0), Count, ..;
+}
+
+inputs! {
+    /// Lines along crests, such as those of `Path`.
+    lines: Option<Lines>;
 }
 
 outputs! {
@@ -69,6 +74,7 @@ pub static NODE: Node = Node {
         "H. Hnaidi, E. Guérin, S. Akkouche, A. Peytavie, E. Galin, 2010, Feature based terrain generation using diffusion equation",
         "J.-D. Génevaux et al., 2015, Terrain modelling from feature primitives, Computer Graphics Forum 34",
     ],
+    inputs: Inputs::PORTS,
     outputs: Given::PORTS,
     params: Params::specs,
     scratch: Scratch::Bytes(scratch),
@@ -90,7 +96,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let window = job.window();
     let nx = window.nx();
-    let course = Course::new(job, &params);
+    let course = Course::new(job, &params)?;
     let xs: Vec<f64> = (0..nx).map(|i| window.centre_m(i, 0)[0]).collect();
     let bends = course.bends(|octaves, bend_m| sum::lattices(job, octaves, Basis::Bell, bend_m))?;
     let mut mask = vec![0.0; window.len()];
@@ -144,10 +150,11 @@ struct Course<'a> {
 }
 
 impl<'a> Course<'a> {
-    fn new(job: &Job<'_>, params: &'a Params) -> Self {
-        let stretches = Range { path: &params.path.0, widths_m: [params.front, params.back] }.stretches();
+    fn new(job: &Job<'_>, params: &'a Params) -> Result<Self, NodeError> {
+        let paths = paths(Inputs::read(job)?.lines, &params.path.0);
+        let stretches = Range { paths, widths_m: [params.front, params.back] }.stretches();
         let bends = [SALTS[1], SALTS[2]].map(|salt| params.fractal(job, salt, 4.0, 3).octaves(job.world()));
-        Self { params, stretches, bends }
+        Ok(Self { params, stretches, bends })
     }
 
     /// Returns the displacements to the east and to the south at which the range is sampled, in metres.
@@ -201,7 +208,7 @@ mod tests {
     use orograph_graph::ParamValue;
 
     use super::*;
-    use crate::testing::{block_means, generate, moments, outputs_on, with_params, world};
+    use crate::testing::{block_means, generate, moments, outputs_on, run_with, with_params, world};
 
     fn range(changes: &str) -> [Field; 2] {
         let mut params = with_params(&NODE, changes);
@@ -230,6 +237,39 @@ mod tests {
                 assert!((f64::from(mask.samples()[at]) - expected).abs() < 2e-6, "{name} {right}");
             }
         }
+    }
+
+    /// A path as a line gives the same bytes as a parameter; with many points, those that cannot be the nearest are
+    /// skipped without a difference.
+    #[test]
+    fn lines_make_the_range_of_their_points() {
+        let points: Vec<[f64; 2]> =
+            (0..200).map(|k| [50.0 * f64::from(k), 3000.0 + 900.0 * libm::sin(0.2 * f64::from(k))]).collect();
+        let mut params = with_params(&NODE, "front=400,back=700,spurs=0,spacing=800");
+        params.set("path", ParamValue::Path(points.clone()));
+        let window = Window::whole(world(90, 60, 100.0));
+        let mask = |outputs: Outputs| {
+            let mut outputs = outputs;
+            outputs.take("mask").expect("an output").as_field().expect("a field").clone()
+        };
+        let drawn = mask(outputs_on(window, &NODE, &params, &[]).expect("a result"));
+        let vertex = |at: &[f64; 2]| orograph_graph::Vertex { position_m: *at, ..orograph_graph::Vertex::default() };
+        let vertices = points.iter().map(vertex).collect();
+        let line = orograph_graph::Line { order: 1, downstream: None, vertices };
+        let lines = orograph_graph::Lines { draped: true, ..orograph_graph::Lines::open(vec![line]) };
+        let defaults = with_params(&NODE, "front=400,back=700,spurs=0,spacing=800");
+        let (wanted, cancel) = (orograph_graph::Wanted::ALL, orograph_graph::Cancel::default());
+        let value = |name: &str| (name == "lines").then(|| lines.clone().into());
+        let wired = mask(run_with(wanted, &cancel, window, &NODE, &defaults, &value).0.expect("a result"));
+        assert_eq!(drawn, wired);
+        // each segment alone, the highest counts
+        let mut highest = vec![0.0_f32; window.len()];
+        for pair in points.windows(2) {
+            params.set("path", ParamValue::Path(pair.to_vec()));
+            let one = mask(outputs_on(window, &NODE, &params, &[]).expect("a result"));
+            highest.iter_mut().zip(one.samples()).for_each(|(high, one)| *high = high.max(*one));
+        }
+        assert_eq!(drawn.samples(), highest);
     }
 
     /// Spurs run down the flanks: along a straight range, the squared slopes of the change by spurs are more than twice

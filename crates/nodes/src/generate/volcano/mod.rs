@@ -26,7 +26,7 @@ params! {
     /// Kind of volcano.
     form: Form = Form::Strato, One, ..;
     /// Centre, from the world's north-west corner.
-    centre: [f64; 2] = [8192.0, 8192.0], Metres, -1e7..=1e7;
+    centre: Position = Position([8192.0, 8192.0]), Metres, -1e7..=1e7;
     /// Height of the summit above the foot, as it would be without a caldera.
     height: f64 = 2200.0, Metres, 0.0..=30000.0, soft 100..=5000;
     /// Distance of the foot from the centre.

@@ -89,7 +89,7 @@ pub(super) fn outlines(job: &Job<'_>, grid: &Grid, lakes: &Lakes) -> Result<Line
         volume_m3: cell_m2 * lake.depths_m,
         spill_m: job.window().centre_m(lake.sill as usize % grid.nx, lake.sill as usize / grid.nx),
     });
-    Ok(Lines { areas: areas.collect(), lines: of_lakes.into_iter().flatten().collect() })
+    Ok(Lines { areas: areas.collect(), ..Lines::open(of_lakes.into_iter().flatten().collect()) })
 }
 
 /// Walks along a shore from the west edge of a cell, southwards. `pass` is called with each cell whose west edge is

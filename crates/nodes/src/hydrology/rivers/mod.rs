@@ -3,7 +3,6 @@
 //! Channel heads by Montgomery and Dietrich (1992), order by Strahler (1957), widths and depths by Leopold and Maddock
 //! (1953), lines simplified by Visvalingam and Whyatt (1993) and smoothed by Chaikin (1974).
 
-mod cover;
 mod lines;
 mod network;
 mod shape;
@@ -11,7 +10,7 @@ mod shape;
 mod tests;
 
 use self::network::Network;
-use crate::numerics::{drained::Drained, par, routing::Grid};
+use crate::numerics::{cover, drained::Drained, par, routing::Grid};
 use crate::{numerics::math::f32 as math, prelude::*};
 
 choice! {
@@ -123,7 +122,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let traced = traced.then(|| lines::trace(job, &grid, &drained, &network, &sections, &params));
     let lines = traced.transpose()?;
     job.advance(0.8)?;
-    let cover = lines.as_ref().filter(|_| wants.cover).map(|lines| cover::draw(job, &grid, lines)).transpose()?;
+    let cover = lines.as_ref().filter(|_| wants.cover).map(|lines| cover::draw(job, lines)).transpose()?;
 
     let field = |samples| Field::new(job.window(), samples);
     let numbers = |of: fn(u8) -> f32| field(par::map_of(&network.orders, |&order| of(order)));
