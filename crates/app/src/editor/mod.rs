@@ -21,7 +21,9 @@ mod window;
 use std::path::PathBuf;
 
 pub use self::window::app::App;
-pub use session::{Answer, Built, Detail, FileCommand, Journals, Lost, NodeState, Note, Question, Session, Simulation};
+pub use session::{
+    Answer, Built, Detail, FileCommand, Journals, Lost, NodeState, Note, Question, Session, Simulation, Snapshot,
+};
 
 use crate::{
     build::storage::{self, Storage},
@@ -48,7 +50,11 @@ pub fn open(file: Option<PathBuf>) -> Result<(), Failure> {
     eframe::run_native(
         "orograph",
         options,
-        Box::new(|context| Ok(Box::new(App::new(context, file, store)?.kept(context, Journals::of_system())))),
+        Box::new(|context| {
+            let starts = file.is_none();
+            let app = App::new(context, file, store)?.kept(context, Journals::of_system());
+            Ok(Box::new(if starts { app.welcoming() } else { app }))
+        }),
     )
     .map_err(|error| {
         let why = without_place(&error.to_string());

@@ -386,6 +386,11 @@ fn menus_act_on_their_subject() {
     key(&mut window, Modifiers::NONE, Key::Enter);
     assert_eq!(source_of(&window, "terrace", 0).as_deref(), Some("ground.height"));
     assert_eq!(source_of(&window, "steps", 0).as_deref(), Some("terrace.height"));
+    // the nodes after the wire make room
+    let [before, new, after] =
+        ["ground", "terrace", "steps"].map(|node| place_of(&window, node).expect("it has a place")[0]);
+    assert!(new >= before + 180.0 && after >= new + 180.0, "{before} {new} {after}");
+    assert_eq!(document(&window).steps(), 1);
 }
 
 #[test]

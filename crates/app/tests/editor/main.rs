@@ -10,10 +10,12 @@ mod detail;
 mod device;
 mod drags;
 mod drape;
+mod draw;
 mod export;
 mod files;
 mod frames;
 mod hand;
+mod history;
 mod inspector;
 mod keyboard;
 mod live;
@@ -24,8 +26,10 @@ mod problems;
 mod safety;
 mod slow;
 mod store;
+mod variations;
 mod viewport;
 mod ways;
+mod welcome;
 
 use std::{
     path::PathBuf,

@@ -8,6 +8,7 @@
 
 #[path = "../common/device.rs"]
 mod device;
+mod draw;
 mod recovery;
 #[path = "../common/refusing.rs"]
 mod refusing;

@@ -112,6 +112,14 @@ impl Screen {
         self.step(at);
     }
 
+    /// Clicks at a position, with a pause so that a slow window sees the pointer there first.
+    #[track_caller]
+    pub(crate) fn click(&self, at: [i32; 2]) {
+        self.point(at);
+        thread::sleep(REST);
+        self.tell(&["click", "1"]);
+    }
+
     #[track_caller]
     fn step(&self, at: [i32; 2]) {
         let [x, y] = at.map(|x| x.to_string());

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use egui::{Pos2, Rect, pos2};
-use orograph_graph::{Document, Edit, Fallback, Node, NodeIndex, OutputType, ParamValues, Port, PortType};
+use orograph_graph::{Document, Edit, Fallback, Input, Node, NodeIndex, OutputType, ParamValues, Port, PortType};
 
 use super::{
     model::{Area, Card, Model, Side, Spot, Wire, WireName},
@@ -124,14 +124,41 @@ pub(super) fn input_for(node: &Node, ty: PortType) -> Option<&'static str> {
     fitting.min_by_key(|input| (input.ty != ty, input.fallback != Fallback::Required)).map(|input| input.name)
 }
 
-/// The wire from a node to a new one of a type: from the first output that a required input of the type accepts.
+/// The wire from a node to a new one of a type: from the first output that a required input of the type accepts, or
+/// else from the first one of the same type as an optional input.
 pub(super) fn follow(card: &Card, kind: &Node, name: &str) -> Option<Edit> {
-    let required = || kind.inputs.iter().filter(|input| input.fallback == Fallback::Required);
-    card.outputs.iter().find_map(|output| {
-        let input = required().find(|input| input.ty.accepts(output.ty))?;
-        let from = format!("{}.{}", card.name, output.name);
-        Some(Edit::Connect { from, to: name.to_owned(), input: input.name.to_owned() })
-    })
+    let required = |input: &&Input, ty: PortType| input.fallback == Fallback::Required && input.ty.accepts(ty);
+    let optional = |input: &&Input, ty: PortType| input.fallback == Fallback::None && input.ty == ty;
+    let wire = |fits: &dyn Fn(&&Input, PortType) -> bool| {
+        card.outputs.iter().find_map(|output| {
+            let input = kind.inputs.iter().find(|input| fits(input, output.ty))?;
+            let from = format!("{}.{}", card.name, output.name);
+            Some(Edit::Connect { from, to: name.to_owned(), input: input.name.to_owned() })
+        })
+    };
+    wire(&required).or_else(|| wire(&optional))
+}
+
+/// Gap between cards that make room for a new one.
+pub(super) const GAP: f32 = 36.0;
+
+/// The edits that move a card, and all cards that read it, to the right, so that a new card fits before it.
+pub(super) fn aside(model: &Model, first: usize, right: f32) -> Vec<Edit> {
+    let by = right + GAP - model.cards[first].at.x;
+    if by <= 0.0 {
+        return Vec::new();
+    }
+    let mut moved = BTreeSet::from([first]);
+    let mut next = vec![first];
+    while let Some(card) = next.pop() {
+        let readers = model.wires.iter().filter(|wire| wire.from.card == card).map(|wire| wire.to.card);
+        next.extend(readers.filter(|reader| moved.insert(*reader)));
+    }
+    let shifted = |card: &usize| {
+        let card = &model.cards[*card];
+        put(&card.name, place::on_grid(card.at + egui::vec2(by + place::STEP - 1.0, 0.0)))
+    };
+    moved.iter().map(shifted).collect()
 }
 
 /// The output of a node type that fits an input of this type; `wired` is the wired input of the new node and its type.

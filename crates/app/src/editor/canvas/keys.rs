@@ -13,7 +13,7 @@ use super::{
     palette::{Palette, Purpose},
     place,
 };
-use crate::editor::window::actions::{self, Action, Status};
+use crate::editor::window::actions::{self, Action, Part, Status};
 
 /// Number of frames to wait for the clipboard.
 const PATIENCE: u8 = 4;
@@ -53,7 +53,7 @@ impl Canvas {
             if let Event::Paste(text) = event {
                 self.paste(ui, session, text);
                 self.pasting = 0;
-            } else if let Some(action) = actions::asked_by(event) {
+            } else if let Some(action) = actions::asked_by(Part::Graph, event) {
                 self.run(ui, session, action);
             }
             if let Some(palette) = &mut self.palette {

@@ -180,6 +180,7 @@ impl Canvas {
         let model = &self.model;
         let name = commands::fresh_name(&kind.id.to_lowercase(), |name| model.find(name).is_some());
         let first_pin = TITLE + PICTURE + 2.0 * PAD + ROW / 2.0;
+        let mut room = None;
         let (wires, corner) = match &palette.purpose {
             Purpose::Add => {
                 let selected = session.selected().and_then(|node| model.find(node));
@@ -206,17 +207,26 @@ impl Canvas {
                 }
             }
             Purpose::Insert(wire) => {
-                let wires = model.wire(wire).and_then(|wire| commands::into_wire(model, wire, kind, &name));
+                let wire = model.wire(wire);
+                room = wire.map(|wire| [wire.from.card, wire.to.card]);
+                let wires = wire.and_then(|wire| commands::into_wire(model, wire, kind, &name));
                 (wires.into_iter().flatten().collect(), vec2(WIDTH / 2.0, TITLE / 2.0))
             }
         };
-        let at = place::on_grid(palette.place - corner);
+        let mut at = place::on_grid(palette.place - corner);
+        let mut moved = Vec::new();
+        if let Some([from, to]) = room {
+            // between the ends of the wire, which make room
+            let left = model.cards[from].rect().right() + commands::GAP;
+            at.x = at.x.max(place::on_grid(egui::pos2(left + place::STEP - 1.0, 0.0)).x);
+            moved = commands::aside(model, to, at.x + WIDTH);
+        }
         let add = Edit::AddNode {
             name: name.clone(),
             kind: kind.id.to_owned(),
             at: Some([f64::from(at.x), f64::from(at.y)]),
         };
-        let edit = Edit::All(commands::settle(model).chain([add]).chain(wires).collect());
+        let edit = Edit::All(commands::settle(model).chain(moved).chain([add]).chain(wires).collect());
         self.moved = true;
         if self.apply(ui, session, &edit) {
             self.wires.clear();

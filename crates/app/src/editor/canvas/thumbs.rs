@@ -140,7 +140,8 @@ fn counted(count: usize, what: &str) -> String {
     if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
 }
 
-fn of_field(field: &Field, ty: PortType) -> ColorImage {
+/// The picture of a field.
+pub(in crate::editor) fn of_field(field: &Field, ty: PortType) -> ColorImage {
     let cells = field.window().cells.map(|count| count as usize);
     let grey = |level: &dyn Fn(usize) -> f32| {
         let count = cells[0] * cells[1];

@@ -76,6 +76,12 @@ const READ: &[(&str, &[u8])] = &[
 /// The dialog of the examples.
 #[derive(Default)]
 pub(crate) struct Gallery {
+    cards: Cards,
+}
+
+/// The examples as a grid of pictures.
+#[derive(Default)]
+pub(super) struct Cards {
     /// The pictures, once they are decoded.
     pictures: Vec<Option<egui::TextureHandle>>,
     /// Why an example could not be opened.
@@ -92,43 +98,66 @@ impl Gallery {
     /// Shows the dialog above everything. Returns None until it is closed; then the inner value is the chosen example,
     /// or None.
     pub(crate) fn ui(&mut self, context: &Context) -> Option<Option<FileCommand>> {
-        if self.pictures.is_empty() {
-            self.pictures = EXAMPLES.iter().map(|example| texture(context, example)).collect();
-        }
         let mut chosen = None;
         let modal = theme::modal(context, Id::new("gallery")).show(context, |ui| {
             let room = ui.ctx().content_rect().size();
             let columns = ((room.x - 80.0) / (SIDE + GAP)).floor().clamp(1.0, 5.0);
-            // The scroll bar is beside the last column.
-            ui.set_width(columns * (SIDE + GAP) - GAP + BAR);
+            ui.set_width(Cards::width(columns));
             ui.heading("Examples");
             ui.add(Label::new(RichText::new("Each opens as an unsaved copy.").weak()).wrap());
-            if let Some(failure) = &self.failure {
-                ui.colored_label(ui.visuals().error_fg_color, failure);
-            }
-            ScrollArea::vertical().max_height((room.y - 150.0).max(80.0)).show(ui, |ui| {
-                ui.spacing_mut().item_spacing = vec2(GAP, GAP);
-                ui.set_max_width(columns * (SIDE + GAP));
-                ui.horizontal_wrapped(|ui| {
-                    for (example, picture) in EXAMPLES.iter().zip(&self.pictures) {
-                        if card(ui, example, picture.as_ref()) {
-                            chosen = Some(example);
-                        }
-                    }
-                });
-            });
+            chosen = self.cards.ui(ui, columns, (room.y - 150.0).max(80.0));
             ui.add_space(6.0);
             if ui.button("Cancel").clicked() {
                 ui.close();
             }
         });
-        match chosen.map(copy) {
-            Some(Ok(command)) => return Some(Some(command)),
-            Some(Err(reason)) => self.failure = Some(reason),
-            None => {}
+        if chosen.is_some() {
+            return Some(chosen);
         }
         modal.should_close().then_some(None)
     }
+}
+
+impl Cards {
+    /// The width of so many columns; the scroll bar is beside the last one.
+    pub(super) fn width(columns: f32) -> f32 {
+        columns * (SIDE + GAP) - GAP + BAR
+    }
+
+    /// Shows the pictures in columns. Returns the command that opens a copy of the clicked example.
+    pub(super) fn ui(&mut self, ui: &mut Ui, columns: f32, height: f32) -> Option<FileCommand> {
+        if self.pictures.is_empty() {
+            self.pictures = EXAMPLES.iter().map(|example| texture(ui.ctx(), example)).collect();
+        }
+        if let Some(failure) = &self.failure {
+            ui.colored_label(ui.visuals().error_fg_color, failure);
+        }
+        let mut chosen = None;
+        ScrollArea::vertical().max_height(height).show(ui, |ui| {
+            ui.spacing_mut().item_spacing = vec2(GAP, GAP);
+            ui.set_max_width(columns * (SIDE + GAP));
+            ui.horizontal_wrapped(|ui| {
+                for (example, picture) in EXAMPLES.iter().zip(&self.pictures) {
+                    if card(ui, example, picture.as_ref()) {
+                        chosen = Some(example);
+                    }
+                }
+            });
+        });
+        match chosen.map(copy)? {
+            Ok(command) => Some(command),
+            Err(reason) => {
+                self.failure = Some(reason);
+                None
+            }
+        }
+    }
+}
+
+/// The command that opens a copy of an example by its name. Returns None when there is no such example, or its files
+/// cannot be written.
+pub(super) fn opened(name: &str) -> Option<FileCommand> {
+    EXAMPLES.iter().find(|example| example.name == name).and_then(|example| copy(example).ok())
 }
 
 /// An example with its picture. Returns true if it was clicked.

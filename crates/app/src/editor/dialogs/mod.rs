@@ -5,3 +5,5 @@ pub(crate) mod export;
 pub(crate) mod gallery;
 pub(crate) mod questions;
 pub(crate) mod system;
+pub(super) mod variations;
+pub(super) mod welcome;

@@ -13,9 +13,11 @@ mod note;
 mod number;
 mod pad;
 mod place;
+mod several;
 mod shown;
 mod target;
 mod value;
+mod waypoints;
 
 use super::Session;
 use form::FormState;
@@ -52,21 +54,10 @@ impl Inspector {
                         node::show(ui, &mut self.form, (&mut self.kept, &mut self.note), session, &name);
                     }
                     (None, 0) => file::show(ui, &mut self.form, session),
-                    _ => several(ui, session),
+                    _ => several::show(ui, &mut self.form, session),
                 }
             });
         });
         self.form.settle(ui, session);
-    }
-}
-
-/// The names of several selected nodes.
-fn several(ui: &mut egui::Ui, session: &mut Session) {
-    let names: Vec<String> = session.selection().map(str::to_owned).collect();
-    form::title(ui, &format!("{} nodes", names.len()));
-    for name in names {
-        if ui.link(&name).clicked() {
-            session.select_only(&name);
-        }
     }
 }

@@ -447,6 +447,7 @@ fn menu(
     };
     offer(ui, changed, "Reset", RowAction::Reset);
     match named {
+        _ if matches!(target, Target::Several { .. }) => {}
         Some(name) => offer(ui, true, &format!("Stop exposing `{name}`"), RowAction::Conceal(name.to_owned())),
         None => offer(ui, true, "Expose as parameter", RowAction::Expose),
     }
@@ -461,6 +462,7 @@ fn named_as(session: &Session, target: &Target) -> Option<String> {
     let (node, name) = match target {
         Target::Param { node, name } | Target::Input { node, name } => (node, name),
         Target::Named { name, .. } => return Some(name.clone()),
+        Target::Several { .. } => return None,
     };
     let index = document.graph().find(node).ok()?;
     let leads = |places: &[orograph_graph::Place]| {

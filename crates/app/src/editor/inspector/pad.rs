@@ -69,13 +69,18 @@ pub(super) fn path(
     unit: Unit,
     points: &[[f64; 2]],
 ) -> Option<ValueChange> {
+    let asked = world(ui, place, unit, points);
+    let asked = asked.or_else(|| table(ui, form, place, unit, points, 2));
+    asked.map(|asked| asked.map_or_else(ValueChange::Wrong, |(points, drag)| made(ParamValue::Path(points), drag)))
+}
+
+/// The pad of positions in the world, without a table.
+pub(super) fn world(ui: &mut Ui, place: Place<'_>, unit: Unit, points: &[[f64; 2]]) -> Option<Moved> {
     let size = place.world.size;
     let ratio = (size[1] / size[0]) as f32;
     let height = (ui.available_width() * ratio).clamp(60.0, 260.0);
     let pad = Pad { bounds: [[0.0, 0.0], size], way: Way::Straight, unit, height };
-    let asked = pad.show(ui, place.line, points);
-    let asked = asked.or_else(|| table(ui, form, place, unit, points, 2));
-    asked.map(|asked| asked.map_or_else(ValueChange::Wrong, |(points, drag)| made(ParamValue::Path(points), drag)))
+    pad.show(ui, place.line, points)
 }
 
 const fn made(value: ParamValue, drag: bool) -> ValueChange {
@@ -83,7 +88,7 @@ const fn made(value: ParamValue, drag: bool) -> ValueChange {
 }
 
 /// The points, and whether they are being dragged; or why they are invalid.
-type Moved = Result<(Vec<[f64; 2]>, bool), String>;
+pub(super) type Moved = Result<(Vec<[f64; 2]>, bool), String>;
 
 /// The bounding rectangle of some points with a margin, as its lowest and highest corner.
 fn around(points: &[[f64; 2]]) -> [[f64; 2]; 2] {

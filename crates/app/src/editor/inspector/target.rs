@@ -14,6 +14,8 @@ pub(super) enum Target {
     Input { node: String, name: String },
     /// An exposed parameter of the file, with its places: each a parameter or an input of a node.
     Named { name: String, places: Vec<Self> },
+    /// The same parameter or input of several nodes.
+    Several { name: String, places: Vec<Self> },
 }
 
 impl Target {
@@ -26,7 +28,9 @@ impl Target {
             (Self::Param { node, name } | Self::Input { node, name }, _) => {
                 Edit::SetParam { node: node.clone(), param: name.clone(), value: value.clone() }
             }
-            (Self::Named { places, .. }, _) => Edit::All(places.iter().map(|place| place.set(value)).collect()),
+            (Self::Named { places, .. } | Self::Several { places, .. }, _) => {
+                Edit::All(places.iter().map(|place| place.set(value)).collect())
+            }
         }
     }
 
@@ -37,6 +41,7 @@ impl Target {
                 Edit::SetText { node: node.clone(), name: name.clone(), text }
             }
             Self::Named { name, .. } => Edit::SetNamed { name: name.clone(), text },
+            Self::Several { places, .. } => Edit::All(places.iter().map(|place| place.text(text.clone())).collect()),
         }
     }
 
@@ -44,7 +49,7 @@ impl Target {
     pub(super) fn key(&self) -> [&str; 2] {
         match self {
             Self::Param { node, name } | Self::Input { node, name } => [node, name],
-            Self::Named { name, .. } => ["", name],
+            Self::Named { name, .. } | Self::Several { name, .. } => ["", name],
         }
     }
 
@@ -59,7 +64,9 @@ impl Target {
             Self::Param { node, name } | Self::Input { node, name } => {
                 Edit::Reset { node: node.clone(), name: name.clone() }
             }
-            Self::Named { places, .. } => Edit::All(places.iter().map(Self::reset).collect()),
+            Self::Named { places, .. } | Self::Several { places, .. } => {
+                Edit::All(places.iter().map(Self::reset).collect())
+            }
         }
     }
 

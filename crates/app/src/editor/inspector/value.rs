@@ -11,7 +11,7 @@ use orograph_graph::{Kind, ParamSpec, ParamValue, Unit, World};
 use super::{
     column,
     form::{FormState, TextField, words},
-    gradient, number, pad,
+    gradient, number, pad, waypoints,
 };
 use crate::{
     editor::dialogs::system::{self, Ask},
@@ -46,7 +46,10 @@ pub(super) struct Place<'a> {
 
 /// Returns true if a kind needs more room than there is beside its name.
 pub(super) const fn is_tall(kind: &Kind) -> bool {
-    matches!(kind, Kind::Curve { .. } | Kind::Path { .. } | Kind::Stops { .. } | Kind::Layers { .. })
+    matches!(
+        kind,
+        Kind::Curve { .. } | Kind::Path { .. } | Kind::Waypoints { .. } | Kind::Stops { .. } | Kind::Layers { .. }
+    )
 }
 
 /// Shows a value, and returns the change that was made.
@@ -84,6 +87,7 @@ pub(super) fn show(
             pad::curve(ui, form, place, (spec.unit, way), points)
         }
         (Kind::Path { .. }, ParamValue::Path(points)) => pad::path(ui, form, place, spec.unit, points),
+        (Kind::Waypoints { .. }, ParamValue::Waypoints(points)) => waypoints::show(ui, form, place, spec.unit, points),
         (Kind::Stops { .. }, ParamValue::Stops(stops)) => gradient::show(ui, form, place, spec.unit, stops),
         (Kind::Layers { .. }, ParamValue::Layers(layers)) => column::show(ui, form, place, layers),
         (Kind::File, ParamValue::File(name)) => file(ui, form, place, name),
@@ -176,7 +180,7 @@ fn file(ui: &mut Ui, form: &mut FormState, place: Place<'_>, name: &str) -> Opti
     ui.menu_button("⏷", |ui| {
         let near = files_near(place.folder);
         if near.is_empty() {
-            ui.weak("No rasters in the graph's folder");
+            ui.weak("No such files in the graph's folder");
         }
         for file in near {
             if ui.add(Button::selectable(file == name, file.as_str())).clicked() {
@@ -198,12 +202,12 @@ fn file(ui: &mut Ui, form: &mut FormState, place: Place<'_>, name: &str) -> Opti
     asked
 }
 
-/// The usual values of a file parameter: graphs and rasters in a folder and in its direct subfolders, by name.
+/// The usual values of a file parameter: graphs, rasters and drawings in a folder and in its direct subfolders, by name.
 fn files_near(folder: &Path) -> Vec<String> {
     const MOST: usize = 40;
     let is_fit = |path: &Path| {
         let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
-        ["tif", "tiff", "png", "exr", "r16", "r32", "raw", "asc", "hgt", "ron"]
+        ["tif", "tiff", "png", "exr", "r16", "r32", "raw", "asc", "hgt", "ron", "geojson", "svg"]
             .contains(&extension.to_lowercase().as_str())
     };
     let list = |folder: &Path| -> Vec<std::path::PathBuf> {

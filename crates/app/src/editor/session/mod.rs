@@ -9,6 +9,7 @@ mod outside;
 mod recovery;
 mod results;
 mod simulation;
+mod snapshots;
 mod state;
 mod unpacked;
 pub mod worker;
@@ -27,6 +28,7 @@ pub use files::{Answer, FileCommand, Question};
 pub use journal::Journals;
 pub use recovery::Lost;
 pub use simulation::Simulation;
+pub use snapshots::Snapshot;
 pub use state::{Built, Measured, NodeInfo, NodeState, Note};
 
 use self::{
@@ -81,6 +83,7 @@ pub struct Session {
     /// The figures that were measured last.
     checked: Option<Measured>,
     notes: Vec<Note>,
+    snapshots: Vec<Snapshot>,
     /// A running gesture, such as the drag of a slider: true if it has made an edit.
     gesture: Option<bool>,
     /// The open question.
@@ -152,6 +155,7 @@ impl Session {
             expected: None,
             checked: None,
             notes: Vec::new(),
+            snapshots: Vec::new(),
             gesture: None,
             question: None,
             pending: None,

@@ -4,9 +4,9 @@
 //! step.
 
 use egui::Key;
-use orograph_graph::{Edit, Kind, ParamValue, Port, PortType, Stroke, Tool, Unit};
+use orograph_graph::{Edit, Kind, ParamValue, PortType, Stroke, Tool, Unit};
 
-use super::{look::Over, map::Pointer};
+use super::{insert, look::Over, map::Pointer};
 use crate::editor::{Session, arithmetic::calculated};
 
 /// The name of a tool, and its tooltip.
@@ -270,36 +270,11 @@ fn lay(session: &mut Session, shown: &str) {
         session.note("no node type can be painted on", true);
         return;
     };
-    let Some(input) = kind.inputs.iter().find(|input| input.ty == PortType::Height) else { return };
     let graph = document.graph();
     let Ok(port) = graph.port(shown) else { return };
     if graph.output_type(port) != PortType::Height {
         session.note("only heightfields can be painted on; show one first", true);
         return;
     }
-    let name = (1..)
-        .map(|count| if count == 1 { "paint".to_owned() } else { format!("paint{count}") })
-        .find(|name| document.nodes().iter().all(|node| node.name != *name))
-        .unwrap_or_default();
-    let place = document.nodes().iter().find(|node| node.index == Some(port.node)).and_then(|node| node.layout);
-    let at = place.map(|[x, y]| [x + 240.0, y]);
-    let mut edits = vec![Edit::AddNode { name: name.clone(), kind: kind.id.to_owned(), at }];
-    for index in graph.indices() {
-        let instance = graph.instance(index);
-        for (position, taken) in instance.node.inputs.iter().enumerate() {
-            if graph.source(index, position) == Some(port) {
-                let (to, input) = (instance.name.clone(), taken.name.to_owned());
-                edits.push(Edit::Connect { from: name.clone(), to, input });
-            }
-        }
-    }
-    for output in document.outputs().iter().filter(|output| output.port == port) {
-        edits.push(Edit::SetOutput { name: output.name.clone(), from: name.clone() });
-    }
-    let from = graph.port_name(Port { ..port });
-    edits.push(Edit::Connect { from, to: name.clone(), input: input.name.to_owned() });
-    if session.apply(&Edit::All(edits)) {
-        session.pin(None);
-        session.select_only(&name);
-    }
+    insert::after(session, kind, shown);
 }

@@ -12,8 +12,9 @@ use orograph_graph::Window;
 
 use super::{
     Shown,
+    draw::Projection,
     look::Look,
-    map::{Marks, Pointer, cell, label, readout, travelled},
+    map::{Marks, Over, Pointer, cell, label, readout, travelled},
     near::Near,
     split::Split,
     surface::{Colour, Key, Surface},
@@ -39,6 +40,15 @@ pub(super) struct Landscape {
     split: Split,
     /// The visible part of the world in the last frame.
     view: Option<View>,
+}
+
+/// What the mouse does.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hands {
+    /// True if the primary button belongs to a tool and not to the camera.
+    pub(super) tool: bool,
+    /// True if the camera is moved as in Blender: with the middle button.
+    pub(super) blender: bool,
 }
 
 /// A camera that you can move.
@@ -165,6 +175,31 @@ impl Landscape {
         drawn.map(|(codes, _)| (codes, size)).map_err(|trouble| explain(&trouble))
     }
 
+    /// The current view, around the point in its centre. Returns None without a terrain.
+    pub(super) fn orbit(&self, exaggeration: f64) -> Option<Orbit> {
+        let terrain = self.sides[0].renderer.terrain()?;
+        let size = self.sides[0].target.as_ref().map_or([1, 1], |target| target.size);
+        Some(match &self.eye {
+            Some(Navigation::Orbit(orbit)) => *orbit,
+            Some(Navigation::Fly(fly)) => fly.orbit(terrain, exaggeration),
+            None => Orbit::framing(terrain, exaggeration, size),
+        })
+    }
+
+    /// Goes to a view.
+    pub(super) fn look_from(&mut self, orbit: Orbit) {
+        (self.eye, self.moved) = (Some(Navigation::Orbit(orbit)), true);
+    }
+
+    /// Shows the whole terrain from a direction: azimuth and elevation of the camera in degrees.
+    pub(super) fn look_towards(&mut self, [azimuth_deg, elevation_deg]: [f64; 2], exaggeration: f64) {
+        let Some(terrain) = self.sides[0].renderer.terrain() else { return };
+        let size = self.sides[0].target.as_ref().map_or([1, 1], |target| target.size);
+        let start = Orbit::framing(terrain, exaggeration, size);
+        let orbit = Orbit { azimuth_deg, elevation_deg, ..start }.framed(terrain, exaggeration, size);
+        self.look_from(orbit);
+    }
+
     /// Returns true in fly mode.
     pub(super) const fn is_flying(&self) -> bool {
         matches!(self.eye, Some(Navigation::Fly(_)))
@@ -183,14 +218,14 @@ impl Landscape {
         };
     }
 
-    /// Draws the terrain of one output, or of two side by side, each with its finer part. `tool` is true if the primary
-    /// button belongs to a tool and not to the camera.
+    /// Draws the terrain of one output, or of two side by side, each with its finer part.
     pub(super) fn ui(
         &mut self,
         ui: &mut egui::Ui,
         Drawables { shown, surfaces, finer, near }: Drawables<'_>,
-        (look, contours, sea_level, tool): (&Look, bool, Option<f64>, bool),
+        (look, contours, sea_level, hands): (&Look, bool, Option<f64>, Hands),
         marks: Marks,
+        over: Over<'_>,
     ) -> Pointer {
         let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
         let pane = response.rect;
@@ -224,11 +259,13 @@ impl Landscape {
         let mut eye = self.eye.take().unwrap_or_else(start);
         let edge = both.then(|| self.split.ui(ui, pane));
         let before = eye.camera();
-        move_eye(ui, &response, &mut eye, &terrain, exaggeration, (size, scale, tool));
+        move_eye(ui, &response, &mut eye, &terrain, exaggeration, (size, scale, hands));
+        let tool = hands.tool;
         let camera = eye.camera();
         self.view = in_view(&terrain, &eye, exaggeration, size);
-        // Until you move the camera, a resize of the window fits the whole terrain into the view again.
-        self.eye = Some(eye).filter(|eye| self.moved || camera != before || matches!(eye, Navigation::Fly(_)));
+        // Until you move the camera or use a tool, a resize of the window or a change of the terrain fits the whole terrain
+        // into the view again.
+        self.eye = Some(eye).filter(|eye| self.moved || tool || camera != before || matches!(eye, Navigation::Fly(_)));
         self.moved = self.eye.is_some();
 
         for side in 0..if both { 2 } else { 1 } {
@@ -274,6 +311,12 @@ impl Landscape {
             let [px, py] = camera.pixel(glam::DVec3::new(x, up, y), size)?;
             Some(pane.min + vec2(px as f32, py as f32) / scale)
         };
+        let projection = Projection {
+            to_screen: &on_screen,
+            to_world: &|at| hit(at).map(|hit| hit.place),
+            metres: self.view.map_or(1.0, |view| view.pixel_m * f64::from(scale)),
+        };
+        over(ui, (&response, &painter), &projection);
         if let Some([a, b]) = marks.line {
             let place = |share: f64| on_screen([0, 1].map(|axis| a[axis] + share * (b[axis] - a[axis])));
             let points: Vec<Pos2> = (0..=120).filter_map(|step| place(f64::from(step) / 120.0)).collect();
@@ -321,7 +364,7 @@ fn move_eye(
     eye: &mut Navigation,
     terrain: &Terrain,
     exaggeration: f64,
-    (size, scale, tool): ([u32; 2], f32, bool),
+    (size, scale, hands): ([u32; 2], f32, Hands),
 ) {
     let (scroll, pinch, shift, primary, dt) = ui.input(|input| {
         let primary = input.pointer.primary_down();
@@ -329,11 +372,19 @@ fn move_eye(
     });
     let delta = response.drag_delta() * scale;
     let pixels = [f64::from(delta.x), f64::from(delta.y)];
-    let moves = response.dragged() && !(tool && primary);
+    let middle = response.dragged_by(egui::PointerButton::Middle);
+    let moves = match hands.blender {
+        true => middle,
+        false => response.dragged() && !(hands.tool && primary),
+    };
+    let orbits = if hands.blender { !shift } else { primary && !shift };
+    let zooms = hands.blender && middle && ui.input(|input| input.modifiers.command);
     let notches = if response.hovered() { f64::from(scroll / 50.0 + 4.0 * pinch.log2()) } else { 0.0 };
     match eye {
         Navigation::Orbit(orbit) => {
-            if moves && primary && !shift {
+            if zooms {
+                orbit.scroll(pixels[1] / -20.0, None);
+            } else if moves && orbits {
                 orbit.drag(pixels, size);
             } else if moves {
                 orbit.pan(pixels, size);

@@ -8,6 +8,7 @@ use orograph_graph::{PortType, Unit, Window};
 use super::{
     Shown,
     camera::Camera,
+    draw::Projection,
     lines, scale,
     split::{self, Split},
 };
@@ -51,6 +52,9 @@ pub(super) fn travelled(ui: &egui::Ui, response: &egui::Response) -> Vec<Pos2> {
     ui.data_mut(|data| data.insert_temp(id, held));
     path
 }
+
+/// Draws over the terrain, and lets its handles be moved.
+pub(super) type Over<'a> = &'a mut dyn FnMut(&egui::Ui, (&egui::Response, &egui::Painter), &Projection<'_>);
 
 /// Marks drawn over the terrain.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -101,6 +105,7 @@ impl Map {
         pictures: [Option<&TextureHandle>; 2],
         finer: [Finer<'_>; 2],
         (tool, marks): (bool, Marks),
+        over: Over<'_>,
     ) -> Pointer {
         let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
         let pane = response.rect;
@@ -133,7 +138,7 @@ impl Map {
             camera.drag(response.drag_delta());
             self.camera = Some(camera);
         }
-        if response.double_clicked() {
+        if response.double_clicked() && !tool {
             self.camera = None;
         }
 
@@ -157,6 +162,12 @@ impl Map {
         if let Some(x) = edge {
             split::draw(&painter, pane, x, shown.map(Shown::name));
         }
+        let projection = Projection {
+            to_screen: &|place| Some(camera.to_screen(pane, place)),
+            to_world: &|at| Some(camera.to_world(pane, at)),
+            metres: camera.metres,
+        };
+        over(ui, (&response, &painter), &projection);
         if let Some([a, b]) = marks.line {
             let ends = [camera.to_screen(pane, a), camera.to_screen(pane, b)];
             painter.line_segment(ends, Stroke::new(3.0, Color32::from_black_alpha(160)));
@@ -186,7 +197,7 @@ impl Map {
 }
 
 /// Text on a dark background, over a picture.
-pub(super) fn label(painter: &egui::Painter, at: egui::Pos2, align: Align2, text: &str) {
+pub(in crate::editor) fn label(painter: &egui::Painter, at: egui::Pos2, align: Align2, text: &str) {
     let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(12.0), Color32::WHITE);
     let rect = align.anchor_size(at, galley.size());
     painter.rect_filled(rect.expand2(vec2(6.0, 3.0)), 3.0, Color32::from_black_alpha(150));

@@ -2,6 +2,8 @@
 
 mod brush;
 mod camera;
+mod draw;
+mod insert;
 mod landscape;
 mod legend;
 mod lines;
@@ -14,6 +16,7 @@ mod profile;
 mod scale;
 mod split;
 mod surface;
+mod views;
 
 use std::{path::Path, sync::Arc};
 
@@ -24,21 +27,32 @@ use egui::{
 use orograph_graph::{Field, Lines, PortType, Value, Window};
 use orograph_nodes::raster;
 
+pub(super) use self::map::label;
 use self::{
     brush::Brush,
-    landscape::Landscape,
+    draw::{Draw, Projection},
+    landscape::{Hands, Landscape},
     legend::Legend,
     look::Look,
     map::{Map, Marks},
     painter::Painter,
     profile::Profile,
     surface::{Parts, Surface},
+    views::{Chosen, Views},
 };
 use super::{
     Session,
-    window::actions::{Action, Status},
+    session::worker::coarser,
+    window::{
+        actions::{self, Action, Part, Status},
+        state,
+    },
 };
 use crate::view::ViewError;
+
+/// The stored choice of the navigation, and its text for that of Blender.
+const NAVIGATION: &str = "navigation";
+const BLENDER: &str = "blender";
 
 /// Minimum width of a saved picture in pixels.
 const PICTURE_WIDTH: u32 = 1920;
@@ -61,6 +75,8 @@ enum Tool {
     Measure,
     /// Paints.
     Brush,
+    /// Draws points of the selected node.
+    Draw,
 }
 
 /// The viewport.
@@ -80,7 +96,11 @@ pub(super) struct Viewport {
     legends: [Legend; 2],
     profile: Profile,
     brush: Brush,
+    draw: Draw,
     live: live::Bar,
+    views: Views,
+    /// True if the camera is moved as in Blender.
+    blender: bool,
 }
 
 /// The current value of an output.
@@ -123,7 +143,10 @@ impl Viewport {
             legends: <[Legend; 2]>::default(),
             profile: Profile::default(),
             brush: Brush::default(),
+            draw: Draw::default(),
             live: live::Bar::default(),
+            views: Views::default(),
+            blender: state::read(NAVIGATION).is_some_and(|text| text.trim() == BLENDER),
         }
     }
 
@@ -162,7 +185,11 @@ impl Viewport {
 
     pub(super) fn ui(&mut self, ui: &mut egui::Ui, session: &mut Session) {
         let was_close = session.detail().is_some();
-        let drawn = self.terrain(ui, session);
+        self.keys(ui, session);
+        let mut drawn = self.terrain(ui, session);
+        // snapshots and level ground have no finer part
+        let graph = session.document().graph();
+        drawn.iter_mut().for_each(|names| names.retain(|name| graph.port(name).is_ok()));
         let view = match (self.mode, &self.landscape) {
             (Mode::Terrain, Ok(landscape)) => landscape.view(),
             _ => self.map.view(),
@@ -172,6 +199,21 @@ impl Viewport {
         }
         if session.detail().is_some() != was_close {
             ui.ctx().request_repaint();
+        }
+    }
+
+    /// Carries out the keys of the viewport, if the pointer is over it and no text is typed. Flying has its own keys.
+    fn keys(&mut self, ui: &egui::Ui, session: &mut Session) {
+        let is_over = ui.rect_contains_pointer(ui.max_rect());
+        if !is_over || ui.ctx().text_edit_focused() || egui::Popup::is_any_open(ui.ctx()) {
+            return;
+        }
+        for event in ui.input(|input| input.events.clone()) {
+            if let Some(action) = actions::asked_by(Part::Viewport, &event)
+                && self.status(session, action).enabled
+            {
+                self.carry_out(action, session);
+            }
         }
     }
 
@@ -195,20 +237,21 @@ impl Viewport {
                 _ if lacks.is_some() => lacks.unwrap_or_default(),
                 (None, _) => "Add a node to see its terrain here: press Space over the graph.".to_owned(),
                 (Some(port), true) => format!("building {port} …"),
-                (Some(port), false) => match session.built(&port).map(|built| &built.value) {
-                    Some(Value::Lines(_)) => format!("{port} needs a terrain to lie on, and the graph has none"),
-                    _ => format!("{port} cannot be previewed"),
-                },
+                (Some(port), false) => format!("{port} cannot be previewed"),
             };
             ui.centered_and_justified(|ui| ui.weak(text));
             return Vec::new();
         };
         let compared = compared.and_then(|port| self::shown(session, &port));
         self.profile.panel(ui, &shown, compared.as_ref());
-        let tool = self.tool != Tool::Look;
+        let handles = matches!(self.tool, Tool::Look | Tool::Draw);
+        let on_handle = handles && self.draw.takes(ui);
+        let tool = self.tool != Tool::Look || on_handle;
         let ring = (self.tool == Tool::Brush).then(|| self.brush.radius(session));
         let marks = Marks { line: self.profile.line(), ring };
         let sides = [&shown, compared.as_ref().unwrap_or(&shown)];
+        let (draw, drawing) = (&mut self.draw, self.tool == Tool::Draw);
+        let mut ended = false;
         let mut pane = ui.available_rect_before_wrap();
         let (pointer, drawn) = match (self.mode, &mut self.landscape) {
             (Mode::Terrain, Ok(landscape)) => {
@@ -225,8 +268,11 @@ impl Viewport {
                     near: near.as_ref(),
                 };
                 let sea_level = session.document().world().sea_level;
-                let how = (&self.look, self.contours, sea_level, tool);
-                let pointer = landscape.ui(ui, drawables, how, marks);
+                let how = (&self.look, self.contours, sea_level, Hands { tool, blender: self.blender });
+                let mut over = |ui: &egui::Ui, on: (&egui::Response, &egui::Painter), projection: &Projection<'_>| {
+                    ended = handles && draw.ui(ui, on, projection, session, drawing);
+                };
+                let pointer = landscape.ui(ui, drawables, how, marks, &mut over);
                 (pointer, vec![first.drawn(), second.drawn()])
             }
             _ => {
@@ -245,14 +291,18 @@ impl Viewport {
                 }
                 let pictures = [self.painter.texture(), compared.as_ref().and_then(|_| self.other.texture())];
                 let drawn = shown.iter().map(|shown| vec![shown.port.clone()]).collect();
-                (self.map.ui(ui, sides, pictures, finer, (tool, marks)), drawn)
+                let mut over = |ui: &egui::Ui, on: (&egui::Response, &egui::Painter), projection: &Projection<'_>| {
+                    ended = handles && draw.ui(ui, on, projection, session, drawing);
+                };
+                (self.map.ui(ui, sides, pictures, finer, (tool, marks), &mut over), drawn)
             }
         };
         for (legend, shown) in self.legends.iter_mut().zip(std::iter::once(&shown).chain(&compared)) {
             pane.min.y = legend.ui(ui, pane, shown);
         }
         match self.tool {
-            Tool::Look => {}
+            Tool::Draw if ended => self.tool = Tool::Look,
+            Tool::Look | Tool::Draw => {}
             Tool::Measure => self.profile.drag(&pointer),
             Tool::Brush => self.brush.drag(&pointer, session),
         }
@@ -291,6 +341,8 @@ impl Viewport {
             Action::Contours => Status::switch(true, self.contours),
             Action::Measure => Status::switch(true, self.tool == Tool::Measure),
             Action::Brush => Status::switch(true, self.tool == Tool::Brush),
+            Action::Draw => Status::switch(true, self.tool == Tool::Draw),
+            Action::Blender => Status::switch(true, self.blender),
             Action::Compare => {
                 let on = session.compared().is_some();
                 Status::switch(on || !session.document().nodes().is_empty(), on)
@@ -318,10 +370,19 @@ impl Viewport {
                 }
             }
             Action::Contours => self.contours = on,
-            Action::Measure | Action::Brush => {
-                let tool = if action == Action::Brush { Tool::Brush } else { Tool::Measure };
+            Action::Blender => {
+                self.blender = on;
+                state::write(NAVIGATION, if on { BLENDER } else { "orograph" });
+            }
+            Action::Measure | Action::Brush | Action::Draw => {
+                let tool = match action {
+                    Action::Brush => Tool::Brush,
+                    Action::Draw => Tool::Draw,
+                    _ => Tool::Measure,
+                };
                 self.tool = if on { tool } else { Tool::Look };
                 self.profile.clear();
+                self.draw.end();
             }
             Action::Compare => {
                 let own = session.shown();
@@ -340,6 +401,19 @@ impl Viewport {
         }
     }
 
+    /// The menu of saved views.
+    fn views(&mut self, ui: &mut egui::Ui, session: &Session) {
+        let Ok(landscape) = &mut self.landscape else { return };
+        let exaggeration = self.look.exaggeration();
+        let now = landscape.orbit(exaggeration);
+        let chosen = ui.menu_button("Views", |ui| self.views.menu(ui, session, now)).inner.flatten();
+        match chosen {
+            Some(Chosen::Towards(direction)) => landscape.look_towards(direction, exaggeration),
+            Some(Chosen::View(orbit)) => landscape.look_from(orbit),
+            None => {}
+        }
+    }
+
     /// The tool bar above the terrain.
     fn bar(&mut self, ui: &mut egui::Ui, session: &mut Session) {
         ui.horizontal_wrapped(|ui| {
@@ -348,7 +422,7 @@ impl Viewport {
             ui.separator();
             outputs(ui, session);
             ui.separator();
-            for action in [Action::Contours, Action::Measure, Action::Brush] {
+            for action in [Action::Contours, Action::Measure, Action::Brush, Action::Draw] {
                 self.toggle(ui, session, action, action.name());
             }
             self.toggle(ui, session, Action::Compare, "A|B");
@@ -361,6 +435,7 @@ impl Viewport {
                 self.toggle(ui, session, Action::Fly, Action::Fly.name());
                 let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
                 MenuButton::new("Look").config(stays).ui(ui, |ui| self.look.menu(ui, session));
+                self.views(ui, session);
             }
         });
         if let Err(trouble) = &self.landscape {
@@ -368,6 +443,9 @@ impl Viewport {
             ui.add(egui::Label::new(why.small().color(ui.visuals().warn_fg_color)).wrap());
         }
         self.live.bar(ui, session);
+        if self.tool == Tool::Draw {
+            self.draw.bar(ui, session);
+        }
         if self.tool == Tool::Brush {
             self.brush.bar(ui, session);
             self.brush.reveal(session, (self.mode == Mode::Terrain).then_some(&mut self.look.over));
@@ -406,7 +484,8 @@ fn compared(ui: &mut egui::Ui, session: &mut Session) {
     if let Some(mut port) = session.compared().map(str::to_owned) {
         let before = port.clone();
         egui::ComboBox::from_id_salt("compared").selected_text(&port).width(150.0).show_ui(ui, |ui| {
-            for (other, _) in ports(session) {
+            let kept = session.snapshots().iter().map(|snapshot| snapshot.name().to_owned());
+            for other in ports(session).into_iter().map(|(other, _)| other).chain(kept) {
                 let name = other.clone();
                 ui.selectable_value(&mut port, other, name);
             }
@@ -437,13 +516,17 @@ fn ports(session: &Session) -> Vec<(String, PortType)> {
 
 /// The current value of an output. Returns None when it is not built or is not a field.
 fn shown(session: &Session, port: &str) -> Option<Shown> {
+    if let Some(kept) = kept(session, port) {
+        return Some(kept);
+    }
     let built = session.built(port)?;
     let graph = session.document().graph();
     let index = graph.port(port).ok()?;
     let field = match &built.value {
         Value::Field(field) => field.clone(),
         Value::Lines(lines) => {
-            let ground = shown(session, &graph.port_name(surface::ground(session, index)?))?;
+            let ground = session.ground_of(index).map(|ground| graph.port_name(ground));
+            let ground = shown(session, ground.as_deref().unwrap_or(surface::LEVEL))?;
             let fresh = ground.fresh && built.revision == session.revision();
             return Some(Shown { lines: Some((port.to_owned(), Arc::clone(lines))), fresh, ..ground });
         }
@@ -456,6 +539,22 @@ fn shown(session: &Session, port: &str) -> Option<Shown> {
     let fresh = live || built.revision == session.revision() && built.step == 0 && !session.is_busy();
     let (revision, step) = (built.revision, built.step);
     Some(Shown { port: port.to_owned(), ty, field, lines: None, revision, step, fresh })
+}
+
+/// The samples of a snapshot, those of the heights that they lie on, or level ground.
+fn kept(session: &Session, name: &str) -> Option<Shown> {
+    if name == surface::LEVEL {
+        let field = Field::constant(Window::whole(coarser(session.document().world(), session.cells())), 0.0);
+        let (port, ty) = (name.to_owned(), PortType::Height);
+        return Some(Shown { port, ty, field, lines: None, revision: 0, step: 0, fresh: true });
+    }
+    let ground = name.strip_suffix(surface::GROUND);
+    let snapshot = session.snapshot(ground.unwrap_or(name))?;
+    let (ty, field) = match ground {
+        Some(_) => (PortType::Height, snapshot.ground.clone()?),
+        None => (snapshot.ty(), snapshot.field.clone()),
+    };
+    Some(Shown { port: name.to_owned(), ty, field, lines: None, revision: 0, step: 0, fresh: true })
 }
 
 /// The finer part of an output. Returns None when it is of another state of the document.

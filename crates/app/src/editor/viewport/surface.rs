@@ -11,6 +11,12 @@ use super::{
 };
 use crate::editor::Session;
 
+/// What follows the name of a snapshot in the name of the heights that it lies on.
+pub(super) const GROUND: &str = " ground";
+
+/// The name of level ground, on which lines lie that have no terrain.
+pub(super) const LEVEL: &str = "level ground";
+
 /// The fields of a drawn terrain.
 #[derive(Clone)]
 pub(super) struct Surface {
@@ -69,15 +75,16 @@ impl Parts {
     pub(super) fn of_map(session: &Session, port: &str) -> Self {
         let graph = session.document().graph();
         let lines = graph.port(port).ok().filter(|shown| graph.output_type(*shown) == PortType::Lines);
-        let ground = lines.and_then(|shown| ground(session, shown)).map(|ground| graph.port_name(ground));
+        let ground = lines
+            .map(|shown| session.ground_of(shown).map_or_else(|| LEVEL.to_owned(), |ground| graph.port_name(ground)));
         Self { lines: ground.as_ref().map(|_| port.to_owned()), ground, ..Self::default() }
     }
 
     /// The outputs to draw in 3D with these settings.
     pub(super) fn of(session: &Session, port: &str, look: &Look) -> Self {
         let graph = session.document().graph();
-        let Ok(shown) = graph.port(port) else { return Self::default() };
-        let ground = ground(session, shown);
+        let Ok(shown) = graph.port(port) else { return Self::of_snapshot(session, port) };
+        let ground = session.ground_of(shown);
         let ty = graph.output_type(shown);
         let over = match (&look.over, ty) {
             (Over::Output(over), PortType::Height | PortType::Lines) => Some(over.clone()),
@@ -98,7 +105,20 @@ impl Parts {
                 outputs.into_iter().find(is_water).map(|port| graph.port_name(port))
             }),
         };
-        Self { ground: ground.map(|port| graph.port_name(port)), over, water, lines }
+        let level = || lines.as_ref().map(|_| LEVEL.to_owned());
+        Self { ground: ground.map(|port| graph.port_name(port)).or_else(level), over, water, lines }
+    }
+
+    /// The parts of a snapshot, under the names that [`shown`] knows.
+    fn of_snapshot(session: &Session, name: &str) -> Self {
+        let own = || Some(name.to_owned());
+        match session.snapshot(name) {
+            Some(snapshot) if snapshot.ty() == PortType::Height => Self { ground: own(), ..Self::default() },
+            Some(snapshot) if snapshot.ground.is_some() => {
+                Self { ground: Some(format!("{name}{GROUND}")), over: own(), ..Self::default() }
+            }
+            _ => Self::default(),
+        }
     }
 
     /// The names of those that can have a finer part, without duplicates; empty if there are no heights to draw.
@@ -114,24 +134,6 @@ impl Parts {
     pub(super) fn names(&self) -> impl Iterator<Item = String> {
         [&self.ground, &self.over, &self.water, &self.lines].into_iter().flatten().cloned()
     }
-}
-
-/// The heights under an output: the output itself, else one of the same node, of the node's inputs, or of the file.
-pub(super) fn ground(session: &Session, port: Port) -> Option<Port> {
-    let graph = session.document().graph();
-    let is_height = |port: &Port| graph.output_type(*port) == PortType::Height;
-    if is_height(&port) {
-        return Some(port);
-    }
-    let outputs = graph.instance(port.node).node.outputs.len();
-    let inputs = graph.instance(port.node).node.inputs.len();
-    let beside = (0..outputs).map(|output| Port { output, ..port }).find(is_height);
-    let sources = || (0..inputs).filter_map(|input| graph.source(port.node, input));
-    let file = || session.document().outputs().iter().map(|output| output.port).find(is_height);
-    beside
-        .or_else(|| sources().find(is_height))
-        .or_else(|| sources().find_map(|source| ground(session, source)))
-        .or_else(file)
 }
 
 impl Surface {

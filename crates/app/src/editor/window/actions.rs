@@ -15,6 +15,8 @@ pub(crate) enum Action {
     New,
     Open,
     Examples,
+    Welcome,
+    Variations,
     Save,
     SaveAs,
     Export,
@@ -52,7 +54,9 @@ pub(crate) enum Action {
     Sky,
     Measure,
     Brush,
+    Draw,
     Compare,
+    Blender,
     Pane(Pane),
     Maximise,
     ResetPanes,
@@ -91,13 +95,15 @@ impl Action {
         const fn graph(name: &'static str, what: &'static str, keys: &'static [(Modifiers, Key)]) -> ActionInfo {
             ActionInfo { part: Part::Graph, name, what, keys }
         }
-        const fn viewport(name: &'static str, what: &'static str) -> ActionInfo {
-            ActionInfo { part: Part::Viewport, name, what, keys: &[] }
+        const fn viewport(name: &'static str, what: &'static str, keys: &'static [(Modifiers, Key)]) -> ActionInfo {
+            ActionInfo { part: Part::Viewport, name, what, keys }
         }
         match self {
             Self::New => window("New", "New graph", &[(CTRL, Key::N)]),
             Self::Open => window("Open…", "Open a graph", &[(CTRL, Key::O)]),
             Self::Examples => window("Examples…", "Open an example graph", &[]),
+            Self::Welcome => window("Welcome…", "Start from an example, a recent file or a template", &[]),
+            Self::Variations => window("Variations…", "Try other seeds", &[(CTRL, Key::R)]),
             Self::Save => window("Save", "Save", &[(CTRL, Key::S)]),
             Self::SaveAs => window("Save as…", "Save as another file", &[(BOTH, Key::S)]),
             Self::Export => window("Export…", "Export", &[(CTRL, Key::E)]),
@@ -126,21 +132,34 @@ impl Action {
             Self::FullSize => graph("Zoom to 100 %", "Zoom to 100 %", &[(NONE, Key::Num1)]),
             Self::Overview => graph("Overview", "Show an overview of the graph in a corner", &[(NONE, Key::O)]),
             Self::PinToViewport => graph("Pin to viewport", "Pin to viewport", &[(NONE, Key::V)]),
-            Self::View3d => viewport("3D", "3D view"),
-            Self::Map => viewport("Map", "Map view from above"),
-            Self::FitView => viewport("Fit view", "Show the whole world"),
+            Self::View3d => viewport("3D", "3D view", &[(NONE, Key::Num3)]),
+            Self::Map => viewport("Map", "Map view from above", &[(NONE, Key::Num2)]),
+            Self::FitView => viewport("Fit view", "Show the whole world", &[(NONE, Key::Home)]),
             Self::Fly => viewport(
                 "Fly",
                 "W A S D to fly, E and Q for up and down, Shift for faster, drag to look, wheel for the speed",
+                &[(NONE, Key::G)],
             ),
-            Self::Contours => viewport("Contours", "Show contour lines"),
-            Self::Sea => viewport("Sea", "Show the sea at the world's sea level"),
-            Self::Water => viewport("Water", "Show the water of the shown node"),
-            Self::Shadows => viewport("Shadows", "Show shadows cast by the sun"),
-            Self::Sky => viewport("Sky", "Show the sky"),
-            Self::Measure => viewport("Measure", "Drag a line to see its length, climb and profile"),
-            Self::Brush => viewport("Brush", "Paint heights and masks; the strokes are stored in a node"),
-            Self::Compare => viewport("Compare", "Compare with another output"),
+            Self::Contours => viewport("Contours", "Show contour lines", &[(NONE, Key::C)]),
+            Self::Sea => viewport("Sea", "Show the sea at the world's sea level", &[]),
+            Self::Water => viewport("Water", "Show the water of the shown node", &[]),
+            Self::Shadows => viewport("Shadows", "Show shadows cast by the sun", &[]),
+            Self::Sky => viewport("Sky", "Show the sky", &[]),
+            Self::Measure => viewport("Measure", "Drag a line to see its length, climb and profile", &[(NONE, Key::R)]),
+            Self::Brush => {
+                viewport("Brush", "Paint heights and masks; the strokes are stored in a node", &[(NONE, Key::B)])
+            }
+            Self::Draw => viewport(
+                "Draw",
+                "Draw paths and positions of the selected node: click to add points, drag them",
+                &[(NONE, Key::P)],
+            ),
+            Self::Compare => viewport("Compare", "Compare with another output", &[(NONE, Key::X)]),
+            Self::Blender => viewport(
+                "Blender navigation",
+                "Middle drag orbits, with Shift it pans, with Ctrl it zooms; the left button is for handles",
+                &[],
+            ),
             Self::Pane(pane) => window(pane.name(), "Show or hide a pane", &[]),
             Self::Maximise => window(
                 "Maximise pane",
@@ -189,6 +208,8 @@ pub(crate) enum Line {
     Preview,
     /// The dark or the light theme.
     Theme,
+    /// The size of texts and widgets.
+    Scale,
 }
 
 /// A menu, in groups.
@@ -210,7 +231,7 @@ pub(crate) const EDIT: Lines = &[
         Line::Do(Action::Duplicate),
         Line::Do(Action::Delete),
     ],
-    &[Line::Do(Action::SelectAll), Line::Do(Action::Find)],
+    &[Line::Do(Action::SelectAll), Line::Do(Action::Find), Line::Do(Action::Variations)],
     &[Line::Do(Action::Rename), Line::Do(Action::Mute), Line::Do(Action::Collapse)],
     &[
         Line::Do(Action::Add),
@@ -244,7 +265,7 @@ pub(crate) const VIEW: Lines = &[
         Line::Do(Action::Shadows),
         Line::Do(Action::Sky),
     ],
-    &[Line::Do(Action::Measure), Line::Do(Action::Brush), Line::Do(Action::Compare)],
+    &[Line::Do(Action::Measure), Line::Do(Action::Brush), Line::Do(Action::Draw), Line::Do(Action::Compare)],
     &[
         Line::Sub(
             "Panes",
@@ -253,16 +274,19 @@ pub(crate) const VIEW: Lines = &[
                 Action::Pane(Pane::Canvas),
                 Action::Pane(Pane::Inspector),
                 Action::Pane(Pane::Problems),
+                Action::Pane(Pane::History),
                 Action::Maximise,
                 Action::ResetPanes,
             ],
         ),
         Line::Preview,
         Line::Theme,
+        Line::Scale,
+        Line::Do(Action::Blender),
     ],
 ];
 
-pub(crate) const HELP: Lines = &[&[Line::Do(Action::Keys)]];
+pub(crate) const HELP: Lines = &[&[Line::Do(Action::Welcome), Line::Do(Action::Keys)]];
 
 /// All actions in the menus.
 fn all() -> impl Iterator<Item = Action> {
@@ -271,7 +295,7 @@ fn all() -> impl Iterator<Item = Action> {
         let (one, more): (Option<Action>, &[Action]) = match line {
             Line::Do(action) => (Some(*action), &[]),
             Line::Sub(_, actions) => (None, actions),
-            Line::Recent | Line::Preview | Line::Theme => (None, &[]),
+            Line::Recent | Line::Preview | Line::Theme | Line::Scale => (None, &[]),
         };
         one.into_iter().chain(more.iter().copied())
     })
@@ -305,16 +329,16 @@ pub(crate) fn pressed(context: &Context, allowed: impl Fn(Action) -> bool) -> Ve
     actions
 }
 
-/// The action of the graph for an event. Returns None when there is none.
-pub(crate) fn asked_by(event: &Event) -> Option<Action> {
+/// The action of a part of the window for an event. Returns None when there is none.
+pub(crate) fn asked_by(part: Part, event: &Event) -> Option<Action> {
     match event {
-        Event::Copy => Some(Action::Copy),
-        Event::Cut => Some(Action::Cut),
+        Event::Copy if part == Part::Graph => Some(Action::Copy),
+        Event::Cut if part == Part::Graph => Some(Action::Cut),
         Event::Key { key, pressed: true, modifiers, .. } => {
             let is = |keys: KeyboardShortcut| keys.logical_key == *key && modifiers.matches_exact(keys.modifiers);
             // The clipboard has its own events.
             let own = |action: &Action| !matches!(action, Action::Cut | Action::Copy | Action::Paste);
-            with_keys(Part::Graph).filter(own).find(|action| action.shortcuts().any(is))
+            with_keys(part).filter(own).find(|action| action.shortcuts().any(is))
         }
         _ => None,
     }
@@ -415,7 +439,7 @@ mod tests {
     fn the_manual_lists_all_keys() {
         let manual = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/editor.md"));
         let manual = manual.expect("the manual is there");
-        for action in [Part::Graph, Part::Window].into_iter().flat_map(with_keys) {
+        for action in [Part::Graph, Part::Viewport, Part::Window].into_iter().flat_map(with_keys) {
             let row = format!("| {} | {} |", written(action), action.what());
             assert!(manual.contains(&row), "docs/editor.md lacks: {row}");
         }

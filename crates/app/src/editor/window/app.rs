@@ -7,6 +7,7 @@ use orograph_graph::{Registry, Store, Window};
 
 use super::{
     actions::{Action, Part, Status},
+    history::HistoryPane,
     input,
     menu::{self, Menu, MenuRequest},
     problems::Problems,
@@ -26,6 +27,7 @@ pub(crate) enum Pane {
     Canvas,
     Inspector,
     Problems,
+    History,
 }
 
 impl Pane {
@@ -36,6 +38,7 @@ impl Pane {
             Self::Canvas => "Graph",
             Self::Inspector => "Inspector",
             Self::Problems => "Problems",
+            Self::History => "History",
         }
     }
 }
@@ -58,6 +61,7 @@ struct Panes {
     inspector: Inspector,
     viewport: Viewport,
     problems: Problems,
+    history: HistoryPane,
 }
 
 impl App {
@@ -81,6 +85,7 @@ impl App {
             inspector: Inspector::default(),
             viewport: Viewport::new(context.wgpu_render_state.as_ref()),
             problems: Problems::default(),
+            history: HistoryPane::default(),
         };
         let menu = Menu::new(&context.egui_ctx);
         let (toasts, questions) = (Toasts::default(), Questions::default());
@@ -92,6 +97,13 @@ impl App {
     pub fn kept(mut self, context: &eframe::CreationContext<'_>, journals: Journals) -> Self {
         let wake = context.egui_ctx.clone();
         self.panes.session.keep(journals, move || wake.request_repaint());
+        self
+    }
+
+    /// Also shows the welcome page, unless it is switched off.
+    #[must_use]
+    pub fn welcoming(mut self) -> Self {
+        self.menu.welcome();
         self
     }
 
@@ -155,8 +167,9 @@ impl Room {
 
 fn arrangement(room: Room) -> Tree<Pane> {
     let mut tiles = Tiles::default();
-    let [viewport, canvas, inspector, problems] =
-        [Pane::Viewport, Pane::Canvas, Pane::Inspector, Pane::Problems].map(|pane| tiles.insert_pane(pane));
+    let [viewport, canvas, inspector, problems, history] =
+        [Pane::Viewport, Pane::Canvas, Pane::Inspector, Pane::Problems, Pane::History]
+            .map(|pane| tiles.insert_pane(pane));
     let row = |direction, parts: &[(TileId, f32)]| {
         let mut linear = egui_tiles::Linear::new(direction, parts.iter().map(|(tile, _)| *tile).collect());
         for (tile, share) in parts {
@@ -169,16 +182,16 @@ fn arrangement(room: Room) -> Tree<Pane> {
         Room::Wide => {
             let column = row(vertical, &[(viewport, 0.56), (canvas, 0.44)]);
             let work = tiles.insert_container(column);
-            let side = tiles.insert_tab_tile(vec![inspector, problems]);
+            let side = tiles.insert_tab_tile(vec![inspector, problems, history]);
             let whole = row(egui_tiles::LinearDir::Horizontal, &[(work, 0.74), (side, 0.26)]);
             tiles.insert_container(whole)
         }
         Room::Tall => {
-            let side = tiles.insert_tab_tile(vec![inspector, problems]);
+            let side = tiles.insert_tab_tile(vec![inspector, problems, history]);
             let column = row(vertical, &[(viewport, 0.35), (canvas, 0.35), (side, 0.3)]);
             tiles.insert_container(column)
         }
-        Room::Little => tiles.insert_tab_tile(vec![viewport, canvas, inspector, problems]),
+        Room::Little => tiles.insert_tab_tile(vec![viewport, canvas, inspector, problems, history]),
     };
     Tree::new(format!("panes, {room:?}"), root, tiles)
 }
@@ -317,6 +330,7 @@ impl Panes {
             Pane::Canvas => self.canvas.ui(ui, &mut self.session),
             Pane::Inspector => self.inspector.ui(ui, &mut self.session),
             Pane::Problems => self.problems.ui(ui, &mut self.session),
+            Pane::History => self.history.ui(ui, &mut self.session),
         }
     }
 }

@@ -16,6 +16,8 @@ use crate::editor::{
         browser::{Browser, Outcome, Purpose},
         export::Export,
         gallery::Gallery,
+        variations::Variations,
+        welcome::Welcome,
     },
     session::worker::coarser,
 };
@@ -35,6 +37,10 @@ pub(crate) struct Menu {
     recent: Recent,
     browser: Option<Browser>,
     gallery: Option<Gallery>,
+    welcome: Option<Welcome>,
+    variations: Option<Variations>,
+    /// True if the variations were asked for.
+    varies: bool,
     export: Export,
     keys: bool,
     /// Where to write a picture of the 3D view.
@@ -51,10 +57,17 @@ impl Menu {
         if theme != ThemePreference::System {
             context.set_theme(theme);
         }
+        let scale = state::read("scale").and_then(|scale| scale.trim().parse().ok());
+        if let Some(scale) = scale.filter(|scale| SCALES.contains(scale)) {
+            context.set_zoom_factor(scale as f32 / 100.0);
+        }
         Self {
             recent: Recent::load(),
             browser: None,
             gallery: None,
+            welcome: None,
+            variations: None,
+            varies: false,
             export: Export::default(),
             keys: false,
             picture: None,
@@ -131,6 +144,7 @@ impl Menu {
                         asked = chosen.map(MenuRequest::Cells).or(asked);
                     }
                     Line::Theme => drop(ui.menu_button(named("Theme"), themes)),
+                    Line::Scale => drop(ui.menu_button(named("UI scale"), scales)),
                 }
             }
         }
@@ -159,6 +173,8 @@ impl Menu {
             Action::New => session.request(FileCommand::New),
             Action::Open => self.browser = Some(Browser::new(Purpose::Open, session.path())),
             Action::Examples => self.gallery = Some(Gallery::default()),
+            Action::Variations => self.varies = true,
+            Action::Welcome => self.welcome = Some(Welcome::default()),
             Action::Save => drop(session.save()),
             Action::SaveAs => session.ask_name(),
             Action::Export => self.export.open(session),
@@ -188,6 +204,18 @@ impl Menu {
                 session.request(command);
             }
         }
+        if let Some(welcome) = &mut self.welcome
+            && let Some(command) = welcome.ui(context, &self.recent.files())
+        {
+            self.welcome = None;
+            if let Some(command) = command {
+                session.request(command);
+            }
+        }
+        if std::mem::take(&mut self.varies) {
+            self.variations = Variations::start(context, session);
+        }
+        self.variations.take_if(|variations| !variations.ui(context, session));
         if self.keys {
             keys(context, &mut self.keys);
         }
@@ -202,6 +230,11 @@ impl Menu {
                 Outcome::Cancelled => {}
             }
         }
+    }
+
+    /// Shows the welcome page, unless it is switched off.
+    pub(crate) fn welcome(&mut self) {
+        self.welcome = Welcome::is_wanted().then(Welcome::default);
     }
 
     /// Where to write a picture of the 3D view. Returns None after the first call.
@@ -227,6 +260,21 @@ fn themes(ui: &mut Ui) {
         if ui.radio(now == preference, name).clicked() {
             ui.ctx().set_theme(preference);
             state::write("theme", written);
+            ui.close();
+        }
+    }
+}
+
+/// The sizes of texts and widgets, in per cent.
+const SCALES: [u32; 8] = [75, 90, 100, 110, 125, 150, 200, 300];
+
+/// The choice of the size of texts and widgets.
+fn scales(ui: &mut Ui) {
+    let now = (100.0 * ui.ctx().zoom_factor()).round() as u32;
+    for scale in SCALES {
+        if ui.radio(now == scale, format!("{scale} %")).clicked() {
+            ui.ctx().set_zoom_factor(scale as f32 / 100.0);
+            state::write("scale", &scale.to_string());
             ui.close();
         }
     }
@@ -346,10 +394,13 @@ const GRAPH: [(&str, &str); 4] = [
     ("Wheel, middle drag", "Zoom, pan"),
     ("Double-click a node", "Pin to viewport"),
 ];
-const VIEWPORT: [(&str, &str); 3] = [
+const VIEWPORT: [(&str, &str); 6] = [
     ("Drag", "Orbit; with Shift or another button, pan"),
     ("Wheel", "Zoom in at the pointer"),
     ("W A S D, E Q", "Fly, if Fly is on; Shift is faster"),
+    ("Drag a yellow point", "Move a point of the selected node; with Ctrl, snap to a grid"),
+    ("Drag a small point", "Insert a point into the line"),
+    ("Delete", "Remove the point that was clicked last"),
 ];
 const VALUES: [(&str, &str); 5] = [
     ("Drag a slider", "One undo step"),
@@ -372,7 +423,7 @@ fn keys(context: &Context, open: &mut bool) {
             let parts = [
                 ("Window", by_key(Part::Window).collect()),
                 ("Graph", by_key(Part::Graph).chain(by_hand(&GRAPH)).collect()),
-                ("Viewport", by_hand(&VIEWPORT)),
+                ("Viewport", by_key(Part::Viewport).chain(by_hand(&VIEWPORT)).collect()),
                 ("Values", by_hand(&VALUES)),
             ];
             for (part, lines) in parts {

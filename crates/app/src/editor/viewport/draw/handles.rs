@@ -1,0 +1,163 @@
+//! The handles of shapes on the screen.
+
+use egui::{Align2, Color32, Painter, Pos2, Response, Stroke, vec2};
+use orograph_graph::Unit;
+
+use super::shape::Shape;
+use crate::editor::viewport::map::label;
+
+/// Distance at which the pointer takes hold of a handle, in points of the screen.
+const NEAR: f32 = 10.0;
+/// The least distance of drawn handles, and that of the ends of a segment with a handle in its middle.
+const APART: [f32; 2] = [7.0, 44.0];
+/// Pieces of a segment, so that it follows the terrain, and of a whole line.
+const PIECES: [usize; 2] = [24, 2000];
+
+const LINE: Color32 = Color32::from_rgb(255, 214, 64);
+const FILL: Color32 = Color32::from_rgb(30, 34, 38);
+const SHADE: Color32 = Color32::from_black_alpha(160);
+
+/// The view: converts positions of the world to points of the screen and back.
+pub(in crate::editor::viewport) struct Projection<'a> {
+    pub(in crate::editor::viewport) to_screen: &'a dyn Fn([f64; 2]) -> Option<Pos2>,
+    pub(in crate::editor::viewport) to_world: &'a dyn Fn(Pos2) -> Option<[f64; 2]>,
+    /// Metres per point of the screen.
+    pub(in crate::editor::viewport) metres: f64,
+}
+
+impl Projection<'_> {
+    pub(super) fn to_world(&self, at: Pos2) -> Option<[f64; 2]> {
+        (self.to_world)(at)
+    }
+
+    /// A position with the digits that the view can show.
+    pub(super) fn rounded(&self, place: [f64; 2]) -> [f64; 2] {
+        let power = self.metres.max(1e-9).log10().floor() as i32;
+        place.map(|metres| {
+            let step = 10_f64.powi(power.abs());
+            if power >= 0 { (metres / step).round() * step } else { (metres * step).round() / step }
+        })
+    }
+}
+
+/// A handle.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Grip {
+    pub(super) param: &'static str,
+    /// The point; for the middle of a segment, the point at its end, or the number of points for the segment that closes
+    /// an outline.
+    pub(super) point: usize,
+    pub(super) is_middle: bool,
+}
+
+/// The handles that were drawn last.
+#[derive(Debug, Default)]
+pub(super) struct Handles {
+    drawn: Vec<(Grip, Pos2, [f64; 2])>,
+}
+
+impl Handles {
+    /// The handle at a point of the screen; points go before middles.
+    pub(super) fn near(&self, at: Pos2) -> Option<Grip> {
+        let near = self.drawn.iter().filter(|(_, place, _)| place.distance(at) <= NEAR);
+        let rank = |grip: &Grip, place: &Pos2| (u8::from(grip.is_middle), place.distance(at));
+        near.min_by(|(a, p, _), (b, q, _)| {
+            let ((kind, far), (other, farther)) = (rank(a, p), rank(b, q));
+            kind.cmp(&other).then(far.total_cmp(&farther))
+        })
+        .map(|(grip, ..)| grip.clone())
+    }
+
+    /// The position of a handle in the world.
+    pub(super) fn place(&self, grip: &Grip) -> Option<[f64; 2]> {
+        self.drawn.iter().find(|(drawn, ..)| drawn == grip).map(|(.., place)| *place)
+    }
+
+    /// Draws shapes with their handles, except the one that `fresh` points replace. The picked and the held point are
+    /// highlighted, and the held one shows its position.
+    pub(super) fn draw(
+        &mut self,
+        (painter, response): (&Painter, &Response),
+        projection: &Projection<'_>,
+        shapes: &[Shape],
+        (hidden, fresh): (Option<&str>, &[[f64; 2]]),
+        (picked, held): (Option<&Grip>, Option<usize>),
+    ) {
+        self.drawn.clear();
+        let pointer = response.hover_pos();
+        for shape in shapes.iter().filter(|shape| Some(shape.param) != hidden) {
+            self.shape(painter, projection, shape);
+        }
+        line(painter, projection, fresh, false);
+        for at in fresh.iter().filter_map(|place| (projection.to_screen)(*place)) {
+            point(painter, at, true);
+        }
+        let hot = pointer.and_then(|at| self.near(at));
+        for (grip, at, place) in &self.drawn {
+            if grip.is_middle {
+                painter.circle(*at, 3.0, LINE.gamma_multiply(0.8), Stroke::new(1.0, FILL));
+                continue;
+            }
+            let is_picked = picked == Some(grip);
+            point(painter, *at, is_picked || hot.as_ref() == Some(grip));
+            if is_picked && held == Some(grip.point) {
+                let [x, y] = place.map(|metres| Unit::Metres.display(metres));
+                label(painter, *at + vec2(12.0, -12.0), Align2::LEFT_BOTTOM, &format!("x {x}  y {y}"));
+            }
+        }
+    }
+
+    fn shape(&mut self, painter: &Painter, projection: &Projection<'_>, shape: &Shape) {
+        let places = shape.places();
+        line(painter, projection, &places, shape.closed);
+        let clip = painter.clip_rect().expand(NEAR);
+        let on_screen = |place: [f64; 2]| (projection.to_screen)(place).filter(|at| clip.contains(*at));
+        let mut last: Option<Pos2> = None;
+        let ends = places.len() - 1;
+        for (index, place) in places.iter().enumerate() {
+            let Some(at) = on_screen(*place) else { continue };
+            let is_end = index == 0 || index == ends;
+            if is_end || last.is_none_or(|last| last.distance(at) >= APART[0]) {
+                let grip = Grip { param: shape.param, point: index, is_middle: false };
+                self.drawn.push((grip, at, *place));
+                last = Some(at);
+            }
+        }
+        if shape.is_point() {
+            return;
+        }
+        let closing = shape.closed.then(|| (places.len(), [places[ends], places[0]]));
+        let segments =
+            places.windows(2).enumerate().map(|(index, pair)| (index + 1, [pair[0], pair[1]])).chain(closing);
+        for (index, [a, b]) in segments {
+            let middle = [0, 1].map(|axis| 0.5 * (a[axis] + b[axis]));
+            let (Some(from), Some(to)) = ((projection.to_screen)(a), (projection.to_screen)(b)) else { continue };
+            if let Some(at) = on_screen(middle).filter(|_| from.distance(to) >= APART[1]) {
+                self.drawn.push((Grip { param: shape.param, point: index, is_middle: true }, at, middle));
+            }
+        }
+    }
+}
+
+/// Draws a line that follows the terrain.
+fn line(painter: &Painter, projection: &Projection<'_>, places: &[[f64; 2]], closed: bool) {
+    if places.len() < 2 {
+        return;
+    }
+    let pieces = (PIECES[1] / places.len()).clamp(1, PIECES[0]);
+    let closing = closed.then(|| [places[places.len() - 1], places[0]]);
+    let pairs = places.windows(2).map(|pair| [pair[0], pair[1]]).chain(closing);
+    let between = |[a, b]: [[f64; 2]; 2]| {
+        (0..=pieces)
+            .map(move |k| k as f64 / pieces as f64)
+            .map(move |t| [0, 1].map(|axis| a[axis] + t * (b[axis] - a[axis])))
+    };
+    let points: Vec<Pos2> = pairs.flat_map(between).filter_map(|place| (projection.to_screen)(place)).collect();
+    painter.line(points.clone(), Stroke::new(4.0, SHADE));
+    painter.line(points, Stroke::new(2.0, LINE));
+}
+
+fn point(painter: &Painter, at: Pos2, bright: bool) {
+    let radius = if bright { 6.5 } else { 5.0 };
+    painter.circle(at, radius, if bright { Color32::WHITE } else { LINE }, Stroke::new(1.5, FILL));
+}

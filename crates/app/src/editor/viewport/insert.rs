@@ -1,0 +1,69 @@
+//! Adds nodes from the viewport: after the shown terrain, or beside the graph.
+
+use orograph_graph::{Edit, Node, Port, PortType};
+
+use crate::editor::Session;
+
+/// Distance between the corners of neighbouring nodes in the graph.
+const STEP: [f64; 2] = [240.0, 240.0];
+
+/// A name for a node of a kind that no node has yet.
+fn fresh_name(session: &Session, kind: &Node) -> String {
+    let kind = kind.id.to_lowercase();
+    let names = (1..).map(|count| if count == 1 { kind.clone() } else { format!("{kind}{count}") });
+    let is_free = |name: &String| session.document().nodes().iter().all(|node| node.name != *name);
+    names.into_iter().find(is_free).unwrap_or_default()
+}
+
+/// Adds a node and selects it: if it changes a terrain, after the shown one, otherwise without wires.
+pub(super) fn add(session: &mut Session, kind: &'static Node) {
+    let shown = session.shown().filter(|shown| {
+        let graph = session.document().graph();
+        graph.port(shown).is_ok_and(|port| graph.output_type(port) == PortType::Height)
+    });
+    let is_filter = kind.inputs.first().is_some_and(|input| input.ty == PortType::Height) && !kind.outputs.is_empty();
+    match shown.filter(|_| is_filter) {
+        Some(shown) => {
+            after(session, kind, &shown);
+        }
+        None => {
+            let name = fresh_name(session, kind);
+            let places = session.document().nodes().iter().filter_map(|node| node.layout);
+            let lowest = places.reduce(|[x, y], [u, v]| [x.min(u), y.max(v)]);
+            let at = Some(lowest.map_or([0.0, 0.0], |[x, y]| [x, y + STEP[1]]));
+            if session.apply(&Edit::AddNode { name: name.clone(), kind: kind.id.to_owned(), at }) {
+                session.select_only(&name);
+            }
+        }
+    }
+}
+
+/// Inserts a node after an output: it reads the output, and the readers of the output read it. Selects it.
+pub(super) fn after(session: &mut Session, kind: &'static Node, shown: &str) {
+    let document = session.document();
+    let Some(input) = kind.inputs.iter().find(|input| input.ty == PortType::Height) else { return };
+    let graph = document.graph();
+    let Ok(port) = graph.port(shown) else { return };
+    let name = fresh_name(session, kind);
+    let place = document.nodes().iter().find(|node| node.index == Some(port.node)).and_then(|node| node.layout);
+    let at = place.map(|[x, y]| [x + STEP[0], y]);
+    let mut edits = vec![Edit::AddNode { name: name.clone(), kind: kind.id.to_owned(), at }];
+    for index in graph.indices() {
+        let instance = graph.instance(index);
+        for (position, taken) in instance.node.inputs.iter().enumerate() {
+            if graph.source(index, position) == Some(port) {
+                let (to, input) = (instance.name.clone(), taken.name.to_owned());
+                edits.push(Edit::Connect { from: name.clone(), to, input });
+            }
+        }
+    }
+    for output in document.outputs().iter().filter(|output| output.port == port) {
+        edits.push(Edit::SetOutput { name: output.name.clone(), from: name.clone() });
+    }
+    let from = graph.port_name(Port { ..port });
+    edits.push(Edit::Connect { from, to: name.clone(), input: input.name.to_owned() });
+    if session.apply(&Edit::All(edits)) {
+        session.pin(None);
+        session.select_only(&name);
+    }
+}

@@ -1,0 +1,140 @@
+//! The History pane: the steps of the undo history with what each changed, and snapshots to go back to or compare with.
+//!
+//! A step is described by the difference of the texts before and after it, as `orograph diff` prints it. Descriptions
+//! are made when their rows are first seen, one in a frame.
+
+use std::collections::BTreeMap;
+
+use egui::{Button, Label, RichText, ScrollArea, Sense, Ui};
+use orograph_graph::{Document, diff};
+
+use crate::editor::Session;
+
+/// The History pane.
+#[derive(Debug, Default)]
+pub(crate) struct HistoryPane {
+    /// What each step changed, by its position in the history.
+    names: BTreeMap<usize, String>,
+    /// The count of edits, of done steps and of all steps at the last frame.
+    seen: (u64, usize, usize),
+}
+
+impl HistoryPane {
+    pub(crate) fn ui(&mut self, ui: &mut Ui, session: &mut Session) {
+        self.follow(session);
+        egui::Frame::new().inner_margin(egui::Margin::symmetric(10, 8)).show(ui, |ui| {
+            ui.set_max_width(ui.available_width());
+            snapshots(ui, session);
+            ui.add_space(6.0);
+            ui.strong("Steps");
+            self.steps(ui, session);
+        });
+    }
+
+    /// Forgets the descriptions of steps that are not the same any more.
+    fn follow(&mut self, session: &Session) {
+        let document = session.document();
+        let now = (session.edits(), document.steps(), document.all_steps());
+        let (edits, steps, all) = std::mem::replace(&mut self.seen, now);
+        let is_walk = all == now.2 && steps != now.1;
+        if edits != now.0 && !is_walk {
+            // the last step is new or amended; a jump means another history
+            let kept = if now.1.abs_diff(steps) > 1 { 0 } else { now.1.saturating_sub(1) };
+            self.names.retain(|step, _| *step < kept);
+        }
+    }
+
+    fn steps(&mut self, ui: &mut Ui, session: &mut Session) {
+        let (done, all) = (session.document().steps(), session.document().all_steps());
+        let height = ui.text_style_height(&egui::TextStyle::Body) + 4.0;
+        let mut chosen = None;
+        let mut lacks = None;
+        let area = ScrollArea::vertical().auto_shrink(false).stick_to_bottom(true);
+        area.show_rows(ui, height, all + 1, |ui, rows| {
+            for row in rows {
+                let text = match row.checked_sub(1) {
+                    None => "Start".to_owned(),
+                    Some(step) => self.names.get(&step).cloned().unwrap_or_else(|| {
+                        lacks.get_or_insert(step);
+                        format!("Step {row}")
+                    }),
+                };
+                let text = RichText::new(text.clone());
+                let text = if row > done { text.weak().italics() } else { text };
+                let label = ui.add(Button::selectable(row == done, text).truncate());
+                if label.on_hover_text(self.hint(row, done)).clicked() {
+                    chosen = Some(row);
+                }
+            }
+        });
+        if let Some(step) = lacks {
+            self.names.insert(step, described(session.document(), step));
+            ui.ctx().request_repaint();
+        }
+        if let Some(row) = chosen {
+            session.go_to_step(row);
+        }
+    }
+
+    fn hint(&self, row: usize, done: usize) -> String {
+        let what = row.checked_sub(1).and_then(|step| self.names.get(&step)).map_or("the start", String::as_str);
+        match row.cmp(&done) {
+            std::cmp::Ordering::Less => format!("Undo back to: {what}"),
+            std::cmp::Ordering::Equal => what.to_owned(),
+            std::cmp::Ordering::Greater => format!("Redo up to: {what}"),
+        }
+    }
+}
+
+/// What a step changed.
+fn described(document: &Document, step: usize) -> String {
+    let (Some(before), Some(after)) = (document.text_at(step), document.text_at(step + 1)) else {
+        return format!("Step {}", step + 1);
+    };
+    let [before, after] = [before, after].map(|text| Document::parse_in(text, document.folder(), document.registry()));
+    // the fonts of the window have no arrow
+    let lines: Vec<String> = diff(&before, &after).iter().map(|line| line.replace('→', "to")).collect();
+    match lines.as_slice() {
+        [] => "Layout, notes or comments".to_owned(),
+        [one] => one.clone(),
+        [first, rest @ ..] => format!("{first}, and {} more", rest.len()),
+    }
+}
+
+/// The snapshots, and the button that makes one.
+fn snapshots(ui: &mut Ui, session: &mut Session) {
+    ui.horizontal(|ui| {
+        ui.strong("Snapshots");
+        let can = session.shown().is_some_and(|port| session.built(&port).is_some());
+        let add = ui.add_enabled(can, Button::new("Take").small());
+        if add.on_hover_text("Keep the file and the shown terrain as they are now").clicked() {
+            session.take_snapshot();
+        }
+    });
+    let (mut compared, mut restored, mut removed) = (None, None, None);
+    for snapshot in session.snapshots() {
+        ui.horizontal(|ui| {
+            let is_compared = session.compared() == Some(snapshot.name());
+            if ui.selectable_label(is_compared, "A|B").on_hover_text("Compare with what is shown").clicked() {
+                compared = Some((!is_compared).then(|| snapshot.name().to_owned()));
+            }
+            if ui.small_button("Restore").on_hover_text("Go back to the file as it was, as one undo step").clicked() {
+                restored = Some(snapshot.name().to_owned());
+            }
+            if ui.add(Button::new("✖").small().frame(false)).on_hover_text("Remove the snapshot").clicked() {
+                removed = Some(snapshot.name().to_owned());
+            }
+            let text = format!("{}: {}", snapshot.name(), snapshot.port());
+            ui.add(Label::new(text).truncate().sense(Sense::hover()));
+        });
+    }
+    if let Some(compared) = compared {
+        session.compare(compared);
+    }
+    if let Some(name) = restored {
+        session.restore_snapshot(&name);
+    }
+    if let Some(name) = removed {
+        session.remove_snapshot(&name);
+    }
+}

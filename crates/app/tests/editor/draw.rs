@@ -1,0 +1,209 @@
+//! Tests of drawing paths and positions on the map and in 3D.
+
+use egui::{Key, Modifiers, Pos2, pos2, vec2};
+use egui_kittest::{Harness, kittest::Queryable as _};
+use orograph::editor::App;
+use orograph_graph::ParamValue;
+
+use crate::{
+    device, graph,
+    hand::{click, drag, drag_with, key},
+    picture, scratch, settle, window,
+};
+
+/// A crater and a node that carves a path, whose default lies outside the world.
+const LAND: &str = r#"(
+    format: 1,
+    world: (size: "1 km", cells: 256, seed: 3),
+    nodes: {
+        "hole": Crater(version: 2, pattern: one, centre: (250, 250), diameter: 150),
+        "road": Carve(version: 2, height: "hole", width: 30, depth: 10, bank: 20),
+    },
+    outputs: { "height": "road" },
+)"#;
+
+/// A window on a file in the map view, with a node selected.
+fn opened(text: &str, node: &str) -> (tempfile::TempDir, Harness<'static, App>) {
+    let folder = scratch(text);
+    let mut window = window(Some(folder.path().join("graph.ron")));
+    window.state_mut().session_mut().set_cells(128);
+    window.state_mut().session_mut().select_only(node);
+    settle(&mut window);
+    window.get_by_label("Map").click();
+    window.run_steps(3);
+    (folder, window)
+}
+
+fn path(window: &Harness<'_, App>, node: &str) -> Vec<[f64; 2]> {
+    let graph = window.state().session().document().graph();
+    match graph.instance(graph.find(node).expect("a node")).params.get("path") {
+        Some(ParamValue::Path(points)) => points.clone(),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn point(window: &Harness<'_, App>, node: &str) -> [f64; 2] {
+    let graph = window.state().session().document().graph();
+    match graph.instance(graph.find(node).expect("a node")).params.get("centre") {
+        Some(ParamValue::Point(at)) => *at,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn steps(window: &Harness<'_, App>) -> usize {
+    window.state().session().document().steps()
+}
+
+/// Draws three points with the tool, on the map or in 3D, and drags them; each is one undo step.
+fn line_is_drawn_and_dragged(window: &mut Harness<'_, App>) {
+    let places = [pos2(400.0, 205.0), pos2(500.0, 225.0), pos2(560.0, 200.0)];
+    window.get_by_label("Draw").click();
+    window.run_steps(3);
+    let before = steps(window);
+    for at in places {
+        click(window, at);
+    }
+    let drawn = path(window, "road");
+    assert_eq!(drawn.len(), 3, "a line that nobody has drawn is replaced");
+    assert!(drawn.iter().flatten().all(|metres| (0.0..=1000.0).contains(metres)), "{drawn:?}");
+    // the first two points make the line, the third is added to it
+    assert_eq!(steps(window), before + 2);
+
+    drag(window, places[1], places[1] + vec2(0.0, 20.0));
+    let bent = path(window, "road");
+    assert!(bent[0] == drawn[0] && bent[2] == drawn[2] && bent[1][1] > drawn[1][1] + 20.0, "{drawn:?} {bent:?}");
+    assert_eq!(steps(window), before + 3, "a drag is one step");
+    settle(window);
+
+    // the middle of the first segment becomes a point
+    let middle = (places[0] + (places[1] + vec2(0.0, 20.0)).to_vec2()).to_vec2() * 0.5;
+    drag(window, middle.to_pos2(), middle.to_pos2() - vec2(60.0, 0.0));
+    assert_eq!(path(window, "road").len(), 4);
+    assert_eq!(steps(window), before + 4);
+    key(window, Modifiers::NONE, Key::Delete);
+    assert_eq!(path(window, "road"), bent, "Delete removes the point that was dragged last");
+    window.state_mut().session_mut().undo();
+    assert_eq!(path(window, "road").len(), 4);
+    for _ in 0..4 {
+        window.state_mut().session_mut().undo();
+    }
+    window.run_steps(2);
+    assert_eq!(steps(window), before);
+    assert!(window.query_by_label("Redraw").is_some());
+    key(window, Modifiers::NONE, Key::Escape);
+    assert!(window.query_by_label("Redraw").is_none(), "Escape ends the drawing");
+}
+
+#[test]
+fn a_line_is_drawn_and_dragged_on_the_map() {
+    let (_folder, mut window) = opened(LAND, "road");
+    line_is_drawn_and_dragged(&mut window);
+    window.state_mut().session_mut().redo();
+    window.state_mut().session_mut().redo();
+    settle(&mut window);
+    picture(&mut window, "drawn");
+}
+
+#[test]
+fn a_line_is_drawn_and_dragged_in_3d() {
+    if device::skips("drawing in 3D") {
+        return;
+    }
+    let (_folder, mut window) = opened(LAND, "road");
+    window.get_by_label("3D").click();
+    window.run_steps(10);
+    settle(&mut window);
+    crate::until(&mut window, "3D is drawn", |window| window.state().seen().is_some());
+    line_is_drawn_and_dragged(&mut window);
+    picture(&mut window, "drawn_3d");
+}
+
+#[test]
+fn a_position_is_placed_dragged_and_snapped() {
+    let (_folder, mut window) = opened(LAND, "hole");
+    window.get_by_label("Draw").click();
+    window.run_steps(3);
+    let at = pos2(520.0, 300.0);
+    let before = steps(&window);
+    click(&mut window, at);
+    let placed = point(&window, "hole");
+    assert!(placed != [250.0, 250.0] && steps(&window) == before + 1, "{placed:?}");
+    let to = at + vec2(33.0, -41.0);
+    drag_with(&mut window, at, to, Modifiers::COMMAND);
+    let snapped = point(&window, "hole");
+    assert!(snapped != placed && snapped.iter().all(|metres| metres % 50.0 == 0.0), "{snapped:?}");
+    window.state_mut().session_mut().undo();
+    assert_eq!(point(&window, "hole"), placed);
+    window.run_steps(3);
+    drag_with(&mut window, at, to, Modifiers::COMMAND | Modifiers::SHIFT);
+    let cell = point(&window, "hole").map(|metres| metres / (1000.0 / 256.0) - 0.5);
+    assert!(cell.iter().all(|cells| (cells - cells.round()).abs() < 1e-9), "the centre of a cell: {cell:?}");
+    // a drag beside the handles moves the map
+    let now = point(&window, "hole");
+    key(&mut window, Modifiers::NONE, Key::Escape);
+    drag(&mut window, pos2(400.0, 200.0), pos2(430.0, 220.0));
+    assert_eq!(point(&window, "hole"), now);
+}
+
+#[test]
+fn a_new_line_carves_the_shown_terrain() {
+    let mut window = window(Some(graph("hello.ron")));
+    window.state_mut().session_mut().set_cells(128);
+    settle(&mut window);
+    window.get_by_label("Map").click();
+    window.get_by_label("Draw").click();
+    window.run_steps(3);
+    window.get_by_label("New ⏷").click();
+    window.run_steps(3);
+    window.get_by_label("Carve").click();
+    window.run_steps(3);
+    assert_eq!(window.state().session().selected(), Some("carve"));
+    settle(&mut window);
+    for at in [pos2(400.0, 250.0), pos2(520.0, 290.0)] {
+        click(&mut window, at);
+    }
+    assert_eq!(path(&window, "carve").len(), 2);
+    let graph = window.state().session().document().graph();
+    let source = graph.source(graph.find("carve").expect("a node"), 0).expect("wired");
+    assert_eq!(graph.port_name(source), "rivers.height");
+}
+
+/// Ten thousand points are shown and dragged; what is outside of the world is drawn too.
+#[test]
+fn long_lines_stay_responsive() {
+    let points: Vec<String> = (0..10_000).map(|k| format!("({}, {})", 40 * (k % 101), 4 * (k * 31 % 1009))).collect();
+    let text = format!(
+        r#"(format: 1, world: (size: "4 km", cells: 64), nodes: {{ "land": Constant(value: 10),
+        "way": Path(points: [{}], curve: 0), "road": Carve(version: 2, height: "land", lines: "way") }},
+        outputs: {{ "height": "road" }})"#,
+        points.join(", ")
+    );
+    let (_folder, mut window) = opened(&text, "way");
+    let start = std::time::Instant::now();
+    window.run_steps(10);
+    assert!(start.elapsed().as_millis() < 5000, "{:?}", start.elapsed());
+    let centre: Pos2 = pos2(470.0, 260.0);
+    drag(&mut window, centre, centre + vec2(10.0, 10.0));
+    settle(&mut window);
+}
+
+/// In a graph without terrain, a path is drawn on level ground: its first point where you click first.
+#[test]
+fn a_path_is_drawn_in_an_empty_world() {
+    let text = r#"(format: 1, world: (size: "1 km", cells: 64), nodes: { "way": Path() }, outputs: {})"#;
+    let (_folder, mut window) = opened(text, "way");
+    window.get_by_label("Draw").click();
+    window.run_steps(3);
+    for at in [pos2(400.0, 250.0), pos2(470.0, 290.0), pos2(540.0, 260.0)] {
+        click(&mut window, at);
+    }
+    let graph = window.state().session().document().graph();
+    let points = match graph.instance(graph.find("way").expect("a node")).params.get("points") {
+        Some(ParamValue::Waypoints(points)) => points.clone(),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(points.len(), 3);
+    assert!(points.iter().flat_map(|point| point.at).all(|metres| (0.0..=1000.0).contains(&metres)), "{points:?}");
+    settle(&mut window);
+    picture(&mut window, "drawn_path");
+}
