@@ -168,6 +168,22 @@ mod tests {
         assert!(Projection::of(32632).expect("a system").position([9.0, 95.0]).is_none());
     }
 
+    /// No code of the register and no position makes the formulas panic.
+    #[test]
+    fn no_system_fails_at_any_position() {
+        let (mut systems, mut returned) = (0, 0);
+        for system in (1024..=32_766).filter_map(|epsg| Projection::of(epsg).ok()) {
+            systems += 1;
+            for degrees in [[9.0, 47.0], [-180.0, 90.0], [180.0, -90.0], [0.0, 0.0], [1e9, 1e9], [f64::NAN, 5.0]] {
+                let Some(position) = system.position(degrees) else { continue };
+                returned += usize::from(system.degrees(position).is_some());
+            }
+            assert!(system.degrees([f64::NAN; 2]).is_none(), "{system:?}");
+            let _ = (system.degrees([1e300, -1e300]), system.degrees([-1e8, 1e8]));
+        }
+        assert!(systems > 4000 && returned > systems, "{systems} {returned}");
+    }
+
     #[test]
     fn datums_that_differ_are_told() {
         let is_shifted = |epsg| Projection::of(epsg).expect("a system").is_shifted();
