@@ -1,8 +1,8 @@
 //! The GPU backend: runs the kernels that nodes declare for a GPU on a graphics card, through wgpu.
 //!
 //! It has its own instance and device, apart from that of the 3D view, so that a long kernel never delays a frame.
-//! Results stay on the device ([`memory`]) until something on the host reads them. A kernel is divided into submits of
-//! about 40 ms, between which a run can be cancelled ([`run`]). If the device has too little memory, refuses a shader or
+//! Results stay on the device (`memory`) until something on the host reads them. A kernel is divided into submits of
+//! about 40 ms, between which a run can be cancelled (`run`). If the device has too little memory, refuses a shader or
 //! is lost, the CPU runs the node, and a warning says so.
 
 mod adapters;
