@@ -11,7 +11,7 @@ use orograph_tests::{
 use crate::chains::Draw;
 
 /// Random parameters of each node besides the cases of all nodes.
-const RANDOM: u32 = 6;
+const RANDOM: u32 = 4;
 
 /// A world with an odd number of cells along both sides.
 fn odd() -> World {

@@ -8,9 +8,9 @@ use crate::numerics::noise::{
     cells::{self, Cells, Chebyshev, Euclidean, Manhattan, Measure, Parts},
     raster,
     simplex::{self, Simplex},
-    sum,
+    sum, table,
 };
-use crate::prelude::*;
+use crate::{prelude::*, wgsl};
 
 choice! {
     /// Kind of noise.
@@ -82,28 +82,66 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
+    gpu: Some(&GPU),
     example: "kind: nearest, wavelength: 3000, octaves: 3, gain: 0.4, amplitude: 900, seed: 4",
     ..Node::DEFAULT
 };
 
+static SHADER: Shader = Shader {
+    name: "generate/noise",
+    source: wgsl!("generate/noise"),
+    library: &[wgsl::LATTICE],
+    values: &[("count", Number::U32), ("start", Number::F32), ("near_part", Number::F32), ("second_part", Number::F32)],
+    slots: &[Slot::words("octaves_of", "Octave"), Slot::words("directions", "f32"), Slot::output("height")],
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&SHADER],
+    passes: Passes::Recorded(record),
+    covers: |params| {
+        let params = Params::read(params);
+        !(params.kind == Kind::Simplex && params.tileable)
+    },
+    tolerance: &[Tolerance::relative(4e-6)],
+};
+
+fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
+    let params = Params::read(job.params);
+    let octaves = params.fractal(job.seed()).octaves(job.world());
+    let (start, factor) = match (params.kind, params.metric) {
+        (Kind::Value, _) => (0.0, 1.0),
+        (Kind::Simplex, _) => (0.0, simplex::SCALE),
+        (_, Metric::Euclidean) => (params.rest::<Euclidean>(&octaves), 1.0),
+        (_, Metric::Manhattan) => (params.rest::<Manhattan>(&octaves), 1.0),
+        (_, Metric::Chebyshev) => (params.rest::<Chebyshev>(&octaves), 1.0),
+    };
+    let words = table::table(&octaves, Basis::Value, |octave| sum::scale(octave, params.amplitude) * factor);
+    let octaves_of = recorder.table(&words)?;
+    let directions = recorder.table(&simplex::directions().map(f32::to_bits))?;
+    let [near_part, second_part] = params.parts();
+    recorder.pass(&Pass {
+        shader: &SHADER,
+        entry: "main",
+        bind: &[("octaves_of", Bind::Scratch(octaves_of)), ("directions", Bind::Scratch(directions))],
+        values: &[
+            ("count", Scalar::U32(octaves.len() as u32)),
+            ("start", Scalar::F32(start)),
+            ("near_part", Scalar::F32(near_part)),
+            ("second_part", Scalar::F32(second_part)),
+        ],
+        over: Over::Cells(Rows::Around(0)),
+    })
+}
+
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
-    let simplex = params.kind == Kind::Simplex;
-    if simplex && params.tileable {
+    if params.kind == Kind::Simplex && params.tileable {
         return Err(NodeError::failed_with_hint(
             "triangles do not fit together at the sides of a world",
             "choose another `kind`, or take `Perlin`, for tiles",
         ));
     }
-    let fractal = Fractal {
-        wavelength_m: if simplex { simplex::FINER * params.wavelength } else { params.wavelength },
-        octaves: params.octaves,
-        lacunarity: params.lacunarity,
-        gain: params.gain,
-        tileable: params.tileable,
-        seed: job.seed(),
-    };
-    let octaves = fractal.octaves(job.world());
+    let octaves = params.fractal(job.seed()).octaves(job.world());
     let samples = match (params.kind, params.metric) {
         (Kind::Value, _) => sum::lattices(job, &octaves, Basis::Value, params.amplitude)?,
         (Kind::Simplex, _) => {
@@ -122,13 +160,30 @@ impl Params {
     /// mean, which is not 0, unlike that of other noise: omitting them would lower the terrain.
     fn cells<M: Measure>(&self, job: &Job<'_>, octaves: &[Octave]) -> Result<Vec<f32>, NodeError> {
         let (jitter, parts) = (self.jitter as f32, self.parts());
-        let held: f64 = octaves.iter().map(|octave| octave.share * octave.fade).sum();
-        let start = (self.amplitude * cells::mean::<M>(jitter, parts) * (1.0 - held)) as f32;
+        let start = self.rest::<M>(octaves);
         let layer = |octave: &Octave| {
             let scale = sum::scale(octave, self.amplitude);
             Cells::<M>::new(*octave, jitter, parts.map(|part| part * scale))
         };
         raster::raster(job, || octaves.iter().map(layer).collect::<Vec<_>>(), &sum::Sum { start })
+    }
+
+    /// Returns the mean of the octaves that the raster cannot represent.
+    fn rest<M: Measure>(&self, octaves: &[Octave]) -> f32 {
+        let held: f64 = octaves.iter().map(|octave| octave.share * octave.fade).sum();
+        (self.amplitude * cells::mean::<M>(self.jitter as f32, self.parts()) * (1.0 - held)) as f32
+    }
+
+    fn fractal(&self, seed: u32) -> Fractal {
+        let finer = if self.kind == Kind::Simplex { simplex::FINER } else { 1.0 };
+        Fractal {
+            wavelength_m: finer * self.wavelength,
+            octaves: self.octaves,
+            lacunarity: self.lacunarity,
+            gain: self.gain,
+            tileable: self.tileable,
+            seed,
+        }
     }
 
     /// Returns the factors of the distances to the nearest and second nearest point.

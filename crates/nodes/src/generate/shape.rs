@@ -6,6 +6,7 @@
 use crate::{
     numerics::{math, par, simd::simd},
     prelude::*,
+    wgsl,
 };
 
 choice! {
@@ -60,9 +61,73 @@ pub static NODE: Node = Node {
     outputs: Given::PORTS,
     params: Params::specs,
     cpu: run,
+    gpu: Some(&GPU),
     example: "figure: ellipse, size: (6000, 10000), azimuth: 30",
     ..Node::DEFAULT
 };
+
+static SHADER: Shader = Shader {
+    name: "generate/shape",
+    source: wgsl!("generate/shape"),
+    library: &[wgsl::MATH],
+    values: &[
+        ("from_centre_x", Number::F32),
+        ("from_centre_y", Number::F32),
+        ("sine", Number::F32),
+        ("cosine", Number::F32),
+        ("inner_x", Number::F32),
+        ("inner_y", Number::F32),
+        ("cut", Number::F32),
+        ("radius", Number::F32),
+        ("per_softness", Number::F32),
+        ("corners", Number::U32),
+    ],
+    slots: &[Slot::words("path_of", "f32"), Slot::output("mask"), Slot::output("distance")],
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&SHADER],
+    passes: Passes::Recorded(record),
+    // positions in single precision: near the world; the point of an ellipse needs more
+    covers: |params| {
+        let params = Params::read(params);
+        let points = params.path.0.iter().chain([&params.centre, &params.size]);
+        let near = points.flatten().all(|v| v.abs() <= 1e5) && params.rounding <= 1e5;
+        near && (params.figure != Figure::Ellipse || params.size[0] == params.size[1])
+    },
+    tolerance: &[Tolerance::absolute(2e-3), Tolerance::relative(2e-6)],
+};
+
+fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
+    let params = Params::read(job.params);
+    let [x, y] = job.window().centre_m(0, 0);
+    let corners = params.path.0.iter().flat_map(|[east, south]| [east - x, south - y].map(|v| (v as f32).to_bits()));
+    let path_of = recorder.table(&corners.collect::<Vec<u32>>())?;
+    let half = params.size.map(|size_m| 0.5 * size_m);
+    let least = half[0].min(half[1]);
+    let rounding_m = params.rounding.min(least);
+    let turn = Turn::new(params.centre, params.azimuth);
+    let numbers = [
+        ("from_centre_x", x - params.centre[0]),
+        ("from_centre_y", y - params.centre[1]),
+        ("sine", turn.sin),
+        ("cosine", turn.cos),
+        ("inner_x", half[0] - rounding_m),
+        ("inner_y", half[1] - rounding_m),
+        ("cut", rounding_m),
+        ("radius", least),
+        ("per_softness", 1.0 / params.softness.max(job.cell_m())),
+    ];
+    let mut values = numbers.map(|(name, value)| (name, Scalar::F32(value as f32))).to_vec();
+    values.push(("corners", Scalar::U32(params.path.0.len() as u32)));
+    recorder.pass(&Pass {
+        shader: &SHADER,
+        entry: "main",
+        bind: &[("path_of", Bind::Scratch(path_of))],
+        values: &values,
+        over: Over::Cells(Rows::Around(0)),
+    })
+}
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);

@@ -7,6 +7,7 @@ use crate::{
         simd::simd,
     },
     prelude::*,
+    wgsl,
 };
 
 choice! {
@@ -48,11 +49,30 @@ pub static NODE: Node = Node {
     params: Params::specs,
     reach: Reach::Metres(|_, cell_m| cell_m),
     cpu: run,
+    gpu: Some(&GPU),
     resolution: Resolution::Cells(
         "the gradient is measured between neighbouring cells, so slopes are gentler with larger cells",
     ),
     example: "height: \"base\", exaggeration: 2",
     ..Node::DEFAULT
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&Shader {
+        name: "render/normal_map",
+        source: wgsl!("render/normal_map"),
+        library: &[wgsl::GRADIENT],
+        values: &[],
+        slots: &[
+            Slot::input("height"),
+            Slot::output("normal"),
+            Slot::output("normal").plane(1),
+            Slot::output("normal").plane(2),
+        ],
+    }],
+    passes: Passes::around(1),
+    tolerance: &[Tolerance::absolute(1e-5)],
+    ..GpuKernel::DEFAULT
 };
 
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {

@@ -6,12 +6,13 @@
 //! raster and another seed therefore have the same μ and σ. The recursions are in `rules`.
 
 use crate::numerics::noise::{
-    Gradients, fold, fractal_params,
+    Gradients, Octave, fold, fractal_params,
     raster::{self, Combine, LANES, Lanes, Noise},
     scattered::Scattered,
     sheet::Sheets,
+    table,
 };
-use crate::prelude::*;
+use crate::{prelude::*, wgsl};
 
 mod rules;
 #[cfg(test)]
@@ -85,6 +86,7 @@ pub static NODE: Node = Node {
     params: Params::specs,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
+    gpu: Some(&GPU),
     example: "version: 2, kind: eroded, wavelength: 6000, gain: 0.5, amplitude: 1500, seed: 2",
     ..Node::DEFAULT
 };
@@ -104,6 +106,74 @@ fn scratch(sizing: &Sizing<'_>) -> u64 {
     per_octave * (1 + params.octaves as u64)
 }
 
+static SHADER: Shader = Shader {
+    name: "generate/fractal",
+    source: wgsl!("generate/fractal"),
+    library: &[wgsl::MATH, wgsl::LATTICE],
+    values: &[
+        ("count", Number::U32),
+        ("count_all", Number::U32),
+        ("basis", Number::U32),
+        ("factor", Number::F32),
+        ("lift_m", Number::F32),
+        ("unit_m", Number::F32),
+        ("per_metre", Number::F32),
+    ],
+    slots: &[Slot::words("octaves_of", "Octave"), Slot::words("layers", "Layer"), Slot::output("height")],
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&SHADER],
+    passes: Passes::Recorded(record),
+    // octaves that displace each other lie between the positions of the lattice table
+    covers: |params| !matches!(Params::read(params).kind, Kind::Swiss | Kind::Jordan),
+    // octaves multiply each other's differences
+    tolerance: &[Tolerance::relative(5e-5)],
+};
+
+fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
+    let params = Params::read(job.params);
+    let octaves = params.fractal(job.seed()).octaves(job.world());
+    let Constants { layers, finish, scale, lift_m } = match params.kind {
+        Kind::Billow => params.constants::<rules::Billow, 1>(&octaves),
+        Kind::Hybrid => params.constants::<rules::Hybrid, 2>(&octaves),
+        Kind::Heterogeneous => params.constants::<rules::Heterogeneous, 1>(&octaves),
+        Kind::Eroded => params.constants::<rules::Eroded, 3>(&octaves),
+        Kind::Swiss => params.constants::<rules::Swiss, 4>(&octaves),
+        Kind::Jordan => params.constants::<rules::Jordan, 5>(&octaves),
+        Kind::Blend => params.constants::<rules::Blend, 4>(&octaves),
+    };
+    let (basis, factor) = (params.gradients.basis(), params.gradients.even_scale());
+    let octaves_of = recorder.table(&table::table(&octaves, basis, |_| factor))?;
+    let words: Vec<u32> = layers.iter().flat_map(|layer| layer.words().map(f32::to_bits)).collect();
+    let layers_of = recorder.table(&words)?;
+    recorder.pass(&Pass {
+        shader: &SHADER,
+        entry: "main",
+        bind: &[("octaves_of", Bind::Scratch(octaves_of)), ("layers", Bind::Scratch(layers_of))],
+        values: &[
+            ("count", Scalar::U32(octaves.len() as u32)),
+            ("count_all", Scalar::U32(layers.len() as u32)),
+            ("basis", Scalar::U32(table::number(basis))),
+            ("factor", Scalar::F32(scale)),
+            ("lift_m", Scalar::F32(lift_m)),
+            ("unit_m", Scalar::F32(finish.unit_m)),
+            ("per_metre", Scalar::F32(finish.per_metre)),
+        ],
+        over: Over::Cells(Rows::Around(0)),
+    })
+}
+
+/// Constants of a recursion on a raster.
+struct Constants {
+    /// Those of all octaves; octaves that are too fine for the raster come last.
+    layers: Vec<Layer>,
+    finish: Finish,
+    /// Metres per unit of the result, and the offset in metres.
+    scale: f32,
+    lift_m: f32,
+}
+
 fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
     let params = Params::read(job.params);
     let samples = match params.kind {
@@ -120,19 +190,10 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
 
 impl Params {
     fn raster<R: Rule<N>, const N: usize>(&self, job: &Job<'_>) -> Result<Vec<f32>, NodeError> {
-        let (mean, std) = self.moments::<R, N>();
         let octaves = self.fractal(job.seed()).octaves(job.world());
-        let mut layers = self.layers(octaves.iter().map(|octave| (octave.wavelength_cells, octave.fade)));
+        let Constants { mut layers, finish, scale, lift_m } = self.constants::<R, N>(&octaves);
         let left = layers.split_off(octaves.len());
-        let scale = if std > 0.0 { self.amplitude / (3.0 * std) } else { 0.0 };
-        let recursion = Recursion::<R, N> {
-            layers,
-            left,
-            finish: self.finish(),
-            scale: scale as f32,
-            lift_m: (-scale * mean) as f32,
-            rule: std::marker::PhantomData,
-        };
+        let recursion = Recursion::<R, N> { layers, left, finish, scale, lift_m, rule: std::marker::PhantomData };
         let (basis, factor) = (self.gradients.basis(), self.gradients.even_scale());
         if R::SHIFTS {
             raster::raster(job, || Scattered::all(&octaves, basis, factor), &recursion)
@@ -140,6 +201,17 @@ impl Params {
             raster::raster(job, || Sheets::sloped(&octaves, basis, |_| factor), &recursion)
         } else {
             raster::raster(job, || Sheets::new(&octaves, basis, |_| factor), &recursion)
+        }
+    }
+
+    fn constants<R: Rule<N>, const N: usize>(&self, octaves: &[Octave]) -> Constants {
+        let (mean, std) = self.moments::<R, N>();
+        let scale = if std > 0.0 { self.amplitude / (3.0 * std) } else { 0.0 };
+        Constants {
+            layers: self.layers(octaves.iter().map(|octave| (octave.wavelength_cells, octave.fade))),
+            finish: self.finish(),
+            scale: scale as f32,
+            lift_m: (-scale * mean) as f32,
         }
     }
 

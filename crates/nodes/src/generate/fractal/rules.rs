@@ -32,6 +32,13 @@ pub(super) struct Layer {
 }
 
 impl Layer {
+    /// Returns the constants that the shader reads.
+    pub const fn words(&self) -> [f32; 12] {
+        let ([round, half_per_round, top], [mean, _, square]) = (self.fold.parts(), self.means);
+        let Self { gain, fade, steepness, lift, first, offset, damping, .. } = *self;
+        [gain, fade, round, half_per_round, top, mean, square, steepness, lift, first, offset, damping]
+    }
+
     /// 1 − |n|.
     #[inline(always)]
     fn crest(&self, noise: f32) -> f32 {

@@ -28,6 +28,11 @@ pub(crate) const FINER: f64 = 0.8;
 const DIRECTIONS: u32 = 24;
 const APART: u32 = u32::MAX / DIRECTIONS + 1;
 
+/// Returns the gradient directions, for shaders: the components along x and y of one after the other.
+pub(crate) fn directions() -> [f32; 2 * DIRECTIONS as usize] {
+    std::array::from_fn(|at| lane::turn((at as u32 / 2).wrapping_mul(APART).wrapping_add(APART / 2))[at % 2])
+}
+
 /// An octave of simplex noise.
 pub(crate) struct Simplex {
     octave: Octave,
