@@ -1,9 +1,11 @@
-//! Prints what each kernel for the GPU takes at 4096 x 4096 cells, against the bytes that it must move, and the ratio to the CPU:
+//! Prints the time of each kernel for the GPU at 4096 x 4096 cells, over the floor that its bytes set, and the ratio to
+//! the CPU:
 //!
 //!     cargo run --release -p orograph-tests --example gpu [-- CELLS [NODE]]
 //!
-//! The device is the first of `orograph devices`; `WGPU_ADAPTER_NAME` chooses another. The bandwidth is that of `Combine`, the sum of
-//! two rasters, which does nothing else. A raster has 64 MiB; on a software driver those on the device come besides.
+//! The device is the first of `orograph devices`; `WGPU_ADAPTER_NAME` chooses another. The bandwidth is that of
+//! `Combine`, the sum of two rasters, which does nothing else. A raster has 64 MiB; on a software driver those on the
+//! device come besides.
 
 use std::time::{Duration, Instant};
 

@@ -43,7 +43,7 @@ use crate::{
 /// Builds terrain from a graph of nodes. Without a command the editor opens.
 ///
 /// A graph file lists nodes (noise, uplift, rivers, scree, measures), wires them and declares the outputs. The same
-/// file gives the same bytes on every machine, and the same terrain at every resolution.
+/// file gives the same terrain at every resolution and, computed on the CPU, the same bytes on every machine.
 #[derive(Debug, Parser)]
 #[command(name = "orograph", version, after_help = AFTER)]
 struct Cli {
