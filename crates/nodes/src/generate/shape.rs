@@ -106,7 +106,7 @@ fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
     let half = params.size.map(|size_m| 0.5 * size_m);
     let least = half[0].min(half[1]);
     let rounding_m = params.rounding.min(least);
-    let turn = Turn::new(params.centre, params.azimuth);
+    let turn = Turn::new(params.centre.0, params.azimuth);
     let numbers = [
         ("from_centre_x", x - params.centre[0]),
         ("from_centre_y", y - params.centre[1]),
