@@ -10,11 +10,11 @@
 use std::time::{Duration, Instant};
 
 use orograph_graph::{
-    Backend as _, Field, InputValue, Job, Node, Value, Window, World,
+    Backend as _, Field, InputValue, Job, Node, ParamValue, Value, Window, World,
     gpu::{Count, record},
 };
 use orograph_nodes::gpu::{Adapters, Gpu, GpuOptions};
-use orograph_tests::{Case, example, gpu::nodes};
+use orograph_tests::{Case, STEPPED, example, gpu::nodes};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for node in nodes().into_iter().filter(chosen) {
         let (best, _, least) = measured(&gpu, node, window)?;
         let floor = least * window.len() as f64 / bandwidth;
-        let case = example(node);
+        let case = brief(node, window);
         let cpu = timed(|| (node.cpu)(&job(&case, window)).map(drop))?;
         println!(
             "{:<14} {:>10.1} {:>12} {:>10.2} {:>10.1} {:>8.2}",
@@ -57,7 +57,7 @@ fn measured(
     node: &'static Node,
     window: Window,
 ) -> Result<(Duration, f64, f64), Box<dyn std::error::Error>> {
-    let case = example(node);
+    let case = brief(node, window);
     let job = job(&case, window);
     let mut count = Count::new(&job, 0);
     record(node.gpu.ok_or("no kernel for the GPU")?, &job, &mut count)?;
@@ -69,6 +69,16 @@ fn measured(
     (0..2).try_for_each(|_| run())?;
     let best = timed(run)?;
     Ok((best, count.work().bytes as f64 * window.len() as f64, count.work().least as f64))
+}
+
+/// The example of a node; of one whose steps are as short as its cells, a few steps.
+fn brief(node: &'static Node, window: Window) -> Case {
+    let mut case = example(node);
+    if STEPPED.contains(&node.id) {
+        let duration = ParamValue::Float(2.0 * window.cell_m());
+        case.graph.instance_mut(case.node).params.set("duration", duration);
+    }
+    case
 }
 
 /// The shortest of three runs.

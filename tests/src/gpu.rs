@@ -50,13 +50,16 @@ pub struct Distance {
 }
 
 /// Runs a case on both backends and compares all outputs. Returns None when the CPU's kernel fails, which that of the
-/// GPU then need not do.
+/// GPU then need not do, or runs because an input is no raster.
 ///
 /// # Panics
 /// When the GPU leaves the run to the CPU.
 #[must_use]
 pub fn compare(gpu: &Gpu, case: &Case, inputs: &[InputValue], window: Window) -> Option<Vec<Distance>> {
     let (node, job) = (case.kind(), case.job(inputs.to_vec(), window));
+    if inputs.iter().any(|input| matches!(input, InputValue::Value(value) if value.as_field().is_none())) {
+        return None;
+    }
     let mut expected = (node.cpu)(&job).ok()?;
     let fields: Vec<(&'static str, Field)> = node
         .outputs

@@ -16,3 +16,11 @@ pub(crate) const GRADIENT: &str = wgsl!("lib/gradient");
 pub(crate) const WITHIN: &str = wgsl!("lib/within");
 /// Lattice noise.
 pub(crate) const LATTICE: &str = wgsl!("lib/lattice");
+/// A Gaussian filter.
+pub(crate) const SMOOTH: &str = wgsl!("lib/smooth");
+/// Sides, holes and the rim of a storm; it needs [`MATH`].
+pub(crate) const PIPE: &str = wgsl!("lib/pipe");
+/// Discharge through faces; it needs [`PIPE`].
+pub(crate) const PIPE_FACES: &str = wgsl!("lib/pipe_faces");
+/// Bed and water beyond the sides; it needs [`PIPE`].
+pub(crate) const PIPE_GHOSTS: &str = wgsl!("lib/pipe_ghosts");

@@ -3,4 +3,5 @@
 mod parity;
 mod running;
 mod shaders;
+mod storm;
 mod table;

@@ -4,7 +4,10 @@ use super::{
     GpuKernel, Passes,
     shader::{Number, Shader, Slot},
 };
-use crate::job::{Job, NodeError};
+use crate::{
+    job::{Job, NodeError},
+    value::Value,
+};
 
 /// Receives what a kernel runs. Passes see the writes of all passes before them.
 pub trait Recorder {
@@ -38,6 +41,9 @@ pub trait Recorder {
     /// # Errors
     /// As [`Self::pass`].
     fn read(&mut self, scratch: ScratchId, words: usize) -> Result<Vec<u32>, NodeError>;
+
+    /// Gives a wanted output that is no raster, such as a report.
+    fn give(&mut self, output: &'static str, value: Value);
 }
 
 /// A buffer of a run.

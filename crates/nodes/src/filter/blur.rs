@@ -1,8 +1,8 @@
 //! A Gaussian filter whose cost does not depend on its width; see [`crate::numerics::gaussian`].
 
 use super::mix;
-use crate::numerics::{gaussian::Gaussian, lines::separable};
-use crate::prelude::*;
+use crate::numerics::{gaussian::Gaussian, lines::separable, smooth};
+use crate::{prelude::*, wgsl};
 
 params! {
     /// Distance of the smoothing: the standard deviation of the Gaussian.
@@ -41,9 +41,45 @@ pub static NODE: Node = Node {
     reach: Reach::Metres(|params, cell_m| Gaussian::reach_m(Params::read(params).radius, cell_m)),
     scratch: Scratch::Bytes(scratch),
     cpu: run,
+    gpu: Some(&GPU),
     example: "value: \"base\", radius: 300",
     ..Node::DEFAULT
 };
+
+static SHADER: Shader = Shader {
+    name: "filter/blur",
+    source: wgsl!("filter/blur"),
+    library: &[wgsl::MATH, wgsl::SMOOTH],
+    values: smooth::VALUES,
+    slots: &[
+        smooth::BEFORE,
+        smooth::WEIGHTS,
+        smooth::AFTER,
+        Slot::input("value"),
+        Slot::input("mask"),
+        Slot::output("value"),
+    ],
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&SHADER],
+    passes: Passes::Recorded(record),
+    // without a radius the CPU passes the input on
+    covers: |params| Params::read(params).radius > 0.0,
+    tolerance: &[Tolerance::relative(2e-6)],
+};
+
+fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
+    let sigma_cells = Params::read(job.params).radius / job.cell_m();
+    let smoothed = smooth::smooth(job, recorder, &SHADER, Bind::Input("value", 0), sigma_cells)?;
+    recorder.pass(&Pass {
+        shader: &SHADER,
+        entry: "main",
+        bind: &[("before", Bind::Scratch(smoothed))],
+        values: &smooth::NO_VALUES,
+        over: Over::Cells(Rows::Around(0)),
+    })
+}
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {

@@ -2,10 +2,12 @@
 
 use super::mix;
 use crate::numerics::{
-    extremes::{highest, lowest},
+    extremes::{disc, highest, lowest},
+    lines::Ends,
     par,
 };
-use crate::prelude::*;
+use crate::{prelude::*, wgsl};
+use orograph_graph::gpu::{ScratchId, Size};
 
 choice! {
     /// Operation with the disc.
@@ -69,10 +71,133 @@ pub static NODE: Node = Node {
     }),
     scratch: Scratch::Bytes(scratch),
     cpu: run,
+    gpu: Some(&GPU),
     resolution: Resolution::Cells("the disc consists of whole cells"),
     example: "value: \"mask\", operation: outline, radius: 500",
     ..Node::DEFAULT
 };
+
+static SHADER: Shader = Shader {
+    name: "filter/morphology",
+    source: wgsl!("filter/morphology"),
+    library: &[wgsl::MATH],
+    values: &[
+        ("k_sign", Number::F32),
+        ("k_span", Number::I32),
+        ("k_rows", Number::I32),
+        ("k_wraps_x", Number::U32),
+        ("k_wraps_y", Number::U32),
+    ],
+    slots: &[
+        Slot::input("value"),
+        Slot::input("mask"),
+        Slot::cells("before", "f32"),
+        Slot::cells("line", "f32").updated(),
+        Slot::cells("best", "f32").updated(),
+        Slot::cells("next", "f32").written(),
+        Slot::words("halves", "i32"),
+        Slot::output("value"),
+    ],
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&SHADER],
+    passes: Passes::Recorded(record),
+    // the mask blends
+    tolerance: &[Tolerance::ROUNDING],
+    ..GpuKernel::DEFAULT
+};
+
+/// Records searches for the highest value in a disc.
+struct Search<'r> {
+    recorder: &'r mut dyn Recorder,
+    halves: ScratchId,
+    lines: [ScratchId; 2],
+    rows: i32,
+    most: i32,
+    wraps: [bool; 2],
+}
+
+impl<'r> Search<'r> {
+    fn new(job: &Job<'_>, recorder: &'r mut dyn Recorder) -> Result<Self, NodeError> {
+        let window = job.window();
+        let disc = disc(Params::read(job.params).radius / job.cell_m(), window.nx(), window.ny());
+        let half = |&(_, half): &(i64, usize)| u32::try_from(half).unwrap_or(u32::MAX);
+        let halves: Vec<u32> = disc.iter().filter(|(row, _)| *row >= 0).map(half).collect();
+        let rows = i32::try_from(halves.len() - 1).unwrap_or(i32::MAX);
+        let most = i32::try_from(halves[0]).unwrap_or(i32::MAX);
+        let halves = recorder.table(&halves)?;
+        let lines = [recorder.scratch(Size::Cells)?, recorder.scratch(Size::Cells)?];
+        let wraps = [0, 1].map(|axis| Ends::of(&window, axis) == Ends::Wrap);
+        Ok(Self { recorder, halves, lines, rows, most, wraps })
+    }
+
+    fn pass(
+        &mut self,
+        entry: &'static str,
+        bind: &[(&'static str, Bind)],
+        (sign, span): (f32, i32),
+        around: i32,
+    ) -> Result<(), NodeError> {
+        let rows = if around > 0 && self.wraps[1] { Rows::All } else { Rows::Around(around.unsigned_abs()) };
+        self.recorder.pass(&Pass {
+            shader: &SHADER,
+            entry,
+            bind,
+            values: &[
+                ("k_sign", Scalar::F32(sign)),
+                ("k_span", Scalar::I32(span)),
+                ("k_rows", Scalar::I32(self.rows)),
+                ("k_wraps_x", Scalar::U32(u32::from(self.wraps[0]))),
+                ("k_wraps_y", Scalar::U32(u32::from(self.wraps[1]))),
+            ],
+            over: Over::Cells(rows),
+        })
+    }
+
+    /// Returns the highest of the values times `sign`.
+    fn highest(&mut self, job: &Job<'_>, before: Bind, sign: f32) -> Result<ScratchId, NodeError> {
+        let best = self.recorder.scratch(Size::Cells)?;
+        let [mut line, mut next] = self.lines.map(Bind::Scratch);
+        let (best_of, halves) = (Bind::Scratch(best), Bind::Scratch(self.halves));
+        self.pass("begin", &[("before", before), ("line", line), ("best", best_of)], (sign, 1), 0)?;
+        let mut span = 1;
+        loop {
+            let rows = self.rows;
+            self.pass("raise", &[("line", line), ("best", best_of), ("halves", halves)], (sign, span), rows)?;
+            job.advance(0.5)?;
+            if 2 * span > 2 * self.most + 1 {
+                return Ok(best);
+            }
+            self.pass("double", &[("line", line), ("next", next)], (sign, span), 0)?;
+            std::mem::swap(&mut line, &mut next);
+            span *= 2;
+        }
+    }
+}
+
+fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
+    let mut search = Search::new(job, recorder)?;
+    let value = Bind::Input("value", 0);
+    // the sign of each search: the lowest value is the highest of those turned, and stays turned
+    let (first, second) = match Params::read(job.params).operation {
+        Operation::Dilate => (1.0, None),
+        Operation::Erode => (-1.0, None),
+        Operation::Open | Operation::TopHat => (-1.0, Some(-1.0)),
+        Operation::Close | Operation::BottomHat => (1.0, Some(-1.0)),
+        Operation::Outline => (1.0, Some(-1.0)),
+    };
+    let found = search.highest(job, value, first)?;
+    let is_outline = Params::read(job.params).operation == Operation::Outline;
+    let (found, other, sign) = match second {
+        None => (found, None, first),
+        Some(sign) if is_outline => (found, Some(search.highest(job, value, sign)?), first),
+        Some(sign) => (search.highest(job, Bind::Scratch(found), sign)?, None, first * sign),
+    };
+    let mut bind = vec![("before", Bind::Scratch(found))];
+    bind.extend(other.map(|other| ("best", Bind::Scratch(other))));
+    search.pass("main", &bind, (sign, 1), 0)
+}
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {

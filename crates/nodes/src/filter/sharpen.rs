@@ -1,8 +1,8 @@
 //! Sharpens: adds the detail that a Gaussian filter would remove.
 
 use super::mix;
-use crate::numerics::{gaussian::Gaussian, lines::separable, par};
-use crate::prelude::*;
+use crate::numerics::{gaussian::Gaussian, lines::separable, par, smooth};
+use crate::{prelude::*, wgsl};
 
 params! {
     /// Length below which detail is amplified: the standard deviation of a Gaussian.
@@ -36,9 +36,48 @@ pub static NODE: Node = Node {
     reach: Reach::Metres(|params, cell_m| Gaussian::reach_m(Params::read(params).radius, cell_m)),
     scratch: Scratch::Bytes(scratch),
     cpu: run,
+    gpu: Some(&GPU),
     example: "height: \"base\", radius: 400, amount: 0.5",
     ..Node::DEFAULT
 };
+
+static SHADER: Shader = Shader {
+    name: "filter/sharpen",
+    source: wgsl!("filter/sharpen"),
+    library: &[wgsl::MATH, wgsl::SMOOTH],
+    values: smooth::VALUES,
+    slots: &[
+        smooth::BEFORE,
+        smooth::WEIGHTS,
+        smooth::AFTER,
+        Slot::input("height"),
+        Slot::input("mask"),
+        Slot::output("height"),
+    ],
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&SHADER],
+    passes: Passes::Recorded(record),
+    // the CPU passes the input on where nothing changes
+    covers: |params| {
+        let params = Params::read(params);
+        params.amount != 0.0 && params.radius > 0.0
+    },
+    tolerance: &[Tolerance::relative(2e-6)],
+};
+
+fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
+    let sigma_cells = Params::read(job.params).radius / job.cell_m();
+    let smoothed = smooth::smooth(job, recorder, &SHADER, Bind::Input("height", 0), sigma_cells)?;
+    recorder.pass(&Pass {
+        shader: &SHADER,
+        entry: "main",
+        bind: &[("before", Bind::Scratch(smoothed))],
+        values: &smooth::NO_VALUES,
+        over: Over::Cells(Rows::Around(0)),
+    })
+}
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {

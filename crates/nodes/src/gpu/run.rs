@@ -29,6 +29,8 @@ const BUSY: Duration = Duration::from_millis(40);
 const FIRST_CELLS: f64 = 262_144.0;
 /// Rows in a binding begin at multiples of this many rows, so that offsets are aligned whatever the length of a row.
 const ALIGNED_ROWS: u32 = 64;
+/// Bind groups that are kept for the next passes with the same numbers.
+const MOST_GROUPS_KEPT: usize = 1024;
 /// Dispatches along an axis.
 const MOST_GROUPS: u32 = 65_535;
 
@@ -88,6 +90,8 @@ pub(super) struct Run<'a> {
     /// Nanoseconds that the pending commands are expected to take, per entry point.
     expected: BTreeMap<Entry, f64>,
     groups: HashMap<GroupKey, wgpu::BindGroup>,
+    /// Outputs that are no rasters.
+    given: Vec<(&'static str, Value)>,
     trouble: Option<Trouble>,
 }
 
@@ -134,6 +138,7 @@ impl<'a> Run<'a> {
             pending: Vec::new(),
             expected: BTreeMap::new(),
             groups: HashMap::new(),
+            given: Vec::new(),
             trouble: None,
         })
     }
@@ -163,6 +168,9 @@ impl<'a> Run<'a> {
                 field.fetch().map_err(|error| Trouble::Lost(error.0))?;
             }
             outputs = outputs.with(output.name, field);
+        }
+        for (name, value) in std::mem::take(&mut self.given) {
+            outputs = outputs.with(name, value);
         }
         Ok(outputs)
     }
@@ -373,6 +381,9 @@ impl<'a> Run<'a> {
             }
         }
         drop(rates);
+        if self.groups.len() > MOST_GROUPS_KEPT {
+            self.groups.clear();
+        }
         self.job.check()
     }
 }
@@ -438,6 +449,10 @@ impl Recorder for Run<'_> {
         });
         copied.map_err(|trouble| self.failed(trouble))?;
         Ok(read)
+    }
+
+    fn give(&mut self, output: &'static str, value: Value) {
+        self.given.push((output, value));
     }
 }
 

@@ -106,7 +106,7 @@ fn square(radius_cells: f64) -> f64 {
 
 /// Returns the rows of a disc: the distance of each from the middle, and its number of cells on either side, limited
 /// to the size of the world.
-fn disc(radius_cells: f64, nx: usize, ny: usize) -> Vec<(i64, usize)> {
+pub fn disc(radius_cells: f64, nx: usize, ny: usize) -> Vec<(i64, usize)> {
     let square = square(radius_cells);
     let rows = (square.sqrt() as i64).min(ny as i64);
     let half = |row: i64| ((square - (row * row) as f64).max(0.0).sqrt() as usize).min(nx);

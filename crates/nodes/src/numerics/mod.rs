@@ -31,6 +31,7 @@ pub(crate) mod rock;
 pub mod routing;
 pub mod segment;
 pub mod simd;
+pub(crate) mod smooth;
 pub mod spline;
 pub(crate) mod strokes;
 pub mod sunlight;

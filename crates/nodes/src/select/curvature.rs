@@ -1,8 +1,9 @@
 //! Terrain curvature at a length in metres: along the fall line, across it, and mean.
 
 use crate::{
-    numerics::{gaussian::Gaussian, lines::separable, par},
+    numerics::{gaussian::Gaussian, lines::separable, par, smooth},
     prelude::*,
+    wgsl,
 };
 
 choice! {
@@ -53,9 +54,43 @@ pub static NODE: Node = Node {
     reach: Reach::Metres(|params, cell_m| Gaussian::reach_m(Params::read(params).radius, cell_m) + cell_m),
     scratch: Scratch::Bytes(scratch),
     cpu: run,
+    gpu: Some(&GPU),
     example: "height: \"base\", radius: 600, kind: tangential",
     ..Node::DEFAULT
 };
+
+static SHADER: Shader = Shader {
+    name: "select/curvature",
+    source: wgsl!("select/curvature"),
+    library: &[wgsl::SMOOTH],
+    values: smooth::VALUES,
+    slots: &[smooth::BEFORE, smooth::WEIGHTS, smooth::AFTER, Slot::output("curvature")],
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&SHADER],
+    passes: Passes::Recorded(record),
+    // second differences magnify the rounding of heights; on nearly level ground it turns the fall line
+    tolerance: &[Tolerance::relative(1e-9).and_absolute(1e-7).except(0.02)],
+    ..GpuKernel::DEFAULT
+};
+
+fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
+    let sigma_cells = Params::read(job.params).radius / job.cell_m();
+    let height = Bind::Input("height", 0);
+    let smoothed = if sigma_cells > 0.0 {
+        Bind::Scratch(smooth::smooth(job, recorder, &SHADER, height, sigma_cells)?)
+    } else {
+        height
+    };
+    recorder.pass(&Pass {
+        shader: &SHADER,
+        entry: "main",
+        bind: &[("before", smoothed)],
+        values: &smooth::NO_VALUES,
+        over: Over::Cells(Rows::Around(1)),
+    })
+}
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {

@@ -4,10 +4,13 @@
 use crate::{
     numerics::{
         distance::{self, FAR},
+        lines::Ends,
         par, polylines,
     },
     prelude::*,
+    wgsl,
 };
+use orograph_graph::{InputValue, gpu::Size};
 
 choice! {
     /// Side of the edge on which distances are measured.
@@ -60,10 +63,98 @@ pub static NODE: Node = Node {
     reach: Reach::Metres(|params, cell_m| Params::read(params).limit + cell_m),
     scratch: Scratch::Bytes(scratch),
     cpu: run,
+    gpu: Some(&GPU),
     resolution: Resolution::Cells("the edge of the selection runs along the edges of cells"),
     example: "selection: \"mask\", limit: 2000, side: both",
     ..Node::DEFAULT
 };
+
+static SHADER: Shader = Shader {
+    name: "select/distance",
+    source: wgsl!("select/distance"),
+    library: &[wgsl::MATH],
+    values: &[
+        ("k_threshold", Number::F32),
+        ("k_side", Number::U32),
+        ("k_step", Number::U32),
+        ("k_limit", Number::U32),
+        ("k_widest", Number::U32),
+        ("k_wraps_x", Number::U32),
+        ("k_wraps_y", Number::U32),
+    ],
+    slots: &[
+        Slot::input("selection"),
+        Slot::cells("column", "u32").updated(),
+        Slot::cells("next", "u32").written(),
+        Slot::cells("squared", "u32").updated(),
+        Slot::cells("other", "u32"),
+        Slot::output("distance"),
+        Slot::output("mask"),
+    ],
+};
+
+static GPU: GpuKernel = GpuKernel {
+    shaders: &[&SHADER],
+    passes: Passes::Recorded(record),
+    // squares of distances are equal; their roots are rounded
+    tolerance: &[Tolerance::relative(1e-6), Tolerance::absolute(1e-5)],
+    ..GpuKernel::DEFAULT
+};
+
+fn record(job: &Job<'_>, recorder: &mut dyn Recorder) -> Result<(), NodeError> {
+    // lines, which are no raster, are left to the CPU
+    if !job.inputs.iter().any(|input| matches!(input, InputValue::Value(_))) {
+        return Err(nothing());
+    }
+    let (params, window) = (Params::read(job.params), job.window());
+    let limit = distance::cells(params.limit, job.cell_m()).saturating_add(1).min(distance::MOST_CELLS);
+    let [wraps_x, wraps_y] = [0, 1].map(|axis| Ends::of(&window, axis) == Ends::Wrap);
+    // the least number that single precision has from the threshold on
+    let nearest = params.threshold as f32;
+    let threshold = if f64::from(nearest) < params.threshold { nearest.next_up() } else { nearest };
+    let widest = if wraps_x { window.cells[0] / 2 + 1 } else { window.cells[0] };
+    let [mut column, mut next] = [recorder.scratch(Size::Cells)?, recorder.scratch(Size::Cells)?];
+    let mut bind = Vec::new();
+    let numbers = |side: bool, step: u32| {
+        [
+            ("k_threshold", Scalar::F32(threshold)),
+            ("k_side", Scalar::U32(u32::from(side))),
+            ("k_step", Scalar::U32(step)),
+            ("k_limit", Scalar::U32(limit)),
+            ("k_widest", Scalar::U32(widest)),
+            ("k_wraps_x", Scalar::U32(u32::from(wraps_x))),
+            ("k_wraps_y", Scalar::U32(u32::from(wraps_y))),
+        ]
+    };
+    let sides = match params.side {
+        Side::Outside => &[(true, "squared")][..],
+        Side::Inside => &[(false, "other")],
+        Side::Both => &[(true, "squared"), (false, "other")],
+    };
+    for &(side, name) in sides {
+        let mut pass = |entry, bind: &[(&'static str, Bind)], step: u32, rows| {
+            let values = &numbers(side, step);
+            recorder.pass(&Pass { shader: &SHADER, entry, bind, values, over: Over::Cells(rows) })
+        };
+        pass("begin", &[("column", Bind::Scratch(column))], 1, Rows::Around(0))?;
+        let mut step = 1;
+        while step <= limit.min(window.cells[1]) {
+            let rows = if wraps_y { Rows::All } else { Rows::Around(step) };
+            pass("step_on", &[("column", Bind::Scratch(column)), ("next", Bind::Scratch(next))], step, rows)?;
+            std::mem::swap(&mut column, &mut next);
+            step *= 2;
+        }
+        let squared = recorder.scratch(Size::Cells)?;
+        let found = [("column", Bind::Scratch(column)), ("squared", Bind::Scratch(squared))];
+        let values = &numbers(side, 1);
+        let over = Over::Cells(Rows::Around(0));
+        recorder.pass(&Pass { shader: &SHADER, entry: "across", bind: &found, values, over })?;
+        bind.push((name, Bind::Scratch(squared)));
+        job.advance(0.5)?;
+    }
+    let values = &numbers(true, 1);
+    recorder.pass(&Pass { shader: &SHADER, entry: "main", bind: &bind, values, over: Over::Cells(Rows::Around(0)) })
+}
 
 /// Memory that the kernel needs in addition to its inputs and outputs.
 fn scratch(sizing: &Sizing<'_>) -> u64 {
@@ -90,10 +181,7 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
             clamp(&mut distance, &params);
             distance
         }
-        Inputs { .. } => {
-            let hint = "wire a mask into `selection`, or lines into `lines`";
-            return Err(NodeError::failed_with_hint("there is nothing to measure distances from", hint));
-        }
+        Inputs { .. } => return Err(nothing()),
     };
     let wants = Wants::of(job);
     let chosen = |_, row: &mut [f32]| {
@@ -109,6 +197,12 @@ fn run(job: &Job<'_>) -> Result<Outputs, NodeError> {
         distance: wants.distance.then(|| field(distance)),
     }
     .into())
+}
+
+/// The failure without any input.
+fn nothing() -> NodeError {
+    let hint = "wire a mask into `selection`, or lines into `lines`";
+    NodeError::failed_with_hint("there is nothing to measure distances from", hint)
 }
 
 /// Limits distances to the side and the limit.

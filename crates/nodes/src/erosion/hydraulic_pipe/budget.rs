@@ -2,6 +2,7 @@
 
 use super::{
     band::{Scene, State},
+    physics::Physics,
     run::{Pacing, Run},
 };
 use crate::prelude::*;
@@ -28,25 +29,46 @@ pub(super) fn water(run: &Run, scene: &Scene<'_>) -> f64 {
     cell_m2 * total(scene, |j| run.row(State::Water, j)[..nx].iter().map(|&depth| f64::from(depth)).sum())
 }
 
+/// Sums over all cells at the end of a run, in metres over one cell.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sums {
+    /// Water on the terrain.
+    pub stored: f64,
+    /// Water that left across the sides, and into the air and the ground.
+    pub water_out: f64,
+    pub lost: f64,
+    pub eroded: f64,
+    pub deposited: f64,
+    /// Solids in the water, and those that left with it.
+    pub suspended: f64,
+    pub solid_out: f64,
+}
+
+impl Sums {
+    pub fn of(run: &Run, scene: &Scene<'_>) -> Self {
+        let nx = scene.cells[0];
+        let state = |state: State, part: &dyn Fn(f64) -> f64| {
+            total(scene, |j| run.row(state, j)[..nx].iter().map(|&v| part(f64::from(v))).sum())
+        };
+        let left =
+            |part: &dyn Fn(&super::band::Left) -> f64| run.bands.iter().flat_map(|band| &band.left).map(part).sum();
+        Self {
+            stored: state(State::Water, &|depth| depth),
+            water_out: left(&|row| row.water),
+            lost: left(&|row| row.lost),
+            eroded: state(State::Change, &|gain| (-gain).max(0.0)),
+            deposited: state(State::Change, &|gain| gain.max(0.0)),
+            suspended: state(State::Sediment, &|depth| depth),
+            solid_out: left(&|row| row.solid),
+        }
+    }
+}
+
 /// Returns volumes in m³, and the errors of the balances as a fraction of the turnover. `water_start` was there at
 /// the start, and `water_in` has rained since.
-pub(super) fn report(run: &Run, scene: &Scene<'_>, pacing: &Pacing, water_start: f64, water_in: f64) -> Report {
-    let physics = &scene.physics;
-    let nx = scene.cells[0];
+pub(super) fn report(sums: &Sums, physics: &Physics, pacing: &Pacing, water_start: f64, water_in: f64) -> Report {
     let cell_m2 = physics.cell_m * physics.cell_m;
-    let sum = |row: &[f32], part: &dyn Fn(f64) -> f64| row[..nx].iter().map(|&v| part(f64::from(v))).sum::<f64>();
-    let state = |state: State, part: &dyn Fn(f64) -> f64| cell_m2 * total(scene, |j| sum(run.row(state, j), part));
-    let left = |part: &dyn Fn(&super::band::Left) -> f64| {
-        cell_m2 * run.bands.iter().flat_map(|band| &band.left).map(part).sum::<f64>()
-    };
-    let (water_out, water_lost) = (left(&|row| row.water), left(&|row| row.lost));
-    let water_stored = water(run, scene);
     let acceleration = f64::from(physics.pace(1.0).acceleration);
-    let eroded = state(State::Change, &|gain| (-gain).max(0.0));
-    let deposited = state(State::Change, &|gain| gain.max(0.0));
-    let suspended = acceleration * state(State::Sediment, &|depth| depth);
-    let solid_out = acceleration * left(&|row| row.solid);
-
     let mut report = Report::default();
     report.measure("steps", pacing.steps as f64, "");
     report.measure("time_step_mean", pacing.time_s / pacing.steps.max(1) as f64, "s");
@@ -55,15 +77,15 @@ pub(super) fn report(run: &Run, scene: &Scene<'_>, pacing: &Pacing, water_start:
         "water",
         water_start,
         &[("rain", water_in)],
-        &[("left_the_world", water_out), ("seeped_or_evaporated", water_lost)],
-        water_stored,
+        &[("left_the_world", cell_m2 * sums.water_out), ("seeped_or_evaporated", cell_m2 * sums.lost)],
+        cell_m2 * sums.stored,
     ));
     report.balance(Balance::new(
         "sediment",
         0.0,
-        &[("eroded", eroded)],
-        &[("deposited", deposited), ("left_the_world", solid_out)],
-        suspended,
+        &[("eroded", cell_m2 * sums.eroded)],
+        &[("deposited", cell_m2 * sums.deposited), ("left_the_world", acceleration * (cell_m2 * sums.solid_out))],
+        acceleration * (cell_m2 * sums.suspended),
     ));
     report
 }

@@ -9,6 +9,7 @@
 mod band;
 mod bed;
 mod budget;
+mod device;
 mod flow;
 mod painted;
 mod physics;
@@ -149,6 +150,7 @@ pub static NODE: Node = Node {
     reach: Reach::World,
     scratch: Scratch::Bytes(scratch),
     cpu: run,
+    gpu: Some(&device::GPU),
     process: Some(begin),
     resolution: Resolution::Cells(
         "water runs in channels as narrow as cells, and what they cut is at least 5 cells wide",

@@ -98,9 +98,15 @@ impl Painted {
 }
 
 /// Returns rain including the spring, in mm/h. Returns None when there is no spring.
-///
-/// The spring's water is spread with the weight (1 - distance / radius)₊, or falls on the cell it is in.
 fn spring(job: &Job<'_>, rain: Lane<'_>, params: &Params) -> Option<Vec<f32>> {
+    let rates = spring_rates(job, params)?;
+    Some(rates.iter().enumerate().map(|(at, rate)| rain.at(at).max(0.0) + rate).collect())
+}
+
+/// Returns the water of the spring, in mm/h. Returns None when there is none.
+///
+/// It is spread with the weight (1 - distance / radius)₊, or falls on the cell it is in.
+pub(super) fn spring_rates(job: &Job<'_>, params: &Params) -> Option<Vec<f32>> {
     if params.river <= 0.0 {
         return None;
     }
@@ -114,5 +120,5 @@ fn spring(job: &Job<'_>, rain: Lane<'_>, params: &Params) -> Option<Vec<f32>> {
     let sum: f64 = (0..window.len()).map(weight).sum();
     // mm/h over one cell that are 1 m³/s
     let rate = 3.6e6 * params.river / (job.cell_m() * job.cell_m()) / sum.max(f64::MIN_POSITIVE);
-    Some((0..window.len()).map(|at| rain.at(at).max(0.0) + (weight(at) * rate) as f32).collect())
+    Some((0..window.len()).map(|at| (weight(at) * rate) as f32).collect())
 }

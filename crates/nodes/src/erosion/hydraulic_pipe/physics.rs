@@ -74,6 +74,15 @@ const SEED_ENTRAINMENT: f64 = 0.733_279_7;
 const SEED_SETTLING: f64 = 0.120_361_45;
 const SEED_EVAPORATION: f64 = 0.060_090_18;
 
+/// Equal steps, between which the time step does not change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sweep {
+    pub steps: usize,
+    pub dt_s: f64,
+    /// Time that remains after it.
+    pub left_s: f64,
+}
+
 /// The constants of a whole run, in metres and seconds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Physics {
@@ -158,6 +167,15 @@ impl Physics {
     pub fn step_s(&self, deepest_m: f32) -> f64 {
         let depth_m = if self.section_m > 0.0 { self.section_m } else { f64::from(deepest_m.max(SHALLOW_M)) };
         self.courant * self.cell_m / (GRAVITY * depth_m).sqrt()
+    }
+
+    /// The next sweep of a run with so much time left, of at most `most` steps: those of the last one divide that time.
+    pub fn sweep(&self, deepest_m: f32, left_s: f64, most: usize) -> Sweep {
+        let longest_s = self.step_s(deepest_m);
+        let last = left_s <= most as f64 * longest_s;
+        let steps = if last { (left_s / longest_s).ceil().max(1.0) } else { most as f64 };
+        let dt_s = if last { left_s / steps } else { longest_s };
+        Sweep { steps: steps as usize, dt_s, left_s: if last { 0.0 } else { left_s - steps * dt_s } }
     }
 
     /// The constants of a step.

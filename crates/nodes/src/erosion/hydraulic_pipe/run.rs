@@ -5,7 +5,7 @@ use orograph_graph::{Job, Lane, NodeError};
 use super::{
     band::{Band, HALO, STATES, STEPS_PER_SWEEP, Scene, State},
     flow::film,
-    physics::Physics,
+    physics::{Pace, Physics, Sweep},
     spread::Spread,
 };
 use crate::numerics::par;
@@ -20,6 +20,15 @@ pub(super) struct Pacing {
     pub shortest_s: f64,
     /// Sum of the time steps as used by the kernels.
     pub time_s: f64,
+}
+
+impl Pacing {
+    /// Counts a sweep.
+    pub fn add(&mut self, sweep: &Sweep, pace: &Pace) {
+        self.steps += sweep.steps as u64;
+        self.shortest_s = if self.shortest_s == 0.0 { sweep.dt_s } else { self.shortest_s.min(sweep.dt_s) };
+        self.time_s += sweep.steps as f64 * f64::from(pace.dt_s);
+    }
 }
 
 /// The bands of a run, and the buffers for exchanging their halos.
@@ -126,22 +135,15 @@ impl Run {
         pacing: &mut Pacing,
         job: &Job<'_>,
     ) -> Result<f64, NodeError> {
-        // a sweep has equal steps, and those of the last one divide the remaining time
-        let deepest_m = self.deepest_m();
-        let longest_s = scene.physics.step_s(deepest_m);
-        let last = left_s <= STEPS_PER_SWEEP as f64 * longest_s;
-        let steps = if last { (left_s / longest_s).ceil().max(1.0) } else { STEPS_PER_SWEEP as f64 };
-        let dt_s = if last { left_s / steps } else { longest_s };
-        let pace = scene.physics.pace(dt_s);
+        let sweep = scene.physics.sweep(self.deepest_m(), left_s, STEPS_PER_SWEEP);
+        let pace = scene.physics.pace(sweep.dt_s);
         self.exchange(scene);
-        par::each(&mut self.bands, |_, band| band.sweep(scene, &pace, steps as usize, job))?;
+        par::each(&mut self.bands, |_, band| band.sweep(scene, &pace, sweep.steps, job))?;
         self.exchange(scene);
         self.spread.run(&mut self.bands, scene, job)?;
         par::each(&mut self.bands, |_, band| band.slip(scene, job))?;
-        pacing.steps += steps as u64;
-        pacing.shortest_s = if pacing.shortest_s == 0.0 { dt_s } else { pacing.shortest_s.min(dt_s) };
-        pacing.time_s += steps * f64::from(pace.dt_s);
-        Ok(if last { 0.0 } else { left_s - steps * dt_s })
+        pacing.add(&sweep, &pace);
+        Ok(sweep.left_s)
     }
 }
 

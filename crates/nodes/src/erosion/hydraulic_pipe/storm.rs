@@ -7,7 +7,7 @@ use orograph_graph::{Edge, Moment, Process};
 use super::{
     Given, Inputs, Params, Wants,
     band::State,
-    budget,
+    budget::{self, Sums},
     painted::Painted,
     physics::Physics,
     run::{Pacing, Run},
@@ -35,7 +35,7 @@ pub(super) struct Storm {
 }
 
 /// Parameters with the strokes in the order in which they act.
-fn read(values: &ParamValues) -> Params {
+pub(super) fn read(values: &ParamValues) -> Params {
     let mut params = Params::read(values);
     params.strokes.0.sort_by(|a, b| a.time.total_cmp(&b.time));
     params
@@ -58,24 +58,33 @@ fn warn_of_width(job: &Job<'_>, width_m: f64) {
     }
 }
 
+/// Returns the constants of a run, and warns of a width that it does not keep.
+///
+/// # Errors
+/// When only one of two opposite sides is periodic.
+pub(super) fn checked(job: &Job<'_>, params: &Params) -> Result<Physics, NodeError> {
+    let boundary = job.world().boundary;
+    for (one, other, names) in
+        [(boundary.west, boundary.east, "west and east"), (boundary.north, boundary.south, "north and south")]
+    {
+        if (one == Edge::Periodic) != (other == Edge::Periodic) {
+            return Err(NodeError::failed_with_hint(
+                format!("of the sides {names} one is periodic and the other is not"),
+                "make both `periodic`, or neither, in the world's `boundary`",
+            ));
+        }
+    }
+    let physics = Physics::new(params, job.cell_m());
+    warn_of_width(job, physics.width_m);
+    Ok(physics)
+}
+
 impl Storm {
     pub fn new(job: &Job<'_>) -> Result<Self, NodeError> {
         let params = read(job.params);
-        let boundary = job.world().boundary;
-        for (one, other, names) in
-            [(boundary.west, boundary.east, "west and east"), (boundary.north, boundary.south, "north and south")]
-        {
-            if (one == Edge::Periodic) != (other == Edge::Periodic) {
-                return Err(NodeError::failed_with_hint(
-                    format!("of the sides {names} one is periodic and the other is not"),
-                    "make both `periodic`, or neither, in the world's `boundary`",
-                ));
-            }
-        }
+        let physics = checked(job, &params)?;
         let inputs = Inputs::read(job)?;
         let painted = Painted::new(job, &inputs, &params);
-        let physics = Physics::new(&params, job.cell_m());
-        warn_of_width(job, physics.width_m);
         let scene = painted.scene(job, physics)?;
         let mut run = Run::new(&scene, inputs.regolith);
         if let Some(depths) = warm::depths(job, &inputs, &params)? {
@@ -154,7 +163,7 @@ impl Process for Storm {
         let report = || {
             let cell_m2 = job.cell_m() * job.cell_m();
             let water_in = budget::rain(&scene) * cell_m2 * self.pacing.time_s / 3.6e6 + self.water_painted;
-            budget::report(run, &scene, &self.pacing, self.water_start, water_in)
+            budget::report(&Sums::of(run, &scene), &self.physics, &self.pacing, self.water_start, water_in)
         };
 
         let window = job.window();

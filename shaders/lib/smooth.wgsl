@@ -1,0 +1,62 @@
+// A Gaussian filter along one axis, from the raster `before` to the raster `after`; see
+// crates/nodes/src/numerics/smooth.rs.
+
+/// The cell of a line of `count` cells that stands for one beyond its ends: from the other end, or its mirror image.
+fn line_index(v: i32, count: u32) -> u32 {
+    let n = i32(count);
+    if (v >= 0 && v < n) {
+        return u32(v);
+    }
+    let period = select(2 * n, n, p.k_wraps != 0u);
+    let place = ((v % period) + period) % period;
+    return u32(select(2 * n - 1 - place, place, place < n));
+}
+
+fn along_x(x: i32, y: u32) -> f32 { return before[at(line_index(x, p.nx), y)]; }
+
+fn along_y(x: u32, y: i32) -> f32 { return before[at(x, line_index(y, p.ny))]; }
+
+/// Level ground stays as it is: differences from the cell itself are summed.
+@compute @workgroup_size(64)
+fn smooth_x(@builtin(global_invocation_id) id: vec3<u32>) {
+    let cell = cell_of(id);
+    if (is_outside(cell)) {
+        return;
+    }
+    let x = i32(cell.x);
+    let i = at(cell.x, cell.y);
+    let here = before[i];
+    var sum = 0.0;
+    if (p.k_period != 0u) {
+        for (var k = 1; k < i32(p.k_period); k++) {
+            sum += weights[k] * (along_x(x + k, cell.y) - here);
+        }
+    } else {
+        for (var k = p.k_reach; k > 0; k--) {
+            sum += weights[k] * ((along_x(x - k, cell.y) - here) + (along_x(x + k, cell.y) - here));
+        }
+    }
+    after[i] = here + sum;
+}
+
+@compute @workgroup_size(64)
+fn smooth_y(@builtin(global_invocation_id) id: vec3<u32>) {
+    let cell = cell_of(id);
+    if (is_outside(cell)) {
+        return;
+    }
+    let y = i32(cell.y);
+    let i = at(cell.x, cell.y);
+    let here = before[i];
+    var sum = 0.0;
+    if (p.k_period != 0u) {
+        for (var k = 1; k < i32(p.k_period); k++) {
+            sum += weights[k] * (along_y(cell.x, y + k) - here);
+        }
+    } else {
+        for (var k = p.k_reach; k > 0; k--) {
+            sum += weights[k] * ((along_y(cell.x, y - k) - here) + (along_y(cell.x, y + k) - here));
+        }
+    }
+    after[i] = here + sum;
+}
