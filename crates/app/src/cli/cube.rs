@@ -9,6 +9,7 @@ use super::sweep::{SEED, Sweep, Variant, variants};
 use crate::{
     build::{
         Builder,
+        backend::BackendName,
         request::{Changes, Request},
     },
     export::cube::{Axis, Cube, Plan, holds},
@@ -50,6 +51,8 @@ pub struct Job<'a> {
     /// The folder in which the store lies.
     pub out: &'a std::path::Path,
     pub args: &'a CubeArgs,
+    /// Members of different backends are not mixed.
+    pub backend: BackendName,
     pub is_quiet: bool,
 }
 
@@ -140,6 +143,7 @@ impl Job<'_> {
             hash.update(bytes);
         };
         part(document.source().as_bytes());
+        part(format!("{:?}", self.backend).as_bytes());
         part(format!("{world:?} {:?}", self.request.window()).as_bytes());
         for index in graph.indices() {
             let node = graph.instance(index).node;

@@ -111,7 +111,8 @@ impl Args {
         let begin = || Ok((Builder::new(&self.args.means, memory)?, stop::on_interrupt()?));
         let (builder, cancel) = begin().inspect_err(|failure| progress.failed(failure))?;
         let BuildArgs { changes, out, .. } = &self.args;
-        let job = cube::Job { request, changes, sweeps: &self.sweep, out, args: &self.cube, is_quiet: self.quiet };
+        let (sweeps, args, backend, is_quiet) = (&self.sweep[..], &self.cube, self.args.means.backend, self.quiet);
+        let job = cube::Job { request, changes, sweeps, out, args, backend, is_quiet };
         job.run(&builder, &cancel, progress)
     }
 
