@@ -240,17 +240,17 @@ fn views_are_switched_by_the_menu() {
     graph_menu(&mut window, "View", "Zoom to fit all Home");
     let home = window.get_by_label_contains("node ground:").rect().width();
     assert!((home - before).abs() < 0.5, "{home} {before}");
-    graph_menu(&mut window, "View", "Map");
-    graph_menu(&mut window, "View", "Contours");
+    graph_menu(&mut window, "View", "Map 2");
+    graph_menu(&mut window, "View", "Contours C");
     window.get_by_role_and_label(Role::Button, "View").click();
     window.run_steps(3);
     let on = |window: &Harness<'_, App>, item: &str| {
         let mut nodes = window.query_all_by_role_and_label(Role::CheckBox, item);
         nodes.next().and_then(|node| node.accesskit_node().toggled())
     };
-    assert_eq!(on(&window, "Map"), Some(egui::accesskit::Toggled::True));
-    assert_eq!(on(&window, "3D"), Some(egui::accesskit::Toggled::False));
-    assert_eq!(on(&window, "Contours"), Some(egui::accesskit::Toggled::True));
+    assert_eq!(on(&window, "Map 2"), Some(egui::accesskit::Toggled::True));
+    assert_eq!(on(&window, "3D 3"), Some(egui::accesskit::Toggled::False));
+    assert_eq!(on(&window, "Contours C"), Some(egui::accesskit::Toggled::True));
     assert!(window.get_by_label("Shadows").accesskit_node().is_disabled(), "a map has none");
     picture(&mut window, "menu_view");
     window.key_press(Key::Escape);
@@ -290,7 +290,7 @@ fn a_key_maximises_the_pane_under_the_pointer() {
     // The keys of the graph work; an action of the viewport shows the other panes.
     press(&mut window, Modifiers::COMMAND, Key::A);
     assert_eq!(window.state().session().selection().count(), 4);
-    graph_menu(&mut window, "View", "Contours");
+    graph_menu(&mut window, "View", "Contours C");
     assert_eq!(width(&window), Some(usual));
     window.hover_at(egui::pos2(500.0, 250.0));
     window.run_steps(3);

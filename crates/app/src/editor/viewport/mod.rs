@@ -458,7 +458,7 @@ fn outputs(ui: &mut egui::Ui, session: &mut Session) {
     let shown = session.shown();
     let mut pinned = session.pinned().is_some();
     let mut chosen = None;
-    egui::ComboBox::from_id_salt("shown").selected_text(shown.as_deref().unwrap_or("No output")).width(150.0).show_ui(
+    egui::ComboBox::from_id_salt("shown").selected_text(shown.as_deref().unwrap_or("No output")).width(140.0).show_ui(
         ui,
         |ui| {
             for (port, _) in ports(session) {
@@ -483,7 +483,7 @@ fn outputs(ui: &mut egui::Ui, session: &mut Session) {
 fn compared(ui: &mut egui::Ui, session: &mut Session) {
     if let Some(mut port) = session.compared().map(str::to_owned) {
         let before = port.clone();
-        egui::ComboBox::from_id_salt("compared").selected_text(&port).width(150.0).show_ui(ui, |ui| {
+        egui::ComboBox::from_id_salt("compared").selected_text(&port).width(120.0).show_ui(ui, |ui| {
             let kept = session.snapshots().iter().map(|snapshot| snapshot.name().to_owned());
             for other in ports(session).into_iter().map(|(other, _)| other).chain(kept) {
                 let name = other.clone();

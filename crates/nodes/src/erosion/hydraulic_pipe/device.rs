@@ -1,4 +1,4 @@
-//! The storm on a graphics device: the same steps as [`super::run`], each stage a pass over all cells.
+//! The storm on a graphics device: the same steps as [`super::run()`], each stage a pass over all cells.
 //!
 //! Faces are numbered by the cell east or south of them; those on the east and the south side of the world are in the
 //! `rim`, with the ghosts of the sides and what has left across them. Time steps are chosen on the host, after each
