@@ -16,6 +16,9 @@ const MOST_BYTES: u64 = 2 << 20;
 /// Most points of all lines.
 const MOST_POINTS: usize = 2 * Waypoint::MOST;
 
+/// Farthest that a point may lie from the world's corner along an axis.
+const FARTHEST_M: f64 = 1e9;
+
 /// A line of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polyline {
@@ -78,6 +81,11 @@ pub fn read(path: &Path, world: &World) -> Result<Drawing, NodeError> {
     if count > MOST_POINTS {
         let remedy = "simplify the lines, or cut out the part that is needed";
         return Err(of(VectorError::new(format!("its lines have {count} points"), remedy)));
+    }
+    let mut places = drawing.lines.iter().flat_map(|line| &line.points).map(|point| point.at);
+    if let Some([x, y]) = places.find(|at| at.iter().any(|part| part.is_nan() || part.abs() > FARTHEST_M)) {
+        let message = format!("it has a point {x:e} m east and {y:e} m south of the world's corner");
+        return Err(of(VectorError::new(message, "correct the coordinates; they are metres")));
     }
     if drawing.lines.is_empty() {
         return Err(of(VectorError::new("it has no lines", "export lines or polygons, or paths")));

@@ -124,3 +124,14 @@ fn bad_files_are_refused_with_a_remedy() {
     let missing = read(Path::new("/nowhere/a.svg"), &world());
     assert!(matches!(missing, Err(NodeError::Failed { hint: Some(_), .. })), "{missing:?}");
 }
+
+#[test]
+fn points_out_of_all_proportion_are_refused() {
+    for text in [
+        r#"{"type": "LineString", "world_size_m": [1000, 500], "coordinates": [[0, 0], [1e200, 3]]}"#,
+        r#"{"type": "LineString", "world_size_m": [1000, 500], "coordinates": [[0, 0], [5, -1e300]]}"#,
+    ] {
+        let [message, hint] = drawing("a.geojson", text, &world()).expect_err("too far");
+        assert!(message.contains("of the world's corner") && hint.contains("metres"), "{message} {hint}");
+    }
+}

@@ -160,7 +160,11 @@ fn between(ways: &[f64], numbers: &[Option<f64>], other: f64) -> Vec<f64> {
             return *number;
         }
         match (next.checked_sub(1).map(|before| known[before]), known.get(next)) {
-            (Some((start, from)), Some((end, to))) => from + (to - from) * (way - start) / (end - start),
+            (Some((start, from)), Some((end, to))) if *end > start => {
+                from + (to - from) * (way - start) / (end - start)
+            }
+            // points so close that the way between them is lost in rounding
+            (Some((_, from)), Some(_)) => from,
             (None, _) => first.1,
             (_, None) => last.1,
         }

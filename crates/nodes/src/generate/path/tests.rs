@@ -94,3 +94,11 @@ fn lines_of_a_file_replace_the_points() {
     assert_eq!(lines.lines.iter().map(|line| line.vertices.len()).collect::<Vec<_>>(), [2, 4]);
     assert_eq!(lines.lines[0].vertices[1].position_m, [900.0, 900.0]);
 }
+
+#[test]
+fn heights_of_points_that_are_closer_than_rounding_are_numbers() {
+    let at = |x: f64, height| Waypoint { at: [x, 5.0], height, width: None };
+    let points = vec![at(0.0, Some(100.0)), at(1e-200, None), at(2e-200, Some(200.0)), at(500.0, Some(300.0))];
+    let (lines, ..) = path(world(10, 10, 100.0), &through("", points));
+    assert!(lines.lines[0].vertices.iter().all(|vertex| (100.0..=300.0).contains(&vertex.elevation_m)));
+}
