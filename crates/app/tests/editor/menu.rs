@@ -267,9 +267,11 @@ fn views_are_switched_by_the_menu() {
     };
     let width = window.get_by_label("graph").rect().width();
     panes(&mut window, "Inspector");
-    assert!((window.get_by_label("graph").rect().width() - width).abs() < 0.5, "the other of the two comes forth");
+    assert!((window.get_by_label("graph").rect().width() - width).abs() < 0.5, "another comes forth");
     panes(&mut window, "Problems");
-    assert!(window.get_by_label("graph").rect().width() > width + 100.0, "both are hidden");
+    assert!((window.get_by_label("graph").rect().width() - width).abs() < 0.5, "the history comes forth");
+    panes(&mut window, "History");
+    assert!(window.get_by_label("graph").rect().width() > width + 100.0, "all are hidden");
     panes(&mut window, "Reset panes");
     assert!((window.get_by_label("graph").rect().width() - width).abs() < 0.5);
 }
