@@ -3,14 +3,9 @@
 //! Source: OGC 18-010r7, "Well-known text representation of coordinate reference systems" (2019), and Esri's older form
 //! of it, which has no codes. A system is known by its EPSG code, if the text has one, or else by its name.
 
-use std::{
-    io::{self, Read as _},
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
-use orograph_graph::input;
-
-use super::{ASSUMED_DEGREES, Cell, Head, Problem, Projection, RasterError, sidecar_path};
+use super::{ASSUMED_DEGREES, Cell, Head, Problem, Projection, RasterError, sidecar::Beside};
 
 /// Maximum size of the file, which is a line; larger files are something else.
 const MOST_BYTES: u64 = 1 << 16;
@@ -87,17 +82,11 @@ fn beside(path: &Path) -> Result<Option<(PathBuf, String)>, RasterError> {
     if !is_grid(path) {
         return Ok(None);
     }
-    let beside = sidecar_path(path);
-    let wrong = |what: String| Problem::Sidecar { path: beside.clone(), what }.of(path);
-    let file = match input::open(&beside) {
-        Ok((file, meta)) if meta.len() <= MOST_BYTES => file,
-        Ok(_) => return Err(wrong(format!("it has more than {}", orograph_graph::bytes(MOST_BYTES)))),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(wrong(error.to_string())),
-    };
-    let mut text = String::new();
-    file.take(MOST_BYTES).read_to_string(&mut text).map_err(|error| wrong(error.to_string()))?;
-    Ok(Some((beside, text)))
+    let Some(Beside { path: beside, text }) = Beside::of(path, MOST_BYTES)? else { return Ok(None) };
+    match String::from_utf8(text) {
+        Ok(text) => Ok(Some((beside, text))),
+        Err(_) => Err(Problem::Sidecar { path: beside, what: "it is no text in UTF-8".to_owned() }.of(path)),
+    }
 }
 
 /// Returns true if a file is a grid whose coordinate system is in another file.

@@ -88,6 +88,32 @@ pub fn sidecar_path(path: &Path) -> PathBuf {
 /// Maximum size of a sidecar, which is a few lines; larger files are something else.
 const MOST_BYTES: u64 = 1 << 20;
 
+/// A small file beside a raster.
+pub(super) struct Beside {
+    pub(super) path: PathBuf,
+    pub(super) text: Vec<u8>,
+}
+
+impl Beside {
+    /// Reads the [sidecar](sidecar_path) of a raster. Returns None if there is none.
+    ///
+    /// # Errors
+    /// [`Problem::Sidecar`] if it cannot be read or has more than `most` bytes.
+    pub(super) fn of(raster: &Path, most: u64) -> Result<Option<Self>, RasterError> {
+        let path = sidecar_path(raster);
+        let wrong = |what: String| Problem::Sidecar { path: path.clone(), what }.of(raster);
+        let file = match input::open(&path) {
+            Ok((file, meta)) if meta.len() <= most => file,
+            Ok(_) => return Err(wrong(format!("it has more than {}", orograph_graph::bytes(most)))),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(wrong(error.to_string())),
+        };
+        let mut text = Vec::new();
+        file.take(most).read_to_end(&mut text).map_err(|error| wrong(error.to_string()))?;
+        Ok(Some(Self { path, text }))
+    }
+}
+
 #[derive(Deserialize)]
 struct Other {
     z_min: Option<f64>,
@@ -130,17 +156,8 @@ impl Sidecar {
         if !["png", "exr", "r16", "raw", "r32"].contains(&extension.as_str()) {
             return Ok(None);
         }
-        let beside = sidecar_path(path);
-        let wrong = |what: String| Problem::Sidecar { path: beside.clone(), what }.of(path);
-        let file = match input::open(&beside) {
-            Ok((file, meta)) if meta.len() <= MOST_BYTES => file,
-            Ok(_) => return Err(wrong(format!("it has more than {}", orograph_graph::bytes(MOST_BYTES)))),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(wrong(error.to_string())),
-        };
-        let mut text = Vec::new();
-        file.take(MOST_BYTES).read_to_end(&mut text).map_err(|error| wrong(error.to_string()))?;
-        Self::parse(&text).map(Some).map_err(wrong)
+        let Some(Beside { path: beside, text }) = Beside::of(path, MOST_BYTES)? else { return Ok(None) };
+        Self::parse(&text).map(Some).map_err(|what| Problem::Sidecar { path: beside, what }.of(path))
     }
 
     fn parse(text: &[u8]) -> Result<Self, String> {
