@@ -198,6 +198,29 @@ fn headers_of_headers_are_not_read() {
     }
 }
 
+/// As the names of a file, flat and in folders, by the headers of three programs; and the longest that a plain header
+/// holds.
+#[test]
+fn names_of_4096_bytes_are_refused() {
+    for name in [vec![b'a'; 4096], b"ab/".repeat(1366)[..4096].to_vec(), b"a/b".repeat(1366)[..4096].to_vec()] {
+        let record = |key: &str| [format!("{} {key}=", 4096 + 7 + key.len()).as_bytes(), &name, b"\n"].concat();
+        let long = [&name[..], b"\0"].concat();
+        for (kind, content) in [(b'L', &long), (b'x', &record("path")), (b'g', &record("path"))] {
+            let before = Entry { kind, gnu: kind == b'L', ..file(b"././@LongLink", content) };
+            let said = attack(&compressed(&tar(&[GRAPH, before, file(b"a", b"1")])), "long name").expect("refused");
+            assert!(said.contains("a header") && said.len() < 500, "{said}");
+        }
+    }
+    let mut bytes = tar(&[GRAPH, file(&[b'n'; 100], b"1")]);
+    let mut header = Header::new_old();
+    header.as_mut_bytes().copy_from_slice(&bytes[1024..1536]);
+    header.as_mut_bytes()[345..500].fill(b'p');
+    header.set_cksum();
+    bytes[1024..1536].copy_from_slice(header.as_bytes());
+    let said = attack(&compressed(&bytes), "prefix").expect("refused");
+    assert!(said.contains("longer than 200 bytes"), "{said}");
+}
+
 #[test]
 fn archives_of_many_files_and_those_that_do_not_end_are_refused() {
     let mut bytes = tar(&[GRAPH]);
